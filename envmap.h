@@ -419,3 +419,2021 @@ ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const env
 #endif /* ENVMAP_H */
 
 /* ============================ you can stop reading here: the bodies ============================ */
+
+#ifdef ENVMAP_IMPLEMENTATION
+#ifndef ENVMAP_IMPLEMENTATION_ONCE
+#define ENVMAP_IMPLEMENTATION_ONCE
+
+#include <limits.h>
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+#ifndef ENVMAP_NO_STDIO
+#include <stdio.h>
+#endif
+#ifndef ENVMAP_MALLOC
+#include <stdlib.h>
+#define ENVMAP_MALLOC(context, bytes) ((void)(context), malloc(bytes))
+#define ENVMAP_FREE(context, pointer) ((void)(context), free(pointer))
+#endif
+
+#ifdef ENVMAP_STATIC
+#define ENVMAPI_BODY static inline
+#else
+#define ENVMAPI_BODY
+#endif
+
+/* ------------------------------------------------------------------------------------ >>base --
+   Numbers, 3-vectors in double, tasks. Bits, not comparisons, decide what is finite, so that
+   -ffast-math changes nothing.  Tests: tests/test_base.c. */
+
+#define ENVMAPI_PI 3.14159265358979323846
+
+ENVMAPI_BODY const char *envmap_result_text(int result) {
+#define ENVMAPI_RESULT_TEXT(name, text) text,
+    static const char *const texts[] = {ENVMAP_RESULTS(ENVMAPI_RESULT_TEXT)};
+    return result >= 0 && result < ENVMAP_RESULT_COUNT ? texts[result] : "unknown result";
+}
+
+static int envmapi_finite(double value) {
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return (bits >> 52 & 0x7FF) != 0x7FF;
+}
+
+static double envmapi_clamp(double value, double low, double high) {
+    return value < low ? low : value > high ? high : value;
+}
+
+static double envmapi_dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* The angle between unit vectors, exact also where acos is not. */
+static double envmapi_angle(const double a[3], const double b[3]) {
+    double minus[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    double plus[3] = {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+    return 2 * atan2(sqrt(envmapi_dot(minus, minus)), sqrt(envmapi_dot(plus, plus)));
+}
+
+static void envmapi_unit(double out[3], const double in[3]) {
+    double scale = fabs(in[0]) > fabs(in[1]) ? fabs(in[0]) : fabs(in[1]);
+    if (fabs(in[2]) > scale) scale = fabs(in[2]);
+    int usable = envmapi_finite(in[0]) && envmapi_finite(in[1]) && envmapi_finite(in[2]);
+    if (!usable || !(scale > 0)) {
+        out[0] = out[1] = 0, out[2] = 1;
+        return;
+    }
+    double v[3] = {in[0] / scale, in[1] / scale, in[2] / scale};
+    double length = sqrt(envmapi_dot(v, v));
+    for (int i = 0; i < 3; ++i) out[i] = v[i] / length;
+}
+
+static void envmapi_unit_float(double out[3], const float in[3]) {
+    double wide[3] = {(double)in[0], (double)in[1], (double)in[2]};
+    envmapi_unit(out, wide);
+}
+
+typedef struct envmapi_batch {
+    envmap_task *task;
+    void *context;
+    int first;
+} envmapi_batch;
+
+static void envmapi_batch_task(void *context, int i) {
+    const envmapi_batch *batch = (const envmapi_batch *)context;
+    batch->task(batch->context, batch->first + i);
+}
+
+/* All tasks; with a progress callback in up to 64 rounds, told between them on this thread. */
+static envmap_result envmapi_run(const envmap_executor *executor, const envmap_progress *progress,
+                                 envmap_task *task, void *context, int count) {
+    int rounds = progress->report ? 64 : 1, step = (count + rounds - 1) / rounds;
+    for (int first = 0; first < count; first += step) {
+        envmapi_batch batch = {task, context, first};
+        int n = count - first < step ? count - first : step;
+        if (progress->report &&
+            progress->report(progress->user, (float)first / (float)count))
+            return ENVMAP_CANCELLED;
+        if (executor->run)
+            executor->run(executor->user, envmapi_batch_task, &batch, n);
+        else
+            for (int i = 0; i < n; ++i) task(context, first + i);
+    }
+    return ENVMAP_OK;
+}
+
+/* A part of the caller's progress, for one of several runs. */
+typedef struct envmapi_progress_part {
+    const envmap_progress *whole;
+    float from, length;
+} envmapi_progress_part;
+
+static int envmapi_report_part(void *user, float fraction) {
+    const envmapi_progress_part *part = (const envmapi_progress_part *)user;
+    return part->whole->report(part->whole->user, part->from + part->length * fraction);
+}
+
+/* 8-point Gauss-Legendre on [-1,1]: exact for degree 15. Nodes and weights are for +-x. */
+static const double envmapi_gauss_x[4] = {0.1834346424956498, 0.5255324099163290,
+                                          0.7966664774136267, 0.9602898564975362};
+static const double envmapi_gauss_w[4] = {0.3626837833783620, 0.3137066458778873,
+                                          0.2223810344533745, 0.1012285362903763};
+
+/* Node i = 0 .. 7 of the rule on [from, to]; returns its weight. */
+static double envmapi_gauss(double *node, int i, double from, double to) {
+    double half = (to - from) / 2, x = envmapi_gauss_x[i >> 1];
+    *node = (from + to) / 2 + (i & 1 ? half : -half) * x;
+    return half * envmapi_gauss_w[i >> 1];
+}
+
+/* ------------------------------------------------------------------------------ >>directions --
+   Every mapping is a pair of functions in double, direction(face, u, v) and project(face, d),
+   inverse to each other. A cube face is spanned by S (along u) and T (along v) at distance M:
+   d ~ M + (2u-1) S + (2v-1) T, OpenGL's table of (s_c, t_c, m_a) read as vectors. The three disc
+   mappings differ only in how the radius r of (X,Y) depends on the angle to the centre:
+       paraboloid tan(angle/2)      sphere map sin(angle/2)      angular map angle/pi
+   Invariants: round trips, continuity across faces.  Tests: tests/test_directions.c. */
+
+ENVMAPI_BODY int envmap_faces(int mapping) {
+    static const int faces[ENVMAP_MAPPING_COUNT] = {6, 2, 1, 1, 1};
+    return mapping >= 0 && mapping < ENVMAP_MAPPING_COUNT ? faces[mapping] : 0;
+}
+
+static const signed char envmapi_cube[6][3][3] = {
+    /*     S            T            M     */
+    {{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},  /* +X */
+    {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},  /* -X */
+    {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},    /* +Y */
+    {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}},  /* -Y */
+    {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},   /* +Z */
+    {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, /* -Z */
+};
+
+static int envmapi_is_disc(int mapping) {
+    return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
+}
+
+static void envmapi_disc_direction(double d[3], int mapping, int face, double X, double Y) {
+    double rr = X * X + Y * Y;
+    if (mapping == ENVMAP_PARABOLOID) {
+        d[0] = 2 * X / (1 + rr), d[1] = 2 * Y / (1 + rr), d[2] = (1 - rr) / (1 + rr);
+        if (face == 1) d[2] = -d[2];
+        return;
+    }
+    double r = sqrt(rr), clamped = r > 1 ? 1 : r;
+    if (r > 1) X /= r, Y /= r;
+    if (mapping == ENVMAP_SPHERE) {
+        double n_z = sqrt(1 - clamped * clamped);
+        d[0] = 2 * n_z * X, d[1] = 2 * n_z * Y, d[2] = 1 - 2 * clamped * clamped;
+    } else {
+        double ratio = clamped > 0 ? sin(ENVMAPI_PI * clamped) / clamped : ENVMAPI_PI;
+        d[0] = ratio * X, d[1] = ratio * Y, d[2] = -cos(ENVMAPI_PI * clamped);
+    }
+}
+
+static void envmapi_direction(double d[3], int mapping, int face, double u, double v) {
+    if (mapping == ENVMAP_CUBE) {
+        const signed char(*axes)[3] = envmapi_cube[face];
+        double ray[3];
+        for (int i = 0; i < 3; ++i)
+            ray[i] = axes[2][i] + (2 * u - 1) * axes[0][i] + (2 * v - 1) * axes[1][i];
+        envmapi_unit(d, ray);
+    } else if (mapping == ENVMAP_LATLONG) {
+        double phi = 2 * ENVMAPI_PI * (u - 0.5), theta = ENVMAPI_PI * v;
+        d[0] = sin(theta) * sin(phi), d[1] = cos(theta), d[2] = -sin(theta) * cos(phi);
+    } else {
+        envmapi_disc_direction(d, mapping, face, 2 * u - 1, 1 - 2 * v);
+    }
+}
+
+/* The face a unit direction belongs to. */
+static int envmapi_face(int mapping, const double d[3]) {
+    if (mapping == ENVMAP_PARABOLOID) return d[2] < 0;
+    if (mapping != ENVMAP_CUBE) return 0;
+    double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
+    int axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+    return 2 * axis + (d[axis] < 0);
+}
+
+/* (X,Y) = d_xy times `ratio`; where d_xy = 0 on the rim, any rim point is right: (1,0). */
+static void envmapi_disc_project(double uv[2], int mapping, int face, const double d[3]) {
+    double rho = sqrt(d[0] * d[0] + d[1] * d[1]), z = d[2], ratio;
+    double plus = z < 0 ? rho * rho / (1 - z) : 1 + z; /* 1 + z without cancellation */
+    if (mapping == ENVMAP_PARABOLOID) {
+        double minus = z > 0 ? rho * rho / (1 + z) : 1 - z;
+        ratio = 1 / (face == 0 ? plus : minus);
+    } else if (mapping == ENVMAP_SPHERE) {
+        ratio = 1 / sqrt(2 * plus);
+    } else {
+        ratio = rho > 0 ? atan2(rho, -z) / (ENVMAPI_PI * rho) : 1 / ENVMAPI_PI;
+    }
+    int singular = !(rho > 0) && ((mapping == ENVMAP_SPHERE && z < 0) ||
+                                  (mapping == ENVMAP_ANGULAR && z > 0));
+    uv[0] = 0.5 + 0.5 * (singular ? 1 : rho > 0 ? d[0] * ratio : 0);
+    uv[1] = 0.5 - 0.5 * (rho > 0 ? d[1] * ratio : 0);
+}
+
+/* (u,v) of a unit direction on a given face, also beyond the face's edge (for the cube up to
+   nearly a right angle from its centre). */
+static void envmapi_project(double uv[2], int mapping, int face, const double d[3]) {
+    if (mapping == ENVMAP_CUBE) {
+        const signed char(*axes)[3] = envmapi_cube[face];
+        double p[3];
+        for (int k = 0; k < 3; ++k) p[k] = d[0] * axes[k][0] + d[1] * axes[k][1] + d[2] * axes[k][2];
+        if (p[2] < 1e-3) p[2] = 1e-3;
+        uv[0] = 0.5 + 0.5 * p[0] / p[2], uv[1] = 0.5 + 0.5 * p[1] / p[2];
+    } else if (mapping == ENVMAP_LATLONG) {
+        double rho = sqrt(d[0] * d[0] + d[2] * d[2]);
+        uv[0] = rho > 0 ? 0.5 + atan2(d[0], -d[2]) / (2 * ENVMAPI_PI) : 0.5;
+        uv[1] = atan2(rho, d[1]) / ENVMAPI_PI;
+    } else {
+        envmapi_disc_project(uv, mapping, face, d);
+    }
+}
+
+ENVMAPI_BODY void envmap_direction(float dir[3], envmap_mapping mapping, int face, float u,
+                                   float v) {
+    double d[3] = {0, 0, 1};
+    if (!dir) return;
+    if (face >= 0 && face < envmap_faces((int)mapping) && envmapi_finite((double)u) &&
+        envmapi_finite((double)v))
+        envmapi_direction(d, (int)mapping, face, (double)u, (double)v);
+    for (int i = 0; i < 3; ++i) dir[i] = (float)d[i];
+}
+
+ENVMAPI_BODY void envmap_coordinates(int *face, float *u, float *v, envmap_mapping mapping,
+                                     const float dir[3]) {
+    double d[3] = {0, 0, 1}, uv[2] = {0.5, 0.5};
+    int at = 0;
+    if (dir) envmapi_unit_float(d, dir);
+    if (envmap_faces((int)mapping)) {
+        at = envmapi_face((int)mapping, d);
+        envmapi_project(uv, (int)mapping, at, d);
+    }
+    if (face) *face = at;
+    if (u) *u = (float)envmapi_clamp(uv[0], 0, 1);
+    if (v) *v = (float)envmapi_clamp(uv[1], 0, 1);
+}
+
+/* inverse = (M / cbrt|det M|)^-1 by cofactors; 0 when M is singular. M is column-major 4x4. */
+static int envmapi_inverse_rotation(double inverse[3][3], const float modelview[16]) {
+    double m[3][3], det = 0, largest = 0;
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) {
+            m[r][c] = (double)modelview[4 * c + r];
+            if (!envmapi_finite(m[r][c])) return 0;
+            if (fabs(m[r][c]) > largest) largest = fabs(m[r][c]);
+        }
+    if (!(largest > 0)) return 0;
+    for (int i = 0; i < 9; ++i) m[i / 3][i % 3] /= largest;
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) {
+            int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+            inverse[c][r] = m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
+        }
+    for (int c = 0; c < 3; ++c) det += m[0][c] * inverse[c][0];
+    if (fabs(det) < 1e-6) return 0;
+    for (int i = 0; i < 9; ++i) inverse[i / 3][i % 3] *= cbrt(fabs(det)) / det;
+    return 1;
+}
+
+ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const float modelview[16],
+                                                    int face) {
+    double inverse[3][3], side = face == 0 ? -1 : 1;
+    if (!matrix || !modelview || face < 0 || face > 1) return ENVMAP_ERROR_ARGUMENT;
+    if (!envmapi_inverse_rotation(inverse, modelview)) return ENVMAP_ERROR_ARGUMENT;
+    /* Rows of S (M_l)^-1 and its column d, the back's (X,Y) turned by diag(-1,-1,1,1); then P
+       copies z into q, and u = (q + X)/2q, v = (q - Y)/2q. */
+    double rows[3][4];
+    for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) rows[r][c] = (face == 1 && r < 2 ? 1 : -1) * inverse[r][c];
+        rows[r][3] = r == 2 ? side : 0;
+    }
+    for (int c = 0; c < 4; ++c) {
+        matrix[4 * c + 0] = (float)(0.5 * rows[2][c] + 0.5 * rows[0][c]);
+        matrix[4 * c + 1] = (float)(0.5 * rows[2][c] - 0.5 * rows[1][c]);
+        matrix[4 * c + 2] = (float)rows[2][c];
+        matrix[4 * c + 3] = (float)rows[2][c];
+    }
+    return ENVMAP_OK;
+}
+
+/* ------------------------------------------------------------------------------------ >>maps --
+   Memory order, the solid angle of a cell, bilinear lookups across faces, resampling.
+
+   The solid angle of a rectangle [u0,u1] x [v0,v1] of a face:
+     cube      A(x1,y1) - A(x0,y1) - A(x1,y0) + A(x0,y0), A = atan(xy / sqrt(x^2 + y^2 + 1))
+     lat-long  dphi (cos theta0 - cos theta1)
+     discs     let 2 pi r^2 g(r^2) be the solid angle of the disc of radius r; by Green's theorem
+               w = contour integral of g (X dY - Y dX) around cell-and-disc: four clipped segments
+               and the arcs between them (where g = g(1), and X dY - Y dX = dphi).
+               g: sphere map 2, paraboloid 2/(1+r^2), angular map (1 - cos pi r)/r^2.
+   Invariants: the cells of any partition sum to 4 pi.  Tests: tests/test_maps.c. */
+
+#define ENVMAPI_SIZE_LIMIT 16384
+#define ENVMAPI_SLICE_LIMIT 4096
+#define ENVMAPI_BYTE_LIMIT ((uint64_t)1 << 33)
+
+static int envmapi_edge(int size, int level) {
+    int edge = size >> level;
+    return edge > 1 ? edge : 1;
+}
+
+static int envmapi_width(int mapping, int edge) {
+    return mapping == ENVMAP_LATLONG ? 2 * edge : edge;
+}
+
+/* Texels of one face of edge `edge`. */
+static size_t envmapi_area(int mapping, int edge) {
+    return (size_t)envmapi_width(mapping, edge) * (size_t)edge;
+}
+
+ENVMAPI_BODY int envmap_levels(int size) {
+    int levels = 0;
+    for (; size > 0; size >>= 1) ++levels;
+    return levels;
+}
+
+static int envmapi_valid(const envmap *map) {
+    return map && map->texels && envmap_faces(map->mapping) && map->size >= 1 &&
+           map->size <= ENVMAPI_SIZE_LIMIT && map->levels >= 1 &&
+           map->levels <= envmap_levels(map->size) && map->slices >= 1 &&
+           map->slices <= ENVMAPI_SLICE_LIMIT;
+}
+
+/* First texel of a face's image. */
+static float *envmapi_image(const envmap *map, int level, int slice, int face) {
+    size_t faces = (size_t)envmap_faces(map->mapping), texels = 0;
+    for (int l = 0; l < level; ++l)
+        texels += faces * (size_t)map->slices * envmapi_area(map->mapping, envmapi_edge(map->size, l));
+    size_t area = envmapi_area(map->mapping, envmapi_edge(map->size, level));
+    return map->texels + 3 * (texels + area * ((size_t)slice * faces + (size_t)face));
+}
+
+ENVMAPI_BODY envmap_result envmap_create(envmap *map, envmap_mapping mapping, int size, int levels,
+                                         int slices) {
+    uint64_t texels = 0, faces = (uint64_t)envmap_faces((int)mapping);
+    if (!map || !faces || size < 1 || levels < 1 || levels > envmap_levels(size) || slices < 1)
+        return ENVMAP_ERROR_ARGUMENT;
+    if (size > ENVMAPI_SIZE_LIMIT || slices > ENVMAPI_SLICE_LIMIT) return ENVMAP_ERROR_LIMIT;
+    for (int l = 0; l < levels; ++l)
+        texels += faces * envmapi_area((int)mapping, envmapi_edge(size, l));
+    uint64_t bytes = texels * (uint64_t)slices * 3 * sizeof(float);
+    if (bytes > ENVMAPI_BYTE_LIMIT || bytes > PTRDIFF_MAX) return ENVMAP_ERROR_LIMIT;
+    float *memory = (float *)ENVMAP_MALLOC(map->memory, (size_t)bytes);
+    if (!memory) return ENVMAP_ERROR_MEMORY;
+    memset(memory, 0, (size_t)bytes);
+    map->texels = memory;
+    map->mapping = (int)mapping, map->size = size, map->levels = levels, map->slices = slices;
+    map->p0 = -1, map->p1 = 1;
+    return ENVMAP_OK;
+}
+
+ENVMAPI_BODY void envmap_free(envmap *map) {
+    if (!map) return;
+    void *memory = map->memory;
+    if (map->texels) ENVMAP_FREE(memory, map->texels);
+    memset(map, 0, sizeof *map);
+    map->memory = memory;
+}
+
+ENVMAPI_BODY float *envmap_texel(const envmap *map, int level, int slice, int face, int x, int y) {
+    if (!envmapi_valid(map) || level < 0 || level >= map->levels || slice < 0 ||
+        slice >= map->slices || face < 0 || face >= envmap_faces(map->mapping))
+        return NULL;
+    int edge = envmapi_edge(map->size, level), width = envmapi_width(map->mapping, edge);
+    if (x < 0 || x >= width || y < 0 || y >= edge) return NULL;
+    size_t texel = (size_t)y * (size_t)width + (size_t)x;
+    return envmapi_image(map, level, slice, face) + 3 * texel;
+}
+
+/* Solid angle, area and first moments of a region of a disc, gathered along its boundary. */
+typedef struct envmapi_region {
+    double solid_angle, area, moment_x, moment_y;
+} envmapi_region;
+
+static double envmapi_disc_g(int mapping, double rr) {
+    if (mapping == ENVMAP_SPHERE) return 2;
+    if (mapping == ENVMAP_PARABOLOID) return 2 / (1 + rr);
+    double half = sin(0.5 * ENVMAPI_PI * sqrt(rr));
+    return rr > 1e-12 ? 2 * half * half / rr : ENVMAPI_PI * ENVMAPI_PI / 2;
+}
+
+static void envmapi_region_segment(envmapi_region *region, int mapping, const double a[2],
+                                   const double b[2]) {
+    double dx = b[0] - a[0], dy = b[1] - a[1], cross = a[0] * b[1] - a[1] * b[0], sum = 0;
+    int pieces = 1 + (int)(4 * sqrt(dx * dx + dy * dy));
+    for (int i = 0; i < 8 * pieces; ++i) {
+        double t, weight = envmapi_gauss(&t, i & 7, (double)(i >> 3) / pieces,
+                                         (double)((i >> 3) + 1) / pieces);
+        double x = a[0] + t * dx, y = a[1] + t * dy;
+        sum += weight * envmapi_disc_g(mapping, x * x + y * y);
+    }
+    region->solid_angle += cross * sum;
+    region->area += cross / 2;
+    region->moment_x += dy * (a[0] * a[0] + a[0] * b[0] + b[0] * b[0]) / 6;
+    region->moment_y -= dx * (a[1] * a[1] + a[1] * b[1] + b[1] * b[1]) / 6;
+}
+
+/* The unit circle from point a counter-clockwise to point b; a whole turn when a is b. */
+static void envmapi_region_arc(envmapi_region *region, int mapping, const double a[2],
+                               const double b[2]) {
+    double from = atan2(a[1], a[0]), to = atan2(b[1], b[0]);
+    if (to <= from) to += 2 * ENVMAPI_PI;
+    double s0 = sin(from), s1 = sin(to), c0 = cos(from), c1 = cos(to);
+    region->solid_angle += envmapi_disc_g(mapping, 1) * (to - from);
+    region->area += (to - from) / 2;
+    region->moment_x += ((s1 - s1 * s1 * s1 / 3) - (s0 - s0 * s0 * s0 / 3)) / 2;
+    region->moment_y += ((c1 * c1 * c1 / 3 - c1) - (c0 * c0 * c0 / 3 - c0)) / 2;
+}
+
+/* The part of the segment a, b inside the unit disc; 0 when there is none. */
+static int envmapi_clip(double from[2], double to[2], const double a[2], const double b[2]) {
+    double d[2] = {b[0] - a[0], b[1] - a[1]};
+    double dd = d[0] * d[0] + d[1] * d[1], ad = a[0] * d[0] + a[1] * d[1];
+    double root = ad * ad - dd * (a[0] * a[0] + a[1] * a[1] - 1);
+    if (!(root > 0)) return 0;
+    double t0 = envmapi_clamp((-ad - sqrt(root)) / dd, 0, 1);
+    double t1 = envmapi_clamp((-ad + sqrt(root)) / dd, 0, 1);
+    if (t1 - t0 < 1e-12) return 0;
+    for (int i = 0; i < 2; ++i) {
+        from[i] = t0 > 0 ? a[i] + t0 * d[i] : a[i];
+        to[i] = t1 < 1 ? a[i] + t1 * d[i] : b[i];
+    }
+    return 1;
+}
+
+/* The cell with corners (counter-clockwise) inside the unit disc. */
+static envmapi_region envmapi_disc_cell(int mapping, const double corners[4][2]) {
+    envmapi_region region = {0, 0, 0, 0};
+    double from[4][2], to[4][2];
+    int n = 0;
+    for (int i = 0; i < 4; ++i)
+        n += envmapi_clip(from[n], to[n], corners[i], corners[(i + 1) & 3]);
+    for (int i = 0; i < n; ++i) {
+        const double *next = from[(i + 1) % n];
+        envmapi_region_segment(&region, mapping, from[i], to[i]);
+        if (fabs(next[0] - to[i][0]) + fabs(next[1] - to[i][1]) > 1e-12)
+            envmapi_region_arc(&region, mapping, to[i], next);
+    }
+    int holds_centre = corners[0][0] < 0 && corners[2][0] > 0 && corners[0][1] < 0 &&
+                       corners[2][1] > 0;
+    if (n == 0 && holds_centre) envmapi_region_arc(&region, mapping, corners[0], corners[0]);
+    return region;
+}
+
+/* Solid angle of a rectangle of a face, and (when asked for) the (u,v) it counts at: its centre,
+   or the centroid of the part inside the rim. */
+static double envmapi_cell(double centre[2], int mapping, double u0, double v0, double u1,
+                           double v1) {
+    double x0 = 2 * u0 - 1, x1 = 2 * u1 - 1, y0 = 1 - 2 * v1, y1 = 1 - 2 * v0;
+    if (centre) centre[0] = (u0 + u1) / 2, centre[1] = (v0 + v1) / 2;
+    if (mapping == ENVMAP_CUBE)
+        return atan2(x1 * y1, sqrt(x1 * x1 + y1 * y1 + 1)) -
+               atan2(x0 * y1, sqrt(x0 * x0 + y1 * y1 + 1)) -
+               atan2(x1 * y0, sqrt(x1 * x1 + y0 * y0 + 1)) +
+               atan2(x0 * y0, sqrt(x0 * x0 + y0 * y0 + 1));
+    if (mapping == ENVMAP_LATLONG)
+        return 4 * ENVMAPI_PI * (u1 - u0) * sin(ENVMAPI_PI * (v0 + v1) / 2) *
+               sin(ENVMAPI_PI * (v1 - v0) / 2);
+    const double corners[4][2] = {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
+    envmapi_region region = envmapi_disc_cell(mapping, corners);
+    if (!(region.area > 1e-15)) return 0;
+    double far_x = fabs(x0) > fabs(x1) ? x0 : x1, far_y = fabs(y0) > fabs(y1) ? y0 : y1;
+    if (centre && far_x * far_x + far_y * far_y > 1) {
+        centre[0] = 0.5 + 0.5 * region.moment_x / region.area;
+        centre[1] = 0.5 - 0.5 * region.moment_y / region.area;
+    }
+    return region.solid_angle;
+}
+
+/* The same for texel (x,y) of a face of edge `edge`. */
+static double envmapi_texel_cell(double centre[2], int mapping, int edge, int x, int y) {
+    double w = envmapi_width(mapping, edge), h = edge;
+    return envmapi_cell(centre, mapping, x / w, y / h, (x + 1) / w, (y + 1) / h);
+}
+
+ENVMAPI_BODY double envmap_solid_angle(const envmap *map, int level, int face, int x, int y) {
+    if (!envmap_texel(map, level, 0, face, x, y)) return 0;
+    return envmapi_texel_cell(NULL, map->mapping, envmapi_edge(map->size, level), x, y);
+}
+
+/* Direction of the centre of texel (x,y), in the extended domain outside a rim. */
+static void envmapi_texel_direction(double d[3], int mapping, int face, int edge, int x, int y) {
+    envmapi_direction(d, mapping, face, (x + 0.5) / envmapi_width(mapping, edge), (y + 0.5) / edge);
+}
+
+/* A square image of one level, as lookups see it. */
+typedef struct envmapi_level {
+    const float *texels; /* face 0 */
+    int mapping, edge, width;
+} envmapi_level;
+
+static envmapi_level envmapi_level_of(const envmap *map, int level, int slice) {
+    int edge = envmapi_edge(map->size, level);
+    envmapi_level out = {envmapi_image(map, level, slice, 0), map->mapping, edge,
+                         envmapi_width(map->mapping, edge)};
+    return out;
+}
+
+/* Off one edge of a cube face lies the texel of the neighbouring face that touches it there: its
+   coordinate along the edge is the same, so a hair's breadth beyond the edge finds it. */
+static void envmapi_cube_neighbour(int *face, int *x, int *y, int edge) {
+    double hair = 1e-9, d[3], uv[2];
+    double u = *x < 0 ? -hair : *x >= edge ? 1 + hair : (*x + 0.5) / edge;
+    double v = *y < 0 ? -hair : *y >= edge ? 1 + hair : (*y + 0.5) / edge;
+    envmapi_direction(d, ENVMAP_CUBE, *face, u, v);
+    *face = envmapi_face(ENVMAP_CUBE, d);
+    envmapi_project(uv, ENVMAP_CUBE, *face, d);
+    *x = (int)envmapi_clamp(floor(uv[0] * edge), 0, edge - 1);
+    *y = (int)envmapi_clamp(floor(uv[1] * edge), 0, edge - 1);
+}
+
+/* The sphere and angular maps clamp to the rim: to a texel whose centre is inside, so that what a
+   file holds outside the circle never matters. */
+static void envmapi_rim_neighbour(int *x, int *y, int edge) {
+    double X = (2 * *x + 1.0) / edge - 1, Y = (2 * *y + 1.0) / edge - 1, r = sqrt(X * X + Y * Y);
+    if (r <= 1) return;
+    *x = (int)envmapi_clamp(floor((0.5 + 0.5 * X * (1 - 1.5 / edge) / r) * edge), 0, edge - 1);
+    *y = (int)envmapi_clamp(floor((0.5 + 0.5 * Y * (1 - 1.5 / edge) / r) * edge), 0, edge - 1);
+}
+
+static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face, int x, int y,
+                            double weight) {
+    int edge = level->edge, width = level->width;
+    if (level->mapping == ENVMAP_CUBE) {
+        if (x < 0 || y < 0 || x >= edge || y >= edge) envmapi_cube_neighbour(&face, &x, &y, edge);
+    } else {
+        if (level->mapping == ENVMAP_LATLONG) x = (x + width) % width;
+        x = x < 0 ? 0 : x >= width ? width - 1 : x;
+        y = y < 0 ? 0 : y >= edge ? edge - 1 : y;
+        if (level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR)
+            envmapi_rim_neighbour(&x, &y, edge);
+    }
+    const float *texel = level->texels + 3 * (((size_t)face * (size_t)edge + (size_t)y) *
+                                                  (size_t)width + (size_t)x);
+    for (int c = 0; c < 3; ++c) rgb[c] += weight * (double)texel[c];
+}
+
+/* A lat-long pole is one direction: the mean of its row. */
+static void envmapi_add_pole(double rgb[3], const envmapi_level *level, int y, double weight) {
+    for (int x = 0; x < level->width; ++x)
+        envmapi_add_tap(rgb, level, 0, x, y, weight / level->width);
+}
+
+/* rgb += weight times the bilinear value at (u,v) of a face. Beyond a cube's corner there is no
+   texel: the mean of the three that meet there stands in, which is continuous. */
+static void envmapi_add_bilinear(double rgb[3], const envmapi_level *level, int face, double u,
+                                 double v, double weight) {
+    double s = u * level->width - 0.5, t = v * level->edge - 0.5;
+    int x = (int)floor(s), y = (int)floor(t), n = level->edge;
+    double fx = s - x, fy = t - y, pole = 0;
+    if (level->mapping == ENVMAP_LATLONG && (y < 0 || y >= n - 1)) {
+        double beyond = t < 0 ? -2 * t : t > n - 1 ? 2 * (t - (n - 1)) : 0;
+        if (beyond > 0) {
+            pole = beyond, y = t < 0 ? 0 : n - 1, fy = 0;
+            envmapi_add_pole(rgb, level, y, weight * pole);
+        }
+    }
+    double taps[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy}, corner = 0;
+    int off_cube[4], at_corner = 0;
+    for (int i = 0; i < 4; ++i) {
+        int tx = x + (i & 1), ty = y + (i >> 1);
+        off_cube[i] = level->mapping == ENVMAP_CUBE && (tx < 0 || tx >= n) && (ty < 0 || ty >= n);
+        if (off_cube[i]) corner = taps[i] / 3, at_corner = 1;
+    }
+    for (int i = 0; i < 4; ++i) {
+        double tap = taps[i] + (at_corner ? corner : 0);
+        if (tap > 0 && !off_cube[i])
+            envmapi_add_tap(rgb, level, face, x + (i & 1), y + (i >> 1), tap * weight * (1 - pole));
+    }
+}
+
+/* Bilinear in direction d. In the last half texel before the rim the paraboloids blend, to half
+   and half on it, so that front and back agree there. */
+static void envmapi_add_lookup(double rgb[3], const envmapi_level *level, const double d[3],
+                               double weight) {
+    int face = envmapi_face(level->mapping, d);
+    double uv[2], other = 0;
+    envmapi_project(uv, level->mapping, face, d);
+    if (level->mapping == ENVMAP_PARABOLOID) {
+        double r = sqrt((1 - fabs(d[2])) / (1 + fabs(d[2]))), inside = (1 - r) * level->edge;
+        if (inside < 1) {
+            double across[2];
+            other = 0.5 * (1 - inside);
+            envmapi_project(across, ENVMAP_PARABOLOID, 1 - face, d);
+            envmapi_add_bilinear(rgb, level, 1 - face, across[0], across[1], weight * other);
+        }
+    }
+    envmapi_add_bilinear(rgb, level, face, uv[0], uv[1], weight * (1 - other));
+}
+
+static void envmapi_add_trilinear(double rgb[3], const envmap *map, int slice, const double d[3],
+                                  double level, double weight) {
+    int lower = (int)level;
+    double f = level - lower;
+    envmapi_level a = envmapi_level_of(map, lower, slice);
+    envmapi_add_lookup(rgb, &a, d, weight * (1 - f));
+    if (f > 0) {
+        a = envmapi_level_of(map, lower + 1, slice);
+        envmapi_add_lookup(rgb, &a, d, weight * f);
+    }
+}
+
+ENVMAPI_BODY void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
+                                      float level) {
+    double sum[3] = {0, 0, 0}, d[3];
+    if (!rgb) return;
+    if (envmapi_valid(map) && dir) {
+        double l = level > 0 ? envmapi_clamp((double)level, 0, map->levels - 1) : 0, s = 0;
+        double range = (double)map->p1 - (double)map->p0;
+        envmapi_unit_float(d, dir);
+        if (envmapi_finite((double)p) && envmapi_finite(range) && fabs(range) > 0)
+            s = envmapi_clamp(((double)p - (double)map->p0) / range * map->slices - 0.5, 0,
+                              map->slices - 1);
+        double f = s - (int)s;
+        envmapi_add_trilinear(sum, map, (int)s, d, envmapi_finite(l) ? l : 0, 1 - f);
+        if (f > 0) envmapi_add_trilinear(sum, map, (int)s + 1, d, envmapi_finite(l) ? l : 0, f);
+    }
+    for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
+}
+
+ENVMAPI_BODY void envmap_lookup(float rgb[3], const envmap *map, const float dir[3], float level) {
+    envmap first;
+    if (!map) {
+        envmap_lookup_slice(rgb, NULL, dir, 0, level);
+        return;
+    }
+    first = *map;
+    first.p1 = first.p0; /* no p: slice 0 */
+    envmap_lookup_slice(rgb, &first, dir, 0, level);
+}
+
+/* The longer side, in texels of a face of edge `edge`, between the directions a and b seen on the
+   face of d. */
+static double envmapi_span(int mapping, int edge, const double d[3], const double a[3],
+                           const double b[3]) {
+    double from[2], to[2];
+    int face = envmapi_face(mapping, d);
+    envmapi_project(from, mapping, face, a);
+    envmapi_project(to, mapping, face, b);
+    double du = to[0] - from[0], dv = to[1] - from[1];
+    if (mapping == ENVMAP_LATLONG) du -= floor(du + 0.5);
+    du *= envmapi_width(mapping, edge), dv *= edge;
+    return sqrt(du * du + dv * dv);
+}
+
+/* d(solid angle) / du dv */
+static double envmapi_density(int mapping, double u, double v) {
+    double X = 2 * u - 1, Y = 2 * v - 1, rr = X * X + Y * Y;
+    if (mapping == ENVMAP_CUBE) return 4 / ((1 + rr) * sqrt(1 + rr));
+    if (mapping == ENVMAP_LATLONG) return 2 * ENVMAPI_PI * ENVMAPI_PI * sin(ENVMAPI_PI * v);
+    if (mapping == ENVMAP_PARABOLOID) return 16 / ((1 + rr) * (1 + rr));
+    if (mapping == ENVMAP_SPHERE) return 16;
+    double r = sqrt(rr);
+    return r > 1e-9 ? 4 * ENVMAPI_PI * sin(ENVMAPI_PI * r) / r : 4 * ENVMAPI_PI * ENVMAPI_PI;
+}
+
+/* Points along one side of a texel of dst, so that they lie no farther apart than src's texels. */
+static int envmapi_samples(const envmap *dst, const envmap *src, int face, int x, int y,
+                           int along_v) {
+    double d[3], a[3], b[3], w = envmapi_width(dst->mapping, dst->size), h = dst->size;
+    double u = (x + 0.5) / w, v = (y + 0.5) / h, du = along_v ? 0 : 0.5 / w, dv = along_v ? 0.5 / h : 0;
+    envmapi_direction(d, dst->mapping, face, u, v);
+    envmapi_direction(a, dst->mapping, face, u - du, v - dv);
+    envmapi_direction(b, dst->mapping, face, u + du, v + dv);
+    double span = envmapi_span(src->mapping, src->size, d, a, b);
+    return (int)envmapi_clamp(ceil(span - 0.01), 1, 2.0 * src->size);
+}
+
+/* The mean of src over a texel of dst, weighted by solid angle; outside a rim's circle only the
+   points inside count, if there are any. */
+static void envmapi_resample_texel(double rgb[3], const envmap *dst, const envmapi_level *level,
+                                   const envmap *src, int face, int x, int y) {
+    double w = envmapi_width(dst->mapping, dst->size), h = dst->size, d[3], sum = 0;
+    int cut = envmapi_is_disc(dst->mapping) &&
+              envmapi_texel_cell(NULL, dst->mapping, dst->size, x, y) > 0;
+    int n_u = envmapi_samples(dst, src, face, x, y, 0), n_v = envmapi_samples(dst, src, face, x, y, 1);
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int i = 0; i < n_u * n_v; ++i) {
+        double u = (x + (i % n_u + 0.5) / n_u) / w, v = (y + (i / n_u + 0.5) / n_v) / h;
+        double X = 2 * u - 1, Y = 2 * v - 1;
+        if (cut && n_u * n_v > 1 && X * X + Y * Y > 1) continue;
+        double weight = envmapi_density(dst->mapping, u, v);
+        envmapi_direction(d, dst->mapping, face, u, v);
+        envmapi_add_lookup(rgb, level, d, weight);
+        sum += weight;
+    }
+    if (!(sum > 0)) { /* outside the angular map's circle, or a sliver between the points */
+        rgb[0] = rgb[1] = rgb[2] = 0;
+        envmapi_texel_direction(d, dst->mapping, face, dst->size, x, y);
+        envmapi_add_lookup(rgb, level, d, sum = 1);
+    }
+    for (int c = 0; c < 3; ++c) rgb[c] /= sum;
+}
+
+/* NaN and Inf, and negative numbers unless they are allowed, have no place in level 0. */
+static int envmapi_radiance_ok(const envmap *map, int negative_too) {
+    size_t count = 3 * envmapi_area(map->mapping, map->size) * (size_t)envmap_faces(map->mapping) *
+                   (size_t)map->slices;
+    int bad = 0;
+    for (size_t i = 0; i < count; ++i) {
+        uint32_t bits;
+        memcpy(&bits, map->texels + i, sizeof bits);
+        bad |= (bits & 0x7F800000u) == 0x7F800000u || (!negative_too && bits > 0x80000000u);
+    }
+    return !bad;
+}
+
+/* dst and src are two valid maps that share no texels, and slices fit. */
+static int envmapi_pair_ok(const envmap *dst, const envmap *src) {
+    return envmapi_valid(dst) && envmapi_valid(src) && dst != src && dst->texels != src->texels &&
+           (src->slices == 1 || src->slices == dst->slices);
+}
+
+static void envmapi_resample_slice(envmap *dst, const envmap *src, int slice) {
+    envmapi_level level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
+    int width = envmapi_width(dst->mapping, dst->size);
+    for (int face = 0; face < envmap_faces(dst->mapping); ++face) {
+        float *out = envmapi_image(dst, 0, slice, face);
+        for (int i = 0; i < width * dst->size; ++i, out += 3) {
+            double rgb[3];
+            envmapi_resample_texel(rgb, dst, &level, src, face, i % width, i / width);
+            for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
+        }
+    }
+}
+
+ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
+    if (!envmapi_pair_ok(dst, src)) return ENVMAP_ERROR_ARGUMENT;
+    if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
+    size_t slice_floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
+    for (int slice = 0; slice < dst->slices; ++slice) {
+        if (dst->mapping == src->mapping && dst->size == src->size)
+            memcpy(envmapi_image(dst, 0, slice, 0), envmapi_image(src, 0, src->slices > 1 ? slice : 0, 0),
+                   slice_floats * sizeof(float));
+        else if (slice > 0 && src->slices == 1)
+            memcpy(envmapi_image(dst, 0, slice, 0), dst->texels, slice_floats * sizeof(float));
+        else
+            envmapi_resample_slice(dst, src, slice);
+    }
+    return ENVMAP_OK;
+}
+
+/* ------------------------------------------------------------------------------------- >>pfm --
+   "PF" or "Pf", width, height, scale, one white space, then rows from the bottom up. Upside up,
+   the strip of slices and faces is the memory order itself. Numbers are parsed and bytes put
+   together here, so that neither locale nor host matters; sizes are checked before anything is
+   allocated.  Tests: tests/test_pfm.c. */
+
+typedef struct envmapi_reader {
+    const unsigned char *data;
+    size_t bytes, at;
+} envmapi_reader;
+
+/* The next byte, or -1 at the end. */
+static int envmapi_peek(const envmapi_reader *in) {
+    return in->at < in->bytes ? in->data[in->at] : -1;
+}
+
+static int envmapi_is_space(int c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+/* White space and comments, "#" to the end of the line; at least one byte of them. */
+static envmap_result envmapi_pfm_space(envmapi_reader *in) {
+    size_t start = in->at;
+    for (;; ++in->at) {
+        int c = envmapi_peek(in);
+        if (c == '#')
+            while (c >= 0 && c != '\n' && c != '\r') ++in->at, c = envmapi_peek(in);
+        if (!envmapi_is_space(c)) break;
+    }
+    if (envmapi_peek(in) < 0) return ENVMAP_ERROR_TRUNCATED;
+    return in->at > start ? ENVMAP_OK : ENVMAP_ERROR_FORMAT;
+}
+
+/* A positive integer; more than nine digits are beyond every limit. */
+static envmap_result envmapi_pfm_integer(envmapi_reader *in, int *value) {
+    int n = 0, digits = 0, c;
+    for (; (c = envmapi_peek(in)) >= '0' && c <= '9'; ++in->at) {
+        if (n > 0 || c > '0') ++digits;
+        if (digits <= 9) n = 10 * n + (c - '0');
+    }
+    if (c < 0) return ENVMAP_ERROR_TRUNCATED;
+    if (digits > 9) return ENVMAP_ERROR_LIMIT;
+    *value = n;
+    return n > 0 ? ENVMAP_OK : ENVMAP_ERROR_FORMAT;
+}
+
+/* [+-] digits [. digits] [e [+-] digits] */
+static envmap_result envmapi_pfm_number(envmapi_reader *in, double *value) {
+    int c = envmapi_peek(in), negative = c == '-', digits = 0, shift = 0, exponent = 0, point = 0;
+    double mantissa = 0;
+    if (c == '-' || c == '+') ++in->at;
+    for (; (c = envmapi_peek(in)) == '.' || (c >= '0' && c <= '9'); ++in->at) {
+        if (c == '.' && point++) return ENVMAP_ERROR_FORMAT;
+        if (c == '.') continue;
+        ++digits;
+        if (mantissa < 1e17) mantissa = 10 * mantissa + (c - '0'), shift -= point;
+        else shift += !point;
+    }
+    if (c < 0) return ENVMAP_ERROR_TRUNCATED;
+    if (!digits) return ENVMAP_ERROR_FORMAT;
+    if (c == 'e' || c == 'E') {
+        ++in->at;
+        int down = (c = envmapi_peek(in)) == '-', seen = 0;
+        if (c == '-' || c == '+') ++in->at;
+        for (; (c = envmapi_peek(in)) >= '0' && c <= '9'; ++in->at, seen = 1)
+            if (exponent < 10000) exponent = 10 * exponent + (c - '0');
+        if (c < 0) return ENVMAP_ERROR_TRUNCATED;
+        if (!seen) return ENVMAP_ERROR_FORMAT;
+        if (down) exponent = -exponent;
+    }
+    *value = mantissa * pow(10.0, envmapi_clamp((double)exponent + shift, -400, 400));
+    if (negative) *value = -*value;
+    return ENVMAP_OK;
+}
+
+typedef struct envmapi_pfm {
+    int width, height, channels, size, slices;
+    double scale;
+} envmapi_pfm;
+
+/* Which map a picture of this shape is. */
+static envmap_result envmapi_pfm_shape(envmapi_pfm *pfm, int mapping) {
+    int faces = envmap_faces(mapping), edge = mapping == ENVMAP_LATLONG ? pfm->height : pfm->width;
+    uint64_t strip = (uint64_t)faces * (uint64_t)edge;
+    pfm->size = edge;
+    pfm->slices = (int)((uint64_t)pfm->height / strip);
+    if (mapping == ENVMAP_LATLONG && (uint64_t)pfm->width != 2 * (uint64_t)edge)
+        return ENVMAP_ERROR_SHAPE;
+    if ((uint64_t)pfm->height % strip || !pfm->slices) return ENVMAP_ERROR_SHAPE;
+    return edge > ENVMAPI_SIZE_LIMIT ? ENVMAP_ERROR_LIMIT : ENVMAP_OK;
+}
+
+static envmap_result envmapi_pfm_header(envmapi_reader *in, envmapi_pfm *pfm, int mapping) {
+    envmap_result result;
+    if (in->bytes < 2) return ENVMAP_ERROR_TRUNCATED;
+    if (in->data[0] != 'P' || (in->data[1] != 'F' && in->data[1] != 'f'))
+        return ENVMAP_ERROR_FORMAT;
+    pfm->channels = in->data[1] == 'F' ? 3 : 1;
+    in->at = 2;
+    if ((result = envmapi_pfm_space(in)) || (result = envmapi_pfm_integer(in, &pfm->width)) ||
+        (result = envmapi_pfm_space(in)) || (result = envmapi_pfm_integer(in, &pfm->height)) ||
+        (result = envmapi_pfm_space(in)) || (result = envmapi_pfm_number(in, &pfm->scale)))
+        return result;
+    int after = envmapi_peek(in);
+    if (!envmapi_is_space(after)) return ENVMAP_ERROR_FORMAT;
+    ++in->at;
+    if (!envmapi_finite(pfm->scale) || !(fabs(pfm->scale) > 0)) return ENVMAP_ERROR_FORMAT;
+    if ((result = envmapi_pfm_shape(pfm, mapping))) return result;
+    uint64_t need = (uint64_t)pfm->width * (uint64_t)pfm->height * (uint64_t)pfm->channels * 4;
+    uint64_t have = in->bytes - in->at;
+    if (after == '\r' && have == need + 1 && envmapi_peek(in) == '\n') ++in->at, --have;
+    return have < need ? ENVMAP_ERROR_TRUNCATED : have > need ? ENVMAP_ERROR_TRAILING : ENVMAP_OK;
+}
+
+/* Four bytes, the lowest first when `little`, as a float. */
+static float envmapi_pfm_sample(const unsigned char *b, int little) {
+    uint32_t bits = little ? b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24
+                           : b[3] | (uint32_t)b[2] << 8 | (uint32_t)b[1] << 16 | (uint32_t)b[0] << 24;
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+ENVMAPI_BODY envmap_result envmap_pfm_read(envmap *map, const void *data, size_t bytes,
+                                           envmap_mapping mapping) {
+    envmapi_reader in = {(const unsigned char *)data, bytes, 0};
+    envmapi_pfm pfm;
+    envmap_result result;
+    if (!map || !data || !envmap_faces((int)mapping)) return ENVMAP_ERROR_ARGUMENT;
+    if ((result = envmapi_pfm_header(&in, &pfm, (int)mapping))) return result;
+    if ((result = envmap_create(map, mapping, pfm.size, 1, pfm.slices))) return result;
+    const unsigned char *sample = in.data + in.at;
+    float factor = (float)envmapi_clamp(fabs(pfm.scale), 1e-38, 3e38);
+    for (int y = pfm.height - 1; y >= 0; --y) {
+        float *row = map->texels + 3 * (size_t)y * (size_t)pfm.width;
+        for (int i = 0; i < 3 * pfm.width; ++i) {
+            row[i] = factor * envmapi_pfm_sample(sample, pfm.scale < 0);
+            if (pfm.channels == 3 || i % 3 == 2) sample += 4;
+        }
+    }
+    return ENVMAP_OK;
+}
+
+static size_t envmapi_pfm_decimal(char *out, size_t at, size_t value) {
+    char digits[24];
+    size_t n = 0;
+    do digits[n++] = (char)('0' + value % 10);
+    while (value /= 10);
+    while (n) out[at++] = digits[--n];
+    return at;
+}
+
+/* The header of a picture; returns its length, below 64. */
+static size_t envmapi_pfm_title(char title[64], size_t width, size_t height) {
+    size_t at = 3;
+    memcpy(title, "PF\n", 3);
+    at = envmapi_pfm_decimal(title, at, width);
+    title[at++] = ' ';
+    at = envmapi_pfm_decimal(title, at, height);
+    memcpy(title + at, "\n-1.0\n", 6);
+    return at + 6;
+}
+
+static void envmapi_pfm_encode(unsigned char *out, const float *samples, size_t count) {
+    for (size_t i = 0; i < count; ++i) {
+        uint32_t bits;
+        memcpy(&bits, samples + i, sizeof bits);
+        for (int b = 0; b < 4; ++b) *out++ = (unsigned char)(bits >> (8 * b));
+    }
+}
+
+/* Rows and columns of the strip that one level makes; 0 when it cannot be written. */
+static size_t envmapi_pfm_rows(size_t *width, const envmap *map, int level) {
+    if (!envmapi_valid(map) || level < 0 || level >= map->levels) return 0;
+    if (map->mapping == ENVMAP_LATLONG && map->slices > 1) return 0;
+    int edge = envmapi_edge(map->size, level);
+    *width = (size_t)envmapi_width(map->mapping, edge);
+    return (size_t)edge * (size_t)envmap_faces(map->mapping) * (size_t)map->slices;
+}
+
+ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *bytes,
+                                            const envmap *map, int level) {
+    char title[64];
+    size_t width = 0, rows = envmapi_pfm_rows(&width, map, level);
+    if (!rows || (!data && !bytes)) return ENVMAP_ERROR_ARGUMENT;
+    size_t start = envmapi_pfm_title(title, width, rows), row = 12 * width;
+    if (bytes) *bytes = start + rows * row;
+    if (!data) return ENVMAP_OK;
+    if (capacity < start + rows * row) return ENVMAP_ERROR_LIMIT;
+    unsigned char *out = (unsigned char *)data;
+    const float *samples = envmapi_image(map, level, 0, 0);
+    memcpy(out, title, start);
+    for (size_t y = 0; y < rows; ++y)
+        envmapi_pfm_encode(out + start + y * row, samples + 3 * width * (rows - 1 - y), 3 * width);
+    return ENVMAP_OK;
+}
+
+#ifndef ENVMAP_NO_STDIO
+/* The whole file in memory, its size first, so that no header can make us allocate more. */
+ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, envmap_mapping mapping) {
+    envmap_result result = ENVMAP_ERROR_FILE;
+    if (!map || !path || !envmap_faces((int)mapping)) return ENVMAP_ERROR_ARGUMENT;
+    FILE *file = fopen(path, "rb");
+    if (!file) return ENVMAP_ERROR_FILE;
+    long bytes = fseek(file, 0, SEEK_END) ? -1 : ftell(file);
+    if (bytes >= 0 && bytes < LONG_MAX && !fseek(file, 0, SEEK_SET)) {
+        /* one byte more, so that an empty file is not a failed allocation */
+        void *data = (uint64_t)bytes > 2 * ENVMAPI_BYTE_LIMIT
+                         ? NULL
+                         : ENVMAP_MALLOC(map->memory, (size_t)bytes + 1);
+        if (!data)
+            result = ENVMAP_ERROR_MEMORY;
+        else if (fread(data, 1, (size_t)bytes, file) == (size_t)bytes)
+            result = envmap_pfm_read(map, data, (size_t)bytes, mapping);
+        if (data) ENVMAP_FREE(map->memory, data);
+    }
+    fclose(file);
+    return result;
+}
+
+static int envmapi_pfm_put(FILE *file, const envmap *map, int level, size_t width, size_t rows) {
+    unsigned char chunk[3072];
+    const float *samples = envmapi_image(map, level, 0, 0);
+    for (size_t y = rows; y-- > 0;)
+        for (size_t x = 0; x < 3 * width; x += sizeof chunk / 4) {
+            size_t count = 3 * width - x < sizeof chunk / 4 ? 3 * width - x : sizeof chunk / 4;
+            envmapi_pfm_encode(chunk, samples + 3 * width * y + x, count);
+            if (fwrite(chunk, 4, count, file) != count) return 0;
+        }
+    return 1;
+}
+
+ENVMAPI_BODY envmap_result envmap_pfm_save(const envmap *map, const char *path, int level) {
+    char title[64];
+    size_t width = 0, rows = envmapi_pfm_rows(&width, map, level);
+    if (!rows || !path) return ENVMAP_ERROR_ARGUMENT;
+    FILE *file = fopen(path, "wb");
+    if (!file) return ENVMAP_ERROR_FILE;
+    size_t start = envmapi_pfm_title(title, width, rows);
+    int whole = fwrite(title, 1, start, file) == start;
+    whole = whole && envmapi_pfm_put(file, map, level, width, rows);
+    whole = fclose(file) == 0 && whole;
+    if (!whole) remove(path);
+    return whole ? ENVMAP_OK : ENVMAP_ERROR_FILE;
+}
+#endif
+
+/* ------------------------------------------------------------------------------------ >>mips --
+   parent = sum over children of w(overlap) child / sum w(overlap), w the solid angle of the
+   overlap of the nested texels: so w(parent) parent = sum w(child) child, and every level carries
+   the same energy. A parent wholly outside a rim takes the plain mean of what lies under it.
+   Tests: tests/test_mips.c. */
+
+/* The children of parent texel i along one side, with the ends of their overlap in [0,1]. */
+static int envmapi_nested(double ends[5], int *first, int i, int parents, int children) {
+    double from = (double)i / parents, to = (double)(i + 1) / parents;
+    int n = 0;
+    /* integers decide which child is first and last: no rounding */
+    *first = (int)((int64_t)i * children / parents);
+    int last = (int)(((int64_t)(i + 1) * children + parents - 1) / parents);
+    for (int j = *first; j < last && n < 4; ++j, ++n) {
+        ends[n] = j == *first ? from : (double)j / children;
+        ends[n + 1] = j + 1 == last ? to : (double)(j + 1) / children;
+    }
+    return n;
+}
+
+/* Texel (x,y) of every face and slice of a level, from the level above. */
+static void envmapi_mip_texel(envmap *map, int level, int x, int y) {
+    int mapping = map->mapping, child = envmapi_edge(map->size, level - 1);
+    int edge = envmapi_edge(map->size, level), x0, y0;
+    int width = envmapi_width(mapping, edge), above = envmapi_width(mapping, child);
+    double ends_u[5], ends_v[5], weights[16], sum = 0, inside = 0;
+    int n_u = envmapi_nested(ends_u, &x0, x, width, above);
+    int n_v = envmapi_nested(ends_v, &y0, y, edge, child), n = n_u * n_v;
+    for (int pass = 0; pass < 2 && !(inside > 0); ++pass, sum = inside)
+        for (int i = 0; i < n; ++i) {
+            double u0 = ends_u[i % n_u], u1 = ends_u[i % n_u + 1];
+            double v0 = ends_v[i / n_u], v1 = ends_v[i / n_u + 1];
+            weights[i] = pass ? (u1 - u0) * (v1 - v0) : envmapi_cell(NULL, mapping, u0, v0, u1, v1);
+            inside += weights[i];
+        }
+    for (int image = 0; image < envmap_faces(mapping) * map->slices; ++image) {
+        const float *from = envmapi_image(map, level - 1, 0, 0) +
+                            3 * (size_t)image * envmapi_area(mapping, child);
+        float *to = envmapi_image(map, level, 0, 0) + 3 * (size_t)image * envmapi_area(mapping, edge) +
+                    3 * ((size_t)y * (size_t)width + (size_t)x);
+        double rgb[3] = {0, 0, 0};
+        for (int i = 0; i < n; ++i) {
+            size_t at = (size_t)(y0 + i / n_u) * (size_t)above + (size_t)(x0 + i % n_u);
+            for (int c = 0; c < 3; ++c) rgb[c] += weights[i] * (double)from[3 * at + (size_t)c];
+        }
+        for (int c = 0; c < 3; ++c) to[c] = (float)(rgb[c] / sum);
+    }
+}
+
+/* The mean of the sphere from one level of a slice, written to every texel of the next. */
+static void envmapi_mip_top(envmap *map, int level, int slice) {
+    int edge = envmapi_edge(map->size, level - 1), width = envmapi_width(map->mapping, edge);
+    int faces = envmap_faces(map->mapping);
+    const float *from = envmapi_image(map, level - 1, slice, 0);
+    float *to = envmapi_image(map, level, slice, 0);
+    double rgb[3] = {0, 0, 0}, sum = 0;
+    for (int i = 0; i < width * edge; ++i) {
+        double w = envmapi_texel_cell(NULL, map->mapping, edge, i % width, i / width);
+        for (int face = 0; face < faces; ++face, sum += w)
+            for (int c = 0; c < 3; ++c)
+                rgb[c] += w * (double)from[3 * (face * width * edge + i) + c];
+    }
+    for (int i = 0; i < faces * envmapi_width(map->mapping, 1); ++i)
+        for (int c = 0; c < 3; ++c) to[3 * i + c] = (float)(rgb[c] / sum);
+}
+
+ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
+    if (!envmapi_valid(map)) return ENVMAP_ERROR_ARGUMENT;
+    for (int level = 1; level < map->levels; ++level) {
+        int edge = envmapi_edge(map->size, level), width = envmapi_width(map->mapping, edge);
+        if (edge == 1)
+            for (int slice = 0; slice < map->slices; ++slice) envmapi_mip_top(map, level, slice);
+        else
+            for (int i = 0; i < width * edge; ++i) envmapi_mip_texel(map, level, i % width, i / width);
+    }
+    return ENVMAP_OK;
+}
+
+/* Texels of level 0 that a small step along `side` at d spans, per unit of the step. */
+static double envmapi_footprint_side(const envmap *map, const double d[3], const double side[3]) {
+    double length = sqrt(envmapi_dot(side, side)), a[3], b[3];
+    if (!(length > 0) || !envmapi_finite(length)) return 0;
+    double step = 1e-4 / length;
+    for (int i = 0; i < 3; ++i) a[i] = d[i] - step * side[i], b[i] = d[i] + step * side[i];
+    envmapi_unit(a, a), envmapi_unit(b, b);
+    return envmapi_span(map->mapping, map->size, d, a, b) / (2 * step);
+}
+
+ENVMAPI_BODY float envmap_footprint_level(const envmap *map, const float dir[3], const float dx[3],
+                                          const float dy[3]) {
+    double d[3], x[3], y[3];
+    if (!envmapi_valid(map) || !dir || !dx || !dy) return 0;
+    double length = 0;
+    for (int i = 0; i < 3; ++i) length += (double)dir[i] * (double)dir[i];
+    length = sqrt(length);
+    if (!(length > 0) || !envmapi_finite(length)) return 0;
+    envmapi_unit_float(d, dir);
+    for (int i = 0; i < 3; ++i) x[i] = (double)dx[i] / length, y[i] = (double)dy[i] / length;
+    double a = envmapi_footprint_side(map, d, x), b = envmapi_footprint_side(map, d, y);
+    double texels = a > b ? a : b;
+    return texels > 1 ? (float)envmapi_clamp(log2(texels), 0, map->levels - 1) : 0;
+}
+
+/* ----------------------------------------------------------------------------------- >>lobes --
+   k(x; p), x = cos theta, and what methods ask about it. Integrals over the sphere are
+   2 pi sin(theta) k(theta) d theta by Gauss-Legendre on panels between breaks: the ends of the
+   support, the kinks, and steps growing by 2 away from theta = 0 and pi, so that a peak is met at
+   its own scale whatever that is.
+   Banks: with psi = acos(c), k = -cos(theta + psi) - s, over (1-s)^2: a ring at pi - psi whose
+   edges are acos(s) off; where the ring covers a pole, k has the tip of a cone there.
+   Invariants: lambda_0 = 1 when normalised; closed forms agree with quadrature.
+   Tests: tests/test_lobes.c. */
+
+static envmap_lobe envmapi_lobe(int kind, float parameter, float p0, float p1) {
+    envmap_lobe lobe;
+    memset(&lobe, 0, sizeof lobe);
+    lobe.kind = kind, lobe.parameter = parameter, lobe.scale = 1, lobe.p0 = p0, lobe.p1 = p1;
+    return lobe;
+}
+
+ENVMAPI_BODY envmap_lobe envmap_lobe_mirror(void) {
+    return envmapi_lobe(ENVMAP_LOBE_MIRROR, 0, 0, 0);
+}
+
+ENVMAPI_BODY envmap_lobe envmap_lobe_diffuse(void) {
+    return envmapi_lobe(ENVMAP_LOBE_PHONG, 1, 0, 0);
+}
+
+ENVMAPI_BODY envmap_lobe envmap_lobe_phong(float exponent) {
+    return envmapi_lobe(ENVMAP_LOBE_PHONG, exponent, 0, 0);
+}
+
+ENVMAPI_BODY envmap_lobe envmap_lobe_gaussian(float sharpness) {
+    return envmapi_lobe(ENVMAP_LOBE_GAUSSIAN, sharpness, 0, 0);
+}
+
+ENVMAPI_BODY envmap_lobe envmap_lobe_ggx(float alpha) {
+    return envmapi_lobe(ENVMAP_LOBE_GGX, alpha, 0, 0);
+}
+
+ENVMAPI_BODY envmap_lobe envmap_lobe_banks(float s) {
+    return envmapi_lobe(ENVMAP_LOBE_BANKS, s, -1, 1);
+}
+
+ENVMAPI_BODY envmap_lobe envmap_lobe_function(envmap_lobe_function_type *function, void *user) {
+    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_FUNCTION, 0, 0, 0);
+    lobe.function = function, lobe.user = user;
+    return lobe;
+}
+
+ENVMAPI_BODY envmap_lobe envmap_lobe_table(const float *values, int size, int slices, float p0,
+                                           float p1) {
+    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_TABLE, 0, p0, p1);
+    lobe.table = values, lobe.table_size = size, lobe.table_slices = slices;
+    return lobe;
+}
+
+static int envmapi_lobe_ok(const envmap_lobe *lobe) {
+    if (!lobe || !envmapi_finite((double)lobe->scale) || !envmapi_finite((double)lobe->p0) ||
+        !envmapi_finite((double)lobe->p1) || !envmapi_finite((double)lobe->parameter))
+        return 0;
+    double parameter = (double)lobe->parameter;
+    switch (lobe->kind) {
+    case ENVMAP_LOBE_MIRROR: return 1;
+    case ENVMAP_LOBE_PHONG:
+    case ENVMAP_LOBE_GAUSSIAN: return parameter >= 0 && parameter <= 1e9;
+    case ENVMAP_LOBE_GGX: return parameter >= 0.99e-4 && parameter <= 1;
+    case ENVMAP_LOBE_BANKS: return parameter >= 0 && parameter <= 0.99999;
+    case ENVMAP_LOBE_FUNCTION:
+        return lobe->function && lobe->kink_count >= 0 && (lobe->kinks || !lobe->kink_count);
+    case ENVMAP_LOBE_TABLE: break;
+    default: return 0;
+    }
+    if (!lobe->table || lobe->table_size < 4 || lobe->table_size > 1 << 20 ||
+        lobe->table_slices < 1 || lobe->table_slices > ENVMAPI_SLICE_LIMIT)
+        return 0;
+    int bad = 0;
+    for (int i = 0; i < lobe->table_size * lobe->table_slices; ++i)
+        bad |= !envmapi_finite((double)lobe->table[i]);
+    return !bad;
+}
+
+/* The mirror is a lobe, but no function. */
+static int envmapi_lobe_has_k(const envmap_lobe *lobe) {
+    return envmapi_lobe_ok(lobe) && lobe->kind != ENVMAP_LOBE_MIRROR;
+}
+
+/* Catmull-Rom along a row; mirrored at both ends, as a zonal function is. */
+static double envmapi_table_row(const envmap_lobe *lobe, int row, double theta) {
+    int last = lobe->table_size - 1, tap;
+    double t = envmapi_clamp(theta / ENVMAPI_PI, 0, 1) * last;
+    int i = t >= last ? last - 1 : (int)t;
+    double f = t - i, k[4];
+    for (int j = 0; j < 4; ++j) {
+        tap = i + j - 1;
+        tap = tap < 0 ? -tap : tap > last ? 2 * last - tap : tap;
+        k[j] = (double)lobe->table[row * lobe->table_size + tap];
+    }
+    return k[1] + 0.5 * f * (k[2] - k[0] + f * (2 * k[0] - 5 * k[1] + 4 * k[2] - k[3] +
+                                                f * (3 * (k[1] - k[2]) + k[3] - k[0])));
+}
+
+static double envmapi_table_k(const envmap_lobe *lobe, double x, double p) {
+    double range = (double)lobe->p1 - (double)lobe->p0, s = 0, theta = acos(envmapi_clamp(x, -1, 1));
+    if (fabs(range) > 0)
+        s = envmapi_clamp((p - (double)lobe->p0) / range * lobe->table_slices - 0.5, 0,
+                          lobe->table_slices - 1);
+    int row = (int)s;
+    double k = envmapi_table_row(lobe, row, theta);
+    return s > row ? k + (s - row) * (envmapi_table_row(lobe, row + 1, theta) - k) : k;
+}
+
+/* k without scale. */
+static double envmapi_k(const envmap_lobe *lobe, double x, double p) {
+    double a = (double)lobe->parameter;
+    switch (lobe->kind) {
+    case ENVMAP_LOBE_PHONG: return !(x > 0) ? 0 : a > 0 ? pow(x, a) : 1;
+    case ENVMAP_LOBE_GAUSSIAN: return exp(a * (x - 1));
+    case ENVMAP_LOBE_GGX: {
+        double q = a * a * (1 + x) / 2 + (1 - x) / 2; /* (alpha^2-1) c^2 + 1, c^2 = (1+x)/2 */
+        return x > 0 ? a * a / (ENVMAPI_PI * q * q) * x : 0;
+    }
+    case ENVMAP_LOBE_BANKS: {
+        double sines = (1 - x * x) * (1 - p * p);
+        double k = (sines > 0 ? sqrt(sines) : 0) - x * p - a;
+        return k > 0 ? k / ((1 - a) * (1 - a)) : 0;
+    }
+    case ENVMAP_LOBE_FUNCTION: return lobe->function(x, p, lobe->user);
+    case ENVMAP_LOBE_TABLE: return envmapi_table_k(lobe, x, p);
+    default: return 0;
+    }
+}
+
+static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
+
+ENVMAPI_BODY double envmap_lobe_value(const envmap_lobe *lobe, double x, double p) {
+    if (!envmapi_lobe_has_k(lobe)) return 0;
+    return (double)lobe->scale * envmapi_k(lobe, envmapi_clamp(x, -1, 1), p);
+}
+
+ENVMAPI_BODY void envmap_lobe_support(double *from, double *to, const envmap_lobe *lobe, double p) {
+    double low = 0, high = ENVMAPI_PI, log_tiny = 27.631; /* -ln 1e-12 */
+    if (!from || !to) return;
+    *from = *to = 0;
+    if (!envmapi_lobe_has_k(lobe)) return;
+    double a = (double)lobe->parameter;
+    if (lobe->kind == ENVMAP_LOBE_GGX) high = ENVMAPI_PI / 2;
+    if (lobe->kind == ENVMAP_LOBE_PHONG) high = a > 0 ? acos(exp(-log_tiny / a)) : ENVMAPI_PI / 2;
+    if (lobe->kind == ENVMAP_LOBE_GAUSSIAN && a > log_tiny / 2)
+        high = 2 * asin(sqrt(log_tiny / (2 * a)));
+    if (lobe->kind == ENVMAP_LOBE_BANKS) {
+        double ring = envmapi_acos(-p), edge = acos(a);
+        low = ring > edge ? ring - edge : 0;
+        high = ring + edge < ENVMAPI_PI ? ring + edge : ENVMAPI_PI;
+    }
+    *from = low, *to = high;
+}
+
+ENVMAPI_BODY int envmap_lobe_kinks(double *angles, int room, const envmap_lobe *lobe, double p) {
+    double found[4] = {0, 0, 0, 0};
+    int n = 0;
+    if (!envmapi_lobe_has_k(lobe)) return 0;
+    double a = (double)lobe->parameter;
+    if (lobe->kind == ENVMAP_LOBE_FUNCTION) {
+        for (; n < lobe->kink_count; ++n)
+            if (angles && n < room) angles[n] = (double)lobe->kinks[n];
+        return n;
+    }
+    if ((lobe->kind == ENVMAP_LOBE_PHONG && a <= 2) || lobe->kind == ENVMAP_LOBE_GGX)
+        found[n++] = ENVMAPI_PI / 2;
+    if (lobe->kind == ENVMAP_LOBE_BANKS) {
+        double ring = envmapi_acos(-p), edge = acos(a);
+        if (ring >= edge) found[n++] = ring - edge;
+        else if (ring > 0) found[n++] = 0;
+        if (ring + edge <= ENVMAPI_PI) found[n++] = ring + edge;
+        else if (ring < ENVMAPI_PI) found[n++] = ENVMAPI_PI;
+    }
+    for (int i = 0; i < n && i < room; ++i)
+        if (angles) angles[i] = found[i];
+    return n;
+}
+
+/* Walks the Gauss-Legendre nodes of a lobe's support (or a part of it), panel by panel. */
+typedef struct envmapi_walk {
+    double breaks[128], step; /* panels no longer than step */
+    int count, at, piece, pieces, node;
+} envmapi_walk;
+
+static void envmapi_walk_break(envmapi_walk *walk, double theta, double from, double to) {
+    int i = walk->count;
+    if (!(theta > from && theta < to) || i >= 128) return;
+    for (; i > 0 && walk->breaks[i - 1] > theta; --i) walk->breaks[i] = walk->breaks[i - 1];
+    walk->breaks[i] = theta;
+    ++walk->count;
+}
+
+static envmapi_walk envmapi_walk_of(const envmap_lobe *lobe, double p, double from, double to,
+                                    double step) {
+    envmapi_walk walk;
+    double low, high, kinks[32];
+    memset(&walk, 0, sizeof walk);
+    envmap_lobe_support(&low, &high, lobe, p);
+    if (from < low) from = low;
+    if (to > high) to = high;
+    walk.step = lobe->kind == ENVMAP_LOBE_TABLE ? ENVMAPI_PI / (lobe->table_size - 1) : 0.1;
+    if (step < walk.step) walk.step /= ceil(walk.step / step);
+    if (!(from < to)) return walk;
+    walk.count = 2, walk.breaks[0] = from, walk.breaks[1] = to;
+    int n = envmap_lobe_kinks(kinks, 32, lobe, p);
+    for (int i = 0; i < n && i < 32; ++i) envmapi_walk_break(&walk, kinks[i], from, to);
+    /* A table's panels are its own pieces. */
+    if (lobe->kind != ENVMAP_LOBE_TABLE)
+        for (double scale = 1.6; scale > 1e-6 && scale > from / 2; scale /= 2)
+            envmapi_walk_break(&walk, scale, from, to);
+    if (lobe->kind == ENVMAP_LOBE_FUNCTION)
+        for (double scale = 1.2; scale > 1e-6; scale /= 2)
+            envmapi_walk_break(&walk, ENVMAPI_PI - scale, from, to);
+    return walk;
+}
+
+/* The next node and its weight in d theta; 0 at the end. */
+static int envmapi_walk_next(envmapi_walk *walk, double *theta, double *weight) {
+    if (walk->at + 1 >= walk->count) return 0;
+    double from = walk->breaks[walk->at], length = walk->breaks[walk->at + 1] - from;
+    if (walk->node == 0 && walk->piece == 0) walk->pieces = 2 + (int)(length / walk->step);
+    double piece = length / walk->pieces;
+    *weight = envmapi_gauss(theta, walk->node, from + piece * walk->piece,
+                            from + piece * (walk->piece + 1));
+    if (++walk->node == 8) walk->node = 0, ++walk->piece;
+    if (walk->piece == walk->pieces) walk->piece = 0, ++walk->at;
+    return 1;
+}
+
+/* 2 pi integral of k^power over [-1,1]. */
+static double envmapi_lobe_power(const envmap_lobe *lobe, double p, int power) {
+    envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1);
+    double sum = 0, theta, weight;
+    while (envmapi_walk_next(&walk, &theta, &weight)) {
+        double k = envmapi_k(lobe, cos(theta), p);
+        sum += weight * sin(theta) * (power == 2 ? k * k : k);
+    }
+    return 2 * ENVMAPI_PI * sum;
+}
+
+/* The integral without scale: closed forms, else quadrature. */
+static double envmapi_lobe_integral(const envmap_lobe *lobe, double p) {
+    double a = (double)lobe->parameter;
+    if (lobe->kind == ENVMAP_LOBE_PHONG) return 2 * ENVMAPI_PI / (a + 1);
+    if (lobe->kind == ENVMAP_LOBE_GAUSSIAN)
+        return a > 1e-12 ? -2 * ENVMAPI_PI * expm1(-2 * a) / a : 4 * ENVMAPI_PI;
+    if (lobe->kind == ENVMAP_LOBE_BANKS && fabs(p) <= a && a < 0.99)
+        return 2 * ENVMAPI_PI * sqrt(1 - p * p) * (acos(a) - a * sqrt(1 - a * a)) /
+               ((1 - a) * (1 - a));
+    return envmapi_lobe_power(lobe, p, 1);
+}
+
+ENVMAPI_BODY double envmap_lobe_integral(const envmap_lobe *lobe, double p) {
+    if (!envmapi_lobe_has_k(lobe)) return 0;
+    return (double)lobe->scale * envmapi_lobe_integral(lobe, p);
+}
+
+/* What the filter divides by: 1 raw, one constant for all of Banks' slices; 0 asks for the sum of
+   k w over the texels of each axis. */
+static double envmapi_lobe_norm(const envmap_lobe *lobe) {
+    if (lobe->raw) return 1 / (double)lobe->scale;
+    return lobe->kind == ENVMAP_LOBE_BANKS ? envmapi_lobe_integral(lobe, 0) : 0;
+}
+
+/* From the nodes where k exceeds e^(-1/2) of the peak, as far as they hang together with it. */
+static double envmapi_lobe_sigma_by_nodes(const envmap_lobe *lobe, double p) {
+    double peak = 0, at = 0, theta, weight, low = 0, high = ENVMAPI_PI;
+    envmapi_walk start = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1), walk = start;
+    while (envmapi_walk_next(&walk, &theta, &weight)) {
+        double k = envmapi_k(lobe, cos(theta), p);
+        if (k > peak) peak = k, at = theta;
+    }
+    walk = start;
+    while (envmapi_walk_next(&walk, &theta, &weight))
+        if (envmapi_k(lobe, cos(theta), p) < 0.60653066 * peak) {
+            if (theta < at && theta > low) low = theta;
+            if (theta > at && theta < high) high = theta;
+        }
+    return low > 0 ? (high - low) / 2 : high;
+}
+
+ENVMAPI_BODY double envmap_lobe_sigma(const envmap_lobe *lobe, double p) {
+    if (!envmapi_lobe_has_k(lobe)) return 0;
+    double a = (double)lobe->parameter, half = 0.60653066; /* e^(-1/2) */
+    switch (lobe->kind) {
+    case ENVMAP_LOBE_PHONG: return a > 0 ? 2 * asin(sqrt(-expm1(-0.5 / a) / 2)) : ENVMAPI_PI / 2;
+    case ENVMAP_LOBE_GAUSSIAN: return a > 0.25 ? 2 * asin(sqrt(0.25 / a)) : ENVMAPI_PI;
+    case ENVMAP_LOBE_BANKS: return acos(a + half * (1 - a));
+    default: return envmapi_lobe_sigma_by_nodes(lobe, p);
+    }
+}
+
+/* max(|k_tt|, |cot t k_t|) at an angle, by central differences over h. */
+static double envmapi_curvature_at(const envmap_lobe *lobe, double p, double theta, double h) {
+    double a = envmapi_k(lobe, cos(theta - h), p), b = envmapi_k(lobe, cos(theta), p);
+    double c = envmapi_k(lobe, cos(theta + h), p), sine = sin(theta);
+    double along = fabs(a - 2 * b + c) / (h * h);
+    double across = sine > h / 2 ? fabs(cos(theta) / sine * (c - a) / (2 * h)) : along;
+    return along > across ? along : across;
+}
+
+/* Samples at the nodes of the walk, four panels to a sigma, with a margin for what lies between. */
+static double envmapi_curvature_between(const envmap_lobe *lobe, double p, double from, double to,
+                                        double sigma) {
+    envmapi_walk walk = envmapi_walk_of(lobe, p, from, to, sigma / 2);
+    double h = 1e-3 * sigma, bound = 0, theta, weight, ends[2];
+    if (h > (to - from) / 8) h = (to - from) / 8;
+    if (!(h > 1e-9)) return 0;
+    ends[0] = from > 0 ? from + h : 0, ends[1] = to < ENVMAPI_PI ? to - h : ENVMAPI_PI;
+    while (envmapi_walk_next(&walk, &theta, &weight)) {
+        if (theta < from + h || theta > to - h) continue;
+        double k = envmapi_curvature_at(lobe, p, theta, h);
+        if (k > bound) bound = k;
+    }
+    for (int i = 0; i < 2; ++i) {
+        double k = envmapi_curvature_at(lobe, p, ends[i], h);
+        if (k > bound) bound = k;
+    }
+    return 1.02 * bound;
+}
+
+ENVMAPI_BODY double envmap_lobe_curvature(const envmap_lobe *lobe, double p, double from,
+                                          double to) {
+    double kinks[34], bound = 0;
+    if (!envmapi_lobe_has_k(lobe) || !(from < to)) return 0;
+    from = envmapi_clamp(from, 0, ENVMAPI_PI), to = envmapi_clamp(to, 0, ENVMAPI_PI);
+    double sigma = envmap_lobe_sigma(lobe, p), start = from;
+    int n = envmap_lobe_kinks(kinks, 32, lobe, p);
+    if (n > 32) n = 32;
+    kinks[n++] = to;
+    while (start < to) { /* from kink to kink */
+        double end = to;
+        for (int i = 0; i < n; ++i)
+            if (kinks[i] > start && kinks[i] < end) end = kinks[i];
+        double k = envmapi_curvature_between(lobe, p, start, end, sigma);
+        if (k > bound) bound = k;
+        start = end;
+    }
+    return fabs((double)lobe->scale) * bound;
+}
+
+/* lambda_l / lambda_0 in closed form. */
+static void envmapi_zonal_phong(double *lambda, int bands, double N) {
+    lambda[0] = 1;
+    if (bands > 1) lambda[1] = (N + 1) / (N + 2);
+    for (int l = 0; l + 2 < bands; ++l) lambda[l + 2] = lambda[l] * (N - l) / (N + l + 3);
+}
+
+/* r_l = lambda_l / lambda_(l-1) = 1 / ((2l+1)/kappa + r_(l+1)), downwards from where
+   r = 1/(2b + r) holds; each step shrinks the error of the start by r^2. */
+static void envmapi_zonal_gaussian(double *lambda, int bands, double kappa) {
+    int start = bands + 32 + (int)(8 * sqrt(kappa));
+    lambda[0] = 1;
+    if (!(kappa > 0)) {
+        for (int l = 1; l < bands; ++l) lambda[l] = 0;
+        return;
+    }
+    double b = (2.0 * start + 1) / (2 * kappa), r = 1 / (b + sqrt(b * b + 1));
+    for (int l = start - 1; l > 0; --l) {
+        r = 1 / ((2.0 * l + 1) / kappa + r);
+        if (l < bands) lambda[l] = r;
+    }
+    for (int l = 1; l < bands; ++l) lambda[l] *= lambda[l - 1];
+}
+
+static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lobe *lobe, double p) {
+    envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 8.0 / bands);
+    double theta, weight;
+    for (int l = 0; l < bands; ++l) lambda[l] = 0;
+    while (envmapi_walk_next(&walk, &theta, &weight)) {
+        double x = cos(theta), before = 0, P = 1;
+        double k = 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x, p);
+        for (int l = 0; l < bands; ++l) {
+            lambda[l] += k * P;
+            double next = ((2 * l + 1) * x * P - l * before) / (l + 1);
+            before = P, P = next;
+        }
+    }
+}
+
+/* The bands, divided by the filter's norm; 0 when that is not positive. */
+static int envmapi_zonal(double *lambda, int bands, const envmap_lobe *lobe, double p) {
+    double integral = envmapi_lobe_integral(lobe, p), norm = envmapi_lobe_norm(lobe), factor;
+    if (!(norm > 0) && !lobe->raw) norm = integral;
+    if (lobe->raw) factor = (double)lobe->scale;
+    else if (envmapi_finite(norm) && norm > 0) factor = 1 / norm;
+    else return 0;
+    if (!envmapi_finite(integral)) return 0;
+    if (lobe->kind == ENVMAP_LOBE_PHONG) {
+        envmapi_zonal_phong(lambda, bands, (double)lobe->parameter);
+        factor *= integral;
+    } else if (lobe->kind == ENVMAP_LOBE_GAUSSIAN) {
+        envmapi_zonal_gaussian(lambda, bands, (double)lobe->parameter);
+        factor *= integral;
+    } else {
+        envmapi_zonal_quadrature(lambda, bands, lobe, p);
+    }
+    for (int l = 0; l < bands; ++l) lambda[l] *= factor;
+    return 1;
+}
+
+#define ENVMAPI_BAND_LIMIT 4096
+
+ENVMAPI_BODY envmap_result envmap_lobe_zonal(double *lambda, int bands, const envmap_lobe *lobe,
+                                             double p) {
+    if (!lambda || bands < 1 || bands > ENVMAPI_BAND_LIMIT || !envmapi_finite(p))
+        return ENVMAP_ERROR_ARGUMENT;
+    if (!envmapi_lobe_has_k(lobe)) return ENVMAP_ERROR_LOBE;
+    double first[1]; /* a lobe that fails does so at one band, before anything is written */
+    if (!envmapi_zonal(first, 1, lobe, p)) return ENVMAP_ERROR_LOBE;
+    envmapi_zonal(lambda, bands, lobe, p);
+    return ENVMAP_OK;
+}
+
+/* p at the centre of slice k of n. */
+static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
+    return (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * (k + 0.5) / n;
+}
+
+/* Parseval: sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2) / norm^2. Doubles the bands until
+   the known tail is what is left of that. */
+static int envmapi_lobe_bands(const envmap_lobe *lobe, double p, double tolerance) {
+    double lambda[ENVMAPI_BAND_LIMIT], integral = envmapi_lobe_integral(lobe, p);
+    double total = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2);
+    envmap_lobe raw = *lobe;
+    raw.raw = 1, raw.scale = 1;
+    if (!envmapi_finite(integral) || !(total > 0)) return 0;
+    for (int bands = 64;; bands *= 4) {
+        double tail = total;
+        envmapi_zonal(lambda, bands, &raw, p);
+        for (int l = 0; l < bands; ++l) tail -= (2 * l + 1) * lambda[l] * lambda[l];
+        if (tail < 1e-12 * total) tail = 0; /* rounding */
+        for (int l = bands; l > 0; --l) {
+            double next = tail + (2 * l - 1) * lambda[l - 1] * lambda[l - 1];
+            if (next > tolerance * tolerance * total) {
+                if (l < bands || bands == ENVMAPI_BAND_LIMIT) return l;
+                break;
+            }
+            tail = next;
+            if (l == 1) return 1;
+        }
+    }
+}
+
+ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double tolerance) {
+    int bands = 0;
+    if (!envmapi_lobe_has_k(lobe) || slices < 1 || slices > ENVMAPI_SLICE_LIMIT ||
+        !(tolerance >= 0))
+        return 0;
+    if (!(fabs((double)lobe->p1 - (double)lobe->p0) > 0)) slices = 1;
+    for (int k = 0; k < slices; ++k) {
+        int n = envmapi_lobe_bands(lobe, envmapi_slice_p(lobe, k, slices), tolerance);
+        if (!n) return 0;
+        if (n > bands) bands = n;
+    }
+    return bands;
+}
+
+/* --------------------------------------------------------------------------------- >>filters --
+   REFERENCE, the definition: for every axis a
+       L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1
+   in double, i over all texels of src with w_i > 0. It is second order in the texel while the
+   lobe is wide: sigma >= 2 texels at the axis. Below that each texel spreads with a tent of width
+   t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
+       0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
+       t = 1       the spread texels are the bilinear radiance: its integral against k by
+                   quadrature in polar coordinates about a, within 12 texels or 8 sigma; a lobe's
+                   wider tail (GGX) is smooth at a texel's scale and stays a sum over texels, the
+                   two joined by a smooth step
+   so N -> infinity is the bilinear lookup.  Tests: tests/test_filters.c. */
+
+/* The texels that count, one array a quantity. */
+typedef struct envmapi_source {
+    const envmap *map;
+    size_t count;
+    double *x, *y, *z, *w;   /* direction and solid angle */
+    double *r, *g, *b;       /* radiance times solid angle */
+    int *texel;              /* index in the face order of the image, for the tent */
+    void *block;             /* all of the above */
+} envmapi_source;
+
+static void envmapi_source_free(envmapi_source *source, void *memory) {
+    if (source->block) ENVMAP_FREE(memory, source->block);
+    source->block = NULL;
+}
+
+static envmap_result envmapi_source_create(envmapi_source *source, const envmap *map, int slice,
+                                           void *memory) {
+    int edge = map->size, width = envmapi_width(map->mapping, edge);
+    size_t area = envmapi_area(map->mapping, edge), n = area * (size_t)envmap_faces(map->mapping);
+    memset(source, 0, sizeof *source);
+    source->map = map;
+    if (n > SIZE_MAX / 64) return ENVMAP_ERROR_MEMORY;
+    double *block = (double *)ENVMAP_MALLOC(memory, n * (7 * sizeof(double) + sizeof(int)));
+    if (!block) return ENVMAP_ERROR_MEMORY;
+    source->block = block;
+    source->x = block, source->y = block + n, source->z = block + 2 * n, source->w = block + 3 * n;
+    source->r = block + 4 * n, source->g = block + 5 * n, source->b = block + 6 * n;
+    source->texel = (int *)(block + 7 * n);
+    const float *texels = envmapi_image(map, 0, slice, 0);
+    for (size_t t = 0; t < area; ++t) {
+        double at[2], w = envmapi_texel_cell(at, map->mapping, edge, (int)(t % (size_t)width),
+                                             (int)(t / (size_t)width));
+        for (int face = 0; w > 0 && face < envmap_faces(map->mapping); ++face) {
+            double d[3];
+            size_t i = source->count++, texel = (size_t)face * area + t;
+            envmapi_direction(d, map->mapping, face, at[0], at[1]);
+            source->x[i] = d[0], source->y[i] = d[1], source->z[i] = d[2], source->w[i] = w;
+            source->r[i] = w * (double)texels[3 * texel];
+            source->g[i] = w * (double)texels[3 * texel + 1];
+            source->b[i] = w * (double)texels[3 * texel + 2];
+            source->texel[i] = (int)texel;
+        }
+    }
+    return ENVMAP_OK;
+}
+
+/* One axis of a filter: where, which lobe, and the sums so far. */
+typedef struct envmapi_axis {
+    const envmapi_source *source;
+    const envmap_lobe *lobe;
+    envmapi_level level; /* of the source, for lookups */
+    double a[3], p, sigma, texel;
+    double from, to;     /* support of the lobe */
+    double rgb[3], norm;
+} envmapi_axis;
+
+static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
+    const envmapi_source *s = axis->source;
+    axis->rgb[0] += k * s->r[i], axis->rgb[1] += k * s->g[i], axis->rgb[2] += k * s->b[i];
+    axis->norm += k * s->w[i];
+}
+
+static double envmapi_axis_cosine(const envmapi_axis *axis, size_t i) {
+    const envmapi_source *s = axis->source;
+    return axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i];
+}
+
+/* 0 up to from, 1 beyond to, smooth between. */
+static double envmapi_smooth_step(double value, double from, double to) {
+    double t = envmapi_clamp((value - from) / (to - from), 0, 1);
+    return t * t * (3 - 2 * t);
+}
+
+/* The definition; with `beyond` > 0 only what lies farther than about that angle. */
+static void envmapi_axis_sum(envmapi_axis *axis, double beyond) {
+    for (size_t i = 0; i < axis->source->count; ++i) {
+        double x = envmapi_axis_cosine(axis, i), step = 1;
+        if (beyond > 0) {
+            step = envmapi_smooth_step(envmapi_acos(x), beyond / 2, beyond);
+            if (!(step > 0)) continue;
+        }
+        double k = step * envmapi_k(axis->lobe, x, axis->p);
+        if (k < 0 || k > 0) envmapi_axis_add(axis, i, k);
+    }
+}
+
+/* k averaged over texel i spread with a tent of half-width `tent` texels. */
+static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i, double tent) {
+    static const double at[4] = {-0.64494897, -0.15505103, 0.15505103, 0.64494897};
+    static const double weight[4] = {0.18195861, 0.31804139, 0.31804139, 0.18195861};
+    const envmapi_level *level = &axis->level;
+    int area = level->width * level->edge, texel = axis->source->texel[i] % area;
+    double sum = 0, d[3];
+    for (int j = 0; j < 16; ++j) {
+        double u = (texel % level->width + 0.5 + tent * at[j & 3]) / level->width;
+        double v = (texel / level->width + 0.5 + tent * at[j >> 2]) / level->edge;
+        envmapi_direction(d, level->mapping, axis->source->texel[i] / area, u, v);
+        sum += weight[j & 3] * weight[j >> 2] *
+               envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
+    }
+    return sum;
+}
+
+/* Tents where the lobe is sharp, which is near its axis or its ring; centres elsewhere. */
+static void envmapi_axis_tents(envmapi_axis *axis, double tent, double reach) {
+    double x_from = cos(axis->from - 2 * axis->texel > 0 ? axis->from - 2 * axis->texel : 0);
+    double end = (axis->from > 0 || axis->to < reach ? axis->to : reach) + 2 * axis->texel;
+    double x_to = cos(end < ENVMAPI_PI ? end : ENVMAPI_PI);
+    for (size_t i = 0; i < axis->source->count; ++i) {
+        double x = envmapi_axis_cosine(axis, i);
+        double k = x > x_to && x <= x_from ? envmapi_axis_tent_k(axis, i, tent)
+                                           : envmapi_k(axis->lobe, x, axis->p);
+        if (k < 0 || k > 0) envmapi_axis_add(axis, i, k);
+    }
+}
+
+/* The bilinear radiance around a, ring by ring, out to about `reach`. */
+static void envmapi_axis_polar(envmapi_axis *axis, double reach) {
+    envmapi_walk walk = envmapi_walk_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
+    double t[3] = {0, 0, 0}, b[3], theta, weight;
+    int least = fabs(axis->a[0]) < 0.6 ? 0 : fabs(axis->a[1]) < 0.6 ? 1 : 2;
+    for (int i = 0; i < 3; ++i) t[i] = (i == least) - axis->a[least] * axis->a[i];
+    envmapi_unit(t, t);
+    b[0] = axis->a[1] * t[2] - axis->a[2] * t[1];
+    b[1] = axis->a[2] * t[0] - axis->a[0] * t[2];
+    b[2] = axis->a[0] * t[1] - axis->a[1] * t[0];
+    while (envmapi_walk_next(&walk, &theta, &weight)) {
+        double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
+        if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
+        int n = (int)envmapi_clamp(8 * ENVMAPI_PI * sin(theta) / axis->texel, 16, 65536);
+        double sum[3] = {0, 0, 0};
+        for (int i = 0; i < n; ++i) {
+            double phi = 2 * ENVMAPI_PI * (i + 0.5) / n, d[3];
+            for (int j = 0; j < 3; ++j)
+                d[j] = cos(theta) * axis->a[j] + sin(theta) * (cos(phi) * t[j] + sin(phi) * b[j]);
+            envmapi_add_lookup(sum, &axis->level, d, 1.0 / n);
+        }
+        for (int c = 0; c < 3; ++c) axis->rgb[c] += 2 * ENVMAPI_PI * k * sum[c];
+        axis->norm += 2 * ENVMAPI_PI * k;
+    }
+}
+
+/* The longer side of src's texel at a. */
+static double envmapi_texel_extent(const envmapi_level *level, const double a[3]) {
+    double uv[2], extent[2], from[3], to[3];
+    int face = envmapi_face(level->mapping, a);
+    envmapi_project(uv, level->mapping, face, a);
+    for (int i = 0; i < 2; ++i) {
+        double du = i ? 0 : 0.5 / level->width, dv = i ? 0.5 / level->edge : 0;
+        envmapi_direction(from, level->mapping, face, uv[0] - du, uv[1] - dv);
+        envmapi_direction(to, level->mapping, face, uv[0] + du, uv[1] + dv);
+        extent[i] = envmapi_angle(from, to);
+    }
+    return extent[0] > extent[1] ? extent[0] : extent[1];
+}
+
+static void envmapi_axis_filter(envmapi_axis *axis) {
+    axis->texel = envmapi_texel_extent(&axis->level, axis->a);
+    double tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
+    double reach = 12 * axis->texel > 8 * axis->sigma ? 12 * axis->texel : 8 * axis->sigma;
+    if (!(tent > 0)) {
+        envmapi_axis_sum(axis, 0);
+    } else if (tent < 1) {
+        envmapi_axis_tents(axis, tent, reach);
+    } else {
+        if (axis->from > 0 || reach > axis->to) reach = axis->to; /* all of it */
+        envmapi_axis_polar(axis, reach);
+        if (axis->to > reach) envmapi_axis_sum(axis, reach);
+    }
+}
+
+/* One filter call on one level: a task is a row of one face of one slice. */
+typedef struct envmapi_reference {
+    const envmapi_source *source;
+    const envmap *dst;
+    const envmap_lobe *lobe;
+    double norm;
+    int first_slice;
+} envmapi_reference;
+
+/* Sums may exceed what a float holds; NaN stays to tell of a lobe that failed. */
+static float envmapi_to_float(double value) {
+    return (float)(value > 3.4e38 ? 3.4e38 : value < -3.4e38 ? -3.4e38 : value);
+}
+
+static void envmapi_reference_row(void *context, int task) {
+    const envmapi_reference *job = (const envmapi_reference *)context;
+    const envmap *dst = job->dst;
+    int faces = envmap_faces(dst->mapping), y = task % dst->size, face = task / dst->size % faces;
+    int slice = job->first_slice + task / dst->size / faces;
+    float *out = envmap_texel(dst, 0, slice, face, 0, y);
+    envmapi_axis axis;
+    memset(&axis, 0, sizeof axis);
+    axis.source = job->source, axis.lobe = job->lobe;
+    axis.level = envmapi_level_of(job->source->map, 0, job->source->map->slices > 1 ? slice : 0);
+    axis.p = envmapi_slice_p(job->lobe, slice, dst->slices);
+    axis.sigma = envmap_lobe_sigma(job->lobe, axis.p);
+    envmap_lobe_support(&axis.from, &axis.to, job->lobe, axis.p);
+    for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x, out += 3) {
+        envmapi_texel_direction(axis.a, dst->mapping, face, dst->size, x, y);
+        axis.rgb[0] = axis.rgb[1] = axis.rgb[2] = axis.norm = 0;
+        envmapi_axis_filter(&axis);
+        double norm = job->lobe->raw || job->norm > 0 ? job->norm : axis.norm;
+        for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(axis.rgb[c] / norm);
+    }
+}
+
+/* Every slice k of src into slice k of dst, or src's only one into all. */
+static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
+                                              const envmap_lobe *lobe,
+                                              const envmap_filter_desc *desc) {
+    envmapi_source source;
+    envmapi_reference job = {&source, dst, lobe, envmapi_lobe_norm(lobe), 0};
+    int rows = dst->size * envmap_faces(dst->mapping), alike = src->slices == 1 && lobe->p0 == lobe->p1;
+    int together = src->slices > 1 || alike ? 1 : dst->slices;
+    int runs = src->slices > 1 ? dst->slices : 1;
+    for (int run = 0; run < runs; ++run) {
+        envmapi_progress_part part = {&desc->progress, (float)run / (float)runs, 1 / (float)runs};
+        envmap_progress progress = {&part, desc->progress.report ? envmapi_report_part : NULL};
+        job.first_slice = run;
+        envmap_result result = envmapi_source_create(&source, src, run, desc->memory);
+        if (!result)
+            result = envmapi_run(&desc->executor, &progress, envmapi_reference_row, &job,
+                                 rows * together);
+        envmapi_source_free(&source, desc->memory);
+        if (result) return result;
+    }
+    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
+    for (int slice = 1; alike && slice < dst->slices; ++slice)
+        memcpy(dst->texels + floats * (size_t)slice, dst->texels, floats * sizeof(float));
+    return ENVMAP_OK;
+}
+
+/* desc with defaults filled in; 0 when a field is out of range. */
+static int envmapi_desc(envmap_filter_desc *out, const envmap_filter_desc *desc) {
+    memset(out, 0, sizeof *out);
+    if (desc) *out = *desc;
+    if (out->method < 0 || out->method >= ENVMAP_METHOD_COUNT) return 0;
+    if (!envmapi_finite((double)out->tolerance) || out->tolerance < 0) return 0;
+    if (!envmapi_finite((double)out->threshold)) return 0;
+    if (!(out->tolerance > 0)) out->tolerance = 1e-3f;
+    return 1;
+}
+
+/* The lobe is in range, and can be normalised for every slice if it has to be. */
+static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
+    if (!envmapi_lobe_ok(lobe)) return 0;
+    if (lobe->kind == ENVMAP_LOBE_MIRROR || lobe->kind == ENVMAP_LOBE_BANKS) return 1;
+    if (lobe->p0 == lobe->p1) slices = 1;
+    for (int k = 0; k < slices; ++k) {
+        double integral = envmapi_lobe_integral(lobe, envmapi_slice_p(lobe, k, slices));
+        if (!envmapi_finite(integral) || (!lobe->raw && !(integral > 0))) return 0;
+    }
+    return 1;
+}
+
+/* One lobe into level 0 of dst, a map of our own: what is left half done is never seen. */
+static envmap_result envmapi_filter_level(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                                          const envmap_filter_desc *desc) {
+    if (lobe->kind == ENVMAP_LOBE_MIRROR) return envmap_resample(dst, src);
+    if (desc->method != ENVMAP_METHOD_AUTO && desc->method != ENVMAP_METHOD_REFERENCE)
+        return ENVMAP_ERROR_METHOD;
+    envmap_result result = envmapi_filter_reference(dst, src, lobe, desc);
+    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping) *
+                    (size_t)dst->slices;
+    int bad = 0;
+    for (size_t i = 0; !result && i < floats; ++i) bad |= !envmapi_finite((double)dst->texels[i]);
+    return bad ? ENVMAP_ERROR_LOBE : result;
+}
+
+/* All levels into `stage`, laid out as dst. */
+static envmap_result envmapi_filter_stage(float *stage, const envmap *dst, const envmap *src,
+                                          const envmap_lobe *lobes, int count,
+                                          const envmap_filter_desc *desc) {
+    for (int l = 0; l < count; ++l) {
+        envmap view = *dst;
+        envmap_filter_desc part_desc = *desc;
+        envmapi_progress_part part = {&desc->progress, (float)l / (float)count,
+                                      1 / (float)count};
+        view.size = envmapi_edge(dst->size, l), view.levels = 1;
+        view.texels = stage + (envmapi_image(dst, l, 0, 0) - dst->texels);
+        part_desc.progress.user = &part;
+        if (desc->progress.report) part_desc.progress.report = envmapi_report_part;
+        envmap_result result = envmapi_filter_level(&view, src, lobes + l, &part_desc);
+        if (result) return result;
+    }
+    if (desc->progress.report && desc->progress.report(desc->progress.user, 1.0f))
+        return ENVMAP_CANCELLED;
+    return ENVMAP_OK;
+}
+
+ENVMAPI_BODY envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
+                                               const envmap_lobe *lobes, int count,
+                                               const envmap_filter_desc *desc) {
+    envmap_filter_desc filled;
+    if (!envmapi_pair_ok(dst, src) || !lobes || count < 1 || count > dst->levels ||
+        !envmapi_desc(&filled, desc))
+        return ENVMAP_ERROR_ARGUMENT;
+    for (int l = 0; l < count; ++l)
+        if (!envmapi_lobe_fits(lobes + l, dst->slices)) return ENVMAP_ERROR_LOBE;
+    if (!envmapi_radiance_ok(src, filled.method == ENVMAP_METHOD_REFERENCE))
+        return ENVMAP_ERROR_RADIANCE;
+    size_t floats = (size_t)(envmapi_image(dst, count - 1, dst->slices, 0) - dst->texels);
+    float *stage = (float *)ENVMAP_MALLOC(filled.memory, floats * sizeof(float));
+    if (!stage) return ENVMAP_ERROR_MEMORY;
+    envmap_result result = envmapi_filter_stage(stage, dst, src, lobes, count, &filled);
+    if (!result) {
+        memcpy(dst->texels, stage, floats * sizeof(float));
+        dst->p0 = lobes[0].p0, dst->p1 = lobes[0].p1;
+    }
+    ENVMAP_FREE(filled.memory, stage);
+    return result;
+}
+
+ENVMAPI_BODY envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                                         const envmap_filter_desc *desc) {
+    return envmap_filter_chain(dst, src, lobe, 1, desc);
+}
+
+/* --------------------------------------------------------------------------------- >>compare --
+   Two passes over the level: the mean of b, then the sums and the worst texel.
+   Tests: tests/test_compare.c. */
+
+static double envmapi_mean(const envmap *map, int level) {
+    int edge = envmapi_edge(map->size, level), width = envmapi_width(map->mapping, edge);
+    int images = envmap_faces(map->mapping) * map->slices;
+    const float *texels = envmapi_image(map, level, 0, 0);
+    size_t area = envmapi_area(map->mapping, edge);
+    double sum = 0, weights = 0;
+    for (size_t t = 0; t < area; ++t) {
+        double w = envmapi_texel_cell(NULL, map->mapping, edge, (int)(t % (size_t)width),
+                                      (int)(t / (size_t)width));
+        for (int image = 0; image < images; ++image, weights += 3 * w)
+            for (int c = 0; c < 3; ++c)
+                sum += w * (double)texels[3 * ((size_t)image * area + t) + (size_t)c];
+    }
+    return sum / weights;
+}
+
+/* Sums while comparing. */
+typedef struct envmapi_comparison {
+    double mean, difference, square, error, total;
+    envmap_difference out;
+    int bad;
+} envmapi_comparison;
+
+static void envmapi_compare_texel(envmapi_comparison *sums, const float *a, const float *b,
+                                  double w, int image, int faces, int x, int y) {
+    double error = 0, peak = 0, worst = 0;
+    for (int c = 0; c < 3; ++c) {
+        double truth = (double)b[c], off = (double)a[c] - truth;
+        sums->bad |= !envmapi_finite(truth) || !envmapi_finite((double)a[c]);
+        sums->difference += w * off, sums->total += w * truth;
+        sums->error += w * off * off, sums->square += w * truth * truth;
+        if (fabs(off) > error) error = fabs(off);
+        if (truth > peak) peak = truth;
+    }
+    if (peak < 1e-3 * sums->mean) peak = 1e-3 * sums->mean;
+    if (error > 0) worst = peak > 0 ? error / peak : HUGE_VAL;
+    if (worst > sums->out.worst) {
+        sums->out.worst = worst;
+        sums->out.slice = image / faces, sums->out.face = image % faces;
+        sums->out.x = x, sums->out.y = y;
+    }
+}
+
+/* a/b, where nothing over nothing is nothing. */
+static double envmapi_ratio(double a, double b) {
+    return b > 0 || b < 0 ? a / b : a > 0 ? HUGE_VAL : a < 0 ? -HUGE_VAL : 0;
+}
+
+ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
+                                          const envmap *b, int level) {
+    envmapi_comparison sums;
+    if (!difference || !envmapi_valid(a) || !envmapi_valid(b) || a->mapping != b->mapping ||
+        a->slices != b->slices || level < 0 || level >= a->levels || level >= b->levels ||
+        envmapi_edge(a->size, level) != envmapi_edge(b->size, level))
+        return ENVMAP_ERROR_ARGUMENT;
+    int edge = envmapi_edge(a->size, level), width = envmapi_width(a->mapping, edge);
+    int faces = envmap_faces(a->mapping);
+    size_t area = envmapi_area(a->mapping, edge);
+    memset(&sums, 0, sizeof sums);
+    sums.mean = envmapi_mean(b, level);
+    for (size_t t = 0; t < area; ++t) {
+        int x = (int)(t % (size_t)width), y = (int)(t / (size_t)width);
+        double w = envmapi_texel_cell(NULL, a->mapping, edge, x, y);
+        for (int image = 0; w > 0 && image < faces * a->slices; ++image) {
+            size_t at = 3 * ((size_t)image * area + t);
+            envmapi_compare_texel(&sums, envmapi_image(a, level, 0, 0) + at,
+                                  envmapi_image(b, level, 0, 0) + at, w, image, faces, x, y);
+        }
+    }
+    if (sums.bad) return ENVMAP_ERROR_RADIANCE;
+    sums.out.rms = sqrt(envmapi_ratio(sums.error, sums.square));
+    sums.out.bias = envmapi_ratio(sums.difference, sums.total);
+    *difference = sums.out;
+    return ENVMAP_OK;
+}
+
+#endif /* ENVMAP_IMPLEMENTATION_ONCE */
+#endif /* ENVMAP_IMPLEMENTATION */
+
+/* REFERENCES
+     [Banks94]    D. Banks. Illumination in diverse codimensions. SIGGRAPH 1994.
+     [Debevec98]  P. Debevec. Rendering synthetic objects into real scenes. SIGGRAPH 1998; and the
+                  notes on light probe images (angular map, lat-long).
+     [HS98]       W. Heidrich, H.-P. Seidel. View-independent environment maps. Graphics Hardware
+                  1998.
+     [HS99]       W. Heidrich, H.-P. Seidel. Realistic, hardware-accelerated shading and lighting.
+                  SIGGRAPH 1999.
+     [KM00]       J. Kautz, M. McCool. Approximation of glossy reflection with prefiltered
+                  environment maps. Graphics Interface 2000.
+     [KVHS00]     J. Kautz, P.-P. Vazquez, W. Heidrich, H.-P. Seidel. A unified approach to
+                  prefiltered environment maps. Rendering Workshop 2000.
+     [Miller84]   G. Miller, C. Hoffman. Illumination and reflection maps. SIGGRAPH 1984 course.
+     [Williams83] L. Williams. Pyramidal parametrics. SIGGRAPH 1983.
+     [WMLT07]     B. Walter, S. Marschner, H. Li, K. Torrance. Microfacet models for refraction
+                  through rough surfaces. Rendering Symposium 2007.
+
+   CHANGES
+     0.1  five parameterizations, maps, PFM, mip levels, lobes, the reference filter, comparison
+
+   LICENCE: MIT
+     Copyright (c) 2026 the envmap.h authors
+     Permission is hereby granted, free of charge, to any person obtaining a copy of this software
+     and associated documentation files (the "Software"), to deal in the Software without
+     restriction, including without limitation the rights to use, copy, modify, merge, publish,
+     distribute, sublicense, and/or sell copies of the Software, and to permit persons to whom the
+     Software is furnished to do so, subject to the following conditions:
+     The above copyright notice and this permission notice shall be included in all copies or
+     substantial portions of the Software.
+     THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING
+     BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND
+     NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM,
+     DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+     OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE. */
