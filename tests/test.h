@@ -79,4 +79,7 @@ static inline double test_random(unsigned long long *state) {
     return (double)(z >> 11) / 9007199254740992.0;
 }
 
+/* n, or a fiftieth of it where TEST_QUICK is set (valgrind): how often to draw at random. */
+static inline int test_many(int n) { return getenv("TEST_QUICK") ? n / 50 + 1 : n; }
+
 #endif

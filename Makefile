@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+# No configure step. Give CC, CFLAGS, PREFIX or DESTDIR on the command line if you want others;
+# everything that is built goes to build/.
+
+BUILD   = build
+CFLAGS  = -O2 -g
+PREFIX  = /usr/local
+JOBS   := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
+
+STRICT  = -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wundef -Wcast-qual \
+          -Wdouble-promotion
+SANITIZE = -O1 -g -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all \
+           -fno-omit-frame-pointer
+LIBS    = -lm -lpthread
+
+TESTS    = $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c))
+EXAMPLES = $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/*.c))
+# A run of the test programs; valgrind is put before each with RUN, COMPILE= leaves the compile
+# tests out.
+RUN      =
+COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
+# Exact sums over millions of texels are not what valgrind is for.
+SLOW     = %/test_filters
+# Compilers to check with: those of gcc and clang that are here.
+COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
+
+.PHONY: help all demo test check strict sanitize valgrind fuzz examples docs install clean FORCE
+.DEFAULT_GOAL = help
+
+help: ## this list
+	@sed -nE 's/^([a-z]+):[^#]*## (.*)/  make \1@\2/p' Makefile | awk -F@ '{printf "%-18s%s\n", $$1, $$2}'
+
+all: examples $(TESTS) ## build the examples and the tests, run nothing
+
+demo: $(BUILD)/envmap ## three environments, filtered; a picture of them in build/demo
+	$(BUILD)/envmap demo $(BUILD)/demo
+
+test: ## build and run the tests; the last line counts them
+	@$(MAKE) --no-print-directory -j$(JOBS) $(TESTS)
+	@sh tests/run.sh -s -j$(JOBS) -l $(BUILD)/tests/log \
+	    $(foreach t,$(TESTS),'$(strip $(RUN) $(t))') $(COMPILE)
+
+check: ## all that can be checked here: gcc, clang, strict, sanitize, valgrind
+	@sh tests/run.sh $(foreach c,$(COMPILERS),'$(MAKE) --no-print-directory test CC=$(c) BUILD=$(BUILD)/$(c)') \
+	    $(foreach t,strict sanitize valgrind,'$(MAKE) --no-print-directory $(t)')
+
+strict: ## every standard, every strict warning, header, tests and examples, gcc and clang
+	@sh tests/run.sh $(foreach c,$(COMPILERS),'sh tests/compile/run.sh $(c) $(BUILD)/strict/$(c) strict')
+
+sanitize: ## the tests with the address and the undefined-behaviour sanitizer
+	@mkdir -p $(BUILD) && echo 'int main(void) { return 0; }' >$(BUILD)/probe.c
+	@if $(CC) $(SANITIZE) $(BUILD)/probe.c -o $(BUILD)/probe 2>/dev/null && $(BUILD)/probe; then \
+	    $(MAKE) --no-print-directory test BUILD=$(BUILD)/sanitize CFLAGS="$(SANITIZE)" COMPILE=; \
+	else \
+	    echo "sanitize passed by: $(CC) has no sanitizers (Debian: libgcc-12-dev or libclang-rt-14-dev)"; \
+	fi
+
+valgrind: ## the quicker tests under valgrind
+	@if command -v valgrind >/dev/null; then \
+	    TEST_QUICK=1 $(MAKE) --no-print-directory test COMPILE= TESTS='$(filter-out $(SLOW),$(TESTS))' \
+	        RUN='valgrind -q --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=all'; \
+	else \
+	    echo "valgrind passed by: not here (Debian: valgrind)"; \
+	fi
+
+FUZZCC      = clang
+FUZZSECONDS = 30
+fuzz: ## libFuzzer on the PFM reader, half a minute
+	@mkdir -p $(BUILD)/fuzz
+	@echo '#include <stddef.h>' >$(BUILD)/fuzz/probe.c
+	@echo 'int LLVMFuzzerTestOneInput(const unsigned char *d, size_t n) { return d && n > 9 ? 0 : 0; }' \
+	    >>$(BUILD)/fuzz/probe.c
+	@if $(FUZZCC) -fsanitize=fuzzer $(BUILD)/fuzz/probe.c -o $(BUILD)/fuzz/probe 2>/dev/null; then \
+	    $(FUZZCC) -std=c99 -O1 -g -I. -fsanitize=fuzzer,address,undefined,float-cast-overflow \
+	        -fno-sanitize-recover=all tests/fuzz_pfm.c -o $(BUILD)/fuzz/fuzz_pfm -lm && \
+	    mkdir -p $(BUILD)/fuzz/corpus && \
+	    $(BUILD)/fuzz/fuzz_pfm -max_total_time=$(FUZZSECONDS) -max_len=4096 -malloc_limit_mb=64 \
+	        -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/corpus; \
+	else \
+	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
+	fi
+
+examples: $(EXAMPLES) ## build the examples
+
+docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
+	$(BUILD)/envmap docs docs/images
+
+install: ## copy the header to $(DESTDIR)$(PREFIX)/include
+	install -d '$(DESTDIR)$(PREFIX)/include'
+	install -m 644 envmap.h '$(DESTDIR)$(PREFIX)/include/envmap.h'
+
+clean: ## remove build/
+	rm -rf $(BUILD)
+
+# What is built with one compiler or flags is not up to date for others.
+$(BUILD)/flags: FORCE
+	@mkdir -p $(BUILD)/tests
+	@echo '$(CC) $(CFLAGS)' | cmp -s - $@ || echo '$(CC) $(CFLAGS)' >$@
+
+$(BUILD)/tests/%: tests/%.c envmap.h $(wildcard tests/*.h) $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $< -o $@ $(LIBS)
+
+$(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h) $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)

@@ -1,0 +1,194 @@
+/* SPDX-License-Identifier: MIT
+   What the tests hold the library against: the mappings written a second time, in double and
+   straight from their sources, a memory that counts and fails on demand, and scenes. Include it
+   before envmap.h: it defines ENVMAP_MALLOC and ENVMAP_FREE. */
+#ifndef ORACLE_H
+#define ORACLE_H
+
+#include "test.h"
+
+/* ------------------------------------------------------------------------------- the memory --
+   Live blocks are counted; the call number `oracle_fail_at` (from 0) gets NULL, a single block
+   of more than 256 MB too, and a block must come back with the context that it was asked with. */
+static int oracle_live, oracle_calls, oracle_fail_at = -1, oracle_wrong_context;
+static size_t oracle_largest; /* the largest block that was asked for */
+
+static inline void *oracle_malloc(void *context, size_t bytes) {
+    if (bytes > oracle_largest) oracle_largest = bytes;
+    if (oracle_calls++ == oracle_fail_at || bytes > (size_t)256 << 20) return NULL;
+    void **block = (void **)malloc(bytes + 16);
+    if (!block) return NULL;
+    block[0] = context;
+    memset((char *)block + 16, 0xA5, bytes);
+    ++oracle_live;
+    return (char *)block + 16;
+}
+
+static inline void oracle_free(void *context, void *pointer) {
+    if (!pointer) return;
+    void **block = (void **)((char *)pointer - 16);
+    if (block[0] != context) ++oracle_wrong_context;
+    --oracle_live;
+    free(block);
+}
+
+#define ENVMAP_MALLOC(context, bytes) oracle_malloc(context, bytes)
+#define ENVMAP_FREE(context, pointer) oracle_free(context, pointer)
+#ifndef ENVMAP_IMPLEMENTATION
+#define ENVMAP_IMPLEMENTATION
+#endif
+#include "envmap.h"
+
+/* ------------------------------------------------------------------------------ the mappings -- */
+
+static const char *const oracle_name[] = {"cube", "paraboloid", "sphere", "lat-long", "angular"};
+
+/* OpenGL 4.6, table 8.19: the face of largest |r|, s_c and t_c as signed components (1 x, 2 y,
+   3 z), then s = (s_c/|m_a| + 1)/2, t = (t_c/|m_a| + 1)/2. */
+static const int oracle_cube[6][3] = {/* m_a, s_c, t_c */
+                                      {+1, -3, -2}, {-1, +3, -2}, {+2, +1, +3},
+                                      {-2, +1, -3}, {+3, +1, -2}, {-3, -1, -2}};
+
+static inline double oracle_component(const double d[3], int axis) {
+    return axis > 0 ? d[axis - 1] : -d[-axis - 1];
+}
+
+static inline void oracle_coordinates(int *face, double *u, double *v, int mapping,
+                                      const double d[3]) {
+    double n = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    double x = d[0] / n, y = d[1] / n, z = d[2] / n, X = 0, Y = 0;
+    *face = 0;
+    if (mapping == ENVMAP_CUBE) {
+        for (int f = 1; f < 6; ++f)
+            if (oracle_component(d, oracle_cube[f][0]) >
+                oracle_component(d, oracle_cube[*face][0]))
+                *face = f;
+        double m = oracle_component(d, oracle_cube[*face][0]);
+        *u = (oracle_component(d, oracle_cube[*face][1]) / m + 1) / 2;
+        *v = (oracle_component(d, oracle_cube[*face][2]) / m + 1) / 2;
+        return;
+    }
+    if (mapping == ENVMAP_LATLONG) { /* Debevec's lat-long formula */
+        *u = 0.5 + atan2(x, -z) / (2 * PI);
+        *v = acos(y) / PI;
+        return;
+    }
+    if (mapping == ENVMAP_PARABOLOID) { /* Heidrich & Seidel 1998 */
+        *face = z < 0;
+        X = x / (1 + fabs(z)), Y = y / (1 + fabs(z));
+    } else if (mapping == ENVMAP_SPHERE) { /* OpenGL 1.1, 2.10.4: m = 2 sqrt(x^2+y^2+(z+1)^2) */
+        double m = 2 * sqrt(x * x + y * y + (z + 1) * (z + 1));
+        X = 2 * x / m, Y = 2 * y / m;
+    } else { /* Debevec's angular map */
+        double r = acos(-z) / (PI * sqrt(x * x + y * y));
+        X = x * r, Y = y * r;
+    }
+    *u = 0.5 + 0.5 * X;
+    *v = 0.5 - 0.5 * Y;
+}
+
+/* The inverse, derived apart; discs other than the paraboloids clamp to their rim. */
+static inline void oracle_direction(double d[3], int mapping, int face, double u, double v) {
+    double X = 2 * u - 1, Y = 1 - 2 * v, r = sqrt(X * X + Y * Y);
+    if (mapping == ENVMAP_CUBE) {
+        static const int signs[2] = {-1, 1};
+        double c[3] = {1, 2 * u - 1, 2 * v - 1};
+        for (int k = 0; k < 3; ++k) {
+            int axis = oracle_cube[face][k];
+            d[abs(axis) - 1] = signs[axis > 0] * c[k];
+        }
+        double n = sqrt(1 + c[1] * c[1] + c[2] * c[2]);
+        for (int k = 0; k < 3; ++k) d[k] /= n;
+    } else if (mapping == ENVMAP_PARABOLOID) {
+        double s = 1 + r * r;
+        d[0] = 2 * X / s, d[1] = 2 * Y / s, d[2] = (face ? -1 : 1) * (1 - r * r) / s;
+    } else if (mapping == ENVMAP_LATLONG) {
+        double a = 2 * PI * (u - 0.5), t = PI * v;
+        d[0] = sin(a) * sin(t), d[1] = cos(t), d[2] = -cos(a) * sin(t);
+    } else {
+        if (r > 1) X /= r, Y /= r, r = 1;
+        if (mapping == ENVMAP_SPHERE) {
+            double nz = sqrt(1 - r * r);
+            d[0] = 2 * nz * X, d[1] = 2 * nz * Y, d[2] = 2 * nz * nz - 1;
+        } else {
+            double s = r > 0 ? sin(PI * r) / r : PI;
+            d[0] = s * X, d[1] = s * Y, d[2] = -cos(PI * r);
+        }
+    }
+}
+
+static inline double oracle_angle(const double a[3], const double b[3]) {
+    double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                   a[0] * b[1] - a[1] * b[0]};
+    return atan2(sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]),
+                 a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
+}
+
+static inline double oracle_angle_f(const float a[3], const float b[3]) {
+    double p[3] = {(double)a[0], (double)a[1], (double)a[2]};
+    double q[3] = {(double)b[0], (double)b[1], (double)b[2]};
+    return oracle_angle(p, q);
+}
+
+/* ---------------------------------------------------------------------------------- scenes -- */
+
+static inline void oracle_random_direction(double d[3], unsigned long long *state) {
+    double z = 2 * test_random(state) - 1, a = 2 * PI * test_random(state), s = sqrt(1 - z * z);
+    d[0] = s * cos(a), d[1] = s * sin(a), d[2] = z;
+}
+
+/* Some unit vector at right angles to d, turned by an angle. */
+static inline void oracle_tangent(double t[3], const double d[3], double angle) {
+    double h[3] = {fabs(d[0]) < 0.6, 0, fabs(d[0]) >= 0.6};
+    double a[3] = {h[1] * d[2] - h[2] * d[1], h[2] * d[0] - h[0] * d[2], h[0] * d[1] - h[1] * d[0]};
+    double n = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+    for (int k = 0; k < 3; ++k) a[k] /= n;
+    double b[3] = {d[1] * a[2] - d[2] * a[1], d[2] * a[0] - d[0] * a[2], d[0] * a[1] - d[1] * a[0]};
+    for (int k = 0; k < 3; ++k) t[k] = cos(angle) * a[k] + sin(angle) * b[k];
+}
+
+static inline int oracle_width(int mapping, int edge) {
+    return mapping == ENVMAP_LATLONG ? 2 * edge : edge;
+}
+
+static inline int oracle_edge(int size, int level) { return size >> level > 1 ? size >> level : 1; }
+
+/* Samples of a level, all slices and faces, x 3. */
+static inline size_t oracle_floats(int mapping, int size, int slices, int level) {
+    static const size_t faces[] = {6, 2, 1, 1, 1};
+    size_t edge = (size_t)oracle_edge(size, level);
+    return faces[mapping] * edge * (size_t)oracle_width(mapping, (int)edge) * (size_t)slices * 3;
+}
+
+static inline void oracle_noise(envmap *map, unsigned long long seed) {
+    size_t n = 0;
+    for (int l = 0; l < map->levels; ++l)
+        n += oracle_floats(map->mapping, map->size, map->slices, l);
+    for (size_t i = 0; i < n; ++i) map->texels[i] = (float)test_random(&seed);
+}
+
+static inline void oracle_fill(envmap *map, int level, double (*f)(const double d[3], int channel)) {
+    int edge = oracle_edge(map->size, level), width = oracle_width(map->mapping, edge);
+    for (int s = 0; s < map->slices; ++s)
+        for (int face = 0; face < envmap_faces(map->mapping); ++face)
+            for (int y = 0; y < edge; ++y)
+                for (int x = 0; x < width; ++x) {
+                    double d[3];
+                    oracle_direction(d, map->mapping, face, (x + 0.5) / width, (y + 0.5) / edge);
+                    float *t = envmap_texel(map, level, s, face, x, y);
+                    for (int c = 0; c < 3; ++c) t[c] = (float)f(d, c);
+                }
+}
+
+static inline double oracle_one(const double d[3], int channel) {
+    (void)d;
+    return 1 + channel;
+}
+
+/* Smooth, of no symmetry, positive: 2 + a linear, a quadratic and a cubic part. */
+static inline double oracle_smooth(const double d[3], int channel) {
+    double x = d[channel], y = d[(channel + 1) % 3], z = d[(channel + 2) % 3];
+    return 2 + 0.4 * x + 0.3 * x * y + 0.3 * z * z * y - 0.2 * z;
+}
+
+#endif

@@ -1,0 +1,76 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# usage: tests/run.sh [-s] [-j N] [-l DIR] COMMAND ...
+# Runs every COMMAND (a line of shell), shows what it prints, and ends with one line
+# "N passed, N failed": the sum of the lines of that form which the commands end with. A command
+# that prints none counts once, by its exit status; with -s (test programs) it counts as a failure,
+# because it must have crashed. Exits with 1 when anything failed.
+#   -j N    N commands at once (their output comes whole and in order); 1 shows it as it comes
+#   -l DIR  keep the logs in DIR
+summary_needed=0 jobs=1 logs=
+while getopts sj:l: option; do
+    case $option in
+    s) summary_needed=1 ;;
+    j) jobs=$OPTARG ;;
+    l) logs=$OPTARG ;;
+    *) exit 2 ;;
+    esac
+done
+shift $((OPTIND - 1))
+[ -n "$logs" ] || { logs=$(mktemp -d) && trap 'rm -rf "$logs"' EXIT; }
+mkdir -p "$logs" || exit 2
+passed=0 failed=0
+
+# Only the last line of all may read "N passed, N failed".
+label() { sed -E "s|^([0-9]+ passed, [0-9]+ failed)\$|$1: \1|"; }
+
+# count NUMBER NAME: adds what command NUMBER reported
+count() {
+    status=$(cat "$logs/$1.status" 2>/dev/null || echo 1)
+    line=$(grep -aE '^[0-9]+ passed, [0-9]+ failed$' "$logs/$1.log" | tail -n 1)
+    p=0 f=0
+    if [ -n "$line" ]; then
+        p=${line%% *}
+        f=${line#*, } f=${f%% *}
+    elif [ "$status" -eq 0 ] && [ $summary_needed -eq 0 ]; then
+        p=1
+    fi
+    if [ "$p$f" = 00 ] || { [ "$status" -ne 0 ] && [ "$f" -eq 0 ]; }; then
+        f=$((f + 1))
+        if [ "$status" -gt 128 ]; then
+            echo "  FAIL $2: ended by signal $((status - 128))"
+        else
+            echo "  FAIL $2: exit status $status${line:+ although its tests passed}"
+        fi
+    fi
+    passed=$((passed + p)) failed=$((failed + f))
+}
+
+finish() { # NUMBER: waits for a command in the background and shows its output
+    eval "pid=\$pid_$1 name=\$name_$1"
+    wait "$pid"
+    echo $? >"$logs/$1.status"
+    echo "== $name"
+    label "$name" <"$logs/$1.log"
+    count "$1" "$name"
+}
+
+i=0 oldest=1
+for command; do
+    i=$((i + 1))
+    name=$(echo "$command" | sed -E 's|^.*/(test_[a-z0-9_]+)$|\1|')
+    rm -f "$logs/$i.log" "$logs/$i.status"
+    if [ "$jobs" -le 1 ]; then
+        echo "== $name"
+        { sh -c "$command" 2>&1; echo $? >"$logs/$i.status"; } | tee "$logs/$i.log" | label "$name"
+        count $i "$name"
+    else
+        sh -c "$command" >"$logs/$i.log" 2>&1 &
+        eval "pid_$i=$! name_$i=\$name"
+        [ $((i - oldest + 1)) -lt "$jobs" ] || { finish $oldest; oldest=$((oldest + 1)); }
+    fi
+done
+[ "$jobs" -le 1 ] || while [ $oldest -le $i ]; do finish $oldest; oldest=$((oldest + 1)); done
+
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ] && [ $passed -gt 0 ]
