@@ -48,8 +48,7 @@ count() {
 
 finish() { # NUMBER: waits for a command in the background and shows its output
     eval "pid=\$pid_$1 name=\$name_$1"
-    wait "$pid"
-    echo $? >"$logs/$1.status"
+    wait "$pid" 2>/dev/null
     echo "== $name"
     label "$name" <"$logs/$1.log"
     count "$1" "$name"
@@ -65,7 +64,7 @@ for command; do
         { sh -c "$command" 2>&1; echo $? >"$logs/$i.status"; } | tee "$logs/$i.log" | label "$name"
         count $i "$name"
     else
-        sh -c "$command" >"$logs/$i.log" 2>&1 &
+        { sh -c "$command"; echo $? >"$logs/$i.status"; } >"$logs/$i.log" 2>&1 &
         eval "pid_$i=$! name_$i=\$name"
         [ $((i - oldest + 1)) -lt "$jobs" ] || { finish $oldest; oldest=$((oldest + 1)); }
     fi
