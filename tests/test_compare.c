@@ -9,7 +9,8 @@ static envmap black(envmap_mapping mapping, int size, int levels, int slices) {
     return map;
 }
 
-static void set(envmap *map, int level, int slice, int face, int x, int y, float r, float g, float b) {
+static void set(envmap *map, int level, int slice, int face, int x, int y, float r, float g,
+                float b) {
     float *texel = envmap_texel(map, level, slice, face, x, y);
     if (!CHECK(texel != NULL)) return;
     texel[0] = r;
@@ -92,7 +93,8 @@ static void differences_at_a_pole_hardly_count(void) {
     set(&a, 0, 0, 0, 3, 0, 2, 2, 2);
     set(&a, 0, 0, 0, 3, 4, 4, 4, 4);
     CHECK(envmap_compare(&equator, &a, &b, 0) == ENVMAP_OK);
-    CHECK_CLOSE(equator.bias / pole.bias, (cos(PI / 2) - cos(5 * PI / 8)) / (1 - cos(PI / 8)), 1e-9);
+    CHECK_CLOSE(equator.bias / pole.bias, (cos(PI / 2) - cos(5 * PI / 8)) / (1 - cos(PI / 8)),
+                1e-9);
     CHECK(equator.y == 4 && pole.y == 0 && pole.x == 3);
     envmap_free(&a);
     envmap_free(&b);

@@ -109,7 +109,8 @@ static inline void o_support(double *from, double *to, o_lobe lobe, double p) {
 
 /* Half the width of where k exceeds e^(-1/2) of the peak. */
 static inline double o_sigma(o_lobe lobe, double p) {
-    if (lobe.kind == O_PHONG) return lobe.n > 0 ? 2 * asin(sqrt(-expm1(-0.5 / lobe.n) / 2)) : PI / 2;
+    if (lobe.kind == O_PHONG)
+        return lobe.n > 0 ? 2 * asin(sqrt(-expm1(-0.5 / lobe.n) / 2)) : PI / 2;
     if (lobe.kind == O_GAUSSIAN) return lobe.n > 0.25 ? 2 * asin(sqrt(0.25 / lobe.n)) : PI;
     if (lobe.kind == O_BANKS) return 2 * asin(sqrt((1 - exp(-0.5)) * (1 - lobe.n) / 2));
     long double low = 0, high = PI_L / 2, aim = expl(-0.5L) * o_k(lobe, 0, p);
