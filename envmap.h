@@ -334,7 +334,8 @@ ENVMAP_API envmap_lobe envmap_lobe_table(const float *values, int size, int slic
    integral   2 pi integral of scale * k over [-1,1], sr: closed form where there is one
    sigma      half the width of the angles where k exceeds e^(-1/2) of its peak, rad
    support    [from, to] in angle: outside it k = 0, or below 1e-12 of its peak
-   kinks      angles where k or its slope jumps (horizon, ring edges, tip of a cone); writes at
+   kinks      angles where k or its slope jumps, or its curvature has no bound (horizon, ring
+              edges, tip of a cone); writes at
               most `room`, returns how many there are
    curvature  bound over [from, to] of max(|k_tt|, |cot t k_t|), t the angle: the eigenvalues of
               k's Hessian on the sphere; valid between kinks
@@ -1595,7 +1596,10 @@ static int envmapi_lobe_ok(const envmap_lobe *lobe) {
     case ENVMAP_LOBE_GGX: return parameter >= 0.99e-4 && parameter <= 1;
     case ENVMAP_LOBE_BANKS: return parameter >= 0 && parameter <= 0.99999;
     case ENVMAP_LOBE_FUNCTION:
-        return lobe->function && lobe->kink_count >= 0 && (lobe->kinks || !lobe->kink_count);
+        if (!lobe->function || lobe->kink_count < 0 || (!lobe->kinks && lobe->kink_count)) return 0;
+        for (int i = 0; i < lobe->kink_count; ++i)
+            if (!(lobe->kinks[i] > 0 && (double)lobe->kinks[i] < ENVMAPI_PI)) return 0;
+        return 1;
     case ENVMAP_LOBE_TABLE: break;
     default: return 0;
     }
@@ -1694,7 +1698,7 @@ ENVMAPI_BODY int envmap_lobe_kinks(double *angles, int room, const envmap_lobe *
             if (angles && n < room) angles[n] = (double)lobe->kinks[n];
         return n;
     }
-    if ((lobe->kind == ENVMAP_LOBE_PHONG && a <= 2) || lobe->kind == ENVMAP_LOBE_GGX)
+    if ((lobe->kind == ENVMAP_LOBE_PHONG && a < 2) || lobe->kind == ENVMAP_LOBE_GGX)
         found[n++] = ENVMAPI_PI / 2;
     if (lobe->kind == ENVMAP_LOBE_BANKS) {
         double ring = envmapi_acos(-p), edge = acos(a);
@@ -1736,9 +1740,13 @@ static envmapi_walk envmapi_walk_of(const envmap_lobe *lobe, double p, double fr
     walk.count = 2, walk.breaks[0] = from, walk.breaks[1] = to;
     int n = envmap_lobe_kinks(kinks, 32, lobe, p);
     for (int i = 0; i < n && i < 32; ++i) envmapi_walk_break(&walk, kinks[i], from, to);
+    /* No lobe of known width has detail a tenth of that. */
+    double width = (double)lobe->parameter, finest = 1e-6;
+    if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN) finest = 0.1 / sqrt(width + 1);
+    if (lobe->kind == ENVMAP_LOBE_GGX) finest = 0.1 * width;
     /* A table's panels are its own pieces. */
     if (lobe->kind != ENVMAP_LOBE_TABLE)
-        for (double scale = 1.6; scale > 1e-6 && scale > from / 2; scale /= 2)
+        for (double scale = 1.6; scale > finest && scale > from / 2; scale /= 2)
             envmapi_walk_break(&walk, scale, from, to);
     if (lobe->kind == ENVMAP_LOBE_FUNCTION)
         for (double scale = 1.2; scale > 1e-6; scale /= 2)
@@ -1759,13 +1767,13 @@ static int envmapi_walk_next(envmapi_walk *walk, double *theta, double *weight) 
     return 1;
 }
 
-/* 2 pi integral of k^power over [-1,1]. */
+/* 2 pi integral of k^power over [-1,1]; of |k| for power 0. */
 static double envmapi_lobe_power(const envmap_lobe *lobe, double p, int power) {
     envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1);
     double sum = 0, theta, weight;
     while (envmapi_walk_next(&walk, &theta, &weight)) {
         double k = envmapi_k(lobe, cos(theta), p);
-        sum += weight * sin(theta) * (power == 2 ? k * k : k);
+        sum += weight * sin(theta) * (power == 2 ? k * k : power == 0 ? fabs(k) : k);
     }
     return 2 * ENVMAPI_PI * sum;
 }
@@ -1787,6 +1795,14 @@ ENVMAPI_BODY double envmap_lobe_integral(const envmap_lobe *lobe, double p) {
     return (double)lobe->scale * envmapi_lobe_integral(lobe, p);
 }
 
+/* The integral can be divided by: what is left of k that cancels is rounding. */
+static int envmapi_lobe_positive(const envmap_lobe *lobe, double p) {
+    double integral = envmapi_lobe_integral(lobe, p);
+    if (!envmapi_finite(integral) || !(integral > 0)) return 0;
+    if (lobe->kind != ENVMAP_LOBE_FUNCTION && lobe->kind != ENVMAP_LOBE_TABLE) return 1;
+    return integral > 1e-9 * envmapi_lobe_power(lobe, p, 0);
+}
+
 /* What the filter divides by: 1 raw, one constant for all of Banks' slices; 0 asks for the sum of
    k w over the texels of each axis. */
 static double envmapi_lobe_norm(const envmap_lobe *lobe) {
@@ -1794,21 +1810,36 @@ static double envmapi_lobe_norm(const envmap_lobe *lobe) {
     return lobe->kind == ENVMAP_LOBE_BANKS ? envmapi_lobe_integral(lobe, 0) : 0;
 }
 
+/* Where k crosses `level` between an angle inside, where it is above, and one outside. */
+static double envmapi_lobe_crossing(const envmap_lobe *lobe, double p, double level, double inside,
+                                    double outside) {
+    for (int i = 0; i < 60; ++i) {
+        double middle = 0.5 * (inside + outside);
+        if (envmapi_k(lobe, cos(middle), p) < level) outside = middle;
+        else inside = middle;
+    }
+    return outside;
+}
+
 /* From the nodes where k exceeds e^(-1/2) of the peak, as far as they hang together with it. */
 static double envmapi_lobe_sigma_by_nodes(const envmap_lobe *lobe, double p) {
-    double peak = 0, at = 0, theta, weight, low = 0, high = ENVMAPI_PI;
+    double peak = envmapi_k(lobe, 1, p), at = 0, theta, weight, low = -1, high = -1, last = 0;
     envmapi_walk start = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1), walk = start;
     while (envmapi_walk_next(&walk, &theta, &weight)) {
         double k = envmapi_k(lobe, cos(theta), p);
         if (k > peak) peak = k, at = theta;
     }
+    double level = 0.60653066 * peak, inside = at;
     walk = start;
-    while (envmapi_walk_next(&walk, &theta, &weight))
-        if (envmapi_k(lobe, cos(theta), p) < 0.60653066 * peak) {
-            if (theta < at && theta > low) low = theta;
-            if (theta > at && theta < high) high = theta;
-        }
-    return low > 0 ? (high - low) / 2 : high;
+    while (high < 0 && envmapi_walk_next(&walk, &theta, &weight)) {
+        int below = envmapi_k(lobe, cos(theta), p) < level;
+        if (theta < at && below) low = theta;
+        if (theta < at && !below && low >= 0 && last <= low) inside = theta; /* first above low */
+        if (theta > at && below) high = envmapi_lobe_crossing(lobe, p, level, last, theta);
+        last = theta;
+    }
+    if (high < 0) high = ENVMAPI_PI;
+    return low < 0 ? high : 0.5 * (high - envmapi_lobe_crossing(lobe, p, level, inside, low));
 }
 
 ENVMAPI_BODY double envmap_lobe_sigma(const envmap_lobe *lobe, double p) {
@@ -1822,22 +1853,58 @@ ENVMAPI_BODY double envmap_lobe_sigma(const envmap_lobe *lobe, double p) {
     }
 }
 
-/* max(|k_tt|, |cot t k_t|) at an angle, by central differences over h. */
-static double envmapi_curvature_at(const envmap_lobe *lobe, double p, double theta, double h) {
-    double a = envmapi_k(lobe, cos(theta - h), p), b = envmapi_k(lobe, cos(theta), p);
-    double c = envmapi_k(lobe, cos(theta + h), p), sine = sin(theta);
-    double along = fabs(a - 2 * b + c) / (h * h);
-    double across = sine > h / 2 ? fabs(cos(theta) / sine * (c - a) / (2 * h)) : along;
+/* max(|k_tt|, |cot t k_t|) from the derivatives in t; no bound where a cone has its tip. */
+static double envmapi_curvature_of(double theta, double k_t, double k_tt) {
+    double sine = sin(theta), across = fabs(k_tt), along = fabs(k_t);
+    if (sine > 0) along *= fabs(cos(theta)) / sine;
+    else along = along > 0 ? HUGE_VAL : across;
     return along > across ? along : across;
 }
 
-/* Samples at the nodes of the walk, four panels to a sigma, with a margin for what lies between. */
+/* The same from the derivatives in x: k_t = -sin t k_x, k_tt = sin^2 t k_xx - cos t k_x. */
+static double envmapi_curvature_of_x(double theta, double k_x, double k_xx) {
+    double x = cos(theta), along = fabs(x * k_x), across = fabs((1 - x * x) * k_xx - x * k_x);
+    return along > across ? along : across;
+}
+
+/* At an angle inside the support: closed forms, else central differences over h. */
+static double envmapi_curvature_at(const envmap_lobe *lobe, double p, double theta, double h) {
+    double n = (double)lobe->parameter, x = cos(theta), k = envmapi_k(lobe, x, p);
+    switch (lobe->kind) {
+    case ENVMAP_LOBE_PHONG:
+        return envmapi_curvature_of_x(theta, n > 0 ? n * pow(x, n - 1) : 0,
+                                      n > 0 && !(n >= 1 && n <= 1) ? n * (n - 1) * pow(x, n - 2) : 0);
+    case ENVMAP_LOBE_GAUSSIAN: return envmapi_curvature_of_x(theta, n * k, n * n * k);
+    case ENVMAP_LOBE_GGX: { /* k = c x / q^2, q' = m */
+        double m = (n * n - 1) / 2, q = n * n * (1 + x) / 2 + (1 - x) / 2, c = n * n / ENVMAPI_PI;
+        return envmapi_curvature_of_x(theta, c / (q * q) * (1 - 2 * m * x / q),
+                                      c * m / (q * q * q) * (6 * m * x / q - 4));
+    }
+    case ENVMAP_LOBE_BANKS: {
+        double d = theta - envmapi_acos(-p), scale = 1 / ((1 - n) * (1 - n));
+        return envmapi_curvature_of(theta, -sin(d) * scale, -cos(d) * scale);
+    }
+    default: break;
+    }
+    double before = envmapi_k(lobe, cos(theta - h), p), after = envmapi_k(lobe, cos(theta + h), p);
+    if (!(theta > h / 2 && theta < ENVMAPI_PI - h / 2)) return fabs(before - 2 * k + after) / (h * h);
+    return envmapi_curvature_of(theta, (after - before) / (2 * h), (before - 2 * k + after) / (h * h));
+}
+
+/* At the ends and at the nodes of the walk, four panels to a sigma, with a margin for what lies
+   between. Differences keep h away from the ends. */
 static double envmapi_curvature_between(const envmap_lobe *lobe, double p, double from, double to,
                                         double sigma) {
+    int known = lobe->kind != ENVMAP_LOBE_FUNCTION && lobe->kind != ENVMAP_LOBE_TABLE;
+    double low, high, h = 1e-3 * sigma, bound = 0, theta, weight, ends[2];
+    envmap_lobe_support(&low, &high, lobe, p);
+    if (from < low) from = low;
+    if (to > high) to = high;
+    if (!(from < to)) return 0;
     envmapi_walk walk = envmapi_walk_of(lobe, p, from, to, sigma / 2);
-    double h = 1e-3 * sigma, bound = 0, theta, weight, ends[2];
     if (h > (to - from) / 8) h = (to - from) / 8;
-    if (!(h > 1e-9)) return 0;
+    if (known) h = 0;
+    else if (!(h > 1e-9)) return 0;
     ends[0] = from > 0 ? from + h : 0, ends[1] = to < ENVMAPI_PI ? to - h : ENVMAPI_PI;
     while (envmapi_walk_next(&walk, &theta, &weight)) {
         if (theta < from + h || theta > to - h) continue;
@@ -1913,7 +1980,7 @@ static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lob
 /* The bands, divided by the filter's norm; 0 when that is not positive. */
 static int envmapi_zonal(double *lambda, int bands, const envmap_lobe *lobe, double p) {
     double integral = envmapi_lobe_integral(lobe, p), norm = envmapi_lobe_norm(lobe), factor;
-    if (!(norm > 0) && !lobe->raw) norm = integral;
+    if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_positive(lobe, p) ? integral : 0;
     if (lobe->raw) factor = (double)lobe->scale;
     else if (envmapi_finite(norm) && norm > 0) factor = 1 / norm;
     else return 0;
@@ -1935,7 +2002,7 @@ static int envmapi_zonal(double *lambda, int bands, const envmap_lobe *lobe, dou
 
 ENVMAPI_BODY envmap_result envmap_lobe_zonal(double *lambda, int bands, const envmap_lobe *lobe,
                                              double p) {
-    if (!lambda || bands < 1 || bands > ENVMAPI_BAND_LIMIT || !envmapi_finite(p))
+    if (!lambda || !lobe || bands < 1 || bands > ENVMAPI_BAND_LIMIT || !envmapi_finite(p))
         return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_lobe_has_k(lobe)) return ENVMAP_ERROR_LOBE;
     double first[1]; /* a lobe that fails does so at one band, before anything is written */
@@ -1949,28 +2016,30 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
     return (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * (k + 0.5) / n;
 }
 
-/* Parseval: sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2) / norm^2. Doubles the bands until
-   the known tail is what is left of that. */
-static int envmapi_lobe_bands(const envmap_lobe *lobe, double p, double tolerance) {
+/* The fewest bands with  contrast * |tail| <= tolerance * |what a scene of that contrast leaves|:
+   a scene's l-th band is taken as contrast^2 times that of one light, and its mean as 1. Contrast 1
+   is one light: the tail relative to the lobe's own rms. By Parseval the sum over all l,
+   sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2); bands are added until the tail they do not
+   hold is known to be small enough. */
+static int envmapi_bands(const envmap_lobe *lobe, double p, double tolerance, double contrast) {
     double lambda[ENVMAPI_BAND_LIMIT], integral = envmapi_lobe_integral(lobe, p);
-    double total = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2);
+    double total = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2), c2 = contrast * contrast;
+    double limit = tolerance * tolerance * ((1 - c2) * integral * integral + c2 * total);
     envmap_lobe raw = *lobe;
     raw.raw = 1, raw.scale = 1;
     if (!envmapi_finite(integral) || !(total > 0)) return 0;
-    for (int bands = 64;; bands *= 4) {
+    if (!lobe->raw && lobe->kind != ENVMAP_LOBE_BANKS && !envmapi_lobe_positive(lobe, p)) return 0;
+    for (int bands = 32;; bands *= 2) {
         double tail = total;
         envmapi_zonal(lambda, bands, &raw, p);
         for (int l = 0; l < bands; ++l) tail -= (2 * l + 1) * lambda[l] * lambda[l];
         if (tail < 1e-12 * total) tail = 0; /* rounding */
-        for (int l = bands; l > 0; --l) {
-            double next = tail + (2 * l - 1) * lambda[l - 1] * lambda[l - 1];
-            if (next > tolerance * tolerance * total) {
-                if (l < bands || bands == ENVMAPI_BAND_LIMIT) return l;
-                break;
-            }
-            tail = next;
-            if (l == 1) return 1;
+        if (c2 * tail > limit && bands < ENVMAPI_BAND_LIMIT) continue;
+        for (int l = bands; l > 1; --l) {
+            tail += (2 * l - 1) * lambda[l - 1] * lambda[l - 1];
+            if (c2 * tail > limit) return l;
         }
+        return 1;
     }
 }
 
@@ -1981,7 +2050,7 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
         return 0;
     if (!(fabs((double)lobe->p1 - (double)lobe->p0) > 0)) slices = 1;
     for (int k = 0; k < slices; ++k) {
-        int n = envmapi_lobe_bands(lobe, envmapi_slice_p(lobe, k, slices), tolerance);
+        int n = envmapi_bands(lobe, envmapi_slice_p(lobe, k, slices), tolerance, 1);
         if (!n) return 0;
         if (n > bands) bands = n;
     }
@@ -2006,6 +2075,7 @@ typedef struct envmapi_source {
     const envmap *map;
     size_t count;
     double *x, *y, *z, *w;   /* direction and solid angle */
+    double *u, *v;           /* where on the face: a centre, or a centroid at a rim */
     double *r, *g, *b;       /* radiance times solid angle */
     int *texel;              /* index in the face order of the image, for the tent */
     void *block;             /* all of the above */
@@ -2022,13 +2092,14 @@ static envmap_result envmapi_source_create(envmapi_source *source, const envmap 
     size_t area = envmapi_area(map->mapping, edge), n = area * (size_t)envmap_faces(map->mapping);
     memset(source, 0, sizeof *source);
     source->map = map;
-    if (n > SIZE_MAX / 64) return ENVMAP_ERROR_MEMORY;
-    double *block = (double *)ENVMAP_MALLOC(memory, n * (7 * sizeof(double) + sizeof(int)));
+    if (n > SIZE_MAX / 128) return ENVMAP_ERROR_MEMORY;
+    double *block = (double *)ENVMAP_MALLOC(memory, n * (9 * sizeof(double) + sizeof(int)));
     if (!block) return ENVMAP_ERROR_MEMORY;
     source->block = block;
     source->x = block, source->y = block + n, source->z = block + 2 * n, source->w = block + 3 * n;
     source->r = block + 4 * n, source->g = block + 5 * n, source->b = block + 6 * n;
-    source->texel = (int *)(block + 7 * n);
+    source->u = block + 7 * n, source->v = block + 8 * n;
+    source->texel = (int *)(block + 9 * n);
     const float *texels = envmapi_image(map, 0, slice, 0);
     for (size_t t = 0; t < area; ++t) {
         double at[2], w = envmapi_texel_cell(at, map->mapping, edge, (int)(t % (size_t)width),
@@ -2041,6 +2112,7 @@ static envmap_result envmapi_source_create(envmapi_source *source, const envmap 
             source->r[i] = w * (double)texels[3 * texel];
             source->g[i] = w * (double)texels[3 * texel + 1];
             source->b[i] = w * (double)texels[3 * texel + 2];
+            source->u[i] = at[0], source->v[i] = at[1];
             source->texel[i] = (int)texel;
         }
     }
@@ -2083,7 +2155,7 @@ static void envmapi_axis_sum(envmapi_axis *axis, double beyond) {
             if (!(step > 0)) continue;
         }
         double k = step * envmapi_k(axis->lobe, x, axis->p);
-        if (k < 0 || k > 0) envmapi_axis_add(axis, i, k);
+        if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
     }
 }
 
@@ -2092,11 +2164,11 @@ static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i, double ten
     static const double at[4] = {-0.64494897, -0.15505103, 0.15505103, 0.64494897};
     static const double weight[4] = {0.18195861, 0.31804139, 0.31804139, 0.18195861};
     const envmapi_level *level = &axis->level;
-    int area = level->width * level->edge, texel = axis->source->texel[i] % area;
+    int area = level->width * level->edge;
     double sum = 0, d[3];
     for (int j = 0; j < 16; ++j) {
-        double u = (texel % level->width + 0.5 + tent * at[j & 3]) / level->width;
-        double v = (texel / level->width + 0.5 + tent * at[j >> 2]) / level->edge;
+        double u = axis->source->u[i] + tent * at[j & 3] / level->width;
+        double v = axis->source->v[i] + tent * at[j >> 2] / level->edge;
         envmapi_direction(d, level->mapping, axis->source->texel[i] / area, u, v);
         sum += weight[j & 3] * weight[j >> 2] *
                envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
@@ -2113,7 +2185,7 @@ static void envmapi_axis_tents(envmapi_axis *axis, double tent, double reach) {
         double x = envmapi_axis_cosine(axis, i);
         double k = x > x_to && x <= x_from ? envmapi_axis_tent_k(axis, i, tent)
                                            : envmapi_k(axis->lobe, x, axis->p);
-        if (k < 0 || k > 0) envmapi_axis_add(axis, i, k);
+        if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
     }
 }
 
@@ -2163,12 +2235,20 @@ static void envmapi_axis_filter(envmapi_axis *axis) {
     double reach = 12 * axis->texel > 8 * axis->sigma ? 12 * axis->texel : 8 * axis->sigma;
     if (!(tent > 0)) {
         envmapi_axis_sum(axis, 0);
-    } else if (tent < 1) {
-        envmapi_axis_tents(axis, tent, reach);
-    } else {
-        if (axis->from > 0 || reach > axis->to) reach = axis->to; /* all of it */
-        envmapi_axis_polar(axis, reach);
-        if (axis->to > reach) envmapi_axis_sum(axis, reach);
+    } else { /* from tents at t = 1/2 over to the bilinear radiance at t = 1 */
+        double bilinear = envmapi_smooth_step(tent, 0.5, 1), rgb[3] = {0, 0, 0}, norm = 0;
+        if (bilinear < 1) {
+            envmapi_axis_tents(axis, tent, reach);
+            for (int c = 0; c < 3; ++c) rgb[c] = (1 - bilinear) * axis->rgb[c], axis->rgb[c] = 0;
+            norm = (1 - bilinear) * axis->norm, axis->norm = 0;
+        }
+        if (bilinear > 0) {
+            if (axis->from > 0 || reach > axis->to) reach = axis->to; /* all of it */
+            envmapi_axis_polar(axis, reach);
+            if (axis->to > reach) envmapi_axis_sum(axis, reach);
+        }
+        for (int c = 0; c < 3; ++c) axis->rgb[c] = rgb[c] + bilinear * axis->rgb[c];
+        axis->norm = norm + bilinear * axis->norm;
     }
 }
 
@@ -2251,8 +2331,9 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
     if (lobe->kind == ENVMAP_LOBE_MIRROR || lobe->kind == ENVMAP_LOBE_BANKS) return 1;
     if (lobe->p0 == lobe->p1) slices = 1;
     for (int k = 0; k < slices; ++k) {
-        double integral = envmapi_lobe_integral(lobe, envmapi_slice_p(lobe, k, slices));
-        if (!envmapi_finite(integral) || (!lobe->raw && !(integral > 0))) return 0;
+        double p = envmapi_slice_p(lobe, k, slices);
+        if (!envmapi_finite(envmapi_lobe_integral(lobe, p))) return 0;
+        if (!lobe->raw && !envmapi_lobe_positive(lobe, p)) return 0;
     }
     return 1;
 }
