@@ -272,6 +272,10 @@ static void singular_directions_have_the_coordinates_that_are_documented(void) {
                     if (m != ENVMAP_SPHERE || s > 0)
                         CHECK_CLOSE(round_trip(mappings[m], q), 0, 5e-7);
                 }
+                if (s > 0 || e < 5) continue; /* at -z the sphere map keeps the azimuth */
+                envmap_coordinates(&face, &u, &v, ENVMAP_SPHERE, q);
+                CHECK_CLOSE(2 * (double)u - 1, cos(a), 2e-7);
+                CHECK_CLOSE(1 - 2 * (double)v, sin(a), 2e-7);
             }
     }
 }

@@ -791,6 +791,33 @@ static void resampling_down_conserves_energy(void) {
     FIGURE("64 -> 16, noise, all 25 pairs: energy off by", worst, 5e-3);
 }
 
+/* exp(a.d) has the mean sinh|a| / |a|, whatever the direction of a. */
+static double oblique(const double d[3], int channel) {
+    return exp(2 * d[channel] - 1.5 * d[(channel + 1) % 3]);
+}
+
+/* Down to texels as large as faces the mean is one by solid angle: a plain mean of the points, or
+   of a face's texels, would be off by percents. */
+static void resampling_down_weighs_by_solid_angle(void) {
+    for (int m = 0; m < 5; ++m) {
+        double worst = 0, mean = sinh(2.5) / 2.5;
+        for (int n = 0; n < 5; ++n)
+            for (int edge = 1; edge <= 3; ++edge) {
+                envmap a = make(m, 96, 1, 1), b = make(n, edge, 1, 1);
+                oracle_fill(&a, 0, oblique);
+                CHECK(envmap_resample(&b, &a) == ENVMAP_OK);
+                for (int c = 0; c < 3; ++c) {
+                    double e = fabs(energy(&b, 0, c) / (4 * PI * mean) - 1);
+                    if (!(e <= worst)) worst = e;
+                }
+                envmap_free(&a), envmap_free(&b);
+            }
+        char what[80];
+        sprintf(what, "%s 96 -> edges of 1 to 3: energy off by", oracle_name[m]);
+        FIGURE(what, worst, 5e-3);
+    }
+}
+
 /* Texels that alternate between 0 and 1 hold nothing that a map a quarter of the size could show:
    their mean is all that may remain. Picking single texels would leave 0 and 1. */
 static void resampling_down_does_not_alias(void) {
@@ -897,6 +924,7 @@ int main(void) {
     RUN(resampling_keeps_a_constant);
     RUN(resampling_is_of_second_order_between_all_pairs);
     RUN(resampling_down_conserves_energy);
+    RUN(resampling_down_weighs_by_solid_angle);
     RUN(resampling_down_does_not_alias);
     RUN(resampling_spreads_one_slice_over_all);
     RUN(resampling_refuses_what_it_cannot_do);

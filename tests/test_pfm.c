@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT
    pfm: files that this test writes byte by byte itself, whole, cut off, hostile, foreign-endian;
    and what the library writes, read back. */
-#ifndef _POSIX_C_SOURCE
-#define _POSIX_C_SOURCE 200112L /* symlink */
+#ifndef _XOPEN_SOURCE
+#define _XOPEN_SOURCE 600 /* symlink, setrlimit */
 #endif
 #include "oracle.h"
 #include <limits.h>
 #include <locale.h>
+#include <signal.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 static const envmap_mapping mappings[] = {ENVMAP_CUBE, ENVMAP_PARABOLOID, ENVMAP_SPHERE,
@@ -568,6 +570,26 @@ static void a_full_disk_is_a_file_error(void) {
     envmap_free(&small), envmap_free(&large);
 }
 
+/* The system stops a file at 4096 bytes: what is there of it must go. */
+static void a_file_that_is_not_whole_is_removed(void) {
+    envmap large = {0};
+    struct rlimit old, less;
+    CHECK(envmap_create(&large, ENVMAP_SPHERE, 64, 1, 1) == ENVMAP_OK);
+    remove(own_path);
+    CHECK(getrlimit(RLIMIT_FSIZE, &old) == 0);
+    signal(SIGXFSZ, SIG_IGN);
+    less = old, less.rlim_cur = 4096;
+    fflush(stdout);
+    CHECK(setrlimit(RLIMIT_FSIZE, &less) == 0);
+    envmap_result r = envmap_pfm_save(&large, own_path, 0);
+    setrlimit(RLIMIT_FSIZE, &old);
+    signal(SIGXFSZ, SIG_DFL);
+    CHECK(r == ENVMAP_ERROR_FILE);
+    CHECK(!exists(own_path));
+    remove(own_path);
+    envmap_free(&large);
+}
+
 static void without_memory_files_leak_nothing(void) {
     blob b = picture("PF\n4 2\n-1.0\n", 4, 2, 3, 0);
     write_file(own_path, b.data, b.bytes);
@@ -637,6 +659,7 @@ int main(int argc, char **argv) {
     RUN(bad_files_are_refused_as_in_memory);
     RUN(paths_that_cannot_be_opened_are_file_errors);
     RUN(a_full_disk_is_a_file_error);
+    RUN(a_file_that_is_not_whole_is_removed);
     RUN(without_memory_files_leak_nothing);
     RUN(the_locale_changes_nothing);
     return test_summary();
