@@ -40,7 +40,9 @@ count() {
         if [ "$status" -gt 128 ]; then
             echo "  FAIL $2: ended by signal $((status - 128))"
         else
-            echo "  FAIL $2: exit status $status${line:+ although its tests passed}"
+            [ -n "$line" ] && why="although its tests passed" || why="and no count of its tests"
+            [ $summary_needed -eq 1 ] || [ -n "$line" ] || why=
+            echo "  FAIL $2: exit status $status $why"
         fi
     fi
     passed=$((passed + p)) failed=$((failed + f))
