@@ -19,8 +19,9 @@ EXAMPLES = $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/*.c))
 # tests out.
 RUN      =
 COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
-# Exact sums over millions of texels are not what valgrind is for.
-SLOW     = %/test_filters
+# Exact sums over millions of texels are not what valgrind is for, and its long double has 64 bits
+# only, too few for the lobes' oracles. (The sanitizers run both.)
+SLOW     = %/test_filters %/test_lobes
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
