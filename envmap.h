@@ -115,7 +115,7 @@ typedef enum envmap_result { ENVMAP_RESULTS(ENVMAPI_RESULT_ENUM) ENVMAP_RESULT_C
 
 /* A sentence for a result, without a full stop. Never NULL, also for unknown numbers.
    Thread-safe.  Test: every_result_has_its_own_text. */
-ENVMAP_API const char *envmap_result_text(int result);
+ENVMAP_API const char *envmap_result_text(envmap_result result);
 
 /* Runs task(context, i) for i = 0 .. count-1, in any order, on any threads, and returns when all
    are done. The library starts no thread itself; `run` NULL means serial. Tasks are cut by the
@@ -158,7 +158,7 @@ ENVMAP_API void envmap_direction(float dir[3], envmap_mapping mapping, int face,
 /* The inverse: the face that dir belongs to and (u,v) on it, in [0,1]. On an edge, the lower face.
    dir need not be of unit length; zero or non-finite counts as +z. At the sphere map's -z and the
    angular map's +z, where every rim point is right, (1, 1/2); at the lat-long poles u = 1/2.
-   Float coordinates: near the sphere map's -z the round trip errs (3e-4 rad at 1e-3 rad from it).
+   Float coordinates: near the sphere map's -z the round trip errs (up to 4e-4 rad at 1e-3 from it).
    Thread-safe.  Test: directions_round_trip. */
 ENVMAP_API void envmap_coordinates(int *face, float *u, float *v, envmap_mapping mapping,
                                    const float dir[3]);
@@ -450,10 +450,10 @@ ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const env
 
 #define ENVMAPI_PI 3.14159265358979323846
 
-ENVMAPI_BODY const char *envmap_result_text(int result) {
+ENVMAPI_BODY const char *envmap_result_text(envmap_result result) {
 #define ENVMAPI_RESULT_TEXT(name, text) text,
     static const char *const texts[] = {ENVMAP_RESULTS(ENVMAPI_RESULT_TEXT)};
-    return result >= 0 && result < ENVMAP_RESULT_COUNT ? texts[result] : "unknown result";
+    return (unsigned)result < ENVMAP_RESULT_COUNT ? texts[(unsigned)result] : "unknown result";
 }
 
 static int envmapi_finite(double value) {
@@ -1096,15 +1096,20 @@ static double envmapi_density(int mapping, double u, double v) {
     return r > 1e-9 ? 4 * ENVMAPI_PI * sin(ENVMAPI_PI * r) / r : 4 * ENVMAPI_PI * ENVMAPI_PI;
 }
 
-/* Points along one side of a texel of dst, so that they lie no farther apart than src's texels. */
+/* Points along one side of a texel of dst, so that they lie no farther apart than src's texels:
+   the span of its midline, in pieces, since a rim or pole may bend it back. */
 static int envmapi_samples(const envmap *dst, const envmap *src, int face, int x, int y,
                            int along_v) {
-    double d[3], a[3], b[3], w = envmapi_width(dst->mapping, dst->size), h = dst->size;
-    double u = (x + 0.5) / w, v = (y + 0.5) / h, du = along_v ? 0 : 0.5 / w, dv = along_v ? 0.5 / h : 0;
-    envmapi_direction(d, dst->mapping, face, u, v);
-    envmapi_direction(a, dst->mapping, face, u - du, v - dv);
-    envmapi_direction(b, dst->mapping, face, u + du, v + dv);
-    double span = envmapi_span(src->mapping, src->size, d, a, b);
+    double a[3], b[3], middle[3], w = envmapi_width(dst->mapping, dst->size), h = dst->size;
+    double u = (x + 0.5) / w, v = (y + 0.5) / h, span = 0;
+    int pieces = envmapi_is_disc(dst->mapping) ? 8 : 2;
+    for (int i = 0; i <= 2 * pieces; ++i) {
+        double t = (double)i / (2 * pieces) - 0.5;
+        envmapi_direction(b, dst->mapping, face, along_v ? u : u + t / w, along_v ? v + t / h : v);
+        if (i & 1) memcpy(middle, b, sizeof middle);
+        if (i > 0 && !(i & 1)) span += envmapi_span(src->mapping, src->size, middle, a, b);
+        if (!(i & 1)) memcpy(a, b, sizeof a);
+    }
     return (int)envmapi_clamp(ceil(span - 0.01), 1, 2.0 * src->size);
 }
 
@@ -1290,7 +1295,7 @@ static envmap_result envmapi_pfm_header(envmapi_reader *in, envmapi_pfm *pfm, in
     if ((result = envmapi_pfm_shape(pfm, mapping))) return result;
     uint64_t need = (uint64_t)pfm->width * (uint64_t)pfm->height * (uint64_t)pfm->channels * 4;
     uint64_t have = in->bytes - in->at;
-    if (after == '\r' && have == need + 1 && envmapi_peek(in) == '\n') ++in->at, --have;
+    if (after == '\r' && envmapi_peek(in) == '\n') ++in->at, --have; /* one line end */
     return have < need ? ENVMAP_ERROR_TRUNCATED : have > need ? ENVMAP_ERROR_TRAILING : ENVMAP_OK;
 }
 
@@ -1412,6 +1417,15 @@ static int envmapi_pfm_put(FILE *file, const envmap *map, int level, size_t widt
     return 1;
 }
 
+/* Something with a length: a device must not be removed. */
+static int envmapi_pfm_is_file(const char *path) {
+    FILE *file = fopen(path, "rb");
+    if (!file) return 0;
+    int is_file = !fseek(file, 0, SEEK_END) && ftell(file) > 0;
+    fclose(file);
+    return is_file;
+}
+
 ENVMAPI_BODY envmap_result envmap_pfm_save(const envmap *map, const char *path, int level) {
     char title[64];
     size_t width = 0, rows = envmapi_pfm_rows(&width, map, level);
@@ -1422,7 +1436,7 @@ ENVMAPI_BODY envmap_result envmap_pfm_save(const envmap *map, const char *path, 
     int whole = fwrite(title, 1, start, file) == start;
     whole = whole && envmapi_pfm_put(file, map, level, width, rows);
     whole = fclose(file) == 0 && whole;
-    if (!whole) remove(path);
+    if (!whole && envmapi_pfm_is_file(path)) remove(path);
     return whole ? ENVMAP_OK : ENVMAP_ERROR_FILE;
 }
 #endif
@@ -1519,10 +1533,13 @@ ENVMAPI_BODY float envmap_footprint_level(const envmap *map, const float dir[3],
                                           const float dy[3]) {
     double d[3], x[3], y[3];
     if (!envmapi_valid(map) || !dir || !dx || !dy) return 0;
-    double length = 0;
-    for (int i = 0; i < 3; ++i) length += (double)dir[i] * (double)dir[i];
+    double length = 0, sides = 0;
+    for (int i = 0; i < 3; ++i) {
+        length += (double)dir[i] * (double)dir[i];
+        sides += fabs((double)dx[i]) + fabs((double)dy[i]);
+    }
     length = sqrt(length);
-    if (!(length > 0) || !envmapi_finite(length)) return 0;
+    if (!(length > 0) || !envmapi_finite(length) || !envmapi_finite(sides)) return 0;
     envmapi_unit_float(d, dir);
     for (int i = 0; i < 3; ++i) x[i] = (double)dx[i] / length, y[i] = (double)dy[i] / length;
     double a = envmapi_footprint_side(map, d, x), b = envmapi_footprint_side(map, d, y);
