@@ -470,13 +470,6 @@ static double envmapi_dot(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* The angle between unit vectors, exact also where acos is not. */
-static double envmapi_angle(const double a[3], const double b[3]) {
-    double minus[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-    double plus[3] = {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
-    return 2 * atan2(sqrt(envmapi_dot(minus, minus)), sqrt(envmapi_dot(plus, plus)));
-}
-
 static void envmapi_unit(double out[3], const double in[3]) {
     double scale = fabs(in[0]) > fabs(in[1]) ? fabs(in[0]) : fabs(in[1]);
     if (fabs(in[2]) > scale) scale = fabs(in[2]);
@@ -493,6 +486,11 @@ static void envmapi_unit(double out[3], const double in[3]) {
 static void envmapi_unit_float(double out[3], const float in[3]) {
     double wide[3] = {(double)in[0], (double)in[1], (double)in[2]};
     envmapi_unit(out, wide);
+}
+
+static envmap_result envmapi_tell(const envmap_progress *progress, double fraction) {
+    if (!progress->report) return ENVMAP_OK;
+    return progress->report(progress->user, (float)fraction) ? ENVMAP_CANCELLED : ENVMAP_OK;
 }
 
 typedef struct envmapi_batch {
@@ -513,9 +511,7 @@ static envmap_result envmapi_run(const envmap_executor *executor, const envmap_p
     for (int first = 0; first < count; first += step) {
         envmapi_batch batch = {task, context, first};
         int n = count - first < step ? count - first : step;
-        if (progress->report &&
-            progress->report(progress->user, (float)first / (float)count))
-            return ENVMAP_CANCELLED;
+        if (envmapi_tell(progress, (double)first / count)) return ENVMAP_CANCELLED;
         if (executor->run)
             executor->run(executor->user, envmapi_batch_task, &batch, n);
         else
@@ -1680,6 +1676,23 @@ static double envmapi_k(const envmap_lobe *lobe, double x, double p) {
     }
 }
 
+/* The same for n cosines: loops that a compiler can vectorise where that is easy. */
+static void envmapi_k_many(double *k, const double *x, int n, const envmap_lobe *lobe, double p) {
+    double a = (double)lobe->parameter;
+    if (lobe->kind == ENVMAP_LOBE_PHONG && a >= 1 && a <= 1) {
+        for (int i = 0; i < n; ++i) k[i] = x[i] > 0 ? x[i] : 0;
+    } else if (lobe->kind == ENVMAP_LOBE_BANKS) {
+        double scale = 1 / ((1 - a) * (1 - a));
+        for (int i = 0; i < n; ++i) {
+            double sines = (1 - x[i] * x[i]) * (1 - p * p);
+            double ring = sqrt(sines > 0 ? sines : 0) - x[i] * p - a;
+            k[i] = ring > 0 ? ring * scale : 0;
+        }
+    } else {
+        for (int i = 0; i < n; ++i) k[i] = envmapi_k(lobe, x[i], p);
+    }
+}
+
 static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
 
 ENVMAPI_BODY double envmap_lobe_value(const envmap_lobe *lobe, double x, double p) {
@@ -2038,7 +2051,8 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
    is one light: the tail relative to the lobe's own rms. By Parseval the sum over all l,
    sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2); bands are added until the tail they do not
    hold is known to be small enough. */
-static int envmapi_bands(const envmap_lobe *lobe, double p, double tolerance, double contrast) {
+static int envmapi_bands(const envmap_lobe *lobe, double p, double tolerance, double contrast,
+                         int limit_bands) {
     double lambda[ENVMAPI_BAND_LIMIT], integral = envmapi_lobe_integral(lobe, p);
     double total = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2), c2 = contrast * contrast;
     double limit = tolerance * tolerance * ((1 - c2) * integral * integral + c2 * total);
@@ -2046,12 +2060,12 @@ static int envmapi_bands(const envmap_lobe *lobe, double p, double tolerance, do
     raw.raw = 1, raw.scale = 1;
     if (!envmapi_finite(integral) || !(total > 0)) return 0;
     if (!lobe->raw && lobe->kind != ENVMAP_LOBE_BANKS && !envmapi_lobe_positive(lobe, p)) return 0;
-    for (int bands = 32;; bands *= 2) {
+    for (int bands = 32;; bands = 2 * bands < limit_bands ? 2 * bands : limit_bands) {
         double tail = total;
         envmapi_zonal(lambda, bands, &raw, p);
         for (int l = 0; l < bands; ++l) tail -= (2 * l + 1) * lambda[l] * lambda[l];
         if (tail < 1e-12 * total) tail = 0; /* rounding */
-        if (c2 * tail > limit && bands < ENVMAPI_BAND_LIMIT) continue;
+        if (c2 * tail > limit && bands < limit_bands) continue;
         for (int l = bands; l > 1; --l) {
             tail += (2 * l - 1) * lambda[l - 1] * lambda[l - 1];
             if (c2 * tail > limit) return l;
@@ -2067,18 +2081,548 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
         return 0;
     if (!(fabs((double)lobe->p1 - (double)lobe->p0) > 0)) slices = 1;
     for (int k = 0; k < slices; ++k) {
-        int n = envmapi_bands(lobe, envmapi_slice_p(lobe, k, slices), tolerance, 1);
+        int n = envmapi_bands(lobe, envmapi_slice_p(lobe, k, slices), tolerance, 1,
+                              ENVMAPI_BAND_LIMIT);
         if (!n) return 0;
         if (n > bands) bands = n;
     }
     return bands;
 }
 
+/* ------------------------------------------------------------------------------- >>harmonics --
+   Points of light on the sphere -> coefficients a_lm -> a smooth function on the sphere, by way of
+   M rings of 2M points, theta_j = (j+1/2) pi/M, phi_k = k pi/M:
+       spread      each point on 4 x 4 grid points by cubic B-splines, the adjoint of interpolating
+       in phi      FFT, and divide by the spline's response (4 + 2 cos(pi m/M))/6
+       in theta    solve (1/6, 4/6, 1/6) c = f, ring -1 being ring 0 half a turn on: (-1)^m
+       Legendre    a_lm = sum_j P_lm(theta_j) F_m(theta_j), three-term recurrence in l
+   and the same steps in reverse order back to the grid, which 4 x 4 taps interpolate. Spline and
+   FFT are never inverted approximately, so the only errors are the spline's own, 2.6 f^4 at f
+   cycles a sample (f = l/2M), and the bands left out: both are weighted with lambda_l, which is
+   small where they are large. Four channels: RGB and solid angle.
+   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre.
+   Source [Swarztrauber79] for the folding; splines [Unser91].  Tests: tests/test_harmonics.c. */
+
+#if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD)
+#define ENVMAPI_INLINE static inline __attribute__((always_inline))
+typedef float envmapi_float4 __attribute__((vector_size(16)));
+typedef double envmapi_double4 __attribute__((vector_size(32)));
+typedef double envmapi_double8 __attribute__((vector_size(64)));
+#define ENVMAPI_ADD(type, y, a, x)                                                                 \
+    do {                                                                                           \
+        type envmapi_y, envmapi_x;                                                                 \
+        memcpy(&envmapi_y, y, sizeof envmapi_y), memcpy(&envmapi_x, x, sizeof envmapi_x);          \
+        envmapi_y += (a) * envmapi_x;                                                              \
+        memcpy(y, &envmapi_y, sizeof envmapi_y);                                                   \
+    } while (0)
+#else
+#define ENVMAPI_INLINE static inline
+typedef struct { float v[4]; } envmapi_float4;
+typedef struct { double v[4]; } envmapi_double4;
+typedef struct { double v[8]; } envmapi_double8;
+#define ENVMAPI_ADD(type, y, a, x)                                                                 \
+    for (size_t envmapi_i = 0; envmapi_i < sizeof(type) / sizeof *(y); ++envmapi_i)                \
+    (y)[envmapi_i] += (a) * (x)[envmapi_i]
+#endif
+
+/* y += a x for 4 or 8 numbers: the loops that carry the work. */
+ENVMAPI_INLINE void envmapi_add4f(float *y, float a, const float *x) {
+    ENVMAPI_ADD(envmapi_float4, y, a, x);
+}
+ENVMAPI_INLINE void envmapi_add4(double *y, double a, const double *x) {
+    ENVMAPI_ADD(envmapi_double4, y, a, x);
+}
+ENVMAPI_INLINE void envmapi_add8(double *y, double a, const double *x) {
+    ENVMAPI_ADD(envmapi_double8, y, a, x);
+}
+
+/* Memory of one call: blocks that go together. */
+typedef struct envmapi_pool {
+    void *memory, *blocks[48];
+    int count;
+} envmapi_pool;
+
+static void *envmapi_pool_get(envmapi_pool *pool, size_t count, size_t size) {
+    if (pool->count >= 48 || count > SIZE_MAX / 2 / size) return NULL;
+    void *block = ENVMAP_MALLOC(pool->memory, count * size + 64);
+    if (block) pool->blocks[pool->count++] = block;
+    return block;
+}
+
+static void envmapi_pool_free(envmapi_pool *pool, int keep) {
+    while (pool->count > keep) ENVMAP_FREE(pool->memory, pool->blocks[--pool->count]);
+}
+
+/* Cubic B-spline at the four samples around a point, f in [0,1) past the second. */
+ENVMAPI_INLINE void envmapi_spline(float w[4], float f) {
+    float g = 1 - f;
+    w[0] = g * g * g / 6;
+    w[1] = (4 - 6 * f * f + 3 * f * f * f) / 6;
+    w[2] = (4 - 6 * g * g + 3 * g * g * g) / 6;
+    w[3] = f * f * f / 6;
+}
+
+/* What the spline loses of a wave of f cycles a sample, aliases included, relative. */
+static double envmapi_spline_error(double f) {
+    double f2 = f * f;
+    return 2.6 * f2 * f2 < 1 ? 2.6 * f2 * f2 : 1;
+}
+
+/* atan(y/x) in all quadrants, to 1e-10: a polynomial, where libm's would be half of the time. */
+ENVMAPI_INLINE double envmapi_atan2(double y, double x) {
+    double ax = fabs(x), ay = fabs(y), large = ax > ay ? ax : ay, small = ax > ay ? ay : ax;
+    double t = large > 0 ? small / large : 0, turned = t > 0.41421356237309503;
+    double s = turned > 0 ? (t - 1) / (t + 1) : t, q = s * s, r = 0;
+    for (int k = 25; k > 0; k -= 2) r = q * r + (k & 2 ? -1.0 : 1.0) / k; /* Taylor, |s| <= tan pi/8 */
+    r = r * s + (turned > 0 ? ENVMAPI_PI / 4 : 0);
+    r = ay > ax ? ENVMAPI_PI / 2 - r : r;
+    r = x < 0 ? ENVMAPI_PI - r : r;
+    return y < 0 ? -r : r;
+}
+
+typedef struct envmapi_rings {
+    int M, bands, stages, radices[24];
+    size_t row;       /* doubles a row of G: north rings, south rings mirrored, 4 ghosts; 4 channels */
+    double *G;        /* [2M][row] */
+    double *F;        /* [bands][M/2][16]: e re, e im, o re, o im; 4 channels each */
+    double *turns;    /* cos, sin of 2 pi i/2M */
+    double *response; /* 1 / the spline's response at m */
+    double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
+    int *place;       /* where the FFT leaves frequency m */
+    int *offset;      /* ring j = -2 .. M+1 -> place in a row */
+} envmapi_rings;
+
+/* Where a point falls: the grid point before it, and how far past that. */
+typedef struct envmapi_point {
+    short k, j;
+    float f_k, f_j;
+} envmapi_point;
+
+/* The next M >= least, a multiple of 8 (so that blocks of 4 ring pairs are whole), for which
+   2M = 2^a 3^b. */
+static int envmapi_rings_size(int least) {
+    int M = (least + 7) / 8 * 8;
+    for (;; M += 8) {
+        int rest = M;
+        while (rest % 2 == 0) rest /= 2;
+        while (rest % 3 == 0) rest /= 3;
+        if (rest == 1) return M;
+    }
+}
+
+static void envmapi_rings_tables(envmapi_rings *rings) {
+    int M = rings->M, n = 2 * M, H = M / 2;
+    double norm = -0.5 * log(4 * ENVMAPI_PI);
+    for (int rest = n; rest > 1;) {
+        int r = rest % 4 == 0 ? 4 : rest % 2 == 0 ? 2 : 3;
+        rings->radices[rings->stages++] = r;
+        rest /= r;
+    }
+    for (int i = 0; i < n; ++i) {
+        int at = 0, f = i, length = n;
+        rings->turns[2 * i] = cos(ENVMAPI_PI * i / M), rings->turns[2 * i + 1] = sin(ENVMAPI_PI * i / M);
+        for (int s = 0; s < rings->stages; ++s) {
+            length /= rings->radices[s];
+            at += f % rings->radices[s] * length, f /= rings->radices[s];
+        }
+        rings->place[i] = at;
+    }
+    for (int m = 0; m < rings->bands; ++m) {
+        rings->response[m] = 6 / (4 + 2 * cos(ENVMAPI_PI * m / M));
+        if (m) norm += 0.5 * log((2 * m + 1.0) / (2 * m));
+        rings->norms[m] = norm;
+    }
+    for (int j = 0; j < H; ++j) {
+        double theta = (j + 0.5) * ENVMAPI_PI / M;
+        rings->x[j] = cos(theta), rings->log_sin[j] = log(sin(theta));
+    }
+    for (int j = -2; j < M + 2; ++j)
+        rings->offset[j + 2] = 4 * (j < 0 ? M + 2 + j : j < H ? j : j < M ? H + M - 1 - j : j + 2);
+}
+
+static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands,
+                                          envmapi_pool *pool) {
+    size_t n = 2 * (size_t)M, H = (size_t)M / 2, L = (size_t)bands;
+    memset(rings, 0, sizeof *rings);
+    rings->M = M, rings->bands = bands, rings->row = 4 * ((size_t)M + 4);
+    rings->G = (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
+    rings->F = (double *)envmapi_pool_get(pool, L * H * 16, sizeof(double));
+    double *tables = (double *)envmapi_pool_get(pool, 2 * n + 2 * L + 2 * H, sizeof(double));
+    int *places = (int *)envmapi_pool_get(pool, n + (size_t)M + 4, sizeof(int));
+    if (!rings->G || !rings->F || !tables || !places) return ENVMAP_ERROR_MEMORY;
+    rings->turns = tables, rings->response = tables + 2 * n, rings->norms = rings->response + L;
+    rings->x = rings->norms + L, rings->log_sin = rings->x + H;
+    rings->place = places, rings->offset = places + n;
+    envmapi_rings_tables(rings);
+    return ENVMAP_OK;
+}
+
+/* The polar axis is z. */
+ENVMAPI_INLINE envmapi_point envmapi_rings_point(const envmapi_rings *rings, const double d[3]) {
+    double scale = rings->M / ENVMAPI_PI;
+    double theta = envmapi_atan2(sqrt(d[0] * d[0] + d[1] * d[1]), d[2]) * scale - 0.5;
+    double phi = envmapi_atan2(d[1], d[0]) * scale;
+    if (phi < 0) phi += 2 * rings->M;
+    int k = (int)phi, j = (int)(theta + 1) - 1;
+    envmapi_point point = {(short)(k >= 2 * rings->M ? k - 2 * rings->M : k), (short)j,
+                           (float)(phi - k), (float)(theta - j)};
+    return point;
+}
+
+static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : k; }
+
+/* G += the points' values [count][4], rows from .. to-1 only, so that tasks can share the work. */
+static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
+                                 const float *values, size_t count, int from, int to) {
+    int n = 2 * rings->M;
+    for (size_t i = 0; i < count; ++i) {
+        const envmapi_point *p = points + i;
+        if ((p->k + 2 < from || p->k - 1 >= to) && p->k > 0 && p->k < n - 2) continue;
+        const int *offset = rings->offset + p->j + 1;
+        double value[4];
+        float w_k[4], w_j[4];
+        envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
+        for (int c = 0; c < 4; ++c) value[c] = (double)values[4 * i + (size_t)c];
+        for (int a = 0; a < 4; ++a) {
+            int k = envmapi_wrap(p->k - 1 + a, n);
+            if (k < from || k >= to) continue;
+            double *row = rings->G + (size_t)k * rings->row;
+            for (int b = 0; b < 4; ++b)
+                envmapi_add4(row + offset[b], (double)w_k[a] * (double)w_j[b], value);
+        }
+    }
+}
+
+static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_point *points,
+                                      float *values, size_t count) {
+    int n = 2 * rings->M;
+    for (size_t i = 0; i < count; ++i) {
+        const envmapi_point *p = points + i;
+        const int *offset = rings->offset + p->j + 1;
+        double value[4] = {0, 0, 0, 0};
+        float w_k[4], w_j[4];
+        envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
+        for (int a = 0; a < 4; ++a) {
+            const double *row = rings->G + (size_t)envmapi_wrap(p->k - 1 + a, n) * rings->row;
+            for (int b = 0; b < 4; ++b)
+                envmapi_add4(value, (double)w_k[a] * (double)w_j[b], row + offset[b]);
+        }
+        for (int c = 0; c < 4; ++c) values[4 * i + (size_t)c] = (float)value[c];
+    }
+}
+
+/* Rings beyond a pole are the first ones half a turn on: add them there (fold), or copy. */
+static void envmapi_rings_poles(envmapi_rings *rings, int fold) {
+    int M = rings->M;
+    const int pairs[4][2] = {{0, 3}, {1, 2}, {M + 2, M + 1}, {M + 3, M}}; /* beyond, inside; +2 */
+    for (int k = 0; k < 2 * M; ++k)
+        for (int i = 0; i < 4; ++i) {
+            size_t half_on = (size_t)envmapi_wrap(k + M, 2 * M);
+            double *beyond = rings->G + (size_t)k * rings->row + rings->offset[pairs[i][0]];
+            double *inside = rings->G + half_on * rings->row + rings->offset[pairs[i][1]];
+            for (int c = 0; c < 4; ++c) {
+                if (fold) inside[c] += beyond[c];
+                else beyond[c] = inside[c];
+            }
+        }
+}
+
+#define ENVMAPI_BLOCK 16 /* doubles of a row that one FFT task takes: 4 rings */
+
+ENVMAPI_INLINE void envmapi_rotate(double *re, double *im, double c, double s) {
+    for (int v = 0; v < ENVMAPI_BLOCK; ++v) {
+        double a = re[v], b = im[v];
+        re[v] = a * c - b * s, im[v] = a * s + b * c;
+    }
+}
+
+/* The DFT of r = 2, 3 or 4 rows in place, e^(sign 2 pi i pq/r). */
+ENVMAPI_INLINE void envmapi_dft(double re[4][ENVMAPI_BLOCK], double im[4][ENVMAPI_BLOCK], int r,
+                               double sign) {
+    for (int v = 0; v < ENVMAPI_BLOCK; ++v) {
+        double a = re[0][v], b = im[0][v], c = re[1][v], d = im[1][v];
+        if (r == 2) {
+            re[0][v] = a + c, im[0][v] = b + d, re[1][v] = a - c, im[1][v] = b - d;
+        } else if (r == 3) {
+            double p = c + re[2][v], q = d + im[2][v], half = sign * 0.86602540378443865;
+            double x = (c - re[2][v]) * half, y = (d - im[2][v]) * half;
+            re[0][v] = a + p, im[0][v] = b + q;
+            re[1][v] = a - p / 2 - y, im[1][v] = b - q / 2 + x;
+            re[2][v] = a - p / 2 + y, im[2][v] = b - q / 2 - x;
+        } else {
+            double e = re[2][v], f = im[2][v], g = re[3][v], h = im[3][v];
+            double x = sign * (c - g), y = sign * (d - h);
+            re[0][v] = a + e + (c + g), im[0][v] = b + f + (d + h);
+            re[1][v] = a - e - y, im[1][v] = b - f + x;
+            re[2][v] = a + e - (c + g), im[2][v] = b + f - (d + h);
+            re[3][v] = a - e + y, im[3][v] = b - f - x;
+        }
+    }
+}
+
+/* One butterfly of r rows `apart`; turns stand after it on the way out, before it on the way
+   back, so that one undoes the other. */
+static void envmapi_butterfly(double *re, double *im, size_t apart, int r, const double *turns,
+                              int turn, int sign) {
+    double x[4][ENVMAPI_BLOCK], y[4][ENVMAPI_BLOCK];
+    for (int q = 0; q < r; ++q) {
+        memcpy(x[q], re + (size_t)q * apart, sizeof x[q]);
+        memcpy(y[q], im + (size_t)q * apart, sizeof y[q]);
+        if (sign > 0 && q && turn) envmapi_rotate(x[q], y[q], turns[2 * q * turn], turns[2 * q * turn + 1]);
+    }
+    if (r == 2) envmapi_dft(x, y, 2, sign);
+    else if (r == 3) envmapi_dft(x, y, 3, sign);
+    else envmapi_dft(x, y, 4, sign);
+    for (int q = 0; q < r; ++q) {
+        if (sign < 0 && q && turn)
+            envmapi_rotate(x[q], y[q], turns[2 * q * turn], -turns[2 * q * turn + 1]);
+        memcpy(re + (size_t)q * apart, x[q], sizeof x[q]);
+        memcpy(im + (size_t)q * apart, y[q], sizeof y[q]);
+    }
+}
+
+/* 2M rows of one block in place: out (sign -1) frequency m ends at place[m]; back (sign 1) it
+   starts there. */
+static void envmapi_fft(const envmapi_rings *rings, double *re, double *im, int sign) {
+    int n = 2 * rings->M, length = sign < 0 ? n : 1;
+    for (int i = 0; i < rings->stages; ++i) {
+        int r = rings->radices[sign < 0 ? i : rings->stages - 1 - i];
+        if (sign > 0) length *= r;
+        for (int j = 0; j < length / r; ++j)
+            for (int start = j; start < n; start += length)
+                envmapi_butterfly(re + (size_t)start * rings->row, im + (size_t)start * rings->row,
+                                  (size_t)(length / r) * rings->row, r, rings->turns,
+                                  j * (n / length), sign);
+        if (sign < 0) length /= r;
+    }
+}
+
+/* Ring pairs of block b between G, where north + i south went through the FFT, and F. */
+static void envmapi_rings_unpack(envmapi_rings *rings, int block) {
+    int n = 2 * rings->M, H = rings->M / 2, first = 4 * block;
+    for (int m = 0; m < rings->bands; ++m) {
+        const double *p = rings->G + (size_t)rings->place[m] * rings->row + 4 * first;
+        const double *q = rings->G + (size_t)rings->place[(n - m) % n] * rings->row + 4 * first;
+        double *out = rings->F + ((size_t)m * (size_t)H + (size_t)first) * 16;
+        double half = rings->response[m] / 2;
+        for (int j = 0; j < 4; ++j, out += 16)
+            for (int c = 0; c < 4; ++c) {
+                double a = p[4 * j + c] * half, b = p[4 * (H + j) + c] * half;
+                double d = q[4 * j + c] * half, e = q[4 * (H + j) + c] * half;
+                out[c] = (a + d) + (b + e), out[4 + c] = (b - e) - (a - d);
+                out[8 + c] = (a + d) - (b + e), out[12 + c] = (b - e) + (a - d);
+            }
+    }
+}
+
+static void envmapi_rings_pack(envmapi_rings *rings, int block) {
+    int n = 2 * rings->M, H = rings->M / 2, first = 4 * block;
+    for (int k = 0; k < n; ++k) {
+        double *row = rings->G + (size_t)k * rings->row + 4 * first;
+        memset(row, 0, ENVMAPI_BLOCK * sizeof(double));
+        memset(row + 4 * H, 0, ENVMAPI_BLOCK * sizeof(double));
+    }
+    for (int m = rings->bands - 1; m >= 0; --m) {
+        double *p = rings->G + (size_t)rings->place[m] * rings->row + 4 * first;
+        double *q = rings->G + (size_t)rings->place[(n - m) % n] * rings->row + 4 * first;
+        const double *in = rings->F + ((size_t)m * (size_t)H + (size_t)first) * 16;
+        double w = rings->response[m];
+        for (int j = 0; j < 4; ++j, in += 16)
+            for (int c = 0; c < 4; ++c) {
+                double nr = (in[c] + in[8 + c]) * w, ni = (in[4 + c] + in[12 + c]) * w;
+                double sr = (in[c] - in[8 + c]) * w, si = (in[4 + c] - in[12 + c]) * w;
+                q[4 * j + c] = nr + si, q[4 * (H + j) + c] = sr - ni; /* conj N + i conj S */
+                p[4 * j + c] = m ? nr - si : nr, p[4 * (H + j) + c] = m ? sr + ni : sr;
+            }
+    }
+}
+
+/* (1/6, 4/6, 1/6) c = f down the rings of one m, e and o apart: the equator mirrors c as +-c, the
+   pole as (-1)^m c. In place. */
+static void envmapi_rings_solve(double *F, int H, int m, double *pivots) {
+    for (int odd = 0; odd < 2; ++odd) {
+        double *f = F + 8 * odd;
+        for (int j = 0; j < H; ++j, f += 16) {
+            double diagonal = 4.0 - (j ? pivots[j - 1] : 0);
+            if (j == 0) diagonal += m & 1 ? -1 : 1;
+            if (j == H - 1) diagonal += odd ? -1 : 1;
+            pivots[j] = 1 / diagonal;
+            for (int c = 0; c < 8; ++c) f[c] *= 6;
+            if (j) envmapi_add8(f, -1, f - 16);
+            for (int c = 0; c < 8; ++c) f[c] *= pivots[j];
+        }
+        for (int j = H - 2; j >= 0; --j) envmapi_add8(F + 8 * odd + 16 * j, -pivots[j], F + 8 * odd + 16 * (j + 1));
+    }
+}
+
+/* P_lm of 8 rings for l = m .. bands-1: P_l = A_l (x P_(l-1) - B_l P_(l-2)),
+   A_l = sqrt((4l^2-1)/(l^2-m^2)), B_l = sqrt(((l-1)^2-m^2)/(4(l-1)^2-1)).
+   sin^m begins as its logarithm: where it underflows, P stays negligible up to l ~ 1000. Returns
+   0 when it is on all 8. */
+static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
+                            const double *A, const double *B) {
+    int H = rings->M / 2, any = 0;
+    double x[8], before[8], now[8];
+    for (int b = 0; b < 8; ++b) {
+        int j = first + b < H ? first + b : H - 1;
+        double start = rings->norms[m] + m * rings->log_sin[j];
+        now[b] = start > -700 && first + b < H ? exp(start) : 0;
+        x[b] = rings->x[j], before[b] = 0, any |= now[b] > 0;
+    }
+    memcpy(P, now, sizeof now);
+    for (int l = m + 1; any && l < rings->bands; ++l) {
+        double a = A[l], ab = A[l] * B[l];
+        for (int b = 0; b < 8; ++b) {
+            double next = a * x[b] * now[b] - ab * before[b];
+            before[b] = now[b], now[b] = next;
+        }
+        memcpy(P + 8 * (l - m), now, sizeof now);
+    }
+    return any;
+}
+
+static void envmapi_legendre_factors(double *A, double *B, int m, int bands) {
+    double mm = (double)m * m;
+    for (int l = m + 1; l < bands; ++l) {
+        double ll = (double)l * l, before = (l - 1.0) * (l - 1.0);
+        A[l] = sqrt((4 * ll - 1) / (ll - mm));
+        B[l] = l - 1 > m ? sqrt((before - mm) / (4 * before - 1)) : 0;
+    }
+}
+
+/* Coefficients of one m begin at [envmapi_triangle(m)], l = m .. bands-1, 8 numbers each. */
+static size_t envmapi_triangle(int bands, int m) {
+    return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
+}
+
+/* a[l] = sum_j P_l(j) F(j): even l - m see e, odd ones o. work: 11 doubles a band, M/2 more. */
+static void envmapi_legendre_analyse(envmapi_rings *rings, double *a, int m, double *work) {
+    int H = rings->M / 2, bands = rings->bands;
+    double *A = work, *B = A + bands, *P = B + bands, *F = rings->F + (size_t)m * (size_t)H * 16;
+    envmapi_legendre_factors(A, B, m, bands);
+    envmapi_rings_solve(F, H, m, P + 8 * bands);
+    memset(a, 0, (size_t)(bands - m) * 8 * sizeof(double));
+    for (int first = 0; first < H; first += 8) {
+        if (!envmapi_legendre(P, rings, m, first, A, B)) continue;
+        int count = H - first < 8 ? H - first : 8;
+        for (int l = 0; l < bands - m; ++l) {
+            double sum[8];
+            const double *f = F + 16 * first + 8 * (l & 1);
+            memcpy(sum, a + 8 * l, sizeof sum);
+            for (int b = 0; b < count; ++b) envmapi_add8(sum, P[8 * l + b], f + 16 * b);
+            memcpy(a + 8 * l, sum, sizeof sum);
+        }
+    }
+}
+
+/* F(j) = sum_l lambda_l a[l] P_l(j). */
+static void envmapi_legendre_synthesise(envmapi_rings *rings, const double *a,
+                                        const double *lambda, int m, double *work) {
+    int H = rings->M / 2, bands = rings->bands;
+    double *A = work, *B = A + bands, *P = B + bands, *F = rings->F + (size_t)m * (size_t)H * 16;
+    envmapi_legendre_factors(A, B, m, bands);
+    for (int first = 0; first < H; first += 8) {
+        int any = envmapi_legendre(P, rings, m, first, A, B);
+        for (int b = 0; b < 8 && first + b < H; ++b) {
+            double sums[2][8] = {{0, 0, 0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0, 0}};
+            for (int l = 0; any && l < bands - m; l += 2)
+                envmapi_add8(sums[0], P[8 * l + b] * lambda[m + l], a + 8 * l);
+            for (int l = 1; any && l < bands - m; l += 2)
+                envmapi_add8(sums[1], P[8 * l + b] * lambda[m + l], a + 8 * l);
+            memcpy(F + 16 * (first + b), sums[0], sizeof sums[0]);
+            memcpy(F + 16 * (first + b) + 8, sums[1], sizeof sums[1]);
+        }
+    }
+    envmapi_rings_solve(F, H, m, P + 8 * bands);
+}
+
+/* The steps as tasks. A task is a part that the data alone defines. */
+typedef struct envmapi_transform {
+    envmapi_rings *rings;
+    const envmapi_point *points; /* where */
+    float *values;               /* and what: [count][4] */
+    size_t count;
+    double *a;            /* coefficients, of a_bands >= rings->bands */
+    int a_bands;
+    const double *lambda; /* per band, for the way back */
+    double *work;         /* ENVMAPI_TASKS times work_size */
+    size_t work_size;
+} envmapi_transform;
+
+#define ENVMAPI_TASKS 16
+
+static void envmapi_task_spread(void *context, int task) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    int n = 2 * t->rings->M, from = n * task / ENVMAPI_TASKS, to = n * (task + 1) / ENVMAPI_TASKS;
+    memset(t->rings->G + (size_t)from * t->rings->row, 0,
+           (size_t)(to - from) * t->rings->row * sizeof(double));
+    envmapi_rings_spread(t->rings, t->points, t->values, t->count, from, to);
+}
+
+static void envmapi_task_interpolate(void *context, int task) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    size_t from = t->count * (size_t)task / ENVMAPI_TASKS;
+    size_t to = t->count * ((size_t)task + 1) / ENVMAPI_TASKS;
+    envmapi_rings_interpolate(t->rings, t->points + from, t->values + 4 * from, to - from);
+}
+
+static void envmapi_task_fft_out(void *context, int block) {
+    envmapi_rings *rings = ((const envmapi_transform *)context)->rings;
+    double *re = rings->G + ENVMAPI_BLOCK * block;
+    envmapi_fft(rings, re, re + 2 * rings->M, -1);
+    envmapi_rings_unpack(rings, block);
+}
+
+static void envmapi_task_fft_back(void *context, int block) {
+    envmapi_rings *rings = ((const envmapi_transform *)context)->rings;
+    double *re = rings->G + ENVMAPI_BLOCK * block;
+    envmapi_rings_pack(rings, block);
+    envmapi_fft(rings, re, re + 2 * rings->M, 1);
+}
+
+static void envmapi_task_analyse(void *context, int task) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    for (int m = task; m < t->rings->bands; m += ENVMAPI_TASKS)
+        envmapi_legendre_analyse(t->rings, t->a + envmapi_triangle(t->a_bands, m), m,
+                                 t->work + (size_t)task * t->work_size);
+}
+
+static void envmapi_task_synthesise(void *context, int task) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    for (int m = task; m < t->rings->bands; m += ENVMAPI_TASKS)
+        envmapi_legendre_synthesise(t->rings, t->a + envmapi_triangle(t->a_bands, m), t->lambda, m,
+                                    t->work + (size_t)task * t->work_size);
+}
+
+static void envmapi_run_all(const envmap_executor *executor, envmap_task *task, void *context,
+                            int count) {
+    envmap_progress none = {NULL, NULL};
+    envmapi_run(executor, &none, task, context, count);
+}
+
+/* points, values -> a */
+static void envmapi_analyse(const envmapi_transform *t, const envmap_executor *executor) {
+    envmapi_transform job = *t;
+    envmapi_run_all(executor, envmapi_task_spread, &job, ENVMAPI_TASKS);
+    envmapi_rings_poles(t->rings, 1);
+    envmapi_run_all(executor, envmapi_task_fft_out, &job, t->rings->M / 8);
+    envmapi_run_all(executor, envmapi_task_analyse, &job, ENVMAPI_TASKS);
+}
+
+/* a, lambda -> values at points */
+static void envmapi_synthesise(const envmapi_transform *t, const envmap_executor *executor) {
+    envmapi_transform job = *t;
+    envmapi_run_all(executor, envmapi_task_synthesise, &job, ENVMAPI_TASKS);
+    envmapi_run_all(executor, envmapi_task_fft_back, &job, t->rings->M / 8);
+    envmapi_rings_poles(t->rings, 0);
+    envmapi_run_all(executor, envmapi_task_interpolate, &job, ENVMAPI_TASKS);
+}
+
 /* --------------------------------------------------------------------------------- >>filters --
    REFERENCE, the definition: for every axis a
        L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1
    in double, i over all texels of src with w_i > 0. It is second order in the texel while the
-   lobe is wide: sigma >= 2 texels at the axis. Below that each texel spreads with a tent of width
+   lobe is wide: sigma >= 2 mean texels. Below that each texel spreads with a tent of width
    t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance: its integral against k by
@@ -2086,6 +2630,13 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
                    wider tail (GGX) is smooth at a texel's scale and stays a sum over texels, the
                    two joined by a smooth step
    so N -> infinity is the bilinear lookup.  Tests: tests/test_filters.c. */
+
+/* The side of src's mean texel, rad. */
+static double envmapi_texel_extent(const envmap *src) {
+    double texels = (double)envmapi_area(src->mapping, src->size) * envmap_faces(src->mapping);
+    if (envmapi_is_disc(src->mapping)) texels *= ENVMAPI_PI / 4;
+    return sqrt(4 * ENVMAPI_PI / texels);
+}
 
 /* The texels that count, one array a quantity. */
 typedef struct envmapi_source {
@@ -2232,22 +2783,8 @@ static void envmapi_axis_polar(envmapi_axis *axis, double reach) {
     }
 }
 
-/* The longer side of src's texel at a. */
-static double envmapi_texel_extent(const envmapi_level *level, const double a[3]) {
-    double uv[2], extent[2], from[3], to[3];
-    int face = envmapi_face(level->mapping, a);
-    envmapi_project(uv, level->mapping, face, a);
-    for (int i = 0; i < 2; ++i) {
-        double du = i ? 0 : 0.5 / level->width, dv = i ? 0.5 / level->edge : 0;
-        envmapi_direction(from, level->mapping, face, uv[0] - du, uv[1] - dv);
-        envmapi_direction(to, level->mapping, face, uv[0] + du, uv[1] + dv);
-        extent[i] = envmapi_angle(from, to);
-    }
-    return extent[0] > extent[1] ? extent[0] : extent[1];
-}
-
 static void envmapi_axis_filter(envmapi_axis *axis) {
-    axis->texel = envmapi_texel_extent(&axis->level, axis->a);
+    axis->texel = envmapi_texel_extent(axis->source->map);
     double tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
     double reach = 12 * axis->texel > 8 * axis->sigma ? 12 * axis->texel : 8 * axis->sigma;
     if (!(tent > 0)) {
@@ -2331,6 +2868,788 @@ static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
     return ENVMAP_OK;
 }
 
+/* FAST. A lobe makes a result with nothing finer than its bands, and sees nothing finer in the
+   source: so work on grids that are no finer than the lobe. Per face a grid in the map's own
+   (u,v), padded past the edges (a node there is simply a direction):
+       source texels --adjoint of cubic spline--> grid nodes --rings, a_lm, lambda_l, rings-->
+       grid nodes of the result --cubic spline--> result texels
+   Every arrow is linear and as exact for a sun as for a sky; what is lost of band l is
+   e(l) = 2.6 (l h / 2 pi)^4 on a grid of spacing h, and everything beyond the last band. Both are
+   bounded from lambda_l and the scene's contrast kappa: a band holds at most kappa^2 times what
+   one light of the same energy puts there (kappa^2 = sum (E_i - mean w_i)^2 / (sum E_i)^2 over
+   blocks i as wide as the band's half wave).
+     rms     kappa^2 sum_(l>=L) (2l+1) lambda_l^2 <= (tolerance/4)^2 R,
+             kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/3)^2 R,
+             R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
+     texels  at every angle t from a light, what is lost, d(t) = sum (2l+1) lambda_l P_l(cos t) over
+             l >= L or times e(l), stays below 24 tolerances of what the light itself sends
+             there, or of the darkest that counts (8 at a kink, where all of it adds up):
+             kappa |d(t)| <= 24 tolerance max(kappa k(t), D lambda_0),  D = 1/1000
+   A lobe with a kink (diffuse, Banks) has bands that end slowly. There texels brighter than 1/2000
+   of all light are summed one by one, exactly; and a first pass with 48 bands finds how dark the
+   result really gets (D) before it is decided how many are needed.
+   Tests: tests/test_fast.c. */
+
+/* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or its texels themselves. */
+typedef struct envmapi_grid {
+    const envmap *map;
+    int faces, width, height, nu, nv, pad, identity;
+    size_t count; /* nodes */
+} envmapi_grid;
+
+/* Nodes no farther apart than h: the largest |d direction / du| is the span of a face. Sphere and
+   angular maps end at their rims, so their texels are the grid; and no grid is worth it that is
+   not coarser than the texels. */
+static envmapi_grid envmapi_grid_of(const envmap *map, double h, double tolerance) {
+    static const double span[ENVMAP_MAPPING_COUNT] = {2, 4, 1, 2 * ENVMAPI_PI, 1};
+    envmapi_grid grid;
+    int width = envmapi_width(map->mapping, map->size);
+    double n = ceil(span[map->mapping] / h), aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
+    grid.map = map, grid.faces = envmap_faces(map->mapping);
+    grid.pad = 2 + (int)ceil(-log(tolerance) / 1.317); /* a spline forgets its end by 0.268 a node */
+    double nodes = (n + 2 * grid.pad) * (n / aspect + 2 * grid.pad);
+    grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
+                    nodes > 0.6 * width * map->size;
+    if (grid.identity) grid.pad = 0, n = width;
+    grid.nu = n < 4 ? 4 : (int)n;
+    grid.nv = grid.identity ? map->size : (int)ceil(grid.nu / aspect);
+    if (grid.identity) grid.nu = width;
+    grid.width = grid.nu + 2 * grid.pad, grid.height = grid.nv + 2 * grid.pad;
+    grid.count = (size_t)grid.faces * (size_t)grid.width * (size_t)grid.height;
+    return grid;
+}
+
+/* Four nodes and their spline weights for each texel along one side. */
+typedef struct envmapi_taps {
+    int start;
+    float w[4];
+} envmapi_taps;
+
+static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, int pad) {
+    for (int x = 0; x < texels; ++x) {
+        double at = (x + 0.5) / texels * nodes - 0.5 + pad, before = floor(at);
+        taps[x].start = (int)before - 1;
+        envmapi_spline(taps[x].w, (float)(at - before));
+    }
+}
+
+/* A texel that is summed by itself, exactly. */
+typedef struct envmapi_light {
+    size_t texel;
+    double d[3], value[4]; /* RGB times solid angle, solid angle */
+} envmapi_light;
+
+/* One call's work in flight: the source side and the result side take turns with it. */
+typedef struct envmapi_fast {
+    envmapi_grid grid;
+    envmapi_taps *u, *v;
+    const float *texels; /* of the source slice */
+    float *out;          /* of the result slice */
+    float *omega;        /* solid angle of a face's texels; 0 where a rim cuts */
+    float *nodes;        /* [count][4]: RGB and solid angle */
+    float *rows;         /* a row of the grid for each task */
+    envmapi_point *points;
+    envmapi_rings rings;
+    int strips; /* horizontal, of a face's grid: one a task */
+    const envmap_lobe *lobe;
+    double norm, p; /* of the slice */
+    int divide;     /* by the fourth channel */
+    const envmapi_light *lights;
+    int light_count;
+} envmapi_fast;
+
+/* Solid angles of row y: the mean of the density over 2 x 2 Gauss points, O(size^-6). */
+static void envmapi_task_omega(void *context, int y) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    const envmap *map = f->grid.map;
+    int mapping = map->mapping, edge = map->size, width = envmapi_width(mapping, edge);
+    float *omega = f->omega + (size_t)y * (size_t)width;
+    double n = width, h = 1 / n, g = 0.5 / sqrt(3.0), row = 0;
+    if (mapping == ENVMAP_LATLONG) row = envmapi_texel_cell(NULL, mapping, edge, 0, y);
+    for (int x = 0; x < width; ++x) {
+        double u = (x + 0.5) * h, v = (y + 0.5) / edge, X = fabs(2 * u - 1) + h, Y = fabs(2 * v - 1) + h;
+        if (mapping == ENVMAP_LATLONG) omega[x] = (float)row;
+        else if (mapping == ENVMAP_CUBE || mapping == ENVMAP_PARABOLOID) {
+            double sum = 0;
+            for (int i = 0; i < 4; ++i)
+                sum += envmapi_density(mapping, u + (i & 1 ? g : -g) * h, v + (i & 2 ? g : -g) * h);
+            omega[x] = mapping == ENVMAP_CUBE || X * X + Y * Y <= 1 ? (float)(sum / 4 * h * h) : 0;
+        } else
+            omega[x] = X * X + Y * Y <= 1 ? (float)envmapi_texel_cell(NULL, mapping, edge, x, y) : 0;
+    }
+}
+
+/* Texel rows whose taps meet grid rows from .. to-1. */
+static void envmapi_grid_rows(int *first, int *last, const envmapi_fast *f, int from, int to) {
+    *first = 0, *last = f->grid.map->size;
+    while (*first < *last && f->v[*first].start + 3 < from) ++*first;
+    while (*last > *first && f->v[*last - 1].start >= to) --*last;
+}
+
+/* row += one row of texels times solid angle, spread to the nodes: a run of texels between the
+   same nodes is gathered in registers first. */
+static void envmapi_reduce_row(float *row, const envmapi_fast *f, const float *texels,
+                               const float *omega) {
+    int width = envmapi_width(f->grid.map->mapping, f->grid.map->size);
+    for (int x = 0; x < width;) {
+        int start = f->u[x].start;
+        float sum[4][4] = {{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}};
+        for (; x < width && f->u[x].start == start; ++x) {
+            float w = omega[x];
+            float light[4] = {w * texels[3 * x], w * texels[3 * x + 1], w * texels[3 * x + 2], w};
+            for (int i = 0; i < 4; ++i) envmapi_add4f(sum[i], f->u[x].w[i], light);
+        }
+        for (int i = 0; i < 4; ++i) envmapi_add4f(row + 4 * (start + i), 1, sum[i]);
+    }
+}
+
+/* Task: one horizontal band of one face's grid, from the texels that reach it. */
+static void envmapi_task_reduce(void *context, int task) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    const envmapi_grid *grid = &f->grid;
+    int face = task / f->strips, band = task % f->strips, first, last;
+    int from = grid->height * band / f->strips, to = grid->height * (band + 1) / f->strips;
+    size_t width = (size_t)envmapi_width(grid->map->mapping, grid->map->size);
+    size_t area = width * (size_t)grid->map->size, row_floats = 4 * (size_t)grid->width;
+    float *nodes = f->nodes + (size_t)face * (size_t)grid->height * row_floats;
+    float *row = f->rows + (size_t)task * row_floats;
+    memset(nodes + (size_t)from * row_floats, 0, (size_t)(to - from) * row_floats * sizeof(float));
+    envmapi_grid_rows(&first, &last, f, from, to);
+    for (int y = first; y < last; ++y) {
+        memset(row, 0, row_floats * sizeof(float));
+        envmapi_reduce_row(row, f, f->texels + 3 * ((size_t)face * area + (size_t)y * width),
+                           f->omega + (size_t)y * width);
+        for (int i = 0; i < 4; ++i) {
+            int j = f->v[y].start + i;
+            float w = f->v[y].w[i], *out = nodes + (size_t)j * row_floats;
+            if (j < from || j >= to) continue;
+            for (size_t k = 0; k < row_floats; ++k) out[k] += w * row[k];
+        }
+    }
+}
+
+/* The same where the nodes are the texels. Task: a face. */
+static void envmapi_task_copy(void *context, int face) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    size_t area = f->grid.count / (size_t)f->grid.faces;
+    const float *texel = f->texels + 3 * (size_t)face * area;
+    float *node = f->nodes + 4 * (size_t)face * area;
+    for (size_t i = 0; i < area; ++i, texel += 3, node += 4) {
+        float w = f->omega[i];
+        node[0] = w * texel[0], node[1] = w * texel[1], node[2] = w * texel[2], node[3] = w;
+    }
+}
+
+/* (1/6, 4/6, 1/6) c = f along n items of `floats` numbers, `stride` apart, ends mirrored. */
+static void envmapi_spline_solve(float *f, int n, size_t stride, size_t floats, float *pivots) {
+    for (int i = 0; i < n; ++i) {
+        float diagonal = (i == 0 || i == n - 1 ? 5.0f : 4.0f) - (i ? pivots[i - 1] : 0);
+        float pivot = pivots[i] = 1 / diagonal, *now = f + (size_t)i * stride;
+        const float *before = i ? now - stride : now;
+        float last = i ? 1.0f : 0.0f;
+        for (size_t k = 0; k < floats; ++k) now[k] = (6 * now[k] - last * before[k]) * pivot;
+    }
+    for (int i = n - 2; i >= 0; --i) {
+        float *now = f + (size_t)i * stride;
+        const float *after = now + stride;
+        for (size_t k = 0; k < floats; ++k) now[k] -= pivots[i] * after[k];
+    }
+}
+
+/* Samples to spline coefficients; its own adjoint. Task: a face. */
+static void envmapi_task_solve(void *context, int face) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    size_t row = 4 * (size_t)f->grid.width;
+    float *nodes = f->nodes + (size_t)face * (size_t)f->grid.height * row;
+    float *pivots = f->rows + (size_t)face * (row + 4 * (size_t)f->grid.height);
+    envmapi_spline_solve(nodes, f->grid.height, row, row, pivots);
+    for (int y = 0; y < f->grid.height; ++y)
+        envmapi_spline_solve(nodes + (size_t)y * row, f->grid.width, 4, 4, pivots);
+}
+
+/* Where the nodes are. Task: a row of the grid, of every face. */
+static void envmapi_task_points(void *context, int y) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    const envmapi_grid *grid = &f->grid;
+    for (int face = 0; face < grid->faces; ++face) {
+        envmapi_point *points = f->points + ((size_t)face * (size_t)grid->height + (size_t)y) *
+                                                (size_t)grid->width;
+        for (int x = 0; x < grid->width; ++x) {
+            double d[3];
+            envmapi_direction(d, grid->map->mapping, face, (x - grid->pad + 0.5) / grid->nu,
+                              (y - grid->pad + 0.5) / grid->nv);
+            points[x] = envmapi_rings_point(&f->rings, d);
+        }
+    }
+}
+
+/* sum += what the lights, which the bands leave out, send to a texel. */
+static void envmapi_add_lights(float sum[4], const envmapi_fast *f, int face, int x, int y) {
+    double a[3], total[4] = {0, 0, 0, 0}, cosines[64], k[64];
+    envmapi_texel_direction(a, f->grid.map->mapping, face, f->grid.map->size, x, y);
+    for (int first = 0; first < f->light_count; first += 64) {
+        const envmapi_light *lights = f->lights + first;
+        int n = f->light_count - first < 64 ? f->light_count - first : 64;
+        for (int i = 0; i < n; ++i) cosines[i] = envmapi_dot(a, lights[i].d);
+        envmapi_k_many(k, cosines, n, f->lobe, f->p);
+        for (int i = 0; i < n; ++i) envmapi_add4(total, k[i], lights[i].value);
+    }
+    for (int c = 0; c < 4; ++c) sum[c] += (float)(total[c] / f->norm);
+}
+
+/* Texels from spline coefficients, rgb / w where that is the norm. Task: a row of every face. */
+static void envmapi_task_expand(void *context, int y) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    const envmapi_grid *grid = &f->grid;
+    int width = envmapi_width(grid->map->mapping, grid->map->size);
+    size_t floats = 4 * (size_t)grid->width, area = (size_t)width * (size_t)grid->map->size;
+    float *row = f->rows + (size_t)y * floats;
+    for (int face = 0; face < grid->faces; ++face) {
+        const float *nodes = f->nodes + ((size_t)face * (size_t)grid->height) * floats;
+        float *out = f->out + 3 * ((size_t)face * area + (size_t)y * (size_t)width);
+        if (grid->identity) {
+            row = f->nodes + ((size_t)face * (size_t)grid->height + (size_t)y) * floats;
+        } else {
+            const float *from = nodes + (size_t)f->v[y].start * floats, *w = f->v[y].w;
+            for (size_t k = 0; k < floats; ++k)
+                row[k] = w[0] * from[k] + w[1] * from[floats + k] + w[2] * from[2 * floats + k] +
+                         w[3] * from[3 * floats + k];
+        }
+        for (int x = 0; x < width; ++x, out += 3) {
+            float sum[4] = {0, 0, 0, 0};
+            if (grid->identity)
+                memcpy(sum, row + 4 * x, sizeof sum);
+            else
+                for (int i = 0; i < 4; ++i) envmapi_add4f(sum, f->u[x].w[i], row + 4 * (f->u[x].start + i));
+            if (f->light_count) envmapi_add_lights(sum, f, face, x, y);
+            float scale = f->divide ? 1 / sum[3] : 1;
+            for (int c = 0; c < 3; ++c) out[c] = sum[c] * scale;
+        }
+    }
+}
+
+/* What a lobe asks of the scene: lambda_l of every slice, the bands that one light would need, and
+   the grid for them. */
+typedef struct envmapi_plan {
+    const envmap_lobe *lobe;
+    envmap *dst;
+    double *lambda; /* [slices][bands] */
+    double *rest;            /* [slices]: sum (2l+1) lambda_l^2 beyond them */
+    int bands, need, slices; /* for one light (or all there may be), for this scene */
+    double tolerance, h, sigma, dark; /* dark: the darkest of the result over its mean */
+    int kinked;
+} envmapi_plan;
+
+#define ENVMAPI_FAST_BANDS 768
+
+/* sum_l (2l+1) lambda_l^2 e^2 over l >= from of one slice, e the spline's error on a grid of h. */
+static double envmapi_plan_power(const envmapi_plan *plan, int slice, int from, double h) {
+    const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
+    double sum = plan->rest[slice];
+    for (int l = from; l < plan->bands; ++l) {
+        double e = h > 0 ? envmapi_spline_error(l * h / (2 * ENVMAPI_PI)) : 1;
+        sum += (2 * l + 1) * lambda[l] * lambda[l] * e * e;
+    }
+    return sum;
+}
+
+/* The largest |lambda_0| of all slices: those much darker are held to a tenth of that. */
+static double envmapi_plan_mean(const envmapi_plan *plan, int slice) {
+    double brightest = 0;
+    for (int k = 0; k < plan->slices; ++k)
+        brightest = fmax(brightest, fabs(plan->lambda[(size_t)k * (size_t)plan->bands]));
+    return fmax(fabs(plan->lambda[(size_t)slice * (size_t)plan->bands]), brightest / 10);
+}
+
+/* The rms bounds above, for L bands (h = 0) or grids of spacing h. */
+static int envmapi_plan_rms_holds(const envmapi_plan *plan, int slice, int L, double h,
+                                  double contrast) {
+    double c2 = contrast * contrast, mean = envmapi_plan_mean(plan, slice);
+    double R = (1 - c2) * mean * mean + c2 * envmapi_plan_power(plan, slice, 0, 0);
+    double limit = plan->tolerance / (h > 0 ? 3 : 4);
+    return c2 * envmapi_plan_power(plan, slice, L, h) <= limit * limit * R;
+}
+
+/* The bound on texels, at one angle: the fewest bands (h = 0) that keep it from there on, or
+   whether a spacing h does. */
+static int envmapi_plan_texel_bands(const envmapi_plan *plan, int slice, double x, double h,
+                                    double contrast) {
+    const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
+    double terms[ENVMAPI_FAST_BANDS], k = 0, lost = 0, before = 0, P = 1;
+    for (int l = 0; l < plan->bands; ++l) {
+        double e = h > 0 ? envmapi_spline_error(l * h / (2 * ENVMAPI_PI)) : 1;
+        terms[l] = (2 * l + 1) * lambda[l] * P;
+        k += terms[l], lost += e * terms[l];
+        double next = ((2 * l + 1) * x * P - l * before) / (l + 1);
+        before = P, P = next;
+    }
+    double limit = (plan->kinked ? 8 : 24) * plan->tolerance *
+                   fmax(contrast * fabs(k), envmapi_plan_mean(plan, slice) * plan->dark);
+    if (h > 0) return contrast * fabs(lost) <= limit;
+    int L = plan->bands;
+    for (lost = 0; L > 0; --L)
+        if (contrast * fabs(lost += terms[L - 1]) > limit) break;
+    return L;
+}
+
+#define ENVMAPI_ANGLES 64 /* more densely towards the axis, where sharp lobes end */
+
+static double envmapi_plan_cosine(int i) {
+    double t = (i + 0.5) / ENVMAPI_ANGLES;
+    return cos(ENVMAPI_PI * t * t);
+}
+
+/* Slices that are looked at: at most five, the ends and between. */
+static int envmapi_plan_slice(const envmapi_plan *plan, int i) {
+    return plan->slices <= 5 ? i : (int)((size_t)i * (size_t)(plan->slices - 1) / 4);
+}
+
+static int envmapi_plan_sampled(const envmapi_plan *plan) { return plan->slices < 5 ? plan->slices : 5; }
+
+/* The widest grid whose spline errors stay within the bounds. */
+static double envmapi_plan_spacing(const envmapi_plan *plan, double contrast) {
+    double low = 1e-3, high = 0.8;
+    for (int i = 0; i < 10; ++i) {
+        double h = sqrt(low * high);
+        int holds = 1;
+        for (int k = 0; k < envmapi_plan_sampled(plan) && holds; ++k) {
+            int slice = envmapi_plan_slice(plan, k);
+            holds = envmapi_plan_rms_holds(plan, slice, 0, h, contrast);
+            for (int j = 0; j < ENVMAPI_ANGLES && holds; ++j)
+                holds = envmapi_plan_texel_bands(plan, slice, envmapi_plan_cosine(j), h, contrast);
+        }
+        if (holds) low = h;
+        else high = h;
+    }
+    return low;
+}
+
+/* The fewest bands within the bounds; what is near the last there is may be beyond it. */
+static int envmapi_plan_bands(const envmapi_plan *plan, double contrast) {
+    int bands = 1;
+    for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
+        int slice = envmapi_plan_slice(plan, k), low = 1, high = plan->bands + 1;
+        while (low < high) {
+            int middle = (low + high) / 2;
+            if (envmapi_plan_rms_holds(plan, slice, middle, 0, contrast)) high = middle;
+            else low = middle + 1;
+        }
+        if (low > bands) bands = low;
+        for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+            int L = envmapi_plan_texel_bands(plan, slice, envmapi_plan_cosine(j), 0, contrast);
+            if (L > bands) bands = L;
+        }
+    }
+    return bands > plan->bands - plan->bands / 8 ? plan->bands + 1 : bands;
+}
+
+/* lambda_l of every slice for `bands` bands, and the power beyond them by Parseval:
+   sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2) / norm^2. */
+static int envmapi_plan_lambda(envmapi_plan *plan, int bands) {
+    const envmap_lobe *lobe = plan->lobe;
+    plan->bands = bands;
+    for (int k = 0; k < plan->slices; ++k) {
+        double p = envmapi_slice_p(lobe, k, plan->slices), norm = envmapi_lobe_norm(lobe);
+        if (!envmapi_zonal(plan->lambda + (size_t)k * (size_t)bands, bands, lobe, p)) return 0;
+        if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, p);
+        double power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2) / (norm * norm);
+        plan->rest[k] = 0;
+        double rest = power - envmapi_plan_power(plan, k, 0, 0);
+        plan->rest[k] = rest > 1e-11 * power ? rest : 0;
+    }
+    return 1;
+}
+
+/* Sets up a plan with the bands that one light would need, or all there may be. 0 when the lobe is
+   sharper than src's texels. */
+static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lobe *lobe,
+                               const envmap *src, double tolerance, envmapi_pool *pool,
+                               envmap_result *result) {
+    int varied = lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1;
+    memset(plan, 0, sizeof *plan);
+    plan->lobe = lobe, plan->dst = dst, plan->tolerance = tolerance;
+    plan->slices = varied ? dst->slices : 1;
+    plan->sigma = ENVMAPI_PI, plan->dark = 1e-3;
+    for (int k = 0; k < plan->slices; ++k)
+        plan->sigma = fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, plan->slices)));
+    if (plan->sigma < 2 * envmapi_texel_extent(src)) return 0;
+    size_t n = (size_t)plan->slices;
+    plan->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 1) * n, sizeof(double));
+    if (!plan->lambda) {
+        *result = ENVMAP_ERROR_MEMORY;
+        return 0;
+    }
+    plan->rest = plan->lambda + ENVMAPI_FAST_BANDS * n;
+    for (int bands = 24; bands <= ENVMAPI_FAST_BANDS; bands = bands == 24 ? 96 : 2 * bands) {
+        if (!envmapi_plan_lambda(plan, bands)) return 0;
+        if (envmapi_plan_bands(plan, 1) <= bands) break;
+    }
+    plan->need = envmapi_plan_bands(plan, 1);
+    plan->h = 1;
+    plan->kinked = plan->need > 100 && plan->need > 8 / plan->sigma; /* smooth ones end by 6/sigma */
+    if (!plan->kinked) plan->h = envmapi_plan_spacing(plan, 1);
+    return 1;
+}
+
+/* Energy (all channels) and solid angle of a block of one face's nodes. */
+static void envmapi_block_sum(double sum[2], const envmapi_grid *grid, const float *nodes, int x,
+                              int y, int block) {
+    sum[0] = sum[1] = 0;
+    for (int j = y; j < y + block && j < grid->height; ++j)
+        for (int i = x; i < x + block && i < grid->width; ++i) {
+            const float *node = nodes + 4 * ((size_t)j * (size_t)grid->width + (size_t)i);
+            sum[0] += (double)node[0] + (double)node[1] + (double)node[2];
+            sum[1] += (double)node[3];
+        }
+}
+
+/* kappa at the scale of band l: blocks as wide as its half wave on a grid of spacing h. */
+static double envmapi_contrast(const envmapi_fast *f, double h, int l) {
+    const envmapi_grid *grid = &f->grid;
+    size_t area = 4 * grid->count / (size_t)grid->faces;
+    double total[2] = {0, 0}, sum[2], squares = 0;
+    int block = (int)envmapi_clamp(ENVMAPI_PI / (l + 1) / h, 1, 1e6);
+    for (int face = 0; face < grid->faces; ++face) {
+        envmapi_block_sum(sum, grid, f->nodes + (size_t)face * area, 0, 0, 1 << 20);
+        total[0] += sum[0], total[1] += sum[1];
+    }
+    if (!(total[0] > 0)) return 0;
+    for (int face = 0; face < grid->faces; ++face)
+        for (int y = 0; y < grid->height; y += block)
+            for (int x = 0; x < grid->width; x += block) {
+                envmapi_block_sum(sum, grid, f->nodes + (size_t)face * area, x, y, block);
+                double off = sum[0] - total[0] / total[1] * sum[1];
+                squares += off * off;
+            }
+    return envmapi_clamp(sqrt(squares) / total[0], 0, 1);
+}
+
+/* Texels that a rim cuts, as points of their own at their centroids; returns how many. */
+static size_t envmapi_rim_points(envmapi_fast *f, size_t room) {
+    const envmap *map = f->grid.map;
+    size_t n = 0, area = envmapi_area(map->mapping, map->size);
+    if (!envmapi_is_disc(map->mapping)) return 0;
+    for (size_t t = 0; t < area; ++t) {
+        int x = (int)(t % (size_t)map->size), y = (int)(t / (size_t)map->size);
+        double X = fabs((2 * x + 1.0) / map->size - 1) - 1.0 / map->size, at[2], d[3];
+        double Y = fabs((2 * y + 1.0) / map->size - 1) - 1.0 / map->size;
+        if (f->omega[t] > 0 || X * X + Y * Y > 1) continue;
+        double w = envmapi_texel_cell(at, map->mapping, map->size, x, y);
+        for (int face = 0; w > 0 && face < f->grid.faces && n < room; ++face, ++n) {
+            const float *texel = f->texels + 3 * ((size_t)face * area + t);
+            float *node = f->nodes + 4 * (f->grid.count + n);
+            envmapi_direction(d, map->mapping, face, at[0], at[1]);
+            f->points[f->grid.count + n] = envmapi_rings_point(&f->rings, d);
+            for (int c = 0; c < 3; ++c) node[c] = (float)w * texel[c];
+            node[3] = (float)w;
+        }
+    }
+    return n;
+}
+
+/* Everything of a grid that both sides need; `extra` points beyond its nodes. */
+static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, double h,
+                                         double tolerance, size_t extra, envmapi_pool *pool) {
+    memset(f, 0, sizeof *f);
+    f->grid = envmapi_grid_of(map, h, tolerance);
+    f->strips = f->grid.faces == 6 ? 1 : 8 / f->grid.faces;
+    int width = envmapi_width(map->mapping, map->size);
+    size_t rows = (size_t)(map->size + f->strips * f->grid.faces), row = 4 * (size_t)f->grid.width;
+    size_t solve = (size_t)f->grid.faces * (row + 4 * (size_t)f->grid.height);
+    f->nodes = (float *)envmapi_pool_get(pool, 4 * (f->grid.count + extra), sizeof(float));
+    f->points = (envmapi_point *)envmapi_pool_get(pool, f->grid.count + extra, sizeof(envmapi_point));
+    f->u = (envmapi_taps *)envmapi_pool_get(pool, (size_t)(width + map->size), sizeof(envmapi_taps));
+    f->rows = (float *)envmapi_pool_get(pool, (f->grid.identity ? 0 : rows * row) + solve, sizeof(float));
+    if (!f->nodes || !f->points || !f->u || !f->rows) return ENVMAP_ERROR_MEMORY;
+    f->v = f->u + width;
+    envmapi_taps_fill(f->u, width, f->grid.nu, f->grid.pad);
+    envmapi_taps_fill(f->v, map->size, f->grid.nv, f->grid.pad);
+    return ENVMAP_OK;
+}
+
+/* Rings for L bands on a grid of spacing h, and the work space of the tasks. */
+static envmap_result envmapi_transform_create(envmapi_transform *t, envmapi_rings *rings, double h,
+                                              int bands, envmapi_pool *pool) {
+    int M = envmapi_rings_size((int)(ENVMAPI_PI / h > bands + 2 ? ENVMAPI_PI / h : bands + 2));
+    memset(t, 0, sizeof *t);
+    t->rings = rings;
+    t->work_size = 11 * (size_t)bands + (size_t)M;
+    t->work = (double *)envmapi_pool_get(pool, ENVMAPI_TASKS * t->work_size, sizeof(double));
+    if (!t->work) return ENVMAP_ERROR_MEMORY;
+    return envmapi_rings_create(rings, M, bands, pool);
+}
+
+/* Source texels -> nodes. */
+static void envmapi_fast_reduce(envmapi_fast *f, const envmap_executor *executor) {
+    envmapi_run_all(executor, envmapi_task_omega, f, f->grid.map->size);
+    if (f->grid.identity) envmapi_run_all(executor, envmapi_task_copy, f, f->grid.faces);
+    else envmapi_run_all(executor, envmapi_task_reduce, f, f->grid.faces * f->strips);
+}
+
+#define ENVMAPI_FIRST_BANDS 48
+
+/* kappa at l = 4, 8, 16 ... , as far as the grid resolves. */
+static void envmapi_contrasts(double contrasts[12], const envmapi_fast *f, double h) {
+    for (int i = 0; i < 12; ++i)
+        contrasts[i] = i && (4 << i) * h > 2 * ENVMAPI_PI ? contrasts[i - 1]
+                                                          : envmapi_contrast(f, h, 4 << i);
+}
+
+/* The bands a plan needs of this scene: at ever finer scales, until they resolve the scale that
+   the contrast was taken at. 0 where there are not enough. Sets the spacing too. */
+static int envmapi_fast_bands(envmapi_plan *plan, const double contrasts[12]) {
+    for (int i = 0; i < 12; ++i) {
+        int l = 4 << i, need = envmapi_plan_bands(plan, contrasts[i]);
+        if (need > plan->bands && l >= plan->bands) break;
+        if (need > l) continue;
+        plan->h = envmapi_plan_spacing(plan, contrasts[i]);
+        return l < plan->bands ? l : plan->bands;
+    }
+    return 0;
+}
+
+/* For all plans; returns the most bands, and the spacing that leaves. A smooth lobe's bands hardly
+   depend on the contrast, so one scale of it will do. */
+static int envmapi_fast_fit(envmapi_plan *plans, int count, const envmapi_fast *f, double h,
+                            const double contrasts[12], double *spacing) {
+    int bands = 1;
+    *spacing = 1;
+    for (int i = 0; i < count; ++i) {
+        if (plans[i].kinked) {
+            plans[i].need = envmapi_fast_bands(plans + i, contrasts);
+        } else {
+            double contrast = envmapi_contrast(f, h, plans[i].need / 2);
+            plans[i].need = envmapi_plan_bands(plans + i, contrast);
+            plans[i].h = envmapi_plan_spacing(plans + i, contrast);
+        }
+        if (plans[i].need > bands) bands = plans[i].need;
+        if (plans[i].need && plans[i].h < *spacing) *spacing = plans[i].h;
+    }
+    return bands;
+}
+
+#define ENVMAPI_LIGHTS 2048
+
+/* Takes texels with more than 1/2000 of the scene's energy out of the nodes, into a list. */
+static int envmapi_fast_lights(envmapi_fast *f, envmapi_light *lights) {
+    const envmap *map = f->grid.map;
+    size_t area = envmapi_area(map->mapping, map->size);
+    int n = 0, width = envmapi_width(map->mapping, map->size);
+    double total[2] = {0, 0}, sum[2];
+    for (int face = 0; face < f->grid.faces; ++face) {
+        envmapi_block_sum(sum, &f->grid, f->nodes + 4 * f->grid.count / (size_t)f->grid.faces * (size_t)face,
+                          0, 0, 1 << 20);
+        total[0] += sum[0];
+    }
+    for (size_t i = 0; i < area * (size_t)f->grid.faces && n < ENVMAPI_LIGHTS; ++i) {
+        const float *texel = f->texels + 3 * i;
+        int face = (int)(i / area), x = (int)(i % area % (size_t)width), y = (int)(i % area / (size_t)width);
+        float w = f->omega[i % area];
+        if (!((double)(w * (texel[0] + texel[1] + texel[2])) > total[0] / 2000)) continue;
+        envmapi_light *light = lights + n++;
+        light->texel = i;
+        for (int c = 0; c < 4; ++c) light->value[c] = (double)w * (c < 3 ? (double)texel[c] : 1.0);
+        envmapi_texel_direction(light->d, map->mapping, face, map->size, x, y);
+        for (int k = 0; k < 16; ++k) {
+            size_t at = (size_t)face * (size_t)f->grid.height;
+            if (f->grid.identity && k) break;
+            at = f->grid.identity ? i : (at + (size_t)(f->v[y].start + k / 4)) * (size_t)f->grid.width +
+                                            (size_t)(f->u[x].start + k % 4);
+            float tap = f->grid.identity ? 1 : f->v[y].w[k / 4] * f->u[x].w[k % 4];
+            for (int c = 0; c < 4; ++c) f->nodes[4 * at + (size_t)c] -= tap * (float)light->value[c];
+        }
+    }
+    return n;
+}
+
+/* What the source side hands to the result side. */
+typedef struct envmapi_spectrum {
+    double *a; /* a_lm */
+    int bands;
+    envmapi_light *lights;
+    int light_count;
+} envmapi_spectrum;
+
+/* The smallest value over the mean of what a plan's slices make of the bands there are, at the
+   rings (their spline coefficients, near enough); 1/1000 at least. */
+static void envmapi_fast_dark(envmapi_plan *plan, envmapi_transform *t,
+                              const envmap_executor *executor) {
+    int n = 2 * t->rings->M;
+    plan->dark = 1;
+    t->count = 0;
+    for (int i = 0; i < envmapi_plan_sampled(plan); ++i) {
+        double least = HUGE_VAL, sum = 0;
+        t->lambda = plan->lambda + (size_t)envmapi_plan_slice(plan, i) * (size_t)plan->bands;
+        envmapi_synthesise(t, executor);
+        for (int k = 0; k < n; ++k)
+            for (int j = 0; j < t->rings->M; ++j) {
+                const double *v = t->rings->G + (size_t)k * t->rings->row + t->rings->offset[j + 2];
+                double light = v[0] + v[1] + v[2];
+                least = light < least ? light : least;
+                sum += light * sin((j + 0.5) * ENVMAPI_PI / t->rings->M);
+            }
+        double mean = sum / n * ENVMAPI_PI / 2 / t->rings->M;
+        plan->dark = fmin(plan->dark, mean > 0 ? least / mean / 2 : 0);
+    }
+    plan->dark = fmax(plan->dark, 1e-3);
+}
+
+/* Grid of spacing h -> contrasts, lights, and a_lm: of `bands`, or where 0 of those that fit. */
+static envmap_result envmapi_fast_pass(envmapi_spectrum *out, envmapi_plan *plans, int count,
+                                       const envmap *src, int slice, double h, int bands,
+                                       const envmap_filter_desc *desc, envmapi_pool *pool) {
+    envmapi_fast f;
+    envmapi_transform t;
+    envmap_result result;
+    double contrasts[12] = {0}, spacing = h;
+    int kept = pool->count;
+    size_t rim = envmapi_is_disc(src->mapping) ? 16 * (size_t)src->size + 64 : 0;
+    if ((result = envmapi_fast_create(&f, src, h, (double)desc->tolerance, rim, pool))) return result;
+    f.omega = (float *)envmapi_pool_get(pool, envmapi_area(src->mapping, src->size), sizeof(float));
+    if (!f.omega) return ENVMAP_ERROR_MEMORY;
+    f.texels = envmapi_image(src, 0, slice, 0);
+    envmapi_fast_reduce(&f, &desc->executor);
+    out->light_count = plans[0].kinked ? envmapi_fast_lights(&f, out->lights) : 0;
+    if (bands == ENVMAPI_FIRST_BANDS && plans[0].kinked) envmapi_contrasts(contrasts, &f, h);
+    if (!bands) bands = envmapi_fast_fit(plans, count, &f, h, NULL, &spacing);
+    if ((result = envmapi_transform_create(&t, &f.rings, spacing, bands, pool))) return result;
+    if (!f.grid.identity) envmapi_run_all(&desc->executor, envmapi_task_solve, &f, f.grid.faces);
+    envmapi_run_all(&desc->executor, envmapi_task_points, &f, f.grid.height);
+    t.points = f.points, t.values = f.nodes, t.a = out->a, t.a_bands = out->bands = bands;
+    t.count = f.grid.count + envmapi_rim_points(&f, rim);
+    envmapi_analyse(&t, &desc->executor);
+    if (bands == ENVMAPI_FIRST_BANDS && plans[0].kinked) {
+        for (int i = 0; i < count; ++i) envmapi_fast_dark(plans + i, &t, &desc->executor);
+        envmapi_fast_fit(plans, count, &f, h, contrasts, &spacing);
+    }
+    envmapi_pool_free(pool, kept);
+    return ENVMAP_OK;
+}
+
+/* One slice of src -> the spectrum that all plans can do with; one with need 0 cannot. */
+static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, envmapi_plan *plans, int count,
+                                          const envmap *src, int slice,
+                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
+    double h = 1, first = 0.05 * pow((double)desc->tolerance / 1e-3, 0.25);
+    int most = ENVMAPI_FIRST_BANDS, need = 0;
+    envmap_result result;
+    for (int i = 0; i < count; ++i) {
+        if (plans[i].bands > most) most = plans[i].bands;
+        if (plans[i].h < h) h = plans[i].h;
+    }
+    out->a = (double *)envmapi_pool_get(pool, envmapi_triangle(most, most), sizeof(double));
+    out->lights = (envmapi_light *)envmapi_pool_get(pool, ENVMAPI_LIGHTS, sizeof(envmapi_light));
+    if (!out->a || !out->lights) return ENVMAP_ERROR_MEMORY;
+    if (!plans[0].kinked)
+        return envmapi_fast_pass(out, plans, count, src, slice, h, 0, desc, pool);
+    result = envmapi_fast_pass(out, plans, count, src, slice, first, ENVMAPI_FIRST_BANDS, desc, pool);
+    for (int i = 0, h_set = 0; i < count && !result; ++i) {
+        if (!plans[i].need) continue;
+        need = plans[i].need > need ? plans[i].need : need;
+        h = !h_set || plans[i].h < h ? plans[i].h : h, h_set = 1;
+    }
+    if (!result && (need > ENVMAPI_FIRST_BANDS || (need && h < 0.99 * first)))
+        result = envmapi_fast_pass(out, plans, count, src, slice, h, need, desc, pool);
+    return result;
+}
+
+/* A spectrum -> slices of a result, from `first` on. */
+static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan,
+                                             const envmapi_spectrum *spectrum, int first,
+                                             int slices, const envmap_filter_desc *desc,
+                                             envmapi_pool *pool) {
+    envmapi_fast f;
+    envmapi_transform t;
+    envmap_result result;
+    const envmap *dst = plan->dst;
+    int kept = pool->count;
+    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
+    if ((result = envmapi_fast_create(&f, dst, plan->h, (double)desc->tolerance, 0, pool)) ||
+        (result = envmapi_transform_create(&t, &f.rings, plan->h, plan->need, pool)))
+        return result;
+    f.lobe = plan->lobe, f.lights = spectrum->lights, f.light_count = spectrum->light_count;
+    f.divide = !plan->lobe->raw && plan->lobe->kind != ENVMAP_LOBE_BANKS;
+    envmapi_run_all(&desc->executor, envmapi_task_points, &f, f.grid.height);
+    t.points = f.points, t.values = f.nodes, t.count = f.grid.count;
+    t.a = spectrum->a, t.a_bands = spectrum->bands;
+    for (int k = first; k < first + slices; ++k) {
+        if (k > first && plan->slices == 1) {
+            memcpy(dst->texels + floats * (size_t)k, f.out, floats * sizeof(float));
+            continue;
+        }
+        t.lambda = plan->lambda + (size_t)(plan->slices > 1 ? k : 0) * (size_t)plan->bands;
+        f.out = dst->texels + floats * (size_t)k;
+        f.p = envmapi_slice_p(plan->lobe, k, dst->slices);
+        f.norm = envmapi_lobe_norm(plan->lobe);
+        if (f.divide) f.norm = envmapi_lobe_integral(plan->lobe, f.p);
+        if ((result = envmapi_tell(&desc->progress, (double)(k - first) / slices))) return result;
+        envmapi_synthesise(&t, &desc->executor);
+        if ((result = envmapi_tell(&desc->progress, (k - first + 0.5) / slices))) return result;
+        if (!f.grid.identity) envmapi_run_all(&desc->executor, envmapi_task_solve, &f, f.grid.faces);
+        envmapi_run_all(&desc->executor, envmapi_task_expand, &f, dst->size);
+    }
+    envmapi_pool_free(pool, kept);
+    return ENVMAP_OK;
+}
+
+/* desc with a part of its progress. */
+static envmap_filter_desc envmapi_part_desc(envmapi_progress_part *part,
+                                            const envmap_filter_desc *desc, int done, int count,
+                                            int total) {
+    envmap_filter_desc out = *desc;
+    part->whole = &desc->progress;
+    part->from = (float)done / (float)total, part->length = (float)count / (float)total;
+    out.progress.user = part;
+    if (desc->progress.report) out.progress.report = envmapi_report_part;
+    return out;
+}
+
+/* Plans that share a spectrum. */
+static envmap_result envmapi_fast_group(envmapi_plan *plans, int count, const envmap *src,
+                                        const envmap_filter_desc *desc, envmapi_pool *pool) {
+    int slices = plans[0].dst->slices, runs = src->slices > 1 ? slices : 1, kept = pool->count;
+    double spacing[32];
+    for (int i = 0; i < count; ++i) spacing[i] = plans[i].h;
+    for (int run = 0; run < runs; ++run) {
+        envmapi_spectrum spectrum;
+        for (int i = 0; i < count; ++i) plans[i].h = spacing[i], plans[i].dark = 1e-3;
+        envmap_result result = envmapi_fast_analyse(&spectrum, plans, count, src, run, desc, pool);
+        for (int i = 0; i < count && !result; ++i) {
+            envmapi_progress_part part;
+            envmap_filter_desc part_desc = envmapi_part_desc(&part, desc, run * count + i, 1, runs * count);
+            if (plans[i].need)
+                result = envmapi_fast_synthesise(plans + i, &spectrum, run, runs > 1 ? 1 : slices,
+                                                 &part_desc, pool);
+            else if (desc->method == ENVMAP_METHOD_HARMONICS)
+                result = ENVMAP_ERROR_METHOD;
+            else
+                result = envmapi_filter_reference(plans[i].dst, src, plans[i].lobe, &part_desc);
+        }
+        envmapi_pool_free(pool, kept);
+        if (result) return result;
+    }
+    return ENVMAP_OK;
+}
+
+/* Smooth lobes share one spectrum, those with kinks another, which has the lights taken out. */
+static envmap_result envmapi_filter_fast(envmapi_plan *plans, int count, const envmap *src,
+                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
+    int smooth = 0;
+    envmap_result result = ENVMAP_OK;
+    for (int i = 0; i < count; ++i)
+        if (!plans[i].kinked) {
+            envmapi_plan plan = plans[smooth];
+            plans[smooth++] = plans[i], plans[i] = plan;
+        }
+    envmapi_progress_part part;
+    envmap_filter_desc part_desc = envmapi_part_desc(&part, desc, 0, smooth, count);
+    if (smooth) result = envmapi_fast_group(plans, smooth, src, &part_desc, pool);
+    part_desc = envmapi_part_desc(&part, desc, smooth, count - smooth, count);
+    if (!result && smooth < count)
+        result = envmapi_fast_group(plans + smooth, count - smooth, src, &part_desc, pool);
+    return result;
+}
+
 /* desc with defaults filled in; 0 when a field is out of range. */
 static int envmapi_desc(envmap_filter_desc *out, const envmap_filter_desc *desc) {
     memset(out, 0, sizeof *out);
@@ -2355,39 +3674,63 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
     return 1;
 }
 
-/* One lobe into level 0 of dst, a map of our own: what is left half done is never seen. */
+/* Level l of a map laid out like dst, as a map of one level of its own. */
+static envmap envmapi_view(float *texels, const envmap *dst, int l) {
+    envmap view = *dst;
+    view.size = envmapi_edge(dst->size, l), view.levels = 1;
+    view.texels = texels + (envmapi_image(dst, l, 0, 0) - dst->texels);
+    return view;
+}
+
+/* Pairs of texels; where they are few, the definition is the fastest method too. */
+static double envmapi_pairs(const envmap *dst, const envmap *src) {
+    double pairs = dst->slices;
+    pairs *= (double)envmapi_area(dst->mapping, dst->size) * envmap_faces(dst->mapping);
+    return pairs * (double)envmapi_area(src->mapping, src->size) * envmap_faces(src->mapping);
+}
+
+/* Does this level go to the fast filter, which shares the source? Then it has a plan. */
+static int envmapi_filter_plan(envmapi_plan *plan, envmap *dst, const envmap *src,
+                               const envmap_lobe *lobe, const envmap_filter_desc *desc,
+                               envmapi_pool *pool, envmap_result *result) {
+    int method = desc->method;
+    if (lobe->kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE) return 0;
+    if (method == ENVMAP_METHOD_HIERARCHICAL) return 0;
+    if (method == ENVMAP_METHOD_AUTO && envmapi_pairs(dst, src) < 1e5) return 0;
+    int planned = envmapi_plan_create(plan, dst, lobe, src, (double)desc->tolerance, pool, result);
+    if (!planned && !*result && method == ENVMAP_METHOD_HARMONICS) *result = ENVMAP_ERROR_METHOD;
+    return planned;
+}
+
+/* Or by itself. */
 static envmap_result envmapi_filter_level(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                           const envmap_filter_desc *desc) {
     if (lobe->kind == ENVMAP_LOBE_MIRROR) return envmap_resample(dst, src);
-    if (desc->method != ENVMAP_METHOD_AUTO && desc->method != ENVMAP_METHOD_REFERENCE)
-        return ENVMAP_ERROR_METHOD;
-    envmap_result result = envmapi_filter_reference(dst, src, lobe, desc);
-    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping) *
-                    (size_t)dst->slices;
-    int bad = 0;
-    for (size_t i = 0; !result && i < floats; ++i) bad |= !envmapi_finite((double)dst->texels[i]);
-    return bad ? ENVMAP_ERROR_LOBE : result;
+    if (desc->method == ENVMAP_METHOD_HIERARCHICAL) return ENVMAP_ERROR_METHOD;
+    return envmapi_filter_reference(dst, src, lobe, desc);
 }
 
-/* All levels into `stage`, laid out as dst. */
-static envmap_result envmapi_filter_stage(float *stage, const envmap *dst, const envmap *src,
+/* All levels into `views`. */
+static envmap_result envmapi_filter_stage(envmap *views, const envmap *src,
                                           const envmap_lobe *lobes, int count,
-                                          const envmap_filter_desc *desc) {
-    for (int l = 0; l < count; ++l) {
-        envmap view = *dst;
-        envmap_filter_desc part_desc = *desc;
-        envmapi_progress_part part = {&desc->progress, (float)l / (float)count,
-                                      1 / (float)count};
-        view.size = envmapi_edge(dst->size, l), view.levels = 1;
-        view.texels = stage + (envmapi_image(dst, l, 0, 0) - dst->texels);
-        part_desc.progress.user = &part;
-        if (desc->progress.report) part_desc.progress.report = envmapi_report_part;
-        envmap_result result = envmapi_filter_level(&view, src, lobes + l, &part_desc);
-        if (result) return result;
+                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
+    envmapi_plan plans[32];
+    envmapi_progress_part part;
+    envmap_filter_desc part_desc;
+    envmap_result result = ENVMAP_OK;
+    int planned[32], fast = 0, done = 0;
+    for (int l = 0; l < count && !result; ++l)
+        fast += planned[l] = envmapi_filter_plan(plans + fast, views + l, src, lobes + l, desc, pool,
+                                                 &result);
+    for (int l = 0; l < count && !result; ++l) {
+        if (planned[l]) continue;
+        part_desc = envmapi_part_desc(&part, desc, done++, 1, count);
+        result = envmapi_filter_level(views + l, src, lobes + l, &part_desc);
     }
-    if (desc->progress.report && desc->progress.report(desc->progress.user, 1.0f))
-        return ENVMAP_CANCELLED;
-    return ENVMAP_OK;
+    part_desc = envmapi_part_desc(&part, desc, count - fast, fast, count);
+    if (!result && fast) result = envmapi_filter_fast(plans, fast, src, &part_desc, pool);
+    if (result) return result;
+    return envmapi_tell(&desc->progress, 1);
 }
 
 ENVMAPI_BODY envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
@@ -2402,14 +3745,20 @@ ENVMAPI_BODY envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
     if (!envmapi_radiance_ok(src, filled.method == ENVMAP_METHOD_REFERENCE))
         return ENVMAP_ERROR_RADIANCE;
     size_t floats = (size_t)(envmapi_image(dst, count - 1, dst->slices, 0) - dst->texels);
-    float *stage = (float *)ENVMAP_MALLOC(filled.memory, floats * sizeof(float));
+    envmapi_pool pool = {filled.memory, {NULL}, 0};
+    float *stage = (float *)envmapi_pool_get(&pool, floats, sizeof(float));
+    envmap views[32];
     if (!stage) return ENVMAP_ERROR_MEMORY;
-    envmap_result result = envmapi_filter_stage(stage, dst, src, lobes, count, &filled);
+    for (int l = 0; l < count; ++l) views[l] = envmapi_view(stage, dst, l);
+    envmap_result result = envmapi_filter_stage(views, src, lobes, count, &filled, &pool);
+    int bad = 0; /* a lobe that fails shows as NaN */
+    for (size_t i = 0; !result && i < floats; ++i) bad |= !envmapi_finite((double)stage[i]);
+    if (bad) result = ENVMAP_ERROR_LOBE;
     if (!result) {
         memcpy(dst->texels, stage, floats * sizeof(float));
         dst->p0 = lobes[0].p0, dst->p1 = lobes[0].p1;
     }
-    ENVMAP_FREE(filled.memory, stage);
+    envmapi_pool_free(&pool, 0);
     return result;
 }
 
