@@ -25,7 +25,11 @@ SLOW     = %/test_filters %/test_lobes
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
-.PHONY: help all demo test check strict sanitize valgrind fuzz examples docs install clean FORCE
+BENCH     = -O3 -march=native
+BENCHARGS =
+MAP       =
+
+.PHONY: help all demo test check strict sanitize valgrind fuzz bench examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -80,6 +84,11 @@ fuzz: ## libFuzzer on the PFM reader, half a minute
 	else \
 	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
 	fi
+
+bench: ## verify, then time the filter; MAP=sky.pfm on that map, BENCH=-O2, BENCHARGS=--quick
+	@mkdir -p $(BUILD)
+	$(CC) -std=c99 $(BENCH) $(STRICT) -DBENCH_FLAGS='"$(BENCH)"' -I. examples/bench.c -o $(BUILD)/bench-timed $(LIBS)
+	$(BUILD)/bench-timed $(foreach m,$(MAP),--map '$(m)') $(BENCHARGS)
 
 examples: $(EXAMPLES) ## build the examples
 

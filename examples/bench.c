@@ -1,0 +1,869 @@
+/* bench.c - how long the filter takes, and how far from the truth it is.
+
+   What you will see: the machine, the compiler and its flags; a table that holds the filter against
+   the definition; then a table (Markdown) with one row for each work, on three made-up scenes or
+   on the lat-long PFM files that you name. First every result is verified, then it is timed.
+
+       ms       the best of several runs, one thread
+       copies   ms over the time to memcpy the source and the result (best of seven, same run;
+                seven before the timing, seven after)
+       rms      relative rms error, worst: relative error of the worst texel, against the truth:
+                the same filter at a tolerance of 1e-6
+                (rms "-": no truth within half a minute; worst of the sampled texels only)
+       truth    how far that truth is, in sampled texels, from a plain sum over the source that
+                stands below (plain_sum); "-" where a plain sum is not the definition
+       memory   the most that was allocated at a time, over the source's bytes
+       bar, aim the copies that the project set itself
+
+   usage: bench [--quick] [--scene NAME] [--map FILE.pfm]... [--csv FILE]
+   The exit status is 1 when a verification fails: a truth that is not true, a tolerance not kept,
+   a texel off by more than 20 tolerances, or two threads whose bits differ from one's.
+
+   >>clock >>memory >>threads >>works >>scenes >>truth >>timing >>rows >>verify >>growth >>main
+
+   SPDX-License-Identifier: MIT */
+
+#define _POSIX_C_SOURCE 200809L
+#include <pthread.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+static void *meter_malloc(void *context, size_t bytes);
+static void meter_free(void *context, void *pointer);
+#define ENVMAP_MALLOC(context, bytes) meter_malloc(context, bytes)
+#define ENVMAP_FREE(context, pointer) meter_free(context, pointer)
+#define ENVMAP_IMPLEMENTATION
+#include "envmap.h"
+#include "scenes.h"
+
+#ifndef BENCH_FLAGS
+#define BENCH_FLAGS "(not told)"
+#endif
+
+#define PI           3.14159265358979323846
+#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
+#define PATIENCE     30.0 /* seconds that a run may take before it is given up */
+
+/* ----------------------------------------------------------------------------------- >>clock -- */
+
+static double seconds(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* A progress callback that gives up after PATIENCE. */
+static int out_of_patience(void *user, float fraction) {
+    (void)fraction;
+    return seconds() - *(const double *)user > PATIENCE;
+}
+
+/* ---------------------------------------------------------------------------------- >>memory --
+   The context of ENVMAP_MALLOC is a meter, or NULL. Sizes stand before the blocks. */
+
+typedef struct meter {
+    size_t now, most;
+} meter;
+
+#define METER_HEAD 64 /* keeps malloc's alignment */
+
+static void *meter_malloc(void *context, size_t bytes) {
+    meter *m = (meter *)context;
+    char *block = bytes > SIZE_MAX - METER_HEAD ? NULL : (char *)malloc(bytes + METER_HEAD);
+    if (!block) return NULL;
+    memcpy(block, &bytes, sizeof bytes);
+    if (m) m->now += bytes;
+    if (m && m->now > m->most) m->most = m->now;
+    return block + METER_HEAD;
+}
+
+static void meter_free(void *context, void *pointer) {
+    meter *m = (meter *)context;
+    size_t bytes;
+    if (!pointer) return;
+    memcpy(&bytes, (char *)pointer - METER_HEAD, sizeof bytes);
+    if (m) m->now -= bytes;
+    free((char *)pointer - METER_HEAD);
+}
+
+/* --------------------------------------------------------------------------------- >>threads --
+   An executor: threads that wait for work as long as the crew lives, and the caller beside them.
+   A task is taken by counting up under a lock. */
+
+#define CREW_THREADS 2
+
+typedef struct crew {
+    pthread_mutex_t lock;
+    pthread_cond_t work, done;
+    pthread_t threads[CREW_THREADS - 1];
+    envmap_task *task;
+    void *context;
+    int next, count, busy, stop;
+} crew;
+
+/* Takes tasks until none is left; the lock is held on entry and on return. */
+static void crew_take(crew *c) {
+    while (c->next < c->count) {
+        int i = c->next++;
+        ++c->busy;
+        pthread_mutex_unlock(&c->lock);
+        c->task(c->context, i);
+        pthread_mutex_lock(&c->lock);
+        --c->busy;
+    }
+    if (!c->busy) pthread_cond_signal(&c->done);
+}
+
+static void *crew_thread(void *context) {
+    crew *c = (crew *)context;
+    pthread_mutex_lock(&c->lock);
+    while (!c->stop) {
+        if (c->next < c->count)
+            crew_take(c);
+        else
+            pthread_cond_wait(&c->work, &c->lock);
+    }
+    pthread_mutex_unlock(&c->lock);
+    return NULL;
+}
+
+/* envmap_executor.run */
+static void crew_run(void *user, envmap_task *task, void *context, int count) {
+    crew *c = (crew *)user;
+    pthread_mutex_lock(&c->lock);
+    c->task = task, c->context = context, c->next = 0, c->count = count;
+    pthread_cond_broadcast(&c->work);
+    crew_take(c);
+    while (c->busy) pthread_cond_wait(&c->done, &c->lock);
+    pthread_mutex_unlock(&c->lock);
+}
+
+static int crew_start(crew *c) {
+    memset(c, 0, sizeof *c);
+    if (pthread_mutex_init(&c->lock, NULL) || pthread_cond_init(&c->work, NULL) ||
+        pthread_cond_init(&c->done, NULL))
+        return 0;
+    for (int i = 0; i < CREW_THREADS - 1; ++i)
+        if (pthread_create(c->threads + i, NULL, crew_thread, c)) return 0;
+    return 1;
+}
+
+static void crew_stop(crew *c) {
+    pthread_mutex_lock(&c->lock);
+    c->stop = 1;
+    pthread_cond_broadcast(&c->work);
+    pthread_mutex_unlock(&c->lock);
+    for (int i = 0; i < CREW_THREADS - 1; ++i) pthread_join(c->threads[i], NULL);
+}
+
+/* ----------------------------------------------------------------------------------- >>works -- */
+
+typedef struct shape {
+    int mapping, size;
+} shape;
+
+typedef struct work {
+    const char *name;
+    int kind;        /* envmap_lobe_kind */
+    float parameter; /* of the lobe; the chain has its own */
+    shape from, to;
+    int slices, levels;
+    float tolerance;
+    double bar, aim; /* copies; 0: none */
+} work;
+
+static const float chain_exponents[9] = {2048, 861, 362, 152, 64, 27, 11, 5, 2};
+
+#define PHONG ENVMAP_LOBE_PHONG
+#define CUBE(size)                                                                                 \
+    { ENVMAP_CUBE, size }
+static const work figures[] = {
+    {"Phong N = 10", PHONG, 10, CUBE(256), CUBE(256), 1, 1, 1e-3f, 30, 15},
+    {"Phong N = 30", PHONG, 30, CUBE(256), CUBE(256), 1, 1, 1e-3f, 30, 15},
+    {"Phong N = 100", PHONG, 100, CUBE(256), CUBE(256), 1, 1, 1e-3f, 30, 15},
+    {"Phong N = 500", PHONG, 500, CUBE(256), CUBE(256), 1, 1, 1e-3f, 80, 30},
+    {"chain N = 2048 .. 2", PHONG, 0, CUBE(256), CUBE(256), 1, 9, 1e-3f, 150, 40},
+    {"diffuse", PHONG, 1, CUBE(256), CUBE(64), 1, 1, 1e-3f, 10, 5},
+    {"Banks s = 0.99, x 32",
+     ENVMAP_LOBE_BANKS,
+     0.99f,
+     CUBE(256),
+     {ENVMAP_PARABOLOID, 64},
+     32,
+     1,
+     1e-3f,
+     300,
+     60},
+    {"Phong N = 100", PHONG, 100, CUBE(256), CUBE(256), 1, 1, 1e-5f, 1000, 200},
+};
+/* About as many texels as the cube has. */
+static const work others[] = {
+    {"Phong N = 100", PHONG, 100, CUBE(256), CUBE(256), 1, 1, 1e-2f, 0, 0},
+    {"Phong N = 100", PHONG, 100, CUBE(256), CUBE(256), 1, 1, 1e-4f, 0, 0},
+    {"GGX alpha = 0.25", ENVMAP_LOBE_GGX, 0.25f, CUBE(256), CUBE(256), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, {ENVMAP_PARABOLOID, 443}, CUBE(256), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, {ENVMAP_LATLONG, 443}, CUBE(256), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, {ENVMAP_SPHERE, 627}, CUBE(256), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, {ENVMAP_ANGULAR, 627}, CUBE(256), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, CUBE(256), {ENVMAP_PARABOLOID, 443}, 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, CUBE(256), {ENVMAP_LATLONG, 443}, 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, CUBE(256), {ENVMAP_SPHERE, 627}, 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, CUBE(256), {ENVMAP_ANGULAR, 627}, 1, 1, 1e-3f, 0, 0},
+};
+/* Held against the definition, which is slow, so the results are tiny. */
+static const work small_works[] = {
+    {"Phong N = 10", PHONG, 10, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 100", PHONG, 100, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 500", PHONG, 500, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 2048", PHONG, 2048, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
+    {"diffuse", PHONG, 1, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
+    {"GGX alpha = 0.25", ENVMAP_LOBE_GGX, 0.25f, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
+    {"Banks s = 0.99, x 8",
+     ENVMAP_LOBE_BANKS,
+     0.99f,
+     CUBE(256),
+     {ENVMAP_PARABOLOID, 4},
+     8,
+     1,
+     1e-5f,
+     0,
+     0},
+    {"Phong N = 100", PHONG, 100, {ENVMAP_PARABOLOID, 443}, CUBE(8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 100", PHONG, 100, {ENVMAP_LATLONG, 443}, CUBE(8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 100", PHONG, 100, {ENVMAP_SPHERE, 627}, CUBE(8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 100", PHONG, 100, {ENVMAP_ANGULAR, 627}, CUBE(8), 1, 1, 1e-6f, 0, 0},
+};
+
+static envmap_lobe work_lobe(const work *w, int level) {
+    if (w->kind == ENVMAP_LOBE_BANKS) return envmap_lobe_banks(w->parameter);
+    if (w->kind == ENVMAP_LOBE_GGX) return envmap_lobe_ggx(w->parameter);
+    return envmap_lobe_phong(w->levels > 1 ? chain_exponents[level] : w->parameter);
+}
+
+static const char *shape_name(char text[32], shape s) {
+    static const char *const names[] = {"cube", "paraboloid", "sphere", "latlong", "angular"};
+    snprintf(text, 32, "%s %d", names[s.mapping], s.size);
+    return text;
+}
+
+/* ---------------------------------------------------------------------------------- >>scenes -- */
+
+typedef struct bench {
+    crew crew;
+    const char *maps[16], *only;
+    int map_count, quick;
+    FILE *csv;
+    double ease; /* bars are meant for -march=native; without it they are wider */
+    int failures, rows, bars, bars_met, aims, aims_met;
+    char scene[24];
+    envmap sky, source; /* the scene as lat-long, and as the source of the present row */
+    double *directions; /* x, y, z, solid angle of the source's texels */
+    size_t texels;
+} bench;
+
+static void complain(bench *b, const char *what, const char *why) {
+    fprintf(stderr, "bench: %s: %s: %s\n", b->scene, what, why);
+    ++b->failures;
+}
+
+static int map_width(const envmap *map, int level) {
+    int edge = map->size >> level > 1 ? map->size >> level : 1;
+    return map->mapping == ENVMAP_LATLONG ? 2 * edge : edge;
+}
+
+static int map_height(const envmap *map, int level) {
+    return map->size >> level > 1 ? map->size >> level : 1;
+}
+
+static size_t map_bytes(const envmap *map, int levels) {
+    size_t texels = 0;
+    for (int l = 0; l < levels; ++l)
+        texels += (size_t)map_width(map, l) * (size_t)map_height(map, l);
+    return 3 * sizeof(float) * texels * (size_t)(envmap_faces(map->mapping) * map->slices);
+}
+
+/* Scene i, or map i where maps are named: they take the scenes' place. */
+static int load_scene(bench *b, int i) {
+    envmap_free(&b->sky);
+    if (i < b->map_count) {
+        const char *slash = strrchr(b->maps[i], '/');
+        snprintf(b->scene, sizeof b->scene, "%.20s", slash ? slash + 1 : b->maps[i]);
+        char *dot = strrchr(b->scene, '.');
+        if (dot) *dot = 0;
+        return envmap_pfm_load(&b->sky, b->maps[i], ENVMAP_LATLONG) == ENVMAP_OK;
+    }
+    snprintf(b->scene, sizeof b->scene, "%s", scene_name[i]);
+    if (envmap_create(&b->sky, ENVMAP_LATLONG, 512, 1, 1)) return 0;
+    scene_fill(&b->sky, i);
+    return 1;
+}
+
+/* Where the source's texels are, for plain_sum. */
+static void list_directions(bench *b) {
+    const envmap *s = &b->source;
+    int width = map_width(s, 0), height = map_height(s, 0);
+    double *d = b->directions;
+    for (int face = 0; face < envmap_faces(s->mapping); ++face)
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x, d += 4) {
+                float dir[3];
+                envmap_direction(dir, (envmap_mapping)s->mapping, face,
+                                 ((float)x + 0.5f) / (float)width,
+                                 ((float)y + 0.5f) / (float)height);
+                double length = 0;
+                for (int c = 0; c < 3; ++c) length += (double)dir[c] * (double)dir[c];
+                for (int c = 0; c < 3; ++c) d[c] = (double)dir[c] / sqrt(length);
+                d[3] = envmap_solid_angle(s, 0, face, x, y);
+            }
+}
+
+static int make_source(bench *b, shape s) {
+    if (b->source.texels && b->source.mapping == s.mapping && b->source.size == s.size) return 1;
+    envmap_free(&b->source);
+    free(b->directions);
+    b->directions = NULL;
+    if (envmap_create(&b->source, (envmap_mapping)s.mapping, s.size, 1, 1)) return 0;
+    if (envmap_resample(&b->source, &b->sky)) return 0;
+    b->texels = map_bytes(&b->source, 1) / (3 * sizeof(float));
+    b->directions = (double *)malloc(4 * b->texels * sizeof(double));
+    if (!b->directions) return 0;
+    list_directions(b);
+    return 1;
+}
+
+/* ----------------------------------------------------------------------------------- >>truth --
+   The truth of a row is the same filter at a tolerance of 1e-6, or where that is out of patience
+   the next that is; some of its texels are held against a plain sum. */
+
+/* A run with the given method and tolerance into dst. */
+static envmap_result run_work(bench *b, envmap *dst, const work *w, int method, double tolerance,
+                              int threads, meter *m) {
+    envmap_lobe lobes[9];
+    envmap_filter_desc desc = {0};
+    double start = seconds();
+    for (int l = 0; l < w->levels; ++l) lobes[l] = work_lobe(w, l);
+    desc.method = method, desc.tolerance = (float)tolerance, desc.memory = m;
+    desc.progress.user = &start, desc.progress.report = out_of_patience;
+    if (threads > 1) desc.executor.user = &b->crew, desc.executor.run = crew_run;
+    return envmap_filter_chain(dst, &b->source, lobes, w->levels, &desc);
+}
+
+/* sum k w L / norm over the source's texels in double, as it stands in the literature. */
+static void plain_sum(double rgb[3], const bench *b, const envmap_lobe *lobe, double p,
+                      const float dir[3]) {
+    double sum[3] = {0, 0, 0}, norm = 0, a[3], length = 0;
+    const double *d = b->directions;
+    const float *texel = b->source.texels;
+    for (int c = 0; c < 3; ++c) length += (double)dir[c] * (double)dir[c];
+    for (int c = 0; c < 3; ++c) a[c] = (double)dir[c] / sqrt(length);
+    for (size_t i = 0; i < b->texels; ++i, d += 4, texel += 3) {
+        double x = a[0] * d[0] + a[1] * d[1] + a[2] * d[2];
+        double k = d[3] * envmap_lobe_value(lobe, x < 1 ? x : 1, p);
+        for (int c = 0; c < 3; ++c) sum[c] += k * (double)texel[c];
+        norm += k;
+    }
+    if (lobe->kind == ENVMAP_LOBE_BANKS) norm = envmap_lobe_integral(lobe, 0);
+    for (int c = 0; c < 3; ++c) rgb[c] = sum[c] / norm;
+}
+
+/* A plain sum is the definition where lobes are wider than two texels, and centres are centres. */
+static int plain_enough(const bench *b, const envmap_lobe *lobe, double p) {
+    int mapping = b->source.mapping;
+    double texel = sqrt(4 * PI / (double)b->texels);
+    return (mapping == ENVMAP_CUBE || mapping == ENVMAP_LATLONG) &&
+           envmap_lobe_sigma(lobe, p) >= 2 * texel;
+}
+
+typedef struct sample {
+    const bench *b;
+    envmap_lobe lobe;
+    float dir[3];
+    double p, rgb[3];
+    const float *texel;
+} sample;
+
+static void sample_task(void *context, int i) {
+    sample *s = (sample *)context + i;
+    plain_sum(s->rgb, s->b, &s->lobe, s->p, s->dir);
+}
+
+/* The texel of dst at a place in [0,1)^3 of its level; 0 where it is not wholly inside a rim. */
+static int sample_at(sample *s, const envmap *dst, int level, const double place[3]) {
+    int width = map_width(dst, level), height = map_height(dst, level);
+    int image = (int)(place[0] * dst->slices * envmap_faces(dst->mapping));
+    int slice = image / envmap_faces(dst->mapping), face = image % envmap_faces(dst->mapping);
+    int x = (int)(place[1] * width), y = (int)(place[2] * height);
+    double X = fabs(2 * (x + 0.5) / width - 1) + 1.0 / width;
+    double Y = fabs(2 * (y + 0.5) / height - 1) + 1.0 / height;
+    int round = dst->mapping != ENVMAP_CUBE && dst->mapping != ENVMAP_LATLONG;
+    if (round && X * X + Y * Y > 1) return 0;
+    envmap_direction(s->dir, (envmap_mapping)dst->mapping, face, ((float)x + 0.5f) / (float)width,
+                     ((float)y + 0.5f) / (float)height);
+    float p0 = s->lobe.p0, p1 = s->lobe.p1;
+    s->p = (double)p0 + (double)(p1 - p0) * (slice + 0.5) / dst->slices;
+    s->texel = envmap_texel(dst, level, slice, face, x, y);
+    return plain_enough(s->b, &s->lobe, s->p);
+}
+
+static double fraction(double x) { return x - floor(x); }
+
+/* The worst of the sampled texels, relative as in envmap_compare. */
+static double sample_error(const sample *s, int count) {
+    double mean = 0, worst = 0;
+    for (int i = 0; i < count; ++i) mean += (s[i].rgb[0] + s[i].rgb[1] + s[i].rgb[2]) / (3 * count);
+    for (int i = 0; i < count; ++i) {
+        double peak = 1e-3 * mean, off = 0;
+        for (int c = 0; c < 3; ++c) {
+            double e = fabs((double)s[i].texel[c] - s[i].rgb[c]);
+            if (!(e <= off)) off = e;
+            if (s[i].rgb[c] > peak) peak = s[i].rgb[c];
+        }
+        if (!(off / peak <= worst)) worst = off / peak;
+    }
+    return worst;
+}
+
+/* How far a truth is from plain sums, stratified over faces and slices; -1 where there are none. */
+static double sample_truth(bench *b, const envmap *truth, const work *w) {
+    sample samples[64];
+    int per_level = 64 / w->levels, count = 0;
+    for (int l = 0; l < w->levels; ++l)
+        for (int i = 0; i < per_level; ++i) {
+            double place[3] = {(i + 0.5) / per_level, fraction(0.5 + 0.7548776662 * i),
+                               fraction(0.5 + 0.5698402910 * i)};
+            samples[count].b = b, samples[count].lobe = work_lobe(w, l);
+            count += sample_at(samples + count, truth, l, place);
+        }
+    if (!count) return -1;
+    crew_run(&b->crew, sample_task, samples, count);
+    return sample_error(samples, count);
+}
+
+/* Fills truth; returns its tolerance, 0 where none can be had. */
+static double find_truth(bench *b, envmap *truth, const work *w) {
+    static const double tolerances[] = {1e-6, 1e-5, 1e-4};
+    for (int i = 0; i < COUNT(tolerances); ++i) {
+        envmap_result result;
+        if (tolerances[i] > (double)w->tolerance / 5) break;
+        result = run_work(b, truth, w, ENVMAP_METHOD_FAST, tolerances[i], CREW_THREADS, NULL);
+        if (result == ENVMAP_OK) return tolerances[i];
+        if (result != ENVMAP_CANCELLED) complain(b, w->name, envmap_result_text(result));
+    }
+    return 0;
+}
+
+/* ---------------------------------------------------------------------------------- >>timing -- */
+
+/* The least time of `most` calls at the most, or as many as a second holds, in seconds. */
+static double time_work(bench *b, envmap *dst, const work *w, int method, int threads, int most) {
+    envmap_lobe lobes[9];
+    envmap_filter_desc desc = {0};
+    double best = 1e30, spent = 0;
+    for (int l = 0; l < w->levels; ++l) lobes[l] = work_lobe(w, l);
+    desc.method = method, desc.tolerance = w->tolerance;
+    if (threads > 1) desc.executor.user = &b->crew, desc.executor.run = crew_run;
+    for (int i = 0; i < most && (i < 3 || spent < 1); ++i) {
+        double t = seconds();
+        envmap_filter_chain(dst, &b->source, lobes, w->levels, &desc);
+        t = seconds() - t;
+        spent += t;
+        if (t < best) best = t;
+    }
+    return best;
+}
+
+/* memcpy of the source and the result, buffers touched; called where no compiler can see it. */
+static void *(*volatile copy)(void *, const void *, size_t) = memcpy;
+
+static double time_copy(const envmap *source, const envmap *dst, int levels) {
+    size_t from = map_bytes(source, 1), to = map_bytes(dst, levels);
+    char *memory = (char *)malloc(from + to);
+    double best = 1e30;
+    if (!memory) return 0;
+    memset(memory, 1, from + to);
+    for (int i = 0; i < 7; ++i) {
+        double t = seconds();
+        copy(memory, source->texels, from);
+        copy(memory + from, dst->texels, to);
+        t = seconds() - t;
+        if (t < best) best = t;
+    }
+    free(memory);
+    return best;
+}
+
+/* ------------------------------------------------------------------------------------ >>rows -- */
+
+typedef struct row {
+    const work *work;
+    int method;
+    double ms, copies, rms, worst, truth, memory; /* negative: not known */
+} row;
+
+static const char *const method_name[] = {"auto", "reference", "hierarchical", "fast", "harmonics"};
+
+/* "ok 30": the copies are within 30. */
+static const char *verdict(char text[24], double copies, double limit) {
+    text[0] = 0;
+    if (limit > 0)
+        snprintf(text, 24, "%s %.0f", copies >= 0 && copies <= limit ? "ok" : "over", limit);
+    return text;
+}
+
+static const char *number(char text[24], const char *format, double value) {
+    if (value < 0)
+        snprintf(text, 24, "-");
+    else
+        snprintf(text, 24, format, value);
+    return text;
+}
+
+static void print_head(void) {
+    printf(
+        "| %-10s | %-20s | %-14s | %-14s | %-6s | %-5s | %8s | %6s | %7s | %7s | %7s | %6s | %9s "
+        "| %8s |\n",
+        "scene", "work", "source", "result", "method", "tol", "ms", "copies", "rms", "worst",
+        "truth", "memory", "bar", "aim");
+    printf("|%.12s|%.22s|%.16s|%.16s|%.8s|%.7s|%.9s:|%.7s:|%.8s:|%.8s:|%.8s:|%.7s:|%.11s|%.10s|\n",
+           "------------", "----------------------", "----------------", "----------------",
+           "--------", "-------", "---------", "-------", "--------", "--------", "--------",
+           "-------", "-----------", "----------");
+}
+
+static void print_row(bench *b, const row *r) {
+    const work *w = r->work;
+    char from[32], to[32], t[8][24];
+    shape_name(from, w->from), shape_name(to, w->to);
+    printf("| %-10s | %-20s | %-14s | %-14s | %-6s | %-5.0e | %8s | %6s | %7s | %7s | %7s | %6s | "
+           "%9s | %8s |\n",
+           b->scene, w->name, from, to, method_name[r->method], (double)w->tolerance,
+           number(t[0], "%.2f", r->ms), number(t[1], "%.1f", r->copies),
+           number(t[2], "%.1e", r->rms), number(t[3], "%.1e", r->worst),
+           number(t[4], "%.1e", r->truth), number(t[5], "%.1f", r->memory),
+           verdict(t[6], r->copies, w->bar * b->ease),
+           verdict(t[7], r->copies, w->aim * (b->ease > 1 ? 1.5 : 1)));
+    fflush(stdout);
+    if (b->csv)
+        fprintf(b->csv, "%s,\"%s\",%s,%s,%s,%g,%.4f,%.3f,%.4g,%.4g,%.4g,%.3f,%g,%g\n", b->scene,
+                w->name, from, to, method_name[r->method], (double)w->tolerance, r->ms, r->copies,
+                r->rms, r->worst, r->truth, r->memory, w->bar, w->aim);
+}
+
+static void count_row(bench *b, const row *r) {
+    const work *w = r->work;
+    int known = r->copies >= 0;
+    ++b->rows;
+    if (w->bar > 0) ++b->bars, b->bars_met += known && r->copies <= w->bar * b->ease;
+    if (w->aim > 0)
+        ++b->aims, b->aims_met += known && r->copies <= w->aim * (b->ease > 1 ? 1.5 : 1);
+}
+
+/* rms and worst over all levels. */
+static void compare_levels(row *r, const envmap *a, const envmap *truth) {
+    r->rms = r->worst = 0;
+    for (int l = 0; l < r->work->levels; ++l) {
+        envmap_difference d;
+        if (envmap_compare(&d, a, truth, l)) d.rms = d.worst = 1e30;
+        if (!(d.rms <= r->rms)) r->rms = d.rms;
+        if (!(d.worst <= r->worst)) r->worst = d.worst;
+    }
+}
+
+static void verify_row(bench *b, row *r, envmap *dst, envmap *truth) {
+    const work *w = r->work;
+    double tolerance = find_truth(b, truth, w);
+    if (!(tolerance > 0)) {
+        r->worst = sample_truth(b, dst, w);
+        if (r->worst < 0) complain(b, w->name, "out of patience with the truth: not verified");
+        if (!(r->worst <= 20 * (double)w->tolerance))
+            complain(b, w->name, "a sampled texel is off by too much");
+        return;
+    }
+    r->truth = sample_truth(b, truth, w);
+    if (!(r->truth <= 20 * tolerance)) complain(b, w->name, "the truth is not the plain sum");
+    compare_levels(r, dst, truth);
+    if (!(r->rms <= (double)w->tolerance)) complain(b, w->name, "the tolerance is not kept");
+    if (!(r->worst <= 20 * (double)w->tolerance))
+        complain(b, w->name, "a texel is off by too much");
+}
+
+/* Copies before and after, so that a neighbour's burst does not make the filter look good. */
+static void time_row(bench *b, row *r, envmap *dst, double first) {
+    double before = time_copy(&b->source, dst, r->work->levels);
+    double t = first < 5 ? time_work(b, dst, r->work, r->method, 1, 20) : first;
+    double after = time_copy(&b->source, dst, r->work->levels);
+    double c = before < after ? before : after;
+    r->ms = 1e3 * t;
+    r->copies = c > 0 ? t / c : -1;
+}
+
+/* The first run verifies, the next ones are timed. Returns the milliseconds, -1 without. */
+static double make_row(bench *b, const work *w, int method) {
+    row r = {0};
+    envmap dst = {0}, truth = {0};
+    meter m = {0, 0};
+    r.work = w, r.method = method, r.ms = r.copies = r.rms = r.worst = r.truth = r.memory = -1;
+    fprintf(stderr, "\r%-10s %-24s %-48s", b->scene, w->name, "");
+    if (!make_source(b, w->from) ||
+        envmap_create(&dst, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices) ||
+        envmap_create(&truth, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices)) {
+        complain(b, w->name, "out of memory");
+    } else {
+        double start = seconds();
+        envmap_result result = run_work(b, &dst, w, method, (double)w->tolerance, 1, &m);
+        start = seconds() - start;
+        r.memory = (double)m.most / (double)map_bytes(&b->source, 1);
+        if (result) complain(b, w->name, envmap_result_text(result));
+        if (!result) verify_row(b, &r, &dst, &truth);
+        if (!result) time_row(b, &r, &dst, start);
+    }
+    fprintf(stderr, "\r%-84s\r", "");
+    print_row(b, &r);
+    count_row(b, &r);
+    envmap_free(&dst);
+    envmap_free(&truth);
+    return r.ms;
+}
+
+/* ---------------------------------------------------------------------------------- >>verify --
+   The fast filter against the library's definition, into tiny results; and two threads. */
+
+static void verify_small(bench *b, const work *w) {
+    envmap dst = {0}, truth = {0};
+    envmap_difference d;
+    char from[32], to[32];
+    envmap_result result = ENVMAP_ERROR_MEMORY;
+    fprintf(stderr, "\r%-10s %-24s %-48s", b->scene, w->name, "against the definition");
+    if (make_source(b, w->from) &&
+        !envmap_create(&dst, (envmap_mapping)w->to.mapping, w->to.size, 1, w->slices) &&
+        !envmap_create(&truth, (envmap_mapping)w->to.mapping, w->to.size, 1, w->slices) &&
+        !(result = run_work(b, &truth, w, ENVMAP_METHOD_REFERENCE, 1e-6, CREW_THREADS, NULL)) &&
+        !(result =
+              run_work(b, &dst, w, ENVMAP_METHOD_FAST, (double)w->tolerance, CREW_THREADS, NULL)))
+        result = envmap_compare(&d, &dst, &truth, 0);
+    fprintf(stderr, "\r%-84s\r", "");
+    if (result) {
+        complain(b, w->name, envmap_result_text(result));
+    } else {
+        int ok = d.rms <= 2 * (double)w->tolerance && d.worst <= 20 * (double)w->tolerance;
+        printf("| %-10s | %-20s | %-14s | %-14s | %5.0e | %8.1e | %8.1e | %8.0e | %-4s |\n",
+               b->scene, w->name, shape_name(from, w->from), shape_name(to, w->to),
+               (double)w->tolerance, d.rms, d.worst, fabs(d.bias),
+               ok ? d.rms > 0 ? "ok" : "same" : "FAIL");
+        if (!ok) complain(b, w->name, "is not the definition");
+    }
+    fflush(stdout);
+    envmap_free(&dst);
+    envmap_free(&truth);
+}
+
+static void verify_head(void) {
+    printf("The fast filter against the definition (every texel, in double), into tiny maps\n"
+           "(same: the filter chose the definition):\n\n");
+    printf("| %-10s | %-20s | %-14s | %-14s | %5s | %8s | %8s | %8s | %-4s |\n", "scene", "work",
+           "source", "result", "tol", "rms", "worst", "|bias|", "");
+    printf("|%.12s|%.22s|%.16s|%.16s|%.7s|%.9s:|%.9s:|%.9s:|%.6s|\n", "------------",
+           "----------------------", "----------------", "----------------", "-------", "---------",
+           "---------", "---------", "------");
+}
+
+/* One thread and two, in turn, so that both see the same machine. */
+static void thread_row(bench *b, const work *w) {
+    envmap one = {0}, two = {0};
+    double best[2] = {1e30, 1e30}, bar = 1.8;
+    if (make_source(b, w->from) &&
+        !envmap_create(&one, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices) &&
+        !envmap_create(&two, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices)) {
+        for (int i = 0; i < 10; ++i)
+            for (int k = 0; k < 2; ++k) {
+                double t = time_work(b, k ? &two : &one, w, ENVMAP_METHOD_FAST, k + 1, 1);
+                if (t < best[k]) best[k] = t;
+            }
+        int same = !memcmp(one.texels, two.texels, map_bytes(&one, w->levels));
+        printf("| %-10s | %-20s | %8.2f | %8.2f | %5.2f | %-5s %.1f | %-9s |\n", b->scene, w->name,
+               1e3 * best[0], 1e3 * best[1], best[0] / best[1],
+               best[0] >= bar * best[1] ? "ok" : "under", bar, same ? "same bits" : "DIFFER");
+        if (!same) complain(b, w->name, "two threads make other bits than one");
+    }
+    fflush(stdout);
+    envmap_free(&one);
+    envmap_free(&two);
+}
+
+/* What two threads can do on this machine at this moment: plain sums share nothing. */
+static void thread_bound(bench *b) {
+    sample samples[16];
+    double best[2] = {1e30, 1e30};
+    for (int i = 0; i < COUNT(samples); ++i) {
+        samples[i].b = b, samples[i].lobe = envmap_lobe_phong(100), samples[i].p = 0;
+        envmap_direction(samples[i].dir, ENVMAP_LATLONG, 0, (float)i / 16, 0.5f);
+    }
+    for (int i = 0; i < 10; ++i)
+        for (int k = 0; k < 2; ++k) {
+            double t = seconds();
+            if (k) crew_run(&b->crew, sample_task, samples, COUNT(samples));
+            for (int j = 0; !k && j < COUNT(samples); ++j) sample_task(samples, j);
+            t = seconds() - t;
+            if (t < best[k]) best[k] = t;
+        }
+    printf("| %-10s | %-20s | %8.2f | %8.2f | %5.2f | %-9s | %-9s |\n", "(machine)",
+           "16 plain sums", 1e3 * best[0], 1e3 * best[1], best[0] / best[1], "", "");
+}
+
+static void thread_rows(bench *b) {
+    printf("\nOne thread and two:\n\n| %-10s | %-20s | %8s | %8s | %5s | %-9s | %-9s |\n", "scene",
+           "work", "one, ms", "two, ms", "times", "bar", "");
+    printf("|%.12s|%.22s|%.9s:|%.9s:|%.6s:|%.11s|%.11s|\n", "------------",
+           "----------------------", "---------", "---------", "------", "-----------",
+           "-----------");
+    thread_bound(b);
+    thread_row(b, figures + 2);
+    thread_row(b, figures + 3);
+    thread_row(b, figures + 4);
+}
+
+/* ---------------------------------------------------------------------------------- >>growth -- */
+
+/* The slope from the first to the last that are known, on log-log. */
+static double slope(const double *texels, const double *ms, int count) {
+    int from = 0, to = count - 1;
+    while (from < to && !(ms[from] > 0)) ++from;
+    while (to > from && !(ms[to] > 0)) --to;
+    return to > from ? log(ms[to] / ms[from]) / log(texels[to] / texels[from]) : 0;
+}
+
+static void grow(bench *b, int source) {
+    static const int source_sizes[] = {64, 128, 256, 512, 1024};
+    static const int result_sizes[] = {16, 32, 64, 128, 256, 512};
+    const int *sizes = source ? source_sizes : result_sizes;
+    int count = source ? COUNT(source_sizes) : COUNT(result_sizes);
+    double texels[8], ms[8];
+    printf("\nGrowth with the %s:\n\n", source ? "source" : "result");
+    print_head();
+    for (int i = 0; i < count; ++i) {
+        work w = figures[2];
+        w.bar = w.aim = 0;
+        if (source)
+            w.from.size = sizes[i];
+        else
+            w.to.size = sizes[i];
+        texels[i] = (double)sizes[i] * sizes[i];
+        ms[i] = make_row(b, &w, ENVMAP_METHOD_FAST);
+    }
+    printf("\n%s texels x %.0f: time as texels to the power %.2f; over the last step %.2f\n",
+           source ? "source" : "result", texels[count - 1] / texels[0], slope(texels, ms, count),
+           slope(texels + count - 2, ms + count - 2, 2));
+}
+
+/* ------------------------------------------------------------------------------------ >>main -- */
+
+static void print_machine(void) {
+    char line[256];
+    FILE *f = fopen("/proc/cpuinfo", "r");
+    while (f && fgets(line, sizeof line, f)) {
+        const char *colon = strchr(line, ':');
+        if (strncmp(line, "model name", 10) || !colon) continue;
+        printf("machine   %s", colon + 2);
+        break;
+    }
+    if (f) fclose(f);
+#ifdef __clang__
+    printf("compiler  clang %s\n", __clang_version__);
+#elif defined(__GNUC__)
+    printf("compiler  gcc %s\n", __VERSION__);
+#endif
+    printf("flags     %s\n", BENCH_FLAGS);
+}
+
+static int is_scene(const char *name) {
+    for (int i = 0; i < (int)SCENE_COUNT; ++i)
+        if (!strcmp(name, scene_name[i])) return 1;
+    return 0;
+}
+
+static int options(bench *b, int argc, char **argv) {
+    for (int i = 1; i < argc; ++i) {
+        const char *value = i + 1 < argc ? argv[i + 1] : NULL;
+        if (!strcmp(argv[i], "--quick")) {
+            b->quick = 1;
+            continue;
+        }
+        if (!value) return 0;
+        if (!strcmp(argv[i], "--scene") && is_scene(value))
+            b->only = value;
+        else if (!strcmp(argv[i], "--map") && b->map_count < COUNT(b->maps))
+            b->maps[b->map_count++] = value;
+        else if (!strcmp(argv[i], "--csv") && (b->csv = fopen(value, "w")) != NULL)
+            fprintf(b->csv, "scene,work,source,result,method,tolerance,ms,copies,rms,worst,truth,"
+                            "memory,bar,aim\n");
+        else
+            return 0;
+        ++i;
+    }
+    return 1;
+}
+
+/* Loads scene i and forgets the source of the last; 0 where it is not asked for. */
+static int begin_scene(bench *b, int i) {
+    if (!b->map_count && b->only && strcmp(b->only, scene_name[i])) return 0;
+    if (b->quick && !b->only && !b->map_count && i == SCENE_STUDIO) return 0;
+    envmap_free(&b->source);
+    if (load_scene(b, i)) return 1;
+    complain(b, "load", b->map_count ? b->maps[i] : "out of memory");
+    return 0;
+}
+
+static void verify_scenes(bench *b, int scenes) {
+    verify_head();
+    for (int i = 0; i < scenes; ++i) {
+        if (!begin_scene(b, i)) continue;
+        for (int k = 0; k < (b->quick ? 2 : COUNT(small_works)); ++k)
+            verify_small(b, small_works + k);
+    }
+}
+
+static void time_scenes(bench *b, int scenes) {
+    printf("\n");
+    print_head();
+    for (int i = 0; i < scenes; ++i) {
+        if (!begin_scene(b, i)) continue;
+        for (int k = 0; k < COUNT(figures); ++k) make_row(b, figures + k, ENVMAP_METHOD_AUTO);
+        for (int k = 0; k < (b->quick ? 0 : COUNT(others)); ++k)
+            make_row(b, others + k, ENVMAP_METHOD_AUTO);
+    }
+}
+
+static int finish(bench *b) {
+    printf("\n%d rows; bars met %d of %d, aims %d of %d; verifications failed: %d\n", b->rows,
+           b->bars_met, b->bars, b->aims_met, b->aims, b->failures);
+    crew_stop(&b->crew);
+    envmap_free(&b->sky);
+    envmap_free(&b->source);
+    free(b->directions);
+    if (b->csv && fclose(b->csv)) ++b->failures;
+    return b->failures != 0;
+}
+
+int main(int argc, char **argv) {
+    static bench b;
+    if (!options(&b, argc, argv)) {
+        fprintf(stderr, "usage: bench [--quick] [--scene NAME] [--map FILE.pfm]... [--csv FILE]\n");
+        return 2;
+    }
+    if (!crew_start(&b.crew)) return 2;
+    b.ease = strstr(BENCH_FLAGS, "-march=native") ? 1 : 3;
+    int scenes = b.map_count ? b.map_count : (int)SCENE_COUNT;
+    print_machine();
+    if (b.ease > 1) printf("without -march=native bars are 3 times as wide, aims 1.5 times\n");
+    printf("\n");
+    verify_scenes(&b, scenes);
+    time_scenes(&b, scenes);
+    if (b.sky.texels) { /* growth and threads on the last scene, which has the sun */
+        thread_rows(&b);
+        for (int source = 1; source >= 0 && !b.quick; --source) grow(&b, source);
+    }
+    return finish(&b);
+}
