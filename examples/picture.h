@@ -134,7 +134,7 @@ static inline float picture_exposure(const envmap *map) {
             mean += (double)fminf(y, 1e9f) / 8192;
             sum += log((double)y + 1e-4 * mean + 1e-12) / 8192;
         }
-    return (float)(0.16 / exp(sum));
+    return (float)(0.27 / exp(sum));
 }
 
 /* ------------------------------------------------------------------------------- >>lettering -- */
@@ -147,9 +147,8 @@ static inline float picture_exposure(const envmap *map) {
 #define PICTURE_BOWL "2D3D5d5F5H5k3K2K0k0H0F0d2D"
 static const char *const picture_glyphs[95] = {
     /* space ! " # $ % & ' */
-    "", "0A0G 0K0K", "0A0D 2A2D", "2B1J 5B4J 0D6D 0H6H",
-    "6D6b3B0b0D0f3F6f6H6j3J0j0H 3A3K", "6A0K 1A2a2B2c1C0c0B0a1A 5I6i6J6k5K4k4J4i5I",
-    "6K1D1a3A5a5C5e2F0g0H0k3K6k6G", "0A0D",
+    "", "0A0G 0K0K", "0A0D 2A2D", "2B1J 5B4J 0D6D 0H6H", "6D6b3B0b0D0f3F6f6H6j3J0j0H 3A3K",
+    "6A0K 1A2a2B2c1C0c0B0a1A 5I6i6J6k5K4k4J4i5I", "6K1D1a3A5a5C5e2F0g0H0k3K6k6G", "0A0D",
     /* ( ) * + , - . / */
     "2A0c0F0i2L", "0A2c2F2i0L", "2B2F 0C4E 4C0E", "3C3I 0F6F", "1K0M", "0G4G", "0K0K", "0L4A",
     /* 0 1 2 3 4 5 6 7 */
@@ -160,20 +159,20 @@ static const char *const picture_glyphs[95] = {
     "1E1E 1K0M", "5C0F5I", "0D6D 0H6H", "0C5F0I", "0C0a3A6a6C6e3F3H 3K3K",
     /* @ A B C D E F G */
     "6D6G6h7H8h8F8a4A0a0F0k4K6k7J 6F6d4D2d2F2h4H6h6F", "0K3A6K 1H5H",
-    "0A3A6a6C6e3E0E 3E6e6H6k3K0K0A", "6C6a3A0a0D0G0k3K6k6I", "0A3A6a6D6G6k3K0K0A",
-    "5A0A0K5K 0F4F", "5A0A0K 0F4F", "6C6a3A0a0D0G0k3K6k6H6F3F",
+    "0A3A6a6C6e3E0E 3E6e6H6k3K0K0A", "6C6a3A0a0D0G0k3K6k6I", "0A3A6a6D6G6k3K0K0A", "5A0A0K5K 0F4F",
+    "5A0A0K 0F4F", "6C6a3A0a0D0G0k3K6k6H6F3F",
     /* H I J K L M N O */
-    "0A0K 6A6K 0F6F", "0A0K", "4A4H4k2K0k0I", "0A0K 6A0G 2E6K", "0A0K5K", "0K0A4H8A8K",
-    "0K0A6K6A", "3A4A7a7D7G7k4K3K0k0G0D0a3A",
+    "0A0K 6A6K 0F6F", "0A0K", "4A4H4k2K0k0I", "0A0K 6A0G 2E6K", "0A0K5K", "0K0A4H8A8K", "0K0A6K6A",
+    "3A4A7a7D7G7k4K3K0k0G0D0a3A",
     /* P Q R S T U V W */
     "0K0A3A6a6C6D6f3F0F", "3A4A7a7D7G7k4K3K0k0G0D0a3A 4H7L", "0K0A3A6a6C6D6f3F0F 3F6K",
     "6C6a3A0a0C0f3F6f6H6k3K0k0I", "0A6A 3A3K", "0A0G0k3K6k6G6A", "0A3K6A", "0A2K4B6K8A",
     /* X Y Z [ \ ] ^ _ */
     "0A6K 6A0K", "0A3F6A 3F3K", "0A6A0K6K", "2A0A0L2L", "0A4L", "0A2A2L0L", "0D2A4D", "0L6L",
     /* ` a b c d e f g */
-    "0A1C", "0E0d2D3D5d5F5K 5G2G0g0I0k2K3K5k5I", "0A0K " PICTURE_BOWL,
-    "5F5d3D2D0d0F0H0k2K3K5k5I", "5A5K " PICTURE_BOWL, "0G5G5F5d3D2D0d0F0H0k2K3K5k5I",
-    "4A3A1a1C1K 0D3D", "5D5L5n3N1N " PICTURE_BOWL,
+    "0A1C", "0E0d2D3D5d5F5K 5G2G0g0I0k2K3K5k5I", "0A0K " PICTURE_BOWL, "5F5d3D2D0d0F0H0k2K3K5k5I",
+    "5A5K " PICTURE_BOWL, "0G5G5F5d3D2D0d0F0H0k2K3K5k5I", "4A3A1a1C1K 0D3D",
+    "5D5L5n3N1N " PICTURE_BOWL,
     /* h i j k l m n o */
     "0A0K 0F0d2D3D5d5F5K", "0D0K 0A0A", "1D1L1n0N 1A1A", "0A0K 5D0I 2G5K", "0A0I0k2K",
     "0D0K 0F0d2D4d4F4K 4F4d6D8d8F8K", "0D0K 0F0d2D3D5d5F5K", PICTURE_BOWL,
@@ -221,7 +220,8 @@ static inline int picture_outline(float segments[][4], const char *glyph) {
             count = picture_flatten(segments, count, pen, control, half);
             memcpy(pen, half, sizeof pen);
         }
-        if (!off && down) count = picture_flatten(segments, count, pen, curved ? control : NULL, to);
+        if (!off && down)
+            count = picture_flatten(segments, count, pen, curved ? control : NULL, to);
         memcpy(off ? control : pen, to, sizeof pen);
         curved = off, down = 1;
     }
@@ -301,7 +301,8 @@ static inline float picture_pixel(float light[3], int i, int j, int width, int h
     light[0] = light[1] = light[2] = 0;
     for (k = 0; k < 9; k++) {
         float rgb[3], s = ((float)i + ((float)(k % 3) + 0.5f) / 3) / (float)width;
-        if (!point(rgb, s, ((float)j + ((float)(k / 3) + 0.5f) / 3) / (float)height, user)) continue;
+        if (!point(rgb, s, ((float)j + ((float)(k / 3) + 0.5f) / 3) / (float)height, user))
+            continue;
         for (c = 0; c < 3; c++) light[c] += picture_curve(exposure * rgb[c]);
         hits++;
     }
@@ -343,17 +344,17 @@ static inline void picture_map(picture *p, int x, int y, int width, int height, 
     picture_draw(p, x, y, width, height, exposure, picture_face_point, &f);
 }
 
-static inline void picture_panorama(picture *p, int x, int y, int width, int height,
-                                    float exposure, const envmap *map) {
+static inline void picture_panorama(picture *p, int x, int y, int width, int height, float exposure,
+                                    const envmap *map) {
     picture_map(p, x, y, width, height, exposure, map, ENVMAP_LATLONG, 0);
 }
 
 /* A camera in the middle of the map. */
 typedef struct picture_camera {
     const envmap *map;
-    float yaw, pitch;    /* rad; 0 looks along -z, yaw turns towards +x, pitch up */
-    float tan_x, tan_y;  /* tangents of half the fields of view */
-    float level;         /* of the map, for a background out of focus */
+    float yaw, pitch;   /* rad; 0 looks along -z, yaw turns towards +x, pitch up */
+    float tan_x, tan_y; /* tangents of half the fields of view */
+    float level;        /* of the map, for a background out of focus */
 } picture_camera;
 
 static inline int picture_camera_point(float rgb[3], float s, float t, const void *user) {
@@ -425,12 +426,12 @@ typedef struct picture_deflate {
     size_t size;
     unsigned long long bits; /* not yet written, lowest first */
     int bit_count, token_count;
-    unsigned tokens[PICTURE_BLOCK];   /* a byte, or length << 16 | distance */
+    unsigned tokens[PICTURE_BLOCK];        /* a byte, or length << 16 | distance */
     unsigned literals[286], distances[30]; /* how often each symbol occurs in the tokens */
 } picture_deflate;
 
-static const unsigned short picture_lengths[29] = {3,  4,  5,  6,  7,  8,  9,  10, 11,  13,
-                                                   15, 17, 19, 23, 27, 31, 35, 43, 51,  59,
+static const unsigned short picture_lengths[29] = {3,  4,  5,  6,   7,   8,   9,   10,  11, 13,
+                                                   15, 17, 19, 23,  27,  31,  35,  43,  51, 59,
                                                    67, 83, 99, 115, 131, 163, 195, 227, 258};
 
 static inline void picture_put(picture_deflate *d, unsigned value, int count) {
@@ -465,8 +466,10 @@ static inline int picture_huffman(unsigned char *lengths, const unsigned *counts
         int a = -1, b = -1; /* the lightest and the next */
         for (i = 0; i < top; i++) {
             if (!weight[i]) continue;
-            if (a < 0 || weight[i] < weight[a]) b = a, a = i;
-            else if (b < 0 || weight[i] < weight[b]) b = i;
+            if (a < 0 || weight[i] < weight[a])
+                b = a, a = i;
+            else if (b < 0 || weight[i] < weight[b])
+                b = i;
         }
         if (b < 0) break;
         weight[top] = weight[a] + weight[b];
@@ -540,8 +543,10 @@ static inline void picture_block(picture_deflate *d, int last) {
     picture_block_header(d, last, bits, far_bits);
     for (i = 0; i < d->token_count; i++) {
         unsigned token = d->tokens[i];
-        if (token < 256) picture_put(d, codes[token], bits[token]);
-        else picture_match_put(d, token, codes, bits, far_codes, far_bits);
+        if (token < 256)
+            picture_put(d, codes[token], bits[token]);
+        else
+            picture_match_put(d, token, codes, bits, far_codes, far_bits);
     }
     picture_put(d, codes[256], bits[256]);
     memset(d->literals, 0, sizeof d->literals);
@@ -577,7 +582,8 @@ static inline void picture_compress(picture_deflate *d, const unsigned char *dat
         int length = 0, distance = 0;
         if (i + 3 <= size) {
             h = (int)(((unsigned)data[i] << 16 | (unsigned)data[i + 1] << 8 | data[i + 2]) *
-                          2654435761u >> 20);
+                          2654435761u >>
+                      20);
             if (seen[h] != none && i - seen[h] <= 32768) {
                 distance = (int)(i - seen[h]);
                 length = picture_match(data + seen[h], data + i, size - i);
@@ -615,11 +621,16 @@ static inline int picture_predict(int kind, int left, int above, int corner) {
     int p = left + above - corner;
     int dl = abs(p - left), da = abs(p - above), dc = abs(p - corner);
     switch (kind) {
-    case 1: return left;
-    case 2: return above;
-    case 3: return (left + above) / 2;
-    case 4: return dl <= da && dl <= dc ? left : da <= dc ? above : corner; /* Paeth */
-    default: return 0;
+    case 1:
+        return left;
+    case 2:
+        return above;
+    case 3:
+        return (left + above) / 2;
+    case 4:
+        return dl <= da && dl <= dc ? left : da <= dc ? above : corner; /* Paeth */
+    default:
+        return 0;
     }
 }
 
@@ -630,7 +641,8 @@ static inline long picture_filter_row(unsigned char *out, const picture *p, int 
     long sum = 0;
     out[0] = (unsigned char)kind;
     for (i = 0; i < bytes; i++) {
-        int left = i < 3 ? 0 : row[i - 3], above = up ? up[i] : 0, corner = up && i > 2 ? up[i - 3] : 0;
+        int left = i < 3 ? 0 : row[i - 3], above = up ? up[i] : 0,
+            corner = up && i > 2 ? up[i - 3] : 0;
         int difference = (row[i] - picture_predict(kind, left, above, corner)) & 255;
         out[i + 1] = (unsigned char)difference;
         sum += difference < 128 ? difference : 256 - difference;
