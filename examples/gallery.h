@@ -204,7 +204,7 @@ static inline envmap_result gallery_demo(gallery *g) {
 
 #define GALLERY_HERO_WIDTH  1080
 #define GALLERY_HERO_BAND   208
-#define GALLERY_HERO_HEIGHT 458
+#define GALLERY_HERO_HEIGHT 452
 
 /* All around, from 25 degrees below the horizon to 44 above. */
 static inline int gallery_band_point(float rgb[3], float s, float t, const void *user) {
@@ -218,7 +218,7 @@ static inline int gallery_band_point(float rgb[3], float s, float t, const void 
 static inline envmap_result gallery_hero_balls(gallery *g, picture *p, const envmap *environment,
                                                float exposure) {
     envmap_result result = ENVMAP_OK;
-    int k, edge = 170, gap = (GALLERY_HERO_WIDTH - 5 * edge) / 5;
+    int k, edge = 164, gap = (GALLERY_HERO_WIDTH - 5 * edge) / 5;
     for (k = 0; k < 5 && !result; k++) {
         const gallery_look *look = &gallery_looks[GALLERY_GLOSS + k];
         int x = gap / 2 + k * (edge + gap);
