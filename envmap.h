@@ -223,7 +223,7 @@ ENVMAP_API void envmap_lookup_slice(float rgb[3], const envmap *map, const float
 
 /* dst level 0 = src level 0 in dst's parameterization and size, slice by slice (src may have one
    slice for all). Each texel is the solid-angle-weighted mean of bilinear src over the texel,
-   taken at a grid of points no coarser than src's texels there: a box prefilter when shrinking,
+   taken at a grid of points three times finer than src's texels: a box prefilter when shrinking,
    bilinear interpolation when not. Same mapping and size: the same texels.
    Errors: ARGUMENT, RADIANCE (NaN, Inf).  O(max(texels)), allocates nothing.
    Test: resampling_* . */
@@ -374,7 +374,7 @@ typedef enum envmap_method {
 
 typedef struct envmap_filter_desc {
     int method;      /* envmap_method; 0: AUTO                                                    */
-    float tolerance; /* desired relative rms error; 0: 1e-3                                       */
+    float tolerance; /* desired relative rms error, 1e-7 .. 0.1 (clamped); 0: 1e-3                */
     float threshold; /* HIERARCHICAL: max |k_child - k_parent|, k with peak 1; 0: 0.001,
                         negative: open everything                                                 */
     envmap_executor executor; /* run NULL: serial                                                 */
@@ -468,6 +468,13 @@ static double envmapi_clamp(double value, double low, double high) {
 
 static double envmapi_dot(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* The angle between unit vectors, exact also where acos is not. */
+static double envmapi_angle(const double a[3], const double b[3]) {
+    double minus[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    double plus[3] = {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+    return 2 * atan2(sqrt(envmapi_dot(minus, minus)), sqrt(envmapi_dot(plus, plus)));
 }
 
 static void envmapi_unit(double out[3], const double in[3]) {
@@ -589,18 +596,25 @@ static void envmapi_disc_direction(double d[3], int mapping, int face, double X,
     }
 }
 
-static void envmapi_direction(double d[3], int mapping, int face, double u, double v) {
+/* A direction of any length. */
+static void envmapi_ray(double d[3], int mapping, int face, double u, double v) {
     if (mapping == ENVMAP_CUBE) {
         const signed char(*axes)[3] = envmapi_cube[face];
-        double ray[3];
         for (int i = 0; i < 3; ++i)
-            ray[i] = axes[2][i] + (2 * u - 1) * axes[0][i] + (2 * v - 1) * axes[1][i];
-        envmapi_unit(d, ray);
+            d[i] = axes[2][i] + (2 * u - 1) * axes[0][i] + (2 * v - 1) * axes[1][i];
     } else if (mapping == ENVMAP_LATLONG) {
         double phi = 2 * ENVMAPI_PI * (u - 0.5), theta = ENVMAPI_PI * v;
         d[0] = sin(theta) * sin(phi), d[1] = cos(theta), d[2] = -sin(theta) * cos(phi);
     } else {
         envmapi_disc_direction(d, mapping, face, 2 * u - 1, 1 - 2 * v);
+    }
+}
+
+static void envmapi_direction(double d[3], int mapping, int face, double u, double v) {
+    envmapi_ray(d, mapping, face, u, v);
+    if (mapping == ENVMAP_CUBE) {
+        double length = sqrt(envmapi_dot(d, d));
+        for (int i = 0; i < 3; ++i) d[i] /= length;
     }
 }
 
@@ -1092,8 +1106,9 @@ static double envmapi_density(int mapping, double u, double v) {
     return r > 1e-9 ? 4 * ENVMAPI_PI * sin(ENVMAPI_PI * r) / r : 4 * ENVMAPI_PI * ENVMAPI_PI;
 }
 
-/* Points along one side of a texel of dst, so that they lie no farther apart than src's texels:
-   the span of its midline, in pieces, since a rim or pole may bend it back. */
+/* Points along one side of a texel of dst: three to a texel of src where it shrinks, or one bright
+   texel would be met twice or not at all (bilinear tents met at a third of their half-width add up
+   to within 0.7 %). The span of the midline is taken in pieces: a rim or pole may bend it back. */
 static int envmapi_samples(const envmap *dst, const envmap *src, int face, int x, int y,
                            int along_v) {
     double a[3], b[3], middle[3], w = envmapi_width(dst->mapping, dst->size), h = dst->size;
@@ -1106,7 +1121,7 @@ static int envmapi_samples(const envmap *dst, const envmap *src, int face, int x
         if (i > 0 && !(i & 1)) span += envmapi_span(src->mapping, src->size, middle, a, b);
         if (!(i & 1)) memcpy(a, b, sizeof a);
     }
-    return (int)envmapi_clamp(ceil(span - 0.01), 1, 2.0 * src->size);
+    return span > 1.01 ? (int)envmapi_clamp(ceil(3 * span - 0.01), 2, 6.0 * src->size) : 1;
 }
 
 /* The mean of src over a texel of dst, weighted by solid angle; outside a rim's circle only the
@@ -2097,7 +2112,7 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
        in theta    solve (1/6, 4/6, 1/6) c = f, ring -1 being ring 0 half a turn on: (-1)^m
        Legendre    a_lm = sum_j P_lm(theta_j) F_m(theta_j), three-term recurrence in l
    and the same steps in reverse order back to the grid, which 4 x 4 taps interpolate. Spline and
-   FFT are never inverted approximately, so the only errors are the spline's own, 2.6 f^4 at f
+   FFT are never inverted approximately, so the only errors are the spline's own, 2.6 f^4 at few
    cycles a sample (f = l/2M), and the bands left out: both are weighted with lambda_l, which is
    small where they are large. Four channels: RGB and solid angle.
    Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre.
@@ -2162,10 +2177,14 @@ ENVMAPI_INLINE void envmapi_spline(float w[4], float f) {
     w[3] = f * f * f / 6;
 }
 
-/* What the spline loses of a wave of f cycles a sample, aliases included, relative. */
+/* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^4 over
+   k != 0, and as much again goes to the aliases k. 2.6 f^4 for small f. */
 static double envmapi_spline_error(double f) {
-    double f2 = f * f;
-    return 2.6 * f2 * f2 < 1 ? 2.6 * f2 * f2 : 1;
+    double a = f / (1 - f), b = f / (1 + f);
+    if (!(f < 0.5)) return 1;
+    a *= a, b *= b, a *= a, b *= b;
+    double lost = 1.08 * (a + b);
+    return fmin(sqrt(lost * lost + a * a + b * b), 1);
 }
 
 /* atan(y/x) in all quadrants, to 1e-10: a polynomial, where libm's would be half of the time. */
@@ -2257,7 +2276,7 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     return ENVMAP_OK;
 }
 
-/* The polar axis is z. */
+/* The polar axis is z; d of any length. */
 ENVMAPI_INLINE envmapi_point envmapi_rings_point(const envmapi_rings *rings, const double d[3]) {
     double scale = rings->M / ENVMAPI_PI;
     double theta = envmapi_atan2(sqrt(d[0] * d[0] + d[1] * d[1]), d[2]) * scale - 0.5;
@@ -2716,8 +2735,10 @@ static double envmapi_smooth_step(double value, double from, double to) {
 
 /* The definition; with `beyond` > 0 only what lies farther than about that angle. */
 static void envmapi_axis_sum(envmapi_axis *axis, double beyond) {
+    double end = axis->to < 1.5 ? cos(axis->to) : -2; /* below 1e-12 of the peak from there on */
     for (size_t i = 0; i < axis->source->count; ++i) {
         double x = envmapi_axis_cosine(axis, i), step = 1;
+        if (x < end) continue;
         if (beyond > 0) {
             step = envmapi_smooth_step(envmapi_acos(x), beyond / 2, beyond);
             if (!(step > 0)) continue;
@@ -2749,8 +2770,10 @@ static void envmapi_axis_tents(envmapi_axis *axis, double tent, double reach) {
     double x_from = cos(axis->from - 2 * axis->texel > 0 ? axis->from - 2 * axis->texel : 0);
     double end = (axis->from > 0 || axis->to < reach ? axis->to : reach) + 2 * axis->texel;
     double x_to = cos(end < ENVMAPI_PI ? end : ENVMAPI_PI);
+    double last = axis->to < ENVMAPI_PI - 2 * axis->texel ? cos(axis->to + 2 * axis->texel) : -2;
     for (size_t i = 0; i < axis->source->count; ++i) {
         double x = envmapi_axis_cosine(axis, i);
+        if (x < last) continue;
         double k = x > x_to && x <= x_from ? envmapi_axis_tent_k(axis, i, tent)
                                            : envmapi_k(axis->lobe, x, axis->p);
         if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
@@ -2868,23 +2891,393 @@ static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
     return ENVMAP_OK;
 }
 
+/* HIERARCHICAL: [KVHS00] 5.1, two mip-maps that are walked together.
+       L(a) = sum over accepted nodes n of k_n(a) E_n / norm,   E_n = sum of L_i w_i, w_i under n
+   The environment's mip-map holds E and w, summed over 2x2 children: the solid angle is carried
+   there and not by k. The lobe's is made anew for every axis: sampled at the nodes of level 2
+   (4x4 texels), averaged upward by 2x2 boxes, and evaluated at levels 1 and 0 only where opened.
+   A node serves in place of its four children where their lobe values differ from its own by no
+   more than threshold * peak of k; normalised results divide by sum k_n w_n over the same nodes.
+   Ours: a node is sampled at the centroid of its solid angle, so rims and sizes that are no powers
+   of two need no padding texels; a cone about every node keeps the walk off what lies outside the
+   lobe's support; Phong and Gaussian come from a table of cubics (1e-8); levels are walked from
+   below, so that the lobe need not be stored, and a node serves only where all its children do:
+   four equal means about a peak in their middle are no reason not to look at it. An axis that no
+   sample of the lobe falls on takes the bilinear radiance.
+   The rule compares lobe values alone: it keeps a sun no better than the dark, and a lobe thinner
+   than 4 texels slips between samples.
+   Invariants: negative threshold = the sum over texel centres; constants stay.
+   Tests: tests/test_hierarchical.c; figures: tests/bench_table1.c. */
+
+/* Four siblings. */
+typedef struct envmapi_quad {
+    double x[4], y[4], z[4]; /* centroids, unit */
+    double e[4][4];          /* r, g, b times solid angle, and the solid angle */
+} envmapi_quad;
+
+/* A node of level 2: its 4 children and their 16. */
+typedef struct envmapi_hier_block {
+    envmapi_quad one, zero[4];
+} envmapi_hier_block;
+
+/* A node of level 3 (children are blocks) and more (children are nodes). */
+typedef struct envmapi_hier_node {
+    envmapi_quad quad;
+    double share[4];         /* of the node's texels; 0: no such child */
+    double radius[4];        /* angle from a child's centroid that holds all centroids below it */
+    double low[4], high[4];  /* cosines between which the child meets the lobe's support */
+    int child[4];
+} envmapi_hier_node;
+
+/* What a parent needs to know of a child. */
+typedef struct envmapi_hier_part {
+    double e[4], moment[3]; /* moment: sum of w d */
+    double centre[3], radius;
+    int texels;
+} envmapi_hier_part;
+
+typedef struct envmapi_hier_tree {
+    envmapi_hier_block *blocks;
+    envmapi_hier_node *nodes;
+    int *texel; /* face order -> index in the source, -1: does not count; NULL once built */
+    int block_count, node_count, levels, root[6];
+    void *block; /* all of the above but texel */
+} envmapi_hier_tree;
+
+/* Four siblings become a quad and their parent. */
+static void envmapi_hier_join(envmapi_hier_part *out, envmapi_quad *quad,
+                              const envmapi_hier_part in[4]) {
+    memset(out, 0, sizeof *out);
+    for (int j = 0; j < 4; ++j) {
+        for (int c = 0; c < 4; ++c) out->e[c] += in[j].e[c], quad->e[j][c] = in[j].e[c];
+        for (int c = 0; c < 3; ++c) out->moment[c] += in[j].moment[c];
+        out->texels += in[j].texels;
+    }
+    envmapi_unit(out->centre, out->moment);
+    for (int j = 0; j < 4; ++j) {
+        const double *d = in[j].texels ? in[j].centre : out->centre;
+        double radius = envmapi_angle(out->centre, d) + in[j].radius;
+        if (radius > out->radius) out->radius = radius;
+        quad->x[j] = d[0], quad->y[j] = d[1], quad->z[j] = d[2];
+    }
+}
+
+/* Texel (x,y) of a face as a part; without texels where there is none that counts. */
+static void envmapi_hier_texel(envmapi_hier_part *part, const envmapi_hier_tree *tree,
+                               const envmapi_source *source, int face, int x, int y) {
+    int edge = source->map->size, width = envmapi_width(source->map->mapping, edge);
+    memset(part, 0, sizeof *part);
+    if (x >= width || y >= edge) return;
+    int i = tree->texel[((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x];
+    if (i < 0) return;
+    double w = source->w[i];
+    part->e[0] = source->r[i], part->e[1] = source->g[i], part->e[2] = source->b[i];
+    part->e[3] = w, part->texels = 1;
+    part->centre[0] = source->x[i], part->centre[1] = source->y[i], part->centre[2] = source->z[i];
+    for (int c = 0; c < 3; ++c) part->moment[c] = w * part->centre[c];
+}
+
+/* The 4x4 texels from (x,y) on. */
+static int envmapi_hier_leaf(envmapi_hier_part *out, envmapi_hier_tree *tree,
+                             const envmapi_source *source, int face, int x, int y) {
+    envmapi_hier_block *block = tree->blocks + tree->block_count;
+    envmapi_hier_part ones[4], zeros[4];
+    for (int j = 0; j < 4; ++j) {
+        int x1 = x + 2 * (j & 1), y1 = y + 2 * (j >> 1);
+        for (int i = 0; i < 4; ++i)
+            envmapi_hier_texel(zeros + i, tree, source, face, x1 + (i & 1), y1 + (i >> 1));
+        envmapi_hier_join(ones + j, block->zero + j, zeros);
+    }
+    envmapi_hier_join(out, &block->one, ones);
+    return out->texels ? tree->block_count++ : -1;
+}
+
+/* The node of a level whose first texel is (x,y), and all below it; -1 where there is nothing. */
+static int envmapi_hier_plant(envmapi_hier_part *out, envmapi_hier_tree *tree,
+                              const envmapi_source *source, int face, int level, int x, int y) {
+    int edge = source->map->size;
+    memset(out, 0, sizeof *out);
+    if (x >= envmapi_width(source->map->mapping, edge) || y >= edge) return -1;
+    if (level == 2) return envmapi_hier_leaf(out, tree, source, face, x, y);
+    int at = tree->node_count++;
+    envmapi_hier_node *node = tree->nodes + at;
+    envmapi_hier_part parts[4];
+    for (int j = 0; j < 4; ++j) {
+        int side = 1 << (level - 1);
+        node->child[j] = envmapi_hier_plant(parts + j, tree, source, face, level - 1,
+                                            x + side * (j & 1), y + side * (j >> 1));
+    }
+    envmapi_hier_join(out, &node->quad, parts);
+    if (!out->texels) {
+        tree->node_count = at; /* nothing was planted below it */
+        return -1;
+    }
+    for (int j = 0; j < 4; ++j) {
+        node->share[j] = (double)parts[j].texels / out->texels;
+        node->radius[j] = parts[j].radius;
+    }
+    return at;
+}
+
+static void envmapi_hier_free(envmapi_hier_tree *tree, void *memory) {
+    if (tree->block) ENVMAP_FREE(memory, tree->block);
+    tree->block = NULL;
+}
+
+/* Room for every block and node there can be, and for the texels' indices while planting. */
+static envmap_result envmapi_hier_reserve(envmapi_hier_tree *tree, const envmap *map,
+                                          void *memory) {
+    size_t faces = (size_t)envmap_faces(map->mapping), blocks = 0, nodes = 0;
+    size_t width = (size_t)envmapi_width(map->mapping, map->size), edge = (size_t)map->size;
+    memset(tree, 0, sizeof *tree);
+    for (size_t side = 4; tree->levels < 3 || side / 2 < width; side *= 2) {
+        size_t count = faces * ((width + side - 1) / side) * ((edge + side - 1) / side);
+        if (side == 4) blocks = count, tree->levels = 2;
+        else nodes += count, ++tree->levels;
+    }
+    if (blocks > SIZE_MAX / 4096) return ENVMAP_ERROR_MEMORY;
+    size_t bytes = blocks * sizeof *tree->blocks + nodes * sizeof *tree->nodes;
+    tree->block = ENVMAP_MALLOC(memory, bytes);
+    if (!tree->block) return ENVMAP_ERROR_MEMORY;
+    tree->blocks = (envmapi_hier_block *)tree->block;
+    tree->nodes = (envmapi_hier_node *)(void *)(tree->blocks + blocks);
+    size_t texels = faces * width * edge;
+    tree->texel = (int *)ENVMAP_MALLOC(memory, texels * sizeof(int));
+    if (!tree->texel) return ENVMAP_ERROR_MEMORY;
+    for (size_t i = 0; i < texels; ++i) tree->texel[i] = -1;
+    return ENVMAP_OK;
+}
+
+/* The environment's mip-map of one slice. On failure nothing is left behind. */
+static envmap_result envmapi_hier_create(envmapi_hier_tree *tree, const envmap *map, int slice,
+                                         void *memory) {
+    envmapi_source source;
+    envmapi_hier_part whole;
+    envmap_result result = envmapi_hier_reserve(tree, map, memory);
+    if (!result) result = envmapi_source_create(&source, map, slice, memory);
+    if (!result) {
+        for (size_t i = 0; i < source.count; ++i) tree->texel[source.texel[i]] = (int)i;
+        for (int face = 0; face < envmap_faces(map->mapping); ++face)
+            tree->root[face] =
+                envmapi_hier_plant(&whole, tree, &source, face, tree->levels, 0, 0);
+        envmapi_source_free(&source, memory);
+    }
+    if (tree->texel) ENVMAP_FREE(memory, tree->texel);
+    tree->texel = NULL;
+    if (result) envmapi_hier_free(tree, memory);
+    return result;
+}
+
+#define ENVMAPI_HIER_STEPS 512
+
+/* One slice of one filter call: a task is a row of a face. */
+typedef struct envmapi_hier {
+    const envmap *dst, *src;
+    const envmap_lobe *lobe;
+    envmapi_hier_tree tree;
+    double p, norm, peak, threshold, from, to;
+    double steps; /* of the table, per unit of 1 - x; 0: no table */
+    double table[ENVMAPI_HIER_STEPS][4];
+    int slice;
+} envmapi_hier;
+
+/* Cubics in f = [0,1] through four values of k on every step: exact for N = 1, 2, 3. */
+static void envmapi_hier_tabulate(envmapi_hier *job) {
+    double end = 1 - cos(job->to), n = (double)job->lobe->parameter, y[4];
+    int phong = job->lobe->kind == ENVMAP_LOBE_PHONG && n > 0 && (n >= 3 || !(floor(n) < n));
+    job->steps = 0;
+    if (!phong && job->lobe->kind != ENVMAP_LOBE_GAUSSIAN) return;
+    job->steps = ENVMAPI_HIER_STEPS / end;
+    for (int i = 0; i < ENVMAPI_HIER_STEPS; ++i) {
+        double *c = job->table[i];
+        for (int j = 0; j < 4; ++j)
+            y[j] = envmapi_k(job->lobe, 1 - end * (3 * i + j) / (3 * ENVMAPI_HIER_STEPS), job->p);
+        c[0] = y[0];
+        c[1] = -5.5 * y[0] + 9 * y[1] - 4.5 * y[2] + y[3];
+        c[2] = 9 * y[0] - 22.5 * y[1] + 18 * y[2] - 4.5 * y[3];
+        c[3] = -4.5 * y[0] + 13.5 * y[1] - 13.5 * y[2] + 4.5 * y[3];
+    }
+}
+
+static double envmapi_hier_peak(const envmap_lobe *lobe, double p) {
+    envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1);
+    double peak = fabs(envmapi_k(lobe, 1, p)), theta, weight;
+    while (envmapi_walk_next(&walk, &theta, &weight)) {
+        double k = fabs(envmapi_k(lobe, cos(theta), p));
+        if (k > peak) peak = k;
+    }
+    return peak;
+}
+
+/* Makes ready for a slice: the support, in cosines about every node, and the lobe's table. */
+static void envmapi_hier_aim(envmapi_hier *job, int slice, double threshold) {
+    job->slice = slice, job->p = envmapi_slice_p(job->lobe, slice, job->dst->slices);
+    job->peak = envmapi_hier_peak(job->lobe, job->p);
+    job->threshold = threshold < 0 ? -1 : job->peak * (threshold > 0 ? threshold : 1e-3);
+    envmap_lobe_support(&job->from, &job->to, job->lobe, job->p);
+    envmapi_hier_tabulate(job);
+    for (int i = 0; i < job->tree.node_count; ++i) {
+        envmapi_hier_node *node = job->tree.nodes + i;
+        for (int j = 0; j < 4; ++j) {
+            double inner = job->from - node->radius[j], outer = job->to + node->radius[j];
+            node->low[j] = outer < ENVMAPI_PI ? cos(outer) - 1e-12 : -2;
+            node->high[j] = inner > 0 ? cos(inner) + 1e-12 : 2;
+        }
+    }
+}
+
+/* The lobe about axis a at four siblings. */
+static void envmapi_hier_k(double k[4], const envmapi_hier *job, const double a[3],
+                           const envmapi_quad *quad) {
+    double x[4];
+    for (int i = 0; i < 4; ++i) x[i] = a[0] * quad->x[i] + a[1] * quad->y[i] + a[2] * quad->z[i];
+    if (!(job->steps > 0)) {
+        for (int i = 0; i < 4; ++i) k[i] = envmapi_k(job->lobe, x[i], job->p);
+        return;
+    }
+    for (int i = 0; i < 4; ++i) {
+        double t = (1 - x[i]) * job->steps;
+        int step = t < ENVMAPI_HIER_STEPS ? (int)t : 0;
+        const double *c = job->table[step];
+        double f = t - step, value = c[0] + f * (c[1] + f * (c[2] + f * c[3]));
+        k[i] = t < ENVMAPI_HIER_STEPS ? value : 0;
+    }
+}
+
+/* Four values that one may stand for; NaN may not. */
+static int envmapi_hier_alike(const double k[4], double value, double threshold) {
+    return fabs(k[0] - value) <= threshold && fabs(k[1] - value) <= threshold &&
+           fabs(k[2] - value) <= threshold && fabs(k[3] - value) <= threshold;
+}
+
+static void envmapi_hier_add(double sum[4], double k, const double e[4]) {
+    for (int c = 0; c < 4; ++c) sum[c] += k * e[c];
+}
+
+/* Adds a node of level 2, where the lobe is k2. */
+static void envmapi_hier_open(double sum[4], const envmapi_hier *job, const double a[3],
+                              const envmapi_hier_block *block, double k2, const double e[4]) {
+    double k1[4], k0[4];
+    envmapi_hier_k(k1, job, a, &block->one);
+    if (envmapi_hier_alike(k1, k2, job->threshold)) {
+        envmapi_hier_add(sum, k2, e);
+        return;
+    }
+    for (int j = 0; j < 4; ++j) {
+        envmapi_hier_k(k0, job, a, block->zero + j);
+        if (envmapi_hier_alike(k0, k1[j], job->threshold))
+            envmapi_hier_add(sum, k1[j], block->one.e[j]);
+        else
+            for (int i = 0; i < 4; ++i) envmapi_hier_add(sum, k0[i], block->zero[j].e[i]);
+    }
+}
+
+/* Adds a node of level 3 or more to sum and returns the mean of the lobe over it; counts those that
+   were opened, for their ancestors must be too. e NULL: the top, which is always opened. */
+static double envmapi_hier_visit(double sum[4], int *opened, const envmapi_hier *job,
+                                 const double a[3], int level, int at, const double *e) {
+    const envmapi_hier_node *node = job->tree.nodes + at;
+    const envmapi_quad *quad = &node->quad;
+    double k[4] = {0, 0, 0, 0}, part[4] = {0, 0, 0, 0}, mean = 0;
+    int before = *opened;
+    if (level == 3) envmapi_hier_k(k, job, a, quad);
+    for (int j = 0; level > 3 && j < 4; ++j) {
+        double x = a[0] * quad->x[j] + a[1] * quad->y[j] + a[2] * quad->z[j];
+        if (node->share[j] > 0 && x >= node->low[j] && x <= node->high[j])
+            k[j] = envmapi_hier_visit(part, opened, job, a, level - 1, node->child[j],
+                                      quad->e[j]);
+    }
+    for (int j = 0; j < 4; ++j) mean += node->share[j] * k[j];
+    for (int j = 0; j < 4; ++j)
+        if (!(node->share[j] > 0)) k[j] = mean;
+    if (e && *opened == before && envmapi_hier_alike(k, mean, job->threshold)) {
+        envmapi_hier_add(sum, mean, e);
+        return mean;
+    }
+    ++*opened;
+    for (int j = 0; level == 3 && j < 4; ++j)
+        if (node->share[j] > 0)
+            envmapi_hier_open(part, job, a, job->tree.blocks + node->child[j], k[j], quad->e[j]);
+    envmapi_hier_add(sum, 1, part);
+    return mean;
+}
+
+/* Where no sample of the lobe fell on a texel: the bilinear radiance. */
+static void envmapi_hier_between(double sum[4], const envmapi_hier *job, const double a[3]) {
+    envmapi_axis axis;
+    memset(&axis, 0, sizeof axis);
+    axis.lobe = job->lobe, axis.p = job->p, axis.from = job->from, axis.to = job->to;
+    axis.level = envmapi_level_of(job->src, 0, job->src->slices > 1 ? job->slice : 0);
+    memcpy(axis.a, a, sizeof axis.a);
+    axis.texel = envmapi_texel_extent(job->src);
+    envmapi_axis_polar(&axis, axis.to);
+    for (int c = 0; c < 3; ++c) sum[c] = axis.rgb[c];
+    sum[3] = axis.norm;
+}
+
+static void envmapi_hier_row(void *context, int task) {
+    const envmapi_hier *job = (const envmapi_hier *)context;
+    const envmap *dst = job->dst;
+    int face = task / dst->size, y = task % dst->size;
+    float *out = envmap_texel(dst, 0, job->slice, face, 0, y);
+    for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x, out += 3) {
+        double a[3], sum[4] = {0, 0, 0, 0};
+        int opened = 0;
+        envmapi_texel_direction(a, dst->mapping, face, dst->size, x, y);
+        for (int f = 0; f < envmap_faces(job->src->mapping); ++f)
+            envmapi_hier_visit(sum, &opened, job, a, job->tree.levels, job->tree.root[f], NULL);
+        if (fabs(sum[3]) <= 1e-100 * job->peak) envmapi_hier_between(sum, job, a);
+        double norm = job->lobe->raw || job->norm > 0 ? job->norm : sum[3];
+        for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(sum[c] / norm);
+    }
+}
+
+/* Every slice k of src into slice k of dst, or src's only one into all. */
+static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
+                                                 const envmap_lobe *lobe,
+                                                 const envmap_filter_desc *desc) {
+    envmapi_hier job;
+    int faces = envmap_faces(dst->mapping), alike = src->slices == 1 && lobe->p0 == lobe->p1;
+    int runs = alike ? 1 : dst->slices;
+    envmap_result result = ENVMAP_OK;
+    memset(&job, 0, sizeof job);
+    job.dst = dst, job.src = src, job.lobe = lobe, job.norm = envmapi_lobe_norm(lobe);
+    for (int run = 0; !result && run < runs; ++run) {
+        envmapi_progress_part part = {&desc->progress, (float)run / (float)runs, 1 / (float)runs};
+        envmap_progress progress = {&part, desc->progress.report ? envmapi_report_part : NULL};
+        if (run == 0 || src->slices > 1) {
+            envmapi_hier_free(&job.tree, desc->memory);
+            result = envmapi_hier_create(&job.tree, src, run, desc->memory);
+        }
+        if (result) break;
+        envmapi_hier_aim(&job, run, (double)desc->threshold);
+        result = envmapi_run(&desc->executor, &progress, envmapi_hier_row, &job, dst->size * faces);
+    }
+    envmapi_hier_free(&job.tree, desc->memory);
+    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)faces;
+    for (int slice = 1; !result && alike && slice < dst->slices; ++slice)
+        memcpy(dst->texels + floats * (size_t)slice, dst->texels, floats * sizeof(float));
+    return result;
+}
+
 /* FAST. A lobe makes a result with nothing finer than its bands, and sees nothing finer in the
    source: so work on grids that are no finer than the lobe. Per face a grid in the map's own
    (u,v), padded past the edges (a node there is simply a direction):
        source texels --adjoint of cubic spline--> grid nodes --rings, a_lm, lambda_l, rings-->
        grid nodes of the result --cubic spline--> result texels
    Every arrow is linear and as exact for a sun as for a sky; what is lost of band l is
-   e(l) = 2.6 (l h / 2 pi)^4 on a grid of spacing h, and everything beyond the last band. Both are
+   e(l) = 2.6 (l h / 2 pi)^4 or more on a grid of spacing h, and everything beyond the last band. Both are
    bounded from lambda_l and the scene's contrast kappa: a band holds at most kappa^2 times what
    one light of the same energy puts there (kappa^2 = sum (E_i - mean w_i)^2 / (sum E_i)^2 over
    blocks i as wide as the band's half wave).
      rms     kappa^2 sum_(l>=L) (2l+1) lambda_l^2 <= (tolerance/4)^2 R,
-             kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/3)^2 R,
+             kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/4)^2 R,
              R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
      texels  at every angle t from a light, what is lost, d(t) = sum (2l+1) lambda_l P_l(cos t) over
-             l >= L or times e(l), stays below 24 tolerances of what the light itself sends
-             there, or of the darkest that counts (8 at a kink, where all of it adds up):
-             kappa |d(t)| <= 24 tolerance max(kappa k(t), D lambda_0),  D = 1/1000
+             l >= L or times e(l), stays below 12 tolerances of what the light itself sends
+             there, or of the darkest that counts (8 at a kink, where all of it adds up; 6 for the
+             splines, which err four times):
+             kappa |d(t)| <= 12 tolerance max(kappa k(t), D lambda_0),  D = 1/1000
    A lobe with a kink (diffuse, Banks) has bands that end slowly. There texels brighter than 1/2000
    of all light are summed one by one, exactly; and a first pass with 48 bands finds how dark the
    result really gets (D) before it is decided how many are needed.
@@ -2956,26 +3349,29 @@ typedef struct envmapi_fast {
     int divide;     /* by the fourth channel */
     const envmapi_light *lights;
     int light_count;
+    double fine; /* kappa of the texels that are left */
+    size_t rim_count;
 } envmapi_fast;
 
-/* Solid angles of row y: the mean of the density over 2 x 2 Gauss points, O(size^-6). */
+/* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
+   averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
 static void envmapi_task_omega(void *context, int y) {
     const envmapi_fast *f = (const envmapi_fast *)context;
-    const envmap *map = f->grid.map;
-    int mapping = map->mapping, edge = map->size, width = envmapi_width(mapping, edge);
+    int mapping = f->grid.map->mapping, edge = f->grid.map->size, width = envmapi_width(mapping, edge);
     float *omega = f->omega + (size_t)y * (size_t)width;
-    double n = width, h = 1 / n, g = 0.5 / sqrt(3.0), row = 0;
-    if (mapping == ENVMAP_LATLONG) row = envmapi_texel_cell(NULL, mapping, edge, 0, y);
-    for (int x = 0; x < width; ++x) {
-        double u = (x + 0.5) * h, v = (y + 0.5) / edge, X = fabs(2 * u - 1) + h, Y = fabs(2 * v - 1) + h;
-        if (mapping == ENVMAP_LATLONG) omega[x] = (float)row;
-        else if (mapping == ENVMAP_CUBE || mapping == ENVMAP_PARABOLOID) {
-            double sum = 0;
-            for (int i = 0; i < 4; ++i)
-                sum += envmapi_density(mapping, u + (i & 1 ? g : -g) * h, v + (i & 2 ? g : -g) * h);
-            omega[x] = mapping == ENVMAP_CUBE || X * X + Y * Y <= 1 ? (float)(sum / 4 * h * h) : 0;
-        } else
-            omega[x] = X * X + Y * Y <= 1 ? (float)envmapi_texel_cell(NULL, mapping, edge, x, y) : 0;
+    double side = 2.0 / width, Y = (2 * y + 1.0) / edge - 1, area = side * side;
+    int cube = mapping == ENVMAP_CUBE, smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
+    double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
+    for (int x = 0; smooth && x < width; ++x) {
+        double X = (2 * x + 1.0) / width - 1, q = 1 + X * X + Y * Y, i = 1 / (q * q);
+        double rho = cube ? sqrt(q) * i : 4 * i;
+        omega[x] = (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
+    }
+    for (int x = 0; !smooth && x < width; ++x)
+        omega[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
+    for (int x = 0; envmapi_is_disc(mapping) && x < width; ++x) { /* cut by the rim: see there */
+        double X = fabs((2 * x + 1.0) / width - 1) + side / 2, far = fabs(Y) + side / 2;
+        if (X * X + far * far > 1) omega[x] = 0;
     }
 }
 
@@ -3076,8 +3472,8 @@ static void envmapi_task_points(void *context, int y) {
                                                 (size_t)grid->width;
         for (int x = 0; x < grid->width; ++x) {
             double d[3];
-            envmapi_direction(d, grid->map->mapping, face, (x - grid->pad + 0.5) / grid->nu,
-                              (y - grid->pad + 0.5) / grid->nv);
+            envmapi_ray(d, grid->map->mapping, face, (x - grid->pad + 0.5) / grid->nu,
+                        (y - grid->pad + 0.5) / grid->nv);
             points[x] = envmapi_rings_point(&f->rings, d);
         }
     }
@@ -3166,7 +3562,7 @@ static int envmapi_plan_rms_holds(const envmapi_plan *plan, int slice, int L, do
                                   double contrast) {
     double c2 = contrast * contrast, mean = envmapi_plan_mean(plan, slice);
     double R = (1 - c2) * mean * mean + c2 * envmapi_plan_power(plan, slice, 0, 0);
-    double limit = plan->tolerance / (h > 0 ? 3 : 4);
+    double limit = plan->tolerance / 4;
     return c2 * envmapi_plan_power(plan, slice, L, h) <= limit * limit * R;
 }
 
@@ -3183,7 +3579,7 @@ static int envmapi_plan_texel_bands(const envmapi_plan *plan, int slice, double 
         double next = ((2 * l + 1) * x * P - l * before) / (l + 1);
         before = P, P = next;
     }
-    double limit = (plan->kinked ? 8 : 24) * plan->tolerance *
+    double limit = (h > 0 ? 6 : plan->kinked ? 8 : 12) * plan->tolerance *
                    fmax(contrast * fabs(k), envmapi_plan_mean(plan, slice) * plan->dark);
     if (h > 0) return contrast * fabs(lost) <= limit;
     int L = plan->bands;
@@ -3209,7 +3605,7 @@ static int envmapi_plan_sampled(const envmapi_plan *plan) { return plan->slices 
 /* The widest grid whose spline errors stay within the bounds. */
 static double envmapi_plan_spacing(const envmapi_plan *plan, double contrast) {
     double low = 1e-3, high = 0.8;
-    for (int i = 0; i < 10; ++i) {
+    for (int i = 0; i < 6; ++i) { /* to 11 % */
         double h = sqrt(low * high);
         int holds = 1;
         for (int k = 0; k < envmapi_plan_sampled(plan) && holds; ++k) {
@@ -3224,8 +3620,9 @@ static double envmapi_plan_spacing(const envmapi_plan *plan, double contrast) {
     return low;
 }
 
-/* The fewest bands within the bounds; what is near the last there is may be beyond it. */
-static int envmapi_plan_bands(const envmapi_plan *plan, double contrast) {
+/* The fewest bands that keep the rms bound, for the slices that are looked at; one more than there
+   are when none do. */
+static int envmapi_plan_rms_bands(const envmapi_plan *plan, double contrast) {
     int bands = 1;
     for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
         int slice = envmapi_plan_slice(plan, k), low = 1, high = plan->bands + 1;
@@ -3235,11 +3632,19 @@ static int envmapi_plan_bands(const envmapi_plan *plan, double contrast) {
             else low = middle + 1;
         }
         if (low > bands) bands = low;
+    }
+    return bands;
+}
+
+/* And the bound on texels too; what is near the last band there is may be beyond it. */
+static int envmapi_plan_bands(const envmapi_plan *plan, double contrast) {
+    int bands = envmapi_plan_rms_bands(plan, contrast);
+    for (int k = 0; k < envmapi_plan_sampled(plan); ++k)
         for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-            int L = envmapi_plan_texel_bands(plan, slice, envmapi_plan_cosine(j), 0, contrast);
+            int L = envmapi_plan_texel_bands(plan, envmapi_plan_slice(plan, k),
+                                             envmapi_plan_cosine(j), 0, contrast);
             if (L > bands) bands = L;
         }
-    }
     return bands > plan->bands - plan->bands / 8 ? plan->bands + 1 : bands;
 }
 
@@ -3261,7 +3666,7 @@ static int envmapi_plan_lambda(envmapi_plan *plan, int bands) {
 }
 
 /* Sets up a plan with the bands that one light would need, or all there may be. 0 when the lobe is
-   sharper than src's texels. */
+   sharper than src's texels, or than all bands. */
 static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lobe *lobe,
                                const envmap *src, double tolerance, envmapi_pool *pool,
                                envmap_result *result) {
@@ -3287,8 +3692,10 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
     plan->need = envmapi_plan_bands(plan, 1);
     plan->h = 1;
     plan->kinked = plan->need > 100 && plan->need > 8 / plan->sigma; /* smooth ones end by 6/sigma */
-    if (!plan->kinked) plan->h = envmapi_plan_spacing(plan, 1);
-    return 1;
+    /* A kink sees the lattice of few, large texels, which no band holds. */
+    if (plan->kinked) return envmapi_texel_extent(src) < 0.05;
+    plan->h = envmapi_plan_spacing(plan, 1);
+    return plan->need <= plan->bands;
 }
 
 /* Energy (all channels) and solid angle of a block of one face's nodes. */
@@ -3313,6 +3720,11 @@ static double envmapi_contrast(const envmapi_fast *f, double h, int l) {
         envmapi_block_sum(sum, grid, f->nodes + (size_t)face * area, 0, 0, 1 << 20);
         total[0] += sum[0], total[1] += sum[1];
     }
+    for (size_t i = grid->count; i < grid->count + f->rim_count; ++i) {
+        const float *node = f->nodes + 4 * i;
+        double off = (double)node[0] + (double)node[1] + (double)node[2];
+        total[0] += off, total[1] += (double)node[3], squares += off * off;
+    }
     if (!(total[0] > 0)) return 0;
     for (int face = 0; face < grid->faces; ++face)
         for (int y = 0; y < grid->height; y += block)
@@ -3324,7 +3736,8 @@ static double envmapi_contrast(const envmapi_fast *f, double h, int l) {
     return envmapi_clamp(sqrt(squares) / total[0], 0, 1);
 }
 
-/* Texels that a rim cuts, as points of their own at their centroids; returns how many. */
+/* Texels that a rim cuts, as points of their own at their centroids; returns how many. Before there
+   are rings, the values alone, which the contrast wants. */
 static size_t envmapi_rim_points(envmapi_fast *f, size_t room) {
     const envmap *map = f->grid.map;
     size_t n = 0, area = envmapi_area(map->mapping, map->size);
@@ -3339,7 +3752,7 @@ static size_t envmapi_rim_points(envmapi_fast *f, size_t room) {
             const float *texel = f->texels + 3 * ((size_t)face * area + t);
             float *node = f->nodes + 4 * (f->grid.count + n);
             envmapi_direction(d, map->mapping, face, at[0], at[1]);
-            f->points[f->grid.count + n] = envmapi_rings_point(&f->rings, d);
+            if (f->rings.M) f->points[f->grid.count + n] = envmapi_rings_point(&f->rings, d);
             for (int c = 0; c < 3; ++c) node[c] = (float)w * texel[c];
             node[3] = (float)w;
         }
@@ -3388,11 +3801,19 @@ static void envmapi_fast_reduce(envmapi_fast *f, const envmap_executor *executor
 
 #define ENVMAPI_FIRST_BANDS 48
 
-/* kappa at l = 4, 8, 16 ... , as far as the grid resolves. */
+/* kappa at l = 4, 8, 16 ... , and where the grid does not resolve it, between its last and that
+   of the texels, on a straight line of logarithms. */
 static void envmapi_contrasts(double contrasts[12], const envmapi_fast *f, double h) {
-    for (int i = 0; i < 12; ++i)
-        contrasts[i] = i && (4 << i) * h > 2 * ENVMAPI_PI ? contrasts[i - 1]
-                                                          : envmapi_contrast(f, h, 4 << i);
+    double finest = ENVMAPI_PI / envmapi_texel_extent(f->grid.map), last = 4;
+    for (int i = 0; i < 12; ++i) {
+        double l = 4 << i, known = i ? contrasts[i - 1] : 1;
+        if (i < 3 || l * h <= ENVMAPI_PI) {
+            contrasts[i] = envmapi_contrast(f, h, 4 << i), last = l;
+        } else {
+            double left = fmax(log(finest / last), 0.7), slope = log(fmax(f->fine, 1e-9) / fmax(known, 1e-9)) / left;
+            contrasts[i] = known * exp(fmin(slope, 0) * log(l / last)), last = l;
+        }
+    }
 }
 
 /* The bands a plan needs of this scene: at ever finer scales, until they resolve the scale that
@@ -3405,7 +3826,11 @@ static int envmapi_fast_bands(envmapi_plan *plan, const double contrasts[12]) {
         plan->h = envmapi_plan_spacing(plan, contrasts[i]);
         return l < plan->bands ? l : plan->bands;
     }
-    return 0;
+    /* A kink beside nothing but dark: keep the rms at least, with room to spare. */
+    int need = envmapi_plan_rms_bands(plan, contrasts[8]);
+    if (need > plan->bands / 2) return 0;
+    plan->h = ENVMAPI_PI / (plan->bands / 2);
+    return plan->bands / 2;
 }
 
 /* For all plans; returns the most bands, and the spacing that leaves. A smooth lobe's bands hardly
@@ -3419,7 +3844,7 @@ static int envmapi_fast_fit(envmapi_plan *plans, int count, const envmapi_fast *
             plans[i].need = envmapi_fast_bands(plans + i, contrasts);
         } else {
             double contrast = envmapi_contrast(f, h, plans[i].need / 2);
-            plans[i].need = envmapi_plan_bands(plans + i, contrast);
+            plans[i].need = envmapi_plan_bands(plans + i, contrast); /* at most that of one light */
             plans[i].h = envmapi_plan_spacing(plans + i, contrast);
         }
         if (plans[i].need > bands) bands = plans[i].need;
@@ -3430,35 +3855,47 @@ static int envmapi_fast_fit(envmapi_plan *plans, int count, const envmapi_fast *
 
 #define ENVMAPI_LIGHTS 2048
 
-/* Takes texels with more than 1/2000 of the scene's energy out of the nodes, into a list. */
+/* Takes a texel out of the nodes. */
+static void envmapi_light_out(envmapi_fast *f, const envmapi_light *light, int face, int x, int y) {
+    int taps = f->grid.identity ? 1 : 16;
+    for (int k = 0; k < taps; ++k) {
+        size_t row = (size_t)face * (size_t)f->grid.height + (size_t)(f->v[y].start + k / 4);
+        size_t at = row * (size_t)f->grid.width + (size_t)(f->u[x].start + k % 4);
+        float tap = f->grid.identity ? 1 : f->v[y].w[k / 4] * f->u[x].w[k % 4];
+        if (f->grid.identity) at = light->texel;
+        for (int c = 0; c < 4; ++c) f->nodes[4 * at + (size_t)c] -= tap * (float)light->value[c];
+    }
+}
+
+/* Makes a list of the texels with more than 1/2000 of the scene's energy and takes them out of the
+   nodes; what is left has the contrast f->fine. */
 static int envmapi_fast_lights(envmapi_fast *f, envmapi_light *lights) {
     const envmap *map = f->grid.map;
-    size_t area = envmapi_area(map->mapping, map->size);
-    int n = 0, width = envmapi_width(map->mapping, map->size);
-    double total[2] = {0, 0}, sum[2];
+    size_t area = envmapi_area(map->mapping, map->size), width = area / (size_t)map->size;
+    size_t nodes = 4 * f->grid.count / (size_t)f->grid.faces;
+    int n = 0;
+    double total[2] = {0, 0}, sum[2], squares = 0, left = 0;
     for (int face = 0; face < f->grid.faces; ++face) {
-        envmapi_block_sum(sum, &f->grid, f->nodes + 4 * f->grid.count / (size_t)f->grid.faces * (size_t)face,
-                          0, 0, 1 << 20);
-        total[0] += sum[0];
+        envmapi_block_sum(sum, &f->grid, f->nodes + nodes * (size_t)face, 0, 0, 1 << 20);
+        total[0] += sum[0], total[1] += sum[1];
     }
-    for (size_t i = 0; i < area * (size_t)f->grid.faces && n < ENVMAPI_LIGHTS; ++i) {
+    for (size_t i = 0; i < area * (size_t)f->grid.faces; ++i) {
         const float *texel = f->texels + 3 * i;
-        int face = (int)(i / area), x = (int)(i % area % (size_t)width), y = (int)(i % area / (size_t)width);
-        float w = f->omega[i % area];
-        if (!((double)(w * (texel[0] + texel[1] + texel[2])) > total[0] / 2000)) continue;
-        envmapi_light *light = lights + n++;
-        light->texel = i;
-        for (int c = 0; c < 4; ++c) light->value[c] = (double)w * (c < 3 ? (double)texel[c] : 1.0);
-        envmapi_texel_direction(light->d, map->mapping, face, map->size, x, y);
-        for (int k = 0; k < 16; ++k) {
-            size_t at = (size_t)face * (size_t)f->grid.height;
-            if (f->grid.identity && k) break;
-            at = f->grid.identity ? i : (at + (size_t)(f->v[y].start + k / 4)) * (size_t)f->grid.width +
-                                            (size_t)(f->u[x].start + k % 4);
-            float tap = f->grid.identity ? 1 : f->v[y].w[k / 4] * f->u[x].w[k % 4];
-            for (int c = 0; c < 4; ++c) f->nodes[4 * at + (size_t)c] -= tap * (float)light->value[c];
+        double w = (double)f->omega[i % area];
+        double energy = w * ((double)texel[0] + (double)texel[1] + (double)texel[2]);
+        if (energy > total[0] / 2000 && n < ENVMAPI_LIGHTS) {
+            int face = (int)(i / area), x = (int)(i % width), y = (int)(i % area / width);
+            envmapi_light *light = lights + n++;
+            light->texel = i;
+            for (int c = 0; c < 4; ++c) light->value[c] = w * (c < 3 ? (double)texel[c] : 1.0);
+            envmapi_texel_direction(light->d, map->mapping, face, map->size, x, y);
+            envmapi_light_out(f, light, face, x, y);
+        } else {
+            double off = energy - w * total[0] / total[1];
+            left += energy, squares += off * off;
         }
     }
+    f->fine = left > 0 ? fmin(sqrt(squares) / left, 1) : 0;
     return n;
 }
 
@@ -3509,6 +3946,7 @@ static envmap_result envmapi_fast_pass(envmapi_spectrum *out, envmapi_plan *plan
     if (!f.omega) return ENVMAP_ERROR_MEMORY;
     f.texels = envmapi_image(src, 0, slice, 0);
     envmapi_fast_reduce(&f, &desc->executor);
+    f.rim_count = envmapi_rim_points(&f, rim);
     out->light_count = plans[0].kinked ? envmapi_fast_lights(&f, out->lights) : 0;
     if (bands == ENVMAPI_FIRST_BANDS && plans[0].kinked) envmapi_contrasts(contrasts, &f, h);
     if (!bands) bands = envmapi_fast_fit(plans, count, &f, h, NULL, &spacing);
@@ -3516,7 +3954,8 @@ static envmap_result envmapi_fast_pass(envmapi_spectrum *out, envmapi_plan *plan
     if (!f.grid.identity) envmapi_run_all(&desc->executor, envmapi_task_solve, &f, f.grid.faces);
     envmapi_run_all(&desc->executor, envmapi_task_points, &f, f.grid.height);
     t.points = f.points, t.values = f.nodes, t.a = out->a, t.a_bands = out->bands = bands;
-    t.count = f.grid.count + envmapi_rim_points(&f, rim);
+    envmapi_rim_points(&f, rim);
+    t.count = f.grid.count + f.rim_count;
     envmapi_analyse(&t, &desc->executor);
     if (bands == ENVMAPI_FIRST_BANDS && plans[0].kinked) {
         for (int i = 0; i < count; ++i) envmapi_fast_dark(plans + i, &t, &desc->executor);
@@ -3658,6 +4097,7 @@ static int envmapi_desc(envmap_filter_desc *out, const envmap_filter_desc *desc)
     if (!envmapi_finite((double)out->tolerance) || out->tolerance < 0) return 0;
     if (!envmapi_finite((double)out->threshold)) return 0;
     if (!(out->tolerance > 0)) out->tolerance = 1e-3f;
+    out->tolerance = (float)envmapi_clamp((double)out->tolerance, 1e-7, 0.1);
     return 1;
 }
 
@@ -3697,6 +4137,7 @@ static int envmapi_filter_plan(envmapi_plan *plan, envmap *dst, const envmap *sr
     if (lobe->kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE) return 0;
     if (method == ENVMAP_METHOD_HIERARCHICAL) return 0;
     if (method == ENVMAP_METHOD_AUTO && envmapi_pairs(dst, src) < 1e5) return 0;
+    if (envmapi_texel_extent(src) > 0.1) return 0; /* coarser than any kernel of these */
     int planned = envmapi_plan_create(plan, dst, lobe, src, (double)desc->tolerance, pool, result);
     if (!planned && !*result && method == ENVMAP_METHOD_HARMONICS) *result = ENVMAP_ERROR_METHOD;
     return planned;
@@ -3706,7 +4147,8 @@ static int envmapi_filter_plan(envmapi_plan *plan, envmap *dst, const envmap *sr
 static envmap_result envmapi_filter_level(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                           const envmap_filter_desc *desc) {
     if (lobe->kind == ENVMAP_LOBE_MIRROR) return envmap_resample(dst, src);
-    if (desc->method == ENVMAP_METHOD_HIERARCHICAL) return ENVMAP_ERROR_METHOD;
+    if (desc->method == ENVMAP_METHOD_HIERARCHICAL)
+        return envmapi_filter_hierarchical(dst, src, lobe, desc);
     return envmapi_filter_reference(dst, src, lobe, desc);
 }
 
