@@ -65,6 +65,7 @@
      ENVMAP_NO_STDIO         leave out what needs <stdio.h>: envmap_pfm_load, envmap_pfm_save
      ENVMAP_MALLOC(ctx, n)   memory; ctx is the map's or the desc's `memory` (default malloc(n))
      ENVMAP_FREE(ctx, ptr)   (default free(ptr)); define both or neither
+     ENVMAP_NO_SIMD          plain loops where GCC and Clang would get vector types
 
    CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/.
      >>base        results, executor, progress
@@ -73,7 +74,8 @@
      >>pfm         read and write float pictures
      >>mips        levels weighted by solid angle; level of a footprint
      >>lobes       mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
-     >>filters     the filter call
+     >>harmonics   transforms on rings of the sphere (bodies only, so far)
+     >>filters     the filter call: reference, hierarchical, fast
      >>compare     error norms
    References are listed by their keys at the end, then the changes, then the licence. */
 
@@ -111,7 +113,9 @@
     X(ENVMAP_CANCELLED, "cancelled by the progress callback")
 
 #define ENVMAPI_RESULT_ENUM(name, text) name,
-typedef enum envmap_result { ENVMAP_RESULTS(ENVMAPI_RESULT_ENUM) ENVMAP_RESULT_COUNT } envmap_result;
+typedef enum envmap_result {
+    ENVMAP_RESULTS(ENVMAPI_RESULT_ENUM) ENVMAP_RESULT_COUNT
+} envmap_result;
 
 /* A sentence for a result, without a full stop. Never NULL, also for unknown numbers.
    Thread-safe.  Test: every_result_has_its_own_text. */
@@ -366,9 +370,9 @@ ENVMAP_API int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double tol
 typedef enum envmap_method {
     ENVMAP_METHOD_AUTO,         /* the cheapest that keeps the tolerance                          */
     ENVMAP_METHOD_REFERENCE,    /* every texel, in double: the definition                         */
-    ENVMAP_METHOD_HIERARCHICAL, /* [KVHS00] 5.1                                                   */
-    ENVMAP_METHOD_FAST,
-    ENVMAP_METHOD_HARMONICS,
+    ENVMAP_METHOD_HIERARCHICAL, /* [KVHS00] 5.1: lobe and environment as mip-maps                 */
+    ENVMAP_METHOD_FAST,         /* through harmonics; the reference where they cannot             */
+    ENVMAP_METHOD_HARMONICS,    /* through harmonics; METHOD where they cannot                    */
     ENVMAP_METHOD_COUNT
 } envmap_method;
 
@@ -387,11 +391,17 @@ typedef struct envmap_filter_desc {
    As a lobe gets thinner than two texels of src, each texel spreads into a tent (bilinear radiance
    at the end), so the result is continuous in N, and N -> infinity is the bilinear mirror.
    Also writes dst->p0, p1.
-   desc  NULL: defaults
+   desc  NULL: defaults: AUTO, which takes FAST, or the reference where texels are few
    Errors: ARGUMENT (bad map or desc, dst is src), LOBE, RADIANCE (NaN, Inf; negative for all but
    the reference), METHOD, MEMORY, CANCELLED; dst then stays as it was.
-   REFERENCE: O(texels of src * texels and slices of dst).  Thread-safe.
-   Source [KVHS00] section 4.  Test: tests/test_filters.c. */
+   REFERENCE: O(texels of src * texels and slices of dst). Texels where k is below 1e-12 of its
+   peak are passed over.
+   FAST: O(texels of src + texels of dst + L^3), L the bands that lobe, scene and tolerance need.
+   Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
+   Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; beside a lamp
+   on black their darkest texels may exceed 20 tolerances.
+   Thread-safe.
+   Source [KVHS00] sections 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
 
@@ -651,7 +661,8 @@ static void envmapi_project(double uv[2], int mapping, int face, const double d[
     if (mapping == ENVMAP_CUBE) {
         const signed char(*axes)[3] = envmapi_cube[face];
         double p[3];
-        for (int k = 0; k < 3; ++k) p[k] = d[0] * axes[k][0] + d[1] * axes[k][1] + d[2] * axes[k][2];
+        for (int k = 0; k < 3; ++k)
+            p[k] = d[0] * axes[k][0] + d[1] * axes[k][1] + d[2] * axes[k][2];
         if (p[2] < 1e-3) p[2] = 1e-3;
         uv[0] = 0.5 + 0.5 * p[0] / p[2], uv[1] = 0.5 + 0.5 * p[1] / p[2];
     } else if (mapping == ENVMAP_LATLONG) {
@@ -777,7 +788,8 @@ static int envmapi_valid(const envmap *map) {
 static float *envmapi_image(const envmap *map, int level, int slice, int face) {
     size_t faces = (size_t)envmap_faces(map->mapping), texels = 0;
     for (int l = 0; l < level; ++l)
-        texels += faces * (size_t)map->slices * envmapi_area(map->mapping, envmapi_edge(map->size, l));
+        texels +=
+            faces * (size_t)map->slices * envmapi_area(map->mapping, envmapi_edge(map->size, l));
     size_t area = envmapi_area(map->mapping, envmapi_edge(map->size, level));
     return map->texels + 3 * (texels + area * ((size_t)slice * faces + (size_t)face));
 }
@@ -1131,7 +1143,8 @@ static void envmapi_resample_texel(double rgb[3], const envmap *dst, const envma
     double w = envmapi_width(dst->mapping, dst->size), h = dst->size, d[3], sum = 0;
     int cut = envmapi_is_disc(dst->mapping) &&
               envmapi_texel_cell(NULL, dst->mapping, dst->size, x, y) > 0;
-    int n_u = envmapi_samples(dst, src, face, x, y, 0), n_v = envmapi_samples(dst, src, face, x, y, 1);
+    int n_u = envmapi_samples(dst, src, face, x, y, 0),
+        n_v = envmapi_samples(dst, src, face, x, y, 1);
     rgb[0] = rgb[1] = rgb[2] = 0;
     for (int i = 0; i < n_u * n_v; ++i) {
         double u = (x + (i % n_u + 0.5) / n_u) / w, v = (y + (i / n_u + 0.5) / n_v) / h;
@@ -1185,10 +1198,12 @@ static void envmapi_resample_slice(envmap *dst, const envmap *src, int slice) {
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
     if (!envmapi_pair_ok(dst, src)) return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
-    size_t slice_floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
+    size_t slice_floats =
+        3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
     for (int slice = 0; slice < dst->slices; ++slice) {
         if (dst->mapping == src->mapping && dst->size == src->size)
-            memcpy(envmapi_image(dst, 0, slice, 0), envmapi_image(src, 0, src->slices > 1 ? slice : 0, 0),
+            memcpy(envmapi_image(dst, 0, slice, 0),
+                   envmapi_image(src, 0, src->slices > 1 ? slice : 0, 0),
                    slice_floats * sizeof(float));
         else if (slice > 0 && src->slices == 1)
             memcpy(envmapi_image(dst, 0, slice, 0), dst->texels, slice_floats * sizeof(float));
@@ -1312,8 +1327,9 @@ static envmap_result envmapi_pfm_header(envmapi_reader *in, envmapi_pfm *pfm, in
 
 /* Four bytes, the lowest first when `little`, as a float. */
 static float envmapi_pfm_sample(const unsigned char *b, int little) {
-    uint32_t bits = little ? b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24
-                           : b[3] | (uint32_t)b[2] << 8 | (uint32_t)b[1] << 16 | (uint32_t)b[0] << 24;
+    uint32_t bits = little
+                        ? b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24
+                        : b[3] | (uint32_t)b[2] << 8 | (uint32_t)b[1] << 16 | (uint32_t)b[0] << 24;
     float value;
     memcpy(&value, &bits, sizeof value);
     return value;
@@ -1490,7 +1506,8 @@ static void envmapi_mip_texel(envmap *map, int level, int x, int y) {
     for (int image = 0; image < envmap_faces(mapping) * map->slices; ++image) {
         const float *from = envmapi_image(map, level - 1, 0, 0) +
                             3 * (size_t)image * envmapi_area(mapping, child);
-        float *to = envmapi_image(map, level, 0, 0) + 3 * (size_t)image * envmapi_area(mapping, edge) +
+        float *to = envmapi_image(map, level, 0, 0) +
+                    3 * (size_t)image * envmapi_area(mapping, edge) +
                     3 * ((size_t)y * (size_t)width + (size_t)x);
         double rgb[3] = {0, 0, 0};
         for (int i = 0; i < n; ++i) {
@@ -1525,7 +1542,8 @@ ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
         if (edge == 1)
             for (int slice = 0; slice < map->slices; ++slice) envmapi_mip_top(map, level, slice);
         else
-            for (int i = 0; i < width * edge; ++i) envmapi_mip_texel(map, level, i % width, i / width);
+            for (int i = 0; i < width * edge; ++i)
+                envmapi_mip_texel(map, level, i % width, i / width);
     }
     return ENVMAP_OK;
 }
@@ -1661,7 +1679,8 @@ static double envmapi_table_row(const envmap_lobe *lobe, int row, double theta) 
 }
 
 static double envmapi_table_k(const envmap_lobe *lobe, double x, double p) {
-    double range = (double)lobe->p1 - (double)lobe->p0, s = 0, theta = acos(envmapi_clamp(x, -1, 1));
+    double range = (double)lobe->p1 - (double)lobe->p0, s = 0,
+           theta = acos(envmapi_clamp(x, -1, 1));
     if (fabs(range) > 0)
         s = envmapi_clamp((p - (double)lobe->p0) / range * lobe->table_slices - 0.5, 0,
                           lobe->table_slices - 1);
@@ -1787,7 +1806,8 @@ static envmapi_walk envmapi_walk_of(const envmap_lobe *lobe, double p, double fr
     for (int i = 0; i < n && i < 32; ++i) envmapi_walk_break(&walk, kinks[i], from, to);
     /* No lobe of known width has detail a tenth of that. */
     double width = (double)lobe->parameter, finest = 1e-6;
-    if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN) finest = 0.1 / sqrt(width + 1);
+    if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN)
+        finest = 0.1 / sqrt(width + 1);
     if (lobe->kind == ENVMAP_LOBE_GGX) finest = 0.1 * width;
     /* A table's panels are its own pieces. */
     if (lobe->kind != ENVMAP_LOBE_TABLE)
@@ -1918,7 +1938,8 @@ static double envmapi_curvature_at(const envmap_lobe *lobe, double p, double the
     switch (lobe->kind) {
     case ENVMAP_LOBE_PHONG:
         return envmapi_curvature_of_x(theta, n > 0 ? n * pow(x, n - 1) : 0,
-                                      n > 0 && !(n >= 1 && n <= 1) ? n * (n - 1) * pow(x, n - 2) : 0);
+                                      n > 0 && !(n >= 1 && n <= 1) ? n * (n - 1) * pow(x, n - 2)
+                                                                   : 0);
     case ENVMAP_LOBE_GAUSSIAN: return envmapi_curvature_of_x(theta, n * k, n * n * k);
     case ENVMAP_LOBE_GGX: { /* k = c x / q^2, q' = m */
         double m = (n * n - 1) / 2, q = n * n * (1 + x) / 2 + (1 - x) / 2, c = n * n / ENVMAPI_PI;
@@ -1932,8 +1953,10 @@ static double envmapi_curvature_at(const envmap_lobe *lobe, double p, double the
     default: break;
     }
     double before = envmapi_k(lobe, cos(theta - h), p), after = envmapi_k(lobe, cos(theta + h), p);
-    if (!(theta > h / 2 && theta < ENVMAPI_PI - h / 2)) return fabs(before - 2 * k + after) / (h * h);
-    return envmapi_curvature_of(theta, (after - before) / (2 * h), (before - 2 * k + after) / (h * h));
+    if (!(theta > h / 2 && theta < ENVMAPI_PI - h / 2))
+        return fabs(before - 2 * k + after) / (h * h);
+    return envmapi_curvature_of(theta, (after - before) / (2 * h),
+                                (before - 2 * k + after) / (h * h));
 }
 
 /* At the ends and at the nodes of the walk, four panels to a sigma, with a margin for what lies
@@ -2192,7 +2215,8 @@ ENVMAPI_INLINE double envmapi_atan2(double y, double x) {
     double ax = fabs(x), ay = fabs(y), large = ax > ay ? ax : ay, small = ax > ay ? ay : ax;
     double t = large > 0 ? small / large : 0, turned = t > 0.41421356237309503;
     double s = turned > 0 ? (t - 1) / (t + 1) : t, q = s * s, r = 0;
-    for (int k = 25; k > 0; k -= 2) r = q * r + (k & 2 ? -1.0 : 1.0) / k; /* Taylor, |s| <= tan pi/8 */
+    for (int k = 25; k > 0; k -= 2)
+        r = q * r + (k & 2 ? -1.0 : 1.0) / k; /* Taylor, |s| <= tan pi/8 */
     r = r * s + (turned > 0 ? ENVMAPI_PI / 4 : 0);
     r = ay > ax ? ENVMAPI_PI / 2 - r : r;
     r = x < 0 ? ENVMAPI_PI - r : r;
@@ -2201,7 +2225,7 @@ ENVMAPI_INLINE double envmapi_atan2(double y, double x) {
 
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
-    size_t row;       /* doubles a row of G: north rings, south rings mirrored, 4 ghosts; 4 channels */
+    size_t row; /* doubles a row of G: north rings, south rings mirrored, 4 ghosts; 4 channels */
     double *G;        /* [2M][row] */
     double *F;        /* [bands][M/2][16]: e re, e im, o re, o im; 4 channels each */
     double *turns;    /* cos, sin of 2 pi i/2M */
@@ -2239,7 +2263,8 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
     }
     for (int i = 0; i < n; ++i) {
         int at = 0, f = i, length = n;
-        rings->turns[2 * i] = cos(ENVMAPI_PI * i / M), rings->turns[2 * i + 1] = sin(ENVMAPI_PI * i / M);
+        rings->turns[2 * i] = cos(ENVMAPI_PI * i / M),
+                         rings->turns[2 * i + 1] = sin(ENVMAPI_PI * i / M);
         for (int s = 0; s < rings->stages; ++s) {
             length /= rings->radices[s];
             at += f % rings->radices[s] * length, f /= rings->radices[s];
@@ -2387,7 +2412,8 @@ static void envmapi_butterfly(double *re, double *im, size_t apart, int r, const
     for (int q = 0; q < r; ++q) {
         memcpy(x[q], re + (size_t)q * apart, sizeof x[q]);
         memcpy(y[q], im + (size_t)q * apart, sizeof y[q]);
-        if (sign > 0 && q && turn) envmapi_rotate(x[q], y[q], turns[2 * q * turn], turns[2 * q * turn + 1]);
+        if (sign > 0 && q && turn)
+            envmapi_rotate(x[q], y[q], turns[2 * q * turn], turns[2 * q * turn + 1]);
     }
     if (r == 2) envmapi_dft(x, y, 2, sign);
     else if (r == 3) envmapi_dft(x, y, 3, sign);
@@ -2470,7 +2496,8 @@ static void envmapi_rings_solve(double *F, int H, int m, double *pivots) {
             if (j) envmapi_add8(f, -1, f - 16);
             for (int c = 0; c < 8; ++c) f[c] *= pivots[j];
         }
-        for (int j = H - 2; j >= 0; --j) envmapi_add8(F + 8 * odd + 16 * j, -pivots[j], F + 8 * odd + 16 * (j + 1));
+        for (int j = H - 2; j >= 0; --j)
+            envmapi_add8(F + 8 * odd + 16 * j, -pivots[j], F + 8 * odd + 16 * (j + 1));
     }
 }
 
@@ -2871,7 +2898,8 @@ static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
                                               const envmap_filter_desc *desc) {
     envmapi_source source;
     envmapi_reference job = {&source, dst, lobe, envmapi_lobe_norm(lobe), 0};
-    int rows = dst->size * envmap_faces(dst->mapping), alike = src->slices == 1 && lobe->p0 == lobe->p1;
+    int rows = dst->size * envmap_faces(dst->mapping),
+        alike = src->slices == 1 && lobe->p0 == lobe->p1;
     int together = src->slices > 1 || alike ? 1 : dst->slices;
     int runs = src->slices > 1 ? dst->slices : 1;
     for (int run = 0; run < runs; ++run) {
@@ -3299,7 +3327,8 @@ static envmapi_grid envmapi_grid_of(const envmap *map, double h, double toleranc
     int width = envmapi_width(map->mapping, map->size);
     double n = ceil(span[map->mapping] / h), aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
     grid.map = map, grid.faces = envmap_faces(map->mapping);
-    grid.pad = 2 + (int)ceil(-log(tolerance) / 1.317); /* a spline forgets its end by 0.268 a node */
+    grid.pad =
+        2 + (int)ceil(-log(tolerance) / 1.317); /* a spline forgets its end by 0.268 a node */
     double nodes = (n + 2 * grid.pad) * (n / aspect + 2 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
                     nodes > 0.6 * width * map->size;
@@ -3357,15 +3386,18 @@ typedef struct envmapi_fast {
    averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
 static void envmapi_task_omega(void *context, int y) {
     const envmapi_fast *f = (const envmapi_fast *)context;
-    int mapping = f->grid.map->mapping, edge = f->grid.map->size, width = envmapi_width(mapping, edge);
+    int mapping = f->grid.map->mapping, edge = f->grid.map->size,
+        width = envmapi_width(mapping, edge);
     float *omega = f->omega + (size_t)y * (size_t)width;
     double side = 2.0 / width, Y = (2 * y + 1.0) / edge - 1, area = side * side;
-    int cube = mapping == ENVMAP_CUBE, smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
+    int cube = mapping == ENVMAP_CUBE,
+        smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
     double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
     for (int x = 0; smooth && x < width; ++x) {
         double X = (2 * x + 1.0) / width - 1, q = 1 + X * X + Y * Y, i = 1 / (q * q);
         double rho = cube ? sqrt(q) * i : 4 * i;
-        omega[x] = (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
+        omega[x] =
+            (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
     }
     for (int x = 0; !smooth && x < width; ++x)
         omega[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
@@ -3516,7 +3548,8 @@ static void envmapi_task_expand(void *context, int y) {
             if (grid->identity)
                 memcpy(sum, row + 4 * x, sizeof sum);
             else
-                for (int i = 0; i < 4; ++i) envmapi_add4f(sum, f->u[x].w[i], row + 4 * (f->u[x].start + i));
+                for (int i = 0; i < 4; ++i)
+                    envmapi_add4f(sum, f->u[x].w[i], row + 4 * (f->u[x].start + i));
             if (f->light_count) envmapi_add_lights(sum, f, face, x, y);
             float scale = f->divide ? 1 / sum[3] : 1;
             for (int c = 0; c < 3; ++c) out[c] = sum[c] * scale;
@@ -3600,7 +3633,9 @@ static int envmapi_plan_slice(const envmapi_plan *plan, int i) {
     return plan->slices <= 5 ? i : (int)((size_t)i * (size_t)(plan->slices - 1) / 4);
 }
 
-static int envmapi_plan_sampled(const envmapi_plan *plan) { return plan->slices < 5 ? plan->slices : 5; }
+static int envmapi_plan_sampled(const envmapi_plan *plan) {
+    return plan->slices < 5 ? plan->slices : 5;
+}
 
 /* The widest grid whose spline errors stay within the bounds. */
 static double envmapi_plan_spacing(const envmapi_plan *plan, double contrast) {
@@ -3676,7 +3711,8 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
     plan->slices = varied ? dst->slices : 1;
     plan->sigma = ENVMAPI_PI, plan->dark = 1e-3;
     for (int k = 0; k < plan->slices; ++k)
-        plan->sigma = fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, plan->slices)));
+        plan->sigma =
+            fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, plan->slices)));
     if (plan->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)plan->slices;
     plan->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 1) * n, sizeof(double));
@@ -3691,7 +3727,8 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
     }
     plan->need = envmapi_plan_bands(plan, 1);
     plan->h = 1;
-    plan->kinked = plan->need > 100 && plan->need > 8 / plan->sigma; /* smooth ones end by 6/sigma */
+    plan->kinked =
+        plan->need > 100 && plan->need > 8 / plan->sigma; /* smooth ones end by 6/sigma */
     /* A kink sees the lattice of few, large texels, which no band holds. */
     if (plan->kinked) return envmapi_texel_extent(src) < 0.05;
     plan->h = envmapi_plan_spacing(plan, 1);
@@ -3770,9 +3807,12 @@ static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, dou
     size_t rows = (size_t)(map->size + f->strips * f->grid.faces), row = 4 * (size_t)f->grid.width;
     size_t solve = (size_t)f->grid.faces * (row + 4 * (size_t)f->grid.height);
     f->nodes = (float *)envmapi_pool_get(pool, 4 * (f->grid.count + extra), sizeof(float));
-    f->points = (envmapi_point *)envmapi_pool_get(pool, f->grid.count + extra, sizeof(envmapi_point));
-    f->u = (envmapi_taps *)envmapi_pool_get(pool, (size_t)(width + map->size), sizeof(envmapi_taps));
-    f->rows = (float *)envmapi_pool_get(pool, (f->grid.identity ? 0 : rows * row) + solve, sizeof(float));
+    f->points =
+        (envmapi_point *)envmapi_pool_get(pool, f->grid.count + extra, sizeof(envmapi_point));
+    f->u =
+        (envmapi_taps *)envmapi_pool_get(pool, (size_t)(width + map->size), sizeof(envmapi_taps));
+    f->rows =
+        (float *)envmapi_pool_get(pool, (f->grid.identity ? 0 : rows * row) + solve, sizeof(float));
     if (!f->nodes || !f->points || !f->u || !f->rows) return ENVMAP_ERROR_MEMORY;
     f->v = f->u + width;
     envmapi_taps_fill(f->u, width, f->grid.nu, f->grid.pad);
@@ -3810,7 +3850,8 @@ static void envmapi_contrasts(double contrasts[12], const envmapi_fast *f, doubl
         if (i < 3 || l * h <= ENVMAPI_PI) {
             contrasts[i] = envmapi_contrast(f, h, 4 << i), last = l;
         } else {
-            double left = fmax(log(finest / last), 0.7), slope = log(fmax(f->fine, 1e-9) / fmax(known, 1e-9)) / left;
+            double left = fmax(log(finest / last), 0.7),
+                   slope = log(fmax(f->fine, 1e-9) / fmax(known, 1e-9)) / left;
             contrasts[i] = known * exp(fmin(slope, 0) * log(l / last)), last = l;
         }
     }
@@ -3941,7 +3982,8 @@ static envmap_result envmapi_fast_pass(envmapi_spectrum *out, envmapi_plan *plan
     double contrasts[12] = {0}, spacing = h;
     int kept = pool->count;
     size_t rim = envmapi_is_disc(src->mapping) ? 16 * (size_t)src->size + 64 : 0;
-    if ((result = envmapi_fast_create(&f, src, h, (double)desc->tolerance, rim, pool))) return result;
+    if ((result = envmapi_fast_create(&f, src, h, (double)desc->tolerance, rim, pool)))
+        return result;
     f.omega = (float *)envmapi_pool_get(pool, envmapi_area(src->mapping, src->size), sizeof(float));
     if (!f.omega) return ENVMAP_ERROR_MEMORY;
     f.texels = envmapi_image(src, 0, slice, 0);
@@ -3981,7 +4023,8 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, envmapi_plan *p
     if (!out->a || !out->lights) return ENVMAP_ERROR_MEMORY;
     if (!plans[0].kinked)
         return envmapi_fast_pass(out, plans, count, src, slice, h, 0, desc, pool);
-    result = envmapi_fast_pass(out, plans, count, src, slice, first, ENVMAPI_FIRST_BANDS, desc, pool);
+    result =
+        envmapi_fast_pass(out, plans, count, src, slice, first, ENVMAPI_FIRST_BANDS, desc, pool);
     for (int i = 0, h_set = 0; i < count && !result; ++i) {
         if (!plans[i].need) continue;
         need = plans[i].need > need ? plans[i].need : need;
@@ -4024,7 +4067,8 @@ static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan,
         if ((result = envmapi_tell(&desc->progress, (double)(k - first) / slices))) return result;
         envmapi_synthesise(&t, &desc->executor);
         if ((result = envmapi_tell(&desc->progress, (k - first + 0.5) / slices))) return result;
-        if (!f.grid.identity) envmapi_run_all(&desc->executor, envmapi_task_solve, &f, f.grid.faces);
+        if (!f.grid.identity)
+            envmapi_run_all(&desc->executor, envmapi_task_solve, &f, f.grid.faces);
         envmapi_run_all(&desc->executor, envmapi_task_expand, &f, dst->size);
     }
     envmapi_pool_free(pool, kept);
@@ -4055,7 +4099,8 @@ static envmap_result envmapi_fast_group(envmapi_plan *plans, int count, const en
         envmap_result result = envmapi_fast_analyse(&spectrum, plans, count, src, run, desc, pool);
         for (int i = 0; i < count && !result; ++i) {
             envmapi_progress_part part;
-            envmap_filter_desc part_desc = envmapi_part_desc(&part, desc, run * count + i, 1, runs * count);
+            envmap_filter_desc part_desc =
+                envmapi_part_desc(&part, desc, run * count + i, 1, runs * count);
             if (plans[i].need)
                 result = envmapi_fast_synthesise(plans + i, &spectrum, run, runs > 1 ? 1 : slices,
                                                  &part_desc, pool);
@@ -4162,8 +4207,8 @@ static envmap_result envmapi_filter_stage(envmap *views, const envmap *src,
     envmap_result result = ENVMAP_OK;
     int planned[32], fast = 0, done = 0;
     for (int l = 0; l < count && !result; ++l)
-        fast += planned[l] = envmapi_filter_plan(plans + fast, views + l, src, lobes + l, desc, pool,
-                                                 &result);
+        fast += planned[l] =
+            envmapi_filter_plan(plans + fast, views + l, src, lobes + l, desc, pool, &result);
     for (int l = 0; l < count && !result; ++l) {
         if (planned[l]) continue;
         part_desc = envmapi_part_desc(&part, desc, done++, 1, count);
@@ -4305,12 +4350,17 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
      [KVHS00]     J. Kautz, P.-P. Vazquez, W. Heidrich, H.-P. Seidel. A unified approach to
                   prefiltered environment maps. Rendering Workshop 2000.
      [Miller84]   G. Miller, C. Hoffman. Illumination and reflection maps. SIGGRAPH 1984 course.
+     [Swarztrauber79] P. Swarztrauber. On the spectral approximation of discrete scalar and vector
+                  functions on the sphere. SIAM J. Numerical Analysis 16, 1979.
+     [Unser91]    M. Unser, A. Aldroubi, M. Eden. Fast B-spline transforms for continuous image
+                  representation and interpolation. IEEE PAMI 13, 1991.
      [Williams83] L. Williams. Pyramidal parametrics. SIGGRAPH 1983.
      [WMLT07]     B. Walter, S. Marschner, H. Li, K. Torrance. Microfacet models for refraction
                   through rough surfaces. Rendering Symposium 2007.
 
    CHANGES
-     0.1  five parameterizations, maps, PFM, mip levels, lobes, the reference filter, comparison
+     0.1  five parameterizations, maps, PFM, mip levels, lobes, comparison; filters: the reference,
+          the hierarchical one, and a first fast one through harmonics
 
    LICENCE: MIT
      Copyright (c) 2026 the envmap.h authors
