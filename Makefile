@@ -29,7 +29,7 @@ BENCH     = -O3 -march=native
 BENCHARGS =
 MAP       =
 
-.PHONY: help all demo test check strict sanitize valgrind fuzz bench examples docs install clean FORCE
+.PHONY: help all demo test check strict sanitize valgrind fuzz bench table1 examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -84,6 +84,11 @@ fuzz: ## libFuzzer on the PFM reader, half a minute
 	else \
 	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
 	fi
+
+table1: ## the speed-ups of Kautz et al. 2000, Table 1, beside the published ones
+	@mkdir -p $(BUILD)
+	$(CC) -std=c99 -O2 -I. -Itests tests/bench_table1.c -o $(BUILD)/table1 $(LIBS)
+	$(BUILD)/table1
 
 bench: ## verify, then time the filter; MAP=sky.pfm on that map, BENCH=-O2, BENCHARGS=--quick
 	@mkdir -p $(BUILD)

@@ -40,7 +40,8 @@
        PARABOLOID  front (X,Y) = (d_x,d_y)/(1+d_z), back (d_x,d_y)/(1-d_z); faces front, back.
        SPHERE      OpenGL's: (X,Y) = (n_x,n_y), n = (d+z)/|d+z|; centre +z, the rim is -z.
        LATLONG     u = 1/2 + atan2(d_x,-d_z)/2pi, v = acos(d_y)/pi; centre -z.
-       ANGULAR     Debevec's: (X,Y) = acos(-d_z)/(pi sqrt(d_x^2+d_y^2)) (d_x,d_y); centre -z, rim +z.
+       ANGULAR     Debevec's: (X,Y) = (d_x,d_y) acos(-d_z)/(pi sqrt(d_x^2+d_y^2)); centre -z,
+                   the rim is +z.
      Mirrored    Seen from inside, the six cube faces, the front paraboloid and the sphere map are
                  MIRRORED pictures; lat-long, angular map and back paraboloid are not. This is what
                  OpenGL and the papers define, not a fault of the file.
@@ -429,7 +430,7 @@ ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const env
 
 #endif /* ENVMAP_H */
 
-/* ============================ you can stop reading here: the bodies ============================ */
+/* =========================== you can stop reading here: the bodies =========================== */
 
 #ifdef ENVMAP_IMPLEMENTATION
 #ifndef ENVMAP_IMPLEMENTATION_ONCE
@@ -3294,8 +3295,8 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
        source texels --adjoint of cubic spline--> grid nodes --rings, a_lm, lambda_l, rings-->
        grid nodes of the result --cubic spline--> result texels
    Every arrow is linear and as exact for a sun as for a sky; what is lost of band l is
-   e(l) = 2.6 (l h / 2 pi)^4 or more on a grid of spacing h, and everything beyond the last band. Both are
-   bounded from lambda_l and the scene's contrast kappa: a band holds at most kappa^2 times what
+   e(l) = 2.6 (l h / 2 pi)^4 or more on a grid of spacing h, and everything beyond the last band.
+   Both are bounded from lambda_l and the scene's contrast kappa: a band holds at most kappa^2 times what
    one light of the same energy puts there (kappa^2 = sum (E_i - mean w_i)^2 / (sum E_i)^2 over
    blocks i as wide as the band's half wave).
      rms     kappa^2 sum_(l>=L) (2l+1) lambda_l^2 <= (tolerance/4)^2 R,
@@ -3311,7 +3312,7 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
    result really gets (D) before it is decided how many are needed.
    Tests: tests/test_fast.c. */
 
-/* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or its texels themselves. */
+/* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels. */
 typedef struct envmapi_grid {
     const envmap *map;
     int faces, width, height, nu, nv, pad, identity;
