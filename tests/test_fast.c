@@ -1,0 +1,904 @@
+/* SPDX-License-Identifier: MIT
+   The fast filter against the definition: its tolerance (rms at most 1, worst texel at most 20
+   tolerances) over scenes, lobes, parameterizations and sizes; the symmetries of the sphere within
+   that tolerance; and the rules that every method keeps. */
+#define _POSIX_C_SOURCE 200809L
+#define ENVMAP_IMPLEMENTATION
+#include "zonal.h"
+
+#include <pthread.h>
+
+/* ----------------------------------------------------------------------------------- tools ---- */
+
+static envmap black(int mapping, int size, int levels, int slices) {
+    envmap map = {0, 0, 0, 0, 0, 0, 0, 0};
+    if (!CHECK(envmap_create(&map, (envmap_mapping)mapping, size, levels, slices) == ENVMAP_OK)) {
+        printf("    no map to test with\n");
+        exit(1);
+    }
+    return map;
+}
+
+static size_t floats_of(const envmap *map) {
+    size_t n = 0;
+    for (int l = 0; l < map->levels; ++l)
+        n += oracle_floats(map->mapping, map->size, map->slices, l);
+    return n;
+}
+
+static void fill(envmap *map, float value) {
+    for (size_t i = 0; i < floats_of(map); ++i) map->texels[i] = value;
+}
+
+static int all_are(const envmap *map, float value) {
+    size_t other = 0;
+    for (size_t i = 0; i < floats_of(map); ++i)
+        other += memcmp(&map->texels[i], &value, sizeof value) != 0;
+    return other == 0;
+}
+
+static int same_bits(const envmap *a, const envmap *b) {
+    return !memcmp(a->texels, b->texels, floats_of(a) * sizeof(float));
+}
+
+static envmap_result filter(envmap *dst, const envmap *src, envmap_lobe lobe, int method,
+                            double tolerance) {
+    envmap_filter_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.method = method;
+    desc.tolerance = (float)tolerance;
+    return envmap_filter(dst, src, &lobe, &desc);
+}
+
+/* Level 0 of a - b in tolerances: the rms, and the worst texel. */
+typedef struct miss {
+    double rms, worst;
+} miss;
+
+static miss miss_of(const envmap *a, const envmap *b, double tolerance) {
+    envmap_difference d;
+    miss out = {HUGE_VAL, HUGE_VAL};
+    if (CHECK(envmap_compare(&d, a, b, 0) == ENVMAP_OK))
+        out.rms = d.rms / tolerance, out.worst = d.worst / tolerance;
+    return out;
+}
+
+static miss larger(miss a, miss b) {
+    miss out = {b.rms <= a.rms ? a.rms : b.rms, b.worst <= a.worst ? a.worst : b.worst};
+    return out;
+}
+
+/* One method against the reference, in tolerances. */
+static miss miss_by(int mapping, int size, int slices, const envmap *src, envmap_lobe lobe,
+                    int method, double tolerance) {
+    envmap truth = black(mapping, size, 1, slices), dst = black(mapping, size, 1, slices);
+    CHECK(filter(&truth, src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+    CHECK(filter(&dst, src, lobe, method, tolerance) == ENVMAP_OK);
+    CHECK(truth.p0 == dst.p0 && truth.p1 == dst.p1);
+    miss out = miss_of(&dst, &truth, tolerance);
+    envmap_free(&truth);
+    envmap_free(&dst);
+    return out;
+}
+
+static void figures(const char *what, miss m) {
+    char text[128];
+    snprintf(text, sizeof text, "%s: rms / tolerance", what);
+    FIGURE(text, m.rms, 1);
+    snprintf(text, sizeof text, "%s: worst / tolerance", what);
+    FIGURE(text, m.worst, 20);
+}
+
+/* ---------------------------------------------------------------------------------- scenes ---- */
+
+enum { MILD, STUDIO, SUN, SCENES };
+static const char *const scene_name[SCENES] = {"mild", "studio", "sun"};
+
+/* A sky, brighter at the horizon, with soft clouds, over a darker ground. */
+static double mild(const double d[3], int channel) {
+    static const double sky[3] = {0.35, 0.55, 1}, ground[3] = {0.3, 0.25, 0.15};
+    double up = 1 / (1 + exp(-8 * d[1])), haze = exp(-6 * d[1] * d[1]);
+    double cloud = 0.5 + 0.5 * sin(5 * d[0] + 3 * sin(4 * d[2]) + 2 * d[1]);
+    return ground[channel] * (1 - up) + sky[channel] * up + 0.4 * haze + 0.5 * up * cloud * cloud;
+}
+
+/* Softboxes on black: within half their sides of the centre, tinted apart. */
+static double studio(const double d[3], int channel) {
+    static const double box[3][8] = {/* centre, half sides, radiance */
+                                     {0.48, 0.64, 0.6, 0.3, 0.2, 8, 7, 6},
+                                     {-0.8, 0.36, -0.48, 0.15, 0.35, 2, 3, 5},
+                                     {0.28, -0.96, 0, 0.1, 0.1, 0.5, 0.4, 0.1}};
+    for (int i = 0; i < 3; ++i) {
+        double s[3], t[3], turn = 0.3 + i, z = 0, x = 0, y = 0;
+        oracle_tangent(s, box[i], turn);
+        oracle_tangent(t, box[i], turn + PI / 2);
+        for (int k = 0; k < 3; ++k) z += d[k] * box[i][k], x += d[k] * s[k], y += d[k] * t[k];
+        if (z > 0 && fabs(x) < box[i][3] * z && fabs(y) < box[i][4] * z) return box[i][5 + channel];
+    }
+    return 0;
+}
+
+static double mean_of(const envmap *map) {
+    double sum = 0;
+    for (size_t i = 0; i < floats_of(map); ++i) sum += (double)map->texels[i];
+    return sum / (double)floats_of(map);
+}
+
+/* 5e4 times the mean of the rest, in the one texel of slice 0 that d falls into. */
+static void add_sun(envmap *map, double x, double y, double z) {
+    static const float tint[3] = {1, 0.9f, 0.7f};
+    float d[3] = {(float)x, (float)y, (float)z}, u, v;
+    double mean = mean_of(map);
+    int face, width = oracle_width(map->mapping, map->size);
+    envmap_coordinates(&face, &u, &v, (envmap_mapping)map->mapping, d);
+    int i = (int)(u * (float)width), j = (int)(v * (float)map->size);
+    float *texel =
+        envmap_texel(map, 0, 0, face, i < width ? i : width - 1, j < map->size ? j : map->size - 1);
+    for (int c = 0; c < 3; ++c) texel[c] = tint[c] * (float)(mean > 0 ? 5e4 * mean : 5e4);
+}
+
+static envmap scene_of(int scene, int mapping, int size) {
+    envmap map = black(mapping, size, 1, 1);
+    oracle_fill(&map, 0, scene == STUDIO ? studio : mild);
+    if (scene == SUN) add_sun(&map, 0.3, 0.7, 0.55);
+    return map;
+}
+
+/* Sizes of about a tenth of a radian a texel: the least that are worth a transform. */
+static const int fast_size[ENVMAP_MAPPING_COUNT] = {16, 32, 40, 28, 40};
+
+/* ----------------------------------------------------------------------------------- lobes ---- */
+
+static double two_gaussians(double x, double p, void *user) {
+    (void)p, (void)user;
+    return exp(20 * (x - 1)) + 0.1 * exp(-3 * (x + 1));
+}
+
+static double cone(double x, double p, void *user) {
+    double t = acos(x < -1 ? -1 : x > 1 ? 1 : x);
+    (void)p, (void)user;
+    return t < 0.9 ? 0.9 - t : 0;
+}
+
+static const float cone_kinks[1] = {0.9f};
+enum { TABLE = 33 };
+static float table[3 * TABLE]; /* three rows: a lobe that widens with p */
+
+static envmap_lobe table_lobe(void) {
+    for (int row = 0; row < 3; ++row)
+        for (int i = 0; i < TABLE; ++i)
+            table[row * TABLE + i] = (float)exp((24 - 10 * row) * (cos(PI * i / (TABLE - 1)) - 1));
+    return envmap_lobe_table(table, TABLE, 3, 0, 1);
+}
+
+static envmap_lobe cone_lobe(void) {
+    envmap_lobe lobe = envmap_lobe_function(cone, NULL);
+    lobe.kinks = cone_kinks, lobe.kink_count = 1;
+    return lobe;
+}
+
+enum { LOBES = 18 };
+static const char *const lobe_name[LOBES] = {
+    "diffuse",   "Phong 0",   "Phong 2",    "Phong 3",      "Phong 5", "Phong 10",
+    "Phong 100", "Phong 115", "Gaussian 3", "Gaussian 100", "GGX 0.3", "GGX 0.6",
+    "Banks 0.5", "Banks 0.9", "function",   "cone",         "table",   "Phong 2.5"};
+static const int lobe_slices[LOBES] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 3, 4, 1, 1, 2, 1};
+
+static envmap_lobe lobe_of(int i) {
+    static const float phong[8] = {1, 0, 2, 3, 5, 10, 100, 115};
+    if (i < 8) return envmap_lobe_phong(phong[i]);
+    if (i < 10) return envmap_lobe_gaussian(i == 8 ? 3.0f : 100.0f);
+    if (i < 12) return envmap_lobe_ggx(i == 10 ? 0.3f : 0.6f);
+    if (i < 14) return envmap_lobe_banks(i == 12 ? 0.5f : 0.9f);
+    if (i == 14) return envmap_lobe_function(two_gaussians, NULL);
+    if (i == 15) return cone_lobe();
+    return i == 16 ? table_lobe() : envmap_lobe_phong(2.5f);
+}
+
+/* ------------------------------------------------------------------------------- tolerance ---- */
+
+/* Cube 32 -> cube 12, or 8 where lobes have kinks: every lobe at least two texels wide. */
+static void every_tolerance_is_kept(int scene) {
+    static const double tolerances[4] = {1e-2, 1e-3, 1e-4, 1e-5};
+    envmap src = scene_of(scene, ENVMAP_CUBE, 32);
+    int quick = test_many(50) < 50;
+    for (int i = 0; i < LOBES; i += quick ? 5 : 1) {
+        char what[96];
+        int slices = lobe_slices[i], size = i > 2 && i < 10 ? 12 : 8;
+        int kinked = i < 3 || i > 9, slow = i == 1 || i == 12 || i == 13 || i == 15 || i == 16;
+        int count = quick || (kinked && scene == STUDIO) ? 2 : slow ? 3 : 4; /* in a few seconds */
+        envmap truth = black(ENVMAP_CUBE, size, 1, slices);
+        envmap dst = black(ENVMAP_CUBE, size, 1, slices);
+        miss all = {0, 0};
+        CHECK(filter(&truth, &src, lobe_of(i), ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+        for (int k = slow && scene == STUDIO; k < count; ++k) {
+            CHECK(filter(&dst, &src, lobe_of(i), ENVMAP_METHOD_FAST, tolerances[k]) == ENVMAP_OK);
+            all = larger(all, miss_of(&dst, &truth, tolerances[k]));
+        }
+        snprintf(what, sizeof what, "%s, %s", lobe_name[i], scene_name[scene]);
+        figures(what, all);
+        envmap_free(&truth);
+        envmap_free(&dst);
+    }
+    envmap_free(&src);
+}
+
+static void every_tolerance_is_kept_in_a_mild_scene(void) { every_tolerance_is_kept(MILD); }
+static void every_tolerance_is_kept_in_a_studio(void) { every_tolerance_is_kept(STUDIO); }
+static void every_tolerance_is_kept_under_a_sun(void) { every_tolerance_is_kept(SUN); }
+
+/* Beyond the promised range: no tolerance is too wide to be safe, none so small that it fails. */
+static void tolerances_far_out_of_range_are_safe(void) {
+    static const double tolerances[4] = {0.5, 10, 1e6, 1e30};
+    envmap src = scene_of(SUN, ENVMAP_CUBE, 64);
+    for (int i = 0; i < 4; ++i)
+        for (int lobe = 0; lobe < 6; lobe += 5) {
+            envmap dst = black(ENVMAP_CUBE, 24, 1, 1);
+            CHECK(filter(&dst, &src, lobe_of(lobe), ENVMAP_METHOD_FAST, tolerances[i]) ==
+                  ENVMAP_OK);
+            envmap_free(&dst);
+        }
+    envmap_free(&src);
+    src = scene_of(SUN, ENVMAP_CUBE, 16);
+    miss m = miss_by(ENVMAP_CUBE, 6, 1, &src, envmap_lobe_phong(10), ENVMAP_METHOD_FAST, 1e-9);
+    FIGURE("Phong 10 at tolerance 1e-9: rms", 1e-9 * m.rms, 1e-6); /* floats' own */
+    envmap_free(&src);
+}
+
+/* -------------------------------------------------------------------- parameterizations, sizes --
+ */
+
+static void every_parameterization_is_a_source_and_a_target(void) {
+    static const int lobes[3] = {5, 0, 12};
+    for (int i = 0; i < 3; ++i)
+        for (int to = 0; to < ENVMAP_MAPPING_COUNT; ++to) {
+            miss all = {0, 0};
+            char what[96];
+            for (int from = 0; from < ENVMAP_MAPPING_COUNT; ++from) {
+                envmap src = scene_of(i == 2 ? MILD : SUN, from, fast_size[from]);
+                all = larger(all, miss_by(to, 7, i == 2 ? 2 : 1, &src, lobe_of(lobes[i]),
+                                          ENVMAP_METHOD_FAST, i == 2 ? 1e-2 : 1e-3));
+                envmap_free(&src);
+            }
+            snprintf(what, sizeof what, "all five to %s, %s", oracle_name[to], lobe_name[lobes[i]]);
+            figures(what, all);
+        }
+}
+
+/* Sources and results larger than what the lobe asks for: both go through coarser grids. */
+static void grids_coarser_than_the_texels_keep_the_tolerance(void) {
+    for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping) {
+        char what[96];
+        envmap src = scene_of(SUN, mapping, mapping == ENVMAP_CUBE ? 64 : 128);
+        miss all =
+            miss_by(ENVMAP_CUBE, 4, 1, &src, envmap_lobe_phong(10), ENVMAP_METHOD_FAST, 1e-2);
+        all = larger(
+            all, miss_by(ENVMAP_CUBE, 4, 1, &src, envmap_lobe_phong(5), ENVMAP_METHOD_FAST, 1e-3));
+        envmap_free(&src);
+        snprintf(what, sizeof what, "fine %s", oracle_name[mapping]);
+        figures(what, all);
+        src = scene_of(SUN, ENVMAP_CUBE, 16);
+        all = miss_by(mapping, mapping == ENVMAP_CUBE ? 40 : 60, 1, &src, envmap_lobe_phong(5),
+                      ENVMAP_METHOD_FAST, 1e-2);
+        envmap_free(&src);
+        src = scene_of(STUDIO, ENVMAP_PARABOLOID, 30);
+        all = larger(all, miss_by(mapping, mapping == ENVMAP_CUBE ? 40 : 60, 1, &src,
+                                  envmap_lobe_gaussian(3), ENVMAP_METHOD_FAST, 1e-3));
+        envmap_free(&src);
+        snprintf(what, sizeof what, "to a fine %s", oracle_name[mapping]);
+        figures(what, all);
+    }
+}
+
+static void odd_and_tiny_sizes_keep_the_tolerance(void) {
+    static const int sizes[5][2] = {{17, 33}, {33, 17}, {33, 1}, {17, 2}, {33, 3}};
+    for (int i = 0; i < 5; ++i) {
+        char what[96];
+        int from = i % ENVMAP_MAPPING_COUNT, to = (i + 2) % ENVMAP_MAPPING_COUNT;
+        envmap src = scene_of(SUN, from, sizes[i][0]);
+        miss all =
+            miss_by(to, sizes[i][1], 1, &src, envmap_lobe_phong(5), ENVMAP_METHOD_FAST, 1e-3);
+        all = larger(all, miss_by(to, sizes[i][1], 1, &src, envmap_lobe_diffuse(),
+                                  ENVMAP_METHOD_FAST, 1e-4));
+        snprintf(what, sizeof what, "%s %d to %s %d", oracle_name[from], sizes[i][0],
+                 oracle_name[to], sizes[i][1]);
+        figures(what, all);
+        envmap_free(&src);
+    }
+}
+
+static void sources_of_1_to_3_texels_keep_the_tolerance(void) {
+    for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping) {
+        miss all = {0, 0};
+        char what[96];
+        for (int size = 1; size <= 3; ++size) {
+            envmap src = scene_of(SUN, mapping, size);
+            all = larger(all, miss_by(ENVMAP_CUBE, 5, 1, &src, envmap_lobe_gaussian(0.2f),
+                                      ENVMAP_METHOD_FAST, 1e-3));
+            all = larger(all, miss_by(ENVMAP_CUBE, 2, 1, &src, envmap_lobe_phong(0.5f),
+                                      ENVMAP_METHOD_FAST, 1e-2));
+            envmap_free(&src);
+        }
+        snprintf(what, sizeof what, "sizes 1 to 3, %s", oracle_name[mapping]);
+        figures(what, all);
+    }
+}
+
+/* AUTO where it is not the reference anyway. */
+static void auto_keeps_the_tolerance(void) {
+    envmap src = scene_of(SUN, ENVMAP_CUBE, 24);
+    figures("auto, Phong 10",
+            miss_by(ENVMAP_CUBE, 10, 1, &src, lobe_of(5), ENVMAP_METHOD_AUTO, 1e-3));
+    figures("auto, diffuse",
+            miss_by(ENVMAP_CUBE, 10, 1, &src, lobe_of(0), ENVMAP_METHOD_AUTO, 1e-3));
+    figures("auto, Banks 0.9",
+            miss_by(ENVMAP_PARABOLOID, 7, 4, &src, lobe_of(13), ENVMAP_METHOD_AUTO, 1e-3));
+    envmap_free(&src);
+}
+
+/* ------------------------------------------------------------------------------ slices and raw --
+ */
+
+/* Slices of different scenes; those of a lobe's parameter too. */
+static void each_slice_of_a_source_lights_its_own(void) {
+    static const int lobes[4] = {5, 0, 12, 16};
+    envmap src = black(ENVMAP_CUBE, 20, 1, 3);
+    size_t floats = floats_of(&src) / 3;
+    for (int k = 0; k < 3; ++k) {
+        envmap scene = scene_of(k, ENVMAP_CUBE, 20);
+        memcpy(src.texels + floats * (size_t)k, scene.texels, floats * sizeof(float));
+        envmap_free(&scene);
+    }
+    for (int i = 0; i < 4; ++i) {
+        miss all =
+            miss_by(ENVMAP_PARABOLOID, 8, 3, &src, lobe_of(lobes[i]), ENVMAP_METHOD_FAST, 1e-3);
+        char what[96];
+        snprintf(what, sizeof what, "three slices of source, %s", lobe_name[lobes[i]]);
+        figures(what, all);
+    }
+    envmap_free(&src);
+}
+
+static void a_lobe_without_parameter_fills_every_slice_alike(void) {
+    envmap src = scene_of(SUN, ENVMAP_CUBE, 20), dst = black(ENVMAP_CUBE, 9, 1, 3);
+    for (int lobe = 0; lobe < 6; lobe += 5) {
+        fill(&dst, -7);
+        CHECK(filter(&dst, &src, lobe_of(lobe), ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+        size_t bytes = floats_of(&dst) / 3 * sizeof(float), floats = floats_of(&dst) / 3;
+        CHECK(!memcmp(dst.texels, dst.texels + floats, bytes));
+        CHECK(!memcmp(dst.texels, dst.texels + 2 * floats, bytes));
+        CHECK(dst.texels[0] > 0);
+    }
+    envmap_free(&src);
+    envmap_free(&dst);
+}
+
+static void raw_lobes_keep_the_tolerance(void) {
+    static const int lobes[6] = {0, 5, 9, 11, 12, 14};
+    for (int i = 0; i < 6; ++i) {
+        envmap src = scene_of(i & 1 ? SUN : MILD, ENVMAP_CUBE, 24);
+        envmap_lobe lobe = lobe_of(lobes[i]);
+        char what[96];
+        lobe.raw = 1, lobe.scale = 0.37f;
+        snprintf(what, sizeof what, "raw, %s", lobe_name[lobes[i]]);
+        figures(what, miss_by(ENVMAP_CUBE, 8, lobe_slices[lobes[i]], &src, lobe, ENVMAP_METHOD_FAST,
+                              1e-3));
+        envmap_free(&src);
+    }
+}
+
+/* ---------------------------------------------------------------------------- simple scenes ----
+ */
+
+static void white_stays_white(void) {
+    double worst = 0;
+    for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping)
+        for (int i = 0; i < LOBES; ++i) {
+            envmap src = black(mapping, mapping == ENVMAP_CUBE ? 32 : 64, 1, 1);
+            envmap dst = black(ENVMAP_CUBE, 6, 1, lobe_slices[i]);
+            if (i == 12 || i == 13 ||
+                (mapping && i % 5)) { /* Banks darkens away from c = 0: see test_filters.c */
+                envmap_free(&src);
+                envmap_free(&dst);
+                continue;
+            }
+            fill(&src, 0.7f);
+            CHECK(filter(&dst, &src, lobe_of(i), ENVMAP_METHOD_FAST, i & 1 ? 1e-2 : 1e-3) ==
+                  ENVMAP_OK);
+            for (size_t k = 0; k < floats_of(&dst); ++k) {
+                double off = fabs((double)dst.texels[k] / (double)0.7f - 1);
+                if (!(off <= worst)) worst = off;
+            }
+            envmap_free(&src);
+            envmap_free(&dst);
+        }
+    FIGURE("white furnace, every lobe but Banks", worst, 1e-5);
+}
+
+static void black_stays_black(void) {
+    envmap src = black(ENVMAP_CUBE, 32, 1, 1);
+    for (int i = 0; i < LOBES; ++i) {
+        envmap dst = black(ENVMAP_LATLONG, 5, 1, lobe_slices[i]);
+        fill(&dst, -7);
+        CHECK(filter(&dst, &src, lobe_of(i), ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+        size_t lit = 0;
+        for (size_t k = 0; k < floats_of(&dst); ++k) lit += !(fabsf(dst.texels[k]) <= 0);
+        CHECK(lit == 0);
+        envmap_free(&dst);
+    }
+    envmap_free(&src);
+}
+
+/* Where grids, rings and rims have their edges; alone on black, and under a sky. */
+static void a_lamp_anywhere_keeps_the_tolerance(void) {
+    static const double at[6][3] = {{0.01, 0.02, 1},     {0.01, 0.02, -1},   {0.02, 1, 0.01},
+                                    {0.57, 0.58, 0.575}, {0.8, -0.6, 0.003}, {-1, -0.02, -0.01}};
+    static const int lobes[4] = {5, 3, 0, 11};
+    for (int sky = 0; sky < 2; ++sky)
+        for (int i = 0; i < 4; ++i) {
+            miss all = {0, 0};
+            char what[96];
+            for (int k = 0; k < 6 * ENVMAP_MAPPING_COUNT; ++k) {
+                int mapping = k % ENVMAP_MAPPING_COUNT;
+                envmap src = black(mapping, fast_size[mapping], 1, 1);
+                if (sky) oracle_fill(&src, 0, mild);
+                add_sun(&src, at[k / 5][0], at[k / 5][1], at[k / 5][2]);
+                all = larger(all, miss_by(ENVMAP_CUBE, 5, 1, &src, lobe_of(lobes[i]),
+                                          ENVMAP_METHOD_FAST, 1e-3));
+                envmap_free(&src);
+            }
+            snprintf(what, sizeof what, "a lamp %s, %s", sky ? "in a sky" : "alone",
+                     lobe_name[lobes[i]]);
+            figures(what, all);
+        }
+}
+
+/* --------------------------------------------------------------------------------- symmetry ----
+ */
+
+/* map = source turned by 90 degrees about an axis; cubes only, whose texels fall on texels. */
+static void turn(envmap *map, const envmap *source, int axis) {
+    for (int face = 0; face < 6; ++face)
+        for (int y = 0; y < map->size; ++y)
+            for (int x = 0; x < map->size; ++x) {
+                float d[3], e[3], u, v;
+                int from, b = (axis + 1) % 3, c = (axis + 2) % 3;
+                envmap_direction(d, ENVMAP_CUBE, face, ((float)x + 0.5f) / (float)map->size,
+                                 ((float)y + 0.5f) / (float)map->size);
+                e[axis] = d[axis], e[b] = d[c], e[c] = -d[b];
+                envmap_coordinates(&from, &u, &v, ENVMAP_CUBE, e);
+                memcpy(envmap_texel(map, 0, 0, face, x, y),
+                       envmap_texel(source, 0, 0, from, (int)(u * (float)map->size),
+                                    (int)(v * (float)map->size)),
+                       3 * sizeof(float));
+            }
+}
+
+static void turning_the_source_by_90_degrees_turns_the_result(void) {
+    static const int lobes[4] = {5, 7, 0, 11};
+    for (int i = 0; i < 4; ++i) {
+        miss all = {0, 0};
+        char what[96];
+        envmap src = scene_of(SUN, ENVMAP_CUBE, 32), turned = black(ENVMAP_CUBE, 32, 1, 1);
+        envmap dst = black(ENVMAP_CUBE, 12, 1, 1), of_turned = black(ENVMAP_CUBE, 12, 1, 1);
+        envmap expected = black(ENVMAP_CUBE, 12, 1, 1);
+        CHECK(filter(&dst, &src, lobe_of(lobes[i]), ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+        for (int axis = 0; axis < 3; ++axis) {
+            turn(&turned, &src, axis);
+            turn(&expected, &dst, axis);
+            CHECK(filter(&of_turned, &turned, lobe_of(lobes[i]), ENVMAP_METHOD_FAST, 1e-3) ==
+                  ENVMAP_OK);
+            all = larger(all, miss_of(&of_turned, &expected, 1e-3));
+        }
+        snprintf(what, sizeof what, "turned, %s", lobe_name[lobes[i]]);
+        figures(what, all);
+        envmap_free(&src);
+        envmap_free(&turned);
+        envmap_free(&dst);
+        envmap_free(&of_turned);
+        envmap_free(&expected);
+    }
+}
+
+static void the_result_of_a_sum_is_the_sum_of_the_results(void) {
+    static const int lobes[4] = {5, 7, 0, 11};
+    for (int i = 0; i < 4; ++i) {
+        char what[96];
+        envmap a = scene_of(SUN, ENVMAP_CUBE, 32), b = scene_of(STUDIO, ENVMAP_CUBE, 32);
+        envmap to[3];
+        for (int k = 0; k < 3; ++k) {
+            to[k] = black(ENVMAP_CUBE, 12, 1, 1);
+            if (k == 2)
+                for (size_t n = 0; n < floats_of(&a); ++n) a.texels[n] += b.texels[n];
+            CHECK(filter(&to[k], k == 1 ? &b : &a, lobe_of(lobes[i]), ENVMAP_METHOD_FAST, 1e-3) ==
+                  ENVMAP_OK);
+        }
+        for (size_t n = 0; n < floats_of(&to[0]); ++n) to[0].texels[n] += to[1].texels[n];
+        snprintf(what, sizeof what, "sum of results, %s", lobe_name[lobes[i]]);
+        figures(what, miss_of(&to[0], &to[2], 1e-3));
+        for (int k = 0; k < 3; ++k) envmap_free(&to[k]);
+        envmap_free(&a);
+        envmap_free(&b);
+    }
+}
+
+/* 2^100 = 1.3e30 is exact, so what changes is what over- or underflows. */
+static void a_scaled_scene_gives_the_scaled_result(void) {
+    static const int lobes[3] = {5, 0, 13};
+    for (int i = 0; i < 6; ++i) {
+        char what[96];
+        int power = i & 1 ? 100 : -100, lobe = lobes[i / 2];
+        envmap src = scene_of(SUN, ENVMAP_CUBE, 24);
+        envmap dst = black(ENVMAP_CUBE, 8, 1, lobe_slices[lobe]);
+        envmap scaled = black(ENVMAP_CUBE, 8, 1, lobe_slices[lobe]);
+        CHECK(filter(&dst, &src, lobe_of(lobe), ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+        for (size_t n = 0; n < floats_of(&src); ++n) src.texels[n] = ldexpf(src.texels[n], power);
+        CHECK(filter(&scaled, &src, lobe_of(lobe), ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+        for (size_t n = 0; n < floats_of(&dst); ++n) dst.texels[n] = ldexpf(dst.texels[n], power);
+        snprintf(what, sizeof what, "radiance * 2^%d, %s", power, lobe_name[lobe]);
+        figures(what, miss_of(&scaled, &dst, 1e-3));
+        envmap_free(&src);
+        envmap_free(&dst);
+        envmap_free(&scaled);
+    }
+}
+
+static void radiance_at_the_edge_of_a_float_does_not_overflow(void) {
+    for (int i = 0; i < 6; i += 5)
+        for (int size = 8; size <= 64; size *= 8) {
+            envmap src = black(ENVMAP_CUBE, size, 1, 1), dst = black(ENVMAP_CUBE, 4, 1, 1);
+            double worst = 0;
+            fill(&src, 3.3e38f);
+            CHECK(filter(&dst, &src, lobe_of(i), ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+            for (size_t n = 0; n < floats_of(&dst); ++n) {
+                double off = fabs((double)dst.texels[n] / (double)3.3e38f - 1);
+                if (!(off <= worst)) worst = off;
+            }
+            CHECK_CLOSE(worst, 0, 1e-5);
+            envmap_free(&src);
+            envmap_free(&dst);
+        }
+}
+
+/* ------------------------------------------------------------------------ where FAST ends ---- */
+
+static void lobes_thinner_than_two_texels_are_the_reference(void) {
+    static const float exponents[4] = {500, 2000, 1e5f, 1e9f};
+    envmap src = scene_of(SUN, ENVMAP_CUBE, 24);
+    envmap truth = black(ENVMAP_CUBE, 3, 1, 2), dst = black(ENVMAP_CUBE, 3, 1, 2);
+    for (int i = 0; i < 6; ++i) {
+        envmap_lobe lobe = i < 4    ? envmap_lobe_phong(exponents[i])
+                           : i == 4 ? envmap_lobe_banks(0.999f)
+                                    : envmap_lobe_ggx(0.01f);
+        fill(&dst, -7);
+        CHECK(filter(&truth, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+        CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+        CHECK(same_bits(&dst, &truth));
+        fill(&dst, -7);
+        CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_HARMONICS, 1e-3) == ENVMAP_ERROR_METHOD);
+        CHECK(all_are(&dst, -7));
+    }
+    envmap_free(&src);
+    envmap_free(&truth);
+    envmap_free(&dst);
+}
+
+/* Two texels of a large source are less than the transform's bands resolve. */
+static void a_lobe_of_more_bands_than_there_are_is_the_reference(void) {
+    if (test_many(50) < 50) {
+        CHECK(1);
+        return;
+    }
+    envmap src = black(ENVMAP_CUBE, 512, 1, 1), dst = black(ENVMAP_LATLONG, 1, 1, 1);
+    envmap_lobe lobe = envmap_lobe_phong(28000);
+    CHECK(envmap_lobe_sigma(&lobe, 0) > 2 * sqrt(4 * PI / (6 * 512 * 512)));
+    CHECK(envmap_lobe_bands(&lobe, 1, 1e-5) > 768);
+    add_sun(&src, 1, 0.001, 0.003);
+    add_sun(&src, -1, 0.002, 0.001);
+    fill(&dst, -7);
+    CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_HARMONICS, 1e-5) == ENVMAP_ERROR_METHOD);
+    CHECK(all_are(&dst, -7));
+    figures("Phong 28000 from cube 512",
+            miss_by(ENVMAP_LATLONG, 1, 1, &src, lobe, ENVMAP_METHOD_FAST, 1e-5));
+    envmap_free(&src);
+    envmap_free(&dst);
+}
+
+static void harmonics_keep_the_tolerance_or_say_that_they_cannot(void) {
+    int refused = 0, kept_it = 0;
+    miss all = {0, 0};
+    for (int scene = 0; scene < SCENES; ++scene)
+        for (int i = 0; i < LOBES; ++i) {
+            int slices = lobe_slices[i] > 1 ? 2 : 1;
+            envmap src = scene_of(scene, ENVMAP_CUBE, 16);
+            envmap truth = black(ENVMAP_CUBE, 6, 1, slices), dst = black(ENVMAP_CUBE, 6, 1, slices);
+            fill(&dst, -7);
+            envmap_result result = filter(&dst, &src, lobe_of(i), ENVMAP_METHOD_HARMONICS, 1e-3);
+            CHECK(result == ENVMAP_OK || result == ENVMAP_ERROR_METHOD);
+            if (result == ENVMAP_OK) {
+                CHECK(filter(&truth, &src, lobe_of(i), ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+                all = larger(all, miss_of(&dst, &truth, 1e-3));
+                ++kept_it;
+            } else {
+                CHECK(all_are(&dst, -7));
+                ++refused;
+            }
+            envmap_free(&src);
+            envmap_free(&truth);
+            envmap_free(&dst);
+        }
+    figures("harmonics where they can", all);
+    printf("    %d kept, %d refused\n", kept_it, refused);
+    CHECK(refused > 0 && kept_it >= 10);
+}
+
+/* --------------------------------------------------------------------------------- executor ----
+ */
+
+typedef struct crew {
+    pthread_mutex_t lock;
+    envmap_task *task;
+    void *context;
+    int count, next, threads;
+} crew;
+
+static void *crew_member(void *user) {
+    crew *c = (crew *)user;
+    for (;;) {
+        pthread_mutex_lock(&c->lock);
+        int i = c->next++;
+        pthread_mutex_unlock(&c->lock);
+        if (i >= c->count) return NULL;
+        c->task(c->context, i);
+    }
+}
+
+/* 0 threads: in reversed order on this one. */
+static void crew_run(void *user, envmap_task *task, void *context, int count) {
+    crew *c = (crew *)user;
+    pthread_t threads[8];
+    c->task = task, c->context = context, c->count = count, c->next = 0;
+    for (int i = count - 1; !c->threads && i >= 0; --i) task(context, i);
+    for (int i = 0; i < c->threads; ++i)
+        if (pthread_create(&threads[i], NULL, crew_member, c)) exit(1);
+    for (int i = 0; i < c->threads; ++i) pthread_join(threads[i], NULL);
+}
+
+/* Coarse grids, texels as grids, rims, lights, slices, a chain. */
+static const struct {
+    int from, size, to, edge, slices, lobe;
+} jobs[5] = {{ENVMAP_CUBE, 64, ENVMAP_CUBE, 40, 1, 4},
+             {ENVMAP_PARABOLOID, 32, ENVMAP_LATLONG, 9, 1, 5},
+             {ENVMAP_ANGULAR, 40, ENVMAP_PARABOLOID, 9, 1, 0},
+             {ENVMAP_LATLONG, 32, ENVMAP_CUBE, 8, 2, 12},
+             {ENVMAP_SPHERE, 40, ENVMAP_SPHERE, 7, 1, 11}};
+
+static void results_are_the_same_bits_for_any_executor(void) {
+    static const int threads[5] = {1, 2, 3, 7, 0};
+    static crew c;
+    pthread_mutex_init(&c.lock, NULL);
+    for (int i = 0; i < 5; ++i) {
+        envmap src = scene_of(SUN, jobs[i].from, jobs[i].size);
+        envmap serial = black(jobs[i].to, jobs[i].edge, 3, jobs[i].slices);
+        envmap other = black(jobs[i].to, jobs[i].edge, 3, jobs[i].slices);
+        envmap_lobe lobes[3] = {lobe_of(jobs[i].lobe), envmap_lobe_phong(8), envmap_lobe_diffuse()};
+        envmap_filter_desc desc;
+        memset(&desc, 0, sizeof desc);
+        desc.method = ENVMAP_METHOD_FAST;
+        CHECK(envmap_filter_chain(&serial, &src, lobes, 3, &desc) == ENVMAP_OK);
+        for (int k = 0; k < 5; ++k) {
+            fill(&other, -7);
+            c.threads = threads[k];
+            desc.executor.user = &c;
+            desc.executor.run = crew_run;
+            CHECK(envmap_filter_chain(&other, &src, lobes, 3, &desc) == ENVMAP_OK);
+            CHECK(same_bits(&serial, &other));
+        }
+        envmap_free(&src);
+        envmap_free(&serial);
+        envmap_free(&other);
+    }
+    pthread_mutex_destroy(&c.lock);
+}
+
+/* ----------------------------------------------------------------------------------- chains ----
+ */
+
+/* Level l of a chain as a map of its own. */
+static envmap level_of(const envmap *chain, int l) {
+    envmap map = black(chain->mapping, oracle_edge(chain->size, l), 1, chain->slices);
+    memcpy(map.texels, envmap_texel(chain, l, 0, 0, 0, 0), floats_of(&map) * sizeof(float));
+    return map;
+}
+
+static void a_chain_is_its_filters_level_by_level(void) {
+    static const double tolerances[2] = {1e-3, 1e-4};
+    envmap_lobe lobes[8] = {envmap_lobe_mirror(),    envmap_lobe_phong(3000), envmap_lobe_phong(60),
+                            envmap_lobe_diffuse(),   envmap_lobe_phong(20),   envmap_lobe_ggx(0.5f),
+                            envmap_lobe_gaussian(5), envmap_lobe_phong(2)};
+    for (int i = 0; i < 2; ++i) {
+        char what[96];
+        miss all = {0, 0}, off = {0, 0};
+        envmap src = scene_of(i ? MILD : SUN, ENVMAP_CUBE, 24);
+        for (int first = 0; first < 8; first += 4) {
+            envmap dst = black(ENVMAP_CUBE, 16, 4, 1);
+            envmap_filter_desc desc;
+            memset(&desc, 0, sizeof desc);
+            desc.method = ENVMAP_METHOD_FAST;
+            desc.tolerance = (float)tolerances[i];
+            CHECK(envmap_filter_chain(&dst, &src, lobes + first, 4, &desc) == ENVMAP_OK);
+            for (int l = 0; l < 4; ++l) {
+                envmap level = level_of(&dst, l), alone = black(ENVMAP_CUBE, 16 >> l, 1, 1);
+                CHECK(filter(&alone, &src, lobes[first + l], ENVMAP_METHOD_FAST, tolerances[i]) ==
+                      ENVMAP_OK);
+                off = larger(off, miss_of(&level, &alone, 2 * tolerances[i]));
+                CHECK(filter(&alone, &src, lobes[first + l], ENVMAP_METHOD_REFERENCE, 0) ==
+                      ENVMAP_OK);
+                all = larger(all, miss_of(&level, &alone, tolerances[i]));
+                envmap_free(&level);
+                envmap_free(&alone);
+            }
+            envmap_free(&dst);
+        }
+        snprintf(what, sizeof what, "chain - filters, %s", scene_name[i ? MILD : SUN]);
+        figures(what, off);
+        snprintf(what, sizeof what, "chain, %s", scene_name[i ? MILD : SUN]);
+        figures(what, all);
+        envmap_free(&src);
+    }
+}
+
+/* -------------------------------------------------------------------- progress, memory, errors --
+ */
+
+typedef struct watch {
+    int calls, cancel_at, disorder;
+    float last;
+} watch;
+
+static int watch_report(void *user, float fraction) {
+    watch *w = (watch *)user;
+    if (!(fraction >= w->last) || !(fraction <= 1)) ++w->disorder;
+    w->last = fraction;
+    return ++w->calls == w->cancel_at;
+}
+
+static void progress_grows_and_any_report_can_cancel(void) {
+    envmap src = scene_of(SUN, ENVMAP_CUBE, 16), dst = black(ENVMAP_CUBE, 8, 4, 2);
+    envmap_lobe lobes[4] = {envmap_lobe_phong(4), envmap_lobe_banks(0.5f), envmap_lobe_phong(1e4f),
+                            envmap_lobe_phong(5)};
+    envmap_filter_desc desc;
+    int at = 0, cancelled = 0, live = oracle_live;
+    memset(&desc, 0, sizeof desc);
+    desc.method = ENVMAP_METHOD_FAST;
+    desc.tolerance = 1e-2f;
+    fill(&dst, -7);
+    dst.p0 = -3;
+    for (envmap_result result = ENVMAP_CANCELLED; result == ENVMAP_CANCELLED && at < 5000;) {
+        watch w = {0, 0, 0, 0};
+        w.cancel_at = ++at;
+        desc.progress.user = &w;
+        desc.progress.report = watch_report;
+        result = envmap_filter_chain(&dst, &src, lobes, 4, &desc);
+        CHECK(oracle_live == live && w.disorder == 0);
+        if (result == ENVMAP_CANCELLED) {
+            ++cancelled;
+            CHECK(w.calls == at && all_are(&dst, -7) && dst.p0 < -2);
+        } else {
+            CHECK(result == ENVMAP_OK && w.calls == at - 1 && w.last == 1.0f);
+            CHECK(dst.texels[0] > -6);
+        }
+    }
+    CHECK(cancelled >= 6);
+    envmap_free(&src);
+    envmap_free(&dst);
+}
+
+static void out_of_memory_leaks_nothing_and_touches_nothing(void) {
+    static const int methods[3] = {ENVMAP_METHOD_FAST, ENVMAP_METHOD_AUTO, ENVMAP_METHOD_HARMONICS};
+    for (int method = 0; method < 3; ++method) {
+        envmap src = scene_of(SUN, ENVMAP_PARABOLOID, 32), dst = black(ENVMAP_CUBE, 8, 4, 2);
+        envmap_lobe lobes[4] = {envmap_lobe_phong(4), envmap_lobe_banks(0.5f),
+                                envmap_lobe_phong(1e4f), envmap_lobe_mirror()};
+        int failures = 0, finished = 0, live = oracle_live, context = 0;
+        envmap_filter_desc desc;
+        memset(&desc, 0, sizeof desc);
+        desc.method = methods[method];
+        desc.tolerance = 1e-2f;
+        desc.memory = &context;
+        if (methods[method] == ENVMAP_METHOD_HARMONICS)
+            lobes[1] = envmap_lobe_gaussian(4), lobes[2] = envmap_lobe_phong(5);
+        fill(&dst, -7);
+        for (int n = 0; n < 500 && !finished; ++n) {
+            oracle_calls = 0;
+            oracle_fail_at = n;
+            envmap_result result = envmap_filter_chain(&dst, &src, lobes, 4, &desc);
+            oracle_fail_at = -1;
+            finished = oracle_calls <= n;
+            CHECK(oracle_live == live);
+            CHECK(result == (finished ? ENVMAP_OK : ENVMAP_ERROR_MEMORY));
+            if (!finished) ++failures;
+            if (!finished) CHECK(all_are(&dst, -7));
+        }
+        CHECK(finished && failures >= 5);
+        CHECK(oracle_wrong_context == 0 && dst.texels[0] > -6);
+        envmap_free(&src);
+        envmap_free(&dst);
+    }
+}
+
+static double nan_in_a_ring(double x, double p, void *user) {
+    (void)p, (void)user;
+    return x > 0.3 && x < 0.4 ? (double)NAN : 1 + x;
+}
+
+static void bad_input_is_refused_and_touches_nothing(void) {
+    for (int method = ENVMAP_METHOD_FAST; method <= ENVMAP_METHOD_HARMONICS; ++method) {
+        envmap src = scene_of(MILD, ENVMAP_CUBE, 16), dst = black(ENVMAP_CUBE, 8, 1, 1), none = dst;
+        envmap_lobe bad = envmap_lobe_phong(-1), lobe = envmap_lobe_phong(5);
+        envmap_filter_desc desc;
+        float *texel = envmap_texel(&src, 0, 0, 3, 5, 7), before = texel[1];
+        static const float radiance[3] = {NAN, INFINITY, -1e-3f};
+        fill(&dst, -7);
+        none.texels = NULL;
+        CHECK(filter(&dst, &src, lobe, method, -1e-3) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(filter(&dst, &src, lobe, method, (double)NAN) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(filter(&dst, &src, lobe, method, (double)INFINITY) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(filter(&dst, &dst, lobe, method, 0) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(filter(&none, &src, lobe, method, 0) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(filter(&dst, &none, lobe, method, 0) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(filter(&dst, &src, bad, method, 0) == ENVMAP_ERROR_LOBE);
+        CHECK(filter(&dst, &src, envmap_lobe_ggx(2), method, 0) == ENVMAP_ERROR_LOBE);
+        bad = envmap_lobe_function(nan_in_a_ring, NULL);
+        CHECK(filter(&dst, &src, bad, method, 0) == ENVMAP_ERROR_LOBE);
+        for (int i = 0; i < 3; ++i) {
+            texel[1] = radiance[i];
+            CHECK(filter(&dst, &src, lobe, method, 0) == ENVMAP_ERROR_RADIANCE);
+        }
+        texel[1] = before;
+        memset(&desc, 0, sizeof desc);
+        desc.method = ENVMAP_METHOD_COUNT;
+        CHECK(envmap_filter(&dst, &src, &lobe, &desc) == ENVMAP_ERROR_ARGUMENT);
+        desc.method = method;
+        CHECK(envmap_filter(&dst, &src, NULL, &desc) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(envmap_filter_chain(&dst, &src, &lobe, 2, &desc) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(all_are(&dst, -7));
+        CHECK(envmap_filter(&dst, &src, &lobe, &desc) == ENVMAP_OK);
+        envmap_free(&src);
+        envmap_free(&dst);
+    }
+}
+
+static void nothing_leaks(void) { CHECK(oracle_live == 0); }
+
+int main(void) {
+    RUN(every_tolerance_is_kept_in_a_mild_scene);
+    RUN(every_tolerance_is_kept_in_a_studio);
+    RUN(every_tolerance_is_kept_under_a_sun);
+    RUN(tolerances_far_out_of_range_are_safe);
+    RUN(every_parameterization_is_a_source_and_a_target);
+    RUN(grids_coarser_than_the_texels_keep_the_tolerance);
+    RUN(odd_and_tiny_sizes_keep_the_tolerance);
+    RUN(sources_of_1_to_3_texels_keep_the_tolerance);
+    RUN(auto_keeps_the_tolerance);
+    RUN(each_slice_of_a_source_lights_its_own);
+    RUN(a_lobe_without_parameter_fills_every_slice_alike);
+    RUN(raw_lobes_keep_the_tolerance);
+    RUN(white_stays_white);
+    RUN(black_stays_black);
+    RUN(a_lamp_anywhere_keeps_the_tolerance);
+    RUN(turning_the_source_by_90_degrees_turns_the_result);
+    RUN(the_result_of_a_sum_is_the_sum_of_the_results);
+    RUN(a_scaled_scene_gives_the_scaled_result);
+    RUN(radiance_at_the_edge_of_a_float_does_not_overflow);
+    RUN(lobes_thinner_than_two_texels_are_the_reference);
+    RUN(a_lobe_of_more_bands_than_there_are_is_the_reference);
+    RUN(harmonics_keep_the_tolerance_or_say_that_they_cannot);
+    RUN(results_are_the_same_bits_for_any_executor);
+    RUN(a_chain_is_its_filters_level_by_level);
+    RUN(progress_grows_and_any_report_can_cancel);
+    RUN(out_of_memory_leaks_nothing_and_touches_nothing);
+    RUN(bad_input_is_refused_and_touches_nothing);
+    RUN(nothing_leaks);
+    return test_summary();
+}
