@@ -3303,10 +3303,10 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
              kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/4)^2 R,
              R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
      texels  at every angle t from a light, what is lost, d(t) = sum (2l+1) lambda_l P_l(cos t) over
-             l >= L or times e(l), stays below 12 tolerances of what the light itself sends
-             there, or of the darkest that counts (8 at a kink, where all of it adds up; 6 for the
-             splines, which err four times):
-             kappa |d(t)| <= 12 tolerance max(kappa k(t), D lambda_0),  D = 1/1000
+             l >= L or times e(l), stays below 5 tolerances of what the light itself sends
+             there, or of the darkest that counts (8 at a kink; 3 for each spline, of which there
+             are four): all of them together below 20:
+             kappa |d(t)| <= 5 tolerance max(kappa k(t), D lambda_0),  D = 1/1000
    A lobe with a kink (diffuse, Banks) has bands that end slowly. There texels brighter than 1/2000
    of all light are summed one by one, exactly; and a first pass with 48 bands finds how dark the
    result really gets (D) before it is decided how many are needed.
@@ -3613,7 +3613,8 @@ static int envmapi_plan_texel_bands(const envmapi_plan *plan, int slice, double 
         double next = ((2 * l + 1) * x * P - l * before) / (l + 1);
         before = P, P = next;
     }
-    double limit = (h > 0 ? 6 : plan->kinked ? 8 : 12) * plan->tolerance *
+    /* All of these add up to 20: the bands, a spline on either side and on either grid. */
+    double limit = (h > 0 ? 3 : plan->kinked ? 8 : 5) * plan->tolerance *
                    fmax(contrast * fabs(k), envmapi_plan_mean(plan, slice) * plan->dark);
     if (h > 0) return contrast * fabs(lost) <= limit;
     int L = plan->bands;

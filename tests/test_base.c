@@ -11,19 +11,19 @@ static void ok_is_zero(void) {
 
 static void every_result_has_its_own_text(void) {
     for (int i = 0; i < ENVMAP_RESULT_COUNT; ++i) {
-        const char *text = envmap_result_text(i);
+        const char *text = envmap_result_text((envmap_result)i);
         CHECK(text != NULL);
         if (!text) continue;
         size_t n = strlen(text);
         CHECK(n > 1 && text[n - 1] != '.' && text[n - 1] != '\n');
-        for (int j = 0; j < i; ++j) CHECK(strcmp(text, envmap_result_text(j)) != 0);
+        for (int j = 0; j < i; ++j) CHECK(strcmp(text, envmap_result_text((envmap_result)j)) != 0);
     }
 }
 
 static void unknown_results_have_a_text_too(void) {
     static const int numbers[] = {-1, ENVMAP_RESULT_COUNT, 1000, INT_MAX, INT_MIN};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; ++i) {
-        const char *text = envmap_result_text(numbers[i]);
+        const char *text = envmap_result_text((envmap_result)numbers[i]);
         CHECK(text != NULL && *text);
         if (text) CHECK(strcmp(text, envmap_result_text(ENVMAP_OK)) != 0);
     }

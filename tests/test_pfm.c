@@ -82,7 +82,7 @@ static void check_header(const char *header, envmap_result expected) {
         size_t n = 0;
         for (const char *c = header; *c && n < sizeof shown - 6; ++c)
             n += (size_t)sprintf(shown + n, *c < 32 ? "\\%o" : "%c", *c);
-        printf("    header \"%s\": %s\n", shown, envmap_result_text((int)r));
+        printf("    header \"%s\": %s\n", shown, envmap_result_text((envmap_result)r));
     }
     CHECK(r == expected);
 }
