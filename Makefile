@@ -33,7 +33,7 @@ MAP       =
 .DEFAULT_GOAL = help
 
 help: ## this list
-	@sed -nE 's/^([a-z]+):[^#]*## (.*)/  make \1@\2/p' Makefile | awk -F@ '{printf "%-18s%s\n", $$1, $$2}'
+	@sed -nE 's/^([a-z0-9]+):[^#]*## (.*)/  make \1@\2/p' Makefile | awk -F@ '{printf "%-18s%s\n", $$1, $$2}'
 
 all: examples $(TESTS) ## build the examples and the tests, run nothing
 
