@@ -453,6 +453,28 @@ static void a_lamp_anywhere_keeps_the_tolerance(void) {
         }
 }
 
+/* Sources large enough for lobes with kinks too; a rim's texels are points of their own. */
+static void a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance(void) {
+    static const double at[3][3] = {{0.8, -0.6, 0.003}, {0.01, 0.02, 1}, {0.01, 0.02, -1}};
+    static const int sizes[ENVMAP_MAPPING_COUNT] = {48, 64, 128, 128, 128}, lobes[3] = {0, 11, 12};
+    for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping)
+        for (int i = 0; i < 3; ++i) {
+            miss all = {0, 0};
+            char what[96];
+            for (int k = 0; k < 3; ++k) {
+                envmap src = black(mapping, sizes[mapping], 1, 1);
+                if (k != 1) oracle_fill(&src, 0, mild);
+                add_sun(&src, at[k][0], at[k][1], at[k][2]);
+                all = larger(all, miss_by(ENVMAP_CUBE, 2, i == 2 ? 2 : 1, &src, lobe_of(lobes[i]),
+                                          ENVMAP_METHOD_FAST, 1e-3));
+                envmap_free(&src);
+            }
+            snprintf(what, sizeof what, "a lamp, %s %d, %s", oracle_name[mapping], sizes[mapping],
+                     lobe_name[lobes[i]]);
+            figures(what, all);
+        }
+}
+
 /* --------------------------------------------------------------------------------- symmetry ----
  */
 
@@ -887,6 +909,7 @@ int main(void) {
     RUN(white_stays_white);
     RUN(black_stays_black);
     RUN(a_lamp_anywhere_keeps_the_tolerance);
+    RUN(a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance);
     RUN(turning_the_source_by_90_degrees_turns_the_result);
     RUN(the_result_of_a_sum_is_the_sum_of_the_results);
     RUN(a_scaled_scene_gives_the_scaled_result);
