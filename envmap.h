@@ -3381,6 +3381,7 @@ typedef struct envmapi_fast {
     int light_count;
     double fine; /* kappa of the texels that are left */
     size_t rim_count;
+    double limit; /* energy that makes a light */
 } envmapi_fast;
 
 /* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
@@ -3775,9 +3776,12 @@ static double envmapi_contrast(const envmapi_fast *f, double h, int l) {
     return envmapi_clamp(sqrt(squares) / total[0], 0, 1);
 }
 
+#define ENVMAPI_LIGHTS 2048
+
 /* Texels that a rim cuts, as points of their own at their centroids; returns how many. Before there
    are rings, the values alone, which the contrast wants. */
-static size_t envmapi_rim_points(envmapi_fast *f, size_t room) {
+static size_t envmapi_rim_points(envmapi_fast *f, size_t room, envmapi_light *lights,
+                                 int *light_count) {
     const envmap *map = f->grid.map;
     size_t n = 0, area = envmapi_area(map->mapping, map->size);
     if (!envmapi_is_disc(map->mapping)) return 0;
@@ -3791,9 +3795,18 @@ static size_t envmapi_rim_points(envmapi_fast *f, size_t room) {
             const float *texel = f->texels + 3 * ((size_t)face * area + t);
             float *node = f->nodes + 4 * (f->grid.count + n);
             envmapi_direction(d, map->mapping, face, at[0], at[1]);
-            if (f->rings.M) f->points[f->grid.count + n] = envmapi_rings_point(&f->rings, d);
-            for (int c = 0; c < 3; ++c) node[c] = (float)w * texel[c];
-            node[3] = (float)w;
+            if (f->rings.M) {
+                f->points[f->grid.count + n] = envmapi_rings_point(&f->rings, d);
+                continue;
+            }
+            double energy = w * ((double)texel[0] + (double)texel[1] + (double)texel[2]);
+            int out = lights && energy > f->limit && *light_count < ENVMAPI_LIGHTS;
+            for (int c = 0; c < 4; ++c) node[c] = out ? 0 : (float)w * (c < 3 ? texel[c] : 1);
+            if (!out) continue;
+            envmapi_light *light = lights + (*light_count)++;
+            light->texel = (size_t)face * area + t;
+            memcpy(light->d, d, sizeof d);
+            for (int c = 0; c < 4; ++c) light->value[c] = w * (c < 3 ? (double)texel[c] : 1.0);
         }
     }
     return n;
@@ -3896,7 +3909,6 @@ static int envmapi_fast_fit(envmapi_plan *plans, int count, const envmapi_fast *
     return bands;
 }
 
-#define ENVMAPI_LIGHTS 2048
 
 /* Takes a texel out of the nodes. */
 static void envmapi_light_out(envmapi_fast *f, const envmapi_light *light, int face, int x, int y) {
@@ -3922,11 +3934,12 @@ static int envmapi_fast_lights(envmapi_fast *f, envmapi_light *lights) {
         envmapi_block_sum(sum, &f->grid, f->nodes + nodes * (size_t)face, 0, 0, 1 << 20);
         total[0] += sum[0], total[1] += sum[1];
     }
+    f->limit = total[0] / 2000;
     for (size_t i = 0; i < area * (size_t)f->grid.faces; ++i) {
         const float *texel = f->texels + 3 * i;
         double w = (double)f->omega[i % area];
         double energy = w * ((double)texel[0] + (double)texel[1] + (double)texel[2]);
-        if (energy > total[0] / 2000 && n < ENVMAPI_LIGHTS) {
+        if (energy > f->limit && n < ENVMAPI_LIGHTS) {
             int face = (int)(i / area), x = (int)(i % width), y = (int)(i % area / width);
             envmapi_light *light = lights + n++;
             light->texel = i;
@@ -3990,15 +4003,16 @@ static envmap_result envmapi_fast_pass(envmapi_spectrum *out, envmapi_plan *plan
     if (!f.omega) return ENVMAP_ERROR_MEMORY;
     f.texels = envmapi_image(src, 0, slice, 0);
     envmapi_fast_reduce(&f, &desc->executor);
-    f.rim_count = envmapi_rim_points(&f, rim);
     out->light_count = plans[0].kinked ? envmapi_fast_lights(&f, out->lights) : 0;
+    f.rim_count =
+        envmapi_rim_points(&f, rim, plans[0].kinked ? out->lights : NULL, &out->light_count);
     if (bands == ENVMAPI_FIRST_BANDS && plans[0].kinked) envmapi_contrasts(contrasts, &f, h);
     if (!bands) bands = envmapi_fast_fit(plans, count, &f, h, NULL, &spacing);
     if ((result = envmapi_transform_create(&t, &f.rings, spacing, bands, pool))) return result;
     if (!f.grid.identity) envmapi_run_all(&desc->executor, envmapi_task_solve, &f, f.grid.faces);
     envmapi_run_all(&desc->executor, envmapi_task_points, &f, f.grid.height);
     t.points = f.points, t.values = f.nodes, t.a = out->a, t.a_bands = out->bands = bands;
-    envmapi_rim_points(&f, rim);
+    envmapi_rim_points(&f, rim, NULL, NULL);
     t.count = f.grid.count + f.rim_count;
     envmapi_analyse(&t, &desc->executor);
     if (bands == ENVMAPI_FIRST_BANDS && plans[0].kinked) {
