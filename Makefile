@@ -20,8 +20,8 @@ EXAMPLES = $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/*.c))
 RUN      =
 COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 # Exact sums over millions of texels are not what valgrind is for, and its long double has 64 bits
-# only, too few for the lobes' oracles. (The sanitizers run both.)
-SLOW     = %/test_filters %/test_lobes
+# only, too few for the lobes' oracles. (The sanitizers run them all.)
+SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -55,7 +55,7 @@ strict: ## every standard, every strict warning, header, tests and examples, gcc
 sanitize: ## the tests with the address and the undefined-behaviour sanitizer
 	@mkdir -p $(BUILD) && echo 'int main(void) { return 0; }' >$(BUILD)/probe.c
 	@if $(CC) $(SANITIZE) $(BUILD)/probe.c -o $(BUILD)/probe 2>/dev/null && $(BUILD)/probe; then \
-	    $(MAKE) --no-print-directory test BUILD=$(BUILD)/sanitize CFLAGS="$(SANITIZE)" COMPILE=; \
+	    TEST_QUICK=1 $(MAKE) --no-print-directory test BUILD=$(BUILD)/sanitize CFLAGS="$(SANITIZE)" COMPILE=; \
 	else \
 	    echo "sanitize passed by: $(CC) has no sanitizers (Debian: libgcc-12-dev or libclang-rt-14-dev)"; \
 	fi
