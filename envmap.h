@@ -3297,8 +3297,8 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
    Every arrow is linear and as exact for a sun as for a sky; what is lost of band l is
    e(l) = 2.6 (l h / 2 pi)^4 or more on a grid of spacing h, and everything beyond the last band.
    Both are bounded from lambda_l and the scene's contrast kappa: a band holds at most kappa^2
-   times what one light of the same energy puts there (kappa^2 = sum (E_i - mean w_i)^2 / (sum E_i)^2 over
-   blocks i as wide as the band's half wave).
+   times what one light of the same energy puts there (kappa^2 = sum (E_i - mean w_i)^2 /
+   (sum E_i)^2 over blocks i as wide as the band's half wave).
      rms     kappa^2 sum_(l>=L) (2l+1) lambda_l^2 <= (tolerance/4)^2 R,
              kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/4)^2 R,
              R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
