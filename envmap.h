@@ -2213,8 +2213,8 @@ static double envmapi_spline_error(double f) {
 
 /* atan(y/x) in all quadrants, to 1e-10: a polynomial, where libm's would be half of the time. */
 ENVMAPI_INLINE double envmapi_atan2(double y, double x) {
-    double ax = fabs(x), ay = fabs(y), large = ax > ay ? ax : ay, small = ax > ay ? ay : ax;
-    double t = large > 0 ? small / large : 0, turned = t > 0.41421356237309503;
+    double ax = fabs(x), ay = fabs(y), most = ax > ay ? ax : ay, least = ax > ay ? ay : ax;
+    double t = most > 0 ? least / most : 0, turned = t > 0.41421356237309503;
     double s = turned > 0 ? (t - 1) / (t + 1) : t, q = s * s, r = 0;
     for (int k = 25; k > 0; k -= 2)
         r = q * r + (k & 2 ? -1.0 : 1.0) / k; /* Taylor, |s| <= tan pi/8 */
@@ -3404,8 +3404,8 @@ static void envmapi_task_omega(void *context, int y) {
     for (int x = 0; !smooth && x < width; ++x)
         omega[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
     for (int x = 0; envmapi_is_disc(mapping) && x < width; ++x) { /* cut by the rim: see there */
-        double X = fabs((2 * x + 1.0) / width - 1) + side / 2, far = fabs(Y) + side / 2;
-        if (X * X + far * far > 1) omega[x] = 0;
+        double X = fabs((2 * x + 1.0) / width - 1) + side / 2, y_end = fabs(Y) + side / 2;
+        if (X * X + y_end * y_end > 1) omega[x] = 0;
     }
 }
 
