@@ -377,6 +377,12 @@ typedef enum envmap_method {
     ENVMAP_METHOD_COUNT
 } envmap_method;
 
+/* A source that many calls share. */
+typedef struct envmap_prepared {
+    void *state;
+    void *memory; /* context for ENVMAP_MALLOC and ENVMAP_FREE; set it before envmap_prepare      */
+} envmap_prepared;
+
 typedef struct envmap_filter_desc {
     int method;      /* envmap_method; 0: AUTO                                                    */
     float tolerance; /* desired relative rms error, 1e-7 .. 0.1 (clamped); 0: 1e-3                */
@@ -385,6 +391,11 @@ typedef struct envmap_filter_desc {
     envmap_executor executor; /* run NULL: serial                                                 */
     envmap_progress progress; /* report NULL: none                                                */
     void *memory;             /* context for temporary memory                                     */
+    float limit;     /* the source's radiance is brought down to this, Inf too; NaN and negative
+                        numbers count as 0; 0: no limit, and such sources are refused             */
+    double *clamped; /* NULL, or out, with a limit: [0] the energy it took, over that of all finite
+                        radiance; [1] the share of the sphere with NaN, Inf or negative radiance  */
+    const envmap_prepared *prepared; /* NULL, or the source's: see envmap_prepare                 */
 } envmap_filter_desc;
 
 /* dst level 0, every slice: L(a) = sum k(a.l; p) L_in(l) w(l) / norm over src's level-0 texels l,
@@ -411,6 +422,22 @@ ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const env
 ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
                                              const envmap_lobe *lobes, int count,
                                              const envmap_filter_desc *desc);
+
+/* What FAST learns of a source, once for many calls: calls with desc.prepared and the same src, not
+   changed or freed meanwhile, take it from there where their lobes need no more bands and no finer
+   tolerance than these lobes; others do their own work.
+   prepared  its memory context set, or zero; overwritten without freeing
+   lobes     those that will be asked for, or the sharpest of them
+   desc      tolerance, executor, memory; no limit
+   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY; *prepared then stays as
+   it was.  One prepared source serves any number of threads.
+   Test: a_prepared_source_gives_the_same_map. */
+ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
+                                        const envmap_lobe *lobes, int count,
+                                        const envmap_filter_desc *desc);
+
+/* NULL and twice are fine. */
+ENVMAP_API void envmap_prepared_free(envmap_prepared *prepared);
 
 /* --------------------------------------------------------------------------------- >>compare -- */
 
@@ -2131,109 +2158,140 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
 /* ------------------------------------------------------------------------------- >>harmonics --
    Points of light on the sphere -> coefficients a_lm -> a smooth function on the sphere, by way of
    M rings of 2M points, theta_j = (j+1/2) pi/M, phi_k = k pi/M:
-       spread      each point on 4 x 4 grid points by cubic B-splines, the adjoint of interpolating
-       in phi      FFT, and divide by the spline's response (4 + 2 cos(pi m/M))/6
-       in theta    solve (1/6, 4/6, 1/6) c = f, ring -1 being ring 0 half a turn on: (-1)^m
+       spread      each point on 6 x 6 grid points by quintic B-splines, the adjoint of interpolating
+       in phi      FFT, and divide by the spline's response (66 + 52 cos w + 2 cos 2w)/120, w = pi m/M
+       in theta    solve (1, 26, 66, 26, 1)/120 c = f; ring -1 is ring 0 half a turn on: (-1)^m
        Legendre    a_lm = sum_j P_lm(theta_j) F_m(theta_j), three-term recurrence in l
-   and the same steps in reverse order back to the grid, which 4 x 4 taps interpolate. Spline and
-   FFT are never inverted approximately, so the only errors are the spline's own, 2.6 f^4 at few
+   and the same steps in reverse order back to the grid, which 6 x 6 taps interpolate. Spline and
+   FFT are never inverted approximately, so the only errors are the spline's own, 2.4 f^6 at few
    cycles a sample (f = l/2M), and the bands left out: both are weighted with lambda_l, which is
    small where they are large. Four channels: RGB and solid angle.
-   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre.
+   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre;
+   F_m takes the place of the rings it was made from, so that there is one grid, no more.
    Source [Swarztrauber79] for the folding; splines [Unser91].  Tests: tests/test_harmonics.c. */
 
 #if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD)
 #define ENVMAPI_INLINE static inline __attribute__((always_inline))
-typedef float envmapi_float4 __attribute__((vector_size(16)));
-typedef double envmapi_double4 __attribute__((vector_size(32)));
-typedef double envmapi_double8 __attribute__((vector_size(64)));
-#define ENVMAPI_ADD(type, y, a, x)                                                                 \
-    do {                                                                                           \
-        type envmapi_y, envmapi_x;                                                                 \
-        memcpy(&envmapi_y, y, sizeof envmapi_y), memcpy(&envmapi_x, x, sizeof envmapi_x);          \
-        envmapi_y += (a) * envmapi_x;                                                              \
-        memcpy(y, &envmapi_y, sizeof envmapi_y);                                                   \
-    } while (0)
+#define ENVMAPI_LANES(type, scalar, n)                                                             \
+    typedef scalar type __attribute__((vector_size(n * sizeof(scalar))));                          \
+    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) { *y += a * *x; }             \
+    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) { *y += *x * *z; }
 #else
 #define ENVMAPI_INLINE static inline
-typedef struct { float v[4]; } envmapi_float4;
-typedef struct { double v[4]; } envmapi_double4;
-typedef struct { double v[8]; } envmapi_double8;
-#define ENVMAPI_ADD(type, y, a, x)                                                                 \
-    for (size_t envmapi_i = 0; envmapi_i < sizeof(type) / sizeof *(y); ++envmapi_i)                \
-    (y)[envmapi_i] += (a) * (x)[envmapi_i]
+#define ENVMAPI_LANES(type, scalar, n)                                                             \
+    typedef struct { scalar v[n]; } type;                                                          \
+    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
+        for (int i = 0; i < n; ++i) y->v[i] += a * x->v[i];                                        \
+    }                                                                                              \
+    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) {                        \
+        for (int i = 0; i < n; ++i) y->v[i] += x->v[i] * z->v[i];                                  \
+    }
 #endif
 
-/* y += a x for 4 or 8 numbers: the loops that carry the work. */
-ENVMAPI_INLINE void envmapi_add4f(float *y, float a, const float *x) {
-    ENVMAPI_ADD(envmapi_float4, y, a, x);
-}
+/* y += a x and y += x z for 4, 8 or 16 numbers: the loops that carry the work. */
+ENVMAPI_LANES(envmapi_float4, float, 4)
+ENVMAPI_LANES(envmapi_float16, float, 16)
+ENVMAPI_LANES(envmapi_double4, double, 4)
+ENVMAPI_LANES(envmapi_double8, double, 8)
+
+/* The same in memory. */
 ENVMAPI_INLINE void envmapi_add4(double *y, double a, const double *x) {
-    ENVMAPI_ADD(envmapi_double4, y, a, x);
-}
-ENVMAPI_INLINE void envmapi_add8(double *y, double a, const double *x) {
-    ENVMAPI_ADD(envmapi_double8, y, a, x);
+    envmapi_double4 sum, term;
+    memcpy(&sum, y, sizeof sum), memcpy(&term, x, sizeof term);
+    envmapi_double4_add(&sum, a, &term);
+    memcpy(y, &sum, sizeof sum);
 }
 
 /* Memory of one call: blocks that go together. */
 typedef struct envmapi_pool {
-    void *memory, *blocks[48];
+    void *memory, *blocks[64];
     int count;
 } envmapi_pool;
 
+/* At a multiple of 64 bytes, and 64 more than asked for may be read. */
 static void *envmapi_pool_get(envmapi_pool *pool, size_t count, size_t size) {
-    if (pool->count >= 48 || count > SIZE_MAX / 2 / size) return NULL;
-    void *block = ENVMAP_MALLOC(pool->memory, count * size + 64);
-    if (block) pool->blocks[pool->count++] = block;
-    return block;
+    if (pool->count >= 64 || count > SIZE_MAX / 2 / size) return NULL;
+    char *block = (char *)ENVMAP_MALLOC(pool->memory, count * size + 128);
+    if (!block) return NULL;
+    pool->blocks[pool->count++] = block;
+    return block + (64 - (uintptr_t)block % 64);
 }
 
 static void envmapi_pool_free(envmapi_pool *pool, int keep) {
     while (pool->count > keep) ENVMAP_FREE(pool->memory, pool->blocks[--pool->count]);
 }
 
-/* Cubic B-spline at the four samples around a point, f in [0,1) past the second. */
-ENVMAPI_INLINE void envmapi_spline(float w[4], float f) {
-    float g = 1 - f;
-    w[0] = g * g * g / 6;
-    w[1] = (4 - 6 * f * f + 3 * f * f * f) / 6;
-    w[2] = (4 - 6 * g * g + 3 * g * g * g) / 6;
-    w[3] = f * f * f / 6;
+/* Quintic B-spline at the six samples around a point, f in [0,1] past the third. */
+ENVMAPI_INLINE void envmapi_spline(float w[6], float f) {
+    float g = 1 - f, f2 = f * f, g2 = g * g, f3 = f2 * f, g3 = g2 * g;
+    w[0] = g3 * g2 / 120;
+    w[1] = (1 + g * 5 + 10 * g2 + 10 * g3 + g2 * g2 * (5 - 5 * g)) / 120;
+    w[2] = (66 - 60 * f2 + f2 * f2 * (30 - 10 * f)) / 120;
+    w[3] = (66 - 60 * g2 + g2 * g2 * (30 - 10 * g)) / 120;
+    w[4] = (1 + f * 5 + 10 * f2 + 10 * f3 + f2 * f2 * (5 - 5 * f)) / 120;
+    w[5] = f3 * f2 / 120;
 }
 
-/* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^4 over
-   k != 0, and as much again goes to the aliases k. 2.6 f^4 for small f. */
+/* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^6 over
+   k != 0, and as much again goes to the aliases k. */
 static double envmapi_spline_error(double f) {
     double a = f / (1 - f), b = f / (1 + f);
     if (!(f < 0.5)) return 1;
-    a *= a, b *= b, a *= a, b *= b;
+    a *= a * a, b *= b * b, a *= a, b *= b;
     double lost = 1.08 * (a + b);
     return fmin(sqrt(lost * lost + a * a + b * b), 1);
 }
 
-/* atan(y/x) in all quadrants, to 1e-10: a polynomial, where libm's would be half of the time. */
-ENVMAPI_INLINE double envmapi_atan2(double y, double x) {
-    double ax = fabs(x), ay = fabs(y), most = ax > ay ? ax : ay, least = ax > ay ? ay : ax;
-    double t = most > 0 ? least / most : 0, turned = t > 0.41421356237309503;
-    double s = turned > 0 ? (t - 1) / (t + 1) : t, q = s * s, r = 0;
-    for (int k = 25; k > 0; k -= 2)
-        r = q * r + (k & 2 ? -1.0 : 1.0) / k; /* Taylor, |s| <= tan pi/8 */
-    r = r * s + (turned > 0 ? ENVMAPI_PI / 4 : 0);
-    r = ay > ax ? ENVMAPI_PI / 2 - r : r;
-    r = x < 0 ? ENVMAPI_PI - r : r;
-    return y < 0 ? -r : r;
+/* Factors of the symmetric matrix (1, 26, 66, 26, 1) of n rows whose first and last rows see
+   themselves mirrored, times `first` and `last`: L D L^t, a row's [1/D, L one before, L two before],
+   and two rows of zeros. */
+static void envmapi_spline_factor(double (*factors)[3], int n, double first, double last) {
+    memset(factors, 0, (size_t)(n + 2) * sizeof *factors);
+    for (int i = 0; i < n; ++i) {
+        double *f = factors[i];
+        double diagonal = 66 + (i == 0 ? 26 * first : 0) + (i == n - 1 ? 26 * last : 0);
+        double beside = 26 + (i == 1 ? first : 0) + (i == n - 1 ? last : 0);
+        if (i > 1) f[2] = factors[i - 2][0];
+        if (i > 0) f[1] = (beside - (i > 1 ? factors[i - 1][1] : 0)) * factors[i - 1][0];
+        if (i > 0) diagonal -= f[1] * f[1] / factors[i - 1][0];
+        if (i > 1) diagonal -= f[2];
+        f[0] = 1 / diagonal;
+    }
+}
+
+/* Angle of (x,y) in (-pi,pi] and length, for 64 of them: a polynomial, good to 1e-10. No branches,
+   no calls that set errno, so that compilers make vectors of it. */
+#define ENVMAPI_CHUNK 64
+static void envmapi_polar(double *angle, double *length, const double *y, const double *x) {
+    static const double taylor[13] = {1.0,      -1.0 / 3, 1.0 / 5,   -1.0 / 7, 1.0 / 9,
+                                      -1.0 / 11, 1.0 / 13, -1.0 / 15, 1.0 / 17, -1.0 / 19,
+                                      1.0 / 21, -1.0 / 23, 1.0 / 25};
+    for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
+        double ax = fabs(x[i]), ay = fabs(y[i]), most = ax > ay ? ax : ay, least = ax > ay ? ay : ax;
+        double t = least / (most + 1e-300), reduced = (t - 1) / (t + 1), q = t * t;
+        double root = 1 + q * (0.4875 - 0.0733 * q); /* sqrt(1 + q), two steps after Heron */
+        root = 0.5 * (root + (1 + q) / root);
+        length[i] = most * (0.5 * (root + (1 + q) / root));
+        double s = t > 0.41421356237309503 ? reduced : t, r = 0; /* |s| <= tan pi/8 */
+        q = s * s;
+        for (int k = 12; k >= 0; --k) r = q * r + taylor[k];
+        r = r * s + (t > 0.41421356237309503 ? ENVMAPI_PI / 4 : 0);
+        r = ay > ax ? ENVMAPI_PI / 2 - r : r;
+        r = x[i] < 0 ? ENVMAPI_PI - r : r;
+        angle[i] = y[i] < 0 ? -r : r;
+    }
 }
 
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
-    size_t row; /* doubles a row of G: north rings, south rings mirrored, 4 ghosts; 4 channels */
-    double *G;        /* [2M][row] */
-    double *F;        /* [bands][M/2][16]: e re, e im, o re, o im; 4 channels each */
+    size_t row;       /* doubles a row of G: rings -3 .. M+2, 4 channels */
+    double *G;        /* [2M][row]; or F_m, m < bands: e in row 2m, o in row 2m+1, the real part of
+                         ring pair j at ring j, the imaginary one at ring M-1-j */
     double *turns;    /* cos, sin of 2 pi i/2M */
     double *response; /* 1 / the spline's response at m */
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
     int *place;       /* where the FFT leaves frequency m */
-    int *offset;      /* ring j = -2 .. M+1 -> place in a row */
+    double (*factors)[3]; /* of the solve down the rings, [4][M/2+2]: even m and odd; e and o */
 } envmapi_rings;
 
 /* Where a point falls: the grid point before it, and how far past that. */
@@ -2242,11 +2300,11 @@ typedef struct envmapi_point {
     float f_k, f_j;
 } envmapi_point;
 
-/* The next M >= least, a multiple of 8 (so that blocks of 4 ring pairs are whole), for which
+/* The next M >= least, a multiple of 4 (so that blocks of 2 ring pairs are whole), for which
    2M = 2^a 3^b. */
 static int envmapi_rings_size(int least) {
-    int M = (least + 7) / 8 * 8;
-    for (;; M += 8) {
+    int M = least <= 8 ? 8 : (least + 3) / 4 * 4;
+    for (;; M += 4) {
         int rest = M;
         while (rest % 2 == 0) rest /= 2;
         while (rest % 3 == 0) rest /= 3;
@@ -2264,8 +2322,8 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
     }
     for (int i = 0; i < n; ++i) {
         int at = 0, f = i, length = n;
-        rings->turns[2 * i] = cos(ENVMAPI_PI * i / M),
-                         rings->turns[2 * i + 1] = sin(ENVMAPI_PI * i / M);
+        rings->turns[2 * i] = cos(ENVMAPI_PI * i / M);
+        rings->turns[2 * i + 1] = sin(ENVMAPI_PI * i / M);
         for (int s = 0; s < rings->stages; ++s) {
             length /= rings->radices[s];
             at += f % rings->radices[s] * length, f /= rings->radices[s];
@@ -2273,7 +2331,8 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
         rings->place[i] = at;
     }
     for (int m = 0; m < rings->bands; ++m) {
-        rings->response[m] = 6 / (4 + 2 * cos(ENVMAPI_PI * m / M));
+        double c = cos(ENVMAPI_PI * m / M);
+        rings->response[m] = 120 / (64 + 52 * c + 4 * c * c);
         if (m) norm += 0.5 * log((2 * m + 1.0) / (2 * m));
         rings->norms[m] = norm;
     }
@@ -2281,37 +2340,46 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
         double theta = (j + 0.5) * ENVMAPI_PI / M;
         rings->x[j] = cos(theta), rings->log_sin[j] = log(sin(theta));
     }
-    for (int j = -2; j < M + 2; ++j)
-        rings->offset[j + 2] = 4 * (j < 0 ? M + 2 + j : j < H ? j : j < M ? H + M - 1 - j : j + 2);
+    for (int i = 0; i < 4; ++i)
+        envmapi_spline_factor(rings->factors + i * (H + 2), H, i & 2 ? -1 : 1, i & 1 ? -1 : 1);
 }
 
 static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands,
                                           envmapi_pool *pool) {
     size_t n = 2 * (size_t)M, H = (size_t)M / 2, L = (size_t)bands;
     memset(rings, 0, sizeof *rings);
-    rings->M = M, rings->bands = bands, rings->row = 4 * ((size_t)M + 4);
+    rings->M = M, rings->bands = bands, rings->row = 4 * ((size_t)M + 6);
     rings->G = (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
-    rings->F = (double *)envmapi_pool_get(pool, L * H * 16, sizeof(double));
-    double *tables = (double *)envmapi_pool_get(pool, 2 * n + 2 * L + 2 * H, sizeof(double));
-    int *places = (int *)envmapi_pool_get(pool, n + (size_t)M + 4, sizeof(int));
-    if (!rings->G || !rings->F || !tables || !places) return ENVMAP_ERROR_MEMORY;
+    double *tables = (double *)envmapi_pool_get(pool, 2 * n + 2 * L + 14 * H + 24, sizeof(double));
+    rings->place = (int *)envmapi_pool_get(pool, n, sizeof(int));
+    if (!rings->G || !tables || !rings->place) return ENVMAP_ERROR_MEMORY;
     rings->turns = tables, rings->response = tables + 2 * n, rings->norms = rings->response + L;
     rings->x = rings->norms + L, rings->log_sin = rings->x + H;
-    rings->place = places, rings->offset = places + n;
+    rings->factors = (double(*)[3])(rings->log_sin + H);
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
 }
 
-/* The polar axis is z; d of any length. */
-ENVMAPI_INLINE envmapi_point envmapi_rings_point(const envmapi_rings *rings, const double d[3]) {
-    double scale = rings->M / ENVMAPI_PI;
-    double theta = envmapi_atan2(sqrt(d[0] * d[0] + d[1] * d[1]), d[2]) * scale - 0.5;
-    double phi = envmapi_atan2(d[1], d[0]) * scale;
-    if (phi < 0) phi += 2 * rings->M;
-    int k = (int)phi, j = (int)(theta + 1) - 1;
-    envmapi_point point = {(short)(k >= 2 * rings->M ? k - 2 * rings->M : k), (short)j,
-                           (float)(phi - k), (float)(theta - j)};
-    return point;
+/* Channels of ring j, -3 .. M+2, at point k. */
+ENVMAPI_INLINE double *envmapi_ring(const envmapi_rings *rings, int k, int j) {
+    return rings->G + (size_t)k * rings->row + 4 * (size_t)(j + 3);
+}
+
+/* The polar axis is z; n <= 64 directions d[0..2][] of any length. */
+static void envmapi_rings_points(envmapi_point *points, const envmapi_rings *rings,
+                                 double d[3][ENVMAPI_CHUNK], int n) {
+    double scale = rings->M / ENVMAPI_PI, phi[ENVMAPI_CHUNK], theta[ENVMAPI_CHUNK];
+    double length[ENVMAPI_CHUNK];
+    for (int i = n; i < ENVMAPI_CHUNK; ++i) d[0][i] = d[1][i] = d[2][i] = 1;
+    envmapi_polar(phi, length, d[1], d[0]);
+    envmapi_polar(theta, length, length, d[2]);
+    for (int i = 0; i < n; ++i) {
+        double t = theta[i] * scale - 0.5, f = phi[i] * scale;
+        if (f < 0) f += 2 * rings->M;
+        int k = (int)f, j = (int)(t + 1) - 1;
+        points[i].k = (short)(k >= 2 * rings->M ? k - 2 * rings->M : k), points[i].j = (short)j;
+        points[i].f_k = (float)(f - k), points[i].f_j = (float)(t - j);
+    }
 }
 
 static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : k; }
@@ -2322,18 +2390,24 @@ static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *poin
     int n = 2 * rings->M;
     for (size_t i = 0; i < count; ++i) {
         const envmapi_point *p = points + i;
-        if ((p->k + 2 < from || p->k - 1 >= to) && p->k > 0 && p->k < n - 2) continue;
-        const int *offset = rings->offset + p->j + 1;
+        if ((p->k + 3 < from || p->k - 2 >= to) && p->k > 1 && p->k < n - 3) continue;
+        envmapi_double4 terms[6], light;
         double value[4];
-        float w_k[4], w_j[4];
+        float w_k[6], w_j[6];
         envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
         for (int c = 0; c < 4; ++c) value[c] = (double)values[4 * i + (size_t)c];
-        for (int a = 0; a < 4; ++a) {
-            int k = envmapi_wrap(p->k - 1 + a, n);
+        memcpy(&light, value, sizeof light), memset(terms, 0, sizeof terms);
+        for (int b = 0; b < 6; ++b) envmapi_double4_add(terms + b, (double)w_j[b], &light);
+        for (int a = 0; a < 6; ++a) {
+            int k = envmapi_wrap(p->k - 2 + a, n);
             if (k < from || k >= to) continue;
-            double *row = rings->G + (size_t)k * rings->row;
-            for (int b = 0; b < 4; ++b)
-                envmapi_add4(row + offset[b], (double)w_k[a] * (double)w_j[b], value);
+            double *ring = envmapi_ring(rings, k, p->j - 2);
+            for (int b = 0; b < 6; ++b) {
+                envmapi_double4 sum;
+                memcpy(&sum, ring + 4 * b, sizeof sum);
+                envmapi_double4_add(&sum, (double)w_k[a], terms + b);
+                memcpy(ring + 4 * b, &sum, sizeof sum);
+            }
         }
     }
 }
@@ -2343,15 +2417,21 @@ static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_
     int n = 2 * rings->M;
     for (size_t i = 0; i < count; ++i) {
         const envmapi_point *p = points + i;
-        const int *offset = rings->offset + p->j + 1;
-        double value[4] = {0, 0, 0, 0};
-        float w_k[4], w_j[4];
+        envmapi_double4 sums[6], sum;
+        double value[4];
+        float w_k[6], w_j[6];
         envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
-        for (int a = 0; a < 4; ++a) {
-            const double *row = rings->G + (size_t)envmapi_wrap(p->k - 1 + a, n) * rings->row;
-            for (int b = 0; b < 4; ++b)
-                envmapi_add4(value, (double)w_k[a] * (double)w_j[b], row + offset[b]);
+        memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
+        for (int a = 0; a < 6; ++a) {
+            const double *ring = envmapi_ring(rings, envmapi_wrap(p->k - 2 + a, n), p->j - 2);
+            for (int b = 0; b < 6; ++b) {
+                envmapi_double4 node;
+                memcpy(&node, ring + 4 * b, sizeof node);
+                envmapi_double4_add(sums + b, (double)w_k[a], &node);
+            }
         }
+        for (int b = 0; b < 6; ++b) envmapi_double4_add(&sum, (double)w_j[b], sums + b);
+        memcpy(value, &sum, sizeof value);
         for (int c = 0; c < 4; ++c) values[4 * i + (size_t)c] = (float)value[c];
     }
 }
@@ -2359,12 +2439,11 @@ static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_
 /* Rings beyond a pole are the first ones half a turn on: add them there (fold), or copy. */
 static void envmapi_rings_poles(envmapi_rings *rings, int fold) {
     int M = rings->M;
-    const int pairs[4][2] = {{0, 3}, {1, 2}, {M + 2, M + 1}, {M + 3, M}}; /* beyond, inside; +2 */
     for (int k = 0; k < 2 * M; ++k)
-        for (int i = 0; i < 4; ++i) {
-            size_t half_on = (size_t)envmapi_wrap(k + M, 2 * M);
-            double *beyond = rings->G + (size_t)k * rings->row + rings->offset[pairs[i][0]];
-            double *inside = rings->G + half_on * rings->row + rings->offset[pairs[i][1]];
+        for (int i = 0; i < 6; ++i) {
+            int j = i < 3 ? i : M - 1 - (i - 3), mirrored = i < 3 ? -1 - i : M + (i - 3);
+            double *beyond = envmapi_ring(rings, k, mirrored);
+            double *inside = envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), j);
             for (int c = 0; c < 4; ++c) {
                 if (fold) inside[c] += beyond[c];
                 else beyond[c] = inside[c];
@@ -2372,7 +2451,7 @@ static void envmapi_rings_poles(envmapi_rings *rings, int fold) {
         }
 }
 
-#define ENVMAPI_BLOCK 16 /* doubles of a row that one FFT task takes: 4 rings */
+#define ENVMAPI_BLOCK 8 /* doubles that one FFT carries along: 2 rings */
 
 ENVMAPI_INLINE void envmapi_rotate(double *re, double *im, double c, double s) {
     for (int v = 0; v < ENVMAPI_BLOCK; ++v) {
@@ -2406,131 +2485,160 @@ ENVMAPI_INLINE void envmapi_dft(double re[4][ENVMAPI_BLOCK], double im[4][ENVMAP
 }
 
 /* One butterfly of r rows `apart`; turns stand after it on the way out, before it on the way
-   back, so that one undoes the other. */
-static void envmapi_butterfly(double *re, double *im, size_t apart, int r, const double *turns,
-                              int turn, int sign) {
+   back, so that one undoes the other. A row: the real parts, then the imaginary ones. */
+ENVMAPI_INLINE void envmapi_butterfly(double *z, size_t apart, int r, const double *turns, int turn,
+                                      int sign) {
     double x[4][ENVMAPI_BLOCK], y[4][ENVMAPI_BLOCK];
     for (int q = 0; q < r; ++q) {
-        memcpy(x[q], re + (size_t)q * apart, sizeof x[q]);
-        memcpy(y[q], im + (size_t)q * apart, sizeof y[q]);
+        memcpy(x[q], z + (size_t)q * apart, sizeof x[q]);
+        memcpy(y[q], z + (size_t)q * apart + ENVMAPI_BLOCK, sizeof y[q]);
         if (sign > 0 && q && turn)
             envmapi_rotate(x[q], y[q], turns[2 * q * turn], turns[2 * q * turn + 1]);
     }
-    if (r == 2) envmapi_dft(x, y, 2, sign);
-    else if (r == 3) envmapi_dft(x, y, 3, sign);
-    else envmapi_dft(x, y, 4, sign);
+    envmapi_dft(x, y, r, sign);
     for (int q = 0; q < r; ++q) {
         if (sign < 0 && q && turn)
             envmapi_rotate(x[q], y[q], turns[2 * q * turn], -turns[2 * q * turn + 1]);
-        memcpy(re + (size_t)q * apart, x[q], sizeof x[q]);
-        memcpy(im + (size_t)q * apart, y[q], sizeof y[q]);
+        memcpy(z + (size_t)q * apart, x[q], sizeof x[q]);
+        memcpy(z + (size_t)q * apart + ENVMAPI_BLOCK, y[q], sizeof y[q]);
     }
 }
 
-/* 2M rows of one block in place: out (sign -1) frequency m ends at place[m]; back (sign 1) it
-   starts there. */
-static void envmapi_fft(const envmapi_rings *rings, double *re, double *im, int sign) {
+/* One stage of the FFT below, of a radix that is known when this is compiled. */
+ENVMAPI_INLINE void envmapi_fft_stage(double *z, int n, int length, int r, const double *turns,
+                                      int sign) {
+    size_t row = 2 * ENVMAPI_BLOCK, apart = (size_t)(length / r) * row;
+    for (int start = 0; start < n; start += length)
+        for (int j = 0; j < length / r; ++j)
+            envmapi_butterfly(z + (size_t)(start + j) * row, apart, r, turns, j * (n / length), sign);
+}
+
+/* 2M rows of z in place: out (sign -1) frequency m ends at place[m]; back (sign 1) it starts
+   there. */
+static void envmapi_fft(const envmapi_rings *rings, double *z, int sign) {
     int n = 2 * rings->M, length = sign < 0 ? n : 1;
     for (int i = 0; i < rings->stages; ++i) {
         int r = rings->radices[sign < 0 ? i : rings->stages - 1 - i];
         if (sign > 0) length *= r;
-        for (int j = 0; j < length / r; ++j)
-            for (int start = j; start < n; start += length)
-                envmapi_butterfly(re + (size_t)start * rings->row, im + (size_t)start * rings->row,
-                                  (size_t)(length / r) * rings->row, r, rings->turns,
-                                  j * (n / length), sign);
+        if (r == 4) envmapi_fft_stage(z, n, length, 4, rings->turns, sign);
+        else if (r == 3) envmapi_fft_stage(z, n, length, 3, rings->turns, sign);
+        else envmapi_fft_stage(z, n, length, 2, rings->turns, sign);
         if (sign < 0) length /= r;
     }
 }
 
-/* Ring pairs of block b between G, where north + i south went through the FFT, and F. */
-static void envmapi_rings_unpack(envmapi_rings *rings, int block) {
-    int n = 2 * rings->M, H = rings->M / 2, first = 4 * block;
+/* Rings 2b, 2b+1 (real parts of z) and M-2-2b, M-1-2b (imaginary ones) of block b; F_m from and to
+   their place in G. */
+static void envmapi_rings_unpack(envmapi_rings *rings, int block, const double *z) {
+    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
     for (int m = 0; m < rings->bands; ++m) {
-        const double *p = rings->G + (size_t)rings->place[m] * rings->row + 4 * first;
-        const double *q = rings->G + (size_t)rings->place[(n - m) % n] * rings->row + 4 * first;
-        double *out = rings->F + ((size_t)m * (size_t)H + (size_t)first) * 16;
-        double half = rings->response[m] / 2;
-        for (int j = 0; j < 4; ++j, out += 16)
-            for (int c = 0; c < 4; ++c) {
-                double a = p[4 * j + c] * half, b = p[4 * (H + j) + c] * half;
-                double d = q[4 * j + c] * half, e = q[4 * (H + j) + c] * half;
-                out[c] = (a + d) + (b + e), out[4 + c] = (b - e) - (a - d);
-                out[8 + c] = (a + d) - (b + e), out[12 + c] = (b - e) + (a - d);
-            }
-    }
-}
-
-static void envmapi_rings_pack(envmapi_rings *rings, int block) {
-    int n = 2 * rings->M, H = rings->M / 2, first = 4 * block;
-    for (int k = 0; k < n; ++k) {
-        double *row = rings->G + (size_t)k * rings->row + 4 * first;
-        memset(row, 0, ENVMAPI_BLOCK * sizeof(double));
-        memset(row + 4 * H, 0, ENVMAPI_BLOCK * sizeof(double));
-    }
-    for (int m = rings->bands - 1; m >= 0; --m) {
-        double *p = rings->G + (size_t)rings->place[m] * rings->row + 4 * first;
-        double *q = rings->G + (size_t)rings->place[(n - m) % n] * rings->row + 4 * first;
-        const double *in = rings->F + ((size_t)m * (size_t)H + (size_t)first) * 16;
-        double w = rings->response[m];
-        for (int j = 0; j < 4; ++j, in += 16)
-            for (int c = 0; c < 4; ++c) {
-                double nr = (in[c] + in[8 + c]) * w, ni = (in[4 + c] + in[12 + c]) * w;
-                double sr = (in[c] - in[8 + c]) * w, si = (in[4 + c] - in[12 + c]) * w;
-                q[4 * j + c] = nr + si, q[4 * (H + j) + c] = sr - ni; /* conj N + i conj S */
-                p[4 * j + c] = m ? nr - si : nr, p[4 * (H + j) + c] = m ? sr + ni : sr;
-            }
-    }
-}
-
-/* (1/6, 4/6, 1/6) c = f down the rings of one m, e and o apart: the equator mirrors c as +-c, the
-   pole as (-1)^m c. In place. */
-static void envmapi_rings_solve(double *F, int H, int m, double *pivots) {
-    for (int odd = 0; odd < 2; ++odd) {
-        double *f = F + 8 * odd;
-        for (int j = 0; j < H; ++j, f += 16) {
-            double diagonal = 4.0 - (j ? pivots[j - 1] : 0);
-            if (j == 0) diagonal += m & 1 ? -1 : 1;
-            if (j == H - 1) diagonal += odd ? -1 : 1;
-            pivots[j] = 1 / diagonal;
-            for (int c = 0; c < 8; ++c) f[c] *= 6;
-            if (j) envmapi_add8(f, -1, f - 16);
-            for (int c = 0; c < 8; ++c) f[c] *= pivots[j];
+        const double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->place[m];
+        const double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->place[(n - m) % n];
+        double *e_re = envmapi_ring(rings, 2 * m, north), half = rings->response[m] / 2;
+        double *e_im = envmapi_ring(rings, 2 * m, south);
+        double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
+        for (int i = 0; i < 8; ++i) {
+            int s = i ^ 4; /* the pair's southern ring is the other one */
+            double n_re = (p[i] + q[i]) * half, n_im = (p[8 + i] - q[8 + i]) * half;
+            double s_re = (p[8 + s] + q[8 + s]) * half, s_im = (q[s] - p[s]) * half;
+            e_re[i] = n_re + s_re, e_im[s] = n_im + s_im;
+            o_re[i] = n_re - s_re, o_im[s] = n_im - s_im;
         }
-        for (int j = H - 2; j >= 0; --j)
-            envmapi_add8(F + 8 * odd + 16 * j, -pivots[j], F + 8 * odd + 16 * (j + 1));
     }
+}
+
+static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z) {
+    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
+    memset(z, 0, (size_t)n * 2 * ENVMAPI_BLOCK * sizeof(double));
+    for (int m = rings->bands - 1; m >= 0; --m) {
+        double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->place[m];
+        double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->place[(n - m) % n];
+        const double *e_re = envmapi_ring(rings, 2 * m, north), w = rings->response[m];
+        const double *e_im = envmapi_ring(rings, 2 * m, south);
+        const double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
+        for (int i = 0; i < 8; ++i) { /* p = N + i S, q = conj N + i conj S */
+            int s = i ^ 4;
+            double n_re = (e_re[i] + o_re[i]) * w, n_im = (e_im[s] + o_im[s]) * w;
+            double s_re = (e_re[s] - o_re[s]) * w, s_im = (e_im[i] - o_im[i]) * w;
+            q[i] = n_re + s_im, q[8 + i] = s_re - n_im;
+            p[i] = m ? n_re - s_im : n_re, p[8 + i] = m ? s_re + n_im : s_re;
+        }
+    }
+}
+
+/* z between a block's rings and the FFT. */
+static void envmapi_rings_block(envmapi_rings *rings, int block, double *z, int out) {
+    int north = 2 * block, south = rings->M - 2 - north;
+    for (int k = 0; k < 2 * rings->M; ++k, z += 2 * ENVMAPI_BLOCK) {
+        double *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
+        if (out) memcpy(a, z, 64), memcpy(b, z + ENVMAPI_BLOCK, 64);
+        else memcpy(z, a, 64), memcpy(z + ENVMAPI_BLOCK, b, 64);
+    }
+}
+
+/* (1, 26, 66, 26, 1)/120 c = f down the rings of one m, e and o apart: the equator mirrors c as
+   +-c, the pole as (-1)^m c. f [H][16]: e re, e im, o re, o im. In place. */
+static void envmapi_rings_solve(const envmapi_rings *rings, double *f, int m) {
+    int H = rings->M / 2;
+    const double(*factors[2])[3];
+    envmapi_double8 now, done, one[2], two[2];
+    factors[0] = (const double(*)[3])(rings->factors + 2 * (m & 1) * (H + 2));
+    factors[1] = factors[0] + (H + 2);
+    memset(one, 0, sizeof one), memset(two, 0, sizeof two);
+    for (int j = 0; j < H; ++j)
+        for (int odd = 0; odd < 2; ++odd) {
+            memcpy(&now, f + 16 * j + 8 * odd, sizeof now);
+            envmapi_double8_add(&now, -factors[odd][j][2], two + odd);
+            envmapi_double8_add(&now, -factors[odd][j][1], one + odd);
+            memcpy(f + 16 * j + 8 * odd, &now, sizeof now);
+            two[odd] = one[odd], one[odd] = now;
+        }
+    memset(one, 0, sizeof one), memset(two, 0, sizeof two);
+    for (int j = H - 1; j >= 0; --j)
+        for (int odd = 0; odd < 2; ++odd) {
+            memcpy(&now, f + 16 * j + 8 * odd, sizeof now), memset(&done, 0, sizeof done);
+            envmapi_double8_add(&done, 120 * factors[odd][j][0], &now);
+            envmapi_double8_add(&done, -factors[odd][j + 2][2], two + odd);
+            envmapi_double8_add(&done, -factors[odd][j + 1][1], one + odd);
+            memcpy(f + 16 * j + 8 * odd, &done, sizeof done);
+            two[odd] = one[odd], one[odd] = done;
+        }
 }
 
 /* P_lm of 8 rings for l = m .. bands-1: P_l = A_l (x P_(l-1) - B_l P_(l-2)),
    A_l = sqrt((4l^2-1)/(l^2-m^2)), B_l = sqrt(((l-1)^2-m^2)/(4(l-1)^2-1)).
    sin^m begins as its logarithm: where it underflows, P stays negligible up to l ~ 1000. Returns
-   0 when it is on all 8. */
+   how many l, an even number, are below 1e-18 on all 8, or -1 when all are. */
 static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
                             const double *A, const double *B) {
-    int H = rings->M / 2, any = 0;
-    double x[8], before[8], now[8];
+    int H = rings->M / 2, any = 0, skip = -1;
+    double x[8], start[8];
+    envmapi_double8 x8, before, now;
     for (int b = 0; b < 8; ++b) {
         int j = first + b < H ? first + b : H - 1;
-        double start = rings->norms[m] + m * rings->log_sin[j];
-        now[b] = start > -700 && first + b < H ? exp(start) : 0;
-        x[b] = rings->x[j], before[b] = 0, any |= now[b] > 0;
+        double logarithm = rings->norms[m] + m * rings->log_sin[j];
+        start[b] = logarithm > -700 && first + b < H ? exp(logarithm) : 0;
+        x[b] = rings->x[j], any |= start[b] > 0;
     }
-    memcpy(P, now, sizeof now);
-    for (int l = m + 1; any && l < rings->bands; ++l) {
-        double a = A[l], ab = A[l] * B[l];
-        for (int b = 0; b < 8; ++b) {
-            double next = a * x[b] * now[b] - ab * before[b];
-            before[b] = now[b], now[b] = next;
-        }
-        memcpy(P + 8 * (l - m), now, sizeof now);
+    memcpy(&x8, x, sizeof x8), memcpy(&now, start, sizeof now), memset(&before, 0, sizeof before);
+    for (int l = m; any && l < rings->bands; ++l, P += 8) {
+        envmapi_double8 ax, next;
+        memcpy(P, &now, sizeof now);
+        for (int b = 0; b < 8 && skip < 0; ++b)
+            if (fabs(P[b]) > 1e-18) skip = (l - m) & ~1;
+        memset(&ax, 0, sizeof ax), memset(&next, 0, sizeof next);
+        envmapi_double8_add(&ax, A[l + 1], &x8);
+        envmapi_double8_add(&next, -A[l + 1] * B[l + 1], &before);
+        envmapi_double8_mad(&next, &ax, &now);
+        before = now, now = next;
     }
-    return any;
+    return skip;
 }
 
+/* A and B for l = m+1 .. bands. */
 static void envmapi_legendre_factors(double *A, double *B, int m, int bands) {
     double mm = (double)m * m;
-    for (int l = m + 1; l < bands; ++l) {
+    for (int l = m + 1; l <= bands; ++l) {
         double ll = (double)l * l, before = (l - 1.0) * (l - 1.0);
         A[l] = sqrt((4 * ll - 1) / (ll - mm));
         B[l] = l - 1 > m ? sqrt((before - mm) / (4 * before - 1)) : 0;
@@ -2542,45 +2650,83 @@ static size_t envmapi_triangle(int bands, int m) {
     return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
 }
 
-/* a[l] = sum_j P_l(j) F(j): even l - m see e, odd ones o. work: 11 doubles a band, M/2 more. */
-static void envmapi_legendre_analyse(envmapi_rings *rings, double *a, int m, double *work) {
-    int H = rings->M / 2, bands = rings->bands;
-    double *A = work, *B = A + bands, *P = B + bands, *F = rings->F + (size_t)m * (size_t)H * 16;
-    envmapi_legendre_factors(A, B, m, bands);
-    envmapi_rings_solve(F, H, m, P + 8 * bands);
-    memset(a, 0, (size_t)(bands - m) * 8 * sizeof(double));
+/* What a task of these needs: the FFT's block, or the rings of one m with their tables. */
+static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
+
+typedef struct envmapi_legendre_work {
+    double *A, *B, *P, *f;
+} envmapi_legendre_work;
+
+static envmapi_legendre_work envmapi_legendre_work_of(const envmapi_rings *rings, int m,
+                                                      double *work) {
+    size_t L = (size_t)rings->bands, H = (size_t)rings->M / 2;
+    envmapi_legendre_work w = {work, work + L + 1, work + 2 * L + 2, work + 10 * L + 2};
+    memset(w.f + 16 * H, 0, 16 * 8 * sizeof(double));
+    envmapi_legendre_factors(w.A, w.B, m, rings->bands);
+    return w;
+}
+
+/* a[l] = sum_j P_l(j) F(j): even l - m see e, odd ones o. */
+static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int m, double *work) {
+    int H = rings->M / 2, M = rings->M, count = rings->bands - m;
+    envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
+    for (int odd = 0; odd < 2; ++odd)
+        for (int j = 0; j < H; ++j) {
+            memcpy(w.f + 16 * j + 8 * odd, envmapi_ring(rings, 2 * m + odd, j), 32);
+            memcpy(w.f + 16 * j + 8 * odd + 4, envmapi_ring(rings, 2 * m + odd, M - 1 - j), 32);
+        }
+    envmapi_rings_solve(rings, w.f, m);
+    memset(a, 0, (size_t)count * 8 * sizeof(double));
     for (int first = 0; first < H; first += 8) {
-        if (!envmapi_legendre(P, rings, m, first, A, B)) continue;
-        int count = H - first < 8 ? H - first : 8;
-        for (int l = 0; l < bands - m; ++l) {
-            double sum[8];
-            const double *f = F + 16 * first + 8 * (l & 1);
-            memcpy(sum, a + 8 * l, sizeof sum);
-            for (int b = 0; b < count; ++b) envmapi_add8(sum, P[8 * l + b], f + 16 * b);
-            memcpy(a + 8 * l, sum, sizeof sum);
+        int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
+        envmapi_double8 f[16];
+        memcpy(f, w.f + 16 * first, sizeof f);
+        for (; l >= 0 && l < count; l += 2) {
+            envmapi_double8 even, odd;
+            const double *P = w.P + 8 * l, *Q = l + 1 < count ? P + 8 : P;
+            memcpy(&even, a + 8 * l, sizeof even), memset(&odd, 0, sizeof odd);
+            for (int b = 0; b < 8; ++b) {
+                envmapi_double8_add(&even, P[b], f + 2 * b);
+                envmapi_double8_add(&odd, Q[b], f + 2 * b + 1);
+            }
+            memcpy(a + 8 * l, &even, sizeof even);
+            if (l + 1 == count) continue;
+            memcpy(&even, a + 8 * l + 8, sizeof even);
+            envmapi_double8_add(&even, 1, &odd);
+            memcpy(a + 8 * l + 8, &even, sizeof even);
         }
     }
 }
 
 /* F(j) = sum_l lambda_l a[l] P_l(j). */
-static void envmapi_legendre_synthesise(envmapi_rings *rings, const double *a,
+static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double *a,
                                         const double *lambda, int m, double *work) {
-    int H = rings->M / 2, bands = rings->bands;
-    double *A = work, *B = A + bands, *P = B + bands, *F = rings->F + (size_t)m * (size_t)H * 16;
-    envmapi_legendre_factors(A, B, m, bands);
+    int H = rings->M / 2, M = rings->M, count = rings->bands - m;
+    envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
     for (int first = 0; first < H; first += 8) {
-        int any = envmapi_legendre(P, rings, m, first, A, B);
-        for (int b = 0; b < 8 && first + b < H; ++b) {
-            double sums[2][8] = {{0, 0, 0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0, 0}};
-            for (int l = 0; any && l < bands - m; l += 2)
-                envmapi_add8(sums[0], P[8 * l + b] * lambda[m + l], a + 8 * l);
-            for (int l = 1; any && l < bands - m; l += 2)
-                envmapi_add8(sums[1], P[8 * l + b] * lambda[m + l], a + 8 * l);
-            memcpy(F + 16 * (first + b), sums[0], sizeof sums[0]);
-            memcpy(F + 16 * (first + b) + 8, sums[1], sizeof sums[1]);
+        int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
+        envmapi_double8 f[16];
+        memset(f, 0, sizeof f);
+        for (; l >= 0 && l < count; l += 2) {
+            envmapi_double8 even, odd;
+            const double *P = w.P + 8 * l;
+            int more = l + 1 < count;
+            double u = lambda[m + l], v = more ? lambda[m + l + 1] : 0;
+            memcpy(&even, a + 8 * l, sizeof even);
+            memcpy(&odd, a + 8 * l + 8 * more, sizeof odd);
+            for (int b = 0; b < 8; ++b) {
+                envmapi_double8_add(f + 2 * b, u * P[b], &even);
+                envmapi_double8_add(f + 2 * b + 1, v * P[8 * more + b], &odd);
+            }
         }
+        memcpy(w.f + 16 * first, f, sizeof f);
     }
-    envmapi_rings_solve(F, H, m, P + 8 * bands);
+    envmapi_rings_solve(rings, w.f, m);
+    for (int odd = 0; odd < 2; ++odd)
+        for (int j = 0; j < H; ++j) {
+            memcpy(envmapi_ring(rings, 2 * m + odd, j), w.f + 16 * j + 8 * odd, 32);
+            memcpy(envmapi_ring(rings, 2 * m + odd, M - 1 - j), w.f + 16 * j + 8 * odd + 4, 32);
+        }
 }
 
 /* The steps as tasks. A task is a part that the data alone defines. */
@@ -2592,15 +2738,17 @@ typedef struct envmapi_transform {
     double *a;            /* coefficients, of a_bands >= rings->bands */
     int a_bands;
     const double *lambda; /* per band, for the way back */
-    double *work;         /* ENVMAPI_TASKS times work_size */
-    size_t work_size;
+    double *work;         /* `tasks` times envmapi_rings_work */
+    int tasks;
 } envmapi_transform;
 
-#define ENVMAPI_TASKS 16
+/* Tasks share nothing and each result is summed in the same order however many there are, so one
+   will do where there is one thread. */
+static int envmapi_tasks(const envmap_executor *executor) { return executor->run ? 16 : 1; }
 
 static void envmapi_task_spread(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
-    int n = 2 * t->rings->M, from = n * task / ENVMAPI_TASKS, to = n * (task + 1) / ENVMAPI_TASKS;
+    int n = 2 * t->rings->M, from = n * task / t->tasks, to = n * (task + 1) / t->tasks;
     memset(t->rings->G + (size_t)from * t->rings->row, 0,
            (size_t)(to - from) * t->rings->row * sizeof(double));
     envmapi_rings_spread(t->rings, t->points, t->values, t->count, from, to);
@@ -2608,37 +2756,43 @@ static void envmapi_task_spread(void *context, int task) {
 
 static void envmapi_task_interpolate(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
-    size_t from = t->count * (size_t)task / ENVMAPI_TASKS;
-    size_t to = t->count * ((size_t)task + 1) / ENVMAPI_TASKS;
+    size_t from = t->count * (size_t)task / (size_t)t->tasks;
+    size_t to = t->count * ((size_t)task + 1) / (size_t)t->tasks;
     envmapi_rings_interpolate(t->rings, t->points + from, t->values + 4 * from, to - from);
 }
 
-static void envmapi_task_fft_out(void *context, int block) {
-    envmapi_rings *rings = ((const envmapi_transform *)context)->rings;
-    double *re = rings->G + ENVMAPI_BLOCK * block;
-    envmapi_fft(rings, re, re + 2 * rings->M, -1);
-    envmapi_rings_unpack(rings, block);
+static void envmapi_task_fft_out(void *context, int task) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    double *z = t->work + (size_t)task * envmapi_rings_work(t->rings->M);
+    for (int block = task; block < t->rings->M / 4; block += t->tasks) {
+        envmapi_rings_block(t->rings, block, z, 0);
+        envmapi_fft(t->rings, z, -1);
+        envmapi_rings_unpack(t->rings, block, z);
+    }
 }
 
-static void envmapi_task_fft_back(void *context, int block) {
-    envmapi_rings *rings = ((const envmapi_transform *)context)->rings;
-    double *re = rings->G + ENVMAPI_BLOCK * block;
-    envmapi_rings_pack(rings, block);
-    envmapi_fft(rings, re, re + 2 * rings->M, 1);
+static void envmapi_task_fft_back(void *context, int task) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    double *z = t->work + (size_t)task * envmapi_rings_work(t->rings->M);
+    for (int block = task; block < t->rings->M / 4; block += t->tasks) {
+        envmapi_rings_pack(t->rings, block, z);
+        envmapi_fft(t->rings, z, 1);
+        envmapi_rings_block(t->rings, block, z, 1);
+    }
 }
 
 static void envmapi_task_analyse(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
-    for (int m = task; m < t->rings->bands; m += ENVMAPI_TASKS)
+    for (int m = task; m < t->rings->bands; m += t->tasks)
         envmapi_legendre_analyse(t->rings, t->a + envmapi_triangle(t->a_bands, m), m,
-                                 t->work + (size_t)task * t->work_size);
+                                 t->work + (size_t)task * envmapi_rings_work(t->rings->M));
 }
 
 static void envmapi_task_synthesise(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
-    for (int m = task; m < t->rings->bands; m += ENVMAPI_TASKS)
+    for (int m = task; m < t->rings->bands; m += t->tasks)
         envmapi_legendre_synthesise(t->rings, t->a + envmapi_triangle(t->a_bands, m), t->lambda, m,
-                                    t->work + (size_t)task * t->work_size);
+                                    t->work + (size_t)task * envmapi_rings_work(t->rings->M));
 }
 
 static void envmapi_run_all(const envmap_executor *executor, envmap_task *task, void *context,
@@ -2650,19 +2804,19 @@ static void envmapi_run_all(const envmap_executor *executor, envmap_task *task, 
 /* points, values -> a */
 static void envmapi_analyse(const envmapi_transform *t, const envmap_executor *executor) {
     envmapi_transform job = *t;
-    envmapi_run_all(executor, envmapi_task_spread, &job, ENVMAPI_TASKS);
+    envmapi_run_all(executor, envmapi_task_spread, &job, t->tasks);
     envmapi_rings_poles(t->rings, 1);
-    envmapi_run_all(executor, envmapi_task_fft_out, &job, t->rings->M / 8);
-    envmapi_run_all(executor, envmapi_task_analyse, &job, ENVMAPI_TASKS);
+    envmapi_run_all(executor, envmapi_task_fft_out, &job, t->tasks);
+    envmapi_run_all(executor, envmapi_task_analyse, &job, t->tasks);
 }
 
 /* a, lambda -> values at points */
 static void envmapi_synthesise(const envmapi_transform *t, const envmap_executor *executor) {
     envmapi_transform job = *t;
-    envmapi_run_all(executor, envmapi_task_synthesise, &job, ENVMAPI_TASKS);
-    envmapi_run_all(executor, envmapi_task_fft_back, &job, t->rings->M / 8);
+    envmapi_run_all(executor, envmapi_task_synthesise, &job, t->tasks);
+    envmapi_run_all(executor, envmapi_task_fft_back, &job, t->tasks);
     envmapi_rings_poles(t->rings, 0);
-    envmapi_run_all(executor, envmapi_task_interpolate, &job, ENVMAPI_TASKS);
+    envmapi_run_all(executor, envmapi_task_interpolate, &job, t->tasks);
 }
 
 /* --------------------------------------------------------------------------------- >>filters --
@@ -3292,24 +3446,24 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
 /* FAST. A lobe makes a result with nothing finer than its bands, and sees nothing finer in the
    source: so work on grids that are no finer than the lobe. Per face a grid in the map's own
    (u,v), padded past the edges (a node there is simply a direction):
-       source texels --adjoint of cubic spline--> grid nodes --rings, a_lm, lambda_l, rings-->
-       grid nodes of the result --cubic spline--> result texels
+       source texels --adjoint of quintic spline--> grid nodes --rings, a_lm, lambda_l, rings-->
+       grid nodes of the result --quintic spline--> result texels
    Every arrow is linear and as exact for a sun as for a sky; what is lost of band l is
-   e(l) = 2.6 (l h / 2 pi)^4 or more on a grid of spacing h, and everything beyond the last band.
-   Both are bounded from lambda_l and the scene's contrast kappa: a band holds at most kappa^2
-   times what one light of the same energy puts there (kappa^2 = sum (E_i - mean w_i)^2 /
+   e(l) = 2.4 (l h / 2 pi)^6 or more on a grid of spacing h, and everything beyond the last band.
+   Both are bounded from lambda_l and from one look at the scene (the survey): its contrast kappa_l
+   at the scale of band l, and D, how dark the result may get, over its mean. A band holds at most
+   kappa^2 times what one light of the same energy puts there (kappa^2 = sum (E_i - mean w_i)^2 /
    (sum E_i)^2 over blocks i as wide as the band's half wave).
      rms     kappa^2 sum_(l>=L) (2l+1) lambda_l^2 <= (tolerance/4)^2 R,
              kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/4)^2 R,
              R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
      texels  at every angle t from a light, what is lost, d(t) = sum (2l+1) lambda_l P_l(cos t) over
              l >= L or times e(l), stays below 5 tolerances of what the light itself sends
-             there, or of the darkest that counts (8 at a kink; 3 for each spline, of which there
-             are four): all of them together below 20:
-             kappa |d(t)| <= 5 tolerance max(kappa k(t), D lambda_0),  D = 1/1000
-   A lobe with a kink (diffuse, Banks) has bands that end slowly. There texels brighter than 1/2000
-   of all light are summed one by one, exactly; and a first pass with 48 bands finds how dark the
-   result really gets (D) before it is decided how many are needed.
+             there, or of the darkest that counts (3 for each spline, of which there are four, 8 for
+             the bands): all of them together below 20:
+             kappa |d(t)| <= 5 tolerance max(kappa k(t), D lambda_0)
+   A lobe with a kink (diffuse, Banks) has bands that end slowly. There the texels that hold more
+   than 1/2000 of all light are summed one by one, exactly, and kappa is that of the others.
    Tests: tests/test_fast.c. */
 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels. */
@@ -3328,11 +3482,11 @@ static envmapi_grid envmapi_grid_of(const envmap *map, double h, double toleranc
     int width = envmapi_width(map->mapping, map->size);
     double n = ceil(span[map->mapping] / h), aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
     grid.map = map, grid.faces = envmap_faces(map->mapping);
-    grid.pad =
-        2 + (int)ceil(-log(tolerance) / 1.317); /* a spline forgets its end by 0.268 a node */
+    /* beyond the taps: a spline forgets its end by 0.43 a node, of an error there of a tenth */
+    grid.pad = 3 + (int)ceil(log(0.05 / fmin(tolerance, 0.02)) / 0.843);
     double nodes = (n + 2 * grid.pad) * (n / aspect + 2 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
-                    nodes > 0.6 * width * map->size;
+                    nodes > 0.8 * width * map->size;
     if (grid.identity) grid.pad = 0, n = width;
     grid.nu = n < 4 ? 4 : (int)n;
     grid.nv = grid.identity ? map->size : (int)ceil(grid.nu / aspect);
@@ -3342,16 +3496,16 @@ static envmapi_grid envmapi_grid_of(const envmap *map, double h, double toleranc
     return grid;
 }
 
-/* Four nodes and their spline weights for each texel along one side. */
+/* Six nodes and their spline weights for each texel along one side. */
 typedef struct envmapi_taps {
     int start;
-    float w[4];
+    float w[6];
 } envmapi_taps;
 
 static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, int pad) {
     for (int x = 0; x < texels; ++x) {
         double at = (x + 0.5) / texels * nodes - 0.5 + pad, before = floor(at);
-        taps[x].start = (int)before - 1;
+        taps[x].start = (int)before - 2;
         envmapi_spline(taps[x].w, (float)(at - before));
     }
 }
@@ -3362,349 +3516,639 @@ typedef struct envmapi_light {
     double d[3], value[4]; /* RGB times solid angle, solid angle */
 } envmapi_light;
 
-/* One call's work in flight: the source side and the result side take turns with it. */
-typedef struct envmapi_fast {
-    envmapi_grid grid;
-    envmapi_taps *u, *v;
-    const float *texels; /* of the source slice */
-    float *out;          /* of the result slice */
-    float *omega;        /* solid angle of a face's texels; 0 where a rim cuts */
-    float *nodes;        /* [count][4]: RGB and solid angle */
-    float *rows;         /* a row of the grid for each task */
-    envmapi_point *points;
-    envmapi_rings rings;
-    int strips; /* horizontal, of a face's grid: one a task */
-    const envmap_lobe *lobe;
-    double norm, p; /* of the slice */
-    int divide;     /* by the fourth channel */
-    const envmapi_light *lights;
-    int light_count;
-    double fine; /* kappa of the texels that are left */
-    size_t rim_count;
-    double limit; /* energy that makes a light */
-} envmapi_fast;
+#define ENVMAPI_LIGHTS 512
+#define ENVMAPI_SCALES 16
+
+/* How uneven a scene is at some scale: of blocks i that wide, with the energies E_i and solid angles
+   w_i, and m_i the mean radiance of the block twice as wide: kappa = sqrt(sum (E_i - m_i w_i)^2) / E,
+   epsilon = max |E_i - m_i w_i| / E, E all energy. */
+typedef struct envmapi_contrast {
+    double kappa, epsilon;
+} envmapi_contrast;
+
+/* One look at a slice of the source. */
+typedef struct envmapi_survey {
+    const envmap *map;
+    const float *texels;
+    float *omega; /* [(size+1)/2][4 width]: the solid angles of row y, of size-1-y too, thrice each
+                     as RGB has it, then once each; 0 where a rim cuts */
+    float *sums;  /* blocks of texels, [faces][nv][nu][4], then twice as wide, ... */
+    double *rows; /* of each row of blocks: sum of squared energies, a sign bit is set */
+    float *work;  /* a row of texels a task */
+    int tasks, edge, nu, nv;      /* edge of a block in texels; blocks a face */
+    double all, energy, solid;    /* all channels; energy: without the lights */
+    envmapi_contrast texel;       /* of single texels, at most */
+    envmapi_contrast scale[ENVMAPI_SCALES]; /* of blocks of edge << i */
+    int scales;
+    envmapi_light *rim, *lights; /* texels that a rim cuts, at their centroids; taken out */
+    int rim_count, light_count;
+} envmapi_survey;
 
 /* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
    averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
 static void envmapi_task_omega(void *context, int y) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    int mapping = f->grid.map->mapping, edge = f->grid.map->size,
-        width = envmapi_width(mapping, edge);
-    float *omega = f->omega + (size_t)y * (size_t)width;
+    const envmapi_survey *s = (const envmapi_survey *)context;
+    int mapping = s->map->mapping, edge = s->map->size, width = envmapi_width(mapping, edge);
+    float *omega = s->omega + (size_t)y * 4 * (size_t)width, *once = omega + 3 * width;
     double side = 2.0 / width, Y = (2 * y + 1.0) / edge - 1, area = side * side;
     int cube = mapping == ENVMAP_CUBE,
         smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
     double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
-    for (int x = 0; smooth && x < width; ++x) {
+    for (int x = 0; smooth && x < (width + 1) / 2; ++x) {
         double X = (2 * x + 1.0) / width - 1, q = 1 + X * X + Y * Y, i = 1 / (q * q);
         double rho = cube ? sqrt(q) * i : 4 * i;
-        omega[x] =
+        once[x] =
             (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
     }
-    for (int x = 0; !smooth && x < width; ++x)
-        omega[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
-    for (int x = 0; envmapi_is_disc(mapping) && x < width; ++x) { /* cut by the rim: see there */
+    for (int x = 0; !smooth && x < (width + 1) / 2; ++x)
+        once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
+    for (int x = 0; envmapi_is_disc(mapping) && x < (width + 1) / 2; ++x) { /* cut by the rim */
         double X = fabs((2 * x + 1.0) / width - 1) + side / 2, y_end = fabs(Y) + side / 2;
-        if (X * X + y_end * y_end > 1) omega[x] = 0;
+        if (X * X + y_end * y_end > 1) once[x] = 0;
     }
+    for (int x = (width + 1) / 2; x < width; ++x) once[x] = once[width - 1 - x];
+    for (int x = 0; x < width; ++x) omega[3 * x] = omega[3 * x + 1] = omega[3 * x + 2] = once[x];
 }
 
-/* Texel rows whose taps meet grid rows from .. to-1. */
-static void envmapi_grid_rows(int *first, int *last, const envmapi_fast *f, int from, int to) {
-    *first = 0, *last = f->grid.map->size;
-    while (*first < *last && f->v[*first].start + 3 < from) ++*first;
-    while (*last > *first && f->v[*last - 1].start >= to) --*last;
+static const float *envmapi_omega_row(const envmapi_survey *s, int y) {
+    int edge = s->map->size, row = y < edge - 1 - y ? y : edge - 1 - y;
+    return s->omega + (size_t)row * 4 * (size_t)envmapi_width(s->map->mapping, edge);
 }
 
-/* row += one row of texels times solid angle, spread to the nodes: a run of texels between the
-   same nodes is gathered in registers first. */
-static void envmapi_reduce_row(float *row, const envmapi_fast *f, const float *texels,
-                               const float *omega) {
-    int width = envmapi_width(f->grid.map->mapping, f->grid.map->size);
-    for (int x = 0; x < width;) {
-        int start = f->u[x].start;
-        float sum[4][4] = {{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}};
-        for (; x < width && f->u[x].start == start; ++x) {
-            float w = omega[x];
-            float light[4] = {w * texels[3 * x], w * texels[3 * x + 1], w * texels[3 * x + 2], w};
-            for (int i = 0; i < 4; ++i) envmapi_add4f(sum[i], f->u[x].w[i], light);
+#define ENVMAPI_ROWS 16
+
+/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; y NULL: 1. The sums stay
+   in registers while rows go by. */
+typedef struct envmapi_rows {
+    const float *x[ENVMAPI_ROWS], *y[ENVMAPI_ROWS];
+    float w[ENVMAPI_ROWS][6];
+    int rows;
+} envmapi_rows;
+
+ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, const envmapi_rows *in,
+                                      int product, size_t at, size_t bytes) {
+    envmapi_float16 acc[6], light, texel, omega;
+    memset(acc, 0, sizeof acc), memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega);
+    for (int j = 0; j < taps; ++j) memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
+    for (int r = 0; r < in->rows; ++r) {
+        memcpy(&texel, in->x[r] + at, bytes), light = texel;
+        if (product) {
+            memcpy(&omega, in->y[r] + at, bytes), memset(&light, 0, sizeof light);
+            envmapi_float16_mad(&light, &texel, &omega);
         }
-        for (int i = 0; i < 4; ++i) envmapi_add4f(row + 4 * (start + i), 1, sum[i]);
+        for (int j = 0; j < taps; ++j) envmapi_float16_add(acc + j, in->w[r][j], &light);
+    }
+    for (int j = 0; j < taps; ++j) memcpy(sums + (size_t)j * stride + at, acc + j, bytes);
+}
+
+ENVMAPI_INLINE void envmapi_rows_add(float *sums, size_t stride, int taps, const envmapi_rows *in,
+                                     int product, size_t n) {
+    size_t i = 0;
+    for (; i + 16 <= n; i += 16) envmapi_rows_part(sums, stride, taps, in, product, i, 64);
+    if (i < n) envmapi_rows_part(sums, stride, taps, in, product, i, (n - i) * sizeof(float));
+}
+
+/* sums += w x */
+ENVMAPI_INLINE void envmapi_row_add(float *sums, float w, const float *x, size_t n) {
+    envmapi_rows one;
+    one.x[0] = x, one.w[0][0] = w, one.rows = 1;
+    envmapi_rows_add(sums, 0, 1, &one, 0, n);
+}
+
+/* squares += (x y)^2, signs |= the bits of x, in 16 lanes. */
+ENVMAPI_INLINE void envmapi_squares_part(envmapi_float16 *squares, uint32_t signs[16],
+                                         const float *x, const float *y, size_t bytes) {
+    envmapi_float16 texel, omega, light;
+    uint32_t bits[16];
+    memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega), memset(&light, 0, sizeof light);
+    memcpy(&texel, x, bytes), memcpy(&omega, y, bytes), memcpy(bits, &texel, sizeof bits);
+    for (int v = 0; v < 16; ++v) signs[v] |= bits[v];
+    envmapi_float16_mad(&light, &texel, &omega);
+    envmapi_float16_mad(squares, &light, &light);
+}
+
+/* Their sum, and whether a number has its sign bit set. */
+static double envmapi_row_squares(const float *x, const float *y, size_t n, int *negative) {
+    envmapi_float16 squares;
+    uint32_t signs[16] = {0}, any = 0;
+    float lanes[16];
+    double sum = 0;
+    size_t i = 0;
+    memset(&squares, 0, sizeof squares);
+    for (; i + 16 <= n; i += 16) envmapi_squares_part(&squares, signs, x + i, y + i, 64);
+    if (i < n) envmapi_squares_part(&squares, signs, x + i, y + i, (n - i) * sizeof(float));
+    memcpy(lanes, &squares, sizeof lanes);
+    for (int v = 0; v < 16; ++v) sum += (double)lanes[v], any |= signs[v];
+    *negative |= any >> 31 != 0;
+    return sum;
+}
+
+/* Task: rows of blocks. */
+static void envmapi_task_survey(void *context, int task) {
+    const envmapi_survey *s = (const envmapi_survey *)context;
+    int edge = s->map->size, faces = envmap_faces(s->map->mapping);
+    size_t width = (size_t)envmapi_width(s->map->mapping, edge), W = 3 * width;
+    float *row = s->work + (size_t)task * 4 * width;
+    for (int i = task; i < faces * s->nv; i += s->tasks) {
+        int from = i % s->nv * s->edge, to = from + s->edge < edge ? from + s->edge : edge;
+        const float *texels = s->texels + (size_t)(i / s->nv) * W * (size_t)edge;
+        float *block = s->sums + 4 * (size_t)i * (size_t)s->nu;
+        envmapi_rows in;
+        int negative = 0;
+        s->rows[2 * i] = 0;
+        memset(row, 0, 4 * width * sizeof *row);
+        memset(block, 0, 4 * (size_t)s->nu * sizeof *block);
+        for (int y = from; y < to; y += in.rows) {
+            in.rows = to - y < ENVMAPI_ROWS ? to - y : ENVMAPI_ROWS;
+            for (int r = 0; r < in.rows; ++r) {
+                in.x[r] = texels + (size_t)(y + r) * W, in.y[r] = envmapi_omega_row(s, y + r);
+                in.w[r][0] = 1;
+                s->rows[2 * i] += envmapi_row_squares(in.x[r], in.y[r], W, &negative);
+            }
+            envmapi_rows_add(row, 0, 1, &in, 1, W);
+            for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + W;
+            envmapi_rows_add(row + W, 0, 1, &in, 0, width);
+        }
+        for (size_t x = 0; x < width; ++x) {
+            float *b = block + 4 * (x / (size_t)s->edge);
+            for (size_t c = 0; c < 3; ++c) b[c] += row[3 * x + c];
+            b[3] += row[W + x];
+        }
+        s->rows[2 * i + 1] = negative;
     }
 }
 
-/* Task: one horizontal band of one face's grid, from the texels that reach it. */
-static void envmapi_task_reduce(void *context, int task) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    const envmapi_grid *grid = &f->grid;
-    int face = task / f->strips, band = task % f->strips, first, last;
-    int from = grid->height * band / f->strips, to = grid->height * (band + 1) / f->strips;
-    size_t width = (size_t)envmapi_width(grid->map->mapping, grid->map->size);
-    size_t area = width * (size_t)grid->map->size, row_floats = 4 * (size_t)grid->width;
-    float *nodes = f->nodes + (size_t)face * (size_t)grid->height * row_floats;
-    float *row = f->rows + (size_t)task * row_floats;
-    memset(nodes + (size_t)from * row_floats, 0, (size_t)(to - from) * row_floats * sizeof(float));
-    envmapi_grid_rows(&first, &last, f, from, to);
-    for (int y = first; y < last; ++y) {
-        memset(row, 0, row_floats * sizeof(float));
-        envmapi_reduce_row(row, f, f->texels + 3 * ((size_t)face * area + (size_t)y * width),
-                           f->omega + (size_t)y * width);
-        for (int i = 0; i < 4; ++i) {
-            int j = f->v[y].start + i;
-            float w = f->v[y].w[i], *out = nodes + (size_t)j * row_floats;
-            if (j < from || j >= to) continue;
-            for (size_t k = 0; k < row_floats; ++k) out[k] += w * row[k];
+/* Blocks at scale i: how many along u and v, and where they begin in `sums`. */
+static size_t envmapi_survey_scale(int *nu, int *nv, const envmapi_survey *s, int i) {
+    size_t at = 0;
+    for (*nu = s->nu, *nv = s->nv; i > 0; --i, *nu = (*nu + 1) / 2, *nv = (*nv + 1) / 2)
+        at += 4 * (size_t)*nu * (size_t)*nv * (size_t)envmap_faces(s->map->mapping);
+    return at;
+}
+
+/* A scale's blocks into twice as wide ones: where block b belongs. */
+static size_t envmapi_block_parent(size_t b, int nu, int nv) {
+    size_t x = b % (size_t)nu, y = b / (size_t)nu % (size_t)nv, face = b / (size_t)nu / (size_t)nv;
+    size_t wide = (size_t)(nu + 1) / 2, high = (size_t)(nv + 1) / 2;
+    return (face * high + y / 2) * wide + x / 2;
+}
+
+/* The coarser scales of `sums`, and the contrast at every one, to which a light gives 3/4 of its
+   square, the rest being its parent's; off: squares that are not in the blocks. */
+static void envmapi_survey_scales(envmapi_survey *s, float *sums, double off) {
+    int nu, nv, faces = envmap_faces(s->map->mapping);
+    double mean = s->solid > 0 ? s->energy / s->solid : 0;
+    for (int i = 0; i < s->scales && s->all > 0; ++i) {
+        float *blocks = sums + envmapi_survey_scale(&nu, &nv, s, i);
+        size_t count = (size_t)nu * (size_t)nv * (size_t)faces, parents;
+        float *next = blocks + 4 * count;
+        double squares = off, most = off;
+        parents = (size_t)((nu + 1) / 2) * (size_t)((nv + 1) / 2) * (size_t)faces;
+        if (i + 1 < s->scales) memset(next, 0, 4 * parents * sizeof *next);
+        for (size_t b = 0; b < count && i + 1 < s->scales; ++b)
+            for (size_t c = 0; c < 4; ++c)
+                next[4 * envmapi_block_parent(b, nu, nv) + c] += blocks[4 * b + c];
+        for (size_t b = 0; b < count; ++b, blocks += 4) {
+            const float *parent = next + 4 * envmapi_block_parent(b, nu, nv);
+            double e = (double)blocks[0] + (double)blocks[1] + (double)blocks[2], level = mean;
+            if (i + 1 < s->scales && parent[3] > 0)
+                level = ((double)parent[0] + (double)parent[1] + (double)parent[2]) /
+                        (double)parent[3];
+            e -= level * (double)blocks[3], squares += e * e, most = fmax(most, e * e);
+        }
+        s->scale[i].kappa = envmapi_clamp(sqrt(squares * 4 / 3) / s->all, 0, 1);
+        s->scale[i].epsilon = envmapi_clamp(sqrt(most * 16 / 9) / s->all, 0, 1);
+    }
+}
+
+/* y at l on a straight line of logarithms from (l0, y0) to (l1, y1). */
+static double envmapi_between(double l, double l0, double y0, double l1, double y1) {
+    double t = log(l / l0) / log(l1 / l0);
+    return exp((1 - t) * log(fmax(y0, 1e-9)) + t * log(fmax(y1, 1e-9)));
+}
+
+/* The contrast at the scale of band l: blocks as wide as its half wave. */
+static envmapi_contrast envmapi_contrast_at(const envmapi_survey *s, double l) {
+    double finer = ENVMAPI_PI / envmapi_texel_extent(s->map), at = finer / s->edge;
+    envmapi_contrast below = s->texel, out;
+    if (l >= finer) return s->texel;
+    for (int i = 0; i < s->scales; below = s->scale[i++], finer = at, at /= 2) {
+        if (l < at) continue;
+        out.kappa = envmapi_between(l, at, s->scale[i].kappa, finer, below.kappa);
+        out.epsilon = envmapi_between(l, at, s->scale[i].epsilon, finer, below.epsilon);
+        return out;
+    }
+    return s->scale[s->scales - 1];
+}
+
+/* Texels that a rim cuts, as lights at their centroids: the same on every face. */
+static void envmapi_survey_rim(envmapi_survey *s, int room) {
+    const envmap *map = s->map;
+    size_t area = envmapi_area(map->mapping, map->size);
+    s->rim_count = 0;
+    for (size_t t = 0; t < area && room; ++t) {
+        int x = (int)(t % (size_t)map->size), y = (int)(t / (size_t)map->size);
+        double X = fabs((2 * x + 1.0) / map->size - 1) - 1.0 / map->size, at[2];
+        double Y = fabs((2 * y + 1.0) / map->size - 1) - 1.0 / map->size;
+        const float *once = envmapi_omega_row(s, y) + 3 * map->size;
+        if (once[x] > 0 || X * X + Y * Y > 1) continue;
+        double w = envmapi_texel_cell(at, map->mapping, map->size, x, y);
+        for (int face = 0; w > 0 && face < envmap_faces(map->mapping); ++face) {
+            if (s->rim_count >= room) return;
+            envmapi_light *light = s->rim + s->rim_count++;
+            light->texel = (size_t)face * area + t;
+            envmapi_direction(light->d, map->mapping, face, at[0], at[1]);
+            for (size_t c = 0; c < 4; ++c)
+                light->value[c] = w * (c < 3 ? (double)s->texels[3 * light->texel + c] : 1.0);
         }
     }
 }
 
-/* The same where the nodes are the texels. Task: a face. */
-static void envmapi_task_copy(void *context, int face) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    size_t area = f->grid.count / (size_t)f->grid.faces;
-    const float *texel = f->texels + 3 * (size_t)face * area;
-    float *node = f->nodes + 4 * (size_t)face * area;
-    for (size_t i = 0; i < area; ++i, texel += 3, node += 4) {
-        float w = f->omega[i];
-        node[0] = w * texel[0], node[1] = w * texel[1], node[2] = w * texel[2], node[3] = w;
-    }
+static double envmapi_light_energy(const envmapi_light *light) {
+    return light->value[0] + light->value[1] + light->value[2];
 }
 
-/* (1/6, 4/6, 1/6) c = f along n items of `floats` numbers, `stride` apart, ends mirrored. */
-static void envmapi_spline_solve(float *f, int n, size_t stride, size_t floats, float *pivots) {
-    for (int i = 0; i < n; ++i) {
-        float diagonal = (i == 0 || i == n - 1 ? 5.0f : 4.0f) - (i ? pivots[i - 1] : 0);
-        float pivot = pivots[i] = 1 / diagonal, *now = f + (size_t)i * stride;
-        const float *before = i ? now - stride : now;
-        float last = i ? 1.0f : 0.0f;
-        for (size_t k = 0; k < floats; ++k) now[k] = (6 * now[k] - last * before[k]) * pivot;
+/* Looks at a slice, in blocks no wider than sigma. Errors: MEMORY, RADIANCE. */
+static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map, int slice,
+                                           double sigma, const envmap_filter_desc *desc,
+                                           envmapi_pool *pool) {
+    int faces = envmap_faces(map->mapping), width = envmapi_width(map->mapping, map->size);
+    int room = envmapi_is_disc(map->mapping) ? 16 * map->size + 64 : 0, negative = 0;
+    double squares = 0, off = 0;
+    memset(s, 0, sizeof *s);
+    s->map = map, s->texels = envmapi_image(map, 0, slice, 0);
+    s->tasks = envmapi_tasks(&desc->executor);
+    for (s->edge = 4; s->edge < 32 && 8 * s->edge * envmapi_texel_extent(map) <= sigma;) s->edge *= 2;
+    s->nu = (width + s->edge - 1) / s->edge, s->nv = (map->size + s->edge - 1) / s->edge;
+    for (s->scales = 1; s->nv >> s->scales; ++s->scales) {}
+    size_t blocks = (size_t)s->nu * (size_t)s->nv * (size_t)faces, W = 4 * (size_t)width;
+    blocks = 2 * blocks + 64 * (size_t)faces; /* and the coarser scales */
+    s->omega = (float *)envmapi_pool_get(pool, W * (size_t)((map->size + 1) / 2), sizeof(float));
+    s->sums = (float *)envmapi_pool_get(pool, 4 * blocks, sizeof(float));
+    s->rows = (double *)envmapi_pool_get(pool, 2 * (size_t)(faces * s->nv), sizeof(double));
+    s->work = (float *)envmapi_pool_get(pool, W * (size_t)s->tasks, sizeof(float));
+    s->rim = (envmapi_light *)envmapi_pool_get(pool, (size_t)room + 1, sizeof(envmapi_light));
+    if (!s->omega || !s->sums || !s->rows || !s->work || !s->rim) return ENVMAP_ERROR_MEMORY;
+    envmapi_run_all(&desc->executor, envmapi_task_omega, s, (map->size + 1) / 2);
+    envmapi_run_all(&desc->executor, envmapi_task_survey, s, s->tasks);
+    envmapi_survey_rim(s, room);
+    for (int i = 0; i < faces * s->nv; ++i) {
+        const float *block = s->sums + 4 * (size_t)i * (size_t)s->nu;
+        for (int x = 0; x < s->nu; ++x, block += 4) {
+            s->energy += (double)block[0] + (double)block[1] + (double)block[2];
+            s->solid += (double)block[3];
+        }
+        squares += s->rows[2 * i], negative |= s->rows[2 * i + 1] > 0;
     }
-    for (int i = n - 2; i >= 0; --i) {
-        float *now = f + (size_t)i * stride;
-        const float *after = now + stride;
-        for (size_t k = 0; k < floats; ++k) now[k] -= pivots[i] * after[k];
+    for (int i = 0; i < s->rim_count; ++i) {
+        double e = envmapi_light_energy(s->rim + i);
+        s->energy += e, s->solid += s->rim[i].value[3], off += e * e;
     }
+    if ((negative || !envmapi_finite(s->energy)) && !envmapi_radiance_ok(map, 0))
+        return ENVMAP_ERROR_RADIANCE;
+    s->all = s->energy;
+    envmapi_survey_scales(s, s->sums, off);
+    if (s->energy > 0) s->texel.kappa = fmin(sqrt(3 * squares + off) / s->energy, 1); /* (r+g+b)^2 */
+    s->texel.epsilon = s->scale[0].epsilon;
+    return ENVMAP_OK;
 }
 
-/* Samples to spline coefficients; its own adjoint. Task: a face. */
-static void envmapi_task_solve(void *context, int face) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    size_t row = 4 * (size_t)f->grid.width;
-    float *nodes = f->nodes + (size_t)face * (size_t)f->grid.height * row;
-    float *pivots = f->rows + (size_t)face * (row + 4 * (size_t)f->grid.height);
-    envmapi_spline_solve(nodes, f->grid.height, row, row, pivots);
-    for (int y = 0; y < f->grid.height; ++y)
-        envmapi_spline_solve(nodes + (size_t)y * row, f->grid.width, 4, 4, pivots);
+/* Adds texel t of a face to the lights, or says that there are too many. */
+static int envmapi_light_add(envmapi_survey *s, const envmapi_light *light) {
+    if (s->light_count >= ENVMAPI_LIGHTS) return 0;
+    s->lights[s->light_count++] = *light;
+    return 1;
 }
 
-/* Where the nodes are. Task: a row of the grid, of every face. */
-static void envmapi_task_points(void *context, int y) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    const envmapi_grid *grid = &f->grid;
-    for (int face = 0; face < grid->faces; ++face) {
-        envmapi_point *points = f->points + ((size_t)face * (size_t)grid->height + (size_t)y) *
-                                                (size_t)grid->width;
-        for (int x = 0; x < grid->width; ++x) {
-            double d[3];
-            envmapi_ray(d, grid->map->mapping, face, (x - grid->pad + 0.5) / grid->nu,
-                        (y - grid->pad + 0.5) / grid->nv);
-            points[x] = envmapi_rings_point(&f->rings, d);
+/* The texels of one block that hold more than `limit`. */
+static int envmapi_block_lights(envmapi_survey *s, int face, int bx, int by, double limit) {
+    const envmap *map = s->map;
+    int width = envmapi_width(map->mapping, map->size);
+    for (int y = by * s->edge; y < (by + 1) * s->edge && y < map->size; ++y)
+        for (int x = bx * s->edge; x < (bx + 1) * s->edge && x < width; ++x) {
+            double w = (double)envmapi_omega_row(s, y)[3 * x];
+            envmapi_light light;
+            light.texel = ((size_t)face * (size_t)map->size + (size_t)y) * (size_t)width + (size_t)x;
+            for (size_t c = 0; c < 4; ++c)
+                light.value[c] = w * (c < 3 ? (double)s->texels[3 * light.texel + c] : 1.0);
+            if (!(envmapi_light_energy(&light) > limit)) continue;
+            envmapi_texel_direction(light.d, map->mapping, face, map->size, x, y);
+            if (!envmapi_light_add(s, &light)) return 0;
+        }
+    return 1;
+}
+
+/* The contrast of what the lights leave, no texel of it with more than `limit` of all energy; rest:
+   room for the blocks without them. */
+static void envmapi_survey_rest(envmapi_survey *s, double limit, float *rest) {
+    int edge = s->map->size, faces = envmap_faces(s->map->mapping);
+    size_t width = (size_t)envmapi_width(s->map->mapping, edge), size = (size_t)edge;
+    double squares = s->texel.kappa * s->texel.kappa * s->all * s->all, off = 0;
+    memcpy(rest, s->sums, 4 * (size_t)s->nu * (size_t)s->nv * (size_t)faces * sizeof *rest);
+    for (int i = 0; i < s->rim_count; ++i) off += pow(envmapi_light_energy(s->rim + i), 2);
+    for (int i = 0; i < s->light_count; ++i) {
+        const double *v = s->lights[i].value, e = envmapi_light_energy(s->lights + i);
+        size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
+        size_t row = y / size * (size_t)s->nv + y % size / (size_t)s->edge;
+        float *sum = rest + 4 * (row * (size_t)s->nu + x / (size_t)s->edge);
+        int cut = !(envmapi_omega_row(s, (int)(y % size))[3 * x] > 0);
+        for (int c = 0; c < 4 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
+        s->energy -= e, s->solid -= v[3], squares -= e * e;
+        if (cut) off -= e * e;
+        else squares -= 3 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) - e * e;
+    }
+    if (s->energy < 1e-6 * s->all) s->energy = 0;
+    envmapi_survey_scales(s, rest, fmax(off, 0));
+    if (s->all > 0) s->texel.kappa = fmin(sqrt(fmax(squares, 0)) / s->all + 1e-3, 1);
+    s->texel.epsilon = fmin(s->scale[0].epsilon, limit);
+}
+
+/* Lists the texels with more than 1/2000 of the scene's energy, or so much more that there is room
+   for all; kappa is then what they leave. The blocks stay whole. */
+static envmap_result envmapi_survey_lights(envmapi_survey *s, envmapi_pool *pool) {
+    int nu, nv, fits = 0, kept = pool->count, faces = envmap_faces(s->map->mapping);
+    size_t blocks = envmapi_survey_scale(&nu, &nv, s, s->scales) / 4;
+    s->lights = (envmapi_light *)envmapi_pool_get(pool, ENVMAPI_LIGHTS, sizeof(envmapi_light));
+    kept = pool->count;
+    float *rest = (float *)envmapi_pool_get(pool, 4 * blocks, sizeof(float));
+    if (!s->lights || !rest) return ENVMAP_ERROR_MEMORY;
+    double limit = s->energy / 4000;
+    while (!fits) {
+        s->light_count = 0, fits = 1, limit *= 2;
+        for (int i = 0; i < s->rim_count; ++i)
+            if (envmapi_light_energy(s->rim + i) > limit) fits &= envmapi_light_add(s, s->rim + i);
+        for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces && fits; ++b) {
+            const float *sum = s->sums + 4 * b;
+            int x = (int)(b % (size_t)s->nu), row = (int)(b / (size_t)s->nu);
+            if ((double)sum[0] + (double)sum[1] + (double)sum[2] > limit)
+                fits = envmapi_block_lights(s, row / s->nv, x, row % s->nv, limit);
         }
     }
+    envmapi_survey_rest(s, s->all > 0 ? limit / s->all : 1, rest);
+    envmapi_pool_free(pool, kept);
+    return ENVMAP_OK;
 }
 
-/* sum += what the lights, which the bands leave out, send to a texel. */
-static void envmapi_add_lights(float sum[4], const envmapi_fast *f, int face, int x, int y) {
-    double a[3], total[4] = {0, 0, 0, 0}, cosines[64], k[64];
-    envmapi_texel_direction(a, f->grid.map->mapping, face, f->grid.map->size, x, y);
-    for (int first = 0; first < f->light_count; first += 64) {
-        const envmapi_light *lights = f->lights + first;
-        int n = f->light_count - first < 64 ? f->light_count - first : 64;
-        for (int i = 0; i < n; ++i) cosines[i] = envmapi_dot(a, lights[i].d);
-        envmapi_k_many(k, cosines, n, f->lobe, f->p);
-        for (int i = 0; i < n; ++i) envmapi_add4(total, k[i], lights[i].value);
-    }
-    for (int c = 0; c < 4; ++c) sum[c] += (float)(total[c] / f->norm);
-}
-
-/* Texels from spline coefficients, rgb / w where that is the norm. Task: a row of every face. */
-static void envmapi_task_expand(void *context, int y) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    const envmapi_grid *grid = &f->grid;
-    int width = envmapi_width(grid->map->mapping, grid->map->size);
-    size_t floats = 4 * (size_t)grid->width, area = (size_t)width * (size_t)grid->map->size;
-    float *row = f->rows + (size_t)y * floats;
-    for (int face = 0; face < grid->faces; ++face) {
-        const float *nodes = f->nodes + ((size_t)face * (size_t)grid->height) * floats;
-        float *out = f->out + 3 * ((size_t)face * area + (size_t)y * (size_t)width);
-        if (grid->identity) {
-            row = f->nodes + ((size_t)face * (size_t)grid->height + (size_t)y) * floats;
-        } else {
-            const float *from = nodes + (size_t)f->v[y].start * floats, *w = f->v[y].w;
-            for (size_t k = 0; k < floats; ++k)
-                row[k] = w[0] * from[k] + w[1] * from[floats + k] + w[2] * from[2 * floats + k] +
-                         w[3] * from[3 * floats + k];
-        }
-        for (int x = 0; x < width; ++x, out += 3) {
-            float sum[4] = {0, 0, 0, 0};
-            if (grid->identity)
-                memcpy(sum, row + 4 * x, sizeof sum);
-            else
-                for (int i = 0; i < 4; ++i)
-                    envmapi_add4f(sum, f->u[x].w[i], row + 4 * (f->u[x].start + i));
-            if (f->light_count) envmapi_add_lights(sum, f, face, x, y);
-            float scale = f->divide ? 1 / sum[3] : 1;
-            for (int c = 0; c < 3; ++c) out[c] = sum[c] * scale;
-        }
-    }
-}
-
-/* What a lobe asks of the scene: lambda_l of every slice, the bands that one light would need, and
-   the grid for them. */
+/* What a lobe asks of a scene: lambda_l of every slice, the bands, and the grid for them. */
 typedef struct envmapi_plan {
     const envmap_lobe *lobe;
     envmap *dst;
-    double *lambda; /* [slices][bands] */
-    double *rest;            /* [slices]: sum (2l+1) lambda_l^2 beyond them */
-    int bands, need, slices; /* for one light (or all there may be), for this scene */
-    double tolerance, h, sigma, dark; /* dark: the darkest of the result over its mean */
+    double *lambda;     /* [slices][bands] */
+    double *rest;       /* [slices]: sum (2l+1) lambda_l^2 beyond them */
+    int bands, need, slices;
+    double tolerance, h, sigma, brightest; /* brightest: the largest |lambda_0| of a slice */
+    double dark;                           /* the darkest of the result over its mean */
     int kinked;
 } envmapi_plan;
 
 #define ENVMAPI_FAST_BANDS 768
+#define ENVMAPI_ANGLES     64 /* more densely towards the axis, where sharp lobes end */
 
-/* sum_l (2l+1) lambda_l^2 e^2 over l >= from of one slice, e the spline's error on a grid of h. */
-static double envmapi_plan_power(const envmapi_plan *plan, int slice, int from, double h) {
+/* sum_l (2l+1) lambda_l^2 e^2 over from <= l < to of one slice, e the spline's error on a grid of
+   h, or 1. */
+static double envmapi_plan_power(const envmapi_plan *plan, int slice, int from, int to, double h) {
     const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
-    double sum = plan->rest[slice];
-    for (int l = from; l < plan->bands; ++l) {
+    double sum = 0;
+    for (int l = from; l < to; ++l) {
         double e = h > 0 ? envmapi_spline_error(l * h / (2 * ENVMAPI_PI)) : 1;
         sum += (2 * l + 1) * lambda[l] * lambda[l] * e * e;
     }
     return sum;
 }
 
-/* The largest |lambda_0| of all slices: those much darker are held to a tenth of that. */
+/* lambda_0, or where a slice is much darker than others a tenth of theirs. */
 static double envmapi_plan_mean(const envmapi_plan *plan, int slice) {
-    double brightest = 0;
-    for (int k = 0; k < plan->slices; ++k)
-        brightest = fmax(brightest, fabs(plan->lambda[(size_t)k * (size_t)plan->bands]));
-    return fmax(fabs(plan->lambda[(size_t)slice * (size_t)plan->bands]), brightest / 10);
-}
-
-/* The rms bounds above, for L bands (h = 0) or grids of spacing h. */
-static int envmapi_plan_rms_holds(const envmapi_plan *plan, int slice, int L, double h,
-                                  double contrast) {
-    double c2 = contrast * contrast, mean = envmapi_plan_mean(plan, slice);
-    double R = (1 - c2) * mean * mean + c2 * envmapi_plan_power(plan, slice, 0, 0);
-    double limit = plan->tolerance / 4;
-    return c2 * envmapi_plan_power(plan, slice, L, h) <= limit * limit * R;
-}
-
-/* The bound on texels, at one angle: the fewest bands (h = 0) that keep it from there on, or
-   whether a spacing h does. */
-static int envmapi_plan_texel_bands(const envmapi_plan *plan, int slice, double x, double h,
-                                    double contrast) {
-    const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
-    double terms[ENVMAPI_FAST_BANDS], k = 0, lost = 0, before = 0, P = 1;
-    for (int l = 0; l < plan->bands; ++l) {
-        double e = h > 0 ? envmapi_spline_error(l * h / (2 * ENVMAPI_PI)) : 1;
-        terms[l] = (2 * l + 1) * lambda[l] * P;
-        k += terms[l], lost += e * terms[l];
-        double next = ((2 * l + 1) * x * P - l * before) / (l + 1);
-        before = P, P = next;
-    }
-    /* All of these add up to 20: the bands, a spline on either side and on either grid. */
-    double limit = (h > 0 ? 3 : plan->kinked ? 8 : 5) * plan->tolerance *
-                   fmax(contrast * fabs(k), envmapi_plan_mean(plan, slice) * plan->dark);
-    if (h > 0) return contrast * fabs(lost) <= limit;
-    int L = plan->bands;
-    for (lost = 0; L > 0; --L)
-        if (contrast * fabs(lost += terms[L - 1]) > limit) break;
-    return L;
-}
-
-#define ENVMAPI_ANGLES 64 /* more densely towards the axis, where sharp lobes end */
-
-static double envmapi_plan_cosine(int i) {
-    double t = (i + 0.5) / ENVMAPI_ANGLES;
-    return cos(ENVMAPI_PI * t * t);
+    return fmax(fabs(plan->lambda[(size_t)slice * (size_t)plan->bands]), plan->brightest / 10);
 }
 
 /* Slices that are looked at: at most five, the ends and between. */
-static int envmapi_plan_slice(const envmapi_plan *plan, int i) {
-    return plan->slices <= 5 ? i : (int)((size_t)i * (size_t)(plan->slices - 1) / 4);
-}
-
 static int envmapi_plan_sampled(const envmapi_plan *plan) {
     return plan->slices < 5 ? plan->slices : 5;
 }
 
-/* The widest grid whose spline errors stay within the bounds. */
-static double envmapi_plan_spacing(const envmapi_plan *plan, double contrast) {
+static int envmapi_plan_slice(const envmapi_plan *plan, int i) {
+    return plan->slices <= 5 ? i : (int)((size_t)i * (size_t)(plan->slices - 1) / 4);
+}
+
+/* (2l+1) P_l at the angles, one l after the other. */
+typedef struct envmapi_series {
+    int l;
+    double x[ENVMAPI_ANGLES], P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
+} envmapi_series;
+
+static void envmapi_series_begin(envmapi_series *series) {
+    series->l = 0;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double t = (j + 0.5) / ENVMAPI_ANGLES;
+        series->x[j] = cos(ENVMAPI_PI * t * t), series->P[j] = 1, series->before[j] = 0;
+    }
+}
+
+/* sum += weight (2l+1) P_l; l goes on. */
+static void envmapi_series_add(envmapi_series *series, double *sum, double weight) {
+    double a = (2 * series->l + 1.0) / (series->l + 1), b = series->l / (series->l + 1.0);
+    weight *= 2 * series->l + 1;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double P = series->P[j], next = a * series->x[j] * P - b * series->before[j];
+        sum[j] += weight * P;
+        series->before[j] = P, series->P[j] = next;
+    }
+    ++series->l;
+}
+
+/* k at the angles, of the bands there are; *most: the largest. */
+static void envmapi_plan_k(double k[ENVMAPI_ANGLES], double *most, const envmapi_plan *plan,
+                           int slice) {
+    const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
+    envmapi_series series;
+    envmapi_series_begin(&series);
+    memset(k, 0, ENVMAPI_ANGLES * sizeof *k);
+    for (int l = 0; l < plan->bands; ++l) envmapi_series_add(&series, k, lambda[l]);
+    *most = 0;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) *most = fmax(*most, fabs(k[j]));
+}
+
+/* May an error d(t) of one light be, where k(t) is the light itself? Of d what exceeds `share` of k
+   counts: the brightest light's must stay below that share of the dark, and so must the
+   rms of what all others make of it together, of which a texel may see thrice as much. */
+static int envmapi_plan_allows(const double *d, const double *k, double share, double dark,
+                               double slack, envmapi_contrast c) {
+    double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
+    double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double over = fabs(d[j]) - share * fabs(k[j]) - slack;
+        excess[j] = over > 0 ? over : 0;
+    }
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double t = (j + 0.5) / ENVMAPI_ANGLES; /* dt = 2 pi t/64, and half the sine */
+        most = excess[j] > most ? excess[j] : most;
+        squares += excess[j] * excess[j] * sin(ENVMAPI_PI * t * t) * ENVMAPI_PI * t / ENVMAPI_ANGLES;
+    }
+    return c.epsilon * most <= share * dark && others * squares <= share * share * dark * dark;
+}
+
+/* The fewest bands that keep the bounds, or only the one on rms; contrast[l] is the scene's at the
+   scale of band l. */
+static int envmapi_plan_bands(const envmapi_plan *plan, int slice, const envmapi_contrast *contrast,
+                              int texels) {
+    const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
+    double mean = envmapi_plan_mean(plan, slice), tail = plan->rest[slice];
+    double power = tail + envmapi_plan_power(plan, slice, 0, plan->bands, 0);
+    double tolerance = plan->tolerance, k[ENVMAPI_ANGLES], lost[ENVMAPI_ANGLES], most;
+    int L = plan->bands;
+    for (; L > 1; --L) {
+        double c2 = contrast[L - 1].kappa * contrast[L - 1].kappa;
+        tail += (2 * L - 1) * lambda[L - 1] * lambda[L - 1];
+        if (16 * c2 * tail > tolerance * tolerance * ((1 - c2) * mean * mean + c2 * power)) break;
+    }
+    if (!texels) return L;
+    envmapi_series series;
+    envmapi_plan_k(k, &most, plan, slice);
+    envmapi_series_begin(&series);
+    memcpy(lost, k, sizeof lost);
+    for (int l = 0; l + 1 < plan->bands; ++l) {
+        if (l + 1 > L && !envmapi_plan_allows(lost, k, 4 * tolerance, mean * plan->dark,
+                                              1e-12 * most, contrast[l]))
+            L = l + 1;
+        envmapi_series_add(&series, lost, -lambda[l]);
+    }
+    return L;
+}
+
+/* Do grids of spacing h keep the bounds? */
+static int envmapi_plan_holds(const envmapi_plan *plan, int slice, double h, envmapi_contrast c) {
+    const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
+    double k[ENVMAPI_ANGLES], lost[ENVMAPI_ANGLES] = {0}, most, c2 = c.kappa * c.kappa;
+    double mean = envmapi_plan_mean(plan, slice), tolerance = plan->tolerance;
+    double power = plan->rest[slice] + envmapi_plan_power(plan, slice, 0, plan->bands, 0);
+    double d = envmapi_plan_power(plan, slice, 0, plan->need, h);
+    envmapi_series series;
+    if (16 * c2 * d > tolerance * tolerance * ((1 - c2) * mean * mean + c2 * power)) return 0;
+    envmapi_plan_k(k, &most, plan, slice);
+    envmapi_series_begin(&series);
+    for (int l = 0; l < plan->need; ++l)
+        envmapi_series_add(&series, lost,
+                           lambda[l] * envmapi_spline_error(l * h / (2 * ENVMAPI_PI)));
+    return envmapi_plan_allows(lost, k, 2 * tolerance, mean * plan->dark, 0, c);
+}
+
+/* The widest grid whose spline errors stay within the bounds, to 4 %. */
+static double envmapi_plan_spacing(const envmapi_plan *plan, envmapi_contrast contrast) {
     double low = 1e-3, high = 0.8;
-    for (int i = 0; i < 6; ++i) { /* to 11 % */
+    while (high > 1.04 * low) {
         double h = sqrt(low * high);
         int holds = 1;
-        for (int k = 0; k < envmapi_plan_sampled(plan) && holds; ++k) {
-            int slice = envmapi_plan_slice(plan, k);
-            holds = envmapi_plan_rms_holds(plan, slice, 0, h, contrast);
-            for (int j = 0; j < ENVMAPI_ANGLES && holds; ++j)
-                holds = envmapi_plan_texel_bands(plan, slice, envmapi_plan_cosine(j), h, contrast);
-        }
+        for (int k = 0; k < envmapi_plan_sampled(plan) && holds; ++k)
+            holds = envmapi_plan_holds(plan, envmapi_plan_slice(plan, k), h, contrast);
         if (holds) low = h;
         else high = h;
     }
     return low;
 }
 
-/* The fewest bands that keep the rms bound, for the slices that are looked at; one more than there
-   are when none do. */
-static int envmapi_plan_rms_bands(const envmapi_plan *plan, double contrast) {
-    int bands = 1;
-    for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
-        int slice = envmapi_plan_slice(plan, k), low = 1, high = plan->bands + 1;
-        while (low < high) {
-            int middle = (low + high) / 2;
-            if (envmapi_plan_rms_holds(plan, slice, middle, 0, contrast)) high = middle;
-            else low = middle + 1;
-        }
-        if (low > bands) bands = low;
-    }
-    return bands;
-}
-
-/* And the bound on texels too; what is near the last band there is may be beyond it. */
-static int envmapi_plan_bands(const envmapi_plan *plan, double contrast) {
-    int bands = envmapi_plan_rms_bands(plan, contrast);
-    for (int k = 0; k < envmapi_plan_sampled(plan); ++k)
-        for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-            int L = envmapi_plan_texel_bands(plan, envmapi_plan_slice(plan, k),
-                                             envmapi_plan_cosine(j), 0, contrast);
-            if (L > bands) bands = L;
-        }
-    return bands > plan->bands - plan->bands / 8 ? plan->bands + 1 : bands;
-}
-
-/* lambda_l of every slice for `bands` bands, and the power beyond them by Parseval:
-   sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2) / norm^2. */
-static int envmapi_plan_lambda(envmapi_plan *plan, int bands) {
+/* lambda_l of the slices that are looked at for `bands` bands, and the power beyond them by Parseval:
+   sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2) / norm^2; or of all the others. */
+static int envmapi_plan_lambda(envmapi_plan *plan, int bands, int others) {
     const envmap_lobe *lobe = plan->lobe;
     plan->bands = bands;
-    for (int k = 0; k < plan->slices; ++k) {
+    for (int k = 0, n = 0; k < plan->slices; ++k) {
+        int looked_at = n < envmapi_plan_sampled(plan) && k == envmapi_plan_slice(plan, n);
+        n += looked_at;
+        if (looked_at == others) continue;
         double p = envmapi_slice_p(lobe, k, plan->slices), norm = envmapi_lobe_norm(lobe);
         if (!envmapi_zonal(plan->lambda + (size_t)k * (size_t)bands, bands, lobe, p)) return 0;
         if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, p);
         double power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2) / (norm * norm);
-        plan->rest[k] = 0;
-        double rest = power - envmapi_plan_power(plan, k, 0, 0);
+        double rest = power - envmapi_plan_power(plan, k, 0, bands, 0);
+        if (!envmapi_finite(rest)) return 0;
         plan->rest[k] = rest > 1e-11 * power ? rest : 0;
     }
     return 1;
 }
 
-/* Sets up a plan with the bands that one light would need, or all there may be. 0 when the lobe is
-   sharper than src's texels, or than all bands. */
+/* The darkest that the result of a lobe with a kink gets, over its mean: the sum over blocks at 96
+   axes, for a lobe may be so wide that no block tells. */
+static double envmapi_survey_dark_kinked(const envmapi_survey *s, const envmapi_plan *plan,
+                                         const float *blocks, int nu, int nv, double wide) {
+    enum { AXES = 96 };
+    double a[AXES][3], sums[AXES][3], cosines[AXES], k[AXES], dark = HUGE_VAL;
+    int mapping = s->map->mapping, width = envmapi_width(mapping, s->map->size);
+    for (int i = 0; i < AXES; ++i)
+        envmapi_texel_direction(a[i], ENVMAP_CUBE, i / 16, 4, i % 4, i % 16 / 4);
+    for (int n = 0; n < envmapi_plan_sampled(plan); ++n) {
+        int slice = envmapi_plan_slice(plan, n);
+        double p = envmapi_slice_p(plan->lobe, slice, plan->slices), d[3];
+        double scale = fabs(plan->lambda[(size_t)slice * (size_t)plan->bands]) /
+                       (envmapi_lobe_integral(plan->lobe, p) * envmapi_plan_mean(plan, slice));
+        memset(sums, 0, sizeof sums);
+        for (int b = 0; b < nu * nv * envmap_faces(mapping); ++b) {
+            double u = (b % nu + 0.5) * wide / width, v = (b / nu % nv + 0.5) * wide / s->map->size;
+            envmapi_direction(d, mapping, b / nu / nv, fmin(u, 1), fmin(v, 1));
+            for (int i = 0; i < AXES; ++i) cosines[i] = envmapi_dot(a[i], d);
+            envmapi_k_many(k, cosines, AXES, plan->lobe, p);
+            for (int i = 0; i < AXES; ++i)
+                for (int c = 0; c < 3; ++c) sums[i][c] += k[i] * (double)blocks[4 * b + c];
+        }
+        for (int i = 0; i < AXES; ++i)
+            dark = fmin(dark, scale * fmax(fmax(sums[i][0], sums[i][1]), sums[i][2]));
+    }
+    return dark;
+}
+
+/* D, from blocks no wider than the lobe: where that is smooth, no mean of blocks is darker than the
+   darkest. Half of that, for what lies between. */
+static double envmapi_survey_dark(const envmapi_survey *s, const envmapi_plan *plan) {
+    int i = 0, nu, nv, faces = envmap_faces(s->map->mapping);
+    double extent = s->edge * envmapi_texel_extent(s->map), mean = s->all / s->solid / 3;
+    double dark = HUGE_VAL;
+    envmapi_survey_scale(&nu, &nv, s, i);
+    while (i + 1 < s->scales &&
+           (2 * extent <= plan->sigma || (plan->kinked && nu * nv * faces > 2048)))
+        ++i, extent *= 2, envmapi_survey_scale(&nu, &nv, s, i);
+    const float *blocks = s->sums + envmapi_survey_scale(&nu, &nv, s, i);
+    if (plan->kinked)
+        dark = envmapi_survey_dark_kinked(s, plan, blocks, nu, nv, s->edge << i);
+    for (int b = 0; b < nu * nv * faces && !plan->kinked; ++b, blocks += 4) {
+        double most = fmax(fmax((double)blocks[0], (double)blocks[1]), (double)blocks[2]);
+        if (blocks[3] > 0) dark = fmin(dark, most / (double)blocks[3]);
+    }
+    return mean > 0 ? envmapi_clamp(dark / mean / 2, 1e-3, 1) : 1;
+}
+
+/* Bands and spacing for this scene; need 0 where there are not enough, or more than `most`. */
+static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, double most) {
+    envmapi_contrast contrast[ENVMAPI_FAST_BANDS];
+    int known = 0;
+    for (int bands = 24;; bands = bands == 24 ? 96 : 2 * bands) {
+        if (bands > plan->bands && !envmapi_plan_lambda(plan, bands, 0)) return plan->need = 0;
+        if (!known) plan->dark = envmapi_survey_dark(survey, plan);
+        for (; known < plan->bands; ++known)
+            contrast[known] = envmapi_contrast_at(survey, known + 1);
+        plan->need = 1;
+        for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
+            int L = envmapi_plan_bands(plan, envmapi_plan_slice(plan, k), contrast, 1);
+            if (L > plan->need) plan->need = L;
+        }
+        /* What is near the last band there is may be beyond it. */
+        if (plan->need <= plan->bands - plan->bands / 8) break;
+        if (plan->need > most) return plan->need = 0;
+        if (bands >= ENVMAPI_FAST_BANDS) { /* a kink beside nothing but dark: keep the rms at least */
+            plan->need = 1;
+            for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
+                int L = envmapi_plan_bands(plan, envmapi_plan_slice(plan, k), contrast, 0);
+                if (L > plan->need) plan->need = L;
+            }
+            if (plan->need > plan->bands / 2) return plan->need = 0;
+            plan->need = plan->bands / 2;
+            break;
+        }
+    }
+    if (plan->need > most) return plan->need = 0;
+    plan->h = envmapi_plan_spacing(plan, contrast[plan->need / 2]);
+    return envmapi_plan_lambda(plan, plan->bands, 1);
+}
+
+/* Sets up a plan; 0 when the lobe is sharper than src's texels, or than all bands. */
 static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lobe *lobe,
                                const envmap *src, double tolerance, envmapi_pool *pool,
                                envmap_result *result) {
@@ -3712,380 +4156,461 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
     memset(plan, 0, sizeof *plan);
     plan->lobe = lobe, plan->dst = dst, plan->tolerance = tolerance;
     plan->slices = varied ? dst->slices : 1;
-    plan->sigma = ENVMAPI_PI, plan->dark = 1e-3;
+    plan->sigma = ENVMAPI_PI;
     for (int k = 0; k < plan->slices; ++k)
         plan->sigma =
             fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, plan->slices)));
     if (plan->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)plan->slices;
     plan->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 1) * n, sizeof(double));
-    if (!plan->lambda) {
-        *result = ENVMAP_ERROR_MEMORY;
-        return 0;
-    }
     plan->rest = plan->lambda + ENVMAPI_FAST_BANDS * n;
-    for (int bands = 24; bands <= ENVMAPI_FAST_BANDS; bands = bands == 24 ? 96 : 2 * bands) {
-        if (!envmapi_plan_lambda(plan, bands)) return 0;
-        if (envmapi_plan_bands(plan, 1) <= bands) break;
+    for (int k = 0; k < plan->slices && plan->lambda; ++k) {
+        double first = 0;
+        envmapi_zonal(&first, 1, lobe, envmapi_slice_p(lobe, k, plan->slices));
+        plan->brightest = fmax(plan->brightest, fabs(first));
     }
-    plan->need = envmapi_plan_bands(plan, 1);
-    plan->h = 1;
-    plan->kinked =
-        plan->need > 100 && plan->need > 8 / plan->sigma; /* smooth ones end by 6/sigma */
-    /* A kink sees the lattice of few, large texels, which no band holds. */
-    if (plan->kinked) return envmapi_texel_extent(src) < 0.05;
-    plan->h = envmapi_plan_spacing(plan, 1);
-    return plan->need <= plan->bands;
+    if (!plan->lambda) *result = ENVMAP_ERROR_MEMORY;
+    return plan->lambda != NULL;
 }
 
-/* Energy (all channels) and solid angle of a block of one face's nodes. */
-static void envmapi_block_sum(double sum[2], const envmapi_grid *grid, const float *nodes, int x,
-                              int y, int block) {
-    sum[0] = sum[1] = 0;
-    for (int j = y; j < y + block && j < grid->height; ++j)
-        for (int i = x; i < x + block && i < grid->width; ++i) {
-            const float *node = nodes + 4 * ((size_t)j * (size_t)grid->width + (size_t)i);
-            sum[0] += (double)node[0] + (double)node[1] + (double)node[2];
-            sum[1] += (double)node[3];
+/* A slice as it is, and what its lights leave (rest.lights NULL: not known yet). */
+typedef struct envmapi_scene {
+    envmapi_survey whole, rest;
+} envmapi_scene;
+
+/* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave. */
+static envmap_result envmapi_plans_fit(envmapi_plan *plans, int count, envmapi_scene *scene,
+                                       envmapi_pool *pool) {
+    int kinked = 0;
+    double extent = envmapi_texel_extent(scene->whole.map);
+    envmap_result result = ENVMAP_OK;
+    for (int i = 0; i < count; ++i) {
+        plans[i].kinked = 0;
+        kinked += plans[i].kinked =
+            !envmapi_plan_fit(plans + i, &scene->whole, fmax(24, 8 / plans[i].sigma));
+    }
+    if (kinked && !scene->rest.lights) {
+        scene->rest = scene->whole;
+        result = envmapi_survey_lights(&scene->rest, pool);
+    }
+    for (int i = 0; i < count && !result; ++i)
+        /* A kink sees the lattice of few, large texels, which no band holds. */
+        if (plans[i].kinked &&
+            (extent >= 0.05 || !envmapi_plan_fit(plans + i, &scene->rest, ENVMAPI_FAST_BANDS)))
+            plans[i].need = 0;
+    return result;
+}
+
+/* One map's grid at work, and the rings behind it. */
+typedef struct envmapi_fast {
+    envmapi_grid grid;
+    const envmapi_survey *survey; /* of the source */
+    envmapi_rings rings;
+    envmapi_transform t;
+    envmapi_taps *u, *v;
+    float *nodes;        /* [count][4]: RGB and solid angle, then the cut texels */
+    float *work;         /* a task's rows */
+    double (*factors)[3]; /* of columns, then of rows */
+    envmapi_point *points;
+    int tasks, strips;   /* strips: horizontal, of a face's grid: one a task */
+    float *out;          /* a result's slice */
+    const envmap_lobe *lobe;
+    double norm, p;      /* of the slice */
+    int divide;          /* by the fourth channel */
+    const envmapi_light *lights;
+    int light_count;
+} envmapi_fast;
+
+/* A finished row of texels -> a row of nodes: a run of texels between the same nodes is gathered in
+   registers first. */
+static void envmapi_reduce_row(float *nodes, const envmapi_fast *f, const float *row) {
+    int width = envmapi_width(f->grid.map->mapping, f->grid.map->size);
+    const float *solid = row + 3 * width;
+    for (int x = 0; x < width;) {
+        int start = f->u[x].start;
+        envmapi_float4 sums[6], sum, one;
+        memset(sums, 0, sizeof sums);
+        for (; x < width && f->u[x].start == start; ++x) {
+            float light[4] = {row[3 * x], row[3 * x + 1], row[3 * x + 2], solid[x]};
+            memcpy(&one, light, sizeof one);
+            for (int i = 0; i < 6; ++i) envmapi_float4_add(sums + i, f->u[x].w[i], &one);
         }
+        for (int i = 0; i < 6; ++i) {
+            memcpy(&sum, nodes + 4 * (start + i), sizeof sum);
+            envmapi_float4_add(&sum, 1, sums + i);
+            memcpy(nodes + 4 * (start + i), &sum, sizeof sum);
+        }
+    }
 }
 
-/* kappa at the scale of band l: blocks as wide as its half wave on a grid of spacing h. */
-static double envmapi_contrast(const envmapi_fast *f, double h, int l) {
+/* Task: one horizontal band of one face's grid, from the texels that reach it. Six rows of nodes,
+   as wide as the texels, are open at a time. */
+static void envmapi_task_reduce(void *context, int task) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
     const envmapi_grid *grid = &f->grid;
-    size_t area = 4 * grid->count / (size_t)grid->faces;
-    double total[2] = {0, 0}, sum[2], squares = 0;
-    int block = (int)envmapi_clamp(ENVMAPI_PI / (l + 1) / h, 1, 1e6);
-    for (int face = 0; face < grid->faces; ++face) {
-        envmapi_block_sum(sum, grid, f->nodes + (size_t)face * area, 0, 0, 1 << 20);
-        total[0] += sum[0], total[1] += sum[1];
+    int face = task / f->strips, band = task % f->strips, size = grid->map->size, open;
+    int from = grid->height * band / f->strips, to = grid->height * (band + 1) / f->strips, y = 0;
+    size_t width = (size_t)envmapi_width(grid->map->mapping, size), W = 4 * width;
+    size_t floats = 4 * (size_t)grid->width;
+    const float *texels = f->survey->texels + 3 * (size_t)face * width * (size_t)size;
+    float *nodes = f->nodes + (size_t)face * (size_t)grid->height * floats;
+    float *rows = f->work + (size_t)task * 6 * W;
+    envmapi_rows in;
+    memset(nodes + (size_t)from * floats, 0, (size_t)(to - from) * floats * sizeof(float));
+    memset(rows, 0, 6 * W * sizeof(float));
+    while (y < size && f->v[y].start + 5 < from) ++y;
+    for (open = y < size ? f->v[y].start : to; open < to; y += in.rows) {
+        int next = y < size ? f->v[y].start : to;
+        for (in.rows = 0; open < next && open < to; ++open) {
+            float *row = rows + (size_t)(open % 6) * W;
+            if (open >= from) envmapi_reduce_row(nodes + (size_t)open * floats, f, row);
+            memset(row, 0, W * sizeof(float));
+        }
+        for (int k = y; next < to && k < size && in.rows < ENVMAPI_ROWS && f->v[k].start == next;
+             ++k, ++in.rows) {
+            in.x[in.rows] = texels + 3 * (size_t)k * width;
+            in.y[in.rows] = envmapi_omega_row(f->survey, k);
+            for (int i = 0; i < 6; ++i) in.w[in.rows][(next + i) % 6] = f->v[k].w[i];
+        }
+        envmapi_rows_add(rows, W, 6, &in, 1, 3 * width);
+        for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + 3 * width;
+        envmapi_rows_add(rows + 3 * width, W, 6, &in, 0, width);
     }
-    for (size_t i = grid->count; i < grid->count + f->rim_count; ++i) {
-        const float *node = f->nodes + 4 * i;
-        double off = (double)node[0] + (double)node[1] + (double)node[2];
-        total[0] += off, total[1] += (double)node[3], squares += off * off;
-    }
-    if (!(total[0] > 0)) return 0;
-    for (int face = 0; face < grid->faces; ++face)
-        for (int y = 0; y < grid->height; y += block)
-            for (int x = 0; x < grid->width; x += block) {
-                envmapi_block_sum(sum, grid, f->nodes + (size_t)face * area, x, y, block);
-                double off = sum[0] - total[0] / total[1] * sum[1];
-                squares += off * off;
-            }
-    return envmapi_clamp(sqrt(squares) / total[0], 0, 1);
 }
 
-#define ENVMAPI_LIGHTS 2048
-
-/* Texels that a rim cuts, as points of their own at their centroids; returns how many. Before there
-   are rings, the values alone, which the contrast wants. */
-static size_t envmapi_rim_points(envmapi_fast *f, size_t room, envmapi_light *lights,
-                                 int *light_count) {
-    const envmap *map = f->grid.map;
-    size_t n = 0, area = envmapi_area(map->mapping, map->size);
-    if (!envmapi_is_disc(map->mapping)) return 0;
-    for (size_t t = 0; t < area; ++t) {
-        int x = (int)(t % (size_t)map->size), y = (int)(t / (size_t)map->size);
-        double X = fabs((2 * x + 1.0) / map->size - 1) - 1.0 / map->size, at[2], d[3];
-        double Y = fabs((2 * y + 1.0) / map->size - 1) - 1.0 / map->size;
-        if (f->omega[t] > 0 || X * X + Y * Y > 1) continue;
-        double w = envmapi_texel_cell(at, map->mapping, map->size, x, y);
-        for (int face = 0; w > 0 && face < f->grid.faces && n < room; ++face, ++n) {
-            const float *texel = f->texels + 3 * ((size_t)face * area + t);
-            float *node = f->nodes + 4 * (f->grid.count + n);
-            envmapi_direction(d, map->mapping, face, at[0], at[1]);
-            if (f->rings.M) {
-                f->points[f->grid.count + n] = envmapi_rings_point(&f->rings, d);
-                continue;
-            }
-            double energy = w * ((double)texel[0] + (double)texel[1] + (double)texel[2]);
-            int out = lights && energy > f->limit && *light_count < ENVMAPI_LIGHTS;
-            for (int c = 0; c < 4; ++c) node[c] = out ? 0 : (float)w * (c < 3 ? texel[c] : 1);
-            if (!out) continue;
-            envmapi_light *light = lights + (*light_count)++;
-            light->texel = (size_t)face * area + t;
-            memcpy(light->d, d, sizeof d);
-            for (int c = 0; c < 4; ++c) light->value[c] = w * (c < 3 ? (double)texel[c] : 1.0);
+/* The same where the nodes are the texels. Task: a face. */
+static void envmapi_task_copy(void *context, int face) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    size_t width = (size_t)f->grid.width, size = (size_t)f->grid.height;
+    const float *texel = f->survey->texels + 3 * (size_t)face * width * size;
+    float *node = f->nodes + 4 * (size_t)face * width * size;
+    for (size_t y = 0; y < size; ++y) {
+        const float *once = envmapi_omega_row(f->survey, (int)y) + 3 * width;
+        for (size_t x = 0; x < width; ++x, texel += 3, node += 4) {
+            for (int c = 0; c < 3; ++c) node[c] = once[x] * texel[c];
+            node[3] = once[x];
         }
     }
-    return n;
 }
 
-/* Everything of a grid that both sides need; `extra` points beyond its nodes. */
-static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, double h,
-                                         double tolerance, size_t extra, envmapi_pool *pool) {
+/* (1, 26, 66, 26, 1)/120 c = f along n items of `floats` numbers, `stride` apart. */
+static void envmapi_spline_columns(float *f, int n, size_t stride, size_t floats,
+                                   double (*factors)[3]) {
+    for (int i = 1; i < n; ++i)
+        for (int back = 1; back <= 2 && back <= i; ++back) {
+            float *now = f + (size_t)i * stride;
+            envmapi_row_add(now, (float)-factors[i][back], now - (size_t)back * stride, floats);
+        }
+    for (int i = n - 1; i >= 0; --i) {
+        float *now = f + (size_t)i * stride, scale = (float)(120 * factors[i][0]);
+        for (size_t k = 0; k < floats; ++k) now[k] *= scale;
+        for (int on = 1; on <= 2 && i + on < n; ++on)
+            envmapi_row_add(now, (float)-factors[i + on][on], now + (size_t)on * stride, floats);
+    }
+}
+
+/* The same along `rows` rows of n nodes, together, as each node waits for the one before. */
+ENVMAPI_INLINE void envmapi_spline_rows(float *f, int n, size_t stride, int rows,
+                                        double (*factors)[3]) {
+    envmapi_float4 now, done, one[4], two[4];
+    memset(one, 0, sizeof one), memset(two, 0, sizeof two);
+    for (int i = 0; i < n; ++i)
+        for (int r = 0; r < rows; ++r) {
+            float *node = f + (size_t)r * stride + 4 * (size_t)i;
+            memcpy(&now, node, sizeof now);
+            envmapi_float4_add(&now, (float)-factors[i][1], one + r);
+            envmapi_float4_add(&now, (float)-factors[i][2], two + r);
+            memcpy(node, &now, sizeof now);
+            two[r] = one[r], one[r] = now;
+        }
+    memset(one, 0, sizeof one), memset(two, 0, sizeof two);
+    for (int i = n - 1; i >= 0; --i)
+        for (int r = 0; r < rows; ++r) {
+            float *node = f + (size_t)r * stride + 4 * (size_t)i;
+            memcpy(&now, node, sizeof now), memset(&done, 0, sizeof done);
+            envmapi_float4_add(&done, (float)(120 * factors[i][0]), &now);
+            envmapi_float4_add(&done, (float)-factors[i + 1][1], one + r);
+            envmapi_float4_add(&done, (float)-factors[i + 2][2], two + r);
+            memcpy(node, &done, sizeof done);
+            two[r] = one[r], one[r] = done;
+        }
+}
+
+/* Samples to spline coefficients; its own adjoint. Tasks: strips of columns, then of rows. */
+static void envmapi_task_solve_columns(void *context, int task) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    size_t row = 4 * (size_t)f->grid.width, strip = (size_t)(task % f->strips);
+    size_t from = (size_t)f->grid.width * strip / (size_t)f->strips;
+    size_t to = (size_t)f->grid.width * (strip + 1) / (size_t)f->strips;
+    float *nodes = f->nodes + (size_t)(task / f->strips) * (size_t)f->grid.height * row;
+    envmapi_spline_columns(nodes + 4 * from, f->grid.height, row, 4 * (to - from), f->factors);
+}
+
+static void envmapi_task_solve_rows(void *context, int task) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    size_t row = 4 * (size_t)f->grid.width;
+    int y = f->grid.height * (task % f->strips) / f->strips;
+    int to = f->grid.height * (task % f->strips + 1) / f->strips;
+    float *nodes = f->nodes + (size_t)(task / f->strips) * (size_t)f->grid.height * row;
+    double(*factors)[3] = f->factors + f->grid.height + 2;
+    for (; y + 4 <= to; y += 4)
+        envmapi_spline_rows(nodes + (size_t)y * row, f->grid.width, row, 4, factors);
+    for (; y < to; ++y)
+        envmapi_spline_rows(nodes + (size_t)y * row, f->grid.width, row, 1, factors);
+}
+
+static void envmapi_fast_solve(envmapi_fast *f, const envmap_executor *executor) {
+    if (f->grid.identity) return;
+    envmapi_run_all(executor, envmapi_task_solve_columns, f, f->grid.faces * f->strips);
+    envmapi_run_all(executor, envmapi_task_solve_rows, f, f->grid.faces * f->strips);
+}
+
+/* Where the nodes are. Task: a row of the grid, of every face. */
+static void envmapi_task_points(void *context, int y) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    const envmapi_grid *grid = &f->grid;
+    double d[3][ENVMAPI_CHUNK], ray[3];
+    for (int face = 0; face < grid->faces; ++face)
+        for (int first = 0; first < grid->width; first += ENVMAPI_CHUNK) {
+            size_t at = ((size_t)face * (size_t)grid->height + (size_t)y) * (size_t)grid->width;
+            int n = grid->width - first < ENVMAPI_CHUNK ? grid->width - first : ENVMAPI_CHUNK;
+            for (int i = 0; i < n; ++i) {
+                envmapi_ray(ray, grid->map->mapping, face,
+                            (first + i - grid->pad + 0.5) / grid->nu,
+                            (y - grid->pad + 0.5) / grid->nv);
+                for (int c = 0; c < 3; ++c) d[c][i] = ray[c];
+            }
+            envmapi_rings_points(f->points + at + first, &f->rings, d, n);
+        }
+}
+
+/* sums += what the lights, which the bands leave out, send to n <= 64 texels from (x,y) on. */
+static void envmapi_add_lights(float *light, float *solid, const envmapi_fast *f, int face, int x,
+                               int y, int n) {
+    double a[3][ENVMAPI_CHUNK] = {{0}}, cosines[ENVMAPI_CHUNK], k[ENVMAPI_CHUNK], d[3];
+    double value[4];
+    for (int i = 0; i < n; ++i) {
+        envmapi_texel_direction(d, f->grid.map->mapping, face, f->grid.map->size, x + i, y);
+        for (int c = 0; c < 3; ++c) a[c][i] = d[c];
+    }
+    for (const envmapi_light *l = f->lights; l < f->lights + f->light_count; ++l) {
+        for (int i = 0; i < ENVMAPI_CHUNK; ++i)
+            cosines[i] = a[0][i] * l->d[0] + a[1][i] * l->d[1] + a[2][i] * l->d[2];
+        envmapi_k_many(k, cosines, n, f->lobe, f->p);
+        for (int c = 0; c < 4; ++c) value[c] = l->value[c] / f->norm;
+        for (int i = 0; i < n; ++i)
+            for (int c = 0; c < 3; ++c) {
+                light[3 * i + c] += (float)(k[i] * value[c]);
+                solid[3 * i + c] += (float)(k[i] * value[3]);
+            }
+    }
+}
+
+/* A row of nodes -> as wide as the texels: RGB, then the solid angle thrice. */
+static void envmapi_expand_row(float *row, const envmapi_fast *f, const float *nodes) {
+    int width = envmapi_width(f->grid.map->mapping, f->grid.map->size);
+    for (int x = 0; x < width; ++x) {
+        envmapi_float4 total, node;
+        float sum[4];
+        memset(&total, 0, sizeof total);
+        for (int i = 0; i < 6 && !f->grid.identity; ++i) {
+            memcpy(&node, nodes + 4 * (f->u[x].start + i), sizeof node);
+            envmapi_float4_add(&total, f->u[x].w[i], &node);
+        }
+        memcpy(sum, &total, sizeof sum);
+        if (f->grid.identity) memcpy(sum, nodes + 4 * x, sizeof sum);
+        for (int c = 0; c < 3; ++c) row[3 * x + c] = sum[c], row[3 * (width + x) + c] = sum[3];
+    }
+}
+
+/* A row of texels from rows as wide as they are, rgb / w where that is the norm. */
+static void envmapi_expand_texels(float *out, float *sums, const envmapi_fast *f,
+                                  const envmapi_rows *in, int face, int y) {
+    int width = envmapi_width(f->grid.map->mapping, f->grid.map->size);
+    float *solid = sums + 3 * width;
+    memset(sums, 0, 6 * (size_t)width * sizeof *sums);
+    envmapi_rows_add(sums, 0, 1, in, 0, 6 * (size_t)width);
+    for (int x = 0; x < width && f->light_count; x += ENVMAPI_CHUNK)
+        envmapi_add_lights(sums + 3 * x, solid + 3 * x, f, face, x, y,
+                           width - x < ENVMAPI_CHUNK ? width - x : ENVMAPI_CHUNK);
+    for (int i = 0; i < 3 * width; ++i) out[i] = f->divide ? sums[i] / solid[i] : sums[i];
+}
+
+/* Texels from spline coefficients. Task: a strip of texel rows of a face; six rows of nodes are open
+   at a time. */
+static void envmapi_task_expand(void *context, int task) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    const envmapi_grid *grid = &f->grid;
+    int size = grid->map->size, face = task / f->strips, strip = task % f->strips, done = -1;
+    size_t width = (size_t)envmapi_width(grid->map->mapping, size), floats = 4 * (size_t)grid->width;
+    const float *nodes = f->nodes + (size_t)face * (size_t)grid->height * floats;
+    float *rows = f->work + (size_t)task * 7 * 6 * width, *out = f->out + 3 * (size_t)face * width * (size_t)size;
+    envmapi_rows in;
+    for (int y = size * strip / f->strips; y < size * (strip + 1) / f->strips; ++y) {
+        int start = grid->identity ? y : f->v[y].start, taps = grid->identity ? 1 : 6;
+        for (int i = done < start ? start : done; i < start + taps; ++i)
+            envmapi_expand_row(rows + (size_t)(i % 6) * 6 * width, f, nodes + (size_t)i * floats);
+        for (int i = 0; i < taps; ++i) {
+            in.x[i] = rows + (size_t)((start + i) % 6) * 6 * width;
+            in.w[i][0] = grid->identity ? 1 : f->v[y].w[i];
+        }
+        done = start + taps, in.rows = taps;
+        envmapi_expand_texels(out + 3 * (size_t)y * width, rows + 36 * width, f, &in, face, y);
+    }
+}
+
+/* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them. */
+static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, double h, int bands,
+                                         const envmapi_survey *survey,
+                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
     memset(f, 0, sizeof *f);
-    f->grid = envmapi_grid_of(map, h, tolerance);
+    f->grid = envmapi_grid_of(map, h, (double)desc->tolerance), f->survey = survey;
     f->strips = f->grid.faces == 6 ? 1 : 8 / f->grid.faces;
-    int width = envmapi_width(map->mapping, map->size);
-    size_t rows = (size_t)(map->size + f->strips * f->grid.faces), row = 4 * (size_t)f->grid.width;
-    size_t solve = (size_t)f->grid.faces * (row + 4 * (size_t)f->grid.height);
-    f->nodes = (float *)envmapi_pool_get(pool, 4 * (f->grid.count + extra), sizeof(float));
-    f->points =
-        (envmapi_point *)envmapi_pool_get(pool, f->grid.count + extra, sizeof(envmapi_point));
-    f->u =
-        (envmapi_taps *)envmapi_pool_get(pool, (size_t)(width + map->size), sizeof(envmapi_taps));
-    f->rows =
-        (float *)envmapi_pool_get(pool, (f->grid.identity ? 0 : rows * row) + solve, sizeof(float));
-    if (!f->nodes || !f->points || !f->u || !f->rows) return ENVMAP_ERROR_MEMORY;
+    f->tasks = envmapi_tasks(&desc->executor);
+    size_t width = (size_t)envmapi_width(map->mapping, map->size), size = (size_t)map->size;
+    size_t extra = (size_t)survey->rim_count, n = f->grid.count + extra;
+    size_t work = 42 * width * (size_t)(f->grid.faces * f->strips);
+    size_t lines = (size_t)(f->grid.height + f->grid.width);
+    int M = envmapi_rings_size((int)fmax(ENVMAPI_PI / h, bands + 2));
+    f->nodes = (float *)envmapi_pool_get(pool, 4 * n, sizeof(float));
+    f->points = (envmapi_point *)envmapi_pool_get(pool, n, sizeof(envmapi_point));
+    f->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
+    f->work = (float *)envmapi_pool_get(pool, work, sizeof(float));
+    f->factors = (double(*)[3])envmapi_pool_get(pool, lines + 4, 3 * sizeof(double));
+    f->t.work = (double *)envmapi_pool_get(pool, envmapi_rings_work(M) * (size_t)f->tasks,
+                                           sizeof(double));
+    if (!f->nodes || !f->points || !f->u || !f->work || !f->factors || !f->t.work)
+        return ENVMAP_ERROR_MEMORY;
     f->v = f->u + width;
-    envmapi_taps_fill(f->u, width, f->grid.nu, f->grid.pad);
+    envmapi_taps_fill(f->u, (int)width, f->grid.nu, f->grid.pad);
     envmapi_taps_fill(f->v, map->size, f->grid.nv, f->grid.pad);
+    envmapi_spline_factor(f->factors, f->grid.height, 1, 1);
+    envmapi_spline_factor(f->factors + f->grid.height + 2, f->grid.width, 1, 1);
+    envmap_result result = envmapi_rings_create(&f->rings, M, bands, pool);
+    if (result) return result;
+    f->t.rings = &f->rings, f->t.points = f->points, f->t.values = f->nodes, f->t.tasks = f->tasks;
+    envmapi_run_all(&desc->executor, envmapi_task_points, f, f->grid.height);
     return ENVMAP_OK;
 }
 
-/* Rings for L bands on a grid of spacing h, and the work space of the tasks. */
-static envmap_result envmapi_transform_create(envmapi_transform *t, envmapi_rings *rings, double h,
-                                              int bands, envmapi_pool *pool) {
-    int M = envmapi_rings_size((int)(ENVMAPI_PI / h > bands + 2 ? ENVMAPI_PI / h : bands + 2));
-    memset(t, 0, sizeof *t);
-    t->rings = rings;
-    t->work_size = 11 * (size_t)bands + (size_t)M;
-    t->work = (double *)envmapi_pool_get(pool, ENVMAPI_TASKS * t->work_size, sizeof(double));
-    if (!t->work) return ENVMAP_ERROR_MEMORY;
-    return envmapi_rings_create(rings, M, bands, pool);
-}
-
-/* Source texels -> nodes. */
-static void envmapi_fast_reduce(envmapi_fast *f, const envmap_executor *executor) {
-    envmapi_run_all(executor, envmapi_task_omega, f, f->grid.map->size);
-    if (f->grid.identity) envmapi_run_all(executor, envmapi_task_copy, f, f->grid.faces);
-    else envmapi_run_all(executor, envmapi_task_reduce, f, f->grid.faces * f->strips);
-}
-
-#define ENVMAPI_FIRST_BANDS 48
-
-/* kappa at l = 4, 8, 16 ... , and where the grid does not resolve it, between its last and that
-   of the texels, on a straight line of logarithms. */
-static void envmapi_contrasts(double contrasts[12], const envmapi_fast *f, double h) {
-    double finest = ENVMAPI_PI / envmapi_texel_extent(f->grid.map), last = 4;
-    for (int i = 0; i < 12; ++i) {
-        double l = 4 << i, known = i ? contrasts[i - 1] : 1;
-        if (i < 3 || l * h <= ENVMAPI_PI) {
-            contrasts[i] = envmapi_contrast(f, h, 4 << i), last = l;
-        } else {
-            double left = fmax(log(finest / last), 0.7),
-                   slope = log(fmax(f->fine, 1e-9) / fmax(known, 1e-9)) / left;
-            contrasts[i] = known * exp(fmin(slope, 0) * log(l / last)), last = l;
-        }
-    }
-}
-
-/* The bands a plan needs of this scene: at ever finer scales, until they resolve the scale that
-   the contrast was taken at. 0 where there are not enough. Sets the spacing too. */
-static int envmapi_fast_bands(envmapi_plan *plan, const double contrasts[12]) {
-    for (int i = 0; i < 12; ++i) {
-        int l = 4 << i, need = envmapi_plan_bands(plan, contrasts[i]);
-        if (need > plan->bands && l >= plan->bands) break;
-        if (need > l) continue;
-        plan->h = envmapi_plan_spacing(plan, contrasts[i]);
-        return l < plan->bands ? l : plan->bands;
-    }
-    /* A kink beside nothing but dark: keep the rms at least, with room to spare. */
-    int need = envmapi_plan_rms_bands(plan, contrasts[8]);
-    if (need > plan->bands / 2) return 0;
-    plan->h = ENVMAPI_PI / (plan->bands / 2);
-    return plan->bands / 2;
-}
-
-/* For all plans; returns the most bands, and the spacing that leaves. A smooth lobe's bands hardly
-   depend on the contrast, so one scale of it will do. */
-static int envmapi_fast_fit(envmapi_plan *plans, int count, const envmapi_fast *f, double h,
-                            const double contrasts[12], double *spacing) {
-    int bands = 1;
-    *spacing = 1;
-    for (int i = 0; i < count; ++i) {
-        if (plans[i].kinked) {
-            plans[i].need = envmapi_fast_bands(plans + i, contrasts);
-        } else {
-            double contrast = envmapi_contrast(f, h, plans[i].need / 2);
-            plans[i].need = envmapi_plan_bands(plans + i, contrast); /* at most that of one light */
-            plans[i].h = envmapi_plan_spacing(plans + i, contrast);
-        }
-        if (plans[i].need > bands) bands = plans[i].need;
-        if (plans[i].need && plans[i].h < *spacing) *spacing = plans[i].h;
-    }
-    return bands;
-}
-
-
 /* Takes a texel out of the nodes. */
-static void envmapi_light_out(envmapi_fast *f, const envmapi_light *light, int face, int x, int y) {
-    int taps = f->grid.identity ? 1 : 16;
+static void envmapi_light_out(envmapi_fast *f, const envmapi_light *light) {
+    size_t width = (size_t)envmapi_width(f->grid.map->mapping, f->grid.map->size);
+    size_t x = light->texel % width, line = light->texel / width, size = (size_t)f->grid.map->size;
+    size_t face = line / size, y = line % size;
+    int taps = f->grid.identity ? 1 : 36;
+    if (!(envmapi_omega_row(f->survey, (int)y)[3 * x] > 0)) return; /* a cut one is not there */
     for (int k = 0; k < taps; ++k) {
-        size_t row = (size_t)face * (size_t)f->grid.height + (size_t)(f->v[y].start + k / 4);
-        size_t at = row * (size_t)f->grid.width + (size_t)(f->u[x].start + k % 4);
-        float tap = f->grid.identity ? 1 : f->v[y].w[k / 4] * f->u[x].w[k % 4];
+        size_t row = face * (size_t)f->grid.height + (size_t)(f->v[y].start + k / 6);
+        size_t at = row * (size_t)f->grid.width + (size_t)(f->u[x].start + k % 6);
+        float tap = f->grid.identity ? 1 : f->v[y].w[k / 6] * f->u[x].w[k % 6];
         if (f->grid.identity) at = light->texel;
         for (int c = 0; c < 4; ++c) f->nodes[4 * at + (size_t)c] -= tap * (float)light->value[c];
     }
 }
 
-/* Makes a list of the texels with more than 1/2000 of the scene's energy and takes them out of the
-   nodes; what is left has the contrast f->fine. */
-static int envmapi_fast_lights(envmapi_fast *f, envmapi_light *lights) {
-    const envmap *map = f->grid.map;
-    size_t area = envmapi_area(map->mapping, map->size), width = area / (size_t)map->size;
-    size_t nodes = 4 * f->grid.count / (size_t)f->grid.faces;
-    int n = 0;
-    double total[2] = {0, 0}, sum[2], squares = 0, left = 0;
-    for (int face = 0; face < f->grid.faces; ++face) {
-        envmapi_block_sum(sum, &f->grid, f->nodes + nodes * (size_t)face, 0, 0, 1 << 20);
-        total[0] += sum[0], total[1] += sum[1];
+/* Cut texels that are not among the lights, as points of their own; returns how many. */
+static size_t envmapi_fast_rim(envmapi_fast *f) {
+    const envmapi_survey *s = f->survey;
+    double d[3][ENVMAPI_CHUNK];
+    size_t n = f->grid.count;
+    for (int i = 0; i < s->rim_count; ++i) {
+        int out = 0;
+        for (int k = 0; k < f->light_count && !out; ++k) out = f->lights[k].texel == s->rim[i].texel;
+        if (out) continue;
+        for (int c = 0; c < 3; ++c) d[c][0] = s->rim[i].d[c];
+        for (int c = 0; c < 4; ++c) f->nodes[4 * n + (size_t)c] = (float)s->rim[i].value[c];
+        envmapi_rings_points(f->points + n++, &f->rings, d, 1);
     }
-    f->limit = total[0] / 2000;
-    for (size_t i = 0; i < area * (size_t)f->grid.faces; ++i) {
-        const float *texel = f->texels + 3 * i;
-        double w = (double)f->omega[i % area];
-        double energy = w * ((double)texel[0] + (double)texel[1] + (double)texel[2]);
-        if (energy > f->limit && n < ENVMAPI_LIGHTS) {
-            int face = (int)(i / area), x = (int)(i % width), y = (int)(i % area / width);
-            envmapi_light *light = lights + n++;
-            light->texel = i;
-            for (int c = 0; c < 4; ++c) light->value[c] = w * (c < 3 ? (double)texel[c] : 1.0);
-            envmapi_texel_direction(light->d, map->mapping, face, map->size, x, y);
-            envmapi_light_out(f, light, face, x, y);
-        } else {
-            double off = energy - w * total[0] / total[1];
-            left += energy, squares += off * off;
-        }
-    }
-    f->fine = left > 0 ? fmin(sqrt(squares) / left, 1) : 0;
-    return n;
+    return n - f->grid.count;
 }
 
 /* What the source side hands to the result side. */
 typedef struct envmapi_spectrum {
     double *a; /* a_lm */
-    int bands;
-    envmapi_light *lights;
+    int bands, kept; /* kept: the source's grid is still there */
+    double h;
+    const envmapi_light *lights;
     int light_count;
+    envmapi_fast f; /* the source's grid: a result of the same shape takes it over */
 } envmapi_spectrum;
 
-/* The smallest value over the mean of what a plan's slices make of the bands there are, at the
-   rings (their spline coefficients, near enough); 1/1000 at least. */
-static void envmapi_fast_dark(envmapi_plan *plan, envmapi_transform *t,
-                              const envmap_executor *executor) {
-    int n = 2 * t->rings->M;
-    plan->dark = 1;
-    t->count = 0;
-    for (int i = 0; i < envmapi_plan_sampled(plan); ++i) {
-        double least = HUGE_VAL, sum = 0;
-        t->lambda = plan->lambda + (size_t)envmapi_plan_slice(plan, i) * (size_t)plan->bands;
-        envmapi_synthesise(t, executor);
-        for (int k = 0; k < n; ++k)
-            for (int j = 0; j < t->rings->M; ++j) {
-                const double *v = t->rings->G + (size_t)k * t->rings->row + t->rings->offset[j + 2];
-                double light = v[0] + v[1] + v[2];
-                least = light < least ? light : least;
-                sum += light * sin((j + 0.5) * ENVMAPI_PI / t->rings->M);
-            }
-        double mean = sum / n * ENVMAPI_PI / 2 / t->rings->M;
-        plan->dark = fmin(plan->dark, mean > 0 ? least / mean / 2 : 0);
+/* A surveyed slice -> the spectrum that all plans of one kind can do with. */
+static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_plan *plans,
+                                          int count, int kinked, const envmapi_survey *survey,
+                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
+    envmapi_fast *f = &out->f;
+    memset(out, 0, sizeof *out);
+    out->bands = 1, out->h = 1, out->kept = 1;
+    for (int i = 0; i < count; ++i) {
+        if (plans[i].kinked != kinked || !plans[i].need) continue;
+        if (plans[i].need > out->bands) out->bands = plans[i].need;
+        out->h = fmin(out->h, plans[i].h);
     }
-    plan->dark = fmax(plan->dark, 1e-3);
-}
-
-/* Grid of spacing h -> contrasts, lights, and a_lm: of `bands`, or where 0 of those that fit. */
-static envmap_result envmapi_fast_pass(envmapi_spectrum *out, envmapi_plan *plans, int count,
-                                       const envmap *src, int slice, double h, int bands,
-                                       const envmap_filter_desc *desc, envmapi_pool *pool) {
-    envmapi_fast f;
-    envmapi_transform t;
-    envmap_result result;
-    double contrasts[12] = {0}, spacing = h;
-    int kept = pool->count;
-    size_t rim = envmapi_is_disc(src->mapping) ? 16 * (size_t)src->size + 64 : 0;
-    if ((result = envmapi_fast_create(&f, src, h, (double)desc->tolerance, rim, pool)))
-        return result;
-    f.omega = (float *)envmapi_pool_get(pool, envmapi_area(src->mapping, src->size), sizeof(float));
-    if (!f.omega) return ENVMAP_ERROR_MEMORY;
-    f.texels = envmapi_image(src, 0, slice, 0);
-    envmapi_fast_reduce(&f, &desc->executor);
-    out->light_count = plans[0].kinked ? envmapi_fast_lights(&f, out->lights) : 0;
-    f.rim_count =
-        envmapi_rim_points(&f, rim, plans[0].kinked ? out->lights : NULL, &out->light_count);
-    if (bands == ENVMAPI_FIRST_BANDS && plans[0].kinked) envmapi_contrasts(contrasts, &f, h);
-    if (!bands) bands = envmapi_fast_fit(plans, count, &f, h, NULL, &spacing);
-    if ((result = envmapi_transform_create(&t, &f.rings, spacing, bands, pool))) return result;
-    if (!f.grid.identity) envmapi_run_all(&desc->executor, envmapi_task_solve, &f, f.grid.faces);
-    envmapi_run_all(&desc->executor, envmapi_task_points, &f, f.grid.height);
-    t.points = f.points, t.values = f.nodes, t.a = out->a, t.a_bands = out->bands = bands;
-    envmapi_rim_points(&f, rim, NULL, NULL);
-    t.count = f.grid.count + f.rim_count;
-    envmapi_analyse(&t, &desc->executor);
-    if (bands == ENVMAPI_FIRST_BANDS && plans[0].kinked) {
-        for (int i = 0; i < count; ++i) envmapi_fast_dark(plans + i, &t, &desc->executor);
-        envmapi_fast_fit(plans, count, &f, h, contrasts, &spacing);
-    }
-    envmapi_pool_free(pool, kept);
+    out->a = (double *)envmapi_pool_get(pool, envmapi_triangle(out->bands, out->bands),
+                                        sizeof(double));
+    if (!out->a) return ENVMAP_ERROR_MEMORY;
+    envmap_result result =
+        envmapi_fast_create(f, survey->map, out->h, out->bands, survey, desc, pool);
+    if (result) return result;
+    f->lights = out->lights = kinked ? survey->lights : NULL;
+    f->light_count = out->light_count = kinked ? survey->light_count : 0;
+    if (f->grid.identity) envmapi_run_all(&desc->executor, envmapi_task_copy, f, f->grid.faces);
+    else envmapi_run_all(&desc->executor, envmapi_task_reduce, f, f->grid.faces * f->strips);
+    for (int i = 0; i < f->light_count; ++i) envmapi_light_out(f, f->lights + i);
+    envmapi_fast_solve(f, &desc->executor);
+    f->t.count = f->grid.count + envmapi_fast_rim(f);
+    f->t.a = out->a, f->t.a_bands = out->bands;
+    envmapi_analyse(&f->t, &desc->executor);
     return ENVMAP_OK;
 }
 
-/* One slice of src -> the spectrum that all plans can do with; one with need 0 cannot. */
-static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, envmapi_plan *plans, int count,
-                                          const envmap *src, int slice,
-                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
-    double h = 1, first = 0.05 * pow((double)desc->tolerance / 1e-3, 0.25);
-    int most = ENVMAPI_FIRST_BANDS, need = 0;
-    envmap_result result;
-    for (int i = 0; i < count; ++i) {
-        if (plans[i].bands > most) most = plans[i].bands;
-        if (plans[i].h < h) h = plans[i].h;
+static int envmapi_nodes_finite(const envmapi_fast *f) {
+    int finite = 1;
+    for (size_t i = 0; i < 4 * f->grid.count; ++i) {
+        uint32_t bits;
+        memcpy(&bits, f->nodes + i, sizeof bits);
+        finite &= (bits & 0x7F800000u) != 0x7F800000u;
     }
-    out->a = (double *)envmapi_pool_get(pool, envmapi_triangle(most, most), sizeof(double));
-    out->lights = (envmapi_light *)envmapi_pool_get(pool, ENVMAPI_LIGHTS, sizeof(envmapi_light));
-    if (!out->a || !out->lights) return ENVMAP_ERROR_MEMORY;
-    if (!plans[0].kinked)
-        return envmapi_fast_pass(out, plans, count, src, slice, h, 0, desc, pool);
-    result =
-        envmapi_fast_pass(out, plans, count, src, slice, first, ENVMAPI_FIRST_BANDS, desc, pool);
-    for (int i = 0, h_set = 0; i < count && !result; ++i) {
-        if (!plans[i].need) continue;
-        need = plans[i].need > need ? plans[i].need : need;
-        h = !h_set || plans[i].h < h ? plans[i].h : h, h_set = 1;
-    }
-    if (!result && (need > ENVMAPI_FIRST_BANDS || (need && h < 0.99 * first)))
-        result = envmapi_fast_pass(out, plans, count, src, slice, h, need, desc, pool);
-    return result;
+    return finite;
 }
 
-/* A spectrum -> slices of a result, from `first` on. */
-static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan,
-                                             const envmapi_spectrum *spectrum, int first,
-                                             int slices, const envmap_filter_desc *desc,
-                                             envmapi_pool *pool) {
-    envmapi_fast f;
-    envmapi_transform t;
+/* A spectrum -> slices of a result, from `first` on. The source's grid serves again where it is not
+   much finer than need be. */
+static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan, envmapi_spectrum *spectrum,
+                                             const envmapi_survey *survey, int first, int slices,
+                                             const envmap_filter_desc *desc, envmapi_pool *pool) {
+    envmapi_fast own, *f = &spectrum->f;
     envmap_result result;
-    const envmap *dst = plan->dst;
+    const envmap *dst = plan->dst, *src = survey->map;
     int kept = pool->count;
     size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
-    if ((result = envmapi_fast_create(&f, dst, plan->h, (double)desc->tolerance, 0, pool)) ||
-        (result = envmapi_transform_create(&t, &f.rings, plan->h, plan->need, pool)))
-        return result;
-    f.lobe = plan->lobe, f.lights = spectrum->lights, f.light_count = spectrum->light_count;
-    f.divide = !plan->lobe->raw && plan->lobe->kind != ENVMAP_LOBE_BANKS;
-    envmapi_run_all(&desc->executor, envmapi_task_points, &f, f.grid.height);
-    t.points = f.points, t.values = f.nodes, t.count = f.grid.count;
-    t.a = spectrum->a, t.a_bands = spectrum->bands;
+    if (!spectrum->kept || dst->mapping != src->mapping || dst->size != src->size ||
+        plan->h > 1.2 * spectrum->h) {
+        result = envmapi_fast_create(f = &own, dst, plan->h, plan->need, survey, desc, pool);
+        if (result) return result;
+    }
+    f->t.a = spectrum->a, f->t.a_bands = spectrum->bands;
+    f->lights = spectrum->lights, f->light_count = spectrum->light_count;
+    f->rings.bands = plan->need;
+    f->t.count = f->grid.count, f->lobe = plan->lobe;
+    f->divide = !plan->lobe->raw && plan->lobe->kind != ENVMAP_LOBE_BANKS;
     for (int k = first; k < first + slices; ++k) {
         if (k > first && plan->slices == 1) {
-            memcpy(dst->texels + floats * (size_t)k, f.out, floats * sizeof(float));
+            memcpy(dst->texels + floats * (size_t)k, f->out, floats * sizeof(float));
             continue;
         }
-        t.lambda = plan->lambda + (size_t)(plan->slices > 1 ? k : 0) * (size_t)plan->bands;
-        f.out = dst->texels + floats * (size_t)k;
-        f.p = envmapi_slice_p(plan->lobe, k, dst->slices);
-        f.norm = envmapi_lobe_norm(plan->lobe);
-        if (f.divide) f.norm = envmapi_lobe_integral(plan->lobe, f.p);
+        f->t.lambda = plan->lambda + (size_t)(plan->slices > 1 ? k : 0) * (size_t)plan->bands;
+        f->out = dst->texels + floats * (size_t)k;
+        f->p = envmapi_slice_p(plan->lobe, k, dst->slices);
+        f->norm = envmapi_lobe_norm(plan->lobe);
+        if (f->divide) f->norm = envmapi_lobe_integral(plan->lobe, f->p);
         if ((result = envmapi_tell(&desc->progress, (double)(k - first) / slices))) return result;
-        envmapi_synthesise(&t, &desc->executor);
-        if ((result = envmapi_tell(&desc->progress, (k - first + 0.5) / slices))) return result;
-        if (!f.grid.identity)
-            envmapi_run_all(&desc->executor, envmapi_task_solve, &f, f.grid.faces);
-        envmapi_run_all(&desc->executor, envmapi_task_expand, &f, dst->size);
+        envmapi_synthesise(&f->t, &desc->executor);
+        if (!envmapi_nodes_finite(f)) return ENVMAP_ERROR_LOBE;
+        if ((result = envmapi_tell(&desc->progress, (k - first + 1.0) / slices))) return result;
+        envmapi_fast_solve(f, &desc->executor);
+        envmapi_run_all(&desc->executor, envmapi_task_expand, f, f->grid.faces * f->strips);
     }
     envmapi_pool_free(pool, kept);
     return ENVMAP_OK;
@@ -4103,51 +4628,51 @@ static envmap_filter_desc envmapi_part_desc(envmapi_progress_part *part,
     return out;
 }
 
-/* Plans that share a spectrum. */
-static envmap_result envmapi_fast_group(envmapi_plan *plans, int count, const envmap *src,
-                                        const envmap_filter_desc *desc, envmapi_pool *pool) {
-    int slices = plans[0].dst->slices, runs = src->slices > 1 ? slices : 1, kept = pool->count;
-    double spacing[32];
-    for (int i = 0; i < count; ++i) spacing[i] = plans[i].h;
-    for (int run = 0; run < runs; ++run) {
+/* Can all plans of a kind do with this spectrum? */
+static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envmapi_plan *plans,
+                                   int count, int kinked) {
+    int serves = spectrum->a != NULL;
+    for (int i = 0; i < count; ++i)
+        if (plans[i].kinked == kinked && plans[i].need)
+            serves &= plans[i].need <= spectrum->bands && plans[i].h >= 0.999 * spectrum->h;
+    return serves;
+}
+
+/* All plans for one surveyed slice: smooth lobes share one spectrum, those with kinks another, which
+   has the lights taken out; ready: spectra that are there already, or NULL. Plan 0 comes last: its
+   result is final as soon as it is written. */
+static envmap_result envmapi_filter_fast(envmapi_plan *plans, int count, const envmapi_scene *scene,
+                                         const envmapi_spectrum ready[2], int first, int slices,
+                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
+    envmap_result result = ENVMAP_OK;
+    int kept = pool->count, done = 0;
+    for (int turn = 0; turn < 2; ++turn) {
+        int kinked = turn ? plans[0].kinked : !plans[0].kinked, any = 0;
+        const envmapi_survey *survey = kinked ? &scene->rest : &scene->whole;
         envmapi_spectrum spectrum;
-        for (int i = 0; i < count; ++i) plans[i].h = spacing[i], plans[i].dark = 1e-3;
-        envmap_result result = envmapi_fast_analyse(&spectrum, plans, count, src, run, desc, pool);
-        for (int i = 0; i < count && !result; ++i) {
+        for (int i = 0; i < count; ++i) any += plans[i].kinked == kinked && plans[i].need;
+        if (any && ready && envmapi_spectrum_serves(ready + kinked, plans, count, kinked))
+            spectrum = ready[kinked];
+        else if (any)
+            result = envmapi_fast_analyse(&spectrum, plans, count, kinked, survey, desc, pool);
+        for (int i = count - 1; i >= 0 && !result; --i) {
             envmapi_progress_part part;
-            envmap_filter_desc part_desc =
-                envmapi_part_desc(&part, desc, run * count + i, 1, runs * count);
+            envmap_filter_desc part_desc = envmapi_part_desc(&part, desc, done, 1, count);
+            if (plans[i].kinked != kinked) continue;
+            ++done;
             if (plans[i].need)
-                result = envmapi_fast_synthesise(plans + i, &spectrum, run, runs > 1 ? 1 : slices,
+                result = envmapi_fast_synthesise(plans + i, &spectrum, survey, first, slices,
                                                  &part_desc, pool);
             else if (desc->method == ENVMAP_METHOD_HARMONICS)
                 result = ENVMAP_ERROR_METHOD;
             else
-                result = envmapi_filter_reference(plans[i].dst, src, plans[i].lobe, &part_desc);
+                result = envmapi_filter_reference(plans[i].dst, survey->map, plans[i].lobe,
+                                                  &part_desc);
         }
         envmapi_pool_free(pool, kept);
         if (result) return result;
     }
     return ENVMAP_OK;
-}
-
-/* Smooth lobes share one spectrum, those with kinks another, which has the lights taken out. */
-static envmap_result envmapi_filter_fast(envmapi_plan *plans, int count, const envmap *src,
-                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
-    int smooth = 0;
-    envmap_result result = ENVMAP_OK;
-    for (int i = 0; i < count; ++i)
-        if (!plans[i].kinked) {
-            envmapi_plan plan = plans[smooth];
-            plans[smooth++] = plans[i], plans[i] = plan;
-        }
-    envmapi_progress_part part;
-    envmap_filter_desc part_desc = envmapi_part_desc(&part, desc, 0, smooth, count);
-    if (smooth) result = envmapi_fast_group(plans, smooth, src, &part_desc, pool);
-    part_desc = envmapi_part_desc(&part, desc, smooth, count - smooth, count);
-    if (!result && smooth < count)
-        result = envmapi_fast_group(plans + smooth, count - smooth, src, &part_desc, pool);
-    return result;
 }
 
 /* desc with defaults filled in; 0 when a field is out of range. */
@@ -4157,6 +4682,7 @@ static int envmapi_desc(envmap_filter_desc *out, const envmap_filter_desc *desc)
     if (out->method < 0 || out->method >= ENVMAP_METHOD_COUNT) return 0;
     if (!envmapi_finite((double)out->tolerance) || out->tolerance < 0) return 0;
     if (!envmapi_finite((double)out->threshold)) return 0;
+    if (!envmapi_finite((double)out->limit) || out->limit < 0) return 0;
     if (!(out->tolerance > 0)) out->tolerance = 1e-3f;
     out->tolerance = (float)envmapi_clamp((double)out->tolerance, 1e-7, 0.1);
     return 1;
@@ -4175,14 +4701,6 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
     return 1;
 }
 
-/* Level l of a map laid out like dst, as a map of one level of its own. */
-static envmap envmapi_view(float *texels, const envmap *dst, int l) {
-    envmap view = *dst;
-    view.size = envmapi_edge(dst->size, l), view.levels = 1;
-    view.texels = texels + (envmapi_image(dst, l, 0, 0) - dst->texels);
-    return view;
-}
-
 /* Pairs of texels; where they are few, the definition is the fastest method too. */
 static double envmapi_pairs(const envmap *dst, const envmap *src) {
     double pairs = dst->slices;
@@ -4190,84 +4708,251 @@ static double envmapi_pairs(const envmap *dst, const envmap *src) {
     return pairs * (double)envmapi_area(src->mapping, src->size) * envmap_faces(src->mapping);
 }
 
-/* Does this level go to the fast filter, which shares the source? Then it has a plan. */
-static int envmapi_filter_plan(envmapi_plan *plan, envmap *dst, const envmap *src,
-                               const envmap_lobe *lobe, const envmap_filter_desc *desc,
-                               envmapi_pool *pool, envmap_result *result) {
-    int method = desc->method;
-    if (lobe->kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE) return 0;
-    if (method == ENVMAP_METHOD_HIERARCHICAL) return 0;
-    if (method == ENVMAP_METHOD_AUTO && envmapi_pairs(dst, src) < 1e5) return 0;
-    if (envmapi_texel_extent(src) > 0.1) return 0; /* coarser than any kernel of these */
-    int planned = envmapi_plan_create(plan, dst, lobe, src, (double)desc->tolerance, pool, result);
-    if (!planned && !*result && method == ENVMAP_METHOD_HARMONICS) *result = ENVMAP_ERROR_METHOD;
-    return planned;
-}
-
-/* Or by itself. */
-static envmap_result envmapi_filter_level(envmap *dst, const envmap *src, const envmap_lobe *lobe,
-                                          const envmap_filter_desc *desc) {
-    if (lobe->kind == ENVMAP_LOBE_MIRROR) return envmap_resample(dst, src);
-    if (desc->method == ENVMAP_METHOD_HIERARCHICAL)
-        return envmapi_filter_hierarchical(dst, src, lobe, desc);
-    return envmapi_filter_reference(dst, src, lobe, desc);
-}
-
-/* All levels into `views`. */
-static envmap_result envmapi_filter_stage(envmap *views, const envmap *src,
-                                          const envmap_lobe *lobes, int count,
-                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
+/* All that one call works with: levels, and plans for those that go to the fast filter. */
+typedef struct envmapi_job {
+    const envmap *src;
+    const envmap_lobe *lobes;
+    int count, fast, planned[32];
+    envmap views[32];
     envmapi_plan plans[32];
-    envmapi_progress_part part;
-    envmap_filter_desc part_desc;
+    envmapi_scene scene;
+    const envmapi_spectrum *ready;
+    envmap_filter_desc desc;
+    envmapi_pool pool;
+} envmapi_job;
+
+/* What envmap_prepare keeps. */
+typedef struct envmapi_prepared {
+    envmap src;
+    envmapi_scene scene;
+    envmapi_spectrum spectra[2];
+    envmapi_pool pool;
+} envmapi_prepared;
+
+/* Does this level go to the fast filter, which shares the source? Then it has a plan. */
+static envmap_result envmapi_job_plan(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
-    int planned[32], fast = 0, done = 0;
-    for (int l = 0; l < count && !result; ++l)
-        fast += planned[l] =
-            envmapi_filter_plan(plans + fast, views + l, src, lobes + l, desc, pool, &result);
-    for (int l = 0; l < count && !result; ++l) {
-        if (planned[l]) continue;
-        part_desc = envmapi_part_desc(&part, desc, done++, 1, count);
-        result = envmapi_filter_level(views + l, src, lobes + l, &part_desc);
+    int method = job->desc.method;
+    job->planned[l] = 0;
+    if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
+        method == ENVMAP_METHOD_HIERARCHICAL ||
+        (method == ENVMAP_METHOD_AUTO && envmapi_pairs(job->views + l, job->src) < 1e5))
+        return ENVMAP_OK;
+    if (envmapi_texel_extent(job->src) <= 0.1) /* else coarser than any kernel of these */
+        job->planned[l] = envmapi_plan_create(job->plans + job->fast, job->views + l, job->lobes + l,
+                                              job->src, (double)job->desc.tolerance,
+                                              &job->pool, &result);
+    job->fast += job->planned[l];
+    if (!job->planned[l] && !result && method == ENVMAP_METHOD_HARMONICS)
+        result = ENVMAP_ERROR_METHOD;
+    return result;
+}
+
+/* Looks at a slice of the source and fits the plans to it. */
+static envmap_result envmapi_job_survey(envmapi_job *job, int slice) {
+    double sigma = ENVMAPI_PI;
+    envmap_result result = ENVMAP_OK;
+    for (int i = 0; i < job->fast; ++i) sigma = fmin(sigma, job->plans[i].sigma);
+    if (!job->ready) {
+        memset(&job->scene, 0, sizeof job->scene);
+        result = envmapi_survey_create(&job->scene.whole, job->src, slice, sigma, &job->desc,
+                                       &job->pool);
     }
-    part_desc = envmapi_part_desc(&part, desc, count - fast, fast, count);
-    if (!result && fast) result = envmapi_filter_fast(plans, fast, src, &part_desc, pool);
+    return result ? result : envmapi_plans_fit(job->plans, job->fast, &job->scene, &job->pool);
+}
+
+/* What the fast filter makes, slice by slice of the source. */
+static envmap_result envmapi_job_fast(envmapi_job *job) {
+    int slices = job->views[0].slices, runs = job->src->slices > 1 ? slices : 1;
+    envmap_result result = ENVMAP_OK;
+    for (int run = 0; run < runs && !result; ++run) {
+        int kept = job->pool.count;
+        envmapi_progress_part part;
+        envmap_filter_desc desc = envmapi_part_desc(&part, &job->desc, run, 1, runs);
+        if (run) result = envmapi_job_survey(job, run);
+        if (!result)
+            result = envmapi_filter_fast(job->plans, job->fast, &job->scene, job->ready, run,
+                                         runs > 1 ? 1 : slices, &desc, &job->pool);
+        envmapi_pool_free(&job->pool, kept);
+    }
+    return result;
+}
+
+/* All levels into the views: first those that go by themselves. */
+static envmap_result envmapi_job_run(envmapi_job *job) {
+    envmapi_progress_part part;
+    envmap_filter_desc whole = job->desc;
+    envmap_result result = ENVMAP_OK;
+    for (int l = 0, done = 0; l < job->count && !result; ++l) {
+        envmap_filter_desc desc = envmapi_part_desc(&part, &whole, done, 1, job->count);
+        if (job->planned[l]) continue;
+        ++done;
+        if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR)
+            result = envmap_resample(job->views + l, job->src);
+        else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
+            result = envmapi_filter_hierarchical(job->views + l, job->src, job->lobes + l, &desc);
+        else
+            result = envmapi_filter_reference(job->views + l, job->src, job->lobes + l, &desc);
+    }
+    if (!job->fast || result) return result ? result : envmapi_tell(&whole.progress, 1);
+    job->desc = envmapi_part_desc(&part, &whole, job->count - job->fast, job->fast, job->count);
+    return envmapi_job_fast(job);
+}
+
+/* Room for the results, which become dst's when nothing can fail any more: of level 0 they need
+   none where the fast filter writes it last and at once. */
+static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
+    int direct = job->planned[0] && job->plans[0].need && dst->slices == 1;
+    float *first = envmapi_image(dst, 0, direct ? dst->slices : 0, 0);
+    size_t floats = (size_t)(envmapi_image(dst, job->count - 1, dst->slices, 0) - first);
+    float *stage = (float *)envmapi_pool_get(&job->pool, floats + 1, sizeof(float));
+    if (!stage) return ENVMAP_ERROR_MEMORY;
+    for (int l = 0; l < job->count; ++l)
+        job->views[l].texels =
+            direct && !l ? dst->texels : stage + (envmapi_image(dst, l, 0, 0) - first);
+    envmap_result result = envmapi_job_run(job);
+    int bad = 0; /* a lobe that fails shows as NaN */
+    for (size_t i = 0; !result && i < floats; ++i) bad |= !envmapi_finite((double)stage[i]);
+    if (bad) result = ENVMAP_ERROR_LOBE;
+    if (!result) memcpy(first, stage, floats * sizeof(float));
+    return result;
+}
+
+/* A job's levels and plans, and what the plans need to know of src. The pool stays with the caller
+   also where this fails. */
+static envmap_result envmapi_job_create(envmapi_job *job, const envmap *dst, const envmap *src,
+                                        const envmap_lobe *lobes, int count) {
+    envmap_result result = ENVMAP_OK;
+    const envmapi_prepared *prepared =
+        job->desc.prepared ? (const envmapi_prepared *)job->desc.prepared->state : NULL;
+    job->src = src, job->lobes = lobes, job->count = count;
+    if (prepared) job->scene = prepared->scene, job->ready = prepared->spectra;
+    for (int l = 0; l < count && !result; ++l) {
+        job->views[l] = *dst;
+        job->views[l].size = envmapi_edge(dst->size, l), job->views[l].levels = 1;
+        result = envmapi_job_plan(job, l);
+    }
     if (result) return result;
-    return envmapi_tell(&desc->progress, 1);
+    if ((job->fast < count || src->slices > 1) &&
+        !envmapi_radiance_ok(src, job->desc.method == ENVMAP_METHOD_REFERENCE))
+        return ENVMAP_ERROR_RADIANCE;
+    return job->fast ? envmapi_job_survey(job, 0) : ENVMAP_OK;
+}
+
+/* A copy of src whose texels keep below the limit. */
+static envmap_result envmapi_job_limit(envmapi_job *job, envmap *out, const envmap *src) {
+    double all = 0, taken = 0, solid = 0, replaced = 0, limit = (double)job->desc.limit;
+    size_t area = envmapi_area(src->mapping, src->size), width = area / (size_t)src->size;
+    size_t count = area * (size_t)(envmap_faces(src->mapping) * src->slices);
+    *out = *src, out->levels = 1;
+    out->texels = (float *)envmapi_pool_get(&job->pool, 3 * count, sizeof(float));
+    if (!out->texels) return ENVMAP_ERROR_MEMORY;
+    for (size_t i = 0; i < count; ++i) {
+        double w = envmapi_texel_cell(NULL, src->mapping, src->size, (int)(i % area % width),
+                                      (int)(i % area / width));
+        int bad = 0;
+        for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
+            double value = (double)src->texels[c], kept = value > 0 ? fmin(value, limit) : 0;
+            out->texels[c] = (float)kept;
+            bad |= !(value >= 0) || !envmapi_finite(value);
+            if (envmapi_finite(value) && value > 0) all += w * value, taken += w * (value - kept);
+        }
+        solid += w, replaced += bad ? w : 0;
+    }
+    if (job->desc.clamped) {
+        job->desc.clamped[0] = all > 0 ? taken / all : 0;
+        job->desc.clamped[1] = replaced / solid;
+    }
+    return ENVMAP_OK;
+}
+
+/* Is this the source that was prepared, and not to a coarser tolerance? */
+static int envmapi_prepared_for(const envmap_filter_desc *desc, const envmap *src) {
+    if (!desc->prepared) return 1;
+    const envmapi_prepared *p = (const envmapi_prepared *)desc->prepared->state;
+    return p && p->src.texels == src->texels && p->src.mapping == src->mapping &&
+           p->src.size == src->size && src->slices == 1 && !(desc->limit > 0);
 }
 
 ENVMAPI_BODY envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
                                                const envmap_lobe *lobes, int count,
                                                const envmap_filter_desc *desc) {
-    envmap_filter_desc filled;
+    envmapi_job job;
+    envmap limited;
+    memset(&job, 0, sizeof job);
     if (!envmapi_pair_ok(dst, src) || !lobes || count < 1 || count > dst->levels ||
-        !envmapi_desc(&filled, desc))
+        !envmapi_desc(&job.desc, desc) || !envmapi_prepared_for(&job.desc, src))
         return ENVMAP_ERROR_ARGUMENT;
     for (int l = 0; l < count; ++l)
         if (!envmapi_lobe_fits(lobes + l, dst->slices)) return ENVMAP_ERROR_LOBE;
-    if (!envmapi_radiance_ok(src, filled.method == ENVMAP_METHOD_REFERENCE))
-        return ENVMAP_ERROR_RADIANCE;
-    size_t floats = (size_t)(envmapi_image(dst, count - 1, dst->slices, 0) - dst->texels);
-    envmapi_pool pool = {filled.memory, {NULL}, 0};
-    float *stage = (float *)envmapi_pool_get(&pool, floats, sizeof(float));
-    envmap views[32];
-    if (!stage) return ENVMAP_ERROR_MEMORY;
-    for (int l = 0; l < count; ++l) views[l] = envmapi_view(stage, dst, l);
-    envmap_result result = envmapi_filter_stage(views, src, lobes, count, &filled, &pool);
-    int bad = 0; /* a lobe that fails shows as NaN */
-    for (size_t i = 0; !result && i < floats; ++i) bad |= !envmapi_finite((double)stage[i]);
-    if (bad) result = ENVMAP_ERROR_LOBE;
-    if (!result) {
-        memcpy(dst->texels, stage, floats * sizeof(float));
-        dst->p0 = lobes[0].p0, dst->p1 = lobes[0].p1;
-    }
-    envmapi_pool_free(&pool, 0);
+    envmap_result result = ENVMAP_OK;
+    job.pool.memory = job.desc.memory;
+    if (job.desc.limit > 0) result = envmapi_job_limit(&job, &limited, src);
+    if (!result)
+        result = envmapi_job_create(&job, dst, job.desc.limit > 0 ? &limited : src, lobes, count);
+    if (!result) result = envmapi_job_stage(&job, dst);
+    if (!result) dst->p0 = lobes[0].p0, dst->p1 = lobes[0].p1;
+    envmapi_pool_free(&job.pool, 0);
     return result;
 }
 
 ENVMAPI_BODY envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                          const envmap_filter_desc *desc) {
     return envmap_filter_chain(dst, src, lobe, 1, desc);
+}
+
+/* Keeps of a spectrum what does not change: a_lm. */
+static envmap_result envmapi_prepared_spectrum(envmapi_job *job, envmapi_spectrum *out, int kinked) {
+    int any = 0;
+    for (int i = 0; i < job->fast; ++i) any |= job->plans[i].kinked == kinked && job->plans[i].need;
+    if (!any) return ENVMAP_OK;
+    int kept = job->pool.count + 1; /* a_lm comes first */
+    envmap_result result =
+        envmapi_fast_analyse(out, job->plans, job->fast, kinked,
+                             kinked ? &job->scene.rest : &job->scene.whole, &job->desc, &job->pool);
+    if (!result) envmapi_pool_free(&job->pool, kept);
+    out->kept = 0;
+    return result;
+}
+
+ENVMAPI_BODY envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
+                                          const envmap_lobe *lobes, int count,
+                                          const envmap_filter_desc *desc) {
+    envmapi_job job;
+    envmap dst;
+    memset(&job, 0, sizeof job);
+    if (!prepared || !envmapi_valid(src) || src->slices > 1 || !lobes || count < 1 || count > 32 ||
+        !envmapi_desc(&job.desc, desc) || job.desc.limit > 0)
+        return ENVMAP_ERROR_ARGUMENT;
+    dst = *src, dst.slices = 32, dst.levels = 1;
+    job.desc.method = ENVMAP_METHOD_FAST, job.desc.prepared = NULL;
+    for (int l = 0; l < count; ++l)
+        if (!envmapi_lobe_fits(lobes + l, dst.slices)) return ENVMAP_ERROR_LOBE;
+    envmapi_prepared *state =
+        (envmapi_prepared *)ENVMAP_MALLOC(prepared->memory, sizeof *state);
+    if (!state) return ENVMAP_ERROR_MEMORY;
+    memset(state, 0, sizeof *state);
+    job.pool.memory = prepared->memory;
+    envmap_result result = envmapi_job_create(&job, &dst, src, lobes, count);
+    if (!result) result = envmapi_prepared_spectrum(&job, state->spectra, 0);
+    if (!result) result = envmapi_prepared_spectrum(&job, state->spectra + 1, 1);
+    state->src = *src, state->scene = job.scene, state->pool = job.pool;
+    if (result) {
+        envmapi_pool_free(&job.pool, 0);
+        ENVMAP_FREE(prepared->memory, state);
+        return result;
+    }
+    state->scene.whole.map = state->scene.rest.map = &state->src;
+    prepared->state = state;
+    return ENVMAP_OK;
+}
+
+ENVMAPI_BODY void envmap_prepared_free(envmap_prepared *prepared) {
+    if (!prepared || !prepared->state) return;
+    envmapi_prepared *state = (envmapi_prepared *)prepared->state;
+    envmapi_pool_free(&state->pool, 0);
+    ENVMAP_FREE(prepared->memory, state);
+    prepared->state = NULL;
 }
 
 /* --------------------------------------------------------------------------------- >>compare --
