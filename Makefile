@@ -29,7 +29,7 @@ BENCH     = -O3 -march=native
 BENCHARGS =
 MAP       =
 
-.PHONY: help all demo test check strict sanitize valgrind fuzz bench table1 examples docs install clean FORCE
+.PHONY: help all demo test check strict sanitize valgrind fuzz bench table1 pyramid examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -89,6 +89,17 @@ table1: ## the speed-ups of Kautz et al. 2000, Table 1, beside the published one
 	@mkdir -p $(BUILD)
 	$(CC) -std=c99 -O2 -I. -Itests tests/bench_table1.c -o $(BUILD)/table1 $(LIBS)
 	$(BUILD)/table1
+
+# The table is the end of docs/pyramids.md; a map's is only printed.
+pyramid: ## a chain's levels from the source, from levels, from differences; MAP=sky.pfm on that map
+	@mkdir -p $(BUILD)
+	$(CC) -std=c99 $(BENCH) $(STRICT) -I. tests/bench_pyramid.c -o $(BUILD)/pyramid $(LIBS)
+	$(BUILD)/pyramid $(foreach m,$(MAP),'$(m)') >$(BUILD)/pyramid.md
+	@cat $(BUILD)/pyramid.md
+ifeq ($(MAP),)
+	@{ sed '/^<!-- make pyramid/q' docs/pyramids.md && cat $(BUILD)/pyramid.md; } >$(BUILD)/pyramids.md
+	@cp $(BUILD)/pyramids.md docs/pyramids.md
+endif
 
 bench: ## verify, then time the filter; MAP=sky.pfm on that map, BENCH=-O2, BENCHARGS=--quick
 	@mkdir -p $(BUILD)
