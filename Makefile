@@ -128,3 +128,10 @@ $(BUILD)/tests/%: tests/%.c envmap.h $(wildcard tests/*.h) $(BUILD)/flags
 
 $(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
+
+$(BUILD)/openmp: examples/openmp.c envmap.h $(wildcard examples/*.h) $(BUILD)/flags
+	@if echo 'int main(void) { return 0; }' | $(CC) -fopenmp -x c - -o $(BUILD)/probe 2>/dev/null; then \
+	    set -x; $(CC) -std=c99 $(CFLAGS) -O3 -fopenmp $(STRICT) -I. $< -o $@ $(LIBS); \
+	else \
+	    echo "openmp passed by: $(CC) has no -fopenmp (Debian: libgomp1 for gcc, libomp-14-dev for clang)"; \
+	fi
