@@ -133,5 +133,5 @@ $(BUILD)/openmp: examples/openmp.c envmap.h $(wildcard examples/*.h) $(BUILD)/fl
 	@if echo 'int main(void) { return 0; }' | $(CC) -fopenmp -x c - -o $(BUILD)/probe 2>/dev/null; then \
 	    set -x; $(CC) -std=c99 $(CFLAGS) -O3 -fopenmp $(STRICT) -I. $< -o $@ $(LIBS); \
 	else \
-	    echo "openmp passed by: $(CC) has no -fopenmp (Debian: libgomp1 for gcc, libomp-14-dev for clang)"; \
+	    echo "openmp passed by: $(CC) has no -fopenmp (Debian: gcc, or libomp-14-dev for clang)"; \
 	fi

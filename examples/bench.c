@@ -25,6 +25,7 @@
 
 #define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
+#include <sched.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -91,71 +92,84 @@ static void meter_free(void *context, void *pointer) {
 
 /* --------------------------------------------------------------------------------- >>threads --
    An executor: threads that wait for work as long as the crew lives, and the caller beside them.
-   A task is taken by counting up under a lock. */
+   A task is taken by counting down an atomic number, so a ticket alone says whether there is one.
+   Threads look for work some microseconds before they sleep: rounds of tasks follow one another. */
 
 #define CREW_THREADS 2
+#define CREW_LOOKS   20000
 
 typedef struct crew {
     pthread_mutex_t lock;
-    pthread_cond_t work, done;
+    pthread_cond_t work;
     pthread_t threads[CREW_THREADS - 1];
     envmap_task *task;
     void *context;
-    int next, count, busy, stop;
+    int count;
+    int left, done, asleep, stop; /* atomic */
 } crew;
 
-/* Takes tasks until none is left; the lock is held on entry and on return. */
+static int crew_get(const int *number) { return __atomic_load_n(number, __ATOMIC_SEQ_CST); }
+static int crew_add(int *number, int n) { return __atomic_fetch_add(number, n, __ATOMIC_SEQ_CST); }
+static void crew_set(int *number, int n) { __atomic_store_n(number, n, __ATOMIC_SEQ_CST); }
+
+/* Takes tasks until none is left. `count` holds still as long as a task is not done. */
 static void crew_take(crew *c) {
-    while (c->next < c->count) {
-        int i = c->next++;
-        ++c->busy;
-        pthread_mutex_unlock(&c->lock);
-        c->task(c->context, i);
-        pthread_mutex_lock(&c->lock);
-        --c->busy;
+    int ticket;
+    while (crew_get(&c->left) > 0 && (ticket = crew_add(&c->left, -1)) > 0) {
+        c->task(c->context, c->count - ticket);
+        crew_add(&c->done, 1);
     }
-    if (!c->busy) pthread_cond_signal(&c->done);
+}
+
+static void crew_sleep(crew *c) {
+    pthread_mutex_lock(&c->lock);
+    crew_add(&c->asleep, 1);
+    while (crew_get(&c->left) <= 0 && !crew_get(&c->stop)) pthread_cond_wait(&c->work, &c->lock);
+    crew_add(&c->asleep, -1);
+    pthread_mutex_unlock(&c->lock);
 }
 
 static void *crew_thread(void *context) {
     crew *c = (crew *)context;
-    pthread_mutex_lock(&c->lock);
-    while (!c->stop) {
-        if (c->next < c->count)
-            crew_take(c);
-        else
-            pthread_cond_wait(&c->work, &c->lock);
+    while (!crew_get(&c->stop)) {
+        int looks = CREW_LOOKS;
+        while (looks > 0 && crew_get(&c->left) <= 0) --looks;
+        if (!looks) crew_sleep(c);
+        crew_take(c);
     }
-    pthread_mutex_unlock(&c->lock);
     return NULL;
+}
+
+static void crew_wake(crew *c) {
+    if (!crew_get(&c->asleep)) return;
+    pthread_mutex_lock(&c->lock);
+    pthread_cond_broadcast(&c->work);
+    pthread_mutex_unlock(&c->lock);
 }
 
 /* envmap_executor.run */
 static void crew_run(void *user, envmap_task *task, void *context, int count) {
     crew *c = (crew *)user;
-    pthread_mutex_lock(&c->lock);
-    c->task = task, c->context = context, c->next = 0, c->count = count;
-    pthread_cond_broadcast(&c->work);
+    c->task = task, c->context = context, c->count = count;
+    crew_set(&c->done, 0);
+    crew_set(&c->left, count);
+    if (count > 1) crew_wake(c);
     crew_take(c);
-    while (c->busy) pthread_cond_wait(&c->done, &c->lock);
-    pthread_mutex_unlock(&c->lock);
+    for (int looks = 1; crew_get(&c->done) < count; ++looks)
+        if (looks % CREW_LOOKS == 0) sched_yield();
 }
 
 static int crew_start(crew *c) {
     memset(c, 0, sizeof *c);
-    if (pthread_mutex_init(&c->lock, NULL) || pthread_cond_init(&c->work, NULL) ||
-        pthread_cond_init(&c->done, NULL))
-        return 0;
+    if (pthread_mutex_init(&c->lock, NULL) || pthread_cond_init(&c->work, NULL)) return 0;
     for (int i = 0; i < CREW_THREADS - 1; ++i)
         if (pthread_create(c->threads + i, NULL, crew_thread, c)) return 0;
     return 1;
 }
 
 static void crew_stop(crew *c) {
-    pthread_mutex_lock(&c->lock);
-    c->stop = 1;
-    pthread_cond_broadcast(&c->work);
-    pthread_mutex_unlock(&c->lock);
+    crew_set(&c->stop, 1);
+    crew_wake(c);
     for (int i = 0; i < CREW_THREADS - 1; ++i) pthread_join(c->threads[i], NULL);
 }
 
