@@ -29,11 +29,12 @@ BENCH     = -O3 -march=native
 BENCHARGS =
 MAP       =
 
-.PHONY: help all demo test check strict sanitize valgrind fuzz bench table1 pyramid examples docs install clean FORCE
+.PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
+        examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
-	@sed -nE 's/^([a-z0-9]+):[^#]*## (.*)/  make \1@\2/p' Makefile | awk -F@ '{printf "%-18s%s\n", $$1, $$2}'
+	@sed -nE 's/^([a-z0-9-]+):[^#]*## (.*)/  make \1@\2/p' Makefile | awk -F@ '{printf "%-22s%s\n", $$1, $$2}'
 
 all: examples $(TESTS) ## build the examples and the tests, run nothing
 
@@ -105,6 +106,11 @@ bench: ## verify, then time the filter; MAP=sky.pfm on that map, BENCH=-O2, BENC
 	@mkdir -p $(BUILD)
 	$(CC) -std=c99 $(BENCH) $(STRICT) -DBENCH_FLAGS='"$(BENCH)"' -I. examples/bench.c -o $(BUILD)/bench-timed $(LIBS)
 	$(BUILD)/bench-timed $(foreach m,$(MAP),--map '$(m)') $(BENCHARGS)
+
+bench-baseline: ## bench, quick, as it is (A) and with -O2 (B), side by side
+	-@$(MAKE) --no-print-directory bench BENCHARGS='--quick --csv $(BUILD)/bench-a.csv'
+	-@$(MAKE) --no-print-directory bench BENCH=-O2 BENCHARGS='--quick --csv $(BUILD)/bench-b.csv'
+	@$(BUILD)/bench-timed --join $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
 
 examples: $(EXAMPLES) ## build the examples
 
