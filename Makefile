@@ -108,6 +108,7 @@ bench: ## verify, then time the filter; MAP=sky.pfm on that map, BENCH=-O2, BENC
 	$(BUILD)/bench-timed $(foreach m,$(MAP),--map '$(m)') $(BENCHARGS)
 
 bench-baseline: ## bench, quick, as it is (A) and with -O2 (B), side by side
+	@rm -f $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
 	-@$(MAKE) --no-print-directory bench BENCHARGS='--quick --csv $(BUILD)/bench-a.csv'
 	-@$(MAKE) --no-print-directory bench BENCH=-O2 BENCHARGS='--quick --csv $(BUILD)/bench-b.csv'
 	@$(BUILD)/bench-timed --join $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
