@@ -287,8 +287,8 @@ static void table(const char *name, const envmap *sky) {
 
 int main(int argc, char **argv) {
     for (int i = 1; i < LEVELS; ++i) make_quotient(i);
-    printf("Source 6 x %d², one thread, compiler %s. Time in copies; then rms and worst texel of each "
-           "level.\n",
+    printf("Source 6 x %d², one thread, compiler %s. Time in copies; then rms and worst texel of "
+           "each level.\n",
            SIZE, __VERSION__);
     for (int i = 0; i < (argc > 1 ? argc - 1 : (int)SCENE_COUNT); ++i) {
         envmap sky = {0, 0, 0, 0, 0, 0, 0, 0};
