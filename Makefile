@@ -29,11 +29,12 @@ BENCH     = -O3 -march=native
 BENCHARGS =
 MAP       =
 
-.PHONY: help all demo test check strict sanitize valgrind fuzz bench table1 examples docs install clean FORCE
+.PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
+        examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
-	@sed -nE 's/^([a-z0-9]+):[^#]*## (.*)/  make \1@\2/p' Makefile | awk -F@ '{printf "%-18s%s\n", $$1, $$2}'
+	@sed -nE 's/^([a-z0-9-]+):[^#]*## (.*)/  make \1@\2/p' Makefile | awk -F@ '{printf "%-22s%s\n", $$1, $$2}'
 
 all: examples $(TESTS) ## build the examples and the tests, run nothing
 
@@ -90,10 +91,27 @@ table1: ## the speed-ups of Kautz et al. 2000, Table 1, beside the published one
 	$(CC) -std=c99 -O2 -I. -Itests tests/bench_table1.c -o $(BUILD)/table1 $(LIBS)
 	$(BUILD)/table1
 
+# The table is the end of docs/pyramids.md; a map's is only printed.
+pyramid: ## a chain's levels from the source, from levels, from differences; MAP=sky.pfm on that map
+	@mkdir -p $(BUILD)
+	$(CC) -std=c99 $(BENCH) $(STRICT) -I. tests/bench_pyramid.c -o $(BUILD)/pyramid $(LIBS)
+	$(BUILD)/pyramid $(foreach m,$(MAP),'$(m)') >$(BUILD)/pyramid.md
+	@cat $(BUILD)/pyramid.md
+ifeq ($(MAP),)
+	@{ sed '/^<!-- make pyramid/q' docs/pyramids.md && cat $(BUILD)/pyramid.md; } >$(BUILD)/pyramids.md
+	@cp $(BUILD)/pyramids.md docs/pyramids.md
+endif
+
 bench: ## verify, then time the filter; MAP=sky.pfm on that map, BENCH=-O2, BENCHARGS=--quick
 	@mkdir -p $(BUILD)
 	$(CC) -std=c99 $(BENCH) $(STRICT) -DBENCH_FLAGS='"$(BENCH)"' -I. examples/bench.c -o $(BUILD)/bench-timed $(LIBS)
 	$(BUILD)/bench-timed $(foreach m,$(MAP),--map '$(m)') $(BENCHARGS)
+
+bench-baseline: ## bench, quick, as it is (A) and with -O2 (B), side by side
+	@rm -f $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
+	-@$(MAKE) --no-print-directory bench BENCHARGS='--quick --csv $(BUILD)/bench-a.csv'
+	-@$(MAKE) --no-print-directory bench BENCH=-O2 BENCHARGS='--quick --csv $(BUILD)/bench-b.csv'
+	@$(BUILD)/bench-timed --join $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
 
 examples: $(EXAMPLES) ## build the examples
 
@@ -117,3 +135,10 @@ $(BUILD)/tests/%: tests/%.c envmap.h $(wildcard tests/*.h) $(BUILD)/flags
 
 $(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
+
+$(BUILD)/openmp: examples/openmp.c envmap.h $(wildcard examples/*.h) $(BUILD)/flags
+	@if echo 'int main(void) { return 0; }' | $(CC) -fopenmp -x c - -o $(BUILD)/probe 2>/dev/null; then \
+	    set -x; $(CC) -std=c99 $(CFLAGS) -O3 -fopenmp $(STRICT) -I. $< -o $@ $(LIBS); \
+	else \
+	    echo "openmp passed by: $(CC) has no -fopenmp (Debian: gcc, or libomp-14-dev for clang)"; \
+	fi

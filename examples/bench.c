@@ -12,19 +12,25 @@
                 (rms "-": no truth within half a minute; worst of the sampled texels only)
        truth    how far that truth is, in sampled texels, from a plain sum over the source that
                 stands below (plain_sum); "-" where a plain sum is not the definition
+       bands    the harmonics that the lobe has at this tolerance (envmap_lobe_bands), the most of
+                a chain's: the fast filter costs O(texels + bands^3), no pairs of texels
        memory   the most that was allocated at a time, over the source's bytes
        bar, aim the copies that the project set itself
 
-   usage: bench [--quick] [--scene NAME] [--map FILE.pfm]... [--csv FILE]
+   usage: bench [--quick] [--scene NAME] [--map FILE.pfm]... [--csv FILE] [--svg DIR]
+          bench --join A.csv B.csv: two runs beside each other, say of two sets of flags
+   --svg draws the growth of the time with the texels, DIR/growth.svg (not with --quick).
    The exit status is 1 when a verification fails: a truth that is not true, a tolerance not kept,
    a texel off by more than 20 tolerances, or two threads whose bits differ from one's.
 
-   >>clock >>memory >>threads >>works >>scenes >>truth >>timing >>rows >>verify >>growth >>main
+   >>clock >>memory >>threads >>works >>scenes >>truth >>timing >>rows >>verify >>growth
+   >>join >>main
 
    SPDX-License-Identifier: MIT */
 
 #define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
+#include <sched.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -91,71 +97,84 @@ static void meter_free(void *context, void *pointer) {
 
 /* --------------------------------------------------------------------------------- >>threads --
    An executor: threads that wait for work as long as the crew lives, and the caller beside them.
-   A task is taken by counting up under a lock. */
+   A task is taken by counting down an atomic number, so a ticket alone says whether there is one.
+   Threads look for work some microseconds before they sleep: rounds of tasks follow one another. */
 
 #define CREW_THREADS 2
+#define CREW_LOOKS   20000
 
 typedef struct crew {
     pthread_mutex_t lock;
-    pthread_cond_t work, done;
+    pthread_cond_t work;
     pthread_t threads[CREW_THREADS - 1];
     envmap_task *task;
     void *context;
-    int next, count, busy, stop;
+    int count;
+    int left, done, asleep, stop; /* atomic */
 } crew;
 
-/* Takes tasks until none is left; the lock is held on entry and on return. */
+static int crew_get(const int *number) { return __atomic_load_n(number, __ATOMIC_SEQ_CST); }
+static int crew_add(int *number, int n) { return __atomic_fetch_add(number, n, __ATOMIC_SEQ_CST); }
+static void crew_set(int *number, int n) { __atomic_store_n(number, n, __ATOMIC_SEQ_CST); }
+
+/* Takes tasks until none is left. `count` holds still as long as a task is not done. */
 static void crew_take(crew *c) {
-    while (c->next < c->count) {
-        int i = c->next++;
-        ++c->busy;
-        pthread_mutex_unlock(&c->lock);
-        c->task(c->context, i);
-        pthread_mutex_lock(&c->lock);
-        --c->busy;
+    int ticket;
+    while (crew_get(&c->left) > 0 && (ticket = crew_add(&c->left, -1)) > 0) {
+        c->task(c->context, c->count - ticket);
+        crew_add(&c->done, 1);
     }
-    if (!c->busy) pthread_cond_signal(&c->done);
+}
+
+static void crew_sleep(crew *c) {
+    pthread_mutex_lock(&c->lock);
+    crew_add(&c->asleep, 1);
+    while (crew_get(&c->left) <= 0 && !crew_get(&c->stop)) pthread_cond_wait(&c->work, &c->lock);
+    crew_add(&c->asleep, -1);
+    pthread_mutex_unlock(&c->lock);
 }
 
 static void *crew_thread(void *context) {
     crew *c = (crew *)context;
-    pthread_mutex_lock(&c->lock);
-    while (!c->stop) {
-        if (c->next < c->count)
-            crew_take(c);
-        else
-            pthread_cond_wait(&c->work, &c->lock);
+    while (!crew_get(&c->stop)) {
+        int looks = CREW_LOOKS;
+        while (looks > 0 && crew_get(&c->left) <= 0) --looks;
+        if (!looks) crew_sleep(c);
+        crew_take(c);
     }
-    pthread_mutex_unlock(&c->lock);
     return NULL;
+}
+
+static void crew_wake(crew *c) {
+    if (!crew_get(&c->asleep)) return;
+    pthread_mutex_lock(&c->lock);
+    pthread_cond_broadcast(&c->work);
+    pthread_mutex_unlock(&c->lock);
 }
 
 /* envmap_executor.run */
 static void crew_run(void *user, envmap_task *task, void *context, int count) {
     crew *c = (crew *)user;
-    pthread_mutex_lock(&c->lock);
-    c->task = task, c->context = context, c->next = 0, c->count = count;
-    pthread_cond_broadcast(&c->work);
+    c->task = task, c->context = context, c->count = count;
+    crew_set(&c->done, 0);
+    crew_set(&c->left, count);
+    if (count > 1) crew_wake(c);
     crew_take(c);
-    while (c->busy) pthread_cond_wait(&c->done, &c->lock);
-    pthread_mutex_unlock(&c->lock);
+    for (int looks = 1; crew_get(&c->done) < count; ++looks)
+        if (looks % CREW_LOOKS == 0) sched_yield();
 }
 
 static int crew_start(crew *c) {
     memset(c, 0, sizeof *c);
-    if (pthread_mutex_init(&c->lock, NULL) || pthread_cond_init(&c->work, NULL) ||
-        pthread_cond_init(&c->done, NULL))
-        return 0;
+    if (pthread_mutex_init(&c->lock, NULL) || pthread_cond_init(&c->work, NULL)) return 0;
     for (int i = 0; i < CREW_THREADS - 1; ++i)
         if (pthread_create(c->threads + i, NULL, crew_thread, c)) return 0;
     return 1;
 }
 
 static void crew_stop(crew *c) {
-    pthread_mutex_lock(&c->lock);
-    c->stop = 1;
-    pthread_cond_broadcast(&c->work);
-    pthread_mutex_unlock(&c->lock);
+    crew_set(&c->stop, 1);
+    crew_wake(c);
     for (int i = 0; i < CREW_THREADS - 1; ++i) pthread_join(c->threads[i], NULL);
 }
 
@@ -251,11 +270,19 @@ static const char *shape_name(char text[32], shape s) {
 
 /* ---------------------------------------------------------------------------------- >>scenes -- */
 
+/* Times by texels, of the result (0) or the source (1). */
+typedef struct growth {
+    double texels[8], ms[8];
+    int count;
+} growth;
+
 typedef struct bench {
     crew crew;
     const char *maps[16], *only;
     int map_count, quick;
     FILE *csv;
+    const char *svg; /* where charts go; NULL: nowhere */
+    growth growth[2];
     double ease; /* bars are meant for -march=native; without it they are wider */
     int failures, rows, bars, bars_met, aims, aims_met;
     char scene[24];
@@ -501,6 +528,7 @@ typedef struct row {
     const work *work;
     int method;
     double ms, copies, rms, worst, truth, memory; /* negative: not known */
+    int bands;
 } row;
 
 static const char *const method_name[] = {"auto", "reference", "hierarchical", "fast", "harmonics"};
@@ -523,11 +551,12 @@ static const char *number(char text[24], const char *format, double value) {
 
 static void print_head(void) {
     printf(
-        "| %-10s | %-20s | %-14s | %-14s | %-6s | %-5s | %8s | %6s | %7s | %7s | %7s | %6s | %9s "
-        "| %8s |\n",
-        "scene", "work", "source", "result", "method", "tol", "ms", "copies", "rms", "worst",
-        "truth", "memory", "bar", "aim");
-    printf("|%.12s|%.22s|%.16s|%.16s|%.8s|%.7s|%.9s:|%.7s:|%.8s:|%.8s:|%.8s:|%.7s:|%.11s|%.10s|\n",
+        "| %-10s | %-20s | %-14s | %-14s | %-6s | %-5s | %5s | %8s | %6s | %7s | %7s | %7s | %6s "
+        "| %9s | %8s |\n",
+        "scene", "work", "source", "result", "method", "tol", "bands", "ms", "copies", "rms",
+        "worst", "truth", "memory", "bar", "aim");
+    printf("|%.12s|%.22s|%.16s|%.16s|%.8s|%.7s|------:|%.9s:|%.7s:|%.8s:|%.8s:|%.8s:|%.7s:|%.11s|"
+           "%.10s|\n",
            "------------", "----------------------", "----------------", "----------------",
            "--------", "-------", "---------", "-------", "--------", "--------", "--------",
            "-------", "-----------", "----------");
@@ -537,9 +566,9 @@ static void print_row(bench *b, const row *r) {
     const work *w = r->work;
     char from[32], to[32], t[8][24];
     shape_name(from, w->from), shape_name(to, w->to);
-    printf("| %-10s | %-20s | %-14s | %-14s | %-6s | %-5.0e | %8s | %6s | %7s | %7s | %7s | %6s | "
-           "%9s | %8s |\n",
-           b->scene, w->name, from, to, method_name[r->method], (double)w->tolerance,
+    printf("| %-10s | %-20s | %-14s | %-14s | %-6s | %-5.0e | %5d | %8s | %6s | %7s | %7s | %7s | "
+           "%6s | %9s | %8s |\n",
+           b->scene, w->name, from, to, method_name[r->method], (double)w->tolerance, r->bands,
            number(t[0], "%.2f", r->ms), number(t[1], "%.1f", r->copies),
            number(t[2], "%.1e", r->rms), number(t[3], "%.1e", r->worst),
            number(t[4], "%.1e", r->truth), number(t[5], "%.1f", r->memory),
@@ -547,9 +576,9 @@ static void print_row(bench *b, const row *r) {
            verdict(t[7], r->copies, w->aim * (b->ease > 1 ? 1.5 : 1)));
     fflush(stdout);
     if (b->csv)
-        fprintf(b->csv, "%s,\"%s\",%s,%s,%s,%g,%.4f,%.3f,%.4g,%.4g,%.4g,%.3f,%g,%g\n", b->scene,
-                w->name, from, to, method_name[r->method], (double)w->tolerance, r->ms, r->copies,
-                r->rms, r->worst, r->truth, r->memory, w->bar, w->aim);
+        fprintf(b->csv, "%s,\"%s\",%s,%s,%s,%g,%d,%.4f,%.3f,%.4g,%.4g,%.4g,%.3f,%g,%g\n", b->scene,
+                w->name, from, to, method_name[r->method], (double)w->tolerance, r->bands, r->ms,
+                r->copies, r->rms, r->worst, r->truth, r->memory, w->bar, w->aim);
 }
 
 static void count_row(bench *b, const row *r) {
@@ -570,6 +599,16 @@ static void compare_levels(row *r, const envmap *a, const envmap *truth) {
         if (!(d.rms <= r->rms)) r->rms = d.rms;
         if (!(d.worst <= r->worst)) r->worst = d.worst;
     }
+}
+
+static int most_bands(const work *w) {
+    int most = 0;
+    for (int l = 0; l < w->levels; ++l) {
+        envmap_lobe lobe = work_lobe(w, l);
+        int bands = envmap_lobe_bands(&lobe, w->slices, (double)w->tolerance);
+        if (bands > most) most = bands;
+    }
+    return most;
 }
 
 static void verify_row(bench *b, row *r, envmap *dst, envmap *truth) {
@@ -605,6 +644,7 @@ static double make_row(bench *b, const work *w, int method) {
     row r = {0};
     envmap dst = {0}, truth = {0};
     meter m = {0, 0};
+    r.bands = most_bands(w);
     r.work = w, r.method = method, r.ms = r.copies = r.rms = r.worst = r.truth = r.memory = -1;
     fprintf(stderr, "\r%-10s %-24s %-48s", b->scene, w->name, "");
     if (!make_source(b, w->from) ||
@@ -670,8 +710,8 @@ static void verify_head(void) {
            "---------", "---------", "------");
 }
 
-/* One thread and two, in turn, so that both see the same machine. */
-static void thread_row(bench *b, const work *w) {
+/* One thread and two, in turn, so that both see the same machine; `possible` is what that can do. */
+static void thread_row(bench *b, const work *w, double possible) {
     envmap one = {0}, two = {0};
     double best[2] = {1e30, 1e30}, bar = 1.8;
     if (make_source(b, w->from) &&
@@ -685,7 +725,10 @@ static void thread_row(bench *b, const work *w) {
         int same = !memcmp(one.texels, two.texels, map_bytes(&one, w->levels));
         printf("| %-10s | %-20s | %8.2f | %8.2f | %5.2f | %-5s %.1f | %-9s |\n", b->scene, w->name,
                1e3 * best[0], 1e3 * best[1], best[0] / best[1],
-               best[0] >= bar * best[1] ? "ok" : "under", bar, same ? "same bits" : "DIFFER");
+               best[0] >= bar * best[1] ? "ok"
+               : possible < bar         ? "busy"
+                                        : "under",
+               bar, same ? "same bits" : "DIFFER");
         if (!same) complain(b, w->name, "two threads make other bits than one");
     }
     fflush(stdout);
@@ -694,7 +737,7 @@ static void thread_row(bench *b, const work *w) {
 }
 
 /* What two threads can do on this machine at this moment: plain sums share nothing. */
-static void thread_bound(bench *b) {
+static double thread_bound(bench *b) {
     sample samples[16];
     double best[2] = {1e30, 1e30};
     for (int i = 0; i < COUNT(samples); ++i) {
@@ -711,6 +754,7 @@ static void thread_bound(bench *b) {
         }
     printf("| %-10s | %-20s | %8.2f | %8.2f | %5.2f | %-9s | %-9s |\n", "(machine)",
            "16 plain sums", 1e3 * best[0], 1e3 * best[1], best[0] / best[1], "", "");
+    return best[0] / best[1];
 }
 
 static void thread_rows(bench *b) {
@@ -719,10 +763,8 @@ static void thread_rows(bench *b) {
     printf("|%.12s|%.22s|%.9s:|%.9s:|%.6s:|%.11s|%.11s|\n", "------------",
            "----------------------", "---------", "---------", "------", "-----------",
            "-----------");
-    thread_bound(b);
-    thread_row(b, figures + 2);
-    thread_row(b, figures + 3);
-    thread_row(b, figures + 4);
+    double possible = thread_bound(b);
+    for (int i = 2; i < 5; ++i) thread_row(b, figures + i, possible);
 }
 
 /* ---------------------------------------------------------------------------------- >>growth -- */
@@ -739,23 +781,129 @@ static void grow(bench *b, int source) {
     static const int source_sizes[] = {64, 128, 256, 512, 1024};
     static const int result_sizes[] = {16, 32, 64, 128, 256, 512};
     const int *sizes = source ? source_sizes : result_sizes;
-    int count = source ? COUNT(source_sizes) : COUNT(result_sizes);
-    double texels[8], ms[8];
+    growth *g = b->growth + source;
+    g->count = source ? COUNT(source_sizes) : COUNT(result_sizes);
     printf("\nGrowth with the %s:\n\n", source ? "source" : "result");
     print_head();
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < g->count; ++i) {
         work w = figures[2];
         w.bar = w.aim = 0;
         if (source)
             w.from.size = sizes[i];
         else
             w.to.size = sizes[i];
-        texels[i] = (double)sizes[i] * sizes[i];
-        ms[i] = make_row(b, &w, ENVMAP_METHOD_FAST);
+        g->texels[i] = 6.0 * sizes[i] * sizes[i];
+        g->ms[i] = make_row(b, &w, ENVMAP_METHOD_FAST);
     }
     printf("\n%s texels x %.0f: time as texels to the power %.2f; over the last step %.2f\n",
-           source ? "source" : "result", texels[count - 1] / texels[0], slope(texels, ms, count),
-           slope(texels + count - 2, ms + count - 2, 2));
+           source ? "source" : "result", g->texels[g->count - 1] / g->texels[0],
+           slope(g->texels, g->ms, g->count),
+           slope(g->texels + g->count - 2, g->ms + g->count - 2, 2));
+}
+
+/* The chart: log-log, a decade 110 wide and high. */
+#define CHART_X(texels) (70 + 110 * log10((texels) / 1e3))
+#define CHART_Y(ms)     (260 - 110 * log10(ms))
+
+static void chart_grid(FILE *f) {
+    static const char *const names[] = {"1 thousand", "10", "100", "1 million", "10"};
+    for (int i = 0; i < 5; ++i) {
+        double x = CHART_X(pow(10, 3 + i)), ms = pow(10, i - 1), y = CHART_Y(ms);
+        fprintf(f, "<path d='M%.0f 40V370' stroke='#ddd'/>\n", x);
+        fprintf(f, "<text x='%.0f' y='388' text-anchor='middle'>%s</text>\n", x, names[i]);
+        if (i > 3) continue;
+        fprintf(f, "<path d='M70 %.0fH510' stroke='#ddd'/>\n", y);
+        fprintf(f, "<text x='62' y='%.0f' text-anchor='end'>%g ms</text>\n", y + 4, ms);
+    }
+    fprintf(f, "<text x='290' y='408' text-anchor='middle'>texels</text>\n"
+               "<path d='M%.1f %.1fL%.1f %.1f' stroke='#999' stroke-dasharray='4'/>\n"
+               "<text x='215' y='352' fill='#777'>linear</text>\n",
+            CHART_X(1e4), CHART_Y(0.1), CHART_X(1e7), CHART_Y(100));
+}
+
+static void chart_line(FILE *f, const growth *g, int y, const char *colour, const char *what) {
+    int first = 0; /* times that are not known stand first or last */
+    while (first < g->count && !(g->ms[first] > 0)) ++first;
+    if (first == g->count) return;
+    fprintf(f, "<path fill='none' stroke='%s' stroke-width='2' d='", colour);
+    for (int i = first; i < g->count && g->ms[i] > 0; ++i)
+        fprintf(f, "%c%.1f %.1f", i > first ? 'L' : 'M', CHART_X(g->texels[i]), CHART_Y(g->ms[i]));
+    fprintf(f, "'/>\n<text x='80' y='%d' fill='%s'>%s, to the power %.2f</text>\n", y, colour, what,
+            slope(g->texels, g->ms, g->count));
+}
+
+static void draw_growth(bench *b) {
+    char path[512];
+    snprintf(path, sizeof path, "%s/growth.svg", b->svg);
+    FILE *f = fopen(path, "w");
+    if (!f) {
+        complain(b, path, "cannot be written");
+        return;
+    }
+    fprintf(f, "<svg xmlns='http://www.w3.org/2000/svg' width='560' height='420' "
+               "font-family='sans-serif' font-size='12'>\n<rect width='560' height='420' "
+               "fill='#fff'/>\n<text x='70' y='24' font-size='14'>Phong N = 100, tolerance 1e-3: "
+               "time by texels of the cubes</text>\n");
+    chart_grid(f);
+    chart_line(f, b->growth, 56, "#c33", "of the result, from 6 x 256 x 256");
+    chart_line(f, b->growth + 1, 74, "#36c", "of the source, to 6 x 256 x 256");
+    fprintf(f, "</svg>\n");
+    if (fclose(f)) complain(b, path, "cannot be written");
+}
+
+/* ------------------------------------------------------------------------------------ >>join --
+   Two tables that --csv wrote, row by row. */
+
+/* Splits a row before its last eight numbers, ms first; 0 where it has not so many. */
+static int join_split(char *line, double numbers[8]) {
+    for (int i = 7; i >= 0; --i) {
+        char *comma = strrchr(line, ',');
+        if (!comma || sscanf(comma + 1, "%lf", numbers + i) != 1) return 0;
+        *comma = 0;
+    }
+    return 1;
+}
+
+/* The named columns as Markdown: commas within quotes stay. */
+static void join_key(const char *key) {
+    int quoted = 0;
+    printf("| ");
+    for (; *key; ++key) {
+        if (*key == '"')
+            quoted = !quoted;
+        else if (*key == ',' && !quoted)
+            printf(" | ");
+        else
+            putchar(*key);
+    }
+}
+
+static int join_rows(FILE *a, FILE *b) {
+    char one[512], two[512];
+    double x[8], y[8], sum = 0, worst = 0;
+    int rows = 0;
+    printf("| scene | work | source | result | method | tol | bands | A, ms | B, ms | A, copies | "
+           "B, copies | ratio |\n|--|--|--|--|--|--|--:|--:|--:|--:|--:|--:|\n");
+    while (fgets(one, sizeof one, a) && fgets(two, sizeof two, b)) {
+        if (!join_split(one, x) || !join_split(two, y)) continue; /* titles */
+        if (strcmp(one, two)) return 0;
+        if (!(x[1] > 0) || !(y[1] > 0)) continue;
+        join_key(one);
+        printf(" | %.2f | %.2f | %.1f | %.1f | %.2f |\n", x[0], y[0], x[1], y[1], y[1] / x[1]);
+        sum += log(y[1] / x[1]), ++rows;
+        if (y[1] / x[1] > worst) worst = y[1] / x[1];
+    }
+    if (rows) printf("\nB over A in copies: mean %.2f, at most %.2f\n", exp(sum / rows), worst);
+    return rows > 0;
+}
+
+static int join(const char *first, const char *second) {
+    FILE *a = fopen(first, "r"), *b = fopen(second, "r");
+    int ok = a && b && join_rows(a, b);
+    if (!ok) fprintf(stderr, "bench: %s and %s are not two runs of the same rows\n", first, second);
+    if (a) fclose(a);
+    if (b) fclose(b);
+    return !ok;
 }
 
 /* ------------------------------------------------------------------------------------ >>main -- */
@@ -796,9 +944,11 @@ static int options(bench *b, int argc, char **argv) {
             b->only = value;
         else if (!strcmp(argv[i], "--map") && b->map_count < COUNT(b->maps))
             b->maps[b->map_count++] = value;
+        else if (!strcmp(argv[i], "--svg"))
+            b->svg = value;
         else if (!strcmp(argv[i], "--csv") && (b->csv = fopen(value, "w")) != NULL)
-            fprintf(b->csv, "scene,work,source,result,method,tolerance,ms,copies,rms,worst,truth,"
-                            "memory,bar,aim\n");
+            fprintf(b->csv, "scene,work,source,result,method,tolerance,bands,ms,copies,rms,worst,"
+                            "truth,memory,bar,aim\n");
         else
             return 0;
         ++i;
@@ -849,8 +999,10 @@ static int finish(bench *b) {
 
 int main(int argc, char **argv) {
     static bench b;
+    if (argc == 4 && !strcmp(argv[1], "--join")) return join(argv[2], argv[3]);
     if (!options(&b, argc, argv)) {
-        fprintf(stderr, "usage: bench [--quick] [--scene NAME] [--map FILE.pfm]... [--csv FILE]\n");
+        fprintf(stderr, "usage: bench [--quick] [--scene NAME] [--map FILE.pfm]... [--csv FILE] "
+                        "[--svg DIR]\n       bench --join A.csv B.csv\n");
         return 2;
     }
     if (!crew_start(&b.crew)) return 2;
@@ -864,6 +1016,7 @@ int main(int argc, char **argv) {
     if (b.sky.texels) { /* growth and threads on the last scene, which has the sun */
         thread_rows(&b);
         for (int source = 1; source >= 0 && !b.quick; --source) grow(&b, source);
+        if (b.svg && !b.quick) draw_growth(&b);
     }
     return finish(&b);
 }

@@ -4,51 +4,9 @@
    that tolerance; and the rules that every method keeps. */
 #define _POSIX_C_SOURCE 200809L
 #define ENVMAP_IMPLEMENTATION
-#include "zonal.h"
-
-#include <pthread.h>
+#include "helpers.h"
 
 /* ----------------------------------------------------------------------------------- tools ---- */
-
-static envmap black(int mapping, int size, int levels, int slices) {
-    envmap map = {0, 0, 0, 0, 0, 0, 0, 0};
-    if (!CHECK(envmap_create(&map, (envmap_mapping)mapping, size, levels, slices) == ENVMAP_OK)) {
-        printf("    no map to test with\n");
-        exit(1);
-    }
-    return map;
-}
-
-static size_t floats_of(const envmap *map) {
-    size_t n = 0;
-    for (int l = 0; l < map->levels; ++l)
-        n += oracle_floats(map->mapping, map->size, map->slices, l);
-    return n;
-}
-
-static void fill(envmap *map, float value) {
-    for (size_t i = 0; i < floats_of(map); ++i) map->texels[i] = value;
-}
-
-static int all_are(const envmap *map, float value) {
-    size_t other = 0;
-    for (size_t i = 0; i < floats_of(map); ++i)
-        other += memcmp(&map->texels[i], &value, sizeof value) != 0;
-    return other == 0;
-}
-
-static int same_bits(const envmap *a, const envmap *b) {
-    return !memcmp(a->texels, b->texels, floats_of(a) * sizeof(float));
-}
-
-static envmap_result filter(envmap *dst, const envmap *src, envmap_lobe lobe, int method,
-                            double tolerance) {
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
-    desc.method = method;
-    desc.tolerance = (float)tolerance;
-    return envmap_filter(dst, src, &lobe, &desc);
-}
 
 /* Level 0 of a - b in tolerances: the rms, and the worst texel. */
 typedef struct miss {
@@ -657,35 +615,6 @@ static void harmonics_keep_the_tolerance_or_say_that_they_cannot(void) {
 /* --------------------------------------------------------------------------------- executor ----
  */
 
-typedef struct crew {
-    pthread_mutex_t lock;
-    envmap_task *task;
-    void *context;
-    int count, next, threads;
-} crew;
-
-static void *crew_member(void *user) {
-    crew *c = (crew *)user;
-    for (;;) {
-        pthread_mutex_lock(&c->lock);
-        int i = c->next++;
-        pthread_mutex_unlock(&c->lock);
-        if (i >= c->count) return NULL;
-        c->task(c->context, i);
-    }
-}
-
-/* 0 threads: in reversed order on this one. */
-static void crew_run(void *user, envmap_task *task, void *context, int count) {
-    crew *c = (crew *)user;
-    pthread_t threads[8];
-    c->task = task, c->context = context, c->count = count, c->next = 0;
-    for (int i = count - 1; !c->threads && i >= 0; --i) task(context, i);
-    for (int i = 0; i < c->threads; ++i)
-        if (pthread_create(&threads[i], NULL, crew_member, c)) exit(1);
-    for (int i = 0; i < c->threads; ++i) pthread_join(threads[i], NULL);
-}
-
 /* Coarse grids, texels as grids, rims, lights, slices, a chain. */
 static const struct {
     int from, size, to, edge, slices, lobe;
@@ -696,31 +625,14 @@ static const struct {
              {ENVMAP_SPHERE, 40, ENVMAP_SPHERE, 7, 1, 11}};
 
 static void results_are_the_same_bits_for_any_executor(void) {
-    static const int threads[5] = {1, 2, 3, 7, 0};
-    static crew c;
-    pthread_mutex_init(&c.lock, NULL);
     for (int i = 0; i < 5; ++i) {
         envmap src = scene_of(SUN, jobs[i].from, jobs[i].size);
-        envmap serial = black(jobs[i].to, jobs[i].edge, 3, jobs[i].slices);
-        envmap other = black(jobs[i].to, jobs[i].edge, 3, jobs[i].slices);
+        envmap dst = black(jobs[i].to, jobs[i].edge, 3, jobs[i].slices);
         envmap_lobe lobes[3] = {lobe_of(jobs[i].lobe), envmap_lobe_phong(8), envmap_lobe_diffuse()};
-        envmap_filter_desc desc;
-        memset(&desc, 0, sizeof desc);
-        desc.method = ENVMAP_METHOD_FAST;
-        CHECK(envmap_filter_chain(&serial, &src, lobes, 3, &desc) == ENVMAP_OK);
-        for (int k = 0; k < 5; ++k) {
-            fill(&other, -7);
-            c.threads = threads[k];
-            desc.executor.user = &c;
-            desc.executor.run = crew_run;
-            CHECK(envmap_filter_chain(&other, &src, lobes, 3, &desc) == ENVMAP_OK);
-            CHECK(same_bits(&serial, &other));
-        }
+        check_executors(&dst, &src, lobes, 3, desc_of(ENVMAP_METHOD_FAST, 0));
         envmap_free(&src);
-        envmap_free(&serial);
-        envmap_free(&other);
+        envmap_free(&dst);
     }
-    pthread_mutex_destroy(&c.lock);
 }
 
 /* ----------------------------------------------------------------------------------- chains ----
@@ -773,45 +685,11 @@ static void a_chain_is_its_filters_level_by_level(void) {
 /* -------------------------------------------------------------------- progress, memory, errors --
  */
 
-typedef struct watch {
-    int calls, cancel_at, disorder;
-    float last;
-} watch;
-
-static int watch_report(void *user, float fraction) {
-    watch *w = (watch *)user;
-    if (!(fraction >= w->last) || !(fraction <= 1)) ++w->disorder;
-    w->last = fraction;
-    return ++w->calls == w->cancel_at;
-}
-
 static void progress_grows_and_any_report_can_cancel(void) {
     envmap src = scene_of(SUN, ENVMAP_CUBE, 16), dst = black(ENVMAP_CUBE, 8, 4, 2);
     envmap_lobe lobes[4] = {envmap_lobe_phong(4), envmap_lobe_banks(0.5f), envmap_lobe_phong(1e4f),
                             envmap_lobe_phong(5)};
-    envmap_filter_desc desc;
-    int at = 0, cancelled = 0, live = oracle_live;
-    memset(&desc, 0, sizeof desc);
-    desc.method = ENVMAP_METHOD_FAST;
-    desc.tolerance = 1e-2f;
-    fill(&dst, -7);
-    dst.p0 = -3;
-    for (envmap_result result = ENVMAP_CANCELLED; result == ENVMAP_CANCELLED && at < 5000;) {
-        watch w = {0, 0, 0, 0};
-        w.cancel_at = ++at;
-        desc.progress.user = &w;
-        desc.progress.report = watch_report;
-        result = envmap_filter_chain(&dst, &src, lobes, 4, &desc);
-        CHECK(oracle_live == live && w.disorder == 0);
-        if (result == ENVMAP_CANCELLED) {
-            ++cancelled;
-            CHECK(w.calls == at && all_are(&dst, -7) && dst.p0 < -2);
-        } else {
-            CHECK(result == ENVMAP_OK && w.calls == at - 1 && w.last == 1.0f);
-            CHECK(dst.texels[0] > -6);
-        }
-    }
-    CHECK(cancelled >= 6);
+    CHECK(check_cancelling(&dst, &src, lobes, 4, desc_of(ENVMAP_METHOD_FAST, 1e-2)) >= 6);
     envmap_free(&src);
     envmap_free(&dst);
 }
@@ -822,28 +700,9 @@ static void out_of_memory_leaks_nothing_and_touches_nothing(void) {
         envmap src = scene_of(SUN, ENVMAP_PARABOLOID, 32), dst = black(ENVMAP_CUBE, 8, 4, 2);
         envmap_lobe lobes[4] = {envmap_lobe_phong(4), envmap_lobe_banks(0.5f),
                                 envmap_lobe_phong(1e4f), envmap_lobe_mirror()};
-        int failures = 0, finished = 0, live = oracle_live, context = 0;
-        envmap_filter_desc desc;
-        memset(&desc, 0, sizeof desc);
-        desc.method = methods[method];
-        desc.tolerance = 1e-2f;
-        desc.memory = &context;
         if (methods[method] == ENVMAP_METHOD_HARMONICS)
             lobes[1] = envmap_lobe_gaussian(4), lobes[2] = envmap_lobe_phong(5);
-        fill(&dst, -7);
-        for (int n = 0; n < 500 && !finished; ++n) {
-            oracle_calls = 0;
-            oracle_fail_at = n;
-            envmap_result result = envmap_filter_chain(&dst, &src, lobes, 4, &desc);
-            oracle_fail_at = -1;
-            finished = oracle_calls <= n;
-            CHECK(oracle_live == live);
-            CHECK(result == (finished ? ENVMAP_OK : ENVMAP_ERROR_MEMORY));
-            if (!finished) ++failures;
-            if (!finished) CHECK(all_are(&dst, -7));
-        }
-        CHECK(finished && failures >= 5);
-        CHECK(oracle_wrong_context == 0 && dst.texels[0] > -6);
+        CHECK(check_starving(&dst, &src, lobes, 4, desc_of(methods[method], 1e-2)) >= 5);
         envmap_free(&src);
         envmap_free(&dst);
     }

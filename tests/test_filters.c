@@ -3,46 +3,14 @@
    the symmetries that an integral over the sphere has; the rules that every method keeps. */
 #define _POSIX_C_SOURCE 200809L
 #define ENVMAP_IMPLEMENTATION
-#include "zonal.h"
+#include "helpers.h"
 
 #include <float.h>
-#include <pthread.h>
 
 /* ----------------------------------------------------------------------------------- tools ---- */
 
-static envmap black(int mapping, int size, int levels, int slices) {
-    envmap map = {0, 0, 0, 0, 0, 0, 0, 0};
-    if (!CHECK(envmap_create(&map, (envmap_mapping)mapping, size, levels, slices) == ENVMAP_OK)) {
-        printf("    no map to test with\n");
-        exit(1);
-    }
-    return map;
-}
-
-static envmap noise(int mapping, int size, unsigned long long seed) {
-    envmap map = black(mapping, size, 1, 1);
-    oracle_noise(&map, seed);
-    return map;
-}
-
-static envmap smooth(int mapping, int size) {
-    envmap map = black(mapping, size, 1, 1);
-    oracle_fill(&map, 0, oracle_smooth);
-    return map;
-}
-
-static size_t floats_of(const envmap *map) {
-    size_t n = 0;
-    for (int l = 0; l < map->levels; ++l)
-        n += oracle_floats(map->mapping, map->size, map->slices, l);
-    return n;
-}
-
 static envmap_result reference(envmap *dst, const envmap *src, envmap_lobe lobe) {
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
-    desc.method = ENVMAP_METHOD_REFERENCE;
-    return envmap_filter(dst, src, &lobe, &desc);
+    return filter(dst, src, lobe, ENVMAP_METHOD_REFERENCE, 0);
 }
 
 static envmap_lobe lobe_of(o_lobe o) {
@@ -655,7 +623,7 @@ static void a_lamp_outside_a_rim_lights_nothing(void) {
         *envmap_texel(&src, 0, 0, 0, 0, 0) = 1e6f;
         *envmap_texel(&src, 0, 0, 0, 15, 1) = 1e6f;
         CHECK(reference(&dst, &src, envmap_lobe_phong(1)) == ENVMAP_OK);
-        for (size_t i = 0; i < floats_of(&dst); ++i) CHECK(dst.texels[i] == 0.0f);
+        CHECK(all_are(&dst, 0));
         envmap_free(&src);
         envmap_free(&dst);
     }
@@ -663,43 +631,6 @@ static void a_lamp_outside_a_rim_lights_nothing(void) {
 
 /* -------------------------------------------------------------------------------- executors ----
  */
-
-typedef struct crew {
-    pthread_mutex_t lock;
-    envmap_task *task;
-    void *context;
-    int count, next, threads, runs;
-    unsigned char done[1 << 16]; /* how often each task has run */
-} crew;
-
-static void *crew_member(void *user) {
-    crew *c = (crew *)user;
-    for (;;) {
-        pthread_mutex_lock(&c->lock);
-        int i = c->next++;
-        if (i < c->count && i < 1 << 16) ++c->done[i];
-        pthread_mutex_unlock(&c->lock);
-        if (i >= c->count) return NULL;
-        c->task(c->context, i);
-    }
-}
-
-static void crew_run(void *user, envmap_task *task, void *context, int count) {
-    crew *c = (crew *)user;
-    pthread_t threads[8];
-    memset(c->done, 0, sizeof c->done);
-    c->task = task, c->context = context, c->count = count, c->next = 0;
-    for (int i = 0; i < c->threads; ++i)
-        if (pthread_create(&threads[i], NULL, crew_member, c)) exit(1);
-    for (int i = 0; i < c->threads; ++i) pthread_join(threads[i], NULL);
-    for (int i = 0; i < count && i < 1 << 16; ++i) CHECK(c->done[i] == 1);
-    ++c->runs;
-}
-
-static void run_backwards(void *user, envmap_task *task, void *context, int count) {
-    for (int i = count - 1; i >= 0; --i) task(context, i);
-    ++*(int *)user;
-}
 
 static void results_are_the_same_bits_for_any_executor(void) {
     static const struct {
@@ -709,51 +640,19 @@ static void results_are_the_same_bits_for_any_executor(void) {
                  {ENVMAP_PARABOLOID, ENVMAP_CUBE, 3, {O_BANKS, 0.7}},
                  {ENVMAP_LATLONG, ENVMAP_ANGULAR, 1, {O_PHONG, 300}},
                  {ENVMAP_CUBE, ENVMAP_SPHERE, 1, {O_PHONG, 1e6}}};
-    static crew c;
-    pthread_mutex_init(&c.lock, NULL);
     for (int method = 0; method < 2; ++method) /* auto, reference */
         for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
             envmap src = noise(cases[i].src, 12, 91);
-            envmap serial = black(cases[i].dst, 4, 1, cases[i].slices);
-            envmap other = black(cases[i].dst, 4, 1, cases[i].slices);
+            envmap dst = black(cases[i].dst, 4, 1, cases[i].slices);
             envmap_lobe lobe = lobe_of(cases[i].lobe);
-            envmap_filter_desc desc;
-            memset(&desc, 0, sizeof desc);
-            desc.method = method;
-            CHECK(envmap_filter(&serial, &src, &lobe, &desc) == ENVMAP_OK);
-            for (int run = method ? 0 : 3; run < 5; ++run) {
-                static const int threads[4] = {1, 2, 3, 7};
-                int backwards = 0;
-                for (size_t n = 0; n < floats_of(&other); ++n) other.texels[n] = -7;
-                c.threads = threads[run & 3];
-                c.runs = 0;
-                desc.executor.user = run == 4 ? (void *)&backwards : (void *)&c;
-                desc.executor.run = run == 4 ? run_backwards : crew_run;
-                CHECK(envmap_filter(&other, &src, &lobe, &desc) == ENVMAP_OK);
-                CHECK(!memcmp(serial.texels, other.texels, floats_of(&other) * sizeof(float)));
-                CHECK(run == 4 ? backwards > 0 : c.runs > 0);
-            }
+            check_executors(&dst, &src, &lobe, 1, desc_of(method, 0));
             envmap_free(&src);
-            envmap_free(&serial);
-            envmap_free(&other);
+            envmap_free(&dst);
         }
-    pthread_mutex_destroy(&c.lock);
 }
 
 /* --------------------------------------------------------------------------------- progress ----
  */
-
-typedef struct watch {
-    int calls, cancel_at, disorder;
-    float last;
-} watch;
-
-static int watch_report(void *user, float fraction) {
-    watch *w = (watch *)user;
-    if (!(fraction >= w->last) || !(fraction <= 1)) ++w->disorder;
-    w->last = fraction;
-    return ++w->calls == w->cancel_at;
-}
 
 static void progress_grows_and_ends_at_1(void) {
     for (int n = 0; n < 3; ++n) {
@@ -777,30 +676,7 @@ static void progress_grows_and_ends_at_1(void) {
 static void a_cancelled_filter_leaves_its_result_untouched(void) {
     envmap src = noise(ENVMAP_CUBE, 12, 102), dst = black(ENVMAP_CUBE, 8, 2, 2);
     envmap_lobe lobes[2] = {envmap_lobe_banks(0.5f), envmap_lobe_phong(1)};
-    envmap_filter_desc desc;
-    int cancelled = 0, at = 0;
-    memset(&desc, 0, sizeof desc);
-    for (size_t i = 0; i < floats_of(&dst); ++i) dst.texels[i] = -7;
-    envmap before = dst;
-    for (envmap_result result = ENVMAP_CANCELLED; result == ENVMAP_CANCELLED && at < 100000;) {
-        watch w = {0, 0, 0, 0};
-        int live = oracle_live;
-        w.cancel_at = ++at;
-        desc.progress.user = &w;
-        desc.progress.report = watch_report;
-        result = envmap_filter_chain(&dst, &src, lobes, 2, &desc);
-        CHECK(oracle_live == live);
-        if (result != ENVMAP_CANCELLED) {
-            CHECK(result == ENVMAP_OK && w.calls == at - 1);
-            break;
-        }
-        ++cancelled;
-        CHECK(w.calls == at); /* nobody is asked again */
-        int touched = 0;
-        for (size_t i = 0; i < floats_of(&dst); ++i) touched += !(dst.texels[i] < -6);
-        CHECK(touched == 0 && !memcmp(&dst, &before, sizeof dst));
-    }
-    CHECK(cancelled >= 3);
+    CHECK(check_cancelling(&dst, &src, lobes, 2, desc_of(ENVMAP_METHOD_AUTO, 0)) >= 3);
     CHECK(dst.texels[0] > 0);
     envmap_free(&src);
     envmap_free(&dst);
@@ -813,7 +689,7 @@ static void bad_arguments_are_refused(void) {
     envmap src = noise(ENVMAP_CUBE, 4, 111), dst = black(ENVMAP_CUBE, 4, 1, 1);
     envmap_lobe lobe = envmap_lobe_phong(10);
     envmap_filter_desc desc;
-    for (size_t i = 0; i < floats_of(&dst); ++i) dst.texels[i] = -7;
+    fill(&dst, -7);
     CHECK(envmap_filter(NULL, &src, &lobe, NULL) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_filter(&dst, NULL, &lobe, NULL) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_filter(&dst, &src, NULL, NULL) == ENVMAP_ERROR_ARGUMENT);
@@ -844,7 +720,7 @@ static void bad_arguments_are_refused(void) {
         if (i == 6) desc.tolerance = INFINITY;
         CHECK(envmap_filter(&dst, &src, &lobe, &desc) == ENVMAP_ERROR_ARGUMENT);
     }
-    for (size_t i = 0; i < floats_of(&dst); ++i) CHECK(dst.texels[i] < -6);
+    CHECK(all_are(&dst, -7));
     envmap_free(&src);
     envmap_free(&dst);
 }
@@ -863,7 +739,7 @@ static void radiance_that_is_not_finite_is_refused_by_every_method(void) {
                 CHECK(envmap_filter(&dst, &src, &lobe, &desc) == ENVMAP_ERROR_RADIANCE);
                 CHECK(envmap_filter(&dst, &src, &mirror, &desc) == ENVMAP_ERROR_RADIANCE);
             }
-            for (size_t n = 0; n < floats_of(&dst); ++n) CHECK(dst.texels[n] == 0.0f);
+            CHECK(all_are(&dst, 0));
             envmap_free(&src);
             envmap_free(&dst);
         }
@@ -884,11 +760,6 @@ static void negative_radiance_is_for_the_reference_alone(void) {
     envmap_free(&dst);
 }
 
-static double nan_near_the_axis(double x, double p, void *user) {
-    (void)p;
-    (void)user;
-    return x > 0.95 ? (double)NAN : x > 0;
-}
 static double nan_in_one_place(double x, double p, void *user) {
     (void)p;
     return x > *(double *)user - 1e-9 && x < *(double *)user + 1e-9 ? (double)NAN : 1;
@@ -903,7 +774,7 @@ static void a_callback_that_fails_fails_the_filter(void) {
     CHECK(reference(&dst, &src, envmap_lobe_function(nan_near_the_axis, NULL)) ==
           ENVMAP_ERROR_LOBE);
     CHECK(reference(&dst, &src, envmap_lobe_function(nan_in_one_place, &x)) == ENVMAP_ERROR_LOBE);
-    for (size_t i = 0; i < floats_of(&dst); ++i) CHECK(dst.texels[i] == 0.0f);
+    CHECK(all_are(&dst, 0));
     envmap_free(&src);
     envmap_free(&dst);
 }
@@ -911,37 +782,8 @@ static void a_callback_that_fails_fails_the_filter(void) {
 static void out_of_memory_leaks_nothing_and_touches_nothing(void) {
     envmap src = noise(ENVMAP_CUBE, 6, 115), dst = black(ENVMAP_PARABOLOID, 8, 2, 3);
     envmap_lobe lobes[2] = {envmap_lobe_banks(0.5f), envmap_lobe_phong(1e5f)};
-    int failures = 0, live = oracle_live, finished = 0;
-    for (int method = 0; method < 2; ++method) {
-        dst.p0 = -3;
-        for (size_t i = 0; i < floats_of(&dst); ++i) dst.texels[i] = -7;
-        envmap before = dst;
-        for (int n = 0; n < 1000; ++n) {
-            envmap_filter_desc desc;
-            int context = 0;
-            memset(&desc, 0, sizeof desc);
-            desc.method = method;
-            desc.memory = &context;
-            oracle_calls = 0;
-            oracle_fail_at = n;
-            envmap_result result = envmap_filter_chain(&dst, &src, lobes, 2, &desc);
-            oracle_fail_at = -1;
-            CHECK(oracle_live == live);
-            if (result == ENVMAP_OK) {
-                ++finished;
-                break;
-            }
-            CHECK(result == ENVMAP_ERROR_MEMORY);
-            ++failures;
-            int touched = 0;
-            for (size_t i = 0; i < floats_of(&dst); ++i) touched += !(dst.texels[i] < -6);
-            CHECK(touched == 0 && !memcmp(&dst, &before, sizeof dst));
-        }
-    }
-    CHECK(finished == 2);
-    CHECK(failures >= 2);
-    CHECK(oracle_wrong_context == 0);
-    CHECK(dst.texels[0] > -6);
+    for (int method = 0; method < 2; ++method) /* auto, reference */
+        CHECK(check_starving(&dst, &src, lobes, 2, desc_of(method, 0)) >= 1);
     envmap_free(&src);
     envmap_free(&dst);
 }
@@ -976,7 +818,7 @@ static void a_chain_is_its_filters_level_by_level(void) {
         envmap_free(&one);
     }
     /* fewer lobes than levels: the rest stays */
-    for (size_t i = 0; i < floats_of(&dst); ++i) dst.texels[i] = -7;
+    fill(&dst, -7);
     CHECK(envmap_filter_chain(&dst, &src, lobes, 2, NULL) == ENVMAP_OK);
     CHECK(*envmap_texel(&dst, 1, 1, 5, 5, 5) > 0);
     CHECK(*envmap_texel(&dst, 2, 0, 0, 0, 0) < -6);
@@ -995,7 +837,7 @@ static void a_chain_writes_all_its_levels_or_none(void) {
     CHECK(envmap_filter_chain(&dst, &src, lobes, 2, NULL) == ENVMAP_ERROR_LOBE);
     lobes[1] = envmap_lobe_function(nan_near_the_axis, NULL);
     CHECK(envmap_filter_chain(&dst, &src, lobes, 2, NULL) == ENVMAP_ERROR_LOBE);
-    for (size_t i = 0; i < floats_of(&dst); ++i) CHECK(dst.texels[i] == 0.0f);
+    CHECK(all_are(&dst, 0));
     envmap_free(&src);
     envmap_free(&dst);
 }
@@ -1005,7 +847,7 @@ static void filtering_reads_and_writes_level_0_only(void) {
     envmap flat = noise(ENVMAP_CUBE, 8, 124), expected = black(ENVMAP_CUBE, 4, 1, 1);
     oracle_noise(&src, 125);
     memcpy(src.texels, flat.texels, floats_of(&flat) * sizeof(float));
-    for (size_t i = 0; i < floats_of(&dst); ++i) dst.texels[i] = -7;
+    fill(&dst, -7);
     CHECK(reference(&dst, &src, envmap_lobe_phong(20)) == ENVMAP_OK);
     CHECK(reference(&expected, &flat, envmap_lobe_phong(20)) == ENVMAP_OK);
     size_t n = floats_of(&expected);

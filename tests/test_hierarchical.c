@@ -3,28 +3,15 @@
    threshold, with a sun and with a lobe too thin for its samples; the rules of every method. */
 #define _POSIX_C_SOURCE 200809L
 #define ENVMAP_IMPLEMENTATION
-#include "zonal.h"
+#include "helpers.h"
 
-#include <pthread.h>
 #include <time.h>
 
 /* ----------------------------------------------------------------------------------- tools -- */
 
-static envmap black(int mapping, int size, int slices) {
-    envmap map = {0, 0, 0, 0, 0, 0, 0, 0};
-    if (!CHECK(envmap_create(&map, (envmap_mapping)mapping, size, 1, slices) == ENVMAP_OK)) exit(1);
-    return map;
-}
-
-static envmap noise(int mapping, int size, unsigned long long seed) {
-    envmap map = black(mapping, size, 1);
-    oracle_noise(&map, seed);
-    return map;
-}
-
 /* Smooth, with a sun of 3x3 texels that are `sun` times as bright. */
 static envmap lit(int mapping, int size, float sun) {
-    envmap map = black(mapping, size, 1);
+    envmap map = black(mapping, size, 1, 1);
     oracle_fill(&map, 0, oracle_smooth);
     for (int i = 0; i < 9; ++i)
         for (int c = 0; c < 3; ++c)
@@ -32,15 +19,9 @@ static envmap lit(int mapping, int size, float sun) {
     return map;
 }
 
-static size_t floats_of(const envmap *map) {
-    return oracle_floats(map->mapping, map->size, map->slices, 0);
-}
-
-static envmap_result filter(envmap *dst, const envmap *src, envmap_lobe lobe, int method,
-                            float threshold) {
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
-    desc.method = method;
+static envmap_result hierarchical(envmap *dst, const envmap *src, envmap_lobe lobe,
+                                  float threshold) {
+    envmap_filter_desc desc = desc_of(ENVMAP_METHOD_HIERARCHICAL, 0);
     desc.threshold = threshold;
     return envmap_filter(dst, src, &lobe, &desc);
 }
@@ -48,10 +29,10 @@ static envmap_result filter(envmap *dst, const envmap *src, envmap_lobe lobe, in
 /* Hierarchical against the reference. */
 static envmap_difference off(const envmap *src, envmap_lobe lobe, int mapping, int size, int slices,
                              float threshold) {
-    envmap a = black(mapping, size, slices), b = black(mapping, size, slices);
+    envmap a = black(mapping, size, 1, slices), b = black(mapping, size, 1, slices);
     envmap_difference d;
     memset(&d, 0, sizeof d);
-    CHECK(filter(&a, src, lobe, ENVMAP_METHOD_HIERARCHICAL, threshold) == ENVMAP_OK);
+    CHECK(hierarchical(&a, src, lobe, threshold) == ENVMAP_OK);
     CHECK(filter(&b, src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
     CHECK(envmap_compare(&d, &a, &b, 0) == ENVMAP_OK);
     envmap_free(&a);
@@ -156,10 +137,10 @@ static void its_error_grows_with_the_threshold(void) {
 }
 
 static void zero_is_a_threshold_of_a_thousandth(void) {
-    envmap src = noise(ENVMAP_PARABOLOID, 24, 13), a = black(ENVMAP_CUBE, 6, 1), b = a;
-    b = black(ENVMAP_CUBE, 6, 1);
-    CHECK(filter(&a, &src, envmap_lobe_phong(10), ENVMAP_METHOD_HIERARCHICAL, 0) == ENVMAP_OK);
-    CHECK(filter(&b, &src, envmap_lobe_phong(10), ENVMAP_METHOD_HIERARCHICAL, 1e-3f) == ENVMAP_OK);
+    envmap src = noise(ENVMAP_PARABOLOID, 24, 13), a = black(ENVMAP_CUBE, 6, 1, 1), b = a;
+    b = black(ENVMAP_CUBE, 6, 1, 1);
+    CHECK(hierarchical(&a, &src, envmap_lobe_phong(10), 0) == ENVMAP_OK);
+    CHECK(hierarchical(&b, &src, envmap_lobe_phong(10), 1e-3f) == ENVMAP_OK);
     double largest = 0;
     for (size_t i = 0; i < floats_of(&a); ++i) {
         double d = fabs((double)a.texels[i] - (double)b.texels[i]);
@@ -175,11 +156,11 @@ static void a_constant_environment_stays_itself(void) {
     static const float n[7] = {0, 1, 10, 500, 1e4f, 1e6f, 1e9f};
     double worst = 0;
     for (int m = 0; m < 5; ++m) {
-        envmap src = black(m, 19, 1), dst = black((m + 1) % 5, 5, 1);
+        envmap src = black(m, 19, 1, 1), dst = black((m + 1) % 5, 5, 1, 1);
         oracle_fill(&src, 0, oracle_one);
         for (int i = 0; i < 14; ++i) {
-            CHECK(filter(&dst, &src, envmap_lobe_phong(n[i % 7]), ENVMAP_METHOD_HIERARCHICAL,
-                         i < 7 ? 0 : -1.0f) == ENVMAP_OK);
+            CHECK(hierarchical(&dst, &src, envmap_lobe_phong(n[i % 7]), i < 7 ? 0 : -1.0f) ==
+                  ENVMAP_OK);
             for (size_t t = 0; t < floats_of(&dst); ++t) {
                 double error = fabs((double)dst.texels[t] / (double)(1 + t % 3) - 1);
                 if (!(error <= worst)) worst = error;
@@ -224,11 +205,11 @@ static void a_sharp_lobe_slips_between_the_samples(void) {
 }
 
 static void thin_rings_give_no_nan(void) {
-    envmap src = noise(ENVMAP_CUBE, 8, 15), dst = black(ENVMAP_LATLONG, 4, 5);
+    envmap src = noise(ENVMAP_CUBE, 8, 15), dst = black(ENVMAP_LATLONG, 4, 1, 5);
     for (int raw = 0; raw < 2; ++raw) {
         envmap_lobe lobe = envmap_lobe_banks(0.9999f);
         lobe.raw = raw;
-        CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_HIERARCHICAL, 0) == ENVMAP_OK);
+        CHECK(hierarchical(&dst, &src, lobe, 0) == ENVMAP_OK);
         for (size_t i = 0; i < floats_of(&dst); ++i) CHECK(dst.texels[i] >= 0.0f);
     }
     envmap_free(&src);
@@ -237,107 +218,32 @@ static void thin_rings_give_no_nan(void) {
 
 /* ------------------------------------------------------------------------- rules of a method -- */
 
-typedef struct crew {
-    pthread_mutex_t lock;
-    envmap_task *task;
-    void *context;
-    int count, next;
-} crew;
-
-static void *crew_member(void *user) {
-    crew *c = (crew *)user;
-    for (;;) {
-        pthread_mutex_lock(&c->lock);
-        int i = c->next++;
-        pthread_mutex_unlock(&c->lock);
-        if (i >= c->count) return NULL;
-        c->task(c->context, i);
-    }
-}
-
-static void crew_run(void *user, envmap_task *task, void *context, int count) {
-    crew *c = (crew *)user;
-    pthread_t threads[3];
-    c->task = task, c->context = context, c->count = count, c->next = 0;
-    for (int i = 0; i < 3; ++i)
-        if (pthread_create(&threads[i], NULL, crew_member, c)) exit(1);
-    for (int i = 0; i < 3; ++i) pthread_join(threads[i], NULL);
-}
-
-static void backwards(void *user, envmap_task *task, void *context, int count) {
-    for (int i = count - 1; i >= 0; --i) task(context, i);
-    ++*(int *)user;
-}
-
 static void results_are_the_same_bits_for_any_executor(void) {
-    static crew c;
-    pthread_mutex_init(&c.lock, NULL);
     for (int i = 0; i < LOBES; i += 3) {
-        envmap src = noise(ENVMAP_CUBE, 16, 16), a = black(ENVMAP_LATLONG, 7, 3), b = a;
+        envmap src = noise(ENVMAP_CUBE, 16, 16), dst = black(ENVMAP_LATLONG, 7, 1, 3);
         envmap_lobe lobe = lobe_number(i);
-        envmap_filter_desc desc;
-        int runs = 0;
-        memset(&desc, 0, sizeof desc);
-        desc.method = ENVMAP_METHOD_HIERARCHICAL;
-        b = black(ENVMAP_LATLONG, 7, 3);
-        CHECK(envmap_filter(&a, &src, &lobe, &desc) == ENVMAP_OK);
-        for (int way = 0; way < 2; ++way) {
-            for (size_t n = 0; n < floats_of(&b); ++n) b.texels[n] = -7;
-            desc.executor.user = way ? (void *)&runs : (void *)&c;
-            desc.executor.run = way ? backwards : crew_run;
-            CHECK(envmap_filter(&b, &src, &lobe, &desc) == ENVMAP_OK);
-            CHECK(!memcmp(a.texels, b.texels, floats_of(&a) * sizeof(float)));
-        }
-        CHECK(runs > 0);
+        check_executors(&dst, &src, &lobe, 1, desc_of(ENVMAP_METHOD_HIERARCHICAL, 0));
         envmap_free(&src);
-        envmap_free(&a);
-        envmap_free(&b);
+        envmap_free(&dst);
     }
-    pthread_mutex_destroy(&c.lock);
-}
-
-static int cancel_at_third(void *user, float fraction) {
-    return ++*(int *)user == 3 || !(fraction >= 0 && fraction <= 1);
 }
 
 static void out_of_memory_and_cancelling_leak_nothing(void) {
-    envmap src = black(ENVMAP_CUBE, 9, 2), dst = black(ENVMAP_PARABOLOID, 5, 2);
+    envmap src = black(ENVMAP_CUBE, 9, 1, 2), dst = black(ENVMAP_PARABOLOID, 5, 1, 2);
     envmap_lobe lobe = envmap_lobe_banks(0.5f);
-    envmap_filter_desc desc;
-    envmap_result result = ENVMAP_ERROR_MEMORY;
-    int context = 0, calls = 0, n = 0, live = oracle_live;
+    envmap_filter_desc desc = desc_of(ENVMAP_METHOD_HIERARCHICAL, 0);
     oracle_noise(&src, 17);
-    memset(&desc, 0, sizeof desc);
-    desc.method = ENVMAP_METHOD_HIERARCHICAL;
-    desc.memory = &context;
-    for (; result == ENVMAP_ERROR_MEMORY && n < 100; ++n) {
-        oracle_calls = 0;
-        oracle_fail_at = n;
-        result = envmap_filter(&dst, &src, &lobe, &desc);
-        oracle_fail_at = -1;
-        CHECK(oracle_live == live);
-        if (result) CHECK(result == ENVMAP_ERROR_MEMORY && dst.texels[0] == 0.0f);
-    }
-    CHECK(result == ENVMAP_OK && n > 6); /* a map for each of two slices */
-    desc.progress.user = &calls;
-    desc.progress.report = cancel_at_third;
-    CHECK(envmap_filter(&dst, &src, &lobe, &desc) == ENVMAP_CANCELLED);
-    CHECK(calls == 3 && oracle_live == live && oracle_wrong_context == 0);
+    CHECK(check_starving(&dst, &src, &lobe, 1, desc) >= 6); /* a map for each of two slices */
+    CHECK(check_cancelling(&dst, &src, &lobe, 1, desc) >= 3);
     envmap_free(&src);
     envmap_free(&dst);
 }
 
-static double nan_near_the_axis(double x, double p, void *user) {
-    (void)p;
-    (void)user;
-    return x > 0.9 ? (double)NAN : 1;
-}
-
 static void a_callback_that_fails_fails_the_filter(void) {
-    envmap src = noise(ENVMAP_CUBE, 8, 18), dst = black(ENVMAP_CUBE, 2, 1);
+    envmap src = noise(ENVMAP_CUBE, 8, 18), dst = black(ENVMAP_CUBE, 2, 1, 1);
     envmap_lobe lobe = envmap_lobe_function(nan_near_the_axis, NULL);
     lobe.raw = 1;
-    CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_HIERARCHICAL, 0) == ENVMAP_ERROR_LOBE);
+    CHECK(hierarchical(&dst, &src, lobe, 0) == ENVMAP_ERROR_LOBE);
     CHECK(dst.texels[0] == 0.0f);
     envmap_free(&src);
     envmap_free(&dst);
@@ -384,7 +290,7 @@ static double brute_seconds(const envmap *src, double n) {
 /* Loosely: machines are shared. tests/bench_table1.c measures. */
 static void it_is_faster_than_brute_force(void) {
     static const double exponents[3] = {10, 100, 500};
-    envmap src = lit(ENVMAP_PARABOLOID, 64, 1), dst = black(ENVMAP_PARABOLOID, 64, 1);
+    envmap src = lit(ENVMAP_PARABOLOID, 64, 1), dst = black(ENVMAP_PARABOLOID, 64, 1, 1);
     for (int i = 0; i < 8192; ++i) {
         int face = i / 4096, x = i % 64, y = i / 64 % 64;
         double w = envmap_solid_angle(&src, 0, face, x, y);
@@ -401,8 +307,7 @@ static void it_is_faster_than_brute_force(void) {
         for (int run = 0; run < 3; ++run) {
             double seconds = brute_seconds(&src, exponents[i]), start = now();
             if (seconds < brute) brute = seconds;
-            CHECK(filter(&dst, &src, envmap_lobe_phong((float)exponents[i]),
-                         ENVMAP_METHOD_HIERARCHICAL, 0) == ENVMAP_OK);
+            CHECK(hierarchical(&dst, &src, envmap_lobe_phong((float)exponents[i]), 0) == ENVMAP_OK);
             seconds = now() - start;
             if (seconds < best) best = seconds;
         }
