@@ -29,7 +29,7 @@ BENCH     = -O3 -march=native
 BENCHARGS =
 MAP       =
 
-.PHONY: help all demo test check strict sanitize valgrind fuzz bench table1 examples docs install clean FORCE
+.PHONY: help all demo test check strict sanitize valgrind fuzz bench table1 harmonics examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -94,6 +94,11 @@ bench: ## verify, then time the filter; MAP=sky.pfm on that map, BENCH=-O2, BENC
 	@mkdir -p $(BUILD)
 	$(CC) -std=c99 $(BENCH) $(STRICT) -DBENCH_FLAGS='"$(BENCH)"' -I. examples/bench.c -o $(BUILD)/bench-timed $(LIBS)
 	$(BUILD)/bench-timed $(foreach m,$(MAP),--map '$(m)') $(BENCHARGS)
+
+harmonics: ## the tables, charts and the picture of docs/harmonics.md; MAP=sky.pfm with that map
+	@mkdir -p $(BUILD) docs/charts
+	$(CC) -std=c99 $(BENCH) $(STRICT) -I. examples/harmonics.c -o $(BUILD)/harmonics-timed $(LIBS)
+	$(BUILD)/harmonics-timed docs $(MAP)
 
 examples: $(EXAMPLES) ## build the examples
 

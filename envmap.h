@@ -3004,29 +3004,30 @@ static int envmapi_sh_smooth(const envmapi_projection *job, int i, int j) {
     return sqrt(X * X + Y * Y) + 2 * margin / edge <= 1;
 }
 
-/* out[b] += sum of p_b(y) row(y) over 4 rows, for four b. */
+/* out[b] += sum of p_b(y) row(y) over 4 rows, for four b. The weights are copied, as stores to out
+   might change them otherwise. */
 static void envmapi_sh_fold_four(float *out, const float *const rows[4], int floats,
-                                 float p[4][4]) {
+                                 const float p[16]) {
     const int step = (int)(sizeof(envmapi_wide) / sizeof(float)), next = ENVMAPI_SH_ROW;
+    const float *const r0 = rows[0], *const r1 = rows[1], *const r2 = rows[2], *const r3 = rows[3];
+    float w[16];
     int i = 0;
+    memcpy(w, p, sizeof w);
     for (; i + step <= floats; i += step) {
         envmapi_wide a, b, c, d, x;
         float *at = out + i;
         memcpy(&a, at, sizeof a), memcpy(&b, at + next, sizeof b);
         memcpy(&c, at + 2 * next, sizeof c), memcpy(&d, at + 3 * next, sizeof d);
-        memcpy(&x, rows[0] + i, sizeof x);
-        a += p[0][0] * x, b += p[0][1] * x, c += p[0][2] * x, d += p[0][3] * x;
-        memcpy(&x, rows[1] + i, sizeof x);
-        a += p[1][0] * x, b += p[1][1] * x, c += p[1][2] * x, d += p[1][3] * x;
-        memcpy(&x, rows[2] + i, sizeof x);
-        a += p[2][0] * x, b += p[2][1] * x, c += p[2][2] * x, d += p[2][3] * x;
-        memcpy(&x, rows[3] + i, sizeof x);
-        a += p[3][0] * x, b += p[3][1] * x, c += p[3][2] * x, d += p[3][3] * x;
+        memcpy(&x, r0 + i, sizeof x), a += w[0] * x, b += w[1] * x, c += w[2] * x, d += w[3] * x;
+        memcpy(&x, r1 + i, sizeof x), a += w[4] * x, b += w[5] * x, c += w[6] * x, d += w[7] * x;
+        memcpy(&x, r2 + i, sizeof x), a += w[8] * x, b += w[9] * x, c += w[10] * x, d += w[11] * x;
+        memcpy(&x, r3 + i, sizeof x);
+        a += w[12] * x, b += w[13] * x, c += w[14] * x, d += w[15] * x;
         memcpy(at, &a, sizeof a), memcpy(at + next, &b, sizeof b);
         memcpy(at + 2 * next, &c, sizeof c), memcpy(at + 3 * next, &d, sizeof d);
     }
     for (; i < floats; ++i)
-        for (int r = 0; r < 16; ++r) out[(r & 3) * next + i] += p[r >> 2][r & 3] * rows[r >> 2][i];
+        for (int k = 0; k < 16; ++k) out[(k & 3) * next + i] += p[k] * rows[k >> 2][i];
 }
 
 /* acc[b] = sum of p_b(y) row(y): `floats` of each of the rows y0 .. y1-1. */
@@ -3037,10 +3038,10 @@ static void envmapi_sh_fold(float *acc, const float *texels, size_t stride, int 
         const float *rows[4];
         for (int r = 0; r < 4; ++r) rows[r] = texels + (size_t)(y + r < y1 ? y + r : y) * stride;
         for (int b = 0; b < v->n; b += 4) {
-            float p[4][4];
+            float p[16];
             memset(p, 0, sizeof p);
             for (int r = 0; r < 4 && y + r < y1; ++r)
-                memcpy(p[r], v->p + v->n * (y + r) + b, sizeof p[r]);
+                memcpy(p + 4 * r, v->p + v->n * (y + r) + b, 4 * sizeof *p);
             envmapi_sh_fold_four(acc + b * ENVMAPI_SH_ROW, rows, floats, p);
         }
     }

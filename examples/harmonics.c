@@ -1,5 +1,5 @@
-/* harmonics.c - what few coefficients cost and what they lose: the tables, charts and the picture of
-   docs/harmonics.md.
+/* harmonics.c - what few coefficients cost and what they lose: the tables, charts and the picture
+   of docs/harmonics.md.
 
    What you will see: `harmonics` prints the tables, each error beside its time; `harmonics DOCS`
    also writes DOCS/charts/harmonics.svg, DOCS/charts/ringing.svg and DOCS/images/ringing.png.
@@ -348,7 +348,7 @@ static void table_of_speed(void) {
 /* ---------------------------------------------------------------------------------- >>charts -- */
 
 static FILE *open_svg(const char *folder, const char *name, int width, int height) {
-    char path[4096];
+    char path[5000];
     FILE *file;
     snprintf(path, sizeof path, "%s/%s", folder, name);
     file = fopen(path, "w");
@@ -363,7 +363,7 @@ static const char *const colours[] = {"#3b6ea8", "#c4732b", "#b03a48", "#4d8f4d"
                                       "#1f8f8f", "#8a6d3b", "#5a5a5a"};
 
 static double chart_x(int bands) { return 70 + 60.0 * (bands - FIRST); }
-static double chart_y(double error) { return 40 + 75 * -log10(fmax(error, 1e-5)) - 0; }
+static double chart_y(double error) { return 110 + 65 * -log10(fmax(error, 1e-5)); }
 
 /* Mean (solid) and worst (dashed) error of irradiance against bands, logarithmic. */
 static void draw_bands(const char *folder) {
@@ -371,7 +371,7 @@ static void draw_bands(const char *folder) {
     int k, bands, worst;
     fprintf(f, "<text x=\"70\" y=\"22\" font-size=\"16\">Irradiance from few bands: mean (solid) "
                "and worst (dashed) error</text>\n");
-    for (k = 0; k <= 5; k++) {
+    for (k = -1; k <= 4; k++) {
         double y = chart_y(pow(10, -k));
         fprintf(f, "<path d=\"M70 %.1fH550\" stroke=\"#ddd\"/><text x=\"62\" y=\"%.1f\" "
                    "text-anchor=\"end\">%g %%</text>\n", y, y + 4, 100 * pow(10, -k));
@@ -467,7 +467,7 @@ static void draw_balls(const char *folder) {
     envmap source, map;
     picture p;
     double sh[108], out[108], lit[108];
-    char path[4096];
+    char path[5000];
     int face, y, x, c;
     memset(&desc, 0, sizeof desc);
     desc.method = ENVMAP_METHOD_REFERENCE;
