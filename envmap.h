@@ -2809,12 +2809,13 @@ static int envmapi_nodes_pad(envmapi_nodes *n) {
 
 /* powers = N_m (x+iy)^m, from that of m - 1; N_m as Y_lm begins, with sqrt2 for m > 0. */
 static void envmapi_nodes_turn(double powers[2][64], const envmapi_nodes *n, int all, int m) {
-    double factor = m == 0 ? sqrt(1 / (4 * ENVMAPI_PI)) : sqrt((m == 1 ? 2 : 1) * (1 + 0.5 / m));
-    for (int i = 0; i < all; ++i) {
-        double re = m ? powers[0][i] : 1, im = m ? powers[1][i] : 0;
-        double x = m ? n->x[i] : 1, y = m ? n->y[i] : 0;
-        powers[0][i] = factor * (re * x - im * y);
-        powers[1][i] = factor * (re * y + im * x);
+    double factor = m > 1 ? sqrt(1 + 0.5 / m) : sqrt(3.0); /* sqrt2 sqrt(1 + 1/2) for m = 1 */
+    for (int i = 0; i < all && m == 0; ++i)
+        powers[0][i] = sqrt(1 / (4 * ENVMAPI_PI)), powers[1][i] = 0;
+    for (int i = 0; i < all && m > 0; ++i) {
+        double re = powers[0][i], im = powers[1][i];
+        powers[0][i] = factor * (re * n->x[i] - im * n->y[i]);
+        powers[1][i] = factor * (re * n->y[i] + im * n->x[i]);
     }
 }
 
@@ -2909,7 +2910,7 @@ static envmap_result envmapi_sh_check(const double *sh, int bands) {
 ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]) {
     double A[ENVMAPI_SH_BANDS], B[ENVMAPI_SH_BANDS], d[3], powers[2][64];
     envmapi_nodes n;
-    n.count = 0;
+    memset(powers, 0, sizeof powers), n.count = 0;
     if (!Y || !dir || bands < 1 || bands > ENVMAPI_SH_BANDS) return ENVMAP_ERROR_ARGUMENT;
     envmapi_unit(d, dir);
     envmapi_nodes_add(&n, d);
@@ -5271,8 +5272,7 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
 
    CHANGES
      0.1  five parameterizations, maps, PFM, mip levels, lobes, spherical harmonics, comparison;
-          filters: the reference,
-          the hierarchical one, and a first fast one through harmonics
+          filters: the reference, the hierarchical one, and a first fast one through harmonics
 
    LICENCE: MIT
      Copyright (c) 2026 the envmap.h authors
