@@ -3344,10 +3344,10 @@ ENVMAPI_BODY envmap_result envmap_sh_rotate(double *out, const double *sh, int b
                                             const double rotation[9]) {
     envmap_result result = envmapi_sh_check(sh, bands);
     envmapi_nodes ring, turned;
-    int n = 2 * bands;
     if (!out || out == sh || !rotation || !envmapi_is_orthogonal(rotation))
         return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
+    int n = 2 * bands;
     memset(out, 0, 3 * (size_t)(bands * bands) * sizeof *out);
     for (int j = 0; j < bands; ++j) {
         double z, weight = envmapi_gauss_many(&z, j, bands) * 2 * ENVMAPI_PI / n;
