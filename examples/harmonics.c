@@ -208,7 +208,7 @@ static void table_of_tolerances(void) {
     printf("\n");
 }
 
-/* Irradiance of few bands against the reference filter, 6 x 16^2 from 6 x 128^2. */
+/* Irradiance of few bands against the reference filter, 6 x 16^2 from 6 x 64^2. */
 static void table_of_bands(void) {
     int k, bands;
     printf("Irradiance from few bands against the exact diffuse map: mean error, rms, worst\n\n"
