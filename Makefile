@@ -21,7 +21,7 @@ RUN      =
 COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 # Exact sums over millions of texels are not what valgrind is for, and its long double has 64 bits
 # only, too few for the lobes' oracles. (The sanitizers run them all.)
-SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical
+SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -30,7 +30,7 @@ BENCHARGS =
 MAP       =
 
 .PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        examples docs install clean FORCE
+        harmonics examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -94,7 +94,7 @@ table1: ## the speed-ups of Kautz et al. 2000, Table 1, beside the published one
 # The table is the end of docs/pyramids.md; a map's is only printed.
 pyramid: ## a chain's levels from the source, from levels, from differences; MAP=sky.pfm on that map
 	@mkdir -p $(BUILD)
-	$(CC) -std=c99 $(BENCH) $(STRICT) -I. tests/bench_pyramid.c -o $(BUILD)/pyramid $(LIBS)
+	$(CC) $(BENCH) $(STRICT) -I. tests/bench_pyramid.c -o $(BUILD)/pyramid $(LIBS)
 	$(BUILD)/pyramid $(foreach m,$(MAP),'$(m)') >$(BUILD)/pyramid.md
 	@cat $(BUILD)/pyramid.md
 ifeq ($(MAP),)
@@ -104,7 +104,7 @@ endif
 
 bench: ## verify, then time the filter; MAP=sky.pfm on that map, BENCH=-O2, BENCHARGS=--quick
 	@mkdir -p $(BUILD)
-	$(CC) -std=c99 $(BENCH) $(STRICT) -DBENCH_FLAGS='"$(BENCH)"' -I. examples/bench.c -o $(BUILD)/bench-timed $(LIBS)
+	$(CC) $(BENCH) $(STRICT) -DBENCH_FLAGS='"$(BENCH)"' -I. examples/bench.c -o $(BUILD)/bench-timed $(LIBS)
 	$(BUILD)/bench-timed $(foreach m,$(MAP),--map '$(m)') $(BENCHARGS)
 
 bench-baseline: ## bench, quick, as it is (A) and with -O2 (B), side by side
@@ -112,6 +112,11 @@ bench-baseline: ## bench, quick, as it is (A) and with -O2 (B), side by side
 	-@$(MAKE) --no-print-directory bench BENCHARGS='--quick --csv $(BUILD)/bench-a.csv'
 	-@$(MAKE) --no-print-directory bench BENCH=-O2 BENCHARGS='--quick --csv $(BUILD)/bench-b.csv'
 	@$(BUILD)/bench-timed --join $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
+
+harmonics: ## the tables, charts and the picture of docs/harmonics.md; MAP=sky.pfm with that map
+	@mkdir -p $(BUILD) docs/charts
+	$(CC) $(BENCH) $(STRICT) -I. examples/harmonics.c -o $(BUILD)/harmonics-timed $(LIBS)
+	$(BUILD)/harmonics-timed docs $(MAP)
 
 examples: $(EXAMPLES) ## build the examples
 

@@ -75,7 +75,7 @@
      >>pfm         read and write float pictures
      >>mips        levels weighted by solid angle; level of a footprint
      >>lobes       mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
-     >>harmonics   transforms on rings of the sphere (bodies only, so far)
+     >>harmonics   project, convolve, rotate, window coefficients; transforms on rings
      >>filters     the filter call: reference, hierarchical, fast
      >>compare     error norms
    References are listed by their keys at the end, then the changes, then the licence. */
@@ -365,6 +365,90 @@ ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envm
    rms: sqrt(sum_(l>=L) (2l+1) lambda_l^2) <= tolerance * sqrt(sum over all l), for every slice
    of `slices`. 4096 also when more would be needed; 0 for bad lobes. */
 ENVMAP_API int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double tolerance);
+
+/* ------------------------------------------------------------------------------- >>harmonics -- */
+
+/* Real spherical harmonics, orthonormal, without the Condon-Shortley phase, polar axis z (up is y):
+     Y_lm(d) = N_l|m| P_l|m|(z) * (m > 0: sqrt2 cos m phi, m = 0: 1, m < 0: sqrt2 sin |m| phi)
+     Y_00 = 1/sqrt(4 pi),  (Y_1-1, Y_10, Y_11) = sqrt(3/4pi) (y, z, x),  phi = atan2(y, x)
+   Coefficients `sh` are doubles [bands * bands][3]: RGB of a_lm = integral of L Y_lm at l(l+1)+m.
+   bands is 1 .. 256, and 0 <= l < bands. Unless a call says otherwise it allocates nothing, is
+   thread-safe, and refuses coefficients that are not finite, or 1e100 and more, with RADIANCE.
+   Source [RH01], [Sloan08].  Tests: tests/test_sh.c; docs/harmonics.md has the tables. */
+
+/* Y[l(l+1)+m] = Y_lm(dir). A light of flux e from dir adds e Y_lm(dir) to the coefficients.
+   dir  of any length; zero or non-finite counts as +z
+   Errors: ARGUMENT.  Stable to all bands.  Test: the_basis_is_orthonormal. */
+ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]);
+
+/* sh = sum over texels L w Y_lm(texel's centre), level 0 of one slice, in double.
+   tolerance  0: every texel. Otherwise the error that is allowed: a_lm may be off by
+              tolerance * sqrt(2l+1) * a_00 (a_00 of |L|), the most that it can be itself being
+              sqrt(2l+1) a_00. Blocks of texels then become 4 x 4 or 8 x 8 points first, as
+              large as tolerance and bands allow; below 1e-5, and where that gains nothing, it is
+              every texel again.
+   executor   NULL: serial; the bits are the same for all
+   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY; sh then stays as it was.  O(texels), and
+   O(bands^2) for each point.  Temporary memory from map->memory, 16 sets of coefficients.
+   Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
+ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
+                                           double tolerance, const envmap_executor *executor);
+
+/* rgb = sum a_lm Y_lm(dir), dir of any length (zero or non-finite: +z).
+   Errors: ARGUMENT, RADIANCE.  O(bands^2). */
+ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int bands,
+                                            const double dir[3]);
+
+/* The same at every texel's centre of one level and slice, also those outside a rim; what rings
+   below zero is written as it is.
+   Errors: ARGUMENT, RADIANCE (also what could exceed a float).  O(texels bands^2). */
+ENVMAP_API envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
+                                        int bands, const envmap_executor *executor);
+
+/* out = lambda_l a_lm: the filter with this lobe (envmap_lobe_zonal). The diffuse lobe gives
+   irradiance / pi; with raw = 1, irradiance. out may be sh.
+   Errors: ARGUMENT, LOBE, RADIANCE.  Test: convolving_is_filtering. */
+ENVMAP_API envmap_result envmap_sh_convolve(double *out, const double *sh, int bands,
+                                            const envmap_lobe *lobe, double p);
+
+/* The environment turned: out(R d) = sh(d). out is not sh.
+   rotation  R, row-major [3][3], orthogonal to 1e-4; a mirror image (det -1) is fine
+   Errors: ARGUMENT, RADIANCE.  Exact quadrature at bands x 2 bands Gauss nodes: O(bands^4).
+   Test: rotations_compose, rotations_keep_the_energy_of_each_band. */
+ENVMAP_API envmap_result envmap_sh_rotate(double *out, const double *sh, int bands,
+                                          const double rotation[9]);
+
+/* Against ringing: out = a_lm exp(-mu l), Poisson's kernel, with the least mu >= 0 (to 0.1 %) for
+   which the result filtered with the lobe is nowhere negative. mu = 0, the same bits, where nothing
+   is. The mean stays; one mu for all channels, so colours do not drift.
+   out    may be sh; still to be convolved        lobe   NULL: sh itself must not be negative
+   moved  relative rms of what changed in the filtered result, 0 .. 1; may be NULL
+   Errors: ARGUMENT, LOBE, RADIANCE (a channel's mean is not positive and the channel not black).
+   O(bands^4).  Source: the criterion is [Sloan08]'s, "Windowing"; his window,
+   1 / (1 + mu l^2 (l+1)^2), moves 0.42 of one light's irradiance where this one moves 0.13.
+   Test: a_suns_ringing_is_windowed_away. */
+ENVMAP_API envmap_result envmap_sh_window(double *out, double *moved, const double *sh, int bands,
+                                          const envmap_lobe *lobe, double p);
+
+/* The number of bands L (1 .. 4096) beyond which the scene, filtered with the lobe, has nothing
+   more than `tolerance` of its rms: sum_(l>=L) lambda_l^2 |a_l|^2 <= tolerance^2 * sum of all.
+   sh, bands  the scene as far as it is known; from there on it is taken as flat as a light, each
+              coefficient as large as those of the last band. NULL, 0: one light, the lobe alone.
+   0 for bad arguments; 4096 also when more would be needed.  Test: bands_needed_are_enough. */
+ENVMAP_API int envmap_sh_bands(const envmap_lobe *lobe, double p, const double *sh, int bands,
+                               double tolerance);
+
+/* Nine coefficients, convolved, for shaders (later bands do not count).
+   matrix   [3][16], one symmetric 4x4 M a channel: (n,1)^T M (n,1) = sum a_lm Y_lm(n), |n| = 1
+            [RH01] eqs. 11, 12
+   packed   [7][4]: for GLSL's vec4 sh[7],
+            vec4 b = n.xyzz * n.yzzx;
+            rgb = vec3(dot(sh[0], vec4(n, 1)), dot(sh[1], vec4(n, 1)), dot(sh[2], vec4(n, 1)))
+                + vec3(dot(sh[3], b), dot(sh[4], b), dot(sh[5], b))
+                + sh[6].rgb * (n.x * n.x - n.y * n.y);   sh[6].a is 0
+   Either may be NULL.  Errors: ARGUMENT, RADIANCE (also what exceeds a float).
+   Test: matrix_and_packing_are_the_nine_coefficients. */
+ENVMAP_API envmap_result envmap_sh_pack(float matrix[48], float packed[28], const double *sh);
 
 /* --------------------------------------------------------------------------------- >>filters -- */
 
@@ -2175,7 +2259,8 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
 #define ENVMAPI_LANES(type, scalar, n)                                                             \
     typedef scalar type __attribute__((vector_size(n * sizeof(scalar))));                          \
     ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) { *y += a * *x; }             \
-    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) { *y += *x * *z; }
+    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) { *y += *x * *z; }       \
+    ENVMAPI_LANES_TO(type, scalar)
 #else
 #define ENVMAPI_INLINE static inline
 #define ENVMAPI_LANES(type, scalar, n)                                                             \
@@ -2185,22 +2270,22 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
     }                                                                                              \
     ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) {                        \
         for (int i = 0; i < n; ++i) y->v[i] += x->v[i] * z->v[i];                                  \
-    }
+    }                                                                                              \
+    ENVMAPI_LANES_TO(type, scalar)
 #endif
+#define ENVMAPI_LANES_TO(type, scalar)                                                             \
+    ENVMAPI_INLINE void type##_to(scalar *y, scalar a, const scalar *x) {                          \
+        type sum, term;                                                                            \
+        memcpy(&sum, y, sizeof sum), memcpy(&term, x, sizeof term);                                \
+        type##_add(&sum, a, &term);                                                                \
+        memcpy(y, &sum, sizeof sum);                                                               \
+    }
 
-/* y += a x and y += x z for 4, 8 or 16 numbers: the loops that carry the work. */
+/* y += a x and y += x z for 4, 8 or 16 numbers, and the first in memory: what carries the work. */
 ENVMAPI_LANES(envmapi_float4, float, 4)
 ENVMAPI_LANES(envmapi_float16, float, 16)
 ENVMAPI_LANES(envmapi_double4, double, 4)
 ENVMAPI_LANES(envmapi_double8, double, 8)
-
-/* The same in memory. */
-ENVMAPI_INLINE void envmapi_add4(double *y, double a, const double *x) {
-    envmapi_double4 sum, term;
-    memcpy(&sum, y, sizeof sum), memcpy(&term, x, sizeof term);
-    envmapi_double4_add(&sum, a, &term);
-    memcpy(y, &sum, sizeof sum);
-}
 
 /* Memory of one call: blocks that go together. */
 typedef struct envmapi_pool {
@@ -2744,7 +2829,10 @@ typedef struct envmapi_transform {
 
 /* Tasks share nothing and each result is summed in the same order however many there are, so one
    will do where there is one thread. */
-static int envmapi_tasks(const envmap_executor *executor) { return executor->run ? 16 : 1; }
+#define ENVMAPI_TASKS 16
+static int envmapi_tasks(const envmap_executor *executor) {
+    return executor->run ? ENVMAPI_TASKS : 1;
+}
 
 static void envmapi_task_spread(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
@@ -2817,6 +2905,814 @@ static void envmapi_synthesise(const envmapi_transform *t, const envmap_executor
     envmapi_run_all(executor, envmapi_task_fft_back, &job, t->tasks);
     envmapi_rings_poles(t->rings, 0);
     envmapi_run_all(executor, envmapi_task_interpolate, &job, t->tasks);
+}
+
+/* Coefficients of few bands, in the open. Points with directions and energies e go through one
+   pair of sums, 64 points at a time:
+       scatter   a_lm += sum_i e_i Y_lm(d_i)        gather   e_i = sum_lm a_lm Y_lm(d_i)
+   Y_lm is N_m (P_lm/sin^m)(z) times Re, Im (x+iy)^m: no angles. P/sin^m grows to e^82 by 256 bands,
+   and where sin^m underflows the product would be below 1e-270.
+   Projection with a tolerance: over a block of texels f(u,v) = (solid angle of a texel's cell
+   there) Y_lm is smooth, so sum_i L_i f(u_i,v_i) = sum_ab f(u_a,v_b) sum_i L_i p_a(u_i) p_b(v_i)
+   with Lagrange's p at n x n Chebyshev points, n = 4 or 8, off by 2 (k h/2)^n/n! for a wave of k
+   radians a radian, h being half of the block. Rows are folded in float, 8 at a time.
+   Tests: tests/test_sh.c. */
+
+#define ENVMAPI_SH_BANDS 256
+#define ENVMAPI_SH_BLOCK 128 /* texels a side, at most */
+#define ENVMAPI_SH_STRIP 256 /* texels of a row that are folded at once */
+#define ENVMAPI_SH_ROW (3 * ENVMAPI_SH_STRIP + 8)
+
+/* Floats that are folded at once. Variables of this type stay in registers, where arrays do not. */
+#if !defined(__GNUC__) || defined(ENVMAP_NO_SIMD)
+typedef float envmapi_wide;
+#elif defined(__AVX__)
+typedef float envmapi_wide __attribute__((vector_size(32)));
+#else
+typedef envmapi_float4 envmapi_wide;
+#endif
+
+/* GCC, tuned for Zen, would load a row anew for each of its four uses, where loads are what bounds
+   the fold: this keeps it in its register. */
+#if defined(__AVX__) && defined(__GNUC__) && !defined(__clang__) && !defined(ENVMAP_NO_SIMD)
+#define ENVMAPI_KEEP(x) __asm__("" : "+x"(x))
+#else
+#define ENVMAPI_KEEP(x) (void)(x)
+#endif
+
+/* y += a x, number by number. */
+ENVMAPI_INLINE void envmapi_multiply_add8(double *y, const double *a, const double *x) {
+    for (int i = 0; i < 8; ++i) y[i] += a[i] * x[i];
+}
+
+typedef struct envmapi_nodes {
+    double x[64], y[64], z[64], e[3][64];
+    int count;
+} envmapi_nodes;
+
+static void envmapi_nodes_add(envmapi_nodes *n, const double d[3]) {
+    n->x[n->count] = d[0], n->y[n->count] = d[1], n->z[n->count] = d[2];
+    ++n->count;
+}
+
+/* Up to a multiple of 8 with points that carry nothing; returns that. */
+static int envmapi_nodes_pad(envmapi_nodes *n) {
+    int all = (n->count + 7) / 8 * 8;
+    for (int i = n->count; i < all; ++i) {
+        n->x[i] = n->y[i] = 0, n->z[i] = 1;
+        for (int c = 0; c < 3; ++c) n->e[c][i] = 0;
+    }
+    return all;
+}
+
+/* powers = N_m (x+iy)^m, from that of m - 1; N_m as Y_lm begins, with sqrt2 for m > 0. */
+static void envmapi_nodes_turn(double powers[2][64], const envmapi_nodes *n, int all, int m) {
+    double factor = m > 1 ? sqrt(1 + 0.5 / m) : sqrt(3.0); /* sqrt2 sqrt(1 + 1/2) for m = 1 */
+    for (int i = 0; i < all && m == 0; ++i)
+        powers[0][i] = sqrt(1 / (4 * ENVMAPI_PI)), powers[1][i] = 0;
+    for (int i = 0; i < all && m > 0; ++i) {
+        double re = powers[0][i], im = powers[1][i];
+        powers[0][i] = factor * (re * n->x[i] - im * n->y[i]);
+        powers[1][i] = factor * (re * n->y[i] + im * n->x[i]);
+    }
+}
+
+/* P_l/sin^m -> P_(l+1)/sin^m */
+ENVMAPI_INLINE void envmapi_legendre_step(double *now, double *before, const double *z, double A,
+                                          double B) {
+    double up[8];
+    for (int b = 0; b < 8; ++b) up[b] = A * (z[b] * now[b] - B * before[b]);
+    memcpy(before, now, sizeof up), memcpy(now, up, sizeof up);
+}
+
+static void envmapi_sh_scatter(double *sh, int bands, envmapi_nodes *n) {
+    double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], powers[2][64], F[6][64];
+    int all = envmapi_nodes_pad(n);
+    for (int m = 0; all && m < bands; ++m) {
+        double now[64], before[64];
+        envmapi_legendre_factors(A, B, m, bands);
+        envmapi_nodes_turn(powers, n, all, m);
+        for (int c = 0; c < 6; ++c)
+            for (int i = 0; i < all; ++i) F[c][i] = powers[c / 3][i] * n->e[c % 3][i];
+        for (int i = 0; i < all; ++i) now[i] = 1, before[i] = 0;
+        for (int l = m; l < bands; ++l) {
+            double sums[6][8];
+            memset(sums, 0, sizeof sums);
+            for (int i = 0; i < all; i += 8) {
+                for (int c = 0; c < 6; ++c) envmapi_multiply_add8(sums[c], now + i, F[c] + i);
+                if (l + 1 < bands)
+                    envmapi_legendre_step(now + i, before + i, n->z + i, A[l + 1], B[l + 1]);
+            }
+            for (int c = 0; c < (m ? 6 : 3); ++c) {
+                const double *s = sums[c];
+                sh[3 * (l * (l + 1) + (c < 3 ? m : -m)) + c % 3] +=
+                    ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+            }
+        }
+    }
+}
+
+/* With factors [bands] that multiply the coefficients, or NULL. */
+static void envmapi_sh_gather(envmapi_nodes *n, const double *sh, int bands,
+                              const double *factors) {
+    double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], powers[2][64];
+    int all = envmapi_nodes_pad(n);
+    memset(n->e, 0, sizeof n->e);
+    for (int m = 0; m < bands; ++m) {
+        envmapi_legendre_factors(A, B, m, bands);
+        envmapi_nodes_turn(powers, n, all, m);
+        for (int i = 0; i < all; i += 8) {
+            double sums[6][8], now[8], before[8];
+            memset(sums, 0, sizeof sums);
+            for (int b = 0; b < 8; ++b) now[b] = 1, before[b] = 0;
+            for (int l = m; l < bands; ++l) {
+                const double *a = sh + 3 * l * (l + 1);
+                double factor = factors ? factors[l] : 1;
+                for (int c = 0; c < 3; ++c) {
+                    envmapi_double8_to(sums[c], factor * a[3 * m + c], now);
+                    envmapi_double8_to(sums[3 + c], factor * a[c - 3 * m], now);
+                }
+                if (l + 1 < bands)
+                    envmapi_legendre_step(now, before, n->z + i, A[l + 1], B[l + 1]);
+            }
+            for (int c = 0; c < 6; ++c)
+                envmapi_multiply_add8(n->e[c % 3] + i, powers[c / 3] + i, sums[c]);
+        }
+    }
+}
+
+/* The most that a channel can reach anywhere: |sum_m a_lm Y_lm| <= sqrt((2l+1)/4pi sum_m a_lm^2).
+   Infinite for what is not finite. */
+static double envmapi_sh_bound(const double *sh, int bands) {
+    double most = 0;
+    for (int c = 0; c < 3; ++c) {
+        double bound = 0;
+        for (int l = 0; l < bands; ++l) {
+            double square = 0;
+            for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
+                if (!envmapi_finite(sh[3 * i + c]) || fabs(sh[3 * i + c]) >= 1e100) return HUGE_VAL;
+                square += sh[3 * i + c] * sh[3 * i + c];
+            }
+            bound += sqrt((2 * l + 1) / (4 * ENVMAPI_PI) * square);
+        }
+        if (bound > most) most = bound;
+    }
+    return most;
+}
+
+static envmap_result envmapi_sh_check(const double *sh, int bands) {
+    if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS) return ENVMAP_ERROR_ARGUMENT;
+    return envmapi_sh_bound(sh, bands) < 1e108 ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
+}
+
+ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]) {
+    double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], d[3], powers[2][64];
+    envmapi_nodes n;
+    memset(powers, 0, sizeof powers), n.count = 0;
+    if (!Y || !dir || bands < 1 || bands > ENVMAPI_SH_BANDS) return ENVMAP_ERROR_ARGUMENT;
+    envmapi_unit(d, dir);
+    envmapi_nodes_add(&n, d);
+    for (int m = 0; m < bands; ++m) {
+        double now = 1, before = 0;
+        envmapi_legendre_factors(A, B, m, bands);
+        envmapi_nodes_turn(powers, &n, 1, m);
+        for (int l = m; l < bands; ++l) {
+            Y[l * (l + 1) - m] = now * powers[1][0], Y[l * (l + 1) + m] = now * powers[0][0];
+            double up = l + 1 < bands ? A[l + 1] * (d[2] * now - B[l + 1] * before) : 0;
+            before = now, now = up;
+        }
+    }
+    return ENVMAP_OK;
+}
+
+ENVMAPI_BODY envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int bands,
+                                              const double dir[3]) {
+    envmap_result result = envmapi_sh_check(sh, bands);
+    envmapi_nodes n;
+    double d[3];
+    if (!rgb || !dir) return ENVMAP_ERROR_ARGUMENT;
+    if (result) return result;
+    n.count = 0;
+    envmapi_unit(d, dir);
+    envmapi_nodes_add(&n, d);
+    envmapi_sh_gather(&n, sh, bands, NULL);
+    for (int c = 0; c < 3; ++c) rgb[c] = n.e[c][0];
+    return ENVMAP_OK;
+}
+
+/* ---- projection */
+
+/* One side of a face in `blocks` blocks of n points: where they are, in texels, and p_a at every
+   texel. */
+typedef struct envmapi_side {
+    int length, blocks, n;
+    double *at; /* [blocks][n] */
+    float *p;   /* [length][n] */
+} envmapi_side;
+
+static int envmapi_side_first(const envmapi_side *side, int block) {
+    return (int)((int64_t)side->length * block / side->blocks);
+}
+
+static void envmapi_side_fill(envmapi_side *side) {
+    int n = side->n;
+    for (int block = 0; block < side->blocks; ++block) {
+        int first = envmapi_side_first(side, block), end = envmapi_side_first(side, block + 1);
+        double *at = side->at + n * block, scale[8];
+        for (int a = 0; a < n; ++a)
+            at[a] = 0.5 * (first + end) - 0.5 * (end - first - 1) * cos((a + 0.5) * ENVMAPI_PI / n);
+        for (int a = 0; a < n; ++a) {
+            scale[a] = 1;
+            for (int b = 0; b < n; ++b)
+                if (b != a) scale[a] /= at[a] - at[b];
+        }
+        for (int i = n * first; i < n * end; ++i) {
+            double p = scale[i % n];
+            for (int b = 0; b < n; ++b)
+                if (b != i % n) p *= i / n + 0.5 - at[b];
+            side->p[i] = (float)p;
+        }
+    }
+}
+
+typedef struct envmapi_projection {
+    const envmap *map;
+    const float *texels;
+    int bands, n; /* n x n points for a block; 0: every texel */
+    envmapi_side u, v;
+    double *sums; /* [ENVMAPI_TASKS][bands^2][3] */
+} envmapi_projection;
+
+/* The largest side of a block for which n x n points keep the tolerance; k^2 is that of the last
+   band and of the solid angle (a cube's, (1+x^2)^(-3/2), the worst). h is an angle: half a face is
+   1, 2, 2, pi/2 or pi rad where directions change fastest. */
+static int envmapi_sh_side(int mapping, int edge, int bands, double tolerance, int n) {
+    static const double half[] = {1, 2, 2, ENVMAPI_PI / 2, ENVMAPI_PI};
+    double k = sqrt((n == 4 ? 7 : 17) + (bands - 1.0) * (bands - 1.0));
+    double h = 2 * pow(tolerance * (n == 4 ? 6.5 : 5000), 1.0 / n) / k;
+    return (int)fmin(h * edge / half[mapping], ENVMAPI_SH_BLOCK);
+}
+
+/* Sets n and returns the side of the blocks: 4 x 4 points fold fastest, 8 x 8 need fewer blocks;
+   where both gain little, or floats would err as much as is allowed, every texel. */
+static int envmapi_sh_plan(int *n, int mapping, int edge, int bands, double tolerance) {
+    int four = envmapi_sh_side(mapping, edge, bands, tolerance, 4);
+    int eight = envmapi_sh_side(mapping, edge, bands, tolerance, 8);
+    *n = !(tolerance >= 1e-5) ? 0 : four >= 32 ? 4 : eight >= 16 ? 8 : 0;
+    return *n == 4 ? four : *n == 8 ? eight : 64;
+}
+
+/* Nothing happens inside the block but a smooth stretch: no rim, and no sphere map's root near. */
+static int envmapi_sh_smooth(const envmapi_projection *job, int i, int j) {
+    int x0 = envmapi_side_first(&job->u, i), x1 = envmapi_side_first(&job->u, i + 1);
+    int y0 = envmapi_side_first(&job->v, j), y1 = envmapi_side_first(&job->v, j + 1);
+    double edge = job->map->size, margin = job->map->mapping == ENVMAP_SPHERE ? x1 - x0 : 0;
+    if (!envmapi_is_disc(job->map->mapping)) return 1;
+    double X = fmax(fabs(2 * x0 - edge), fabs(2 * x1 - edge)) / edge;
+    double Y = fmax(fabs(2 * y0 - edge), fabs(2 * y1 - edge)) / edge;
+    return sqrt(X * X + Y * Y) + 2 * margin / edge <= 1;
+}
+
+/* out[b] += sum of p_b(y) row(y) over 4 rows, for four b. The weights are copied, as stores to out
+   might change them otherwise. */
+static void envmapi_sh_fold_four(float *out, const float *const rows[4], int floats,
+                                 const float p[16]) {
+    const int step = (int)(sizeof(envmapi_wide) / sizeof(float)), next = ENVMAPI_SH_ROW;
+    const float *const r0 = rows[0], *const r1 = rows[1], *const r2 = rows[2], *const r3 = rows[3];
+    float w[16];
+    int i = 0;
+    memcpy(w, p, sizeof w);
+    for (; i + step <= floats; i += step) {
+        envmapi_wide a, b, c, d, x;
+        float *at = out + i;
+        memcpy(&a, at, sizeof a), memcpy(&b, at + next, sizeof b);
+        memcpy(&c, at + 2 * next, sizeof c), memcpy(&d, at + 3 * next, sizeof d);
+        memcpy(&x, r0 + i, sizeof x);
+        ENVMAPI_KEEP(x);
+        a += w[0] * x, b += w[1] * x, c += w[2] * x, d += w[3] * x;
+        memcpy(&x, r1 + i, sizeof x);
+        ENVMAPI_KEEP(x);
+        a += w[4] * x, b += w[5] * x, c += w[6] * x, d += w[7] * x;
+        memcpy(&x, r2 + i, sizeof x);
+        ENVMAPI_KEEP(x);
+        a += w[8] * x, b += w[9] * x, c += w[10] * x, d += w[11] * x;
+        memcpy(&x, r3 + i, sizeof x);
+        ENVMAPI_KEEP(x);
+        a += w[12] * x, b += w[13] * x, c += w[14] * x, d += w[15] * x;
+        memcpy(at, &a, sizeof a), memcpy(at + next, &b, sizeof b);
+        memcpy(at + 2 * next, &c, sizeof c), memcpy(at + 3 * next, &d, sizeof d);
+    }
+    for (; i < floats; ++i)
+        for (int k = 0; k < 16; ++k) out[(k & 3) * next + i] += p[k] * rows[k >> 2][i];
+}
+
+/* acc[b] = sum of p_b(y) row(y): `floats` of each of the rows y0 .. y1-1. */
+static void envmapi_sh_fold(float *acc, const float *texels, size_t stride, int floats,
+                            const envmapi_side *v, int y0, int y1) {
+    memset(acc, 0, (size_t)v->n * ENVMAPI_SH_ROW * sizeof(float));
+    for (int y = y0; y < y1; y += 4) {
+        const float *rows[4];
+        for (int r = 0; r < 4; ++r) rows[r] = texels + (size_t)(y + r < y1 ? y + r : y) * stride;
+        for (int b = 0; b < v->n; b += 4) {
+            float p[16];
+            memset(p, 0, sizeof p);
+            for (int r = 0; r < 4 && y + r < y1; ++r)
+                memcpy(p + 4 * r, v->p + v->n * (y + r) + b, 4 * sizeof *p);
+            envmapi_sh_fold_four(acc + b * ENVMAPI_SH_ROW, rows, floats, p);
+        }
+    }
+}
+
+/* sums[b][c][a] = sum of p_a(x) acc[b](x)[c], for four b and four a at once. */
+ENVMAPI_INLINE void envmapi_sh_fold_across(float sums[4][3][4], const float *acc, const float *p,
+                                           int count, int n) {
+    float s[4][3][4];
+    memset(s, 0, sizeof s);
+    for (int x = 0; x < count; ++x)
+        for (int b = 0; b < 4; ++b)
+            for (int c = 0; c < 3; ++c)
+                envmapi_float4_to(s[b][c], acc[b * ENVMAPI_SH_ROW + 3 * x + c], p + n * x);
+    memcpy(sums, s, sizeof s);
+}
+
+/* Texels x0 .. x1-1 (at most 64) of a row as they are, on every face. */
+static void envmapi_sh_texels(double *sh, const envmapi_projection *job, int x0, int x1, int y) {
+    double at[64][2], w[64];
+    int mapping = job->map->mapping, edge = job->map->size, faces = envmap_faces(mapping);
+    for (int x = x0; x < x1; ++x)
+        w[x - x0] = envmapi_texel_cell(at[x - x0], mapping, edge, x, y);
+    for (int face = 0; face < faces; ++face) {
+        const float *row = job->texels + 3 * ((size_t)face * envmapi_area(mapping, edge) +
+                                              (size_t)y * (size_t)job->u.length);
+        envmapi_nodes n;
+        n.count = 0;
+        for (int x = x0; x < x1; ++x) {
+            double d[3];
+            if (!(w[x - x0] > 0)) continue;
+            envmapi_direction(d, mapping, face, at[x - x0][0], at[x - x0][1]);
+            for (int c = 0; c < 3; ++c) n.e[c][n.count] = w[x - x0] * (double)row[3 * x + c];
+            envmapi_nodes_add(&n, d);
+        }
+        envmapi_sh_scatter(sh, job->bands, &n);
+    }
+}
+
+/* A block as it is. */
+static void envmapi_sh_block(double *sh, const envmapi_projection *job, int i, int j) {
+    int x0 = envmapi_side_first(&job->u, i), x1 = envmapi_side_first(&job->u, i + 1);
+    int y0 = envmapi_side_first(&job->v, j), y1 = envmapi_side_first(&job->v, j + 1);
+    for (int y = y0; y < y1; ++y)
+        for (int x = x0; x < x1; x += 64)
+            envmapi_sh_texels(sh, job, x, x + 64 < x1 ? x + 64 : x1, y);
+}
+
+/* The solid angle of a texel's cell around each point of a block; 1 where rows have it already. A
+   cube's, as it costs more than all else at its points, by Taylor: 4 h^2 (f + h^2/6 (f_xx + f_yy)),
+   f = r^-3, off by h^4 < 1e-6. */
+static void envmapi_sh_cells(double w[64], const envmapi_projection *job, int i, int j) {
+    double width = job->u.length, height = job->v.length, hh = 1 / (width * width);
+    for (int k = 0; k < job->n * job->n; ++k) {
+        double x = job->u.at[job->n * i + k % job->n], y = job->v.at[job->n * j + k / job->n];
+        double X = 2 * x / width - 1, Y = 2 * y / height - 1, q = 1 / (1 + X * X + Y * Y);
+        w[k] = 4 * hh * q * sqrt(q) * (1 + hh * q * (1.5 - 2.5 * q));
+        if (job->map->mapping == ENVMAP_LATLONG)
+            w[k] = 1;
+        else if (job->map->mapping != ENVMAP_CUBE)
+            w[k] = envmapi_cell(NULL, job->map->mapping, (x - 0.5) / width, (y - 0.5) / height,
+                                (x + 0.5) / width, (y + 0.5) / height);
+    }
+}
+
+/* A block of one face, its rows folded into acc, becomes n x n points. */
+static void envmapi_sh_points(envmapi_nodes *nodes, const envmapi_projection *job, int face, int i,
+                              int j, const float *acc, const double w[64]) {
+    int x0 = envmapi_side_first(&job->u, i), count = envmapi_side_first(&job->u, i + 1) - x0;
+    for (int k = 0; k < job->n * job->n; k += 16) { /* four by four of them */
+        int n = job->n, a0 = k % (16 * n / 4) / 16 * 4, b0 = k / (16 * n / 4) * 4;
+        const float *p = job->u.p + n * x0 + a0;
+        float sums[4][3][4];
+        if (n == 4)
+            envmapi_sh_fold_across(sums, acc, p, count, 4);
+        else
+            envmapi_sh_fold_across(sums, acc + b0 * ENVMAPI_SH_ROW, p, count, 8);
+        for (int at = 0; at < 16; ++at) {
+            int a = a0 + (at & 3), b = b0 + (at >> 2);
+            double d[3];
+            envmapi_direction(d, job->map->mapping, face, job->u.at[n * i + a] / job->u.length,
+                              job->v.at[n * j + b] / job->v.length);
+            for (int c = 0; c < 3; ++c)
+                nodes->e[c][nodes->count] = w[n * b + a] * (double)sums[at >> 2][c][at & 3];
+            envmapi_nodes_add(nodes, d);
+        }
+    }
+}
+
+/* Blocks from .. to-1 of row j on every face, by points. */
+static void envmapi_sh_strip(double *sh, const envmapi_projection *job, int from, int to, int j) {
+    float acc[8 * ENVMAPI_SH_ROW];
+    double w[ENVMAPI_SH_STRIP / 8][64];
+    int x0 = envmapi_side_first(&job->u, from), x1 = envmapi_side_first(&job->u, to);
+    int y0 = envmapi_side_first(&job->v, j), y1 = envmapi_side_first(&job->v, j + 1);
+    size_t row = 3 * (size_t)job->u.length, image = row * (size_t)job->map->size;
+    envmapi_nodes nodes;
+    nodes.count = 0;
+    for (int i = from; i < to; ++i) envmapi_sh_cells(w[i - from], job, i, j);
+    for (int face = 0; face < envmap_faces(job->map->mapping); ++face) {
+        envmapi_sh_fold(acc, job->texels + (size_t)face * image + 3 * x0, row, 3 * (x1 - x0),
+                        &job->v, y0, y1);
+        for (int i = from; i < to; ++i) {
+            const float *block = acc + 3 * (envmapi_side_first(&job->u, i) - x0);
+            envmapi_sh_points(&nodes, job, face, i, j, block, w[i - from]);
+            if (nodes.count < 64) continue;
+            envmapi_sh_scatter(sh, job->bands, &nodes);
+            nodes.count = 0;
+        }
+    }
+    envmapi_sh_scatter(sh, job->bands, &nodes);
+}
+
+/* Blocks i .. of row j that go together: one by its texels, or a strip of smooth ones. Returns the
+   next. */
+static int envmapi_sh_some(double *sh, const envmapi_projection *job, int i, int j) {
+    int from = i, x0 = envmapi_side_first(&job->u, i);
+    while (job->n && i < job->u.blocks && envmapi_sh_smooth(job, i, j) &&
+           envmapi_side_first(&job->u, i + 1) - x0 <= ENVMAPI_SH_STRIP)
+        ++i;
+    if (i == from)
+        envmapi_sh_block(sh, job, i++, j);
+    else
+        envmapi_sh_strip(sh, job, from, i, j);
+    return i;
+}
+
+static void envmapi_task_project(void *context, int task) {
+    const envmapi_projection *job = (const envmapi_projection *)context;
+    double *sh = job->sums + (size_t)task * 3 * (size_t)(job->bands * job->bands);
+    for (int j = task; j < job->v.blocks; j += ENVMAPI_TASKS)
+        for (int i = 0; i < job->u.blocks;) i = envmapi_sh_some(sh, job, i, j);
+}
+
+/* All of it; 0 where a sum is not finite. */
+static int envmapi_sh_sum(double *sh, envmapi_projection *job, double tolerance,
+                          const envmap_executor *executor) {
+    const envmap_executor serial = {NULL, NULL};
+    size_t numbers = 3 * (size_t)(job->bands * job->bands);
+    int finite = 1;
+    int step = envmapi_sh_plan(&job->n, job->map->mapping, job->map->size, job->bands, tolerance);
+    job->u.n = job->v.n = job->n;
+    job->u.blocks = (job->u.length + step - 1) / step;
+    job->v.blocks = (job->v.length + step - 1) / step;
+    if (job->n) envmapi_side_fill(&job->u), envmapi_side_fill(&job->v);
+    if (job->map->mapping == ENVMAP_LATLONG) /* a light at a pole counts little, and errs no more */
+        for (int i = 0; i < job->n * job->v.length; ++i)
+            job->v.p[i] *=
+                (float)envmapi_texel_cell(NULL, ENVMAP_LATLONG, job->map->size, 0, i / job->n);
+    memset(job->sums, 0, ENVMAPI_TASKS * numbers * sizeof(double));
+    envmapi_run_all(executor ? executor : &serial, envmapi_task_project, job, ENVMAPI_TASKS);
+    for (size_t i = 0; i < numbers; ++i) {
+        for (size_t task = 1; task < ENVMAPI_TASKS; ++task)
+            job->sums[i] += job->sums[task * numbers + i];
+        finite &= envmapi_finite(job->sums[i]);
+    }
+    if (finite) memcpy(sh, job->sums, numbers * sizeof(double));
+    return finite;
+}
+
+ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
+                                             double tolerance, const envmap_executor *executor) {
+    envmapi_projection job;
+    if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS || !envmapi_valid(map) || slice < 0 ||
+        slice >= map->slices || !envmapi_finite(tolerance) || tolerance < 0)
+        return ENVMAP_ERROR_ARGUMENT;
+    envmapi_pool pool;
+    memset(&pool, 0, sizeof pool), memset(&job, 0, sizeof job);
+    pool.memory = map->memory;
+    job.map = map, job.bands = bands, job.texels = envmapi_image(map, 0, slice, 0);
+    job.u.length = envmapi_width(map->mapping, map->size), job.v.length = map->size;
+    size_t u = (size_t)job.u.length, v = (size_t)job.v.length;
+    job.sums = (double *)envmapi_pool_get(
+        &pool, ENVMAPI_TASKS * 3 * (size_t)(bands * bands) + u + v, sizeof(double));
+    job.u.p = (float *)envmapi_pool_get(&pool, 8 * (u + v), sizeof(float));
+    envmap_result result = ENVMAP_ERROR_MEMORY;
+    if (job.sums && job.u.p) {
+        job.v.p = job.u.p + 8 * u;
+        job.u.at = job.sums + ENVMAPI_TASKS * 3 * (size_t)(bands * bands), job.v.at = job.u.at + u;
+        /* floats may overflow where doubles do not */
+        result = envmapi_sh_sum(sh, &job, tolerance, executor) ||
+                         (tolerance > 0 && envmapi_sh_sum(sh, &job, 0, executor))
+                     ? ENVMAP_OK
+                     : ENVMAP_ERROR_RADIANCE;
+    }
+    envmapi_pool_free(&pool, 0);
+    return result;
+}
+
+/* ---- back to maps */
+
+typedef struct envmapi_filling {
+    const double *sh;
+    float *texels;
+    int bands, mapping, edge;
+} envmapi_filling;
+
+static void envmapi_task_fill(void *context, int task) {
+    const envmapi_filling *job = (const envmapi_filling *)context;
+    int width = envmapi_width(job->mapping, job->edge), face = task / job->edge;
+    float *row = job->texels + 3 * (size_t)task * (size_t)width;
+    for (int first = 0; first < width; first += 64) {
+        envmapi_nodes n;
+        n.count = 0;
+        for (int x = first; x < width && x < first + 64; ++x) {
+            double d[3];
+            envmapi_texel_direction(d, job->mapping, face, job->edge, x, task % job->edge);
+            envmapi_nodes_add(&n, d);
+        }
+        envmapi_sh_gather(&n, job->sh, job->bands, NULL);
+        for (int i = 0; i < 3 * n.count; ++i) row[3 * first + i] = (float)n.e[i % 3][i / 3];
+    }
+}
+
+ENVMAPI_BODY envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
+                                          int bands, const envmap_executor *executor) {
+    const envmap_executor serial = {NULL, NULL};
+    envmap_result result = envmapi_sh_check(sh, bands);
+    float *texels = envmap_texel(map, level, slice, 0, 0, 0);
+    if (!texels) return ENVMAP_ERROR_ARGUMENT;
+    if (result) return result;
+    if (envmapi_sh_bound(sh, bands) > 3.4e38) return ENVMAP_ERROR_RADIANCE;
+    envmapi_filling job = {sh, texels, bands, map->mapping, envmapi_edge(map->size, level)};
+    envmapi_run_all(executor ? executor : &serial, envmapi_task_fill, &job,
+                    envmap_faces(map->mapping) * job.edge);
+    return ENVMAP_OK;
+}
+
+/* ---- from coefficients to coefficients */
+
+static void envmapi_sh_scale(double *out, const double *sh, int bands, const double *factors) {
+    for (int l = 0; l < bands; ++l)
+        for (int i = 3 * l * l; i < 3 * (l + 1) * (l + 1); ++i) out[i] = factors[l] * sh[i];
+}
+
+ENVMAPI_BODY envmap_result envmap_sh_convolve(double *out, const double *sh, int bands,
+                                              const envmap_lobe *lobe, double p) {
+    double lambda[ENVMAPI_SH_BANDS];
+    envmap_result result = envmapi_sh_check(sh, bands);
+    if (!result) result = out ? envmap_lobe_zonal(lambda, bands, lobe, p) : ENVMAP_ERROR_ARGUMENT;
+    if (!result) envmapi_sh_scale(out, sh, bands, lambda);
+    return result;
+}
+
+/* Node i of n of Gauss-Legendre on [-1,1]; returns its weight. Newton from Tricomi's guess. */
+static double envmapi_gauss_many(double *node, int i, int n) {
+    double x = cos(ENVMAPI_PI * (i + 0.75) / (n + 0.5)), slope = 1;
+    for (int step = 0; step < 8; ++step) {
+        double before = 1, P = x;
+        for (int l = 2; l <= n; ++l) {
+            double next = ((2 * l - 1) * x * P - (l - 1) * before) / l;
+            before = P, P = next;
+        }
+        slope = n * (before - x * P) / (1 - x * x);
+        x -= P / slope;
+    }
+    *node = x;
+    return 2 / ((1 - x * x) * slope * slope);
+}
+
+static int envmapi_is_orthogonal(const double R[9]) {
+    for (int i = 0; i < 9; ++i)
+        if (!envmapi_finite(R[i])) return 0;
+    for (int i = 0; i < 9; ++i)
+        if (fabs(envmapi_dot(R + 3 * (i / 3), R + 3 * (i % 3)) - (i % 4 == 0)) > 1e-4) return 0;
+    return 1;
+}
+
+/* Up to 64 directions of a ring, from the k-th of n, and where R^-1 brings them. */
+static void envmapi_ring_nodes(envmapi_nodes *ring, envmapi_nodes *turned, const double R[9],
+                               double z, int k, int n) {
+    double sine = sqrt(1 - z * z);
+    for (ring->count = turned->count = 0; k < n && ring->count < 64; ++k) {
+        double phi = 2 * ENVMAPI_PI * k / n, d[3] = {sine * cos(phi), sine * sin(phi), z}, t[3];
+        for (int i = 0; i < 3; ++i) t[i] = R[i] * d[0] + R[3 + i] * d[1] + R[6 + i] * d[2];
+        envmapi_unit(t, t);
+        envmapi_nodes_add(ring, d), envmapi_nodes_add(turned, t);
+    }
+}
+
+ENVMAPI_BODY envmap_result envmap_sh_rotate(double *out, const double *sh, int bands,
+                                            const double rotation[9]) {
+    envmap_result result = envmapi_sh_check(sh, bands);
+    envmapi_nodes ring, turned;
+    if (!out || out == sh || !rotation || !envmapi_is_orthogonal(rotation))
+        return ENVMAP_ERROR_ARGUMENT;
+    if (result) return result;
+    int n = 2 * bands;
+    memset(out, 0, 3 * (size_t)(bands * bands) * sizeof *out);
+    for (int j = 0; j < bands; ++j) {
+        double z, weight = envmapi_gauss_many(&z, j, bands) * 2 * ENVMAPI_PI / n;
+        for (int k = 0; k < n; k += 64) {
+            envmapi_ring_nodes(&ring, &turned, rotation, z, k, n);
+            envmapi_sh_gather(&turned, sh, bands, NULL);
+            for (int i = 0; i < 192; ++i)
+                ring.e[i >> 6][i & 63] = weight * turned.e[i >> 6][i & 63];
+            envmapi_sh_scatter(out, bands, &ring);
+        }
+    }
+    return ENVMAP_OK;
+}
+
+/* ---- ringing */
+
+typedef struct envmapi_ringing {
+    const double *sh;
+    int bands;
+    double lambda[ENVMAPI_SH_BANDS], factors[ENVMAPI_SH_BANDS]; /* the lobe's; times the window's */
+} envmapi_ringing;
+
+static void envmapi_window(double *factors, const double *lambda, int bands, double mu) {
+    for (int l = 0; l < bands; ++l) factors[l] = (lambda ? lambda[l] : 1) * exp(-mu * l);
+}
+
+/* From d down to where one channel is lowest: the best of 8 steps around, or half the step. */
+static double envmapi_ringing_descend(const envmapi_ringing *r, int c, double d[3], double lowest) {
+    double step = 0.5 / r->bands, least = 1e-10 * fabs(r->sh[c]); /* no walks along a valley */
+    for (int moves = 0; step > 1e-6 && moves < 400; ++moves) {
+        double side[3] = {0, 0, 0}, along;
+        envmapi_nodes n;
+        int best = -1, axis = fabs(d[0]) < 0.6 ? 0 : 2;
+        side[axis] = 1, along = d[axis];
+        for (int i = 0; i < 3; ++i) side[i] -= along * d[i];
+        envmapi_unit(side, side);
+        double up[3] = {d[1] * side[2] - d[2] * side[1], d[2] * side[0] - d[0] * side[2],
+                        d[0] * side[1] - d[1] * side[0]};
+        for (n.count = 0; n.count < 8;) {
+            double a = step * cos(n.count * ENVMAPI_PI / 4), e[3];
+            double b = step * sin(n.count * ENVMAPI_PI / 4);
+            for (int i = 0; i < 3; ++i) e[i] = d[i] + a * side[i] + b * up[i];
+            envmapi_unit(e, e);
+            envmapi_nodes_add(&n, e);
+        }
+        envmapi_sh_gather(&n, r->sh, r->bands, r->factors);
+        for (int i = 0; i < 8; ++i)
+            if (n.e[c][i] < lowest - least) lowest = n.e[c][i], best = i;
+        if (best < 0)
+            step /= 2;
+        else
+            d[0] = n.x[best], d[1] = n.y[best], d[2] = n.z[best];
+    }
+    return lowest;
+}
+
+/* Does a channel go below zero? Rings of points, 8 to the shortest wave, then downhill from the
+   lowest of them. */
+static int envmapi_ringing_negative(const envmapi_ringing *r) {
+    static const double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    double lowest[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, at[3][3];
+    int rings = 4 * r->bands, around = 8 * r->bands;
+    memset(at, 0, sizeof at);
+    for (int j = 0; j < rings; ++j)
+        for (int k = 0; k < around; k += 64) {
+            envmapi_nodes n, unused;
+            envmapi_ring_nodes(&n, &unused, R, cos(ENVMAPI_PI * (j + 0.5) / rings), k, around);
+            envmapi_sh_gather(&n, r->sh, r->bands, r->factors);
+            for (int i = 0; i < 3 * n.count; ++i) {
+                int c = i % 3, node = i / 3;
+                if (!(n.e[c][node] < lowest[c])) continue;
+                lowest[c] = n.e[c][node];
+                at[c][0] = n.x[node], at[c][1] = n.y[node], at[c][2] = n.z[node];
+            }
+        }
+    for (int c = 0; c < 3; ++c) /* 1e-12: what rounding makes of the dark */
+        if (envmapi_ringing_descend(r, c, at[c], lowest[c]) < -1e-12 * fabs(r->sh[c])) return 1;
+    return 0;
+}
+
+/* The least mu that keeps every channel from below zero: doubled up to, then bisected. */
+static double envmapi_ringing_least(envmapi_ringing *r) {
+    double low = 0, high = 0;
+    for (;;) {
+        envmapi_window(r->factors, r->lambda, r->bands, high);
+        if (!envmapi_ringing_negative(r) || high > 1e9) break;
+        low = high, high = high > 0 ? 4 * high : 1e-6;
+    }
+    while (high > 0 && high - low > 1e-3 * high) {
+        double middle = low > 0 ? sqrt(low * high) : high / 2;
+        if (high < 1e-9) break;
+        envmapi_window(r->factors, r->lambda, r->bands, middle);
+        if (envmapi_ringing_negative(r))
+            low = middle;
+        else
+            high = middle;
+    }
+    return high;
+}
+
+/* Means are positive, or a channel is black. */
+static int envmapi_ringing_has_means(const envmapi_ringing *r) {
+    for (int c = 0; c < 3; ++c) {
+        double most = 0;
+        for (int i = 1; i < r->bands * r->bands; ++i) most = fmax(most, fabs(r->sh[3 * i + c]));
+        double mean = r->lambda[0] * r->sh[c];
+        if (!(mean > 0) && (mean < 0 || most > 0)) return 0;
+    }
+    return 1;
+}
+
+ENVMAPI_BODY envmap_result envmap_sh_window(double *out, double *moved, const double *sh, int bands,
+                                            const envmap_lobe *lobe, double p) {
+    envmapi_ringing r;
+    envmap_result result = envmapi_sh_check(sh, bands);
+    if (!result && !out) result = ENVMAP_ERROR_ARGUMENT;
+    if (result) return result;
+    r.sh = sh, r.bands = bands;
+    if (lobe)
+        result = envmap_lobe_zonal(r.lambda, bands, lobe, p);
+    else
+        envmapi_window(r.lambda, NULL, bands, 0);
+    if (result) return result;
+    if (!envmapi_ringing_has_means(&r)) return ENVMAP_ERROR_RADIANCE;
+    double mu = envmapi_ringing_least(&r), change = 0, total = 0, factors[ENVMAPI_SH_BANDS];
+    envmapi_window(factors, NULL, bands, mu);
+    for (int l = 0; l < bands; ++l)
+        for (int i = 3 * l * l; i < 3 * (l + 1) * (l + 1); ++i) {
+            double before = r.lambda[l] * sh[i], by = (1 - factors[l]) * before;
+            total += before * before, change += by * by;
+        }
+    if (moved) *moved = total > 0 ? sqrt(change / total) : 0;
+    envmapi_sh_scale(out, sh, bands, factors);
+    return ENVMAP_OK;
+}
+
+/* ---- how many bands */
+
+/* |a_l|^2 over m and channels; beyond what is known, as flat as a light. */
+static double envmapi_sh_power(const double *sh, int bands, int l) {
+    double sum = 0;
+    int known = l < bands ? l : bands - 1;
+    if (bands < 1) return 2 * l + 1;
+    for (int i = 3 * known * known; i < 3 * (known + 1) * (known + 1); ++i) sum += sh[i] * sh[i];
+    return sum * (2 * l + 1) / (2 * known + 1);
+}
+
+ENVMAPI_BODY int envmap_sh_bands(const envmap_lobe *lobe, double p, const double *sh, int bands,
+                                 double tolerance) {
+    double lambda[ENVMAPI_BAND_LIMIT];
+    if ((sh || bands) && envmapi_sh_check(sh, bands)) return 0;
+    if (!(tolerance >= 0) || envmap_lobe_zonal(lambda, 1, lobe, p)) return 0;
+    envmap_lobe raw = *lobe;
+    raw.raw = 1, raw.scale = 1;
+    double light = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2);
+    const int limit_bands = ENVMAPI_BAND_LIMIT;
+    for (int n = bands > 32 ? bands : 32;; n = 2 * n < limit_bands ? 2 * n : limit_bands) {
+        double rest = light, total = 0, tail;
+        envmapi_zonal(lambda, n, &raw, p);
+        for (int l = 0; l < n; ++l) {
+            rest -= (2 * l + 1) * lambda[l] * lambda[l];
+            total += lambda[l] * lambda[l] * envmapi_sh_power(sh, bands, l);
+        }
+        if (rest < 1e-12 * light) rest = 0; /* rounding */
+        tail = rest * envmapi_sh_power(sh, bands, n) / (2 * n + 1), total += tail;
+        double limit = tolerance * tolerance * total;
+        if (tail > limit && n < limit_bands) continue;
+        for (int l = n; l > 1; --l) {
+            tail += lambda[l - 1] * lambda[l - 1] * envmapi_sh_power(sh, bands, l - 1);
+            if (tail > limit) return l;
+        }
+        return 1;
+    }
+}
+
+/* ---- for shaders */
+
+/* [RH01] eq. 12 with the basis' constants; upper triangle xx xy xz xw yy yz yw zz zw ww. */
+static void envmapi_sh_quadratic(double M[10], const double *sh, int c) {
+    double k0 = sqrt(1 / (4 * ENVMAPI_PI)), k1 = sqrt(3.0) * k0, k2 = sqrt(15.0) * k0;
+    double k20 = sqrt(5.0) / 2 * k0, a[9];
+    for (int i = 0; i < 9; ++i) a[i] = sh[3 * i + c];
+    M[0] = k2 / 2 * a[8], M[1] = k2 / 2 * a[4], M[2] = k2 / 2 * a[7], M[3] = k1 / 2 * a[3];
+    M[4] = -M[0], M[5] = k2 / 2 * a[5], M[6] = k1 / 2 * a[1];
+    M[7] = 3 * k20 * a[6], M[8] = k1 / 2 * a[2];
+    M[9] = k0 * a[0] - k20 * a[6];
+}
+
+ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], const double *sh) {
+    static const int at[16] = {0, 1, 2, 3, 1, 4, 5, 6, 2, 5, 7, 8, 3, 6, 8, 9};
+    envmap_result result = envmapi_sh_check(sh, 3);
+    if (!matrix && !packed) return ENVMAP_ERROR_ARGUMENT;
+    if (result) return result;
+    if (envmapi_sh_bound(sh, 3) > 1e38) return ENVMAP_ERROR_RADIANCE;
+    for (int c = 0; c < 3; ++c) {
+        double M[10];
+        envmapi_sh_quadratic(M, sh, c);
+        if (matrix)
+            for (int i = 0; i < 16; ++i) matrix[16 * c + i] = (float)M[at[i]];
+        if (!packed) continue;
+        double four[2][4] = {{2 * M[3], 2 * M[6], 2 * M[8], M[9]},
+                             {2 * M[1], 2 * M[5], M[7], 2 * M[2]}};
+        for (int i = 0; i < 8; ++i)
+            packed[4 * c + 12 * (i >> 2) + (i & 3)] = (float)four[i >> 2][i & 3];
+        packed[24 + c] = (float)M[0], packed[27] = 0;
+    }
+    return ENVMAP_OK;
 }
 
 /* --------------------------------------------------------------------------------- >>filters --
@@ -5051,6 +5947,10 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
      [KVHS00]     J. Kautz, P.-P. Vazquez, W. Heidrich, H.-P. Seidel. A unified approach to
                   prefiltered environment maps. Rendering Workshop 2000.
      [Miller84]   G. Miller, C. Hoffman. Illumination and reflection maps. SIGGRAPH 1984 course.
+     [RH01]       R. Ramamoorthi, P. Hanrahan. An efficient representation for irradiance
+                  environment maps. SIGGRAPH 2001.
+     [Sloan08]    P.-P. Sloan. Stupid spherical harmonics (SH) tricks. Game Developers Conference
+                  2008.
      [Swarztrauber79] P. Swarztrauber. On the spectral approximation of discrete scalar and vector
                   functions on the sphere. SIAM J. Numerical Analysis 16, 1979.
      [Unser91]    M. Unser, A. Aldroubi, M. Eden. Fast B-spline transforms for continuous image
@@ -5060,8 +5960,8 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
                   through rough surfaces. Rendering Symposium 2007.
 
    CHANGES
-     0.1  five parameterizations, maps, PFM, mip levels, lobes, comparison; filters: the reference,
-          the hierarchical one, and a first fast one through harmonics
+     0.1  five parameterizations, maps, PFM, mip levels, lobes, spherical harmonics, comparison;
+          filters: the reference, the hierarchical one, and a first fast one through harmonics
 
    LICENCE: MIT
      Copyright (c) 2026 the envmap.h authors

@@ -11,7 +11,7 @@
    >>options    one table: parsing, ranges and help come from it
    >>progress   a bar, or a few lines where nobody watches
    >>files      maps from and to PFM and PNG
-   >>commands   info convert mips filter compare generate demo docs
+   >>commands   info convert mips filter sh compare generate demo docs
    >>main
 
    SPDX-License-Identifier: MIT */
@@ -101,11 +101,11 @@ typedef struct options {
     int file_count;
     int mapping, to, size, slices, lobe, method, threads; /* mapping, to, size: -1 if not given */
     double exponent, sharpness, alpha, s, scale, tolerance, threshold, exposure;
-    int raw, progress, help;
+    int raw, glsl, window, progress, help;
 } options;
 
 static const options defaults = {{NULL, NULL}, 0,    -1,  -1, -1, 1, 0, 0, 0, 100,
-                                 100,          0.25, 0.9, 1,  0,  0, 0, 0, 0, 0};
+                                 100,          0.25, 0.9, 1,  0,  0, 0, 0, 0, 0, 0, 0};
 
 static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere",
                                             "latlong", "angular",    NULL};
@@ -145,6 +145,8 @@ static const option_spec option_table[] = {
     {"--tolerance", NUMBER, AT(tolerance), 0, 1, NULL,
      "relative rms error allowed (default 0: 1e-3)"},
     {"--threshold", NUMBER, AT(threshold), -1, 1, NULL, "of method hierarchical (default 0: 1e-3)"},
+    {"--glsl", FLAG, AT(glsl), 0, 0, NULL, "print GLSL that evaluates them"},
+    {"--window", FLAG, AT(window), 0, 0, NULL, "window them, if need be, against negative light"},
     {"--threads", INTEGER, AT(threads), 1, THREADS_MOST, NULL, "default: one per processor"},
     {"--exposure", NUMBER, AT(exposure), -40, 40, NULL,
      "of a PNG, in stops above the automatic one"},
@@ -610,6 +612,60 @@ static int run_filter(const options *o) {
     return status;
 }
 
+/* Nine coefficients, convolved, as GLSL: envmap_sh_pack's layout. */
+static void print_glsl(const char *path, const float packed[28]) {
+    int k;
+    printf("// irradiance / pi of %s: times the albedo, it is the light that a diffuse surface\n"
+           "// sends out. n: unit normal, right-handed, +y up\n"
+           "const vec4 sh[7] = vec4[7](\n", path);
+    for (k = 0; k < 7; k++)
+        printf("    vec4(%.8g, %.8g, %.8g, %.8g)%s\n", (double)packed[4 * k],
+               (double)packed[4 * k + 1], (double)packed[4 * k + 2], (double)packed[4 * k + 3],
+               k < 6 ? "," : ");");
+    printf("vec3 diffuse_light(vec3 n) {\n"
+           "    vec4 a = vec4(n, 1.0), b = n.xyzz * n.yzzx;\n"
+           "    return vec3(dot(sh[0], a), dot(sh[1], a), dot(sh[2], a))\n"
+           "         + vec3(dot(sh[3], b), dot(sh[4], b), dot(sh[5], b))\n"
+           "         + sh[6].rgb * (n.x * n.x - n.y * n.y);\n}\n");
+}
+
+static void print_coefficients(const double sh[27]) {
+    int k;
+    printf("  l  m %14s %14s %14s   radiance\n", "R", "G", "B");
+    for (k = 0; k < 9; k++) {
+        int l = k > 3 ? 2 : k > 0;
+        printf("  %d %2d %14.7g %14.7g %14.7g\n", l, k - l * (l + 1), sh[3 * k], sh[3 * k + 1],
+               sh[3 * k + 2]);
+    }
+}
+
+static int run_sh(const options *o) {
+    envmap in;
+    envmap_lobe diffuse = envmap_lobe_diffuse();
+    double sh[27], windowed[27], moved = 0;
+    float packed[28];
+    int status = load(&in, o->files[0], o->mapping);
+    if (status) return status;
+    status = check(envmap_sh_project(sh, 3, &in, 0, 0, NULL), o->files[0]);
+    envmap_free(&in);
+    if (!status)
+        status = check(envmap_sh_window(windowed, &moved, sh, 3, &diffuse, 0), o->files[0]);
+    if (status) return status;
+    if (moved > 0)
+        printf("// %s: nine coefficients of its irradiance go below zero somewhere; %s\n",
+               o->files[0], o->window ? "windowed" : "--window would prevent it");
+    if (moved > 0) printf("// at %.2g relative rms\n", moved);
+    if (o->window) memcpy(sh, windowed, sizeof sh);
+    if (!o->glsl) {
+        print_coefficients(sh);
+        return DONE;
+    }
+    status = check(envmap_sh_convolve(sh, sh, 3, &diffuse, 0), o->files[0]);
+    if (!status) status = check(envmap_sh_pack(NULL, packed, sh), o->files[0]);
+    if (!status) print_glsl(o->files[0], packed);
+    return status;
+}
+
 static void print_difference(const envmap_difference *d, const envmap *map) {
     float dir[3];
     envmap_direction(dir, (envmap_mapping)map->mapping, d->face,
@@ -708,6 +764,9 @@ static const command commands[] = {
      "--method --tolerance --threshold --threads --exposure --progress ",
      "Filters a map with a lobe into a cube of edge 64, or what --to and --size say.",
      "envmap filter sky.pfm gloss.pfm --lobe phong --exponent 50 --to cube --size 32", run_filter},
+    {"sh", "IN.pfm", 1, "--mapping --glsl --window ",
+     "Prints nine spherical harmonic coefficients, or GLSL that lights with them.",
+     "envmap sh sky.pfm --glsl", run_sh},
     {"compare", "A.pfm B.pfm", 2, "--mapping ", "Prints how far A is from B, the truth.",
      "envmap compare fast.pfm exact.pfm --mapping cube", run_compare},
     {"generate", "overcast|studio|sun OUT.pfm|png", 2, "--to --size --exposure ",

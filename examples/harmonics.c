@@ -1,0 +1,530 @@
+/* harmonics.c - what few coefficients cost and what they lose: the tables, charts and the picture
+   of docs/harmonics.md.
+
+   What you will see: `harmonics` prints the tables, each error beside its time; `harmonics DOCS`
+   also writes DOCS/charts/harmonics.svg, DOCS/charts/ringing.svg and DOCS/images/ringing.png.
+   Maps named after that are measured beside the three made scenes.
+       cc -O3 -march=native -std=c99 -I. examples/harmonics.c -o harmonics -lm
+
+   >>tools    time, scenes, differences
+   >>tables   sizes, tolerances, bands, ringing, speed
+   >>charts   SVG, and the balls
+   >>main
+
+   SPDX-License-Identifier: MIT */
+
+#define _POSIX_C_SOURCE 200809L
+#define ENVMAP_IMPLEMENTATION
+#include "envmap.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "picture.h"
+#include "scenes.h"
+
+/* ----------------------------------------------------------------------------------- >>tools -- */
+
+enum { EDGE = 256, MOST_SCENES = 16, FIRST = 2, LAST = 10 };
+
+typedef struct scene {
+    const char *name;
+    envmap map; /* a cube of edge EDGE */
+    double mean[LAST + 1], rms[LAST + 1], worst[LAST + 1];
+} scene;
+
+static scene scenes[MOST_SCENES];
+static int scene_count;
+
+static void must(envmap_result result, const char *what) {
+    if (!result) return;
+    fprintf(stderr, "harmonics: %s: %s\n", what, envmap_result_text(result));
+    exit(2);
+}
+
+static double seconds(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static size_t floats_of(const envmap *map) {
+    size_t edge = (size_t)map->size;
+    return 18 * edge * edge; /* of a cube's level 0 */
+}
+
+static void cube(envmap *map, int size, int levels) {
+    memset(map, 0, sizeof *map);
+    must(envmap_create(map, ENVMAP_CUBE, size, levels, 1), "a cube");
+}
+
+static void load_scenes(char **paths) {
+    int k;
+    for (k = 0; k < SCENE_COUNT; k++) {
+        cube(&scenes[k].map, EDGE, 1);
+        scene_fill(&scenes[k].map, k);
+        scenes[k].name = scene_name[k];
+    }
+    for (scene_count = k; *paths && scene_count < MOST_SCENES; paths++, scene_count++) {
+        envmap map;
+        const char *slash = strrchr(*paths, '/');
+        memset(&map, 0, sizeof map);
+        must(envmap_pfm_load(&map, *paths, ENVMAP_LATLONG), *paths);
+        cube(&scenes[scene_count].map, EDGE, 1);
+        must(envmap_resample(&scenes[scene_count].map, &map), *paths);
+        scenes[scene_count].name = slash ? slash + 1 : *paths;
+        envmap_free(&map);
+    }
+}
+
+/* |a - b| / |b| over all coefficients. */
+static double apart(const double *a, const double *b, int bands) {
+    double difference = 0, all = 0;
+    int i;
+    for (i = 0; i < 3 * bands * bands; i++) {
+        difference += (a[i] - b[i]) * (a[i] - b[i]);
+        all += b[i] * b[i];
+    }
+    return sqrt(difference / all);
+}
+
+/* Mean of |a - b| over the mean of b, over solid angle and channels. */
+static double mean_apart(const envmap *a, const envmap *b) {
+    double difference = 0, all = 0;
+    int face, y, x, c;
+    for (face = 0; face < 6; face++)
+        for (y = 0; y < b->size; y++)
+            for (x = 0; x < b->size; x++) {
+                double w = envmap_solid_angle(b, 0, face, x, y);
+                const float *p = envmap_texel(a, 0, 0, face, x, y);
+                const float *q = envmap_texel(b, 0, 0, face, x, y);
+                for (c = 0; c < 3; c++) {
+                    difference += w * fabs((double)p[c] - (double)q[c]);
+                    all += w * (double)q[c];
+                }
+            }
+    return difference / all;
+}
+
+/* ---------------------------------------------------------------------------------- >>tables -- */
+
+/* Nine coefficients from the levels of a mip chain, against all texels of level 0. */
+static void table_of_sizes(void) {
+    int k, level;
+    printf("Nine coefficients from a smaller cube (mip level), every texel: relative rms against "
+           "6 x %d^2\n\n| edge |", EDGE);
+    for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
+    printf("\n|---|");
+    for (k = 0; k < scene_count; k++) printf("---|");
+    printf("\n");
+    for (level = 7; level > 0; level--) {
+        printf("| %d |", EDGE >> level);
+        for (k = 0; k < scene_count; k++) {
+            double all[27], few[27];
+            envmap chain, small;
+            cube(&chain, EDGE, 9), cube(&small, EDGE >> level, 1);
+            memcpy(chain.texels, scenes[k].map.texels, floats_of(&chain) * sizeof(float));
+            must(envmap_mips_build(&chain), "mips");
+            memcpy(small.texels, envmap_texel(&chain, level, 0, 0, 0, 0),
+                   floats_of(&small) * sizeof(float));
+            must(envmap_sh_project(all, 3, &chain, 0, 0, NULL), "project");
+            must(envmap_sh_project(few, 3, &small, 0, 0, NULL), "project");
+            printf(" %.1e |", apart(few, all, 3));
+            envmap_free(&chain), envmap_free(&small);
+        }
+        printf("\n");
+    }
+    printf("\n");
+}
+
+static double best_of(int times, double (*once)(void)) {
+    double best = 1e9;
+    while (times-- > 0) {
+        double t = once();
+        if (t < best) best = t;
+    }
+    return best;
+}
+
+static float *copy_to;
+static double one_copy(void) {
+    volatile float *touch = copy_to;
+    double start = seconds();
+    memcpy(copy_to, scenes[0].map.texels, floats_of(&scenes[0].map) * sizeof(float));
+    touch[0] = touch[1];
+    return seconds() - start;
+}
+
+static int timed_bands;
+static double timed_tolerance, timed_sh[3 * 32 * 32], timed_out[3 * 32 * 32];
+static double one_projection(void) {
+    double start = seconds();
+    must(envmap_sh_project(timed_sh, timed_bands, &scenes[0].map, 0, timed_tolerance, NULL),
+         "project");
+    return seconds() - start;
+}
+
+static double one_rotation(void) {
+    static const double turn[9] = {0, -0.6, 0.8, 1, 0, 0, 0, 0.8, 0.6};
+    double start = seconds();
+    must(envmap_sh_rotate(timed_out, timed_sh, timed_bands, turn), "rotate");
+    return seconds() - start;
+}
+
+static double one_window(void) {
+    envmap_lobe diffuse = envmap_lobe_diffuse();
+    double start = seconds();
+    must(envmap_sh_window(timed_out, NULL, timed_sh, timed_bands, &diffuse, 0), "window");
+    return seconds() - start;
+}
+
+/* A tolerance is a promise for one light in the worst place; scenes stay far below. */
+static void table_of_tolerances(void) {
+    static const int bands[] = {3, 6, 10};
+    static const double tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 0};
+    static double all[300];
+    int b, t, k;
+    double copy = best_of(25, one_copy);
+    printf("Projecting 6 x %d^2 with a tolerance, one thread; a copy is a memcpy of the cube, "
+           "%.2f ms here\n\n| bands | tolerance | copies |", EDGE, copy * 1e3);
+    for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
+    printf("\n|---|---|---|");
+    for (k = 0; k < scene_count; k++) printf("---|");
+    printf("\n");
+    for (b = 0; b < 3; b++)
+        for (t = 0; t < 5; t++) {
+            timed_bands = bands[b], timed_tolerance = tolerances[t];
+            printf("| %d | %g | %.1f |", bands[b], tolerances[t],
+                   best_of(t < 4 ? 25 : 3, one_projection) / copy);
+            for (k = 0; k < scene_count; k++) {
+                must(envmap_sh_project(all, bands[b], &scenes[k].map, 0, 0, NULL), "project");
+                must(envmap_sh_project(timed_sh, bands[b], &scenes[k].map, 0, tolerances[t], NULL),
+                     "project");
+                printf(" %.0e |", apart(timed_sh, all, bands[b]));
+            }
+            printf("\n");
+        }
+    printf("\n");
+}
+
+/* Irradiance of few bands against the reference filter, 6 x 16^2 from 6 x 64^2. */
+static void table_of_bands(void) {
+    int k, bands;
+    printf("Irradiance from few bands against the exact diffuse map: mean error, rms, worst\n\n"
+           "| bands |");
+    for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
+    printf("\n|---|");
+    for (k = 0; k < scene_count; k++) printf("---|");
+    printf("\n");
+    for (k = 0; k < scene_count; k++) {
+        static double sh[3 * LAST * LAST], lit[3 * LAST * LAST];
+        envmap_lobe diffuse = envmap_lobe_diffuse();
+        envmap_filter_desc desc;
+        envmap source, exact, few;
+        memset(&desc, 0, sizeof desc);
+        desc.method = ENVMAP_METHOD_REFERENCE;
+        cube(&source, 64, 1), cube(&exact, 16, 1), cube(&few, 16, 1);
+        must(envmap_resample(&source, &scenes[k].map), "resample");
+        must(envmap_filter(&exact, &source, &diffuse, &desc), "filter");
+        must(envmap_sh_project(sh, LAST, &source, 0, 0, NULL), "project");
+        for (bands = FIRST; bands <= LAST; bands++) {
+            envmap_difference d;
+            must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
+            must(envmap_sh_fill(&few, 0, 0, lit, bands, NULL), "fill");
+            must(envmap_compare(&d, &few, &exact, 0), "compare");
+            scenes[k].mean[bands] = mean_apart(&few, &exact);
+            scenes[k].rms[bands] = d.rms, scenes[k].worst[bands] = d.worst;
+        }
+        envmap_free(&source), envmap_free(&exact), envmap_free(&few);
+    }
+    for (bands = FIRST; bands <= LAST; bands++) {
+        printf("| %d |", bands);
+        for (k = 0; k < scene_count; k++)
+            printf(" %.2f, %.2f, %.1f %% |", 100 * scenes[k].mean[bands],
+                   100 * scenes[k].rms[bands], 100 * scenes[k].worst[bands]);
+        printf("\n");
+    }
+    printf("\n");
+}
+
+/* The lowest irradiance over its mean, on a cube of directions. */
+static double lowest(const double *sh, int bands) {
+    double lit[300], low = 1e9;
+    envmap_lobe diffuse = envmap_lobe_diffuse();
+    envmap map;
+    size_t i;
+    cube(&map, 64, 1);
+    must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
+    must(envmap_sh_fill(&map, 0, 0, lit, bands, NULL), "fill");
+    for (i = 0; i < floats_of(&map); i++)
+        low = fmin(low, (double)map.texels[i] / (lit[i % 3] / sqrt(4 * 3.14159265358979)));
+    envmap_free(&map);
+    return low;
+}
+
+static void light(double *sh, int bands) {
+    static const double up[3] = {0, 0, 1};
+    double Y[100];
+    int i;
+    must(envmap_sh_basis(Y, bands, up), "basis");
+    for (i = 0; i < 3 * bands * bands; i++) sh[i] = Y[i / 3];
+}
+
+static void table_of_ringing(void) {
+    envmap_lobe diffuse = envmap_lobe_diffuse();
+    int k, bands;
+    printf("Irradiance where it is lowest, over its mean; after windowing; what that moved "
+           "(relative rms)\n\n| bands | one light |");
+    for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
+    printf("\n|---|---|");
+    for (k = 0; k < scene_count; k++) printf("---|");
+    printf("\n");
+    for (bands = 3; bands <= 6; bands++) {
+        printf("| %d |", bands);
+        for (k = -1; k < scene_count; k++) {
+            double sh[108], out[108], moved;
+            if (k < 0)
+                light(sh, bands);
+            else
+                must(envmap_sh_project(sh, bands, &scenes[k].map, 0, 0, NULL), "project");
+            must(envmap_sh_window(out, &moved, sh, bands, &diffuse, 0), "window");
+            printf(" %+.3f, %+.3f, %.3f |", lowest(sh, bands), lowest(out, bands), moved);
+        }
+        printf("\n");
+    }
+    printf("\n");
+}
+
+static void table_of_needs(void) {
+    static const char *const names[] = {"diffuse", "Phong 10", "Phong 100", "Gaussian 30",
+                                        "GGX 0.25"};
+    static const double tolerances[] = {1e-1, 1e-2, 1e-3};
+    static double sh[3 * 32 * 32];
+    envmap_lobe lobes[5];
+    int i, t, k;
+    lobes[0] = envmap_lobe_diffuse(), lobes[1] = envmap_lobe_phong(10);
+    lobes[2] = envmap_lobe_phong(100), lobes[3] = envmap_lobe_gaussian(30);
+    lobes[4] = envmap_lobe_ggx(0.25f);
+    printf("Bands that a lobe needs, at tolerance 0.1, 0.01, 0.001 (scenes known to 32 bands)\n\n"
+           "| lobe | one light |");
+    for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
+    printf("\n|---|---|");
+    for (k = 0; k < scene_count; k++) printf("---|");
+    printf("\n");
+    for (i = 0; i < 5; i++) {
+        printf("| %s |", names[i]);
+        for (k = -1; k < scene_count; k++) {
+            if (k >= 0) must(envmap_sh_project(sh, 32, &scenes[k].map, 0, 1e-3, NULL), "project");
+            for (t = 0; t < 3; t++)
+                printf("%s %d", t ? "," : "",
+                       envmap_sh_bands(&lobes[i], 0, k < 0 ? NULL : sh, k < 0 ? 0 : 32,
+                                       tolerances[t]));
+            printf(" |");
+        }
+        printf("\n");
+    }
+    printf("\n");
+}
+
+static void table_of_speed(void) {
+    static const int bands[] = {3, 6, 10, 16, 32};
+    int b;
+    printf("Coefficients to coefficients, ms\n\n| bands | rotate | window one light |\n"
+           "|---|---|---|\n");
+    for (b = 0; b < 5; b++) {
+        timed_bands = bands[b];
+        memset(timed_sh, 0, sizeof timed_sh);
+        if (bands[b] <= 10) light(timed_sh, bands[b]);
+        printf("| %d | %.3f |", bands[b], 1e3 * best_of(5, one_rotation));
+        if (bands[b] <= 10)
+            printf(" %.2f |\n", 1e3 * best_of(3, one_window));
+        else
+            printf(" |\n");
+    }
+    printf("\n");
+}
+
+/* ---------------------------------------------------------------------------------- >>charts -- */
+
+static FILE *open_svg(const char *folder, const char *name, int width, int height) {
+    char path[5000];
+    FILE *file;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    file = fopen(path, "w");
+    if (!file) must(ENVMAP_ERROR_FILE, path);
+    fprintf(file, "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" font-family=\""
+            "sans-serif\" font-size=\"13\">\n<rect width=\"%d\" height=\"%d\" fill=\"#fff\"/>\n",
+            width, height, width, height);
+    return file;
+}
+
+static const char *const colours[] = {"#3b6ea8", "#c4732b", "#b03a48", "#4d8f4d", "#7a5aa6",
+                                      "#1f8f8f", "#8a6d3b", "#5a5a5a"};
+
+static double chart_x(int bands) { return 70 + 60.0 * (bands - FIRST); }
+static double chart_y(double error) { return 110 + 65 * -log10(fmax(error, 1e-5)); }
+
+/* Mean (solid) and worst (dashed) error of irradiance against bands, logarithmic. */
+static void draw_bands(const char *folder) {
+    FILE *f = open_svg(folder, "harmonics.svg", 760, 460);
+    int k, bands, worst;
+    fprintf(f, "<text x=\"70\" y=\"22\" font-size=\"16\">Irradiance from few bands: mean (solid) "
+               "and worst (dashed) error</text>\n");
+    for (k = -1; k <= 4; k++) {
+        double y = chart_y(pow(10, -k));
+        fprintf(f, "<path d=\"M70 %.1fH550\" stroke=\"#ddd\"/><text x=\"62\" y=\"%.1f\" "
+                   "text-anchor=\"end\">%g %%</text>\n", y, y + 4, 100 * pow(10, -k));
+    }
+    for (bands = FIRST; bands <= LAST; bands++)
+        fprintf(f, "<text x=\"%.1f\" y=\"435\" text-anchor=\"middle\">%d</text>\n", chart_x(bands),
+                bands);
+    fprintf(f, "<text x=\"310\" y=\"454\" text-anchor=\"middle\">bands</text>\n");
+    for (k = 0; k < scene_count; k++) {
+        const char *colour = colours[k % 8];
+        for (worst = 0; worst < 2; worst++) {
+            fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\"%s d=\"", colour,
+                    worst ? " stroke-dasharray=\"6 5\"" : "");
+            for (bands = FIRST; bands <= LAST; bands++)
+                fprintf(f, "%c%.1f %.1f", bands == FIRST ? 'M' : 'L', chart_x(bands),
+                        chart_y(worst ? scenes[k].worst[bands] : scenes[k].mean[bands]));
+            fprintf(f, "\"/>\n");
+        }
+        fprintf(f, "<text x=\"570\" y=\"%d\" fill=\"%s\">%s</text>\n", 60 + 22 * k, colour,
+                scenes[k].name);
+    }
+    fprintf(f, "</svg>\n");
+    fclose(f);
+}
+
+/* The irradiance of one light against the angle to it: exact, and of so many bands. */
+static void ringing_curve(FILE *f, const double *sh, int bands, const char *colour,
+                          const char *name, int row) {
+    double lit[300], rgb[3];
+    envmap_lobe diffuse = envmap_lobe_diffuse();
+    int i;
+    if (bands) must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
+    fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", colour);
+    for (i = 0; i <= 180; i++) {
+        double t = i * 3.14159265358979 / 180, d[3] = {sin(t), 0, cos(t)};
+        double value = cos(t) > 0 ? cos(t) : 0;
+        if (bands) {
+            must(envmap_sh_evaluate(rgb, lit, bands, d), "evaluate");
+            value = 3.14159265358979 * rgb[0];
+        }
+        fprintf(f, "%c%.1f %.1f", i ? 'L' : 'M', 70 + 2.7 * i, 290 - 230 * value);
+    }
+    fprintf(f, "\"/>\n<text x=\"400\" y=\"%d\" fill=\"%s\">%s</text>\n", 60 + 20 * row, colour,
+            name);
+}
+
+static void draw_ringing(const char *folder) {
+    FILE *f = open_svg(folder, "ringing.svg", 600, 350);
+    envmap_lobe diffuse = envmap_lobe_diffuse();
+    double sh[108], windowed[108];
+    int i;
+    fprintf(f, "<text x=\"70\" y=\"22\" font-size=\"16\">Irradiance of one light, by the angle to "
+               "it</text>\n<path d=\"M70 290H556M70 60H556\" stroke=\"#999\"/>\n"
+               "<text x=\"62\" y=\"294\" text-anchor=\"end\">0</text>"
+               "<text x=\"62\" y=\"64\" text-anchor=\"end\">1</text>\n");
+    for (i = 0; i <= 180; i += 45)
+        fprintf(f, "<text x=\"%.0f\" y=\"335\" text-anchor=\"middle\">%d&#176;</text>\n",
+                70 + 2.7 * i, i);
+    ringing_curve(f, NULL, 0, "#222", "exact: max(cos, 0)", 0);
+    light(sh, 3);
+    ringing_curve(f, sh, 3, colours[2], "3 bands", 1);
+    must(envmap_sh_window(windowed, NULL, sh, 3, &diffuse, 0), "window");
+    ringing_curve(f, windowed, 3, colours[0], "3 bands, windowed", 2);
+    light(sh, 6);
+    ringing_curve(f, sh, 6, colours[1], "6 bands", 3);
+    fprintf(f, "</svg>\n");
+    fclose(f);
+}
+
+/* A ball whose negative irradiance is shown as magenta. */
+static int ringing_point(float rgb[3], float s, float t, const void *user) {
+    float n[3], r2;
+    n[0] = 2 * s - 1, n[1] = 1 - 2 * t;
+    r2 = n[0] * n[0] + n[1] * n[1];
+    if (r2 > 1) return 0;
+    n[2] = sqrtf(1 - r2);
+    envmap_lookup(rgb, (const envmap *)user, n, 0);
+    if (rgb[0] < 0 || rgb[1] < 0 || rgb[2] < 0) rgb[0] = 1.5f, rgb[1] = 0.05f, rgb[2] = 1;
+    return 1;
+}
+
+static void ringing_ball(picture *p, int i, const envmap *map, const char *caption) {
+    int x = 24 + 244 * i;
+    picture_draw(p, x, 24, 220, 220, 0.9f, ringing_point, map);
+    picture_caption(p, (float)(x + 110), 262, 12, 0xF3F1ECu, caption);
+}
+
+/* Two lamps in the dark light a ball, turned so that we see where they do not. */
+static void draw_balls(const char *folder) {
+    static const double lamp[3] = {-0.75, 0.45, -0.5};
+    envmap_lobe diffuse = envmap_lobe_diffuse();
+    envmap_filter_desc desc;
+    envmap source, map;
+    picture p;
+    double sh[108], out[108], lit[108];
+    char path[5000];
+    int face, y, x, c;
+    memset(&desc, 0, sizeof desc);
+    desc.method = ENVMAP_METHOD_REFERENCE;
+    cube(&source, 64, 1), cube(&map, 64, 1);
+    for (face = 0; face < 6; face++)
+        for (y = 0; y < 64; y++)
+            for (x = 0; x < 64; x++) {
+                float d[3], *texel = envmap_texel(&source, 0, 0, face, x, y);
+                double a;
+                envmap_direction(d, ENVMAP_CUBE, face, ((float)x + 0.5f) / 64,
+                                 ((float)y + 0.5f) / 64);
+                a = lamp[0] * (double)d[0] + lamp[1] * (double)d[1] + lamp[2] * (double)d[2];
+                for (c = 0; c < 3; c++)
+                    texel[c] = a > 0.985 ? 60.0f - 6.0f * (float)c : 0.02f + 0.01f * (float)c;
+            }
+    if (!picture_create(&p, 1000, 290)) must(ENVMAP_ERROR_MEMORY, "picture");
+    picture_rectangle(&p, 0, 0, p.width, p.height, 0x15171Cu, 1);
+    must(envmap_filter(&map, &source, &diffuse, &desc), "filter");
+    ringing_ball(&p, 0, &map, "exact");
+    must(envmap_sh_project(sh, 6, &source, 0, 0, NULL), "project");
+    must(envmap_sh_convolve(lit, sh, 3, &diffuse, 0), "convolve");
+    must(envmap_sh_fill(&map, 0, 0, lit, 3, NULL), "fill");
+    ringing_ball(&p, 1, &map, "3 bands");
+    must(envmap_sh_window(out, NULL, sh, 3, &diffuse, 0), "window");
+    must(envmap_sh_convolve(lit, out, 3, &diffuse, 0), "convolve");
+    must(envmap_sh_fill(&map, 0, 0, lit, 3, NULL), "fill");
+    ringing_ball(&p, 2, &map, "3 bands, windowed");
+    must(envmap_sh_convolve(lit, sh, 6, &diffuse, 0), "convolve");
+    must(envmap_sh_fill(&map, 0, 0, lit, 6, NULL), "fill");
+    ringing_ball(&p, 3, &map, "6 bands");
+    snprintf(path, sizeof path, "%s/ringing.png", folder);
+    if (!picture_save(&p, path)) must(ENVMAP_ERROR_FILE, path);
+    picture_free(&p);
+    envmap_free(&source), envmap_free(&map);
+}
+
+/* ------------------------------------------------------------------------------------ >>main -- */
+
+int main(int argc, char **argv) {
+    int k;
+    load_scenes(argc > 2 ? argv + 2 : argv + argc);
+    copy_to = (float *)malloc(floats_of(&scenes[0].map) * sizeof(float));
+    if (!copy_to) must(ENVMAP_ERROR_MEMORY, "copy");
+    table_of_sizes();
+    table_of_tolerances();
+    table_of_bands();
+    table_of_ringing();
+    table_of_needs();
+    table_of_speed();
+    if (argc > 1) {
+        char folder[4096];
+        snprintf(folder, sizeof folder, "%s/charts", argv[1]);
+        draw_bands(folder), draw_ringing(folder);
+        snprintf(folder, sizeof folder, "%s/images", argv[1]);
+        draw_balls(folder);
+    }
+    for (k = 0; k < scene_count; k++) envmap_free(&scenes[k].map);
+    free(copy_to);
+    return 0;
+}
