@@ -5027,7 +5027,8 @@ static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, do
         }
         /* What is near the last band there is may be beyond it. */
         if (plan->need <= plan->bands - plan->bands / 8) break;
-        if (plan->need > most) return plan->need = 0;
+        if (plan->need > most || (bands >= ENVMAPI_FAST_BANDS && bands < 8 / plan->sigma))
+            return plan->need = 0;
         if (bands >= ENVMAPI_FAST_BANDS) { /* a kink beside nothing but dark: keep the rms at least */
             plan->need = 1;
             for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
@@ -5690,9 +5691,11 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         else
             result = envmapi_filter_reference(job->views + l, job->src, job->lobes + l, &desc);
     }
-    if (!job->fast || result) return result ? result : envmapi_tell(&whole.progress, 1);
+    if (!job->fast || result) return result;
     job->desc = envmapi_part_desc(&part, &whole, job->count - job->fast, job->fast, job->count);
-    return envmapi_job_fast(job);
+    result = envmapi_job_fast(job);
+    job->desc = whole;
+    return result;
 }
 
 /* Room for the results, which become dst's when nothing can fail any more: of level 0 they need
@@ -5710,6 +5713,7 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     int bad = 0; /* a lobe that fails shows as NaN */
     for (size_t i = 0; !result && i < floats; ++i) bad |= !envmapi_finite((double)stage[i]);
     if (bad) result = ENVMAP_ERROR_LOBE;
+    if (!result && !direct) result = envmapi_tell(&job->desc.progress, 1);
     if (!result) memcpy(first, stage, floats * sizeof(float));
     return result;
 }
