@@ -73,7 +73,7 @@
      >>directions  direction <-> (face, u, v), matrices
      >>maps        create, texel, solid angle, lookups, resample
      >>pfm         read and write float pictures
-     >>mips        levels weighted by solid angle; level of a footprint
+     >>mips        levels weighted by solid angle; level of a footprint, and probes along it
      >>lobes       mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
      >>harmonics   transforms on rings of the sphere (bodies only, so far)
      >>filters     the filter call: reference, hierarchical, fast
@@ -279,6 +279,17 @@ ENVMAP_API envmap_result envmap_mips_build(envmap *map);
    Test: a_footprint_of_two_texels_is_level_one. */
 ENVMAP_API float envmap_footprint_level(const envmap *map, const float dir[3], const float dx[3],
                                         const float dy[3]);
+
+/* rgb = radiance over a footprint by footprint assembly: n trilinear probes along the longer axis
+   of the ellipse that the sides span, each the level of its own part of the footprint:
+     rgb = 1/n sum over i of map(dir + major ((i+1/2)/n - 1/2)),   n = ceil(longer / shorter axis)
+   in texels of level 0. A level alone makes the footprint a square of its longer side.
+   dir, dx, dy  as above
+   probes  the most to take, 1 .. 256 (clamped); 1: one lookup at envmap_footprint_level
+   Slice 0; bad maps give black, bad numbers level 0.  O(n) lookups.  Thread-safe.
+   Source [SKS96].  Test: assembled_footprints_*. */
+ENVMAP_API void envmap_lookup_footprint(float rgb[3], const envmap *map, const float dir[3],
+                                        const float dx[3], const float dy[3], int probes);
 
 /* ----------------------------------------------------------------------------------- >>lobes -- */
 
@@ -1575,6 +1586,52 @@ ENVMAPI_BODY float envmap_footprint_level(const envmap *map, const float dir[3],
     double a = envmapi_footprint_side(map, d, x), b = envmapi_footprint_side(map, d, y);
     double texels = a > b ? a : b;
     return texels > 1 ? (float)envmapi_clamp(log2(texels), 0, map->levels - 1) : 0;
+}
+
+/* The axes of the ellipse { d + cos(t) dx + sin(t) dy } as texels of level 0 see it: the longer and
+   the shorter as sides of directions; returns the ratio of their lengths, 1 where there is none.
+   From |dx|^2, |dy|^2 and dx.dy in texels; the last by |dx + dy|^2. */
+static double envmapi_footprint_axes(float major[3], float minor[3], const envmap *map,
+                                     const float dir[3], const float dx[3], const float dy[3]) {
+    double d[3] = {(double)dir[0], (double)dir[1], (double)dir[2]}, x[3], y[3], both[3];
+    double length = sqrt(envmapi_dot(d, d));
+    envmapi_unit_float(d, dir);
+    for (int i = 0; i < 3; ++i) {
+        x[i] = (double)dx[i] / length, y[i] = (double)dy[i] / length;
+        both[i] = x[i] + y[i];
+    }
+    double a = envmapi_footprint_side(map, d, x), b = envmapi_footprint_side(map, d, y);
+    double sum = envmapi_footprint_side(map, d, both), cross = (sum * sum - a * a - b * b) / 2;
+    double turn = 0.5 * atan2(2 * cross, a * a - b * b), c = cos(turn), s = sin(turn);
+    for (int i = 0; i < 3; ++i) {
+        major[i] = (float)((c * x[i] + s * y[i]) * length);
+        minor[i] = (float)((c * y[i] - s * x[i]) * length);
+    }
+    double mean = (a * a + b * b) / 2, half = (a * a - b * b) / 2;
+    double swing = sqrt(half * half + cross * cross);
+    double longer = sqrt(mean + swing), shorter = sqrt(envmapi_clamp(mean - swing, 1, 1e30));
+    return longer > shorter ? longer / shorter : 1;
+}
+
+ENVMAPI_BODY void envmap_lookup_footprint(float rgb[3], const envmap *map, const float dir[3],
+                                          const float dx[3], const float dy[3], int probes) {
+    float level = envmap_footprint_level(map, dir, dx, dy), major[3], minor[3];
+    if (!rgb) return;
+    if (!(level > 0) || probes <= 1) {
+        envmap_lookup(rgb, map, dir, level);
+        return;
+    }
+    double limit = probes < 256 ? probes : 256, sum[3] = {0, 0, 0};
+    int n = (int)envmapi_clamp(
+        ceil(envmapi_footprint_axes(major, minor, map, dir, dx, dy) - 0.01), 1, limit);
+    for (int c = 0; c < 3; ++c) major[c] /= (float)n;
+    for (int i = 0; i < n; ++i) {
+        float probe[3], at = (float)i + 0.5f - 0.5f * (float)n;
+        for (int c = 0; c < 3; ++c) probe[c] = dir[c] + at * major[c];
+        envmap_lookup(rgb, map, probe, envmap_footprint_level(map, probe, major, minor));
+        for (int c = 0; c < 3; ++c) sum[c] += (double)rgb[c];
+    }
+    for (int c = 0; c < 3; ++c) rgb[c] = (float)(sum[c] / n);
 }
 
 /* ----------------------------------------------------------------------------------- >>lobes --
@@ -4366,6 +4423,8 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
      [KVHS00]     J. Kautz, P.-P. Vazquez, W. Heidrich, H.-P. Seidel. A unified approach to
                   prefiltered environment maps. Rendering Workshop 2000.
      [Miller84]   G. Miller, C. Hoffman. Illumination and reflection maps. SIGGRAPH 1984 course.
+     [SKS96]      A. Schilling, G. Knittel, W. Strasser. Texram: a smart memory for texturing. IEEE
+                  Computer Graphics and Applications 16(3), 1996.
      [Swarztrauber79] P. Swarztrauber. On the spectral approximation of discrete scalar and vector
                   functions on the sphere. SIAM J. Numerical Analysis 16, 1979.
      [Unser91]    M. Unser, A. Aldroubi, M. Eden. Fast B-spline transforms for continuous image
