@@ -14,8 +14,8 @@
    Published (hyper3d-envmapgen's write-up): steps straight on the face, u' = u + rho t, on the
    pole face r' = r (1 - rho t), rho^2 = 1 + u^2 + v^2, which drift to the face's centre by
    sigma^2 tan(angle) and leave a seam; order X Y Z; sigma^2 = 1/N, the lobe's curvature at its
-   peak; plain boxes shrink. Mended: the exact flow, order X/2 Y/2 Z Y/2 X/2, sigma by the lobe's
-   first harmonic; boxes by solid angle, and the variance that halving (texel^2 / 12) and the
+   peak; plain boxes shrink. Mended: the exact flow, order X/2 Y/2 Z/2 Z/2 Y/2 X/2, in rounds of at
+   most sigma 0.1, Catmull-Rom across rays and borders, sigma by the lobe's first harmonic; boxes by solid angle, and the variance that halving (texel^2 / 12) and the
    last bilinear lookup (texel^2 / 6) add is taken off.
 
    Domain: lobes like a Gaussian: sigma <= 0.36 and no more than 20 % rms from its heat
@@ -31,12 +31,13 @@
 
 #define SEPARABLE_SIGMA  0.36
 #define SEPARABLE_MISFIT 0.20
-#define SEPARABLE_CUT    3.2 /* sigmas at which a kernel ends: 0.14 % of it lies beyond */
+#define SEPARABLE_ROUND  0.1 /* what is wider is done in rounds: the passes do not commute */
+#define SEPARABLE_CUT    3.8 /* sigmas at which a kernel ends: it loses 0.2 % of its variance */
 
-/* Where a cell of the border is found: four texels and what they weigh. */
+/* Where a cell of the border is found: sixteen texels and what they weigh. */
 typedef struct separable_cell {
-    int at[4], to;
-    float weight[4];
+    int at[16], to;
+    float weight[16];
 } separable_cell;
 
 typedef struct separable {
@@ -54,9 +55,17 @@ static inline int separable_at(const separable *s, int face, int x, int y) {
     return (face * s->side + y + s->pad) * s->side + x + s->pad;
 }
 
+/* Catmull-Rom: what the four texels around a place weigh; returns the first. */
+static inline int separable_cubic(float w[4], float at) {
+    int i = (int)floorf(at);
+    float f = at - (float)i, g = 1 - f, p = -0.5f * f * g;
+    w[0] = p * g, w[1] = g - p * (2 * g - f), w[2] = f - p * (2 * f - g), w[3] = p * f;
+    return i - 1;
+}
+
 static inline void separable_cell_of(const separable *s, separable_cell *cell, int face, int x,
                                      int y) {
-    float m[3], a[3], b[3], dir[3], u, v;
+    float m[3], a[3], b[3], dir[3], u, v, wx[4], wy[4];
     int k, c, other, n = s->n;
     envmap_direction(m, ENVMAP_CUBE, face, 0.5f, 0.5f);
     envmap_direction(a, ENVMAP_CUBE, face, 1, 0.5f), envmap_direction(b, ENVMAP_CUBE, face, 0.5f, 1);
@@ -66,13 +75,12 @@ static inline void separable_cell_of(const separable *s, separable_cell *cell, i
                  (2 * (float)y + 1 - (float)n) / (float)n * e_v;
     }
     envmap_coordinates(&other, &u, &v, ENVMAP_CUBE, dir);
-    u = fminf(fmaxf(u * (float)n - 0.5f, 0), (float)(n - 1));
-    v = fminf(fmaxf(v * (float)n - 0.5f, 0), (float)(n - 1));
-    x = (int)u < n - 1 ? (int)u : n > 1 ? n - 2 : 0, y = (int)v < n - 1 ? (int)v : n > 1 ? n - 2 : 0;
-    u -= (float)x, v -= (float)y;
-    for (k = 0; k < 4; ++k) {
-        cell->at[k] = separable_at(s, other, x + (n > 1) * (k % 2), y + (n > 1) * (k / 2));
-        cell->weight[k] = (k % 2 ? u : 1 - u) * (k / 2 ? v : 1 - v);
+    x = separable_cubic(wx, u * (float)n - 0.5f), y = separable_cubic(wy, v * (float)n - 0.5f);
+    for (k = 0; k < 16; ++k) {
+        int i = x + k % 4, j = y + k / 4;
+        i = i < 0 ? 0 : i >= n ? n - 1 : i, j = j < 0 ? 0 : j >= n ? n - 1 : j;
+        cell->at[k] = separable_at(s, other, i, j);
+        cell->weight[k] = wx[k % 4] * wy[k / 4];
     }
 }
 
@@ -96,7 +104,7 @@ static inline void separable_fill_border(separable *s) {
     for (i = 0; i < s->cells; ++i) {
         const separable_cell *cell = s->border + i;
         float sum[4] = {0, 0, 0, 0};
-        for (k = 0; k < 4; ++k)
+        for (k = 0; k < 16; ++k)
             for (c = 0; c < 4; ++c)
                 sum[c] += cell->weight[k] * s->image[4 * (size_t)cell->at[k] + (size_t)c];
         memcpy(s->image + 4 * (size_t)cell->to, sum, sizeof sum);
@@ -125,7 +133,7 @@ static inline int separable_row(const separable *s, float *w, const double *tau,
                                  const double *step, double u, double v, int m, double sigma) {
     double rho2 = 1 + u * u + v * v, half = 0.5 * s->n;
     double variance = sigma * sigma * rho2 * half * half, scale = -0.5 / (sigma * sigma);
-    int k, reach = (int)ceil(SEPARABLE_CUT * sqrt(variance));
+    int k, reach = (int)ceil(SEPARABLE_CUT * sqrt(variance) * (1 + 2 * sigma));
     memset(w, 0, (size_t)(2 * s->reach + 1) * sizeof *w), w += s->reach;
     if (variance < 0.5) {
         separable_three(w, s->published ? 0 : 0.5 * sigma * sigma * u * half, variance);
@@ -145,7 +153,7 @@ static inline int separable_ray(const separable *s, float *w, double u, double v
     double slope = u > 0 ? 1 + v * v / (u * u) : 1, rho2 = 1 + u * u * slope, half = 0.5 * s->n;
     double variance = sigma * sigma * rho2 * u * u * half * half, scale = -0.5 / (sigma * sigma);
     double tau = u > 0 ? asinh(1 / (u * sqrt(slope))) : 0;
-    int k, reach = (int)ceil(1.3 * SEPARABLE_CUT * sqrt(variance));
+    int k, reach = (int)ceil(SEPARABLE_CUT * sqrt(variance) * (1 + 4 * sigma));
     memset(w, 0, (size_t)(2 * s->reach + 1) * sizeof *w), w += s->reach;
     if (variance < 0.5) {
         double mean = s->published ? 0 : (rho2 - 0.5) * sigma * sigma * u * half;
@@ -209,19 +217,17 @@ static inline void separable_side(separable *s, int face, int dx, int dy) {
 }
 
 /* One texel of a pole face: `along` and `across` are the strides (in floats) of the direction of
-   the steps, outwards, and of the one at right angles to it. Across, linear interpolation. */
-static inline void separable_ray_texel(const separable *s, float *to, const float *from,
+   the steps, outwards, and of the one at right angles to it. Across, Catmull-Rom: linear would widen the kernel. */
+static inline void separable_ray_texel(float *to, const float *from,
                                        const float *w, int reach, int along, int across,
                                        float slope) {
-    float sum[4] = {0, 0, 0, 0};
+    float sum[4] = {0, 0, 0, 0}, v[4];
     int k, c;
-    (void)s;
     for (k = -reach; k <= reach; ++k) {
-        float off = slope * (float)k;
-        int j = (int)(off + 4096) - 4096;
-        const float *tap = from + k * along + j * across;
-        float f = off - (float)j, a = w[k] * (1 - f), b = w[k] * f;
-        for (c = 0; c < 4; ++c) sum[c] += a * tap[c] + b * tap[across + c];
+        const float *tap = from + k * along + separable_cubic(v, slope * (float)k) * across;
+        for (c = 0; c < 4; ++c)
+            sum[c] += w[k] * (v[0] * tap[c] + v[1] * tap[c + across] + v[2] * tap[c + 2 * across] +
+                              v[3] * tap[c + 3 * across]);
     }
     memcpy(to, sum, sizeof sum);
 }
@@ -235,7 +241,7 @@ static inline void separable_pole(separable *s, int face) {
             size_t at = 4 * (size_t)separable_at(s, face, x, y);
             float u = (float)separable_off(n, a), v = (float)separable_off(n, b);
             ray = steep ? b * s->lines + a : a * s->lines + b;
-            separable_ray_texel(s, s->other + at, s->image + at,
+            separable_ray_texel(s->other + at, s->image + at,
                                 s->rays + (size_t)ray * (size_t)taps + s->reach,
                                 s->ray_reach[ray], 4 * (steep ? sy * s->side : sx),
                                 4 * (steep ? sx : sy * s->side),
@@ -275,9 +281,9 @@ static inline int separable_create(separable *s, int n, double sigma, int publis
     size_t image, lines = (size_t)(n + 1) / 2, edge = (size_t)n;
     memset(s, 0, sizeof *s);
     s->n = n, s->lines = (int)lines, s->published = published;
-    s->reach = (int)ceil(SEPARABLE_CUT * sigma * sqrt(3.0) * 0.5 * n);
+    s->reach = (int)ceil(SEPARABLE_CUT * sigma * sqrt(3.0) * (1 + 4 * sigma) * 0.5 * n);
     s->reach = s->reach < 1 ? 1 : s->reach > 255 ? 255 : s->reach;
-    s->pad = s->reach + 1, s->side = n + 2 * s->pad;
+    s->pad = s->reach + 2, s->side = n + 2 * s->pad;
     image = 6 * (size_t)s->side * (size_t)s->side;
     s->image = (float *)method_alloc(image, 4 * sizeof(float));
     s->other = (float *)method_alloc(image, 4 * sizeof(float));
@@ -308,10 +314,10 @@ static inline void separable_copy(separable *s, const envmap *map, int level, in
    a variance. */
 static inline envmap_result separable_level(envmap *to, int to_level, const envmap *from, int level,
                                             double variance, int published) {
-    static const int order[] = {0, 1, 2, 2, 1, 0}; /* two halves of Z are one */
-    double sigma = sqrt(variance * (published ? 1 : 0.5)), *tau;
+    static const int order[] = {0, 1, 2, 2, 1, 0};
+    int i, rounds = published ? 1 : 1 + (int)(sqrt(variance) / SEPARABLE_ROUND);
+    double sigma = sqrt(variance * (published ? 1 : 0.5) / rounds), *tau;
     separable s;
-    int i;
     if (!separable_create(&s, method_edge(from, level), sigma, published)) {
         separable_free(&s);
         return ENVMAP_ERROR_MEMORY;
@@ -321,7 +327,7 @@ static inline envmap_result separable_level(envmap *to, int to_level, const envm
         separable_border(&s);
         separable_copy(&s, from, level, 0);
         separable_weights(&s, sigma, tau);
-        for (i = 0; i < (published ? 3 : 6); ++i) separable_pass(&s, order[i]);
+        for (i = 0; i < (published ? 3 : 6 * rounds); ++i) separable_pass(&s, order[i % 6]);
         separable_copy(&s, to, to_level, 1);
     }
     METHOD_FREE(tau);
