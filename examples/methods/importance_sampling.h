@@ -7,8 +7,8 @@
    directions are the same for every texel, turned to its axis: angle from the axis by the inverse
    of the cumulated lobe at (i+1/2)/n, angle about it by the radical inverse of i to base 2.
    Published (M. Colbert, J. Krivanek: GPU-based importance sampling, GPU Gems 3, 2007, chapter 20):
-   two paraboloids whose level-0 texel has omega = (1 + |z|)^2 4 / (texels of the square), plain
-   boxes for levels, each face alone. Mended: a cube, levels by solid angle, lookups across faces.
+   two paraboloids, plain boxes for levels, each face alone. Mended: a cube, levels by solid angle,
+   lookups across faces.
    half_texel shifts every lookup by half a texel of its level, as a well-known library does.
 
    Domain: every lobe that is nowhere negative. Fails: few samples on a sun, which falls between the
@@ -54,25 +54,29 @@ static inline method_direction method_direction_of(const double *cdf, const envm
     return out;
 }
 
+/* -1/2 log2 of the solid angle of a texel at a unit vector: 16 / (1 + r^2)^2 = 4 (1 + |z|)^2 of the
+   unit square for paraboloids, 4 (1 + r^2)^(-3/2) = 4 max(|x|,|y|,|z|)^3 for cubes. */
+static inline float method_texel_level(const envmap *map, const float d[3]) {
+    float z = fabsf(d[2]), m = fmaxf(z, fmaxf(fabsf(d[0]), fabsf(d[1]))), edge = (float)map->size;
+    return map->mapping == ENVMAP_CUBE ? log2f(edge / (2 * m * sqrtf(m)))
+                                       : log2f(edge / (2 + 2 * z));
+}
+
 static inline void method_sampling_value(float rgb[3], const float dir[3], const void *user) {
     const method_sampling *s = (const method_sampling *)user;
     float x[3], y[3], at[3], tap[3];
     double sum[3] = {0, 0, 0};
-    int i, c, edge = s->map.size;
-    double omega = s->map.mapping == ENVMAP_CUBE ? METHOD_PI / 1.5 / edge / edge : 0;
-    float base = omega > 0 ? (float)(-0.5 * log2(omega)) : 0;
+    int i, c;
+    float level;
     method_frame(x, y, dir);
     for (i = 0; i < s->count; ++i) {
         const method_direction *d = s->directions + i;
         for (c = 0; c < 3; ++c) at[c] = d->x * x[c] + d->y * y[c] + d->z * dir[c];
-        if (s->published) { /* 16 / (1 + r^2)^2 = 4 (1 + |z|)^2 per unit square */
-            float z = 1 + fabsf(at[2]);
-            base = log2f((float)edge / (2 * z));
-        }
+        level = d->level + method_texel_level(&s->map, at);
         if (s->published || s->shift > 0)
-            method_lookup_face(tap, &s->map, at, d->level + base, s->shift);
+            method_lookup_face(tap, &s->map, at, level, s->shift);
         else
-            envmap_lookup(tap, &s->map, at, d->level + base);
+            envmap_lookup(tap, &s->map, at, level);
         for (c = 0; c < 3; ++c) sum[c] += (double)tap[c];
     }
     for (c = 0; c < 3; ++c) rgb[c] = (float)(sum[c] / s->count);
