@@ -15,8 +15,9 @@
    pole face r' = r (1 - rho t), rho^2 = 1 + u^2 + v^2, which drift to the face's centre by
    sigma^2 tan(angle) and leave a seam; order X Y Z; sigma^2 = 1/N, the lobe's curvature at its
    peak; plain boxes shrink. Mended: the exact flow, order X/2 Y/2 Z/2 Z/2 Y/2 X/2, in rounds of at
-   most sigma 0.1, Catmull-Rom across rays and borders, sigma by the lobe's first harmonic; boxes by solid angle, and the variance that halving (texel^2 / 12) and the
-   last bilinear lookup (texel^2 / 6) add is taken off.
+   most sigma 0.1, Catmull-Rom wherever lookups fall between texels (bilinear ones would widen the
+   kernel), sigma by the lobe's first harmonic; boxes by solid angle, and the variance that they
+   add (texel^2 / 12) is taken off.
 
    Domain: lobes like a Gaussian: sigma <= 0.36 and no more than 20 % rms from its heat
    kernel (Phong N >= 7, not GGX, not diffuse). Fails: tails; a wide sigma, as passes do not
@@ -310,29 +311,38 @@ static inline void separable_copy(separable *s, const envmap *map, int level, in
         }
 }
 
-/* Level `to_level` of cube `to` = level of cube `from`, of the same edge, times the heat kernel of
-   a variance. */
-static inline envmap_result separable_level(envmap *to, int to_level, const envmap *from, int level,
-                                            double variance, int published) {
+/* s->image = a level of a cube times the heat kernel of a variance, its border filled. Creates s;
+   free it in any case. */
+static inline envmap_result separable_run(separable *s, const envmap *map, int level,
+                                          double variance, int published) {
     static const int order[] = {0, 1, 2, 2, 1, 0};
     int i, rounds = published ? 1 : 1 + (int)(sqrt(variance) / SEPARABLE_ROUND);
     double sigma = sqrt(variance * (published ? 1 : 0.5) / rounds), *tau;
-    separable s;
-    if (!separable_create(&s, method_edge(from, level), sigma, published)) {
-        separable_free(&s);
-        return ENVMAP_ERROR_MEMORY;
-    }
-    tau = (double *)method_alloc((size_t)s.side, 2 * sizeof *tau);
-    if (tau) {
-        separable_border(&s);
-        separable_copy(&s, from, level, 0);
-        separable_weights(&s, sigma, tau);
-        for (i = 0; i < (published ? 3 : 6 * rounds); ++i) separable_pass(&s, order[i % 6]);
-        separable_copy(&s, to, to_level, 1);
-    }
+    if (!separable_create(s, method_edge(map, level), sigma, published)) return ENVMAP_ERROR_MEMORY;
+    tau = (double *)method_alloc((size_t)s->side, 2 * sizeof *tau);
+    if (!tau) return ENVMAP_ERROR_MEMORY;
+    separable_border(s);
+    separable_copy(s, map, level, 0);
+    separable_weights(s, sigma, tau);
+    for (i = 0; i < (published ? 3 : 6 * rounds); ++i) separable_pass(s, order[i % 6]);
+    separable_fill_border(s);
     METHOD_FREE(tau);
-    separable_free(&s);
-    return tau ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
+    return ENVMAP_OK;
+}
+
+/* Catmull-Rom in the image: unlike bilinear lookups it adds no variance. */
+static inline void separable_value(float rgb[3], const float dir[3], const void *user) {
+    const separable *s = (const separable *)user;
+    float u, v, wx[4], wy[4], sum[4] = {0, 0, 0, 0};
+    int face, x, y, k, c;
+    envmap_coordinates(&face, &u, &v, ENVMAP_CUBE, dir);
+    x = separable_cubic(wx, u * (float)s->n - 0.5f);
+    y = separable_cubic(wy, v * (float)s->n - 0.5f);
+    for (k = 0; k < 16; ++k) {
+        const float *tap = s->image + 4 * separable_at(s, face, x + k % 4, y + k / 4);
+        for (c = 0; c < 4; ++c) sum[c] += wx[k % 4] * wy[k / 4] * tap[c];
+    }
+    memcpy(rgb, sum, 3 * sizeof *rgb);
 }
 
 /* ----------------------------------------------------------------------------------- >>lobes -- */
@@ -346,13 +356,11 @@ static inline double separable_sigma(const envmap_lobe *lobe, int published) {
     return k > 0 && k < 1 ? sqrt(-0.5 * t * t / log(k)) : 0;
 }
 
-/* The variance that the passes are to add on a level: the lobe's, less what the boxes down to this
-   level and (looked_up) a bilinear lookup in the result spread. */
-static inline double separable_variance(double sigma, int size, int level, int looked_up) {
+/* The variance that the passes are to add on a level: the lobe's, less what the boxes spread. */
+static inline double separable_variance(double sigma, int size, int level, int published) {
     double texel = method_cube_texel(size), here = texel * (1 << level);
-    double rest = sigma * sigma - (here * here - texel * texel) / 12 -
-                  (looked_up ? here * here / 6 : 0);
-    return rest > 0 ? rest : 0;
+    double boxes = published ? 0 : (here * here - texel * texel) / 12;
+    return sigma * sigma > boxes ? sigma * sigma - boxes : 0;
 }
 
 /* Which level has texels of sigma / kernel: log2(size) - 0.53 + log2(sigma) - log2(kernel). */
@@ -363,35 +371,25 @@ static inline int separable_level_of(double sigma, int size, double kernel) {
     return level < 0 ? 0 : level > most ? most : (int)level;
 }
 
-static inline void separable_value(float rgb[3], const float dir[3], const void *user) {
-    envmap_lookup(rgb, (const envmap *)user, dir, 0);
-}
-
 static inline envmap_result method_separable_gaussian(envmap *dst, const envmap *src,
                                                       const envmap_lobe *lobe,
                                                       const method_desc *desc) {
     method_desc d;
-    envmap map, work;
+    envmap map;
+    separable s;
     double sigma, kernel;
-    int level, direct;
+    int level;
     envmap_result result = method_check(&d, dst, src, lobe, desc);
     if (result) return result;
     sigma = separable_sigma(lobe, d.form), kernel = d.kernel > 0 ? (double)d.kernel : 4;
     if (!(sigma > 0) || !(d.kernel >= 0 && kernel >= 1 && kernel <= 16)) return ENVMAP_ERROR_METHOD;
     result = method_levels(&map, src, ENVMAP_CUBE, d.form);
     if (result) return result;
-    memset(&work, 0, sizeof work);
-    work.memory = src->memory;
     level = separable_level_of(sigma, map.size, kernel);
-    direct = dst->mapping == ENVMAP_CUBE && dst->size == method_edge(&map, level);
-    result = envmap_create(&work, ENVMAP_CUBE, method_edge(&map, level), 1, 1);
-    if (!result)
-        result = separable_level(&work, 0, &map, level,
-                                 d.form ? sigma * sigma
-                                        : separable_variance(sigma, map.size, level, !direct),
-                                 d.form);
-    if (!result) method_fill(dst, lobe, method_scale(lobe), separable_value, &work);
-    envmap_free(&work);
+    result = separable_run(&s, &map, level, separable_variance(sigma, map.size, level, d.form),
+                           d.form);
+    if (!result) method_fill(dst, lobe, method_scale(lobe), separable_value, &s);
+    separable_free(&s);
     envmap_free(&map);
     return result;
 }
@@ -419,10 +417,11 @@ static inline envmap_result method_separable_chain(envmap *dst, const envmap *sr
     work.memory = src->memory;
     result = envmap_create(&work, ENVMAP_CUBE, map.size, count, 1);
     for (i = 0; i < count && !result; ++i) {
+        separable s;
         double sigma = separable_sigma(lobes + i, d.form);
-        result = separable_level(&work, i, &map, i,
-                                 d.form ? sigma * sigma : separable_variance(sigma, map.size, i, 0),
-                                 d.form);
+        result = separable_run(&s, &map, i, separable_variance(sigma, map.size, i, d.form), d.form);
+        if (!result) separable_copy(&s, &work, i, 1);
+        separable_free(&s);
     }
     for (i = 0; i < count && !result; ++i) {
         size_t k, n = 18 * (size_t)method_edge(dst, i) * (size_t)method_edge(dst, i);
