@@ -29,7 +29,7 @@ BENCH     = -O3 -march=native
 BENCHARGS =
 MAP       =
 
-.PHONY: help all demo test check strict sanitize valgrind fuzz bench table1 examples docs install clean FORCE
+.PHONY: help all demo test check strict sanitize valgrind fuzz bench table1 methods examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -100,6 +100,10 @@ examples: $(EXAMPLES) ## build the examples
 docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
 	$(BUILD)/envmap docs docs/images
 
+methods: $(BUILD)/methods ## measure examples/methods/, and write docs/methods.md and its charts; MAP=sky.pfm
+	@mkdir -p docs/charts
+	$(BUILD)/methods --docs docs $(MAP)
+
 install: ## copy the header to $(DESTDIR)$(PREFIX)/include
 	install -d '$(DESTDIR)$(PREFIX)/include'
 	install -m 644 envmap.h '$(DESTDIR)$(PREFIX)/include/envmap.h'
@@ -112,8 +116,8 @@ $(BUILD)/flags: FORCE
 	@mkdir -p $(BUILD)/tests
 	@echo '$(CC) $(CFLAGS)' | cmp -s - $@ || echo '$(CC) $(CFLAGS)' >$@
 
-$(BUILD)/tests/%: tests/%.c envmap.h $(wildcard tests/*.h) $(BUILD)/flags
+$(BUILD)/tests/%: tests/%.c envmap.h $(wildcard tests/*.h examples/methods/*.h) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $< -o $@ $(LIBS)
 
-$(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h) $(BUILD)/flags
+$(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h examples/*/*.h) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
