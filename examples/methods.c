@@ -36,8 +36,8 @@
 #include "scenes.h"
 
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
-#define SOURCE 128
-#define RESULT 32
+#define SOURCE       128
+#define RESULT       32
 
 /* ----------------------------------------------------------------------------------- >>clock -- */
 
@@ -98,19 +98,23 @@ static envmap_result fast(envmap *dst, const envmap *src, const envmap_lobe *lob
 static const row rows[] = {
     {"`envmap_filter`, tolerance 1e-3", fast, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
     {"paraboloid, published", method_paraboloid_convolution, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {"paraboloid, published, lossy", method_paraboloid_convolution,
+    {"paraboloid, published, lossy",
+     method_paraboloid_convolution,
      {1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}},
-    {"paraboloid, published, S only", method_paraboloid_convolution,
+    {"paraboloid, published, S only",
+     method_paraboloid_convolution,
      {1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}},
     {"paraboloid, mended", method_paraboloid_convolution, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {"paraboloid, mended, 31 texels, cut 0.01", method_paraboloid_convolution,
+    {"paraboloid, mended, 31 texels, cut 0.01",
+     method_paraboloid_convolution,
      {0, 0.01f, 31, 0, 0, 0, 0, 0, 0, 0, 0}},
     {"box levels, published", method_box_levels, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
     {"box levels, mended", method_box_levels, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
     {"Gaussian, published", method_separable_gaussian, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
     {"Gaussian, mended", method_separable_gaussian, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
     {"sampling, published, 256", method_importance_sampling, {1, 0, 0, 0, 0, 0, 0, 256, 0, 0, 0}},
-    {"sampling, half a texel off, 256", method_importance_sampling,
+    {"sampling, half a texel off, 256",
+     method_importance_sampling,
      {0, 0, 0, 0, 0, 0, 0, 256, 1, 0, 0}},
     {"sampling, mended, 32", method_importance_sampling, {0, 0, 0, 0, 0, 0, 0, 32, 0, 0, 0}},
     {"sampling, mended, 256", method_importance_sampling, {0, 0, 0, 0, 0, 0, 0, 256, 0, 0, 0}},
@@ -178,13 +182,12 @@ static void verify_truth(bench *b, int scene, const named_lobe *lobe) {
     for (int f = 0; f < 6; ++f) {
         int x = 5 * f + 1, y = 30 - 4 * f;
         float d[3];
-        envmap_direction(d, ENVMAP_CUBE, f, ((float)x + 0.5f) / RESULT,
-                         ((float)y + 0.5f) / RESULT);
+        envmap_direction(d, ENVMAP_CUBE, f, ((float)x + 0.5f) / RESULT, ((float)y + 0.5f) / RESULT);
         double sum = plain_sum(b->sources + scene, &lobe->lobe, d);
         double t = (double)envmap_texel(truth, 0, 0, f, x, y)[1];
         if (fabs(t / sum - 1) <= 1e-3) continue;
-        fprintf(stderr, "%s, %s: the truth is %g, a plain sum %g\n", b->names[scene], lobe->name,
-                t, sum);
+        fprintf(stderr, "%s, %s: the truth is %g, a plain sum %g\n", b->names[scene], lobe->name, t,
+                sum);
         b->failed = 1;
     }
 }
@@ -305,7 +308,8 @@ static double box_error(bench *b, const envmap_lobe *lobe, double level, int sce
 
 static void box_table(bench *b) {
     say("\n### Box levels: b for N, faces of %d\n\n| N | b of the lobe |", SOURCE);
-    for (int i = 0; i < SCENE_COUNT; ++i) say(" %s: best b | rms | rms at the lobe's |", b->names[i]);
+    for (int i = 0; i < SCENE_COUNT; ++i)
+        say(" %s: best b | rms | rms at the lobe's |", b->names[i]);
     say("\n|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (float n = 14.0625f; n < 1000; n *= 4) {
         named_lobe lobe;
@@ -366,7 +370,8 @@ static void chain_line(void) {
         best = fmin(best, milliseconds() - start);
     }
     say("\nA chain N = 8192, 2048, 512, 128, 32 on levels 0 ... 4 of faces of 256: %.0f ms, %.0f "
-        "copies.\n", best, best / copy_time(&src, &dst));
+        "copies.\n",
+        best, best / copy_time(&src, &dst));
     envmap_free(&src);
     envmap_free(&dst);
 }
@@ -454,7 +459,8 @@ static void footprint_row(const char *what, const envmap *scene, int mapping, co
         double truth[3];
         method_frame(x, y, axis);
         for (int c = 0; c < 3; ++c)
-            place[0][c] = cosf(away) * axis[c] + sinf(away) * (cosf(turn) * x[c] + sinf(turn) * y[c]);
+            place[0][c] =
+                cosf(away) * axis[c] + sinf(away) * (cosf(turn) * x[c] + sinf(turn) * y[c]);
         method_frame(x, y, place[0]);
         turn *= 1.7f;
         for (int c = 0; c < 3; ++c) {
@@ -555,13 +561,13 @@ static void chart_methods(const char *dir, const char *name, const char *title,
         if (!chart[i].ok) continue;
         double x = chart_x(log_place(chart[i].ms, 1, 1e4));
         double y = chart_y(log_place(chart[i].rms, 1e-4, 1));
-        const char *colour = i == 0                          ? "#000"
-                             : strstr(rows[i].name, "publ")  ? "#c33"
+        const char *colour = i == 0                         ? "#000"
+                             : strstr(rows[i].name, "publ") ? "#c33"
                              : strstr(rows[i].name, "half") ? "#c33"
-                                                             : "#26a";
+                                                            : "#26a";
         fprintf(f, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" fill=\"%s\"/>", x, y, colour);
-        fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"10\" fill=\"%s\">%s</text>\n",
-                x + 7, y + 3, colour, i ? rows[i].name : "envmap_filter");
+        fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"10\" fill=\"%s\">%s</text>\n", x + 7,
+                y + 3, colour, i ? rows[i].name : "envmap_filter");
     }
     chart_done(f);
 }
@@ -626,10 +632,13 @@ static void draw_methods(const char *dir, bench *b) {
         int x = (i + 2) % 3 * w, y = (i + 2) / 3 * (h + gap);
         if (i >= 0)
             must(rows[shown[i]].call(&dst, b->sources + SCENE_STUDIO, &lobe.lobe,
-                                     &rows[shown[i]].desc), "a picture");
+                                     &rows[shown[i]].desc),
+                 "a picture");
         picture_panorama(&p, x, y + gap, w - 4, h - 4, exposure, map);
         picture_text(&p, (float)x + 4, (float)y + 8, 9, 0x202020,
-                     i == -2 ? "studio" : i < 0 ? "Phong N = 100, exact" : rows[shown[i]].name);
+                     i == -2 ? "studio"
+                     : i < 0 ? "Phong N = 100, exact"
+                             : rows[shown[i]].name);
         envmap_free(&dst);
     }
     snprintf(path, sizeof path, "%s/images/methods.png", dir);

@@ -90,9 +90,8 @@ static inline envmap_difference tests_difference(const envmap *a, const envmap *
 }
 
 /* What a method differs by from the truth. */
-static inline envmap_difference tests_miss(method_call *method, const envmap *src,
-                                           envmap_lobe lobe, const method_desc *desc,
-                                           const envmap *truth) {
+static inline envmap_difference tests_miss(method_call *method, const envmap *src, envmap_lobe lobe,
+                                           const method_desc *desc, const envmap *truth) {
     envmap dst = tests_map(truth->mapping, truth->size, 1);
     CHECK(method(&dst, src, &lobe, desc) == ENVMAP_OK);
     envmap_difference d = tests_difference(&dst, truth);

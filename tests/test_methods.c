@@ -234,7 +234,8 @@ static void two_paraboloid_maps_serve_centre_and_rim_and_one_only_the_centre(voi
     method_desc desc = tests_desc(METHOD_PUBLISHED), one = desc;
     one.one_map = 1;
     double centre = lamp_miss(0, 50, &one).rms, rim = lamp_miss(PI / 2, 50, &one).rms;
-    printf("    %-64s %.3g, %.3g\n", "one map: rms of a lamp in the centre, at the rim", centre, rim);
+    printf("    %-64s %.3g, %.3g\n", "one map: rms of a lamp in the centre, at the rim", centre,
+           rim);
     CHECK(rim > 2 * centre);
     FIGURE("two maps: rms of a lamp at the rim", lamp_miss(PI / 2, 50, &desc).rms, 0.75 * rim);
 }

@@ -99,8 +99,9 @@ static void there_is_no_seam(void) {
                         d[(axis + 2) % 3] = (corner & 2 ? 1.0f : -1.0f) * (s < 0 ? 1 + s : 1);
                         envmap_lookup(rgb[k], &dst, d, 0);
                     }
-                    double bend = fabs((double)(rgb[0][1] - 3 * rgb[1][1] + 3 * rgb[2][1] -
-                                                rgb[3][1])) / (double)(rgb[1][1] + rgb[2][1]);
+                    double bend =
+                        fabs((double)(rgb[0][1] - 3 * rgb[1][1] + 3 * rgb[2][1] - rgb[3][1])) /
+                        (double)(rgb[1][1] + rgb[2][1]);
                     if (!(bend <= jump[form])) jump[form] = bend;
                 }
     }

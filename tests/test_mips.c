@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
    mips: every level carries the energy of level 0, one colour at the top, no seam at any level;
-   the level of a footprint, and probes along it. Beside it the unweighted box that most tools use, and its drift. */
+   the level of a footprint, and probes along it. Beside it the unweighted box that most tools use,
+   and its drift. */
 #include "oracle.h"
 
 static const int sizes[] = {1, 2, 3, 4, 5, 7, 8, 16, 17, 33, 64, 100};
@@ -444,7 +445,8 @@ static void assembled_footprints_see_what_one_level_blurs(void) {
 }
 
 static void assembled_footprints_that_are_square_or_of_one_probe_are_lookups(void) {
-    const float z[3] = {0, 0, 1}, dx[3] = {0.1f, 0, 0}, dy[3] = {0, 0.1f, 0}, thin[3] = {0, 0.01f, 0};
+    const float z[3] = {0, 0, 1}, thin[3] = {0, 0.01f, 0};
+    const float dx[3] = {0.1f, 0, 0}, dy[3] = {0, 0.1f, 0};
     float twice[3], long_x[3], long_y[3], a[3], b[3];
     envmap map = make(ENVMAP_CUBE, 64);
     scene(&map);

@@ -100,11 +100,10 @@ static inline envmap_result method_importance_sampling(envmap *dst, const envmap
     else if (!method_cumulate(cdf, lobe))
         result = ENVMAP_ERROR_METHOD;
     else
-        result = method_levels(&s.map, src, s.published ? ENVMAP_PARABOLOID : ENVMAP_CUBE,
-                               s.published);
+        result =
+            method_levels(&s.map, src, s.published ? ENVMAP_PARABOLOID : ENVMAP_CUBE, s.published);
     if (!result) {
-        for (i = 0; i < s.count; ++i)
-            s.directions[i] = method_direction_of(cdf, lobe, i, s.count);
+        for (i = 0; i < s.count; ++i) s.directions[i] = method_direction_of(cdf, lobe, i, s.count);
         method_fill(dst, lobe, method_scale(lobe), method_sampling_value, &s);
         envmap_free(&s.map);
     }

@@ -1,5 +1,5 @@
-/* paraboloid_convolution.h - two convolutions of the whole paraboloid map with a small kernel, as an
-   OpenGL 1.2 pass does them, blended.
+/* paraboloid_convolution.h - two convolutions of the whole paraboloid map with a small kernel, as
+   an OpenGL 1.2 pass does them, blended.
 
    A circle of angle t about the axis stays a circle on a paraboloid, of radius tan(t/2) at the
    map's centre and 1 - tan((pi/2 - t)/2) at its rim (where it reaches inwards). So one map S is
@@ -128,8 +128,7 @@ static inline float paraboloid_direction(float dir[3], int face, float X, float 
 
 static inline int paraboloid_plane_create(paraboloid_plane *plane, int edge, int pad) {
     plane->n = edge + 2 * pad, plane->pad = pad, plane->half = 0.5f * (float)edge;
-    plane->texels = (float *)method_alloc((size_t)plane->n * (size_t)plane->n,
-                                          4 * sizeof(float));
+    plane->texels = (float *)method_alloc((size_t)plane->n * (size_t)plane->n, 4 * sizeof(float));
     return plane->texels != NULL;
 }
 
@@ -181,8 +180,8 @@ static inline double paraboloid_stand(const paraboloid_kernel *kernel, double d)
         for (i = 0; i < side; ++i)
             for (j = 0; j < side; ++j) {
                 float dir[3], X = (float)(at + (j - kernel->reach) / kernel->half);
-                float w = paraboloid_direction(dir, 0, X,
-                                               (float)((i - kernel->reach) / kernel->half));
+                float w =
+                    paraboloid_direction(dir, 0, X, (float)((i - kernel->reach) / kernel->half));
                 x += (double)(w * kernel->weight[i][j] * dir[0]);
                 z += (double)(w * kernel->weight[i][j] * dir[2]);
             }
@@ -231,8 +230,8 @@ static inline void paraboloid_add(float rgb[3], const paraboloid_map *map, const
     t = (1 - Y) * plane->half - 0.5f + (float)plane->pad;
     x = (int)s, y = (int)t, s -= (float)x, t -= (float)y;
     for (k = 0; k < 4; ++k) {
-        const float *tap = plane->texels + 4 * ((size_t)(y + k / 2) * (size_t)plane->n +
-                                                (size_t)(x + k % 2));
+        const float *tap =
+            plane->texels + 4 * ((size_t)(y + k / 2) * (size_t)plane->n + (size_t)(x + k % 2));
         float w = (k % 2 ? s : 1 - s) * (k / 2 ? t : 1 - t);
         for (c = 0; c < 4; ++c) sum[c] += w * tap[c];
     }
@@ -299,8 +298,7 @@ static inline envmap_result method_paraboloid_convolution(envmap *dst, const env
         result = paraboloid_map_create(k ? &pair.large : &pair.small, &map, &kernel, level, mended);
     }
     if (!result)
-        method_fill(dst, lobe,
-                    method_scale(lobe) * (d.lossy ? paraboloid_share(lobe, angle) : 1),
+        method_fill(dst, lobe, method_scale(lobe) * (d.lossy ? paraboloid_share(lobe, angle) : 1),
                     paraboloid_value, &pair);
     paraboloid_pair_free(&pair);
     envmap_free(&map);

@@ -50,7 +50,7 @@ typedef struct separable {
     int published;
 } separable;
 
-/* ----------------------------------------------------------------------------------- >>border -- */
+/* ---------------------------------------------------------------------------------- >>border -- */
 
 static inline int separable_at(const separable *s, int face, int x, int y) {
     return (face * s->side + y + s->pad) * s->side + x + s->pad;
@@ -69,7 +69,8 @@ static inline void separable_cell_of(const separable *s, separable_cell *cell, i
     float m[3], a[3], b[3], dir[3], u, v, wx[4], wy[4];
     int k, c, other, n = s->n;
     envmap_direction(m, ENVMAP_CUBE, face, 0.5f, 0.5f);
-    envmap_direction(a, ENVMAP_CUBE, face, 1, 0.5f), envmap_direction(b, ENVMAP_CUBE, face, 0.5f, 1);
+    envmap_direction(a, ENVMAP_CUBE, face, 1, 0.5f),
+        envmap_direction(b, ENVMAP_CUBE, face, 0.5f, 1);
     for (c = 0; c < 3; ++c) { /* the face's plane goes on: m + X e_u + Y e_v */
         float e_u = a[c] * 1.41421356f - m[c], e_v = b[c] * 1.41421356f - m[c];
         dir[c] = m[c] + (2 * (float)x + 1 - (float)n) / (float)n * e_u +
@@ -112,7 +113,7 @@ static inline void separable_fill_border(separable *s) {
     }
 }
 
-/* ---------------------------------------------------------------------------------- >>weights -- */
+/* --------------------------------------------------------------------------------- >>weights -- */
 
 /* Three texels of a mean and a variance (in texels) that is too small for a sum to see. */
 static inline void separable_three(float *w, double mean, double variance) {
@@ -130,8 +131,8 @@ static inline void separable_normalise(float *w, int reach) {
 
 /* Texel m of a line of a side face, u along the line; tau and step [-pad .. n+pad) of the line.
    Returns how far the weights reach. */
-static inline int separable_row(const separable *s, float *w, const double *tau,
-                                 const double *step, double u, double v, int m, double sigma) {
+static inline int separable_row(const separable *s, float *w, const double *tau, const double *step,
+                                double u, double v, int m, double sigma) {
     double rho2 = 1 + u * u + v * v, half = 0.5 * s->n;
     double variance = sigma * sigma * rho2 * half * half, scale = -0.5 / (sigma * sigma);
     int k, reach = (int)ceil(SEPARABLE_CUT * sqrt(variance) * (1 + 2 * sigma));
@@ -192,9 +193,9 @@ static inline void separable_weights(separable *s, double sigma, double *tau) {
                 s, s->rows + (size_t)(q * n + m) * (size_t)taps, tau + s->pad, step + s->pad,
                 (2.0 * m + 1) / n - 1, v, m, sigma);
         for (m = 0; m <= q; ++m)
-            s->ray_reach[q * s->lines + m] = (unsigned char)separable_ray(
-                s, s->rays + (size_t)(q * s->lines + m) * (size_t)taps, v, separable_off(n, m),
-                sigma);
+            s->ray_reach[q * s->lines + m] =
+                (unsigned char)separable_ray(s, s->rays + (size_t)(q * s->lines + m) * (size_t)taps,
+                                             v, separable_off(n, m), sigma);
     }
 }
 
@@ -218,10 +219,10 @@ static inline void separable_side(separable *s, int face, int dx, int dy) {
 }
 
 /* One texel of a pole face: `along` and `across` are the strides (in floats) of the direction of
-   the steps, outwards, and of the one at right angles to it. Across, Catmull-Rom: linear would widen the kernel. */
-static inline void separable_ray_texel(float *to, const float *from,
-                                       const float *w, int reach, int along, int across,
-                                       float slope) {
+   the steps, outwards, and of the one at right angles to it. Across, Catmull-Rom: linear would
+   widen the kernel. */
+static inline void separable_ray_texel(float *to, const float *from, const float *w, int reach,
+                                       int along, int across, float slope) {
     float sum[4] = {0, 0, 0, 0}, v[4];
     int k, c;
     for (k = -reach; k <= reach; ++k) {
@@ -243,10 +244,11 @@ static inline void separable_pole(separable *s, int face) {
             float u = (float)separable_off(n, a), v = (float)separable_off(n, b);
             ray = steep ? b * s->lines + a : a * s->lines + b;
             separable_ray_texel(s->other + at, s->image + at,
-                                s->rays + (size_t)ray * (size_t)taps + s->reach,
-                                s->ray_reach[ray], 4 * (steep ? sy * s->side : sx),
-                                4 * (steep ? sx : sy * s->side),
-                                steep ? u / v : u > 0 ? v / u : 0);
+                                s->rays + (size_t)ray * (size_t)taps + s->reach, s->ray_reach[ray],
+                                4 * (steep ? sy * s->side : sx), 4 * (steep ? sx : sy * s->side),
+                                steep   ? u / v
+                                : u > 0 ? v / u
+                                        : 0);
         }
 }
 
@@ -293,8 +295,7 @@ static inline int separable_create(separable *s, int n, double sigma, int publis
     s->rays = (float *)method_alloc(lines * lines, (2 * (size_t)s->reach + 1) * sizeof(float));
     s->row_reach = (unsigned char *)method_alloc(lines * edge, 1);
     s->ray_reach = (unsigned char *)method_alloc(lines * lines, 1);
-    return s->image && s->other && s->border && s->rows && s->rays && s->row_reach &&
-           s->ray_reach;
+    return s->image && s->other && s->border && s->rows && s->rays && s->row_reach && s->ray_reach;
 }
 
 /* A level of a cube, in or out. */
@@ -386,8 +387,8 @@ static inline envmap_result method_separable_gaussian(envmap *dst, const envmap 
     result = method_levels(&map, src, ENVMAP_CUBE, d.form);
     if (result) return result;
     level = separable_level_of(sigma, map.size, kernel);
-    result = separable_run(&s, &map, level, separable_variance(sigma, map.size, level, d.form),
-                           d.form);
+    result =
+        separable_run(&s, &map, level, separable_variance(sigma, map.size, level, d.form), d.form);
     if (!result) method_fill(dst, lobe, method_scale(lobe), separable_value, &s);
     separable_free(&s);
     envmap_free(&map);

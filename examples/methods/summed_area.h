@@ -52,8 +52,7 @@ static inline envmap_result summed_area_create(summed_area *table, const envmap 
                         continue;
                     }
                     if (!plain) w = envmap_solid_angle(map, 0, f, (int)x - 1, (int)y - 1);
-                    if (c < 3)
-                        w *= (double)envmap_texel(map, 0, 0, f, (int)x - 1, (int)y - 1)[c];
+                    if (c < 3) w *= (double)envmap_texel(map, 0, 0, f, (int)x - 1, (int)y - 1)[c];
                     line[c] += w;
                     to[c] = to[c - (int)row] + line[c];
                     if (plain) to[c] = (double)(float)to[c];
@@ -72,12 +71,12 @@ static inline void summed_area_corner(double sum[4], const summed_area *table, i
                                       double y, double sign) {
     int i = (int)x, j = (int)y, c, k;
     double f, g;
-    i = i < table->width - 1 ? i : table->width - 1, j = j < table->height - 1 ? j
-                                                                               : table->height - 1;
+    i = i < table->width - 1 ? i : table->width - 1,
+    j = j < table->height - 1 ? j : table->height - 1;
     f = x - i, g = y - j;
     for (k = 0; k < 4; ++k) {
-        const double *t = table->sums +
-                          4 * (((size_t)face * ((size_t)table->height + 1) + (size_t)(j + k / 2)) *
+        const double *t =
+            table->sums + 4 * (((size_t)face * ((size_t)table->height + 1) + (size_t)(j + k / 2)) *
                                    ((size_t)table->width + 1) +
                                (size_t)(i + k % 2));
         double w = sign * (k % 2 ? f : 1 - f) * (k / 2 ? g : 1 - g);
