@@ -21,7 +21,8 @@ RUN      =
 COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 # Exact sums over millions of texels are not what valgrind is for, and its long double has 64 bits
 # only, too few for the lobes' oracles. (The sanitizers run them all.)
-SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical
+SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_methods \
+           %/test_methods_gaussian %/test_methods_sampling
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
