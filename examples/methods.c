@@ -556,11 +556,11 @@ static void chart_methods(const char *dir, const char *name, const char *title,
                           const point *chart) {
     FILE *f = chart_open(dir, name, title, "ms", "relative rms error");
     for (double t = 1; t < 2e4; t *= 10) chart_tick(f, 0, log_place(t, 1, 1e4), t);
-    for (double e = 1e-4; e < 2; e *= 10) chart_tick(f, 1, log_place(e, 1e-4, 1), e);
+    for (double e = 1e-6; e < 2; e *= 10) chart_tick(f, 1, log_place(e, 1e-6, 1), e);
     for (int i = 0; i < COUNT(rows); ++i) {
         if (!chart[i].ok) continue;
         double x = chart_x(log_place(chart[i].ms, 1, 1e4));
-        double y = chart_y(log_place(chart[i].rms, 1e-4, 1));
+        double y = chart_y(log_place(chart[i].rms, 1e-6, 1));
         const char *colour = i == 0                         ? "#000"
                              : strstr(rows[i].name, "publ") ? "#c33"
                              : strstr(rows[i].name, "half") ? "#c33"
