@@ -239,7 +239,7 @@ static inline void paraboloid_add(float rgb[3], const paraboloid_map *map, const
 }
 
 typedef struct paraboloid_pair {
-    paraboloid_map small, large;
+    paraboloid_map centre, rim;
     int one_map;
 } paraboloid_pair;
 
@@ -247,15 +247,15 @@ static inline void paraboloid_value(float rgb[3], const float dir[3], const void
     const paraboloid_pair *pair = (const paraboloid_pair *)user;
     float dd = (1 - fabsf(dir[2])) / (1 + fabsf(dir[2]));
     rgb[0] = rgb[1] = rgb[2] = 0;
-    paraboloid_add(rgb, &pair->small, dir, pair->one_map ? 1 : 1 - dd);
-    if (!pair->one_map) paraboloid_add(rgb, &pair->large, dir, dd);
+    paraboloid_add(rgb, &pair->centre, dir, pair->one_map ? 1 : 1 - dd);
+    if (!pair->one_map) paraboloid_add(rgb, &pair->rim, dir, dd);
 }
 
 static inline void paraboloid_pair_free(paraboloid_pair *pair) {
     int i;
     for (i = 0; i < 2; ++i) {
-        METHOD_FREE(pair->small.face[i].texels);
-        METHOD_FREE(pair->large.face[i].texels);
+        METHOD_FREE(pair->centre.face[i].texels);
+        METHOD_FREE(pair->rim.face[i].texels);
     }
 }
 
@@ -295,7 +295,7 @@ static inline envmap_result method_paraboloid_convolution(envmap *dst, const env
         int level = 0, shrink = paraboloid_shrink((int)size, map.size, limit);
         while (1 << level < shrink && level < map.levels - 1) ++level;
         paraboloid_kernel_of(&kernel, lobe, angle, limit, method_edge(&map, level), k, mended);
-        result = paraboloid_map_create(k ? &pair.large : &pair.small, &map, &kernel, level, mended);
+        result = paraboloid_map_create(k ? &pair.rim : &pair.centre, &map, &kernel, level, mended);
     }
     if (!result)
         method_fill(dst, lobe, method_scale(lobe) * (d.lossy ? paraboloid_share(lobe, angle) : 1),
