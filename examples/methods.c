@@ -272,6 +272,7 @@ static void table(bench *b, const named_lobe *lobe, point *chart) {
     for (int i = 0; i < COUNT(rows); ++i) {
         verify_method(b, rows + i, lobe);
         if (!b->failed) measure(b, rows + i, lobe, chart + i);
+        fflush(stdout);
     }
 }
 
