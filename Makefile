@@ -21,7 +21,8 @@ RUN      =
 COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 # Exact sums over millions of texels are not what valgrind is for, and its long double has 64 bits
 # only, too few for the lobes' oracles. (The sanitizers run them all.)
-SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh
+SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
+           %/test_methods_gaussian %/test_methods_sampling
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -30,7 +31,7 @@ BENCHARGS =
 MAP       =
 
 .PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        harmonics examples docs install clean FORCE
+        harmonics methods examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -123,6 +124,10 @@ examples: $(EXAMPLES) ## build the examples
 docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
 	$(BUILD)/envmap docs docs/images
 
+methods: $(BUILD)/methods ## measure examples/methods/, and write docs/methods.md and its charts; MAP=sky.pfm
+	@mkdir -p docs/charts
+	$(BUILD)/methods --docs docs $(MAP)
+
 install: ## copy the header to $(DESTDIR)$(PREFIX)/include
 	install -d '$(DESTDIR)$(PREFIX)/include'
 	install -m 644 envmap.h '$(DESTDIR)$(PREFIX)/include/envmap.h'
@@ -135,10 +140,10 @@ $(BUILD)/flags: FORCE
 	@mkdir -p $(BUILD)/tests
 	@echo '$(CC) $(CFLAGS)' | cmp -s - $@ || echo '$(CC) $(CFLAGS)' >$@
 
-$(BUILD)/tests/%: tests/%.c envmap.h $(wildcard tests/*.h) $(BUILD)/flags
+$(BUILD)/tests/%: tests/%.c envmap.h $(wildcard tests/*.h examples/methods/*.h) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $< -o $@ $(LIBS)
 
-$(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h) $(BUILD)/flags
+$(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h examples/*/*.h) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
 
 $(BUILD)/openmp: examples/openmp.c envmap.h $(wildcard examples/*.h) $(BUILD)/flags

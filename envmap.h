@@ -73,7 +73,7 @@
      >>directions  direction <-> (face, u, v), matrices
      >>maps        create, texel, solid angle, lookups, resample
      >>pfm         read and write float pictures
-     >>mips        levels weighted by solid angle; level of a footprint
+     >>mips        levels weighted by solid angle; level of a footprint, and probes along it
      >>lobes       mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
      >>harmonics   project, convolve, rotate, window coefficients; transforms on rings
      >>filters     the filter call: reference, hierarchical, fast
@@ -279,6 +279,17 @@ ENVMAP_API envmap_result envmap_mips_build(envmap *map);
    Test: a_footprint_of_two_texels_is_level_one. */
 ENVMAP_API float envmap_footprint_level(const envmap *map, const float dir[3], const float dx[3],
                                         const float dy[3]);
+
+/* rgb = radiance over a footprint by footprint assembly: n trilinear probes along the longer axis
+   of the ellipse that the sides span, each the level of its own part of the footprint:
+     rgb = 1/n sum over i of map(dir + major ((i+1/2)/n - 1/2)),   n = ceil(longer / shorter axis)
+   in texels of level 0. A level alone makes the footprint a square of its longer side.
+   dir, dx, dy  as above
+   probes  the most to take, 1 .. 256 (clamped); 1: one lookup at envmap_footprint_level
+   Slice 0; bad maps give black, bad numbers level 0.  O(n) lookups.  Thread-safe.
+   Source [SKS96].  Test: assembled_footprints_*. */
+ENVMAP_API void envmap_lookup_footprint(float rgb[3], const envmap *map, const float dir[3],
+                                        const float dx[3], const float dy[3], int probes);
 
 /* ----------------------------------------------------------------------------------- >>lobes -- */
 
@@ -1686,6 +1697,52 @@ ENVMAPI_BODY float envmap_footprint_level(const envmap *map, const float dir[3],
     double a = envmapi_footprint_side(map, d, x), b = envmapi_footprint_side(map, d, y);
     double texels = a > b ? a : b;
     return texels > 1 ? (float)envmapi_clamp(log2(texels), 0, map->levels - 1) : 0;
+}
+
+/* The axes of the ellipse { d + cos(t) dx + sin(t) dy } as texels of level 0 see it: the longer and
+   the shorter as sides of directions; returns the ratio of their lengths, 1 where there is none.
+   From |dx|^2, |dy|^2 and dx.dy in texels; the last by |dx + dy|^2. */
+static double envmapi_footprint_axes(float major[3], float minor[3], const envmap *map,
+                                     const float dir[3], const float dx[3], const float dy[3]) {
+    double d[3] = {(double)dir[0], (double)dir[1], (double)dir[2]}, x[3], y[3], both[3];
+    double length = sqrt(envmapi_dot(d, d));
+    envmapi_unit_float(d, dir);
+    for (int i = 0; i < 3; ++i) {
+        x[i] = (double)dx[i] / length, y[i] = (double)dy[i] / length;
+        both[i] = x[i] + y[i];
+    }
+    double a = envmapi_footprint_side(map, d, x), b = envmapi_footprint_side(map, d, y);
+    double sum = envmapi_footprint_side(map, d, both), cross = (sum * sum - a * a - b * b) / 2;
+    double turn = 0.5 * atan2(2 * cross, a * a - b * b), c = cos(turn), s = sin(turn);
+    for (int i = 0; i < 3; ++i) {
+        major[i] = (float)((c * x[i] + s * y[i]) * length);
+        minor[i] = (float)((c * y[i] - s * x[i]) * length);
+    }
+    double mean = (a * a + b * b) / 2, half = (a * a - b * b) / 2;
+    double swing = sqrt(half * half + cross * cross);
+    double longer = sqrt(mean + swing), shorter = sqrt(envmapi_clamp(mean - swing, 1, 1e30));
+    return longer > shorter ? longer / shorter : 1;
+}
+
+ENVMAPI_BODY void envmap_lookup_footprint(float rgb[3], const envmap *map, const float dir[3],
+                                          const float dx[3], const float dy[3], int probes) {
+    float level = envmap_footprint_level(map, dir, dx, dy), major[3], minor[3];
+    if (!rgb) return;
+    if (!(level > 0) || probes <= 1) {
+        envmap_lookup(rgb, map, dir, level);
+        return;
+    }
+    double limit = probes < 256 ? probes : 256, sum[3] = {0, 0, 0};
+    int n = (int)envmapi_clamp(
+        ceil(envmapi_footprint_axes(major, minor, map, dir, dx, dy) - 0.01), 1, limit);
+    for (int c = 0; c < 3; ++c) major[c] /= (float)n;
+    for (int i = 0; i < n; ++i) {
+        float probe[3], at = (float)i + 0.5f - 0.5f * (float)n;
+        for (int c = 0; c < 3; ++c) probe[c] = dir[c] + at * major[c];
+        envmap_lookup(rgb, map, probe, envmap_footprint_level(map, probe, major, minor));
+        for (int c = 0; c < 3; ++c) sum[c] += (double)rgb[c];
+    }
+    for (int c = 0; c < 3; ++c) rgb[c] = (float)(sum[c] / n);
 }
 
 /* ----------------------------------------------------------------------------------- >>lobes --
@@ -4369,14 +4426,18 @@ typedef struct envmapi_grid {
     size_t count; /* nodes */
 } envmapi_grid;
 
-/* Nodes no farther apart than h: the largest |d direction / du| is the span of a face. Sphere and
-   angular maps end at their rims, so their texels are the grid; and no grid is worth it that is
-   not coarser than the texels. */
+/* The largest |d direction / du| of a mapping (but at the rims of sphere and angular maps). */
+static double envmapi_stretch(int mapping) {
+    static const double span[ENVMAP_MAPPING_COUNT] = {2, 4, 4, 2 * ENVMAPI_PI, 2 * ENVMAPI_PI};
+    return span[mapping];
+}
+
+/* Nodes no farther apart than h. Sphere and angular maps end at their rims, so their texels are the
+   grid; and no grid is worth it that is not coarser than the texels. */
 static envmapi_grid envmapi_grid_of(const envmap *map, double h, double tolerance) {
-    static const double span[ENVMAP_MAPPING_COUNT] = {2, 4, 1, 2 * ENVMAPI_PI, 1};
     envmapi_grid grid;
     int width = envmapi_width(map->mapping, map->size);
-    double n = ceil(span[map->mapping] / h), aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
+    double n = ceil(envmapi_stretch(map->mapping) / h), aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
     grid.map = map, grid.faces = envmap_faces(map->mapping);
     /* beyond the taps: a spline forgets its end by 0.43 a node, of an error there of a tenth */
     grid.pad = 3 + (int)ceil(log(0.05 / fmin(tolerance, 0.02)) / 0.843);
@@ -4748,10 +4809,9 @@ static void envmapi_survey_rest(envmapi_survey *s, double limit, float *rest) {
         size_t row = y / size * (size_t)s->nv + y % size / (size_t)s->edge;
         float *sum = rest + 4 * (row * (size_t)s->nu + x / (size_t)s->edge);
         int cut = !(envmapi_omega_row(s, (int)(y % size))[3 * x] > 0);
-        for (int c = 0; c < 4 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
-        s->energy -= e, s->solid -= v[3], squares -= e * e;
+        for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
+        s->energy -= e, squares -= cut ? e * e : 3 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
         if (cut) off -= e * e;
-        else squares -= 3 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) - e * e;
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
     envmapi_survey_scales(s, rest, fmax(off, 0));
@@ -5011,6 +5071,23 @@ static double envmapi_survey_dark(const envmapi_survey *s, const envmapi_plan *p
     return mean > 0 ? envmapi_clamp(dark / mean / 2, 1e-3, 1) : 1;
 }
 
+/* The norm is a sum over texels, which sees their lattice where lambda_l has not ended by then: that
+   no few bands hold. */
+static int envmapi_plan_norm_holds(envmapi_plan *plan, const envmap *map) {
+    double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);
+    int l = (int)(0.8 * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
+    if (plan->lobe->raw || plan->lobe->kind == ENVMAP_LOBE_BANKS || bands > ENVMAPI_FAST_BANDS)
+        return 1;
+    if (bands > plan->bands && !envmapi_plan_lambda(plan, bands, 0)) return 0;
+    for (; l < bands; ++l)
+        for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
+            int slice = envmapi_plan_slice(plan, k);
+            double lambda = plan->lambda[(size_t)slice * (size_t)plan->bands + (size_t)l];
+            if (8 * fabs(lambda) > plan->tolerance * envmapi_plan_mean(plan, slice)) return 0;
+        }
+    return 1;
+}
+
 /* Bands and spacing for this scene; need 0 where there are not enough, or more than `most`. */
 static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, double most) {
     envmapi_contrast contrast[ENVMAPI_FAST_BANDS];
@@ -5040,7 +5117,7 @@ static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, do
             break;
         }
     }
-    if (plan->need > most) return plan->need = 0;
+    if (plan->need > most || !envmapi_plan_norm_holds(plan, survey->map)) return plan->need = 0;
     plan->h = envmapi_plan_spacing(plan, contrast[plan->need / 2]);
     return envmapi_plan_lambda(plan, plan->bands, 1);
 }
@@ -5282,24 +5359,20 @@ static void envmapi_task_points(void *context, int y) {
 }
 
 /* sums += what the lights, which the bands leave out, send to n <= 64 texels from (x,y) on. */
-static void envmapi_add_lights(float *light, float *solid, const envmapi_fast *f, int face, int x,
-                               int y, int n) {
+static void envmapi_add_lights(float *sums, const envmapi_fast *f, int face, int x, int y, int n) {
     double a[3][ENVMAPI_CHUNK] = {{0}}, cosines[ENVMAPI_CHUNK], k[ENVMAPI_CHUNK], d[3];
-    double value[4];
     for (int i = 0; i < n; ++i) {
         envmapi_texel_direction(d, f->grid.map->mapping, face, f->grid.map->size, x + i, y);
         for (int c = 0; c < 3; ++c) a[c][i] = d[c];
     }
     for (const envmapi_light *l = f->lights; l < f->lights + f->light_count; ++l) {
+        double value[3];
+        for (int c = 0; c < 3; ++c) value[c] = l->value[c] / f->norm;
         for (int i = 0; i < ENVMAPI_CHUNK; ++i)
             cosines[i] = a[0][i] * l->d[0] + a[1][i] * l->d[1] + a[2][i] * l->d[2];
         envmapi_k_many(k, cosines, n, f->lobe, f->p);
-        for (int c = 0; c < 4; ++c) value[c] = l->value[c] / f->norm;
         for (int i = 0; i < n; ++i)
-            for (int c = 0; c < 3; ++c) {
-                light[3 * i + c] += (float)(k[i] * value[c]);
-                solid[3 * i + c] += (float)(k[i] * value[3]);
-            }
+            for (int c = 0; c < 3; ++c) sums[3 * i + c] += (float)(k[i] * value[c]);
     }
 }
 
@@ -5328,7 +5401,7 @@ static void envmapi_expand_texels(float *out, float *sums, const envmapi_fast *f
     memset(sums, 0, 6 * (size_t)width * sizeof *sums);
     envmapi_rows_add(sums, 0, 1, in, 0, 6 * (size_t)width);
     for (int x = 0; x < width && f->light_count; x += ENVMAPI_CHUNK)
-        envmapi_add_lights(sums + 3 * x, solid + 3 * x, f, face, x, y,
+        envmapi_add_lights(sums + 3 * x, f, face, x, y,
                            width - x < ENVMAPI_CHUNK ? width - x : ENVMAPI_CHUNK);
     for (int i = 0; i < 3 * width; ++i) out[i] = f->divide ? sums[i] / solid[i] : sums[i];
 }
@@ -5390,7 +5463,7 @@ static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, dou
     return ENVMAP_OK;
 }
 
-/* Takes a texel out of the nodes. */
+/* Takes a texel's light out of the nodes; its solid angle stays, or the norm would have a hole. */
 static void envmapi_light_out(envmapi_fast *f, const envmapi_light *light) {
     size_t width = (size_t)envmapi_width(f->grid.map->mapping, f->grid.map->size);
     size_t x = light->texel % width, line = light->texel / width, size = (size_t)f->grid.map->size;
@@ -5402,11 +5475,11 @@ static void envmapi_light_out(envmapi_fast *f, const envmapi_light *light) {
         size_t at = row * (size_t)f->grid.width + (size_t)(f->u[x].start + k % 6);
         float tap = f->grid.identity ? 1 : f->v[y].w[k / 6] * f->u[x].w[k % 6];
         if (f->grid.identity) at = light->texel;
-        for (int c = 0; c < 4; ++c) f->nodes[4 * at + (size_t)c] -= tap * (float)light->value[c];
+        for (int c = 0; c < 3; ++c) f->nodes[4 * at + (size_t)c] -= tap * (float)light->value[c];
     }
 }
 
-/* Cut texels that are not among the lights, as points of their own; returns how many. */
+/* Cut texels as points of their own, dark where they are among the lights; returns how many. */
 static size_t envmapi_fast_rim(envmapi_fast *f) {
     const envmapi_survey *s = f->survey;
     double d[3][ENVMAPI_CHUNK];
@@ -5414,9 +5487,9 @@ static size_t envmapi_fast_rim(envmapi_fast *f) {
     for (int i = 0; i < s->rim_count; ++i) {
         int out = 0;
         for (int k = 0; k < f->light_count && !out; ++k) out = f->lights[k].texel == s->rim[i].texel;
-        if (out) continue;
         for (int c = 0; c < 3; ++c) d[c][0] = s->rim[i].d[c];
-        for (int c = 0; c < 4; ++c) f->nodes[4 * n + (size_t)c] = (float)s->rim[i].value[c];
+        for (int c = 0; c < 4; ++c)
+            f->nodes[4 * n + (size_t)c] = out && c < 3 ? 0 : (float)s->rim[i].value[c];
         envmapi_rings_points(f->points + n++, &f->rings, d, 1);
     }
     return n - f->grid.count;
@@ -5953,6 +6026,8 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
      [Miller84]   G. Miller, C. Hoffman. Illumination and reflection maps. SIGGRAPH 1984 course.
      [RH01]       R. Ramamoorthi, P. Hanrahan. An efficient representation for irradiance
                   environment maps. SIGGRAPH 2001.
+     [SKS96]      A. Schilling, G. Knittel, W. Strasser. Texram: a smart memory for texturing. IEEE
+                  Computer Graphics and Applications 16(3), 1996.
      [Sloan08]    P.-P. Sloan. Stupid spherical harmonics (SH) tricks. Game Developers Conference
                   2008.
      [Swarztrauber79] P. Swarztrauber. On the spectral approximation of discrete scalar and vector

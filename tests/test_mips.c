@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
    mips: every level carries the energy of level 0, one colour at the top, no seam at any level;
-   the level of a footprint. Beside it the unweighted box that most tools use, and its drift. */
+   the level of a footprint, and probes along it. Beside it the unweighted box that most tools use,
+   and its drift. */
 #include "oracle.h"
 
 static const int sizes[] = {1, 2, 3, 4, 5, 7, 8, 16, 17, 33, 64, 100};
@@ -371,6 +372,148 @@ static void footprints_double_level_by_level(void) {
     }
 }
 
+/* ------------------------------------------------------------------- assembled footprints -- */
+
+/* Waves a sixth of a radian long, that a blur takes away. */
+static double waves(const double d[3], int channel) {
+    return 1 + 0.9 * sin(40 * (d[channel] + 0.3 * d[(channel + 1) % 3]));
+}
+
+/* The mean of bilinear lookups at 24 x 24 points of the footprint. */
+static void dense_footprint(double rgb[3], const envmap *map, const float dir[3], const float dx[3],
+                            const float dy[3]) {
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int i = 0; i < 24 * 24; ++i) {
+        float d[3], tap[3], s = ((float)(i % 24) + 0.5f) / 24 - 0.5f;
+        float t = ((float)(i / 24) + 0.5f) / 24 - 0.5f;
+        for (int c = 0; c < 3; ++c) d[c] = dir[c] + s * dx[c] + t * dy[c];
+        envmap_lookup(tap, map, d, 0);
+        for (int c = 0; c < 3; ++c) rgb[c] += (double)tap[c] / (24 * 24);
+    }
+}
+
+/* rms error of footprints of longer by shorter rad, turned at random, at an angle from an axis. */
+static void footprint_errors(double error[2], int mapping, const float axis[3], double away,
+                             double longer, double shorter) {
+    unsigned long long state = 4;
+    envmap map = make(mapping, 128);
+    oracle_fill(&map, 0, waves);
+    CHECK(envmap_mips_build(&map) == ENVMAP_OK);
+    double pole[3] = {(double)axis[0], (double)axis[1], (double)axis[2]}, sum = 0;
+    error[0] = error[1] = 0;
+    for (int i = 0; i < test_many(300); ++i) {
+        double t[3], d[3], a[3], b[3], truth[3], turn = 2 * PI * test_random(&state);
+        float dir[3], dx[3], dy[3], rgb[3];
+        oracle_tangent(t, pole, 2 * PI * test_random(&state));
+        for (int k = 0; k < 3; ++k) d[k] = cos(away) * pole[k] + sin(away) * t[k];
+        oracle_tangent(a, d, turn), oracle_tangent(b, d, turn + PI / 2);
+        for (int k = 0; k < 3; ++k) {
+            dir[k] = (float)d[k], dx[k] = (float)(longer * a[k]), dy[k] = (float)(shorter * b[k]);
+        }
+        dense_footprint(truth, &map, dir, dx, dy);
+        for (int probes = 1; probes <= 16; probes += 15) {
+            envmap_lookup_footprint(rgb, &map, dir, dx, dy, probes);
+            for (int c = 0; c < 3; ++c) {
+                double e = (double)rgb[c] - truth[c];
+                error[probes > 1] += e * e;
+            }
+        }
+        for (int c = 0; c < 3; ++c) sum += truth[c] * truth[c];
+    }
+    error[0] = sqrt(error[0] / sum), error[1] = sqrt(error[1] / sum);
+    envmap_free(&map);
+}
+
+static void assembled_footprints_see_what_one_level_blurs(void) {
+    static const struct {
+        const char *what;
+        int mapping;
+        float axis[3];
+        double away, longer, shorter;
+    } rows[] = {{"cube, 8 : 1", ENVMAP_CUBE, {1, 0, 0}, 0.4, 0.4, 0.05},
+                {"lat-long, near a pole, square", ENVMAP_LATLONG, {0, 1, 0}, 0.2, 0.1, 0.1},
+                {"lat-long, near a pole, 4 : 1", ENVMAP_LATLONG, {0, -1, 0}, 0.2, 0.2, 0.05},
+                {"sphere map, near its rim, square", ENVMAP_SPHERE, {0, 0, -1}, 0.3, 0.1, 0.1},
+                {"sphere map, near its rim, 4 : 1", ENVMAP_SPHERE, {0, 0, -1}, 0.3, 0.2, 0.05}};
+    for (int i = 0; i < 5; ++i) {
+        double e[2];
+        footprint_errors(e, rows[i].mapping, rows[i].axis, rows[i].away, rows[i].longer,
+                         rows[i].shorter);
+        printf("    %-40s one level: rms %.3g\n", rows[i].what, e[0]);
+        FIGURE("... 16 probes: rms", e[1], 0.8 * e[0]);
+    }
+}
+
+static void assembled_footprints_that_are_square_or_of_one_probe_are_lookups(void) {
+    const float z[3] = {0, 0, 1}, thin[3] = {0, 0.01f, 0};
+    const float dx[3] = {0.1f, 0, 0}, dy[3] = {0, 0.1f, 0};
+    float twice[3], long_x[3], long_y[3], a[3], b[3];
+    envmap map = make(ENVMAP_CUBE, 64);
+    scene(&map);
+    CHECK(envmap_mips_build(&map) == ENVMAP_OK);
+    envmap_lookup(a, &map, z, envmap_footprint_level(&map, z, dx, dy));
+    envmap_lookup_footprint(b, &map, z, dx, dy, 16);
+    for (int c = 0; c < 3; ++c) CHECK_CLOSE(a[c], b[c], 1e-4);
+    envmap_lookup(a, &map, z, envmap_footprint_level(&map, z, dx, thin));
+    envmap_lookup_footprint(b, &map, z, dx, thin, 1);
+    CHECK(!memcmp(a, b, sizeof a));
+    envmap_lookup_footprint(b, &map, z, dx, thin, -5);
+    CHECK(!memcmp(a, b, sizeof a));
+    for (int c = 0; c < 3; ++c) twice[c] = 2 * z[c], long_x[c] = 2 * dx[c], long_y[c] = 2 * thin[c];
+    envmap_lookup_footprint(a, &map, z, dx, thin, 8);
+    envmap_lookup_footprint(b, &map, twice, long_x, long_y, 8); /* directions have any length */
+    for (int c = 0; c < 3; ++c) CHECK_CLOSE(a[c], b[c], 1e-4 * (1 + fabs((double)a[c])));
+    envmap_lookup_footprint(b, &map, z, thin, dx, 8); /* and sides any order */
+    for (int c = 0; c < 3; ++c) CHECK_CLOSE(a[c], b[c], 1e-4 * (1 + fabs((double)a[c])));
+    envmap_free(&map);
+}
+
+/* A parallelogram of two long sides is thin: its axes are those of the ellipse that they span. */
+static void assembled_footprints_find_the_axes_of_a_sheared_one(void) {
+    const float z[3] = {0, 0, 1}, dx[3] = {0.2f, 0.19f, 0}, dy[3] = {0.19f, 0.2f, 0};
+    envmap map = make(ENVMAP_CUBE, 128);
+    double truth[3], one = 0, many = 0;
+    oracle_fill(&map, 0, waves);
+    CHECK(envmap_mips_build(&map) == ENVMAP_OK);
+    dense_footprint(truth, &map, z, dx, dy);
+    for (int probes = 1; probes <= 64; probes += 63) {
+        float rgb[3];
+        envmap_lookup_footprint(rgb, &map, z, dx, dy, probes);
+        for (int c = 0; c < 3; ++c)
+            *(probes > 1 ? &many : &one) += fabs((double)rgb[c] / truth[c] - 1) / 3;
+    }
+    printf("    %-64s %.3g\n", "sheared, one level: relative error", one);
+    FIGURE("64 probes", many, 0.8 * one);
+    envmap_free(&map);
+}
+
+static void assembled_footprints_of_bad_numbers_are_level_0_or_black(void) {
+    const float nan = (float)NAN, inf = (float)INFINITY, z[3] = {0, 0, 1}, x[3] = {0.1f, 0, 0};
+    const float bad[][3] = {{nan, 0, 0}, {0, inf, 0}, {nan, nan, nan}}, huge[3] = {1e30f, 0, 0};
+    envmap map = make(ENVMAP_CUBE, 32), none = {0};
+    float a[3], b[3] = {1, 1, 1};
+    scene(&map);
+    CHECK(envmap_mips_build(&map) == ENVMAP_OK);
+    envmap_lookup(a, &map, z, 0);
+    for (int i = 0; i < 3; ++i) {
+        envmap_lookup_footprint(b, &map, z, bad[i], x, 8);
+        CHECK(!memcmp(a, b, sizeof a));
+        envmap_lookup_footprint(b, &map, bad[i], x, x, 8);
+        CHECK(b[0] >= 0 && b[0] < 1e3f);
+    }
+    envmap_lookup_footprint(b, &map, z, huge, x, 256);
+    CHECK(b[0] >= 0 && b[0] < 1e3f);
+    envmap_lookup_footprint(b, &none, z, x, x, 8);
+    CHECK(b[0] == 0 && b[1] == 0 && b[2] == 0);
+    b[0] = 1;
+    envmap_lookup_footprint(b, NULL, z, x, x, 8);
+    CHECK(b[0] == 0);
+    envmap_lookup_footprint(b, &map, NULL, x, x, 8);
+    envmap_lookup_footprint(b, &map, z, NULL, NULL, 8);
+    envmap_lookup_footprint(NULL, &map, z, x, x, 8);
+    envmap_free(&map);
+}
+
 static void no_test_leaked(void) {
     CHECK(oracle_live == 0);
     CHECK(oracle_wrong_context == 0);
@@ -389,6 +532,10 @@ int main(void) {
     RUN(footprints_clamp_to_the_levels);
     RUN(bad_footprints_are_level_0);
     RUN(footprints_double_level_by_level);
+    RUN(assembled_footprints_see_what_one_level_blurs);
+    RUN(assembled_footprints_that_are_square_or_of_one_probe_are_lookups);
+    RUN(assembled_footprints_find_the_axes_of_a_sheared_one);
+    RUN(assembled_footprints_of_bad_numbers_are_level_0_or_black);
     RUN(no_test_leaked);
     return test_summary();
 }

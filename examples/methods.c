@@ -1,0 +1,741 @@
+/* methods.c - the approximations of examples/methods/, measured: how far each is from the truth and
+   how long it takes, on three made-up scenes and on the lat-long PFM files that you name.
+
+   What you will see: Markdown tables. First every method is verified (a constant stays itself), and
+   the truths are (against plain sums over the source); then, for each lobe, the methods are timed:
+       ms      the best of three runs on the first scene, one thread; resampling to the method's
+               parameterization, levels and tables are built anew each time
+       copies  ms over the time to memcpy the source and the result (best of seven, same run)
+       rms, worst  envmap_compare against the truth: for GGX the definition, for others the fast
+               filter at a tolerance of 1e-4
+   Sources are cubes of 128 x 128 (files: lat-long), results cubes of 32 x 32.
+
+   usage: methods [--docs DIR] [FILE.pfm]...
+   --docs writes the tables into DIR/methods.md between its two markers, and draws DIR/charts/.
+   The exit status is 1 when a verification fails.
+
+   >>clock >>rows >>truth >>tables >>details >>charts >>main
+
+   SPDX-License-Identifier: MIT */
+
+#define _POSIX_C_SOURCE 200809L
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define ENVMAP_IMPLEMENTATION
+#include "envmap.h"
+#include "methods/box_levels.h"
+#include "methods/importance_sampling.h"
+#include "methods/paraboloid_convolution.h"
+#include "methods/separable_gaussian.h"
+#include "methods/summed_area.h"
+#include "picture.h"
+#include "scenes.h"
+
+#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
+#define SOURCE       128
+#define RESULT       32
+
+/* ----------------------------------------------------------------------------------- >>clock -- */
+
+static double milliseconds(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
+}
+
+/* Time to copy level 0 of both maps, into memory that was touched before. */
+static volatile char copied;
+static double copy_time(const envmap *src, const envmap *dst) {
+    size_t a = method_floats(src) * sizeof(float), b = method_floats(dst) * sizeof(float);
+    char *to = (char *)calloc(a + b, 1);
+    double best = 1e9;
+    for (int i = 0; to && i < 7; ++i) {
+        double start = milliseconds();
+        memcpy(to, src->texels, a), memcpy(to + a, dst->texels, b);
+        copied = to[(size_t)i * 97]; /* so that no compiler leaves the copies out */
+        best = fmin(best, milliseconds() - start);
+    }
+    free(to);
+    return best;
+}
+
+/* Everything that is printed goes to stdout and, where it is open, into the document. */
+static FILE *document;
+
+static void say(const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    vprintf(format, list);
+    va_end(list);
+    if (!document) return;
+    va_start(list, format);
+    vfprintf(document, format, list);
+    va_end(list);
+}
+
+/* ------------------------------------------------------------------------------------ >>rows -- */
+
+typedef envmap_result method_call(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                                  const method_desc *desc);
+
+typedef struct row {
+    const char *name;
+    method_call *call;
+    method_desc desc;
+} row;
+
+static envmap_result fast(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                          const method_desc *desc) {
+    (void)desc;
+    return envmap_filter(dst, src, lobe, NULL);
+}
+
+/*             form cut limit one lossy level kernel samples half discs strips */
+static const row rows[] = {
+    {"`envmap_filter`, tolerance 1e-3", fast, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
+    {"paraboloid, published", method_paraboloid_convolution, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
+    {"paraboloid, published, lossy",
+     method_paraboloid_convolution,
+     {1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}},
+    {"paraboloid, published, S only",
+     method_paraboloid_convolution,
+     {1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}},
+    {"paraboloid, mended", method_paraboloid_convolution, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
+    {"paraboloid, mended, 31 texels, cut 0.01",
+     method_paraboloid_convolution,
+     {0, 0.01f, 31, 0, 0, 0, 0, 0, 0, 0, 0}},
+    {"box levels, published", method_box_levels, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
+    {"box levels, mended", method_box_levels, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
+    {"Gaussian, published", method_separable_gaussian, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
+    {"Gaussian, mended", method_separable_gaussian, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
+    {"sampling, published, 256", method_importance_sampling, {1, 0, 0, 0, 0, 0, 0, 256, 0, 0, 0}},
+    {"sampling, half a texel off, 256",
+     method_importance_sampling,
+     {0, 0, 0, 0, 0, 0, 0, 256, 1, 0, 0}},
+    {"sampling, mended, 32", method_importance_sampling, {0, 0, 0, 0, 0, 0, 0, 32, 0, 0, 0}},
+    {"sampling, mended, 256", method_importance_sampling, {0, 0, 0, 0, 0, 0, 0, 256, 0, 0, 0}},
+    {"summed areas, published", method_summed_area, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
+    {"summed areas, 8 discs of 9", method_summed_area, {0, 0, 0, 0, 0, 0, 0, 0, 0, 8, 9}},
+    {"summed areas, 24 discs of 25", method_summed_area, {0, 0, 0, 0, 0, 0, 0, 0, 0, 24, 25}}};
+
+typedef struct named_lobe {
+    const char *name;
+    envmap_lobe lobe;
+} named_lobe;
+
+#define LOBES 5
+static void make_lobes(named_lobe lobes[LOBES]) {
+    lobes[0].name = "Phong N = 10", lobes[0].lobe = envmap_lobe_phong(10);
+    lobes[1].name = "Phong N = 100", lobes[1].lobe = envmap_lobe_phong(100);
+    lobes[2].name = "Phong N = 500", lobes[2].lobe = envmap_lobe_phong(500);
+    lobes[3].name = "GGX alpha = 0.25", lobes[3].lobe = envmap_lobe_ggx(0.25f);
+    lobes[4].name = "diffuse", lobes[4].lobe = envmap_lobe_diffuse();
+}
+
+/* ----------------------------------------------------------------------------------- >>truth -- */
+
+#define SCENES_MOST 16
+typedef struct bench {
+    envmap sources[SCENES_MOST], truths[SCENES_MOST];
+    char names[SCENES_MOST][32];
+    int scenes, failed;
+} bench;
+
+static void must(envmap_result result, const char *what) {
+    if (result == ENVMAP_OK) return;
+    fprintf(stderr, "%s: %s\n", what, envmap_result_text(result));
+    exit(1);
+}
+
+static envmap blank(int mapping, int size, int levels) {
+    envmap map;
+    memset(&map, 0, sizeof map);
+    must(envmap_create(&map, (envmap_mapping)mapping, size, levels, 1), "a map");
+    return map;
+}
+
+/* The definition in one direction: sum k w L / sum k w over the texels. */
+static double plain_sum(const envmap *src, const envmap_lobe *lobe, const float dir[3]) {
+    double sum = 0, weight = 0;
+    for (int f = 0; f < envmap_faces(src->mapping); ++f)
+        for (int y = 0; y < src->size; ++y)
+            for (int x = 0; x < method_width(src, 0); ++x) {
+                float d[3];
+                envmap_direction(d, (envmap_mapping)src->mapping, f,
+                                 ((float)x + 0.5f) / (float)method_width(src, 0),
+                                 ((float)y + 0.5f) / (float)src->size);
+                double c = 0;
+                for (int k = 0; k < 3; ++k) c += (double)d[k] * (double)dir[k];
+                c = envmap_lobe_value(lobe, c, 0) * envmap_solid_angle(src, 0, f, x, y);
+                sum += c * (double)envmap_texel(src, 0, 0, f, x, y)[1], weight += c;
+            }
+    return sum / weight;
+}
+
+/* Six texels of a truth, to 0.1 %. */
+static void verify_truth(bench *b, int scene, const named_lobe *lobe) {
+    const envmap *truth = b->truths + scene;
+    for (int f = 0; f < 6; ++f) {
+        int x = 5 * f + 1, y = 30 - 4 * f;
+        float d[3];
+        envmap_direction(d, ENVMAP_CUBE, f, ((float)x + 0.5f) / RESULT, ((float)y + 0.5f) / RESULT);
+        double sum = plain_sum(b->sources + scene, &lobe->lobe, d);
+        double t = (double)envmap_texel(truth, 0, 0, f, x, y)[1];
+        if (fabs(t / sum - 1) <= 1e-3) continue;
+        fprintf(stderr, "%s, %s: the truth is %g, a plain sum %g\n", b->names[scene], lobe->name, t,
+                sum);
+        b->failed = 1;
+    }
+}
+
+static void make_truths(bench *b, const named_lobe *lobe) {
+    envmap_filter_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.tolerance = 1e-4f;
+    if (lobe->lobe.kind == ENVMAP_LOBE_GGX) desc.method = ENVMAP_METHOD_REFERENCE;
+    for (int i = 0; i < b->scenes; ++i) {
+        must(envmap_filter(b->truths + i, b->sources + i, &lobe->lobe, &desc), "a truth");
+        verify_truth(b, i, lobe);
+    }
+}
+
+/* A constant stays itself, or the method refuses the lobe with METHOD. */
+static void verify_method(bench *b, const row *r, const named_lobe *lobe) {
+    envmap src = blank(ENVMAP_CUBE, 16, 1), dst = blank(ENVMAP_CUBE, 8, 1);
+    for (size_t i = 0; i < method_floats(&src); ++i) src.texels[i] = 2;
+    envmap_result result = r->call(&dst, &src, &lobe->lobe, &r->desc);
+    for (size_t i = 0; !result && i < method_floats(&dst); ++i)
+        if (!r->desc.lossy && !(fabsf(dst.texels[i] - 2) <= 1e-3f)) result = ENVMAP_RESULT_COUNT;
+    if (result && result != ENVMAP_ERROR_METHOD) {
+        fprintf(stderr, "%s, %s: a constant does not stay itself\n", r->name, lobe->name);
+        b->failed = 1;
+    }
+    envmap_free(&src);
+    envmap_free(&dst);
+}
+
+/* ---------------------------------------------------------------------------------- >>tables -- */
+
+typedef struct point {
+    double ms, rms;
+    int ok;
+} point;
+
+static point points[LOBES][COUNT(rows)]; /* the second scene, for the chart */
+
+/* Best of `times`, or of fewer when a third of a second has passed. */
+static double time_of(envmap *dst, const envmap *src, const envmap_lobe *lobe, const row *r,
+                      int times, envmap_result *result) {
+    double best = 1e9, all = 0;
+    for (int i = 0; i < times && all < 333; ++i) {
+        double start = milliseconds(), ms;
+        *result = r->call(dst, src, lobe, &r->desc);
+        ms = milliseconds() - start, all += ms;
+        best = fmin(best, ms);
+    }
+    return best;
+}
+
+static void measure(bench *b, const row *r, const named_lobe *lobe, point *chart) {
+    envmap dst = blank(ENVMAP_CUBE, RESULT, 1);
+    say("| %s |", r->name);
+    for (int i = 0; i < b->scenes; ++i) {
+        envmap_difference d;
+        envmap_result result;
+        double ms = time_of(&dst, b->sources + i, &lobe->lobe, r, i ? 1 : 3, &result);
+        if (result) {
+            say(i ? " | |" : " refused: %s | |", envmap_result_text(result));
+            if (!i) say(" |");
+            continue;
+        }
+        must(envmap_compare(&d, &dst, b->truths + i, 0), "a comparison");
+        if (!i) say(" %.3g | %.0f |", ms, ms / copy_time(b->sources, &dst));
+        say(" %.2g | %.2g |", d.rms, d.worst);
+        if (!i) chart->ms = ms;
+        if (i == SCENE_STUDIO) chart->rms = d.rms, chart->ok = 1;
+    }
+    say("\n");
+    envmap_free(&dst);
+}
+
+static void table(bench *b, const named_lobe *lobe, point *chart) {
+    say("\n### %s\n\n| method | ms | copies |", lobe->name);
+    for (int i = 0; i < b->scenes; ++i) say(" %s: rms | worst |", b->names[i]);
+    say("\n|---|--:|--:|");
+    for (int i = 0; i < b->scenes; ++i) say("--:|--:|");
+    say("\n");
+    make_truths(b, lobe);
+    for (int i = 0; i < COUNT(rows); ++i) {
+        verify_method(b, rows + i, lobe);
+        if (!b->failed) measure(b, rows + i, lobe, chart + i);
+        fflush(stdout);
+    }
+}
+
+/* --------------------------------------------------------------------------------- >>details -- */
+
+static void paraboloid_table(void) {
+    static const float exponents[] = {10, 50, 100, 250, 500};
+    say("\n### Paraboloid filter sizes (faces of 512, cut 0.1, limit 7)\n\n"
+        "| N | S: size | shrink | L: size | shrink | energy cut | distortion at the rim |\n"
+        "|--:|--:|--:|--:|--:|--:|--:|\n");
+    for (int i = 0; i < COUNT(exponents); ++i) {
+        envmap_lobe lobe = envmap_lobe_phong(exponents[i]);
+        int size[2], shrink[2];
+        paraboloid_sizes(size, shrink, &lobe, 512, 0.1, 7);
+        say("| %g | %d | %d | %d | %d | %.1f %% | %.1f %% |\n", (double)exponents[i], size[0],
+            shrink[0], size[1], shrink[1],
+            100 * (1 - paraboloid_share(&lobe, paraboloid_angle(&lobe, 0.1))),
+            100 * paraboloid_distortion(1, size[1] / 512.0));
+    }
+}
+
+/* The level that leaves the least rms over the scenes: golden section. */
+static double box_error(bench *b, const envmap_lobe *lobe, double level, int scene) {
+    envmap dst = blank(ENVMAP_CUBE, RESULT, 1);
+    envmap_difference d;
+    method_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.level = (float)level;
+    must(method_box_levels(&dst, b->sources + scene, lobe, &desc), "box levels");
+    must(envmap_compare(&d, &dst, b->truths + scene, 0), "a comparison");
+    envmap_free(&dst);
+    return d.rms;
+}
+
+static void box_table(bench *b) {
+    say("\n### Box levels: b for N, faces of %d\n\n| N | b of the lobe |", SOURCE);
+    for (int i = 0; i < SCENE_COUNT; ++i)
+        say(" %s: best b | rms | rms at the lobe's |", b->names[i]);
+    say("\n|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    for (float n = 14.0625f; n < 1000; n *= 4) {
+        named_lobe lobe;
+        lobe.name = "Phong", lobe.lobe = envmap_lobe_phong(n);
+        double own = method_box_level(&lobe.lobe, SOURCE);
+        make_truths(b, &lobe);
+        say("| %g | %.2f |", (double)n, own);
+        for (int i = 0; i < SCENE_COUNT; ++i) {
+            double from = fmax(own - 1.5, 0.01), to = own + 1, g = 0.6180339887;
+            for (int k = 0; k < 9; ++k) {
+                double p = to - g * (to - from), q = from + g * (to - from);
+                if (box_error(b, &lobe.lobe, p, i) < box_error(b, &lobe.lobe, q, i))
+                    to = q;
+                else
+                    from = p;
+            }
+            double best = (from + to) / 2;
+            say(" %.2f | %.2g | %.2g |", best, box_error(b, &lobe.lobe, best, i),
+                box_error(b, &lobe.lobe, own, i));
+        }
+        say("\n");
+    }
+}
+
+static void gaussian_table(bench *b) {
+    say("\n### Separable Gaussian: Phong against its own lobe, sigma, and the misfit of the two\n\n"
+        "| N | sigma | misfit |");
+    for (int i = 0; i < SCENE_COUNT; ++i) say(" %s: rms |", b->names[i]);
+    say("\n|--:|--:|--:|--:|--:|--:|\n");
+    for (float n = 8; n < 1000; n *= 2) {
+        named_lobe lobe;
+        double misfit = 0;
+        lobe.name = "Phong", lobe.lobe = envmap_lobe_phong(n);
+        double sigma = method_gaussian(&misfit, &lobe.lobe);
+        make_truths(b, &lobe);
+        say("| %g | %.3g | %.2g |", (double)n, sigma, misfit);
+        for (int i = 0; i < SCENE_COUNT; ++i) {
+            envmap dst = blank(ENVMAP_CUBE, RESULT, 1);
+            envmap_difference d;
+            must(method_separable_gaussian(&dst, b->sources + i, &lobe.lobe, NULL), "Gaussian");
+            must(envmap_compare(&d, &dst, b->truths + i, 0), "a comparison");
+            say(" %.2g |", d.rms);
+            envmap_free(&dst);
+        }
+        say("\n");
+    }
+}
+
+static void chain_line(void) {
+    envmap src = blank(ENVMAP_CUBE, 256, 1), dst = blank(ENVMAP_CUBE, 256, 5);
+    envmap_lobe lobes[5];
+    double best = 1e9;
+    for (int i = 0; i < 5; ++i) lobes[i] = envmap_lobe_phong((float)(8192 >> 2 * i));
+    scene_fill(&src, SCENE_OVERCAST);
+    for (int i = 0; i < 3; ++i) {
+        double start = milliseconds();
+        must(method_separable_chain(&dst, &src, lobes, 5, NULL), "a chain");
+        best = fmin(best, milliseconds() - start);
+    }
+    say("\nA chain N = 8192, 2048, 512, 128, 32 on levels 0 ... 4 of faces of 256: %.0f ms, %.0f "
+        "copies.\n",
+        best, best / copy_time(&src, &dst));
+    envmap_free(&src);
+    envmap_free(&dst);
+}
+
+static const int sample_counts[] = {8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
+static double sample_errors[3][COUNT(sample_counts)];
+
+static void sampling_table(bench *b) {
+    envmap_lobe lobe = envmap_lobe_ggx(0.25f);
+    envmap dst = blank(ENVMAP_CUBE, 8, 1), truth[SCENE_COUNT];
+    envmap_filter_desc reference;
+    memset(&reference, 0, sizeof reference);
+    reference.method = ENVMAP_METHOD_REFERENCE;
+    say("\n### Importance sampling: GGX alpha = 0.25, rms and worst texel against samples\n\n"
+        "| samples | us per texel |");
+    for (int i = 0; i < SCENE_COUNT; ++i) say(" %s: rms | worst |", b->names[i]);
+    say("\n|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    for (int i = 0; i < SCENE_COUNT; ++i) {
+        truth[i] = blank(ENVMAP_CUBE, 8, 1);
+        must(envmap_filter(truth + i, b->sources + i, &lobe, &reference), "a truth");
+    }
+    for (int k = 0; k < COUNT(sample_counts); ++k) {
+        method_desc desc;
+        memset(&desc, 0, sizeof desc);
+        desc.samples = sample_counts[k];
+        say("| %d |", desc.samples);
+        for (int i = 0; i < SCENE_COUNT; ++i) {
+            envmap_difference d;
+            double start, ms;
+            start = milliseconds();
+            must(method_importance_sampling(&dst, b->sources + i, &lobe, &desc), "sampling");
+            ms = milliseconds() - start;
+            must(envmap_compare(&d, &dst, truth + i, 0), "a comparison");
+            if (!i) say(" %.3g |", 1e3 * ms / (6 * 64));
+            say(" %.2g | %.2g |", d.rms, d.worst);
+            sample_errors[i][k] = d.rms;
+        }
+        say("\n");
+    }
+    envmap_free(&dst);
+    for (int i = 0; i < SCENE_COUNT; ++i) envmap_free(truth + i);
+}
+
+/* The mean over a footprint: 32 x 32 bilinear lookups; and by a box of the table that holds it. */
+static void footprint_truth(double rgb[3], const envmap *map, float place[3][3]) {
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int i = 0; i < 1024; ++i) {
+        float d[3], tap[3];
+        for (int c = 0; c < 3; ++c)
+            d[c] = place[0][c] + (((float)(i % 32) + 0.5f) / 32 - 0.5f) * place[1][c] +
+                   (((float)(i / 32) + 0.5f) / 32 - 0.5f) * place[2][c];
+        envmap_lookup(tap, map, d, 0);
+        for (int c = 0; c < 3; ++c) rgb[c] += (double)tap[c] / 1024;
+    }
+}
+
+static void footprint_box(float rgb[3], const summed_area *sums, const envmap *map,
+                          float place[3][3]) {
+    float u, v, half[2] = {0, 0};
+    int face, other;
+    envmap_coordinates(&face, &u, &v, (envmap_mapping)map->mapping, place[0]);
+    for (int side = 1; side < 3; ++side) {
+        float d[3], a, b;
+        for (int c = 0; c < 3; ++c) d[c] = place[0][c] + 0.5f * place[side][c];
+        envmap_coordinates(&other, &a, &b, (envmap_mapping)map->mapping, d);
+        a -= u, b -= v;
+        if (sums->wraps) a -= floorf(a + 0.5f);
+        half[0] += fabsf(a), half[1] += fabsf(b);
+    }
+    summed_area_box(rgb, sums, face, (double)(u - half[0]), (double)(v - half[1]),
+                    (double)(u + half[0]), (double)(v + half[1]));
+}
+
+/* 200 footprints around an axis, at an angle from it. */
+static void footprint_row(const char *what, const envmap *scene, int mapping, const float axis[3],
+                          float away, float longer, float shorter) {
+    envmap map = blank(mapping, 256, envmap_levels(256));
+    summed_area sums;
+    double error[3] = {0, 0, 0}, all = 0;
+    must(envmap_resample(&map, scene), "a map");
+    must(envmap_mips_build(&map), "levels");
+    must(summed_area_create(&sums, &map, 0), "a table");
+    for (int i = 0; i < 200; ++i) {
+        float x[3], y[3], place[3][3], rgb[3], turn = 2.39996f * (float)i;
+        double truth[3];
+        method_frame(x, y, axis);
+        for (int c = 0; c < 3; ++c)
+            place[0][c] =
+                cosf(away) * axis[c] + sinf(away) * (cosf(turn) * x[c] + sinf(turn) * y[c]);
+        method_frame(x, y, place[0]);
+        turn *= 1.7f;
+        for (int c = 0; c < 3; ++c) {
+            place[1][c] = longer * (cosf(turn) * x[c] + sinf(turn) * y[c]);
+            place[2][c] = shorter * (cosf(turn) * y[c] - sinf(turn) * x[c]);
+        }
+        footprint_truth(truth, &map, place);
+        for (int k = 0; k < 3; ++k) {
+            if (k < 2)
+                envmap_lookup_footprint(rgb, &map, place[0], place[1], place[2], k ? 16 : 1);
+            else
+                footprint_box(rgb, &sums, &map, place);
+            for (int c = 0; c < 3; ++c)
+                error[k] += ((double)rgb[c] - truth[c]) * ((double)rgb[c] - truth[c]);
+        }
+        for (int c = 0; c < 3; ++c) all += truth[c] * truth[c];
+    }
+    say("| %s | %.2g x %.2g |", what, (double)longer, (double)shorter);
+    for (int k = 0; k < 3; ++k) say(" %.2g |", sqrt(error[k] / all));
+    say("\n");
+    summed_area_free(&sums);
+    envmap_free(&map);
+}
+
+static void footprint_table(const envmap *scene) {
+    static const float ahead[3] = {0, 0, -1}, up[3] = {0, 1, 0}, side[3] = {1, 0, 0};
+    say("\n### Lookups over a footprint (overcast, maps of 256): rms\n\n| where | footprint, rad | "
+        "one level | 16 probes | summed areas |\n|---|---|--:|--:|--:|\n");
+    footprint_row("cube, 0.4 from a face's centre", scene, ENVMAP_CUBE, side, 0.4f, 0.4f, 0.05f);
+    footprint_row("lat-long, at the horizon", scene, ENVMAP_LATLONG, up, 1.5f, 0.2f, 0.05f);
+    footprint_row("lat-long, 0.1 from a pole", scene, ENVMAP_LATLONG, up, 0.1f, 0.1f, 0.1f);
+    footprint_row("lat-long, 0.1 from a pole", scene, ENVMAP_LATLONG, up, 0.1f, 0.2f, 0.05f);
+    footprint_row("sphere map, 0.2 from its rim", scene, ENVMAP_SPHERE, ahead, 0.2f, 0.1f, 0.1f);
+    footprint_row("sphere map, 0.2 from its rim", scene, ENVMAP_SPHERE, ahead, 0.2f, 0.2f, 0.05f);
+}
+
+/* ---------------------------------------------------------------------------------- >>charts --
+   Charts are 720 x 440; x and y are positions in [0,1] of the area inside the axes. */
+
+static FILE *chart_open(const char *dir, const char *name, const char *title, const char *x,
+                        const char *y) {
+    char path[1024];
+    snprintf(path, sizeof path, "%s/charts/%s", dir, name);
+    FILE *f = fopen(path, "w");
+    if (!f) {
+        fprintf(stderr, "cannot write %s\n", path);
+        exit(1);
+    }
+    fprintf(f,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 720 440\" "
+            "font-family=\"sans-serif\" font-size=\"12\">\n"
+            "<rect width=\"720\" height=\"440\" fill=\"#fff\"/>\n"
+            "<text x=\"70\" y=\"24\" font-size=\"15\">%s</text>\n"
+            "<text x=\"370\" y=\"432\" text-anchor=\"middle\">%s</text>\n"
+            "<text transform=\"translate(16 220) rotate(-90)\" text-anchor=\"middle\">%s</text>\n"
+            "<rect x=\"70\" y=\"40\" width=\"600\" height=\"350\" fill=\"none\" "
+            "stroke=\"#888\"/>\n",
+            title, x, y);
+    return f;
+}
+
+static double chart_x(double x) { return 70 + 600 * x; }
+static double chart_y(double y) { return 390 - 350 * y; }
+
+static void chart_tick(FILE *f, int vertical, double at, double value) {
+    if (at < -1e-9 || at > 1 + 1e-9) return;
+    double x = vertical ? 70 : chart_x(at), y = vertical ? chart_y(at) : 40;
+    fprintf(f, "<path d=\"M%.1f %.1f%c%.1f\" stroke=\"#ddd\"/>", x, y, vertical ? 'H' : 'V',
+            vertical ? 670.0 : 390.0);
+    fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">%g</text>\n", vertical ? 64 : x,
+            vertical ? y + 4 : 406, vertical ? "end" : "middle", value);
+}
+
+static void chart_line(FILE *f, const double *x, const double *y, int count, const char *colour,
+                       const char *label, double label_y) {
+    fprintf(f, "<polyline fill=\"none\" stroke-width=\"2\" stroke=\"%s\" points=\"", colour);
+    for (int i = 0; i < count; ++i) fprintf(f, "%.1f,%.1f ", chart_x(x[i]), chart_y(y[i]));
+    fprintf(f, "\"/>\n<text x=\"%.1f\" y=\"%.1f\" fill=\"%s\">%s</text>\n", chart_x(0.03),
+            chart_y(label_y), colour, label);
+}
+
+static void chart_done(FILE *f) {
+    fprintf(f, "</svg>\n");
+    fclose(f);
+}
+
+static double log_place(double v, double from, double to) {
+    return log10(fmax(v, 1e-12) / from) / log10(to / from);
+}
+
+/* Error against time of every method, for one lobe, on the second scene. */
+static void chart_methods(const char *dir, const char *name, const char *title,
+                          const point *chart) {
+    FILE *f = chart_open(dir, name, title, "ms", "relative rms error");
+    for (double t = 1; t < 2e4; t *= 10) chart_tick(f, 0, log_place(t, 1, 1e4), t);
+    for (double e = 1e-6; e < 2; e *= 10) chart_tick(f, 1, log_place(e, 1e-6, 1), e);
+    for (int i = 0; i < COUNT(rows); ++i) {
+        if (!chart[i].ok) continue;
+        double x = chart_x(log_place(chart[i].ms, 1, 1e4));
+        double y = chart_y(log_place(chart[i].rms, 1e-6, 1));
+        const char *colour = i == 0                         ? "#000"
+                             : strstr(rows[i].name, "publ") ? "#c33"
+                             : strstr(rows[i].name, "half") ? "#c33"
+                                                            : "#26a";
+        fprintf(f, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" fill=\"%s\"/>", x, y, colour);
+        fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"10\" fill=\"%s\">%s</text>\n", x + 7,
+                y + 3, colour, i ? rows[i].name : "envmap_filter");
+    }
+    chart_done(f);
+}
+
+static void chart_samples(const char *dir) {
+    static const char *const colours[3] = {"#26a", "#383", "#c33"};
+    FILE *f = chart_open(dir, "sampling.svg", "Filtered importance sampling, GGX alpha = 0.25",
+                         "samples per texel", "relative rms error");
+    double x[COUNT(sample_counts)], y[COUNT(sample_counts)];
+    for (int n = 8; n <= 4096; n *= 2) chart_tick(f, 0, log_place(n, 8, 4096), n);
+    for (double e = 1e-4; e < 2; e *= 10) chart_tick(f, 1, log_place(e, 1e-4, 1), e);
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < COUNT(sample_counts); ++k) {
+            x[k] = log_place(sample_counts[k], 8, 4096);
+            y[k] = log_place(sample_errors[i][k], 1e-4, 1);
+        }
+        chart_line(f, x, y, COUNT(sample_counts), colours[i], scene_name[i], 0.05 + 0.05 * i);
+    }
+    chart_done(f);
+}
+
+static void chart_distortion(const char *dir) {
+    static const char *const colours[4] = {"#26a", "#383", "#c80", "#c33"};
+    FILE *f = chart_open(dir, "distortion.svg", "How far a circle's image is off its centre",
+                         "distance d from the map's centre", "|a - b| / (a + b)");
+    double x[65], y[65];
+    for (int i = 0; i <= 5; ++i) {
+        chart_tick(f, 0, 0.2 * i, 0.2 * i);
+        chart_tick(f, 1, 0.2 * i, 0.1 * i);
+    }
+    for (int k = 0; k < 4; ++k) {
+        double r = k == 3 ? 260.0 / 512 : 0.125 * (k + 1);
+        char label[40];
+        for (int i = 0; i <= 64; ++i) {
+            x[i] = i / 64.0;
+            y[i] = paraboloid_distortion(x[i], r) / 0.5;
+        }
+        snprintf(label, sizeof label, "radius %.3g: %.1f %% at the rim", r,
+                 100 * paraboloid_distortion(1, r));
+        chart_line(f, x, y, 65, colours[k], label, 0.8 + 0.05 * k);
+    }
+    chart_done(f);
+}
+
+/* The studio through Phong N = 100: the truth, and what each method makes of it. */
+static void draw_methods(const char *dir, bench *b) {
+    static const int shown[] = {1, 4, 6, 7, 8, 9, 12, 13, 14, 15};
+    const int w = 300, h = 150, gap = 24;
+    named_lobe lobe;
+    picture p;
+    char path[1024];
+    lobe.name = "Phong", lobe.lobe = envmap_lobe_phong(100);
+    make_truths(b, &lobe);
+    if (!picture_create(&p, 3 * w, 4 * (h + gap))) return;
+    memset(p.rgb, 255, 3 * (size_t)p.width * (size_t)p.height);
+    float exposure = picture_exposure(b->sources + SCENE_STUDIO);
+    for (int i = -2; i < COUNT(shown); ++i) {
+        envmap dst = blank(ENVMAP_CUBE, RESULT, 1);
+        const envmap *map = i == -2 ? b->sources + SCENE_STUDIO
+                            : i < 0 ? b->truths + SCENE_STUDIO
+                                    : &dst;
+        int x = (i + 2) % 3 * w, y = (i + 2) / 3 * (h + gap);
+        if (i >= 0)
+            must(rows[shown[i]].call(&dst, b->sources + SCENE_STUDIO, &lobe.lobe,
+                                     &rows[shown[i]].desc),
+                 "a picture");
+        picture_panorama(&p, x, y + gap, w - 4, h - 4, exposure, map);
+        picture_text(&p, (float)x + 4, (float)y + 8, 9, 0x202020,
+                     i == -2 ? "studio"
+                     : i < 0 ? "Phong N = 100, exact"
+                             : rows[shown[i]].name);
+        envmap_free(&dst);
+    }
+    snprintf(path, sizeof path, "%s/images/methods.png", dir);
+    if (!picture_save(&p, path)) fprintf(stderr, "cannot write %s\n", path);
+    picture_free(&p);
+}
+
+/* ------------------------------------------------------------------------------------ >>main -- */
+
+#define BEGIN "<!-- made by make methods: begin -->\n"
+#define END   "<!-- made by make methods: end -->\n"
+
+/* The whole of a file, or NULL. */
+static char *read_text(const char *path) {
+    FILE *f = fopen(path, "rb");
+    char *text = (char *)calloc(1, 1 << 20);
+    size_t n = f && text ? fread(text, 1, (1 << 20) - 1, f) : 0;
+    if (f) fclose(f);
+    if (n) return text;
+    free(text);
+    return NULL;
+}
+
+/* Puts the measured text between the markers. */
+static int write_document(const char *path, const char *measured) {
+    char *old = read_text(path), *text = read_text(measured);
+    char *from = old ? strstr(old, BEGIN) : NULL, *to = old ? strstr(old, END) : NULL;
+    int ok = 0;
+    FILE *f = from && to && text ? fopen(path, "wb") : NULL;
+    if (f) {
+        ok = fwrite(old, 1, (size_t)(from - old) + strlen(BEGIN), f) > 0;
+        ok &= fputs(text, f) >= 0 && fputs(to, f) >= 0;
+        ok &= fclose(f) == 0;
+    }
+    free(old);
+    free(text);
+    return ok;
+}
+
+static void add_file(bench *b, const char *path) {
+    const char *name = strrchr(path, '/') ? strrchr(path, '/') + 1 : path;
+    if (b->scenes == SCENES_MOST) return;
+    envmap *map = b->sources + b->scenes;
+    must(envmap_pfm_load(map, path, ENVMAP_LATLONG), path);
+    snprintf(b->names[b->scenes], sizeof b->names[0], "%.*s", (int)strcspn(name, "."), name);
+    b->truths[b->scenes++] = blank(ENVMAP_CUBE, RESULT, 1);
+}
+
+static void draw(const char *docs, bench *b) {
+    char path[1024], measured[1024];
+    chart_methods(docs, "methods-phong100.svg", "Phong N = 100, studio", points[1]);
+    chart_methods(docs, "methods-ggx.svg", "GGX alpha = 0.25, studio", points[3]);
+    chart_samples(docs);
+    chart_distortion(docs);
+    draw_methods(docs, b);
+    snprintf(path, sizeof path, "%s/methods.md", docs);
+    snprintf(measured, sizeof measured, "%s/charts/measured.tmp", docs);
+    if (!write_document(path, measured)) fprintf(stderr, "cannot write %s\n", path);
+    remove(measured);
+}
+
+int main(int argc, char **argv) {
+    static bench b;
+    named_lobe lobes[LOBES];
+    const char *docs = NULL;
+    char path[1024];
+    for (int i = 0; i < SCENE_COUNT; ++i) {
+        b.sources[i] = blank(ENVMAP_CUBE, SOURCE, 1), b.truths[i] = blank(ENVMAP_CUBE, RESULT, 1);
+        scene_fill(b.sources + i, i);
+        snprintf(b.names[i], sizeof b.names[i], "%s", scene_name[i]);
+    }
+    b.scenes = SCENE_COUNT;
+    for (int i = 1; i < argc; ++i) {
+        if (!strcmp(argv[i], "--docs") && i + 1 < argc)
+            docs = argv[++i];
+        else
+            add_file(&b, argv[i]);
+    }
+    if (docs) {
+        snprintf(path, sizeof path, "%s/charts/measured.tmp", docs);
+        document = fopen(path, "w");
+        if (!document) fprintf(stderr, "cannot write %s\n", path);
+    }
+    make_lobes(lobes);
+    for (int i = 0; i < LOBES && !b.failed; ++i) table(&b, lobes + i, points[i]);
+    b.scenes = SCENE_COUNT; /* the details are about the made-up scenes */
+    if (!b.failed) {
+        paraboloid_table();
+        box_table(&b);
+        gaussian_table(&b);
+        chain_line();
+        sampling_table(&b);
+        footprint_table(b.sources);
+    }
+    if (document) fclose(document);
+    if (docs && document && !b.failed) draw(docs, &b);
+    for (int i = 0; i < SCENES_MOST; ++i) envmap_free(b.sources + i), envmap_free(b.truths + i);
+    return b.failed;
+}
