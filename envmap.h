@@ -4853,7 +4853,7 @@ typedef struct envmapi_plan {
     double *rest;       /* [slices]: sum (2l+1) lambda_l^2 beyond them */
     int bands, need, slices;
     double tolerance, h, sigma, brightest; /* brightest: the largest |lambda_0| of a slice */
-    double dark;                           /* the darkest of the result over its mean */
+    double dark, grain; /* the darkest of the result over its mean; h^2/24 of texels of side h */
     int kinked;
 } envmapi_plan;
 
@@ -4924,12 +4924,13 @@ static void envmapi_plan_k(double k[ENVMAPI_ANGLES], double *most, const envmapi
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) *most = fmax(*most, fabs(k[j]));
 }
 
-/* May an error d(t) of one light be, where k(t) is the light itself? Of d what exceeds `share` of k
+/* May an error d(t) of one light be, where k(t) is the light itself? The norm's error counts too: that
+   of the grain of texels, whose solid angles are lumps. Of d what exceeds `share` of k
    counts: the brightest light's must stay below that share of the dark, and so must the
    rms of what all others make of it together, of which a texel may see thrice as much. */
-static int envmapi_plan_allows(const double *d, const double *k, double share, double dark,
-                               double slack, envmapi_contrast c) {
-    double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
+static int envmapi_plan_allows(const envmapi_plan *plan, const double *d, const double *k,
+                               double share, double mean, double slack, envmapi_contrast c) {
+    double excess[ENVMAPI_ANGLES], most = 0, squares = 0, dark = mean * plan->dark;
     double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
         double over = fabs(d[j]) - share * fabs(k[j]) - slack;
@@ -4940,7 +4941,8 @@ static int envmapi_plan_allows(const double *d, const double *k, double share, d
         most = excess[j] > most ? excess[j] : most;
         squares += excess[j] * excess[j] * sin(ENVMAPI_PI * t * t) * ENVMAPI_PI * t / ENVMAPI_ANGLES;
     }
-    return c.epsilon * most <= share * dark && others * squares <= share * share * dark * dark;
+    return c.epsilon * most <= share * dark && others * squares <= share * share * dark * dark &&
+           8 * plan->grain * most <= share * mean;
 }
 
 /* The fewest bands that keep the bounds, or only the one on rms; contrast[l] is the scene's at the
@@ -4963,8 +4965,8 @@ static int envmapi_plan_bands(const envmapi_plan *plan, int slice, const envmapi
     envmapi_series_begin(&series);
     memcpy(lost, k, sizeof lost);
     for (int l = 0; l + 1 < plan->bands; ++l) {
-        if (l + 1 > L && !envmapi_plan_allows(lost, k, 4 * tolerance, mean * plan->dark,
-                                              1e-12 * most, contrast[l]))
+        if (l + 1 > L &&
+            !envmapi_plan_allows(plan, lost, k, 4 * tolerance, mean, 1e-12 * most, contrast[l]))
             L = l + 1;
         envmapi_series_add(&series, lost, -lambda[l]);
     }
@@ -4974,7 +4976,7 @@ static int envmapi_plan_bands(const envmapi_plan *plan, int slice, const envmapi
 /* Do grids of spacing h keep the bounds? */
 static int envmapi_plan_holds(const envmapi_plan *plan, int slice, double h, envmapi_contrast c) {
     const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
-    double k[ENVMAPI_ANGLES], lost[ENVMAPI_ANGLES] = {0}, most, c2 = c.kappa * c.kappa;
+    double k[ENVMAPI_ANGLES], lost[ENVMAPI_ANGLES] = {0}, most, c2 = fmax(c.kappa * c.kappa, 1e-4);
     double mean = envmapi_plan_mean(plan, slice), tolerance = plan->tolerance;
     double power = plan->rest[slice] + envmapi_plan_power(plan, slice, 0, plan->bands, 0);
     double d = envmapi_plan_power(plan, slice, 0, plan->need, h);
@@ -4985,12 +4987,13 @@ static int envmapi_plan_holds(const envmapi_plan *plan, int slice, double h, env
     for (int l = 0; l < plan->need; ++l)
         envmapi_series_add(&series, lost,
                            lambda[l] * envmapi_spline_error(l * h / (2 * ENVMAPI_PI)));
-    return envmapi_plan_allows(lost, k, 2 * tolerance, mean * plan->dark, 0, c);
+    return envmapi_plan_allows(plan, lost, k, 2 * tolerance, mean, 0, c);
 }
 
-/* The widest grid whose spline errors stay within the bounds, to 4 %. */
+/* The widest grid whose spline errors stay within the bounds, to 4 %; its nodes keep all bands apart
+   also where a scene asks for nothing, for the solid angle goes over the same grid. */
 static double envmapi_plan_spacing(const envmapi_plan *plan, envmapi_contrast contrast) {
-    double low = 1e-3, high = 0.8;
+    double low = 1e-3, high = fmin(0.8, 0.45 * 2 * ENVMAPI_PI / plan->need);
     while (high > 1.04 * low) {
         double h = sqrt(low * high);
         int holds = 1;
@@ -5131,6 +5134,8 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
     plan->lobe = lobe, plan->dst = dst, plan->tolerance = tolerance;
     plan->slices = varied ? dst->slices : 1;
     plan->sigma = ENVMAPI_PI;
+    plan->grain = pow(envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size), 2) / 24;
+    if (lobe->raw || lobe->kind == ENVMAP_LOBE_BANKS) plan->grain = 0;
     for (int k = 0; k < plan->slices; ++k)
         plan->sigma =
             fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, plan->slices)));
