@@ -2315,6 +2315,11 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
 #define ENVMAPI_INLINE static inline __attribute__((always_inline))
 #define ENVMAPI_LANES(type, scalar, n)                                                             \
     typedef scalar type __attribute__((vector_size(n * sizeof(scalar))));                          \
+    typedef uint32_t type##_bits __attribute__((vector_size(n * sizeof(scalar))));                 \
+    ENVMAPI_INLINE void type##_or(type##_bits *y, const type *x) {                                 \
+        type##_bits bits;                                                                          \
+        memcpy(&bits, x, sizeof bits), *y |= bits;                                                 \
+    }                                                                                              \
     ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) { *y += a * *x; }             \
     ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) { *y += *x * *z; }       \
     ENVMAPI_LANES_TO(type, scalar)
@@ -2322,6 +2327,12 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
 #define ENVMAPI_INLINE static inline
 #define ENVMAPI_LANES(type, scalar, n)                                                             \
     typedef struct { scalar v[n]; } type;                                                          \
+    typedef struct { uint32_t v[n * sizeof(scalar) / 4]; } type##_bits;                            \
+    ENVMAPI_INLINE void type##_or(type##_bits *y, const type *x) {                                 \
+        type##_bits bits;                                                                          \
+        memcpy(&bits, x, sizeof bits);                                                             \
+        for (size_t i = 0; i < n * sizeof(scalar) / 4; ++i) y->v[i] |= bits.v[i];                  \
+    }                                                                                              \
     ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
         for (int i = 0; i < n; ++i) y->v[i] += a * x->v[i];                                        \
     }                                                                                              \
@@ -2338,7 +2349,8 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
         memcpy(y, &sum, sizeof sum);                                                               \
     }
 
-/* y += a x and y += x z for 4, 8 or 16 numbers, and the first in memory: what carries the work. */
+/* y += a x, y += x z and y |= the bits of x for 4, 8 or 16 numbers; _to is the first in memory. What
+   carries the work. */
 ENVMAPI_LANES(envmapi_float4, float, 4)
 ENVMAPI_LANES(envmapi_float16, float, 16)
 ENVMAPI_LANES(envmapi_double4, double, 4)
@@ -2486,12 +2498,13 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
         envmapi_spline_factor(rings->factors + i * (H + 2), H, i & 2 ? -1 : 1, i & 1 ? -1 : 1);
 }
 
-static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands,
+/* G: room for it that others have left, or NULL. */
+static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, double *G,
                                           envmapi_pool *pool) {
     size_t n = 2 * (size_t)M, H = (size_t)M / 2, L = (size_t)bands;
     memset(rings, 0, sizeof *rings);
     rings->M = M, rings->bands = bands, rings->row = 4 * ((size_t)M + 6);
-    rings->G = (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
+    rings->G = G ? G : (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
     double *tables = (double *)envmapi_pool_get(pool, 2 * n + 2 * L + 14 * H + 24, sizeof(double));
     rings->place = (int *)envmapi_pool_get(pool, n, sizeof(int));
     if (!rings->G || !tables || !rings->place) return ENVMAP_ERROR_MEMORY;
@@ -4439,8 +4452,8 @@ static envmapi_grid envmapi_grid_of(const envmap *map, double h, double toleranc
     int width = envmapi_width(map->mapping, map->size);
     double n = ceil(envmapi_stretch(map->mapping) / h), aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
     grid.map = map, grid.faces = envmap_faces(map->mapping);
-    /* beyond the taps: a spline forgets its end by 0.43 a node, of an error there of a tenth */
-    grid.pad = 3 + (int)ceil(log(0.05 / fmin(tolerance, 0.02)) / 0.843);
+    /* beyond the taps: a spline forgets its end by 0.43 a node, of an error there of a few percent */
+    grid.pad = 3 + (int)ceil(log(0.02 / fmin(tolerance, 0.01)) / 0.843);
     double nodes = (n + 2 * grid.pad) * (n / aspect + 2 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
                     nodes > 0.8 * width * map->size;
@@ -4572,30 +4585,39 @@ ENVMAPI_INLINE void envmapi_row_add(float *sums, float w, const float *x, size_t
     envmapi_rows_add(sums, 0, 1, &one, 0, n);
 }
 
-/* squares += (x y)^2, signs |= the bits of x, in 16 lanes. */
-ENVMAPI_INLINE void envmapi_squares_part(envmapi_float16 *squares, uint32_t signs[16],
-                                         const float *x, const float *y, size_t bytes) {
-    envmapi_float16 texel, omega, light;
-    uint32_t bits[16];
-    memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega), memset(&light, 0, sizeof light);
-    memcpy(&texel, x, bytes), memcpy(&omega, y, bytes), memcpy(bits, &texel, sizeof bits);
-    for (int v = 0; v < 16; ++v) signs[v] |= bits[v];
-    envmapi_float16_mad(&light, &texel, &omega);
-    envmapi_float16_mad(squares, &light, &light);
+/* sums += x y over some rows, squares += (x y)^2, signs |= the bits of x, in up to 16 lanes. */
+ENVMAPI_INLINE void envmapi_survey_part(float *sums, envmapi_float16 *squares,
+                                        envmapi_float16_bits *signs, const envmapi_rows *in,
+                                        size_t at, size_t bytes) {
+    envmapi_float16 sum, texel, omega, light, square = *squares;
+    envmapi_float16_bits bits = *signs;
+    memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega), memset(&sum, 0, sizeof sum);
+    memcpy(&sum, sums + at, bytes);
+    for (int r = 0; r < in->rows; ++r) {
+        memset(&light, 0, sizeof light);
+        memcpy(&texel, in->x[r] + at, bytes), memcpy(&omega, in->y[r] + at, bytes);
+        envmapi_float16_or(&bits, &texel);
+        envmapi_float16_mad(&light, &texel, &omega);
+        envmapi_float16_mad(&square, &light, &light);
+        envmapi_float16_add(&sum, 1, &light);
+    }
+    memcpy(sums + at, &sum, bytes);
+    *squares = square, *signs = bits;
 }
 
-/* Their sum, and whether a number has its sign bit set. */
-static double envmapi_row_squares(const float *x, const float *y, size_t n, int *negative) {
+/* Returns the sum of the squares; whether a number has its sign bit set. */
+static double envmapi_survey_rows(float *sums, const envmapi_rows *in, size_t n, int *negative) {
     envmapi_float16 squares;
-    uint32_t signs[16] = {0}, any = 0;
+    envmapi_float16_bits signs;
+    uint32_t bits[16], any = 0;
     float lanes[16];
     double sum = 0;
     size_t i = 0;
-    memset(&squares, 0, sizeof squares);
-    for (; i + 16 <= n; i += 16) envmapi_squares_part(&squares, signs, x + i, y + i, 64);
-    if (i < n) envmapi_squares_part(&squares, signs, x + i, y + i, (n - i) * sizeof(float));
-    memcpy(lanes, &squares, sizeof lanes);
-    for (int v = 0; v < 16; ++v) sum += (double)lanes[v], any |= signs[v];
+    memset(&squares, 0, sizeof squares), memset(&signs, 0, sizeof signs);
+    for (; i + 16 <= n; i += 16) envmapi_survey_part(sums, &squares, &signs, in, i, 64);
+    if (i < n) envmapi_survey_part(sums, &squares, &signs, in, i, (n - i) * sizeof(float));
+    memcpy(lanes, &squares, sizeof lanes), memcpy(bits, &signs, sizeof bits);
+    for (int v = 0; v < 16; ++v) sum += (double)lanes[v], any |= bits[v];
     *negative |= any >> 31 != 0;
     return sum;
 }
@@ -4620,17 +4642,16 @@ static void envmapi_task_survey(void *context, int task) {
             for (int r = 0; r < in.rows; ++r) {
                 in.x[r] = texels + (size_t)(y + r) * W, in.y[r] = envmapi_omega_row(s, y + r);
                 in.w[r][0] = 1;
-                s->rows[2 * i] += envmapi_row_squares(in.x[r], in.y[r], W, &negative);
             }
-            envmapi_rows_add(row, 0, 1, &in, 1, W);
+            s->rows[2 * i] += envmapi_survey_rows(row, &in, W, &negative);
             for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + W;
             envmapi_rows_add(row + W, 0, 1, &in, 0, width);
         }
-        for (size_t x = 0; x < width; ++x) {
-            float *b = block + 4 * (x / (size_t)s->edge);
-            for (size_t c = 0; c < 3; ++c) b[c] += row[3 * x + c];
-            b[3] += row[W + x];
-        }
+        for (size_t x = 0, end; x < width; x = end, block += 4)
+            for (end = x + (size_t)s->edge < width ? x + (size_t)s->edge : width; x < end; ++x) {
+                for (size_t c = 0; c < 3; ++c) block[c] += row[3 * x + c];
+                block[3] += row[W + x];
+            }
         s->rows[2 * i + 1] = negative;
     }
 }
@@ -4643,38 +4664,49 @@ static size_t envmapi_survey_scale(int *nu, int *nv, const envmapi_survey *s, in
     return at;
 }
 
-/* A scale's blocks into twice as wide ones: where block b belongs. */
-static size_t envmapi_block_parent(size_t b, int nu, int nv) {
-    size_t x = b % (size_t)nu, y = b / (size_t)nu % (size_t)nv, face = b / (size_t)nu / (size_t)nv;
+/* Blocks into twice as wide ones. */
+static void envmapi_survey_halve(float *next, const float *blocks, int nu, int nv, int faces) {
     size_t wide = (size_t)(nu + 1) / 2, high = (size_t)(nv + 1) / 2;
-    return (face * high + y / 2) * wide + x / 2;
+    memset(next, 0, 4 * wide * high * (size_t)faces * sizeof *next);
+    for (int face = 0; face < faces; ++face, next += 4 * wide * high)
+        for (int y = 0; y < nv; ++y)
+            for (int x = 0; x < nu; ++x, blocks += 4) {
+                float *parent = next + 4 * ((size_t)(y / 2) * wide + (size_t)(x / 2));
+                for (int c = 0; c < 4; ++c) parent[c] += blocks[c];
+            }
 }
 
-/* The coarser scales of `sums`, and the contrast at every one, to which a light gives 3/4 of its
-   square, the rest being its parent's; off: squares that are not in the blocks. */
+/* The contrast of blocks whose parents, twice as wide, or NULL, follow; off: squares that are not in
+   the blocks. A light gives 3/4 of its energy, 1/4 being its parent's. */
+static envmapi_contrast envmapi_survey_contrast(const envmapi_survey *s, const float *blocks,
+                                                const float *parents, int nu, int nv, double off) {
+    size_t wide = (size_t)(nu + 1) / 2, high = (size_t)(nv + 1) / 2;
+    double mean = s->solid > 0 ? s->energy / s->solid : 0, squares = off, most = off;
+    for (int face = 0; face < envmap_faces(s->map->mapping); ++face)
+        for (int y = 0; y < nv; ++y)
+            for (int x = 0; x < nu; ++x, blocks += 4) {
+                size_t at = ((size_t)face * high + (size_t)(y / 2)) * wide + (size_t)(x / 2);
+                const float *p = parents ? parents + 4 * at : NULL;
+                float e = blocks[0] + blocks[1] + blocks[2];
+                if (p && p[3] > 0) e -= (p[0] + p[1] + p[2]) / p[3] * blocks[3];
+                else e -= (float)mean * blocks[3];
+                double square = (double)e * (double)e;
+                squares += square, most = square > most ? square : most;
+            }
+    envmapi_contrast out = {0, 0};
+    if (s->all > 0) out.kappa = envmapi_clamp(sqrt(squares * 4 / 3) / s->all, 0, 1);
+    if (s->all > 0) out.epsilon = envmapi_clamp(sqrt(most * 16 / 9) / s->all, 0, 1);
+    return out;
+}
+
+/* The coarser scales of `sums`, and the contrast at every one. */
 static void envmapi_survey_scales(envmapi_survey *s, float *sums, double off) {
     int nu, nv, faces = envmap_faces(s->map->mapping);
-    double mean = s->solid > 0 ? s->energy / s->solid : 0;
-    for (int i = 0; i < s->scales && s->all > 0; ++i) {
+    for (int i = 0; i < s->scales; ++i) {
         float *blocks = sums + envmapi_survey_scale(&nu, &nv, s, i);
-        size_t count = (size_t)nu * (size_t)nv * (size_t)faces, parents;
-        float *next = blocks + 4 * count;
-        double squares = off, most = off;
-        parents = (size_t)((nu + 1) / 2) * (size_t)((nv + 1) / 2) * (size_t)faces;
-        if (i + 1 < s->scales) memset(next, 0, 4 * parents * sizeof *next);
-        for (size_t b = 0; b < count && i + 1 < s->scales; ++b)
-            for (size_t c = 0; c < 4; ++c)
-                next[4 * envmapi_block_parent(b, nu, nv) + c] += blocks[4 * b + c];
-        for (size_t b = 0; b < count; ++b, blocks += 4) {
-            const float *parent = next + 4 * envmapi_block_parent(b, nu, nv);
-            double e = (double)blocks[0] + (double)blocks[1] + (double)blocks[2], level = mean;
-            if (i + 1 < s->scales && parent[3] > 0)
-                level = ((double)parent[0] + (double)parent[1] + (double)parent[2]) /
-                        (double)parent[3];
-            e -= level * (double)blocks[3], squares += e * e, most = fmax(most, e * e);
-        }
-        s->scale[i].kappa = envmapi_clamp(sqrt(squares * 4 / 3) / s->all, 0, 1);
-        s->scale[i].epsilon = envmapi_clamp(sqrt(most * 16 / 9) / s->all, 0, 1);
+        float *next = blocks + 4 * (size_t)nu * (size_t)nv * (size_t)faces;
+        if (i + 1 < s->scales) envmapi_survey_halve(next, blocks, nu, nv, faces);
+        s->scale[i] = envmapi_survey_contrast(s, blocks, i + 1 < s->scales ? next : NULL, nu, nv, off);
     }
 }
 
@@ -4725,7 +4757,8 @@ static double envmapi_light_energy(const envmapi_light *light) {
     return light->value[0] + light->value[1] + light->value[2];
 }
 
-/* Looks at a slice, in blocks no wider than sigma. Errors: MEMORY, RADIANCE. */
+/* Looks at a slice, in blocks of 4 x 4 texels, or of 8 x 8 where lobes are no sharper than sigma = 32.
+   Errors: MEMORY, RADIANCE. */
 static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map, int slice,
                                            double sigma, const envmap_filter_desc *desc,
                                            envmapi_pool *pool) {
@@ -4735,7 +4768,7 @@ static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map,
     memset(s, 0, sizeof *s);
     s->map = map, s->texels = envmapi_image(map, 0, slice, 0);
     s->tasks = envmapi_tasks(&desc->executor);
-    for (s->edge = 4; s->edge < 32 && 8 * s->edge * envmapi_texel_extent(map) <= sigma;) s->edge *= 2;
+    s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
     s->nu = (width + s->edge - 1) / s->edge, s->nv = (map->size + s->edge - 1) / s->edge;
     for (s->scales = 1; s->nv >> s->scales; ++s->scales) {}
     size_t blocks = (size_t)s->nu * (size_t)s->nv * (size_t)faces, W = 4 * (size_t)width;
@@ -5434,9 +5467,10 @@ static void envmapi_task_expand(void *context, int task) {
     }
 }
 
-/* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them. */
+/* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them: that
+   of `done`, whose work is done, where there is one and it is large enough. */
 static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, double h, int bands,
-                                         const envmapi_survey *survey,
+                                         const envmapi_survey *survey, const envmapi_fast *done,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
     memset(f, 0, sizeof *f);
     f->grid = envmapi_grid_of(map, h, (double)desc->tolerance), f->survey = survey;
@@ -5447,7 +5481,8 @@ static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, dou
     size_t work = 42 * width * (size_t)(f->grid.faces * f->strips);
     size_t lines = (size_t)(f->grid.height + f->grid.width);
     int M = envmapi_rings_size((int)fmax(ENVMAPI_PI / h, bands + 2));
-    f->nodes = (float *)envmapi_pool_get(pool, 4 * n, sizeof(float));
+    if (done && done->grid.count >= n) f->nodes = done->nodes;
+    else f->nodes = (float *)envmapi_pool_get(pool, 4 * n, sizeof(float));
     f->points = (envmapi_point *)envmapi_pool_get(pool, n, sizeof(envmapi_point));
     f->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     f->work = (float *)envmapi_pool_get(pool, work, sizeof(float));
@@ -5461,7 +5496,8 @@ static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, dou
     envmapi_taps_fill(f->v, map->size, f->grid.nv, f->grid.pad);
     envmapi_spline_factor(f->factors, f->grid.height, 1, 1);
     envmapi_spline_factor(f->factors + f->grid.height + 2, f->grid.width, 1, 1);
-    envmap_result result = envmapi_rings_create(&f->rings, M, bands, pool);
+    envmap_result result = envmapi_rings_create(
+        &f->rings, M, bands, done && done->rings.M >= M ? done->rings.G : NULL, pool);
     if (result) return result;
     f->t.rings = &f->rings, f->t.points = f->points, f->t.values = f->nodes, f->t.tasks = f->tasks;
     envmapi_run_all(&desc->executor, envmapi_task_points, f, f->grid.height);
@@ -5526,7 +5562,7 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_p
                                         sizeof(double));
     if (!out->a) return ENVMAP_ERROR_MEMORY;
     envmap_result result =
-        envmapi_fast_create(f, survey->map, out->h, out->bands, survey, desc, pool);
+        envmapi_fast_create(f, survey->map, out->h, out->bands, survey, NULL, desc, pool);
     if (result) return result;
     f->lights = out->lights = kinked ? survey->lights : NULL;
     f->light_count = out->light_count = kinked ? survey->light_count : 0;
@@ -5562,7 +5598,8 @@ static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan, envmapi_s
     size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
     if (!spectrum->kept || dst->mapping != src->mapping || dst->size != src->size ||
         plan->h > 1.2 * spectrum->h) {
-        result = envmapi_fast_create(f = &own, dst, plan->h, plan->need, survey, desc, pool);
+        result = envmapi_fast_create(f = &own, dst, plan->h, plan->need, survey,
+                                     spectrum->kept ? &spectrum->f : NULL, desc, pool);
         if (result) return result;
     }
     f->t.a = spectrum->a, f->t.a_bands = spectrum->bands;
