@@ -2895,6 +2895,8 @@ typedef struct envmapi_transform {
     const double *lambda; /* per band, for the way back */
     double *work;         /* `tasks` times envmapi_rings_work */
     int tasks;
+    const unsigned short *touch; /* NULL, or the spreading tasks that each row of points concerns */
+    size_t row, rows;            /* rows of so many points; others follow */
 } envmapi_transform;
 
 /* Tasks share nothing and each result is summed in the same order however many there are, so one
@@ -2907,9 +2909,26 @@ static int envmapi_tasks(const envmap_executor *executor) {
 static void envmapi_task_spread(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     int n = 2 * t->rings->M, from = n * task / t->tasks, to = n * (task + 1) / t->tasks;
+    size_t done = t->touch ? t->row * t->rows : 0;
     memset(t->rings->G + (size_t)from * t->rings->row, 0,
            (size_t)(to - from) * t->rings->row * sizeof(double));
-    envmapi_rings_spread(t->rings, t->points, t->values, t->count, from, to);
+    for (size_t i = 0, at = 0; t->touch && i < t->rows; ++i, at += t->row)
+        if (t->touch[i] >> task & 1)
+            envmapi_rings_spread(t->rings, t->points + at, t->values + 4 * at, t->row, from, to);
+    envmapi_rings_spread(t->rings, t->points + done, t->values + 4 * done, t->count - done, from, to);
+}
+
+/* The tasks that a row of points concerns. */
+static unsigned short envmapi_touched(const envmapi_transform *t, const envmapi_point *points,
+                                      size_t count) {
+    int n = 2 * t->rings->M;
+    unsigned mask = n < 16 * t->tasks ? 0xFFFFu : 0;
+    for (size_t i = 0; i < count && mask < 0xFFFFu; ++i)
+        for (int end = -2; end <= 3; end += 5) { /* the first k with k n/tasks > it, less one */
+            int k = envmapi_wrap(points[i].k + end, n);
+            mask |= 1u << (((k + 1) * t->tasks + n - 1) / n - 1);
+        }
+    return (unsigned short)mask;
 }
 
 static void envmapi_task_interpolate(void *context, int task) {
@@ -5224,6 +5243,7 @@ typedef struct envmapi_fast {
     float *work;         /* a task's rows */
     double (*factors)[3]; /* of columns, then of rows */
     envmapi_point *points;
+    unsigned short *touch; /* by each row of nodes; NULL for one task */
     int tasks, strips;   /* strips: horizontal, of a face's grid: one a task */
     float *out;          /* a result's slice */
     const envmap_lobe *lobe;
@@ -5394,6 +5414,11 @@ static void envmapi_task_points(void *context, int y) {
             }
             envmapi_rings_points(f->points + at + first, &f->rings, d, n);
         }
+    for (int face = 0; face < grid->faces && f->touch; ++face) {
+        size_t row = (size_t)face * (size_t)grid->height + (size_t)y;
+        f->touch[row] =
+            envmapi_touched(&f->t, f->points + row * (size_t)grid->width, (size_t)grid->width);
+    }
 }
 
 /* sums += what the lights, which the bands leave out, send to n <= 64 texels from (x,y) on. */
@@ -5500,6 +5525,12 @@ static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, dou
         &f->rings, M, bands, done && done->rings.M >= M ? done->rings.G : NULL, pool);
     if (result) return result;
     f->t.rings = &f->rings, f->t.points = f->points, f->t.values = f->nodes, f->t.tasks = f->tasks;
+    f->t.row = (size_t)f->grid.width, f->t.rows = (size_t)(f->grid.faces * f->grid.height);
+    if (f->tasks > 1) { /* else all rows concern the one task */
+        f->touch = (unsigned short *)envmapi_pool_get(pool, f->t.rows, sizeof *f->touch);
+        if (!f->touch) return ENVMAP_ERROR_MEMORY;
+        f->t.touch = f->touch;
+    }
     envmapi_run_all(&desc->executor, envmapi_task_points, f, f->grid.height);
     return ENVMAP_OK;
 }
