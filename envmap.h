@@ -502,7 +502,7 @@ typedef struct envmap_filter_desc {
    Errors: ARGUMENT (bad map or desc, dst is src), LOBE, RADIANCE (NaN, Inf; negative for all but
    the reference), METHOD, MEMORY, CANCELLED; dst then stays as it was.
    REFERENCE: O(texels of src * texels and slices of dst). Texels where k is below 1e-12 of its
-   peak are passed over.
+   peak are passed over, tile by tile.
    FAST: O(texels of src + texels of dst + L^3), L the bands that lobe, scene and tolerance need.
    Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
    Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; beside a lamp
@@ -3824,10 +3824,15 @@ static double envmapi_texel_extent(const envmap *src) {
     return sqrt(4 * ENVMAPI_PI / texels);
 }
 
-/* The texels that count, one array a quantity. */
+#define ENVMAPI_TILE 16
+
+/* The texels that count, one array a quantity, tile by tile. */
 typedef struct envmapi_source {
     const envmap *map;
-    size_t count;
+    size_t count, tiles;
+    double (*centre)[3]; /* of tiles: unit means of their texels */
+    double radius;       /* of the widest tile */
+    size_t *first;       /* texel of a tile; [tiles] is count */
     double *x, *y, *z, *w;   /* direction and solid angle */
     double *u, *v;           /* where on the face: a centre, or a centroid at a rim */
     double *r, *g, *b;       /* radiance times solid angle */
@@ -3840,27 +3845,20 @@ static void envmapi_source_free(envmapi_source *source, void *memory) {
     source->block = NULL;
 }
 
-static envmap_result envmapi_source_create(envmapi_source *source, const envmap *map, int slice,
-                                           void *memory) {
+/* Appends the texels of a tile, and the tile. */
+static void envmapi_source_tile(envmapi_source *source, const float *texels, int face, int x0,
+                                int y0) {
+    const envmap *map = source->map;
     int edge = map->size, width = envmapi_width(map->mapping, edge);
-    size_t area = envmapi_area(map->mapping, edge), n = area * (size_t)envmap_faces(map->mapping);
-    memset(source, 0, sizeof *source);
-    source->map = map;
-    if (n > SIZE_MAX / 128) return ENVMAP_ERROR_MEMORY;
-    double *block = (double *)ENVMAP_MALLOC(memory, n * (9 * sizeof(double) + sizeof(int)));
-    if (!block) return ENVMAP_ERROR_MEMORY;
-    source->block = block;
-    source->x = block, source->y = block + n, source->z = block + 2 * n, source->w = block + 3 * n;
-    source->r = block + 4 * n, source->g = block + 5 * n, source->b = block + 6 * n;
-    source->u = block + 7 * n, source->v = block + 8 * n;
-    source->texel = (int *)(block + 9 * n);
-    const float *texels = envmapi_image(map, 0, slice, 0);
-    for (size_t t = 0; t < area; ++t) {
-        double at[2], w = envmapi_texel_cell(at, map->mapping, edge, (int)(t % (size_t)width),
-                                             (int)(t / (size_t)width));
-        for (int face = 0; w > 0 && face < envmap_faces(map->mapping); ++face) {
-            double d[3];
-            size_t i = source->count++, texel = (size_t)face * area + t;
+    double *centre = source->centre[source->tiles];
+    source->first[source->tiles] = source->count;
+    centre[0] = centre[1] = centre[2] = 0;
+    for (int y = y0; y < y0 + ENVMAPI_TILE && y < edge; ++y)
+        for (int x = x0; x < x0 + ENVMAPI_TILE && x < width; ++x) {
+            double at[2], d[3], w = envmapi_texel_cell(at, map->mapping, edge, x, y);
+            size_t i = source->count;
+            size_t texel = ((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x;
+            if (!(w > 0)) continue;
             envmapi_direction(d, map->mapping, face, at[0], at[1]);
             source->x[i] = d[0], source->y[i] = d[1], source->z[i] = d[2], source->w[i] = w;
             source->r[i] = w * (double)texels[3 * texel];
@@ -3868,8 +3866,42 @@ static envmap_result envmapi_source_create(envmapi_source *source, const envmap 
             source->b[i] = w * (double)texels[3 * texel + 2];
             source->u[i] = at[0], source->v[i] = at[1];
             source->texel[i] = (int)texel;
+            for (int c = 0; c < 3; ++c) centre[c] += d[c];
+            ++source->count;
         }
+    envmapi_unit(centre, centre);
+    for (size_t i = source->first[source->tiles]; i < source->count; ++i) {
+        double d[3] = {source->x[i], source->y[i], source->z[i]};
+        source->radius = fmax(source->radius, envmapi_angle(d, centre));
     }
+    source->first[++source->tiles] = source->count;
+}
+
+static envmap_result envmapi_source_create(envmapi_source *source, const envmap *map, int slice,
+                                           void *memory) {
+    int edge = map->size, width = envmapi_width(map->mapping, edge);
+    size_t n = envmapi_area(map->mapping, edge) * (size_t)envmap_faces(map->mapping);
+    size_t across = (size_t)(width + ENVMAPI_TILE - 1) / ENVMAPI_TILE;
+    size_t down = (size_t)(edge + ENVMAPI_TILE - 1) / ENVMAPI_TILE;
+    size_t tiles = across * down * (size_t)envmap_faces(map->mapping);
+    memset(source, 0, sizeof *source);
+    source->map = map;
+    if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
+    double *block = (double *)ENVMAP_MALLOC(
+        memory, (9 * n + 3 * tiles) * sizeof(double) + (tiles + 1) * sizeof(size_t) + n * sizeof(int));
+    if (!block) return ENVMAP_ERROR_MEMORY;
+    source->block = block;
+    source->x = block, source->y = block + n, source->z = block + 2 * n, source->w = block + 3 * n;
+    source->r = block + 4 * n, source->g = block + 5 * n, source->b = block + 6 * n;
+    source->u = block + 7 * n, source->v = block + 8 * n;
+    source->centre = (double(*)[3])(block + 9 * n);
+    source->first = (size_t *)(block + 9 * n + 3 * tiles);
+    source->texel = (int *)(source->first + tiles + 1);
+    const float *texels = envmapi_image(map, 0, slice, 0);
+    for (int face = 0; face < envmap_faces(map->mapping); ++face)
+        for (int y = 0; y < edge; y += ENVMAPI_TILE)
+            for (int x = 0; x < width; x += ENVMAPI_TILE)
+                envmapi_source_tile(source, texels, face, x, y);
     return ENVMAP_OK;
 }
 
@@ -3894,6 +3926,17 @@ static double envmapi_axis_cosine(const envmapi_axis *axis, size_t i) {
     return axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i];
 }
 
+/* The next tile, from *tile on, with texels closer than `end`; *tile goes past it, 0 where there is
+   none. */
+static int envmapi_axis_tile(const envmapi_axis *axis, size_t *tile, double end) {
+    const envmapi_source *s = axis->source;
+    end += s->radius + 1e-6;
+    double x = end < ENVMAPI_PI ? cos(end) : -2;
+    while (*tile < s->tiles)
+        if (envmapi_dot(axis->a, s->centre[(*tile)++]) >= x) return 1;
+    return 0;
+}
+
 /* 0 up to from, 1 beyond to, smooth between. */
 static double envmapi_smooth_step(double value, double from, double to) {
     double t = envmapi_clamp((value - from) / (to - from), 0, 1);
@@ -3903,16 +3946,18 @@ static double envmapi_smooth_step(double value, double from, double to) {
 /* The definition; with `beyond` > 0 only what lies farther than about that angle. */
 static void envmapi_axis_sum(envmapi_axis *axis, double beyond) {
     double end = axis->to < 1.5 ? cos(axis->to) : -2; /* below 1e-12 of the peak from there on */
-    for (size_t i = 0; i < axis->source->count; ++i) {
-        double x = envmapi_axis_cosine(axis, i), step = 1;
-        if (x < end) continue;
-        if (beyond > 0) {
-            step = envmapi_smooth_step(envmapi_acos(x), beyond / 2, beyond);
-            if (!(step > 0)) continue;
+    size_t tile = 0;
+    while (envmapi_axis_tile(axis, &tile, axis->to < 1.5 ? axis->to : ENVMAPI_PI))
+        for (size_t i = axis->source->first[tile - 1]; i < axis->source->first[tile]; ++i) {
+            double x = envmapi_axis_cosine(axis, i), step = 1;
+            if (x < end) continue;
+            if (beyond > 0) {
+                step = envmapi_smooth_step(envmapi_acos(x), beyond / 2, beyond);
+                if (!(step > 0)) continue;
+            }
+            double k = step * envmapi_k(axis->lobe, x, axis->p);
+            if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
         }
-        double k = step * envmapi_k(axis->lobe, x, axis->p);
-        if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
-    }
 }
 
 /* k averaged over texel i spread with a tent of half-width `tent` texels. */
@@ -3938,13 +3983,15 @@ static void envmapi_axis_tents(envmapi_axis *axis, double tent, double reach) {
     double end = (axis->from > 0 || axis->to < reach ? axis->to : reach) + 2 * axis->texel;
     double x_to = cos(end < ENVMAPI_PI ? end : ENVMAPI_PI);
     double last = axis->to < ENVMAPI_PI - 2 * axis->texel ? cos(axis->to + 2 * axis->texel) : -2;
-    for (size_t i = 0; i < axis->source->count; ++i) {
-        double x = envmapi_axis_cosine(axis, i);
-        if (x < last) continue;
-        double k = x > x_to && x <= x_from ? envmapi_axis_tent_k(axis, i, tent)
-                                           : envmapi_k(axis->lobe, x, axis->p);
-        if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
-    }
+    size_t tile = 0;
+    while (envmapi_axis_tile(axis, &tile, axis->to + 2 * axis->texel))
+        for (size_t i = axis->source->first[tile - 1]; i < axis->source->first[tile]; ++i) {
+            double x = envmapi_axis_cosine(axis, i);
+            if (x < last) continue;
+            double k = x > x_to && x <= x_from ? envmapi_axis_tent_k(axis, i, tent)
+                                               : envmapi_k(axis->lobe, x, axis->p);
+            if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
+        }
 }
 
 /* The bilinear radiance around a, ring by ring, out to about `reach`. */
