@@ -524,8 +524,8 @@ ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
    prepared  its memory context set, or zero; overwritten without freeing
    lobes     those that will be asked for, or the sharpest of them
    desc      tolerance, executor, memory; no limit
-   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY; *prepared then stays as
-   it was.  One prepared source serves any number of threads.
+   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY; *prepared then stays
+   as it was.  One prepared source serves any number of threads.
    Test: a_prepared_source_gives_the_same_map. */
 ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
                                         const envmap_lobe *lobes, int count,
@@ -2299,8 +2299,9 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
 /* ------------------------------------------------------------------------------- >>harmonics --
    Points of light on the sphere -> coefficients a_lm -> a smooth function on the sphere, by way of
    M rings of 2M points, theta_j = (j+1/2) pi/M, phi_k = k pi/M:
-       spread      each point on 6 x 6 grid points by quintic B-splines, the adjoint of interpolating
-       in phi      FFT, and divide by the spline's response (66 + 52 cos w + 2 cos 2w)/120, w = pi m/M
+       spread      each point on 6 x 6 grid points by quintic B-splines, interpolation's adjoint
+       in phi      FFT, and divide by the spline's response, (66 + 52 cos w + 2 cos 2w)/120 for
+                   w = pi m/M
        in theta    solve (1, 26, 66, 26, 1)/120 c = f; ring -1 is ring 0 half a turn on: (-1)^m
        Legendre    a_lm = sum_j P_lm(theta_j) F_m(theta_j), three-term recurrence in l
    and the same steps in reverse order back to the grid, which 6 x 6 taps interpolate. Spline and
@@ -2349,8 +2350,8 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
         memcpy(y, &sum, sizeof sum);                                                               \
     }
 
-/* y += a x, y += x z and y |= the bits of x for 4, 8 or 16 numbers; _to is the first in memory. What
-   carries the work. */
+/* y += a x, y += x z and y |= the bits of x for 4, 8 or 16 numbers; _to is the first in memory.
+   What carries the work. */
 ENVMAPI_LANES(envmapi_float4, float, 4)
 ENVMAPI_LANES(envmapi_float16, float, 16)
 ENVMAPI_LANES(envmapi_double4, double, 4)
@@ -2397,8 +2398,8 @@ static double envmapi_spline_error(double f) {
 }
 
 /* Factors of the symmetric matrix (1, 26, 66, 26, 1) of n rows whose first and last rows see
-   themselves mirrored, times `first` and `last`: L D L^t, a row's [1/D, L one before, L two before],
-   and two rows of zeros. */
+   themselves mirrored, times `first` and `last`: L D L^t, a row's [1/D, L one before, L two
+   before], and two rows of zeros. */
 static void envmapi_spline_factor(double (*factors)[3], int n, double first, double last) {
     memset(factors, 0, (size_t)(n + 2) * sizeof *factors);
     for (int i = 0; i < n; ++i) {
@@ -2421,7 +2422,8 @@ static void envmapi_polar(double *angle, double *length, const double *y, const 
                                       -1.0 / 11, 1.0 / 13, -1.0 / 15, 1.0 / 17, -1.0 / 19,
                                       1.0 / 21, -1.0 / 23, 1.0 / 25};
     for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
-        double ax = fabs(x[i]), ay = fabs(y[i]), most = ax > ay ? ax : ay, least = ax > ay ? ay : ax;
+        double ax = fabs(x[i]), ay = fabs(y[i]), most = ax > ay ? ax : ay,
+               least = ax > ay ? ay : ax;
         double t = least / (most + 1e-300), reduced = (t - 1) / (t + 1), q = t * t;
         double root = 1 + q * (0.4875 - 0.0733 * q); /* sqrt(1 + q), two steps after Heron */
         root = 0.5 * (root + (1 + q) / root);
@@ -2665,7 +2667,8 @@ ENVMAPI_INLINE void envmapi_fft_stage(double *z, int n, int length, int r, const
     size_t row = 2 * ENVMAPI_BLOCK, apart = (size_t)(length / r) * row;
     for (int start = 0; start < n; start += length)
         for (int j = 0; j < length / r; ++j)
-            envmapi_butterfly(z + (size_t)(start + j) * row, apart, r, turns, j * (n / length), sign);
+            envmapi_butterfly(z + (size_t)(start + j) * row, apart, r, turns, j * (n / length),
+                              sign);
 }
 
 /* 2M rows of z in place: out (sign -1) frequency m ends at place[m]; back (sign 1) it starts
@@ -2915,7 +2918,8 @@ static void envmapi_task_spread(void *context, int task) {
     for (size_t i = 0, at = 0; t->touch && i < t->rows; ++i, at += t->row)
         if (t->touch[i] >> task & 1)
             envmapi_rings_spread(t->rings, t->points + at, t->values + 4 * at, t->row, from, to);
-    envmapi_rings_spread(t->rings, t->points + done, t->values + 4 * done, t->count - done, from, to);
+    envmapi_rings_spread(t->rings, t->points + done, t->values + 4 * done, t->count - done, from,
+                         to);
 }
 
 /* The tasks that a row of points concerns. */
@@ -3887,8 +3891,9 @@ static envmap_result envmapi_source_create(envmapi_source *source, const envmap 
     memset(source, 0, sizeof *source);
     source->map = map;
     if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
-    double *block = (double *)ENVMAP_MALLOC(
-        memory, (9 * n + 3 * tiles) * sizeof(double) + (tiles + 1) * sizeof(size_t) + n * sizeof(int));
+    double *block =
+        (double *)ENVMAP_MALLOC(memory, (9 * n + 3 * tiles) * sizeof(double) +
+                                            (tiles + 1) * sizeof(size_t) + n * sizeof(int));
     if (!block) return ENVMAP_ERROR_MEMORY;
     source->block = block;
     source->x = block, source->y = block + n, source->z = block + 2 * n, source->w = block + 3 * n;
@@ -4520,9 +4525,10 @@ static double envmapi_stretch(int mapping) {
 static envmapi_grid envmapi_grid_of(const envmap *map, double h, double tolerance) {
     envmapi_grid grid;
     int width = envmapi_width(map->mapping, map->size);
-    double n = ceil(envmapi_stretch(map->mapping) / h), aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
+    double n = ceil(envmapi_stretch(map->mapping) / h),
+           aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
     grid.map = map, grid.faces = envmap_faces(map->mapping);
-    /* beyond the taps: a spline forgets its end by 0.43 a node, of an error there of a few percent */
+    /* beyond the taps: a spline forgets its end by 0.43 a node; it errs by a few percent there */
     grid.pad = 3 + (int)ceil(log(0.02 / fmin(tolerance, 0.01)) / 0.843);
     double nodes = (n + 2 * grid.pad) * (n / aspect + 2 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
@@ -4559,9 +4565,9 @@ typedef struct envmapi_light {
 #define ENVMAPI_LIGHTS 512
 #define ENVMAPI_SCALES 16
 
-/* How uneven a scene is at some scale: of blocks i that wide, with the energies E_i and solid angles
-   w_i, and m_i the mean radiance of the block twice as wide: kappa = sqrt(sum (E_i - m_i w_i)^2) / E,
-   epsilon = max |E_i - m_i w_i| / E, E all energy. */
+/* How uneven a scene is at some scale: of blocks i that wide, with the energies E_i and solid
+   angles w_i, and m_i the mean radiance of the block twice as wide: kappa = sqrt(sum (E_i - m_i
+   w_i)^2) / E, epsilon = max |E_i - m_i w_i| / E, E all energy. */
 typedef struct envmapi_contrast {
     double kappa, epsilon;
 } envmapi_contrast;
@@ -4617,8 +4623,8 @@ static const float *envmapi_omega_row(const envmapi_survey *s, int y) {
 
 #define ENVMAPI_ROWS 16
 
-/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; y NULL: 1. The sums stay
-   in registers while rows go by. */
+/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; y NULL: 1. The sums
+   stay in registers while rows go by. */
 typedef struct envmapi_rows {
     const float *x[ENVMAPI_ROWS], *y[ENVMAPI_ROWS];
     float w[ENVMAPI_ROWS][6];
@@ -4746,8 +4752,8 @@ static void envmapi_survey_halve(float *next, const float *blocks, int nu, int n
             }
 }
 
-/* The contrast of blocks whose parents, twice as wide, or NULL, follow; off: squares that are not in
-   the blocks. A light gives 3/4 of its energy, 1/4 being its parent's. */
+/* The contrast of blocks whose parents, twice as wide, or NULL, follow; off: squares that are
+   not in the blocks. A light gives 3/4 of its energy, 1/4 being its parent's. */
 static envmapi_contrast envmapi_survey_contrast(const envmapi_survey *s, const float *blocks,
                                                 const float *parents, int nu, int nv, double off) {
     size_t wide = (size_t)(nu + 1) / 2, high = (size_t)(nv + 1) / 2;
@@ -4776,7 +4782,8 @@ static void envmapi_survey_scales(envmapi_survey *s, float *sums, double off) {
         float *blocks = sums + envmapi_survey_scale(&nu, &nv, s, i);
         float *next = blocks + 4 * (size_t)nu * (size_t)nv * (size_t)faces;
         if (i + 1 < s->scales) envmapi_survey_halve(next, blocks, nu, nv, faces);
-        s->scale[i] = envmapi_survey_contrast(s, blocks, i + 1 < s->scales ? next : NULL, nu, nv, off);
+        s->scale[i] =
+            envmapi_survey_contrast(s, blocks, i + 1 < s->scales ? next : NULL, nu, nv, off);
     }
 }
 
@@ -4827,8 +4834,8 @@ static double envmapi_light_energy(const envmapi_light *light) {
     return light->value[0] + light->value[1] + light->value[2];
 }
 
-/* Looks at a slice, in blocks of 4 x 4 texels, or of 8 x 8 where lobes are no sharper than sigma = 32.
-   Errors: MEMORY, RADIANCE. */
+/* Looks at a slice, in blocks of 8 x 8 texels, or of 4 x 4 for lobes sharper than 32 texels. Errors:
+   MEMORY, RADIANCE. */
 static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map, int slice,
                                            double sigma, const envmap_filter_desc *desc,
                                            envmapi_pool *pool) {
@@ -4868,7 +4875,8 @@ static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map,
         return ENVMAP_ERROR_RADIANCE;
     s->all = s->energy;
     envmapi_survey_scales(s, s->sums, off);
-    if (s->energy > 0) s->texel.kappa = fmin(sqrt(3 * squares + off) / s->energy, 1); /* (r+g+b)^2 */
+    if (s->energy > 0) /* (r+g+b)^2 is 3 (r^2+g^2+b^2) at most */
+        s->texel.kappa = fmin(sqrt(3 * squares + off) / s->energy, 1);
     s->texel.epsilon = s->scale[0].epsilon;
     return ENVMAP_OK;
 }
@@ -4888,7 +4896,8 @@ static int envmapi_block_lights(envmapi_survey *s, int face, int bx, int by, dou
         for (int x = bx * s->edge; x < (bx + 1) * s->edge && x < width; ++x) {
             double w = (double)envmapi_omega_row(s, y)[3 * x];
             envmapi_light light;
-            light.texel = ((size_t)face * (size_t)map->size + (size_t)y) * (size_t)width + (size_t)x;
+            light.texel =
+                ((size_t)face * (size_t)map->size + (size_t)y) * (size_t)width + (size_t)x;
             for (size_t c = 0; c < 4; ++c)
                 light.value[c] = w * (c < 3 ? (double)s->texels[3 * light.texel + c] : 1.0);
             if (!(envmapi_light_energy(&light) > limit)) continue;
@@ -5027,10 +5036,10 @@ static void envmapi_plan_k(double k[ENVMAPI_ANGLES], double *most, const envmapi
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) *most = fmax(*most, fabs(k[j]));
 }
 
-/* May an error d(t) of one light be, where k(t) is the light itself? The norm's error counts too: that
-   of the grain of texels, whose solid angles are lumps. Of d what exceeds `share` of k
-   counts: the brightest light's must stay below that share of the dark, and so must the
-   rms of what all others make of it together, of which a texel may see thrice as much. */
+/* May an error d(t) of one light be, where k(t) is the light itself? The norm's error counts
+   too: that of the grain of texels, whose solid angles are lumps. Of d what exceeds `share` of k
+   counts: the brightest light's must stay below that share of the dark, and so must the rms of
+   what all others make of it together, of which a texel may see thrice as much. */
 static int envmapi_plan_allows(const envmapi_plan *plan, const double *d, const double *k,
                                double share, double mean, double slack, envmapi_contrast c) {
     double excess[ENVMAPI_ANGLES], most = 0, squares = 0, dark = mean * plan->dark;
@@ -5042,7 +5051,8 @@ static int envmapi_plan_allows(const envmapi_plan *plan, const double *d, const 
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
         double t = (j + 0.5) / ENVMAPI_ANGLES; /* dt = 2 pi t/64, and half the sine */
         most = excess[j] > most ? excess[j] : most;
-        squares += excess[j] * excess[j] * sin(ENVMAPI_PI * t * t) * ENVMAPI_PI * t / ENVMAPI_ANGLES;
+        squares +=
+            excess[j] * excess[j] * sin(ENVMAPI_PI * t * t) * ENVMAPI_PI * t / ENVMAPI_ANGLES;
     }
     return c.epsilon * most <= share * dark && others * squares <= share * share * dark * dark &&
            8 * plan->grain * most <= share * mean;
@@ -5093,8 +5103,8 @@ static int envmapi_plan_holds(const envmapi_plan *plan, int slice, double h, env
     return envmapi_plan_allows(plan, lost, k, 2 * tolerance, mean, 0, c);
 }
 
-/* The widest grid whose spline errors stay within the bounds, to 4 %; its nodes keep all bands apart
-   also where a scene asks for nothing, for the solid angle goes over the same grid. */
+/* The widest grid whose spline errors stay within the bounds, to 4 %; its nodes keep all bands
+   apart also where a scene asks for nothing, for the solid angle goes over the same grid. */
 static double envmapi_plan_spacing(const envmapi_plan *plan, envmapi_contrast contrast) {
     double low = 1e-3, high = fmin(0.8, 0.45 * 2 * ENVMAPI_PI / plan->need);
     while (high > 1.04 * low) {
@@ -5108,8 +5118,8 @@ static double envmapi_plan_spacing(const envmapi_plan *plan, envmapi_contrast co
     return low;
 }
 
-/* lambda_l of the slices that are looked at for `bands` bands, and the power beyond them by Parseval:
-   sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2) / norm^2; or of all the others. */
+/* lambda_l of the slices that are looked at for `bands` bands, and the power beyond them by
+   Parseval: sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2) / norm^2; or of all the others. */
 static int envmapi_plan_lambda(envmapi_plan *plan, int bands, int others) {
     const envmap_lobe *lobe = plan->lobe;
     plan->bands = bands;
@@ -5179,8 +5189,8 @@ static double envmapi_survey_dark(const envmapi_survey *s, const envmapi_plan *p
     return mean > 0 ? envmapi_clamp(dark / mean / 2, 1e-3, 1) : 1;
 }
 
-/* The norm is a sum over texels, which sees their lattice where lambda_l has not ended by then: that
-   no few bands hold. */
+/* The norm is a sum over texels, which sees their lattice where lambda_l has not ended by then:
+   that no few bands hold. */
 static int envmapi_plan_norm_holds(envmapi_plan *plan, const envmap *map) {
     double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);
     int l = (int)(0.8 * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
@@ -5214,7 +5224,7 @@ static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, do
         if (plan->need <= plan->bands - plan->bands / 8) break;
         if (plan->need > most || (bands >= ENVMAPI_FAST_BANDS && bands < 8 / plan->sigma))
             return plan->need = 0;
-        if (bands >= ENVMAPI_FAST_BANDS) { /* a kink beside nothing but dark: keep the rms at least */
+        if (bands >= ENVMAPI_FAST_BANDS) { /* a kink beside nothing but dark: at least the rms */
             plan->need = 1;
             for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
                 int L = envmapi_plan_bands(plan, envmapi_plan_slice(plan, k), contrast, 0);
@@ -5239,7 +5249,8 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
     plan->lobe = lobe, plan->dst = dst, plan->tolerance = tolerance;
     plan->slices = varied ? dst->slices : 1;
     plan->sigma = ENVMAPI_PI;
-    plan->grain = pow(envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size), 2) / 24;
+    plan->grain =
+        pow(envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size), 2) / 24;
     if (lobe->raw || lobe->kind == ENVMAP_LOBE_BANKS) plan->grain = 0;
     for (int k = 0; k < plan->slices; ++k)
         plan->sigma =
@@ -5522,15 +5533,17 @@ static void envmapi_expand_texels(float *out, float *sums, const envmapi_fast *f
     for (int i = 0; i < 3 * width; ++i) out[i] = f->divide ? sums[i] / solid[i] : sums[i];
 }
 
-/* Texels from spline coefficients. Task: a strip of texel rows of a face; six rows of nodes are open
-   at a time. */
+/* Texels from spline coefficients. Task: a strip of texel rows of a face; six rows of nodes are
+   open at a time. */
 static void envmapi_task_expand(void *context, int task) {
     const envmapi_fast *f = (const envmapi_fast *)context;
     const envmapi_grid *grid = &f->grid;
     int size = grid->map->size, face = task / f->strips, strip = task % f->strips, done = -1;
-    size_t width = (size_t)envmapi_width(grid->map->mapping, size), floats = 4 * (size_t)grid->width;
+    size_t width = (size_t)envmapi_width(grid->map->mapping, size),
+           floats = 4 * (size_t)grid->width;
     const float *nodes = f->nodes + (size_t)face * (size_t)grid->height * floats;
-    float *rows = f->work + (size_t)task * 7 * 6 * width, *out = f->out + 3 * (size_t)face * width * (size_t)size;
+    float *rows = f->work + (size_t)task * 7 * 6 * width,
+          *out = f->out + 3 * (size_t)face * width * (size_t)size;
     envmapi_rows in;
     for (int y = size * strip / f->strips; y < size * (strip + 1) / f->strips; ++y) {
         int start = grid->identity ? y : f->v[y].start, taps = grid->identity ? 1 : 6;
@@ -5611,7 +5624,8 @@ static size_t envmapi_fast_rim(envmapi_fast *f) {
     size_t n = f->grid.count;
     for (int i = 0; i < s->rim_count; ++i) {
         int out = 0;
-        for (int k = 0; k < f->light_count && !out; ++k) out = f->lights[k].texel == s->rim[i].texel;
+        for (int k = 0; k < f->light_count && !out; ++k)
+            out = f->lights[k].texel == s->rim[i].texel;
         for (int c = 0; c < 3; ++c) d[c][0] = s->rim[i].d[c];
         for (int c = 0; c < 4; ++c)
             f->nodes[4 * n + (size_t)c] = out && c < 3 ? 0 : (float)s->rim[i].value[c];
@@ -5734,9 +5748,9 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
     return serves;
 }
 
-/* All plans for one surveyed slice: smooth lobes share one spectrum, those with kinks another, which
-   has the lights taken out; ready: spectra that are there already, or NULL. Plan 0 comes last: its
-   result is final as soon as it is written. */
+/* All plans for one surveyed slice: smooth lobes share one spectrum, those with kinks another,
+   which has the lights taken out; ready: spectra that are there already, or NULL. Plan 0 comes
+   last: its result is final as soon as it is written. */
 static envmap_result envmapi_filter_fast(envmapi_plan *plans, int count, const envmapi_scene *scene,
                                          const envmapi_spectrum ready[2], int first, int slices,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
@@ -5835,9 +5849,9 @@ static envmap_result envmapi_job_plan(envmapi_job *job, int l) {
         (method == ENVMAP_METHOD_AUTO && envmapi_pairs(job->views + l, job->src) < 1e5))
         return ENVMAP_OK;
     if (envmapi_texel_extent(job->src) <= 0.1) /* else coarser than any kernel of these */
-        job->planned[l] = envmapi_plan_create(job->plans + job->fast, job->views + l, job->lobes + l,
-                                              job->src, (double)job->desc.tolerance,
-                                              &job->pool, &result);
+        job->planned[l] =
+            envmapi_plan_create(job->plans + job->fast, job->views + l, job->lobes + l, job->src,
+                                (double)job->desc.tolerance, &job->pool, &result);
     job->fast += job->planned[l];
     if (!job->planned[l] && !result && method == ENVMAP_METHOD_HARMONICS)
         result = ENVMAP_ERROR_METHOD;
@@ -6001,7 +6015,8 @@ ENVMAPI_BODY envmap_result envmap_filter(envmap *dst, const envmap *src, const e
 }
 
 /* Keeps of a spectrum what does not change: a_lm. */
-static envmap_result envmapi_prepared_spectrum(envmapi_job *job, envmapi_spectrum *out, int kinked) {
+static envmap_result envmapi_prepared_spectrum(envmapi_job *job, envmapi_spectrum *out,
+                                               int kinked) {
     int any = 0;
     for (int i = 0; i < job->fast; ++i) any |= job->plans[i].kinked == kinked && job->plans[i].need;
     if (!any) return ENVMAP_OK;
