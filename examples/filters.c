@@ -167,10 +167,10 @@ static const work works[] = {
     {"Phong N = 100", ENVMAP_LOBE_PHONG, 100, ENVMAP_CUBE, EDGE, 1, 1},
     {"Phong N = 500", ENVMAP_LOBE_PHONG, 500, ENVMAP_CUBE, EDGE, 1, 1},
     {"Phong N = 2000", ENVMAP_LOBE_PHONG, 2000, ENVMAP_CUBE, EDGE, 1, 1},
-    {"GGX &alpha; = 0.25", ENVMAP_LOBE_GGX, 0.25f, ENVMAP_CUBE, EDGE, 1, 1},
-    {"diffuse, 64&sup2;", ENVMAP_LOBE_PHONG, 1, ENVMAP_CUBE, 64, 1, 1},
-    {"chain N = 2048 &hellip; 2", ENVMAP_LOBE_PHONG, 0, ENVMAP_CUBE, EDGE, 1, 9},
-    {"Banks s = 0.99, 2&times;64&sup2;&times;32", ENVMAP_LOBE_BANKS, 0.99f, ENVMAP_PARABOLOID, 64,
+    {"GGX α = 0.25", ENVMAP_LOBE_GGX, 0.25f, ENVMAP_CUBE, EDGE, 1, 1},
+    {"diffuse, 64²", ENVMAP_LOBE_PHONG, 1, ENVMAP_CUBE, 64, 1, 1},
+    {"chain N = 2048 … 2", ENVMAP_LOBE_PHONG, 0, ENVMAP_CUBE, EDGE, 1, 9},
+    {"Banks s = 0.99, 2×64²×32", ENVMAP_LOBE_BANKS, 0.99f, ENVMAP_PARABOLOID, 64,
      32, 1}};
 
 static envmap_lobe lobe_of(const work *w, int level) {
@@ -519,7 +519,7 @@ static void measure_work(figure *f, const envmap *src, const work *w) {
 static void table_of_time(void) {
     FILE *out = begin("time");
     fprintf(out, "Copies; rms and worst texel in tolerances; memory over the source's bytes. "
-                 "Source 6 &times; %d&sup2;, tolerance 1e-3, one thread, compiler %s.\n\n| work |",
+                 "Source 6 × %d², tolerance 1e-3, one thread, compiler %s.\n\n| work |",
             EDGE, __VERSION__);
     for (int k = 0; k < SCENE_COUNT; ++k) fprintf(out, " %s |", scene_name[k]);
     fprintf(out, " memory |\n|---|--:|--:|--:|--:|\n");
@@ -564,7 +564,7 @@ static void table_of_plans(void) {
 
 static void table_of_survey(void) {
     FILE *out = begin("survey");
-    fprintf(out, "| scene | &kappa; at l = 1 | 4 | 16 | 64 | 256 | &epsilon; at l = 1 | 16 | 256 "
+    fprintf(out, "| scene | κ at l = 1 | 4 | 16 | 64 | 256 | ε at l = 1 | 16 | 256 "
                  "| D for N = 10 | for N = 500 |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (int k = 0; k < SCENE_COUNT; ++k) {
         const inside *in = &figures[2][k].in;
@@ -608,8 +608,8 @@ static void hold(int k, int i, const envmap *src) {
 
 static void table_of_tolerances(void) {
     FILE *out = begin("tolerances");
-    fprintf(out, "rms and worst texel, both **in tolerances** (bounds: 1 and 20). Source 6 &times; "
-                 "128&sup2;.\n\n| scene | lobe | 1e-2 | 1e-3 | 1e-4 | 1e-5 |\n"
+    fprintf(out, "rms and worst texel, both **in tolerances** (bounds: 1 and 20). Source 6 × "
+                 "128².\n\n| scene | lobe | 1e-2 | 1e-3 | 1e-4 | 1e-5 |\n"
                  "|---|---|--:|--:|--:|--:|\n");
     for (int k = 0; k < SCENE_COUNT; ++k) {
         envmap src = new_map(ENVMAP_CUBE, 128, 1, 1);
@@ -722,7 +722,7 @@ static void band_curve(FILE *f, int i, const envmap *src) {
     must(envmap_lobe_zonal(lambda, ENVMAPI_FAST_BANDS, &lobe, 0), w->name);
     fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", colours[i]);
     char pen = 'M';
-    for (int l = 0; l < ENVMAPI_FAST_BANDS; ++l) {
+    for (int l = 0; l + 4 < ENVMAPI_FAST_BANDS; ++l) {
         double most = band_of(lambda, l);
         fprintf(f, "%c%.1f %.1f", pen, band_x(l), band_y(most)), pen = 'L';
         if (most < 1e-9) break;
@@ -744,7 +744,7 @@ static void band_curve(FILE *f, int i, const envmap *src) {
 
 static void draw_bands(const char *folder, const envmap *src) {
     FILE *f = open_svg(folder, "filters-bands.svg", 930, 520,
-                       "|&#955;| by band, and where the plan for the sun ends at tolerance 1e-2 "
+                       "|λ| by band, and where the plan for the sun ends at tolerance 1e-2 "
                        "(2) to 1e-5 (5)");
     for (int e = 0; e <= 9; ++e)
         fprintf(f, "<path d=\"M70 %.0fH805\" stroke=\"#e4e4e4\"/><text x=\"62\" y=\"%.0f\" "
@@ -752,8 +752,8 @@ static void draw_bands(const char *folder, const envmap *src) {
                 band_y(pow(10, -e)), band_y(pow(10, -e)) + 4, e);
     for (int l = 1; l <= 512; l *= 2)
         fprintf(f, "<text x=\"%.1f\" y=\"480\" text-anchor=\"middle\">%d</text>\n", band_x(l), l);
-    fprintf(f, "<text x=\"430\" y=\"505\" text-anchor=\"middle\">band l, the largest of l ... l + 3; "
-               "open dots: lights taken out</text>\n");
+    fprintf(f, "<text x=\"430\" y=\"505\" text-anchor=\"middle\">band l, the largest of l ... l + 3;"
+               " open dots: lights taken out</text>\n");
     for (int i = 0; i < 6; ++i) band_curve(f, i, src);
     close_svg(f);
 }
