@@ -752,8 +752,8 @@ static void draw_bands(const char *folder, const envmap *src) {
                 band_y(pow(10, -e)), band_y(pow(10, -e)) + 4, e);
     for (int l = 1; l <= 512; l *= 2)
         fprintf(f, "<text x=\"%.1f\" y=\"480\" text-anchor=\"middle\">%d</text>\n", band_x(l), l);
-    fprintf(f, "<text x=\"430\" y=\"505\" text-anchor=\"middle\">band l, the largest of l ... l + 3;"
-               " open dots: lights taken out</text>\n");
+    fprintf(f, "<text x=\"430\" y=\"505\" text-anchor=\"middle\">band l, the largest of "
+               "l ... l + 3; open dots: lights taken out</text>\n");
     for (int i = 0; i < 6; ++i) band_curve(f, i, src);
     close_svg(f);
 }
