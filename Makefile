@@ -31,7 +31,7 @@ BENCHARGS =
 MAP       =
 
 .PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        harmonics methods examples docs install clean FORCE
+        harmonics filters methods examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -87,10 +87,14 @@ fuzz: ## libFuzzer on the PFM reader, half a minute
 	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
 	fi
 
+# The table is the end of docs/filters.md.
 table1: ## the speed-ups of Kautz et al. 2000, Table 1, beside the published ones
 	@mkdir -p $(BUILD)
 	$(CC) -std=c99 -O2 -I. -Itests tests/bench_table1.c -o $(BUILD)/table1 $(LIBS)
-	$(BUILD)/table1
+	$(BUILD)/table1 >$(BUILD)/table1.md
+	@cat $(BUILD)/table1.md
+	@{ sed '/^<!-- make table1/q' docs/filters.md && cat $(BUILD)/table1.md; } >$(BUILD)/filters.md
+	@cp $(BUILD)/filters.md docs/filters.md
 
 # The table is the end of docs/pyramids.md; a map's is only printed.
 pyramid: ## a chain's levels from the source, from levels, from differences; MAP=sky.pfm on that map
@@ -118,6 +122,11 @@ harmonics: ## the tables, charts and the picture of docs/harmonics.md; MAP=sky.p
 	@mkdir -p $(BUILD) docs/charts
 	$(CC) $(BENCH) $(STRICT) -I. examples/harmonics.c -o $(BUILD)/harmonics-timed $(LIBS)
 	$(BUILD)/harmonics-timed docs $(MAP)
+
+filters: ## the tables, charts and the picture of docs/filters.md
+	@mkdir -p $(BUILD) docs/charts
+	$(CC) $(BENCH) $(STRICT) -I. examples/filters.c -o $(BUILD)/filters-timed $(LIBS)
+	$(BUILD)/filters-timed docs
 
 examples: $(EXAMPLES) ## build the examples
 
