@@ -284,7 +284,7 @@ static void the_solve_down_the_rings_undoes_the_spline(void) {
 /* ------------------------------------------------------------------------------------ polar ----
  */
 
-static void angles_are_good_to_1e_10_and_lengths_to_1e_12(void) {
+static void angles_are_good_to_1e_11_and_lengths_to_1e_12(void) {
     double worst = 0, longer = 0;
     unsigned long long seed = 5;
     double y[ENVMAPI_CHUNK], x[ENVMAPI_CHUNK], angle[ENVMAPI_CHUNK], length[ENVMAPI_CHUNK];
@@ -304,7 +304,7 @@ static void angles_are_good_to_1e_10_and_lengths_to_1e_12(void) {
             longer = larger(longer, fabs(length[i] / h - 1));
         }
     }
-    FIGURE("angle - atan2", worst, 1e-10);
+    FIGURE("angle - atan2", worst, 1e-11);
     FIGURE("length / hypot - 1", longer, 1e-12);
 }
 
@@ -547,7 +547,7 @@ static void analyse_one(envmapi_transform *t, envmapi_rings *rings, const double
 static void a_points_coefficients_are_the_harmonics_there(void) {
     static const double value[4] = {1, 2, 0.5, -1};
     static const double ds[5][3] = {
-        {0.6, 0.48, 0.64}, {-0.28, 0, -0.96}, {0, -1, 0}, {1e-4, -1e-4, 1}, {1, 0, 0}};
+        {0.6, 0.48, 0.64}, {-0.28, 0, -0.96}, {0, -1, 0}, {6e-5, -8e-5, 1 - 5e-9}, {1, 0, 0}};
     int bands = 24;
     double worst = 0;
     for (int i = 0; i < 5; ++i) {
@@ -567,7 +567,7 @@ static void a_points_coefficients_are_the_harmonics_there(void) {
             }
         envmapi_pool_free(&pool, 0);
     }
-    FIGURE("a_lm of one point, 24 bands on 384 rings", worst, 2e-5);
+    FIGURE("a_lm of one point, 24 bands on 384 rings", worst, 2e-7);
 }
 
 static void a_point_at_a_pole_has_zonal_coefficients_only(void) {
@@ -585,8 +585,8 @@ static void a_point_at_a_pole_has_zonal_coefficients_only(void) {
                     if (m || c >= 4) others = larger(others, fabs(a[c]) / size);
                 if (!m) worst = larger(worst, fabs(a[0] - sign * size) / size);
             }
-        FIGURE(south ? "a_l0 of the south pole" : "a_l0 of the north pole", worst, 2e-5);
-        FIGURE("a_lm of a pole, m > 0", others, 2e-5);
+        FIGURE(south ? "a_l0 of the south pole" : "a_l0 of the north pole", worst, 2e-8);
+        FIGURE("a_lm of a pole, m > 0", others, 5e-8);
         envmapi_pool_free(&pool, 0);
     }
 }
@@ -634,7 +634,7 @@ static void a_point_synthesised_is_the_sum_of_legendre_polynomials(void) {
         }
         envmapi_pool_free(&pool, 0);
     }
-    FIGURE("one point through L bands - its Legendre series, over the peak", worst, 1e-5);
+    FIGURE("one point through L bands - its Legendre series, over the peak", worst, 5e-7);
 }
 
 /* Fewer bands read from a wider triangle of coefficients: what levels that share one do. */
@@ -662,7 +662,7 @@ static void bands_of_a_larger_triangle_are_the_same_bands(void) {
     }
     for (int i = 0; i < 4 * COUNT; ++i)
         worst = larger(worst, fabs((double)wide[i] - (double)narrow[i]));
-    FIGURE("12 bands of 40 - 12 bands", worst, 1e-6);
+    FIGURE("12 bands of 40 - 12 bands", worst, 1e-7);
 }
 
 /* However many tasks share the work. */
@@ -708,7 +708,7 @@ int main(void) {
     RUN(splines_are_a_partition_of_unity);
     RUN(the_splines_error_is_what_waves_lose);
     RUN(the_solve_down_the_rings_undoes_the_spline);
-    RUN(angles_are_good_to_1e_10_and_lengths_to_1e_12);
+    RUN(angles_are_good_to_1e_11_and_lengths_to_1e_12);
     RUN(angles_on_the_axes_are_exact);
     RUN(points_are_where_their_angles_say);
     RUN(legendre_functions_are_orthonormal_to_256_bands);
