@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
    Scenes that a filter through harmonics finds hard, and those that it finds too easy: lamps and
    discs with sharp edges, on black, on edges and corners of faces; halves; checks; noise. FAST keeps
-   the tolerance in rms for each lobe, and HARMONICS does the same or says that it cannot. */
+   the tolerance in rms for each lobe, and HARMONICS does the same or says that it cannot. The worst
+   texel is held to 20 tolerances where nothing is black. */
 #define ENVMAP_IMPLEMENTATION
 #include "helpers.h"
 
@@ -54,7 +55,7 @@ static envmap_lobe table(void) {
     return envmap_lobe_table(bell, TABLE, 1, 0, 0);
 }
 
-enum { LOBES = 11, KINKED = 3 }; /* the first ones have kinks: worst texels beside black may exceed */
+enum { LOBES = 11, KINKED = 3 }; /* the first ones have kinks */
 static envmap_lobe lobe_of(int i) {
     static const float exponents[5] = {2, 3, 6, 15, 30};
     if (i == 0) return envmap_lobe_diffuse();
@@ -67,95 +68,96 @@ static envmap_lobe lobe_of(int i) {
 /* --------------------------------------------------------------------------------- holding ---- */
 
 typedef struct figures {
-    double rms, worst; /* in tolerances; worst of smooth lobes only */
+    double rms, worst; /* in tolerances */
     int fast, all;     /* calls that did not end at the reference, and all */
 } figures;
 
-/* One lobe at the tolerances 10^-from .. 10^-to, by FAST and by HARMONICS. */
-static void hold(figures *f, const envmap *src, int mapping, int size, envmap_lobe lobe, int kinked,
-                 int from, int to) {
-    envmap truth = black(mapping, size, 1, 1), dst = black(mapping, size, 1, 1);
-    envmap again = black(mapping, size, 1, 1);
+/* One lobe at the tolerances 1e-2 .. 10^-to, by FAST, and once by HARMONICS. */
+static void hold(figures *f, const envmap *src, int size, envmap_lobe lobe, int to) {
+    envmap truth = black(ENVMAP_CUBE, size, 1, 1), dst = black(ENVMAP_CUBE, size, 1, 1);
+    envmap again = black(ENVMAP_CUBE, size, 1, 1);
     CHECK(filter(&truth, src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
-    for (int k = from; k <= to; ++k) {
+    for (int k = 2; k <= to; ++k) {
         double tolerance = pow(10, -k);
         envmap_difference d;
         CHECK(filter(&dst, src, lobe, ENVMAP_METHOD_FAST, tolerance) == ENVMAP_OK);
         if (!CHECK(envmap_compare(&d, &dst, &truth, 0) == ENVMAP_OK)) continue;
         if (!(d.rms / tolerance <= f->rms)) f->rms = d.rms / tolerance;
-        if (!kinked && !(d.worst / tolerance <= f->worst)) f->worst = d.worst / tolerance;
+        if (!(d.worst / tolerance <= f->worst)) f->worst = d.worst / tolerance;
+        f->fast += !same_bits(&dst, &truth), ++f->all;
+        if (k != 3) continue;
         envmap_result result = filter(&again, src, lobe, ENVMAP_METHOD_HARMONICS, tolerance);
-        CHECK(result == ENVMAP_OK || result == ENVMAP_ERROR_METHOD);
         if (result == ENVMAP_OK) CHECK(same_bits(&again, &dst));
-        else CHECK(same_bits(&dst, &truth));
-        f->fast += result == ENVMAP_OK, ++f->all;
+        else CHECK(result == ENVMAP_ERROR_METHOD && same_bits(&dst, &truth));
     }
     envmap_free(&truth);
     envmap_free(&dst);
     envmap_free(&again);
 }
 
-static void report(const char *what, figures f) {
+static void report(const char *what, figures f, int dark) {
     char text[128];
     snprintf(text, sizeof text, "%s: rms / tolerance", what);
     FIGURE(text, f.rms, 1);
-    snprintf(text, sizeof text, "%s: worst / tolerance, smooth lobes", what);
-    FIGURE(text, f.worst, 20);
+    snprintf(text, sizeof text, "%s: worst / tolerance", what);
+    if (dark) printf("    %-64s %.3g\n", text, f.worst);
+    else FIGURE(text, f.worst, 20);
     printf("    %d of %d calls through harmonics\n", f.fast, f.all);
-    CHECK(2 * f.fast >= f.all);
+    CHECK(4 * f.fast >= 3 * f.all);
 }
 
 static const int sizes[ENVMAP_MAPPING_COUNT] = {64, 64, 96, 64, 96};
 
-/* Every lobe, or every `step`-th, from the mappings below `mappings`. */
+/* From one mapping, kinked lobes to 1e-4 and others to 1e-5; dark: some of the scene is black. */
 static void hold_all(const char *what, double (*f)(const double d[3], int channel), int mapping,
-                     int size, int step, int to) {
+                     int size, int first, int step, int dark) {
     figures all = {0, 0, 0, 0};
     envmap src = scene(mapping, sizes[mapping], f);
-    for (int i = 0; i < LOBES; i += test_many(50) < 50 ? 5 : step)
-        hold(&all, &src, ENVMAP_CUBE, size, lobe_of(i), i < KINKED, 2, to);
+    for (int i = first; i < LOBES; i += test_many(50) < 50 ? 5 : step)
+        hold(&all, &src, size, lobe_of(i), i < KINKED ? 3 + (mapping == ENVMAP_CUBE) : 5);
     envmap_free(&src);
-    report(what, all);
+    report(what, all, dark);
 }
 
 static void a_wide_lamp_on_black_keeps_the_tolerance(void) {
     aim(0.3, 0.7, 0.55, 0.3);
-    hold_all("lamp, cube", lamp, ENVMAP_CUBE, 12, 1, 5);
-    hold_all("lamp, lat-long", lamp, ENVMAP_LATLONG, 6, 1, 5);
-    hold_all("lamp, paraboloid", lamp, ENVMAP_PARABOLOID, 6, 1, 5);
+    hold_all("lamp, cube", lamp, ENVMAP_CUBE, 16, 0, 3, 1);
+    hold_all("lamp, cube", lamp, ENVMAP_CUBE, 6, 0, 1, 1);
+    hold_all("lamp, lat-long", lamp, ENVMAP_LATLONG, 6, 0, 2, 1);
+    hold_all("lamp, paraboloid", lamp, ENVMAP_PARABOLOID, 6, 1, 2, 1);
 }
 
-static void a_lamp_across_an_edge_or_a_corner_keeps_the_tolerance(void) {
+static void a_lamp_across_an_edge_or_a_pole_keeps_the_tolerance(void) {
     aim(1, 0.999, 0.1, 0.25);
-    hold_all("lamp on an edge", lamp, ENVMAP_CUBE, 6, 1, 5);
+    hold_all("lamp on an edge", lamp, ENVMAP_CUBE, 6, 1, 2, 1);
     aim(1, -1, 1, 0.2);
-    hold_all("lamp on a corner", lamp, ENVMAP_CUBE, 6, 1, 5);
+    hold_all("lamp on a corner", lamp, ENVMAP_CUBE, 6, 1, 2, 1);
     aim(0, 1, 0.02, 0.2);
-    hold_all("lamp on a pole", lamp, ENVMAP_LATLONG, 6, 1, 5);
+    hold_all("lamp on a pole", lamp, ENVMAP_LATLONG, 6, 0, 2, 1);
 }
 
 static void a_black_disc_keeps_the_tolerance(void) {
     aim(-0.6, 0.2, 0.77, 0.4);
-    hold_all("disc, cube", white_but_for_a_disc, ENVMAP_CUBE, 6, 1, 5);
-    hold_all("disc, lat-long", white_but_for_a_disc, ENVMAP_LATLONG, 6, 1, 5);
+    hold_all("disc, cube", white_but_for_a_disc, ENVMAP_CUBE, 6, 0, 2, 0);
+    hold_all("disc, lat-long", white_but_for_a_disc, ENVMAP_LATLONG, 6, 1, 2, 0);
 }
 
 static void checks_keep_the_tolerance(void) {
-    hold_all("checks, cube", checks, ENVMAP_CUBE, 6, 1, 5);
-    hold_all("checks, paraboloid", checks, ENVMAP_PARABOLOID, 6, 1, 5);
+    hold_all("checks, cube", checks, ENVMAP_CUBE, 6, 1, 2, 0);
+    hold_all("checks, paraboloid", checks, ENVMAP_PARABOLOID, 6, 0, 2, 0);
 }
 
 static void a_horizon_keeps_the_tolerance(void) {
     aim(0.13, 0.97, -0.21, 1);
-    hold_all("horizon, cube", half_bright, ENVMAP_CUBE, 6, 1, 5);
-    hold_all("horizon, lat-long", half_bright, ENVMAP_LATLONG, 6, 1, 5);
+    hold_all("horizon, cube", half_bright, ENVMAP_CUBE, 6, 0, 2, 0);
+    hold_all("horizon, lat-long", half_bright, ENVMAP_LATLONG, 6, 1, 2, 0);
 }
 
 static void nothing_leaks(void) { CHECK(oracle_live == 0); }
 
 int main(void) {
     RUN(a_wide_lamp_on_black_keeps_the_tolerance);
-    RUN(a_lamp_across_an_edge_or_a_corner_keeps_the_tolerance);
+    RUN(a_lamp_across_an_edge_or_a_pole_keeps_the_tolerance);
     RUN(a_black_disc_keeps_the_tolerance);
     RUN(checks_keep_the_tolerance);
     RUN(a_horizon_keeps_the_tolerance);
