@@ -251,6 +251,22 @@ static void preparing_without_memory_leaks_nothing(void) {
     }
 }
 
+/* Where nothing that was asked for goes through harmonics, there is nothing to share. */
+static void a_source_prepared_for_nothing_is_fine(void) {
+    envmap_lobe lobes[2] = {envmap_lobe_mirror(), envmap_lobe_phong(1e6f)}, lobe;
+    envmap src = sky_of(ENVMAP_CUBE, 48);
+    envmap with = black(ENVMAP_CUBE, 12, 1, 1), without = black(ENVMAP_CUBE, 12, 1, 1);
+    lobe = envmap_lobe_phong(6);
+    CHECK(filter(&without, &src, lobe, ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+    for (int i = 0; i < 2; ++i) {
+        envmap_prepared prepared = prepared_for(&src, lobes + i, 1, 1e-3);
+        CHECK(filter_with(&with, &src, lobe, &prepared, ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+        CHECK(rms_of(&with, &without) <= 1e-3);
+        envmap_prepared_free(&prepared);
+    }
+    envmap_free(&src), envmap_free(&with), envmap_free(&without);
+}
+
 static void freeing_twice_or_nothing_is_fine(void) {
     envmap src = sky_of(ENVMAP_CUBE, 32);
     envmap_lobe lobe = envmap_lobe_phong(5);
@@ -447,6 +463,25 @@ static void without_a_limit_such_radiance_is_refused(void) {
         }
 }
 
+static int always_cancel(void *user, float fraction) {
+    (void)user, (void)fraction;
+    return 1;
+}
+
+static void a_call_that_fails_says_nothing_of_clamping(void) {
+    envmap_lobe lobe = envmap_lobe_gaussian(8), bad = envmap_lobe_function(nan_near_the_axis, NULL);
+    envmap src = sky_of(ENVMAP_CUBE, 24), dst = black(ENVMAP_CUBE, 8, 1, 1);
+    double clamped[2] = {-1, -1};
+    envmap_filter_desc desc = desc_of(ENVMAP_METHOD_FAST, 1e-3);
+    desc.limit = 1, desc.clamped = clamped;
+    CHECK(envmap_filter(&dst, &src, &bad, &desc) == ENVMAP_ERROR_LOBE);
+    CHECK(clamped[0] < 0 && clamped[1] < 0);
+    desc.progress.report = always_cancel;
+    CHECK(envmap_filter(&dst, &src, &lobe, &desc) == ENVMAP_CANCELLED);
+    CHECK(clamped[0] < 0 && clamped[1] < 0);
+    envmap_free(&src), envmap_free(&dst);
+}
+
 static void bad_limits_are_refused(void) {
     static const float limits[4] = {NAN, -1, INFINITY, -INFINITY};
     envmap_lobe lobe = envmap_lobe_gaussian(8);
@@ -561,6 +596,27 @@ static void one_lit_texel_has_all_contrast(void) {
     FIGURE("contrast of one lit texel - 1", off, 0.1);
 }
 
+/* Wherever it is: alone in its parent, or with most of its parent's solid angle. */
+static void a_lit_texel_has_contrast_wherever_it_is(void) {
+    double least = 1;
+    for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping)
+        for (int i = 0; i < 6; ++i) {
+            static const int edges[3] = {36, 64, 130};
+            int size = edges[i / 2], width = oracle_width(mapping, size);
+            int disc = mapping != ENVMAP_CUBE && mapping != ENVMAP_LATLONG;
+            envmap map = black(mapping, size, 1, 1);
+            int x = i & 1 ? disc ? width * 4 / 5 : width - 1 : width / 2;
+            int y = i & 1 ? disc ? size * 4 / 5 : size - 1 : size / 2;
+            for (int c = 0; c < 3; ++c) envmap_texel(&map, 0, 0, 0, x, y)[c] = 1e4f;
+            envmapi_survey s = survey_of(&map);
+            for (int scale = 0; scale + 1 < s.scales; ++scale)
+                least = fmin(least, fmin(s.scale[scale].kappa, s.scale[scale].epsilon));
+            envmapi_pool_free(&pool, 0);
+            envmap_free(&map);
+        }
+    FIGURE("1 - contrast of a lit texel in a corner or centre, all but one scale", 1 - least, 0.3);
+}
+
 /* Noise with lamps, in a rim too; the lights are those of more than 1/2000 and no others. */
 static void lights_are_the_texels_of_a_2000th_of_the_energy(void) {
     int listed = 0;
@@ -636,6 +692,7 @@ int main(void) {
     RUN(preparing_gives_the_same_bits_for_any_executor);
     RUN(two_threads_share_one_prepared_source);
     RUN(preparing_without_memory_leaks_nothing);
+    RUN(a_source_prepared_for_nothing_is_fine);
     RUN(freeing_twice_or_nothing_is_fine);
     RUN(another_source_is_refused);
     RUN(what_cannot_be_prepared_is_refused);
@@ -643,10 +700,12 @@ int main(void) {
     RUN(a_limit_holds_for_every_slice_and_level);
     RUN(a_limit_above_all_changes_nothing);
     RUN(without_a_limit_such_radiance_is_refused);
+    RUN(a_call_that_fails_says_nothing_of_clamping);
     RUN(bad_limits_are_refused);
     RUN(blocks_of_every_scale_carry_all_energy);
     RUN(a_uniform_scene_has_no_contrast);
     RUN(one_lit_texel_has_all_contrast);
+    RUN(a_lit_texel_has_contrast_wherever_it_is);
     RUN(lights_are_the_texels_of_a_2000th_of_the_energy);
     RUN(of_too_many_lights_the_brightest_are_taken);
     RUN(nothing_leaks);

@@ -153,6 +153,57 @@ static void a_horizon_keeps_the_tolerance(void) {
     hold_all("horizon, lat-long", half_bright, ENVMAP_LATLONG, 6, 1, 2, 0);
 }
 
+/* ------------------------------------------------------------- what one look may miss ---- */
+
+/* Channels that add up to grey: what one of them has, the others lack. */
+static double red_or_green(const double d[3], int channel) {
+    double red = sin(6 * d[0]) * sin(7 * d[1] + 1) > 0;
+    return channel == 0 ? red : channel == 1 ? 1 - red : 0;
+}
+
+static double red_to_green(const double d[3], int channel) {
+    double red = 0.5 + 0.5 * sin(4 * d[0]) * sin(5 * d[1] + 1);
+    return channel == 0 ? red : channel == 1 ? 1 - red : 0.3;
+}
+
+/* Edges along the middle of a map, or along a face's. */
+static double up(const double d[3], int channel) {
+    (void)channel;
+    return d[1] > 0 ? 1 : 0.2;
+}
+
+static double a_ceiling(const double d[3], int channel) {
+    (void)channel;
+    return d[1] > fabs(d[0]) && d[1] > fabs(d[2]) ? 1 : 0.01;
+}
+
+static void colours_that_sum_to_grey_keep_the_tolerance(void) {
+    hold_all("red or green, cube", red_or_green, ENVMAP_CUBE, 6, 1, 2, 0);
+    hold_all("red or green, lat-long", red_or_green, ENVMAP_LATLONG, 6, 0, 4, 0);
+    hold_all("red to green, paraboloid", red_to_green, ENVMAP_PARABOLOID, 6, 1, 2, 0);
+}
+
+static void edges_along_the_texels_keep_the_tolerance(void) {
+    hold_all("sky and ground, cube", up, ENVMAP_CUBE, 6, 0, 2, 0);
+    hold_all("sky and ground, lat-long", up, ENVMAP_LATLONG, 6, 1, 2, 0);
+    hold_all("one bright face, cube", a_ceiling, ENVMAP_CUBE, 6, 1, 2, 0);
+}
+
+/* Sizes that no block divides: the last blocks of a face are alone at the coarser scales. */
+static void a_sun_in_the_last_texel_keeps_the_tolerance(void) {
+    static const int odd[4] = {33, 36, 49, 68};
+    figures all = {0, 0, 0, 0};
+    for (int i = 0; i < 4; ++i)
+        for (int lobe = 4; lobe < LOBES; lobe += 3) {
+            envmap src = black(ENVMAP_CUBE, odd[i], 1, 1);
+            float *texel = envmap_texel(&src, 0, 0, 4, odd[i] - 1, odd[i] - 1);
+            for (int c = 0; c < 3; ++c) texel[c] = 1000;
+            hold(&all, &src, 6, lobe_of(lobe), 3);
+            envmap_free(&src);
+        }
+    report("a sun in the last texel", all, 1);
+}
+
 static void nothing_leaks(void) { CHECK(oracle_live == 0); }
 
 int main(void) {
@@ -161,6 +212,9 @@ int main(void) {
     RUN(a_black_disc_keeps_the_tolerance);
     RUN(checks_keep_the_tolerance);
     RUN(a_horizon_keeps_the_tolerance);
+    RUN(colours_that_sum_to_grey_keep_the_tolerance);
+    RUN(edges_along_the_texels_keep_the_tolerance);
+    RUN(a_sun_in_the_last_texel_keeps_the_tolerance);
     RUN(nothing_leaks);
     return test_summary();
 }
