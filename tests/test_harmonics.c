@@ -474,7 +474,8 @@ static void folding_over_the_poles_is_the_adjoint_of_copying(void) {
         for (int j = 0; j < M; ++j) /* inside, a copy changes nothing */
             CHECK(!memcmp(envmapi_ring(&rings, k, j), envmapi_ring(&old, k, j), 32));
         for (int i = 0; i < 6; ++i) { /* ring -1 is ring 0 half a turn on, ring M is ring M-1 */
-            static const int beyond[6] = {-1, -2, -3, 16, 17, 18}, inside[6] = {0, 1, 2, 15, 14, 13};
+            static const int beyond[6] = {-1, -2, -3, 16, 17, 18};
+            static const int inside[6] = {0, 1, 2, 15, 14, 13};
             CHECK(!memcmp(envmapi_ring(&rings, k, beyond[i]),
                           envmapi_ring(&rings, (k + M) % n, inside[i]), 32));
         }

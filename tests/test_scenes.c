@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
    Scenes that a filter through harmonics finds hard, and those that it finds too easy: lamps and
-   discs with sharp edges, on black, on edges and corners of faces; halves; checks; noise. FAST keeps
-   the tolerance in rms for each lobe, and HARMONICS does the same or says that it cannot. The worst
+   discs with sharp edges, on black, on edges and corners of faces; halves; checks. FAST keeps the
+   tolerance in rms for each lobe, and HARMONICS does the same or says that it cannot. The worst
    texel is held to 20 tolerances where nothing is black. */
 #define ENVMAP_IMPLEMENTATION
 #include "helpers.h"
