@@ -9,26 +9,27 @@
 
 /* ------------------------------------------------------------------------------- the memory --
    Live blocks are counted; the call number `oracle_fail_at` (from 0) gets NULL, a single block
-   of more than 256 MB too, and a block must come back with the context that it was asked with. */
+   of more than 256 MB too, and a block must come back with the context that it was asked with.
+   Threads may count at once. */
 static int oracle_live, oracle_calls, oracle_fail_at = -1, oracle_wrong_context;
 static size_t oracle_largest; /* the largest block that was asked for */
 
 static inline void *oracle_malloc(void *context, size_t bytes) {
     if (bytes > oracle_largest) oracle_largest = bytes;
-    if (oracle_calls++ == oracle_fail_at || bytes > (size_t)256 << 20) return NULL;
+    if (__sync_fetch_and_add(&oracle_calls, 1) == oracle_fail_at || bytes > (size_t)256 << 20) return NULL;
     void **block = (void **)malloc(bytes + 16);
     if (!block) return NULL;
     block[0] = context;
     memset((char *)block + 16, 0xA5, bytes);
-    ++oracle_live;
+    __sync_fetch_and_add(&oracle_live, 1);
     return (char *)block + 16;
 }
 
 static inline void oracle_free(void *context, void *pointer) {
     if (!pointer) return;
     void **block = (void **)((char *)pointer - 16);
-    if (block[0] != context) ++oracle_wrong_context;
-    --oracle_live;
+    if (block[0] != context) __sync_fetch_and_add(&oracle_wrong_context, 1);
+    __sync_fetch_and_sub(&oracle_live, 1);
     free(block);
 }
 
