@@ -4583,6 +4583,7 @@ typedef struct envmapi_survey {
     float *work;  /* a row of texels a task */
     int tasks, edge, nu, nv;      /* edge of a block in texels; blocks a face */
     double all, energy, solid;    /* all channels; energy: without the lights */
+    double norm;                  /* sqrt of the sum of squares of all channels' energies */
     envmapi_contrast texel;       /* of single texels, at most */
     envmapi_contrast scale[ENVMAPI_SCALES]; /* of blocks of edge << i */
     int scales;
@@ -4752,38 +4753,52 @@ static void envmapi_survey_halve(float *next, const float *blocks, int nu, int n
             }
 }
 
-/* The contrast of blocks whose parents, twice as wide, or NULL, follow; off: squares that are
-   not in the blocks. A light gives 3/4 of its energy, 1/4 being its parent's. */
+/* The contrast of blocks whose parents, twice as wide, or NULL, follow; off: squares that are not in
+   the blocks. A light in a block that is a share q of its parent gives (1-q)^2 of its square, q being
+   1/4 as a rule; a block that is all of its parent is held against the mean of all. */
 static envmapi_contrast envmapi_survey_contrast(const envmapi_survey *s, const float *blocks,
-                                                const float *parents, int nu, int nv, double off) {
+                                                const float *parents, int nu, int nv,
+                                                const double mean[3], double off) {
     size_t wide = (size_t)(nu + 1) / 2, high = (size_t)(nv + 1) / 2;
-    double mean = s->solid > 0 ? s->energy / s->solid : 0, squares = off, most = off;
+    double squares = off, most = off;
     for (int face = 0; face < envmap_faces(s->map->mapping); ++face)
         for (int y = 0; y < nv; ++y)
             for (int x = 0; x < nu; ++x, blocks += 4) {
                 size_t at = ((size_t)face * high + (size_t)(y / 2)) * wide + (size_t)(x / 2);
                 const float *p = parents ? parents + 4 * at : NULL;
-                float e = blocks[0] + blocks[1] + blocks[2];
-                if (p && p[3] > 0) e -= (p[0] + p[1] + p[2]) / p[3] * blocks[3];
-                else e -= (float)mean * blocks[3];
-                double square = (double)e * (double)e;
+                double w = (double)blocks[3], square = 0, q = p && p[3] > 0 ? w / (double)p[3] : 1;
+                for (int c = 0; c < 3; ++c) {
+                    double e = (double)blocks[c] - (q < 0.9 ? (double)p[c] * q : mean[c] * w);
+                    square += e * e;
+                }
+                if (q < 0.9 && q > 0.25) square *= 0.5625 / ((1 - q) * (1 - q));
                 squares += square, most = square > most ? square : most;
             }
     envmapi_contrast out = {0, 0};
-    if (s->all > 0) out.kappa = envmapi_clamp(sqrt(squares * 4 / 3) / s->all, 0, 1);
-    if (s->all > 0) out.epsilon = envmapi_clamp(sqrt(most * 16 / 9) / s->all, 0, 1);
+    if (s->norm > 0) out.kappa = envmapi_clamp(sqrt(squares * 4 / 3) / s->norm, 0, 1);
+    if (s->norm > 0) out.epsilon = envmapi_clamp(sqrt(most * 16 / 9) / s->norm, 0, 1);
     return out;
 }
 
-/* The coarser scales of `sums`, and the contrast at every one. */
+/* The coarser scales of `sums`, and the contrast at every one. An edge along the borders of blocks
+   shows at the scales where it runs through one; at the others it is l^-1.5 of that, as edges are. */
 static void envmapi_survey_scales(envmapi_survey *s, float *sums, double off) {
     int nu, nv, faces = envmap_faces(s->map->mapping);
+    double mean[4] = {0, 0, 0, 0};
+    for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces; ++b)
+        for (size_t c = 0; c < 4; ++c) mean[c] += (double)sums[4 * b + c];
+    for (int c = 0; c < 3; ++c) mean[c] /= mean[3];
     for (int i = 0; i < s->scales; ++i) {
-        float *blocks = sums + envmapi_survey_scale(&nu, &nv, s, i);
-        float *next = blocks + 4 * (size_t)nu * (size_t)nv * (size_t)faces;
-        if (i + 1 < s->scales) envmapi_survey_halve(next, blocks, nu, nv, faces);
-        s->scale[i] =
-            envmapi_survey_contrast(s, blocks, i + 1 < s->scales ? next : NULL, nu, nv, off);
+        float *blocks = sums + envmapi_survey_scale(&nu, &nv, s, i), *next = NULL;
+        if (i + 1 < s->scales) {
+            next = blocks + 4 * (size_t)nu * (size_t)nv * (size_t)faces;
+            envmapi_survey_halve(next, blocks, nu, nv, faces);
+        }
+        s->scale[i] = envmapi_survey_contrast(s, blocks, next, nu, nv, mean, off);
+    }
+    for (int i = s->scales - 2; i >= 0; --i) {
+        s->scale[i].kappa = fmax(s->scale[i].kappa, 0.354 * s->scale[i + 1].kappa);
+        s->scale[i].epsilon = fmax(s->scale[i].epsilon, 0.25 * s->scale[i + 1].epsilon);
     }
 }
 
@@ -4834,6 +4849,11 @@ static double envmapi_light_energy(const envmapi_light *light) {
     return light->value[0] + light->value[1] + light->value[2];
 }
 
+static double envmapi_light_square(const envmapi_light *light) {
+    const double *v = light->value;
+    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+}
+
 /* Looks at a slice, in blocks of 8 x 8 texels, or of 4 x 4 for lobes sharper than 32 texels. Errors:
    MEMORY, RADIANCE. */
 static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map, int slice,
@@ -4841,7 +4861,7 @@ static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map,
                                            envmapi_pool *pool) {
     int faces = envmap_faces(map->mapping), width = envmapi_width(map->mapping, map->size);
     int room = envmapi_is_disc(map->mapping) ? 16 * map->size + 64 : 0, negative = 0;
-    double squares = 0, off = 0;
+    double squares = 0, off = 0, energy[3] = {0, 0, 0};
     memset(s, 0, sizeof *s);
     s->map = map, s->texels = envmapi_image(map, 0, slice, 0);
     s->tasks = envmapi_tasks(&desc->executor);
@@ -4862,22 +4882,23 @@ static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map,
     for (int i = 0; i < faces * s->nv; ++i) {
         const float *block = s->sums + 4 * (size_t)i * (size_t)s->nu;
         for (int x = 0; x < s->nu; ++x, block += 4) {
-            s->energy += (double)block[0] + (double)block[1] + (double)block[2];
+            for (int c = 0; c < 3; ++c) energy[c] += (double)block[c];
             s->solid += (double)block[3];
         }
         squares += s->rows[2 * i], negative |= s->rows[2 * i + 1] > 0;
     }
     for (int i = 0; i < s->rim_count; ++i) {
-        double e = envmapi_light_energy(s->rim + i);
-        s->energy += e, s->solid += s->rim[i].value[3], off += e * e;
+        for (int c = 0; c < 3; ++c) energy[c] += s->rim[i].value[c];
+        s->solid += s->rim[i].value[3], off += envmapi_light_square(s->rim + i);
     }
+    s->all = s->energy = energy[0] + energy[1] + energy[2];
+    s->norm = sqrt(energy[0] * energy[0] + energy[1] * energy[1] + energy[2] * energy[2]);
     if ((negative || !envmapi_finite(s->energy)) && !envmapi_radiance_ok(map, 0))
         return ENVMAP_ERROR_RADIANCE;
-    s->all = s->energy;
     envmapi_survey_scales(s, s->sums, off);
-    if (s->energy > 0) /* (r+g+b)^2 is 3 (r^2+g^2+b^2) at most */
-        s->texel.kappa = fmin(sqrt(3 * squares + off) / s->energy, 1);
-    s->texel.epsilon = s->scale[0].epsilon;
+    s->texel = s->scale[0];
+    if (s->norm > 1e-12 && s->norm < 1e15) /* else its squares are no floats */
+        s->texel.kappa = fmin(sqrt(squares + off) / s->norm, 1);
     return ENVMAP_OK;
 }
 
@@ -4912,22 +4933,22 @@ static int envmapi_block_lights(envmapi_survey *s, int face, int bx, int by, dou
 static void envmapi_survey_rest(envmapi_survey *s, double limit, float *rest) {
     int edge = s->map->size, faces = envmap_faces(s->map->mapping);
     size_t width = (size_t)envmapi_width(s->map->mapping, edge), size = (size_t)edge;
-    double squares = s->texel.kappa * s->texel.kappa * s->all * s->all, off = 0;
+    double squares = s->texel.kappa * s->texel.kappa * s->norm * s->norm, off = 0;
     memcpy(rest, s->sums, 4 * (size_t)s->nu * (size_t)s->nv * (size_t)faces * sizeof *rest);
-    for (int i = 0; i < s->rim_count; ++i) off += pow(envmapi_light_energy(s->rim + i), 2);
+    for (int i = 0; i < s->rim_count; ++i) off += envmapi_light_square(s->rim + i);
     for (int i = 0; i < s->light_count; ++i) {
-        const double *v = s->lights[i].value, e = envmapi_light_energy(s->lights + i);
+        const double *v = s->lights[i].value, square = envmapi_light_square(s->lights + i);
         size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
         size_t row = y / size * (size_t)s->nv + y % size / (size_t)s->edge;
         float *sum = rest + 4 * (row * (size_t)s->nu + x / (size_t)s->edge);
         int cut = !(envmapi_omega_row(s, (int)(y % size))[3 * x] > 0);
         for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
-        s->energy -= e, squares -= cut ? e * e : 3 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-        if (cut) off -= e * e;
+        s->energy -= envmapi_light_energy(s->lights + i), squares -= square;
+        if (cut) off -= square;
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
     envmapi_survey_scales(s, rest, fmax(off, 0));
-    if (s->all > 0) s->texel.kappa = fmin(sqrt(fmax(squares, 0)) / s->all + 1e-3, 1);
+    if (s->norm > 0) s->texel.kappa = fmin(sqrt(fmax(squares, 0)) / s->norm + 1e-3, 1);
     s->texel.epsilon = fmin(s->scale[0].epsilon, limit);
 }
 
@@ -5828,6 +5849,7 @@ typedef struct envmapi_job {
     envmapi_scene scene;
     const envmapi_spectrum *ready;
     envmap_filter_desc desc;
+    double clamped[2];
     envmapi_pool pool;
 } envmapi_job;
 
@@ -5939,7 +5961,8 @@ static envmap_result envmapi_job_create(envmapi_job *job, const envmap *dst, con
     const envmapi_prepared *prepared =
         job->desc.prepared ? (const envmapi_prepared *)job->desc.prepared->state : NULL;
     job->src = src, job->lobes = lobes, job->count = count;
-    if (prepared) job->scene = prepared->scene, job->ready = prepared->spectra;
+    if (prepared && prepared->scene.whole.sums)
+        job->scene = prepared->scene, job->ready = prepared->spectra;
     for (int l = 0; l < count && !result; ++l) {
         job->views[l] = *dst;
         job->views[l].size = envmapi_edge(dst->size, l), job->views[l].levels = 1;
@@ -5972,10 +5995,8 @@ static envmap_result envmapi_job_limit(envmapi_job *job, envmap *out, const envm
         }
         solid += w, replaced += bad ? w : 0;
     }
-    if (job->desc.clamped) {
-        job->desc.clamped[0] = all > 0 ? taken / all : 0;
-        job->desc.clamped[1] = replaced / solid;
-    }
+    job->clamped[0] = all > 0 ? taken / all : 0;
+    job->clamped[1] = replaced / solid;
     return ENVMAP_OK;
 }
 
@@ -6005,6 +6026,8 @@ ENVMAPI_BODY envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
         result = envmapi_job_create(&job, dst, job.desc.limit > 0 ? &limited : src, lobes, count);
     if (!result) result = envmapi_job_stage(&job, dst);
     if (!result) dst->p0 = lobes[0].p0, dst->p1 = lobes[0].p1;
+    if (!result && job.desc.limit > 0 && job.desc.clamped)
+        memcpy(job.desc.clamped, job.clamped, sizeof job.clamped);
     envmapi_pool_free(&job.pool, 0);
     return result;
 }

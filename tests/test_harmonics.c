@@ -11,7 +11,7 @@ static envmapi_pool pool;
 
 static envmapi_rings rings_of(int M, int bands) {
     envmapi_rings rings;
-    if (!CHECK(envmapi_rings_create(&rings, M, bands, &pool) == ENVMAP_OK)) exit(1);
+    if (!CHECK(envmapi_rings_create(&rings, M, bands, NULL, &pool) == ENVMAP_OK)) exit(1);
     return rings;
 }
 
