@@ -4993,13 +4993,19 @@ typedef struct envmapi_plan {
 #define ENVMAPI_FAST_BANDS 768
 #define ENVMAPI_ANGLES     64 /* more densely towards the axis, where sharp lobes end */
 
+/* e(l) on a grid of h. A harmonic is no plane wave in (u,v): a face's own curvature adds about 6 to
+   l^2 (the sixth derivative of 1/sqrt(1+u^2) is 225). A constant loses nothing. */
+static double envmapi_band_error(int l, double h) {
+    return l ? envmapi_spline_error(sqrt(l * l + 6.0) * h / (2 * ENVMAPI_PI)) : 0;
+}
+
 /* sum_l (2l+1) lambda_l^2 e^2 over from <= l < to of one slice, e the spline's error on a grid of
    h, or 1. */
 static double envmapi_plan_power(const envmapi_plan *plan, int slice, int from, int to, double h) {
     const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
     double sum = 0;
     for (int l = from; l < to; ++l) {
-        double e = h > 0 ? envmapi_spline_error(l * h / (2 * ENVMAPI_PI)) : 1;
+        double e = h > 0 ? envmapi_band_error(l, h) : 1;
         sum += (2 * l + 1) * lambda[l] * lambda[l] * e * e;
     }
     return sum;
@@ -5057,8 +5063,8 @@ static void envmapi_plan_k(double k[ENVMAPI_ANGLES], double *most, const envmapi
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) *most = fmax(*most, fabs(k[j]));
 }
 
-/* May an error d(t) of one light be, where k(t) is the light itself? The norm's error counts
-   too: that of the grain of texels, whose solid angles are lumps. Of d what exceeds `share` of k
+/* May an error d(t) of one light be, where k(t) is the light itself? That of a uniform
+   scene counts too, and of the norm: the grain of texels, whose solid angles are lumps. Of d what exceeds `share` of k
    counts: the brightest light's must stay below that share of the dark, and so must the rms of
    what all others make of it together, of which a texel may see thrice as much. */
 static int envmapi_plan_allows(const envmapi_plan *plan, const double *d, const double *k,
@@ -5119,8 +5125,7 @@ static int envmapi_plan_holds(const envmapi_plan *plan, int slice, double h, env
     envmapi_plan_k(k, &most, plan, slice);
     envmapi_series_begin(&series);
     for (int l = 0; l < plan->need; ++l)
-        envmapi_series_add(&series, lost,
-                           lambda[l] * envmapi_spline_error(l * h / (2 * ENVMAPI_PI)));
+        envmapi_series_add(&series, lost, lambda[l] * envmapi_band_error(l, h));
     return envmapi_plan_allows(plan, lost, k, 2 * tolerance, mean, 0, c);
 }
 
@@ -5210,19 +5215,18 @@ static double envmapi_survey_dark(const envmapi_survey *s, const envmapi_plan *p
     return mean > 0 ? envmapi_clamp(dark / mean / 2, 1e-3, 1) : 1;
 }
 
-/* The norm is a sum over texels, which sees their lattice where lambda_l has not ended by then:
-   that no few bands hold. */
-static int envmapi_plan_norm_holds(envmapi_plan *plan, const envmap *map) {
+/* A sum over texels sees their lattice where lambda_l has not ended by then: that no few bands
+   hold. */
+static int envmapi_plan_lattice_holds(envmapi_plan *plan, const envmap *map) {
     double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);
     int l = (int)(0.8 * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
-    if (plan->lobe->raw || plan->lobe->kind == ENVMAP_LOBE_BANKS || bands > ENVMAPI_FAST_BANDS)
-        return 1;
+    if (bands > ENVMAPI_FAST_BANDS) return 1;
     if (bands > plan->bands && !envmapi_plan_lambda(plan, bands, 0)) return 0;
     for (; l < bands; ++l)
         for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
             int slice = envmapi_plan_slice(plan, k);
             double lambda = plan->lambda[(size_t)slice * (size_t)plan->bands + (size_t)l];
-            if (8 * fabs(lambda) > plan->tolerance * envmapi_plan_mean(plan, slice)) return 0;
+            if (4 * fabs(lambda) > plan->tolerance * envmapi_plan_mean(plan, slice)) return 0;
         }
     return 1;
 }
@@ -5256,7 +5260,7 @@ static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, do
             break;
         }
     }
-    if (plan->need > most || !envmapi_plan_norm_holds(plan, survey->map)) return plan->need = 0;
+    if (plan->need > most || !envmapi_plan_lattice_holds(plan, survey->map)) return plan->need = 0;
     plan->h = envmapi_plan_spacing(plan, contrast[plan->need / 2]);
     return envmapi_plan_lambda(plan, plan->bands, 1);
 }
@@ -5272,7 +5276,6 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
     plan->sigma = ENVMAPI_PI;
     plan->grain =
         pow(envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size), 2) / 24;
-    if (lobe->raw || lobe->kind == ENVMAP_LOBE_BANKS) plan->grain = 0;
     for (int k = 0; k < plan->slices; ++k)
         plan->sigma =
             fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, plan->slices)));
