@@ -270,8 +270,8 @@ static void compositions_keep_the_furnace(void) {
     for (int i = 1; i <= 10; ++i) {
         envmap_frame f = seen_at(i / 10.0);
         double F = envmap_fresnel(i / 10.0, 1.5, 0), diffuse = one_radiance(&src, &lambert, &f);
-        CHECK_CLOSE(F * 1 + (1 - F) * diffuse, 1, 1e-3);
-        CHECK_CLOSE(F * 1 + diffuse, 1 + F, 1e-3);
+        CHECK_CLOSE(F * 1 + (1 - F) * diffuse, 1, 2e-3); /* the texels' own error is 1.3e-3 */
+        CHECK_CLOSE(F * 1 + diffuse, 1 + F, 2e-3);
     }
     envmap_free(&src);
 }
@@ -286,7 +286,7 @@ static envmap_fit fit_of(const envmap_brdf *brdf, int lobes, int slices, int fla
     return fit;
 }
 
-static void fits_find_phong_lambert_and_a_sum_of_three(void) {
+static void fits_find_phong_and_lambert_again(void) {
     brdf_values v = values(0, 50, 0);
     envmap_brdf phong = model(brdf_phong, &v), lambert = model(brdf_lambert, &v);
     envmap_fit fit = fit_of(&phong, 1, 8, 0);
@@ -353,7 +353,7 @@ static void fits_are_reciprocal_where_the_model_is(void) {
     brdf_values v = values(0, 20, 0);
     envmap_brdf lafortune = model(brdf_lafortune, &v), lambert = model(brdf_lambert, &v);
     const envmap_brdf *models[2] = {&lafortune, &lambert};
-    const double bound[2] = {0.3, 0.03};
+    const double bound[2] = {0.2, 1e-3};
     for (int m = 0; m < 2; ++m) {
         envmap_fit fit = fit_of(models[m], 2, 16, 0);
         double worst = 0, peak = 0;
@@ -371,13 +371,13 @@ static void fits_are_reciprocal_where_the_model_is(void) {
 }
 
 static void fits_err_by_angle_as_n_r_leaves_n_l(void) {
-    envmap src = smooth(ENVMAP_CUBE, 16), map = black(ENVMAP_CUBE, 32, 1, 16);
-    brdf_values v = values(0.3, 0, 0);
+    envmap src = smooth(ENVMAP_CUBE, 12), map = black(ENVMAP_CUBE, 12, 1, 12);
+    brdf_values v = values(0.5, 0, 0);
     envmap_brdf ggx = model(brdf_ggx, &v);
-    envmap_fit fit = fit_of(&ggx, 1, 16, 0);
+    envmap_fit fit = fit_of(&ggx, 1, 12, 0);
     envmap_lobe lobe = envmap_fit_lobe(&fit, 0);
-    CHECK(filter(&map, &src, lobe, 0, 0) == ENVMAP_OK);
-    static const double bound[4] = {0.4, 0.2, 0.1, 0.05}, cosine[4] = {0.1, 0.3, 0.6, 0.9};
+    CHECK(filter(&map, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+    static const double bound[4] = {0.1, 0.08, 0.05, 0.03}, cosine[4] = {0.1, 0.3, 0.6, 0.9};
     for (int k = 0; k < 4; ++k) {
         double off = 0, sum = 0;
         for (int i = 0; i < 24; ++i) {
@@ -394,7 +394,7 @@ static void fits_err_by_angle_as_n_r_leaves_n_l(void) {
             off += ((double)rgb[1] - truth) * ((double)rgb[1] - truth), sum += truth * truth;
         }
         char what[80];
-        sprintf(what, "GGX 0.3 by one 3D lobe, n.v = %.1f: rms against eq. 1", cosine[k]);
+        sprintf(what, "GGX 0.5 by one 3D lobe, n.v = %.1f: rms against eq. 1", cosine[k]);
         FIGURE(what, sqrt(off / sum), bound[k]);
     }
     envmap_fit_free(&fit);
@@ -408,18 +408,18 @@ static void slices_needed_are_enough(void) {
     int n = envmap_lobe_slices(&banks, 0.03);
     CHECK(envmap_lobe_slices(&phong, 0.03) == 1);
     CHECK(n > 4 && n < 64 && envmap_lobe_slices(&banks, 0.1) < n);
-    envmap few = black(ENVMAP_PARABOLOID, 8, 1, n), many = black(ENVMAP_PARABOLOID, 8, 1, 16 * n);
-    CHECK(filter(&few, &src, banks, 0, 0) == ENVMAP_OK && filter(&many, &src, banks, 0, 0) == ENVMAP_OK);
+    envmap few = black(ENVMAP_PARABOLOID, 8, 1, n), many = black(ENVMAP_PARABOLOID, 8, 1, 8 * n);
+    CHECK(filter(&few, &src, banks, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK && filter(&many, &src, banks, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
     double off = 0, sum = 0;
     for (int i = 0; i < 400; ++i) {
         float d[3], a[3], b[3], p = (float)(-1 + 2 * (i + 0.5) / 400);
-        envmap_direction(d, ENVMAP_LATLONG, 0, (float)(i * 0.618034 - floor(i * 0.618034)), (float)(i % 20 + 0.5f) / 20);
+        envmap_direction(d, ENVMAP_LATLONG, 0, (float)(i * 0.618034 - floor(i * 0.618034)), ((float)(i % 20) + 0.5f) / 20);
         envmap_lookup_slice(a, &few, d, p, 0);
         envmap_lookup_slice(b, &many, d, p, 0);
         off += (double)(a[1] - b[1]) * (double)(a[1] - b[1]), sum += (double)b[1] * (double)b[1];
     }
     printf("    Banks s = 0.6 to 3 %%: %d slices\n", n);
-    FIGURE("... rms against 16 times as many, noise", sqrt(off / sum), 0.03);
+    FIGURE("... rms against 8 times as many, noise", sqrt(off / sum), 0.03);
     envmap_free(&src);
     envmap_free(&few);
     envmap_free(&many);
@@ -503,12 +503,12 @@ static void roughness_and_level_are_inverse(void) {
 /* ------------------------------------------------------------------------------------ Banks -- */
 
 static void banks_end_to_end_is_eq_1_without_n_l(void) {
-    envmap src = smooth(ENVMAP_CUBE, 16);
+    envmap src = smooth(ENVMAP_CUBE, 12);
     envmap_lobe lobe = envmap_lobe_banks(0.5f);
-    int slices = envmap_lobe_slices(&lobe, 0.01);
-    envmap map = black(ENVMAP_PARABOLOID, 32, 1, slices);
+    int slices = envmap_lobe_slices(&lobe, 0.03);
+    envmap map = black(ENVMAP_PARABOLOID, 12, 1, slices);
     lobe.raw = 1;
-    CHECK(filter(&map, &src, lobe, 0, 1e-4) == ENVMAP_OK);
+    CHECK(filter(&map, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
     brdf_values v = values(0, 0, 0.5);
     envmap_brdf banks = model(brdf_banks, &v);
     double off = 0, sum = 0, behind = 0;
@@ -528,10 +528,10 @@ static void banks_end_to_end_is_eq_1_without_n_l(void) {
 }
 
 static void banks_sees_light_from_behind_and_eq_1_does_not(void) {
-    envmap src = black(ENVMAP_CUBE, 32, 1, 1), map = black(ENVMAP_PARABOLOID, 32, 1, 16);
-    for (int i = 0; i < 32 * 32 * 3; ++i) envmap_texel(&src, 0, 0, 5, 0, 0)[i] = 1; /* the -z face */
+    envmap src = black(ENVMAP_CUBE, 16, 1, 1), map = black(ENVMAP_PARABOLOID, 12, 1, 16);
+    for (int i = 0; i < 16 * 16 * 3; ++i) envmap_texel(&src, 0, 0, 5, 0, 0)[i] = 1; /* the -z face */
     envmap_lobe lobe = envmap_lobe_banks(0.5f);
-    CHECK(filter(&map, &src, lobe, 0, 0) == ENVMAP_OK);
+    CHECK(filter(&map, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
     brdf_values v = values(0, 0, 0.5);
     envmap_brdf banks = model(brdf_banks, &v), shadowed = model(brdf_banks_shadowed, &v);
     envmap_frame f = frame_of(0, 0, 1, 0, 0.6, 0.8), back = frame_of(0, 0, -1, 0, 0.6, -0.8);
@@ -589,7 +589,7 @@ static void cabral_blends_towards_eq_1_with_more_views(void) {
     envmap src = smooth(ENVMAP_CUBE, 8);
     brdf_values v = values(0, 20, 0);
     envmap_brdf brdf = model(brdf_lafortune, &v);
-    static const double bound[3] = {0.25, 0.1, 0.05};
+    static const double bound[3] = {0.1, 0.04, 0.02};
     for (int m = 1; m <= 3; ++m) {
         cabral set;
         double off = 0, sum = 0;
@@ -693,7 +693,7 @@ int main(void) {
     RUN(fresnel_has_its_textbook_values);
     RUN(fresnel_tables_hold_texel_centres);
     RUN(compositions_keep_the_furnace);
-    RUN(fits_find_phong_lambert_and_a_sum_of_three);
+    RUN(fits_find_phong_and_lambert_again);
     RUN(fits_reflect_all_of_a_constant_environment);
     RUN(fits_are_reciprocal_where_the_model_is);
     RUN(fits_err_by_angle_as_n_r_leaves_n_l);
