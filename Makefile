@@ -31,7 +31,7 @@ BENCHARGS =
 MAP       =
 
 .PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        harmonics methods examples docs install clean FORCE
+        harmonics methods materials examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -127,6 +127,10 @@ docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
 methods: $(BUILD)/methods ## measure examples/methods/, and write docs/methods.md and its charts; MAP=sky.pfm
 	@mkdir -p docs/charts
 	$(BUILD)/methods --docs docs $(MAP)
+
+materials: $(BUILD)/materials ## every reflection model beside eq. 1: docs/materials.md, its pictures and chart
+	@mkdir -p docs/charts
+	$(BUILD)/materials docs
 
 install: ## copy the header to $(DESTDIR)$(PREFIX)/include
 	install -d '$(DESTDIR)$(PREFIX)/include'

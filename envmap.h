@@ -602,7 +602,8 @@ typedef struct envmap_fit {
    memory. Frees nothing.
    Each lobe is the mean of f_r (n.l), less the other lobes, around its axis, and not negative;
    that is the best lobe there is for that axis; the axis is the one that takes most. Lobes take
-   turns, eight times. Then factors by least squares, per channel.
+   turns, eight times. Then factors by least squares, per channel, and scaled so that a constant
+   environment is reflected as f_r (n.l) reflects it.
    An isotropic model is asked for; of others one with t in the plane of n and v is seen.
    Where it fails: towards grazing views f_r (n.l) ends at the horizon, and a lobe does not; see
    fit.error.
@@ -6309,12 +6310,13 @@ static void envmapi_fit_slice(void *context, int slice) {
     fitting->bad[slice] = view.bad;
 }
 
-/* Normal equations of the factors, channel by channel: gram x = right. */
+/* Normal equations of the factors, channel by channel: gram x = right; and the whole of f_r (n.l). */
 typedef struct envmapi_fit_sums {
-    double gram[3][3], right[3][3], square;
+    double gram[3][3], right[3][3], whole[3], square;
 } envmapi_fit_sums;
 
-/* x >= 0 by coordinate descent, which least squares with so few unknowns allows. */
+/* x >= 0 by coordinate descent, which least squares with so few unknowns allows; then all of them
+   together as much as f_r (n.l) reflects, as constant light shows energy and not squares. */
 static void envmapi_fit_solve(double x[3], const envmapi_fit_sums *sums, int lobes, int channel) {
     x[0] = x[1] = x[2] = 0;
     for (int turn = 0; turn < 200; ++turn)
@@ -6323,6 +6325,8 @@ static void envmapi_fit_solve(double x[3], const envmapi_fit_sums *sums, int lob
             for (int j = 0; j < lobes; ++j) left -= j == i ? 0 : sums->gram[i][j] * x[j];
             x[i] = left > 0 && sums->gram[i][i] > 0 ? left / sums->gram[i][i] : 0;
         }
+    double all = x[0] + x[1] + x[2];
+    for (int i = 0; all > 0 && i < lobes; ++i) x[i] *= sums->whole[channel] / all;
 }
 
 static void envmapi_fit_gather(envmapi_fit_sums *sums, envmapi_fit_view *view) {
@@ -6340,8 +6344,10 @@ static void envmapi_fit_gather(envmapi_fit_sums *sums, envmapi_fit_view *view) {
             for (int b = 0; b <= a; ++b) sums->gram[a][b] += w * k[a] * k[b];
             for (int c = 0; c < 3; ++c) sums->right[c][a] += w * f[c] * k[a];
         }
-        for (int c = 0; c < 3; ++c) sums->square += w * f[c] * f[c];
+        for (int c = 0; c < 3; ++c) sums->square += w * f[c] * f[c], sums->whole[c] += w * f[c];
     }
+    for (int c = 0; c < 3; ++c) /* from the half sphere's nodes to sr */
+        sums->whole[c] *= 2 * ENVMAPI_PI / (fit->size - 1) * ENVMAPI_PI / ENVMAPI_RING;
     for (int a = 0; a < 3; ++a)
         for (int b = a + 1; b < 3; ++b) sums->gram[a][b] = sums->gram[b][a];
 }

@@ -37,6 +37,7 @@ static envmap scene;            /* a small cube of the terrace: eq. 1 sums all o
 static envmap_filter_desc desc; /* threads */
 static int threads;
 static FILE *page;
+static float exposure = 0.52f;
 
 static void must(envmap_result result, const char *what) {
     if (!result) return;
@@ -99,7 +100,9 @@ static void shade(ball *b, model_call *call, const void *user) {
         }
 }
 
-static void shade_truth(ball *b, envmap_brdf_function *function, brdf_values *values) {
+/* Eq. 1 in an environment, at all pixels at once. */
+static void shade_exactly(ball *b, const envmap *map, envmap_brdf_function *function,
+                          brdf_values *values) {
     static envmap_frame frames[GRID * GRID];
     static float rgb[GRID * GRID][3];
     envmap_brdf brdf;
@@ -108,13 +111,17 @@ static void shade_truth(ball *b, envmap_brdf_function *function, brdf_values *va
     for (j = 0; j < GRID; ++j)
         for (i = 0; i < GRID; ++i)
             n += b->inside[j][i] = ball_frame(frames + n, 2 * ((float)i + 0.5f) / GRID - 1, 1 - 2 * ((float)j + 0.5f) / GRID);
-    must(envmap_radiance(rgb[0], &scene, &brdf, frames, n, &desc), "eq. 1");
+    must(envmap_radiance(rgb[0], map, &brdf, frames, n, &desc), "eq. 1");
     n = 0;
     for (j = 0; j < GRID; ++j)
         for (i = 0; i < GRID; ++i) {
             memset(b->rgb[j][i], 0, sizeof b->rgb[j][i]);
             if (b->inside[j][i]) memcpy(b->rgb[j][i], rgb[n++], sizeof rgb[0]);
         }
+}
+
+static void shade_truth(ball *b, envmap_brdf_function *function, brdf_values *values) {
+    shade_exactly(b, &scene, function, values);
 }
 
 /* Relative rms where n.v is in [from, to). */
@@ -273,9 +280,9 @@ static void show(const char *name, const char *remark, const ball *truth, const 
                 difference.rgb[j][i][c] = 4 * fabsf(b->rgb[j][i][c] - truth->rgb[j][i][c]);
     picture_text(&sheet, 20, (float)y + 40, 13, 0xF3F1ECu, name);
     picture_text(&sheet, 20, (float)y + 64, 10, 0x9AA0ABu, remark);
-    picture_draw(&sheet, LEFT, y, BALL, BALL, 0.52f, ball_point, truth);
-    picture_draw(&sheet, LEFT + BALL + 16, y, BALL, BALL, 0.52f, ball_point, b);
-    picture_draw(&sheet, LEFT + 2 * (BALL + 16), y, BALL, BALL, 0.52f, ball_point, &difference);
+    picture_draw(&sheet, LEFT, y, BALL, BALL, exposure, ball_point, truth);
+    picture_draw(&sheet, LEFT + BALL + 16, y, BALL, BALL, exposure, ball_point, b);
+    picture_draw(&sheet, LEFT + 2 * (BALL + 16), y, BALL, BALL, exposure, ball_point, &difference);
     fprintf(page, "| %s | %s | %.1f %% | %.1f %% | %.1f %% | %.1f %% |\n", name, remark, 100 * apart(b, truth, 0, 2),
             100 * apart(b, truth, 0.7, 2), 100 * apart(b, truth, 0.35, 0.7), 100 * apart(b, truth, 0, 0.35));
     fprintf(stderr, "materials: %2d/%d %s\n", ++row, MOST - 1, name);
@@ -328,48 +335,60 @@ static void fit_rows(void) {
     show("Oren-Nayar, three lobes", "axes near r, n and v", &truth, &b), release(&l);
 }
 
+/* What the model reflects of a constant environment, outside the lookup. */
+static void multiply(ball *b, const ball *factor) {
+    int i, j, c;
+    for (j = 0; j < GRID; ++j)
+        for (i = 0; i < GRID; ++i)
+            for (c = 0; c < 3; ++c) b->rgb[j][i][c] *= factor->rgb[j][i][c];
+}
+
 static void anisotropic_rows(void) {
-    static ball truth, b;
+    static ball truth, b, factor;
+    envmap constant;
+    char remark[64];
+    int i;
     looks l;
     envmap_lobe lobe = envmap_lobe_banks(0.8f);
     memset(&l, 0, sizeof l);
     l.values.s = 0.8, lobe.raw = 1;
     prefilter(l.map, ENVMAP_PARABOLOID, 24, 32, lobe);
+    exposure = 0.1f; /* Banks' sum is not normalised */
     shade_truth(&truth, brdf_banks, &l.values), shade(&b, by_banks, &l);
-    show("Banks s = 0.8", "axis t, slices of v.t", &truth, &b);
+    show("Banks s = 0.8", "axis t, slices of v.t; no horizon", &truth, &b);
     shade_truth(&truth, brdf_banks_shadowed, &l.values);
-    fprintf(stderr, "materials: n.l that Banks drops: %.0f %%\n", 100 * apart(&b, &truth, 0, 2));
+    show("... and with n.l", "the map has none", &truth, &b);
+    exposure = 0.52f;
     release(&l);
     /* Ward, strokes along n x t: sigma of the reflected direction is sqrt 2 alpha */
     l.values.alpha = 0.28, l.values.alpha_y = 0.07, l.scale = 1;
     l.taps = envmap_fan(l.offset, l.weight, 64, 1.414 * 0.28, 1.414 * 0.07, 0.05);
     prefilter(l.map, ENVMAP_CUBE, 32, 1, envmap_lobe_gaussian((float)(1 / (2 * 0.07 * 0.07))));
-    shade_truth(&truth, brdf_ward, &l.values), shade(&b, by_great_circle, &l);
-    show("Ward 4 : 1, great circle", "2D map, 11 taps", &truth, &b);
-    shade(&b, by_arc, &l);
-    show("Ward 4 : 1, arc", "2D map, 11 taps", &truth, &b);
+    shade_truth(&truth, brdf_ward, &l.values);
+    make(&constant, ENVMAP_CUBE, SOURCE, 1);
+    for (i = 0; i < 18 * SOURCE * SOURCE; ++i) constant.texels[i] = 1;
+    shade_exactly(&factor, &constant, brdf_ward, &l.values);
+    sprintf(remark, "2D map, %d taps, factor(v)", l.taps);
+    shade(&b, by_great_circle, &l), multiply(&b, &factor);
+    show("Ward 4 : 1, great circle", remark, &truth, &b);
+    shade(&b, by_arc, &l), multiply(&b, &factor);
+    show("Ward 4 : 1, arc", remark, &truth, &b);
+    envmap_free(&constant);
     release(&l);
 }
 
-static void cabral_rows(void) {
+static void cabral_row(void) {
     static ball truth, b;
     looks l;
     envmap_brdf brdf;
-    int m;
     memset(&l, 0, sizeof l);
     l.values.alpha = l.values.alpha_y = 0.3;
     brdf.function = brdf_ggx, brdf.user = &l.values;
     shade_truth(&truth, brdf_ggx, &l.values);
-    for (m = 1; m <= 3; m += 1) {
-        char remark[64];
-        /* the ball's view is a corner of the octahedron: turn it to the middle of a triangle */
-        must(cabral_create(&l.views, &scene, &brdf, m, 24, &desc), "views");
-        sprintf(remark, "%d sphere maps", l.views.count);
-        shade(&b, by_views, &l);
-        if (m == 1) show("GGX 0.3, Cabral", remark, &truth, &b);
-        cabral_free(&l.views);
-        if (m == 1) break;
-    }
+    must(cabral_create(&l.views, &scene, &brdf, 1, 24, &desc), "views");
+    shade(&b, by_views, &l);
+    show("GGX 0.3, Cabral", "seen from one of 6 stored views", &truth, &b);
+    release(&l);
 }
 
 /* F out of the integral: eq. 1 with Schlick's term inside, against F(n.v) times eq. 1 without. */
@@ -402,7 +421,7 @@ static void fresnel_chart(const char *docs) {
     fprintf(f, "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 400\" font-family=\"sans-serif\" font-size=\"13\">\n"
                "<rect width=\"640\" height=\"400\" fill=\"#fff\"/>\n<text x=\"70\" y=\"24\" font-size=\"16\">F(n.v) outside the integral, over F inside (f0 = 0.04)</text>\n");
     for (j = 0; j <= 4; ++j)
-        fprintf(f, "<path d=\"M70 %d H540\" stroke=\"#ddd\"/><text x=\"62\" y=\"%d\" text-anchor=\"end\">%d</text>\n", 350 - 75 * j, 354 - 75 * j, j + 1 - (j > 0) * 0);
+        fprintf(f, "<path d=\"M70 %d H540\" stroke=\"#ddd\"/><text x=\"62\" y=\"%d\" text-anchor=\"end\">%d</text>\n", 350 - 75 * j, 354 - 75 * j, j + 1);
     for (j = 0; j <= 90; j += 15)
         fprintf(f, "<text x=\"%.0f\" y=\"370\" text-anchor=\"middle\">%d&#176;</text>\n", 70 + 470 * j / 90.0, j);
     fprintf(f, "<text x=\"305\" y=\"390\" text-anchor=\"middle\">angle of n and v</text>\n");
@@ -450,7 +469,7 @@ static void lobes_table(void) {
         double alpha;
     } models[5] = {{"GGX 0.1", brdf_ggx, 0.1}, {"GGX 0.3", brdf_ggx, 0.3}, {"Ward 0.2", brdf_ward, 0.2},
                    {"Lafortune N = 20", brdf_lafortune, 0}, {"Oren-Nayar 0.5", brdf_oren_nayar, 0.5}};
-    int i, lobes, k;
+    int i, lobes, k, needed = 0;
     fprintf(page, "\nThe lobes themselves, `fit.error` (rms over l, what a single light shows) at n.v = 0.94, 0.56, 0.19, and slices for 3 %%:\n\n"
                   "| model | one lobe, 2D | one lobe, 3D | two | three | slices |\n|---|---|---|---|---|---|\n");
     for (i = 0; i < 5; ++i) {
@@ -468,13 +487,11 @@ static void lobes_table(void) {
             fprintf(page, " %.2f, %.2f, %.2f |", (double)fit.error[7 * k + k / 2], (double)fit.error[4 * k + k / 2], (double)fit.error[k + k / 2]);
             if (lobes == 1) {
                 envmap_lobe lobe = envmap_fit_lobe(&fit, 0);
-                values.s = envmap_lobe_slices(&lobe, 0.03);
-                k = (int)values.s;
+                needed = envmap_lobe_slices(&lobe, 0.03);
             }
-            if (lobes == 1) row = k; /* kept for the last column */
             envmap_fit_free(&fit);
         }
-        fprintf(page, " %d |\n", row);
+        fprintf(page, " %d |\n", needed);
         fprintf(stderr, "materials: fits of %s\n", models[i].name);
     }
 }
@@ -579,7 +596,7 @@ int main(int argc, char **argv) {
     desc.executor.run = threads_run, desc.executor.user = &threads;
     open_page(argv[1]);
     make_scene();
-    if (!picture_create(&sheet, LEFT + 3 * (BALL + 16) + 8, TOP + 14 * ROW)) must(ENVMAP_ERROR_MEMORY, "sheet");
+    if (!picture_create(&sheet, LEFT + 3 * (BALL + 16) + 8, TOP + (MOST - 1) * ROW)) must(ENVMAP_ERROR_MEMORY, "sheet");
     picture_rectangle(&sheet, 0, 0, sheet.width, sheet.height, 0x15171Cu, 1);
     picture_caption(&sheet, LEFT + BALL / 2, 28, 13, 0xF3F1ECu, "eq. 1");
     picture_caption(&sheet, LEFT + BALL * 3 / 2 + 16, 28, 13, 0xF3F1ECu, "from maps");
@@ -589,7 +606,7 @@ int main(int argc, char **argv) {
     zonal_rows();
     fit_rows();
     anisotropic_rows();
-    cabral_rows();
+    cabral_row();
     fresnel_table();
     slices_table();
     lobes_table();
