@@ -22,7 +22,7 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 # Exact sums over millions of texels are not what valgrind is for, and its long double has 64 bits
 # only, too few for the lobes' oracles. (The sanitizers run them all.)
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
-           %/test_methods_gaussian %/test_methods_sampling
+           %/test_methods_gaussian %/test_methods_sampling %/test_materials
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 

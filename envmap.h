@@ -608,7 +608,8 @@ typedef struct envmap_fit {
    Where it fails: towards grazing views f_r (n.l) ends at the horizon, and a lobe does not; see
    fit.error.
    Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY; *fit stays as it was.
-   About 6e4 evaluations of f_r a slice for one lobe, 5e5 for three.  Source [KM00]; the sum of lobes and the axis are ours.
+   About 6e4 evaluations of f_r a slice for one lobe, 5e5 for three.
+   Source [KM00]; the sum of lobes and the axis are ours.
    Test: fits_*. */
 ENVMAP_API envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
                                          const envmap_executor *executor);
@@ -634,7 +635,8 @@ ENVMAP_API int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance);
                F E (1 - Ess) / (1 - F (1 - Ess)), E = f0 scale + bias, Ess = scale + bias,
                F = f0 + (1 - f0)/21; f0 = 1 gives 1 - Ess: nothing is lost      [FdezAguera19]
    cosine  n.v in [0,1]; alpha in [1e-4, 1]: outside clamped; NaN: 0
-   Error at most 1e-4, grazing at small alpha; 1e-6 elsewhere. About 0.4 ms.  [Heitz14] for G, [DB23] for the nodes.
+   Error at most 1e-4, grazing at small alpha; 1e-6 elsewhere. About 0.4 ms.
+   Source: [Heitz14] for G, [DB23] for the nodes.
    Test: ggx_*. */
 ENVMAP_API void envmap_ggx_split_sum(double *scale, double *bias, double cosine, double alpha);
 ENVMAP_API double envmap_ggx_multiple(double f0, double scale, double bias);
@@ -6178,7 +6180,8 @@ ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const 
 ENVMAPI_BODY double envmap_fresnel(double cosine, double n, double k) {
     if (!(n > 0 && n < 1e9 && k >= 0 && k < 1e9) || !envmapi_finite(cosine)) return 0;
     double c = envmapi_clamp(cosine, 0, 1), ss = 1 - c * c;
-    double x = (n - 1) * (n + 1) - k * k + c * c, y = 2 * n * k, root = sqrt(x * x + y * y); /* a^2 + b^2 */
+    double x = (n - 1) * (n + 1) - k * k + c * c, y = 2 * n * k;
+    double root = sqrt(x * x + y * y); /* a^2 + b^2 */
     double aa = (root + x) / 2, a = sqrt(aa > 0 ? aa : 0), bb = root - (aa > 0 ? aa : 0);
     double below = (a + c) * (a + c) + bb;
     if (!(below > 0)) return n < 1 || n > 1 || k > 0; /* grazing, unless there is no surface */
@@ -6206,7 +6209,7 @@ ENVMAPI_BODY envmap_result envmap_fresnel_table(float *values, int size, const f
     return ENVMAP_OK;
 }
 
-/* ---- fits: every lobe is the ring mean about its axis of what the others leave of f_r (n.l) ---- */
+/* ---- fits: a lobe is the ring mean about its axis of what the others leave of f_r (n.l) ---- */
 
 #define ENVMAPI_RING 32
 
@@ -6310,7 +6313,7 @@ static void envmapi_fit_slice(void *context, int slice) {
     fitting->bad[slice] = view.bad;
 }
 
-/* Normal equations of the factors, channel by channel: gram x = right; and the whole of f_r (n.l). */
+/* Normal equations of the factors, channel by channel, gram x = right; and all of f_r (n.l). */
 typedef struct envmapi_fit_sums {
     double gram[3][3], right[3][3], whole[3], square;
 } envmapi_fit_sums;
@@ -6515,8 +6518,8 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
     return high;
 }
 
-/* ---- GGX: the normals of visible facets are half vectors of v and a spherical cap, squeezed [DB23];
-   h = squeeze(u + d), u = v squeezed, d = (zeta, phi) in the cap d_z > -u_z. With
+/* ---- GGX: the normals of visible facets are half vectors of v and a spherical cap, squeezed
+   [DB23]; h = squeeze(u + d), u = v squeezed, d = (zeta, phi) in the cap d_z > -u_z. With
    zeta = (pi - acos u_z)(1 - t^2), nodes lie close at the cap's edge, where v.h runs off; the parts
    of every column with reflections above the horizon are integrated one by one. ---- */
 

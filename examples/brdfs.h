@@ -1,5 +1,5 @@
-/* brdfs.h - reflection models as callbacks for envmap_radiance and envmap_fit_brdf, each the formula
-   of its paper. v and l are in the frame x = t, y = n x t, z = n.
+/* brdfs.h - reflection models as callbacks for envmap_radiance and envmap_fit_brdf, each the
+   formula of its paper. v and l are in the frame x = t, y = n x t, z = n.
 
    Include after envmap.h; every function is static inline.
 
@@ -14,12 +14,12 @@
 
 /* What the models are made with; each uses some of it. */
 typedef struct brdf_values {
-    double colour[3];  /* albedo, or f0 */
-    double alpha;      /* roughness along t, or of both ways */
-    double alpha_y;    /* along n x t */
-    double exponent;   /* N */
-    double s;          /* Banks */
-    int fresnel;       /* GGX: 1: Schlick's term; 0: 1 */
+    double colour[3]; /* albedo, or f0 */
+    double alpha;     /* roughness along t, or of both ways */
+    double alpha_y;   /* along n x t */
+    double exponent;  /* N */
+    double s;         /* Banks */
+    int fresnel;      /* GGX: 1: Schlick's term; 0: 1 */
 } brdf_values;
 
 static inline void brdf_grey(double f[3], double value) { f[0] = f[1] = f[2] = value; }
@@ -53,8 +53,8 @@ static inline void brdf_phong(double f[3], const double v[3], const double l[3],
     brdf_grey(f, x > 0 ? pow(x, ((const brdf_values *)user)->exponent) / l[2] : 0);
 }
 
-/* Made reciprocal, as Lafortune, Foo, Torrance and Greenberg have it (1997, their eq. 4 and the example
-   of its generalised form with C_x = C_y = -1, C_z = 1). */
+/* Made reciprocal, as Lafortune, Foo, Torrance and Greenberg have it (1997, their eq. 4 and the
+   example of its generalised form with C_x = C_y = -1, C_z = 1). */
 static inline void brdf_lafortune(double f[3], const double v[3], const double l[3], void *user) {
     const brdf_values *b = (const brdf_values *)user;
     double x = brdf_reflected(v, l);
@@ -81,8 +81,7 @@ static inline void brdf_ward(double f[3], const double v[3], const double l[3], 
     double h[3], x, y;
     brdf_half(h, v, l);
     x = h[0] / (h[2] * b->alpha), y = h[1] / (h[2] * b->alpha_y);
-    brdf_grey(f, exp(-x * x - y * y) /
-                     (4 * BRDF_PI * b->alpha * b->alpha_y * sqrt(v[2] * l[2])));
+    brdf_grey(f, exp(-x * x - y * y) / (4 * BRDF_PI * b->alpha * b->alpha_y * sqrt(v[2] * l[2])));
 }
 
 /* Oren and Nayar 1994, eq. 30 (the simpler model); sigma = alpha. */

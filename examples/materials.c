@@ -1,5 +1,5 @@
-/* materials.c - every reflection model of the papers, and what engines use: the pictures and figures of
-   docs/materials.md.
+/* materials.c - every reflection model of the papers, and what engines use: the pictures and
+   figures of docs/materials.md.
 
    What you will see: `materials DOCS` writes DOCS/images/materials.png, a row for each model (the
    truth by eq. 1, the model from its prefiltered maps, and how far they are apart),
@@ -31,9 +31,9 @@
 
 /* ----------------------------------------------------------------------------------- >>tools -- */
 
-enum { GRID = 40, BALL = 120, SOURCE = 32, MOST = 16 };
+enum { GRID = 40, BALL = 120, SOURCE = 32, MOST = 17 };
 
-static envmap scene;            /* a small cube of the terrace: eq. 1 sums all of it for every pixel */
+static envmap scene; /* a small cube of the terrace: eq. 1 sums all of it for every pixel */
 static envmap_filter_desc desc; /* threads */
 static int threads;
 static FILE *page;
@@ -94,7 +94,8 @@ static void shade(ball *b, model_call *call, const void *user) {
     envmap_frame f;
     for (j = 0; j < GRID; ++j)
         for (i = 0; i < GRID; ++i) {
-            b->inside[j][i] = ball_frame(&f, 2 * ((float)i + 0.5f) / GRID - 1, 1 - 2 * ((float)j + 0.5f) / GRID);
+            b->inside[j][i] =
+                ball_frame(&f, 2 * ((float)i + 0.5f) / GRID - 1, 1 - 2 * ((float)j + 0.5f) / GRID);
             memset(b->rgb[j][i], 0, sizeof b->rgb[j][i]);
             if (b->inside[j][i]) call(b->rgb[j][i], &f, user);
         }
@@ -110,7 +111,8 @@ static void shade_exactly(ball *b, const envmap *map, envmap_brdf_function *func
     brdf.function = function, brdf.user = values;
     for (j = 0; j < GRID; ++j)
         for (i = 0; i < GRID; ++i)
-            n += b->inside[j][i] = ball_frame(frames + n, 2 * ((float)i + 0.5f) / GRID - 1, 1 - 2 * ((float)j + 0.5f) / GRID);
+            n += b->inside[j][i] = ball_frame(frames + n, 2 * ((float)i + 0.5f) / GRID - 1,
+                                              1 - 2 * ((float)j + 0.5f) / GRID);
     must(envmap_radiance(rgb[0], map, &brdf, frames, n, &desc), "eq. 1");
     n = 0;
     for (j = 0; j < GRID; ++j)
@@ -131,7 +133,9 @@ static double apart(const ball *a, const ball *b, double from, double to) {
     envmap_frame f;
     for (j = 0; j < GRID; ++j)
         for (i = 0; i < GRID; ++i)
-            if (ball_frame(&f, 2 * ((float)i + 0.5f) / GRID - 1, 1 - 2 * ((float)j + 0.5f) / GRID) && (double)f.n[2] >= from && (double)f.n[2] < to)
+            if (ball_frame(&f, 2 * ((float)i + 0.5f) / GRID - 1,
+                           1 - 2 * ((float)j + 0.5f) / GRID) &&
+                (double)f.n[2] >= from && (double)f.n[2] < to)
                 for (c = 0; c < 3; ++c) {
                     double d = (double)a->rgb[j][i][c] - (double)b->rgb[j][i][c];
                     off += d * d, sum += (double)b->rgb[j][i][c] * (double)b->rgb[j][i][c];
@@ -149,7 +153,8 @@ static int ball_point(float rgb[3], float s, float t, const void *user) {
     for (k = 0; k < 4; ++k) {
         int at_x = (int)floorf(x) + k % 2, at_y = (int)floorf(y) + k / 2;
         float w = (1 - fabsf(x - (float)at_x)) * (1 - fabsf(y - (float)at_y));
-        if (at_x < 0 || at_y < 0 || at_x >= GRID || at_y >= GRID || !b->inside[at_y][at_x]) continue;
+        if (at_x < 0 || at_y < 0 || at_x >= GRID || at_y >= GRID || !b->inside[at_y][at_x])
+            continue;
         for (c = 0; c < 3; ++c) rgb[c] += w * b->rgb[at_y][at_x][c];
         total += w;
     }
@@ -215,6 +220,18 @@ static void by_split_sum(float rgb[3], const envmap_frame *f, const void *user) 
 static void by_banks(float rgb[3], const envmap_frame *f, const void *user) {
     const looks *l = (const looks *)user;
     envmap_lookup_slice(rgb, l->map, f->t, f->t[2], 0);
+}
+
+/* For Ward: Banks' fibres along n x t, as bright in a constant environment at every c = v.t. */
+static void by_fibres(float rgb[3], const envmap_frame *f, const void *user) {
+    float b[3], s;
+    int c;
+    b[0] = f->n[1] * f->t[2] - f->n[2] * f->t[1];
+    b[1] = f->n[2] * f->t[0] - f->n[0] * f->t[2];
+    b[2] = f->n[0] * f->t[1] - f->n[1] * f->t[0];
+    s = sqrtf(fmaxf(1 - b[2] * b[2], 1e-4f));
+    envmap_lookup_slice(rgb, ((const looks *)user)->map, b, b[2], 0);
+    for (c = 0; c < 3; ++c) rgb[c] /= s;
 }
 
 static void by_arc(float rgb[3], const envmap_frame *f, const void *user) {
@@ -283,8 +300,9 @@ static void show(const char *name, const char *remark, const ball *truth, const 
     picture_draw(&sheet, LEFT, y, BALL, BALL, exposure, ball_point, truth);
     picture_draw(&sheet, LEFT + BALL + 16, y, BALL, BALL, exposure, ball_point, b);
     picture_draw(&sheet, LEFT + 2 * (BALL + 16), y, BALL, BALL, exposure, ball_point, &difference);
-    fprintf(page, "| %s | %s | %.1f %% | %.1f %% | %.1f %% | %.1f %% |\n", name, remark, 100 * apart(b, truth, 0, 2),
-            100 * apart(b, truth, 0.7, 2), 100 * apart(b, truth, 0.35, 0.7), 100 * apart(b, truth, 0, 0.35));
+    fprintf(page, "| %s | %s | %.1f %% | %.1f %% | %.1f %% | %.1f %% |\n", name, remark,
+            100 * apart(b, truth, 0, 2), 100 * apart(b, truth, 0.7, 2),
+            100 * apart(b, truth, 0.35, 0.7), 100 * apart(b, truth, 0, 0.35));
     fprintf(stderr, "materials: %2d/%d %s\n", ++row, MOST - 1, name);
 }
 
@@ -299,7 +317,8 @@ static void zonal_rows(void) {
     shade_truth(&truth, brdf_lambert, &l.values), shade(&b, by_normal, &l);
     show("diffuse", "axis n", &truth, &b);
     release(&l);
-    lobe = envmap_lobe_phong(40), lobe.raw = 1, lobe.scale = 5, l.scale = 0.2, l.values.exponent = 40;
+    lobe = envmap_lobe_phong(40), lobe.raw = 1, lobe.scale = 5, l.scale = 0.2,
+    l.values.exponent = 40;
     prefilter(l.map, ENVMAP_CUBE, 32, 1, lobe);
     shade_truth(&truth, brdf_phong, &l.values);
     l.scale = 1.0 / 5, shade(&b, by_reflection, &l);
@@ -373,6 +392,10 @@ static void anisotropic_rows(void) {
     show("Ward 4 : 1, great circle", remark, &truth, &b);
     shade(&b, by_arc, &l), multiply(&b, &factor);
     show("Ward 4 : 1, arc", remark, &truth, &b);
+    release(&l);
+    prefilter(l.map, ENVMAP_PARABOLOID, 16, 32, envmap_lobe_banks(0.95f));
+    shade(&b, by_fibres, &l), multiply(&b, &factor);
+    show("Ward 4 : 1 by Banks", "s = 0.95, 32 slices, factor(v)", &truth, &b);
     envmap_free(&constant);
     release(&l);
 }
@@ -396,14 +419,19 @@ static void fresnel_table(void) {
     static const double alphas[5] = {0.05, 0.1, 0.25, 0.5, 1};
     static const double cosines[6] = {0.1, 0.2, 0.35, 0.5, 0.75, 1};
     int i, j;
-    fprintf(page, "\nF taken out of the glossy integral, F(n.v) with f0 = 0.04, over what it is inside (constant environment):\n\n"
-                  "| alpha | n.v = 0.1 | 0.2 | 0.35 | 0.5 | 0.75 | 1 |\n|---|---|---|---|---|---|---|\n");
+    fprintf(page,
+            "\nF taken out of the glossy integral, F(n.v) with f0 = 0.04, over what it is inside "
+            "(constant environment):\n\n"
+            "| alpha | n.v = 0.1 | 0.2 | 0.35 | 0.5 | 0.75 | 1 |\n|---|---|---|---|---|---|---|\n");
     for (i = 0; i < 5; ++i) {
         fprintf(page, "| %g |", alphas[i]);
         for (j = 0; j < 6; ++j) {
             double scale, bias;
             envmap_ggx_split_sum(&scale, &bias, cosines[j], alphas[i]);
-            fprintf(page, " %+.0f %% |", 100 * (envmap_fresnel_schlick(cosines[j], 0.04) * (scale + bias) / (0.04 * scale + bias) - 1));
+            fprintf(page, " %+.0f %% |",
+                    100 * (envmap_fresnel_schlick(cosines[j], 0.04) * (scale + bias) /
+                               (0.04 * scale + bias) -
+                           1));
         }
         fprintf(page, "\n");
     }
@@ -418,12 +446,18 @@ static void fresnel_chart(const char *docs) {
     snprintf(path, sizeof path, "%s/charts/fresnel-out.svg", docs);
     f = fopen(path, "w");
     if (!f) must(ENVMAP_ERROR_FILE, path);
-    fprintf(f, "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 400\" font-family=\"sans-serif\" font-size=\"13\">\n"
-               "<rect width=\"640\" height=\"400\" fill=\"#fff\"/>\n<text x=\"70\" y=\"24\" font-size=\"16\">F(n.v) outside the integral, over F inside (f0 = 0.04)</text>\n");
+    fprintf(f, "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 400\" "
+               "font-family=\"sans-serif\" font-size=\"13\">\n"
+               "<rect width=\"640\" height=\"400\" fill=\"#fff\"/>\n<text x=\"70\" y=\"24\" "
+               "font-size=\"16\">F(n.v) outside the integral, over F inside (f0 = 0.04)</text>\n");
     for (j = 0; j <= 4; ++j)
-        fprintf(f, "<path d=\"M70 %d H540\" stroke=\"#ddd\"/><text x=\"62\" y=\"%d\" text-anchor=\"end\">%d</text>\n", 350 - 75 * j, 354 - 75 * j, j + 1);
+        fprintf(f,
+                "<path d=\"M70 %d H540\" stroke=\"#ddd\"/><text x=\"62\" y=\"%d\" "
+                "text-anchor=\"end\">%d</text>\n",
+                350 - 75 * j, 354 - 75 * j, j + 1);
     for (j = 0; j <= 90; j += 15)
-        fprintf(f, "<text x=\"%.0f\" y=\"370\" text-anchor=\"middle\">%d&#176;</text>\n", 70 + 470 * j / 90.0, j);
+        fprintf(f, "<text x=\"%.0f\" y=\"370\" text-anchor=\"middle\">%d&#176;</text>\n",
+                70 + 470 * j / 90.0, j);
     fprintf(f, "<text x=\"305\" y=\"390\" text-anchor=\"middle\">angle of n and v</text>\n");
     for (i = 0; i < 4; ++i) {
         fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", colours[i]);
@@ -431,9 +465,11 @@ static void fresnel_chart(const char *docs) {
             double c = cos(j * BRDF_PI / 180), scale, bias;
             envmap_ggx_split_sum(&scale, &bias, c, alphas[i]);
             double ratio = envmap_fresnel_schlick(c, 0.04) * (scale + bias) / (0.04 * scale + bias);
-            fprintf(f, "%c%.1f %.1f", j ? 'L' : 'M', 70 + 470 * j / 90.0, 350 - 75 * (fmin(ratio, 5) - 1));
+            fprintf(f, "%c%.1f %.1f", j ? 'L' : 'M', 70 + 470 * j / 90.0,
+                    350 - 75 * (fmin(ratio, 5) - 1));
         }
-        fprintf(f, "\"/><text x=\"552\" y=\"%d\" fill=\"%s\">alpha = %g</text>\n", 80 + 22 * i, colours[i], alphas[i]);
+        fprintf(f, "\"/><text x=\"552\" y=\"%d\" fill=\"%s\">alpha = %g</text>\n", 80 + 22 * i,
+                colours[i], alphas[i]);
     }
     fprintf(f, "</svg>\n");
     fclose(f);
@@ -448,16 +484,20 @@ static double banks_by_angle(double x, double p, void *user) {
 static void slices_table(void) {
     static const float s[4] = {0.1f, 0.5f, 0.8f, 0.95f};
     int i, k;
-    fprintf(page, "\nSlices that a Banks map needs (`envmap_lobe_slices`), at even cosines v.t, or at even angles (a function lobe):\n\n"
-                  "| s | 10 %% | 3 %% | 1 %% | 10 %%, angles | 3 %%, angles | 1 %%, angles |\n|---|---|---|---|---|---|---|\n");
+    fprintf(page, "\nSlices that a Banks map needs (`envmap_lobe_slices`), at even cosines v.t, or "
+                  "at even angles (a function lobe):\n\n"
+                  "| s | 10 %% | 3 %% | 1 %% | 10 %%, angles | 3 %%, angles | 1 %%, angles "
+                  "|\n|---|---|---|---|---|---|---|\n");
     for (i = 0; i < 4; ++i) {
         static const double tolerance[3] = {0.1, 0.03, 0.01};
         float value = s[i];
-        envmap_lobe cosines = envmap_lobe_banks(value), angles = envmap_lobe_function(banks_by_angle, &value);
+        envmap_lobe cosines = envmap_lobe_banks(value),
+                    angles = envmap_lobe_function(banks_by_angle, &value);
         angles.p0 = 0, angles.p1 = 1;
         fprintf(page, "| %g |", (double)value);
         for (k = 0; k < 6; ++k)
-            fprintf(page, " %d |", envmap_lobe_slices(k < 3 ? &cosines : &angles, tolerance[k % 3]));
+            fprintf(page, " %d |",
+                    envmap_lobe_slices(k < 3 ? &cosines : &angles, tolerance[k % 3]));
         fprintf(page, "\n");
     }
 }
@@ -467,11 +507,17 @@ static void lobes_table(void) {
         const char *name;
         envmap_brdf_function *function;
         double alpha;
-    } models[5] = {{"GGX 0.1", brdf_ggx, 0.1}, {"GGX 0.3", brdf_ggx, 0.3}, {"Ward 0.2", brdf_ward, 0.2},
-                   {"Lafortune N = 20", brdf_lafortune, 0}, {"Oren-Nayar 0.5", brdf_oren_nayar, 0.5}};
-    int i, lobes, k, needed = 0;
-    fprintf(page, "\nThe lobes themselves, `fit.error` (rms over l, what a single light shows) at n.v = 0.94, 0.56, 0.19, and slices for 3 %%:\n\n"
-                  "| model | one lobe, 2D | one lobe, 3D | two | three | slices |\n|---|---|---|---|---|---|\n");
+    } models[5] = {{"GGX 0.1", brdf_ggx, 0.1},
+                   {"GGX 0.3", brdf_ggx, 0.3},
+                   {"Ward 0.2", brdf_ward, 0.2},
+                   {"Lafortune N = 20", brdf_lafortune, 0},
+                   {"Oren-Nayar 0.5", brdf_oren_nayar, 0.5}};
+    int i, lobes, k, at, needed = 0;
+    double m[3] = {0, 0, 0};
+    fprintf(page, "\nThe lobes themselves, `fit.error` (rms over l, what a single light shows) at "
+                  "n.v = 0.94, 0.56, 0.19, slices for 3 %%, and the axis m of one 3D lobe:\n\n"
+                  "| model | one lobe, 2D | one lobe, 3D | two | three | slices | m "
+                  "|\n|---|---|---|---|---|---|---|\n");
     for (i = 0; i < 5; ++i) {
         fprintf(page, "| %s |", models[i].name);
         for (lobes = 0; lobes <= 3; ++lobes) {
@@ -484,14 +530,16 @@ static void lobes_table(void) {
             fit.lobes = lobes ? lobes : 1, fit.flat = !lobes, fit.slices = lobes == 1 ? 64 : 8;
             must(envmap_fit_brdf(&fit, &brdf, &desc.executor), "fit");
             k = fit.slices / 8;
-            fprintf(page, " %.2f, %.2f, %.2f |", (double)fit.error[7 * k + k / 2], (double)fit.error[4 * k + k / 2], (double)fit.error[k + k / 2]);
+            fprintf(page, " %.2f, %.2f, %.2f |", (double)fit.error[7 * k + k / 2],
+                    (double)fit.error[4 * k + k / 2], (double)fit.error[k + k / 2]);
             if (lobes == 1) {
                 envmap_lobe lobe = envmap_fit_lobe(&fit, 0);
                 needed = envmap_lobe_slices(&lobe, 0.03);
+                for (at = 0; at < 3; ++at) m[at] = (double)fit.axis[(7 - 3 * at) * k + k / 2];
             }
             envmap_fit_free(&fit);
         }
-        fprintf(page, " %d |\n", needed);
+        fprintf(page, " %d | %.2f, %.2f, %.2f |\n", needed, m[0], m[1], m[2]);
         fprintf(stderr, "materials: fits of %s\n", models[i].name);
     }
 }
@@ -504,7 +552,8 @@ static void views_table(void) {
     memset(&l, 0, sizeof l);
     l.values.alpha = l.values.alpha_y = 0.3;
     brdf.function = brdf_ggx, brdf.user = &l.values;
-    fprintf(page, "\nCabral's maps, GGX 0.3, seen between three views, rms against eq. 1:\n\n| views | rms |\n|---|---|\n");
+    fprintf(page, "\nCabral's maps, GGX 0.3, seen between three views, rms against eq. 1:\n\n| "
+                  "views | rms |\n|---|---|\n");
     for (m = 1; m <= 3; ++m) {
         double off = 0, sum = 0;
         must(cabral_create(&l.views, &scene, &brdf, m, 24, &desc), "views");
@@ -512,12 +561,15 @@ static void views_table(void) {
             envmap_frame f;
             float rgb[3], truth[3], d[3];
             int k;
-            envmap_direction(d, ENVMAP_LATLONG, 0, (float)i * 0.618034f - floorf((float)i * 0.618034f), ((float)i + 0.5f) / 200);
+            envmap_direction(d, ENVMAP_LATLONG, 0,
+                             (float)i * 0.618034f - floorf((float)i * 0.618034f),
+                             ((float)i + 0.5f) / 200);
             for (k = 0; k < 3; ++k) f.v[k] = view[k], f.t[k] = 0, f.n[k] = d[k] + 1.1f * view[k];
             must(envmap_radiance(truth, &scene, &brdf, &f, 1, NULL), "eq. 1");
             cabral_lookup(rgb, &l.views, f.n, f.v);
             for (k = 0; k < 3; ++k)
-                off += (double)((rgb[k] - truth[k]) * (rgb[k] - truth[k])), sum += (double)(truth[k] * truth[k]);
+                off += (double)((rgb[k] - truth[k]) * (rgb[k] - truth[k])),
+                    sum += (double)(truth[k] * truth[k]);
         }
         fprintf(page, "| %d | %.1f %% |\n", l.views.count, 100 * sqrt(off / sum));
         cabral_free(&l.views);
@@ -528,7 +580,8 @@ static void views_table(void) {
 /* The hand-drawn maps; the silhouette at four levels, as large as the first. */
 static void drawn(const char *docs) {
     static const npr_window_desc window = {{0.06f, 0.1f, 0.28f}, {1.3f, 1.3f, 1.2f}, 2};
-    static const npr_gooch_desc gooch = {{0.9f, 0.6f, 0.15f}, {0.08f, 0.12f, 0.6f}, {-0.5f, 0.7f, 0.51f}, 60};
+    static const npr_gooch_desc gooch = {
+        {0.9f, 0.6f, 0.15f}, {0.08f, 0.12f, 0.6f}, {-0.5f, 0.7f, 0.51f}, 60};
     static const npr_silhouette_desc rim = {2, {0.8f, 0.8f, 0.8f}, {0, 0, 0}};
     static const npr_hatch_desc hatch = {5, 0.75f, {0.9f, 0.9f, 0.85f}, {0, 0, 0}};
     static const char *const names[4] = {"window", "Gooch", "silhouette", "hatching"};
@@ -542,17 +595,25 @@ static void drawn(const char *docs) {
         int x = 20 + k * 220;
         memset(&map, 0, sizeof map);
         must(envmap_create(&map, ENVMAP_SPHERE, 128, 4, 1), "a drawn map");
-        must(k == 0 ? npr_window(&map, &window) : k == 1 ? npr_gooch(&map, &gooch)
-             : k == 2 ? npr_silhouette(&map, &rim) : npr_hatch(&map, &hatch), names[k]);
+        must(k == 0   ? npr_window(&map, &window)
+             : k == 1 ? npr_gooch(&map, &gooch)
+             : k == 2 ? npr_silhouette(&map, &rim)
+                      : npr_hatch(&map, &hatch),
+             names[k]);
         for (l = 0; l < 4; ++l) { /* each level one texel a pixel, as it is on a screen */
-            int edge = 128 >> l, i, j, at_x = x + (l ? 140 : 0), at_y = 60 + (l == 2 ? 70 : l == 3 ? 108 : 0);
+            int edge = 128 >> l, i, j, at_x = x + (l ? 140 : 0),
+                at_y = 60 + (l == 2   ? 70
+                             : l == 3 ? 108
+                                      : 0);
             for (j = 0; j < edge; ++j)
                 for (i = 0; i < edge; ++i) {
-                    float X = (2 * (float)i + 1) / (float)edge - 1, Y = (2 * (float)j + 1) / (float)edge - 1, light[3];
+                    float X = (2 * (float)i + 1) / (float)edge - 1,
+                          Y = (2 * (float)j + 1) / (float)edge - 1, light[3];
                     const float *t = envmap_texel(&map, l, 0, 0, i, j);
                     int c;
                     for (c = 0; c < 3; ++c) light[c] = picture_curve(t[c]);
-                    if (X * X + Y * Y <= 1) picture_blend(&p, at_x + i, at_y + j, picture_colour(light), 1);
+                    if (X * X + Y * Y <= 1)
+                        picture_blend(&p, at_x + i, at_y + j, picture_colour(light), 1);
                 }
         }
         picture_caption(&p, (float)x + 64, 212, 13, 0xF3F1ECu, names[k]);
@@ -596,13 +657,16 @@ int main(int argc, char **argv) {
     desc.executor.run = threads_run, desc.executor.user = &threads;
     open_page(argv[1]);
     make_scene();
-    if (!picture_create(&sheet, LEFT + 3 * (BALL + 16) + 8, TOP + (MOST - 1) * ROW)) must(ENVMAP_ERROR_MEMORY, "sheet");
+    if (!picture_create(&sheet, LEFT + 3 * (BALL + 16) + 8, TOP + (MOST - 1) * ROW))
+        must(ENVMAP_ERROR_MEMORY, "sheet");
     picture_rectangle(&sheet, 0, 0, sheet.width, sheet.height, 0x15171Cu, 1);
     picture_caption(&sheet, LEFT + BALL / 2, 28, 13, 0xF3F1ECu, "eq. 1");
     picture_caption(&sheet, LEFT + BALL * 3 / 2 + 16, 28, 13, 0xF3F1ECu, "from maps");
     picture_caption(&sheet, LEFT + BALL * 5 / 2 + 32, 28, 13, 0xF3F1ECu, "4 x apart");
-    fprintf(page, "\nImages of a ball, rms against eq. 1 (a terrace in the sun, 6 x 32 x 32 texels):\n\n"
-                  "| model | map | whole ball | n.v > 0.7 | 0.35 to 0.7 | < 0.35 |\n|---|---|---|---|---|---|\n");
+    fprintf(page,
+            "\nImages of a ball, rms against eq. 1 (a terrace in the sun, 6 x 32 x 32 texels):\n\n"
+            "| model | map | whole ball | n.v > 0.7 | 0.35 to 0.7 | < 0.35 "
+            "|\n|---|---|---|---|---|---|\n");
     zonal_rows();
     fit_rows();
     anisotropic_rows();

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
-   materials: eq. 1, Fresnel, fits of BRDFs, GGX, Banks end to end, fans; and the example methods that
-   stand on eq. 1 or are drawn by hand. */
+   materials: eq. 1, Fresnel, fits of BRDFs, GGX, Banks end to end, fans; and the example
+   methods that stand on eq. 1 or are drawn by hand. */
 #include "helpers.h"
 
 #include "examples/brdfs.h"
@@ -19,7 +19,8 @@ static envmap_brdf model(envmap_brdf_function *function, brdf_values *v) {
 }
 
 static envmap_frame frame_of(double nx, double ny, double nz, double vx, double vy, double vz) {
-    envmap_frame f = {{(float)nx, (float)ny, (float)nz}, {1, 0, 0}, {(float)vx, (float)vy, (float)vz}};
+    envmap_frame f = {
+        {(float)nx, (float)ny, (float)nz}, {1, 0, 0}, {(float)vx, (float)vy, (float)vz}};
     return f;
 }
 
@@ -50,9 +51,13 @@ static void eq_1_of_lambert_is_the_diffuse_map(void) {
     CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
     for (int i = 0; i < 24; ++i) {
         float d[3];
-        envmap_direction(d, ENVMAP_CUBE, i / 4, 0.25f + 0.5f * (float)(i % 2), i % 4 < 2 ? 0.25f : 0.75f);
-        envmap_frame f = frame_of((double)d[0], (double)d[1], (double)d[2], (double)d[0] + 0.3, (double)d[1], (double)d[2]);
-        double e = fabs(one_radiance(&src, &lambert, &f) * PI / (double)envmap_texel(&dst, 0, 0, i / 4, i % 2, i % 4 / 2)[1] - 1);
+        envmap_direction(d, ENVMAP_CUBE, i / 4, 0.25f + 0.5f * (float)(i % 2),
+                         i % 4 < 2 ? 0.25f : 0.75f);
+        envmap_frame f = frame_of((double)d[0], (double)d[1], (double)d[2], (double)d[0] + 0.3,
+                                  (double)d[1], (double)d[2]);
+        double e = fabs(one_radiance(&src, &lambert, &f) * PI /
+                            (double)envmap_texel(&dst, 0, 0, i / 4, i % 2, i % 4 / 2)[1] -
+                        1);
         if (!(e <= worst)) worst = e;
     }
     FIGURE("Lambert against the diffuse map, 24 normals", worst, 1e-5);
@@ -68,7 +73,8 @@ static void eq_1_of_phong_is_the_phong_map_above_the_horizon(void) {
     envmap_frame f = seen_at(1); /* r_v = n = +z, the centre of face 4 */
     lobe.raw = 1;
     CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
-    CHECK_CLOSE(one_radiance(&src, &phong, &f) / (double)envmap_texel(&dst, 0, 0, 4, 0, 0)[1], 1, 1e-5);
+    CHECK_CLOSE(one_radiance(&src, &phong, &f) / (double)envmap_texel(&dst, 0, 0, 4, 0, 0)[1], 1,
+                1e-5);
     envmap_free(&src);
     envmap_free(&dst);
 }
@@ -160,7 +166,8 @@ static void bad_input_is_refused_and_nothing_is_written(void) {
     envmap_fit_lookup(NULL, NULL, NULL, NULL, NULL);
     envmap_lookup_fan(rgb, &two, f[0].n, f[0].t, NULL, rgb, rgb, 1);
     CHECK(rgb[0] == 0);
-    CHECK(!envmap_fan(NULL, NULL, 0, 0, 0.1, 0.1) && !envmap_fan(NULL, NULL, 0, (double)NAN, 0.1, 0.1) &&
+    CHECK(!envmap_fan(NULL, NULL, 0, 0, 0.1, 0.1) &&
+          !envmap_fan(NULL, NULL, 0, (double)NAN, 0.1, 0.1) &&
           !envmap_fan(NULL, NULL, 0, 0.1, 0.1, 0));
     envmap_free(&src);
     envmap_free(&dst);
@@ -223,20 +230,24 @@ static void fresnel_has_its_textbook_values(void) {
     CHECK_CLOSE(envmap_fresnel(1, 1.5, 0), 0.04, 1e-15);
     CHECK_CLOSE(envmap_fresnel(0, 1.5, 0), 1, 0);
     CHECK_CLOSE(envmap_fresnel(brewster, 1.5, 0), rs * rs / 2, 1e-12); /* p is not reflected */
-    CHECK_CLOSE(envmap_fresnel(1, 0.27, 2.95), (0.73 * 0.73 + 2.95 * 2.95) / (1.27 * 1.27 + 2.95 * 2.95), 1e-12);
+    CHECK_CLOSE(envmap_fresnel(1, 0.27, 2.95),
+                (0.73 * 0.73 + 2.95 * 2.95) / (1.27 * 1.27 + 2.95 * 2.95), 1e-12);
     CHECK_CLOSE(envmap_fresnel(0, 0.27, 2.95), 1, 0);
     for (int i = 0; i <= 20; ++i) {
         double c = i / 20.0, critical = sqrt(1 - 0.75 * 0.75), s = sqrt(1 - c * c);
         CHECK_CLOSE(envmap_fresnel(c, 1, 0), 0, 1e-15);
         if (c < critical) CHECK_CLOSE(envmap_fresnel(c, 0.75, 0), 1, 1e-14);
         if (s < 1 / 1.5 && c > 0) /* reversed light: the same part is reflected */
-            CHECK_CLOSE(envmap_fresnel(c, 1 / 1.5, 0), envmap_fresnel(sqrt(1 - 2.25 * s * s), 1.5, 0), 1e-12);
+            CHECK_CLOSE(envmap_fresnel(c, 1 / 1.5, 0),
+                        envmap_fresnel(sqrt(1 - 2.25 * s * s), 1.5, 0), 1e-12);
         /* unpolarised, by Snell's law and Fresnel's two formulas */
-        double ct = sqrt(1 - s * s / 2.25), a = (c - 1.5 * ct) / (c + 1.5 * ct), b = (1.5 * c - ct) / (1.5 * c + ct);
+        double ct = sqrt(1 - s * s / 2.25), a = (c - 1.5 * ct) / (c + 1.5 * ct),
+               b = (1.5 * c - ct) / (1.5 * c + ct);
         CHECK_CLOSE(envmap_fresnel(c, 1.5, 0), (a * a + b * b) / 2, 1e-13);
     }
     CHECK(envmap_fresnel(1e-9, 1, 0) < 1e-12);
-    CHECK(envmap_fresnel(2, 1.5, 0) == envmap_fresnel(1, 1.5, 0) && envmap_fresnel(-1, 1.5, 0) == 1);
+    CHECK(envmap_fresnel(2, 1.5, 0) == envmap_fresnel(1, 1.5, 0) &&
+          envmap_fresnel(-1, 1.5, 0) == 1);
     CHECK(envmap_fresnel((double)NAN, 1.5, 0) == 0 && envmap_fresnel(1, 0, 0) == 0 &&
           envmap_fresnel(1, (double)NAN, 0) == 0 && envmap_fresnel(1, 1, -1) == 0 &&
           envmap_fresnel(1, HUGE_VAL, 0) == 0);
@@ -255,7 +266,8 @@ static void fresnel_tables_hold_texel_centres(void) {
     }
     double worst = 0;
     for (int i = 0; i <= 100; ++i) {
-        double e = fabs(envmap_fresnel(i / 100.0, 1.5, 0) - envmap_fresnel_schlick(i / 100.0, 0.04));
+        double e =
+            fabs(envmap_fresnel(i / 100.0, 1.5, 0) - envmap_fresnel_schlick(i / 100.0, 0.04));
         if (e > worst) worst = e;
     }
     FIGURE("Schlick against a dielectric of n = 1.5", worst, 0.04);
@@ -293,7 +305,9 @@ static void fits_find_phong_and_lambert_again(void) {
     envmap_lobe lobe = envmap_fit_lobe(&fit, 0), truth = envmap_lobe_phong(50);
     double worst = 0, error = 0;
     for (int i = 0; i < 100; ++i) { /* seen steeply: p = 1 */
-        double x = cos(PI * i / 200), e = fabs(envmap_lobe_value(&lobe, x, 1) * (double)fit.factor[3 * 7] - envmap_lobe_value(&truth, x, 0));
+        double x = cos(PI * i / 200),
+               e = fabs(envmap_lobe_value(&lobe, x, 1) * (double)fit.factor[3 * 7] -
+                        envmap_lobe_value(&truth, x, 0));
         if (!(e <= worst)) worst = e;
     }
     FIGURE("Phong N = 50 found again: largest error, of its peak", worst, 0.01);
@@ -333,7 +347,9 @@ static void fits_reflect_all_of_a_constant_environment(void) {
             if (!(e <= worst)) worst = e;
         }
         FIGURE(form == 2 ? "two lobes of GGX in a furnace, against the albedo"
-               : form ? "one lobe in 2D" : "one lobe in 3D", worst, 0.005);
+               : form    ? "one lobe in 2D"
+                         : "one lobe in 3D",
+               worst, 0.005);
         envmap_fit_free(&fit);
         envmap_free(map);
         envmap_free(map + 1);
@@ -371,7 +387,8 @@ static void fits_are_reciprocal_where_the_model_is(void) {
                 worst = fmax(worst, fabs(there - back)), peak = fmax(peak, there);
             }
         FIGURE(m ? "Lambert's fit: f(v,l) - f(l,v), of the peak"
-                 : "Lafortune's N = 20: f(v,l) - f(l,v), of the peak", worst / peak, bound[m]);
+                 : "Lafortune's N = 20: f(v,l) - f(l,v), of the peak",
+               worst / peak, bound[m]);
         envmap_fit_free(&fit);
     }
 }
@@ -388,12 +405,14 @@ static void fits_err_by_angle_as_n_r_leaves_n_l(void) {
         double off = 0, sum = 0;
         for (int i = 0; i < 24; ++i) {
             float d[3], rgb[3], t[3], b[3];
-            envmap_direction(d, ENVMAP_CUBE, i / 4, 0.3f + 0.4f * (float)(i % 2), i % 4 < 2 ? 0.2f : 0.7f);
+            envmap_direction(d, ENVMAP_CUBE, i / 4, 0.3f + 0.4f * (float)(i % 2),
+                             i % 4 < 2 ? 0.2f : 0.7f);
             method_frame(t, b, d);
             envmap_frame f;
             for (int j = 0; j < 3; ++j) {
                 f.n[j] = d[j], f.t[j] = t[j];
-                f.v[j] = (float)(cosine[k] * (double)d[j] + sqrt(1 - cosine[k] * cosine[k]) * (double)b[j]);
+                f.v[j] = (float)(cosine[k] * (double)d[j] +
+                                 sqrt(1 - cosine[k] * cosine[k]) * (double)b[j]);
             }
             double truth = one_radiance(&src, &ggx, &f);
             envmap_fit_lookup(rgb, &fit, &map, f.n, f.v);
@@ -415,11 +434,13 @@ static void slices_needed_are_enough(void) {
     CHECK(envmap_lobe_slices(&phong, 0.03) == 1);
     CHECK(n > 4 && n < 64 && envmap_lobe_slices(&banks, 0.1) < n);
     envmap few = black(ENVMAP_PARABOLOID, 8, 1, n), many = black(ENVMAP_PARABOLOID, 8, 1, 8 * n);
-    CHECK(filter(&few, &src, banks, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK && filter(&many, &src, banks, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+    CHECK(filter(&few, &src, banks, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK &&
+          filter(&many, &src, banks, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
     double off = 0, sum = 0;
     for (int i = 0; i < 400; ++i) {
         float d[3], a[3], b[3], p = (float)(-1 + 2 * (i + 0.5) / 400);
-        envmap_direction(d, ENVMAP_LATLONG, 0, (float)(i * 0.618034 - floor(i * 0.618034)), ((float)(i % 20) + 0.5f) / 20);
+        envmap_direction(d, ENVMAP_LATLONG, 0, (float)(i * 0.618034 - floor(i * 0.618034)),
+                         ((float)(i % 20) + 0.5f) / 20);
         envmap_lookup_slice(a, &few, d, p, 0);
         envmap_lookup_slice(b, &many, d, p, 0);
         off += (double)(a[1] - b[1]) * (double)(a[1] - b[1]), sum += (double)b[1] * (double)b[1];
@@ -441,9 +462,11 @@ static void ggx_by_normals(double *scale, double *bias, double c, double a, int 
         for (int j = 0; j < n / 2; ++j) {
             double x = (i + 0.5) / n, u = x * x * (3 - 2 * x), phi = PI * (j + 0.5) / (n / 2);
             double tt = aa * u / (1 - u), hc = 1 / sqrt(1 + tt), hs = sqrt(tt) * hc;
-            double vh = sv * hs * cos(phi) + c * hc, l = 2 * vh * hc - c, m = 1 - vh, f = m * m * m * m * m;
+            double vh = sv * hs * cos(phi) + c * hc, l = 2 * vh * hc - c, m = 1 - vh,
+                   f = m * m * m * m * m;
             if (!(vh > 0 && l > 0)) continue;
-            double w = 6 * x * (1 - x) / n / (n / 2) * 2 * c * l / (l * sqrt(aa + (1 - aa) * c * c) + c * sqrt(aa + (1 - aa) * l * l));
+            double w = 6 * x * (1 - x) / n / (n / 2) * 2 * c * l /
+                       (l * sqrt(aa + (1 - aa) * c * c) + c * sqrt(aa + (1 - aa) * l * l));
             w *= vh / (c * hc);
             *scale += w * (1 - f), *bias += w * f;
         }
@@ -501,7 +524,7 @@ static void roughness_and_level_are_inverse(void) {
             CHECK_CLOSE(envmap_level_roughness(l, 9, bend), r, bend < 1 || r < 1 ? 1e-7 : 1e-7);
         }
     CHECK_CLOSE(envmap_roughness_level(0.5, 9, 0), 4, 1e-12);
-    CHECK_CLOSE(envmap_roughness_level(0.5, 5, 1), 3, 1e-12);            /* r (2 - r) */
+    CHECK_CLOSE(envmap_roughness_level(0.5, 5, 1), 3, 1e-12);                /* r (2 - r) */
     CHECK_CLOSE(envmap_roughness_level(0.5, 7, 0.7), 0.5 * 1.35 * 6, 1e-12); /* r (1.7 - 0.7 r) */
     CHECK(envmap_roughness_level((double)NAN, 5, 0) == 0 && envmap_level_roughness(3, 1, 0) == 0);
 }
@@ -525,7 +548,8 @@ static void banks_end_to_end_is_eq_1_without_n_l(void) {
         float rgb[3], t[3] = {1, 0, 0};
         envmap_lookup_slice(rgb, &map, t, (float)c, 0);
         double above = one_radiance(&src, &banks, &up), below = one_radiance(&src, &banks, &down);
-        off += pow((double)rgb[1] - above - below, 2), sum += pow(above + below, 2), behind += below;
+        off += pow((double)rgb[1] - above - below, 2), sum += pow(above + below, 2),
+            behind += below;
     }
     FIGURE("the map against eq. 1 of both hemispheres", sqrt(off / sum), 0.015);
     CHECK(behind > 0);
@@ -535,7 +559,8 @@ static void banks_end_to_end_is_eq_1_without_n_l(void) {
 
 static void banks_sees_light_from_behind_and_eq_1_does_not(void) {
     envmap src = black(ENVMAP_CUBE, 16, 1, 1), map = black(ENVMAP_PARABOLOID, 12, 1, 16);
-    for (int i = 0; i < 16 * 16 * 3; ++i) envmap_texel(&src, 0, 0, 5, 0, 0)[i] = 1; /* the -z face */
+    for (int i = 0; i < 16 * 16 * 3; ++i)
+        envmap_texel(&src, 0, 0, 5, 0, 0)[i] = 1; /* the -z face */
     envmap_lobe lobe = envmap_lobe_banks(0.5f);
     CHECK(filter(&map, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
     brdf_values v = values(0, 0, 0.5);
@@ -545,7 +570,8 @@ static void banks_sees_light_from_behind_and_eq_1_does_not(void) {
     envmap_lookup_slice(rgb, &map, t, 0, 0);
     CHECK((double)rgb[1] > 0.1);
     CHECK(one_radiance(&src, &banks, &f) == 0 && one_radiance(&src, &shadowed, &f) == 0);
-    double whole = one_radiance(&src, &banks, &back), with_cosine = one_radiance(&src, &shadowed, &back);
+    double whole = one_radiance(&src, &banks, &back),
+           with_cosine = one_radiance(&src, &shadowed, &back);
     CHECK(with_cosine > 0 && with_cosine < whole);
     envmap_free(&src);
     envmap_free(&map);
@@ -563,8 +589,11 @@ static void a_fan_of_round_lobes_is_elliptical(void) {
         for (int i = 0; i < n; ++i) sum += (double)weight[i];
         CHECK_CLOSE(sum, 1, 1e-5);
         for (int x = -80; x <= 80; ++x) { /* on the line, where the comb's ripple lives */
-            double at = x * 0.01, lobe = 0, truth = exp(-at * at / (2 * along * along)) * across / along;
-            for (int i = 0; i < n; ++i) lobe += (double)weight[i] * exp(-pow(at - (double)offset[i], 2) / (2 * across * across));
+            double at = x * 0.01, lobe = 0,
+                   truth = exp(-at * at / (2 * along * along)) * across / along;
+            for (int i = 0; i < n; ++i)
+                lobe += (double)weight[i] *
+                        exp(-pow(at - (double)offset[i], 2) / (2 * across * across));
             double e = fabs(lobe / truth - 1);
             if (!(e <= worst)) worst = e;
         }
@@ -572,7 +601,8 @@ static void a_fan_of_round_lobes_is_elliptical(void) {
         sprintf(what, "%d taps, 4 : 1, tolerance %g: ripple within 2 sigma", n, tolerance[k]);
         FIGURE(what, worst, 3 * tolerance[k]);
     }
-    CHECK(envmap_fan(NULL, NULL, 0, 0.1, 0.1, 0.1) == 1 && envmap_fan(NULL, NULL, 0, 0.1, 0.3, 0.1) == 1);
+    CHECK(envmap_fan(NULL, NULL, 0, 0.1, 0.1, 0.1) == 1 &&
+          envmap_fan(NULL, NULL, 0, 0.1, 0.3, 0.1) == 1);
 }
 
 static void a_fan_about_n_is_the_sum_of_its_maps(void) {
@@ -599,16 +629,19 @@ static void cabral_blends_towards_eq_1_with_more_views(void) {
     for (int m = 1; m <= 3; ++m) {
         cabral set;
         double off = 0, sum = 0;
-        CHECK(cabral_create(&set, &src, &brdf, m, 24, NULL) == ENVMAP_OK && set.count == 4 * m * m + 2);
+        CHECK(cabral_create(&set, &src, &brdf, m, 24, NULL) == ENVMAP_OK &&
+              set.count == 4 * m * m + 2);
         for (int i = 0; i < 300; ++i) {
             float d[3], t[3], b[3], rgb[3];
             envmap_frame f;
             double tilt = 1.2 * (i % 17) / 17, turn = i * 2.4;
-            envmap_direction(d, ENVMAP_LATLONG, 0, (float)(i * 0.618034 - floor(i * 0.618034)), ((float)i + 0.5f) / 300);
+            envmap_direction(d, ENVMAP_LATLONG, 0, (float)(i * 0.618034 - floor(i * 0.618034)),
+                             ((float)i + 0.5f) / 300);
             method_frame(t, b, d);
             for (int j = 0; j < 3; ++j) {
                 f.v[j] = d[j], f.t[j] = 0;
-                f.n[j] = (float)(cos(tilt) * (double)d[j] + sin(tilt) * (cos(turn) * (double)t[j] + sin(turn) * (double)b[j]));
+                f.n[j] = (float)(cos(tilt) * (double)d[j] +
+                                 sin(tilt) * (cos(turn) * (double)t[j] + sin(turn) * (double)b[j]));
             }
             cabral_lookup(rgb, &set, f.n, f.v);
             double truth = one_radiance(&src, &brdf, &f);
@@ -642,7 +675,8 @@ static void cabral_corners_are_counted_once_and_weights_hold_the_view(void) {
             for (int j = 0; j < 3; ++j) v[j] = (float)test_random(&state) - 0.5f;
             cabral_triangle(index, w, m, v);
             CHECK_CLOSE(w[0] + w[1] + w[2], 1, 1e-4);
-            for (int j = 0; j < 3; ++j) CHECK(w[j] >= 0 && index[j] >= 0 && index[j] < 4 * m * m + 2);
+            for (int j = 0; j < 3; ++j)
+                CHECK(w[j] >= 0 && index[j] >= 0 && index[j] < 4 * m * m + 2);
         }
     }
 }
@@ -650,7 +684,8 @@ static void cabral_corners_are_counted_once_and_weights_hold_the_view(void) {
 static void drawn_silhouettes_have_the_same_width_at_every_level(void) {
     envmap map = black(ENVMAP_SPHERE, 128, 6, 1), averaged = black(ENVMAP_SPHERE, 128, 6, 1);
     npr_silhouette_desc desc = {3, {1, 1, 1}, {0, 0, 0}};
-    CHECK(npr_silhouette(&map, &desc) == ENVMAP_OK && npr_silhouette(&averaged, &desc) == ENVMAP_OK);
+    CHECK(npr_silhouette(&map, &desc) == ENVMAP_OK &&
+          npr_silhouette(&averaged, &desc) == ENVMAP_OK);
     CHECK(envmap_mips_build(&averaged) == ENVMAP_OK);
     for (int l = 0; l < 5; ++l) {
         int edge = 128 >> l;
@@ -683,8 +718,10 @@ static void drawn_maps_are_what_their_formulas_say(void) {
     double ink = 0;
     for (int i = 0; i < 64; ++i) ink += 1 - (double)envmap_texel(&map, 0, 0, 0, i, 4)[0];
     CHECK(ink > 2);
-    CHECK(npr_gooch(&cube, &gooch) == ENVMAP_ERROR_ARGUMENT && npr_gooch(NULL, &gooch) == ENVMAP_ERROR_ARGUMENT &&
-          npr_gooch(&map, NULL) == ENVMAP_ERROR_ARGUMENT && npr_hatch(&map, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(npr_gooch(&cube, &gooch) == ENVMAP_ERROR_ARGUMENT &&
+          npr_gooch(NULL, &gooch) == ENVMAP_ERROR_ARGUMENT &&
+          npr_gooch(&map, NULL) == ENVMAP_ERROR_ARGUMENT &&
+          npr_hatch(&map, NULL) == ENVMAP_ERROR_ARGUMENT);
     envmap_free(&map);
     envmap_free(&cube);
 }

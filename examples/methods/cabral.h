@@ -1,6 +1,6 @@
 /* cabral.h - reflection space images: sphere maps that a BRDF has shaded for a sparse set of views,
-   and the warp and blend that makes the map for a view between them. Any isotropic BRDF, with all of
-   eq. 1 in it (n.l and the horizon too), which no lobe about r_v holds. Source: B. Cabral,
+   and the warp and blend that makes the map for a view between them. Any isotropic BRDF, with all
+   of eq. 1 in it (n.l and the horizon too), which no lobe about r_v holds. Source: B. Cabral,
    M. Olano, P. Nemec. Reflection space image based rendering, SIGGRAPH 1999.
 
      stored   S_i(r) = eq. 1 at the normal n that reflects v_i to r, n = (r + v_i)/|r + v_i|
@@ -9,7 +9,8 @@
    S_i is an OpenGL sphere map in the frame of v_i (centre = v_i), so that a point of the map is a
    normal, and the whole disc is what the view can see. Two maps are blended at the same *reflected*
    direction, not at the same normal: that is the warp, which keeps highlights where they are; what
-   moves with the normal (shading by n.l, diffuse) is ghosted instead, the more the wider the triangle.
+   moves with the normal (shading by n.l, diffuse) is ghosted instead, the more the wider the
+   triangle.
 
    Views stand at the corners of a subdivided octahedron: 4 m^2 + 2 of them, 6, 18, 38, 66 ...
    The original takes an icosahedron's 12 to 20 and hardware's warp of meshes; here it is per texel.
@@ -97,8 +98,9 @@ static inline envmap_result cabral_shade(cabral *set, int i, const envmap *src,
     return envmap_radiance(map->texels, src, brdf, frames, size * size, desc);
 }
 
-/* 4 steps^2 + 2 sphere maps of size x size, shaded from src. desc as for envmap_radiance. Overwrites
-   *set without freeing. Errors: ARGUMENT (steps not 1 .. 16, size not 2 .. 1024), envmap_radiance's. */
+/* 4 steps^2 + 2 sphere maps of size x size, shaded from src. desc as for envmap_radiance.
+   Overwrites *set without freeing. Errors: ARGUMENT (steps not 1 .. 16, size not 2 .. 1024), and
+   envmap_radiance's. */
 static inline envmap_result cabral_create(cabral *set, const envmap *src, const envmap_brdf *brdf,
                                           int steps, int size, const envmap_filter_desc *desc) {
     cabral made;

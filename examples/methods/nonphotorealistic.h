@@ -1,14 +1,14 @@
-/* nonphotorealistic.h - maps that are drawn, not filtered: sphere maps in the viewer's frame, so that
-   a point of the disc is a normal (X,Y) = (n_x,n_y), the centre faces the viewer and the rim is the
-   silhouette. Source: W. Heidrich's part of the SIGGRAPH course on advanced rendering with
+/* nonphotorealistic.h - maps that are drawn, not filtered: sphere maps in the viewer's frame, so
+   that a point of the disc is a normal (X,Y) = (n_x,n_y), the centre faces the viewer and the rim
+   is the silhouette. Source: W. Heidrich's part of the SIGGRAPH course on advanced rendering with
    graphics hardware, section 4; A. Gooch, B. Gooch, P. Shirley, E. Cohen. A non-photorealistic
    lighting model for automatic technical illustration, SIGGRAPH 1998.
 
      window      the sketch of a window with panes, as cartoonists put it on anything that shines
      gooch       k = (1 + l.n)/2: k warm + (1 - k) cool, and a highlight max(r.l,0)^N
-     silhouette  a black rim, `width` texels wide at every level: hand-built levels, for a level that
-                 is averaged from the one above has a grey rim of half as many texels
-     hatch       strokes on paper, close to the silhouette only, the same texels apart on every level
+     silhouette  a black rim, `width` texels wide at every level: hand-built levels, for a level
+                 that is averaged from the one above has a grey rim of half as many texels
+     hatch       strokes on paper, close to the silhouette only, as many texels apart on every level
 
    A level is chosen by how small an object is on the screen: what is a number of texels on every
    level is as many pixels on the screen at every distance.
@@ -61,7 +61,7 @@ typedef struct npr_window_desc {
     int panes;               /* along each side */
 } npr_window_desc;
 
-/* Seen in the reflected direction: a window is a rectangle in slopes left and above of the viewer. */
+/* Seen in the reflected direction: a window is a rectangle in slopes, left and above. */
 static inline void npr_window_point(float rgb[3], float x, float y, int edge, const void *user) {
     const npr_window_desc *d = (const npr_window_desc *)user;
     float n[3], rx, ry, rz, u, v, bar = 0.07f;
@@ -98,8 +98,7 @@ static inline void npr_gooch_point(float rgb[3], float x, float y, int edge, con
     k = (1 + n[0] * d->light[0] + n[1] * d->light[1] + n[2] * d->light[2]) / 2;
     shine = 2 * n[2] * (n[0] * d->light[0] + n[1] * d->light[1] + n[2] * d->light[2]) - d->light[2];
     shine = shine > 0 ? powf(shine, d->exponent) : 0;
-    for (c = 0; c < 3; ++c)
-        rgb[c] = (k * d->warm[c] + (1 - k) * d->cool[c]) * (1 - shine) + shine;
+    for (c = 0; c < 3; ++c) rgb[c] = (k * d->warm[c] + (1 - k) * d->cool[c]) * (1 - shine) + shine;
 }
 
 static inline envmap_result npr_gooch(envmap *map, const npr_gooch_desc *desc) {
@@ -133,15 +132,16 @@ typedef struct npr_hatch_desc {
     float paper[3], ink[3];
 } npr_hatch_desc;
 
-/* Slanted strokes that grow thicker towards the silhouette, and a second family across them where it
-   is nearest. */
+/* Slanted strokes that grow thicker towards the silhouette, and a second family across them where
+   it is nearest. */
 static inline void npr_hatch_point(float rgb[3], float x, float y, int edge, const void *user) {
     const npr_hatch_desc *d = (const npr_hatch_desc *)user;
     float n[3], dark, texels = (float)edge / 2, a, b;
     int black;
     npr_normal(n, x, y);
     dark = 1 - n[2] / d->from;
-    a = (x + 0.6f * y) * 0.8575f * texels / d->spacing, b = (x - 0.6f * y) * 0.8575f * texels / d->spacing;
+    a = (x + 0.6f * y) * 0.8575f * texels / d->spacing,
+    b = (x - 0.6f * y) * 0.8575f * texels / d->spacing;
     a -= floorf(a), b -= floorf(b);
     black = dark > 0 && (a < 0.55f * dark || (dark > 0.5f && b < 0.8f * (dark - 0.5f)));
     memcpy(rgb, black ? d->ink : d->paper, 3 * sizeof(float));
