@@ -6118,14 +6118,14 @@ typedef struct envmapi_views {
     const envmapi_source *source;
     const envmap_brdf *brdf;
     const envmap_frame *frames;
-    double *rgb; /* [count][3]; rgb[0] < 0: the model failed */
+    double *rgb; /* [count][4]; the fourth: the model failed */
 } envmapi_views;
 
 static void envmapi_view(void *context, int i) {
     const envmapi_views *views = (const envmapi_views *)context;
     const envmapi_source *s = views->source;
     const envmap_frame *frame = views->frames + i;
-    double n[3], t[3], b[3], d[3], f[3], *rgb = views->rgb + 3 * i;
+    double n[3], t[3], b[3], d[3], f[3], *rgb = views->rgb + 4 * i;
     int bad = 0;
     envmapi_unit_float(n, frame->n);
     envmapi_unit_float(d, frame->v);
@@ -6140,7 +6140,7 @@ static void envmapi_view(void *context, int i) {
         envmapi_brdf_cosine(f, views->brdf, v, l, &bad);
         rgb[0] += f[0] * s->r[k], rgb[1] += f[1] * s->g[k], rgb[2] += f[2] * s->b[k];
     }
-    if (bad) rgb[0] = (double)NAN;
+    rgb[3] = bad;
 }
 
 static int envmapi_frame_ok(const envmap_frame *frame) {
@@ -6156,20 +6156,22 @@ ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const 
     envmapi_source source;
     envmapi_views views = {&source, brdf, frames, NULL};
     if (!rgb || !envmapi_valid(map) || !brdf || !brdf->function || !frames || count < 1 ||
-        count > INT_MAX / 3 || !envmapi_desc(&set, desc))
+        count > INT_MAX / 4 || !envmapi_desc(&set, desc))
         return ENVMAP_ERROR_ARGUMENT;
     for (int i = 0; i < count; ++i)
         if (!envmapi_frame_ok(frames + i)) return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_radiance_ok(map, 1)) return ENVMAP_ERROR_RADIANCE;
     if ((size_t)count > SIZE_MAX / 64) return ENVMAP_ERROR_MEMORY;
-    views.rgb = (double *)ENVMAP_MALLOC(set.memory, (size_t)count * 3 * sizeof(double));
+    views.rgb = (double *)ENVMAP_MALLOC(set.memory, (size_t)count * 4 * sizeof(double));
     if (!views.rgb) return ENVMAP_ERROR_MEMORY;
     envmap_result result = envmapi_source_create(&source, map, 0, set.memory);
     if (!result)
         result = envmapi_run(&set.executor, &set.progress, envmapi_view, &views, count);
+    for (int i = 0; !result && i < 4 * count; ++i)
+        if (!envmapi_finite(views.rgb[i]) || (i % 4 == 3 && views.rgb[i] > 0))
+            result = ENVMAP_ERROR_LOBE;
     for (int i = 0; !result && i < 3 * count; ++i)
-        if (!envmapi_finite(views.rgb[i])) result = ENVMAP_ERROR_LOBE;
-    for (int i = 0; !result && i < 3 * count; ++i) rgb[i] = envmapi_to_float(views.rgb[i]);
+        rgb[i] = envmapi_to_float(views.rgb[i / 3 * 4 + i % 3]);
     envmapi_source_free(&source, set.memory);
     ENVMAP_FREE(set.memory, views.rgb);
     return result;

@@ -215,12 +215,34 @@ static void results_are_the_same_bits_on_any_thread(void) {
     one.slices = two.slices = 4, one.size = two.size = 65, one.lobes = two.lobes = 2;
     CHECK(envmap_fit_brdf(&one, &ggx, NULL) == ENVMAP_OK);
     CHECK(envmap_fit_brdf(&two, &ggx, &desc.executor) == ENVMAP_OK);
+    CHECK(envmap_ggx_table(a, 4, NULL) == ENVMAP_OK);
+    CHECK(envmap_ggx_table(b, 4, &desc.executor) == ENVMAP_OK);
+    CHECK(!memcmp(a, b, 32 * sizeof *a));
     CHECK(!memcmp(one.table, two.table, (2 * 4 * 65 + 4 * 8 + 4) * sizeof(float)));
     envmap_fit_free(&one);
     envmap_fit_free(&two);
     envmap_fit_free(&two);
     envmap_free(&src);
     pthread_mutex_destroy(&c.lock);
+}
+
+static void a_cancelled_sum_writes_nothing(void) {
+    envmap src = noise(ENVMAP_CUBE, 4, 6);
+    brdf_values v = values(0.3, 0, 0);
+    envmap_brdf ggx = model(brdf_ggx, &v);
+    envmap_frame f[3] = {seen_at(0.5), seen_at(0.6), seen_at(0.7)};
+    float rgb[9] = {-7, -7, -7, -7, -7, -7, -7, -7, -7};
+    envmap_filter_desc desc = desc_of(0, 0);
+    int live = oracle_live;
+    for (int at = 1; at < 4; ++at) {
+        watch w = {0, 0, 0, 0};
+        w.cancel_at = at;
+        desc.progress.user = &w, desc.progress.report = watch_report;
+        CHECK(envmap_radiance(rgb, &src, &ggx, f, 3, &desc) == ENVMAP_CANCELLED);
+        for (int i = 0; i < 9; ++i) CHECK(rgb[i] == -7);
+        CHECK(w.calls == at && oracle_live == live);
+    }
+    envmap_free(&src);
 }
 
 /* ---------------------------------------------------------------------------------- Fresnel -- */
@@ -274,18 +296,28 @@ static void fresnel_tables_hold_texel_centres(void) {
 }
 
 static void compositions_keep_the_furnace(void) {
-    /* a coat over white: F L_mirror + (1-F) L_d = 1 in a constant environment of 1, at every angle;
-       the sum without 1 - F gains F */
-    envmap src = ones(16);
+    /* in a constant environment of 1 over white F L_mirror + (1-F) L_d is 1 at every angle; the sum
+       without 1 - F gains F; the VR paper's (1-F) L_diffuse + F L_glossy is 1 in every channel */
+    envmap src = ones(16), glossy = black(ENVMAP_CUBE, 2, 1, 1);
     brdf_values v = values(0, 0, 0);
     envmap_brdf lambert = model(brdf_lambert, &v);
+    const double n[3] = {0.2, 1.5, 2.4}, k[3] = {3, 0, 0};
+    CHECK(filter(&glossy, &src, envmap_lobe_phong(30), ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
     for (int i = 1; i <= 10; ++i) {
         envmap_frame f = seen_at(i / 10.0);
-        double F = envmap_fresnel(i / 10.0, 1.5, 0), diffuse = one_radiance(&src, &lambert, &f);
-        CHECK_CLOSE(F * 1 + (1 - F) * diffuse, 1, 2e-3); /* the texels' own error is 1.3e-3 */
-        CHECK_CLOSE(F * 1 + diffuse, 1 + F, 2e-3);
+        double diffuse = one_radiance(&src, &lambert, &f); /* the texels' own error is 1.3e-3 */
+        float mirror[3], gloss[3];
+        envmap_lookup(mirror, &src, f.n, 0);
+        envmap_lookup(gloss, &glossy, f.n, 0);
+        for (int c = 0; c < 3; ++c) {
+            double F = envmap_fresnel(i / 10.0, n[c], k[c]);
+            CHECK_CLOSE(F * (double)mirror[c] + (1 - F) * diffuse, 1, 2e-3);
+            CHECK_CLOSE(F * (double)mirror[c] + diffuse, 1 + F, 2e-3);
+            CHECK_CLOSE((1 - F) * diffuse + F * (double)gloss[c], 1, 2e-3);
+        }
     }
     envmap_free(&src);
+    envmap_free(&glossy);
 }
 
 /* ------------------------------------------------------------------------------------- fits -- */
@@ -733,6 +765,7 @@ int main(void) {
     RUN(bad_input_is_refused_and_nothing_is_written);
     RUN(memory_that_fails_leaves_no_trace);
     RUN(results_are_the_same_bits_on_any_thread);
+    RUN(a_cancelled_sum_writes_nothing);
     RUN(fresnel_has_its_textbook_values);
     RUN(fresnel_tables_hold_texel_centres);
     RUN(compositions_keep_the_furnace);
