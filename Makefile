@@ -22,7 +22,8 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 # Exact sums over millions of texels are not what valgrind is for, and its long double has 64 bits
 # only, too few for the lobes' oracles. (The sanitizers run them all.)
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
-           %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared
+           %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
+           %/test_materials
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -31,7 +32,7 @@ BENCHARGS =
 MAP       =
 
 .PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        harmonics filters methods examples docs install clean FORCE
+        harmonics filters methods materials examples docs install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -136,6 +137,10 @@ docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
 methods: $(BUILD)/methods ## measure examples/methods/, and write docs/methods.md and its charts; MAP=sky.pfm
 	@mkdir -p docs/charts
 	$(BUILD)/methods --docs docs $(MAP)
+
+materials: $(BUILD)/materials ## every reflection model beside eq. 1: docs/materials.md, its pictures and chart
+	@mkdir -p docs/charts
+	$(BUILD)/materials docs
 
 install: ## copy the header to $(DESTDIR)$(PREFIX)/include
 	install -d '$(DESTDIR)$(PREFIX)/include'

@@ -77,6 +77,7 @@
      >>lobes       mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
      >>harmonics   project, convolve, rotate, window coefficients; transforms on rings
      >>filters     the filter call: reference, hierarchical, fast
+     >>materials   eq. 1, Fresnel, BRDFs as lobes, GGX as engines use it, fans
      >>compare     error norms
    References are listed by their keys at the end, then the changes, then the licence. */
 
@@ -533,6 +534,142 @@ ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap 
 
 /* NULL and twice are fine. */
 ENVMAP_API void envmap_prepared_free(envmap_prepared *prepared);
+
+/* ------------------------------------------------------------------------------- >>materials -- */
+
+/* A reflection model f_r(v, l), 1/sr per channel, in the surface's own frame: x = t, y = n x t,
+   z = n; v towards the viewer, l towards the light, unit, both with z > 0. Must be finite, >= 0
+   and deterministic, and thread-safe if the executor is parallel.
+   What a model does not keep it simply does not use; one that has no n.l in it divides by l[2]. */
+typedef void envmap_brdf_function(double f[3], const double v[3], const double l[3], void *user);
+typedef struct envmap_brdf {
+    envmap_brdf_function *function;
+    void *user;
+} envmap_brdf;
+
+/* Where and from where a surface is seen; of any length. Of t the part along n is taken out; where
+   nothing remains (zero, parallel) any tangent will do, as isotropic models do not ask. */
+typedef struct envmap_frame {
+    float n[3], t[3], v[3];
+} envmap_frame;
+
+/* rgb[i] = sum over texels with n.l > 0 of f_r(v, l) (n.l) L w: outgoing radiance, no filter, no
+   approximation but the texel: the truth that every prefiltered map is held against.
+   rgb     out [count][3]; black where n.v <= 0: the surface is seen from behind
+   map     any parameterization; level 0, slice 0
+   frames  [count]
+   desc    executor, progress, memory; NULL: none
+   Models narrower than two texels of map see single texels: resample it to a finer map first.
+   Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r
+   negative or not finite), MEMORY, CANCELLED; rgb then stays as it was.
+   O(texels * count), in double.  Thread-safe.  Source [KVHS00] eq. 1.  Test: eq_1_* . */
+ENVMAP_API envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
+                                         const envmap_frame *frames, int count,
+                                         const envmap_filter_desc *desc);
+
+/* The part of unpolarised light that a smooth surface reflects, in [0,1].
+   cosine  n.v or h.v, clamped to [0,1]
+   n, k    index of refraction (inside over outside, > 0) and absorption (>= 0; 0: dielectric).
+           n < 1 past the critical angle, sin > n, is total reflection: 1. n = 1, k = 0: 0.
+   f0      reflection at normal incidence, ((n-1)^2 + k^2) / ((n+1)^2 + k^2)
+   Numbers out of range give 0.  Exact; the other is f0 + (1 - f0)(1 - cosine)^5 [Schlick94], the
+   worse the larger k (docs/materials.md).  Test: fresnel_*. */
+ENVMAP_API double envmap_fresnel(double cosine, double n, double k);
+ENVMAP_API double envmap_fresnel_schlick(double cosine, double f0);
+
+/* values[i] = envmap_fresnel at cosine (i + 1/2)/size: a row of texels for shaders, [size][3].
+   n, k  per channel; k NULL: 0           size  1 .. 65536        Errors: ARGUMENT. */
+ENVMAP_API envmap_result envmap_fresnel_table(float *values, int size, const float n[3],
+                                              const float k[3]);
+
+/* A BRDF as one to three lobes, so that maps can be prefiltered for it:
+     L = sum over i of factor_i(n.v) map_i(axis_i; n.v),   map_i filtered with envmap_fit_lobe(i)
+   axis_i lies in the plane of n and v, turned from n by m_i(n.v) times the angle to v, away from v:
+   m = 1 is r_v, 0 n, -1 v; between and beyond: the off-specular peak. */
+typedef struct envmap_fit {
+    int lobes;     /* 1: glossy, starts at m = 1; 2: and diffuse, m = 0; 3: and retro, m = -1     */
+    int slices;    /* 1 .. 256 values of n.v, at (k + 1/2)/slices                                 */
+    int size;      /* 16 .. 65536 angles of a lobe: pi/(size-1) should be a third of its sigma    */
+    int flat;      /* 1: one row for all slices, the 2D form; 0: the 3D form                      */
+    float *table;  /* [lobes][flat ? 1 : slices][size], each row's integral is 1                  */
+    float *axis;   /* [lobes][slices]: m                                                          */
+    float *factor; /* [lobes][slices][3]: what the lobe reflects of a constant environment        */
+    float *error;  /* [slices]: rms over all l of the fit less f_r (n.l), over that of f_r (n.l)  */
+    void *memory;  /* context for ENVMAP_MALLOC and ENVMAP_FREE                                   */
+} envmap_fit;
+
+/* Fills in the last five of fit; the user sets lobes, slices, size, flat (0: 1, 16, 257, 3D) and
+   memory. Frees nothing.
+   Each lobe is the mean of f_r (n.l), less the other lobes, around its axis, and not negative;
+   that is the best lobe there is for that axis; the axis is the one that takes most. Lobes take
+   turns, eight times. Then factors by least squares, per channel, and scaled so that a constant
+   environment is reflected as f_r (n.l) reflects it.
+   An isotropic model is asked for; of others one with t in the plane of n and v is seen.
+   Where it fails: towards grazing views f_r (n.l) ends at the horizon, and a lobe does not; see
+   fit.error.
+   Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY; *fit stays as it was.
+   About 6e4 evaluations of f_r a slice for one lobe, 5e5 for three.
+   Source [KM00]; the sum of lobes and the axis are ours.
+   Test: fits_*. */
+ENVMAP_API envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
+                                         const envmap_executor *executor);
+ENVMAP_API void envmap_fit_free(envmap_fit *fit);
+
+/* Lobe i of a fit, a TABLE with p = n.v over [0,1]; borrows fit->table. Its map needs
+   envmap_lobe_slices slices. Bad fits: a lobe that calls refuse. */
+ENVMAP_API envmap_lobe envmap_fit_lobe(const envmap_fit *fit, int i);
+
+/* rgb = the sum above; maps [fit->lobes]. Black where n.v <= 0, or for bad fits. */
+ENVMAP_API void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const envmap *maps,
+                                  const float n[3], const float v[3]);
+
+/* The fewest slices (1 .. 4096) of a map for which the lobe, interpolated between the centres of
+   slices, is off by no more than `tolerance` of its rms over all x and p: what a single light can
+   show; smooth scenes need fewer. 1 for a lobe without p, 0 for bad ones, 4096 also when more
+   would be needed.  Test: slices_needed_are_enough. */
+ENVMAP_API int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance);
+
+/* The integral of f_r (n.l) over l for GGX with height-correlated Smith shadowing and Schlick's
+   Fresnel term, as   f0 scale + bias   [Karis13].
+     multiple  what bounces between facets more than once, to be multiplied with the diffuse map:
+               F E (1 - Ess) / (1 - F (1 - Ess)), E = f0 scale + bias, Ess = scale + bias,
+               F = f0 + (1 - f0)/21; f0 = 1 gives 1 - Ess: nothing is lost      [FdezAguera19]
+   cosine  n.v in [0,1]; alpha in [1e-4, 1]: outside clamped; NaN: 0
+   Error at most 1e-4, grazing at small alpha; 1e-6 elsewhere. About 0.4 ms.
+   Source: [Heitz14] for G, [DB23] for the nodes.
+   Test: ggx_*. */
+ENVMAP_API void envmap_ggx_split_sum(double *scale, double *bias, double cosine, double alpha);
+ENVMAP_API double envmap_ggx_multiple(double f0, double scale, double bias);
+
+/* values[y][x] = (scale, bias), [size][size][2], at texel centres: n.v = (x + 1/2)/size, roughness
+   = (y + 1/2)/size, alpha = roughness^2.  size 1 .. 1024.  Errors: ARGUMENT.
+   The executor runs rows. */
+ENVMAP_API envmap_result envmap_ggx_table(float *values, int size, const envmap_executor *executor);
+
+/* level = (levels - 1) r (1 + bend - bend r) and its inverse: where in a chain a roughness lies.
+   bend in [0,1]: 0 linear, 0.7 Unity's, 1 Filament's r (2 - r). Clamped; NaN gives 0.
+   Level l of a GGX chain is then envmap_lobe_ggx(roughness^2). */
+ENVMAP_API double envmap_roughness_level(double roughness, int levels, double bend);
+ENVMAP_API double envmap_level_roughness(double level, int levels, double bend);
+
+/* An elongated highlight from a round map: taps along a tangent whose weights widen the map's lobe
+   from `across` to `along`, 1 for a tap in the middle.
+     offset_i = h (i - (count-1)/2), weights Gaussian of variance s^2 = along^2 - across^2, sum 1
+   offsets  out, rad; weights out; at most `room` are written; either may be NULL
+   along, across  sigma of the highlight, and of the map's lobe, rad; along <= 1.5, across > 0
+   tolerance  of the ripple between taps, relative to the highlight: 2 exp(-2 (pi u / h)^2),
+              u = s across / along; and of the tails cut off; 1e-6 .. 0.5
+   Returns count, 0 for bad numbers.  Test: a_fan_of_round_lobes_is_elliptical. */
+ENVMAP_API int envmap_fan(float *offsets, float *weights, int room, double along, double across,
+                          double tolerance);
+
+/* rgb = sum of weight_i map(l_i), l_i the reflection of v at n turned by offset_i/2 towards t: the
+   arc that the glint of a brushed surface draws, t across the strokes. With n = v = r_v the l_i
+   lie on the great circle through r_v: a lobe of constant shape, a la Phong.
+   Slice 0, level 0. t as in envmap_frame. Bad numbers or maps give black. */
+ENVMAP_API void envmap_lookup_fan(float rgb[3], const envmap *map, const float n[3],
+                                  const float t[3], const float v[3], const float *offsets,
+                                  const float *weights, int count);
 
 /* --------------------------------------------------------------------------------- >>compare -- */
 
@@ -6095,6 +6232,617 @@ ENVMAPI_BODY void envmap_prepared_free(envmap_prepared *prepared) {
     prepared->state = NULL;
 }
 
+/* ------------------------------------------------------------------------------- >>materials --
+   From maps to outgoing radiance. Eq. 1 is a sum over the filters' source with another weight;
+   everything else makes lobes, factors and directions for maps that the filters make.
+   Invariants: Lambert is the diffuse map, Phong over n.l the Phong map where nothing lies below the
+   horizon; fits and the GGX terms reflect all of a constant environment where the model does.
+   Tests: tests/test_materials.c; figures: docs/materials.md. */
+
+/* Finite, and not zero. */
+static int envmapi_vector_ok(const float v[3]) {
+    return envmapi_finite((double)v[0]) && envmapi_finite((double)v[1]) &&
+           envmapi_finite((double)v[2]) &&
+           (fabs((double)v[0]) > 0 || fabs((double)v[1]) > 0 || fabs((double)v[2]) > 0);
+}
+
+/* t and b = n x t about the unit n, t from a hint. */
+static void envmapi_tangents(double t[3], double b[3], const double n[3], const float hint[3]) {
+    double d[3], axis[3] = {0, 0, 0};
+    envmapi_unit_float(d, hint);
+    double along = envmapi_dot(d, n);
+    if (!envmapi_vector_ok(hint) || 1 - fabs(along) < 1e-12) { /* any tangent */
+        axis[fabs(n[0]) < 0.6 ? 0 : fabs(n[1]) < 0.6 ? 1 : 2] = 1;
+        memcpy(d, axis, sizeof d);
+        along = envmapi_dot(d, n);
+    }
+    for (int i = 0; i < 3; ++i) d[i] -= along * n[i];
+    envmapi_unit(t, d);
+    b[0] = n[1] * t[2] - n[2] * t[1];
+    b[1] = n[2] * t[0] - n[0] * t[2];
+    b[2] = n[0] * t[1] - n[1] * t[0];
+}
+
+/* f_r (n.l); 0 below the horizon, and *bad where f_r is none. */
+static void envmapi_brdf_cosine(double f[3], const envmap_brdf *brdf, const double v[3],
+                                const double l[3], int *bad) {
+    f[0] = f[1] = f[2] = 0;
+    if (!(l[2] > 0)) return;
+    brdf->function(f, v, l, brdf->user);
+    for (int c = 0; c < 3; ++c) {
+        *bad |= !envmapi_finite(f[c]) || f[c] < 0;
+        f[c] *= l[2];
+    }
+}
+
+/* What the tasks of envmap_radiance share: a task is a frame. */
+typedef struct envmapi_views {
+    const envmapi_source *source;
+    const envmap_brdf *brdf;
+    const envmap_frame *frames;
+    double *rgb; /* [count][4]; the fourth: the model failed */
+} envmapi_views;
+
+static void envmapi_view(void *context, int i) {
+    const envmapi_views *views = (const envmapi_views *)context;
+    const envmapi_source *s = views->source;
+    const envmap_frame *frame = views->frames + i;
+    double n[3], t[3], b[3], d[3], f[3], *rgb = views->rgb + 4 * i;
+    int bad = 0;
+    envmapi_unit_float(n, frame->n);
+    envmapi_unit_float(d, frame->v);
+    envmapi_tangents(t, b, n, frame->t);
+    const double v[3] = {envmapi_dot(d, t), envmapi_dot(d, b), envmapi_dot(d, n)};
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (size_t k = 0; v[2] > 0 && k < s->count; ++k) {
+        d[0] = s->x[k], d[1] = s->y[k], d[2] = s->z[k];
+        double l[3] = {0, 0, envmapi_dot(d, n)};
+        if (!(l[2] > 0)) continue;
+        l[0] = envmapi_dot(d, t), l[1] = envmapi_dot(d, b);
+        envmapi_brdf_cosine(f, views->brdf, v, l, &bad);
+        rgb[0] += f[0] * s->r[k], rgb[1] += f[1] * s->g[k], rgb[2] += f[2] * s->b[k];
+    }
+    rgb[3] = bad;
+}
+
+static int envmapi_frame_ok(const envmap_frame *frame) {
+    return envmapi_vector_ok(frame->n) && envmapi_vector_ok(frame->v) &&
+           envmapi_finite((double)frame->t[0]) && envmapi_finite((double)frame->t[1]) &&
+           envmapi_finite((double)frame->t[2]);
+}
+
+ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
+                                           const envmap_frame *frames, int count,
+                                           const envmap_filter_desc *desc) {
+    envmap_filter_desc set;
+    envmapi_source source;
+    envmapi_views views = {&source, brdf, frames, NULL};
+    if (!rgb || !envmapi_valid(map) || !brdf || !brdf->function || !frames || count < 1 ||
+        count > INT_MAX / 4 || !envmapi_desc(&set, desc))
+        return ENVMAP_ERROR_ARGUMENT;
+    for (int i = 0; i < count; ++i)
+        if (!envmapi_frame_ok(frames + i)) return ENVMAP_ERROR_ARGUMENT;
+    if (!envmapi_radiance_ok(map, 1)) return ENVMAP_ERROR_RADIANCE;
+    if ((size_t)count > SIZE_MAX / 64) return ENVMAP_ERROR_MEMORY;
+    views.rgb = (double *)ENVMAP_MALLOC(set.memory, (size_t)count * 4 * sizeof(double));
+    if (!views.rgb) return ENVMAP_ERROR_MEMORY;
+    envmap_result result = envmapi_source_create(&source, map, 0, set.memory);
+    if (!result)
+        result = envmapi_run(&set.executor, &set.progress, envmapi_view, &views, count);
+    for (int i = 0; !result && i < 4 * count; ++i)
+        if (!envmapi_finite(views.rgb[i]) || (i % 4 == 3 && views.rgb[i] > 0))
+            result = ENVMAP_ERROR_LOBE;
+    for (int i = 0; !result && i < 3 * count; ++i)
+        rgb[i] = envmapi_to_float(views.rgb[i / 3 * 4 + i % 3]);
+    envmapi_source_free(&source, set.memory);
+    ENVMAP_FREE(set.memory, views.rgb);
+    return result;
+}
+
+/* With k = 0 inside: a^2 - sin^2 where it is positive, and past the critical angle a = 0 and all
+   is reflected. */
+ENVMAPI_BODY double envmap_fresnel(double cosine, double n, double k) {
+    if (!(n > 0 && n < 1e9 && k >= 0 && k < 1e9) || !envmapi_finite(cosine)) return 0;
+    double c = envmapi_clamp(cosine, 0, 1), ss = 1 - c * c;
+    double x = (n - 1) * (n + 1) - k * k + c * c, y = 2 * n * k;
+    double root = sqrt(x * x + y * y); /* a^2 + b^2 */
+    double aa = (root + x) / 2, a = sqrt(aa > 0 ? aa : 0), bb = root - (aa > 0 ? aa : 0);
+    double below = (a + c) * (a + c) + bb;
+    if (!(below > 0)) return n < 1 || n > 1 || k > 0; /* grazing, unless there is no surface */
+    double s = ((a - c) * (a - c) + bb) / below;
+    if (!(c > 0)) return s;
+    double q = ss / c; /* sin tan */
+    return s * (1 + ((a - q) * (a - q) + bb) / ((a + q) * (a + q) + bb)) / 2;
+}
+
+ENVMAPI_BODY double envmap_fresnel_schlick(double cosine, double f0) {
+    if (!(f0 >= 0 && f0 <= 1) || !envmapi_finite(cosine)) return 0;
+    double m = 1 - envmapi_clamp(cosine, 0, 1);
+    return f0 + (1 - f0) * m * m * m * m * m;
+}
+
+ENVMAPI_BODY envmap_result envmap_fresnel_table(float *values, int size, const float n[3],
+                                                const float k[3]) {
+    if (!values || !n || size < 1 || size > 65536) return ENVMAP_ERROR_ARGUMENT;
+    for (int c = 0; c < 3; ++c)
+        if (!(n[c] > 0 && n[c] < 1e9f) || (k && !(k[c] >= 0 && k[c] < 1e9f)))
+            return ENVMAP_ERROR_ARGUMENT;
+    for (int i = 0; i < 3 * size; ++i)
+        values[i] = (float)envmap_fresnel((i / 3 + 0.5) / size, (double)n[i % 3],
+                                          k ? (double)k[i % 3] : 0);
+    return ENVMAP_OK;
+}
+
+/* ---- fits: a lobe is the ring mean about its axis of what the others leave of f_r (n.l) ---- */
+
+#define ENVMAPI_RING 32
+
+typedef struct envmapi_fitting {
+    const envmap_brdf *brdf;
+    envmap_fit *fit;
+    float *rows;             /* [lobes][slices][size]: the lobes on their way, not normalised */
+    int *bad;                /* [slices] */
+    envmap_lobe work, table; /* rows, and fit->table, as lobes */
+} envmapi_fitting;
+
+/* One slice of it: view and axes. */
+typedef struct envmapi_fit_view {
+    const envmapi_fitting *fitting;
+    double v[3], theta;
+    int slice, bad;
+} envmapi_fit_view;
+
+/* A direction at (angle, phi) about the axis that stands at psi from n. */
+static void envmapi_about(double l[3], double psi, double angle, double phi) {
+    double s = sin(angle) * cos(phi), c = cos(angle);
+    l[0] = c * sin(psi) + s * cos(psi), l[1] = sin(angle) * sin(phi);
+    l[2] = c * cos(psi) - s * sin(psi);
+}
+
+static double envmapi_from_axis(double psi, const double l[3]) {
+    return envmapi_acos(l[0] * sin(psi) + l[2] * cos(psi));
+}
+
+static double envmapi_fit_psi(const envmapi_fit_view *view, int lobe) {
+    const envmap_fit *fit = view->fitting->fit;
+    return (double)fit->axis[lobe * fit->slices + view->slice] * view->theta;
+}
+
+/* The mean over channels of f_r (n.l), less the other lobes, on the ring `angle` about psi. */
+static double envmapi_fit_ring(envmapi_fit_view *view, int lobe, double psi, double angle) {
+    const envmap_fit *fit = view->fitting->fit;
+    double sum = 0, l[3], f[3];
+    for (int j = 0; j < ENVMAPI_RING; ++j) {
+        envmapi_about(l, psi, angle, ENVMAPI_PI * (j + 0.5) / ENVMAPI_RING);
+        envmapi_brdf_cosine(f, view->fitting->brdf, view->v, l, &view->bad);
+        sum += (f[0] + f[1] + f[2]) / 3;
+        for (int other = 0; other < fit->lobes; ++other)
+            if (other != lobe)
+                sum -= envmapi_table_row(&view->fitting->work, other * fit->slices + view->slice,
+                                         envmapi_from_axis(envmapi_fit_psi(view, other), l));
+    }
+    return sum > 0 ? sum / ENVMAPI_RING : 0;
+}
+
+/* What a lobe with axis m would take: the integral of its square. */
+static double envmapi_fit_gain(envmapi_fit_view *view, int lobe, double m) {
+    double gain = 0;
+    for (int i = 0; i < 128; ++i) { /* close together where a peak would be */
+        double u = (i + 0.5) / 128, angle = ENVMAPI_PI * u * u;
+        double k = envmapi_fit_ring(view, lobe, m * view->theta, angle);
+        gain += k * k * sin(angle) * u;
+    }
+    return gain;
+}
+
+/* The best m within half of where it starts, by golden sections. */
+static void envmapi_fit_axis(envmapi_fit_view *view, int lobe) {
+    const double part = 0.6180339887498949;
+    envmap_fit *fit = view->fitting->fit;
+    double low = 0.5 - lobe, high = 1.5 - lobe, a = high - part, b = low + part;
+    double at_a = envmapi_fit_gain(view, lobe, a), at_b = envmapi_fit_gain(view, lobe, b);
+    while (high - low > 0.01) {
+        if (at_a > at_b) {
+            high = b, b = a, at_b = at_a, a = high - part * (high - low);
+            at_a = envmapi_fit_gain(view, lobe, a);
+        } else {
+            low = a, a = b, at_a = at_b, b = low + part * (high - low);
+            at_b = envmapi_fit_gain(view, lobe, b);
+        }
+    }
+    fit->axis[lobe * fit->slices + view->slice] = (float)((low + high) / 2);
+}
+
+static envmapi_fit_view envmapi_fit_view_of(const envmapi_fitting *fitting, int slice) {
+    double c = (slice + 0.5) / fitting->fit->slices;
+    envmapi_fit_view view = {fitting, {-sqrt(1 - c * c), 0, c}, acos(c), slice, 0};
+    return view;
+}
+
+static void envmapi_fit_slice(void *context, int slice) {
+    static const int order[3] = {1, 0, 2}; /* diffuse first, or gloss would take all of it */
+    const envmapi_fitting *fitting = (const envmapi_fitting *)context;
+    envmap_fit *fit = fitting->fit;
+    envmapi_fit_view view = envmapi_fit_view_of(fitting, slice);
+    for (int turn = 0; turn < (fit->lobes > 1 ? 8 : 1); ++turn)
+        for (int at = 0; at < 3; ++at) {
+            int lobe = order[at];
+            if (lobe >= fit->lobes) continue;
+            float *row = fitting->rows + (lobe * fit->slices + slice) * fit->size;
+            if (turn < 2 && lobe != 1) envmapi_fit_axis(&view, lobe);
+            for (int i = 0; i < fit->size; ++i)
+                row[i] = (float)envmapi_fit_ring(&view, lobe, envmapi_fit_psi(&view, lobe),
+                                                 ENVMAPI_PI * i / (fit->size - 1));
+        }
+    fitting->bad[slice] = view.bad;
+}
+
+/* Normal equations of the factors, channel by channel, gram x = right; and all of f_r (n.l). */
+typedef struct envmapi_fit_sums {
+    double gram[3][3], right[3][3], whole[3], square;
+} envmapi_fit_sums;
+
+/* x >= 0 by coordinate descent, which least squares with so few unknowns allows; then all of them
+   together as much as f_r (n.l) reflects, as constant light shows energy and not squares. */
+static void envmapi_fit_solve(double x[3], const envmapi_fit_sums *sums, int lobes, int channel) {
+    x[0] = x[1] = x[2] = 0;
+    for (int turn = 0; turn < 200; ++turn)
+        for (int i = 0; i < lobes; ++i) {
+            double left = sums->right[channel][i];
+            for (int j = 0; j < lobes; ++j) left -= j == i ? 0 : sums->gram[i][j] * x[j];
+            x[i] = left > 0 && sums->gram[i][i] > 0 ? left / sums->gram[i][i] : 0;
+        }
+    double all = x[0] + x[1] + x[2];
+    for (int i = 0; all > 0 && i < lobes; ++i) x[i] *= sums->whole[channel] / all;
+}
+
+static void envmapi_fit_gather(envmapi_fit_sums *sums, envmapi_fit_view *view) {
+    const envmap_fit *fit = view->fitting->fit;
+    double l[3], f[3], k[3], psi = envmapi_fit_psi(view, 0);
+    memset(sums, 0, sizeof *sums);
+    for (int i = 0; i < (fit->size - 1) * ENVMAPI_RING; ++i) {
+        double angle = ENVMAPI_PI * (i / ENVMAPI_RING + 0.5) / (fit->size - 1), w = sin(angle);
+        envmapi_about(l, psi, angle, ENVMAPI_PI * (i % ENVMAPI_RING + 0.5) / ENVMAPI_RING);
+        envmapi_brdf_cosine(f, view->fitting->brdf, view->v, l, &view->bad);
+        for (int a = 0; a < fit->lobes; ++a) {
+            int row = fit->flat ? a : a * fit->slices + view->slice;
+            k[a] = envmapi_table_row(&view->fitting->table, row,
+                                     envmapi_from_axis(envmapi_fit_psi(view, a), l));
+            for (int b = 0; b <= a; ++b) sums->gram[a][b] += w * k[a] * k[b];
+            for (int c = 0; c < 3; ++c) sums->right[c][a] += w * f[c] * k[a];
+        }
+        for (int c = 0; c < 3; ++c) sums->square += w * f[c] * f[c], sums->whole[c] += w * f[c];
+    }
+    for (int c = 0; c < 3; ++c) /* from the half sphere's nodes to sr */
+        sums->whole[c] *= 2 * ENVMAPI_PI / (fit->size - 1) * ENVMAPI_PI / ENVMAPI_RING;
+    for (int a = 0; a < 3; ++a)
+        for (int b = a + 1; b < 3; ++b) sums->gram[a][b] = sums->gram[b][a];
+}
+
+static void envmapi_fit_factors(void *context, int slice) {
+    const envmapi_fitting *fitting = (const envmapi_fitting *)context;
+    envmap_fit *fit = fitting->fit;
+    envmapi_fit_view view = envmapi_fit_view_of(fitting, slice);
+    envmapi_fit_sums sums;
+    envmapi_fit_gather(&sums, &view);
+    double left = sums.square, x[3];
+    for (int c = 0; c < 3; ++c) {
+        envmapi_fit_solve(x, &sums, fit->lobes, c);
+        for (int a = 0; a < fit->lobes; ++a) {
+            fit->factor[3 * (a * fit->slices + slice) + c] = (float)x[a];
+            left -= 2 * x[a] * sums.right[c][a];
+            for (int b = 0; b < fit->lobes; ++b) left += x[a] * x[b] * sums.gram[a][b];
+        }
+    }
+    fit->error[slice] = sums.square > 0 ? (float)sqrt(left > 0 ? left / sums.square : 0) : 0;
+}
+
+/* A row of the table: the sum of `count` rows, its integral 1; uniform where there is nothing. */
+static void envmapi_fit_normalise(float *to, const float *rows, int size, int count) {
+    envmap_lobe lobe = envmap_lobe_table(to, size, 1, 0, 0);
+    double sum;
+    for (int i = 0; i < size; ++i) {
+        sum = 0;
+        for (int r = 0; r < count; ++r) sum += (double)rows[r * size + i];
+        to[i] = (float)sum;
+    }
+    sum = envmapi_lobe_integral(&lobe, 0);
+    for (int i = 0; i < size; ++i)
+        to[i] = (float)(sum > 0 ? (double)to[i] / sum : 1 / (4 * ENVMAPI_PI));
+}
+
+static int envmapi_fit_fields_ok(const envmap_fit *fit) {
+    return fit && fit->lobes >= 1 && fit->lobes <= 3 && fit->slices >= 1 && fit->slices <= 256 &&
+           fit->size >= 16 && fit->size <= 65536 && (fit->flat == 0 || fit->flat == 1);
+}
+
+static void envmapi_fit_run(envmapi_fitting *fitting, const envmap_executor *executor) {
+    const envmap_progress silent = {NULL, NULL};
+    envmap_fit *fit = fitting->fit;
+    int all = fit->lobes * fit->slices, merged = fit->flat ? fit->slices : 1;
+    for (int i = 0; i < all; ++i) fit->axis[i] = (float)(1 - i / fit->slices);
+    fitting->work = envmap_lobe_table(fitting->rows, fit->size, all, 0, 1);
+    fitting->table = envmap_lobe_table(fit->table, fit->size, all / merged, 0, 1);
+    envmapi_run(executor, &silent, envmapi_fit_slice, fitting, fit->slices);
+    for (int row = 0; row < all / merged; ++row)
+        envmapi_fit_normalise(fit->table + row * fit->size,
+                              fitting->rows + row * merged * fit->size, fit->size, merged);
+    envmapi_run(executor, &silent, envmapi_fit_factors, fitting, fit->slices);
+}
+
+ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
+                                           const envmap_executor *executor) {
+    const envmap_executor serial = {NULL, NULL};
+    if (!fit || !brdf || !brdf->function) return ENVMAP_ERROR_ARGUMENT;
+    envmap_fit out = *fit;
+    if (!out.lobes) out.lobes = 1;
+    if (!out.slices) out.slices = 16;
+    if (!out.size) out.size = 257;
+    if (!envmapi_fit_fields_ok(&out)) return ENVMAP_ERROR_ARGUMENT;
+    size_t n = (size_t)out.slices, all = (size_t)out.lobes * n, size = (size_t)out.size;
+    size_t rows = out.flat ? (size_t)out.lobes : all;
+    /* one block for the results; the lobes on their way in another */
+    float *block = (float *)ENVMAP_MALLOC(out.memory, (rows * size + 4 * all + n) * sizeof(float));
+    float *work = (float *)ENVMAP_MALLOC(out.memory, all * size * sizeof(float) + n * sizeof(int));
+    envmap_result result = block && work ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
+    if (!result) {
+        envmapi_fitting fitting;
+        memset(&fitting, 0, sizeof fitting);
+        fitting.brdf = brdf, fitting.fit = &out;
+        fitting.rows = work, fitting.bad = (int *)(void *)(work + all * size);
+        out.table = block, out.axis = block + rows * size, out.factor = out.axis + all;
+        out.error = out.factor + 3 * all;
+        memset(work, 0, all * size * sizeof(float));
+        envmapi_fit_run(&fitting, executor ? executor : &serial);
+        double sum = 0;
+        for (size_t i = 0; i < 3 * all; ++i) sum += (double)out.factor[i];
+        for (size_t k = 0; k < n; ++k) sum = fitting.bad[k] ? 0 : sum;
+        if (!envmapi_finite(sum) || !(sum > 0)) result = ENVMAP_ERROR_LOBE;
+    }
+    if (work) ENVMAP_FREE(out.memory, work);
+    if (result && block) ENVMAP_FREE(out.memory, block);
+    if (!result) *fit = out;
+    return result;
+}
+
+ENVMAPI_BODY void envmap_fit_free(envmap_fit *fit) {
+    if (!fit) return;
+    if (fit->table) ENVMAP_FREE(fit->memory, fit->table);
+    fit->table = fit->axis = fit->factor = fit->error = NULL;
+}
+
+ENVMAPI_BODY envmap_lobe envmap_fit_lobe(const envmap_fit *fit, int i) {
+    int bad = !envmapi_fit_fields_ok(fit) || !fit->table || i < 0 || i >= fit->lobes;
+    int rows = bad || fit->flat ? 1 : fit->slices;
+    return envmap_lobe_table(bad ? NULL : fit->table + (size_t)(i * rows) * (size_t)fit->size,
+                             bad ? 0 : fit->size, rows, 0, rows > 1 ? 1.0f : 0.0f);
+}
+
+ENVMAPI_BODY void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const envmap *maps,
+                                    const float n[3], const float v[3]) {
+    double N[3], V[3], sum[3] = {0, 0, 0};
+    if (!rgb) return;
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    if (!envmapi_fit_fields_ok(fit) || !fit->table || !maps || !n || !v || !envmapi_vector_ok(n) ||
+        !envmapi_vector_ok(v))
+        return;
+    envmapi_unit_float(N, n);
+    envmapi_unit_float(V, v);
+    double c = envmapi_dot(N, V), theta = envmapi_angle(N, V), s = sin(theta);
+    if (!(c > 0)) return;
+    double at = envmapi_clamp(c * fit->slices - 0.5, 0, fit->slices - 1);
+    int k = (int)at, next = k + 1 < fit->slices ? k + 1 : k;
+    for (int i = 0; i < fit->lobes; ++i) {
+        const float *m = fit->axis + i * fit->slices, *f = fit->factor + 3 * i * fit->slices;
+        double psi = theta * ((double)m[k] + (at - k) * ((double)m[next] - (double)m[k]));
+        float dir[3], light[3]; /* cos psi n + sin psi (the unit vector in the plane, off v) */
+        for (int j = 0; j < 3; ++j)
+            dir[j] = (float)(s > 1e-9 ? cos(psi) * N[j] + sin(psi) * (c * N[j] - V[j]) / s : N[j]);
+        envmap_lookup_slice(light, maps + i, dir, (float)c, 0);
+        for (int j = 0; j < 3; ++j)
+            sum[j] += (double)light[j] * ((double)f[3 * k + j] +
+                                          (at - k) * (double)(f[3 * next + j] - f[3 * k + j]));
+    }
+    for (int j = 0; j < 3; ++j) rgb[j] = envmapi_to_float(sum[j]);
+}
+
+/* Relative rms over x and p of k less its interpolation between n slices; values of p by the golden
+   ratio, so that no n falls in step with them. */
+static double envmapi_slices_error(const envmap_lobe *lobe, int n) {
+    int samples = n < 24 ? 96 : n < 512 ? 4 * n : 2048;
+    double error = 0, total = 0, range = (double)lobe->p1 - (double)lobe->p0;
+    for (int i = 0; i < samples; ++i) {
+        double part = 0.6180339887498949 * (i + 0.5);
+        part -= floor(part);
+        double at = envmapi_clamp(part * n - 0.5, 0, n - 1), p = (double)lobe->p0 + range * part;
+        int low = (int)at, high = low + 1 < n ? low + 1 : low;
+        double p_low = envmapi_slice_p(lobe, low, n), p_high = envmapi_slice_p(lobe, high, n);
+        for (int j = 0; j < 2048; ++j) {
+            double theta = ENVMAPI_PI * (j + 0.5) / 2048, x = cos(theta);
+            double k = envmapi_k(lobe, x, p), k_low = envmapi_k(lobe, x, p_low);
+            double off = k - k_low - (at - low) * (envmapi_k(lobe, x, p_high) - k_low);
+            error += off * off * sin(theta), total += k * k * sin(theta);
+        }
+    }
+    return total > 0 ? sqrt(error / total) : 0;
+}
+
+ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
+    if (!envmapi_lobe_ok(lobe) || !(tolerance >= 0)) return 0;
+    if (lobe->kind == ENVMAP_LOBE_MIRROR || !(fabs((double)lobe->p1 - (double)lobe->p0) > 0))
+        return 1;
+    int low = 0, high = 1; /* not enough, enough */
+    while (high < ENVMAPI_SLICE_LIMIT && !(envmapi_slices_error(lobe, high) <= tolerance))
+        low = high, high *= 2;
+    while (high - low > 1) {
+        int n = low + (high - low) / 2;
+        if (envmapi_slices_error(lobe, n) <= tolerance) high = n;
+        else low = n;
+    }
+    return high;
+}
+
+/* ---- GGX: the normals of visible facets are half vectors of v and a spherical cap, squeezed
+   [DB23]; h = squeeze(u + d), u = v squeezed, d = (zeta, phi) in the cap d_z > -u_z. With
+   zeta = (pi - acos u_z)(1 - t^2), nodes lie close at the cap's edge, where v.h runs off; the parts
+   of every column with reflections above the horizon are integrated one by one. ---- */
+
+typedef struct envmapi_ggx {
+    double v[3], u[3], alpha, edge;
+} envmapi_ggx;
+
+/* l_z of the reflection, and v.h. */
+static double envmapi_ggx_reflect(double *vh, const envmapi_ggx *g, double t, double phi) {
+    double zeta = g->edge * (1 - t * t), r = sin(zeta);
+    double h[3] = {g->alpha * (r * cos(phi) + g->u[0]), g->alpha * r * sin(phi),
+                   cos(zeta) + g->u[2]};
+    envmapi_unit(h, h);
+    *vh = envmapi_dot(g->v, h);
+    return 2 * *vh * h[2] - g->v[2];
+}
+
+/* Adds G2/G1, times 1 - (1-v.h)^5 and (1-v.h)^5, over t in [from, to]. */
+static void envmapi_ggx_part(double sums[2], const envmapi_ggx *g, double phi, double from,
+                             double to) {
+    double x, vh, aa = g->alpha * g->alpha, c = g->v[2], to_v = c + sqrt(aa + (1 - aa) * c * c);
+    for (int i = 0; i < 24; ++i) {
+        double w = envmapi_gauss(&x, i & 7, (i >> 3) / 3.0, ((i >> 3) + 1) / 3.0);
+        double t = from + (to - from) * x * x * (3 - 2 * x);
+        double l = envmapi_ggx_reflect(&vh, g, t, phi), m = 1 - vh, fresnel = m * m * m * m * m;
+        if (!(l > 0)) continue;
+        double to_l = sqrt(aa + (1 - aa) * l * l) - l;
+        w *= (to - from) * 6 * x * (1 - x) * 2 * t * g->edge * sin(g->edge * (1 - t * t));
+        w *= to_v * l / (to_v * l + to_l * c);
+        sums[0] += w * (1 - fresnel), sums[1] += w * fresnel;
+    }
+}
+
+static void envmapi_ggx_column(double sums[2], const envmapi_ggx *g, double phi) {
+    double from = 0, vh;
+    int above = 0;
+    for (int i = 0; i <= 32; ++i) {
+        double low = (i - 1) / 32.0, high = i / 32.0;
+        int next = envmapi_ggx_reflect(&vh, g, high, phi) > 0;
+        for (int k = 0; next != above && i > 0 && k < 40; ++k) { /* where l meets the horizon */
+            double t = (low + high) / 2;
+            if ((envmapi_ggx_reflect(&vh, g, t, phi) > 0) == above) low = t;
+            else high = t;
+        }
+        if (next && !above) from = high;
+        if (above && (!next || i == 32)) envmapi_ggx_part(sums, g, phi, from, high);
+        above = next;
+    }
+}
+
+ENVMAPI_BODY void envmap_ggx_split_sum(double *scale, double *bias, double cosine, double alpha) {
+    double sums[2] = {0, 0}, phi;
+    if (envmapi_finite(cosine) && envmapi_finite(alpha)) {
+        double c = envmapi_clamp(cosine, 0, 1), a = envmapi_clamp(alpha, 1e-4, 1);
+        envmapi_ggx g = {{sqrt(1 - c * c), 0, c}, {a * sqrt(1 - c * c), 0, c}, a, 0};
+        envmapi_unit(g.u, g.u);
+        g.edge = ENVMAPI_PI - envmapi_acos(g.u[2]);
+        for (int i = 0; i < 64; ++i) {
+            double part[2] = {0, 0};
+            double w = envmapi_gauss(&phi, i & 7, (i >> 3) / 8.0, ((i >> 3) + 1) / 8.0);
+            envmapi_ggx_column(part, &g, ENVMAPI_PI * phi);
+            for (int k = 0; k < 2; ++k) sums[k] += w * part[k] / (1 + g.u[2]);
+        }
+    }
+    if (scale) *scale = sums[0];
+    if (bias) *bias = sums[1];
+}
+
+ENVMAPI_BODY double envmap_ggx_multiple(double f0, double scale, double bias) {
+    double lost = 1 - scale - bias, f = f0 + (1 - f0) / 21;
+    if (!(f0 >= 0 && f0 <= 1 && scale >= 0 && bias >= 0 && lost >= 0)) return 0;
+    return 1 - f * lost > 0 ? (f0 * scale + bias) * f * lost / (1 - f * lost) : 0;
+}
+
+typedef struct envmapi_ggx_rows {
+    float *values;
+    int size;
+} envmapi_ggx_rows;
+
+static void envmapi_ggx_row(void *context, int y) {
+    const envmapi_ggx_rows *rows = (const envmapi_ggx_rows *)context;
+    double roughness = (y + 0.5) / rows->size, scale, bias;
+    for (int x = 0; x < rows->size; ++x) {
+        float *to = rows->values + 2 * ((size_t)y * (size_t)rows->size + (size_t)x);
+        envmap_ggx_split_sum(&scale, &bias, (x + 0.5) / rows->size, roughness * roughness);
+        to[0] = (float)scale, to[1] = (float)bias;
+    }
+}
+
+ENVMAPI_BODY envmap_result envmap_ggx_table(float *values, int size,
+                                            const envmap_executor *executor) {
+    const envmap_executor serial = {NULL, NULL};
+    const envmap_progress silent = {NULL, NULL};
+    envmapi_ggx_rows rows = {values, size};
+    if (!values || size < 1 || size > 1024) return ENVMAP_ERROR_ARGUMENT;
+    return envmapi_run(executor ? executor : &serial, &silent, envmapi_ggx_row, &rows, size);
+}
+
+ENVMAPI_BODY double envmap_roughness_level(double roughness, int levels, double bend) {
+    if (!envmapi_finite(roughness) || !envmapi_finite(bend) || levels < 1) return 0;
+    double r = envmapi_clamp(roughness, 0, 1), q = envmapi_clamp(bend, 0, 1);
+    return (levels - 1) * r * (1 + q - q * r);
+}
+
+/* The smaller root of q r^2 - (1+q) r + y, in the form that stays exact for q -> 0. */
+ENVMAPI_BODY double envmap_level_roughness(double level, int levels, double bend) {
+    if (!envmapi_finite(level) || !envmapi_finite(bend) || levels < 2) return 0;
+    double y = envmapi_clamp(level / (levels - 1), 0, 1), q = envmapi_clamp(bend, 0, 1);
+    double root = (1 + q) * (1 + q) - 4 * q * y;
+    return 2 * y / (1 + q + sqrt(root > 0 ? root : 0));
+}
+
+/* A comb of Gaussian weights, variance s^2, spacing h, under a Gaussian lobe: by Poisson's sum its
+   first alias is exp(-2 pi^2 u^2 / h^2) of the wanted Gaussian at every point, twice. */
+ENVMAPI_BODY int envmap_fan(float *offsets, float *weights, int room, double along, double across,
+                            double tolerance) {
+    if (!(along > 0 && along <= 1.5 && across > 0 && across <= 1e9) ||
+        !(tolerance >= 1e-6 && tolerance <= 0.5))
+        return 0;
+    double s = along > across ? sqrt(along * along - across * across) : 0, sum = 0;
+    double reach = sqrt(2 * log(2 / tolerance)), h = 2 * ENVMAPI_PI * s * across / (along * reach);
+    double half = s > 1e-3 * across ? ceil(reach * s / h) : 0; /* taps on each side */
+    if (half > 1e6) return 0;
+    int count = 1 + 2 * (int)half;
+    for (int i = 0; i < count; ++i) {
+        double at = half > 0 ? (i - half) * h / s : 0;
+        sum += exp(-at * at / 2);
+    }
+    for (int i = 0; i < count && i < room; ++i) {
+        double at = half > 0 ? (i - half) * h / s : 0;
+        if (offsets) offsets[i] = (float)(at * s);
+        if (weights) weights[i] = (float)(exp(-at * at / 2) / sum);
+    }
+    return count;
+}
+
+ENVMAPI_BODY void envmap_lookup_fan(float rgb[3], const envmap *map, const float n[3],
+                                    const float t[3], const float v[3], const float *offsets,
+                                    const float *weights, int count) {
+    double N[3], T[3], B[3], V[3], sum[3] = {0, 0, 0};
+    if (!rgb) return;
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    if (!n || !t || !v || !offsets || !weights || !envmapi_vector_ok(n) || !envmapi_vector_ok(v))
+        return;
+    envmapi_unit_float(N, n);
+    envmapi_unit_float(V, v);
+    envmapi_tangents(T, B, N, t);
+    for (int i = 0; i < count; ++i) {
+        double h[3], half = (double)offsets[i] / 2;
+        float l[3], light[3];
+        for (int j = 0; j < 3; ++j) h[j] = cos(half) * N[j] + sin(half) * T[j];
+        double vh = envmapi_dot(V, h);
+        for (int j = 0; j < 3; ++j) l[j] = (float)(2 * vh * h[j] - V[j]);
+        envmap_lookup(light, map, l, 0);
+        for (int j = 0; j < 3; ++j) sum[j] += (double)weights[i] * (double)light[j];
+    }
+    for (int j = 0; j < 3; ++j) rgb[j] = envmapi_to_float(sum[j]);
+}
+
 /* --------------------------------------------------------------------------------- >>compare --
    Two passes over the level: the mean of b, then the sums and the worst texel.
    Tests: tests/test_compare.c. */
@@ -6180,12 +6928,19 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
 
 /* REFERENCES
      [Banks94]    D. Banks. Illumination in diverse codimensions. SIGGRAPH 1994.
+     [DB23]       J. Dupuy, A. Benyoub. Sampling visible GGX normals with spherical caps. High
+                  Performance Graphics 2023.
      [Debevec98]  P. Debevec. Rendering synthetic objects into real scenes. SIGGRAPH 1998; and the
                   notes on light probe images (angular map, lat-long).
+     [FdezAguera19] C. Fdez-Aguera. A multiple-scattering microfacet model for real-time image based
+                  lighting. Journal of Computer Graphics Techniques 8(1), 2019.
+     [Heitz14]    E. Heitz. Understanding the masking-shadowing function in microfacet-based BRDFs.
+                  Journal of Computer Graphics Techniques 3(2), 2014.
      [HS98]       W. Heidrich, H.-P. Seidel. View-independent environment maps. Graphics Hardware
                   1998.
      [HS99]       W. Heidrich, H.-P. Seidel. Realistic, hardware-accelerated shading and lighting.
                   SIGGRAPH 1999.
+     [Karis13]    B. Karis. Real shading in Unreal Engine 4. SIGGRAPH 2013 course.
      [KM00]       J. Kautz, M. McCool. Approximation of glossy reflection with prefiltered
                   environment maps. Graphics Interface 2000.
      [KVHS00]     J. Kautz, P.-P. Vazquez, W. Heidrich, H.-P. Seidel. A unified approach to
@@ -6193,6 +6948,8 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
      [Miller84]   G. Miller, C. Hoffman. Illumination and reflection maps. SIGGRAPH 1984 course.
      [RH01]       R. Ramamoorthi, P. Hanrahan. An efficient representation for irradiance
                   environment maps. SIGGRAPH 2001.
+     [Schlick94]  C. Schlick. An inexpensive BRDF model for physically-based rendering. Computer
+                  Graphics Forum 13(3), 1994.
      [SKS96]      A. Schilling, G. Knittel, W. Strasser. Texram: a smart memory for texturing. IEEE
                   Computer Graphics and Applications 16(3), 1996.
      [Sloan08]    P.-P. Sloan. Stupid spherical harmonics (SH) tricks. Game Developers Conference
@@ -6206,8 +6963,9 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
                   through rough surfaces. Rendering Symposium 2007.
 
    CHANGES
-     0.1  five parameterizations, maps, PFM, mip levels, lobes, spherical harmonics, comparison;
-          filters: the reference, the hierarchical one, and the fast one through harmonics
+     0.1  five parameterizations, maps, PFM, mip levels, lobes, spherical harmonics, materials,
+          comparison; filters: the reference, the hierarchical one, and the fast one through
+          harmonics
 
    LICENCE: MIT
      Copyright (c) 2026 the envmap.h authors

@@ -1,0 +1,790 @@
+/* SPDX-License-Identifier: MIT
+   materials: eq. 1, Fresnel, fits of BRDFs, GGX, Banks end to end, fans; and the example
+   methods that stand on eq. 1 or are drawn by hand. */
+#include "helpers.h"
+
+#include "examples/brdfs.h"
+#include "examples/methods/cabral.h"
+#include "examples/methods/nonphotorealistic.h"
+
+static brdf_values values(double alpha, double exponent, double s) {
+    brdf_values v = {{1, 1, 1}, 0, 0, 0, 0, 0};
+    v.alpha = v.alpha_y = alpha, v.exponent = exponent, v.s = s;
+    return v;
+}
+
+static envmap_brdf model(envmap_brdf_function *function, brdf_values *v) {
+    envmap_brdf brdf = {function, v};
+    return brdf;
+}
+
+static envmap_frame frame_of(double nx, double ny, double nz, double vx, double vy, double vz) {
+    envmap_frame f = {
+        {(float)nx, (float)ny, (float)nz}, {1, 0, 0}, {(float)vx, (float)vy, (float)vz}};
+    return f;
+}
+
+/* v at cosine c in the plane of z and x. */
+static envmap_frame seen_at(double c) { return frame_of(0, 0, 1, -sqrt(1 - c * c), 0, c); }
+
+static envmap ones(int size) {
+    envmap map = black(ENVMAP_CUBE, size, 1, 1);
+    fill(&map, 1);
+    return map;
+}
+
+static double one_radiance(const envmap *map, const envmap_brdf *brdf, const envmap_frame *f) {
+    float rgb[3] = {-7, -7, -7};
+    CHECK(envmap_radiance(rgb, map, brdf, f, 1, NULL) == ENVMAP_OK);
+    return (double)rgb[1];
+}
+
+/* ------------------------------------------------------------------------------------ eq. 1 -- */
+
+static void eq_1_of_lambert_is_the_diffuse_map(void) {
+    envmap src = noise(ENVMAP_CUBE, 16, 3), dst = black(ENVMAP_CUBE, 2, 1, 1);
+    brdf_values v = values(0, 0, 0);
+    envmap_brdf lambert = model(brdf_lambert, &v);
+    envmap_lobe lobe = envmap_lobe_diffuse();
+    double worst = 0;
+    lobe.raw = 1;
+    CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+    for (int i = 0; i < 24; ++i) {
+        float d[3];
+        envmap_direction(d, ENVMAP_CUBE, i / 4, 0.25f + 0.5f * (float)(i % 2),
+                         i % 4 < 2 ? 0.25f : 0.75f);
+        envmap_frame f = frame_of((double)d[0], (double)d[1], (double)d[2], (double)d[0] + 0.3,
+                                  (double)d[1], (double)d[2]);
+        double e = fabs(one_radiance(&src, &lambert, &f) * PI /
+                            (double)envmap_texel(&dst, 0, 0, i / 4, i % 2, i % 4 / 2)[1] -
+                        1);
+        if (!(e <= worst)) worst = e;
+    }
+    FIGURE("Lambert against the diffuse map, 24 normals", worst, 1e-5);
+    envmap_free(&src);
+    envmap_free(&dst);
+}
+
+static void eq_1_of_phong_is_the_phong_map_above_the_horizon(void) {
+    envmap src = noise(ENVMAP_CUBE, 32, 4), dst = black(ENVMAP_CUBE, 1, 1, 1);
+    brdf_values v = values(0, 60, 0);
+    envmap_brdf phong = model(brdf_phong, &v);
+    envmap_lobe lobe = envmap_lobe_phong(60);
+    envmap_frame f = seen_at(1); /* r_v = n = +z, the centre of face 4 */
+    lobe.raw = 1;
+    CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+    CHECK_CLOSE(one_radiance(&src, &phong, &f) / (double)envmap_texel(&dst, 0, 0, 4, 0, 0)[1], 1,
+                1e-5);
+    envmap_free(&src);
+    envmap_free(&dst);
+}
+
+static void eq_1_is_black_from_behind_and_takes_any_tangent(void) {
+    envmap src = noise(ENVMAP_LATLONG, 8, 5);
+    brdf_values v = values(0.3, 0, 0);
+    v.alpha_y = 0.1;
+    envmap_brdf ward = model(brdf_ward, &v);
+    envmap_frame f = frame_of(0, 0, 2, 0.3, 0.1, -0.1), g = seen_at(0.6);
+    CHECK(one_radiance(&src, &ward, &f) == 0);
+    double straight = one_radiance(&src, &ward, &g);
+    g.t[2] = 5; /* not at right angles to n: what is along n goes */
+    CHECK_CLOSE(one_radiance(&src, &ward, &g) / straight, 1, 1e-5);
+    g.t[0] = 0; /* along n: any will do */
+    CHECK(one_radiance(&src, &ward, &g) > 0);
+    memset(g.t, 0, sizeof g.t);
+    CHECK(one_radiance(&src, &ward, &g) > 0);
+    envmap_free(&src);
+}
+
+static void not_a_number(double f[3], const double v[3], const double l[3], void *user) {
+    (void)v, (void)user;
+    f[0] = f[1] = 1, f[2] = l[2] < 0.2 ? (double)NAN : 1;
+}
+
+static void negative(double f[3], const double v[3], const double l[3], void *user) {
+    (void)v, (void)l, (void)user;
+    f[0] = f[2] = 1, f[1] = -1;
+}
+
+static void dark(double f[3], const double v[3], const double l[3], void *user) {
+    (void)v, (void)l, (void)user;
+    f[0] = f[1] = f[2] = 0;
+}
+
+static void bad_input_is_refused_and_nothing_is_written(void) {
+    envmap src = noise(ENVMAP_CUBE, 8, 6), none = {0, 0, 0, 0, 0, 0, 0, 0};
+    brdf_values v = values(0.3, 0, 0);
+    envmap_brdf ggx = model(brdf_ggx, &v), bad = model(not_a_number, NULL),
+                minus = model(negative, NULL), null = {NULL, NULL}, nothing = model(dark, NULL);
+    envmap_frame f[2] = {seen_at(0.5), seen_at(0.7)};
+    float rgb[6] = {-7, -7, -7, -7, -7, -7};
+    envmap_fit fit;
+    CHECK(envmap_radiance(NULL, &src, &ggx, f, 2, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_radiance(rgb, &none, &ggx, f, 2, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_radiance(rgb, NULL, &ggx, f, 2, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_radiance(rgb, &src, NULL, f, 2, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_radiance(rgb, &src, &null, f, 2, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_radiance(rgb, &src, &ggx, NULL, 2, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_radiance(rgb, &src, &ggx, f, 0, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_radiance(rgb, &src, &bad, f, 2, NULL) == ENVMAP_ERROR_LOBE);
+    CHECK(envmap_radiance(rgb, &src, &minus, f, 2, NULL) == ENVMAP_ERROR_LOBE);
+    f[1].n[0] = NAN;
+    CHECK(envmap_radiance(rgb, &src, &ggx, f, 2, NULL) == ENVMAP_ERROR_ARGUMENT);
+    memset(f[1].n, 0, sizeof f[1].n);
+    CHECK(envmap_radiance(rgb, &src, &ggx, f, 2, NULL) == ENVMAP_ERROR_ARGUMENT);
+    f[1] = f[0], f[1].t[1] = INFINITY;
+    CHECK(envmap_radiance(rgb, &src, &ggx, f, 2, NULL) == ENVMAP_ERROR_ARGUMENT);
+    src.texels[9] = NAN;
+    CHECK(envmap_radiance(rgb, &src, &ggx, f, 1, NULL) == ENVMAP_ERROR_RADIANCE);
+    for (int i = 0; i < 6; ++i) CHECK(rgb[i] == -7);
+
+    memset(&fit, 0, sizeof fit);
+    CHECK(envmap_fit_brdf(NULL, &ggx, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_fit_brdf(&fit, &null, NULL) == ENVMAP_ERROR_ARGUMENT);
+    fit.slices = 2, fit.size = 33;
+    CHECK(envmap_fit_brdf(&fit, &bad, NULL) == ENVMAP_ERROR_LOBE);
+    CHECK(envmap_fit_brdf(&fit, &minus, NULL) == ENVMAP_ERROR_LOBE);
+    CHECK(envmap_fit_brdf(&fit, &nothing, NULL) == ENVMAP_ERROR_LOBE);
+    fit.lobes = 4;
+    CHECK(envmap_fit_brdf(&fit, &ggx, NULL) == ENVMAP_ERROR_ARGUMENT);
+    fit.lobes = 1, fit.slices = 257;
+    CHECK(envmap_fit_brdf(&fit, &ggx, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(!fit.table && !fit.axis && !fit.factor && !fit.error);
+    envmap_lobe lobe = envmap_fit_lobe(&fit, 0), thin = envmap_lobe_banks(1);
+    envmap dst = black(ENVMAP_CUBE, 2, 1, 1), two = noise(ENVMAP_CUBE, 4, 1);
+    fill(&dst, -7);
+    CHECK(envmap_filter(&dst, &two, &lobe, NULL) == ENVMAP_ERROR_LOBE);
+    CHECK(envmap_filter(&dst, &two, &thin, NULL) == ENVMAP_ERROR_LOBE); /* Banks with s = 1 */
+    CHECK(all_are(&dst, -7));
+    CHECK(envmap_lobe_slices(&thin, 0.1) == 0 && envmap_lobe_slices(NULL, 0.1) == 0);
+    CHECK(envmap_fresnel_table(NULL, 4, f[0].n, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_fresnel_table(rgb, 2, f[0].t, NULL) == ENVMAP_ERROR_ARGUMENT && rgb[0] == -7);
+    CHECK(envmap_ggx_table(NULL, 4, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_ggx_table(rgb, 0, NULL) == ENVMAP_ERROR_ARGUMENT);
+    envmap_fit_lookup(rgb, &fit, &two, f[0].n, f[0].v);
+    CHECK(rgb[0] == 0 && rgb[1] == 0 && rgb[2] == 0);
+    envmap_fit_lookup(NULL, NULL, NULL, NULL, NULL);
+    envmap_lookup_fan(rgb, &two, f[0].n, f[0].t, NULL, rgb, rgb, 1);
+    CHECK(rgb[0] == 0);
+    CHECK(!envmap_fan(NULL, NULL, 0, 0, 0.1, 0.1) &&
+          !envmap_fan(NULL, NULL, 0, (double)NAN, 0.1, 0.1) &&
+          !envmap_fan(NULL, NULL, 0, 0.1, 0.1, 0));
+    envmap_free(&src);
+    envmap_free(&dst);
+    envmap_free(&two);
+}
+
+static void memory_that_fails_leaves_no_trace(void) {
+    envmap src = noise(ENVMAP_CUBE, 4, 6);
+    brdf_values v = values(0.3, 0, 0);
+    envmap_brdf ggx = model(brdf_ggx, &v);
+    envmap_frame f = seen_at(0.5);
+    float rgb[3] = {-7, -7, -7};
+    int live = oracle_live;
+    for (int at = 0; at < 2; ++at) {
+        envmap_fit fit;
+        memset(&fit, 0, sizeof fit);
+        fit.slices = 1, fit.size = 16;
+        oracle_calls = 0, oracle_fail_at = at;
+        CHECK(envmap_radiance(rgb, &src, &ggx, &f, 1, NULL) == ENVMAP_ERROR_MEMORY && rgb[0] == -7);
+        oracle_calls = 0;
+        CHECK(envmap_fit_brdf(&fit, &ggx, NULL) == ENVMAP_ERROR_MEMORY && !fit.table);
+        oracle_fail_at = -1;
+        CHECK(oracle_live == live);
+    }
+    envmap_free(&src);
+}
+
+static void results_are_the_same_bits_on_any_thread(void) {
+    envmap src = noise(ENVMAP_CUBE, 8, 6);
+    brdf_values v = values(0.3, 0, 0);
+    envmap_brdf ggx = model(brdf_ggx, &v);
+    envmap_frame f[20];
+    float a[60], b[60];
+    static crew c;
+    envmap_filter_desc desc = desc_of(0, 0);
+    envmap_fit one, two;
+    memset(&one, 0, sizeof one), memset(&two, 0, sizeof two);
+    pthread_mutex_init(&c.lock, NULL);
+    c.threads = 3;
+    desc.executor.user = &c, desc.executor.run = crew_run;
+    for (int i = 0; i < 20; ++i) f[i] = seen_at((i + 0.5) / 20);
+    CHECK(envmap_radiance(a, &src, &ggx, f, 20, NULL) == ENVMAP_OK);
+    CHECK(envmap_radiance(b, &src, &ggx, f, 20, &desc) == ENVMAP_OK);
+    CHECK(!memcmp(a, b, sizeof a));
+    one.slices = two.slices = 4, one.size = two.size = 65, one.lobes = two.lobes = 2;
+    CHECK(envmap_fit_brdf(&one, &ggx, NULL) == ENVMAP_OK);
+    CHECK(envmap_fit_brdf(&two, &ggx, &desc.executor) == ENVMAP_OK);
+    CHECK(envmap_ggx_table(a, 4, NULL) == ENVMAP_OK);
+    CHECK(envmap_ggx_table(b, 4, &desc.executor) == ENVMAP_OK);
+    CHECK(!memcmp(a, b, 32 * sizeof *a));
+    CHECK(!memcmp(one.table, two.table, (2 * 4 * 65 + 4 * 8 + 4) * sizeof(float)));
+    envmap_fit_free(&one);
+    envmap_fit_free(&two);
+    envmap_fit_free(&two);
+    envmap_free(&src);
+    pthread_mutex_destroy(&c.lock);
+}
+
+static void a_cancelled_sum_writes_nothing(void) {
+    envmap src = noise(ENVMAP_CUBE, 4, 6);
+    brdf_values v = values(0.3, 0, 0);
+    envmap_brdf ggx = model(brdf_ggx, &v);
+    envmap_frame f[3] = {seen_at(0.5), seen_at(0.6), seen_at(0.7)};
+    float rgb[9] = {-7, -7, -7, -7, -7, -7, -7, -7, -7};
+    envmap_filter_desc desc = desc_of(0, 0);
+    int live = oracle_live;
+    for (int at = 1; at < 4; ++at) {
+        watch w = {0, 0, 0, 0};
+        w.cancel_at = at;
+        desc.progress.user = &w, desc.progress.report = watch_report;
+        CHECK(envmap_radiance(rgb, &src, &ggx, f, 3, &desc) == ENVMAP_CANCELLED);
+        for (int i = 0; i < 9; ++i) CHECK(rgb[i] == -7);
+        CHECK(w.calls == at && oracle_live == live);
+    }
+    envmap_free(&src);
+}
+
+/* ---------------------------------------------------------------------------------- Fresnel -- */
+
+static void fresnel_has_its_textbook_values(void) {
+    double brewster = cos(atan(1.5)), rs = (1 - 2.25) / (1 + 2.25);
+    CHECK_CLOSE(envmap_fresnel(1, 1.5, 0), 0.04, 1e-15);
+    CHECK_CLOSE(envmap_fresnel(0, 1.5, 0), 1, 0);
+    CHECK_CLOSE(envmap_fresnel(brewster, 1.5, 0), rs * rs / 2, 1e-12); /* p is not reflected */
+    CHECK_CLOSE(envmap_fresnel(1, 0.27, 2.95),
+                (0.73 * 0.73 + 2.95 * 2.95) / (1.27 * 1.27 + 2.95 * 2.95), 1e-12);
+    CHECK_CLOSE(envmap_fresnel(0, 0.27, 2.95), 1, 0);
+    for (int i = 0; i <= 20; ++i) {
+        double c = i / 20.0, critical = sqrt(1 - 0.75 * 0.75), s = sqrt(1 - c * c);
+        CHECK_CLOSE(envmap_fresnel(c, 1, 0), 0, 1e-15);
+        if (c < critical) CHECK_CLOSE(envmap_fresnel(c, 0.75, 0), 1, 1e-14);
+        if (s < 1 / 1.5 && c > 0) /* reversed light: the same part is reflected */
+            CHECK_CLOSE(envmap_fresnel(c, 1 / 1.5, 0),
+                        envmap_fresnel(sqrt(1 - 2.25 * s * s), 1.5, 0), 1e-12);
+        /* unpolarised, by Snell's law and Fresnel's two formulas */
+        double ct = sqrt(1 - s * s / 2.25), a = (c - 1.5 * ct) / (c + 1.5 * ct),
+               b = (1.5 * c - ct) / (1.5 * c + ct);
+        CHECK_CLOSE(envmap_fresnel(c, 1.5, 0), (a * a + b * b) / 2, 1e-13);
+    }
+    CHECK(envmap_fresnel(1e-9, 1, 0) < 1e-12);
+    CHECK(envmap_fresnel(2, 1.5, 0) == envmap_fresnel(1, 1.5, 0) &&
+          envmap_fresnel(-1, 1.5, 0) == 1);
+    CHECK(envmap_fresnel((double)NAN, 1.5, 0) == 0 && envmap_fresnel(1, 0, 0) == 0 &&
+          envmap_fresnel(1, (double)NAN, 0) == 0 && envmap_fresnel(1, 1, -1) == 0 &&
+          envmap_fresnel(1, HUGE_VAL, 0) == 0);
+    CHECK(envmap_fresnel_schlick(1, 0.04) == 0.04 && envmap_fresnel_schlick(0, 0.04) == 1 &&
+          envmap_fresnel_schlick(0.5, 2) == 0);
+}
+
+static void fresnel_tables_hold_texel_centres(void) {
+    float table[30];
+    const float n[3] = {1.5f, 0.2f, 1}, k[3] = {0, 3, 0};
+    CHECK(envmap_fresnel_table(table, 10, n, k) == ENVMAP_OK);
+    for (int i = 0; i < 10; ++i) {
+        CHECK_CLOSE(table[3 * i], envmap_fresnel((i + 0.5) / 10, 1.5, 0), 1e-7);
+        CHECK_CLOSE(table[3 * i + 1], envmap_fresnel((i + 0.5) / 10, (double)0.2f, 3), 1e-7);
+        CHECK(table[3 * i + 2] == 0);
+    }
+    double worst = 0;
+    for (int i = 0; i <= 100; ++i) {
+        double e =
+            fabs(envmap_fresnel(i / 100.0, 1.5, 0) - envmap_fresnel_schlick(i / 100.0, 0.04));
+        if (e > worst) worst = e;
+    }
+    FIGURE("Schlick against a dielectric of n = 1.5", worst, 0.04);
+}
+
+static void compositions_keep_the_furnace(void) {
+    /* in a constant environment of 1 over white F L_mirror + (1-F) L_d is 1 at every angle; the sum
+       without 1 - F gains F; the VR paper's (1-F) L_diffuse + F L_glossy is 1 in every channel */
+    envmap src = ones(16), glossy = black(ENVMAP_CUBE, 2, 1, 1);
+    brdf_values v = values(0, 0, 0);
+    envmap_brdf lambert = model(brdf_lambert, &v);
+    const double n[3] = {0.2, 1.5, 2.4}, k[3] = {3, 0, 0};
+    CHECK(filter(&glossy, &src, envmap_lobe_phong(30), ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+    for (int i = 1; i <= 10; ++i) {
+        envmap_frame f = seen_at(i / 10.0);
+        double diffuse = one_radiance(&src, &lambert, &f); /* the texels' own error is 1.3e-3 */
+        float mirror[3], gloss[3];
+        envmap_lookup(mirror, &src, f.n, 0);
+        envmap_lookup(gloss, &glossy, f.n, 0);
+        for (int c = 0; c < 3; ++c) {
+            double F = envmap_fresnel(i / 10.0, n[c], k[c]);
+            CHECK_CLOSE(F * (double)mirror[c] + (1 - F) * diffuse, 1, 2e-3);
+            CHECK_CLOSE(F * (double)mirror[c] + diffuse, 1 + F, 2e-3);
+            CHECK_CLOSE((1 - F) * diffuse + F * (double)gloss[c], 1, 2e-3);
+        }
+    }
+    envmap_free(&src);
+    envmap_free(&glossy);
+}
+
+/* ------------------------------------------------------------------------------------- fits -- */
+
+static envmap_fit fit_of(const envmap_brdf *brdf, int lobes, int slices, int flat) {
+    envmap_fit fit;
+    memset(&fit, 0, sizeof fit);
+    fit.lobes = lobes, fit.slices = slices, fit.flat = flat;
+    if (!CHECK(envmap_fit_brdf(&fit, brdf, NULL) == ENVMAP_OK)) exit(1);
+    return fit;
+}
+
+static void fits_find_phong_and_lambert_again(void) {
+    brdf_values v = values(0, 50, 0);
+    envmap_brdf phong = model(brdf_phong, &v), lambert = model(brdf_lambert, &v);
+    envmap_fit fit = fit_of(&phong, 1, 8, 0);
+    envmap_lobe lobe = envmap_fit_lobe(&fit, 0), truth = envmap_lobe_phong(50);
+    double worst = 0, error = 0;
+    for (int i = 0; i < 100; ++i) { /* seen steeply: p = 1 */
+        double x = cos(PI * i / 200),
+               e = fabs(envmap_lobe_value(&lobe, x, 1) * (double)fit.factor[3 * 7] -
+                        envmap_lobe_value(&truth, x, 0));
+        if (!(e <= worst)) worst = e;
+    }
+    FIGURE("Phong N = 50 found again: largest error, of its peak", worst, 0.01);
+    CHECK_CLOSE(fit.axis[7], 1, 0.02);
+    for (int k = 3; k < 8; ++k) error = fmax(error, (double)fit.error[k]);
+    FIGURE("... fit.error where n.v > 0.37", error, 0.02);
+    printf("    ... grazing, n.v = 0.06: %.2f\n", (double)fit.error[0]);
+    CHECK((double)fit.error[0] > 0.2); /* the lobe knows no horizon */
+    envmap_fit_free(&fit);
+    fit = fit_of(&lambert, 2, 8, 1);
+    for (int k = 0; k < 8; ++k) {
+        CHECK_CLOSE(fit.factor[3 * (8 + k)] + fit.factor[3 * k], 1, 0.02);
+        CHECK((double)fit.error[k] < 0.02);
+    }
+    envmap_fit_free(&fit);
+}
+
+static void fits_reflect_all_of_a_constant_environment(void) {
+    envmap src = ones(8);
+    brdf_values v = values(0.3, 0, 0);
+    envmap_brdf ggx = model(brdf_ggx, &v);
+    for (int form = 0; form < 3; ++form) { /* one lobe in 3D, in 2D, two lobes */
+        envmap_fit fit = fit_of(&ggx, 1 + (form == 2), 12, form == 1);
+        envmap map[2] = {black(ENVMAP_CUBE, 2, 1, 12), black(ENVMAP_CUBE, 2, 1, 12)};
+        double worst = 0;
+        for (int i = 0; i < fit.lobes; ++i) {
+            envmap_lobe lobe = envmap_fit_lobe(&fit, i);
+            CHECK(envmap_filter(map + i, &src, &lobe, NULL) == ENVMAP_OK);
+        }
+        for (int k = 0; k < 12; ++k) {
+            double c = (k + 0.5) / 12, scale, bias;
+            envmap_frame f = seen_at(c);
+            float rgb[3];
+            envmap_fit_lookup(rgb, &fit, map, f.n, f.v);
+            envmap_ggx_split_sum(&scale, &bias, c, 0.3);
+            double e = fabs((double)rgb[1] / (scale + bias) - 1);
+            if (!(e <= worst)) worst = e;
+        }
+        FIGURE(form == 2 ? "two lobes of GGX in a furnace, against the albedo"
+               : form    ? "one lobe in 2D"
+                         : "one lobe in 3D",
+               worst, 0.005);
+        envmap_fit_free(&fit);
+        envmap_free(map);
+        envmap_free(map + 1);
+    }
+    envmap_free(&src);
+}
+
+/* f of a fit: the sum of factor * lobe, over n.l. */
+static double fitted(const envmap_fit *fit, double cv, const double l[3]) {
+    double theta = acos(cv), f = 0, at = fmin(fmax(cv * fit->slices - 0.5, 0), fit->slices - 1.0);
+    int k = (int)at, next = k + 1 < fit->slices ? k + 1 : k;
+    for (int i = 0; i < fit->lobes; ++i) {
+        const float *m = fit->axis + i * fit->slices, *g = fit->factor + 3 * i * fit->slices;
+        double psi = theta * ((double)m[k] + (at - k) * (double)(m[next] - m[k]));
+        double factor = (double)g[3 * k] + (at - k) * (double)(g[3 * next] - g[3 * k]);
+        envmap_lobe lobe = envmap_fit_lobe(fit, i);
+        f += factor * envmap_lobe_value(&lobe, l[0] * sin(psi) + l[2] * cos(psi), cv);
+    }
+    return f / l[2];
+}
+
+static void fits_are_reciprocal_where_the_model_is(void) {
+    brdf_values v = values(0, 20, 0);
+    envmap_brdf lafortune = model(brdf_lafortune, &v), lambert = model(brdf_lambert, &v);
+    const envmap_brdf *models[2] = {&lafortune, &lambert};
+    const double bound[2] = {0.2, 1e-3};
+    for (int m = 0; m < 2; ++m) {
+        envmap_fit fit = fit_of(models[m], 2, 16, 0);
+        double worst = 0, peak = 0;
+        for (int i = 0; i < 12; ++i)
+            for (int j = 0; j < 12; ++j) {
+                double a = 1.1 * (i + 0.5) / 12, b = 1.1 * (j + 0.5) / 12; /* up to 63 degrees */
+                double la[3] = {sin(a), 0, cos(a)}, lb[3] = {sin(b), 0, cos(b)};
+                double there = fitted(&fit, cos(a), lb), back = fitted(&fit, cos(b), la);
+                worst = fmax(worst, fabs(there - back)), peak = fmax(peak, there);
+            }
+        FIGURE(m ? "Lambert's fit: f(v,l) - f(l,v), of the peak"
+                 : "Lafortune's N = 20: f(v,l) - f(l,v), of the peak",
+               worst / peak, bound[m]);
+        envmap_fit_free(&fit);
+    }
+}
+
+static void fits_err_by_angle_as_n_r_leaves_n_l(void) {
+    envmap src = smooth(ENVMAP_CUBE, 12), map = black(ENVMAP_CUBE, 12, 1, 12);
+    brdf_values v = values(0.5, 0, 0);
+    envmap_brdf ggx = model(brdf_ggx, &v);
+    envmap_fit fit = fit_of(&ggx, 1, 12, 0);
+    envmap_lobe lobe = envmap_fit_lobe(&fit, 0);
+    CHECK(filter(&map, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+    static const double bound[4] = {0.1, 0.08, 0.05, 0.03}, cosine[4] = {0.1, 0.3, 0.6, 0.9};
+    for (int k = 0; k < 4; ++k) {
+        double off = 0, sum = 0;
+        for (int i = 0; i < 24; ++i) {
+            float d[3], rgb[3], t[3], b[3];
+            envmap_direction(d, ENVMAP_CUBE, i / 4, 0.3f + 0.4f * (float)(i % 2),
+                             i % 4 < 2 ? 0.2f : 0.7f);
+            method_frame(t, b, d);
+            envmap_frame f;
+            for (int j = 0; j < 3; ++j) {
+                f.n[j] = d[j], f.t[j] = t[j];
+                f.v[j] = (float)(cosine[k] * (double)d[j] +
+                                 sqrt(1 - cosine[k] * cosine[k]) * (double)b[j]);
+            }
+            double truth = one_radiance(&src, &ggx, &f);
+            envmap_fit_lookup(rgb, &fit, &map, f.n, f.v);
+            off += ((double)rgb[1] - truth) * ((double)rgb[1] - truth), sum += truth * truth;
+        }
+        char what[80];
+        sprintf(what, "GGX 0.5 by one 3D lobe, n.v = %.1f: rms against eq. 1", cosine[k]);
+        FIGURE(what, sqrt(off / sum), bound[k]);
+    }
+    envmap_fit_free(&fit);
+    envmap_free(&src);
+    envmap_free(&map);
+}
+
+static void slices_needed_are_enough(void) {
+    envmap_lobe banks = envmap_lobe_banks(0.6f), phong = envmap_lobe_phong(9);
+    envmap src = noise(ENVMAP_CUBE, 8, 2);
+    int n = envmap_lobe_slices(&banks, 0.03);
+    CHECK(envmap_lobe_slices(&phong, 0.03) == 1);
+    CHECK(n > 4 && n < 64 && envmap_lobe_slices(&banks, 0.1) < n);
+    envmap few = black(ENVMAP_PARABOLOID, 8, 1, n), many = black(ENVMAP_PARABOLOID, 8, 1, 8 * n);
+    CHECK(filter(&few, &src, banks, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK &&
+          filter(&many, &src, banks, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+    double off = 0, sum = 0;
+    for (int i = 0; i < 400; ++i) {
+        float d[3], a[3], b[3], p = (float)(-1 + 2 * (i + 0.5) / 400);
+        envmap_direction(d, ENVMAP_LATLONG, 0, (float)(i * 0.618034 - floor(i * 0.618034)),
+                         ((float)(i % 20) + 0.5f) / 20);
+        envmap_lookup_slice(a, &few, d, p, 0);
+        envmap_lookup_slice(b, &many, d, p, 0);
+        off += (double)(a[1] - b[1]) * (double)(a[1] - b[1]), sum += (double)b[1] * (double)b[1];
+    }
+    printf("    Banks s = 0.6 to 3 %%: %d slices\n", n);
+    FIGURE("... rms against 8 times as many, noise", sqrt(off / sum), 0.03);
+    envmap_free(&src);
+    envmap_free(&few);
+    envmap_free(&many);
+}
+
+/* -------------------------------------------------------------------------------------- GGX -- */
+
+/* The split sum over half vectors: another integral than the library's. */
+static void ggx_by_normals(double *scale, double *bias, double c, double a, int n) {
+    double sv = sqrt(1 - c * c), aa = a * a;
+    *scale = *bias = 0;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n / 2; ++j) {
+            double x = (i + 0.5) / n, u = x * x * (3 - 2 * x), phi = PI * (j + 0.5) / (n / 2);
+            double tt = aa * u / (1 - u), hc = 1 / sqrt(1 + tt), hs = sqrt(tt) * hc;
+            double vh = sv * hs * cos(phi) + c * hc, l = 2 * vh * hc - c, m = 1 - vh,
+                   f = m * m * m * m * m;
+            if (!(vh > 0 && l > 0)) continue;
+            double w = 6 * x * (1 - x) / n / (n / 2) * 2 * c * l /
+                       (l * sqrt(aa + (1 - aa) * c * c) + c * sqrt(aa + (1 - aa) * l * l));
+            w *= vh / (c * hc);
+            *scale += w * (1 - f), *bias += w * f;
+        }
+}
+
+static void ggx_terms_agree_with_quadrature_over_normals(void) {
+    double worst = 0, scale, bias, S, B;
+    for (int i = 0; i < 25; ++i) {
+        double c = 0.03 + 0.97 * (i % 5) / 4, a = 0.05 + 0.95 * (i / 5) / 4;
+        envmap_ggx_split_sum(&scale, &bias, c, a);
+        ggx_by_normals(&S, &B, c, a, 1600);
+        worst = fmax(worst, fmax(fabs(scale - S), fabs(bias - B)));
+    }
+    FIGURE("split sum against half-vector quadrature", worst, 1e-4);
+    envmap_ggx_split_sum(&scale, &bias, 0.5, 1e-4); /* a mirror: Schlick itself */
+    CHECK_CLOSE(scale, 1 - 1.0 / 32, 1e-6);
+    CHECK_CLOSE(bias, 1.0 / 32, 1e-6);
+    envmap_ggx_split_sum(&scale, NULL, (double)NAN, 0.5);
+    CHECK(scale == 0);
+}
+
+static void ggx_terms_agree_with_eq_1(void) {
+    envmap src = ones(64);
+    brdf_values v = values(0.5, 0, 0);
+    v.fresnel = 1, v.colour[1] = 0.3;
+    envmap_brdf ggx = model(brdf_ggx, &v);
+    for (int i = 1; i <= 4; ++i) {
+        envmap_frame f = seen_at(i / 4.0);
+        double scale, bias;
+        envmap_ggx_split_sum(&scale, &bias, i / 4.0, 0.5);
+        CHECK_CLOSE(one_radiance(&src, &ggx, &f), 0.3 * scale + bias, 1e-3);
+    }
+    envmap_free(&src);
+}
+
+static void ggx_loses_nothing_with_its_multiple_scattering(void) {
+    float table[2 * 36];
+    CHECK(envmap_ggx_table(table, 6, NULL) == ENVMAP_OK);
+    for (int i = 0; i < 36; ++i) {
+        double scale, bias, r = (i / 6 + 0.5) / 6;
+        envmap_ggx_split_sum(&scale, &bias, (i % 6 + 0.5) / 6, r * r);
+        CHECK_CLOSE(table[2 * i], scale, 1e-7);
+        CHECK_CLOSE(table[2 * i + 1], bias, 1e-7);
+        CHECK_CLOSE(scale + bias + envmap_ggx_multiple(1, scale, bias), 1, 1e-12);
+        double grey = 0.5 * scale + bias + envmap_ggx_multiple(0.5, scale, bias);
+        CHECK(grey < 1 && grey > 0.5 * scale + bias);
+    }
+    CHECK(envmap_ggx_multiple(2, 0.5, 0.1) == 0 && envmap_ggx_multiple((double)NAN, 0.5, 0.1) == 0);
+}
+
+static void roughness_and_level_are_inverse(void) {
+    for (int i = 0; i <= 20; ++i)
+        for (int q = 0; q <= 10; ++q) {
+            double r = i / 20.0, bend = q / 10.0, l = envmap_roughness_level(r, 9, bend);
+            CHECK_CLOSE(envmap_level_roughness(l, 9, bend), r, bend < 1 || r < 1 ? 1e-7 : 1e-7);
+        }
+    CHECK_CLOSE(envmap_roughness_level(0.5, 9, 0), 4, 1e-12);
+    CHECK_CLOSE(envmap_roughness_level(0.5, 5, 1), 3, 1e-12);                /* r (2 - r) */
+    CHECK_CLOSE(envmap_roughness_level(0.5, 7, 0.7), 0.5 * 1.35 * 6, 1e-12); /* r (1.7 - 0.7 r) */
+    CHECK(envmap_roughness_level((double)NAN, 5, 0) == 0 && envmap_level_roughness(3, 1, 0) == 0);
+}
+
+/* ------------------------------------------------------------------------------------ Banks -- */
+
+static void banks_end_to_end_is_eq_1_without_n_l(void) {
+    envmap src = smooth(ENVMAP_CUBE, 12);
+    envmap_lobe lobe = envmap_lobe_banks(0.5f);
+    int slices = envmap_lobe_slices(&lobe, 0.03);
+    envmap map = black(ENVMAP_PARABOLOID, 12, 1, slices);
+    lobe.raw = 1;
+    CHECK(filter(&map, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+    brdf_values v = values(0, 0, 0.5);
+    envmap_brdf banks = model(brdf_banks, &v);
+    double off = 0, sum = 0, behind = 0;
+    /* the hemispheres above and below n: eq. 1 sees one, the map both */
+    for (int i = 0; i < 20; ++i) {
+        double c = -0.9 + 1.8 * i / 19, s = sqrt(1 - c * c);
+        envmap_frame up = frame_of(0, 0, 1, c, 0, s), down = frame_of(0, 0, -1, c, 0, -s);
+        float rgb[3], t[3] = {1, 0, 0};
+        envmap_lookup_slice(rgb, &map, t, (float)c, 0);
+        double above = one_radiance(&src, &banks, &up), below = one_radiance(&src, &banks, &down);
+        off += pow((double)rgb[1] - above - below, 2), sum += pow(above + below, 2),
+            behind += below;
+    }
+    FIGURE("the map against eq. 1 of both hemispheres", sqrt(off / sum), 0.015);
+    CHECK(behind > 0);
+    envmap_free(&src);
+    envmap_free(&map);
+}
+
+static void banks_sees_light_from_behind_and_eq_1_does_not(void) {
+    envmap src = black(ENVMAP_CUBE, 16, 1, 1), map = black(ENVMAP_PARABOLOID, 12, 1, 16);
+    for (int i = 0; i < 16 * 16 * 3; ++i)
+        envmap_texel(&src, 0, 0, 5, 0, 0)[i] = 1; /* the -z face */
+    envmap_lobe lobe = envmap_lobe_banks(0.5f);
+    CHECK(filter(&map, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+    brdf_values v = values(0, 0, 0.5);
+    envmap_brdf banks = model(brdf_banks, &v), shadowed = model(brdf_banks_shadowed, &v);
+    envmap_frame f = frame_of(0, 0, 1, 0, 0.6, 0.8), back = frame_of(0, 0, -1, 0, 0.6, -0.8);
+    float rgb[3], t[3] = {1, 0, 0};
+    envmap_lookup_slice(rgb, &map, t, 0, 0);
+    CHECK((double)rgb[1] > 0.1);
+    CHECK(one_radiance(&src, &banks, &f) == 0 && one_radiance(&src, &shadowed, &f) == 0);
+    double whole = one_radiance(&src, &banks, &back),
+           with_cosine = one_radiance(&src, &shadowed, &back);
+    CHECK(with_cosine > 0 && with_cosine < whole);
+    envmap_free(&src);
+    envmap_free(&map);
+}
+
+/* ------------------------------------------------------------------------------------- fans -- */
+
+static void a_fan_of_round_lobes_is_elliptical(void) {
+    static const double tolerance[3] = {0.3, 0.05, 0.003};
+    for (int k = 0; k < 3; ++k) {
+        float offset[256], weight[256];
+        double worst = 0, along = 0.4, across = 0.1, sum = 0;
+        int n = envmap_fan(offset, weight, 256, along, across, tolerance[k]);
+        CHECK(n > 1 && n <= 256 && n == envmap_fan(NULL, NULL, 0, along, across, tolerance[k]));
+        for (int i = 0; i < n; ++i) sum += (double)weight[i];
+        CHECK_CLOSE(sum, 1, 1e-5);
+        for (int x = -80; x <= 80; ++x) { /* on the line, where the comb's ripple lives */
+            double at = x * 0.01, lobe = 0,
+                   truth = exp(-at * at / (2 * along * along)) * across / along;
+            for (int i = 0; i < n; ++i)
+                lobe += (double)weight[i] *
+                        exp(-pow(at - (double)offset[i], 2) / (2 * across * across));
+            double e = fabs(lobe / truth - 1);
+            if (!(e <= worst)) worst = e;
+        }
+        char what[80];
+        sprintf(what, "%d taps, 4 : 1, tolerance %g: ripple within 2 sigma", n, tolerance[k]);
+        FIGURE(what, worst, 3 * tolerance[k]);
+    }
+    CHECK(envmap_fan(NULL, NULL, 0, 0.1, 0.1, 0.1) == 1 &&
+          envmap_fan(NULL, NULL, 0, 0.1, 0.3, 0.1) == 1);
+}
+
+static void a_fan_about_n_is_the_sum_of_its_maps(void) {
+    envmap map = smooth(ENVMAP_CUBE, 32);
+    float offset[64], weight[64], rgb[3], one[3], n[3] = {0, 0, 1}, t[3] = {1, 0, 5}, sum = 0;
+    int count = envmap_fan(offset, weight, 64, 0.3, 0.1, 0.05);
+    envmap_lookup_fan(rgb, &map, n, t, n, offset, weight, count);
+    for (int i = 0; i < count; ++i) { /* with v = n: a great circle through n */
+        float d[3] = {sinf(offset[i]), 0, cosf(offset[i])};
+        envmap_lookup(one, &map, d, 0);
+        sum += weight[i] * one[1];
+    }
+    CHECK_CLOSE(rgb[1], sum, 1e-5);
+    envmap_free(&map);
+}
+
+/* ---------------------------------------------------------------------------------- methods -- */
+
+static void cabral_blends_towards_eq_1_with_more_views(void) {
+    envmap src = smooth(ENVMAP_CUBE, 8);
+    brdf_values v = values(0, 20, 0);
+    envmap_brdf brdf = model(brdf_lafortune, &v);
+    static const double bound[3] = {0.1, 0.04, 0.02};
+    for (int m = 1; m <= 3; ++m) {
+        cabral set;
+        double off = 0, sum = 0;
+        CHECK(cabral_create(&set, &src, &brdf, m, 24, NULL) == ENVMAP_OK &&
+              set.count == 4 * m * m + 2);
+        for (int i = 0; i < 300; ++i) {
+            float d[3], t[3], b[3], rgb[3];
+            envmap_frame f;
+            double tilt = 1.2 * (i % 17) / 17, turn = i * 2.4;
+            envmap_direction(d, ENVMAP_LATLONG, 0, (float)(i * 0.618034 - floor(i * 0.618034)),
+                             ((float)i + 0.5f) / 300);
+            method_frame(t, b, d);
+            for (int j = 0; j < 3; ++j) {
+                f.v[j] = d[j], f.t[j] = 0;
+                f.n[j] = (float)(cos(tilt) * (double)d[j] +
+                                 sin(tilt) * (cos(turn) * (double)t[j] + sin(turn) * (double)b[j]));
+            }
+            cabral_lookup(rgb, &set, f.n, f.v);
+            double truth = one_radiance(&src, &brdf, &f);
+            off += pow((double)rgb[1] - truth, 2), sum += truth * truth;
+        }
+        char what[80];
+        sprintf(what, "%d views: rms against eq. 1", set.count);
+        FIGURE(what, sqrt(off / sum), bound[m - 1]);
+        cabral_free(&set);
+    }
+    cabral bad;
+    CHECK(cabral_create(&bad, &src, &brdf, 0, 24, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(cabral_create(&bad, NULL, &brdf, 1, 24, NULL) == ENVMAP_ERROR_ARGUMENT);
+    envmap_free(&src);
+}
+
+static void cabral_corners_are_counted_once_and_weights_hold_the_view(void) {
+    for (int m = 1; m < 6; ++m) {
+        int seen[200] = {0};
+        for (int x = -m; x <= m; ++x)
+            for (int y = -m; y <= m; ++y)
+                for (int z = -m; z <= m; ++z)
+                    if (abs(x) + abs(y) + abs(z) == m) {
+                        int i = cabral_index(m, x, y, z);
+                        CHECK(i >= 0 && i < 4 * m * m + 2 && !seen[i]++);
+                    }
+        unsigned long long state = 1;
+        for (int k = 0; k < 200; ++k) {
+            float v[3], w[3];
+            int index[3];
+            for (int j = 0; j < 3; ++j) v[j] = (float)test_random(&state) - 0.5f;
+            cabral_triangle(index, w, m, v);
+            CHECK_CLOSE(w[0] + w[1] + w[2], 1, 1e-4);
+            for (int j = 0; j < 3; ++j)
+                CHECK(w[j] >= 0 && index[j] >= 0 && index[j] < 4 * m * m + 2);
+        }
+    }
+}
+
+static void drawn_silhouettes_have_the_same_width_at_every_level(void) {
+    envmap map = black(ENVMAP_SPHERE, 128, 6, 1), averaged = black(ENVMAP_SPHERE, 128, 6, 1);
+    npr_silhouette_desc desc = {3, {1, 1, 1}, {0, 0, 0}};
+    CHECK(npr_silhouette(&map, &desc) == ENVMAP_OK &&
+          npr_silhouette(&averaged, &desc) == ENVMAP_OK);
+    CHECK(envmap_mips_build(&averaged) == ENVMAP_OK);
+    for (int l = 0; l < 5; ++l) {
+        int edge = 128 >> l;
+        double ink = 0, grey = 0; /* along the middle row, from the rim inwards */
+        for (int x = 0; x < edge / 2; ++x) {
+            ink += 1 - (double)envmap_texel(&map, l, 0, 0, x, edge / 2)[1];
+            grey += 1 - (double)envmap_texel(&averaged, l, 0, 0, x, edge / 2)[1];
+        }
+        CHECK_CLOSE(ink, 3, 0.6);
+        if (l > 1) CHECK(grey < 0.5 * ink); /* what averaging leaves of it */
+    }
+    envmap_free(&map);
+    envmap_free(&averaged);
+}
+
+static void drawn_maps_are_what_their_formulas_say(void) {
+    envmap map = black(ENVMAP_SPHERE, 64, 1, 1), cube = black(ENVMAP_CUBE, 8, 1, 1);
+    npr_gooch_desc gooch = {{1, 0.8f, 0.2f}, {0.1f, 0.2f, 0.9f}, {0, 1, 0}, 50};
+    npr_window_desc window = {{0.1f, 0.1f, 0.2f}, {2, 2, 2}, 2};
+    npr_hatch_desc hatch = {5, 0.6f, {1, 1, 1}, {0, 0, 0}};
+    CHECK(npr_gooch(&map, &gooch) == ENVMAP_OK);
+    CHECK_CLOSE(envmap_texel(&map, 0, 0, 0, 32, 62)[2], 0.9, 0.05); /* turned away: cool */
+    CHECK_CLOSE(envmap_texel(&map, 0, 0, 0, 32, 1)[0], 1, 0.05);    /* towards the light: warm */
+    CHECK(npr_window(&map, &window) == ENVMAP_OK);
+    int panes = 0;
+    for (int i = 0; i < 64 * 64; ++i) panes += map.texels[3 * i] > 1.9f;
+    CHECK(panes > 60 && panes < 1500);
+    CHECK(npr_hatch(&map, &hatch) == ENVMAP_OK);
+    CHECK(envmap_texel(&map, 0, 0, 0, 32, 32)[0] == 1.0f); /* none in the middle */
+    double ink = 0;
+    for (int i = 0; i < 64; ++i) ink += 1 - (double)envmap_texel(&map, 0, 0, 0, i, 4)[0];
+    CHECK(ink > 2);
+    CHECK(npr_gooch(&cube, &gooch) == ENVMAP_ERROR_ARGUMENT &&
+          npr_gooch(NULL, &gooch) == ENVMAP_ERROR_ARGUMENT &&
+          npr_gooch(&map, NULL) == ENVMAP_ERROR_ARGUMENT &&
+          npr_hatch(&map, NULL) == ENVMAP_ERROR_ARGUMENT);
+    envmap_free(&map);
+    envmap_free(&cube);
+}
+
+int main(void) {
+    RUN(eq_1_of_lambert_is_the_diffuse_map);
+    RUN(eq_1_of_phong_is_the_phong_map_above_the_horizon);
+    RUN(eq_1_is_black_from_behind_and_takes_any_tangent);
+    RUN(bad_input_is_refused_and_nothing_is_written);
+    RUN(memory_that_fails_leaves_no_trace);
+    RUN(results_are_the_same_bits_on_any_thread);
+    RUN(a_cancelled_sum_writes_nothing);
+    RUN(fresnel_has_its_textbook_values);
+    RUN(fresnel_tables_hold_texel_centres);
+    RUN(compositions_keep_the_furnace);
+    RUN(fits_find_phong_and_lambert_again);
+    RUN(fits_reflect_all_of_a_constant_environment);
+    RUN(fits_are_reciprocal_where_the_model_is);
+    RUN(fits_err_by_angle_as_n_r_leaves_n_l);
+    RUN(slices_needed_are_enough);
+    RUN(ggx_terms_agree_with_quadrature_over_normals);
+    RUN(ggx_terms_agree_with_eq_1);
+    RUN(ggx_loses_nothing_with_its_multiple_scattering);
+    RUN(roughness_and_level_are_inverse);
+    RUN(banks_end_to_end_is_eq_1_without_n_l);
+    RUN(banks_sees_light_from_behind_and_eq_1_does_not);
+    RUN(a_fan_of_round_lobes_is_elliptical);
+    RUN(a_fan_about_n_is_the_sum_of_its_maps);
+    RUN(cabral_blends_towards_eq_1_with_more_views);
+    RUN(cabral_corners_are_counted_once_and_weights_hold_the_view);
+    RUN(drawn_silhouettes_have_the_same_width_at_every_level);
+    RUN(drawn_maps_are_what_their_formulas_say);
+    return test_summary();
+}
