@@ -26,6 +26,15 @@ SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
+# OpenGL: what of it is here, what an example that wants it is compiled with, and what to install.
+HAS_EGL  := $(shell printf '\043include <EGL/egl.h>\n\043include <GL/glcorearb.h>\n' | \
+              $(CC) -E - >/dev/null 2>&1 && echo yes)
+HAS_GLFW := $(shell printf '\043include <GLFW/glfw3.h>\n' | $(CC) -DGLFW_INCLUDE_NONE -E - >/dev/null 2>&1 && echo yes)
+GLFLAGS   = $(if $(HAS_GLFW),-DGL_WINDOW)
+GLLIBS    = -lEGL $(if $(HAS_GLFW),-lglfw)
+NO_GL     = passed by: no EGL headers here (Debian: libegl-dev libgl-dev, and libglfw3-dev for windows)
+GL        = $(patsubst examples/%.c,$(BUILD)/%,$(shell grep -l '"gl.h"' examples/*.c))
+
 BENCH     = -O3 -march=native
 BENCHARGS =
 MAP       =
@@ -145,6 +154,13 @@ $(BUILD)/tests/%: tests/%.c envmap.h $(wildcard tests/*.h examples/methods/*.h) 
 
 $(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h examples/*/*.h) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
+
+$(GL): $(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h examples/*/*.h) $(BUILD)/flags
+ifeq ($(HAS_EGL),yes)
+	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(GLFLAGS) -I. $< -o $@ $(GLLIBS) $(LIBS)
+else
+	@echo "$* $(NO_GL)"
+endif
 
 $(BUILD)/openmp: examples/openmp.c envmap.h $(wildcard examples/*.h) $(BUILD)/flags
 	@if echo 'int main(void) { return 0; }' | $(CC) -fopenmp -x c - -o $(BUILD)/probe 2>/dev/null; then \
