@@ -5,7 +5,7 @@
    at angles between eye and thread of 44, 39 and 35 degrees, each with the ring that the lobe
    leaves of every lamp. In a window: drag to orbit; S changes s.
 
-   usage: anisotropic [--headless out.png] [sky.pfm]      sky.pfm is a lat-long map
+   usage: anisotropic [--headless out.png] [overcast | studio | sun | sky.pfm]      a lat-long map
 
    SPDX-License-Identifier: MIT */
 
@@ -19,8 +19,8 @@
 #include "threads.h"
 #include "stage.h"
 
-#define SIZE   128
-#define SLICES 128
+#define SIZE   96
+#define SLICES 96
 
 static const float sharpness[4] = {0.99f, 0.95f, 0.9f, 0.7f};
 
@@ -53,7 +53,7 @@ static int slice_point(float rgb[3], float s, float t, const void *user) {
     return 1;
 }
 
-static void caption(picture *p, const envmap *map, float sharp, float exposure) {
+static void slices_beside(picture *p, const envmap *map, float exposure) {
     static const int angles[3] = {44, 39, 35};
     int k, edge = p->height / 4, x = p->width - edge - 36;
     char text[64];
@@ -65,8 +65,6 @@ static void caption(picture *p, const envmap *map, float sharp, float exposure) 
         snprintf(text, sizeof text, "v, t: %d degrees", angles[k]);
         picture_caption(p, (float)(x + edge / 2), (float)(y + edge + 12), 12, 0xFFFFFFu, text);
     }
-    snprintf(text, sizeof text, "Banks, s = %.2f", (double)sharp);
-    picture_text(p, 36, (float)(p->height - 52), 18, 0xFFFFFFu, text);
 }
 
 int main(int argc, char **argv) {
@@ -88,9 +86,10 @@ int main(int argc, char **argv) {
         if (app.key == 'S') stage_say(brush(&s, &map, &st, sharpness[k = (k + 1) % 4]));
         surface_draw(st.surface, &app, &s, &teapot, model);
         stage_sky(&st, &app, 3);
+        snprintf(app.caption, sizeof app.caption, "Banks, s = %.2f", (double)sharpness[k]);
         gl_show(&app);
     }
-    if (app.shot.rgb) caption(&app.shot, &map, sharpness[k], app.exposure);
+    if (app.shot.rgb) slices_beside(&app.shot, &map, app.exposure);
     gl.DeleteTextures(2, s.slices);
     gl_mesh_free(&teapot);
     envmap_free(&map);

@@ -3,7 +3,7 @@
 
    What you will see: every example opens a window where there is a display (drag to orbit, wheel to
    come closer, Escape to leave), and writes a picture where there is none, or with
-   --headless out.png. Compiled with -DGL_WINDOW it wants GLFW 3 and its window; without, or without
+   --headless out.png; --keys ABC presses keys first. Compiled with -DGL_WINDOW it wants GLFW 3 and its window; without, or without
    a display, EGL makes a context that belongs to no screen. Frames are drawn as linear radiance at
    samples x samples points a pixel, and each point goes through the tone curve of picture.h
    before their mean is taken, so that edges of lamps are smooth too.
@@ -459,7 +459,7 @@ typedef struct gl_app {
     float exposure;
     float yaw, pitch, distance, tangent; /* of the camera, rad; tangent of half its field of view  */
     float at[3], eye[3], view[16], camera[16]; /* written by gl_frame                             */
-    double seconds, drawn;                     /* since the start; what the last frame took       */
+    double seconds, began, took; /* since the start; the frame's beginning; a frame, smoothed     */
     gl_target frame;
     GLuint develop, array;
     picture shot; /* of the last frame, once headless has drawn it */
@@ -467,8 +467,13 @@ typedef struct gl_app {
     EGLContext context;
     void *window;
     float pointer[2];
-    int key; /* pressed since the last frame: a letter in upper case, or 0 */
-    char dropped[4096];
+    int key;            /* pressed since the last frame: a letter in upper case, or 0 */
+    const char *keys;   /* that --keys has left to press before a picture is drawn */
+    char caption[512];  /* lines of text at the lower left */
+    char lettered[512]; /* what of it is in the texture */
+    GLuint words, letter;
+    int words_width, words_height;
+    char dropped[4096]; /* a file, since the last frame */
 } gl_app;
 
 static inline double gl_seconds(void) {
@@ -577,9 +582,12 @@ static inline int gl_open(gl_app *app, const char *name, int width, int height, 
     int i, open = 0;
     memset(app, 0, sizeof *app);
     app->name = name, app->width = width, app->height = height;
-    app->exposure = 1, app->distance = 6, app->tangent = 0.3f, app->samples = 2;
-    for (i = 1; i + 1 < argc; i++)
+    app->exposure = 1, app->distance = 6.5f, app->tangent = 0.24f, app->samples = 2;
+    app->keys = "", app->yaw = 0.45f, app->pitch = 0.32f;
+    for (i = 1; i + 1 < argc; i++) {
         if (!strcmp(argv[i], "--headless")) app->out = argv[i + 1];
+        if (!strcmp(argv[i], "--keys")) app->keys = argv[i + 1];
+    }
 #ifdef GL_WINDOW
     if (!app->out) open = gl_open_window(app);
 #endif
@@ -616,15 +624,16 @@ static inline void gl_orbit(gl_app *app) {
 /* Returns 1 when another frame is to be drawn, into the target that is then bound. */
 static inline int gl_frame(gl_app *app) {
     static double start;
-    if (!app->frames) start = gl_seconds();
-    app->key = 0, app->dropped[0] = 0;
+    app->began = gl_seconds();
+    if (!app->frames) start = app->began;
+    app->key = *app->keys ? *app->keys++ : 0, app->dropped[0] = 0;
 #ifdef GL_WINDOW
     if (app->window) {
         glfwPollEvents();
         if (glfwWindowShouldClose((GLFWwindow *)app->window)) return 0;
     }
 #endif
-    if (!app->window && app->frames) return 0;
+    if (!app->window && app->shot.rgb) return 0;
     app->seconds = app->window ? gl_seconds() - start : 0;
     gl_orbit(app);
     gl_target_bind(&app->frame);
@@ -641,6 +650,63 @@ static inline void gl_develop_frame(gl_app *app) {
     gl.Disable(GL_DEPTH_TEST);
     gl.BindVertexArray(app->array);
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    gl.Enable(GL_DEPTH_TEST);
+}
+
+#define GL_TEXT_LINE 26 /* pixels between lines of a caption */
+
+/* Writes the caption into a picture, its first line at (x,y). */
+static inline void gl_write(picture *p, const char *caption, int x, int y) {
+    char line[256];
+    for (; *caption; y += GL_TEXT_LINE) {
+        size_t n = strcspn(caption, "\n"), kept = n < sizeof line ? n : sizeof line - 1;
+        memcpy(line, caption, kept);
+        line[kept] = 0;
+        picture_text(p, (float)x + 1, (float)y + 1, 13, 0x000000u, line);
+        picture_text(p, (float)x, (float)y, 13, 0xFFFFFFu, line);
+        caption += n + (caption[n] != 0);
+    }
+}
+
+static inline int gl_caption_lines(const char *caption) {
+    int lines = 1;
+    for (; *caption; caption++) lines += *caption == '\n';
+    return lines;
+}
+
+static const char gl_words[] = "in vec2 st;\n"
+                               "out vec4 colour;\n"
+                               "uniform sampler2D words;\n"
+                               "void main() { colour = vec4(textureLod(words,\n"
+                               "    vec2(st.x, 1.0 - st.y), 0.0).rgb, 0.8); }\n";
+
+/* The caption over what the window shows; its letters are drawn again only when they change. */
+static inline void gl_caption_draw(gl_app *app) {
+    if (!app->caption[0]) return;
+    if (strcmp(app->caption, app->lettered)) {
+        picture p;
+        int lines = gl_caption_lines(app->caption);
+        if (!picture_create(&p, 560, lines * GL_TEXT_LINE + 22)) return;
+        picture_rectangle(&p, 0, 0, p.width, p.height, 0x15171Cu, 1);
+        gl_write(&p, app->caption, 18, 18);
+        gl.DeleteTextures(1, &app->words);
+        app->words = gl_texture(GL_TEXTURE_2D, 1);
+        gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, p.width, p.height, 0, GL_RGB, GL_UNSIGNED_BYTE,
+                      p.rgb);
+        app->words_width = p.width, app->words_height = p.height;
+        picture_free(&p);
+        memcpy(app->lettered, app->caption, sizeof app->lettered);
+    }
+    if (!app->letter) app->letter = gl_program(gl_cover, gl_words);
+    gl.UseProgram(app->letter);
+    gl_sampler(app->letter, "words", 0, GL_TEXTURE_2D, app->words);
+    gl.Viewport(0, 0, app->words_width, app->words_height);
+    gl.Disable(GL_DEPTH_TEST);
+    gl.Enable(GL_BLEND);
+    gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    gl.BindVertexArray(app->array);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    gl.Disable(GL_BLEND);
     gl.Enable(GL_DEPTH_TEST);
 }
 
@@ -664,20 +730,27 @@ static inline int gl_shoot(gl_app *app, picture *out) {
     return good;
 }
 
-/* Ends a frame: shows it, or (headless) leaves it in app->shot for captions. */
+/* Ends a frame: shows it, or (headless, all keys pressed) leaves it in app->shot. */
 static inline void gl_show(gl_app *app) {
-    double start = gl_seconds();
-    if (!app->window) {
-        if (!app->shot.rgb && !gl_shoot(app, &app->shot)) gl_errors++;
-    } else {
+    double took;
+    app->frames++;
+    if (app->window) {
         gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
         gl_develop_frame(app);
+        gl_caption_draw(app);
 #ifdef GL_WINDOW
         glfwSwapBuffers((GLFWwindow *)app->window);
 #endif
+    } else if (!*app->keys) {
+        gl.Finish();
+        if (!gl_shoot(app, &app->shot))
+            gl_errors++;
+        else
+            gl_write(&app->shot, app->caption, 24,
+                     app->height - 8 - GL_TEXT_LINE * gl_caption_lines(app->caption));
     }
-    app->drawn = gl_seconds() - start;
-    app->frames++;
+    took = gl_seconds() - app->began;
+    app->took = app->frames > 1 ? app->took + 0.1 * (took - app->took) : took;
 }
 
 /* Writes the picture, if there is one, and ends. Returns the program's exit status: 0 when no
@@ -690,6 +763,8 @@ static inline int gl_close(gl_app *app) {
     if (app->shot.rgb) picture_free(&app->shot);
     gl_target_free(&app->frame);
     gl.DeleteProgram(app->develop);
+    gl.DeleteProgram(app->letter);
+    gl.DeleteTextures(1, &app->words);
     gl.DeleteVertexArrays(1, &app->array);
     if (gl.GetError() != GL_NO_ERROR) gl_errors++;
 #ifdef GL_WINDOW

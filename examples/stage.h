@@ -8,6 +8,8 @@
 #ifndef STAGE_H
 #define STAGE_H
 
+static const float stage_exposure[SCENE_COUNT] = {0.62f, 0.62f, 0.52f};
+
 typedef struct stage {
     envmap environment, cube; /* the source, and a cube of it with all levels */
     GLuint sky;               /* the cube as a texture */
@@ -66,16 +68,17 @@ static inline envmap_result stage_light(stage *st, int scene, const char *path) 
     return result;
 }
 
-/* Fills a cleared stage after gl_open: the PFM among the arguments, else the scene; the exposure
-   that suits it. Returns 1 when it worked. */
+/* Fills a stage after gl_open: the PFM or the scene's name among the arguments, else the scene; and
+   the exposure that suits it. Returns 1 when it worked. */
 static inline int stage_open(stage *st, gl_app *app, int scene, int argc, char **argv) {
-    static const float exposures[SCENE_COUNT] = {0.62f, 0.62f, 0.52f};
     const char *path = NULL;
-    int i;
+    int i, k;
     memset(st, 0, sizeof *st);
     for (i = 1; i < argc; i++) {
         size_t length = strlen(argv[i]);
         if (length > 4 && !strcmp(argv[i] + length - 4, ".pfm")) path = argv[i];
+        for (k = 0; k < SCENE_COUNT; k++)
+            if (!strcmp(argv[i], scene_name[k])) scene = k;
     }
     st->threads = threads_here();
     st->desc.executor.run = threads_run, st->desc.executor.user = &st->threads;
@@ -83,7 +86,7 @@ static inline int stage_open(stage *st, gl_app *app, int scene, int argc, char *
     st->surface = surface_program();
     st->behind = gl_program(gl_cover, gl_sky);
     if (!st->surface || !st->behind || !stage_say(stage_light(st, scene, path))) return 0;
-    app->exposure = path ? picture_exposure(&st->environment) : exposures[scene];
+    app->exposure = path ? picture_exposure(&st->environment) : stage_exposure[scene];
     return 1;
 }
 
