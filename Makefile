@@ -155,6 +155,9 @@ $(BUILD)/tests/%: tests/%.c envmap.h $(wildcard tests/*.h examples/methods/*.h) 
 $(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h examples/*/*.h) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
 
+$(BUILD)/tests/test_gl: tests/test_gl.c envmap.h $(wildcard tests/*.h examples/*.h examples/methods/*.h) $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
+
 $(GL): $(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h examples/*/*.h) $(BUILD)/flags
 ifeq ($(HAS_EGL),yes)
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(GLFLAGS) -I. $< -o $@ $(GLLIBS) $(LIBS)

@@ -355,6 +355,23 @@ static inline GLenum gl_target_of(const envmap *map) {
     return map->mapping == ENVMAP_CUBE ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D_ARRAY;
 }
 
+/* A level of a sphere map with the texels outside the circle as OpenGL needs them: copies of the
+   nearest inside. (envmap_lookup never reads them.) NULL: no memory. */
+static inline float *gl_rimmed(const envmap *map, int level, int edge) {
+    float *out = (float *)malloc((size_t)edge * (size_t)edge * 3 * sizeof(float));
+    int i;
+    for (i = 0; i < edge * edge && out; i++) {
+        float size = (float)edge, X = (2 * (float)(i % edge) + 1) / size - 1;
+        float Y = (2 * (float)(i / edge) + 1) / size - 1, r = hypotf(X, Y);
+        float inside = r > 1 ? (1 - 1.5f / size) / r : 1;
+        memcpy(out + 3 * i,
+               envmap_texel(map, level, 0, 0, (int)((0.5f + 0.5f * X * inside) * size),
+                            (int)((0.5f + 0.5f * Y * inside) * size)),
+               3 * sizeof(float));
+    }
+    return out;
+}
+
 /* Slice 0 with all its levels: a cube, or an array whose layers are the map's faces. Row 0 of a map
    is row 0 of the texture, so v of envmap.h is t of OpenGL, also on the cube's faces. */
 static inline GLuint gl_map(const envmap *map) {
@@ -364,9 +381,11 @@ static inline GLuint gl_map(const envmap *map) {
     for (l = 0; l < map->levels; l++) {
         int edge = map->size >> l > 1 ? map->size >> l : 1;
         int width = map->mapping == ENVMAP_LATLONG ? 2 * edge : edge;
+        float *rimmed = map->mapping == ENVMAP_SPHERE ? gl_rimmed(map, l, edge) : NULL;
         if (target == GL_TEXTURE_2D_ARRAY)
             gl.TexImage3D(target, l, GL_RGB32F, width, edge, faces, 0, GL_RGB, GL_FLOAT,
-                          envmap_texel(map, l, 0, 0, 0, 0));
+                          rimmed ? rimmed : envmap_texel(map, l, 0, 0, 0, 0));
+        free(rimmed);
         for (f = 0; f < faces && target == GL_TEXTURE_CUBE_MAP; f++)
             gl.TexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)f, l, GL_RGB32F, edge, edge, 0,
                           GL_RGB, GL_FLOAT, envmap_texel(map, l, 0, f, 0, 0));
@@ -582,7 +601,7 @@ static inline int gl_open(gl_app *app, const char *name, int width, int height, 
     int i, open = 0;
     memset(app, 0, sizeof *app);
     app->name = name, app->width = width, app->height = height;
-    app->exposure = 1, app->distance = 6.5f, app->tangent = 0.24f, app->samples = 2;
+    app->exposure = 1, app->distance = 6, app->tangent = 0.22f, app->samples = 2;
     app->keys = "", app->yaw = 0.45f, app->pitch = 0.32f;
     for (i = 1; i + 1 < argc; i++) {
         if (!strcmp(argv[i], "--headless")) app->out = argv[i + 1];

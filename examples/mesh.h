@@ -130,7 +130,7 @@ static inline void mesh_grid(mesh *m, mesh_surface *surface, const void *user, i
     int i, j, k;
     for (j = 0; j < nv; j++)
         for (i = 0; i < nu; i++) {
-            static const int corner[6] = {0, 2, 1, 1, 2, 3}; /* of u + 2 v */
+            static const int corner[6] = {0, 1, 2, 1, 3, 2}; /* of u + 2 v */
             for (k = 0; k < 6; k++)
                 m->indices[m->index_count++] =
                     (unsigned)(m->vertex_count + i + (corner[k] == 1 || corner[k] == 3) +

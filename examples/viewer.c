@@ -189,8 +189,11 @@ static void draw(viewer *v) {
     s.index = coated ? v->number[COATED] : 0;
     s.level = v->material == GGX ? v->number[GGX] * (CHAIN - 1) : 0;
     s.diffuse = diffuse ? SURFACE_PLUS_DIFFUSE : coated ? v->s.diffuse : SURFACE_NO_DIFFUSE;
-    if (diffuse) s.tint[0] = s.tint[1] = s.tint[2] = 0;
-    if (coated) s.albedo[0] = 0.75f, s.albedo[1] = 0.12f, s.albedo[2] = 0.08f;
+    if (diffuse) {
+        s.tint[0] = s.tint[1] = s.tint[2] = 0;
+        s.albedo[0] = s.albedo[1] = s.albedo[2] = 0.45f;
+    }
+    if (coated) s.albedo[0] = 0.35f, s.albedo[1] = 0.03f, s.albedo[2] = 0.02f;
     mesh_turn(tilt, 0, v->object == GL_TORUS ? 0.9f : 0);
     memcpy(pose, tilt, sizeof pose);
     surface_draw(v->program, &v->app, &s, &v->meshes[v->object], pose);
