@@ -138,7 +138,7 @@ static inline int gl_load(gl_function (*find)(const char *name)) {
 
 /* -------------------------------------------------------------------------------- >>programs -- */
 
-/* In front of every fragment shader: directions into the mappings of envmap.h, as envmap_lookup
+/* In front of every shader: directions into the mappings of envmap.h, as envmap_lookup
    does them, and what reflects how much. Levels are always explicit, so no derivative jumps at a
    seam. */
 static const char gl_common[] =
@@ -206,7 +206,7 @@ static inline int gl_compile(GLuint program, GLenum kind, const char *const *par
     return good;
 }
 
-/* Vertex attributes: position, normal, tangent. Fragment shaders have gl_common before them.
+/* Vertex attributes: position, normal, tangent. All shaders have gl_common before them.
    Returns 0 when something is wrong, after saying what. */
 static inline GLuint gl_program(const char *vertex, const char *fragment) {
     static const char *const names[3] = {"position", "normal", "tangent"};
@@ -215,8 +215,8 @@ static inline GLuint gl_program(const char *vertex, const char *fragment) {
     GLint good = 0;
     int i;
     char log[2000];
-    vertex_parts[0] = "#version 330 core\n", vertex_parts[1] = vertex;
-    fragment_parts[0] = gl_common, fragment_parts[1] = fragment;
+    vertex_parts[0] = fragment_parts[0] = gl_common;
+    vertex_parts[1] = vertex, fragment_parts[1] = fragment;
     for (i = 0; i < 3; i++) gl.BindAttribLocation(program, (GLuint)i, names[i]);
     if (gl_compile(program, GL_VERTEX_SHADER, vertex_parts, 2) &&
         gl_compile(program, GL_FRAGMENT_SHADER, fragment_parts, 2)) {
@@ -477,6 +477,7 @@ typedef struct gl_app {
     int width, height, samples, frames;
     float exposure;
     float yaw, pitch, distance, tangent; /* of the camera, rad; tangent of half its field of view  */
+    float aspect;                        /* width / height of what is drawn into                   */
     float at[3], eye[3], view[16], camera[16]; /* written by gl_frame                             */
     double seconds, began, took; /* since the start; the frame's beginning; a frame, smoothed     */
     gl_target frame;
@@ -601,6 +602,7 @@ static inline int gl_open(gl_app *app, const char *name, int width, int height, 
     int i, open = 0;
     memset(app, 0, sizeof *app);
     app->name = name, app->width = width, app->height = height;
+    app->aspect = (float)width / (float)height;
     app->exposure = 1, app->distance = 6, app->tangent = 0.22f, app->samples = 2;
     app->keys = "", app->yaw = 0.45f, app->pitch = 0.32f;
     for (i = 1; i + 1 < argc; i++) {
@@ -635,9 +637,16 @@ static inline void gl_orbit(gl_app *app) {
     app->eye[1] = app->at[1] + d * sinf(app->pitch);
     app->eye[2] = app->at[2] + d * cosf(app->pitch) * cosf(app->yaw);
     mesh_look(app->view, app->eye, app->at);
-    mesh_perspective(projection, app->tangent, (float)app->width / (float)app->height, 0.02f * d,
-                     20 * d);
+    mesh_perspective(projection, app->tangent, app->aspect, 0.02f * d, 20 * d);
     mesh_multiply(app->camera, projection, app->view);
+}
+
+/* Draws into cell (column, row) of a grid from now on, row 0 on top: a view of its own. */
+static inline void gl_cell(gl_app *app, int column, int row, int columns, int rows) {
+    int width = app->width * app->samples / columns, height = app->height * app->samples / rows;
+    app->aspect = (float)width / (float)height;
+    gl.Viewport(column * width, (rows - 1 - row) * height, width, height);
+    gl_orbit(app);
 }
 
 /* Returns 1 when another frame is to be drawn, into the target that is then bound. */
@@ -815,8 +824,7 @@ static const char gl_sky[] =
 static inline void gl_draw_sky(const gl_app *app, GLuint program, GLuint cube, const float turn[9],
                                float level) {
     float lens[3];
-    lens[0] = app->tangent * (float)app->width / (float)app->height;
-    lens[1] = app->tangent, lens[2] = level;
+    lens[0] = app->tangent * app->aspect, lens[1] = app->tangent, lens[2] = level;
     gl.UseProgram(program);
     gl_sampler(program, "sky", 0, GL_TEXTURE_CUBE_MAP, cube);
     gl_mat4(program, "view", app->view);
