@@ -40,7 +40,7 @@ BENCHARGS =
 MAP       =
 
 .PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        harmonics methods examples docs install clean FORCE
+        harmonics methods examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -132,6 +132,18 @@ examples: $(EXAMPLES) ## build the examples
 
 docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
 	$(BUILD)/envmap docs docs/images
+
+gallery: ## render the OpenGL pictures of docs/gallery.md, headless
+ifeq ($(HAS_EGL),yes)
+	@$(MAKE) --no-print-directory $(GL)
+	$(BUILD)/gl_gallery docs/images
+	$(BUILD)/anisotropic --headless docs/images/anisotropic.png
+	$(BUILD)/one_pass --headless docs/images/one_pass.png
+	$(BUILD)/hardware_filter --headless docs/images/hardware_filter.png
+	$(BUILD)/viewer --headless docs/images/viewer.png --keys MMMM
+else
+	@echo "gallery $(NO_GL)"
+endif
 
 methods: $(BUILD)/methods ## measure examples/methods/, and write docs/methods.md and its charts; MAP=sky.pfm
 	@mkdir -p docs/charts

@@ -696,10 +696,18 @@ static inline void gl_write(picture *p, const char *caption, int x, int y) {
     }
 }
 
-static inline int gl_caption_lines(const char *caption) {
-    int lines = 1;
-    for (; *caption; caption++) lines += *caption == '\n';
-    return lines;
+/* Lines of a caption, and the width of the longest. */
+static inline int gl_caption_lines(const char *caption, float *width) {
+    int lines = 0;
+    char line[256];
+    for (*width = 0;; lines++) {
+        size_t n = strcspn(caption, "\n"), kept = n < sizeof line ? n : sizeof line - 1;
+        memcpy(line, caption, kept);
+        line[kept] = 0;
+        *width = fmaxf(*width, picture_text_width(line, 13));
+        if (!caption[n]) return lines + 1;
+        caption += n + 1;
+    }
 }
 
 static const char gl_words[] = "in vec2 st;\n"
@@ -713,8 +721,9 @@ static inline void gl_caption_draw(gl_app *app) {
     if (!app->caption[0]) return;
     if (strcmp(app->caption, app->lettered)) {
         picture p;
-        int lines = gl_caption_lines(app->caption);
-        if (!picture_create(&p, 560, lines * GL_TEXT_LINE + 22)) return;
+        float width;
+        int lines = gl_caption_lines(app->caption, &width);
+        if (!picture_create(&p, (int)width + 36, lines * GL_TEXT_LINE + 22)) return;
         picture_rectangle(&p, 0, 0, p.width, p.height, 0x15171Cu, 1);
         gl_write(&p, app->caption, 18, 18);
         gl.DeleteTextures(1, &app->words);
@@ -761,6 +770,7 @@ static inline int gl_shoot(gl_app *app, picture *out) {
 /* Ends a frame: shows it, or (headless, all keys pressed) leaves it in app->shot. */
 static inline void gl_show(gl_app *app) {
     double took;
+    float width;
     app->frames++;
     if (app->window) {
         gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -775,7 +785,7 @@ static inline void gl_show(gl_app *app) {
             gl_errors++;
         else
             gl_write(&app->shot, app->caption, 24,
-                     app->height - 8 - GL_TEXT_LINE * gl_caption_lines(app->caption));
+                     app->height - 8 - GL_TEXT_LINE * gl_caption_lines(app->caption, &width));
     }
     took = gl_seconds() - app->began;
     app->took = app->frames > 1 ? app->took + 0.1 * (took - app->took) : took;
@@ -803,7 +813,8 @@ static inline int gl_close(gl_app *app) {
 #endif
     eglMakeCurrent(app->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     eglDestroyContext(app->display, app->context);
-    eglTerminate(app->display);
+    /* The display stays until the process ends: terminating it unloads Mesa's driver, and what that
+       keeps for itself would count as leaked. */
     return gl_errors != 0;
 }
 

@@ -135,14 +135,14 @@ static void bind_face(show *s, int face, int level) {
 
 /* The three balls, at their places of this moment. */
 static void draw_balls(show *s, const float camera[16]) {
-    static const float colours[3][3] = {{1.6f, 0.12f, 0.06f}, {0.1f, 0.3f, 1.6f}, {1.4f, 0.8f, 0.05f}};
+    static const float colours[3][3] = {{0.7f, 0.04f, 0.02f}, {0.03f, 0.1f, 0.6f}, {0.7f, 0.35f, 0.02f}};
     int k;
     gl.UseProgram(s->balls);
     gl_mat4(s->balls, "camera", camera);
     gl_vec4s(s->balls, "sh", s->st.sh, 7);
     for (k = 0; k < 3; k++) {
         float a = (float)s->app.seconds * (0.5f + 0.1f * (float)k) + 2.1f * (float)k - 0.9f;
-        float model[16] = {0.55f, 0, 0, 0, 0, 0.55f, 0, 0, 0, 0, 0.55f, 0, 0, 0, 0, 1};
+        float model[16] = {0.4f, 0, 0, 0, 0, 0.4f, 0, 0, 0, 0, 0.4f, 0, 0, 0, 0, 1};
         model[12] = 2.4f * sinf(a), model[13] = 0.7f * sinf(1.3f * a) + 0.3f;
         model[14] = 2.4f * cosf(a);
         gl_vec3(s->balls, "albedo", colours[k]);
@@ -272,6 +272,7 @@ int main(int argc, char **argv) {
     int f = 1, b = 0;
     if (!gl_open(&s.app, "one_pass", 1280, 880, argc, argv)) return 1;
     if (!stage_open(&s.st, &s.app, SCENE_SUN, argc, argv) || !prepare(&s)) return 1;
+    if (s.app.window) s.app.distance = 9;
     while (gl_frame(&s.app)) {
         if (s.app.key == 'F') f = (f + 1) % GRID;
         if (s.app.key == 'B') b = (b + 1) % GRID;

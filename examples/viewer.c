@@ -41,7 +41,7 @@ typedef struct viewer {
 
 /* A lobe that narrows as the eye sinks to the surface; p is n.v. */
 static double grazing(double x, double p, void *user) {
-    double sharpness = *(const float *)user;
+    double sharpness = (double)*(const float *)user;
     return exp(sharpness * (0.3 + 3 * (1 - p) * (1 - p)) * (x - 1));
 }
 
@@ -163,7 +163,7 @@ static void words(viewer *v) {
     char name[64], *to = v->app.caption;
     size_t room = sizeof v->app.caption;
     static double shown;
-    if (v->app.frames % 20 == 0) shown = v->app.took; /* readable */
+    if (v->app.frames % 20 == 1) shown = v->app.took; /* readable */
     snprintf(name, sizeof name, materials[v->material], (double)v->number[v->material]);
     if (v->hidden)
         *to = 0;
