@@ -81,6 +81,7 @@ int main(int argc, char **argv) {
     gl_mesh_make(&teapot, GL_TEAPOT);
     s.axis = SURFACE_TANGENT, s.diffuse = SURFACE_NO_DIFFUSE;
     mesh_identity(model);
+    if (!app.window) app.at[0] = 0.5f, app.distance = 7; /* room for the slices */
     stage_say(brush(&s, &map, &st, sharpness[k]));
     while (gl_frame(&app)) {
         if (app.key == 'S') stage_say(brush(&s, &map, &st, sharpness[k = (k + 1) % 4]));
