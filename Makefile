@@ -27,12 +27,21 @@ SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
+# OpenGL: what of it is here, what an example that wants it is compiled with, and what to install.
+HAS_EGL  := $(shell printf '\043include <EGL/egl.h>\n\043include <GL/glcorearb.h>\n' | \
+              $(CC) -E - >/dev/null 2>&1 && echo yes)
+HAS_GLFW := $(shell printf '\043include <GLFW/glfw3.h>\n' | $(CC) -DGLFW_INCLUDE_NONE -E - >/dev/null 2>&1 && echo yes)
+GLFLAGS   = $(if $(HAS_GLFW),-DGL_WINDOW)
+GLLIBS    = -lEGL $(if $(HAS_GLFW),-lglfw)
+NO_GL     = passed by: no EGL headers here (Debian: libegl-dev libgl-dev, and libglfw3-dev for windows)
+GL        = $(patsubst examples/%.c,$(BUILD)/%,$(shell grep -l '"gl.h"' examples/*.c))
+
 BENCH     = -O3 -march=native
 BENCHARGS =
 MAP       =
 
 .PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        harmonics filters methods materials examples docs install clean FORCE
+        harmonics filters methods materials examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -134,6 +143,18 @@ examples: $(EXAMPLES) ## build the examples
 docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
 	$(BUILD)/envmap docs docs/images
 
+gallery: ## render the OpenGL pictures of docs/gallery.md, headless
+ifeq ($(HAS_EGL),yes)
+	@$(MAKE) --no-print-directory $(GL)
+	$(BUILD)/gl_gallery docs/images
+	$(BUILD)/anisotropic --headless docs/images/anisotropic.png
+	$(BUILD)/one_pass --headless docs/images/one_pass.png
+	$(BUILD)/hardware_filter --headless docs/images/hardware_filter.png
+	$(BUILD)/viewer --headless docs/images/viewer.png --keys MMMM
+else
+	@echo "gallery $(NO_GL)"
+endif
+
 methods: $(BUILD)/methods ## measure examples/methods/, and write docs/methods.md and its charts; MAP=sky.pfm
 	@mkdir -p docs/charts
 	$(BUILD)/methods --docs docs $(MAP)
@@ -159,6 +180,16 @@ $(BUILD)/tests/%: tests/%.c envmap.h $(wildcard tests/*.h examples/methods/*.h) 
 
 $(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h examples/*/*.h) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
+
+$(BUILD)/tests/test_gl: tests/test_gl.c envmap.h $(wildcard tests/*.h examples/*.h examples/methods/*.h) $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
+
+$(GL): $(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h examples/*/*.h) $(BUILD)/flags
+ifeq ($(HAS_EGL),yes)
+	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(GLFLAGS) -I. $< -o $@ $(GLLIBS) $(LIBS)
+else
+	@echo "$* $(NO_GL)"
+endif
 
 $(BUILD)/openmp: examples/openmp.c envmap.h $(wildcard examples/*.h) $(BUILD)/flags
 	@if echo 'int main(void) { return 0; }' | $(CC) -fopenmp -x c - -o $(BUILD)/probe 2>/dev/null; then \

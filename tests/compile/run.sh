@@ -96,8 +96,16 @@ if [ "$more" = strict ]; then
         [ -e "$file" ] || continue
         ok "$file is C99" $c -std=c99 -O2 -Itests -c "$file" -o "$dir/strict.o"
     done
+    gl=1
+    echo '#include <EGL/egl.h>
+#include <GL/glcorearb.h>' >"$dir/probe.c"
+    $c -std=c99 -c "$dir/probe.c" -o "$dir/probe.o" >/dev/null 2>&1 || {
+        gl=0
+        echo "  OpenGL examples passed by: no EGL headers here (Debian: libegl-dev libgl-dev)"
+    }
     for file in examples/*.c examples/*/*.c; do
         [ -e "$file" ] || continue
+        [ $gl = 1 ] || ! grep -q '"gl.h"' "$file" || continue
         ok "$file is C99" $c -std=c99 -O2 -c "$file" -o "$dir/strict.o"
     done
     echo "$passed passed, $failed failed"

@@ -1,0 +1,105 @@
+/* stage.h - what an OpenGL example lights its object with: a scene of scenes.h or the map that is
+   named on the command line, as an envmap, as a cube with levels, as nine coefficients.
+
+   Include after envmap.h, scenes.h, gl.h, surface.h and threads.h.
+
+   SPDX-License-Identifier: MIT */
+
+#ifndef STAGE_H
+#define STAGE_H
+
+static const float stage_exposure[SCENE_COUNT] = {0.62f, 0.62f, 0.52f};
+
+typedef struct stage {
+    envmap environment, cube; /* the source, and a cube of it with all levels */
+    GLuint sky;               /* the cube as a texture */
+    GLuint surface, behind;   /* programs */
+    float sh[28];             /* irradiance / pi, for surface.sh */
+    float turn[9];            /* of the environment: world direction -> map */
+    int threads;
+    envmap_filter_desc desc; /* on all threads */
+} stage;
+
+/* Says what went wrong; returns 1 when nothing did. */
+static inline int stage_say(envmap_result result) {
+    if (!result) return 1;
+    fprintf(stderr, "%s\n", envmap_result_text(result));
+    gl_errors++;
+    return 0;
+}
+
+/* Everything that follows from st->environment. */
+static inline envmap_result stage_prepare(stage *st) {
+    double sh[27];
+    envmap_lobe diffuse = envmap_lobe_diffuse();
+    envmap_result result = ENVMAP_OK;
+    if (!st->cube.texels)
+        result = envmap_create(&st->cube, ENVMAP_CUBE, 256, envmap_levels(256), 1);
+    if (!result) result = envmap_resample(&st->cube, &st->environment);
+    if (!result) result = envmap_mips_build(&st->cube);
+    if (!result) result = envmap_sh_project(sh, 3, &st->environment, 0, 0, NULL);
+    if (!result) result = envmap_sh_convolve(sh, sh, 3, &diffuse, 0);
+    if (!result) result = envmap_sh_pack(NULL, st->sh, sh);
+    if (result) return result;
+    gl.DeleteTextures(1, &st->sky);
+    st->sky = gl_map(&st->cube);
+    return ENVMAP_OK;
+}
+
+/* Another environment: a lat-long PFM, or (path NULL) a scene. What was stays when that fails. */
+static inline envmap_result stage_light(stage *st, int scene, const char *path) {
+    envmap next, old = st->environment;
+    envmap_result result;
+    memset(&next, 0, sizeof next);
+    if (path) {
+        result = envmap_pfm_load(&next, path, ENVMAP_LATLONG);
+    } else {
+        result = envmap_create(&next, ENVMAP_LATLONG, 256, 1, 1);
+        if (!result) scene_fill(&next, scene);
+    }
+    if (result) return result;
+    st->environment = next;
+    result = stage_prepare(st);
+    if (result) {
+        st->environment = old, old = next;
+        stage_prepare(st);
+    }
+    envmap_free(&old);
+    return result;
+}
+
+/* Fills a stage after gl_open: the PFM or the scene's name among the arguments, else the scene; and
+   the exposure that suits it. Returns 1 when it worked. */
+static inline int stage_open(stage *st, gl_app *app, int scene, int argc, char **argv) {
+    const char *path = NULL;
+    int i, k;
+    memset(st, 0, sizeof *st);
+    for (i = 1; i < argc; i++) {
+        size_t length = strlen(argv[i]);
+        if (length > 4 && !strcmp(argv[i] + length - 4, ".pfm")) path = argv[i];
+        for (k = 0; k < SCENE_COUNT; k++)
+            if (!strcmp(argv[i], scene_name[k])) scene = k;
+    }
+    st->threads = threads_here();
+    st->desc.executor.run = threads_run, st->desc.executor.user = &st->threads;
+    st->turn[0] = st->turn[4] = st->turn[8] = 1;
+    st->surface = surface_program();
+    st->behind = gl_program(gl_cover, gl_sky);
+    if (!st->surface || !st->behind || !stage_say(stage_light(st, scene, path))) return 0;
+    app->exposure = path ? picture_exposure(&st->environment) : stage_exposure[scene];
+    return 1;
+}
+
+static inline void stage_sky(const stage *st, const gl_app *app, float level) {
+    gl_draw_sky(app, st->behind, st->sky, st->turn, level);
+}
+
+static inline void stage_close(stage *st) {
+    envmap_free(&st->environment);
+    envmap_free(&st->cube);
+    gl.DeleteTextures(1, &st->sky);
+    gl.DeleteProgram(st->surface);
+    gl.DeleteProgram(st->behind);
+}
+
+#endif /* STAGE_H */

@@ -1,0 +1,147 @@
+/* surface.h - one shader for what a prefiltered map can dress: a gloss through any of the lookups,
+   a diffuse coat through nine coefficients, Fresnel between them.
+
+     colour = F tint L(axis) + w albedo E(n) / pi
+
+   axis   r, the reflected eye; or t, the tangent, with the slice v.t (Banks); or r with the slice
+          n.v (Kautz and McCool's 3D maps)
+   F      1, or the reflectance of a dielectric at n.v; w is 0, 1 or 1 - F
+   lookup cube; dual paraboloid by texture matrices, both faces at once with alpha at the rim, or in
+          two passes that discard the other's part; sphere map
+   What you will see: `viewer` shows it, `make gallery` draws it, tests/test_gl.c holds every path
+   against envmap_lookup. Include after gl.h.
+
+   SPDX-License-Identifier: MIT */
+
+#ifndef SURFACE_H
+#define SURFACE_H
+
+enum { SURFACE_CUBE, SURFACE_PARABOLOID, SURFACE_TWO_PASS, SURFACE_SPHERE, SURFACE_LOOKUPS };
+enum { SURFACE_REFLECTION, SURFACE_TANGENT, SURFACE_VIEW }; /* axis, and what picks a slice */
+enum { SURFACE_NO_DIFFUSE, SURFACE_PLUS_DIFFUSE, SURFACE_BLENDED };
+enum { SURFACE_SHOW_COLOUR, SURFACE_SHOW_NORMAL, SURFACE_SHOW_VIEW, SURFACE_SHOW_TANGENT };
+
+static const envmap_mapping surface_mapping[SURFACE_LOOKUPS] = {ENVMAP_CUBE, ENVMAP_PARABOLOID,
+                                                                ENVMAP_PARABOLOID, ENVMAP_SPHERE};
+
+/* Maps are textures of gl_map; those that a look does not need stay 0. */
+typedef struct surface {
+    int lookup, axis, diffuse; /* of the lists above                                              */
+    float level;               /* of the map                                                      */
+    float index;               /* of refraction; 0: F = 1                                         */
+    float tint[3], albedo[3];
+    float sh[28];       /* of envmap_sh_pack                                                      */
+    GLuint map;         /* cube or layers, by lookup                                              */
+    GLuint slices[2];   /* of gl_volume, front and back; for the axes with slices                 */
+    float turn[9];      /* world direction -> map, column-major                                   */
+    int show;           /* what to write instead of the colour: for tests                         */
+} surface;
+
+static const char surface_fragment[] =
+    "in vec3 at, n, t;\n"
+    "out vec4 colour;\n"
+    "uniform samplerCube cube;\n"
+    "uniform sampler2DArray layers;\n"
+    "uniform sampler3D front, back;\n"
+    "uniform int lookup, axis, diffuse, show, face;\n"
+    "uniform float level, index;\n"
+    "uniform vec3 tint, albedo, eye;\n"
+    "uniform vec4 sh[7];\n"
+    "uniform mat3 turn;\n"
+    "uniform mat4 view, matrix[2];\n"
+    "vec3 disc(vec3 r, int side) {\n" /* texture matrix: uv, and how far inside the rim, in texels */
+    "    vec4 s = matrix[side] * vec4(mat3(view) * r, 1.0);\n"
+    "    vec2 uv = s.xy / s.w;\n"
+    "    float inside = (1.0 - length(2.0 * uv - 1.0)) * float(textureSize(layers, int(level)).x);\n"
+    "    return vec3(uv, s.w * matrix[side][3][3] < 0.0 ? -1e3 : inside);\n"
+    "}\n"
+    "vec3 both(vec3 r) {\n"
+    "    vec3 f = disc(r, 0), b = disc(r, 1);\n"
+    "    vec3 lf = textureLod(layers, vec3(f.xy, 0.0), level).rgb;\n"
+    "    vec3 lb = textureLod(layers, vec3(b.xy, 1.0), level).rgb;\n"
+    "    float alpha = f.z > -1.0 ? clamp(0.5 + 0.5 * f.z, 0.0, 1.0) : 0.0;\n"
+    "    return alpha == 1.0 ? lf : alpha == 0.0 ? lb : mix(lb, lf, alpha);\n"
+    "}\n"
+    "vec3 look(vec3 r) {\n"
+    "    if (lookup == 0) return textureLod(cube, turn * r, level).rgb;\n"
+    "    if (lookup == 1) return both(r);\n"
+    "    if (lookup == 3) return sphere_map(layers, turn * r, level);\n"
+    "    vec3 one = disc(r, face);\n"
+    "    if (one.z < 0.0) discard;\n" /* alpha is 0 outside the circle */
+    "    return textureLod(layers, vec3(one.xy, float(face)), level).rgb;\n"
+    "}\n"
+    "void main() {\n"
+    "    vec3 N = normalize(gl_FrontFacing ? n : -n), V = normalize(eye - at), T = normalize(t);\n"
+    "    vec3 R = reflect(-V, N);\n"
+    "    float c = dot(N, V), F = index > 0.0 ? fresnel(max(c, 0.0), index) : 1.0;\n"
+    "    vec3 S = axis == 0 ? look(R)\n"
+    "           : axis == 1 ? slices(front, back, turn * T, 0.5 + 0.5 * dot(V, T))\n"
+    "                       : slices(front, back, turn * R, c);\n"
+    "    float w = diffuse == 0 ? 0.0 : diffuse == 1 ? 1.0 : 1.0 - F;\n"
+    "    vec3 light = F * tint * S + w * albedo * max(nine(sh, turn * N), 0.0);\n"
+    "    colour = vec4(show == 0 ? light : show == 1 ? N : show == 2 ? V : T, 1.0);\n"
+    "}\n";
+
+/* A white mirror under no turn. */
+static inline surface surface_default(void) {
+    surface s;
+    memset(&s, 0, sizeof s);
+    s.tint[0] = s.tint[1] = s.tint[2] = 1;
+    s.albedo[0] = s.albedo[1] = s.albedo[2] = 1;
+    s.turn[0] = s.turn[4] = s.turn[8] = 1;
+    return s;
+}
+
+static inline GLuint surface_program(void) { return gl_program(gl_vertex, surface_fragment); }
+
+/* The modelview matrix of the map: its space -> eye. `turn` is a rotation. */
+static inline void surface_modelview(float out[16], const float view[16], const float turn[9]) {
+    float back[16];
+    int i;
+    mesh_identity(back);
+    for (i = 0; i < 9; i++) back[4 * (i / 3) + i % 3] = turn[3 * (i % 3) + i / 3];
+    mesh_multiply(out, view, back);
+}
+
+static inline void surface_matrices(GLuint program, const gl_app *app, const surface *s) {
+    float modelview[16], matrices[2][16];
+    surface_modelview(modelview, app->view, s->turn);
+    if (envmap_paraboloid_matrix(matrices[0], modelview, 0) ||
+        envmap_paraboloid_matrix(matrices[1], modelview, 1))
+        return;
+    gl_mat4(program, "matrix[0]", matrices[0]);
+    gl_mat4(program, "matrix[1]", matrices[1]);
+    gl_mat4(program, "view", app->view);
+}
+
+/* Draws a mesh where `model` puts it, in the frame that is bound; twice for SURFACE_TWO_PASS. */
+static inline void surface_draw(GLuint program, const gl_app *app, const surface *s,
+                                const gl_mesh *m, const float model[16]) {
+    GLuint layers = s->lookup == SURFACE_CUBE ? 0 : s->map;
+    int face;
+    gl.UseProgram(program);
+    gl_mat4(program, "model", model);
+    gl_mat4(program, "camera", app->camera);
+    gl_vec3(program, "eye", app->eye);
+    gl_mat3(program, "turn", s->turn);
+    gl_sampler(program, "cube", 0, GL_TEXTURE_CUBE_MAP, s->lookup == SURFACE_CUBE ? s->map : 0);
+    gl_sampler(program, "layers", 1, GL_TEXTURE_2D_ARRAY, layers);
+    gl_sampler(program, "front", 2, GL_TEXTURE_3D, s->slices[0]);
+    gl_sampler(program, "back", 3, GL_TEXTURE_3D, s->slices[1]);
+    gl_int(program, "lookup", s->lookup);
+    gl_int(program, "axis", s->axis);
+    gl_int(program, "diffuse", s->diffuse);
+    gl_int(program, "show", s->show);
+    gl_float(program, "level", s->level);
+    gl_float(program, "index", s->index);
+    gl_vec3(program, "tint", s->tint);
+    gl_vec3(program, "albedo", s->albedo);
+    gl_vec4s(program, "sh", s->sh, 7);
+    surface_matrices(program, app, s);
+    for (face = 0; face < (s->lookup == SURFACE_TWO_PASS ? 2 : 1); face++) {
+        gl_int(program, "face", face);
+        gl_mesh_draw(m);
+    }
+}
+
+#endif /* SURFACE_H */
