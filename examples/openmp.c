@@ -58,7 +58,7 @@ static double time_chain(envmap *dst, const envmap *sky, const envmap_filter_des
 }
 
 static int compare(envmap *one, envmap *all, const envmap *sky) {
-    envmap_filter_desc desc = {0, 0, 0, {0, 0}, {0, 0}, 0};
+    envmap_filter_desc desc = {0};
     int threads = 1;
 #ifdef _OPENMP
     threads = omp_get_max_threads();

@@ -55,7 +55,7 @@ static envmap view(const envmap *map, int l) {
 static size_t floats_of(const envmap *map) { return 18 * (size_t)map->size * (size_t)map->size; }
 
 static void filter(envmap dst, const envmap *src, envmap_lobe lobe, double tolerance) {
-    envmap_filter_desc desc = {0, 0, 0, {0, 0}, {0, 0}, 0};
+    envmap_filter_desc desc = {0};
     desc.tolerance = (float)tolerance;
     need(envmap_filter(&dst, src, &lobe, &desc));
 }
@@ -108,7 +108,7 @@ static void one_by_one(envmap *dst, const envmap *src) {
 }
 
 static void chain(envmap *dst, const envmap *src, double tolerance) {
-    envmap_filter_desc desc = {0, 0, 0, {0, 0}, {0, 0}, 0};
+    envmap_filter_desc desc = {0};
     envmap_lobe lobes[LEVELS];
     for (int i = 0; i < LEVELS; ++i) lobes[i] = envmap_lobe_phong(exponents[i]);
     desc.tolerance = (float)tolerance;

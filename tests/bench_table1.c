@@ -105,7 +105,8 @@ static double counted(double x, double p, void *user) {
 }
 
 static double hierarchical(envmap *dst, const envmap *src, envmap_lobe lobe, int runs) {
-    envmap_filter_desc desc = {ENVMAP_METHOD_HIERARCHICAL, 0, 0, {0, 0}, {0, 0}, 0};
+    envmap_filter_desc desc = {0};
+    desc.method = ENVMAP_METHOD_HIERARCHICAL;
     double best = 1e9;
     for (int run = 0; run < runs; ++run) {
         double start = now();
