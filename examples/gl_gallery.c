@@ -118,12 +118,12 @@ static void heat(envmap *out, const envmap *a, const envmap *b, float exposure) 
     float mean = 0;
     for (i = 0; i < 3 * texels; i++) mean += b->texels[i] / (float)(3 * texels);
     for (i = 0; i < texels; i++) {
-        float worst = 0, floor = 0.1f * mean;
+        float worst = 0, least = 0.1f * mean;
         int c;
         for (c = 0; c < 3; c++) {
             float truth = b->texels[3 * i + (size_t)c];
             worst = fmaxf(worst,
-                          fabsf(a->texels[3 * i + (size_t)c] - truth) / fmaxf(truth, floor) / 0.3f);
+                          fabsf(a->texels[3 * i + (size_t)c] - truth) / fmaxf(truth, least) / 0.3f);
         }
         for (c = 0; c < 3; c++)
             out->texels[3 * i + (size_t)c] =
