@@ -27,8 +27,8 @@ static const float sharpness[4] = {0.99f, 0.95f, 0.9f, 0.7f};
 /* Filters the environment for one s into the two volumes. */
 static envmap_result brush(surface *s, envmap *map, const stage *st, float sharp) {
     envmap_lobe lobe = envmap_lobe_banks(sharp);
-    envmap_result result = map->texels ? ENVMAP_OK
-                                       : envmap_create(map, ENVMAP_PARABOLOID, SIZE, 1, SLICES);
+    envmap_result result =
+        map->texels ? ENVMAP_OK : envmap_create(map, ENVMAP_PARABOLOID, SIZE, 1, SLICES);
     int face;
     if (!result) result = envmap_filter(map, &st->environment, &lobe, &st->desc);
     for (face = 0; face < 2 && !result; face++) {

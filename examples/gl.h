@@ -3,10 +3,10 @@
 
    What you will see: every example opens a window where there is a display (drag to orbit, wheel to
    come closer, Escape to leave), and writes a picture where there is none, or with
-   --headless out.png; --keys ABC presses keys first. Compiled with -DGL_WINDOW it wants GLFW 3 and its window; without, or without
-   a display, EGL makes a context that belongs to no screen. Frames are drawn as linear radiance at
-   samples x samples points a pixel, and each point goes through the tone curve of picture.h
-   before their mean is taken, so that edges of lamps are smooth too.
+   --headless out.png; --keys ABC presses keys first. Compiled with -DGL_WINDOW it wants GLFW 3 and
+   its window; without, or without a display, EGL makes a context that belongs to no screen. Frames
+   are drawn as linear radiance at samples x samples points a pixel, and each point goes through the
+   tone curve of picture.h before their mean is taken, so that edges of lamps are smooth too.
    Include after envmap.h. Libraries: -lEGL, and -lglfw with GL_WINDOW.
 
    >>functions  the table of OpenGL's functions
@@ -234,17 +234,16 @@ static inline GLuint gl_program(const char *vertex, const char *fragment) {
 }
 
 /* Of a mesh: `model` places it (a turn and one scale), `camera` is projection times view. */
-static const char gl_vertex[] =
-    "in vec3 position, normal, tangent;\n"
-    "out vec3 at, n, t;\n"
-    "uniform mat4 model, camera;\n"
-    "void main() {\n"
-    "    vec4 world = model * vec4(position, 1.0);\n"
-    "    at = world.xyz;\n"
-    "    n = mat3(model) * normal;\n"
-    "    t = mat3(model) * tangent;\n"
-    "    gl_Position = camera * world;\n"
-    "}\n";
+static const char gl_vertex[] = "in vec3 position, normal, tangent;\n"
+                                "out vec3 at, n, t;\n"
+                                "uniform mat4 model, camera;\n"
+                                "void main() {\n"
+                                "    vec4 world = model * vec4(position, 1.0);\n"
+                                "    at = world.xyz;\n"
+                                "    n = mat3(model) * normal;\n"
+                                "    t = mat3(model) * tangent;\n"
+                                "    gl_Position = camera * world;\n"
+                                "}\n";
 
 /* Of a triangle that covers the frame: st in [0,1], t upwards. */
 static const char gl_cover[] =
@@ -476,8 +475,9 @@ typedef struct gl_app {
     const char *name, *out; /* out: the picture to write; NULL: a window                          */
     int width, height, samples, frames;
     float exposure;
-    float yaw, pitch, distance, tangent; /* of the camera, rad; tangent of half its field of view  */
-    float aspect;                        /* width / height of what is drawn into                   */
+    float yaw, pitch, distance,
+        tangent;  /* of the camera, rad; tangent of half its field of view  */
+    float aspect; /* width / height of what is drawn into                   */
     float at[3], eye[3], view[16], camera[16]; /* written by gl_frame                             */
     double seconds, began, took; /* since the start; the frame's beginning; a frame, smoothed     */
     gl_target frame;
@@ -508,10 +508,15 @@ static inline gl_function gl_find_egl(const char *name) { return eglGetProcAddre
 static inline int gl_open_headless(gl_app *app) {
     static const EGLint config[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, 0,
                                     EGL_NONE};
-    static const EGLint context[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3,
+    static const EGLint context[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                     3,
+                                     EGL_CONTEXT_MINOR_VERSION,
+                                     3,
                                      EGL_CONTEXT_OPENGL_PROFILE_MASK,
                                      EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                     EGL_CONTEXT_OPENGL_DEBUG, EGL_TRUE, EGL_NONE};
+                                     EGL_CONTEXT_OPENGL_DEBUG,
+                                     EGL_TRUE,
+                                     EGL_NONE};
     PFNEGLGETPLATFORMDISPLAYEXTPROC platform =
         (PFNEGLGETPLATFORMDISPLAYEXTPROC)eglGetProcAddress("eglGetPlatformDisplayEXT");
     EGLConfig chosen;
@@ -519,8 +524,8 @@ static inline int gl_open_headless(gl_app *app) {
     if (platform) app->display = platform(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, NULL);
     if (!app->display) app->display = eglGetDisplay(EGL_DEFAULT_DISPLAY);
     if (!app->display || !eglInitialize(app->display, NULL, NULL)) return 0;
-    if (eglBindAPI(EGL_OPENGL_API) &&
-        eglChooseConfig(app->display, config, &chosen, 1, &count) && count > 0)
+    if (eglBindAPI(EGL_OPENGL_API) && eglChooseConfig(app->display, config, &chosen, 1, &count) &&
+        count > 0)
         app->context = eglCreateContext(app->display, chosen, EGL_NO_CONTEXT, context);
     if (app->context &&
         eglMakeCurrent(app->display, EGL_NO_SURFACE, EGL_NO_SURFACE, app->context) &&
@@ -820,17 +825,16 @@ static inline int gl_close(gl_app *app) {
 
 /* The environment behind everything, out of focus by `level`; `turn` takes world directions to
    those of the map. */
-static const char gl_sky[] =
-    "in vec2 st;\n"
-    "out vec4 colour;\n"
-    "uniform samplerCube sky;\n"
-    "uniform mat4 view;\n"
-    "uniform vec3 lens;\n" /* tangents of half the fields of view; level */
-    "uniform mat3 turn;\n"
-    "void main() {\n"
-    "    vec3 d = vec3((2.0 * st - 1.0) * lens.xy, -1.0) * mat3(view);\n"
-    "    colour = vec4(textureLod(sky, turn * d, lens.z).rgb, 0.0);\n"
-    "}\n";
+static const char gl_sky[] = "in vec2 st;\n"
+                             "out vec4 colour;\n"
+                             "uniform samplerCube sky;\n"
+                             "uniform mat4 view;\n"
+                             "uniform vec3 lens;\n" /* tangents of half the fields of view; level */
+                             "uniform mat3 turn;\n"
+                             "void main() {\n"
+                             "    vec3 d = vec3((2.0 * st - 1.0) * lens.xy, -1.0) * mat3(view);\n"
+                             "    colour = vec4(textureLod(sky, turn * d, lens.z).rgb, 0.0);\n"
+                             "}\n";
 
 static inline void gl_draw_sky(const gl_app *app, GLuint program, GLuint cube, const float turn[9],
                                float level) {

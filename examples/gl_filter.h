@@ -13,12 +13,13 @@
 #ifndef GL_FILTER_H
 #define GL_FILTER_H
 
-#define GL_FILTER_PAD 2 /* texels around a result, so that bilinear lookups find some at the border */
+#define GL_FILTER_PAD                                                                              \
+    2 /* texels around a result, so that bilinear lookups find some at the border */
 
 typedef struct gl_filter {
-    GLuint source; /* two layers with all levels: render into level 0, then gl_filter_run */
-    GLuint result[2]; /* S and L, two layers each */
-    int edge, maps, room; /* of the source; what was run; side of results, as created */
+    GLuint source;         /* two layers with all levels: render into level 0, then gl_filter_run */
+    GLuint result[2];      /* S and L, two layers each */
+    int edge, maps, room;  /* of the source; what was run; side of results, as created */
     int sides[2], taps[2]; /* of the last results; taps per side */
     GLuint frame, array, convolve, show;
 } gl_filter;

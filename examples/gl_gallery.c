@@ -66,7 +66,7 @@ static GLuint filtered(figures *f, envmap_mapping mapping, int size, envmap_lobe
     return texture;
 }
 
-/* ---------------------------------------------------------------------------------- >>fresnel -- */
+/* --------------------------------------------------------------------------------- >>fresnel -- */
 
 static void fresnel_figure(figures *f) {
     static const float indices[3] = {1.5f, 5, 200};
@@ -91,7 +91,7 @@ static void fresnel_figure(figures *f) {
     save(f, &p, "fresnel.png");
 }
 
-/* ---------------------------------------------------------------------------------- >>filters -- */
+/* --------------------------------------------------------------------------------- >>filters -- */
 
 #define WAYS 5
 static const char *const way_names[WAYS] = {"unfiltered", "reference", "hierarchical",
@@ -118,12 +118,12 @@ static void heat(envmap *out, const envmap *a, const envmap *b, float exposure) 
     float mean = 0;
     for (i = 0; i < 3 * texels; i++) mean += b->texels[i] / (float)(3 * texels);
     for (i = 0; i < texels; i++) {
-        float worst = 0, floor = 0.1f * mean;
+        float worst = 0, least = 0.1f * mean;
         int c;
         for (c = 0; c < 3; c++) {
             float truth = b->texels[3 * i + (size_t)c];
-            worst = fmaxf(worst, fabsf(a->texels[3 * i + (size_t)c] - truth) /
-                                     fmaxf(truth, floor) / 0.3f);
+            worst = fmaxf(worst,
+                          fabsf(a->texels[3 * i + (size_t)c] - truth) / fmaxf(truth, least) / 0.3f);
         }
         for (c = 0; c < 3; c++)
             out->texels[3 * i + (size_t)c] =
@@ -190,7 +190,7 @@ static void filters_figure(figures *f) {
     envmap_free(&hot);
 }
 
-/* -------------------------------------------------------------------------------- >>materials -- */
+/* ------------------------------------------------------------------------------- >>materials -- */
 
 static void banks(figures *f, surface *s) {
     envmap map;
@@ -204,7 +204,7 @@ static void banks(figures *f, surface *s) {
 }
 
 static void materials_figure(figures *f) {
-    static const char *const names[6] = {"mirror",  "Phong, N = 300", "Phong, N = 20",
+    static const char *const names[6] = {"mirror",  "Phong, N = 300",    "Phong, N = 20",
                                          "diffuse", "coated, index 1.5", "Banks, s = 0.95"};
     static const float exponents[3] = {0, 300, 20};
     float distance = f->app.distance;
@@ -218,7 +218,8 @@ static void materials_figure(figures *f) {
             s.map = filtered(f, ENVMAP_CUBE, i % 4 ? 128 : 256,
                              i % 4 ? envmap_lobe_phong(exponents[i]) : envmap_lobe_mirror());
         if (i == 3) s.tint[0] = s.tint[1] = s.tint[2] = 0;
-        if (i == 3) s.diffuse = SURFACE_PLUS_DIFFUSE, s.albedo[0] = s.albedo[1] = s.albedo[2] = 0.45f;
+        if (i == 3)
+            s.diffuse = SURFACE_PLUS_DIFFUSE, s.albedo[0] = s.albedo[1] = s.albedo[2] = 0.45f;
         if (i == 4) s.diffuse = SURFACE_BLENDED, s.index = 1.5f;
         if (i == 4) s.albedo[0] = 0.02f, s.albedo[1] = 0.08f, s.albedo[2] = 0.3f;
         if (i == 5) s.axis = SURFACE_TANGENT, banks(f, &s);

@@ -1,5 +1,5 @@
-/* one_pass.c - diffuse and glossy light of an environment that is captured on the fly, all in one
-   pass over the object: nine coefficients in the vertex shader, one biased lookup into the levels of
+/* one_pass.c - diffuse and glossy light of an environment that is captured on the fly, in one
+   pass over the object: nine coefficients in the vertex shader, one biased lookup in the levels of
    a cube in the fragment shader, Schlick's Fresnel between them.
 
      colour = F L(r; level + b) + (1 - F) albedo E(n) / pi,   F = f + (1 - f) (1 - n.v)^5
@@ -100,7 +100,7 @@ typedef struct show {
     float sh[28];
 } show;
 
-/* ----------------------------------------------------------------------------------- >>capture -- */
+/* --------------------------------------------------------------------------------- >>capture -- */
 
 /* The axes of a face: S and T along u and v, M to its middle; column-major. */
 static void face_axes(float out[9], int face) {
@@ -135,7 +135,8 @@ static void bind_face(show *s, int face, int level) {
 
 /* The three balls, at their places of this moment. */
 static void draw_balls(show *s, const float camera[16]) {
-    static const float colours[3][3] = {{0.7f, 0.04f, 0.02f}, {0.03f, 0.1f, 0.6f}, {0.7f, 0.35f, 0.02f}};
+    static const float colours[3][3] = {
+        {0.7f, 0.04f, 0.02f}, {0.03f, 0.1f, 0.6f}, {0.7f, 0.35f, 0.02f}};
     int k;
     gl.UseProgram(s->balls);
     gl_mat4(s->balls, "camera", camera);
@@ -207,7 +208,7 @@ static envmap_result project(show *s) {
     return result ? result : envmap_sh_pack(NULL, s->sh, sh);
 }
 
-/* ------------------------------------------------------------------------------------- >>draw -- */
+/* ------------------------------------------------------------------------------------ >>draw -- */
 
 static void draw(show *s, float f, float b) {
     static const float albedo[3] = {0.025f, 0.13f, 0.11f};

@@ -30,11 +30,11 @@ typedef struct surface {
     float level;               /* of the map                                                      */
     float index;               /* of refraction; 0: F = 1                                         */
     float tint[3], albedo[3];
-    float sh[28];       /* of envmap_sh_pack                                                      */
-    GLuint map;         /* cube or layers, by lookup                                              */
-    GLuint slices[2];   /* of gl_volume, front and back; for the axes with slices                 */
-    float turn[9];      /* world direction -> map, column-major                                   */
-    int show;           /* what to write instead of the colour: for tests                         */
+    float sh[28];     /* of envmap_sh_pack                                                      */
+    GLuint map;       /* cube or layers, by lookup                                              */
+    GLuint slices[2]; /* of gl_volume, front and back; for the axes with slices                 */
+    float turn[9];    /* world direction -> map, column-major                                   */
+    int show;         /* what to write instead of the colour: for tests                         */
 } surface;
 
 static const char surface_fragment[] =
@@ -49,10 +49,11 @@ static const char surface_fragment[] =
     "uniform vec4 sh[7];\n"
     "uniform mat3 turn;\n"
     "uniform mat4 view, matrix[2];\n"
-    "vec3 disc(vec3 r, int side) {\n" /* texture matrix: uv, and how far inside the rim, in texels */
+    "vec3 disc(vec3 r, int side) {\n" /* uv by texture matrix; texels to the rim */
     "    vec4 s = matrix[side] * vec4(mat3(view) * r, 1.0);\n"
     "    vec2 uv = s.xy / s.w;\n"
-    "    float inside = (1.0 - length(2.0 * uv - 1.0)) * float(textureSize(layers, int(level)).x);\n"
+    "    float inside = (1.0 - length(2.0 * uv - 1.0)) * float(textureSize(layers, "
+    "int(level)).x);\n"
     "    return vec3(uv, s.w * matrix[side][3][3] < 0.0 ? -1e3 : inside);\n"
     "}\n"
     "vec3 both(vec3 r) {\n"

@@ -60,13 +60,16 @@ static envmap_result filter_chain(viewer *v, envmap *map) {
 static envmap_lobe lobe_of(viewer *v) {
     envmap_lobe lobe;
     switch (v->material) {
-    case PHONG: return envmap_lobe_phong(v->number[PHONG]);
-    case BANKS: return envmap_lobe_banks(v->number[BANKS]);
+    case PHONG:
+        return envmap_lobe_phong(v->number[PHONG]);
+    case BANKS:
+        return envmap_lobe_banks(v->number[BANKS]);
     case GRAZING:
         lobe = envmap_lobe_function(grazing, &v->number[GRAZING]);
         lobe.p0 = 0, lobe.p1 = 1;
         return lobe;
-    default: return envmap_lobe_mirror();
+    default:
+        return envmap_lobe_mirror();
     }
 }
 
@@ -80,7 +83,8 @@ static envmap_result filter_map(viewer *v, envmap *map) {
     if (sliced) size = 64;
     result = envmap_create(map, mapping, size, chain ? CHAIN : 1, sliced ? 32 : 1);
     if (result) return result;
-    return chain ? filter_chain(v, map) : envmap_filter(map, &v->st.environment, &lobe, &v->st.desc);
+    return chain ? filter_chain(v, map)
+                 : envmap_filter(map, &v->st.environment, &lobe, &v->st.desc);
 }
 
 /* Filters what the material asks for, and puts it into textures. */
@@ -102,7 +106,7 @@ static void refresh(viewer *v) {
     envmap_free(&map);
 }
 
-/* --------------------------------------------------------------------------------- >>controls -- */
+/* -------------------------------------------------------------------------------- >>controls -- */
 
 static void step(viewer *v, int up) {
     static const float indices[3] = {1.5f, 5, 200};
@@ -110,14 +114,22 @@ static void step(viewer *v, int up) {
     int i;
     switch (v->material) {
     case PHONG:
-    case GRAZING: *x = fminf(fmaxf(*x * (up ? 1.25f : 0.8f), 1), 5000); break;
-    case GGX: *x = fminf(fmaxf(*x + (up ? 0.05f : -0.05f), 0), 1); break;
-    case BANKS: *x = 1 - fminf(fmaxf((1 - *x) * (up ? 0.8f : 1.25f), 0.005f), 1); break;
+    case GRAZING:
+        *x = fminf(fmaxf(*x * (up ? 1.25f : 0.8f), 1), 5000);
+        break;
+    case GGX:
+        *x = fminf(fmaxf(*x + (up ? 0.05f : -0.05f), 0), 1);
+        break;
+    case BANKS:
+        *x = 1 - fminf(fmaxf((1 - *x) * (up ? 0.8f : 1.25f), 0.005f), 1);
+        break;
     case COATED:
-        for (i = 0; i < 3 && indices[i] < *x; i++) {}
+        for (i = 0; i < 3 && indices[i] < *x; i++) {
+        }
         *x = indices[up ? (i < 2 ? i + 1 : 2) : (i > 0 ? i - 1 : 0)];
         break;
-    default: break;
+    default:
+        break;
     }
     v->stale = v->stale || v->material == PHONG || v->material == GRAZING || v->material == BANKS;
 }
@@ -134,29 +146,54 @@ static void light(viewer *v, const char *path) {
 
 static void press(viewer *v, int key) {
     switch (key) {
-    case 'M': v->material = (v->material + 1) % MATERIALS, v->stale = 1; break;
-    case 'L': v->s.lookup = (v->s.lookup + 1) % SURFACE_LOOKUPS, v->stale = 1; break;
-    case 'F': v->s.diffuse = (v->s.diffuse + 1) % 3; break;
-    case 'O': v->object = (v->object + 1) % GL_MESH_COUNT; break;
-    case 'E': light(v, NULL); break;
+    case 'M':
+        v->material = (v->material + 1) % MATERIALS, v->stale = 1;
+        break;
+    case 'L':
+        v->s.lookup = (v->s.lookup + 1) % SURFACE_LOOKUPS, v->stale = 1;
+        break;
+    case 'F':
+        v->s.diffuse = (v->s.diffuse + 1) % 3;
+        break;
+    case 'O':
+        v->object = (v->object + 1) % GL_MESH_COUNT;
+        break;
+    case 'E':
+        light(v, NULL);
+        break;
     case '=':
-    case '-': step(v, key == '='); break;
+    case '-':
+        step(v, key == '=');
+        break;
     case ',':
-    case '.': v->yaw += key == '.' ? 0.1f : -0.1f; break;
+    case '.':
+        v->yaw += key == '.' ? 0.1f : -0.1f;
+        break;
     case '9':
-    case '0': v->app.exposure *= key == '0' ? 1.15f : 1 / 1.15f; break;
-    case 'B': v->sharp = v->sharp > 0 ? 0.0f : 2.0f; break;
-    case 'H': v->hidden = !v->hidden; break;
-    default: break;
+    case '0':
+        v->app.exposure *= key == '0' ? 1.15f : 1 / 1.15f;
+        break;
+    case 'B':
+        v->sharp = v->sharp > 0 ? 0.0f : 2.0f;
+        break;
+    case 'H':
+        v->hidden = !v->hidden;
+        break;
+    default:
+        break;
     }
 }
 
-/* ------------------------------------------------------------------------------------ >>frame -- */
+/* ----------------------------------------------------------------------------------- >>frame -- */
 
 static void words(viewer *v) {
-    static const char *const materials[MATERIALS] = {
-        "mirror", "Phong, N = %.0f", "diffuse, nine coefficients", "coated, index %.1f",
-        "GGX, roughness %.2f", "Banks, s = %.3f", "sharper at grazing angles, lambda %.0f"};
+    static const char *const materials[MATERIALS] = {"mirror",
+                                                     "Phong, N = %.0f",
+                                                     "diffuse, nine coefficients",
+                                                     "coated, index %.1f",
+                                                     "GGX, roughness %.2f",
+                                                     "Banks, s = %.3f",
+                                                     "sharper at grazing angles, lambda %.0f"};
     static const char *const lookups[SURFACE_LOOKUPS] = {
         "cube", "dual paraboloid, one pass", "dual paraboloid, two passes", "sphere map"};
     static const char *const under[3] = {"", " over diffuse", " blended with diffuse"};

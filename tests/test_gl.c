@@ -49,8 +49,8 @@ static double mesh_least_cosine(const mesh *m) {
 static void meshes_enclose_what_balls_and_rings_do(void) {
     mesh ball = {0}, torus = {0}, teapot = {0};
     CHECK(mesh_ball(&ball, 96) && mesh_torus(&torus, 96, 0.4f) && mesh_teapot(&teapot, 12));
-    FIGURE("volume of the ball: relative error",
-           fabs(mesh_volume(&ball) / (4 * PI / 3) - 1), 1.5e-3);
+    FIGURE("volume of the ball: relative error", fabs(mesh_volume(&ball) / (4 * PI / 3) - 1),
+           1.5e-3);
     FIGURE("volume of the torus: relative error",
            fabs(mesh_volume(&torus) / (2 * PI * PI * 0.16) - 1), 1.5e-3);
     /* Half its size is an eighth of the volume; the body's discs alone are pi int r^2 dz = 24.6. */
@@ -122,7 +122,9 @@ static void shade(double rgb[3], const surface *s, const envmap *map, const doub
                   const float n[3], const float v[3], const float t[3]) {
     float r[3], axis[3], normal[3], L[3] = {0, 0, 0}, c = mesh_dot(n, v);
     double E[3] = {0, 0, 0}, F = s->index > 0 ? fresnel(fmax((double)c, 0), (double)s->index) : 1;
-    double w = s->diffuse == SURFACE_NO_DIFFUSE ? 0 : s->diffuse == SURFACE_PLUS_DIFFUSE ? 1 : 1 - F;
+    double w = s->diffuse == SURFACE_NO_DIFFUSE     ? 0
+               : s->diffuse == SURFACE_PLUS_DIFFUSE ? 1
+                                                    : 1 - F;
     for (int i = 0; i < 3; ++i) r[i] = 2 * c * n[i] - v[i];
     turned(axis, s->turn, s->axis == SURFACE_TANGENT ? t : r);
     turned(normal, s->turn, n);
@@ -132,8 +134,7 @@ static void shade(double rgb[3], const surface *s, const envmap *map, const doub
     double wide[3] = {(double)normal[0], (double)normal[1], (double)normal[2]};
     if (w > 0) envmap_sh_evaluate(E, sh, 3, wide);
     for (int i = 0; i < 3; ++i)
-        rgb[i] = F * (double)s->tint[i] * (double)L[i] +
-                 w * (double)s->albedo[i] * fmax(0, E[i]);
+        rgb[i] = F * (double)s->tint[i] * (double)L[i] + w * (double)s->albedo[i] * fmax(0, E[i]);
 }
 
 /* sum |gpu - cpu| / sum |cpu| over the object's pixels. */
@@ -159,8 +160,7 @@ static double mean_error(const surface *s, const envmap *map, const double *sh, 
 
 static double worst_of_meshes(const surface *s, const envmap *map, const double *sh) {
     double worst = 0;
-    for (int k = 0; k < GL_MESH_COUNT; ++k)
-        worst = fmax(worst, mean_error(s, map, sh, &meshes[k]));
+    for (int k = 0; k < GL_MESH_COUNT; ++k) worst = fmax(worst, mean_error(s, map, sh, &meshes[k]));
     return worst;
 }
 
