@@ -83,6 +83,8 @@ if [ "$more" = strict ]; then
 fi
 for pair in $standards; do
     compile="$cc $warn -x ${pair%%:*} -std=${pair#*:} -I$here -c"
+    # What only the optimiser sees it sees in any standard: the oldest of C and C++ will do.
+    case ${pair#*:} in c99 | c++11) ;; *) compile="$compile -fsyntax-only" ;; esac
     ok "the header alone is ${pair#*:}" $compile "$dir/alone.c" -o "$dir/alone.o"
     ok "the implementation is ${pair#*:}" $compile -O2 "$dir/body.c" -o "$dir/body.o"
     ok "the static implementation is ${pair#*:}" $compile -O2 "$dir/static.c" -o "$dir/static.o"
@@ -94,7 +96,7 @@ done
 if [ "$more" = strict ]; then
     for file in tests/*.c; do
         [ -e "$file" ] || continue
-        ok "$file is C99" $c -std=c99 -O2 -Itests -c "$file" -o "$dir/strict.o"
+        ok "$file is C99" $c -std=c99 -O2 -Itests -fsyntax-only "$file"
     done
     gl=1
     echo '#include <EGL/egl.h>
@@ -106,7 +108,7 @@ if [ "$more" = strict ]; then
     for file in examples/*.c examples/*/*.c; do
         [ -e "$file" ] || continue
         [ $gl = 1 ] || ! grep -q '"gl.h"' "$file" || continue
-        ok "$file is C99" $c -std=c99 -O2 -c "$file" -o "$dir/strict.o"
+        ok "$file is C99" $c -std=c99 -O2 -fsyntax-only "$file"
     done
     echo "$passed passed, $failed failed"
     [ $failed -eq 0 ]
