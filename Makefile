@@ -9,7 +9,7 @@ JOBS   := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
 STRICT  = -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wundef -Wcast-qual \
           -Wdouble-promotion
-SANITIZE = -O1 -g -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all \
+SANITIZE = -O2 -g -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all \
            -fno-omit-frame-pointer
 LIBS    = -lm -lpthread
 
@@ -23,7 +23,7 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 # only, too few for the lobes' oracles; it sees into the OpenGL driver. (The sanitizers run them all.)
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
-           %/test_materials %/test_gl
+           %/test_materials %/test_gl %/test_harmonics
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
