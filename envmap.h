@@ -2450,6 +2450,7 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
    Source [Swarztrauber79] for the folding; splines [Unser91].  Tests: tests/test_harmonics.c. */
 
 #if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD)
+#define ENVMAPI_PREFETCH(p) __builtin_prefetch(p)
 #define ENVMAPI_INLINE static inline __attribute__((always_inline))
 #define ENVMAPI_LANES(type, scalar, n)                                                             \
     typedef scalar type __attribute__((vector_size(n * sizeof(scalar))));                          \
@@ -2462,6 +2463,7 @@ ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double t
     ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) { *y += *x * *z; }       \
     ENVMAPI_LANES_TO(type, scalar)
 #else
+#define ENVMAPI_PREFETCH(p) (void)0
 #define ENVMAPI_INLINE static inline
 #define ENVMAPI_LANES(type, scalar, n)                                                             \
     typedef struct { scalar v[n]; } type;                                                          \
@@ -4728,6 +4730,13 @@ typedef struct envmapi_survey {
     int rim_count, light_count;
 } envmapi_survey;
 
+/* 1/sqrt q for q in 1 .. 3, by Newton's steps: sqrt sets errno, which no vector can. */
+ENVMAPI_INLINE double envmapi_inverse_root(double q) {
+    double r = 1.4561 + q * (0.0816 * q - 0.5377);
+    for (int step = 0; step < 3; ++step) r *= 1.5 - 0.5 * q * r * r;
+    return r;
+}
+
 /* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
    averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
 static void envmapi_task_omega(void *context, int y) {
@@ -4739,8 +4748,8 @@ static void envmapi_task_omega(void *context, int y) {
         smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
     double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
     for (int x = 0; smooth && x < (width + 1) / 2; ++x) {
-        double X = (2 * x + 1.0) / width - 1, q = 1 + X * X + Y * Y, i = 1 / (q * q);
-        double rho = cube ? sqrt(q) * i : 4 * i;
+        double X = (2 * x + 1.0) * (1.0 / width) - 1, q = 1 + X * X + Y * Y;
+        double r = envmapi_inverse_root(q), i = r * r * r * r, rho = cube ? r * r * r : 4 * i;
         once[x] =
             (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
     }
@@ -4775,6 +4784,7 @@ ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, cons
     memset(acc, 0, sizeof acc), memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega);
     for (int j = 0; j < taps; ++j) memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
     for (int r = 0; r < in->rows; ++r) {
+        ENVMAPI_PREFETCH(in->x[r] + at + 64);
         memcpy(&texel, in->x[r] + at, bytes), light = texel;
         if (product) {
             memcpy(&omega, in->y[r] + at, bytes), memset(&light, 0, sizeof light);
@@ -4808,6 +4818,7 @@ ENVMAPI_INLINE void envmapi_survey_part(float *sums, envmapi_float16 *squares,
     memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega), memset(&sum, 0, sizeof sum);
     memcpy(&sum, sums + at, bytes);
     for (int r = 0; r < in->rows; ++r) {
+        ENVMAPI_PREFETCH(in->x[r] + at + 64);
         memset(&light, 0, sizeof light);
         memcpy(&texel, in->x[r] + at, bytes), memcpy(&omega, in->y[r] + at, bytes);
         envmapi_float16_or(&bits, &texel);
@@ -4836,7 +4847,7 @@ static double envmapi_survey_rows(float *sums, const envmapi_rows *in, size_t n,
     return sum;
 }
 
-/* Task: rows of blocks. */
+/* Task: rows of blocks; solid angles, alike on all faces, only on the first. */
 static void envmapi_task_survey(void *context, int task) {
     const envmapi_survey *s = (const envmapi_survey *)context;
     int edge = s->map->size, faces = envmap_faces(s->map->mapping);
@@ -4850,7 +4861,6 @@ static void envmapi_task_survey(void *context, int task) {
         int negative = 0;
         s->rows[2 * i] = 0;
         memset(row, 0, 4 * width * sizeof *row);
-        memset(block, 0, 4 * (size_t)s->nu * sizeof *block);
         for (int y = from; y < to; y += in.rows) {
             in.rows = to - y < ENVMAPI_ROWS ? to - y : ENVMAPI_ROWS;
             for (int r = 0; r < in.rows; ++r) {
@@ -4859,13 +4869,19 @@ static void envmapi_task_survey(void *context, int task) {
             }
             s->rows[2 * i] += envmapi_survey_rows(row, &in, W, &negative);
             for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + W;
-            envmapi_rows_add(row + W, 0, 1, &in, 0, width);
+            if (i < s->nv) envmapi_rows_add(row + W, 0, 1, &in, 0, width);
         }
-        for (size_t x = 0, end; x < width; x = end, block += 4)
+        for (size_t x = 0, end; x < width; x = end, block += 4) {
+            envmapi_float4 sum, texel; /* and the red beside it */
+            float solid = 0;
+            memset(&sum, 0, sizeof sum);
             for (end = x + (size_t)s->edge < width ? x + (size_t)s->edge : width; x < end; ++x) {
-                for (size_t c = 0; c < 3; ++c) block[c] += row[3 * x + c];
-                block[3] += row[W + x];
+                memcpy(&texel, row + 3 * x, sizeof texel);
+                envmapi_float4_add(&sum, 1, &texel);
+                solid += row[W + x];
             }
+            memcpy(block, &sum, sizeof sum), block[3] = solid;
+        }
         s->rows[2 * i + 1] = negative;
     }
 }
@@ -5015,6 +5031,8 @@ static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map,
     if (!s->omega || !s->sums || !s->rows || !s->work || !s->rim) return ENVMAP_ERROR_MEMORY;
     envmapi_run_all(&desc->executor, envmapi_task_omega, s, (map->size + 1) / 2);
     envmapi_run_all(&desc->executor, envmapi_task_survey, s, s->tasks);
+    for (size_t i = 0, n = (size_t)s->nu * (size_t)s->nv; i + n < n * (size_t)faces; ++i)
+        s->sums[4 * (i + n) + 3] = s->sums[4 * i + 3];
     envmapi_survey_rim(s, room);
     for (int i = 0; i < faces * s->nv; ++i) {
         const float *block = s->sums + 4 * (size_t)i * (size_t)s->nu;
@@ -5339,8 +5357,8 @@ static double envmapi_survey_dark(const envmapi_survey *s, const envmapi_plan *p
     double extent = s->edge * envmapi_texel_extent(s->map), mean = s->all / s->solid / 3;
     double dark = HUGE_VAL;
     envmapi_survey_scale(&nu, &nv, s, i);
-    while (i + 1 < s->scales &&
-           (2 * extent <= plan->sigma || (plan->kinked && nu * nv * faces > 2048)))
+    while (i + 1 < s->scales && (plan->kinked ? 4 * extent <= plan->sigma || nu * nv * faces > 2048
+                                              : 2 * extent <= plan->sigma))
         ++i, extent *= 2, envmapi_survey_scale(&nu, &nv, s, i);
     const float *blocks = s->sums + envmapi_survey_scale(&nu, &nv, s, i);
     if (plan->kinked)
@@ -5501,7 +5519,8 @@ static void envmapi_reduce_row(float *nodes, const envmapi_fast *f, const float 
 }
 
 /* Task: one horizontal band of one face's grid, from the texels that reach it. Six rows of nodes,
-   as wide as the texels, are open at a time. */
+   as wide as the texels, are open at a time. Solid angles are alike on all faces: only on the
+   first. */
 static void envmapi_task_reduce(void *context, int task) {
     const envmapi_fast *f = (const envmapi_fast *)context;
     const envmapi_grid *grid = &f->grid;
@@ -5531,7 +5550,7 @@ static void envmapi_task_reduce(void *context, int task) {
         }
         envmapi_rows_add(rows, W, 6, &in, 1, 3 * width);
         for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + 3 * width;
-        envmapi_rows_add(rows + 3 * width, W, 6, &in, 0, width);
+        if (face == 0) envmapi_rows_add(rows + 3 * width, W, 6, &in, 0, width);
     }
 }
 
@@ -5622,23 +5641,42 @@ static void envmapi_fast_solve(envmapi_fast *f, const envmap_executor *executor)
     envmapi_run_all(executor, envmapi_task_solve_rows, f, f->grid.faces * f->strips);
 }
 
-/* Where the nodes are. Task: a row of the grid, of every face. */
+/* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
+static void envmapi_rays(double d[3][ENVMAPI_CHUNK], int at, int n, int mapping, int face, double u,
+                         double du, double v) {
+    double ray[3], last[3];
+    for (int i = 0; i < n && mapping != ENVMAP_CUBE; ++i) {
+        envmapi_ray(ray, mapping, face, u + i * du, v);
+        for (int c = 0; c < 3; ++c) d[c][at + i] = ray[c];
+    }
+    if (mapping != ENVMAP_CUBE) return;
+    envmapi_ray(ray, mapping, face, u, v);
+    envmapi_ray(last, mapping, face, u + n * du, v);
+    for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + i * ((last[c] - ray[c]) / n);
+}
+
+/* Where the nodes are. Task: a row of the grid, of every face: 64 nodes at a time. */
 static void envmapi_task_points(void *context, int y) {
     const envmapi_fast *f = (const envmapi_fast *)context;
     const envmapi_grid *grid = &f->grid;
-    double d[3][ENVMAPI_CHUNK], ray[3];
-    for (int face = 0; face < grid->faces; ++face)
-        for (int first = 0; first < grid->width; first += ENVMAPI_CHUNK) {
-            size_t at = ((size_t)face * (size_t)grid->height + (size_t)y) * (size_t)grid->width;
-            int n = grid->width - first < ENVMAPI_CHUNK ? grid->width - first : ENVMAPI_CHUNK;
-            for (int i = 0; i < n; ++i) {
-                envmapi_ray(ray, grid->map->mapping, face,
-                            (first + i - grid->pad + 0.5) / grid->nu,
-                            (y - grid->pad + 0.5) / grid->nv);
-                for (int c = 0; c < 3; ++c) d[c][i] = ray[c];
-            }
-            envmapi_rings_points(f->points + at + first, &f->rings, d, n);
+    int width = grid->width, total = grid->faces * width, first = 0;
+    double d[3][ENVMAPI_CHUNK], v = (y - grid->pad + 0.5) / grid->nv;
+    envmapi_point points[ENVMAPI_CHUNK];
+    for (int i = 0, next, n; i < total; i = next) { /* a run on one face, up to a full chunk */
+        n = width - i % width;
+        if (n > first + ENVMAPI_CHUNK - i) n = first + ENVMAPI_CHUNK - i;
+        next = i + n;
+        envmapi_rays(d, i - first, n, grid->map->mapping, i / width,
+                     (i % width - grid->pad + 0.5) / grid->nu, 1.0 / grid->nu, v);
+        if (next - first < ENVMAPI_CHUNK && next < total) continue;
+        envmapi_rings_points(points, &f->rings, d, next - first);
+        for (int k = first; k < next; ++k) {
+            size_t row = (size_t)(k / width) * (size_t)grid->height + (size_t)y;
+            f->points[row * (size_t)width + (size_t)(k % width)] = points[k - first];
         }
+        first = next;
+    }
     for (int face = 0; face < grid->faces && f->touch; ++face) {
         size_t row = (size_t)face * (size_t)grid->height + (size_t)y;
         f->touch[row] =
@@ -5648,20 +5686,25 @@ static void envmapi_task_points(void *context, int y) {
 
 /* sums += what the lights, which the bands leave out, send to n <= 64 texels from (x,y) on. */
 static void envmapi_add_lights(float *sums, const envmapi_fast *f, int face, int x, int y, int n) {
-    double a[3][ENVMAPI_CHUNK] = {{0}}, cosines[ENVMAPI_CHUNK], k[ENVMAPI_CHUNK], d[3];
-    for (int i = 0; i < n; ++i) {
-        envmapi_texel_direction(d, f->grid.map->mapping, face, f->grid.map->size, x + i, y);
-        for (int c = 0; c < 3; ++c) a[c][i] = d[c];
+    double a[3][ENVMAPI_CHUNK] = {{0}}, rgb[3][ENVMAPI_CHUNK] = {{0}}, cosines[ENVMAPI_CHUNK];
+    double k[ENVMAPI_CHUNK] = {0}, scale = 1 / f->norm;
+    double du = 1.0 / envmapi_width(f->grid.map->mapping, f->grid.map->size);
+    envmapi_rays(a, 0, n, f->grid.map->mapping, face, (x + 0.5) * du, du,
+                 (y + 0.5) / f->grid.map->size);
+    for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
+        double q = a[0][i] * a[0][i] + a[1][i] * a[1][i] + a[2][i] * a[2][i];
+        double shrink = envmapi_inverse_root(q);
+        for (int c = 0; c < 3; ++c) a[c][i] *= shrink;
     }
     for (const envmapi_light *l = f->lights; l < f->lights + f->light_count; ++l) {
-        double value[3];
-        for (int c = 0; c < 3; ++c) value[c] = l->value[c] / f->norm;
         for (int i = 0; i < ENVMAPI_CHUNK; ++i)
             cosines[i] = a[0][i] * l->d[0] + a[1][i] * l->d[1] + a[2][i] * l->d[2];
         envmapi_k_many(k, cosines, n, f->lobe, f->p);
-        for (int i = 0; i < n; ++i)
-            for (int c = 0; c < 3; ++c) sums[3 * i + c] += (float)(k[i] * value[c]);
+        for (int c = 0; c < 3; ++c)
+            for (int i = 0; i < ENVMAPI_CHUNK; ++i) rgb[c][i] += k[i] * l->value[c];
     }
+    for (int i = 0; i < n; ++i)
+        for (int c = 0; c < 3; ++c) sums[3 * i + c] += (float)(rgb[c][i] * scale);
 }
 
 /* A row of nodes -> as wide as the texels: RGB, then the solid angle thrice. */
@@ -5827,6 +5870,8 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_p
     f->light_count = out->light_count = kinked ? survey->light_count : 0;
     if (f->grid.identity) envmapi_run_all(&desc->executor, envmapi_task_copy, f, f->grid.faces);
     else envmapi_run_all(&desc->executor, envmapi_task_reduce, f, f->grid.faces * f->strips);
+    for (size_t i = 0, n = f->grid.count / (size_t)f->grid.faces; i + n < f->grid.count; ++i)
+        if (!f->grid.identity) f->nodes[4 * (i + n) + 3] = f->nodes[4 * i + 3];
     for (int i = 0; i < f->light_count; ++i) envmapi_light_out(f, f->lights + i);
     envmapi_fast_solve(f, &desc->executor);
     f->t.count = f->grid.count + envmapi_fast_rim(f);
