@@ -3043,14 +3043,23 @@ typedef struct envmapi_transform {
 
 /* Tasks share nothing and each result is summed in the same order however many there are, so one
    will do where there is one thread. */
-#define ENVMAPI_TASKS 16
+#define ENVMAPI_TASKS 16 /* <= 16: the bits of touch */
 static int envmapi_tasks(const envmap_executor *executor) {
     return executor->run ? ENVMAPI_TASKS : 1;
 }
 
+/* Tasks that spread, each for some points along all rings: a power of two, so that few are at
+   their borders. */
+static int envmapi_spread_tasks(const envmapi_transform *t) {
+    int tasks = 1;
+    while (2 * tasks <= t->tasks && 48 * tasks <= 2 * t->rings->M) tasks *= 2;
+    return tasks;
+}
+
 static void envmapi_task_spread(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
-    int n = 2 * t->rings->M, from = n * task / t->tasks, to = n * (task + 1) / t->tasks;
+    int n = 2 * t->rings->M, tasks = envmapi_spread_tasks(t);
+    int from = n * task / tasks, to = n * (task + 1) / tasks;
     size_t done = t->touch ? t->row * t->rows : 0;
     memset(t->rings->G + (size_t)from * t->rings->row, 0,
            (size_t)(to - from) * t->rings->row * sizeof(double));
@@ -3064,12 +3073,12 @@ static void envmapi_task_spread(void *context, int task) {
 /* The tasks that a row of points concerns. */
 static unsigned short envmapi_touched(const envmapi_transform *t, const envmapi_point *points,
                                       size_t count) {
-    int n = 2 * t->rings->M;
-    unsigned mask = n < 16 * t->tasks ? 0xFFFFu : 0;
-    for (size_t i = 0; i < count && mask < 0xFFFFu; ++i)
+    int n = 2 * t->rings->M, tasks = envmapi_spread_tasks(t);
+    unsigned all = (1u << tasks) - 1, mask = 0;
+    for (size_t i = 0; i < count && mask < all; ++i)
         for (int end = -2; end <= 3; end += 5) { /* the first k with k n/tasks > it, less one */
             int k = envmapi_wrap(points[i].k + end, n);
-            mask |= 1u << (((k + 1) * t->tasks + n - 1) / n - 1);
+            mask |= 1u << (((k + 1) * tasks + n - 1) / n - 1);
         }
     return (unsigned short)mask;
 }
@@ -3124,7 +3133,7 @@ static void envmapi_run_all(const envmap_executor *executor, envmap_task *task, 
 /* points, values -> a */
 static void envmapi_analyse(const envmapi_transform *t, const envmap_executor *executor) {
     envmapi_transform job = *t;
-    envmapi_run_all(executor, envmapi_task_spread, &job, t->tasks);
+    envmapi_run_all(executor, envmapi_task_spread, &job, envmapi_spread_tasks(t));
     envmapi_rings_poles(t->rings, 1);
     envmapi_run_all(executor, envmapi_task_fft_out, &job, t->tasks);
     envmapi_run_all(executor, envmapi_task_analyse, &job, t->tasks);
@@ -5487,6 +5496,7 @@ typedef struct envmapi_fast {
     double (*factors)[3]; /* of columns, then of rows */
     envmapi_point *points;
     unsigned short *touch; /* by each row of nodes; NULL for one task */
+    int *finite;         /* are a strip's nodes? */
     int tasks, strips;   /* strips: horizontal, of a face's grid: one a task */
     float *out;          /* a result's slice */
     const envmap_lobe *lobe;
@@ -5684,8 +5694,10 @@ static void envmapi_task_points(void *context, int y) {
     }
 }
 
-/* sums += what the lights, which the bands leave out, send to n <= 64 texels from (x,y) on. */
-static void envmapi_add_lights(float *sums, const envmapi_fast *f, int face, int x, int y, int n) {
+/* sums += what the lights, which the bands leave out, send to n <= 64 texels from (x,y) on, over
+   their norm. */
+static void envmapi_add_lights(float *sums, const float *norm, const envmapi_fast *f, int face,
+                               int x, int y, int n) {
     double a[3][ENVMAPI_CHUNK] = {{0}}, rgb[3][ENVMAPI_CHUNK] = {{0}}, cosines[ENVMAPI_CHUNK];
     double k[ENVMAPI_CHUNK] = {0}, scale = 1 / f->norm;
     double du = 1.0 / envmapi_width(f->grid.map->mapping, f->grid.map->size);
@@ -5704,10 +5716,12 @@ static void envmapi_add_lights(float *sums, const envmapi_fast *f, int face, int
             for (int i = 0; i < ENVMAPI_CHUNK; ++i) rgb[c][i] += k[i] * l->value[c];
     }
     for (int i = 0; i < n; ++i)
-        for (int c = 0; c < 3; ++c) sums[3 * i + c] += (float)(rgb[c][i] * scale);
+        for (int c = 0; c < 3; ++c)
+            sums[3 * i + c] +=
+                (float)(f->divide ? rgb[c][i] * scale / (double)norm[i] : rgb[c][i] * scale);
 }
 
-/* A row of nodes -> as wide as the texels: RGB, then the solid angle thrice. */
+/* A row of nodes -> as wide as the texels: RGB, then the norm. */
 static void envmapi_expand_row(float *row, const envmapi_fast *f, const float *nodes) {
     int width = envmapi_width(f->grid.map->mapping, f->grid.map->size);
     for (int x = 0; x < width; ++x) {
@@ -5720,21 +5734,24 @@ static void envmapi_expand_row(float *row, const envmapi_fast *f, const float *n
         }
         memcpy(sum, &total, sizeof sum);
         if (f->grid.identity) memcpy(sum, nodes + 4 * x, sizeof sum);
-        for (int c = 0; c < 3; ++c) row[3 * x + c] = sum[c], row[3 * (width + x) + c] = sum[3];
+        for (int c = 0; c < 3; ++c) row[3 * x + c] = sum[c];
+        row[3 * width + x] = sum[3];
     }
 }
 
-/* A row of texels from rows as wide as they are, rgb / w where that is the norm. */
-static void envmapi_expand_texels(float *out, float *sums, const envmapi_fast *f,
-                                  const envmapi_rows *in, int face, int y) {
+/* A row of texels from rows as wide as they are; norm: room for theirs. */
+static void envmapi_expand_texels(float *out, float *norm, const envmapi_fast *f, envmapi_rows *in,
+                                  int face, int y) {
     int width = envmapi_width(f->grid.map->mapping, f->grid.map->size);
-    float *solid = sums + 3 * width;
-    memset(sums, 0, 6 * (size_t)width * sizeof *sums);
-    envmapi_rows_add(sums, 0, 1, in, 0, 6 * (size_t)width);
-    for (int x = 0; x < width && f->light_count; x += ENVMAPI_CHUNK)
-        envmapi_add_lights(sums + 3 * x, f, face, x, y,
+    memset(out, 0, 3 * (size_t)width * sizeof *out);
+    envmapi_rows_add(out, 0, 1, in, 0, 3 * (size_t)width);
+    if (!f->light_count) return;
+    for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width;
+    memset(norm, 0, (size_t)width * sizeof *norm);
+    envmapi_rows_add(norm, 0, 1, in, 0, (size_t)width);
+    for (int x = 0; x < width; x += ENVMAPI_CHUNK)
+        envmapi_add_lights(out + 3 * x, norm + x, f, face, x, y,
                            width - x < ENVMAPI_CHUNK ? width - x : ENVMAPI_CHUNK);
-    for (int i = 0; i < 3 * width; ++i) out[i] = f->divide ? sums[i] / solid[i] : sums[i];
 }
 
 /* Texels from spline coefficients. Task: a strip of texel rows of a face; six rows of nodes are
@@ -5746,19 +5763,19 @@ static void envmapi_task_expand(void *context, int task) {
     size_t width = (size_t)envmapi_width(grid->map->mapping, size),
            floats = 4 * (size_t)grid->width;
     const float *nodes = f->nodes + (size_t)face * (size_t)grid->height * floats;
-    float *rows = f->work + (size_t)task * 7 * 6 * width,
+    float *rows = f->work + (size_t)task * 28 * width, *norm = rows + 24 * width,
           *out = f->out + 3 * (size_t)face * width * (size_t)size;
     envmapi_rows in;
     for (int y = size * strip / f->strips; y < size * (strip + 1) / f->strips; ++y) {
         int start = grid->identity ? y : f->v[y].start, taps = grid->identity ? 1 : 6;
         for (int i = done < start ? start : done; i < start + taps; ++i)
-            envmapi_expand_row(rows + (size_t)(i % 6) * 6 * width, f, nodes + (size_t)i * floats);
+            envmapi_expand_row(rows + (size_t)(i % 6) * 4 * width, f, nodes + (size_t)i * floats);
         for (int i = 0; i < taps; ++i) {
-            in.x[i] = rows + (size_t)((start + i) % 6) * 6 * width;
+            in.x[i] = rows + (size_t)((start + i) % 6) * 4 * width;
             in.w[i][0] = grid->identity ? 1 : f->v[y].w[i];
         }
         done = start + taps, in.rows = taps;
-        envmapi_expand_texels(out + 3 * (size_t)y * width, rows + 36 * width, f, &in, face, y);
+        envmapi_expand_texels(out + 3 * (size_t)y * width, norm, f, &in, face, y);
     }
 }
 
@@ -5773,7 +5790,7 @@ static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, dou
     f->tasks = envmapi_tasks(&desc->executor);
     size_t width = (size_t)envmapi_width(map->mapping, map->size), size = (size_t)map->size;
     size_t extra = (size_t)survey->rim_count, n = f->grid.count + extra;
-    size_t work = 42 * width * (size_t)(f->grid.faces * f->strips);
+    size_t work = 28 * width * (size_t)(f->grid.faces * f->strips);
     size_t lines = (size_t)(f->grid.height + f->grid.width);
     int M = envmapi_rings_size((int)fmax(ENVMAPI_PI / h, bands + 2));
     if (done && done->grid.count >= n) f->nodes = done->nodes;
@@ -5782,9 +5799,10 @@ static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, dou
     f->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     f->work = (float *)envmapi_pool_get(pool, work, sizeof(float));
     f->factors = (double(*)[3])envmapi_pool_get(pool, lines + 4, 3 * sizeof(double));
+    f->finite = (int *)envmapi_pool_get(pool, (size_t)(f->grid.faces * f->strips), sizeof(int));
     f->t.work = (double *)envmapi_pool_get(pool, envmapi_rings_work(M) * (size_t)f->tasks,
                                            sizeof(double));
-    if (!f->nodes || !f->points || !f->u || !f->work || !f->factors || !f->t.work)
+    if (!f->nodes || !f->points || !f->u || !f->work || !f->factors || !f->finite || !f->t.work)
         return ENVMAP_ERROR_MEMORY;
     f->v = f->u + width;
     envmapi_taps_fill(f->u, (int)width, f->grid.nu, f->grid.pad);
@@ -5880,14 +5898,22 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_p
     return ENVMAP_OK;
 }
 
-static int envmapi_nodes_finite(const envmapi_fast *f) {
-    int finite = 1;
-    for (size_t i = 0; i < 4 * f->grid.count; ++i) {
-        uint32_t bits;
-        memcpy(&bits, f->nodes + i, sizeof bits);
-        finite &= (bits & 0x7F800000u) != 0x7F800000u;
+/* RGB over what the lobe makes of the solid angles, already at the nodes: that varies by so little
+   that the ratio is as smooth. Task: a part of the nodes; notes what is not finite. */
+static void envmapi_task_norm(void *context, int task) {
+    const envmapi_fast *f = (const envmapi_fast *)context;
+    size_t parts = (size_t)(f->grid.faces * f->strips), part = (size_t)task;
+    size_t from = f->grid.count * part / parts, to = f->grid.count * (part + 1) / parts;
+    uint32_t bits, finite = 1;
+    for (float *node = f->nodes + 4 * from; node < f->nodes + 4 * to; node += 4) {
+        float scale = f->divide ? 1 / node[3] : 1;
+        for (int c = 0; c < 4; ++c) {
+            float value = c < 3 ? node[c] * scale : node[c];
+            memcpy(&bits, &value, sizeof bits);
+            node[c] = value, finite &= (bits & 0x7F800000u) != 0x7F800000u;
+        }
     }
-    return finite;
+    f->finite[task] = (int)finite;
 }
 
 /* A spectrum -> slices of a result, from `first` on. The source's grid serves again where it is not
@@ -5923,7 +5949,9 @@ static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan, envmapi_s
         if (f->divide) f->norm = envmapi_lobe_integral(plan->lobe, f->p);
         if ((result = envmapi_tell(&desc->progress, (double)(k - first) / slices))) return result;
         envmapi_synthesise(&f->t, &desc->executor);
-        if (!envmapi_nodes_finite(f)) return ENVMAP_ERROR_LOBE;
+        envmapi_run_all(&desc->executor, envmapi_task_norm, f, f->grid.faces * f->strips);
+        for (int i = 0; i < f->grid.faces * f->strips; ++i)
+            if (!f->finite[i]) return ENVMAP_ERROR_LOBE;
         if ((result = envmapi_tell(&desc->progress, (k - first + 1.0) / slices))) return result;
         envmapi_fast_solve(f, &desc->executor);
         envmapi_run_all(&desc->executor, envmapi_task_expand, f, f->grid.faces * f->strips);
