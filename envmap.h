@@ -4651,6 +4651,8 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
              20 are allowed: the second is an rms, of which a texel may see more.
    A lobe with a kink (diffuse, Banks) has bands that end slowly. There the texels that hold more
    than 1/2000 of all light are summed one by one, exactly, and kappa is that of the others.
+   Of Banks' slices those at c and -c are each other's antipodes; slices of as many bands share a
+   grid.
    The first bound is proved but for kappa_l standing for all bands beyond l; the second is a model
    of how errors meet, and measured: the worst texel of all tests stays below 20 tolerances.
    Tests: tests/test_fast.c. */
@@ -5148,7 +5150,8 @@ typedef struct envmapi_plan {
     envmap *dst;
     double *lambda;     /* [slices][bands] */
     double *rest;       /* [slices]: sum (2l+1) lambda_l^2 beyond them */
-    int bands, need, slices;
+    int *needs;         /* [slices]: bands each needs; need: the most */
+    int bands, need, slices, mirrored; /* mirrored: slices are half, those at -p are theirs */
     double tolerance, h, sigma, brightest; /* brightest: the largest |lambda_0| of a slice */
     double dark, grain; /* the darkest of the result over its mean; h^2/24 of texels of side h */
     int kinked;
@@ -5178,6 +5181,11 @@ static double envmapi_plan_power(const envmapi_plan *plan, int slice, int from, 
 /* lambda_0, or where a slice is much darker than others a tenth of theirs. */
 static double envmapi_plan_mean(const envmapi_plan *plan, int slice) {
     return fmax(fabs(plan->lambda[(size_t)slice * (size_t)plan->bands]), plan->brightest / 10);
+}
+
+/* A slice's p. */
+static double envmapi_plan_p(const envmapi_plan *plan, int k) {
+    return envmapi_slice_p(plan->lobe, k, plan->mirrored ? plan->dst->slices : plan->slices);
 }
 
 /* Slices that are looked at: at most five, the ends and between. */
@@ -5293,10 +5301,13 @@ static int envmapi_plan_holds(const envmapi_plan *plan, int slice, double h, env
     return envmapi_plan_allows(plan, lost, k, 2 * tolerance, mean, 0, c);
 }
 
+/* The widest that a grid for so many bands may be. */
+static double envmapi_plan_cap(int bands) { return fmin(0.8, 0.45 * 2 * ENVMAPI_PI / bands); }
+
 /* The widest grid whose spline errors stay within the bounds, to 4 %; its nodes keep all bands
    apart also where a scene asks for nothing, for the solid angle goes over the same grid. */
 static double envmapi_plan_spacing(const envmapi_plan *plan, envmapi_contrast contrast) {
-    double low = 1e-3, high = fmin(0.8, 0.45 * 2 * ENVMAPI_PI / plan->need);
+    double low = 1e-3, high = envmapi_plan_cap(plan->need);
     while (high > 1.04 * low) {
         double h = sqrt(low * high);
         int holds = 1;
@@ -5317,7 +5328,7 @@ static int envmapi_plan_lambda(envmapi_plan *plan, int bands, int others) {
         int looked_at = n < envmapi_plan_sampled(plan) && k == envmapi_plan_slice(plan, n);
         n += looked_at;
         if (looked_at == others) continue;
-        double p = envmapi_slice_p(lobe, k, plan->slices), norm = envmapi_lobe_norm(lobe);
+        double p = envmapi_plan_p(plan, k), norm = envmapi_lobe_norm(lobe);
         double *lambda = plan->lambda + (size_t)k * (size_t)bands;
         if (!envmapi_zonal(lambda, others ? plan->need : bands, lobe, p)) return 0;
         if (others) continue;
@@ -5341,7 +5352,7 @@ static double envmapi_survey_dark_kinked(const envmapi_survey *s, const envmapi_
         envmapi_texel_direction(a[i], ENVMAP_CUBE, i / 16, 4, i % 4, i % 16 / 4);
     for (int n = 0; n < envmapi_plan_sampled(plan); ++n) {
         int slice = envmapi_plan_slice(plan, n);
-        double p = envmapi_slice_p(plan->lobe, slice, plan->slices), d[3];
+        double p = envmapi_plan_p(plan, slice), d[3];
         double scale = fabs(plan->lambda[(size_t)slice * (size_t)plan->bands]) /
                        (envmapi_lobe_integral(plan->lobe, p) * envmapi_plan_mean(plan, slice));
         memset(sums, 0, sizeof sums);
@@ -5395,6 +5406,31 @@ static int envmapi_plan_lattice_holds(envmapi_plan *plan, const envmap *map) {
     return 1;
 }
 
+/* Bands of every slice, and the most; between those that are looked at, the greater number. */
+static void envmapi_plan_needs(envmapi_plan *plan, const envmapi_contrast *contrast, int texels) {
+    plan->need = 1;
+    for (int k = 0, from = 0; k < envmapi_plan_sampled(plan); ++k) {
+        int at = envmapi_plan_slice(plan, k);
+        int L = envmapi_plan_bands(plan, at, contrast, texels);
+        for (int i = from + 1; i <= at; ++i)
+            plan->needs[i] = i < at && plan->needs[from] > L ? plan->needs[from] : L;
+        plan->needs[at] = L, from = at;
+        if (L > plan->need) plan->need = L;
+    }
+}
+
+/* Rows `row` .. returned - 1 need about as many bands, `need` at most. */
+static int envmapi_plan_run(int *need, const envmapi_plan *plan, int row) {
+    int most = plan->needs[row], least = most;
+    for (; row < plan->slices; ++row) {
+        int L = plan->needs[row];
+        if (4 * (L > most ? L : most) > 5 * (L < least ? L : least)) break;
+        most = L > most ? L : most, least = L < least ? L : least;
+    }
+    *need = most;
+    return row;
+}
+
 /* Bands and spacing for this scene; need 0 where there are not enough, or more than `most`. */
 static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, double most) {
     envmapi_contrast contrast[ENVMAPI_FAST_BANDS];
@@ -5404,23 +5440,16 @@ static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, do
         if (!known) plan->dark = envmapi_survey_dark(survey, plan);
         for (; known < plan->bands; ++known)
             contrast[known] = envmapi_contrast_at(survey, known + 1);
-        plan->need = 1;
-        for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
-            int L = envmapi_plan_bands(plan, envmapi_plan_slice(plan, k), contrast, 1);
-            if (L > plan->need) plan->need = L;
-        }
+        envmapi_plan_needs(plan, contrast, 1);
         /* What is near the last band there is may be beyond it. */
         if (plan->need <= plan->bands - plan->bands / 8) break;
         if (plan->need > most || (bands >= ENVMAPI_FAST_BANDS && bands < 8 / plan->sigma))
             return plan->need = 0;
         if (bands >= ENVMAPI_FAST_BANDS) { /* a kink beside nothing but dark: at least the rms */
-            plan->need = 1;
-            for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
-                int L = envmapi_plan_bands(plan, envmapi_plan_slice(plan, k), contrast, 0);
-                if (L > plan->need) plan->need = L;
-            }
+            envmapi_plan_needs(plan, contrast, 0);
             if (plan->need > plan->bands / 2) return plan->need = 0;
             plan->need = plan->bands / 2;
+            for (int k = 0; k < plan->slices; ++k) plan->needs[k] = plan->need;
             break;
         }
     }
@@ -5436,20 +5465,24 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
     int varied = lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1;
     memset(plan, 0, sizeof *plan);
     plan->lobe = lobe, plan->dst = dst, plan->tolerance = tolerance;
-    plan->slices = varied ? dst->slices : 1;
+    /* Banks' ring at -c is that at c about -t. */
+    plan->mirrored = lobe->kind == ENVMAP_LOBE_BANKS && varied && !(lobe->p0 + lobe->p1 < 0) &&
+                     !(lobe->p0 + lobe->p1 > 0);
+    plan->slices = plan->mirrored ? (dst->slices + 1) / 2 : varied ? dst->slices : 1;
     plan->sigma = ENVMAPI_PI;
     plan->grain =
         pow(envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size), 2) / 24;
     for (int k = 0; k < plan->slices; ++k)
         plan->sigma =
-            fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, plan->slices)));
+            fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_plan_p(plan, k)));
     if (plan->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)plan->slices;
-    plan->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 1) * n, sizeof(double));
+    plan->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 2) * n, sizeof(double));
     plan->rest = plan->lambda + ENVMAPI_FAST_BANDS * n;
+    plan->needs = (int *)(plan->rest + n);
     for (int k = 0; k < plan->slices && plan->lambda; ++k) {
         double first = 0;
-        envmapi_zonal(&first, 1, lobe, envmapi_slice_p(lobe, k, plan->slices));
+        envmapi_zonal(&first, 1, lobe, envmapi_plan_p(plan, k));
         plan->brightest = fmax(plan->brightest, fabs(first));
     }
     if (!plan->lambda) *result = ENVMAP_ERROR_MEMORY;
@@ -5745,6 +5778,9 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_fast *f
     int width = envmapi_width(f->grid.map->mapping, f->grid.map->size);
     memset(out, 0, 3 * (size_t)width * sizeof *out);
     envmapi_rows_add(out, 0, 1, in, 0, 3 * (size_t)width);
+    /* What has no negative part has none: bands ring below zero beside lamps on black. */
+    for (int i = 0; i < 3 * width && f->lobe->kind < ENVMAP_LOBE_FUNCTION; ++i)
+        out[i] = out[i] > 0 ? out[i] : 0;
     if (!f->light_count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width;
     memset(norm, 0, (size_t)width * sizeof *norm);
@@ -5916,50 +5952,6 @@ static void envmapi_task_norm(void *context, int task) {
     f->finite[task] = (int)finite;
 }
 
-/* A spectrum -> slices of a result, from `first` on. The source's grid serves again where it is not
-   much finer than need be. */
-static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan, envmapi_spectrum *spectrum,
-                                             const envmapi_survey *survey, int first, int slices,
-                                             const envmap_filter_desc *desc, envmapi_pool *pool) {
-    envmapi_fast own, *f = &spectrum->f;
-    envmap_result result;
-    const envmap *dst = plan->dst, *src = survey->map;
-    int kept = pool->count;
-    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
-    if (!spectrum->kept || dst->mapping != src->mapping || dst->size != src->size ||
-        plan->h > 1.2 * spectrum->h) {
-        result = envmapi_fast_create(f = &own, dst, plan->h, plan->need, survey,
-                                     spectrum->kept ? &spectrum->f : NULL, desc, pool);
-        if (result) return result;
-    }
-    f->t.a = spectrum->a, f->t.a_bands = spectrum->bands;
-    f->lights = spectrum->lights, f->light_count = spectrum->light_count;
-    f->rings.bands = plan->need;
-    f->t.count = f->grid.count, f->lobe = plan->lobe;
-    f->divide = !plan->lobe->raw && plan->lobe->kind != ENVMAP_LOBE_BANKS;
-    for (int k = first; k < first + slices; ++k) {
-        if (k > first && plan->slices == 1) {
-            memcpy(dst->texels + floats * (size_t)k, f->out, floats * sizeof(float));
-            continue;
-        }
-        f->t.lambda = plan->lambda + (size_t)(plan->slices > 1 ? k : 0) * (size_t)plan->bands;
-        f->out = dst->texels + floats * (size_t)k;
-        f->p = envmapi_slice_p(plan->lobe, k, dst->slices);
-        f->norm = envmapi_lobe_norm(plan->lobe);
-        if (f->divide) f->norm = envmapi_lobe_integral(plan->lobe, f->p);
-        if ((result = envmapi_tell(&desc->progress, (double)(k - first) / slices))) return result;
-        envmapi_synthesise(&f->t, &desc->executor);
-        envmapi_run_all(&desc->executor, envmapi_task_norm, f, f->grid.faces * f->strips);
-        for (int i = 0; i < f->grid.faces * f->strips; ++i)
-            if (!f->finite[i]) return ENVMAP_ERROR_LOBE;
-        if ((result = envmapi_tell(&desc->progress, (k - first + 1.0) / slices))) return result;
-        envmapi_fast_solve(f, &desc->executor);
-        envmapi_run_all(&desc->executor, envmapi_task_expand, f, f->grid.faces * f->strips);
-    }
-    envmapi_pool_free(pool, kept);
-    return ENVMAP_OK;
-}
-
 /* desc with a part of its progress. */
 static envmap_filter_desc envmapi_part_desc(envmapi_progress_part *part,
                                             const envmap_filter_desc *desc, int done, int count,
@@ -5970,6 +5962,104 @@ static envmap_filter_desc envmapi_part_desc(envmapi_progress_part *part,
     out.progress.user = part;
     if (desc->progress.report) out.progress.report = envmapi_report_part;
     return out;
+}
+
+/* A slice of a result from a spectrum, on its grid. */
+static envmap_result envmapi_fast_slice(envmapi_fast *f, const envmapi_plan *plan, int k,
+                                        const double *lambda, const envmap_filter_desc *desc) {
+    const envmap *dst = plan->dst;
+    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
+    f->t.lambda = lambda;
+    f->out = dst->texels + floats * (size_t)k;
+    f->p = envmapi_slice_p(plan->lobe, k, dst->slices);
+    f->norm = envmapi_lobe_norm(plan->lobe);
+    if (f->divide) f->norm = envmapi_lobe_integral(plan->lobe, f->p);
+    envmapi_synthesise(&f->t, &desc->executor);
+    envmapi_run_all(&desc->executor, envmapi_task_norm, f, f->grid.faces * f->strips);
+    for (int i = 0; i < f->grid.faces * f->strips; ++i)
+        if (!f->finite[i]) return ENVMAP_ERROR_LOBE;
+    envmap_result result = envmapi_tell(&desc->progress, 1);
+    if (result) return result;
+    envmapi_fast_solve(f, &desc->executor);
+    envmapi_run_all(&desc->executor, envmapi_task_expand, f, f->grid.faces * f->strips);
+    return ENVMAP_OK;
+}
+
+/* dst(d) = src(-d), where texels have texels opposite: not on sphere and angular maps. */
+static int envmapi_antipodes(float *dst, const float *src, int mapping, int edge) {
+    int width = envmapi_width(mapping, edge), faces = envmap_faces(mapping);
+    int turned = mapping == ENVMAP_LATLONG, paraboloid = mapping == ENVMAP_PARABOLOID;
+    if (mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR) return 0;
+    for (int i = 0; i < faces * edge; ++i) {
+        int face = i / edge, y = i % edge, flip_x = paraboloid || face / 2 == 1;
+        int to = turned ? 0 : face ^ 1, row = paraboloid || face / 2 != 1 ? edge - 1 - y : y;
+        float *out = dst + 3 * (size_t)(to * edge + row) * (size_t)width;
+        for (int x = 0; x < width; ++x, src += 3) {
+            int at = turned ? (x + width / 2) % width : flip_x ? width - 1 - x : x;
+            memcpy(out + 3 * at, src, 3 * sizeof *src);
+        }
+    }
+    return 1;
+}
+
+/* One row of a plan: its slice, and that at -p, lambda_l of which is (-1)^l times as much; as far
+   as they are among first .. first+slices-1. */
+static envmap_result envmapi_fast_pair(envmapi_fast *f, const envmapi_plan *plan, int row,
+                                       int first, int slices, const envmap_filter_desc *desc) {
+    const envmap *dst = plan->dst;
+    double *lambda = plan->lambda + (size_t)row * (size_t)plan->bands;
+    int last = first + slices, slice = plan->slices > 1 || plan->mirrored ? row : first;
+    int other = plan->mirrored ? dst->slices - 1 - row : slice;
+    int here = slice >= first && slice < last;
+    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
+    envmap_result result = here ? envmapi_fast_slice(f, plan, slice, lambda, desc) : ENVMAP_OK;
+    if (result || other == slice || other < first || other >= last) return result;
+    if (here && envmapi_antipodes(dst->texels + floats * (size_t)other,
+                                  dst->texels + floats * (size_t)slice, dst->mapping, dst->size))
+        return ENVMAP_OK;
+    for (int l = 1; l < plan->need; l += 2) lambda[l] = -lambda[l];
+    result = envmapi_fast_slice(f, plan, other, lambda, desc);
+    for (int l = 1; l < plan->need; l += 2) lambda[l] = -lambda[l];
+    return result;
+}
+
+/* A spectrum -> slices of a result, from `first` on; slices of as many bands share a grid. The
+   source's serves again where it is not much finer than need be. */
+static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan, envmapi_spectrum *spectrum,
+                                             const envmapi_survey *survey, int first, int slices,
+                                             const envmap_filter_desc *desc, envmapi_pool *pool) {
+    const envmap *dst = plan->dst, *src = survey->map;
+    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
+    int kept = pool->count, need, capped = plan->h > 0.99 * envmapi_plan_cap(plan->need);
+    envmap_result result = ENVMAP_OK;
+    for (int row = 0, end; row < plan->slices; row = end) {
+        envmapi_fast own, *f = &spectrum->f;
+        end = envmapi_plan_run(&need, plan, row);
+        int here = row < first + slices && end > first, n = dst->slices;
+        int there = plan->mirrored && n - end < first + slices && n - row > first;
+        if (!here && !there && plan->slices > 1) continue;
+        double h = capped ? envmapi_plan_cap(need) : plan->h;
+        if (!spectrum->kept || dst->mapping != src->mapping || dst->size != src->size ||
+            h > 1.2 * spectrum->h)
+            result = envmapi_fast_create(f = &own, dst, h, need, survey,
+                                         spectrum->kept ? &spectrum->f : NULL, desc, pool);
+        if (result) return result;
+        f->t.a = spectrum->a, f->t.a_bands = spectrum->bands;
+        f->lights = spectrum->lights, f->light_count = spectrum->light_count;
+        f->rings.bands = need;
+        f->t.count = f->grid.count, f->lobe = plan->lobe;
+        f->divide = !plan->lobe->raw && plan->lobe->kind != ENVMAP_LOBE_BANKS;
+        for (; row < end; ++row) {
+            envmapi_progress_part part;
+            envmap_filter_desc one = envmapi_part_desc(&part, desc, row, 1, plan->slices);
+            if ((result = envmapi_fast_pair(f, plan, row, first, slices, &one))) return result;
+        }
+        envmapi_pool_free(pool, kept);
+    }
+    for (int k = first + 1; k < first + slices && plan->slices == 1 && !plan->mirrored; ++k)
+        memcpy(dst->texels + floats * (size_t)k, dst->texels + floats * (size_t)first,
+               floats * sizeof(float));
+    return ENVMAP_OK;
 }
 
 /* Can all plans of a kind do with this spectrum? */

@@ -331,6 +331,21 @@ static void a_lobe_without_parameter_fills_every_slice_alike(void) {
     envmap_free(&dst);
 }
 
+/* The ring at -c about t is that at c about -t: half of the slices are turned, or their bands. */
+static void opposite_slices_of_banks_keep_the_tolerance(void) {
+    envmap src = scene_of(STUDIO, ENVMAP_CUBE, 48);
+    for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping) {
+        miss all = {0, 0};
+        for (int slices = 2; slices <= 5; slices += 3)
+            all = larger(all, miss_by(mapping, 7, slices, &src, envmap_lobe_banks(0.8f),
+                                      ENVMAP_METHOD_FAST, 1e-3));
+        char what[96];
+        snprintf(what, sizeof what, "2 and 5 slices, %s", oracle_name[mapping]);
+        figures(what, all);
+    }
+    envmap_free(&src);
+}
+
 static void raw_lobes_keep_the_tolerance(void) {
     static const int lobes[6] = {0, 5, 9, 11, 12, 14};
     for (int i = 0; i < 6; ++i) {
@@ -764,6 +779,7 @@ int main(void) {
     RUN(auto_keeps_the_tolerance);
     RUN(each_slice_of_a_source_lights_its_own);
     RUN(a_lobe_without_parameter_fills_every_slice_alike);
+    RUN(opposite_slices_of_banks_keep_the_tolerance);
     RUN(raw_lobes_keep_the_tolerance);
     RUN(white_stays_white);
     RUN(black_stays_black);
