@@ -5144,6 +5144,8 @@ static envmap_result envmapi_survey_lights(envmapi_survey *s, envmapi_pool *pool
     return ENVMAP_OK;
 }
 
+#define ENVMAPI_SAMPLED 5 /* slices that are looked at, at most: the ends and between */
+
 /* What a lobe asks of a scene: lambda_l of every slice, the bands, and the grid for them. */
 typedef struct envmapi_plan {
     const envmap_lobe *lobe;
@@ -5153,7 +5155,8 @@ typedef struct envmapi_plan {
     int *needs;         /* [slices]: bands each needs; need: the most */
     int bands, need, slices, mirrored; /* mirrored: slices are half, those at -p are theirs */
     double tolerance, h, sigma, brightest; /* brightest: the largest |lambda_0| of a slice */
-    double dark, grain; /* the darkest of the result over its mean; h^2/24 of texels of side h */
+    double dark[ENVMAPI_SAMPLED]; /* of slices looked at: the darkest of the result over its mean */
+    double grain;       /* h^2/24 of texels of side h */
     int kinked;
 } envmapi_plan;
 
@@ -5188,13 +5191,14 @@ static double envmapi_plan_p(const envmapi_plan *plan, int k) {
     return envmapi_slice_p(plan->lobe, k, plan->mirrored ? plan->dst->slices : plan->slices);
 }
 
-/* Slices that are looked at: at most five, the ends and between. */
+/* Slices that are looked at. */
 static int envmapi_plan_sampled(const envmapi_plan *plan) {
-    return plan->slices < 5 ? plan->slices : 5;
+    return plan->slices < ENVMAPI_SAMPLED ? plan->slices : ENVMAPI_SAMPLED;
 }
 
 static int envmapi_plan_slice(const envmapi_plan *plan, int i) {
-    return plan->slices <= 5 ? i : (int)((size_t)i * (size_t)(plan->slices - 1) / 4);
+    size_t last = (size_t)plan->slices - 1, steps = ENVMAPI_SAMPLED - 1;
+    return last <= steps ? i : (int)((size_t)i * last / steps);
 }
 
 /* (2l+1) P_l at the angles, one l after the other. */
@@ -5240,8 +5244,9 @@ static void envmapi_plan_k(double k[ENVMAPI_ANGLES], double *most, const envmapi
    counts: the brightest light's must stay below that share of the dark, and so must the rms of
    what all others make of it together, of which a texel may see thrice as much. */
 static int envmapi_plan_allows(const envmapi_plan *plan, const double *d, const double *k,
-                               double share, double mean, double slack, envmapi_contrast c) {
-    double excess[ENVMAPI_ANGLES], most = 0, squares = 0, dark = mean * plan->dark;
+                               double share, double mean, double D, double slack,
+                              envmapi_contrast c) {
+    double excess[ENVMAPI_ANGLES], most = 0, squares = 0, dark = mean * D;
     double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
         double over = fabs(d[j]) - share * fabs(k[j]) - slack;
@@ -5259,8 +5264,9 @@ static int envmapi_plan_allows(const envmapi_plan *plan, const double *d, const 
 
 /* The fewest bands that keep the bounds, or only the one on rms; contrast[l] is the scene's at the
    scale of band l. */
-static int envmapi_plan_bands(const envmapi_plan *plan, int slice, const envmapi_contrast *contrast,
+static int envmapi_plan_bands(const envmapi_plan *plan, int n, const envmapi_contrast *contrast,
                               int texels) {
+    int slice = envmapi_plan_slice(plan, n);
     const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
     double mean = envmapi_plan_mean(plan, slice), tail = plan->rest[slice];
     double power = tail + envmapi_plan_power(plan, slice, 0, plan->bands, 0);
@@ -5278,7 +5284,8 @@ static int envmapi_plan_bands(const envmapi_plan *plan, int slice, const envmapi
     memcpy(lost, k, sizeof lost);
     for (int l = 0; l + 1 < plan->bands; ++l) {
         if (l + 1 > L &&
-            !envmapi_plan_allows(plan, lost, k, 4 * tolerance, mean, 1e-12 * most, contrast[l]))
+            !envmapi_plan_allows(plan, lost, k, 4 * tolerance, mean, plan->dark[n],
+                                 1e-12 * most, contrast[l]))
             L = l + 1;
         envmapi_series_add(&series, lost, -lambda[l]);
     }
@@ -5286,7 +5293,8 @@ static int envmapi_plan_bands(const envmapi_plan *plan, int slice, const envmapi
 }
 
 /* Do grids of spacing h keep the bounds? */
-static int envmapi_plan_holds(const envmapi_plan *plan, int slice, double h, envmapi_contrast c) {
+static int envmapi_plan_holds(const envmapi_plan *plan, int n, double h, envmapi_contrast c) {
+    int slice = envmapi_plan_slice(plan, n);
     const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
     double k[ENVMAPI_ANGLES], lost[ENVMAPI_ANGLES] = {0}, most, c2 = fmax(c.kappa * c.kappa, 1e-4);
     double mean = envmapi_plan_mean(plan, slice), tolerance = plan->tolerance;
@@ -5298,7 +5306,7 @@ static int envmapi_plan_holds(const envmapi_plan *plan, int slice, double h, env
     envmapi_series_begin(&series);
     for (int l = 0; l < plan->need; ++l)
         envmapi_series_add(&series, lost, lambda[l] * envmapi_band_error(l, h));
-    return envmapi_plan_allows(plan, lost, k, 2 * tolerance, mean, 0, c);
+    return envmapi_plan_allows(plan, lost, k, 2 * tolerance, mean, plan->dark[n], 0, c);
 }
 
 /* The widest that a grid for so many bands may be. */
@@ -5312,7 +5320,7 @@ static double envmapi_plan_spacing(const envmapi_plan *plan, envmapi_contrast co
         double h = sqrt(low * high);
         int holds = 1;
         for (int k = 0; k < envmapi_plan_sampled(plan) && holds; ++k)
-            holds = envmapi_plan_holds(plan, envmapi_plan_slice(plan, k), h, contrast);
+            holds = envmapi_plan_holds(plan, k, h, contrast);
         if (holds) low = h;
         else high = h;
     }
@@ -5344,35 +5352,34 @@ static int envmapi_plan_lambda(envmapi_plan *plan, int bands, int others) {
 /* The darkest that the result of a lobe with a kink gets, over its mean: the sum over blocks at 96
    axes, for a lobe may be so wide that no block tells. */
 static double envmapi_survey_dark_kinked(const envmapi_survey *s, const envmapi_plan *plan,
-                                         const float *blocks, int nu, int nv, double wide) {
+                                         int n, const float *blocks, int nu, int nv,
+                                         double wide) {
     enum { AXES = 96 };
     double a[AXES][3], sums[AXES][3], cosines[AXES], k[AXES], dark = HUGE_VAL;
     int mapping = s->map->mapping, width = envmapi_width(mapping, s->map->size);
     for (int i = 0; i < AXES; ++i)
         envmapi_texel_direction(a[i], ENVMAP_CUBE, i / 16, 4, i % 4, i % 16 / 4);
-    for (int n = 0; n < envmapi_plan_sampled(plan); ++n) {
-        int slice = envmapi_plan_slice(plan, n);
-        double p = envmapi_plan_p(plan, slice), d[3];
-        double scale = fabs(plan->lambda[(size_t)slice * (size_t)plan->bands]) /
-                       (envmapi_lobe_integral(plan->lobe, p) * envmapi_plan_mean(plan, slice));
-        memset(sums, 0, sizeof sums);
-        for (int b = 0; b < nu * nv * envmap_faces(mapping); ++b) {
-            double u = (b % nu + 0.5) * wide / width, v = (b / nu % nv + 0.5) * wide / s->map->size;
-            envmapi_direction(d, mapping, b / nu / nv, fmin(u, 1), fmin(v, 1));
-            for (int i = 0; i < AXES; ++i) cosines[i] = envmapi_dot(a[i], d);
-            envmapi_k_many(k, cosines, AXES, plan->lobe, p);
-            for (int i = 0; i < AXES; ++i)
-                for (int c = 0; c < 3; ++c) sums[i][c] += k[i] * (double)blocks[4 * b + c];
-        }
+    int slice = envmapi_plan_slice(plan, n);
+    double p = envmapi_plan_p(plan, slice), d[3];
+    double scale = fabs(plan->lambda[(size_t)slice * (size_t)plan->bands]) /
+                   (envmapi_lobe_integral(plan->lobe, p) * envmapi_plan_mean(plan, slice));
+    memset(sums, 0, sizeof sums);
+    for (int b = 0; b < nu * nv * envmap_faces(mapping); ++b) {
+        double u = (b % nu + 0.5) * wide / width, v = (b / nu % nv + 0.5) * wide / s->map->size;
+        envmapi_direction(d, mapping, b / nu / nv, fmin(u, 1), fmin(v, 1));
+        for (int i = 0; i < AXES; ++i) cosines[i] = envmapi_dot(a[i], d);
+        envmapi_k_many(k, cosines, AXES, plan->lobe, p);
         for (int i = 0; i < AXES; ++i)
-            dark = fmin(dark, scale * fmax(fmax(sums[i][0], sums[i][1]), sums[i][2]));
+            for (int c = 0; c < 3; ++c) sums[i][c] += k[i] * (double)blocks[4 * b + c];
     }
+    for (int i = 0; i < AXES; ++i)
+        dark = fmin(dark, scale * fmax(fmax(sums[i][0], sums[i][1]), sums[i][2]));
     return dark;
 }
 
 /* D, from blocks no wider than the lobe: where that is smooth, no mean of blocks is darker than the
    darkest. Half of that, for what lies between. */
-static double envmapi_survey_dark(const envmapi_survey *s, const envmapi_plan *plan) {
+static double envmapi_survey_dark(const envmapi_survey *s, const envmapi_plan *plan, int n) {
     int i = 0, nu, nv, faces = envmap_faces(s->map->mapping);
     double extent = s->edge * envmapi_texel_extent(s->map), mean = s->all / s->solid / 3;
     double dark = HUGE_VAL;
@@ -5382,7 +5389,7 @@ static double envmapi_survey_dark(const envmapi_survey *s, const envmapi_plan *p
         ++i, extent *= 2, envmapi_survey_scale(&nu, &nv, s, i);
     const float *blocks = s->sums + envmapi_survey_scale(&nu, &nv, s, i);
     if (plan->kinked)
-        dark = envmapi_survey_dark_kinked(s, plan, blocks, nu, nv, s->edge << i);
+        dark = envmapi_survey_dark_kinked(s, plan, n, blocks, nu, nv, s->edge << i);
     for (int b = 0; b < nu * nv * faces && !plan->kinked; ++b, blocks += 4) {
         double most = fmax(fmax((double)blocks[0], (double)blocks[1]), (double)blocks[2]);
         if (blocks[3] > 0) dark = fmin(dark, most / (double)blocks[3]);
@@ -5411,7 +5418,7 @@ static void envmapi_plan_needs(envmapi_plan *plan, const envmapi_contrast *contr
     plan->need = 1;
     for (int k = 0, from = 0; k < envmapi_plan_sampled(plan); ++k) {
         int at = envmapi_plan_slice(plan, k);
-        int L = envmapi_plan_bands(plan, at, contrast, texels);
+        int L = envmapi_plan_bands(plan, k, contrast, texels);
         for (int i = from + 1; i <= at; ++i)
             plan->needs[i] = i < at && plan->needs[from] > L ? plan->needs[from] : L;
         plan->needs[at] = L, from = at;
@@ -5437,7 +5444,8 @@ static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, do
     int known = 0;
     for (int bands = 24;; bands = bands == 24 ? 96 : 2 * bands) {
         if (bands > plan->bands && !envmapi_plan_lambda(plan, bands, 0)) return plan->need = 0;
-        if (!known) plan->dark = envmapi_survey_dark(survey, plan);
+        for (int n = 0; n < envmapi_plan_sampled(plan) && !known; ++n)
+            plan->dark[n] = envmapi_survey_dark(survey, plan, n);
         for (; known < plan->bands; ++known)
             contrast[known] = envmapi_contrast_at(survey, known + 1);
         envmapi_plan_needs(plan, contrast, 1);
