@@ -419,11 +419,10 @@ static void a_lat_long_map_8192_wide_keeps_its_mean(void) {
     CHECK(envmap_mips_build(&map) == ENVMAP_OK);
     double top = (double)envmap_texel(&map, 12, 0, 0, 0, 0)[1];
     FIGURE("lat-long 8192 x 4096, a sun in its last column: mean", fabs(top / mean - 1), 1e-6);
-    envmap small = tests_map(ENVMAP_CUBE, 8, 1);
-    CHECK(envmap_resample(&small, &map) == ENVMAP_OK);
-    FIGURE("... resampled to a cube of 8: mean", fabs(tests_energy(&small) / (4 * PI * mean) - 1), 5e-3);
+    double sh[3];
+    CHECK(envmap_sh_project(sh, 1, &map, 0, 1e-3, NULL) == ENVMAP_OK);
+    FIGURE("... projected", fabs(sh[1] / (mean * sqrt(4 * PI)) - 1), 1e-6);
     envmap_free(&map);
-    envmap_free(&small);
     oracle_most = (size_t)256 << 20;
 }
 
