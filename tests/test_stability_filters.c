@@ -91,7 +91,7 @@ static void results_stay_between_the_darkest_and_the_brightest(void) {
     static const int methods[3] = {ENVMAP_METHOD_REFERENCE, ENVMAP_METHOD_HIERARCHICAL,
                                    ENVMAP_METHOD_AUTO};
     static const int sizes[6] = {1, 2, 3, 5, 8, 17};
-    int step = test_whole() ? 1 : test_many(50) < 50 ? 47 : 13, count = 0;
+    int step = test_whole() ? 1 : test_many(50) < 50 ? 79 : 29, count = 0;
     double over = 0;
     for (int k = 0; k < ROUND * 6 * 5; k += step) {
         int m = k % 5, size = sizes[k / 5 % 6];
@@ -116,19 +116,19 @@ static void results_stay_between_the_darkest_and_the_brightest(void) {
 
 /* Through harmonics the range is kept to the tolerance; black beside a lamp may ring that low. */
 static void harmonics_stay_in_the_range_to_the_tolerance(void) {
-    static const int lobes[5] = {3, 4, 5, 13, 19};
+    static const int lobes[3] = {3, 4, 13};
     envmap src = black(ENVMAP_CUBE, 48, 1, 1), dst = black(ENVMAP_CUBE, 12, 1, 1);
     double over = 0, under = 0;
     for (int c = 0; c < 3; ++c) envmap_texel(&src, 0, 0, 2, 20, 15)[c] = 1e4f;
     tests_lamp(&src, -1, 0.3, 0.2, 0.3, 1);
-    for (int k = 0; k < 10; ++k) {
+    for (int k = 0; k < 6; ++k) {
         float high = 0, low = 0;
-        if (k == 5)
+        if (k == 3)
             for (size_t i = 0; i < floats_of(&src); ++i) src.texels[i] = src.texels[i] > 0;
-        CHECK(filter(&dst, &src, lobe_of(lobes[k % 5]), ENVMAP_METHOD_AUTO, 1e-3) == ENVMAP_OK);
+        CHECK(filter(&dst, &src, lobe_of(lobes[k % 3]), ENVMAP_METHOD_AUTO, 1e-3) == ENVMAP_OK);
         for (size_t i = 0; i < floats_of(&dst); ++i)
             high = fmaxf(high, dst.texels[i]), low = fminf(low, dst.texels[i]);
-        if (k >= 5) over = larger(over, (double)high - 1);
+        if (k >= 3) over = larger(over, (double)high - 1);
         under = larger(under, -(double)low / (double)high);
     }
     FIGURE("AUTO, a lamp on black: below zero, of the brightest", under, 1e-3);
@@ -372,7 +372,7 @@ static void sources_of_every_size_err_by_one_over_its_square(void) {
         static const double bound[5] = {0.4, 1.6, 6, 1.6, 5};
         double worst = 0;
         char what[96];
-        for (int i = 0; i < (test_whole() ? 12 : test_many(50) < 50 ? 6 : 10); ++i) {
+        for (int i = 0; i < (test_whole() ? 12 : test_many(50) < 50 ? 6 : 9); ++i) {
             envmap src = world(m, sizes[i]), dst = black(ENVMAP_CUBE, 3, 1, 1);
             CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_AUTO, 1e-5) == ENVMAP_OK);
             worst = larger(worst, off_world(&dst, &lobe) * sizes[i] * sizes[i]);
