@@ -130,7 +130,7 @@ static void end(FILE *file) {
     printf("%s\n", sections[section_count - 1].text);
 }
 
-/* A line of the table of contents: the section's title, how badly it gets | what the library gets. */
+/* A line of the table of contents: the title of a section, how badly it gets | the library. */
 static char contents[1 << 13];
 
 static void note(const char *title, const char *format, ...) {
@@ -141,7 +141,8 @@ static void note(const char *title, const char *format, ...) {
     for (const char *c = title; *c && n < 79; ++c)
         anchor[n++] = *c == ' ' ? '-' : (char)(*c >= 'A' && *c <= 'Z' ? *c + 32 : *c);
     anchor[n] = 0;
-    used += (size_t)snprintf(contents + used, sizeof contents - used, "| [%s](#%s) | ", title, anchor);
+    used +=
+        (size_t)snprintf(contents + used, sizeof contents - used, "| [%s](#%s) | ", title, anchor);
     va_start(list, format);
     used += (size_t)vsnprintf(contents + used, sizeof contents - used, format, list);
     va_end(list);
@@ -207,28 +208,31 @@ static void chart_ticks(const chart *c, int vertical) {
         double value = a->log ? a->from * pow(10, i) : (a->from * (n - i) + a->to * i) / n;
         if (fabs(value) < 1e-12) value = 0;
         if (vertical)
-            fprintf(c->file, "<path d=\"M80 %.1fH500\" stroke=\"#e4e4e4\"/><text x=\"72\" "
+            fprintf(c->file,
+                    "<path d=\"M80 %.1fH500\" stroke=\"#e4e4e4\"/><text x=\"72\" "
                     "y=\"%.1f\" text-anchor=\"end\">%g</text>\n",
                     chart_y(c, value), chart_y(c, value) + 4, value);
         else
-            fprintf(c->file, "<path d=\"M%.1f 335v5\" stroke=\"#888\"/><text x=\"%.1f\" y=\"353\" "
+            fprintf(c->file,
+                    "<path d=\"M%.1f 335v5\" stroke=\"#888\"/><text x=\"%.1f\" y=\"353\" "
                     "text-anchor=\"middle\">%g</text>\n",
                     chart_x(c, value), chart_x(c, value), value);
     }
 }
 
-static chart chart_open(const char *name, const char *title, chart_axis x,
-                        chart_axis y) {
+static chart chart_open(const char *name, const char *title, chart_axis x, chart_axis y) {
     char path[5000];
     chart c = {NULL, x, y, 0};
     snprintf(path, sizeof path, "%s/charts/%s.svg", docs, name);
     c.file = fopen(path, "w");
     if (!c.file) must(ENVMAP_ERROR_FILE, path);
-    fprintf(c.file, "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 740 385\" "
+    fprintf(c.file,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 740 385\" "
             "font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"740\" height=\"385\" "
             "fill=\"#fff\"/>\n<text x=\"20\" y=\"24\" font-size=\"16\">%s</text>\n"
             "<text x=\"290\" y=\"376\" text-anchor=\"middle\">%s</text>\n"
-            "<text x=\"20\" y=\"45\" fill=\"#666\">%s</text>\n", title, x.name, y.name);
+            "<text x=\"20\" y=\"45\" fill=\"#666\">%s</text>\n",
+            title, x.name, y.name);
     chart_ticks(&c, 0), chart_ticks(&c, 1);
     return c;
 }
@@ -250,10 +254,11 @@ static void chart_line(chart *c, const char *label, const char *dash, const doub
     fprintf(c->file, "\"%s%s%s/>\n", dash ? " stroke-dasharray=\"" : "", dash ? dash : "",
             dash ? "\"" : "");
     int at = 76 + 36 * c->lines++;
-    fprintf(c->file, "<path d=\"M512 %dh22\" stroke=\"%s\" stroke-width=\"2\"%s%s%s/>"
-            "<text x=\"540\" y=\"%d\" fill=\"%s\">%.*s</text>\n", at - 4, colour,
-            dash ? " stroke-dasharray=\"" : "", dash ? dash : "", dash ? "\"" : "", at, colour,
-            second ? (int)(second - label) : (int)strlen(label), label);
+    fprintf(c->file,
+            "<path d=\"M512 %dh22\" stroke=\"%s\" stroke-width=\"2\"%s%s%s/>"
+            "<text x=\"540\" y=\"%d\" fill=\"%s\">%.*s</text>\n",
+            at - 4, colour, dash ? " stroke-dasharray=\"" : "", dash ? dash : "", dash ? "\"" : "",
+            at, colour, second ? (int)(second - label) : (int)strlen(label), label);
     if (second)
         fprintf(c->file, "<text x=\"540\" y=\"%d\" fill=\"%s\">%s</text>\n", at + 15, colour,
                 second + 1);
@@ -365,7 +370,8 @@ static void measure_density(int mapping) {
     qsort(stretch_of[mapping], SPHERE, sizeof(double), rising);
 }
 
-static void density_chart(const char *name, const char *title, chart_axis y, double values[5][SPHERE]) {
+static void density_chart(const char *name, const char *title, chart_axis y,
+                          double values[5][SPHERE]) {
     chart_axis x = {"share of the sphere", 0, 1, 0, 5};
     chart c = chart_open(name, title, x, y);
     for (int m = 0; m < 5; ++m) {
@@ -381,9 +387,10 @@ static void density_table(void) {
     static const char *const bound[] = {"3√3 = 5.196", "4", "1", "∞", "∞"};
     static const double outside[] = {0, 1 - PI / 4, 1 - PI / 4, 0, 1 - PI / 4};
     FILE *out = begin("density");
-    fprintf(out, "| map | densest over sparsest | on 98 %% of the sphere | longest over shortest side "
-                 "of a texel, 98 %% | longest side over that of a square, 98 %% | texels outside the "
-                 "rim |\n|---|--:|--:|--:|--:|--:|\n");
+    fprintf(out,
+            "| map | densest over sparsest | on 98 %% of the sphere | longest over shortest side "
+            "of a texel, 98 %% | longest side over that of a square, 98 %% | texels outside the "
+            "rim |\n|---|--:|--:|--:|--:|--:|\n");
     for (int m = 0; m < 5; ++m) {
         int low = SPHERE / 100, high = SPHERE - 1 - low;
         fprintf(out, "| %s | %s | %.2f | %.2f | %.2f | %.0f %% |\n", mapping_name[m], bound[m],
@@ -410,8 +417,7 @@ typedef struct density_ball {
 static int density_point(float rgb[3], double s, double t, const density_ball *b) {
     double x = 2 * s - 1, y = 1 - 2 * t, r2 = x * x + y * y, d[3], uv[2], longer, shorter, edge = 1;
     if (r2 > 1) return 0;
-    for (int k = 0; k < 3; ++k)
-        d[k] = x * b->right[k] + y * b->up[k] + sqrt(1 - r2) * b->from[k];
+    for (int k = 0; k < 3; ++k) d[k] = x * b->right[k] + y * b->up[k] + sqrt(1 - r2) * b->from[k];
     double density = 1 / texel_sides(&longer, &shorter, b->mapping, d);
     envmapi_project(uv, b->mapping, envmapi_face(b->mapping, d), d);
     for (int k = 0; k < 2; ++k) { /* the distance to the next line, in texels */
@@ -453,8 +459,7 @@ static void density_picture(void) {
             for (int k = 0; k < 3; ++k) b.up[k] = -b.from[1] * from[side][k] / flat;
             b.up[1] = flat / n;
             density_draw(&p, 20 + 212 * m, 44 + 212 * side, 192, &b);
-            if (!side)
-                picture_caption(&p, (float)(116 + 212 * m), 18, 13, ink, mapping_name[m]);
+            if (!side) picture_caption(&p, (float)(116 + 212 * m), 18, 13, ink, mapping_name[m]);
         }
     for (int i = 0; i < 360; ++i) {
         float rgb[3];
@@ -488,7 +493,8 @@ static double round_trip(int mapping, double sign, double delta) {
     for (int i = 0; i < 400; ++i) {
         double a = 2 * PI * (i + 0.5) / 400;
         float d[3] = {(float)(sin(delta) * cos(a)), (float)(sin(delta) * sin(a)),
-                      (float)(sign * cos(delta))}, back[3], u, v;
+                      (float)(sign * cos(delta))},
+              back[3], u, v;
         int face;
         envmap_coordinates(&face, &u, &v, (envmap_mapping)mapping, d);
         envmap_direction(back, (envmap_mapping)mapping, face, u, v);
@@ -507,11 +513,14 @@ static void round_trips(void) {
     for (int i = 0; i < N; ++i) {
         double slip = 8 * 6e-8 * sqrt(2);
         y[i] = round_trip(ENVMAP_SPHERE, -1, x[i]);
-        law[i] = x[i] * x[i] > slip ? x[i] - sqrt(x[i] * x[i] - slip) : sqrt(x[i] * x[i] + slip) - x[i];
+        law[i] =
+            x[i] * x[i] > slip ? x[i] - sqrt(x[i] * x[i] - slip) : sqrt(x[i] * x[i] + slip) - x[i];
     }
     chart_line(&c, "sphere map beside -z", NULL, x, y, N);
-    note("The sphere map beside its rim", "%.0e rad at 1e-3 rad from -z | the same: it is in the "
-         "floats; directions stay directions", round_trip(ENVMAP_SPHERE, -1, 1e-3));
+    note("The sphere map beside its rim",
+         "%.0e rad at 1e-3 rad from -z | the same: it is in the "
+         "floats; directions stay directions",
+         round_trip(ENVMAP_SPHERE, -1, 1e-3));
     chart_line(&c, "its law", "6 4", x, law, N);
     for (int i = 0; i < N; ++i) y[i] = round_trip(ENVMAP_ANGULAR, 1, x[i]);
     chart_line(&c, "angular map beside +z", NULL, x, y, N);
@@ -540,11 +549,13 @@ static double interpolation_error(int mapping, double edge) {
         double d[3];
         random_direction(d, &state);
         triangle_at(corner, d, edge, 6 * at_random(&state));
-        weight[0] = (float)at_random(&state), weight[1] = (1 - weight[0]) * (float)at_random(&state);
+        weight[0] = (float)at_random(&state),
+        weight[1] = (1 - weight[0]) * (float)at_random(&state);
         weight[2] = 1 - weight[0] - weight[1];
         fault_interpolated(wrong, (envmap_mapping)mapping, (const float(*)[3])corner, weight);
         for (int c = 0; c < 3; ++c)
-            right[c] = weight[0] * corner[0][c] + weight[1] * corner[1][c] + weight[2] * corner[2][c];
+            right[c] =
+                weight[0] * corner[0][c] + weight[1] * corner[1][c] + weight[2] * corner[2][c];
         sum += angle_of(wrong, right) / 20000;
     }
     return sum;
@@ -589,8 +600,10 @@ static int triangle_point(float rgb[3], float s, float t, const void *user) {
 }
 
 static void interpolation_note(void) {
-    note("Interpolated coordinates", "%.2f rad in the mean, lat-long, triangles of 0.1 rad | none: a "
-         "lookup takes a direction", interpolation_error(ENVMAP_LATLONG, 0.1));
+    note("Interpolated coordinates",
+         "%.2f rad in the mean, lat-long, triangles of 0.1 rad | none: a "
+         "lookup takes a direction",
+         interpolation_error(ENVMAP_LATLONG, 0.1));
 }
 
 static void interpolation_picture(void) {
@@ -614,7 +627,8 @@ static void interpolation_picture(void) {
             picture_draw(&p, 20 + 212 * i, 50 + 195 * wrong, 192, 166, 1.2f, triangle_point, &tri);
             if (!wrong) picture_caption(&p, (float)(116 + 212 * i), 20, 12, ink, at[i].where);
         }
-    picture_text(&p, 20, 418, 11, ink, "above: directions interpolated, as the library wants them;  "
+    picture_text(&p, 20, 418, 11, ink,
+                 "above: directions interpolated, as the library wants them;  "
                  "below: coordinates interpolated");
     sheet_save(&p, "stability-interpolation");
 }
@@ -623,9 +637,10 @@ static void interpolation_picture(void) {
 static void poles(void) {
     enum { N = 33 };
     static const chart_axis ax = {"distance from the pole, rad (a texel is 0.025)", 1e-4, 1, 1, 0};
-    static const chart_axis ay = {"largest less smallest on a circle, over the mean", 1e-4, 10, 1, 0};
-    chart c = chart_open("stability-pole", "Around the pole of a lat-long map of noise, 256 x 128", ax,
-                         ay);
+    static const chart_axis ay = {"largest less smallest on a circle, over the mean", 1e-4, 10, 1,
+                                  0};
+    chart c = chart_open("stability-pole", "Around the pole of a lat-long map of noise, 256 x 128",
+                         ax, ay);
     double x[N], y[2][N];
     envmap map = new_map(ENVMAP_LATLONG, 128, 1);
     unsigned long long state = 19;
@@ -638,8 +653,10 @@ static void poles(void) {
                 double a = 2 * PI * (k + 0.5) / 720;
                 float rgb[3], d[3] = {(float)(sin(x[i]) * cos(a)), (float)cos(x[i]),
                                       (float)(sin(x[i]) * sin(a))};
-                if (mended) envmap_lookup(rgb, &map, d, 0);
-                else method_lookup_face(rgb, &map, d, 0, 0);
+                if (mended)
+                    envmap_lookup(rgb, &map, d, 0);
+                else
+                    method_lookup_face(rgb, &map, d, 0, 0);
                 least = fmin(least, (double)rgb[1]), most = fmax(most, (double)rgb[1]);
             }
             y[mended][i] = 2 * (most - least) / (most + least);
@@ -647,7 +664,8 @@ static void poles(void) {
     chart_line(&c, "rows clamped at the pole", NULL, x, y[0], N);
     chart_line(&c, "library: the pole is|its row's mean", "6 4", x, y[1], N);
     chart_close(&c);
-    note("Poles of a lat-long map", "%.1f of the mean on a circle of 1e-4 rad | %.2f, falling with the distance", y[0][0],
+    note("Poles of a lat-long map",
+         "%.1f of the mean on a circle of 1e-4 rad | %.2f, falling with the distance", y[0][0],
          y[1][0]);
     envmap_free(&map);
 }
@@ -656,7 +674,8 @@ static void poles(void) {
 static void seams(void) {
     enum { LEVELS = 8 };
     static const chart_axis ax = {"level", 0, LEVELS - 1, 0, LEVELS - 1};
-    static const chart_axis ay = {"largest step across an edge, over the mean of both sides", 0, 2, 0, 4};
+    static const chart_axis ay = {"largest step across an edge, over the mean of both sides", 0, 2,
+                                  0, 4};
     chart c = chart_open("stability-seams", "Faces mipmapped alone", ax, ay);
     double x[LEVELS], alone[LEVELS], across[LEVELS], most[LEVELS] = {0};
     for (int s = 0; s < SCENE_COUNT; ++s) {
@@ -704,19 +723,18 @@ static void drifts(void) {
     enum { LEVELS = 8 };
     static const chart_axis ax = {"level", 0, LEVELS - 1, 0, LEVELS - 1};
     static const chart_axis ay = {"mean radiance off by, of itself", 1e-8, 1, 1, 0};
-    chart c = chart_open("stability-boxes", "Mip levels from boxes without weights, grey day", ax,
-                         ay);
+    chart c =
+        chart_open("stability-boxes", "Mip levels from boxes without weights, grey day", ax, ay);
     double x[LEVELS], y[LEVELS], most[LEVELS] = {0}, cube = 0;
     for (int m = 0; m < 5; ++m) {
         envmap map = view_of(SCENE_OVERCAST, m, 128);
         double mean = mean_at(&map, 0);
         must(envmap_mips_build(&map), "mips");
-        for (int l = 0; l < LEVELS; ++l)
-            most[l] = fmax(most[l], fabs(mean_at(&map, l) / mean - 1));
+        for (int l = 0; l < LEVELS; ++l) most[l] = fmax(most[l], fabs(mean_at(&map, l) / mean - 1));
         method_plain_levels(&map);
         for (int l = 0; l < LEVELS; ++l)
             x[l] = l, y[l] = fmax(fabs(mean_at(&map, l) / mean - 1), 1e-8);
-        y[0] = NAN;
+        y[0] = (double)NAN;
         chart_line(&c, mapping_name[m], NULL, x, y, LEVELS);
         if (m == ENVMAP_CUBE) cube = y[LEVELS - 1];
         envmap_free(&map);
@@ -753,8 +771,10 @@ static void half_texels(void) {
         }
         chart_line(&c, scene_name[s], NULL, x, y, LEVELS);
         if (s == SCENE_OVERCAST)
-            note("Half a texel off", "rms %.1f %% at level 0, %.0f %% at level 6, grey day | 0 at "
-                 "texel centres", 100 * y[0], 100 * y[6]);
+            note("Half a texel off",
+                 "rms %.1f %% at level 0, %.0f %% at level 6, grey day | 0 at "
+                 "texel centres",
+                 100 * y[0], 100 * y[6]);
         envmap_free(&map);
     }
     chart_line(&c, "the angle, rad:|(texel / root 2) 2^level", "6 4", x, angle, LEVELS);
@@ -771,15 +791,19 @@ static void rims(void) {
     for (int mended = 0; mended < 2; ++mended) {
         envmap map = new_map(ENVMAP_PARABOLOID, 128, 8);
         for (size_t i = 0; i < method_floats(&map); ++i) map.texels[i] = 1;
-        if (!mended) fault_empty_rims(&map), method_plain_levels(&map);
-        else must(envmap_mips_build(&map), "mips");
+        if (!mended)
+            fault_empty_rims(&map), method_plain_levels(&map);
+        else
+            must(envmap_mips_build(&map), "mips");
         for (int l = 0; l < LEVELS; ++l) {
             double least = 1;
             for (int i = 0; i < 1000; ++i) {
                 float a = (float)i * 0.0062831853f, rgb[3];
                 float d[3] = {cosf(a), sinf(a), i % 2 ? 1e-4f : -1e-4f};
-                if (mended) envmap_lookup(rgb, &map, d, (float)l);
-                else method_lookup_face(rgb, &map, d, (float)l, 0);
+                if (mended)
+                    envmap_lookup(rgb, &map, d, (float)l);
+                else
+                    method_lookup_face(rgb, &map, d, (float)l, 0);
                 least = fmin(least, (double)rgb[1]);
             }
             x[l] = l, y[mended][l] = least;
@@ -789,16 +813,20 @@ static void rims(void) {
     chart_line(&c, "black outside,|plain levels", NULL, x, y[0], LEVELS);
     chart_line(&c, "library", "6 4", x, y[1], LEVELS);
     chart_close(&c);
-    note("Around a paraboloid", "%.2f at the rim of a world of 1, level 1 | %.2f", y[0][1], y[1][1]);
+    note("Around a paraboloid", "%.2f at the rim of a world of 1, level 1 | %.2f", y[0][1],
+         y[1][1]);
     picture p = sheet_of(1080, 310);
     for (int mended = 0; mended < 2; ++mended) {
         envmap map = view_of(SCENE_OVERCAST, ENVMAP_PARABOLOID, 128);
-        if (!mended) fault_empty_rims(&map), method_plain_levels(&map);
-        else must(envmap_mips_build(&map), "mips");
+        if (!mended)
+            fault_empty_rims(&map), method_plain_levels(&map);
+        else
+            must(envmap_mips_build(&map), "mips");
         looker l = {mended ? look_across : look_alone, &map, 2, 0};
         picture_draw(&p, 20 + 530 * mended, 20, 510, 255, 0.8f, panorama_point, &l);
         picture_caption(&p, 275 + 530 * (float)mended, 288, 12, ink,
-                        mended ? "level 2: the extended domain" : "level 2: black outside the circle");
+                        mended ? "level 2: the extended domain"
+                               : "level 2: black outside the circle");
         envmap_free(&map);
     }
     sheet_save(&p, "stability-rim");
@@ -828,7 +856,8 @@ static void eight_bits(void) {
             if (s == SCENE_SUN && y[i] < best) best = y[i];
         envmap_free(&hdr), envmap_free(&map), envmap_free(&truth);
     }
-    note("Maps of 8 bits", "rms %.0f %% with a sun, at the best exposure | floats: none", 100 * best);
+    note("Maps of 8 bits", "rms %.0f %% with a sun, at the best exposure | floats: none",
+         100 * best);
     chart_close(&c);
     static const float white[4] = {0, 1, 30, 1000};
     picture p = sheet_of(1080, 300);
@@ -870,8 +899,7 @@ static double world_sh[3 * BANDS * BANDS];
 static envmap world_of(int mapping, int size) {
     envmap map = new_map(mapping, size, 1);
     unsigned long long state = 11;
-    for (int i = 0; i < 3 * BANDS * BANDS; ++i)
-        world_sh[i] = i < 3 ? 8 : 2 * at_random(&state) - 1;
+    for (int i = 0; i < 3 * BANDS * BANDS; ++i) world_sh[i] = i < 3 ? 8 : 2 * at_random(&state) - 1;
     must(envmap_sh_fill(&map, 0, 0, world_sh, BANDS, NULL), "fill");
     return map;
 }
@@ -933,7 +961,8 @@ static double largest(const double *y, int n) {
 static void exponents(void) {
     enum { N = 49 };
     static const chart_axis ax = {"N", 1e-3, 1e9, 1, 0};
-    static const chart_axis ay = {"rms error (1: black, no texel's centre meets the lobe)", 1e-6, 1, 1, 0};
+    static const chart_axis ay = {"rms error (1: black, no texel's centre meets the lobe)", 1e-6, 1,
+                                  1, 0};
     chart c = chart_open("stability-exponent", "Phong from N = 0.001 to 1e9, cube of 32", ax, ay);
     double x[N], y[3][N], lit[3 * BANDS * BANDS];
     envmap src = world_of(ENVMAP_CUBE, 32);
@@ -994,7 +1023,8 @@ static void float_directions(void) {
 static void rings(void) {
     enum { N = 41 };
     static const chart_axis ax = {"1 - s (the ring gets thinner to the left)", 1e-5, 1, 1, 0};
-    static const chart_axis ay = {"rms error (1: black, the ring meets no texel's centre)", 1e-5, 10, 1, 0};
+    static const chart_axis ay = {"rms error (1: black, the ring meets no texel's centre)", 1e-5,
+                                  10, 1, 0};
     chart c = chart_open("stability-banks", "Banks as s goes to 1, cube of 32", ax, ay);
     double x[N], y[2][N], lit[3 * BANDS * BANDS];
     envmap src = world_of(ENVMAP_CUBE, 32);
@@ -1011,8 +1041,10 @@ static void rings(void) {
             y[1][i] = library_error(&src, &lobe, lit);
         }
         if (at)
-            note("Rings thinner than a texel", "rms %.1f at s = 0.99999, t along v | %.0e; %.0e at "
-                 "the worst s", y[0][0], y[1][0], largest(y[1], N));
+            note("Rings thinner than a texel",
+                 "rms %.1f at s = 0.99999, t along v | %.0e; %.0e at "
+                 "the worst s",
+                 y[0][0], y[1][0], largest(y[1], N));
         chart_line(&c, at ? "texels as points, t along v" : "texels as points, v.t = 0.3",
                    at ? "6 4" : NULL, x, y[0], N);
         chart_line(&c, at ? "library, t along v" : "library, v.t = 0.3", at ? "6 4" : NULL, x, y[1],
@@ -1048,8 +1080,10 @@ static void horizons(void) {
         for (int i = 0; i < N; ++i) y[i] = below(lobes + k, x[i] * PI / 180);
         chart_line(&c, names[k], NULL, x, y, N);
     }
-    note("Light below the horizon", "%.0f %% of Phong N = 50 at 80 degrees, half at 90 | the same: a "
-         "map has no n; eq. 1 has", 100 * below(lobes + 1, 80 * PI / 180));
+    note("Light below the horizon",
+         "%.0f %% of Phong N = 50 at 80 degrees, half at 90 | the same: a "
+         "map has no n; eq. 1 has",
+         100 * below(lobes + 1, 80 * PI / 180));
     for (int i = 0; i < N; ++i) y[i] = 0.5;
     chart_line(&c, "Banks, t across n", "6 4", x, y, N);
     chart_close(&c);
@@ -1076,7 +1110,8 @@ static double lowest_of(double *moved, int bands, double share, int window) {
 static void ringing(void) {
     enum { N = 51 };
     static const chart_axis ax = {"the lamp's share of all light", 0, 1, 0, 5};
-    static const chart_axis ay = {"lowest irradiance over the mean; what the window moved, rms", -0.2, 1, 0, 6};
+    static const chart_axis ay = {"lowest irradiance over the mean; what the window moved, rms",
+                                  -0.2, 1, 0, 6};
     chart c = chart_open("stability-ringing", "A lamp in an even sky, few bands", ax, ay);
     double x[N], y[N], moved[N];
     spread(x, N, 0, 1);
@@ -1101,8 +1136,8 @@ static void thresholds(void) {
     static const int scenes[2] = {SCENE_OVERCAST, SCENE_SUN};
     static const chart_axis ax = {"N", 1, 1e7, 1, 0};
     static const chart_axis ay = {"error", 1e-5, 1000, 1, 0};
-    chart c = chart_open("stability-threshold", "Hierarchical filtering, threshold 0.001, cube of 64",
-                         ax, ay);
+    chart c = chart_open("stability-threshold",
+                         "Hierarchical filtering, threshold 0.001, cube of 64", ax, ay);
     double x[N], y[3][N], fast[N];
     spread(x, N, 1, 1e7);
     for (int s = 0; s < 2; ++s) {
@@ -1121,8 +1156,10 @@ static void thresholds(void) {
         chart_line(&c, s ? "sun: rms" : "grey day: rms", NULL, x, y[0], N);
         chart_line(&c, s ? "sun: worst texel" : "grey day: worst texel", "6 4", x, y[1], N);
         if (s)
-            note("A threshold on lobes", "rms %.1f with a sun, worst texel %.0f times itself | %.0e "
-                 "(AUTO)", largest(y[0], N), largest(y[1], N), largest(fast, N));
+            note("A threshold on lobes",
+                 "rms %.1f with a sun, worst texel %.0f times itself | %.0e "
+                 "(AUTO)",
+                 largest(y[0], N), largest(y[1], N), largest(fast, N));
         if (s) chart_line(&c, "sun: bias of the mean", "2 4", x, y[2], N);
         if (s) chart_line(&c, "sun: library (AUTO), rms", NULL, x, fast, N);
         envmap_free(&src), envmap_free(&dst);
@@ -1149,7 +1186,8 @@ static void clamps(void) {
     static const chart_axis ax = {"N", 3, 3e4, 1, 0};
     static const chart_axis ay = {"energy lost; distortion at the rim", 0, 0.4, 0, 4};
     static const float cut[2] = {0.1f, 0.01f};
-    chart c = chart_open("stability-clamp", "Two-map paraboloid filter: its clamp, its circles", ax, ay);
+    chart c =
+        chart_open("stability-clamp", "Two-map paraboloid filter: its clamp, its circles", ax, ay);
     double x[N], y[N], rim[N];
     envmap src = new_map(ENVMAP_PARABOLOID, 32, 1), dst = new_map(ENVMAP_PARABOLOID, 2, 1);
     for (size_t i = 0; i < method_floats(&src); ++i) src.texels[i] = 1;
@@ -1167,8 +1205,10 @@ static void clamps(void) {
         }
         chart_line(&c, k ? "energy lost, clamp 0.01" : "energy lost, clamp 0.1", NULL, x, y, N);
     }
-    note("Clamped kernels and circles", "10 %% of all energy lost, circles off by %.0f %% of their "
-         "radius, N = 10 | no kernel, no clamp", 100 * paraboloid_distortion(1, 260.0 / 512));
+    note("Clamped kernels and circles",
+         "10 %% of all energy lost, circles off by %.0f %% of their "
+         "radius, N = 10 | no kernel, no clamp",
+         100 * paraboloid_distortion(1, 260.0 / 512));
     chart_line(&c, "a circle's centre at the|rim, off by (clamp 0.1)", "6 4", x, rim, N);
     chart_close(&c);
     envmap_free(&src), envmap_free(&dst);
@@ -1216,8 +1256,10 @@ static double separable_error(const envmap *src, double sigma, int form, envmap 
         worst = fmax(worst, fabs((double)dst.texels[i] - (double)truth.texels[i]));
         peak = fmax(peak, (double)truth.texels[i]);
     }
-    if (keep) keep[0] = truth, keep[1] = dst;
-    else envmap_free(&truth), envmap_free(&dst);
+    if (keep)
+        keep[0] = truth, keep[1] = dst;
+    else
+        envmap_free(&truth), envmap_free(&dst);
     return worst / peak;
 }
 
@@ -1241,15 +1283,19 @@ static void gaussians(void) {
         envmap_free(&src);
     }
     chart_close(&c);
-    note("Gaussians stepped on the plane", "%.0f %% of a lamp's peak, sigma to 0.36 | %.1f %% along the "
-         "flow", 100 * worst[1], 100 * worst[0]);
+    note("Gaussians stepped on the plane",
+         "%.0f %% of a lamp's peak, sigma to 0.36 | %.1f %% along the "
+         "flow",
+         100 * worst[1], 100 * worst[0]);
     picture p = sheet_of(1080, 390);
     envmap src = lamp_at(1, 1, 1, 64), maps[2][2];
     for (int form = 0; form < 2; ++form) separable_error(&src, 0.3, form, maps[form]);
     for (int i = 0; i < 3; ++i) {
-        static const char *const names[3] = {"the heat kernel, sigma = 0.3", "exact flow, mirrored order",
+        static const char *const names[3] = {"the heat kernel, sigma = 0.3",
+                                             "exact flow, mirrored order",
                                              "as published: steps on the plane"};
-        picture_camera camera = {i ? &maps[i - 1][1] : &maps[0][0], 2.3562f, 0.6155f, 0.8f, 0.8f, 0};
+        picture_camera camera = {
+            i ? &maps[i - 1][1] : &maps[0][0], 2.3562f, 0.6155f, 0.8f, 0.8f, 0};
         picture_draw(&p, 20 + 350 * i, 20, 330, 330, 0.5f, picture_camera_point, &camera);
         picture_caption(&p, 185 + 350 * (float)i, 364, 12, ink, names[i]);
     }
@@ -1273,8 +1319,10 @@ static void fireflies(void) {
         memset(&desc, 0, sizeof desc);
         snprintf(caption, sizeof caption, i < 3 ? "%d samples" : "envmap_filter", samples[i % 3]);
         desc.samples = samples[i % 3];
-        if (i < 3) must(method_importance_sampling(&ball, &src, &lobe, &desc), "sampling");
-        else filter_by(&ball, &src, &lobe, ENVMAP_METHOD_AUTO, 0);
+        if (i < 3)
+            must(method_importance_sampling(&ball, &src, &lobe, &desc), "sampling");
+        else
+            filter_by(&ball, &src, &lobe, ENVMAP_METHOD_AUTO, 0);
         rms[i] = apart(&ball, &truth).rms;
         picture_ball(&p, 32 + 262 * i, 16, 230, 0.35f, &ball, PICTURE_BALL_REFLECTION);
         picture_caption(&p, 147 + 262 * (float)i, 268, 12, ink, caption);
@@ -1300,13 +1348,16 @@ static void grazing(void) {
     enum { N = 24 };
     static const chart_axis ax = {"n.v", 0, 1, 0, 5};
     static const chart_axis ay = {"rms of the fitted lobe, of the true one", 0, 1, 0, 5};
-    chart c = chart_open("stability-grazing", "One round lobe for f_r n.l, by the angle of view", ax, ay);
+    chart c =
+        chart_open("stability-grazing", "One round lobe for f_r n.l, by the angle of view", ax, ay);
     static const struct {
         const char *name;
         envmap_brdf_function *function;
         double alpha;
-    } models[] = {{"GGX alpha = 0.1", brdf_ggx, 0.1}, {"GGX alpha = 0.3", brdf_ggx, 0.3},
-                  {"Ward alpha = 0.2", brdf_ward, 0.2}, {"Lafortune N = 20", brdf_lafortune, 0.2}};
+    } models[] = {{"GGX alpha = 0.1", brdf_ggx, 0.1},
+                  {"GGX alpha = 0.3", brdf_ggx, 0.3},
+                  {"Ward alpha = 0.2", brdf_ward, 0.2},
+                  {"Lafortune N = 20", brdf_lafortune, 0.2}};
     for (int k = 0; k < COUNT(models); ++k) {
         brdf_values values = {{1, 1, 1}, models[k].alpha, models[k].alpha, 20, 0, 0};
         envmap_brdf brdf = {models[k].function, &values};
@@ -1318,8 +1369,10 @@ static void grazing(void) {
         for (int i = 0; i < N; ++i) x[i] = (i + 0.5) / N, y[i] = (double)fit.error[i];
         chart_line(&c, models[k].name, NULL, x, y, N);
         if (k == 1)
-            note("Grazing angles", "rms %.0f %% of GGX 0.3 at n.v = %.2f, %.0f %% at %.2f | `fit.error` "
-                 "says so, slice by slice", 100 * y[0], x[0], 100 * y[N - 1], x[N - 1]);
+            note("Grazing angles",
+                 "rms %.0f %% of GGX 0.3 at n.v = %.2f, %.0f %% at %.2f | `fit.error` "
+                 "says so, slice by slice",
+                 100 * y[0], x[0], 100 * y[N - 1], x[N - 1]);
         envmap_fit_free(&fit);
     }
     chart_close(&c);
@@ -1369,8 +1422,10 @@ static void views(void) {
         for (int i = 0; i < N; ++i)
             x[i] = 4 * (i + 1) * (i + 1) + 2, y[i] = cabral_error(&src, &brdf, i + 1);
         if (k)
-            note("Between stored views", "rms %.0f %% with 6, %.0f %% with 66, GGX 0.3 | "
-                 "`envmap_radiance` where it counts", 100 * y[0], 100 * y[3]);
+            note("Between stored views",
+                 "rms %.0f %% with 6, %.0f %% with 66, GGX 0.3 | "
+                 "`envmap_radiance` where it counts",
+                 100 * y[0], 100 * y[3]);
         snprintf(label, sizeof label, "GGX alpha = %g", alpha[k]);
         chart_line(&c, label, NULL, x, y, N);
     }
@@ -1400,8 +1455,10 @@ static int parallax_point(float rgb[3], float s, float t, const void *user) {
 
 static void parallaxes(void) {
     enum { N = 31 };
-    static const chart_axis ax = {"distance of the surface from the map's centre, over the scene's", 1e-3, 1, 1, 0};
-    static const chart_axis ay = {"angle between what is looked up and what is seen, degrees", 0.01, 100, 1, 0};
+    static const chart_axis ax = {"distance of the surface from the map's centre, over the scene's",
+                                  1e-3, 1, 1, 0};
+    static const chart_axis ay = {"angle between what is looked up and what is seen, degrees", 0.01,
+                                  100, 1, 0};
     chart c = chart_open("stability-parallax", "A map is seen from its centre only", ax, ay);
     double x[N], worst[N], mean[N];
     spread(x, N, 1e-3, 0.999);
@@ -1414,15 +1471,18 @@ static void parallaxes(void) {
             mean[i] += angle_of(d, out) * 180 / PI / 2000;
         }
     }
-    note("Away from the centre", "%.0f degrees at a tenth of the scene's distance | the caller's: "
-         "look up where the ray ends", asin(0.1) * 180 / PI);
+    note("Away from the centre",
+         "%.0f degrees at a tenth of the scene's distance | the caller's: "
+         "look up where the ray ends",
+         asin(0.1) * 180 / PI);
     chart_line(&c, "worst, asin p", NULL, x, worst, N);
     chart_line(&c, "mean over directions", NULL, x, mean, N);
     chart_close(&c);
     picture p = sheet_of(1080, 300);
     for (int i = 0; i < 4; ++i) {
-        static const char *const names[4] = {"from the centre: any size", "right, radius 0.05 of the room",
-                                             "right, radius 0.3", "right, radius 0.7"};
+        static const char *const names[4] = {"from the centre: any size",
+                                             "right, radius 0.05 of the room", "right, radius 0.3",
+                                             "right, radius 0.7"};
         static const float radius[4] = {0, 0.05f, 0.3f, 0.7f};
         parallax q = {skies + SCENE_STUDIO, radius[i], i > 0};
         picture_draw(&p, 32 + 262 * i, 16, 230, 230, 1.2f, parallax_point, &q);
@@ -1444,14 +1504,27 @@ static void surfaces(void) {
 static const struct {
     const char *name;
     double value;
-} inputs[] = {{"NaN", NAN}, {"Inf", HUGE_VAL}, {"-1", -1}, {"65504", 65504},
-              {"3.4e38", 3.4e38}, {"1e-38", 1e-38}};
+} inputs[] = {{"NaN", (double)NAN}, {"Inf", HUGE_VAL},  {"-1", -1},
+              {"65504", 65504},     {"3.4e38", 3.4e38}, {"1e-38", 1e-38}};
 
-enum { CREATE, MIPS, RESAMPLE, REFERENCE, HIERARCHICAL, FAST, LIMITED, PROJECT, RADIANCE, COMPARE, CALLS };
-static const char *const call_name[CALLS] = {
-    "`envmap_pfm_read`", "`envmap_mips_build`", "`envmap_resample`", "`envmap_filter`, REFERENCE",
-    "... HIERARCHICAL", "... AUTO, FAST, HARMONICS", "... with `desc.limit`",
-    "`envmap_sh_project`", "`envmap_radiance`", "`envmap_compare`"};
+enum {
+    CREATE,
+    MIPS,
+    RESAMPLE,
+    REFERENCE,
+    HIERARCHICAL,
+    FAST,
+    LIMITED,
+    PROJECT,
+    RADIANCE,
+    COMPARE,
+    CALLS
+};
+static const char *const call_name[CALLS] = {"`envmap_pfm_read`",     "`envmap_mips_build`",
+                                             "`envmap_resample`",     "`envmap_filter`, REFERENCE",
+                                             "... HIERARCHICAL",      "... AUTO, FAST, HARMONICS",
+                                             "... with `desc.limit`", "`envmap_sh_project`",
+                                             "`envmap_radiance`",     "`envmap_compare`"};
 
 static envmap_result read_back(envmap *map, const envmap *src) {
     unsigned char file[4096];
@@ -1476,13 +1549,20 @@ static envmap_result call(int which, envmap *src, envmap *dst) {
                                           : ENVMAP_METHOD_AUTO;
     if (which == LIMITED) desc.limit = 1000;
     switch (which) {
-    case CREATE: return read_back(dst, src);
-    case MIPS: return envmap_mips_build(src);
-    case RESAMPLE: return envmap_resample(dst, src);
-    case PROJECT: return envmap_sh_project(sh, 2, src, 0, 0, NULL);
-    case RADIANCE: return envmap_radiance(rgb, src, &lambert, &frame, 1, NULL);
-    case COMPARE: return envmap_compare(&difference, src, dst, 0);
-    default: return envmap_filter(dst, src, &lobe, &desc);
+    case CREATE:
+        return read_back(dst, src);
+    case MIPS:
+        return envmap_mips_build(src);
+    case RESAMPLE:
+        return envmap_resample(dst, src);
+    case PROJECT:
+        return envmap_sh_project(sh, 2, src, 0, 0, NULL);
+    case RADIANCE:
+        return envmap_radiance(rgb, src, &lambert, &frame, 1, NULL);
+    case COMPARE:
+        return envmap_compare(&difference, src, dst, 0);
+    default:
+        return envmap_filter(dst, src, &lobe, &desc);
     }
 }
 
@@ -1499,13 +1579,17 @@ static void inputs_table(void) {
             for (size_t t = 0; t < method_floats(&src); ++t) src.texels[t] = 1;
             src.texels[60] = (float)inputs[i].value;
             envmap_result result = call(k, &src, &dst);
-            fprintf(out, " %s |", !result ? "ok" : result == ENVMAP_ERROR_RADIANCE ? "RADIANCE" : "?");
+            fprintf(out, " %s |",
+                    !result                           ? "ok"
+                    : result == ENVMAP_ERROR_RADIANCE ? "RADIANCE"
+                                                      : "?");
             envmap_free(&src), envmap_free(&dst);
         }
     }
     fprintf(out, "\n");
     end(out);
-    note("What is no radiance", "one NaN makes every filtered texel NaN | RADIANCE, or `desc.limit`");
+    note("What is no radiance",
+         "one NaN makes every filtered texel NaN | RADIANCE, or `desc.limit`");
 }
 
 /* A mean over so many texels, the sum a float. */
@@ -1551,8 +1635,10 @@ static void sizes(void) {
         }
         chart_line(&c, mapping_name[m], NULL, x, y, COUNT(edges));
         if (m == ENVMAP_CUBE)
-            note("Maps of 1 and of 8192 texels", "rms %.0f %% at one texel; sizes that are not powers of two | "
-                 "%.2f / size^2, odd or even, cube, Phong N = 10", 100 * y[0], y[COUNT(edges) - 1] * 128 * 128);
+            note("Maps of 1 and of 8192 texels",
+                 "rms %.0f %% at one texel; sizes that are not powers of two | "
+                 "%.2f / size^2, odd or even, cube, Phong N = 10",
+                 100 * y[0], y[COUNT(edges) - 1] * 128 * 128);
     }
     for (int i = 0; i < COUNT(edges); ++i) y[i] = fmin(1, 1 / (x[i] * x[i]));
     chart_line(&c, "1 / size^2", "6 4", x, y, COUNT(edges));

@@ -17,7 +17,8 @@ static double world_sh[3 * BANDS * BANDS];
 static envmap world(int mapping, int size) {
     envmap map = black(mapping, size, 1, 1);
     unsigned long long state = 11;
-    for (int i = 0; i < 3 * BANDS * BANDS; ++i) world_sh[i] = i < 3 ? 8 : 2 * test_random(&state) - 1;
+    for (int i = 0; i < 3 * BANDS * BANDS; ++i)
+        world_sh[i] = i < 3 ? 8 : 2 * test_random(&state) - 1;
     CHECK(envmap_sh_fill(&map, 0, 0, world_sh, BANDS, NULL) == ENVMAP_OK);
     return map;
 }
@@ -80,7 +81,8 @@ static void worlds_of_harmonics_pass_every_lobe(void) {
         snprintf(what, sizeof what, "%s %d: N 0 .. 1e9, alpha 1 .. 1e-4, rms * size^2",
                  oracle_name[m], size);
         FIGURE(what, off[0] * size * size, m == ENVMAP_SPHERE ? 30 : 8);
-        snprintf(what, sizeof what, "%s %d: Banks s 0 .. 0.99999, rms * size^2", oracle_name[m], size);
+        snprintf(what, sizeof what, "%s %d: Banks s 0 .. 0.99999, rms * size^2", oracle_name[m],
+                 size);
         FIGURE(what, off[1] * size * size, m == ENVMAP_SPHERE ? 60 : 15);
         envmap_free(&src);
     }
@@ -154,8 +156,8 @@ static void thin_lobes_meet_no_point(void) {
         }
         CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_AUTO, 0) == ENVMAP_OK);
         double off = off_world(&dst, &lobe);
-        printf("    N = %-5g %3d of 150 axes meet no texel; library: rms %.2e\n", (double)n[i], none,
-               off);
+        printf("    N = %-5g %3d of 150 axes meet no texel; library: rms %.2e\n", (double)n[i],
+               none, off);
         CHECK(none >= last && off < 5e-3);
         last = none;
     }
@@ -394,7 +396,10 @@ static void a_source_8192_wide_filters(void) {
     oracle_most = (size_t)2 << 30;
     envmap src = world(ENVMAP_LATLONG, 4096);
     for (int i = 0; i < 4; ++i) {
-        envmap_lobe lobe = i == 3 ? envmap_lobe_diffuse() : envmap_lobe_phong(i == 2 ? 500 : i ? 50 : 5);
+        envmap_lobe lobe = i == 3 ? envmap_lobe_diffuse()
+                                  : envmap_lobe_phong(i == 2 ? 500
+                                                      : i    ? 50
+                                                             : 5);
         envmap dst = black(ENVMAP_CUBE, 8, 1, 1);
         CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_FAST, 1e-4) == ENVMAP_OK);
         FIGURE("lat-long 8192 x 4096 against its harmonics, rms", off_world(&dst, &lobe), 1e-4);

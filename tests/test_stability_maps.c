@@ -95,7 +95,8 @@ static void interpolated_coordinates_do_not_get_right_as_triangles_get_small(voi
                e, e / f);
         if (m == ENVMAP_CUBE || m == ENVMAP_LATLONG) CHECK(e / f < 2.8 && e > 0.01);
     }
-    double e = interpolation_error(ENVMAP_CUBE, 0.1, 1), f = interpolation_error(ENVMAP_CUBE, 0.05, 1);
+    double e = interpolation_error(ENVMAP_CUBE, 0.1, 1),
+           f = interpolation_error(ENVMAP_CUBE, 0.05, 1);
     printf("    cube, inside a face: %.2e, ratio %.2f\n", e, e / f);
     CHECK(e < 2e-3 && e / f > 3);
 }
@@ -171,8 +172,8 @@ static void eight_bits_hold_a_sun_or_a_sky(void) {
     envmap_lobe lobe = envmap_lobe_phong(10);
     desc.limit = 1, desc.clamped = clamped;
     CHECK(envmap_filter(&dst, &map, &lobe, &desc) == ENVMAP_OK);
-    FIGURE("desc.clamped[0] against the energy that 8 bits cut", fabs(1 - clamped[0] - kept[0] / all),
-           1e-3);
+    FIGURE("desc.clamped[0] against the energy that 8 bits cut",
+           fabs(1 - clamped[0] - kept[0] / all), 1e-3);
     envmap_free(&map);
     envmap_free(&bits);
     envmap_free(&dst);
@@ -191,8 +192,10 @@ static void a_float_sum_stalls_and_overflows_and_levels_do_not(void) {
         double top = (double)envmap_texel(&map, map.levels - 1, 0, 0, 0, 0)[1];
         printf("    %u floats of %g: a float's mean is %g\n", (unsigned)n,
                (double)(pass ? huge : grey), (double)sum);
-        if (pass) CHECK(sum > 3.4028234e38f);
-        else if (size == 1024) CHECK(fabsf(sum / grey - 1) > 1e-3f);
+        if (pass)
+            CHECK(sum > 3.4028234e38f);
+        else if (size == 1024)
+            CHECK(fabsf(sum / grey - 1) > 1e-3f);
         FIGURE("library: top level, relative", fabs(top / (double)(pass ? huge : grey) - 1), 1e-6);
     }
     envmap_free(&map);
@@ -216,8 +219,10 @@ static void read_all(float *to, envmap *map) {
         float dir[3], dx[3], dy[3];
         for (int k = 0; k < 3; ++k)
             dir[k] = (float)d[k], dx[k] = 0.3f * (float)t[k], dy[k] = 0.02f * (float)s[k];
-        if (i % 2) envmap_lookup(to, map, dir, (float)i / 9);
-        else envmap_lookup_footprint(to, map, dir, dx, dy, 8);
+        if (i % 2)
+            envmap_lookup(to, map, dir, (float)i / 9);
+        else
+            envmap_lookup_footprint(to, map, dir, dx, dy, 8);
     }
     memcpy(to, small.texels, 3 * 32 * sizeof(float));
     envmap_free(&small);
@@ -341,7 +346,8 @@ static void a_checkerboard_at_nyquist_is_grey_in_every_level(void) {
 
 /* Solid angles, levels, lookups and resampling of a constant and of noise, size by size. */
 static void check_size(int mapping, int size) {
-    envmap map = tests_map(mapping, size, envmap_levels(size)), other = tests_map(4 - mapping, 3, 1);
+    envmap map = tests_map(mapping, size, envmap_levels(size)),
+           other = tests_map(4 - mapping, 3, 1);
     double sum = 0;
     for (int f = 0; f < envmap_faces(mapping); ++f)
         for (int y = 0; y < size; ++y)
@@ -390,7 +396,8 @@ static void texels_of_8192_sum_to_those_of_128(void) {
     double worst = 0;
     for (int m = 0; m < 5; ++m)
         for (int i = 0; i < 6; ++i) {
-            envmap fine = {none, NULL, m, 8192, 1, 1, -1, 1}, coarse = {none, NULL, m, 128, 1, 1, -1, 1};
+            envmap fine = {none, NULL, m, 8192, 1, 1, -1, 1},
+                   coarse = {none, NULL, m, 128, 1, 1, -1, 1};
             double sum = 0, one = envmap_solid_angle(&coarse, 0, 0, at[i][0], at[i][1]);
             int step = test_many(50) < 50 ? 16 : 1;
             if (step > 1 && i) continue;
@@ -415,7 +422,8 @@ static void a_lat_long_map_8192_wide_keeps_its_mean(void) {
     for (size_t i = 0; i < method_floats(&map); ++i) map.texels[i] = 0.7f;
     float *sun = envmap_texel(&map, 0, 0, 0, 8191, 2000);
     for (int c = 0; c < 3; ++c) sun[c] = 1e7f;
-    double mean = (double)0.7f + (1e7 - 0.7) * envmap_solid_angle(&map, 0, 0, 8191, 2000) / (4 * PI);
+    double mean =
+        (double)0.7f + (1e7 - 0.7) * envmap_solid_angle(&map, 0, 0, 8191, 2000) / (4 * PI);
     CHECK(envmap_mips_build(&map) == ENVMAP_OK);
     double top = (double)envmap_texel(&map, 12, 0, 0, 0, 0)[1];
     FIGURE("lat-long 8192 x 4096, a sun in its last column: mean", fabs(top / mean - 1), 1e-6);

@@ -63,7 +63,8 @@ static inline double fault_point_sum(double rgb[3], const fault_points *points,
     for (i = 0; i < points->count; ++i) {
         const double *d = points->d[i];
         double k = envmap_lobe_value(lobe, axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2],
-                                     (double)lobe->p0) * points->w[i];
+                                     (double)lobe->p0) *
+                   points->w[i];
         if (!(k > 0)) continue;
         total += k;
         for (c = 0; c < 3; ++c) rgb[c] += k * (double)points->rgb[3 * i + c];
