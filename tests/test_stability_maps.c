@@ -8,6 +8,42 @@
 
 static double larger(double a, double b) { return b <= a ? a : b; } /* NaN wins */
 
+/* --------------------------------------------------------------------------- sampling rate -- */
+
+/* Longer over shorter side of a texel at (u,v): singular values of the direction's derivative. */
+static double stretch(int mapping, double u, double v) {
+    double a[2][3], g[3] = {0, 0, 0}, h = 1e-3;
+    for (int k = 0; k < 2; ++k) {
+        float from[3], to[3];
+        double du = k ? 0 : mapping == ENVMAP_LATLONG ? h / 2 : h, dv = k ? h : 0;
+        envmap_direction(from, (envmap_mapping)mapping, 0, (float)(u - du), (float)(v - dv));
+        envmap_direction(to, (envmap_mapping)mapping, 0, (float)(u + du), (float)(v + dv));
+        for (int c = 0; c < 3; ++c) a[k][c] = (double)to[c] - (double)from[c];
+    }
+    for (int c = 0; c < 3; ++c)
+        g[0] += a[0][c] * a[0][c], g[1] += a[1][c] * a[1][c], g[2] += a[0][c] * a[1][c];
+    double mean = (g[0] + g[1]) / 2, root = hypot((g[0] - g[1]) / 2, g[2]);
+    return sqrt((mean + root) / (mean - root));
+}
+
+static void texels_are_as_long_as_they_are_said_to_be(void) {
+    unsigned long long state = 37;
+    for (int m = 0; m < 5; ++m) {
+        double worst = 0;
+        for (int i = 0; i < 500; ++i) {
+            double u = 0.02 + 0.96 * test_random(&state), v = 0.02 + 0.96 * test_random(&state);
+            double a = 2 * u - 1, b = 2 * v - 1, r = sqrt(a * a + b * b), truth = 1;
+            if (m != ENVMAP_CUBE && m != ENVMAP_LATLONG && r > 0.95) continue;
+            if (m == ENVMAP_CUBE) truth = sqrt(1 + r * r);
+            if (m == ENVMAP_SPHERE) truth = 1 / (1 - r * r);
+            if (m == ENVMAP_ANGULAR) truth = PI * r / sin(PI * r);
+            if (m == ENVMAP_LATLONG) truth = 1 / sin(PI * v);
+            worst = larger(worst, fabs(stretch(m, u, v) / truth - 1));
+        }
+        FIGURE(oracle_name[m], worst, 2e-3);
+    }
+}
+
 /* --------------------------------------------------------------------------- seams and rims -- */
 
 static void faces_mipmapped_alone_step_at_their_edges(void) {
@@ -437,6 +473,7 @@ static void a_lat_long_map_8192_wide_keeps_its_mean(void) {
 static void nothing_leaks(void) { CHECK(oracle_live == 0 && oracle_wrong_context == 0); }
 
 int main(void) {
+    RUN(texels_are_as_long_as_they_are_said_to_be);
     RUN(faces_mipmapped_alone_step_at_their_edges);
     RUN(black_around_a_paraboloid_darkens_its_rim);
     RUN(interpolated_coordinates_do_not_get_right_as_triangles_get_small);
