@@ -15,15 +15,9 @@
    SPDX-License-Identifier: MIT */
 
 #define _POSIX_C_SOURCE 200809L
-#include <math.h>
 #include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <time.h>
 
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
+#include "measure.h" /* with the implementation of envmap.h */
 
 #include "brdfs.h"
 #include "methods/box_levels.h"
@@ -34,9 +28,9 @@
 #include "methods/separable_gaussian.h"
 #include "picture.h"
 #include "scenes.h"
+#include "svg.h"
 
-#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
-#define PI           3.14159265358979323846
+#define PI 3.14159265358979323846
 
 /* ----------------------------------------------------------------------------------- >>tools -- */
 
@@ -44,23 +38,10 @@ static const char *docs;
 static envmap skies[SCENE_COUNT]; /* cubes of edge 128 */
 static const char *const mapping_name[] = {"cube", "paraboloid", "sphere", "lat-long", "angular"};
 
-static void must(envmap_result result, const char *what) {
-    if (!result) return;
-    fprintf(stderr, "stability: %s: %s\n", what, envmap_result_text(result));
-    exit(2);
-}
-
-static envmap new_map(int mapping, int size, int levels) {
-    envmap map;
-    memset(&map, 0, sizeof map);
-    must(envmap_create(&map, (envmap_mapping)mapping, size, levels, 1), "a map");
-    return map;
-}
-
 /* A scene in some parameterization and size, all its levels to be built. */
 static envmap view_of(int scene, int mapping, int size) {
-    envmap map = new_map(mapping, size, envmap_levels(size));
-    must(envmap_resample(&map, skies + scene), "resample");
+    envmap map = measure_map(mapping, size, envmap_levels(size), 1);
+    measure_must(envmap_resample(&map, skies + scene), "resample");
     return map;
 }
 
@@ -69,18 +50,18 @@ static void filter_by(envmap *dst, const envmap *src, const envmap_lobe *lobe, i
     envmap_filter_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.method = method, desc.tolerance = (float)tolerance;
-    must(envmap_filter(dst, src, lobe, &desc), "filter");
+    measure_must(envmap_filter(dst, src, lobe, &desc), "filter");
 }
 
 static envmap filtered(const envmap *src, envmap_lobe lobe, int size) {
-    envmap map = new_map(ENVMAP_CUBE, size, 1);
+    envmap map = measure_map(ENVMAP_CUBE, size, 1, 1);
     filter_by(&map, src, &lobe, ENVMAP_METHOD_AUTO, 1e-4);
     return map;
 }
 
 static envmap_difference apart(const envmap *a, const envmap *b) {
     envmap_difference d;
-    must(envmap_compare(&d, a, b, 0), "compare");
+    measure_must(envmap_compare(&d, a, b, 0), "compare");
     return d;
 }
 
@@ -102,33 +83,14 @@ static double angle_of(const float a[3], const float b[3]) {
 
 /* A line on stderr that says how far this is. */
 static void progress(const char *what) {
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    fprintf(stderr, "stability: %5.1f s  %s\n", (double)t.tv_sec + 1e-9 * (double)t.tv_nsec, what);
+    fprintf(stderr, "stability: %5.1f s  %s\n", measure_seconds(), what);
 }
 
-/* A part of the document: what is written between begin and end goes to stdout too. */
-typedef struct section {
-    const char *name;
-    char *text;
-    size_t bytes;
-} section;
+static measure_document document;
 
-static section sections[16];
-static int section_count;
+static FILE *begin(const char *name) { return measure_begin(&document, name); }
 
-static FILE *begin(const char *name) {
-    section *s = sections + section_count++;
-    s->name = name;
-    FILE *file = open_memstream(&s->text, &s->bytes);
-    if (!file) must(ENVMAP_ERROR_MEMORY, name);
-    return file;
-}
-
-static void end(FILE *file) {
-    fclose(file);
-    printf("%s\n", sections[section_count - 1].text);
-}
+static void end(FILE *file) { measure_end(&document, file, 1); }
 
 /* A line of the table of contents: the title of a section, how badly it gets | the library. */
 static char contents[1 << 13];
@@ -149,35 +111,7 @@ static void note(const char *title, const char *format, ...) {
     snprintf(contents + used, sizeof contents - used, " |\n");
 }
 
-/* Puts every part between its marks. */
-static void write_document(void) {
-    char path[5000];
-    snprintf(path, sizeof path, "%s/stability.md", docs);
-    FILE *file = fopen(path, "rb");
-    size_t size = 0;
-    char *text = (char *)calloc(1 << 20, 1);
-    if (file && text) size = fread(text, 1, (1 << 20) - 1, file);
-    if (file) fclose(file);
-    file = size ? fopen(path, "wb") : NULL;
-    if (!file) must(ENVMAP_ERROR_FILE, path);
-    const char *at = text;
-    for (const char *mark; (mark = strstr(at, "<!-- make stability: ")) != NULL;) {
-        const char *start = strchr(mark, '\n'), *stop = strstr(mark, "<!-- end -->");
-        if (!start || !stop) break;
-        fwrite(at, 1, (size_t)(start + 1 - at), file), at = start + 1;
-        for (int i = 0; i < section_count; ++i)
-            if (!strncmp(mark + 21, sections[i].name, strlen(sections[i].name)))
-                fwrite(sections[i].text, 1, sections[i].bytes, file), at = stop;
-    }
-    fputs(at, file);
-    fclose(file);
-    free(text);
-}
-
 /* ---------------------------------------------------------------------------------- >>charts -- */
-
-static const char *const colours[] = {"#3b6ea8", "#c4732b", "#b03a48", "#4d8f4d",
-                                      "#7a5aa6", "#1f8f8f", "#8a6d3b", "#5a5a5a"};
 
 typedef struct chart_axis {
     const char *name;
@@ -188,85 +122,47 @@ typedef struct chart_axis {
 
 typedef struct chart {
     FILE *file;
-    chart_axis x, y;
+    svg_axes axes;
     int lines;
 } chart;
 
-static double place(const chart_axis *a, double value) {
-    double t = a->log ? log10(value / a->from) / log10(a->to / a->from)
-                      : (value - a->from) / (a->to - a->from);
-    return envmapi_clamp(t, 0, 1);
-}
-
-static double chart_x(const chart *c, double x) { return 80 + 420 * place(&c->x, x); }
-static double chart_y(const chart *c, double y) { return 335 - 270 * place(&c->y, y); }
-
-static void chart_ticks(const chart *c, int vertical) {
-    const chart_axis *a = vertical ? &c->y : &c->x;
+static void chart_ticks(const chart *c, const chart_axis *a, int vertical) {
     int n = a->log ? (int)(log10(a->to / a->from) + 0.5) : a->steps, step = 1 + n / 12;
     for (int i = 0; i <= n; i += step) {
-        double value = a->log ? a->from * pow(10, i) : (a->from * (n - i) + a->to * i) / n;
-        if (fabs(value) < 1e-12) value = 0;
+        double v = a->log ? a->from * pow(10, i) : (a->from * (n - i) + a->to * i) / n;
+        char label[32];
+        snprintf(label, sizeof label, "%g", fabs(v) < 1e-12 ? 0 : v);
         if (vertical)
-            fprintf(c->file,
-                    "<path d=\"M80 %.1fH500\" stroke=\"#e4e4e4\"/><text x=\"72\" "
-                    "y=\"%.1f\" text-anchor=\"end\">%g</text>\n",
-                    chart_y(c, value), chart_y(c, value) + 4, value);
+            svg_tick_y(c->file, &c->axes, v, label);
         else
-            fprintf(c->file,
-                    "<path d=\"M%.1f 335v5\" stroke=\"#888\"/><text x=\"%.1f\" y=\"353\" "
-                    "text-anchor=\"middle\">%g</text>\n",
-                    chart_x(c, value), chart_x(c, value), value);
+            svg_tick_x(c->file, &c->axes, v, label);
     }
 }
 
 static chart chart_open(const char *name, const char *title, chart_axis x, chart_axis y) {
-    char path[5000];
-    chart c = {NULL, x, y, 0};
-    snprintf(path, sizeof path, "%s/charts/%s.svg", docs, name);
-    c.file = fopen(path, "w");
-    if (!c.file) must(ENVMAP_ERROR_FILE, path);
-    fprintf(c.file,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 740 385\" "
-            "font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"740\" height=\"385\" "
-            "fill=\"#fff\"/>\n<text x=\"20\" y=\"24\" font-size=\"16\">%s</text>\n"
-            "<text x=\"290\" y=\"376\" text-anchor=\"middle\">%s</text>\n"
-            "<text x=\"20\" y=\"45\" fill=\"#666\">%s</text>\n",
-            title, x.name, y.name);
-    chart_ticks(&c, 0), chart_ticks(&c, 1);
+    chart c = {NULL, {80, 65, 500, 335, x.from, x.to, y.from, y.to, x.log, y.log}, 0};
+    char file[128];
+    snprintf(file, sizeof file, "%s.svg", name);
+    c.file = svg_open(docs, file, 740, 385, title);
+    svg_text(c.file, 290, 376, 13, "middle", "#222", "%s", x.name);
+    svg_text(c.file, 70, 46, 13, "start", "#666", "%s", y.name);
+    chart_ticks(&c, &x, 0), chart_ticks(&c, &y, 1);
     return c;
 }
 
-/* Through count points; what is no number leaves a gap. dash NULL: solid. The label, one line or
-   two around a '|', stands on the right. */
+/* dash NULL: solid. The label, one line or two around a '|', stands on the right. */
 static void chart_line(chart *c, const char *label, const char *dash, const double *x,
                        const double *y, int count) {
-    const char *colour = colours[c->lines % COUNT(colours)], *second = strchr(label, '|');
-    char pen = 'M';
-    fprintf(c->file, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", colour);
-    for (int i = 0; i < count; ++i) {
-        if (y[i] - y[i] < 0 || y[i] - y[i] > 0 || y[i] != y[i]) {
-            pen = 'M';
-            continue;
-        }
-        fprintf(c->file, "%c%.1f %.1f", pen, chart_x(c, x[i]), chart_y(c, y[i])), pen = 'L';
-    }
-    fprintf(c->file, "\"%s%s%s/>\n", dash ? " stroke-dasharray=\"" : "", dash ? dash : "",
-            dash ? "\"" : "");
+    const char *colour = svg_colours[c->lines % COUNT(svg_colours)], *second = strchr(label, '|');
     int at = 76 + 36 * c->lines++;
-    fprintf(c->file,
-            "<path d=\"M512 %dh22\" stroke=\"%s\" stroke-width=\"2\"%s%s%s/>"
-            "<text x=\"540\" y=\"%d\" fill=\"%s\">%.*s</text>\n",
-            at - 4, colour, dash ? " stroke-dasharray=\"" : "", dash ? dash : "", dash ? "\"" : "",
-            at, colour, second ? (int)(second - label) : (int)strlen(label), label);
-    if (second)
-        fprintf(c->file, "<text x=\"540\" y=\"%d\" fill=\"%s\">%s</text>\n", at + 15, colour,
-                second + 1);
-}
-
-static void chart_close(chart *c) {
-    fprintf(c->file, "</svg>\n");
-    fclose(c->file);
+    char style[64] = "";
+    if (dash) snprintf(style, sizeof style, "stroke-dasharray=\"%s\"", dash);
+    svg_line(c->file, &c->axes, x, y, count, colour, 2, style);
+    fprintf(c->file, "<path d=\"M512 %dh22\" stroke=\"%s\" stroke-width=\"2\" %s/>\n", at - 4,
+            colour, style);
+    svg_text(c->file, 540, at, 13, "start", colour, "%.*s",
+             second ? (int)(second - label) : (int)strlen(label), label);
+    if (second) svg_text(c->file, 540, at + 15, 13, "start", colour, "%s", second + 1);
 }
 
 /* Values from `from` to `to` in equal ratios, or in equal steps where from is not positive. */
@@ -283,7 +179,7 @@ static const unsigned paper = 0x15171Cu, ink = 0xF3F1ECu;
 
 static picture sheet_of(int width, int height) {
     picture p;
-    if (!picture_create(&p, width, height)) must(ENVMAP_ERROR_MEMORY, "picture");
+    if (!picture_create(&p, width, height)) measure_must(ENVMAP_ERROR_MEMORY, "picture");
     picture_rectangle(&p, 0, 0, width, height, paper, 1);
     return p;
 }
@@ -291,7 +187,7 @@ static picture sheet_of(int width, int height) {
 static void sheet_save(picture *p, const char *name) {
     char path[5000];
     snprintf(path, sizeof path, "%s/images/%s.png", docs, name);
-    if (!picture_save(p, path)) must(ENVMAP_ERROR_FILE, path);
+    if (!picture_save(p, path)) measure_must(ENVMAP_ERROR_FILE, path);
     picture_free(p);
 }
 
@@ -380,7 +276,7 @@ static void density_chart(const char *name, const char *title, chart_axis y,
         for (int i = 0; i < 201; ++i) value[i] = values[m][i * (SPHERE - 1) / 200];
         chart_line(&c, mapping_name[m], NULL, at, value, 201);
     }
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 static void density_table(void) {
@@ -526,7 +422,7 @@ static void round_trips(void) {
     chart_line(&c, "angular map beside +z", NULL, x, y, N);
     for (int i = 0; i < N; ++i) y[i] = round_trip(ENVMAP_PARABOLOID, -1, x[i]);
     chart_line(&c, "paraboloid beside -z", NULL, x, y, N);
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 /* Corners of a triangle of an edge about d. */
@@ -575,7 +471,7 @@ static void interpolation_chart(void) {
     }
     for (int i = 0; i < N; ++i) y[i] = 1e-7;
     chart_line(&c, "directions: none", "2 5", x, y, N);
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 typedef struct triangle {
@@ -642,7 +538,7 @@ static void poles(void) {
     chart c = chart_open("stability-pole", "Around the pole of a lat-long map of noise, 256 x 128",
                          ax, ay);
     double x[N], y[2][N];
-    envmap map = new_map(ENVMAP_LATLONG, 128, 1);
+    envmap map = measure_map(ENVMAP_LATLONG, 128, 1, 1);
     unsigned long long state = 19;
     for (size_t i = 0; i < method_floats(&map); ++i) map.texels[i] = (float)at_random(&state);
     spread(x, N, 1e-4, 1);
@@ -663,7 +559,7 @@ static void poles(void) {
         }
     chart_line(&c, "rows clamped at the pole", NULL, x, y[0], N);
     chart_line(&c, "library: the pole is|its row's mean", "6 4", x, y[1], N);
-    chart_close(&c);
+    svg_close(c.file);
     note("Poles of a lat-long map",
          "%.1f of the mean on a circle of 1e-4 rad | %.2f, falling with the distance", y[0][0],
          y[1][0]);
@@ -682,7 +578,7 @@ static void seams(void) {
         envmap plain = view_of(s, ENVMAP_CUBE, 128), map = view_of(s, ENVMAP_CUBE, 128);
         char label[64];
         method_plain_levels(&plain);
-        must(envmap_mips_build(&map), "mips");
+        measure_must(envmap_mips_build(&map), "mips");
         for (int l = 0; l < LEVELS; ++l) {
             x[l] = l, alone[l] = fault_seam(&plain, (float)l, 1);
             across[l] = fault_seam(&map, (float)l, 0), most[l] = fmax(most[l], across[l]);
@@ -705,7 +601,7 @@ static void seams(void) {
         envmap_free(&plain), envmap_free(&map);
     }
     chart_line(&c, "library, all three", "6 4", x, most, LEVELS);
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 static double mean_at(const envmap *map, int level) {
@@ -729,20 +625,19 @@ static void drifts(void) {
     for (int m = 0; m < 5; ++m) {
         envmap map = view_of(SCENE_OVERCAST, m, 128);
         double mean = mean_at(&map, 0);
-        must(envmap_mips_build(&map), "mips");
+        measure_must(envmap_mips_build(&map), "mips");
         for (int l = 0; l < LEVELS; ++l) most[l] = fmax(most[l], fabs(mean_at(&map, l) / mean - 1));
         method_plain_levels(&map);
         for (int l = 0; l < LEVELS; ++l)
             x[l] = l, y[l] = fmax(fabs(mean_at(&map, l) / mean - 1), 1e-8);
-        y[0] = (double)NAN;
-        chart_line(&c, mapping_name[m], NULL, x, y, LEVELS);
+        chart_line(&c, mapping_name[m], NULL, x + 1, y + 1, LEVELS - 1);
         if (m == ENVMAP_CUBE) cube = y[LEVELS - 1];
         envmap_free(&map);
     }
     note("Boxes without weights", "the mean of a cube drifts %.1f %%, grey day | %.0e", 100 * cube,
          most[LEVELS - 1]);
     chart_line(&c, "library, all five", "6 4", x, most, LEVELS);
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 /* Lookups half a texel off, level by level; at the level that is looked up, right ones. */
@@ -754,7 +649,7 @@ static void half_texels(void) {
     double x[LEVELS], y[LEVELS], angle[LEVELS];
     for (int s = 0; s < SCENE_COUNT; ++s) {
         envmap map = view_of(s, ENVMAP_CUBE, 128);
-        must(envmap_mips_build(&map), "mips");
+        measure_must(envmap_mips_build(&map), "mips");
         for (int l = 0; l < LEVELS; ++l) {
             double error = 0, sum = 0;
             for (int i = 0; i < SPHERE; i += 3) {
@@ -778,7 +673,7 @@ static void half_texels(void) {
         envmap_free(&map);
     }
     chart_line(&c, "the angle, rad:|(texel / root 2) 2^level", "6 4", x, angle, LEVELS);
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 /* A white world in paraboloids whose circles were drawn into black. */
@@ -789,12 +684,12 @@ static void rims(void) {
     chart c = chart_open("stability-rim", "Paraboloids with nothing outside the circle", ax, ay);
     double x[LEVELS], y[2][LEVELS];
     for (int mended = 0; mended < 2; ++mended) {
-        envmap map = new_map(ENVMAP_PARABOLOID, 128, 8);
+        envmap map = measure_map(ENVMAP_PARABOLOID, 128, 8, 1);
         for (size_t i = 0; i < method_floats(&map); ++i) map.texels[i] = 1;
         if (!mended)
             fault_empty_rims(&map), method_plain_levels(&map);
         else
-            must(envmap_mips_build(&map), "mips");
+            measure_must(envmap_mips_build(&map), "mips");
         for (int l = 0; l < LEVELS; ++l) {
             double least = 1;
             for (int i = 0; i < 1000; ++i) {
@@ -812,7 +707,7 @@ static void rims(void) {
     }
     chart_line(&c, "black outside,|plain levels", NULL, x, y[0], LEVELS);
     chart_line(&c, "library", "6 4", x, y[1], LEVELS);
-    chart_close(&c);
+    svg_close(c.file);
     note("Around a paraboloid", "%.2f at the rim of a world of 1, level 1 | %.2f", y[0][1],
          y[1][1]);
     picture p = sheet_of(1080, 310);
@@ -821,7 +716,7 @@ static void rims(void) {
         if (!mended)
             fault_empty_rims(&map), method_plain_levels(&map);
         else
-            must(envmap_mips_build(&map), "mips");
+            measure_must(envmap_mips_build(&map), "mips");
         looker l = {mended ? look_across : look_alone, &map, 2, 0};
         picture_draw(&p, 20 + 530 * mended, 20, 510, 255, 0.8f, panorama_point, &l);
         picture_caption(&p, 275 + 530 * (float)mended, 288, 12, ink,
@@ -858,7 +753,7 @@ static void eight_bits(void) {
     }
     note("Maps of 8 bits", "rms %.0f %% with a sun, at the best exposure | floats: none",
          100 * best);
-    chart_close(&c);
+    svg_close(c.file);
     static const float white[4] = {0, 1, 30, 1000};
     picture p = sheet_of(1080, 300);
     for (int i = 0; i < 4; ++i) {
@@ -897,10 +792,10 @@ enum { BANDS = 4 };
 static double world_sh[3 * BANDS * BANDS];
 
 static envmap world_of(int mapping, int size) {
-    envmap map = new_map(mapping, size, 1);
+    envmap map = measure_map(mapping, size, 1, 1);
     unsigned long long state = 11;
     for (int i = 0; i < 3 * BANDS * BANDS; ++i) world_sh[i] = i < 3 ? 8 : 2 * at_random(&state) - 1;
-    must(envmap_sh_fill(&map, 0, 0, world_sh, BANDS, NULL), "fill");
+    measure_must(envmap_sh_fill(&map, 0, 0, world_sh, BANDS, NULL), "fill");
     return map;
 }
 
@@ -911,7 +806,7 @@ typedef struct score {
 
 static void score_add(score *s, double value, const double *lit, const double axis[3]) {
     double truth[3];
-    must(envmap_sh_evaluate(truth, lit, BANDS, axis), "evaluate");
+    measure_must(envmap_sh_evaluate(truth, lit, BANDS, axis), "evaluate");
     /* nothing over nothing counts as black */
     if (!(value < 1e30)) value = 0;
     s->error += pow(value - truth[1], 2), s->sum += truth[1] * truth[1];
@@ -921,7 +816,7 @@ static double score_of(const score *s) { return sqrt(s->error / s->sum); }
 
 static double library_error(const envmap *src, const envmap_lobe *lobe, const double *lit) {
     score s = {0, 0};
-    envmap dst = new_map(ENVMAP_CUBE, 4, 1);
+    envmap dst = measure_map(ENVMAP_CUBE, 4, 1, 1);
     filter_by(&dst, src, lobe, ENVMAP_METHOD_AUTO, 1e-5);
     for (int i = 0; i < 96; ++i) {
         double axis[3];
@@ -967,11 +862,11 @@ static void exponents(void) {
     double x[N], y[3][N], lit[3 * BANDS * BANDS];
     envmap src = world_of(ENVMAP_CUBE, 32);
     fault_points points;
-    if (!fault_points_create(&points, &src)) must(ENVMAP_ERROR_MEMORY, "points");
+    if (!fault_points_create(&points, &src)) measure_must(ENVMAP_ERROR_MEMORY, "points");
     spread(x, N, 1e-3, 1e9);
     for (int i = 0; i < N; ++i) {
         envmap_lobe lobe = envmap_lobe_phong((float)x[i]);
-        must(envmap_sh_convolve(lit, world_sh, BANDS, &lobe, 0), "convolve");
+        measure_must(envmap_sh_convolve(lit, world_sh, BANDS, &lobe, 0), "convolve");
         y[0][i] = points_error(&points, &lobe, lit, 0, 1);
         y[1][i] = points_error(&points, &lobe, lit, 0, 0);
         y[2][i] = library_error(&src, &lobe, lit);
@@ -981,7 +876,7 @@ static void exponents(void) {
     chart_line(&c, "texels as points, floats", NULL, x, y[0], N);
     chart_line(&c, "texels as points, doubles", "6 4", x, y[1], N);
     chart_line(&c, "library", NULL, x, y[2], N);
-    chart_close(&c);
+    svg_close(c.file);
     fault_points_free(&points), envmap_free(&src);
 }
 
@@ -1017,7 +912,7 @@ static void float_directions(void) {
     chart_line(&c, "float directions and product", NULL, x, y[0], N);
     chart_line(&c, "6e-8 N", "6 4", x, law, N);
     chart_line(&c, "doubles", NULL, x, y[1], N);
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 static void rings(void) {
@@ -1029,14 +924,15 @@ static void rings(void) {
     double x[N], y[2][N], lit[3 * BANDS * BANDS];
     envmap src = world_of(ENVMAP_CUBE, 32);
     fault_points points;
-    if (!fault_points_create(&points, &src)) must(ENVMAP_ERROR_MEMORY, "points");
+    if (!fault_points_create(&points, &src)) measure_must(ENVMAP_ERROR_MEMORY, "points");
     spread(x, N, 1e-5, 1);
     for (int at = 0; at < 2; ++at) {
         for (int i = 0; i < N; ++i) {
             envmap_lobe lobe = envmap_lobe_banks((float)fmin(1 - x[i], 0.99999));
             double norm = envmap_lobe_integral(&lobe, 0);
             lobe.p0 = lobe.p1 = at ? 1.0f : 0.3f;
-            must(envmap_sh_convolve(lit, world_sh, BANDS, &lobe, (double)lobe.p0), "convolve");
+            measure_must(envmap_sh_convolve(lit, world_sh, BANDS, &lobe, (double)lobe.p0),
+                         "convolve");
             y[0][i] = points_error(&points, &lobe, lit, norm, 0);
             y[1][i] = library_error(&src, &lobe, lit);
         }
@@ -1050,7 +946,7 @@ static void rings(void) {
         chart_line(&c, at ? "library, t along v" : "library, v.t = 0.3", at ? "6 4" : NULL, x, y[1],
                    N);
     }
-    chart_close(&c);
+    svg_close(c.file);
     fault_points_free(&points), envmap_free(&src);
 }
 
@@ -1086,7 +982,7 @@ static void horizons(void) {
          100 * below(lobes + 1, 80 * PI / 180));
     for (int i = 0; i < N; ++i) y[i] = 0.5;
     chart_line(&c, "Banks, t across n", "6 4", x, y, N);
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 /* A lamp of a share of all light in an even sky, through so many bands: lowest over mean. */
@@ -1094,14 +990,14 @@ static double lowest_of(double *moved, int bands, double share, int window) {
     double sh[3 * 36] = {0}, basis[36], least = 1e9;
     static const double up[3] = {0, 0, 1};
     envmap_lobe diffuse = envmap_lobe_diffuse();
-    must(envmap_sh_basis(basis, bands, up), "basis");
+    measure_must(envmap_sh_basis(basis, bands, up), "basis");
     for (int i = 0; i < 3 * bands * bands; ++i) sh[i] = share * basis[i / 3];
     for (int c = 0; c < 3; ++c) sh[c] += (1 - share) * basis[0];
-    if (window) must(envmap_sh_window(sh, moved, sh, bands, &diffuse, 0), "window");
-    must(envmap_sh_convolve(sh, sh, bands, &diffuse, 0), "convolve");
+    if (window) measure_must(envmap_sh_window(sh, moved, sh, bands, &diffuse, 0), "window");
+    measure_must(envmap_sh_convolve(sh, sh, bands, &diffuse, 0), "convolve");
     for (int i = 0; i <= 720; ++i) {
         double t = PI * i / 720, d[3] = {sin(t), 0, cos(t)}, rgb[3];
-        must(envmap_sh_evaluate(rgb, sh, bands, d), "evaluate");
+        measure_must(envmap_sh_evaluate(rgb, sh, bands, d), "evaluate");
         least = fmin(least, rgb[1]);
     }
     return least * 4 * PI;
@@ -1127,7 +1023,7 @@ static void ringing(void) {
          fabs(y[N - 1]) < 1e-6 ? 0 : y[N - 1], moved[N - 1]);
     chart_line(&c, "3 bands, windowed", "6 4", x, y, N);
     chart_line(&c, "moved by the window", "2 4", x, moved, N);
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 /* The paper's threshold on a grey day, and with a sun. */
@@ -1141,10 +1037,10 @@ static void thresholds(void) {
     double x[N], y[3][N], fast[N];
     spread(x, N, 1, 1e7);
     for (int s = 0; s < 2; ++s) {
-        envmap src = view_of(scenes[s], ENVMAP_CUBE, 64), dst = new_map(ENVMAP_CUBE, 8, 1);
+        envmap src = view_of(scenes[s], ENVMAP_CUBE, 64), dst = measure_map(ENVMAP_CUBE, 8, 1, 1);
         for (int i = 0; i < N; ++i) {
             envmap_lobe lobe = envmap_lobe_phong((float)x[i]);
-            envmap truth = new_map(ENVMAP_CUBE, 8, 1);
+            envmap truth = measure_map(ENVMAP_CUBE, 8, 1, 1);
             filter_by(&truth, &src, &lobe, ENVMAP_METHOD_REFERENCE, 0);
             filter_by(&dst, &src, &lobe, ENVMAP_METHOD_HIERARCHICAL, 0);
             envmap_difference d = apart(&dst, &truth);
@@ -1164,7 +1060,7 @@ static void thresholds(void) {
         if (s) chart_line(&c, "sun: library (AUTO), rms", NULL, x, fast, N);
         envmap_free(&src), envmap_free(&dst);
     }
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 static void lobes(void) {
@@ -1189,7 +1085,8 @@ static void clamps(void) {
     chart c =
         chart_open("stability-clamp", "Two-map paraboloid filter: its clamp, its circles", ax, ay);
     double x[N], y[N], rim[N];
-    envmap src = new_map(ENVMAP_PARABOLOID, 32, 1), dst = new_map(ENVMAP_PARABOLOID, 2, 1);
+    envmap src = measure_map(ENVMAP_PARABOLOID, 32, 1, 1),
+           dst = measure_map(ENVMAP_PARABOLOID, 2, 1, 1);
     for (size_t i = 0; i < method_floats(&src); ++i) src.texels[i] = 1;
     spread(x, N, 3, 3e4);
     for (int k = 0; k < 2; ++k) {
@@ -1198,7 +1095,7 @@ static void clamps(void) {
             method_desc desc;
             memset(&desc, 0, sizeof desc);
             desc.form = METHOD_PUBLISHED, desc.lossy = 1, desc.cut = cut[k];
-            must(method_paraboloid_convolution(&dst, &src, &lobe, &desc), "paraboloid");
+            measure_must(method_paraboloid_convolution(&dst, &src, &lobe, &desc), "paraboloid");
             y[i] = 1 - (double)dst.texels[0];
             double t = acos(pow((double)cut[0], 1 / x[i]));
             rim[i] = paraboloid_distortion(1, 1 - tan((PI / 2 - t) / 2));
@@ -1210,7 +1107,7 @@ static void clamps(void) {
          "radius, N = 10 | no kernel, no clamp",
          100 * paraboloid_distortion(1, 260.0 / 512));
     chart_line(&c, "a circle's centre at the|rim, off by (clamp 0.1)", "6 4", x, rim, N);
-    chart_close(&c);
+    svg_close(c.file);
     envmap_free(&src), envmap_free(&dst);
 }
 
@@ -1230,7 +1127,7 @@ static envmap_lobe heat(float table[2048], double sigma) {
 
 /* A lamp on black, half-width 0.06 rad. */
 static envmap lamp_at(double x, double y, double z, int size) {
-    envmap map = new_map(ENVMAP_CUBE, size, 1);
+    envmap map = measure_map(ENVMAP_CUBE, size, 1, 1);
     double axis[3] = {x, y, z};
     envmapi_unit(axis, axis);
     for (int i = 0; i < 6 * size * size; ++i) {
@@ -1246,12 +1143,12 @@ static envmap lamp_at(double x, double y, double z, int size) {
 static double separable_error(const envmap *src, double sigma, int form, envmap *keep) {
     static float table[2048];
     envmap_lobe lobe = heat(table, sigma);
-    envmap truth = filtered(src, lobe, 64), dst = new_map(ENVMAP_CUBE, 64, 1);
+    envmap truth = filtered(src, lobe, 64), dst = measure_map(ENVMAP_CUBE, 64, 1, 1);
     method_desc desc;
     double worst = 0, peak = 0;
     memset(&desc, 0, sizeof desc);
     desc.form = form;
-    must(method_separable_gaussian(&dst, src, &lobe, &desc), "Gaussian");
+    measure_must(method_separable_gaussian(&dst, src, &lobe, &desc), "Gaussian");
     for (size_t i = 0; i < method_floats(&dst); ++i) {
         worst = fmax(worst, fabs((double)dst.texels[i] - (double)truth.texels[i]));
         peak = fmax(peak, (double)truth.texels[i]);
@@ -1282,7 +1179,7 @@ static void gaussians(void) {
         }
         envmap_free(&src);
     }
-    chart_close(&c);
+    svg_close(c.file);
     note("Gaussians stepped on the plane",
          "%.0f %% of a lamp's peak, sigma to 0.36 | %.1f %% along the "
          "flow",
@@ -1309,18 +1206,18 @@ static void fireflies(void) {
     picture p = sheet_of(1080, 300);
     envmap src = view_of(SCENE_SUN, ENVMAP_CUBE, 128);
     envmap_lobe lobe = envmap_lobe_ggx(0.25f);
-    envmap truth = new_map(ENVMAP_CUBE, 32, 1);
+    envmap truth = measure_map(ENVMAP_CUBE, 32, 1, 1);
     filter_by(&truth, &src, &lobe, ENVMAP_METHOD_AUTO, 1e-4);
     double rms[4];
     for (int i = 0; i < 4; ++i) {
-        envmap ball = new_map(ENVMAP_CUBE, 32, 1);
+        envmap ball = measure_map(ENVMAP_CUBE, 32, 1, 1);
         char caption[64];
         method_desc desc;
         memset(&desc, 0, sizeof desc);
         snprintf(caption, sizeof caption, i < 3 ? "%d samples" : "envmap_filter", samples[i % 3]);
         desc.samples = samples[i % 3];
         if (i < 3)
-            must(method_importance_sampling(&ball, &src, &lobe, &desc), "sampling");
+            measure_must(method_importance_sampling(&ball, &src, &lobe, &desc), "sampling");
         else
             filter_by(&ball, &src, &lobe, ENVMAP_METHOD_AUTO, 0);
         rms[i] = apart(&ball, &truth).rms;
@@ -1365,7 +1262,7 @@ static void grazing(void) {
         envmap_fit fit;
         memset(&fit, 0, sizeof fit);
         fit.lobes = 1, fit.slices = N;
-        must(envmap_fit_brdf(&fit, &brdf, NULL), "fit");
+        measure_must(envmap_fit_brdf(&fit, &brdf, NULL), "fit");
         for (int i = 0; i < N; ++i) x[i] = (i + 0.5) / N, y[i] = (double)fit.error[i];
         chart_line(&c, models[k].name, NULL, x, y, N);
         if (k == 1)
@@ -1375,7 +1272,7 @@ static void grazing(void) {
                  100 * y[0], x[0], 100 * y[N - 1], x[N - 1]);
         envmap_fit_free(&fit);
     }
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 /* eq. 1 between three stored views. */
@@ -1394,8 +1291,8 @@ static double cabral_error(const envmap *src, const envmap_brdf *brdf, int steps
         for (int k = 0; k < 3; ++k) frames[i].n[k] = (float)n[k], frames[i].v[k] = (float)v[k];
         ++i;
     }
-    must(envmap_radiance(truth, src, brdf, frames, LOOKS, NULL), "eq. 1");
-    must(cabral_create(&set, src, brdf, steps, 32, NULL), "Cabral");
+    measure_must(envmap_radiance(truth, src, brdf, frames, LOOKS, NULL), "eq. 1");
+    measure_must(cabral_create(&set, src, brdf, steps, 32, NULL), "Cabral");
     for (int i = 0; i < LOOKS; ++i) {
         float rgb[3];
         cabral_lookup(rgb, &set, frames[i].n, frames[i].v);
@@ -1412,8 +1309,8 @@ static void views(void) {
     static const chart_axis ay = {"rms between the views, n.v over 0.3", 1e-3, 1, 1, 0};
     static const double alpha[2] = {0.6, 0.3};
     chart c = chart_open("stability-views", "The warp between stored views, in the studio", ax, ay);
-    envmap src = new_map(ENVMAP_CUBE, 16, 1);
-    must(envmap_resample(&src, skies + SCENE_STUDIO), "resample");
+    envmap src = measure_map(ENVMAP_CUBE, 16, 1, 1);
+    measure_must(envmap_resample(&src, skies + SCENE_STUDIO), "resample");
     for (int k = 0; k < 2; ++k) {
         brdf_values values = {{1, 1, 1}, alpha[k], alpha[k], 20, 0, 0};
         envmap_brdf brdf = {brdf_ggx, &values};
@@ -1429,7 +1326,7 @@ static void views(void) {
         snprintf(label, sizeof label, "GGX alpha = %g", alpha[k]);
         chart_line(&c, label, NULL, x, y, N);
     }
-    chart_close(&c);
+    svg_close(c.file);
     envmap_free(&src);
 }
 
@@ -1477,7 +1374,7 @@ static void parallaxes(void) {
          asin(0.1) * 180 / PI);
     chart_line(&c, "worst, asin p", NULL, x, worst, N);
     chart_line(&c, "mean over directions", NULL, x, mean, N);
-    chart_close(&c);
+    svg_close(c.file);
     picture p = sheet_of(1080, 300);
     for (int i = 0; i < 4; ++i) {
         static const char *const names[4] = {"from the centre: any size",
@@ -1530,7 +1427,7 @@ static envmap_result read_back(envmap *map, const envmap *src) {
     unsigned char file[4096];
     size_t bytes;
     envmap_free(map);
-    must(envmap_pfm_write(file, sizeof file, &bytes, src, 0), "write");
+    measure_must(envmap_pfm_write(file, sizeof file, &bytes, src, 0), "write");
     return envmap_pfm_read(map, file, bytes, ENVMAP_CUBE);
 }
 
@@ -1575,7 +1472,7 @@ static void inputs_table(void) {
     for (int k = 0; k < CALLS; ++k) {
         fprintf(out, "\n| %s |", call_name[k]);
         for (int i = 0; i < COUNT(inputs); ++i) {
-            envmap src = new_map(ENVMAP_CUBE, 4, 3), dst = new_map(ENVMAP_CUBE, 4, 1);
+            envmap src = measure_map(ENVMAP_CUBE, 4, 3, 1), dst = measure_map(ENVMAP_CUBE, 4, 1, 1);
             for (size_t t = 0; t < method_floats(&src); ++t) src.texels[t] = 1;
             src.texels[60] = (float)inputs[i].value;
             envmap_result result = call(k, &src, &dst);
@@ -1602,7 +1499,7 @@ static void float_sums(void) {
     size_t most = (size_t)64 << 20, done = 0;
     float *values = (float *)malloc(most * sizeof *values), sum = 0;
     double sums = 0;
-    if (!values) must(ENVMAP_ERROR_MEMORY, "texels");
+    if (!values) measure_must(ENVMAP_ERROR_MEMORY, "texels");
     for (size_t i = 0; i < most; ++i) values[i] = 0.7f;
     spread(x, N, 1e3, (double)most);
     for (int i = 0; i < N; ++i) {
@@ -1614,7 +1511,7 @@ static void float_sums(void) {
          100 * y[N - 1], wide[N - 1]);
     chart_line(&c, "float", NULL, x, y, N);
     chart_line(&c, "double", NULL, x, wide, N);
-    chart_close(&c);
+    svg_close(c.file);
     free(values);
 }
 
@@ -1629,7 +1526,7 @@ static void sizes(void) {
     for (int m = 0; m < 5; ++m) {
         for (int i = 0; i < COUNT(edges); ++i) {
             envmap src = world_of(m, edges[i]);
-            must(envmap_sh_convolve(lit, world_sh, BANDS, &lobe, 0), "convolve");
+            measure_must(envmap_sh_convolve(lit, world_sh, BANDS, &lobe, 0), "convolve");
             x[i] = edges[i], y[i] = library_error(&src, &lobe, lit);
             envmap_free(&src);
         }
@@ -1642,7 +1539,7 @@ static void sizes(void) {
     }
     for (int i = 0; i < COUNT(edges); ++i) y[i] = fmin(1, 1 / (x[i] * x[i]));
     chart_line(&c, "1 / size^2", "6 4", x, y, COUNT(edges));
-    chart_close(&c);
+    svg_close(c.file);
 }
 
 /* Files that are not what they say. */
@@ -1700,7 +1597,7 @@ int main(int argc, char **argv) {
     docs = argv[1];
     progress("scenes");
     for (int s = 0; s < SCENE_COUNT; ++s) {
-        skies[s] = new_map(ENVMAP_CUBE, 128, 1);
+        skies[s] = measure_map(ENVMAP_CUBE, 128, 1, 1);
         scene_fill(skies + s, s);
     }
     density();
@@ -1712,7 +1609,10 @@ int main(int argc, char **argv) {
     FILE *out = begin("contents");
     fprintf(out, "| | how badly | the library |\n|---|---|---|\n%s", contents);
     end(out);
-    write_document();
+    char path[5000];
+    snprintf(path, sizeof path, "%s/stability.md", docs);
+    measure_write(&document, path, "make stability");
+    measure_document_free(&document);
     for (int s = 0; s < SCENE_COUNT; ++s) envmap_free(skies + s);
     progress("done");
     return 0;
