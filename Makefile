@@ -42,7 +42,7 @@ GALLERY   = docs/images
 MAP       =
 
 .PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        harmonics filters methods materials stability examples docs gallery install clean FORCE
+        harmonics filters methods materials examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -139,6 +139,11 @@ filters: ## the tables, charts and the picture of docs/filters.md
 	$(CC) $(BENCH) $(STRICT) -I. examples/filters.c -o $(BUILD)/filters-timed $(LIBS)
 	$(BUILD)/filters-timed docs
 
+.PHONY: stability
+stability: $(BUILD)/stability ## where methods fail: docs/stability.md, its tables, charts and pictures
+	@mkdir -p docs/charts docs/images
+	$(BUILD)/stability docs
+
 examples: $(EXAMPLES) ## build the examples
 
 docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
@@ -164,10 +169,6 @@ methods: $(BUILD)/methods ## measure examples/methods/, and write docs/methods.m
 materials: $(BUILD)/materials ## every reflection model beside eq. 1: docs/materials.md, its pictures and chart
 	@mkdir -p docs/charts
 	$(BUILD)/materials docs
-
-stability: $(BUILD)/stability ## where methods fail: docs/stability.md, its tables, charts and pictures
-	@mkdir -p docs/charts docs/images
-	$(BUILD)/stability docs
 
 install: ## copy the header to $(DESTDIR)$(PREFIX)/include
 	install -d '$(DESTDIR)$(PREFIX)/include'
