@@ -23,7 +23,7 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 # only, too few for the lobes' oracles; it sees into the OpenGL driver. (The sanitizers run them all.)
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
-           %/test_materials %/test_gl %/test_harmonics
+           %/test_materials %/test_gl %/test_harmonics %/test_stability_filters
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -58,8 +58,8 @@ test: ## build and run the tests; the last line counts them
 	@sh tests/run.sh -s -j$(JOBS) -l $(BUILD)/tests/log \
 	    $(foreach t,$(TESTS),'$(strip $(RUN) $(t))') $(COMPILE)
 
-check: ## all that can be checked here: gcc, clang, strict, sanitize, valgrind
-	@sh tests/run.sh $(foreach c,$(COMPILERS),'$(MAKE) --no-print-directory test CC=$(c) BUILD=$(BUILD)/$(c)') \
+check: ## all that can be checked here: the whole tests by gcc and clang, strict, sanitize, valgrind
+	@sh tests/run.sh $(foreach c,$(COMPILERS),'TEST_WHOLE=1 $(MAKE) --no-print-directory test CC=$(c) BUILD=$(BUILD)/$(c)') \
 	    $(foreach t,strict sanitize valgrind,'$(MAKE) --no-print-directory $(t)')
 
 strict: ## every standard, every strict warning, header, tests and examples, gcc and clang
@@ -138,6 +138,11 @@ filters: ## the tables, charts and the picture of docs/filters.md
 	@mkdir -p $(BUILD) docs/charts
 	$(CC) $(BENCH) $(STRICT) -I. examples/filters.c -o $(BUILD)/filters-timed $(LIBS)
 	$(BUILD)/filters-timed docs
+
+.PHONY: stability
+stability: $(BUILD)/stability ## where methods fail: docs/stability.md, its tables, charts and pictures
+	@mkdir -p docs/charts docs/images
+	$(BUILD)/stability docs
 
 examples: $(EXAMPLES) ## build the examples
 

@@ -268,7 +268,8 @@ ENVMAP_API envmap_result envmap_pfm_save(const envmap *map, const char *path, in
 
 /* Fills levels 1 .. levels-1: each texel the mean of the level above it, weighted by the solid
    angle of the overlap (odd sizes too), so every level carries the energy of level 0; texels of a
-   level of edge 1 are the mean of the whole sphere, the same on every face.
+   level of edge 1 are the mean of the whole sphere, the same on every face. NaN and Inf reach the
+   texels above them, no others.
    Errors: ARGUMENT.  O(texels), allocates nothing.  Source [KVHS00] 5.1 with weights added.
    Test: mip_levels_carry_the_same_energy (<= 1e-6; an unweighted box drifts by percents). */
 ENVMAP_API envmap_result envmap_mips_build(envmap *map);

@@ -9,14 +9,17 @@
 
 /* ------------------------------------------------------------------------------- the memory --
    Live blocks are counted; the call number `oracle_fail_at` (from 0) gets NULL, a single block
-   of more than 256 MB too, and a block must come back with the context that it was asked with.
+   of more than `oracle_most` too, and a block must come back with the context that it was asked
+   with.
    Threads may count at once. */
 static int oracle_live, oracle_calls, oracle_fail_at = -1, oracle_wrong_context;
 static size_t oracle_largest; /* the largest block that was asked for */
+static size_t oracle_most = (size_t)256 << 20;
 
 static inline void *oracle_malloc(void *context, size_t bytes) {
     if (bytes > oracle_largest) oracle_largest = bytes;
-    if (__sync_fetch_and_add(&oracle_calls, 1) == oracle_fail_at || bytes > (size_t)256 << 20) return NULL;
+    if (__sync_fetch_and_add(&oracle_calls, 1) == oracle_fail_at || bytes > oracle_most)
+        return NULL;
     void **block = (void **)malloc(bytes + 16);
     if (!block) return NULL;
     block[0] = context;
