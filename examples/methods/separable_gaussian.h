@@ -29,6 +29,7 @@
 #define METHOD_SEPARABLE_GAUSSIAN_H
 
 #include "methods.h"
+#include "separable_grid.h"
 
 #define SEPARABLE_SIGMA  0.36
 #define SEPARABLE_MISFIT 0.20
@@ -395,6 +396,71 @@ static inline envmap_result method_separable_gaussian(envmap *dst, const envmap 
     return result;
 }
 
+/* A chain's lobes and maps; sigma gets a number per lobe. */
+static inline envmap_result separable_check_chain(method_desc *d, double *sigma, const envmap *dst,
+                                                  const envmap *src, const envmap_lobe *lobes,
+                                                  int count, const method_desc *desc) {
+    int i;
+    envmap_result result = lobes && count > 0 ? ENVMAP_OK : ENVMAP_ERROR_ARGUMENT;
+    if (!result) result = method_check(d, dst, src, lobes, desc);
+    if (!result && (count > dst->levels || dst->mapping != ENVMAP_CUBE || dst->slices != 1 ||
+                    dst->size != method_size_for(src, ENVMAP_CUBE)))
+        result = ENVMAP_ERROR_METHOD;
+    for (i = 0; i < count && !result; ++i) {
+        result = method_check_lobe(lobes + i);
+        if (!result) sigma[i] = separable_sigma(lobes + i, d->form);
+        if (!result && !(sigma[i] > 0)) result = ENVMAP_ERROR_METHOD;
+    }
+    return result;
+}
+
+/* As published: each level by itself. work: as dst, count levels */
+static inline envmap_result separable_chain_plain(envmap *work, const envmap *map,
+                                                  const double *sigma) {
+    int i;
+    envmap_result result = ENVMAP_OK;
+    for (i = 0; i < work->levels && !result; ++i) {
+        separable s;
+        result = separable_run(&s, map, i, sigma[i] * sigma[i], 1);
+        if (!result) separable_copy(&s, work, i, 1);
+        separable_free(&s);
+    }
+    return result;
+}
+
+/* Mended: along the grid. dst is written once nothing can fail any more. */
+static inline envmap_result separable_chain_grid(envmap *dst, const envmap *map,
+                                                 const envmap_lobe *lobes, const double *sigma,
+                                                 int count) {
+    grid g;
+    size_t floats = 0, quarter = 18 * (size_t)(map->size / 2) * (size_t)(map->size / 2);
+    double boxes = 0;
+    int i, even = map->levels == 1;
+    float *memory;
+    for (i = 0; i < count; ++i) {
+        size_t needed = grid_shape(&g, method_edge(map, i), sigma[i] * sigma[i]);
+        floats = needed > floats ? needed : floats;
+    }
+    memory = (float *)method_alloc(floats + quarter, sizeof *memory);
+    if (!memory) return ENVMAP_ERROR_MEMORY;
+    for (i = 0; i < count; ++i) {
+        double variance = sigma[i] * sigma[i];
+        grid_shape(&g, method_edge(map, i), variance);
+        grid_lay_out(&g, memory + quarter);
+        if (i && even)
+            grid_take(&g, memory);
+        else
+            grid_load(&g, map, i);
+        grid_border(&g);
+        if (even && i + 1 < count) grid_halve(&g, memory);
+        grid_run(&g, variance, boxes);
+        grid_store(&g, dst, i, (float)method_scale(lobes + i));
+        boxes = (boxes + (even ? 0.75 : 0.25)) / 4;
+    }
+    METHOD_FREE(memory);
+    return ENVMAP_OK;
+}
+
 /* A glossy chain: level i of the cube dst, of src's size, gets lobes[i], each filtered on the
    source's level of the same edge: with four times fewer N per level the kernel is a constant
    number of texels. Mirrors envmap_filter_chain. */
@@ -403,27 +469,22 @@ static inline envmap_result method_separable_chain(envmap *dst, const envmap *sr
                                                    const method_desc *desc) {
     method_desc d;
     envmap map, work;
-    int i;
-    envmap_result result = lobes && count > 0 ? ENVMAP_OK : ENVMAP_ERROR_ARGUMENT;
-    for (i = 0; i < count && !result; ++i) {
-        result = method_check(&d, dst, src, lobes + i, desc);
-        if (!result && (count > dst->levels || dst->mapping != ENVMAP_CUBE || dst->slices != 1 ||
-                        dst->size != method_size_for(src, ENVMAP_CUBE) ||
-                        !(separable_sigma(lobes + i, d.form) > 0)))
-            result = ENVMAP_ERROR_METHOD;
+    double sigma[32];
+    int i, even;
+    envmap_result result = count > 32 ? ENVMAP_ERROR_ARGUMENT
+                                      : separable_check_chain(&d, sigma, dst, src, lobes, count, desc);
+    if (result) return result;
+    even = src->mapping == ENVMAP_CUBE && d.form == METHOD_MENDED && !(src->size % (1 << (count - 1)));
+    if (even) {
+        map = *src, map.levels = 1;
+        return separable_chain_grid(dst, &map, lobes, sigma, count);
     }
-    if (!result) result = method_levels(&map, src, ENVMAP_CUBE, d.form);
+    result = method_levels(&map, src, ENVMAP_CUBE, d.form);
     if (result) return result;
     memset(&work, 0, sizeof work);
     work.memory = src->memory;
     result = envmap_create(&work, ENVMAP_CUBE, map.size, count, 1);
-    for (i = 0; i < count && !result; ++i) {
-        separable s;
-        double sigma = separable_sigma(lobes + i, d.form);
-        result = separable_run(&s, &map, i, separable_variance(sigma, map.size, i, d.form), d.form);
-        if (!result) separable_copy(&s, &work, i, 1);
-        separable_free(&s);
-    }
+    if (!result) result = separable_chain_plain(&work, &map, sigma);
     for (i = 0; i < count && !result; ++i) {
         size_t k, n = 18 * (size_t)method_edge(dst, i) * (size_t)method_edge(dst, i);
         float *to = envmap_texel(dst, i, 0, 0, 0, 0);

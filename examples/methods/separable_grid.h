@@ -1,0 +1,419 @@
+/* separable_grid.h - the separable Gaussian of separable_gaussian.h at speed: passes along the rows,
+   columns and diagonals of each face, no lookup between texels, no line that is not straight in
+   memory.
+
+   On a face's plane (u, v), rho^2 = 1 + u^2 + v^2, the metric's inverse is rho^2 (I + r r^T),
+   r = (u, v). It is a sum of squares along the grid's own directions, none of them negative:
+       rho^2 ((1 + u^2 - |uv|) e_u e_u^T + (1 + v^2 - |uv|) e_v e_v^T + |uv| d d^T),
+   d = e_u + e_v where uv > 0, e_u - e_v where uv < 0. So the heat equation is three of one
+   dimension, each (1/m) d(m a d f), m = rho^-3 the solid angle: along s, ds = du / sqrt(a), its
+   kernel is exp(-(s'-s)^2 / 2 sigma^2) sqrt(m') a'^(-1/4) du', symmetric but for m, so that each
+   pass keeps the energy. Where it is thinner than a texel five taps with a Gaussian's second and
+   fourth moment stand in. Order U/2 V/2 D V/2 U/2; what the boxes of a level have spread is taken
+   off a: a constant of the grid.
+
+   Weights are the same for the six faces and for both halves of one: each row of them is made once
+   for the 36 rows that it filters. A face goes on beyond its edges as far as the passes reach, from
+   its neighbours' texels by Catmull-Rom: across the edge a row is a row, along it is stretched.
+
+   Domain: sides that are even; rounds of sigma <= GRID_ROUND.  Tests: the_chain_* in
+   tests/test_methods_gaussian.c.
+
+   SPDX-License-Identifier: MIT */
+
+#ifndef METHOD_SEPARABLE_GRID_H
+#define METHOD_SEPARABLE_GRID_H
+
+#include "methods.h"
+
+#define GRID_ROUND 0.07 /* what is wider is done in rounds: beyond the edges planes go on for ever */
+#define GRID_CUT   3.3  /* sigmas at which a kernel ends */
+#define GRID_TAPS  64   /* the most that a kernel reaches */
+
+/* Floats that are filtered at once. */
+#if defined(__GNUC__) && defined(__AVX__)
+typedef float grid_lanes __attribute__((vector_size(32)));
+#elif defined(__GNUC__)
+typedef float grid_lanes __attribute__((vector_size(16)));
+#else
+typedef float grid_lanes;
+#endif
+#define GRID_LANES ((int)(sizeof(grid_lanes) / sizeof(float)))
+
+typedef struct grid_direction {
+    float *a, *s, *g; /* variance in texels^2, place in sigmas, sqrt(m) a^(-1/4): [rows][stride] */
+    int step, reach;
+} grid_direction;
+
+typedef struct grid {
+    float *image, *other; /* [6][3][side][stride]                                                  */
+    float *m;             /* rho^-3, as the directions' tables                                     */
+    float *weights;       /* [2 GRID_TAPS + 1][stride]                                             */
+    float *mirror;        /* the same from right to left                                           */
+    float *strip;
+    grid_direction direction[3];
+    int n, pad, side, stride, rows;
+} grid;
+
+static inline float *grid_texel(const grid *g, float *image, int plane, int x, int y) {
+    return image + ((size_t)plane * (size_t)g->side + (size_t)(y + g->pad)) * (size_t)g->stride +
+           (size_t)(x + g->pad);
+}
+
+/* Catmull-Rom: what the four texels around a place weigh; returns the first. */
+static inline int grid_cubic(float w[4], float at) {
+    int i = (int)(at + 1024) - 1024; /* floorf would be a call */
+    float f = at - (float)i, g = 1 - f, p = -0.5f * f * g;
+    w[0] = p * g, w[1] = g - p * (2 * g - f), w[2] = f - p * (2 * f - g), w[3] = p * f;
+    return i - 1;
+}
+
+/* --------------------------------------------------------------------------------- >>weights -- */
+
+static inline double grid_at(const grid *g, int x) { return (2.0 * (x - g->pad) + 1) / g->n - 1; }
+
+/* The directions' variances: `variance` of the lobe in the three passes together, `boxes` of the
+   level's texels in U and V. */
+static inline void grid_variances(grid *g, double variance, double boxes) {
+    int x, y;
+    double scale = variance * 0.25 * g->n * g->n;
+    for (y = 0; y < g->rows; ++y) {
+        float v = (float)grid_at(g, y), least = 1e-4f;
+        size_t row = (size_t)y * (size_t)g->stride;
+        float *m = g->m + row, *a[3];
+        for (x = 0; x < 3; ++x) a[x] = g->direction[x].a + row;
+        for (x = 0; x < g->stride; ++x) {
+            float u = (2 * (float)(x - g->pad) + 1) / (float)g->n - 1, uv = fabsf(u * v);
+            float rho2 = 1 + u * u + v * v, f = (float)scale * rho2, half = 0.5f * (float)boxes;
+            float du = 0.5f * f * (1 + u * u - uv) - half, dv = 0.5f * f * (1 + v * v - uv) - half;
+            a[0][x] = du > least ? du : least, a[1][x] = dv > least ? dv : least;
+            a[2][x] = f * uv > least ? f * uv : least;
+            m[x] = 1 / (rho2 * sqrtf(rho2));
+        }
+    }
+}
+
+/* s and g of a direction, from a and m. */
+static inline void grid_places(const grid *g, grid_direction *d) {
+    int x, y;
+    size_t i, count = (size_t)g->rows * (size_t)g->stride;
+    for (i = 0; i < count; ++i) d->g[i] = 1 / sqrtf(d->a[i]), d->s[i] = 0;
+    for (y = d->step >= g->stride; y < g->rows; ++y) {
+        float *s = d->s + (size_t)y * (size_t)g->stride, *q = d->g + (s - d->s);
+        for (x = d->step % g->stride; x < g->stride; ++x)
+            s[x] = s[x - d->step] + 0.5f * (q[x - d->step] + q[x]);
+    }
+    for (i = 0; i < count; ++i) d->g[i] = sqrtf(g->m[i] * d->g[i]);
+}
+
+/* exp(-d^2 / 2), to 1e-4 of itself where it counts. */
+static inline float grid_bell(float d) {
+    float t = d * d * (-1.0f / 64), e;
+    t = t > -1 ? t : -1;
+    e = 1 + t * (1 + t * (0.5f + t * (1.0f / 6 + t * (1.0f / 24))));
+    e *= e, e *= e, e *= e, e *= e;
+    return e * e;
+}
+
+/* Texels that a kernel as thin as this sees only by its moments. */
+#define GRID_THIN 0.5f
+
+/* The five taps' outer ones; v their variance. */
+static inline float grid_five(int k, float v) {
+    float two = (3 * v * v - v) / 24;
+    return k == 2 || k == -2 ? two : 0.5f * v - 4 * two;
+}
+
+/* Tap k of the texels [0 .. count) at `row`. sum: of the taps so far; last: what thin ones keep. */
+static inline void grid_tap(const grid *g, const grid_direction *d, size_t row, int k, int count,
+                            float *w, float *sum) {
+    const float *s = d->s + row, *there = d->g + row, *next = s + k * d->step;
+    const float *far = there + k * d->step;
+    int x;
+    (void)g;
+    for (x = 0; x < count; ++x) {
+        w[x] = grid_bell(next[x] - s[x]) * far[x];
+        sum[x] += w[x];
+    }
+}
+
+static inline void grid_thin(const grid *g, const grid_direction *d, size_t row, int k, int count,
+                             float *w, float *middle) {
+    const float *a = d->a + row, *m = g->m + row;
+    int x, at = k * d->step;
+    for (x = 0; x < count; ++x) {
+        float thin = grid_five(k, 0.5f * (a[x] + a[x + at])) * 0.5f * (1 + m[x + at] / m[x]);
+        thin = a[x] < GRID_THIN ? thin : 0;
+        w[x] += thin, middle[x] -= thin;
+    }
+}
+
+static inline float *grid_weights(const grid *g, int k) {
+    return g->weights + (size_t)(k + GRID_TAPS) * (size_t)g->stride;
+}
+
+/* The weights of row y of the upper half of a face; returns how far they reach. */
+static inline int grid_row(const grid *g, const grid_direction *d, int y) {
+    size_t row = (size_t)(y + g->pad) * (size_t)g->stride;
+    int x, k, half = g->pad + (g->n + 1) / 2, reach, which = (int)(d - g->direction);
+    float *middle = grid_weights(g, 0), *sum = g->mirror, widest = 0, least = 1e9f;
+    for (x = g->pad; x < half; ++x) {
+        float a = d->a[row + (size_t)x];
+        widest = a > widest ? a : widest, least = a < least ? a : least;
+    }
+    reach = (int)(GRID_CUT * sqrtf(widest) * 1.1f) + 1;
+    reach = reach > d->reach ? d->reach : reach < 2 ? 2 : reach;
+    for (x = 0; x < half; ++x) sum[x] = d->g[row + (size_t)x];
+    for (k = -reach; k <= reach; ++k)
+        if (k) grid_tap(g, d, row, k, half, grid_weights(g, k), sum);
+    for (x = 0; x < half; ++x) {
+        int thin = d->a[row + (size_t)x] < GRID_THIN;
+        float all = 1 / sum[x];
+        sum[x] = thin ? 0 : all, middle[x] = thin ? 1 : all * d->g[row + (size_t)x];
+    }
+    for (k = -reach; k <= reach; ++k) {
+        float *w = grid_weights(g, k);
+        for (x = 0; k && x < half; ++x) w[x] *= sum[x];
+        if (k && k >= -2 && k <= 2) grid_thin(g, d, row, k, half, w, middle);
+    }
+    for (k = -reach; k <= reach; ++k) {
+        const float *from = grid_weights(g, which ? k : -k);
+        float *to = grid_weights(g, k) + g->n + 2 * g->pad - 1;
+        for (x = 0; x < half; ++x) to[-x] = from[x];
+    }
+    return reach;
+}
+
+/* ---------------------------------------------------------------------------------- >>passes -- */
+
+/* A row of the three planes of a face, texels [0 .. count) rounded up to lanes; tap k lies
+   `step` k texels off. */
+static inline void grid_sum(float *to, const float *from, const float *w, int reach, int step,
+                            int count, size_t stride, size_t plane) {
+    int x, k;
+    for (x = 0; x < count; x += GRID_LANES) {
+        const float *weight = w + x, *tap = from + x - reach * step;
+        grid_lanes a = {0}, b = {0}, c = {0}, wide, t;
+        for (k = -reach; k <= reach; ++k, weight += stride, tap += step) {
+            memcpy(&wide, weight, sizeof t);
+            memcpy(&t, tap, sizeof t), a += wide * t;
+            memcpy(&t, tap + plane, sizeof t), b += wide * t;
+            memcpy(&t, tap + 2 * plane, sizeof t), c += wide * t;
+        }
+        memcpy(to + x, &a, sizeof a), memcpy(to + plane + x, &b, sizeof b);
+        memcpy(to + 2 * plane + x, &c, sizeof c);
+    }
+}
+
+/* One pass over what is valid around the faces: px texels beyond their sides, py above and below;
+   the pass makes them fewer. */
+static inline void grid_pass(grid *g, int which, int *px, int *py) {
+    grid_direction *d = g->direction + which;
+    size_t stride = (size_t)g->stride, plane = (size_t)g->side * stride;
+    float *swap = g->image;
+    int face, half, y, s = g->stride;
+    if (which != 1) *px -= d->reach;
+    if (which != 0) *py -= d->reach;
+    for (y = -*py; y < (g->n + 1) / 2; ++y) {
+        int reach = grid_row(g, d, y), left = which == 2 ? (g->n + 1) / 2 + *px : g->n + 2 * *px;
+        const float *w = grid_weights(g, -reach) + g->pad;
+        for (face = 0; face < 6; ++face)
+            for (half = 0; half < (2 * y + 1 < g->n ? 2 : 1); ++half) {
+                int at = half ? g->n - 1 - y : y, x = -*px;
+                int step = which == 0 ? 1 : which == 1 ? (half ? -s : s) : half ? 1 - s : 1 + s;
+                grid_sum(grid_texel(g, g->other, 3 * face, x, at),
+                         grid_texel(g, g->image, 3 * face, x, at), w + x, reach, step, left, stride,
+                         plane);
+                if (which < 2) continue;
+                x = g->n / 2, step = half ? -1 - s : s - 1;
+                grid_sum(grid_texel(g, g->other, 3 * face, x, at),
+                         grid_texel(g, g->image, 3 * face, x, at), w + x, reach, step,
+                         g->n - x + *px, stride, plane);
+            }
+    }
+    g->image = g->other, g->other = swap;
+}
+
+/* ---------------------------------------------------------------------------------- >>border -- */
+
+/* Where the texels beyond an edge are found: texel i along the edge, j deep, at
+   base + i along + j deep of the neighbour; mine: the same on this face, j = -1 next to the edge. */
+typedef struct grid_edge {
+    int from, from_along, from_deep, to, to_along, to_deep, face;
+} grid_edge;
+
+static inline int grid_place(const grid *g, const float dir[3], int *face) {
+    float u, v;
+    envmap_coordinates(face, &u, &v, ENVMAP_CUBE, dir);
+    return ((int)(v * (float)g->n) + g->pad) * g->stride + (int)(u * (float)g->n) + g->pad;
+}
+
+static inline void grid_find_edge(grid_edge *e, const grid *g, int face, int side) {
+    float m[3], a[3], b[3], dir[3], half = 0.5f / (float)g->n;
+    int c, k, at[3], n = g->n, out = side & 1 ? 1 : -1;
+    envmap_direction(m, ENVMAP_CUBE, face, 0.5f, 0.5f);
+    envmap_direction(a, ENVMAP_CUBE, face, side < 2 ? 0.5f * (float)(1 + out) : 0.5f,
+                     side < 2 ? 0.5f : 0.5f * (float)(1 + out));
+    envmap_direction(b, ENVMAP_CUBE, face, side < 2 ? 0.5f : 1, side < 2 ? 1 : 0.5f);
+    for (k = 0; k < 3; ++k) { /* the first texel, the next one along, the next one deep */
+        float t = 2 * half * (k == 1 ? 3.0f : 1.0f) - 1, z = 1 - 2 * half * (k == 2 ? 3.0f : 1.0f);
+        for (c = 0; c < 3; ++c)
+            dir[c] = a[c] * 1.41421356f - m[c] + t * (b[c] * 1.41421356f - m[c]) + z * m[c];
+        at[k] = grid_place(g, dir, &e->face);
+    }
+    e->from = at[0], e->from_along = at[1] - at[0], e->from_deep = at[2] - at[0];
+    e->to_along = side < 2 ? g->stride : 1;
+    e->to_deep = (side < 2 ? 1 : g->stride) * out;
+    e->to = g->pad * (g->stride + 1) + (out > 0 ? (n - 1) * e->to_deep : 0);
+}
+
+/* The row `depth` beyond an edge, stretched by 1 / f along it. */
+static inline void grid_edge_row(const grid *g, const grid_edge *e, float *to, const float *from,
+                                 int depth) {
+    float w[4], f = 1 / (1 + (2 * (float)depth + 1) / (float)g->n), *row = g->strip + 2;
+    int i, k, n = g->n, first = grid_cubic(w, (1 - f) * 0.5f * (float)n - 0.5f);
+    for (i = 0; i < n; ++i) row[i] = 0;
+    for (k = 0; k < 4; ++k) {
+        int deep = first + k < 0 ? 0 : first + k > n - 1 ? n - 1 : first + k;
+        const float *source = from + e->from + deep * e->from_deep;
+        if (e->from_along == 1)
+            for (i = 0; i < n; ++i) row[i] += w[k] * source[i];
+        else
+            for (i = 0; i < n; ++i) row[i] += w[k] * source[i * e->from_along];
+    }
+    row[-2] = row[-1] = row[0], row[n] = row[n + 1] = row[n - 1];
+    to += e->to + (depth + 1) * e->to_deep;
+    for (i = -depth - 1; i <= n + depth; ++i) {
+        const float *tap;
+        int at = grid_cubic(w, ((float)i + 0.5f - 0.5f * (float)n) * f + 0.5f * (float)(n - 1));
+        at = at < -2 ? -2 : at > n - 2 ? n - 2 : at, tap = row + at;
+        to[i * e->to_along] = w[0] * tap[0] + w[1] * tap[1] + w[2] * tap[2] + w[3] * tap[3];
+    }
+}
+
+static inline void grid_border(const grid *g) {
+    int face, side, depth, c;
+    size_t plane = (size_t)g->side * (size_t)g->stride;
+    for (face = 0; face < 6; ++face)
+        for (side = 0; side < 4; ++side) {
+            grid_edge e;
+            grid_find_edge(&e, g, face, side);
+            for (c = 0; c < 3; ++c)
+                for (depth = 0; depth < g->pad; ++depth)
+                    grid_edge_row(g, &e, g->image + (size_t)(3 * face + c) * plane,
+                                  g->image + (size_t)(3 * e.face + c) * plane, depth);
+        }
+}
+
+/* ---------------------------------------------------------------------------------- >>levels -- */
+
+/* The next level, a texel the mean of 4 x 4 texels with the weights (1 3 3 1) / 8 times their solid
+   angles: the variance of a box is 1/4 of a texel^2, this one's is 3/4, but what it lets through
+   that the next level's texels are too large for is a tenth. */
+static inline void grid_halve(const grid *g, float *below) {
+    static const float tap[4] = {0.125f, 0.375f, 0.375f, 0.125f};
+    int plane, x, y, i, k, n = g->n / 2;
+    for (plane = 0; plane < 18; ++plane)
+        for (y = 0; y < n; ++y, below += n)
+            for (x = 0; x < n; ++x) {
+                float sum = 0, all = 0;
+                for (i = 0; i < 4; ++i) {
+                    const float *t = grid_texel(g, g->image, plane, 2 * x - 1, 2 * y - 1 + i);
+                    float row = 0, mass = 0;
+                    for (k = 0; k < 4; ++k) {
+                        float u = (2 * (float)(2 * x - 1 + k) + 1) / (float)g->n - 1;
+                        float v = (2 * (float)(2 * y - 1 + i) + 1) / (float)g->n - 1;
+                        float r = 1 + u * u + v * v, w = tap[k] / sqrtf(r * sqrtf(r));
+                        row += w * t[k], mass += w;
+                    }
+                    sum += tap[i] * row, all += tap[i] * mass;
+                }
+                below[x] = sum / all;
+            }
+}
+
+/* ------------------------------------------------------------------------------------ >>work -- */
+
+/* Rounds for a variance: see GRID_ROUND, and what GRID_TAPS are enough for. */
+static inline int grid_rounds(int n, double variance) {
+    double texels = 0.5 * n * GRID_ROUND, most = GRID_TAPS / (GRID_CUT * 2.1);
+    double at_once = GRID_ROUND * (texels > most ? most / texels : 1);
+    int rounds = (int)ceil(variance / (at_once * at_once));
+    return rounds > 1 ? rounds : 1;
+}
+
+/* Shapes g for faces of n texels and a variance; returns the floats that it then needs. */
+static inline size_t grid_shape(grid *g, int n, double variance) {
+    double texels = sqrt(variance / grid_rounds(n, variance)) * 0.5 * n;
+    g->n = n;
+    g->direction[0].reach = g->direction[1].reach = 2 + (int)(GRID_CUT * 1.1 * sqrt(2.0) * texels);
+    g->direction[2].reach = 2 + (int)(GRID_CUT * 1.1 * sqrt(3.0) * texels);
+    g->pad = 2 * g->direction[0].reach + g->direction[2].reach;
+    g->side = n + 2 * g->pad;
+    g->stride = (g->side + 16 + 15) / 16 * 16;
+    g->rows = g->pad + (n + 1) / 2 + g->direction[2].reach + 1;
+    return (size_t)g->stride * (36 * (size_t)g->side + 10 * (size_t)g->rows + 2 * GRID_TAPS + 8);
+}
+
+static inline void grid_lay_out(grid *g, float *p) {
+    size_t stride = (size_t)g->stride, image = 18 * stride * (size_t)g->side;
+    size_t table = stride * (size_t)g->rows;
+    int k;
+    g->image = p, p += image + stride, g->other = p, p += image + stride;
+    g->m = p + stride, p += table + stride;
+    for (k = 0; k < 3; ++k) {
+        grid_direction *d = g->direction + k;
+        d->a = p, p += table, d->s = p, p += table, d->g = p, p += table;
+        d->step = (k > 0 ? g->stride : 0) + (k != 1);
+    }
+    g->weights = p, p += stride * (2 * GRID_TAPS + 1), g->mirror = p, p += stride, g->strip = p;
+}
+
+/* The heat kernel of a variance: the image, whose border is filled, through all rounds. */
+static inline void grid_run(grid *g, double variance, double boxes) {
+    static const int order[] = {0, 1, 2, 1, 0};
+    int i, k, rounds = grid_rounds(g->n, variance);
+    grid_variances(g, variance / rounds, boxes / rounds);
+    for (k = 0; k < 3; ++k) grid_places(g, g->direction + k);
+    for (i = 0; i < rounds; ++i) {
+        int px = g->pad, py = g->pad;
+        if (i) grid_border(g);
+        for (k = 0; k < 5; ++k) grid_pass(g, order[k], &px, &py);
+    }
+}
+
+/* Faces that grid_halve made. */
+static inline void grid_take(const grid *g, const float *level) {
+    int plane, y;
+    for (plane = 0; plane < 18; ++plane)
+        for (y = 0; y < g->n; ++y, level += g->n)
+            memcpy(grid_texel(g, g->image, plane, 0, y), level, (size_t)g->n * sizeof *level);
+}
+
+static inline void grid_load(const grid *g, const envmap *map, int level) {
+    int face, x, y, c;
+    for (face = 0; face < 6; ++face)
+        for (y = 0; y < g->n; ++y) {
+            const float *texel = envmap_texel(map, level, 0, face, 0, y);
+            for (c = 0; c < 3; ++c) {
+                float *mine = grid_texel(g, g->image, 3 * face + c, 0, y);
+                for (x = 0; x < g->n; ++x) mine[x] = texel[3 * x + c];
+            }
+        }
+}
+
+static inline void grid_store(const grid *g, envmap *map, int level, float scale) {
+    int face, x, y;
+    for (face = 0; face < 6; ++face)
+        for (y = 0; y < g->n; ++y) {
+            float *texel = envmap_texel(map, level, 0, face, 0, y);
+            const float *r = grid_texel(g, g->image, 3 * face, 0, y);
+            const float *b = grid_texel(g, g->image, 3 * face + 2, 0, y);
+            const float *green = grid_texel(g, g->image, 3 * face + 1, 0, y);
+            for (x = 0; x < g->n; ++x)
+                texel[3 * x] = scale * r[x], texel[3 * x + 1] = scale * green[x],
+                          texel[3 * x + 2] = scale * b[x];
+        }
+}
+
+#endif /* METHOD_SEPARABLE_GRID_H */
