@@ -34,6 +34,7 @@
 #define SEPARABLE_SIGMA  0.36
 #define SEPARABLE_MISFIT 0.20
 #define SEPARABLE_ROUND  0.1 /* what is wider is done in rounds: the passes do not commute */
+#define SEPARABLE_FINE   64  /* a chain's levels smaller than this are filtered at twice the edge */
 #define SEPARABLE_CUT    3.8 /* sigmas at which a kernel ends: it loses 0.2 % of its variance */
 
 /* Where a cell of the border is found: sixteen texels and what they weigh. */
@@ -428,34 +429,42 @@ static inline envmap_result separable_chain_plain(envmap *work, const envmap *ma
     return result;
 }
 
+/* The edge that a level of a chain is filtered at: small ones twice as large as they are. */
+static inline int separable_work(const envmap *map, int level) {
+    int edge = method_edge(map, level);
+    return level && edge < SEPARABLE_FINE ? 2 * edge : edge;
+}
+
 /* Mended: along the grid. dst is written once nothing can fail any more. */
 static inline envmap_result separable_chain_grid(envmap *dst, const envmap *map,
                                                  const envmap_lobe *lobes, const double *sigma,
                                                  int count) {
     grid g;
     size_t floats = 0, quarter = 18 * (size_t)(map->size / 2) * (size_t)(map->size / 2);
-    double boxes = 0;
-    int i, even = map->levels == 1;
+    double done = 0, carried = 0;
+    int i;
     float *memory;
     for (i = 0; i < count; ++i) {
-        size_t needed = grid_shape(&g, method_edge(map, i), sigma[i] * sigma[i]);
+        size_t needed = grid_shape(&g, separable_work(map, i), sigma[i] * sigma[i]);
         floats = needed > floats ? needed : floats;
     }
     memory = (float *)method_alloc(floats + quarter, sizeof *memory);
     if (!memory) return ENVMAP_ERROR_MEMORY;
     for (i = 0; i < count; ++i) {
+        int edge = separable_work(map, i), halves = edge > method_edge(map, i);
         double variance = sigma[i] * sigma[i];
-        grid_shape(&g, method_edge(map, i), variance);
+        if (i) grid_halve(&g, memory, edge);
+        if (i && edge < g.n) carried = (carried + 0.25) / 4;
+        grid_shape(&g, edge, variance - done);
         grid_lay_out(&g, memory + quarter);
-        if (i && even)
+        if (i)
             grid_take(&g, memory);
         else
-            grid_load(&g, map, i);
-        grid_border(&g);
-        if (even && i + 1 < count) grid_halve(&g, memory);
-        grid_run(&g, variance, boxes);
-        grid_store(&g, dst, i, (float)method_scale(lobes + i));
-        boxes = (boxes + (even ? 0.75 : 0.25)) / 4;
+            grid_load(&g, map);
+        grid_run(&g, variance - done, carried + 0.25 * halves);
+        carried = -0.25 * halves, done = variance;
+        if (halves) grid_halve(&g, memory, edge / 2);
+        grid_store(&g, dst, i, halves ? memory : NULL, (float)method_scale(lobes + i));
     }
     METHOD_FREE(memory);
     return ENVMAP_OK;

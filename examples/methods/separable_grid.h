@@ -125,14 +125,13 @@ static inline float grid_five(int k, float v) {
 }
 
 /* Tap k of the texels [0 .. count) at `row`. sum: of the taps so far; last: what thin ones keep. */
-static inline void grid_tap(const grid *g, const grid_direction *d, size_t row, int k, int count,
-                            float *w, float *sum) {
-    const float *s = d->s + row, *there = d->g + row, *next = s + k * d->step;
-    const float *far = there + k * d->step;
+static inline void grid_tap(const grid_direction *d, size_t row, int k, int count, float *w,
+                            float *sum) {
+    const float *s = d->s + row, *here = d->g + row, *next = s + k * d->step;
+    const float *there = here + k * d->step;
     int x;
-    (void)g;
     for (x = 0; x < count; ++x) {
-        w[x] = grid_bell(next[x] - s[x]) * far[x];
+        w[x] = grid_bell(next[x] - s[x]) * there[x];
         sum[x] += w[x];
     }
 }
@@ -146,6 +145,14 @@ static inline void grid_thin(const grid *g, const grid_direction *d, size_t row,
         thin = a[x] < GRID_THIN ? thin : 0;
         w[x] += thin, middle[x] -= thin;
     }
+}
+
+/* The texels of row y, from the left, that have a tap k. On a diagonal the variance is 0 where it
+   crosses an axis: nothing gets across. */
+static inline int grid_count(const grid *g, int which, int y, int k) {
+    int half = (g->n + 1) / 2;
+    if (which < 2 || k < 0) return g->pad + half;
+    return y + k < half ? g->pad + half - k : 0;
 }
 
 static inline float *grid_weights(const grid *g, int k) {
@@ -164,8 +171,12 @@ static inline int grid_row(const grid *g, const grid_direction *d, int y) {
     reach = (int)(GRID_CUT * sqrtf(widest) * 1.1f) + 1;
     reach = reach > d->reach ? d->reach : reach < 2 ? 2 : reach;
     for (x = 0; x < half; ++x) sum[x] = d->g[row + (size_t)x];
-    for (k = -reach; k <= reach; ++k)
-        if (k) grid_tap(g, d, row, k, half, grid_weights(g, k), sum);
+    for (k = -reach; k <= reach; ++k) {
+        int count = grid_count(g, which, y, k);
+        float *w = grid_weights(g, k);
+        if (k) grid_tap(d, row, k, count, w, sum);
+        for (x = count; x < half; ++x) w[x] = 0;
+    }
     for (x = 0; x < half; ++x) {
         int thin = d->a[row + (size_t)x] < GRID_THIN;
         float all = 1 / sum[x];
@@ -174,7 +185,7 @@ static inline int grid_row(const grid *g, const grid_direction *d, int y) {
     for (k = -reach; k <= reach; ++k) {
         float *w = grid_weights(g, k);
         for (x = 0; k && x < half; ++x) w[x] *= sum[x];
-        if (k && k >= -2 && k <= 2) grid_thin(g, d, row, k, half, w, middle);
+        if (k && k >= -2 && k <= 2) grid_thin(g, d, row, k, grid_count(g, which, y, k), w, middle);
     }
     for (k = -reach; k <= reach; ++k) {
         const float *from = grid_weights(g, which ? k : -k);
@@ -307,29 +318,24 @@ static inline void grid_border(const grid *g) {
 
 /* ---------------------------------------------------------------------------------- >>levels -- */
 
-/* The next level, a texel the mean of 4 x 4 texels with the weights (1 3 3 1) / 8 times their solid
-   angles: the variance of a box is 1/4 of a texel^2, this one's is 3/4, but what it lets through
-   that the next level's texels are too large for is a tenth. */
-static inline void grid_halve(const grid *g, float *below) {
-    static const float tap[4] = {0.125f, 0.375f, 0.375f, 0.125f};
-    int plane, x, y, i, k, n = g->n / 2;
+/* The faces, `edge` texels a side: as they are, or halved: means of 2 x 2 texels, weighted by the roots of their solid angles
+   as the passes' kernels are: of a variance of 1/4 texel^2. */
+static inline void grid_halve(const grid *g, float *below, int edge) {
+    int plane, x, y;
     for (plane = 0; plane < 18; ++plane)
-        for (y = 0; y < n; ++y, below += n)
-            for (x = 0; x < n; ++x) {
-                float sum = 0, all = 0;
-                for (i = 0; i < 4; ++i) {
-                    const float *t = grid_texel(g, g->image, plane, 2 * x - 1, 2 * y - 1 + i);
-                    float row = 0, mass = 0;
-                    for (k = 0; k < 4; ++k) {
-                        float u = (2 * (float)(2 * x - 1 + k) + 1) / (float)g->n - 1;
-                        float v = (2 * (float)(2 * y - 1 + i) + 1) / (float)g->n - 1;
-                        float r = 1 + u * u + v * v, w = tap[k] / sqrtf(r * sqrtf(r));
-                        row += w * t[k], mass += w;
-                    }
-                    sum += tap[i] * row, all += tap[i] * mass;
-                }
-                below[x] = sum / all;
+        for (y = 0; y < edge; ++y, below += edge) {
+            const float *t = grid_texel(g, g->image, plane, 0, edge < g->n ? 2 * y : y);
+            const float *s = t + g->stride, *m, *w;
+            int upper = 4 * y < g->n, row = g->pad + (upper ? 2 * y : g->n - 1 - 2 * y);
+            if (edge == g->n) memcpy(below, t, (size_t)edge * sizeof *below);
+            if (edge == g->n) continue;
+            m = g->m + row * g->stride + g->pad, w = m + (upper ? g->stride : -g->stride);
+            for (x = 0; x < edge; ++x) {
+                float sum = m[2 * x] * t[2 * x] + m[2 * x + 1] * t[2 * x + 1] + w[2 * x] * s[2 * x] +
+                            w[2 * x + 1] * s[2 * x + 1];
+                below[x] = sum / (m[2 * x] + m[2 * x + 1] + w[2 * x] + w[2 * x + 1]);
             }
+        }
 }
 
 /* ------------------------------------------------------------------------------------ >>work -- */
@@ -369,7 +375,7 @@ static inline void grid_lay_out(grid *g, float *p) {
     g->weights = p, p += stride * (2 * GRID_TAPS + 1), g->mirror = p, p += stride, g->strip = p;
 }
 
-/* The heat kernel of a variance: the image, whose border is filled, through all rounds. */
+/* The heat kernel of a variance: the image through all rounds. */
 static inline void grid_run(grid *g, double variance, double boxes) {
     static const int order[] = {0, 1, 2, 1, 0};
     int i, k, rounds = grid_rounds(g->n, variance);
@@ -377,7 +383,7 @@ static inline void grid_run(grid *g, double variance, double boxes) {
     for (k = 0; k < 3; ++k) grid_places(g, g->direction + k);
     for (i = 0; i < rounds; ++i) {
         int px = g->pad, py = g->pad;
-        if (i) grid_border(g);
+        grid_border(g);
         for (k = 0; k < 5; ++k) grid_pass(g, order[k], &px, &py);
     }
 }
@@ -390,11 +396,11 @@ static inline void grid_take(const grid *g, const float *level) {
             memcpy(grid_texel(g, g->image, plane, 0, y), level, (size_t)g->n * sizeof *level);
 }
 
-static inline void grid_load(const grid *g, const envmap *map, int level) {
+static inline void grid_load(const grid *g, const envmap *map) {
     int face, x, y, c;
     for (face = 0; face < 6; ++face)
         for (y = 0; y < g->n; ++y) {
-            const float *texel = envmap_texel(map, level, 0, face, 0, y);
+            const float *texel = envmap_texel(map, 0, 0, face, 0, y);
             for (c = 0; c < 3; ++c) {
                 float *mine = grid_texel(g, g->image, 3 * face + c, 0, y);
                 for (x = 0; x < g->n; ++x) mine[x] = texel[3 * x + c];
@@ -402,17 +408,20 @@ static inline void grid_load(const grid *g, const envmap *map, int level) {
         }
 }
 
-static inline void grid_store(const grid *g, envmap *map, int level, float scale) {
-    int face, x, y;
+/* A level of a cube from the image, or from what grid_halve made. */
+static inline void grid_store(const grid *g, envmap *map, int level, const float *halved,
+                              float scale) {
+    int face, x, y, c, n = halved ? g->n / 2 : g->n;
     for (face = 0; face < 6; ++face)
-        for (y = 0; y < g->n; ++y) {
+        for (y = 0; y < n; ++y) {
             float *texel = envmap_texel(map, level, 0, face, 0, y);
-            const float *r = grid_texel(g, g->image, 3 * face, 0, y);
-            const float *b = grid_texel(g, g->image, 3 * face + 2, 0, y);
-            const float *green = grid_texel(g, g->image, 3 * face + 1, 0, y);
-            for (x = 0; x < g->n; ++x)
-                texel[3 * x] = scale * r[x], texel[3 * x + 1] = scale * green[x],
-                          texel[3 * x + 2] = scale * b[x];
+            const float *from[3];
+            for (c = 0; c < 3; ++c)
+                from[c] = halved ? halved + ((3 * face + c) * n + y) * n
+                                 : grid_texel(g, g->image, 3 * face + c, 0, y);
+            for (x = 0; x < n; ++x, texel += 3)
+                texel[0] = scale * from[0][x], texel[1] = scale * from[1][x],
+                texel[2] = scale * from[2][x];
         }
 }
 
