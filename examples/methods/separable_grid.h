@@ -27,7 +27,9 @@
 #include "methods.h"
 
 #define GRID_ROUND 0.07 /* what is wider is done in rounds: beyond the edges planes go on for ever */
-#define GRID_CUT   3.3  /* sigmas at which a kernel ends */
+#define GRID_PLAIN 0.02
+#define GRID_CUT   3.2f  /* sigmas at which a kernel ends */
+#define GRID_BLOCK 16   /* texels that share a reach */
 #define GRID_TAPS  64   /* the most that a kernel reaches */
 
 /* Floats that are filtered at once. */
@@ -40,6 +42,13 @@ typedef float grid_lanes;
 #endif
 #define GRID_LANES ((int)(sizeof(grid_lanes) / sizeof(float)))
 
+/* GCC, tuned for Zen, would load a weight anew for each of its three uses: this keeps it. */
+#if defined(__AVX__) && defined(__GNUC__) && !defined(__clang__)
+#define GRID_KEEP(x) __asm__("" : "+x"(x))
+#else
+#define GRID_KEEP(x) (void)(x)
+#endif
+
 typedef struct grid_direction {
     float *a, *s, *g; /* variance in texels^2, place in sigmas, sqrt(m) a^(-1/4): [rows][stride] */
     int step, reach;
@@ -49,10 +58,10 @@ typedef struct grid {
     float *image, *other; /* [6][3][side][stride]                                                  */
     float *m;             /* rho^-3, as the directions' tables                                     */
     float *weights;       /* [2 GRID_TAPS + 1][stride]                                             */
-    float *mirror;        /* the same from right to left                                           */
     float *strip;
+    int *reach; /* of a row's blocks */
     grid_direction direction[3];
-    int n, pad, side, stride, rows;
+    int n, border, pad, side, stride, rows; /* pad: the border and what makes blocks meet midway */
 } grid;
 
 static inline float *grid_texel(const grid *g, float *image, int plane, int x, int y) {
@@ -72,11 +81,12 @@ static inline int grid_cubic(float w[4], float at) {
 
 static inline double grid_at(const grid *g, int x) { return (2.0 * (x - g->pad) + 1) / g->n - 1; }
 
-/* The directions' variances: `variance` of the lobe in the three passes together, `boxes` of the
-   level's texels in U and V. */
-static inline void grid_variances(grid *g, double variance, double boxes) {
+/* The directions' variances: `variance` of the lobe in all passes together, `boxes` of the level's
+   texels in U and V, of which there are `halves` passes each. */
+static inline void grid_variances(grid *g, double variance, double boxes, int halves) {
     int x, y;
     double scale = variance * 0.25 * g->n * g->n;
+    float part = 1 / (float)halves;
     for (y = 0; y < g->rows; ++y) {
         float v = (float)grid_at(g, y), least = 1e-4f;
         size_t row = (size_t)y * (size_t)g->stride;
@@ -84,8 +94,8 @@ static inline void grid_variances(grid *g, double variance, double boxes) {
         for (x = 0; x < 3; ++x) a[x] = g->direction[x].a + row;
         for (x = 0; x < g->stride; ++x) {
             float u = (2 * (float)(x - g->pad) + 1) / (float)g->n - 1, uv = fabsf(u * v);
-            float rho2 = 1 + u * u + v * v, f = (float)scale * rho2, half = 0.5f * (float)boxes;
-            float du = 0.5f * f * (1 + u * u - uv) - half, dv = 0.5f * f * (1 + v * v - uv) - half;
+            float rho2 = 1 + u * u + v * v, f = (float)scale * rho2, half = part * (float)boxes;
+            float du = part * f * (1 + u * u - uv) - half, dv = part * f * (1 + v * v - uv) - half;
             a[0][x] = du > least ? du : least, a[1][x] = dv > least ? dv : least;
             a[2][x] = f * uv > least ? f * uv : least;
             m[x] = 1 / (rho2 * sqrtf(rho2));
@@ -124,122 +134,137 @@ static inline float grid_five(int k, float v) {
     return k == 2 || k == -2 ? two : 0.5f * v - 4 * two;
 }
 
-/* Tap k of the texels [0 .. count) at `row`. sum: of the taps so far; last: what thin ones keep. */
-static inline void grid_tap(const grid_direction *d, size_t row, int k, int count, float *w,
-                            float *sum) {
-    const float *s = d->s + row, *here = d->g + row, *next = s + k * d->step;
-    const float *there = here + k * d->step;
-    int x;
-    for (x = 0; x < count; ++x) {
-        w[x] = grid_bell(next[x] - s[x]) * there[x];
-        sum[x] += w[x];
-    }
+static inline float *grid_weights(const grid *g, int k) {
+    return g->weights + (size_t)(k + GRID_TAPS) * (size_t)g->stride;
 }
 
-static inline void grid_thin(const grid *g, const grid_direction *d, size_t row, int k, int count,
-                             float *w, float *middle) {
-    const float *a = d->a + row, *m = g->m + row;
-    int x, at = k * d->step;
-    for (x = 0; x < count; ++x) {
-        float thin = grid_five(k, 0.5f * (a[x] + a[x + at])) * 0.5f * (1 + m[x + at] / m[x]);
+/* Tap k of a block of texels at `at`. sum: of the taps so far; last: what thin ones keep. */
+static inline void grid_tap(const grid_direction *d, size_t at, int k, float *w, float *sum) {
+    const float *s = d->s + at, *next = s + k * d->step, *there = d->g + at + k * d->step;
+    int x;
+    for (x = 0; x < GRID_BLOCK; ++x) w[x] = grid_bell(next[x] - s[x]) * there[x];
+    for (x = 0; x < GRID_BLOCK; ++x) sum[x] += w[x];
+}
+
+static inline void grid_thin(const grid *g, const grid_direction *d, size_t at, int k, float *w,
+                             float *middle) {
+    const float *a = d->a + at, *m = g->m + at;
+    int x, to = k * d->step;
+    for (x = 0; x < GRID_BLOCK; ++x) {
+        float thin = grid_five(k, 0.5f * (a[x] + a[x + to])) * 0.5f * (1 + m[x + to] / m[x]);
         thin = a[x] < GRID_THIN ? thin : 0;
         w[x] += thin, middle[x] -= thin;
     }
 }
 
-/* The texels of row y, from the left, that have a tap k. On a diagonal the variance is 0 where it
+/* The texels of a block at x of row y that have a tap k. On a diagonal the variance is 0 where it
    crosses an axis: nothing gets across. */
-static inline int grid_count(const grid *g, int which, int y, int k) {
-    int half = (g->n + 1) / 2;
-    if (which < 2 || k < 0) return g->pad + half;
-    return y + k < half ? g->pad + half - k : 0;
+static inline int grid_count(const grid *g, int which, int x, int y, int k) {
+    int half = g->n / 2, left = half - k - x;
+    if (which < 2 || k < 0) return GRID_BLOCK;
+    return y + k >= half || left < 0 ? 0 : left > GRID_BLOCK ? GRID_BLOCK : left;
 }
 
-static inline float *grid_weights(const grid *g, int k) {
-    return g->weights + (size_t)(k + GRID_TAPS) * (size_t)g->stride;
-}
-
-/* The weights of row y of the upper half of a face; returns how far they reach. */
-static inline int grid_row(const grid *g, const grid_direction *d, int y) {
-    size_t row = (size_t)(y + g->pad) * (size_t)g->stride;
-    int x, k, half = g->pad + (g->n + 1) / 2, reach, which = (int)(d - g->direction);
-    float *middle = grid_weights(g, 0), *sum = g->mirror, widest = 0, least = 1e9f;
-    for (x = g->pad; x < half; ++x) {
-        float a = d->a[row + (size_t)x];
+/* The weights of a block at x of row y, on the left half; returns how far they reach. */
+static inline int grid_block(const grid *g, int which, int x, int y) {
+    const grid_direction *d = g->direction + which;
+    size_t at = (size_t)(y + g->pad) * (size_t)g->stride + (size_t)(x + g->pad);
+    float *middle = grid_weights(g, 0) + x + g->pad, sum[GRID_BLOCK], widest = 0, least = 1e9f;
+    int i, k, reach;
+    for (i = 0; i < GRID_BLOCK; ++i) {
+        float a = d->a[at + (size_t)i];
         widest = a > widest ? a : widest, least = a < least ? a : least;
+        sum[i] = d->g[at + (size_t)i];
     }
-    reach = (int)(GRID_CUT * sqrtf(widest) * 1.1f) + 1;
+    reach = (int)(GRID_CUT * sqrtf(widest)) + 1;
     reach = reach > d->reach ? d->reach : reach < 2 ? 2 : reach;
-    for (x = 0; x < half; ++x) sum[x] = d->g[row + (size_t)x];
     for (k = -reach; k <= reach; ++k) {
-        int count = grid_count(g, which, y, k);
-        float *w = grid_weights(g, k);
-        if (k) grid_tap(d, row, k, count, w, sum);
-        for (x = count; x < half; ++x) w[x] = 0;
+        float *w = grid_weights(g, k) + x + g->pad;
+        if (k) grid_tap(d, at, k, w, sum);
+        for (i = grid_count(g, which, x, y, k); i < GRID_BLOCK; ++i) sum[i] -= w[i], w[i] = 0;
     }
-    for (x = 0; x < half; ++x) {
-        int thin = d->a[row + (size_t)x] < GRID_THIN;
-        float all = 1 / sum[x];
-        sum[x] = thin ? 0 : all, middle[x] = thin ? 1 : all * d->g[row + (size_t)x];
+    for (i = 0; i < GRID_BLOCK; ++i) {
+        int thin = d->a[at + (size_t)i] < GRID_THIN;
+        float all = 1 / sum[i];
+        sum[i] = thin ? 0 : all, middle[i] = thin ? 1 : all * d->g[at + (size_t)i];
     }
     for (k = -reach; k <= reach; ++k) {
-        float *w = grid_weights(g, k);
-        for (x = 0; k && x < half; ++x) w[x] *= sum[x];
-        if (k && k >= -2 && k <= 2) grid_thin(g, d, row, k, grid_count(g, which, y, k), w, middle);
-    }
-    for (k = -reach; k <= reach; ++k) {
-        const float *from = grid_weights(g, which ? k : -k);
-        float *to = grid_weights(g, k) + g->n + 2 * g->pad - 1;
-        for (x = 0; x < half; ++x) to[-x] = from[x];
+        float *w = grid_weights(g, k) + x + g->pad;
+        for (i = 0; k && i < GRID_BLOCK; ++i) w[i] *= sum[i];
+        if (least >= GRID_THIN || !k || k < -2 || k > 2) continue;
+        grid_thin(g, d, at, k, w, middle);
+        for (i = grid_count(g, which, x, y, k); i < GRID_BLOCK; ++i) middle[i] += w[i], w[i] = 0;
     }
     return reach;
 }
 
+/* The weights of row y of the upper half of a face, and how far they reach in each block: the left
+   half, and its mirror image. */
+static inline void grid_row(const grid *g, int which, int y) {
+    int x, k, b, wide = g->n + 2 * g->pad, blocks = wide / GRID_BLOCK, most = 0;
+    for (b = 0; 2 * b < blocks; ++b) {
+        int reach = grid_block(g, which, b * GRID_BLOCK - g->pad, y);
+        g->reach[b] = g->reach[blocks - 1 - b] = reach;
+        most = reach > most ? reach : most;
+    }
+    for (k = -most; k <= most; ++k) {
+        const float *from = grid_weights(g, which ? k : -k);
+        float *to = grid_weights(g, k) + wide - 1;
+        for (x = 0; 2 * x < wide; ++x) to[-x] = from[x];
+    }
+}
+
 /* ---------------------------------------------------------------------------------- >>passes -- */
 
-/* A row of the three planes of a face, texels [0 .. count) rounded up to lanes; tap k lies
-   `step` k texels off. */
-static inline void grid_sum(float *to, const float *from, const float *w, int reach, int step,
-                            int count, size_t stride, size_t plane) {
-    int x, k;
-    for (x = 0; x < count; x += GRID_LANES) {
-        const float *weight = w + x, *tap = from + x - reach * step;
-        grid_lanes a = {0}, b = {0}, c = {0}, wide, t;
-        for (k = -reach; k <= reach; ++k, weight += stride, tap += step) {
-            memcpy(&wide, weight, sizeof t);
-            memcpy(&t, tap, sizeof t), a += wide * t;
-            memcpy(&t, tap + plane, sizeof t), b += wide * t;
-            memcpy(&t, tap + 2 * plane, sizeof t), c += wide * t;
+/* Blocks `from` .. `to` of a row of the three planes of a face; tap k lies `step` k texels off. */
+static inline void grid_sum(const grid *g, float *out, const float *in, int step, int from, int to) {
+    size_t stride = (size_t)g->stride, plane = (size_t)g->side * stride;
+    int b, x, k;
+    for (b = from; b < to; ++b)
+        for (x = b * GRID_BLOCK; x < (b + 1) * GRID_BLOCK; x += 2 * GRID_LANES) {
+            int reach = g->reach[b];
+            const float *weight = grid_weights(g, -reach) + x, *tap = in + x - reach * step;
+            float *result = out + x;
+            grid_lanes r = {0}, r2 = {0}, e = {0}, e2 = {0}, l = {0}, l2 = {0}, v, u, t;
+            for (k = -reach; k <= reach; ++k, weight += stride, tap += step) {
+                memcpy(&v, weight, sizeof v), memcpy(&u, weight + GRID_LANES, sizeof u);
+                GRID_KEEP(v);
+                GRID_KEEP(u);
+                memcpy(&t, tap, sizeof t), r += v * t;
+                memcpy(&t, tap + GRID_LANES, sizeof t), r2 += u * t;
+                memcpy(&t, tap + plane, sizeof t), e += v * t;
+                memcpy(&t, tap + plane + GRID_LANES, sizeof t), e2 += u * t;
+                memcpy(&t, tap + 2 * plane, sizeof t), l += v * t;
+                memcpy(&t, tap + 2 * plane + GRID_LANES, sizeof t), l2 += u * t;
+            }
+            memcpy(result, &r, sizeof r), memcpy(result + GRID_LANES, &r2, sizeof r);
+            result += plane;
+            memcpy(result, &e, sizeof r), memcpy(result + GRID_LANES, &e2, sizeof r);
+            result += plane;
+            memcpy(result, &l, sizeof r), memcpy(result + GRID_LANES, &l2, sizeof r);
         }
-        memcpy(to + x, &a, sizeof a), memcpy(to + plane + x, &b, sizeof b);
-        memcpy(to + 2 * plane + x, &c, sizeof c);
-    }
 }
 
 /* One pass over what is valid around the faces: px texels beyond their sides, py above and below;
    the pass makes them fewer. */
 static inline void grid_pass(grid *g, int which, int *px, int *py) {
-    grid_direction *d = g->direction + which;
-    size_t stride = (size_t)g->stride, plane = (size_t)g->side * stride;
+    const grid_direction *d = g->direction + which;
     float *swap = g->image;
-    int face, half, y, s = g->stride;
+    int face, half, y, s = g->stride, first, last, middle;
     if (which != 1) *px -= d->reach;
     if (which != 0) *py -= d->reach;
-    for (y = -*py; y < (g->n + 1) / 2; ++y) {
-        int reach = grid_row(g, d, y), left = which == 2 ? (g->n + 1) / 2 + *px : g->n + 2 * *px;
-        const float *w = grid_weights(g, -reach) + g->pad;
+    first = (g->pad - *px) / GRID_BLOCK;
+    last = (g->pad + g->n + *px + GRID_BLOCK - 1) / GRID_BLOCK;
+    middle = (g->pad + g->n / 2) / GRID_BLOCK;
+    for (y = -*py; 2 * y < g->n; ++y) {
+        grid_row(g, which, y);
         for (face = 0; face < 6; ++face)
-            for (half = 0; half < (2 * y + 1 < g->n ? 2 : 1); ++half) {
-                int at = half ? g->n - 1 - y : y, x = -*px;
+            for (half = 0; half < 2; ++half) {
+                float *to = grid_texel(g, g->other, 3 * face, -g->pad, half ? g->n - 1 - y : y);
+                const float *from = g->image + (to - g->other);
                 int step = which == 0 ? 1 : which == 1 ? (half ? -s : s) : half ? 1 - s : 1 + s;
-                grid_sum(grid_texel(g, g->other, 3 * face, x, at),
-                         grid_texel(g, g->image, 3 * face, x, at), w + x, reach, step, left, stride,
-                         plane);
-                if (which < 2) continue;
-                x = g->n / 2, step = half ? -1 - s : s - 1;
-                grid_sum(grid_texel(g, g->other, 3 * face, x, at),
-                         grid_texel(g, g->image, 3 * face, x, at), w + x, reach, step,
-                         g->n - x + *px, stride, plane);
+                grid_sum(g, to, from, step, first, which < 2 ? last : middle);
+                if (which == 2) grid_sum(g, to, from, half ? -1 - s : s - 1, middle, last);
             }
     }
     g->image = g->other, g->other = swap;
@@ -278,42 +303,65 @@ static inline void grid_find_edge(grid_edge *e, const grid *g, int face, int sid
     e->to = g->pad * (g->stride + 1) + (out > 0 ? (n - 1) * e->to_deep : 0);
 }
 
-/* The row `depth` beyond an edge, stretched by 1 / f along it. */
-static inline void grid_edge_row(const grid *g, const grid_edge *e, float *to, const float *from,
-                                 int depth) {
-    float w[4], f = 1 / (1 + (2 * (float)depth + 1) / (float)g->n), *row = g->strip + 2;
-    int i, k, n = g->n, first = grid_cubic(w, (1 - f) * 0.5f * (float)n - 0.5f);
-    for (i = 0; i < n; ++i) row[i] = 0;
-    for (k = 0; k < 4; ++k) {
-        int deep = first + k < 0 ? 0 : first + k > n - 1 ? n - 1 : first + k;
-        const float *source = from + e->from + deep * e->from_deep;
-        if (e->from_along == 1)
-            for (i = 0; i < n; ++i) row[i] += w[k] * source[i];
-        else
-            for (i = 0; i < n; ++i) row[i] += w[k] * source[i * e->from_along];
+/* What the rows `depth` beyond all edges have in common: they are stretched by 1 / f, row[] is
+   where texel i of them is found, deep[] how far in. */
+typedef struct grid_beyond {
+    float deep[4], *weight; /* [4][n + 2 depth + 2] */
+    int *at, first, depth;
+} grid_beyond;
+
+static inline void grid_stretch(const grid *g, grid_beyond *r, int depth) {
+    int i, k, n = g->n, count = n + 2 * depth + 2;
+    float f = 1 / (1 + (2 * (float)depth + 1) / (float)n), w[4];
+    r->depth = depth, r->first = grid_cubic(r->deep, (1 - f) * 0.5f * (float)n - 0.5f);
+    for (i = 0; i < count; ++i) {
+        float x = (float)(i - depth - 1);
+        int at = grid_cubic(w, (x + 0.5f - 0.5f * (float)n) * f + 0.5f * (float)(n - 1));
+        r->at[i] = at < -2 ? -2 : at > n - 2 ? n - 2 : at;
+        for (k = 0; k < 4; ++k) r->weight[k * g->stride + i] = w[k];
     }
+}
+
+static inline void grid_edge_row(const grid *g, const grid_edge *e, const grid_beyond *r, float *to,
+                                 const float *from) {
+    float *row = g->strip + 2;
+    const float *deep = r->deep, *w = r->weight, *source[4];
+    int i, k, n = g->n, count = n + 2 * r->depth + 2, along = e->from_along, s = g->stride;
+    for (k = 0; k < 4; ++k) {
+        int at = r->first + k < 0 ? 0 : r->first + k > n - 1 ? n - 1 : r->first + k;
+        source[k] = from + e->from + at * e->from_deep;
+    }
+    if (along == 1)
+        for (i = 0; i < n; ++i)
+            row[i] = deep[0] * source[0][i] + deep[1] * source[1][i] + deep[2] * source[2][i] +
+                     deep[3] * source[3][i];
+    else
+        for (i = 0; i < n; ++i)
+            row[i] = deep[0] * source[0][i * along] + deep[1] * source[1][i * along] +
+                     deep[2] * source[2][i * along] + deep[3] * source[3][i * along];
     row[-2] = row[-1] = row[0], row[n] = row[n + 1] = row[n - 1];
-    to += e->to + (depth + 1) * e->to_deep;
-    for (i = -depth - 1; i <= n + depth; ++i) {
-        const float *tap;
-        int at = grid_cubic(w, ((float)i + 0.5f - 0.5f * (float)n) * f + 0.5f * (float)(n - 1));
-        at = at < -2 ? -2 : at > n - 2 ? n - 2 : at, tap = row + at;
-        to[i * e->to_along] = w[0] * tap[0] + w[1] * tap[1] + w[2] * tap[2] + w[3] * tap[3];
+    to += e->to + (r->depth + 1) * (e->to_deep - e->to_along);
+    for (i = 0; i < count; ++i) {
+        const float *tap = row + r->at[i];
+        to[i * e->to_along] = w[i] * tap[0] + w[s + i] * tap[1] + w[2 * s + i] * tap[2] +
+                              w[3 * s + i] * tap[3];
     }
 }
 
 static inline void grid_border(const grid *g) {
-    int face, side, depth, c;
+    int i, c;
     size_t plane = (size_t)g->side * (size_t)g->stride;
-    for (face = 0; face < 6; ++face)
-        for (side = 0; side < 4; ++side) {
-            grid_edge e;
-            grid_find_edge(&e, g, face, side);
+    grid_edge edges[24];
+    grid_beyond r;
+    r.weight = g->strip + 2 * g->stride, r.at = (int *)(r.weight + 4 * g->stride);
+    for (i = 0; i < 24; ++i) grid_find_edge(edges + i, g, i / 4, i % 4);
+    for (r.depth = 0; r.depth < g->border; ++r.depth) {
+        grid_stretch(g, &r, r.depth);
+        for (i = 0; i < 24; ++i)
             for (c = 0; c < 3; ++c)
-                for (depth = 0; depth < g->pad; ++depth)
-                    grid_edge_row(g, &e, g->image + (size_t)(3 * face + c) * plane,
-                                  g->image + (size_t)(3 * e.face + c) * plane, depth);
-        }
+                grid_edge_row(g, edges + i, &r, g->image + (size_t)(i / 4 * 3 + c) * plane,
+                              g->image + (size_t)(3 * edges[i].face + c) * plane);
+    }
 }
 
 /* ---------------------------------------------------------------------------------- >>levels -- */
@@ -348,17 +396,23 @@ static inline int grid_rounds(int n, double variance) {
     return rounds > 1 ? rounds : 1;
 }
 
+/* Passes along a row, and along a column: a Gaussian this thin hardly sees their order. */
+static inline int grid_halves(double variance) { return variance < GRID_PLAIN * GRID_PLAIN ? 1 : 2; }
+
 /* Shapes g for faces of n texels and a variance; returns the floats that it then needs. */
 static inline size_t grid_shape(grid *g, int n, double variance) {
     double texels = sqrt(variance / grid_rounds(n, variance)) * 0.5 * n;
+    int halves = grid_halves(variance);
     g->n = n;
-    g->direction[0].reach = g->direction[1].reach = 2 + (int)(GRID_CUT * 1.1 * sqrt(2.0) * texels);
-    g->direction[2].reach = 2 + (int)(GRID_CUT * 1.1 * sqrt(3.0) * texels);
-    g->pad = 2 * g->direction[0].reach + g->direction[2].reach;
+    g->direction[0].reach = 2 + (int)(GRID_CUT * sqrt(4.0 / halves) * texels);
+    g->direction[1].reach = g->direction[0].reach;
+    g->direction[2].reach = 2 + (int)(GRID_CUT * sqrt(3.0) * texels);
+    g->border = halves * g->direction[0].reach + g->direction[2].reach;
+    g->pad = g->border + GRID_BLOCK - (n / 2 + g->border - 1) % GRID_BLOCK - 1;
     g->side = n + 2 * g->pad;
-    g->stride = (g->side + 16 + 15) / 16 * 16;
-    g->rows = g->pad + (n + 1) / 2 + g->direction[2].reach + 1;
-    return (size_t)g->stride * (36 * (size_t)g->side + 10 * (size_t)g->rows + 2 * GRID_TAPS + 8);
+    g->stride = g->side + GRID_BLOCK;
+    g->rows = g->pad + n / 2 + g->direction[2].reach + 1;
+    return (size_t)g->stride * (36 * (size_t)g->side + 10 * (size_t)g->rows + 2 * GRID_TAPS + 20);
 }
 
 static inline void grid_lay_out(grid *g, float *p) {
@@ -372,19 +426,20 @@ static inline void grid_lay_out(grid *g, float *p) {
         d->a = p, p += table, d->s = p, p += table, d->g = p, p += table;
         d->step = (k > 0 ? g->stride : 0) + (k != 1);
     }
-    g->weights = p, p += stride * (2 * GRID_TAPS + 1), g->mirror = p, p += stride, g->strip = p;
+    g->weights = p, p += stride * (2 * GRID_TAPS + 1), g->strip = p, p += 8 * stride;
+    g->reach = (int *)p;
 }
 
 /* The heat kernel of a variance: the image through all rounds. */
 static inline void grid_run(grid *g, double variance, double boxes) {
     static const int order[] = {0, 1, 2, 1, 0};
-    int i, k, rounds = grid_rounds(g->n, variance);
-    grid_variances(g, variance / rounds, boxes / rounds);
+    int i, k, rounds = grid_rounds(g->n, variance), halves = grid_halves(variance);
+    grid_variances(g, variance / rounds, boxes / rounds, halves);
     for (k = 0; k < 3; ++k) grid_places(g, g->direction + k);
     for (i = 0; i < rounds; ++i) {
-        int px = g->pad, py = g->pad;
+        int px = g->border, py = g->border;
         grid_border(g);
-        for (k = 0; k < 5; ++k) grid_pass(g, order[k], &px, &py);
+        for (k = 0; k < 2 * halves + 1; ++k) grid_pass(g, order[k], &px, &py);
     }
 }
 
