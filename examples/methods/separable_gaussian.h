@@ -17,7 +17,7 @@
    peak; plain boxes shrink. Mended: the exact flow, order X/2 Y/2 Z/2 Z/2 Y/2 X/2, in rounds of at
    most sigma 0.1, Catmull-Rom wherever lookups fall between texels (bilinear ones would widen the
    kernel), sigma by the lobe's first harmonic; boxes by solid angle, and the variance that they
-   add (texel^2 / 12) is taken off.
+   add (texel^2 / 12) is taken off. Chains go along the grid (separable_grid.h).
 
    Domain: lobes like a Gaussian: sigma <= 0.36 and no more than 20 % rms from its heat
    kernel (Phong N >= 7, not GGX, not diffuse). Fails: tails; a wide sigma, as passes do not
@@ -58,14 +58,6 @@ static inline int separable_at(const separable *s, int face, int x, int y) {
     return (face * s->side + y + s->pad) * s->side + x + s->pad;
 }
 
-/* Catmull-Rom: what the four texels around a place weigh; returns the first. */
-static inline int separable_cubic(float w[4], float at) {
-    int i = (int)(at + 1024) - 1024; /* floorf would be a call */
-    float f = at - (float)i, g = 1 - f, p = -0.5f * f * g;
-    w[0] = p * g, w[1] = g - p * (2 * g - f), w[2] = f - p * (2 * f - g), w[3] = p * f;
-    return i - 1;
-}
-
 static inline void separable_cell_of(const separable *s, separable_cell *cell, int face, int x,
                                      int y) {
     float m[3], a[3], b[3], dir[3], u, v, wx[4], wy[4];
@@ -79,7 +71,7 @@ static inline void separable_cell_of(const separable *s, separable_cell *cell, i
                  (2 * (float)y + 1 - (float)n) / (float)n * e_v;
     }
     envmap_coordinates(&other, &u, &v, ENVMAP_CUBE, dir);
-    x = separable_cubic(wx, u * (float)n - 0.5f), y = separable_cubic(wy, v * (float)n - 0.5f);
+    x = grid_cubic(wx, u * (float)n - 0.5f), y = grid_cubic(wy, v * (float)n - 0.5f);
     for (k = 0; k < 16; ++k) {
         int i = x + k % 4, j = y + k / 4;
         i = i < 0 ? 0 : i >= n ? n - 1 : i, j = j < 0 ? 0 : j >= n ? n - 1 : j;
@@ -228,7 +220,7 @@ static inline void separable_ray_texel(float *to, const float *from, const float
     float sum[4] = {0, 0, 0, 0}, v[4];
     int k, c;
     for (k = -reach; k <= reach; ++k) {
-        const float *tap = from + k * along + separable_cubic(v, slope * (float)k) * across;
+        const float *tap = from + k * along + grid_cubic(v, slope * (float)k) * across;
         for (c = 0; c < 4; ++c)
             sum[c] += w[k] * (v[0] * tap[c] + v[1] * tap[c + across] + v[2] * tap[c + 2 * across] +
                               v[3] * tap[c + 3 * across]);
@@ -339,8 +331,8 @@ static inline void separable_value(float rgb[3], const float dir[3], const void 
     float u, v, wx[4], wy[4], sum[4] = {0, 0, 0, 0};
     int face, x, y, k, c;
     envmap_coordinates(&face, &u, &v, ENVMAP_CUBE, dir);
-    x = separable_cubic(wx, u * (float)s->n - 0.5f);
-    y = separable_cubic(wy, v * (float)s->n - 0.5f);
+    x = grid_cubic(wx, u * (float)s->n - 0.5f);
+    y = grid_cubic(wy, v * (float)s->n - 0.5f);
     for (k = 0; k < 16; ++k) {
         const float *tap = s->image + 4 * separable_at(s, face, x + k % 4, y + k / 4);
         for (c = 0; c < 4; ++c) sum[c] += wx[k % 4] * wy[k / 4] * tap[c];
@@ -415,14 +407,14 @@ static inline envmap_result separable_check_chain(method_desc *d, double *sigma,
     return result;
 }
 
-/* As published: each level by itself. work: as dst, count levels */
+/* Each level by itself, from the source's. work: as dst, count levels */
 static inline envmap_result separable_chain_plain(envmap *work, const envmap *map,
-                                                  const double *sigma) {
+                                                  const double *sigma, int form) {
     int i;
     envmap_result result = ENVMAP_OK;
     for (i = 0; i < work->levels && !result; ++i) {
         separable s;
-        result = separable_run(&s, map, i, sigma[i] * sigma[i], 1);
+        result = separable_run(&s, map, i, separable_variance(sigma[i], map->size, i, form), form);
         if (!result) separable_copy(&s, work, i, 1);
         separable_free(&s);
     }
@@ -440,17 +432,18 @@ static inline envmap_result separable_chain_grid(envmap *dst, const envmap *map,
                                                  const envmap_lobe *lobes, const double *sigma,
                                                  int count) {
     grid g;
-    size_t floats = 0, quarter = 18 * (size_t)(map->size / 2) * (size_t)(map->size / 2);
+    size_t floats = 0,
+           quarter = 18 * (size_t)separable_work(map, 1) * (size_t)separable_work(map, 1);
     double done = 0, carried = 0;
     int i;
     float *memory;
     for (i = 0; i < count; ++i) {
-        size_t needed = grid_shape(&g, separable_work(map, i), sigma[i] * sigma[i]);
-        floats = needed > floats ? needed : floats;
+        size_t needed = grid_shape(&g, separable_work(map, i), sigma[i] * sigma[i] - done);
+        floats = needed > floats ? needed : floats, done = sigma[i] * sigma[i];
     }
     memory = (float *)method_alloc(floats + quarter, sizeof *memory);
     if (!memory) return ENVMAP_ERROR_MEMORY;
-    for (i = 0; i < count; ++i) {
+    for (i = 0, done = 0; i < count; ++i) {
         int edge = separable_work(map, i), halves = edge > method_edge(map, i);
         double variance = sigma[i] * sigma[i];
         if (i) grid_halve(&g, memory, edge);
@@ -470,30 +463,39 @@ static inline envmap_result separable_chain_grid(envmap *dst, const envmap *map,
     return ENVMAP_OK;
 }
 
-/* A glossy chain: level i of the cube dst, of src's size, gets lobes[i], each filtered on the
-   source's level of the same edge: with four times fewer N per level the kernel is a constant
-   number of texels. Mirrors envmap_filter_chain. */
+/* Each lobe wider than the one before, and even sides all the way. */
+static inline int separable_goes_on(const envmap *src, const double *sigma, int count) {
+    int i, even = src->mapping == ENVMAP_CUBE && src->size % 2 == 0;
+    for (i = 1; i < count && even; ++i)
+        even = sigma[i] >= 1.5 * sigma[i - 1] && src->size >> i << i == src->size &&
+               separable_work(src, i) % 2 == 0;
+    return even;
+}
+
+/* A glossy chain: level i of the cube dst, of src's size, gets lobes[i]: with four times fewer N
+   per level the kernel is a constant number of texels. Mirrors envmap_filter_chain. A cube whose
+   levels have even sides goes along the grid, each level from the one before, as long as each lobe
+   is half as wide again as the last (heat kernels compose); other chains, and the published form,
+   filter each level of the source by itself, which takes ten times as long. */
 static inline envmap_result method_separable_chain(envmap *dst, const envmap *src,
                                                    const envmap_lobe *lobes, int count,
                                                    const method_desc *desc) {
     method_desc d;
     envmap map, work;
     double sigma[32];
-    int i, even;
-    envmap_result result = count > 32 ? ENVMAP_ERROR_ARGUMENT
-                                      : separable_check_chain(&d, sigma, dst, src, lobes, count, desc);
+    int i;
+    envmap_result result = count > 32
+                               ? ENVMAP_ERROR_METHOD
+                               : separable_check_chain(&d, sigma, dst, src, lobes, count, desc);
     if (result) return result;
-    even = src->mapping == ENVMAP_CUBE && d.form == METHOD_MENDED && !(src->size % (1 << (count - 1)));
-    if (even) {
-        map = *src, map.levels = 1;
-        return separable_chain_grid(dst, &map, lobes, sigma, count);
-    }
+    if (d.form == METHOD_MENDED && separable_goes_on(src, sigma, count))
+        return separable_chain_grid(dst, src, lobes, sigma, count);
     result = method_levels(&map, src, ENVMAP_CUBE, d.form);
     if (result) return result;
     memset(&work, 0, sizeof work);
     work.memory = src->memory;
     result = envmap_create(&work, ENVMAP_CUBE, map.size, count, 1);
-    if (!result) result = separable_chain_plain(&work, &map, sigma);
+    if (!result) result = separable_chain_plain(&work, &map, sigma, d.form);
     for (i = 0; i < count && !result; ++i) {
         size_t k, n = 18 * (size_t)method_edge(dst, i) * (size_t)method_edge(dst, i);
         float *to = envmap_texel(dst, i, 0, 0, 0, 0);

@@ -1,6 +1,5 @@
-/* separable_grid.h - the separable Gaussian of separable_gaussian.h at speed: passes along the rows,
-   columns and diagonals of each face, no lookup between texels, no line that is not straight in
-   memory.
+/* separable_grid.h - the separable Gaussian of separable_gaussian.h at speed: passes along rows,
+   columns and diagonals of each face, no lookup between texels.
 
    On a face's plane (u, v), rho^2 = 1 + u^2 + v^2, the metric's inverse is rho^2 (I + r r^T),
    r = (u, v). It is a sum of squares along the grid's own directions, none of them negative:
@@ -16,8 +15,8 @@
    for the 36 rows that it filters. A face goes on beyond its edges as far as the passes reach, from
    its neighbours' texels by Catmull-Rom: across the edge a row is a row, along it is stretched.
 
-   Domain: sides that are even; rounds of sigma <= GRID_ROUND.  Tests: the_chain_* in
-   tests/test_methods_gaussian.c.
+   Domain: even sides.  Fails: a lamp of a few texels on a face's axis, where |uv| has its kink, and
+   on an edge: 0.2 to 0.4 % rms.  Tests: a_chain_* in tests/test_methods_gaussian.c.
 
    SPDX-License-Identifier: MIT */
 
@@ -26,11 +25,12 @@
 
 #include "methods.h"
 
-#define GRID_ROUND 0.07 /* what is wider is done in rounds: beyond the edges planes go on for ever */
-#define GRID_PLAIN 0.02
-#define GRID_CUT   3.2f  /* sigmas at which a kernel ends */
-#define GRID_BLOCK 16   /* texels that share a reach */
-#define GRID_TAPS  64   /* the most that a kernel reaches */
+#define GRID_ROUND  0.07  /* a wider sigma is done in rounds: beyond its edges a plane goes far */
+#define GRID_PLAIN  0.015 /* a thinner one in the plain order, U V D                          */
+#define GRID_CUT    3.2   /* sigmas at which a kernel ends                                    */
+#define GRID_BLOCK  16    /* texels that share a reach                                        */
+#define GRID_TAPS   64    /* the most that a kernel reaches                                   */
+#define GRID_BORDER 192   /* the most that the passes of a round do                           */
 
 /* Floats that are filtered at once. */
 #if defined(__GNUC__) && defined(__AVX__)
@@ -55,9 +55,10 @@ typedef struct grid_direction {
 } grid_direction;
 
 typedef struct grid {
-    float *image, *other; /* [6][3][side][stride]                                                  */
-    float *m;             /* rho^-3, as the directions' tables                                     */
-    float *weights;       /* [2 GRID_TAPS + 1][stride]                                             */
+    float *image,
+        *other;     /* [6][3][side][stride]                                                  */
+    float *m;       /* rho^-3, as the directions' tables                                     */
+    float *weights; /* [2 GRID_TAPS + 1][stride]                                             */
     float *strip;
     int *reach; /* of a row's blocks */
     grid_direction direction[3];
@@ -176,7 +177,7 @@ static inline int grid_block(const grid *g, int which, int x, int y) {
         widest = a > widest ? a : widest, least = a < least ? a : least;
         sum[i] = d->g[at + (size_t)i];
     }
-    reach = (int)(GRID_CUT * sqrtf(widest)) + 1;
+    reach = (int)(GRID_CUT * (double)sqrtf(widest)) + 1;
     reach = reach > d->reach ? d->reach : reach < 2 ? 2 : reach;
     for (k = -reach; k <= reach; ++k) {
         float *w = grid_weights(g, k) + x + g->pad;
@@ -217,7 +218,8 @@ static inline void grid_row(const grid *g, int which, int y) {
 /* ---------------------------------------------------------------------------------- >>passes -- */
 
 /* Blocks `from` .. `to` of a row of the three planes of a face; tap k lies `step` k texels off. */
-static inline void grid_sum(const grid *g, float *out, const float *in, int step, int from, int to) {
+static inline void grid_sum(const grid *g, float *out, const float *in, int step, int from,
+                            int to) {
     size_t stride = (size_t)g->stride, plane = (size_t)g->side * stride;
     int b, x, k;
     for (b = from; b < to; ++b)
@@ -272,8 +274,8 @@ static inline void grid_pass(grid *g, int which, int *px, int *py) {
 
 /* ---------------------------------------------------------------------------------- >>border -- */
 
-/* Where the texels beyond an edge are found: texel i along the edge, j deep, at
-   base + i along + j deep of the neighbour; mine: the same on this face, j = -1 next to the edge. */
+/* Where the texels beyond an edge are found: the i-th along it, j deep, at
+   from + i from_along + j from_deep in the neighbour's plane; to: the same on this face. */
 typedef struct grid_edge {
     int from, from_along, from_deep, to, to_along, to_deep, face;
 } grid_edge;
@@ -303,17 +305,19 @@ static inline void grid_find_edge(grid_edge *e, const grid *g, int face, int sid
     e->to = g->pad * (g->stride + 1) + (out > 0 ? (n - 1) * e->to_deep : 0);
 }
 
-/* What the rows `depth` beyond all edges have in common: they are stretched by 1 / f, row[] is
-   where texel i of them is found, deep[] how far in. */
+/* What the row `depth` beyond any edge is made of: deep[] of four rows from `first` on, stretched
+   by 1 / f: weight[] of four texels from at[] on. */
 typedef struct grid_beyond {
-    float deep[4], *weight; /* [4][n + 2 depth + 2] */
-    int *at, first, depth;
+    float deep[4], *weight; /* [4][stride] */
+    int *at, first;
 } grid_beyond;
 
 static inline void grid_stretch(const grid *g, grid_beyond *r, int depth) {
     int i, k, n = g->n, count = n + 2 * depth + 2;
     float f = 1 / (1 + (2 * (float)depth + 1) / (float)n), w[4];
-    r->depth = depth, r->first = grid_cubic(r->deep, (1 - f) * 0.5f * (float)n - 0.5f);
+    r->weight = g->strip + (size_t)(2 * g->border + 8 + 5 * depth) * (size_t)g->stride;
+    r->at = (int *)(r->weight + 4 * g->stride);
+    r->first = grid_cubic(r->deep, (1 - f) * 0.5f * (float)n - 0.5f);
     for (i = 0; i < count; ++i) {
         float x = (float)(i - depth - 1);
         int at = grid_cubic(w, (x + 0.5f - 0.5f * (float)n) * f + 0.5f * (float)(n - 1));
@@ -322,52 +326,71 @@ static inline void grid_stretch(const grid *g, grid_beyond *r, int depth) {
     }
 }
 
-static inline void grid_edge_row(const grid *g, const grid_edge *e, const grid_beyond *r, float *to,
-                                 const float *from) {
-    float *row = g->strip + 2;
+/* Row `depth` in `to`, from the neighbour's rows in `from`. row: room for one */
+static inline void grid_edge_row(const grid *g, const grid_beyond *r, int depth, float *to,
+                                 const float *from, float *row) {
     const float *deep = r->deep, *w = r->weight, *source[4];
-    int i, k, n = g->n, count = n + 2 * r->depth + 2, along = e->from_along, s = g->stride;
+    int i, k, n = g->n, count = n + 2 * depth + 2, s = g->stride;
     for (k = 0; k < 4; ++k) {
         int at = r->first + k < 0 ? 0 : r->first + k > n - 1 ? n - 1 : r->first + k;
-        source[k] = from + e->from + at * e->from_deep;
+        source[k] = from + at * s;
     }
-    if (along == 1)
-        for (i = 0; i < n; ++i)
-            row[i] = deep[0] * source[0][i] + deep[1] * source[1][i] + deep[2] * source[2][i] +
-                     deep[3] * source[3][i];
-    else
-        for (i = 0; i < n; ++i)
-            row[i] = deep[0] * source[0][i * along] + deep[1] * source[1][i * along] +
-                     deep[2] * source[2][i * along] + deep[3] * source[3][i * along];
+    row += 2;
+    for (i = 0; i < n; ++i)
+        row[i] = deep[0] * source[0][i] + deep[1] * source[1][i] + deep[2] * source[2][i] +
+                 deep[3] * source[3][i];
     row[-2] = row[-1] = row[0], row[n] = row[n + 1] = row[n - 1];
-    to += e->to + (r->depth + 1) * (e->to_deep - e->to_along);
     for (i = 0; i < count; ++i) {
         const float *tap = row + r->at[i];
-        to[i * e->to_along] = w[i] * tap[0] + w[s + i] * tap[1] + w[2 * s + i] * tap[2] +
-                              w[3 * s + i] * tap[3];
+        to[i] = w[i] * tap[0] + w[s + i] * tap[1] + w[2 * s + i] * tap[2] + w[3 * s + i] * tap[3];
+    }
+}
+
+/* One plane beyond one edge. Rows of the neighbour, and those that they make, lie in g->strip as if
+   along the edge were along x. */
+static inline void grid_edge_rows(const grid *g, const grid_edge *e, const grid_beyond *r,
+                                  float *to, const float *from) {
+    int i, k, s = g->stride, rows = g->border + 4, n = g->n;
+    float *near_rows = g->strip, *made = near_rows + rows * s, *row = made + g->border * s;
+    if (rows > n) rows = n;
+    from += e->from, to += e->to;
+    if (e->from_along == 1 || e->from_along == -1)
+        for (k = 0; k < rows; ++k)
+            for (i = 0; i < n; ++i)
+                near_rows[k * s + i] = from[i * e->from_along + k * e->from_deep];
+    else
+        for (i = 0; i < n; ++i)
+            for (k = 0; k < rows; ++k)
+                near_rows[k * s + i] = from[i * e->from_along + k * e->from_deep];
+    for (k = 0; k < g->border; ++k) {
+        float *out = e->to_along == 1 ? to + (k + 1) * e->to_deep - k - 1 : made + k * s;
+        grid_edge_row(g, r + k, k, out, near_rows, row);
+    }
+    for (i = -g->border; i < n + g->border && e->to_along != 1; ++i) {
+        int first = i < 0 ? -1 - i : i < n ? 0 : i - n;
+        for (k = first; k < g->border; ++k)
+            to[i * e->to_along + (k + 1) * e->to_deep] = made[k * s + i + k + 1];
     }
 }
 
 static inline void grid_border(const grid *g) {
     int i, c;
     size_t plane = (size_t)g->side * (size_t)g->stride;
-    grid_edge edges[24];
-    grid_beyond r;
-    r.weight = g->strip + 2 * g->stride, r.at = (int *)(r.weight + 4 * g->stride);
-    for (i = 0; i < 24; ++i) grid_find_edge(edges + i, g, i / 4, i % 4);
-    for (r.depth = 0; r.depth < g->border; ++r.depth) {
-        grid_stretch(g, &r, r.depth);
-        for (i = 0; i < 24; ++i)
-            for (c = 0; c < 3; ++c)
-                grid_edge_row(g, edges + i, &r, g->image + (size_t)(i / 4 * 3 + c) * plane,
-                              g->image + (size_t)(3 * edges[i].face + c) * plane);
+    grid_beyond rows[GRID_BORDER];
+    for (i = 0; i < g->border; ++i) grid_stretch(g, rows + i, i);
+    for (i = 0; i < 24; ++i) {
+        grid_edge e;
+        grid_find_edge(&e, g, i / 4, i % 4);
+        for (c = 0; c < 3; ++c)
+            grid_edge_rows(g, &e, rows, g->image + (size_t)(i / 4 * 3 + c) * plane,
+                           g->image + (size_t)(3 * e.face + c) * plane);
     }
 }
 
 /* ---------------------------------------------------------------------------------- >>levels -- */
 
-/* The faces, `edge` texels a side: as they are, or halved: means of 2 x 2 texels, weighted by the roots of their solid angles
-   as the passes' kernels are: of a variance of 1/4 texel^2. */
+/* The faces, `edge` texels a side: as they are, or halved: means of 2 x 2 texels, weighted by the
+   roots of their solid angles as the passes' kernels are; of a variance of 1/4 texel^2. */
 static inline void grid_halve(const grid *g, float *below, int edge) {
     int plane, x, y;
     for (plane = 0; plane < 18; ++plane)
@@ -379,8 +402,8 @@ static inline void grid_halve(const grid *g, float *below, int edge) {
             if (edge == g->n) continue;
             m = g->m + row * g->stride + g->pad, w = m + (upper ? g->stride : -g->stride);
             for (x = 0; x < edge; ++x) {
-                float sum = m[2 * x] * t[2 * x] + m[2 * x + 1] * t[2 * x + 1] + w[2 * x] * s[2 * x] +
-                            w[2 * x + 1] * s[2 * x + 1];
+                float sum = m[2 * x] * t[2 * x] + m[2 * x + 1] * t[2 * x + 1] +
+                            w[2 * x] * s[2 * x] + w[2 * x + 1] * s[2 * x + 1];
                 below[x] = sum / (m[2 * x] + m[2 * x + 1] + w[2 * x] + w[2 * x + 1]);
             }
         }
@@ -397,7 +420,9 @@ static inline int grid_rounds(int n, double variance) {
 }
 
 /* Passes along a row, and along a column: a Gaussian this thin hardly sees their order. */
-static inline int grid_halves(double variance) { return variance < GRID_PLAIN * GRID_PLAIN ? 1 : 2; }
+static inline int grid_halves(double variance) {
+    return variance < GRID_PLAIN * GRID_PLAIN ? 1 : 2;
+}
 
 /* Shapes g for faces of n texels and a variance; returns the floats that it then needs. */
 static inline size_t grid_shape(grid *g, int n, double variance) {
@@ -412,7 +437,8 @@ static inline size_t grid_shape(grid *g, int n, double variance) {
     g->side = n + 2 * g->pad;
     g->stride = g->side + GRID_BLOCK;
     g->rows = g->pad + n / 2 + g->direction[2].reach + 1;
-    return (size_t)g->stride * (36 * (size_t)g->side + 10 * (size_t)g->rows + 2 * GRID_TAPS + 20);
+    return (size_t)g->stride * (36 * (size_t)g->side + 10 * (size_t)g->rows + 2 * GRID_TAPS + 16 +
+                                7 * (size_t)g->border);
 }
 
 static inline void grid_lay_out(grid *g, float *p) {
@@ -426,7 +452,8 @@ static inline void grid_lay_out(grid *g, float *p) {
         d->a = p, p += table, d->s = p, p += table, d->g = p, p += table;
         d->step = (k > 0 ? g->stride : 0) + (k != 1);
     }
-    g->weights = p, p += stride * (2 * GRID_TAPS + 1), g->strip = p, p += 8 * stride;
+    g->weights = p, p += stride * (2 * GRID_TAPS + 1), g->strip = p,
+    p += stride * (size_t)(7 * g->border + 9);
     g->reach = (int *)p;
 }
 
