@@ -94,33 +94,35 @@ static envmap_result fast(envmap *dst, const envmap *src, const envmap_lobe *lob
     return envmap_filter(dst, src, lobe, NULL);
 }
 
-/*             form cut limit one lossy level kernel samples half discs strips */
+/* What each kind of method reads of a method_desc. */
+#define PLAIN(form)                                                                                \
+    { form, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
+#define PARABOLOID(form, cut, limit, one, lossy)                                                   \
+    { form, cut, limit, one, lossy, 0, 0, 0, 0, 0, 0 }
+#define SAMPLING(form, samples, half)                                                              \
+    { form, 0, 0, 0, 0, 0, 0, samples, half, 0, 0 }
+#define AREAS(form, discs, strips)                                                                 \
+    { form, 0, 0, 0, 0, 0, 0, 0, 0, discs, strips }
+
 static const row rows[] = {
-    {"`envmap_filter`, tolerance 1e-3", fast, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {"paraboloid, published", method_paraboloid_convolution, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {"paraboloid, published, lossy",
-     method_paraboloid_convolution,
-     {1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}},
-    {"paraboloid, published, S only",
-     method_paraboloid_convolution,
-     {1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}},
-    {"paraboloid, mended", method_paraboloid_convolution, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {"paraboloid, mended, 31 texels, cut 0.01",
-     method_paraboloid_convolution,
-     {0, 0.01f, 31, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {"box levels, published", method_box_levels, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {"box levels, mended", method_box_levels, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {"Gaussian, published", method_separable_gaussian, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {"Gaussian, mended", method_separable_gaussian, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {"sampling, published, 256", method_importance_sampling, {1, 0, 0, 0, 0, 0, 0, 256, 0, 0, 0}},
-    {"sampling, half a texel off, 256",
-     method_importance_sampling,
-     {0, 0, 0, 0, 0, 0, 0, 256, 1, 0, 0}},
-    {"sampling, mended, 32", method_importance_sampling, {0, 0, 0, 0, 0, 0, 0, 32, 0, 0, 0}},
-    {"sampling, mended, 256", method_importance_sampling, {0, 0, 0, 0, 0, 0, 0, 256, 0, 0, 0}},
-    {"summed areas, published", method_summed_area, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {"summed areas, 8 discs of 9", method_summed_area, {0, 0, 0, 0, 0, 0, 0, 0, 0, 8, 9}},
-    {"summed areas, 24 discs of 25", method_summed_area, {0, 0, 0, 0, 0, 0, 0, 0, 0, 24, 25}}};
+    {"`envmap_filter`, tolerance 1e-3", fast, PLAIN(0)},
+    {"paraboloid, published", method_paraboloid_convolution, PLAIN(1)},
+    {"paraboloid, published, lossy", method_paraboloid_convolution, PARABOLOID(1, 0, 0, 0, 1)},
+    {"paraboloid, published, S only", method_paraboloid_convolution, PARABOLOID(1, 0, 0, 1, 0)},
+    {"paraboloid, mended", method_paraboloid_convolution, PLAIN(0)},
+    {"paraboloid, mended, 31 texels, cut 0.01", method_paraboloid_convolution,
+     PARABOLOID(0, 0.01f, 31, 0, 0)},
+    {"box levels, published", method_box_levels, PLAIN(1)},
+    {"box levels, mended", method_box_levels, PLAIN(0)},
+    {"Gaussian, published", method_separable_gaussian, PLAIN(1)},
+    {"Gaussian, mended", method_separable_gaussian, PLAIN(0)},
+    {"sampling, published, 256", method_importance_sampling, SAMPLING(1, 256, 0)},
+    {"sampling, half a texel off, 256", method_importance_sampling, SAMPLING(1, 256, 1)},
+    {"sampling, mended, 32", method_importance_sampling, SAMPLING(0, 32, 0)},
+    {"sampling, mended, 256", method_importance_sampling, SAMPLING(0, 256, 0)},
+    {"summed areas, published", method_summed_area, PLAIN(1)},
+    {"summed areas, 8 discs of 9", method_summed_area, AREAS(0, 8, 9)},
+    {"summed areas, 24 discs of 25", method_summed_area, AREAS(0, 24, 25)}};
 
 typedef struct named_lobe {
     const char *name;

@@ -178,6 +178,10 @@ static void a_chain_of_any_size_keeps_a_constant(void) {
             for (int k = 0; k < 3; ++k)
                 lobes[k] = envmap_lobe_phong((float)(640 >> 2 * (turned ? 2 - k : k)));
             for (size_t k = 0; k < method_floats(&src); ++k) src.texels[k] = 3;
+            oracle_calls = 0, oracle_fail_at = 0;
+            CHECK(method_separable_chain(&dst, &src, lobes, levels, NULL) == ENVMAP_ERROR_MEMORY);
+            oracle_fail_at = -1;
+            CHECK(!(dst.texels[0] > 0)); /* untouched */
             CHECK(method_separable_chain(&dst, &src, lobes, levels, NULL) == ENVMAP_OK);
             for (int l = 0; l < levels; ++l) {
                 size_t count = 18 * (size_t)method_edge(&dst, l) * (size_t)method_edge(&dst, l);

@@ -198,24 +198,27 @@ static inline double method_scale(const envmap_lobe *lobe) {
 
 #define METHOD_STEPS 4096
 
-/* cdf[i] = 2 pi integral of k sin t over t from 0 to pi i / STEPS, over its integral: the midpoint
-   rule at 8 points a step; 0 when k is negative somewhere. cdf [METHOD_STEPS + 1] */
-static inline int method_cumulate(double *cdf, const envmap_lobe *lobe) {
-    int i, k;
-    double sum = 0, step = METHOD_PI / METHOD_STEPS;
-    cdf[0] = 0;
-    for (i = 0; i < METHOD_STEPS; ++i) {
+/* *cdf = a new [METHOD_STEPS + 1]: 2 pi integral of k sin t over t from 0 to pi i / STEPS, over its
+   integral: the midpoint rule at 8 points a step. NULL, and METHOD, when k is negative somewhere. */
+static inline envmap_result method_cumulate(double **cdf, const envmap_lobe *lobe) {
+    int i, k, ok = 1;
+    double sum = 0, step = METHOD_PI / METHOD_STEPS, *out;
+    *cdf = out = (double *)method_alloc(METHOD_STEPS + 1, sizeof *out);
+    if (!out) return ENVMAP_ERROR_MEMORY;
+    out[0] = 0;
+    for (i = 0; i < METHOD_STEPS && ok; ++i) {
         for (k = 0; k < 8; ++k) {
             double t = (i + (k + 0.5) / 8) * step;
             double v = envmap_lobe_value(lobe, cos(t), (double)lobe->p0);
-            if (!(v >= 0)) return 0;
-            sum += v * sin(t);
+            ok = ok && v >= 0, sum += v * sin(t);
         }
-        cdf[i + 1] = sum;
+        out[i + 1] = sum;
     }
-    if (!(sum > 0)) return 0;
-    for (i = 1; i <= METHOD_STEPS; ++i) cdf[i] /= sum;
-    return 1;
+    for (i = 1; i <= METHOD_STEPS && ok && sum > 0; ++i) out[i] /= sum;
+    if (ok && sum > 0) return ENVMAP_OK;
+    METHOD_FREE(out);
+    *cdf = NULL;
+    return ENVMAP_ERROR_METHOD;
 }
 
 /* The angle where the cumulated lobe is `part`. Inside a step it grows with t^2 - t_i^2. */
