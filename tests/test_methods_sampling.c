@@ -8,10 +8,9 @@
 static void sampled_directions_have_the_moments_of_the_lobe(void) {
     envmap_lobe lobes[4] = {envmap_lobe_phong(10), envmap_lobe_gaussian(50), envmap_lobe_ggx(0.3f),
                             envmap_lobe_diffuse()};
-    static double cdf[METHOD_STEPS + 1];
     for (int k = 0; k < 4; ++k) {
-        double lambda[3], mean[2] = {0, 0}, side = 0;
-        CHECK(method_cumulate(cdf, lobes + k));
+        double lambda[3], mean[2] = {0, 0}, side = 0, *cdf;
+        if (!CHECK(method_cumulate(&cdf, lobes + k) == ENVMAP_OK)) continue;
         CHECK(envmap_lobe_zonal(lambda, 3, lobes + k, 0) == ENVMAP_OK);
         for (int i = 0; i < 1024; ++i) {
             method_direction d = method_direction_of(cdf, lobes + k, i, 1024);
@@ -22,6 +21,7 @@ static void sampled_directions_have_the_moments_of_the_lobe(void) {
         CHECK_CLOSE(mean[0], lambda[1], 3e-4);
         CHECK_CLOSE(mean[1], lambda[2], 5e-4);
         CHECK_CLOSE(side, 0, 2e-3);
+        METHOD_FREE(cdf);
     }
 }
 

@@ -93,12 +93,11 @@ static inline envmap_result method_importance_sampling(envmap *dst, const envmap
     if (result) return result;
     if (!method_setting(&s.count, d.samples, 256, 65536)) return ENVMAP_ERROR_METHOD;
     s.published = d.form == METHOD_PUBLISHED, s.shift = d.half_texel ? 0.5f : 0;
-    cdf = (double *)method_alloc(METHOD_STEPS + 1, sizeof *cdf);
+    result = method_cumulate(&cdf, lobe);
+    if (result) return result;
     s.directions = (method_direction *)method_alloc((size_t)s.count, sizeof *s.directions);
-    if (!cdf || !s.directions)
+    if (!s.directions)
         result = ENVMAP_ERROR_MEMORY;
-    else if (!method_cumulate(cdf, lobe))
-        result = ENVMAP_ERROR_METHOD;
     else
         result =
             method_levels(&s.map, src, s.published ? ENVMAP_PARABOLOID : ENVMAP_CUBE, s.published);

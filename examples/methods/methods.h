@@ -73,9 +73,9 @@ static inline size_t method_floats(const envmap *map) {
 
 static inline int method_finite(const envmap *map) {
     size_t i, n = method_floats(map);
-    for (i = 0; i < n; ++i)
-        if (!(fabsf(map->texels[i]) <= 3.4028234e38f)) return 0;
-    return 1;
+    int bad = 0;
+    for (i = 0; i < n; ++i) bad |= !(fabsf(map->texels[i]) <= 3.4028234e38f);
+    return !bad;
 }
 
 /* 0 is the default; what is out of range makes the call fail. */
@@ -84,20 +84,28 @@ static inline int method_setting(int *out, int value, int fallback, int most) {
     return value >= 0 && value <= most;
 }
 
+/* What every method asks of a lobe. */
+static inline envmap_result method_check_lobe(const envmap_lobe *lobe) {
+    double one;
+    envmap_result result;
+    if (lobe->kind == ENVMAP_LOBE_MIRROR) return ENVMAP_ERROR_METHOD;
+    result = envmap_lobe_zonal(&one, 1, lobe, (double)lobe->p0);
+    if (result) return result;
+    return lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1 ? ENVMAP_ERROR_METHOD : ENVMAP_OK;
+}
+
 /* What every method asks of its arguments. Copies desc, or the defaults. */
 static inline envmap_result method_check(method_desc *out, const envmap *dst, const envmap *src,
                                          const envmap_lobe *lobe, const method_desc *desc) {
-    double one;
     envmap_result result;
     memset(out, 0, sizeof *out);
     if (desc) *out = *desc;
     if (!envmap_texel(dst, 0, 0, 0, 0, 0) || !envmap_texel(src, 0, 0, 0, 0, 0) || !lobe ||
         dst->texels == src->texels || out->form < 0 || out->form >= METHOD_FORM_COUNT)
         return ENVMAP_ERROR_ARGUMENT;
-    if (lobe->kind == ENVMAP_LOBE_MIRROR) return ENVMAP_ERROR_METHOD;
-    result = envmap_lobe_zonal(&one, 1, lobe, (double)lobe->p0);
+    result = method_check_lobe(lobe);
+    if (!result && src->slices != 1) result = ENVMAP_ERROR_METHOD;
     if (result) return result;
-    if (src->slices != 1 || lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1) return ENVMAP_ERROR_METHOD;
     return method_finite(src) ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
 }
 
@@ -190,24 +198,27 @@ static inline double method_scale(const envmap_lobe *lobe) {
 
 #define METHOD_STEPS 4096
 
-/* cdf[i] = 2 pi integral of k sin t over t from 0 to pi i / STEPS, over its integral: the midpoint
-   rule at 8 points a step; 0 when k is negative somewhere. cdf [METHOD_STEPS + 1] */
-static inline int method_cumulate(double *cdf, const envmap_lobe *lobe) {
-    int i, k;
-    double sum = 0, step = METHOD_PI / METHOD_STEPS;
-    cdf[0] = 0;
-    for (i = 0; i < METHOD_STEPS; ++i) {
+/* *cdf = a new [METHOD_STEPS + 1]: 2 pi integral of k sin t over t from 0 to pi i / STEPS, over its
+   integral: the midpoint rule at 8 points a step. NULL, and METHOD, when k is negative somewhere. */
+static inline envmap_result method_cumulate(double **cdf, const envmap_lobe *lobe) {
+    int i, k, ok = 1;
+    double sum = 0, step = METHOD_PI / METHOD_STEPS, *out;
+    *cdf = out = (double *)method_alloc(METHOD_STEPS + 1, sizeof *out);
+    if (!out) return ENVMAP_ERROR_MEMORY;
+    out[0] = 0;
+    for (i = 0; i < METHOD_STEPS && ok; ++i) {
         for (k = 0; k < 8; ++k) {
             double t = (i + (k + 0.5) / 8) * step;
             double v = envmap_lobe_value(lobe, cos(t), (double)lobe->p0);
-            if (!(v >= 0)) return 0;
-            sum += v * sin(t);
+            ok = ok && v >= 0, sum += v * sin(t);
         }
-        cdf[i + 1] = sum;
+        out[i + 1] = sum;
     }
-    if (!(sum > 0)) return 0;
-    for (i = 1; i <= METHOD_STEPS; ++i) cdf[i] /= sum;
-    return 1;
+    for (i = 1; i <= METHOD_STEPS && ok && sum > 0; ++i) out[i] /= sum;
+    if (ok && sum > 0) return ENVMAP_OK;
+    METHOD_FREE(out);
+    *cdf = NULL;
+    return ENVMAP_ERROR_METHOD;
 }
 
 /* The angle where the cumulated lobe is `part`. Inside a step it grows with t^2 - t_i^2. */

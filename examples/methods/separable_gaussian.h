@@ -17,7 +17,7 @@
    peak; plain boxes shrink. Mended: the exact flow, order X/2 Y/2 Z/2 Z/2 Y/2 X/2, in rounds of at
    most sigma 0.1, Catmull-Rom wherever lookups fall between texels (bilinear ones would widen the
    kernel), sigma by the lobe's first harmonic; boxes by solid angle, and the variance that they
-   add (texel^2 / 12) is taken off.
+   add (texel^2 / 12) is taken off. Chains go along the grid (separable_grid.h).
 
    Domain: lobes like a Gaussian: sigma <= 0.36 and no more than 20 % rms from its heat
    kernel (Phong N >= 7, not GGX, not diffuse). Fails: tails; a wide sigma, as passes do not
@@ -29,10 +29,12 @@
 #define METHOD_SEPARABLE_GAUSSIAN_H
 
 #include "methods.h"
+#include "separable_grid.h"
 
 #define SEPARABLE_SIGMA  0.36
 #define SEPARABLE_MISFIT 0.20
 #define SEPARABLE_ROUND  0.1 /* what is wider is done in rounds: the passes do not commute */
+#define SEPARABLE_FINE   64  /* a chain's levels smaller than this are filtered at twice the edge */
 #define SEPARABLE_CUT    3.8 /* sigmas at which a kernel ends: it loses 0.2 % of its variance */
 
 /* Where a cell of the border is found: sixteen texels and what they weigh. */
@@ -56,14 +58,6 @@ static inline int separable_at(const separable *s, int face, int x, int y) {
     return (face * s->side + y + s->pad) * s->side + x + s->pad;
 }
 
-/* Catmull-Rom: what the four texels around a place weigh; returns the first. */
-static inline int separable_cubic(float w[4], float at) {
-    int i = (int)(at + 1024) - 1024; /* floorf would be a call */
-    float f = at - (float)i, g = 1 - f, p = -0.5f * f * g;
-    w[0] = p * g, w[1] = g - p * (2 * g - f), w[2] = f - p * (2 * f - g), w[3] = p * f;
-    return i - 1;
-}
-
 static inline void separable_cell_of(const separable *s, separable_cell *cell, int face, int x,
                                      int y) {
     float m[3], a[3], b[3], dir[3], u, v, wx[4], wy[4];
@@ -77,7 +71,7 @@ static inline void separable_cell_of(const separable *s, separable_cell *cell, i
                  (2 * (float)y + 1 - (float)n) / (float)n * e_v;
     }
     envmap_coordinates(&other, &u, &v, ENVMAP_CUBE, dir);
-    x = separable_cubic(wx, u * (float)n - 0.5f), y = separable_cubic(wy, v * (float)n - 0.5f);
+    x = grid_cubic(wx, u * (float)n - 0.5f), y = grid_cubic(wy, v * (float)n - 0.5f);
     for (k = 0; k < 16; ++k) {
         int i = x + k % 4, j = y + k / 4;
         i = i < 0 ? 0 : i >= n ? n - 1 : i, j = j < 0 ? 0 : j >= n ? n - 1 : j;
@@ -226,7 +220,7 @@ static inline void separable_ray_texel(float *to, const float *from, const float
     float sum[4] = {0, 0, 0, 0}, v[4];
     int k, c;
     for (k = -reach; k <= reach; ++k) {
-        const float *tap = from + k * along + separable_cubic(v, slope * (float)k) * across;
+        const float *tap = from + k * along + grid_cubic(v, slope * (float)k) * across;
         for (c = 0; c < 4; ++c)
             sum[c] += w[k] * (v[0] * tap[c] + v[1] * tap[c + across] + v[2] * tap[c + 2 * across] +
                               v[3] * tap[c + 3 * across]);
@@ -337,8 +331,8 @@ static inline void separable_value(float rgb[3], const float dir[3], const void 
     float u, v, wx[4], wy[4], sum[4] = {0, 0, 0, 0};
     int face, x, y, k, c;
     envmap_coordinates(&face, &u, &v, ENVMAP_CUBE, dir);
-    x = separable_cubic(wx, u * (float)s->n - 0.5f);
-    y = separable_cubic(wy, v * (float)s->n - 0.5f);
+    x = grid_cubic(wx, u * (float)s->n - 0.5f);
+    y = grid_cubic(wy, v * (float)s->n - 0.5f);
     for (k = 0; k < 16; ++k) {
         const float *tap = s->image + 4 * separable_at(s, face, x + k % 4, y + k / 4);
         for (c = 0; c < 4; ++c) sum[c] += wx[k % 4] * wy[k / 4] * tap[c];
@@ -395,35 +389,113 @@ static inline envmap_result method_separable_gaussian(envmap *dst, const envmap 
     return result;
 }
 
-/* A glossy chain: level i of the cube dst, of src's size, gets lobes[i], each filtered on the
-   source's level of the same edge: with four times fewer N per level the kernel is a constant
-   number of texels. Mirrors envmap_filter_chain. */
+/* A chain's lobes and maps; sigma gets a number per lobe. */
+static inline envmap_result separable_check_chain(method_desc *d, double *sigma, const envmap *dst,
+                                                  const envmap *src, const envmap_lobe *lobes,
+                                                  int count, const method_desc *desc) {
+    int i;
+    envmap_result result = lobes && count > 0 ? ENVMAP_OK : ENVMAP_ERROR_ARGUMENT;
+    if (!result) result = method_check(d, dst, src, lobes, desc);
+    if (!result && (count > dst->levels || dst->mapping != ENVMAP_CUBE || dst->slices != 1 ||
+                    dst->size != method_size_for(src, ENVMAP_CUBE)))
+        result = ENVMAP_ERROR_METHOD;
+    for (i = 0; i < count && !result; ++i) {
+        result = method_check_lobe(lobes + i);
+        if (!result) sigma[i] = separable_sigma(lobes + i, d->form);
+        if (!result && !(sigma[i] > 0)) result = ENVMAP_ERROR_METHOD;
+    }
+    return result;
+}
+
+/* Each level by itself, from the source's. work: as dst, count levels */
+static inline envmap_result separable_chain_plain(envmap *work, const envmap *map,
+                                                  const double *sigma, int form) {
+    int i;
+    envmap_result result = ENVMAP_OK;
+    for (i = 0; i < work->levels && !result; ++i) {
+        separable s;
+        result = separable_run(&s, map, i, separable_variance(sigma[i], map->size, i, form), form);
+        if (!result) separable_copy(&s, work, i, 1);
+        separable_free(&s);
+    }
+    return result;
+}
+
+/* The edge that a level of a chain is filtered at: small ones twice as large as they are. */
+static inline int separable_work(const envmap *map, int level) {
+    int edge = method_edge(map, level);
+    return level && edge < SEPARABLE_FINE ? 2 * edge : edge;
+}
+
+/* Mended: along the grid. dst is written once nothing can fail any more. */
+static inline envmap_result separable_chain_grid(envmap *dst, const envmap *map,
+                                                 const envmap_lobe *lobes, const double *sigma,
+                                                 int count) {
+    grid g;
+    size_t floats = 0,
+           quarter = 18 * (size_t)separable_work(map, 1) * (size_t)separable_work(map, 1);
+    double done = 0, carried = 0;
+    int i;
+    float *memory;
+    for (i = 0; i < count; ++i) {
+        size_t needed = grid_shape(&g, separable_work(map, i), sigma[i] * sigma[i] - done);
+        floats = needed > floats ? needed : floats, done = sigma[i] * sigma[i];
+    }
+    memory = (float *)method_alloc(floats + quarter, sizeof *memory);
+    if (!memory) return ENVMAP_ERROR_MEMORY;
+    for (i = 0, done = 0; i < count; ++i) {
+        int edge = separable_work(map, i), halves = edge > method_edge(map, i);
+        double variance = sigma[i] * sigma[i];
+        if (i) grid_halve(&g, memory, edge);
+        if (i && edge < g.n) carried = (carried + 0.25) / 4;
+        grid_shape(&g, edge, variance - done);
+        grid_lay_out(&g, memory + quarter);
+        if (i)
+            grid_take(&g, memory);
+        else
+            grid_load(&g, map);
+        grid_run(&g, variance - done, carried + 0.25 * halves);
+        carried = -0.25 * halves, done = variance;
+        if (halves) grid_halve(&g, memory, edge / 2);
+        grid_store(&g, dst, i, halves ? memory : NULL, (float)method_scale(lobes + i));
+    }
+    METHOD_FREE(memory);
+    return ENVMAP_OK;
+}
+
+/* Each lobe wider than the one before, and even sides all the way. */
+static inline int separable_goes_on(const envmap *src, const double *sigma, int count) {
+    int i, even = src->mapping == ENVMAP_CUBE && src->size % 2 == 0;
+    for (i = 1; i < count && even; ++i)
+        even = sigma[i] >= 1.5 * sigma[i - 1] && src->size >> i << i == src->size &&
+               separable_work(src, i) % 2 == 0;
+    return even;
+}
+
+/* A glossy chain: level i of the cube dst, of src's size, gets lobes[i]: with four times fewer N
+   per level the kernel is a constant number of texels. Mirrors envmap_filter_chain. A cube whose
+   levels have even sides goes along the grid, each level from the one before, as long as each lobe
+   is half as wide again as the last (heat kernels compose); other chains, and the published form,
+   filter each level of the source by itself, which takes ten times as long. */
 static inline envmap_result method_separable_chain(envmap *dst, const envmap *src,
                                                    const envmap_lobe *lobes, int count,
                                                    const method_desc *desc) {
     method_desc d;
     envmap map, work;
+    double sigma[32];
     int i;
-    envmap_result result = lobes && count > 0 ? ENVMAP_OK : ENVMAP_ERROR_ARGUMENT;
-    for (i = 0; i < count && !result; ++i) {
-        result = method_check(&d, dst, src, lobes + i, desc);
-        if (!result && (count > dst->levels || dst->mapping != ENVMAP_CUBE || dst->slices != 1 ||
-                        dst->size != method_size_for(src, ENVMAP_CUBE) ||
-                        !(separable_sigma(lobes + i, d.form) > 0)))
-            result = ENVMAP_ERROR_METHOD;
-    }
-    if (!result) result = method_levels(&map, src, ENVMAP_CUBE, d.form);
+    envmap_result result = count > 32
+                               ? ENVMAP_ERROR_METHOD
+                               : separable_check_chain(&d, sigma, dst, src, lobes, count, desc);
+    if (result) return result;
+    if (d.form == METHOD_MENDED && separable_goes_on(src, sigma, count))
+        return separable_chain_grid(dst, src, lobes, sigma, count);
+    result = method_levels(&map, src, ENVMAP_CUBE, d.form);
     if (result) return result;
     memset(&work, 0, sizeof work);
     work.memory = src->memory;
     result = envmap_create(&work, ENVMAP_CUBE, map.size, count, 1);
-    for (i = 0; i < count && !result; ++i) {
-        separable s;
-        double sigma = separable_sigma(lobes + i, d.form);
-        result = separable_run(&s, &map, i, separable_variance(sigma, map.size, i, d.form), d.form);
-        if (!result) separable_copy(&s, &work, i, 1);
-        separable_free(&s);
-    }
+    if (!result) result = separable_chain_plain(&work, &map, sigma, d.form);
     for (i = 0; i < count && !result; ++i) {
         size_t k, n = 18 * (size_t)method_edge(dst, i) * (size_t)method_edge(dst, i);
         float *to = envmap_texel(dst, i, 0, 0, 0, 0);

@@ -192,10 +192,9 @@ static inline envmap_result method_summed_area(envmap *dst, const envmap *src,
         !method_setting(&stack.strips, d.strips, 9, 64) || !method_falls(lobe))
         return ENVMAP_ERROR_METHOD;
     stack.published = d.form, stack.sigma = method_gaussian(NULL, lobe), stack.table.sums = NULL;
-    cdf = (double *)method_alloc(METHOD_STEPS + 1, sizeof *cdf);
-    if (!cdf) return ENVMAP_ERROR_MEMORY;
-    if (!method_cumulate(cdf, lobe)) result = ENVMAP_ERROR_METHOD;
-    if (!result) result = method_levels(&map, src, ENVMAP_LATLONG, d.form);
+    result = method_cumulate(&cdf, lobe);
+    if (result) return result;
+    result = method_levels(&map, src, ENVMAP_LATLONG, d.form);
     if (!result) {
         summed_area_stack(&stack, cdf, map.size);
         result = summed_area_create(&stack.table, &map, d.form);
