@@ -14,10 +14,6 @@
 #define ENVMAP_STATIC
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
-#include "scenes.h"
-#include "gl.h"
-#include "surface.h"
-#include "threads.h"
 #include "stage.h"
 #include "methods/paraboloid_convolution.h"
 #include "gl_filter.h"

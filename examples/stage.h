@@ -1,12 +1,17 @@
 /* stage.h - what an OpenGL example lights its object with: a scene of scenes.h or the map that is
    named on the command line, as an envmap, as a cube with levels, as nine coefficients.
 
-   Include after envmap.h, scenes.h, gl.h, surface.h and threads.h.
+   Include after envmap.h; everything else that these examples share comes with it.
 
    SPDX-License-Identifier: MIT */
 
 #ifndef STAGE_H
 #define STAGE_H
+
+#include "scenes.h"
+#include "gl.h"
+#include "surface.h"
+#include "threads.h"
 
 static const float stage_exposure[SCENE_COUNT] = {0.62f, 0.62f, 0.52f};
 

@@ -18,10 +18,6 @@
 #define ENVMAP_STATIC
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
-#include "scenes.h"
-#include "gl.h"
-#include "surface.h"
-#include "threads.h"
 #include "stage.h"
 
 enum { MIRROR, PHONG, DIFFUSE, COATED, GGX, BANKS, GRAZING, MATERIALS };
