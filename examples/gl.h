@@ -90,10 +90,12 @@
     X(TEXIMAGE2D, TexImage2D)                                                                      \
     X(TEXIMAGE3D, TexImage3D)                                                                      \
     X(TEXPARAMETERI, TexParameteri)                                                                \
+    X(TEXSUBIMAGE2D, TexSubImage2D)                                                                \
     X(TEXSUBIMAGE3D, TexSubImage3D)                                                                \
     X(UNIFORM1F, Uniform1f)                                                                        \
     X(UNIFORM1I, Uniform1i)                                                                        \
     X(UNIFORM1FV, Uniform1fv)                                                                      \
+    X(UNIFORM2FV, Uniform2fv)                                                                      \
     X(UNIFORM3FV, Uniform3fv)                                                                      \
     X(UNIFORM4FV, Uniform4fv)                                                                      \
     X(UNIFORMMATRIX3FV, UniformMatrix3fv)                                                          \
@@ -608,8 +610,8 @@ static inline int gl_open(gl_app *app, const char *name, int width, int height, 
     memset(app, 0, sizeof *app);
     app->name = name, app->width = width, app->height = height;
     app->aspect = (float)width / (float)height;
-    app->exposure = 1, app->distance = 6, app->tangent = 0.22f, app->samples = 2;
-    app->keys = "", app->yaw = 0.45f, app->pitch = 0.32f;
+    app->exposure = 1, app->distance = 3.9f, app->tangent = 0.36f, app->samples = 2;
+    app->keys = "", app->yaw = 0.45f, app->pitch = 0.2f;
     for (i = 1; i + 1 < argc; i++) {
         if (!strcmp(argv[i], "--headless")) app->out = argv[i + 1];
         if (!strcmp(argv[i], "--keys")) app->keys = argv[i + 1];
