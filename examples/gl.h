@@ -626,7 +626,7 @@ static inline int gl_open(gl_app *app, const char *name, int width, int height, 
             app->out = path;
             printf("no window here; writing %s\n", path);
         }
-        app->samples = 4;
+        app->samples = 3;
         open = gl_open_headless(app);
     }
     if (!open) fprintf(stderr, "%s: no OpenGL 3.3 here (Debian: libegl1 libgl1-mesa-dri)\n", name);
@@ -648,12 +648,18 @@ static inline void gl_orbit(gl_app *app) {
     mesh_multiply(app->camera, projection, app->view);
 }
 
-/* Draws into cell (column, row) of a grid from now on, row 0 on top: a view of its own. */
-static inline void gl_cell(gl_app *app, int column, int row, int columns, int rows) {
-    int width = app->width * app->samples / columns, height = app->height * app->samples / rows;
+/* Draws into a part of the picture from now on, a view of its own; pixels from the top left. */
+static inline void gl_area(gl_app *app, int x, int y, int width, int height) {
+    int k = app->samples;
     app->aspect = (float)width / (float)height;
-    gl.Viewport(column * width, (rows - 1 - row) * height, width, height);
+    gl.Viewport(k * x, k * (app->height - y - height), k * width, k * height);
     gl_orbit(app);
+}
+
+/* The same for cell (column, row) of a grid, row 0 on top. */
+static inline void gl_cell(gl_app *app, int column, int row, int columns, int rows) {
+    int width = app->width / columns, height = app->height / rows;
+    gl_area(app, column * width, row * height, width, height);
 }
 
 /* Returns 1 when another frame is to be drawn, into the target that is then bound. */

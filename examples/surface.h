@@ -5,8 +5,8 @@
 
    axis   r, the reflected eye; t, the tangent, with the slice v.t (Banks); the axis of an
           envmap_fit at n.v, r without one, with the slice n.v, times the fit's factor (Kautz and
-          McCool's 3D maps); a fan of r about n turned towards t (an elliptical lobe); or the normal
-          in the viewer's frame (maps that are drawn by hand)
+          McCool's 3D maps); a fan of r, as n turns across the strokes t (an elliptical lobe); or the
+          normal in the viewer's frame (maps that are drawn by hand)
    F      1, or the reflectance of a dielectric at n.v; w is 0, 1 or 1 - F
    lookup cube; dual paraboloid by texture matrices, both faces at once with alpha at the rim, or in
           two passes that discard the other's part; sphere map
@@ -90,7 +90,7 @@ static const char surface_fragment[] =
     "    return f.rgb * slices(front, back, turn * a, c);\n"
     "}\n"
     "vec3 fanned(vec3 N, vec3 V, vec3 T) {\n"
-    "    vec3 along = normalize(T - dot(N, T) * N), sum = vec3(0.0);\n"
+    "    vec3 along = normalize(cross(N, T)), sum = vec3(0.0);\n"
     "    for (int i = 0; i < taps; i++) {\n"
     "        vec3 h = cos(0.5 * fan[i].x) * N + sin(0.5 * fan[i].x) * along;\n"
     "        sum += fan[i].y * look(reflect(-V, h));\n"

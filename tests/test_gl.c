@@ -150,14 +150,16 @@ static void drawn(float d[3], const float n[3], const float v[3]) {
 
 static void gloss(float L[3], const surface *s, looked in, const float n[3], const float v[3],
                   const float t[3]) {
-    float axis[3], r[3], turned_n[3], turned_v[3], turned_t[3], c = mesh_dot(n, v);
+    float axis[3], r[3], turned_n[3], turned_v[3], across[3], turned_across[3], c = mesh_dot(n, v);
     float offsets[SURFACE_TAPS], weights[SURFACE_TAPS];
     for (int i = 0; i < 3; ++i) r[i] = 2 * c * n[i] - v[i];
     turned(axis, s->turn, s->axis == SURFACE_TANGENT ? t : r);
-    turned(turned_n, s->turn, n), turned(turned_v, s->turn, v), turned(turned_t, s->turn, t);
+    mesh_cross(across, n, t);
+    turned(turned_n, s->turn, n), turned(turned_v, s->turn, v);
+    turned(turned_across, s->turn, across);
     for (int i = 0; i < s->taps; ++i) offsets[i] = s->fan[i][0], weights[i] = s->fan[i][1];
     if (s->axis == SURFACE_FAN)
-        envmap_lookup_fan(L, in.map, turned_n, turned_t, turned_v, offsets, weights, s->taps);
+        envmap_lookup_fan(L, in.map, turned_n, turned_across, turned_v, offsets, weights, s->taps);
     else if (s->axis == SURFACE_VIEW && in.fit)
         envmap_fit_lookup(L, in.fit, in.map, turned_n, turned_v);
     else if (s->axis == SURFACE_DRAWN)
