@@ -50,23 +50,17 @@ static envmap_result brush(show *s, float sharp) {
 
 /* The round map, and the fan that stretches it. */
 static envmap_result stretch(show *s) {
-    envmap map;
     envmap_lobe lobe = envmap_lobe_phong(ROUND);
-    envmap_result result;
-    memset(&map, 0, sizeof map);
-    result = envmap_create(&map, ENVMAP_CUBE, 128, 1, 1);
-    if (!result) result = envmap_filter(&map, &s->st.environment, &lobe, &s->st.desc);
-    if (!result) s->ellipse.map = gl_map(&map);
-    envmap_free(&map);
-    return surface_fan(&s->ellipse, (double)ALONG, envmap_lobe_sigma(&lobe, 0)) ? result
-                                                                                : ENVMAP_ERROR_LOBE;
+    if (!surface_fan(&s->ellipse, (double)ALONG, envmap_lobe_sigma(&lobe, 0)))
+        return ENVMAP_ERROR_LOBE;
+    return stage_filter(&s->ellipse.map, &s->st, ENVMAP_CUBE, 128, &lobe);
 }
 
 static void draw(show *s, const surface *look) {
     float model[16];
     mesh_identity(model);
     surface_draw(s->st.surface, &s->app, look, &s->teapot, model);
-    stage_sky(&s->st, &s->app, 2);
+    stage_sky(&s->st, &s->app, 0);
 }
 
 /* ----------------------------------------------------------------------------------- >>slices -- */

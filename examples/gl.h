@@ -489,6 +489,7 @@ typedef struct gl_app {
     EGLContext context;
     void *window;
     float pointer[2];
+    float slide;        /* since the last frame, with the right button: widths of the window */
     int key;            /* pressed since the last frame: a letter in upper case, or 0 */
     const char *keys;   /* that --keys has left to press before a picture is drawn */
     char caption[512];  /* lines of text at the lower left */
@@ -547,6 +548,8 @@ static inline void gl_on_move(GLFWwindow *window, double x, double y) {
         app->yaw -= 0.008f * dx;
         app->pitch = fminf(fmaxf(app->pitch + 0.008f * dy, -1.5f), 1.5f);
     }
+    if (glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS)
+        app->slide += dx / (float)app->width;
     app->pointer[0] = (float)x, app->pointer[1] = (float)y;
 }
 static inline void gl_on_wheel(GLFWwindow *window, double x, double y) {
@@ -667,7 +670,7 @@ static inline int gl_frame(gl_app *app) {
     static double start;
     app->began = gl_seconds();
     if (!app->frames) start = app->began;
-    app->key = *app->keys ? *app->keys++ : 0, app->dropped[0] = 0;
+    app->key = *app->keys ? *app->keys++ : 0, app->dropped[0] = 0, app->slide = 0;
 #ifdef GL_WINDOW
     if (app->window) {
         glfwPollEvents();
@@ -831,23 +834,22 @@ static inline int gl_close(gl_app *app) {
     return gl_errors != 0;
 }
 
-/* The environment behind everything, out of focus by `level`; `turn` takes world directions to
-   those of the map. */
+/* The environment behind everything; `turn` takes world directions to those of the map. */
 static const char gl_sky[] = "in vec2 st;\n"
                              "out vec4 colour;\n"
                              "uniform samplerCube sky;\n"
                              "uniform mat4 view;\n"
-                             "uniform vec3 lens;\n" /* tangents of half the fields of view; level */
+                             "uniform vec3 lens;\n" /* tangents of half the fields of view */
                              "uniform mat3 turn;\n"
                              "void main() {\n"
                              "    vec3 d = vec3((2.0 * st - 1.0) * lens.xy, -1.0) * mat3(view);\n"
-                             "    colour = vec4(textureLod(sky, turn * d, lens.z).rgb, 0.0);\n"
+                             "    colour = vec4(textureLod(sky, turn * d, 0.0).rgb, 0.0);\n"
                              "}\n";
 
-static inline void gl_draw_sky(const gl_app *app, GLuint program, GLuint cube, const float turn[9],
-                               float level) {
+static inline void gl_draw_sky(const gl_app *app, GLuint program, GLuint cube,
+                               const float turn[9]) {
     float lens[3];
-    lens[0] = app->tangent * app->aspect, lens[1] = app->tangent, lens[2] = level;
+    lens[0] = app->tangent * app->aspect, lens[1] = app->tangent, lens[2] = 0;
     gl.UseProgram(program);
     gl_sampler(program, "sky", 0, GL_TEXTURE_CUBE_MAP, cube);
     gl_mat4(program, "view", app->view);

@@ -37,10 +37,10 @@ static envmap_result draw_map(GLuint *texture, int kind) {
     return result;
 }
 
-/* The level on which a ball about as large as the teapot has as many texels as pixels. */
+/* The level on which a ball about as large as the teapot has a texel for two pixels. */
 static float level_of(const show *s, int height) {
     float pixels = (float)height / (s->app.distance * s->app.tangent); /* of a diameter of 2 */
-    return fminf(fmaxf(log2f(EDGE / pixels), 0), LEVELS - 1);
+    return fminf(fmaxf(log2f(2 * EDGE / pixels), 0), LEVELS - 1);
 }
 
 static void draw(show *s, int kind, float turn, int height) {
