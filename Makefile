@@ -152,7 +152,8 @@ ifeq ($(HAS_EGL),yes)
 	$(BUILD)/anisotropic --headless $(GALLERY)/anisotropic.png
 	$(BUILD)/one_pass --headless $(GALLERY)/one_pass.png
 	$(BUILD)/hardware_filter --headless $(GALLERY)/hardware_filter.png
-	$(BUILD)/viewer --headless $(GALLERY)/viewer.png --keys MMMM
+	$(BUILD)/nonphotorealistic --headless $(GALLERY)/nonphotorealistic.png
+	$(BUILD)/viewer --headless $(GALLERY)/viewer.png --keys MMMMMMM
 else
 	@echo "gallery $(NO_GL)"
 endif

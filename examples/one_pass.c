@@ -98,7 +98,7 @@ static void draw(show *s, float f, float b) {
     look.f = f, look.b = b;
     capture_draw(&s->caught, &s->app, &s->teapot, model, &look);
     draw_balls(s, s->app.camera);
-    stage_sky(&s->st, &s->app, 0);
+    stage_sky(&s->st, &s->app, 1);
 }
 
 static void draw_grid(show *s) {

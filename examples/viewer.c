@@ -271,13 +271,13 @@ static void draw(viewer *v) {
 }
 
 int main(int argc, char **argv) {
-    static const float numbers[MATERIALS] = {0, 100, 0, 1.5f, 0.4f, 0.95f, 0.4f, 0.5f};
+    static const float numbers[MATERIALS] = {0, 100, 0, 1.5f, 0.4f, 0.95f, 0.4f, 0.4f};
     static viewer v;
     int i, good;
     if (!gl_open(&v.app, "viewer", 1200, 720, argc, argv)) return 1;
     if (!stage_open(&v.st, &v.app, v.scene = SCENE_SUN, argc, argv)) return 1;
     v.s = surface_default();
-    v.s.diffuse = SURFACE_BLENDED;
+    v.s.diffuse = SURFACE_BLENDED, v.sharp = 1;
     memcpy(v.number, numbers, sizeof numbers);
     good = enlighten(&v);
     for (i = 0; i < GL_MESH_COUNT; i++) good = good && gl_mesh_make(&v.meshes[i], i);
