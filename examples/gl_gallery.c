@@ -12,10 +12,6 @@
 
    SPDX-License-Identifier: MIT */
 
-#define _POSIX_C_SOURCE 200809L
-#define ENVMAP_STATIC
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
 #include "stage.h"
 #include "brdfs.h"
 #include "methods/box_levels.h"
@@ -90,16 +86,26 @@ static void fresnel_figure(figures *f) {
 
 /* --------------------------------------------------------------------------------- >>methods -- */
 
-typedef envmap_result method_function(envmap *dst, const envmap *src, const envmap_lobe *lobe,
-                                      const method_desc *desc);
+static envmap_result unfiltered(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                                const method_desc *desc) {
+    (void)lobe, (void)desc;
+    return envmap_resample(dst, src);
+}
 
-/* A way to N = 100: one of examples/methods, or a method of the header. */
-typedef struct way {
-    const char *name;
-    method_function *function;
-    method_desc desc;
-    int method;
-} way;
+static envmap_result fast(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                          const method_desc *desc) {
+    (void)desc;
+    return envmap_filter(dst, src, lobe, NULL);
+}
+
+static envmap_result hierarchical(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                                  const method_desc *desc) {
+    envmap_filter_desc filter;
+    (void)desc;
+    memset(&filter, 0, sizeof filter);
+    filter.method = ENVMAP_METHOD_HIERARCHICAL;
+    return envmap_filter(dst, src, lobe, &filter);
+}
 
 #define FORM(form)                                                                                 \
     { form, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
@@ -108,37 +114,28 @@ typedef struct way {
 #define SAMPLES                                                                                    \
     { METHOD_MENDED, 0, 0, 0, 0, 0, 0, 32, 0, 0, 0 }
 
-static const way old_ways[6] = {
-    {"unfiltered", NULL, FORM(0), ENVMAP_METHOD_COUNT},
-    {"reference", NULL, FORM(0), ENVMAP_METHOD_REFERENCE},
-    {"hierarchical", NULL, FORM(0), ENVMAP_METHOD_HIERARCHICAL},
-    {"7 x 7 taps, two passes", method_paraboloid_convolution, FORM(METHOD_PUBLISHED), 0},
-    {"7 x 7 taps, one pass", method_paraboloid_convolution, ONE_MAP, 0},
-    {"one biased level", method_box_levels, FORM(METHOD_PUBLISHED), 0}};
+/* NULL: the reference, which all are held against. */
+static const method_row old_ways[6] = {
+    {"unfiltered", unfiltered, FORM(0)},
+    {"reference", NULL, FORM(0)},
+    {"hierarchical", hierarchical, FORM(0)},
+    {"7 x 7 taps, two passes", method_paraboloid_convolution, FORM(METHOD_PUBLISHED)},
+    {"7 x 7 taps, one pass", method_paraboloid_convolution, ONE_MAP},
+    {"one biased level", method_box_levels, FORM(METHOD_PUBLISHED)}};
 
-static const way all_ways[12] = {
-    {"reference", NULL, FORM(0), ENVMAP_METHOD_REFERENCE},
-    {"fast, the default", NULL, FORM(0), ENVMAP_METHOD_FAST},
-    {"hierarchical", NULL, FORM(0), ENVMAP_METHOD_HIERARCHICAL},
-    {"32 samples", method_importance_sampling, SAMPLES, 0},
-    {"two maps, published", method_paraboloid_convolution, FORM(METHOD_PUBLISHED), 0},
-    {"two maps, mended", method_paraboloid_convolution, FORM(METHOD_MENDED), 0},
-    {"Gaussian, published", method_separable_gaussian, FORM(METHOD_PUBLISHED), 0},
-    {"Gaussian, mended", method_separable_gaussian, FORM(METHOD_MENDED), 0},
-    {"box levels, published", method_box_levels, FORM(METHOD_PUBLISHED), 0},
-    {"box levels, mended", method_box_levels, FORM(METHOD_MENDED), 0},
-    {"summed areas, published", method_summed_area, FORM(METHOD_PUBLISHED), 0},
-    {"summed areas, mended", method_summed_area, FORM(METHOD_MENDED), 0}};
-
-static envmap_result by_way(envmap *map, const figures *f, const way *w) {
-    envmap_lobe lobe = envmap_lobe_phong(100), mirror = envmap_lobe_mirror();
-    envmap_filter_desc desc = f->st.desc;
-    if (w->function) return w->function(map, &f->source, &lobe, &w->desc);
-    if (w->method == ENVMAP_METHOD_COUNT) return envmap_filter(map, &f->source, &mirror, &desc);
-    if (w->method == ENVMAP_METHOD_REFERENCE) return envmap_resample(map, &f->truth);
-    desc.method = w->method;
-    return envmap_filter(map, &f->source, &lobe, &desc);
-}
+static const method_row all_ways[12] = {
+    {"reference", NULL, FORM(0)},
+    {"fast, the default", fast, FORM(0)},
+    {"hierarchical", hierarchical, FORM(0)},
+    {"32 samples", method_importance_sampling, SAMPLES},
+    {"two maps, published", method_paraboloid_convolution, FORM(METHOD_PUBLISHED)},
+    {"two maps, mended", method_paraboloid_convolution, FORM(METHOD_MENDED)},
+    {"Gaussian, published", method_separable_gaussian, FORM(METHOD_PUBLISHED)},
+    {"Gaussian, mended", method_separable_gaussian, FORM(METHOD_MENDED)},
+    {"box levels, published", method_box_levels, FORM(METHOD_PUBLISHED)},
+    {"box levels, mended", method_box_levels, FORM(METHOD_MENDED)},
+    {"summed areas, published", method_summed_area, FORM(METHOD_PUBLISHED)},
+    {"summed areas, mended", method_summed_area, FORM(METHOD_MENDED)}};
 
 /* The source and the truth, which takes seconds. */
 static envmap_result compare_begin(figures *f) {
@@ -204,22 +201,26 @@ static void shine(figures *f, const envmap *map, int kind) {
    unfiltered one and the reference have none. */
 typedef struct comparison {
     const char *name;
-    const way *ways;
+    const method_row *ways;
     int count, columns, mesh;
     float distance;
 } comparison;
 
 static envmap_result compare_cell(figures *f, const comparison *k, int i, double *rms) {
     int width = f->app.width / k->columns, height = f->app.height * k->columns / k->count;
-    int x = i % k->columns * width, y = i / k->columns * height, method = k->ways[i].method;
-    int plain = method == ENVMAP_METHOD_REFERENCE || method == ENVMAP_METHOD_COUNT;
+    int x = i % k->columns * width, y = i / k->columns * height, bare, plain;
+    const method_row *way = &k->ways[i];
+    envmap_lobe lobe = envmap_lobe_phong(100);
     envmap map, hot;
     envmap_difference off;
     envmap_result result;
     memset(&map, 0, sizeof map);
     memset(&hot, 0, sizeof hot);
-    result = envmap_create(&map, ENVMAP_CUBE, method == ENVMAP_METHOD_COUNT ? 128 : 64, 1, 1);
-    if (!result) result = by_way(&map, f, &k->ways[i]);
+    bare = way->call == unfiltered, plain = bare || !way->call;
+    result = envmap_create(&map, ENVMAP_CUBE, bare ? 128 : 64, 1, 1);
+    if (!result)
+        result = way->call ? way->call(&map, &f->source, &lobe, &way->desc)
+                           : envmap_resample(&map, &f->truth);
     if (!result) {
         gl_area(&f->app, x, y, plain ? width : width / 2, height);
         shine(f, &map, k->mesh);
@@ -244,7 +245,7 @@ static void compare_label(const comparison *k, picture *p, const double *rms) {
     for (i = 0; i < k->count; i++) {
         int x = i % k->columns * width, y = (i / k->columns + 1) * p->height / rows;
         label(p, i % k->columns, i / k->columns, k->columns, rows, k->ways[i].name);
-        if (k->ways[i].method == ENVMAP_METHOD_REFERENCE) legend(p, x + width - 170, y - 28);
+        if (!k->ways[i].call) legend(p, x + width - 170, y - 28);
         snprintf(text, sizeof text, "rms %.2g %%", 100 * rms[i]);
         if (rms[i] > 0)
             gl_write(p, text, x + width - 14 - (int)picture_text_width(text, 13), y - 28);

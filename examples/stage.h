@@ -1,13 +1,17 @@
 /* stage.h - what an OpenGL example lights its object with: a scene of scenes.h or the map that is
    named on the command line, as an envmap, as a cube with levels, as nine coefficients.
 
-   Include after envmap.h; everything else that these examples share comes with it.
+   Include it first: the library, its bodies and all that these examples share come with it.
 
    SPDX-License-Identifier: MIT */
 
 #ifndef STAGE_H
 #define STAGE_H
 
+#define _POSIX_C_SOURCE 200809L
+#define ENVMAP_STATIC
+#define ENVMAP_IMPLEMENTATION
+#include "envmap.h"
 #include "scenes.h"
 #include "gl.h"
 #include "surface.h"

@@ -16,10 +16,6 @@
 
    SPDX-License-Identifier: MIT */
 
-#define _POSIX_C_SOURCE 200809L
-#define ENVMAP_STATIC
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
 #include "stage.h"
 #include "brdfs.h"
 
