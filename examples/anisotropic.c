@@ -2,10 +2,10 @@
    the eye depends on t and on v.t, so it is a stack of maps, one 3D texture for each half of the
    sphere. An elliptical lobe: one map of a round lobe, looked up along a fan across the strokes.
 
-   What you will see: two teapots, brushed around their axis; on the left Banks with s = 0.99, on the
-   right the ellipse; between them Banks' slices at angles between eye and thread of 44, 39 and
-   35 degrees, each with the ring that the lobe leaves of every lamp. In a window one teapot: drag
-   to orbit; L for the other lobe, S for the next s.
+   What you will see: two teapots, brushed around their axis; on the left Banks with s = 0.99, on
+   the right the ellipse; between them Banks' slices at angles between eye and thread of 44, 39
+   and 35 degrees, each with the ring that the lobe leaves of every lamp. In a window one teapot:
+   drag to orbit; L for the other lobe, S for the next s.
 
    usage: anisotropic [--headless out.png] [overcast | studio | sun | sky.pfm]      a lat-long map
 
@@ -46,7 +46,7 @@ static envmap_result brush(show *s, float sharp) {
 
 /* The round map, and the fan that stretches it. */
 static envmap_result stretch(show *s) {
-    envmap_lobe lobe = envmap_lobe_phong(ROUND);
+    envmap_lobe lobe = envmap_lobe_phong(fminf(ROUND, stage_sharpest(&s->st)));
     if (!surface_fan(&s->ellipse, (double)ALONG, envmap_lobe_sigma(&lobe, 0)))
         return ENVMAP_ERROR_LOBE;
     return stage_filter(&s->ellipse.map, &s->st, ENVMAP_CUBE, 128, &lobe);
@@ -59,7 +59,7 @@ static void draw(show *s, const surface *look) {
     stage_sky(&s->st, &s->app, 0);
 }
 
-/* ----------------------------------------------------------------------------------- >>slices -- */
+/* ---------------------------------------------------------------------------------- >>slices -- */
 
 typedef struct slice_view {
     const envmap *map;

@@ -37,10 +37,11 @@ static inline int stage_say(envmap_result result) {
     return 0;
 }
 
-/* The largest exponent whose lobe is not thinner than two texels of the environment. */
+/* The largest exponent that is filtered at once: its lobe is not thinner than two texels of the
+   environment, and has a few hundred bands at the most. */
 static inline float stage_sharpest(const stage *st) {
     float edge = (float)st->environment.size / 7;
-    return fmaxf(edge * edge, 1);
+    return fminf(fmaxf(edge * edge, 1), 2000);
 }
 
 /* A map of the environment through a lobe, as a texture. */

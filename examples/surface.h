@@ -5,8 +5,8 @@
 
    axis   r, the reflected eye; t, the tangent, with the slice v.t (Banks); the axis of an
           envmap_fit at n.v, r without one, with the slice n.v, times the fit's factor (Kautz and
-          McCool's 3D maps); a fan of r, as n turns across the strokes t (an elliptical lobe); or the
-          normal in the viewer's frame (maps that are drawn by hand)
+          McCool's 3D maps); a fan of r, as n turns across the strokes t (an elliptical lobe); or
+          the normal in the viewer's frame (maps that are drawn by hand)
    F      1, or the reflectance of a dielectric at n.v; w is 0, 1 or 1 - F
    lookup cube; dual paraboloid by texture matrices, both faces at once with alpha at the rim, or in
           two passes that discard the other's part; sphere map
@@ -23,7 +23,8 @@ enum { SURFACE_REFLECTION, SURFACE_TANGENT, SURFACE_VIEW, SURFACE_FAN, SURFACE_D
 enum { SURFACE_NO_DIFFUSE, SURFACE_PLUS_DIFFUSE, SURFACE_BLENDED };
 enum { SURFACE_SHOW_COLOUR, SURFACE_SHOW_NORMAL, SURFACE_SHOW_VIEW, SURFACE_SHOW_TANGENT };
 
-#define SURFACE_TAPS 32 /* the most of a fan, and slices of a fit */
+#define SURFACE_TAPS 64 /* the most of a fan */
+#define SURFACE_FITS 32 /* the most slices of a fit */
 
 static const envmap_mapping surface_mapping[SURFACE_LOOKUPS] = {ENVMAP_CUBE, ENVMAP_PARABOLOID,
                                                                 ENVMAP_PARABOLOID, ENVMAP_SPHERE};
@@ -39,7 +40,7 @@ typedef struct surface {
     GLuint slices[2]; /* of gl_volume, front and back; for the axes with slices                 */
     float turn[9];    /* world direction -> map, column-major                                   */
     float fan[SURFACE_TAPS][2]; /* offset, weight                                                 */
-    float fit[SURFACE_TAPS][4]; /* factor, m                                                      */
+    float fit[SURFACE_FITS][4]; /* factor, m                                                      */
     int taps, fits;             /* how many of them; fits 0: factor 1, m 1                        */
     int show; /* what to write instead of the colour: for tests                         */
 } surface;
@@ -51,7 +52,7 @@ static const char surface_fragment[] =
     "uniform sampler2DArray layers;\n"
     "uniform sampler3D front, back;\n"
     "uniform int lookup, axis, diffuse, show, face, taps, fits;\n"
-    "uniform vec2 fan[32];\n"
+    "uniform vec2 fan[64];\n"
     "uniform vec4 fit[32];\n"
     "uniform float level, index;\n"
     "uniform vec3 tint, albedo, eye;\n"
@@ -74,7 +75,7 @@ static const char surface_fragment[] =
     "}\n"
     "vec3 look(vec3 r) {\n"
     "    if (lookup == 0) return textureLod(cube, turn * r, level).rgb;\n"
-    "    if (lookup == 1 || (lookup == 2 && axis == 3)) return both(r);\n" /* a fan has both faces */
+    "    if (lookup == 1 || (lookup == 2 && axis == 3)) return both(r);\n" /* a fan: both faces */
     "    if (lookup == 3) return sphere_map(layers, turn * r, level);\n"
     "    vec3 one = disc(r, face);\n"
     "    if (one.z < 0.0) discard;\n" /* alpha is 0 outside the circle */
@@ -126,24 +127,26 @@ static inline surface surface_default(void) {
     return s;
 }
 
-/* An elliptical lobe from a map of a round one: envmap_fan's numbers. Returns 1 if they fit. */
+/* An elliptical lobe from a map of a round one: envmap_fan's numbers. Returns 1 if they fit; where
+   they do not, the surface is black. */
 static inline int surface_fan(surface *s, double along, double across) {
     float offsets[SURFACE_TAPS], weights[SURFACE_TAPS];
-    int i;
-    s->taps = envmap_fan(offsets, weights, SURFACE_TAPS, along, across, 0.01);
-    for (i = 0; i < s->taps && i < SURFACE_TAPS; i++)
-        s->fan[i][0] = offsets[i], s->fan[i][1] = weights[i];
-    return s->taps > 0 && s->taps <= SURFACE_TAPS;
+    int i, count = envmap_fan(offsets, weights, SURFACE_TAPS, along, across, 0.01);
+    s->taps = count <= SURFACE_TAPS ? count : 0;
+    for (i = 0; i < s->taps; i++) s->fan[i][0] = offsets[i], s->fan[i][1] = weights[i];
+    return s->taps > 0;
 }
 
-/* The first lobe of a fit of at most SURFACE_TAPS slices. */
-static inline void surface_fit(surface *s, const envmap_fit *fit) {
+/* The first lobe of a fit. Returns 1 if its slices fit. */
+static inline int surface_fit(surface *s, const envmap_fit *fit) {
     int k;
+    if (fit->slices > SURFACE_FITS) return 0;
     s->fits = fit->slices;
     for (k = 0; k < fit->slices; k++) {
         memcpy(s->fit[k], fit->factor + 3 * k, 3 * sizeof(float));
         s->fit[k][3] = fit->axis[k];
     }
+    return 1;
 }
 
 static inline GLuint surface_program(void) { return gl_program(gl_vertex, surface_fragment); }
@@ -193,7 +196,7 @@ static inline void surface_draw(GLuint program, const gl_app *app, const surface
     gl_vec4s(program, "sh", s->sh, 7);
     gl_int(program, "taps", s->taps);
     gl_int(program, "fits", s->fits);
-    gl_vec4s(program, "fit", s->fit[0], SURFACE_TAPS);
+    gl_vec4s(program, "fit", s->fit[0], SURFACE_FITS);
     gl.Uniform2fv(gl.GetUniformLocation(program, "fan"), SURFACE_TAPS, s->fan[0]);
     surface_matrices(program, app, s);
     for (face = 0; face < (s->lookup == SURFACE_TWO_PASS ? 2 : 1); face++) {

@@ -241,7 +241,7 @@ static void draw(viewer *v) {
                                         SURFACE_REFLECTION, SURFACE_REFLECTION, SURFACE_TANGENT,
                                         SURFACE_FAN,        SURFACE_VIEW};
     surface s = v->s;
-    float model[16], pose[16], tilt[16];
+    float model[16], pose[16];
     int i, diffuse = v->material == DIFFUSE, coated = v->material == COATED;
     mesh_turn(model, 1, v->yaw);
     for (i = 0; i < 9; i++) v->st.turn[i] = model[4 * (i / 3) + i % 3];
@@ -260,8 +260,7 @@ static void draw(viewer *v) {
         s.albedo[0] = s.albedo[1] = s.albedo[2] = 0.45f;
     }
     if (coated) s.albedo[0] = 0.35f, s.albedo[1] = 0.03f, s.albedo[2] = 0.02f;
-    mesh_turn(tilt, 0, v->object == GL_TORUS ? 0.9f : 0);
-    memcpy(pose, tilt, sizeof pose);
+    mesh_turn(pose, 0, v->object == GL_TORUS ? 0.9f : 0);
     surface_draw(v->st.surface, &v->app, &s, &v->meshes[v->object], pose);
     stage_sky(&v->st, &v->app, v->sharp);
 }
