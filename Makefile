@@ -34,7 +34,7 @@ HAS_GLFW := $(shell printf '\043include <GLFW/glfw3.h>\n' | $(CC) -DGLFW_INCLUDE
 GLFLAGS   = $(if $(HAS_GLFW),-DGL_WINDOW)
 GLLIBS    = -lEGL $(if $(HAS_GLFW),-lglfw)
 NO_GL     = passed by: no EGL headers here (Debian: libegl-dev libgl-dev, and libglfw3-dev for windows)
-GL        = $(patsubst examples/%.c,$(BUILD)/%,$(shell grep -l '"gl.h"' examples/*.c))
+GL        = $(patsubst examples/%.c,$(BUILD)/%,$(shell grep -l '"stage.h"' examples/*.c))
 
 BENCH     = -O3 -march=native
 BENCHARGS =
@@ -157,7 +157,8 @@ ifeq ($(HAS_EGL),yes)
 	$(BUILD)/anisotropic --headless $(GALLERY)/anisotropic.png
 	$(BUILD)/one_pass --headless $(GALLERY)/one_pass.png
 	$(BUILD)/hardware_filter --headless $(GALLERY)/hardware_filter.png
-	$(BUILD)/viewer --headless $(GALLERY)/viewer.png --keys MMMM
+	$(BUILD)/nonphotorealistic --headless $(GALLERY)/nonphotorealistic.png
+	$(BUILD)/viewer --headless $(GALLERY)/viewer.png --keys MMMMMMM
 else
 	@echo "gallery $(NO_GL)"
 endif

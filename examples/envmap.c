@@ -32,6 +32,7 @@
 
 #include "picture.h"
 #include "scenes.h"
+#include "shader.h"
 #include "gallery.h"
 #include "threads.h"
 
@@ -614,19 +615,9 @@ static int run_filter(const options *o) {
 
 /* Nine coefficients, convolved, as GLSL: envmap_sh_pack's layout. */
 static void print_glsl(const char *path, const float packed[28]) {
-    int k;
-    printf("// irradiance / pi of %s: times the albedo, it is the light that a diffuse surface\n"
-           "// sends out. n: unit normal, right-handed, +y up\n"
-           "const vec4 sh[7] = vec4[7](\n", path);
-    for (k = 0; k < 7; k++)
-        printf("    vec4(%.8g, %.8g, %.8g, %.8g)%s\n", (double)packed[4 * k],
-               (double)packed[4 * k + 1], (double)packed[4 * k + 2], (double)packed[4 * k + 3],
-               k < 6 ? "," : ");");
-    printf("vec3 diffuse_light(vec3 n) {\n"
-           "    vec4 a = vec4(n, 1.0), b = n.xyzz * n.yzzx;\n"
-           "    return vec3(dot(sh[0], a), dot(sh[1], a), dot(sh[2], a))\n"
-           "         + vec3(dot(sh[3], b), dot(sh[4], b), dot(sh[5], b))\n"
-           "         + sh[6].rgb * (n.x * n.x - n.y * n.y);\n}\n");
+    char text[SHADER_ROOM];
+    shader_diffuse(text, packed);
+    printf("// of %s\n%s", path, text);
 }
 
 static void print_coefficients(const double sh[27]) {

@@ -90,10 +90,12 @@
     X(TEXIMAGE2D, TexImage2D)                                                                      \
     X(TEXIMAGE3D, TexImage3D)                                                                      \
     X(TEXPARAMETERI, TexParameteri)                                                                \
+    X(TEXSUBIMAGE2D, TexSubImage2D)                                                                \
     X(TEXSUBIMAGE3D, TexSubImage3D)                                                                \
     X(UNIFORM1F, Uniform1f)                                                                        \
     X(UNIFORM1I, Uniform1i)                                                                        \
     X(UNIFORM1FV, Uniform1fv)                                                                      \
+    X(UNIFORM2FV, Uniform2fv)                                                                      \
     X(UNIFORM3FV, Uniform3fv)                                                                      \
     X(UNIFORM4FV, Uniform4fv)                                                                      \
     X(UNIFORMMATRIX3FV, UniformMatrix3fv)                                                          \
@@ -487,6 +489,7 @@ typedef struct gl_app {
     EGLContext context;
     void *window;
     float pointer[2];
+    float slide;        /* since the last frame, with the right button: widths of the window */
     int key;            /* pressed since the last frame: a letter in upper case, or 0 */
     const char *keys;   /* that --keys has left to press before a picture is drawn */
     char caption[512];  /* lines of text at the lower left */
@@ -545,6 +548,8 @@ static inline void gl_on_move(GLFWwindow *window, double x, double y) {
         app->yaw -= 0.008f * dx;
         app->pitch = fminf(fmaxf(app->pitch + 0.008f * dy, -1.5f), 1.5f);
     }
+    if (glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS)
+        app->slide += dx / (float)app->width;
     app->pointer[0] = (float)x, app->pointer[1] = (float)y;
 }
 static inline void gl_on_wheel(GLFWwindow *window, double x, double y) {
@@ -608,8 +613,8 @@ static inline int gl_open(gl_app *app, const char *name, int width, int height, 
     memset(app, 0, sizeof *app);
     app->name = name, app->width = width, app->height = height;
     app->aspect = (float)width / (float)height;
-    app->exposure = 1, app->distance = 6, app->tangent = 0.22f, app->samples = 2;
-    app->keys = "", app->yaw = 0.45f, app->pitch = 0.32f;
+    app->exposure = 1, app->distance = 3.9f, app->tangent = 0.36f, app->samples = 2;
+    app->keys = "", app->yaw = 0.45f, app->pitch = 0.2f;
     for (i = 1; i + 1 < argc; i++) {
         if (!strcmp(argv[i], "--headless")) app->out = argv[i + 1];
         if (!strcmp(argv[i], "--keys")) app->keys = argv[i + 1];
@@ -624,7 +629,7 @@ static inline int gl_open(gl_app *app, const char *name, int width, int height, 
             app->out = path;
             printf("no window here; writing %s\n", path);
         }
-        app->samples = 4;
+        app->samples = 3;
         open = gl_open_headless(app);
     }
     if (!open) fprintf(stderr, "%s: no OpenGL 3.3 here (Debian: libegl1 libgl1-mesa-dri)\n", name);
@@ -646,12 +651,18 @@ static inline void gl_orbit(gl_app *app) {
     mesh_multiply(app->camera, projection, app->view);
 }
 
-/* Draws into cell (column, row) of a grid from now on, row 0 on top: a view of its own. */
-static inline void gl_cell(gl_app *app, int column, int row, int columns, int rows) {
-    int width = app->width * app->samples / columns, height = app->height * app->samples / rows;
+/* Draws into a part of the picture from now on, a view of its own; pixels from the top left. */
+static inline void gl_area(gl_app *app, int x, int y, int width, int height) {
+    int k = app->samples;
     app->aspect = (float)width / (float)height;
-    gl.Viewport(column * width, (rows - 1 - row) * height, width, height);
+    gl.Viewport(k * x, k * (app->height - y - height), k * width, k * height);
     gl_orbit(app);
+}
+
+/* The same for cell (column, row) of a grid, row 0 on top. */
+static inline void gl_cell(gl_app *app, int column, int row, int columns, int rows) {
+    int width = app->width / columns, height = app->height / rows;
+    gl_area(app, column * width, row * height, width, height);
 }
 
 /* Returns 1 when another frame is to be drawn, into the target that is then bound. */
@@ -659,7 +670,7 @@ static inline int gl_frame(gl_app *app) {
     static double start;
     app->began = gl_seconds();
     if (!app->frames) start = app->began;
-    app->key = *app->keys ? *app->keys++ : 0, app->dropped[0] = 0;
+    app->key = *app->keys ? *app->keys++ : 0, app->dropped[0] = 0, app->slide = 0;
 #ifdef GL_WINDOW
     if (app->window) {
         glfwPollEvents();
@@ -823,23 +834,22 @@ static inline int gl_close(gl_app *app) {
     return gl_errors != 0;
 }
 
-/* The environment behind everything, out of focus by `level`; `turn` takes world directions to
-   those of the map. */
+/* The environment behind everything; `turn` takes world directions to those of the map. */
 static const char gl_sky[] = "in vec2 st;\n"
                              "out vec4 colour;\n"
                              "uniform samplerCube sky;\n"
                              "uniform mat4 view;\n"
-                             "uniform vec3 lens;\n" /* tangents of half the fields of view; level */
+                             "uniform vec3 lens;\n" /* tangents of half the fields of view */
                              "uniform mat3 turn;\n"
                              "void main() {\n"
                              "    vec3 d = vec3((2.0 * st - 1.0) * lens.xy, -1.0) * mat3(view);\n"
-                             "    colour = vec4(textureLod(sky, turn * d, lens.z).rgb, 0.0);\n"
+                             "    colour = vec4(textureLod(sky, turn * d, 0.0).rgb, 0.0);\n"
                              "}\n";
 
-static inline void gl_draw_sky(const gl_app *app, GLuint program, GLuint cube, const float turn[9],
-                               float level) {
+static inline void gl_draw_sky(const gl_app *app, GLuint program, GLuint cube,
+                               const float turn[9]) {
     float lens[3];
-    lens[0] = app->tangent * app->aspect, lens[1] = app->tangent, lens[2] = level;
+    lens[0] = app->tangent * app->aspect, lens[1] = app->tangent, lens[2] = 0;
     gl.UseProgram(program);
     gl_sampler(program, "sky", 0, GL_TEXTURE_CUBE_MAP, cube);
     gl_mat4(program, "view", app->view);

@@ -579,12 +579,6 @@ static void views_table(void) {
 
 /* The hand-drawn maps; the silhouette at four levels, as large as the first. */
 static void drawn(const char *docs) {
-    static const npr_window_desc window = {{0.06f, 0.1f, 0.28f}, {1.3f, 1.3f, 1.2f}, 2};
-    static const npr_gooch_desc gooch = {
-        {0.9f, 0.6f, 0.15f}, {0.08f, 0.12f, 0.6f}, {-0.5f, 0.7f, 0.51f}, 60};
-    static const npr_silhouette_desc rim = {2, {0.8f, 0.8f, 0.8f}, {0, 0, 0}};
-    static const npr_hatch_desc hatch = {5, 0.75f, {0.9f, 0.9f, 0.85f}, {0, 0, 0}};
-    static const char *const names[4] = {"window", "Gooch", "silhouette", "hatching"};
     picture p;
     char path[4096];
     int k, l;
@@ -595,11 +589,7 @@ static void drawn(const char *docs) {
         int x = 20 + k * 220;
         memset(&map, 0, sizeof map);
         must(envmap_create(&map, ENVMAP_SPHERE, 128, 4, 1), "a drawn map");
-        must(k == 0   ? npr_window(&map, &window)
-             : k == 1 ? npr_gooch(&map, &gooch)
-             : k == 2 ? npr_silhouette(&map, &rim)
-                      : npr_hatch(&map, &hatch),
-             names[k]);
+        must(npr_example(&map, k), npr_name[k]);
         for (l = 0; l < 4; ++l) { /* each level one texel a pixel, as it is on a screen */
             int edge = 128 >> l, i, j, at_x = x + (l ? 140 : 0),
                 at_y = 60 + (l == 2   ? 70
@@ -616,7 +606,7 @@ static void drawn(const char *docs) {
                         picture_blend(&p, at_x + i, at_y + j, picture_colour(light), 1);
                 }
         }
-        picture_caption(&p, (float)x + 64, 212, 13, 0xF3F1ECu, names[k]);
+        picture_caption(&p, (float)x + 64, 212, 13, 0xF3F1ECu, npr_name[k]);
         envmap_free(&map);
     }
     picture_text(&p, 20, 20, 12, 0xF3F1ECu, "levels 0 to 3, a texel a pixel");

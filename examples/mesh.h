@@ -196,71 +196,24 @@ static const float mesh_profiles[6][4][2] = {
     {{0, 3.15f}, {0.8f, 3.15f}, {0, 2.85f}, {0.2f, 2.7f}},
     {{0.2f, 2.7f}, {0.4f, 2.55f}, {1.3f, 2.55f}, {1.3f, 2.4f}}};
 
-/* Half of handle and spout; the other half is its mirror image in y. */
-static const float mesh_halves[4][16][3] = {{{-1.6f, 0, 2.025f},
-                                             {-1.6f, -0.3f, 2.025f},
-                                             {-1.5f, -0.3f, 2.25f},
-                                             {-1.5f, 0, 2.25f},
-                                             {-2.3f, 0, 2.025f},
-                                             {-2.3f, -0.3f, 2.025f},
-                                             {-2.5f, -0.3f, 2.25f},
-                                             {-2.5f, 0, 2.25f},
-                                             {-2.7f, 0, 2.025f},
-                                             {-2.7f, -0.3f, 2.025f},
-                                             {-3, -0.3f, 2.25f},
-                                             {-3, 0, 2.25f},
-                                             {-2.7f, 0, 1.8f},
-                                             {-2.7f, -0.3f, 1.8f},
-                                             {-3, -0.3f, 1.8f},
-                                             {-3, 0, 1.8f}},
-                                            {{-2.7f, 0, 1.8f},
-                                             {-2.7f, -0.3f, 1.8f},
-                                             {-3, -0.3f, 1.8f},
-                                             {-3, 0, 1.8f},
-                                             {-2.7f, 0, 1.575f},
-                                             {-2.7f, -0.3f, 1.575f},
-                                             {-3, -0.3f, 1.35f},
-                                             {-3, 0, 1.35f},
-                                             {-2.5f, 0, 1.125f},
-                                             {-2.5f, -0.3f, 1.125f},
-                                             {-2.65f, -0.3f, 0.9375f},
-                                             {-2.65f, 0, 0.9375f},
-                                             {-2, 0, 0.9f},
-                                             {-2, -0.3f, 0.9f},
-                                             {-1.9f, -0.3f, 0.6f},
-                                             {-1.9f, 0, 0.6f}},
-                                            {{1.7f, 0, 1.425f},
-                                             {1.7f, -0.66f, 1.425f},
-                                             {1.7f, -0.66f, 0.6f},
-                                             {1.7f, 0, 0.6f},
-                                             {2.6f, 0, 1.425f},
-                                             {2.6f, -0.66f, 1.425f},
-                                             {3.1f, -0.66f, 0.825f},
-                                             {3.1f, 0, 0.825f},
-                                             {2.3f, 0, 2.1f},
-                                             {2.3f, -0.25f, 2.1f},
-                                             {2.4f, -0.25f, 2.025f},
-                                             {2.4f, 0, 2.025f},
-                                             {2.7f, 0, 2.4f},
-                                             {2.7f, -0.25f, 2.4f},
-                                             {3.3f, -0.25f, 2.4f},
-                                             {3.3f, 0, 2.4f}},
-                                            {{2.7f, 0, 2.4f},
-                                             {2.7f, -0.25f, 2.4f},
-                                             {3.3f, -0.25f, 2.4f},
-                                             {3.3f, 0, 2.4f},
-                                             {2.8f, 0, 2.475f},
-                                             {2.8f, -0.25f, 2.475f},
-                                             {3.525f, -0.25f, 2.49375f},
-                                             {3.525f, 0, 2.49375f},
-                                             {2.9f, 0, 2.475f},
-                                             {2.9f, -0.15f, 2.475f},
-                                             {3.45f, -0.15f, 2.5125f},
-                                             {3.45f, 0, 2.5125f},
-                                             {2.8f, 0, 2.4f},
-                                             {2.8f, -0.15f, 2.4f},
-                                             {3.2f, -0.15f, 2.4f},
-                                             {3.2f, 0, 2.4f}}};
+/* Half of handle and spout, whose other half is its mirror image in y: four patches of four rows of
+   (x, z) of the first two points, (x, z) of the last two, and how far the middle two are from y = 0. */
+static const float mesh_halves[4][4][5] = {{{-1.6f, 2.025f, -1.5f, 2.25f, 0.3f},
+                                            {-2.3f, 2.025f, -2.5f, 2.25f, 0.3f},
+                                            {-2.7f, 2.025f, -3, 2.25f, 0.3f},
+                                            {-2.7f, 1.8f, -3, 1.8f, 0.3f}},
+                                           {{-2.7f, 1.8f, -3, 1.8f, 0.3f},
+                                            {-2.7f, 1.575f, -3, 1.35f, 0.3f},
+                                            {-2.5f, 1.125f, -2.65f, 0.9375f, 0.3f},
+                                            {-2, 0.9f, -1.9f, 0.6f, 0.3f}},
+                                           {{1.7f, 1.425f, 1.7f, 0.6f, 0.66f},
+                                            {2.6f, 1.425f, 3.1f, 0.825f, 0.66f},
+                                            {2.3f, 2.1f, 2.4f, 2.025f, 0.25f},
+                                            {2.7f, 2.4f, 3.3f, 2.4f, 0.25f}},
+                                           {{2.7f, 2.4f, 3.3f, 2.4f, 0.25f},
+                                            {2.8f, 2.475f, 3.525f, 2.49375f, 0.25f},
+                                            {2.9f, 2.475f, 3.45f, 2.5125f, 0.15f},
+                                            {2.8f, 2.4f, 3.2f, 2.4f, 0.15f}}};
 
 typedef float mesh_bicubic[16][3]; /* u runs fastest */
 
@@ -309,11 +262,13 @@ static inline void mesh_quarter(mesh_bicubic out, const float profile[4][2], int
 }
 
 /* The half as it is, or its mirror image with u reversed, so that it stays outside out. */
-static inline void mesh_half(mesh_bicubic out, const float half[16][3], int mirrored) {
+static inline void mesh_half(mesh_bicubic out, const float half[4][5], int mirrored) {
     int i;
     for (i = 0; i < 16; i++) {
-        memcpy(out[i], half[mirrored ? i / 4 * 4 + 3 - i % 4 : i], 3 * sizeof(float));
-        if (mirrored) out[i][1] = -out[i][1];
+        int k = mirrored ? 3 - i % 4 : i % 4;
+        const float *row = half[i / 4], side = k == 1 || k == 2 ? row[4] : 0;
+        out[i][0] = row[k / 2 * 2], out[i][1] = mirrored ? side : -side;
+        out[i][2] = row[k / 2 * 2 + 1];
     }
 }
 

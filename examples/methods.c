@@ -79,14 +79,7 @@ static void say(const char *format, ...) {
 
 /* ------------------------------------------------------------------------------------ >>rows -- */
 
-typedef envmap_result method_call(envmap *dst, const envmap *src, const envmap_lobe *lobe,
-                                  const method_desc *desc);
-
-typedef struct row {
-    const char *name;
-    method_call *call;
-    method_desc desc;
-} row;
+typedef method_row row;
 
 static envmap_result fast(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                           const method_desc *desc) {

@@ -1,18 +1,27 @@
 /* stage.h - what an OpenGL example lights its object with: a scene of scenes.h or the map that is
    named on the command line, as an envmap, as a cube with levels, as nine coefficients.
 
-   Include after envmap.h, scenes.h, gl.h, surface.h and threads.h.
+   Include it first: the library, its bodies and all that these examples share come with it.
 
    SPDX-License-Identifier: MIT */
 
 #ifndef STAGE_H
 #define STAGE_H
 
+#define _POSIX_C_SOURCE 200809L
+#define ENVMAP_STATIC
+#define ENVMAP_IMPLEMENTATION
+#include "envmap.h"
+#include "scenes.h"
+#include "gl.h"
+#include "surface.h"
+#include "threads.h"
+
 static const float stage_exposure[SCENE_COUNT] = {0.62f, 0.62f, 0.52f};
 
 typedef struct stage {
     envmap environment, cube; /* the source, and a cube of it with all levels */
-    GLuint sky;               /* the cube as a texture */
+    GLuint sky, soft;         /* the cube as a texture, and out of focus, for a background */
     GLuint surface, behind;   /* programs */
     float sh[28];             /* irradiance / pi, for surface.sh */
     float turn[9];            /* of the environment: world direction -> map */
@@ -28,10 +37,34 @@ static inline int stage_say(envmap_result result) {
     return 0;
 }
 
+/* The largest exponent that is filtered at once: its lobe is not thinner than two texels of the
+   environment, and has a few hundred bands at the most. */
+static inline float stage_sharpest(const stage *st) {
+    float edge = (float)st->environment.size / 7;
+    return fminf(fmaxf(edge * edge, 1), 2000);
+}
+
+/* A map of the environment through a lobe, as a texture. */
+static inline envmap_result stage_filter(GLuint *out, const stage *st, envmap_mapping mapping,
+                                         int size, const envmap_lobe *lobe) {
+    envmap map;
+    envmap_result result;
+    memset(&map, 0, sizeof map);
+    result = envmap_create(&map, mapping, size, 1, 1);
+    if (!result) result = envmap_filter(&map, &st->environment, lobe, &st->desc);
+    if (!result) {
+        gl.DeleteTextures(1, out);
+        *out = gl_map(&map);
+    }
+    envmap_free(&map);
+    return result;
+}
+
 /* Everything that follows from st->environment. */
 static inline envmap_result stage_prepare(stage *st) {
     double sh[27];
     envmap_lobe diffuse = envmap_lobe_diffuse();
+    envmap_lobe blur = envmap_lobe_gaussian(stage_sharpest(st));
     envmap_result result = ENVMAP_OK;
     if (!st->cube.texels)
         result = envmap_create(&st->cube, ENVMAP_CUBE, 256, envmap_levels(256), 1);
@@ -40,6 +73,7 @@ static inline envmap_result stage_prepare(stage *st) {
     if (!result) result = envmap_sh_project(sh, 3, &st->environment, 0, 0, NULL);
     if (!result) result = envmap_sh_convolve(sh, sh, 3, &diffuse, 0);
     if (!result) result = envmap_sh_pack(NULL, st->sh, sh);
+    if (!result) result = stage_filter(&st->soft, st, ENVMAP_CUBE, 128, &blur);
     if (result) return result;
     gl.DeleteTextures(1, &st->sky);
     st->sky = gl_map(&st->cube);
@@ -90,14 +124,16 @@ static inline int stage_open(stage *st, gl_app *app, int scene, int argc, char *
     return 1;
 }
 
-static inline void stage_sky(const stage *st, const gl_app *app, float level) {
-    gl_draw_sky(app, st->behind, st->sky, st->turn, level);
+/* The environment behind everything, in focus or not. */
+static inline void stage_sky(const stage *st, const gl_app *app, int sharp) {
+    gl_draw_sky(app, st->behind, sharp ? st->sky : st->soft, st->turn);
 }
 
 static inline void stage_close(stage *st) {
     envmap_free(&st->environment);
     envmap_free(&st->cube);
     gl.DeleteTextures(1, &st->sky);
+    gl.DeleteTextures(1, &st->soft);
     gl.DeleteProgram(st->surface);
     gl.DeleteProgram(st->behind);
 }

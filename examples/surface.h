@@ -3,8 +3,10 @@
 
      colour = F tint L(axis) + w albedo E(n) / pi
 
-   axis   r, the reflected eye; or t, the tangent, with the slice v.t (Banks); or r with the slice
-          n.v (Kautz and McCool's 3D maps)
+   axis   r, the reflected eye; t, the tangent, with the slice v.t (Banks); the axis of an
+          envmap_fit at n.v, r without one, with the slice n.v, times the fit's factor (Kautz and
+          McCool's 3D maps); a fan of r, as n turns across the strokes t (an elliptical lobe); or
+          the normal in the viewer's frame (maps that are drawn by hand)
    F      1, or the reflectance of a dielectric at n.v; w is 0, 1 or 1 - F
    lookup cube; dual paraboloid by texture matrices, both faces at once with alpha at the rim, or in
           two passes that discard the other's part; sphere map
@@ -17,9 +19,12 @@
 #define SURFACE_H
 
 enum { SURFACE_CUBE, SURFACE_PARABOLOID, SURFACE_TWO_PASS, SURFACE_SPHERE, SURFACE_LOOKUPS };
-enum { SURFACE_REFLECTION, SURFACE_TANGENT, SURFACE_VIEW }; /* axis, and what picks a slice */
+enum { SURFACE_REFLECTION, SURFACE_TANGENT, SURFACE_VIEW, SURFACE_FAN, SURFACE_DRAWN }; /* axis */
 enum { SURFACE_NO_DIFFUSE, SURFACE_PLUS_DIFFUSE, SURFACE_BLENDED };
 enum { SURFACE_SHOW_COLOUR, SURFACE_SHOW_NORMAL, SURFACE_SHOW_VIEW, SURFACE_SHOW_TANGENT };
+
+#define SURFACE_TAPS 64 /* the most of a fan */
+#define SURFACE_FITS 32 /* the most slices of a fit */
 
 static const envmap_mapping surface_mapping[SURFACE_LOOKUPS] = {ENVMAP_CUBE, ENVMAP_PARABOLOID,
                                                                 ENVMAP_PARABOLOID, ENVMAP_SPHERE};
@@ -34,7 +39,10 @@ typedef struct surface {
     GLuint map;       /* cube or layers, by lookup                                              */
     GLuint slices[2]; /* of gl_volume, front and back; for the axes with slices                 */
     float turn[9];    /* world direction -> map, column-major                                   */
-    int show;         /* what to write instead of the colour: for tests                         */
+    float fan[SURFACE_TAPS][2]; /* offset, weight                                                 */
+    float fit[SURFACE_FITS][4]; /* factor, m                                                      */
+    int taps, fits;             /* how many of them; fits 0: factor 1, m 1                        */
+    int show; /* what to write instead of the colour: for tests                         */
 } surface;
 
 static const char surface_fragment[] =
@@ -43,7 +51,9 @@ static const char surface_fragment[] =
     "uniform samplerCube cube;\n"
     "uniform sampler2DArray layers;\n"
     "uniform sampler3D front, back;\n"
-    "uniform int lookup, axis, diffuse, show, face;\n"
+    "uniform int lookup, axis, diffuse, show, face, taps, fits;\n"
+    "uniform vec2 fan[64];\n"
+    "uniform vec4 fit[32];\n"
     "uniform float level, index;\n"
     "uniform vec3 tint, albedo, eye;\n"
     "uniform vec4 sh[7];\n"
@@ -65,19 +75,43 @@ static const char surface_fragment[] =
     "}\n"
     "vec3 look(vec3 r) {\n"
     "    if (lookup == 0) return textureLod(cube, turn * r, level).rgb;\n"
-    "    if (lookup == 1) return both(r);\n"
+    "    if (lookup == 1 || (lookup == 2 && axis == 3)) return both(r);\n" /* a fan: both faces */
     "    if (lookup == 3) return sphere_map(layers, turn * r, level);\n"
     "    vec3 one = disc(r, face);\n"
     "    if (one.z < 0.0) discard;\n" /* alpha is 0 outside the circle */
     "    return textureLod(layers, vec3(one.xy, float(face)), level).rgb;\n"
     "}\n"
+    "vec3 fitted(vec3 N, vec3 V, float c) {\n"
+    "    float at = clamp(c * float(fits) - 0.5, 0.0, float(max(fits - 1, 0)));\n"
+    "    int k = int(at);\n"
+    "    vec4 f = fits == 0 ? vec4(1.0) : mix(fit[k], fit[min(k + 1, fits - 1)], at - float(k));\n"
+    "    vec3 off = c * N - V;\n" /* in the plane of N and V, away from V */
+    "    float s = length(off), psi = f.w * atan(s, c);\n"
+    "    vec3 a = s > 1e-6 ? cos(psi) * N + sin(psi) / s * off : N;\n"
+    "    return f.rgb * slices(front, back, turn * a, c);\n"
+    "}\n"
+    "vec3 fanned(vec3 N, vec3 V, vec3 T) {\n"
+    "    vec3 along = normalize(cross(N, T)), sum = vec3(0.0);\n"
+    "    for (int i = 0; i < taps; i++) {\n"
+    "        vec3 h = cos(0.5 * fan[i].x) * N + sin(0.5 * fan[i].x) * along;\n"
+    "        sum += fan[i].y * look(reflect(-V, h));\n"
+    "    }\n"
+    "    return sum;\n"
+    "}\n"
+    "vec3 drawn(vec3 N, vec3 V) {\n" /* up on the screen is up in the map */
+    "    vec3 up = vec3(view[0][1], view[1][1], view[2][1]), x = normalize(cross(up, V));\n"
+    "    vec2 p = vec2(dot(N, x), dot(N, cross(V, x)));\n"
+    "    p /= dot(N, V) < 0.0 ? length(p) : 1.0;\n" /* the rim, and not its inside again */
+    "    return textureLod(layers, vec3(0.5 + 0.5 * p.x, 0.5 - 0.5 * p.y, 0.0), level).rgb;\n"
+    "}\n"
     "void main() {\n"
     "    vec3 N = normalize(gl_FrontFacing ? n : -n), V = normalize(eye - at), T = normalize(t);\n"
-    "    vec3 R = reflect(-V, N);\n"
     "    float c = dot(N, V), F = index > 0.0 ? fresnel(max(c, 0.0), index) : 1.0;\n"
-    "    vec3 S = axis == 0 ? look(R)\n"
-    "           : axis == 1 ? slices(front, back, turn * T, 0.5 + 0.5 * dot(V, T))\n"
-    "                       : slices(front, back, turn * R, c);\n"
+    "    vec3 S = axis == 0   ? look(reflect(-V, N))\n"
+    "             : axis == 1 ? slices(front, back, turn * T, 0.5 + 0.5 * dot(V, T))\n"
+    "             : axis == 2 ? fitted(N, V, c)\n"
+    "             : axis == 3 ? fanned(N, V, T)\n"
+    "                         : drawn(N, V);\n"
     "    float w = diffuse == 0 ? 0.0 : diffuse == 1 ? 1.0 : 1.0 - F;\n"
     "    vec3 light = F * tint * S + w * albedo * max(nine(sh, turn * N), 0.0);\n"
     "    colour = vec4(show == 0 ? light : show == 1 ? N : show == 2 ? V : T, 1.0);\n"
@@ -91,6 +125,28 @@ static inline surface surface_default(void) {
     s.albedo[0] = s.albedo[1] = s.albedo[2] = 1;
     s.turn[0] = s.turn[4] = s.turn[8] = 1;
     return s;
+}
+
+/* An elliptical lobe from a map of a round one: envmap_fan's numbers. Returns 1 if they fit; where
+   they do not, the surface is black. */
+static inline int surface_fan(surface *s, double along, double across) {
+    float offsets[SURFACE_TAPS], weights[SURFACE_TAPS];
+    int i, count = envmap_fan(offsets, weights, SURFACE_TAPS, along, across, 0.01);
+    s->taps = count <= SURFACE_TAPS ? count : 0;
+    for (i = 0; i < s->taps; i++) s->fan[i][0] = offsets[i], s->fan[i][1] = weights[i];
+    return s->taps > 0;
+}
+
+/* The first lobe of a fit. Returns 1 if its slices fit. */
+static inline int surface_fit(surface *s, const envmap_fit *fit) {
+    int k;
+    if (fit->slices > SURFACE_FITS) return 0;
+    s->fits = fit->slices;
+    for (k = 0; k < fit->slices; k++) {
+        memcpy(s->fit[k], fit->factor + 3 * k, 3 * sizeof(float));
+        s->fit[k][3] = fit->axis[k];
+    }
+    return 1;
 }
 
 static inline GLuint surface_program(void) { return gl_program(gl_vertex, surface_fragment); }
@@ -138,6 +194,10 @@ static inline void surface_draw(GLuint program, const gl_app *app, const surface
     gl_vec3(program, "tint", s->tint);
     gl_vec3(program, "albedo", s->albedo);
     gl_vec4s(program, "sh", s->sh, 7);
+    gl_int(program, "taps", s->taps);
+    gl_int(program, "fits", s->fits);
+    gl_vec4s(program, "fit", s->fit[0], SURFACE_FITS);
+    gl.Uniform2fv(gl.GetUniformLocation(program, "fan"), SURFACE_TAPS, s->fan[0]);
     surface_matrices(program, app, s);
     for (face = 0; face < (s->lookup == SURFACE_TWO_PASS ? 2 : 1); face++) {
         gl_int(program, "face", face);

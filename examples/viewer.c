@@ -2,8 +2,10 @@
    map at a time.
 
    What you will see: a teapot that reflects the terrace above the lake, and what the keys do:
-     M  material: mirror, Phong, diffuse, coated, GGX, Banks, sharper at grazing angles (a 3D map)
-     - and =  its number: N, index of refraction, roughness or s; maps are filtered anew at once
+     M  material: mirror, Phong, diffuse, coated, GGX, Banks, an elliptical lobe, and copper whose
+        microfacets are fitted, a 3D map
+     - and =  its number: N, index of refraction, roughness, s, sigma; also with the right button,
+        dragged; maps are filtered anew at once, from what is known of the environment already
      F  what is under the coat: nothing, diffuse light added, diffuse light by 1 - F
      L  lookup: cube, dual paraboloid (texture matrices, alpha at the rim), the same in two passes,
         sphere map          O  object          E  environment          , .  turn it
@@ -14,77 +16,75 @@
 
    SPDX-License-Identifier: MIT */
 
-#define _POSIX_C_SOURCE 200809L
-#define ENVMAP_STATIC
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
-#include "scenes.h"
-#include "gl.h"
-#include "surface.h"
-#include "threads.h"
 #include "stage.h"
+#include "brdfs.h"
 
-enum { MIRROR, PHONG, DIFFUSE, COATED, GGX, BANKS, GRAZING, MATERIALS };
+enum { MIRROR, PHONG, DIFFUSE, COATED, GGX, BANKS, ELLIPTICAL, FITTED, MATERIALS };
 
 typedef struct viewer {
     gl_app app;
     stage st;
     surface s;
     gl_mesh meshes[GL_MESH_COUNT];
-    GLuint program;
-    int object, material, scene, hidden, stale;
-    float number[MATERIALS], yaw, sharp;
+    envmap_prepared prepared; /* of the environment, so that a slider costs the result alone */
+    int object, material, scene, hidden, sharp, stale;
+    float number[MATERIALS], yaw;
     double filtering; /* seconds that the last map took */
 } viewer;
 
-#define CHAIN 7 /* levels of the GGX chain, roughness 0 .. 1 */
-
-/* A lobe that narrows as the eye sinks to the surface; p is n.v. */
-static double grazing(double x, double p, void *user) {
-    double sharpness = (double)*(const float *)user;
-    return exp(sharpness * (0.3 + 3 * (1 - p) * (1 - p)) * (x - 1));
-}
+#define CHAIN  7   /* levels of the GGX chain, roughness 0 .. 1 */
+#define ACROSS 300 /* exponent of the map that the elliptical lobe looks up */
 
 /* ------------------------------------------------------------------------------------ >>maps -- */
 
-static envmap_result filter_chain(viewer *v, envmap *map) {
+/* What the materials look up: a map of this shape, through this lobe. */
+typedef struct recipe {
+    envmap_mapping mapping;
+    int size, levels, slices;
     envmap_lobe lobes[CHAIN];
-    int i;
-    for (i = 0; i < CHAIN; i++) {
-        float roughness = (float)i / (CHAIN - 1);
-        lobes[i] = i ? envmap_lobe_ggx(roughness * roughness) : envmap_lobe_mirror();
-    }
-    return envmap_filter_chain(map, &v->st.environment, lobes, CHAIN, &v->st.desc);
-}
+} recipe;
 
-static envmap_lobe lobe_of(viewer *v) {
-    envmap_lobe lobe;
-    switch (v->material) {
-    case PHONG:
-        return envmap_lobe_phong(v->number[PHONG]);
-    case BANKS:
-        return envmap_lobe_banks(v->number[BANKS]);
-    case GRAZING:
-        lobe = envmap_lobe_function(grazing, &v->number[GRAZING]);
-        lobe.p0 = 0, lobe.p1 = 1;
-        return lobe;
-    default:
-        return envmap_lobe_mirror();
+static recipe recipe_of(const viewer *v) {
+    static const int sizes[MATERIALS] = {256, 128, 1, 256, 128, 64, 128, 64};
+    int m = v->material, i;
+    recipe r;
+    memset(&r, 0, sizeof r);
+    r.mapping = m == BANKS || m == FITTED ? ENVMAP_PARABOLOID : surface_mapping[v->s.lookup];
+    r.size = r.mapping == ENVMAP_SPHERE ? 2 * sizes[m] : sizes[m];
+    r.levels = m == GGX ? CHAIN : 1, r.slices = m == BANKS ? 48 : m == FITTED ? 16 : 1;
+    r.lobes[0] = m == PHONG        ? envmap_lobe_phong(v->number[PHONG])
+                 : m == ELLIPTICAL ? envmap_lobe_phong(fminf(ACROSS, stage_sharpest(&v->st)))
+                 : m == BANKS      ? envmap_lobe_banks(v->number[BANKS])
+                                   : envmap_lobe_mirror();
+    for (i = 1; i < CHAIN; i++) {
+        float roughness = (float)i / (CHAIN - 1);
+        r.lobes[i] = envmap_lobe_ggx(roughness * roughness);
     }
+    return r;
 }
 
 static envmap_result filter_map(viewer *v, envmap *map) {
-    int sliced = v->material == BANKS || v->material == GRAZING, chain = v->material == GGX;
-    int sharp = v->material == MIRROR || v->material == COATED, size = sharp ? 256 : 128;
-    envmap_mapping mapping = sliced ? ENVMAP_PARABOLOID : surface_mapping[v->s.lookup];
-    envmap_lobe lobe = lobe_of(v);
-    envmap_result result;
-    if (mapping == ENVMAP_SPHERE) size *= 2;
-    if (sliced) size = 64;
-    result = envmap_create(map, mapping, size, chain ? CHAIN : 1, sliced ? 32 : 1);
-    if (result) return result;
-    return chain ? filter_chain(v, map)
-                 : envmap_filter(map, &v->st.environment, &lobe, &v->st.desc);
+    recipe r = recipe_of(v);
+    envmap_filter_desc desc = v->st.desc;
+    brdf_values copper = {{0.95, 0.64, 0.54}, 0, 0, 0, 0, 1};
+    envmap_brdf brdf = {brdf_ggx, NULL};
+    envmap_fit fit = {1, 16, 257, 0, NULL, NULL, NULL, NULL, NULL};
+    envmap_result result = envmap_create(map, r.mapping, r.size, r.levels, r.slices);
+    desc.prepared = &v->prepared;
+    desc.tolerance = r.slices > 1 ? 0.01f : 0;
+    if (!result && v->material == FITTED) {
+        copper.alpha = (double)v->number[FITTED] * (double)v->number[FITTED], brdf.user = &copper;
+        result = envmap_fit_brdf(&fit, &brdf, &desc.executor);
+        if (!result) r.lobes[0] = envmap_fit_lobe(&fit, 0), surface_fit(&v->s, &fit);
+    }
+    if (!result) result = envmap_filter_chain(map, &v->st.environment, r.lobes, r.levels, &desc);
+    envmap_fit_free(&fit);
+    return result;
+}
+
+/* Whether the stage's own cube is the map. */
+static int mirrors_cube(const viewer *v) {
+    return v->s.lookup == SURFACE_CUBE && (v->material == MIRROR || v->material == COATED);
 }
 
 /* Filters what the material asks for, and puts it into textures. */
@@ -93,8 +93,9 @@ static void refresh(viewer *v) {
     double start = gl_seconds();
     int i, good = 1;
     memset(&map, 0, sizeof map);
-    if (v->material != DIFFUSE) good = stage_say(filter_map(v, &map));
+    if (v->material != DIFFUSE && !mirrors_cube(v)) good = stage_say(filter_map(v, &map));
     v->filtering = gl_seconds() - start;
+    v->app.began += v->filtering; /* a frame is counted without */
     v->stale = 0;
     gl.DeleteTextures(1, &v->s.map);
     gl.DeleteTextures(2, v->s.slices);
@@ -108,30 +109,52 @@ static void refresh(viewer *v) {
 
 /* -------------------------------------------------------------------------------- >>controls -- */
 
-static void step(viewer *v, int up) {
-    static const float indices[3] = {1.5f, 5, 200};
+/* by: keys 1 or -1, the slider parts of that. */
+static void step(viewer *v, float by) {
     float *x = &v->number[v->material];
-    int i;
     switch (v->material) {
     case PHONG:
-    case GRAZING:
-        *x = fminf(fmaxf(*x * (up ? 1.25f : 0.8f), 1), 5000);
-        break;
-    case GGX:
-        *x = fminf(fmaxf(*x + (up ? 0.05f : -0.05f), 0), 1);
-        break;
-    case BANKS:
-        *x = 1 - fminf(fmaxf((1 - *x) * (up ? 0.8f : 1.25f), 0.005f), 1);
+        *x = fminf(fmaxf(*x * powf(1.25f, by), 1), stage_sharpest(&v->st));
         break;
     case COATED:
-        for (i = 0; i < 3 && indices[i] < *x; i++) {
-        }
-        *x = indices[up ? (i < 2 ? i + 1 : 2) : (i > 0 ? i - 1 : 0)];
+        *x = fminf(fmaxf(*x * powf(1.25f, by), 1.05f), 200);
+        break;
+    case GGX:
+        *x = fminf(fmaxf(*x + 0.05f * by, 0), 1);
+        break;
+    case BANKS:
+        *x = 1 - fminf(fmaxf((1 - *x) * powf(0.8f, by), 0.01f), 1);
+        break;
+    case ELLIPTICAL:
+        *x = fminf(fmaxf(*x * powf(1.25f, by), 0.1f), 0.9f);
+        break;
+    case FITTED:
+        *x = fminf(fmaxf(*x + 0.05f * by, 0.25f), 1);
         break;
     default:
         break;
     }
-    v->stale = v->stale || v->material == PHONG || v->material == GRAZING || v->material == BANKS;
+    v->stale = v->stale || v->material == PHONG || v->material == BANKS || v->material == FITTED;
+}
+
+/* The indices of the Fresnel figure, one after the other; of other materials one step. */
+static void press_step(viewer *v, int up) {
+    static const float indices[3] = {1.5f, 5, 200};
+    float *x = &v->number[COATED];
+    int i = *x < 2 ? 0 : *x < 100 ? 1 : 2;
+    if (v->material != COATED)
+        step(v, up ? 1 : -1);
+    else
+        *x = indices[up ? (i < 2 ? i + 1 : 2) : (i > 0 ? i - 1 : 0)];
+}
+
+/* Whatever follows from another environment. */
+static int enlighten(viewer *v) {
+    envmap_lobe lobe = envmap_lobe_phong(stage_sharpest(&v->st));
+    v->number[PHONG] = fminf(v->number[PHONG], stage_sharpest(&v->st));
+    v->stale = 1;
+    envmap_prepared_free(&v->prepared);
+    return stage_say(envmap_prepare(&v->prepared, &v->st.environment, &lobe, 1, &v->st.desc));
 }
 
 static void light(viewer *v, const char *path) {
@@ -141,7 +164,7 @@ static void light(viewer *v, const char *path) {
         return;
     }
     v->app.exposure = path ? picture_exposure(&v->st.environment) : stage_exposure[v->scene];
-    v->stale = 1;
+    enlighten(v);
 }
 
 static void press(viewer *v, int key) {
@@ -163,7 +186,7 @@ static void press(viewer *v, int key) {
         break;
     case '=':
     case '-':
-        step(v, key == '=');
+        press_step(v, key == '=');
         break;
     case ',':
     case '.':
@@ -174,7 +197,7 @@ static void press(viewer *v, int key) {
         v->app.exposure *= key == '0' ? 1.15f : 1 / 1.15f;
         break;
     case 'B':
-        v->sharp = v->sharp > 0 ? 0.0f : 2.0f;
+        v->sharp = !v->sharp;
         break;
     case 'H':
         v->hidden = !v->hidden;
@@ -193,14 +216,15 @@ static void words(viewer *v) {
                                                      "coated, index %.1f",
                                                      "GGX, roughness %.2f",
                                                      "Banks, s = %.3f",
-                                                     "sharper at grazing angles, lambda %.0f"};
+                                                     "elliptical, sigma %.2f",
+                                                     "copper, roughness %.2f, fitted"};
     static const char *const lookups[SURFACE_LOOKUPS] = {
         "cube", "dual paraboloid, one pass", "dual paraboloid, two passes", "sphere map"};
     static const char *const under[3] = {"", " over diffuse", " blended with diffuse"};
     char name[64], *to = v->app.caption;
     size_t room = sizeof v->app.caption;
-    static double shown;
-    if (v->app.frames % 20 == 1) shown = v->app.took; /* readable */
+    static double shown, when;
+    if (gl_seconds() > when + 0.5) shown = v->app.took, when = gl_seconds(); /* readable */
     snprintf(name, sizeof name, materials[v->material], (double)v->number[v->material]);
     if (v->hidden)
         *to = 0;
@@ -213,16 +237,21 @@ static void words(viewer *v) {
 }
 
 static void draw(viewer *v) {
+    static const int axes[MATERIALS] = {SURFACE_REFLECTION, SURFACE_REFLECTION, SURFACE_REFLECTION,
+                                        SURFACE_REFLECTION, SURFACE_REFLECTION, SURFACE_TANGENT,
+                                        SURFACE_FAN,        SURFACE_VIEW};
     surface s = v->s;
-    float model[16], pose[16], tilt[16];
+    float model[16], pose[16];
     int i, diffuse = v->material == DIFFUSE, coated = v->material == COATED;
     mesh_turn(model, 1, v->yaw);
     for (i = 0; i < 9; i++) v->st.turn[i] = model[4 * (i / 3) + i % 3];
     memcpy(s.turn, v->st.turn, sizeof s.turn);
     memcpy(s.sh, v->st.sh, sizeof s.sh);
-    s.axis = v->material == BANKS     ? SURFACE_TANGENT
-             : v->material == GRAZING ? SURFACE_VIEW
-                                      : SURFACE_REFLECTION;
+    s.axis = axes[v->material];
+    if (mirrors_cube(v)) s.map = v->st.sky;
+    if (v->material == ELLIPTICAL)
+        surface_fan(&s, (double)v->number[ELLIPTICAL],
+                    1 / sqrt((double)fminf(ACROSS, stage_sharpest(&v->st))));
     s.index = coated ? v->number[COATED] : 0;
     s.level = v->material == GGX ? v->number[GGX] * (CHAIN - 1) : 0;
     s.diffuse = diffuse ? SURFACE_PLUS_DIFFUSE : coated ? v->s.diffuse : SURFACE_NO_DIFFUSE;
@@ -231,24 +260,26 @@ static void draw(viewer *v) {
         s.albedo[0] = s.albedo[1] = s.albedo[2] = 0.45f;
     }
     if (coated) s.albedo[0] = 0.35f, s.albedo[1] = 0.03f, s.albedo[2] = 0.02f;
-    mesh_turn(tilt, 0, v->object == GL_TORUS ? 0.9f : 0);
-    memcpy(pose, tilt, sizeof pose);
-    surface_draw(v->program, &v->app, &s, &v->meshes[v->object], pose);
+    mesh_turn(pose, 0, v->object == GL_TORUS ? 0.9f : 0);
+    surface_draw(v->st.surface, &v->app, &s, &v->meshes[v->object], pose);
     stage_sky(&v->st, &v->app, v->sharp);
 }
 
 int main(int argc, char **argv) {
-    static const float numbers[MATERIALS] = {0, 100, 0, 1.5f, 0.4f, 0.95f, 60};
+    static const float numbers[MATERIALS] = {0, 100, 0, 1.5f, 0.4f, 0.95f, 0.4f, 0.4f};
     static viewer v;
-    int i, good = 1;
+    int i, good;
     if (!gl_open(&v.app, "viewer", 1200, 720, argc, argv)) return 1;
     if (!stage_open(&v.st, &v.app, v.scene = SCENE_SUN, argc, argv)) return 1;
     v.s = surface_default();
-    v.program = v.st.surface, v.s.diffuse = SURFACE_BLENDED, v.sharp = 2, v.stale = 1;
+    v.s.diffuse = SURFACE_BLENDED, v.sharp = 1;
     memcpy(v.number, numbers, sizeof numbers);
+    good = enlighten(&v);
     for (i = 0; i < GL_MESH_COUNT; i++) good = good && gl_mesh_make(&v.meshes[i], i);
     while (good && gl_frame(&v.app)) {
         press(&v, v.app.key);
+        if (*v.app.keys) continue; /* a picture of the last of them is enough */
+        if (v.app.slide < 0 || v.app.slide > 0) step(&v, 20 * v.app.slide);
         if (v.app.dropped[0]) light(&v, v.app.dropped);
         if (v.stale) refresh(&v);
         draw(&v);
@@ -258,6 +289,7 @@ int main(int argc, char **argv) {
     gl.DeleteTextures(1, &v.s.map);
     gl.DeleteTextures(2, v.s.slices);
     for (i = 0; i < GL_MESH_COUNT; i++) gl_mesh_free(&v.meshes[i]);
+    envmap_prepared_free(&v.prepared);
     stage_close(&v.st);
     return gl_close(&v.app);
 }

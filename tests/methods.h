@@ -14,9 +14,6 @@
 #include "examples/methods/separable_gaussian.h"
 #include "examples/methods/summed_area.h"
 
-typedef envmap_result method_call(envmap *dst, const envmap *src, const envmap_lobe *lobe,
-                                  const method_desc *desc);
-
 static inline envmap tests_map(int mapping, int size, int levels) {
     envmap map;
     memset(&map, 0, sizeof map);

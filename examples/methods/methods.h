@@ -42,6 +42,15 @@ typedef struct method_desc {
     int strips;     /* summed areas: boxes per disc, 1 .. 64; 0: 9                                */
 } method_desc;
 
+/* A method with its settings, for tables of them. */
+typedef envmap_result method_call(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                                  const method_desc *desc);
+typedef struct method_row {
+    const char *name;
+    method_call *call;
+    method_desc desc;
+} method_row;
+
 /* ---------------------------------------------------------------------------------- >>memory -- */
 
 /* Tests count and fail these. */

@@ -152,4 +152,22 @@ static inline envmap_result npr_hatch(envmap *map, const npr_hatch_desc *desc) {
                                                        : ENVMAP_ERROR_ARGUMENT;
 }
 
+/* -------------------------------------------------------------------------------- >>examples -- */
+
+/* The four as the pictures have them. */
+enum { NPR_WINDOW, NPR_GOOCH, NPR_SILHOUETTE, NPR_HATCH, NPR_COUNT };
+static const char *const npr_name[NPR_COUNT] = {"window", "Gooch", "silhouette", "hatching"};
+
+static inline envmap_result npr_example(envmap *map, int kind) {
+    static const npr_window_desc window = {{0.06f, 0.1f, 0.28f}, {1.3f, 1.3f, 1.2f}, 2};
+    static const npr_gooch_desc gooch = {
+        {0.9f, 0.6f, 0.15f}, {0.08f, 0.12f, 0.6f}, {-0.5f, 0.7f, 0.51f}, 60};
+    static const npr_silhouette_desc rim = {2, {0.8f, 0.8f, 0.8f}, {0, 0, 0}};
+    static const npr_hatch_desc hatch = {5, 0.75f, {0.9f, 0.9f, 0.85f}, {0, 0, 0}};
+    return kind == NPR_WINDOW       ? npr_window(map, &window)
+           : kind == NPR_GOOCH      ? npr_gooch(map, &gooch)
+           : kind == NPR_SILHOUETTE ? npr_silhouette(map, &rim)
+                                    : npr_hatch(map, &hatch);
+}
+
 #endif /* METHOD_NONPHOTOREALISTIC_H */

@@ -107,7 +107,7 @@ if [ "$more" = strict ]; then
     }
     for file in examples/*.c examples/*/*.c; do
         [ -e "$file" ] || continue
-        [ $gl = 1 ] || ! grep -q '"gl.h"' "$file" || continue
+        [ $gl = 1 ] || ! grep -q '"stage.h"' "$file" || continue
         ok "$file is C99" $c -std=c99 -O2 -fsyntax-only "$file"
     done
     echo "$passed passed, $failed failed"
