@@ -6,8 +6,8 @@
    to the machine alone: sizes, threads, the papers' tables).
        cc -O3 -march=native -std=c99 -I. examples/chart.c -o chart -lm -lpthread
 
-   The work: a cube of 128 x 128 (256 x 256 for Phong N = 2000, which 128 would leave thinner than two
-   texels) becomes one of 36 x 36, for Banks 8 slices of 12 x 12. The truth is the definition,
+   The work: a cube of 128 x 128 (256 x 256 for Phong N = 2000, which 128 would leave thinner than
+   two texels) becomes one of 36 x 36, for Banks 8 slices of 12 x 12. The truth is the definition,
    ENVMAP_METHOD_REFERENCE, for every third texel along both sides (those have the same centres, as
    36 = 3 * 12), itself held against plain sums first. Errors are envmap_compare's. Times are the
    best of several runs, on one thread the process's own time; *copies* are those times over a
@@ -594,12 +594,14 @@ static void draw_overview(const char *folder) {
 
 static measure_document document;
 
-/* The cheapest setting whose error is within the target on every scene. HARMONICS is FAST by another
-   name where it can. */
+/* The cheapest setting whose error is within the target on every scene. HARMONICS is FAST, where
+   it can. */
 static const spot *cheapest(const spot *spots, int count, double target) {
     const spot *best = NULL;
     for (const spot *s = spots; s < spots + count; ++s)
-        if (s->most <= target && trials[s->trial].method != HARMONICS && (!best || s->copies < best->copies)) best = s;
+        if (s->most <= target && trials[s->trial].method != HARMONICS &&
+            (!best || s->copies < best->copies))
+            best = s;
     return best;
 }
 
