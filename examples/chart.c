@@ -422,7 +422,7 @@ static void sweep_all(void) {
             free_exact(&e);
             if (works[i].slices == 1 && !failed) other_sources(s, works + i);
         }
-        if (!failed) other_mappings(s);
+        if (!failed && s == 0) other_mappings(s);
     }
 }
 
