@@ -617,11 +617,14 @@ static void table_of_choices(void) {
         fprintf(out, "| %s |", works[i].name);
         for (int t = 0; t < COUNT(targets); ++t) {
             const spot *s = cheapest(spots, count, targets[t]);
-            if (!s) fprintf(out, " none |");
-            else
-                fprintf(out, " %s %s: **%.0f copies**, %.2g ms; worst texel %.1g |",
-                        methods[trials[s->trial].method].name, trials[s->trial].text, s->copies,
-                        s->ms, s->worst);
+            if (!s) {
+                fprintf(out, " none |");
+                continue;
+            }
+            const trial *of = trials + s->trial;
+            fprintf(out, " %s %s: **%.0f**, %.2g ms, %.1g |", methods[of->method].name,
+                    of->method == FAST ? strchr(of->text, '=') + 1 : of->text, s->copies, s->ms,
+                    s->worst);
         }
         fprintf(out, "\n");
     }
