@@ -164,10 +164,11 @@ static const trial *trial_named(int method, const char *text) {
 /* ---------------------------------------------------------------------------------- >>trials -- */
 
 #define PATIENCE 0.8 /* seconds; where a run takes longer, finer settings are not tried */
+static double patience = 3 * PATIENCE; /* where a run is given up */
 
 static int out_of_patience(void *user, float fraction) {
     (void)fraction;
-    return measure_seconds() - *(const double *)user > 3 * PATIENCE;
+    return measure_seconds() - *(const double *)user > patience;
 }
 
 static envmap_result run_coefficients(envmap *dst, const envmap *src, const envmap_lobe *lobe,
@@ -1093,6 +1094,7 @@ int main(int argc, char **argv) {
     sweep_all();
     if (!failed && !own_maps) {
         measure_growth(0);
+        patience = 1e9;
         measure_threads(argv[1], 0);
         papers_table1(argv[1]);
         papers_table2(argv[1], 0);
