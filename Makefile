@@ -42,7 +42,7 @@ GALLERY   = docs/images
 MAP       =
 
 .PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        harmonics filters methods materials examples docs gallery install clean FORCE
+        harmonics filters methods materials chart examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -172,6 +172,12 @@ methods: ## measure examples/methods/, and write docs/methods.md and its charts;
 materials: $(BUILD)/materials ## every reflection model beside eq. 1: docs/materials.md, its pictures and chart
 	@mkdir -p docs/charts
 	$(BUILD)/materials docs
+
+# Charts of your own map go to build/charts, what the project shows to docs/.
+chart: ## speed against accuracy of every method: docs/charts, docs/accuracy-speed.md; MAP=sky.pfm on that map
+	@mkdir -p $(BUILD)/charts docs/charts
+	$(CC) -std=c99 $(BENCH) $(STRICT) -I. examples/chart.c -o $(BUILD)/chart-timed $(LIBS)
+	$(BUILD)/chart-timed $(if $(MAP),$(BUILD) $(foreach m,$(MAP),'$(m)'),docs)
 
 install: ## copy the header to $(DESTDIR)$(PREFIX)/include
 	install -d '$(DESTDIR)$(PREFIX)/include'

@@ -11,19 +11,18 @@
                 the same filter at a tolerance of 1e-6
                 (rms "-": no truth within half a minute; worst of the sampled texels only)
        truth    how far that truth is, in sampled texels, from a plain sum over the source that
-                stands below (plain_sum); "-" where a plain sum is not the definition
+                stands in measure.h (measure_plain_sum); "-" where a plain sum is not the definition
        bands    the harmonics that the lobe has at this tolerance (envmap_lobe_bands), the most of
                 a chain's: the fast filter costs O(texels + bands^3), no pairs of texels
        memory   the most that was allocated at a time, over the source's bytes
        bar, aim the copies that the project set itself
 
-   usage: bench [--quick] [--scene NAME] [--map FILE.pfm]... [--csv FILE] [--svg DIR]
+   usage: bench [--quick] [--scene NAME] [--map FILE.pfm]... [--csv FILE]
           bench --join A.csv B.csv: two runs beside each other, say of two sets of flags
-   --svg draws the growth of the time with the texels, DIR/growth.svg (not with --quick).
    The exit status is 1 when a verification fails: a truth that is not true, a tolerance not kept,
    a texel off by more than 20 tolerances, or two threads whose bits differ from one's.
 
-   >>clock >>memory >>threads >>works >>scenes >>truth >>timing >>rows >>verify >>growth
+   >>clock >>threads >>works >>scenes >>truth >>timing >>rows >>verify >>growth
    >>join >>main
 
    SPDX-License-Identifier: MIT */
@@ -31,68 +30,21 @@
 #define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
 #include <sched.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <time.h>
-
-static void *meter_malloc(void *context, size_t bytes);
-static void meter_free(void *context, void *pointer);
-#define ENVMAP_MALLOC(context, bytes) meter_malloc(context, bytes)
-#define ENVMAP_FREE(context, pointer) meter_free(context, pointer)
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
+#include "measure.h"
 #include "scenes.h"
 
 #ifndef BENCH_FLAGS
 #define BENCH_FLAGS "(not told)"
 #endif
 
-#define PI           3.14159265358979323846
-#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
-#define PATIENCE     30.0 /* seconds that a run may take before it is given up */
+#define PATIENCE 30.0 /* seconds that a run may take before it is given up */
 
 /* ----------------------------------------------------------------------------------- >>clock -- */
-
-static double seconds(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* A progress callback that gives up after PATIENCE. */
 static int out_of_patience(void *user, float fraction) {
     (void)fraction;
-    return seconds() - *(const double *)user > PATIENCE;
-}
-
-/* ---------------------------------------------------------------------------------- >>memory --
-   The context of ENVMAP_MALLOC is a meter, or NULL. Sizes stand before the blocks. */
-
-typedef struct meter {
-    size_t now, most;
-} meter;
-
-#define METER_HEAD 64 /* keeps malloc's alignment */
-
-static void *meter_malloc(void *context, size_t bytes) {
-    meter *m = (meter *)context;
-    char *block = bytes > SIZE_MAX - METER_HEAD ? NULL : (char *)malloc(bytes + METER_HEAD);
-    if (!block) return NULL;
-    memcpy(block, &bytes, sizeof bytes);
-    if (m) m->now += bytes;
-    if (m && m->now > m->most) m->most = m->now;
-    return block + METER_HEAD;
-}
-
-static void meter_free(void *context, void *pointer) {
-    meter *m = (meter *)context;
-    size_t bytes;
-    if (!pointer) return;
-    memcpy(&bytes, (char *)pointer - METER_HEAD, sizeof bytes);
-    if (m) m->now -= bytes;
-    free((char *)pointer - METER_HEAD);
+    return measure_now() - *(const double *)user > PATIENCE;
 }
 
 /* --------------------------------------------------------------------------------- >>threads --
@@ -281,35 +233,17 @@ typedef struct bench {
     const char *maps[16], *only;
     int map_count, quick;
     FILE *csv;
-    const char *svg; /* where charts go; NULL: nowhere */
     growth growth[2];
     double ease; /* bars are meant for -march=native; without it they are wider */
     int failures, rows, bars, bars_met, aims, aims_met;
     char scene[24];
     envmap sky, source; /* the scene as lat-long, and as the source of the present row */
-    double *directions; /* x, y, z, solid angle of the source's texels */
-    size_t texels;
+    measure_texels texels;
 } bench;
 
 static void complain(bench *b, const char *what, const char *why) {
     fprintf(stderr, "bench: %s: %s: %s\n", b->scene, what, why);
     ++b->failures;
-}
-
-static int map_width(const envmap *map, int level) {
-    int edge = map->size >> level > 1 ? map->size >> level : 1;
-    return map->mapping == ENVMAP_LATLONG ? 2 * edge : edge;
-}
-
-static int map_height(const envmap *map, int level) {
-    return map->size >> level > 1 ? map->size >> level : 1;
-}
-
-static size_t map_bytes(const envmap *map, int levels) {
-    size_t texels = 0;
-    for (int l = 0; l < levels; ++l)
-        texels += (size_t)map_width(map, l) * (size_t)map_height(map, l);
-    return 3 * sizeof(float) * texels * (size_t)(envmap_faces(map->mapping) * map->slices);
 }
 
 /* Scene i, or map i where maps are named: they take the scenes' place. */
@@ -328,36 +262,14 @@ static int load_scene(bench *b, int i) {
     return 1;
 }
 
-/* Where the source's texels are, for plain_sum. */
-static void list_directions(bench *b) {
-    const envmap *s = &b->source;
-    int width = map_width(s, 0), height = map_height(s, 0);
-    double *d = b->directions;
-    for (int face = 0; face < envmap_faces(s->mapping); ++face)
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x, d += 4) {
-                float dir[3];
-                envmap_direction(dir, (envmap_mapping)s->mapping, face,
-                                 ((float)x + 0.5f) / (float)width,
-                                 ((float)y + 0.5f) / (float)height);
-                double length = 0;
-                for (int c = 0; c < 3; ++c) length += (double)dir[c] * (double)dir[c];
-                for (int c = 0; c < 3; ++c) d[c] = (double)dir[c] / sqrt(length);
-                d[3] = envmap_solid_angle(s, 0, face, x, y);
-            }
-}
-
 static int make_source(bench *b, shape s) {
     if (b->source.texels && b->source.mapping == s.mapping && b->source.size == s.size) return 1;
     envmap_free(&b->source);
-    free(b->directions);
-    b->directions = NULL;
+    free(b->texels.at);
+    b->texels.at = NULL;
     if (envmap_create(&b->source, (envmap_mapping)s.mapping, s.size, 1, 1)) return 0;
     if (envmap_resample(&b->source, &b->sky)) return 0;
-    b->texels = map_bytes(&b->source, 1) / (3 * sizeof(float));
-    b->directions = (double *)malloc(4 * b->texels * sizeof(double));
-    if (!b->directions) return 0;
-    list_directions(b);
+    measure_list(&b->texels, &b->source);
     return 1;
 }
 
@@ -367,41 +279,15 @@ static int make_source(bench *b, shape s) {
 
 /* A run with the given method and tolerance into dst. */
 static envmap_result run_work(bench *b, envmap *dst, const work *w, int method, double tolerance,
-                              int threads, meter *m) {
+                              int threads, measure_meter *m) {
     envmap_lobe lobes[9];
     envmap_filter_desc desc = {0};
-    double start = seconds();
+    double start = measure_now();
     for (int l = 0; l < w->levels; ++l) lobes[l] = work_lobe(w, l);
     desc.method = method, desc.tolerance = (float)tolerance, desc.memory = m;
     desc.progress.user = &start, desc.progress.report = out_of_patience;
     if (threads > 1) desc.executor.user = &b->crew, desc.executor.run = crew_run;
     return envmap_filter_chain(dst, &b->source, lobes, w->levels, &desc);
-}
-
-/* sum k w L / norm over the source's texels in double, as it stands in the literature. */
-static void plain_sum(double rgb[3], const bench *b, const envmap_lobe *lobe, double p,
-                      const float dir[3]) {
-    double sum[3] = {0, 0, 0}, norm = 0, a[3], length = 0;
-    const double *d = b->directions;
-    const float *texel = b->source.texels;
-    for (int c = 0; c < 3; ++c) length += (double)dir[c] * (double)dir[c];
-    for (int c = 0; c < 3; ++c) a[c] = (double)dir[c] / sqrt(length);
-    for (size_t i = 0; i < b->texels; ++i, d += 4, texel += 3) {
-        double x = a[0] * d[0] + a[1] * d[1] + a[2] * d[2];
-        double k = d[3] * envmap_lobe_value(lobe, x < 1 ? x : 1, p);
-        for (int c = 0; c < 3; ++c) sum[c] += k * (double)texel[c];
-        norm += k;
-    }
-    if (lobe->kind == ENVMAP_LOBE_BANKS) norm = envmap_lobe_integral(lobe, 0);
-    for (int c = 0; c < 3; ++c) rgb[c] = sum[c] / norm;
-}
-
-/* A plain sum is the definition where lobes are wider than two texels, and centres are centres. */
-static int plain_enough(const bench *b, const envmap_lobe *lobe, double p) {
-    int mapping = b->source.mapping;
-    double texel = sqrt(4 * PI / (double)b->texels);
-    return (mapping == ENVMAP_CUBE || mapping == ENVMAP_LATLONG) &&
-           envmap_lobe_sigma(lobe, p) >= 2 * texel;
 }
 
 typedef struct sample {
@@ -414,12 +300,12 @@ typedef struct sample {
 
 static void sample_task(void *context, int i) {
     sample *s = (sample *)context + i;
-    plain_sum(s->rgb, s->b, &s->lobe, s->p, s->dir);
+    measure_plain_sum(s->rgb, &s->b->texels, &s->lobe, s->p, s->dir);
 }
 
 /* The texel of dst at a place in [0,1)^3 of its level; 0 where it is not wholly inside a rim. */
 static int sample_at(sample *s, const envmap *dst, int level, const double place[3]) {
-    int width = map_width(dst, level), height = map_height(dst, level);
+    int width = measure_width(dst, level), height = measure_height(dst, level);
     int image = (int)(place[0] * dst->slices * envmap_faces(dst->mapping));
     int slice = image / envmap_faces(dst->mapping), face = image % envmap_faces(dst->mapping);
     int x = (int)(place[1] * width), y = (int)(place[2] * height);
@@ -432,7 +318,7 @@ static int sample_at(sample *s, const envmap *dst, int level, const double place
     float p0 = s->lobe.p0, p1 = s->lobe.p1;
     s->p = (double)p0 + (double)(p1 - p0) * (slice + 0.5) / dst->slices;
     s->texel = envmap_texel(dst, level, slice, face, x, y);
-    return plain_enough(s->b, &s->lobe, s->p);
+    return measure_plain_enough(&s->b->texels, &s->lobe, s->p);
 }
 
 static double fraction(double x) { return x - floor(x); }
@@ -493,32 +379,12 @@ static double time_work(bench *b, envmap *dst, const work *w, int method, int th
     desc.method = method, desc.tolerance = w->tolerance;
     if (threads > 1) desc.executor.user = &b->crew, desc.executor.run = crew_run;
     for (int i = 0; i < most && (i < 3 || spent < 1); ++i) {
-        double t = seconds();
+        double t = measure_now();
         envmap_filter_chain(dst, &b->source, lobes, w->levels, &desc);
-        t = seconds() - t;
+        t = measure_now() - t;
         spent += t;
         if (t < best) best = t;
     }
-    return best;
-}
-
-/* memcpy of the source and the result, buffers touched; called where no compiler can see it. */
-static void *(*volatile copy)(void *, const void *, size_t) = memcpy;
-
-static double time_copy(const envmap *source, const envmap *dst, int levels) {
-    size_t from = map_bytes(source, 1), to = map_bytes(dst, levels);
-    char *memory = (char *)malloc(from + to);
-    double best = 1e30;
-    if (!memory) return 0;
-    memset(memory, 1, from + to);
-    for (int i = 0; i < 7; ++i) {
-        double t = seconds();
-        copy(memory, source->texels, from);
-        copy(memory + from, dst->texels, to);
-        t = seconds() - t;
-        if (t < best) best = t;
-    }
-    free(memory);
     return best;
 }
 
@@ -631,9 +497,9 @@ static void verify_row(bench *b, row *r, envmap *dst, envmap *truth) {
 
 /* Copies before and after, so that a neighbour's burst does not make the filter look good. */
 static void time_row(bench *b, row *r, envmap *dst, double first) {
-    double before = time_copy(&b->source, dst, r->work->levels);
+    double before = measure_copy(&b->source, dst, r->work->levels, measure_now);
     double t = first < 5 ? time_work(b, dst, r->work, r->method, 1, 20) : first;
-    double after = time_copy(&b->source, dst, r->work->levels);
+    double after = measure_copy(&b->source, dst, r->work->levels, measure_now);
     double c = before < after ? before : after;
     r->ms = 1e3 * t;
     r->copies = c > 0 ? t / c : -1;
@@ -643,7 +509,7 @@ static void time_row(bench *b, row *r, envmap *dst, double first) {
 static double make_row(bench *b, const work *w, int method) {
     row r = {0};
     envmap dst = {0}, truth = {0};
-    meter m = {0, 0};
+    measure_meter m = {0, 0};
     r.bands = most_bands(w);
     r.work = w, r.method = method, r.ms = r.copies = r.rms = r.worst = r.truth = r.memory = -1;
     fprintf(stderr, "\r%-10s %-24s %-48s", b->scene, w->name, "");
@@ -652,10 +518,10 @@ static double make_row(bench *b, const work *w, int method) {
         envmap_create(&truth, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices)) {
         complain(b, w->name, "out of memory");
     } else {
-        double start = seconds();
+        double start = measure_now();
         envmap_result result = run_work(b, &dst, w, method, (double)w->tolerance, 1, &m);
-        start = seconds() - start;
-        r.memory = (double)m.most / (double)map_bytes(&b->source, 1);
+        start = measure_now() - start;
+        r.memory = (double)m.most / (double)measure_bytes(&b->source, 1);
         if (result) complain(b, w->name, envmap_result_text(result));
         if (!result) verify_row(b, &r, &dst, &truth);
         if (!result) time_row(b, &r, &dst, start);
@@ -722,7 +588,7 @@ static void thread_row(bench *b, const work *w, double possible) {
                 double t = time_work(b, k ? &two : &one, w, ENVMAP_METHOD_FAST, k + 1, 1);
                 if (t < best[k]) best[k] = t;
             }
-        int same = !memcmp(one.texels, two.texels, map_bytes(&one, w->levels));
+        int same = !memcmp(one.texels, two.texels, measure_bytes(&one, w->levels));
         printf("| %-10s | %-20s | %8.2f | %8.2f | %5.2f | %-5s %.1f | %-9s |\n", b->scene, w->name,
                1e3 * best[0], 1e3 * best[1], best[0] / best[1],
                best[0] >= bar * best[1] ? "ok"
@@ -746,10 +612,10 @@ static double thread_bound(bench *b) {
     }
     for (int i = 0; i < 10; ++i)
         for (int k = 0; k < 2; ++k) {
-            double t = seconds();
+            double t = measure_now();
             if (k) crew_run(&b->crew, sample_task, samples, COUNT(samples));
             for (int j = 0; !k && j < COUNT(samples); ++j) sample_task(samples, j);
-            t = seconds() - t;
+            t = measure_now() - t;
             if (t < best[k]) best[k] = t;
         }
     printf("| %-10s | %-20s | %8.2f | %8.2f | %5.2f | %-9s | %-9s |\n", "(machine)",
@@ -799,56 +665,6 @@ static void grow(bench *b, int source) {
            source ? "source" : "result", g->texels[g->count - 1] / g->texels[0],
            slope(g->texels, g->ms, g->count),
            slope(g->texels + g->count - 2, g->ms + g->count - 2, 2));
-}
-
-/* The chart: log-log, a decade 110 wide and high. */
-#define CHART_X(texels) (70 + 110 * log10((texels) / 1e3))
-#define CHART_Y(ms)     (260 - 110 * log10(ms))
-
-static void chart_grid(FILE *f) {
-    static const char *const names[] = {"1 thousand", "10", "100", "1 million", "10"};
-    for (int i = 0; i < 5; ++i) {
-        double x = CHART_X(pow(10, 3 + i)), ms = pow(10, i - 1), y = CHART_Y(ms);
-        fprintf(f, "<path d='M%.0f 40V370' stroke='#ddd'/>\n", x);
-        fprintf(f, "<text x='%.0f' y='388' text-anchor='middle'>%s</text>\n", x, names[i]);
-        if (i > 3) continue;
-        fprintf(f, "<path d='M70 %.0fH510' stroke='#ddd'/>\n", y);
-        fprintf(f, "<text x='62' y='%.0f' text-anchor='end'>%g ms</text>\n", y + 4, ms);
-    }
-    fprintf(f, "<text x='290' y='408' text-anchor='middle'>texels</text>\n"
-               "<path d='M%.1f %.1fL%.1f %.1f' stroke='#999' stroke-dasharray='4'/>\n"
-               "<text x='215' y='352' fill='#777'>linear</text>\n",
-            CHART_X(1e4), CHART_Y(0.1), CHART_X(1e7), CHART_Y(100));
-}
-
-static void chart_line(FILE *f, const growth *g, int y, const char *colour, const char *what) {
-    int first = 0; /* times that are not known stand first or last */
-    while (first < g->count && !(g->ms[first] > 0)) ++first;
-    if (first == g->count) return;
-    fprintf(f, "<path fill='none' stroke='%s' stroke-width='2' d='", colour);
-    for (int i = first; i < g->count && g->ms[i] > 0; ++i)
-        fprintf(f, "%c%.1f %.1f", i > first ? 'L' : 'M', CHART_X(g->texels[i]), CHART_Y(g->ms[i]));
-    fprintf(f, "'/>\n<text x='80' y='%d' fill='%s'>%s, to the power %.2f</text>\n", y, colour, what,
-            slope(g->texels, g->ms, g->count));
-}
-
-static void draw_growth(bench *b) {
-    char path[512];
-    snprintf(path, sizeof path, "%s/growth.svg", b->svg);
-    FILE *f = fopen(path, "w");
-    if (!f) {
-        complain(b, path, "cannot be written");
-        return;
-    }
-    fprintf(f, "<svg xmlns='http://www.w3.org/2000/svg' width='560' height='420' "
-               "font-family='sans-serif' font-size='12'>\n<rect width='560' height='420' "
-               "fill='#fff'/>\n<text x='70' y='24' font-size='14'>Phong N = 100, tolerance 1e-3: "
-               "time by texels of the cubes</text>\n");
-    chart_grid(f);
-    chart_line(f, b->growth, 56, "#c33", "of the result, from 6 x 256 x 256");
-    chart_line(f, b->growth + 1, 74, "#36c", "of the source, to 6 x 256 x 256");
-    fprintf(f, "</svg>\n");
-    if (fclose(f)) complain(b, path, "cannot be written");
 }
 
 /* ------------------------------------------------------------------------------------ >>join --
@@ -909,21 +725,9 @@ static int join(const char *first, const char *second) {
 /* ------------------------------------------------------------------------------------ >>main -- */
 
 static void print_machine(void) {
-    char line[256];
-    FILE *f = fopen("/proc/cpuinfo", "r");
-    while (f && fgets(line, sizeof line, f)) {
-        const char *colon = strchr(line, ':');
-        if (strncmp(line, "model name", 10) || !colon) continue;
-        printf("machine   %s", colon + 2);
-        break;
-    }
-    if (f) fclose(f);
-#ifdef __clang__
-    printf("compiler  clang %s\n", __clang_version__);
-#elif defined(__GNUC__)
-    printf("compiler  gcc %s\n", __VERSION__);
-#endif
-    printf("flags     %s\n", BENCH_FLAGS);
+    char cpu[128], compiler[128];
+    measure_machine(cpu, compiler, sizeof cpu);
+    printf("machine   %s\ncompiler  %s\nflags     %s\n", cpu, compiler, BENCH_FLAGS);
 }
 
 static int is_scene(const char *name) {
@@ -944,8 +748,6 @@ static int options(bench *b, int argc, char **argv) {
             b->only = value;
         else if (!strcmp(argv[i], "--map") && b->map_count < COUNT(b->maps))
             b->maps[b->map_count++] = value;
-        else if (!strcmp(argv[i], "--svg"))
-            b->svg = value;
         else if (!strcmp(argv[i], "--csv") && (b->csv = fopen(value, "w")) != NULL)
             fprintf(b->csv, "scene,work,source,result,method,tolerance,bands,ms,copies,rms,worst,"
                             "truth,memory,bar,aim\n");
@@ -992,7 +794,7 @@ static int finish(bench *b) {
     crew_stop(&b->crew);
     envmap_free(&b->sky);
     envmap_free(&b->source);
-    free(b->directions);
+    free(b->texels.at);
     if (b->csv && fclose(b->csv)) ++b->failures;
     return b->failures != 0;
 }
@@ -1001,8 +803,8 @@ int main(int argc, char **argv) {
     static bench b;
     if (argc == 4 && !strcmp(argv[1], "--join")) return join(argv[2], argv[3]);
     if (!options(&b, argc, argv)) {
-        fprintf(stderr, "usage: bench [--quick] [--scene NAME] [--map FILE.pfm]... [--csv FILE] "
-                        "[--svg DIR]\n       bench --join A.csv B.csv\n");
+        fprintf(stderr, "usage: bench [--quick] [--scene NAME] [--map FILE.pfm]... [--csv FILE]\n"
+                        "       bench --join A.csv B.csv\n");
         return 2;
     }
     if (!crew_start(&b.crew)) return 2;
@@ -1016,7 +818,6 @@ int main(int argc, char **argv) {
     if (b.sky.texels) { /* growth and threads on the last scene, which has the sun */
         thread_rows(&b);
         for (int source = 1; source >= 0 && !b.quick; --source) grow(&b, source);
-        if (b.svg && !b.quick) draw_growth(&b);
     }
     return finish(&b);
 }

@@ -6,7 +6,7 @@
    It looks into the header's private parts (envmapi_*), in >>inside and >>picture alone.
        cc -O3 -march=native -std=c99 -I. examples/filters.c -o filters -lm -lpthread
 
-   >>tools    time, memory, scenes, text that goes into the document
+   >>tools    scenes, progress
    >>works    what is measured
    >>inside   what the fast filter plans, how long its stages take, what the hierarchical one opens
    >>truth    the definition at some texels
@@ -18,140 +18,27 @@
    SPDX-License-Identifier: MIT */
 
 #define _POSIX_C_SOURCE 200809L
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <time.h>
-
-static void *meter_malloc(void *context, size_t bytes);
-static void meter_free(void *context, void *pointer);
-#define ENVMAP_MALLOC(context, bytes) meter_malloc(context, bytes)
-#define ENVMAP_FREE(context, pointer) meter_free(context, pointer)
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
+#include "measure.h"
 
 #include "picture.h"
 #include "scenes.h"
+#include "svg.h"
 #include "threads.h"
 
 /* ----------------------------------------------------------------------------------- >>tools -- */
-
-#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
 #define EDGE 256
 
 static envmap skies[SCENE_COUNT]; /* cubes of edge EDGE */
 
-static void must(envmap_result result, const char *what) {
-    if (!result) return;
-    fprintf(stderr, "filters: %s: %s\n", what, envmap_result_text(result));
-    exit(2);
-}
-
-static double seconds(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-/* The context of ENVMAP_MALLOC is a meter, or NULL. A block's size stands before it. */
-typedef struct meter {
-    size_t now, most;
-} meter;
-
-static void *meter_malloc(void *context, size_t bytes) {
-    meter *m = (meter *)context;
-    char *block = (char *)malloc(bytes + 64);
-    if (!block) return NULL;
-    memcpy(block, &bytes, sizeof bytes);
-    if (m) m->now += bytes;
-    if (m && m->now > m->most) m->most = m->now;
-    return block + 64;
-}
-
-static void meter_free(void *context, void *pointer) {
-    meter *m = (meter *)context;
-    size_t bytes;
-    if (!pointer) return;
-    memcpy(&bytes, (char *)pointer - 64, sizeof bytes);
-    if (m) m->now -= bytes;
-    free((char *)pointer - 64);
-}
-
-static size_t bytes_of(const envmap *map) {
-    size_t texels = 0;
-    for (int l = 0; l < map->levels; ++l)
-        texels += (size_t)(map->size >> l) * (size_t)(map->size >> l);
-    return 12 * texels * (size_t)(envmap_faces(map->mapping) * map->slices);
-}
-
-static envmap new_map(int mapping, int size, int levels, int slices) {
-    envmap map;
-    memset(&map, 0, sizeof map);
-    must(envmap_create(&map, (envmap_mapping)mapping, size, levels, slices), "a map");
-    return map;
-}
-
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* A line on stderr that says how far this is. */
 static void progress(const char *what) {
     static double start;
-    if (!(start > 0)) start = now();
-    fprintf(stderr, "filters: %5.1f s  %s\n", now() - start, what);
+    if (!(start > 0)) start = measure_now();
+    fprintf(stderr, "filters: %5.1f s  %s\n", measure_now() - start, what);
 }
 
-/* A part of the document: what is written between begin and end goes to stdout too. */
-typedef struct section {
-    const char *name;
-    char *text;
-    size_t bytes;
-} section;
-
-static section sections[8];
-static int section_count;
-
-static FILE *begin(const char *name) {
-    section *s = sections + section_count++;
-    s->name = name;
-    FILE *file = open_memstream(&s->text, &s->bytes);
-    if (!file) must(ENVMAP_ERROR_MEMORY, name);
-    return file;
-}
-
-static void end(FILE *file) {
-    fclose(file);
-    printf("%s\n", sections[section_count - 1].text);
-    fflush(stdout);
-}
-
-/* Puts every part between its marks. */
-static void write_document(const char *path) {
-    FILE *file = fopen(path, "rb");
-    size_t size = 0;
-    char *text = file ? (char *)calloc(1 << 20, 1) : NULL;
-    if (text) size = fread(text, 1, (1 << 20) - 1, file);
-    if (file) fclose(file);
-    file = text && size ? fopen(path, "wb") : NULL;
-    if (!file) must(ENVMAP_ERROR_FILE, path);
-    const char *at = text;
-    for (const char *mark; (mark = strstr(at, "<!-- make filters: ")) != NULL;) {
-        const char *start = strchr(mark, '\n'), *stop = strstr(mark, "<!-- end -->");
-        if (!start || !stop) break;
-        fwrite(at, 1, (size_t)(start + 1 - at), file), at = start + 1;
-        for (int i = 0; i < section_count; ++i)
-            if (!strncmp(mark + 19, sections[i].name, strlen(sections[i].name)))
-                fwrite(sections[i].text, 1, sections[i].bytes, file), at = stop;
-    }
-    fputs(at, file);
-    fclose(file);
-    free(text);
-}
+static measure_document document;
 
 /* ----------------------------------------------------------------------------------- >>works -- */
 
@@ -185,7 +72,7 @@ static void run_work(envmap *dst, const envmap *src, const work *w,
                      const envmap_filter_desc *desc) {
     envmap_lobe lobes[9];
     for (int l = 0; l < w->levels; ++l) lobes[l] = lobe_of(w, l);
-    must(envmap_filter_chain(dst, src, lobes, w->levels, desc), w->name);
+    measure_must(envmap_filter_chain(dst, src, lobes, w->levels, desc), w->name);
 }
 
 /* ---------------------------------------------------------------------------------- >>inside -- */
@@ -207,11 +94,14 @@ static void look_inside(inside *in, const envmap *src, const work *w, double tol
     dst.mapping = w->mapping, dst.size = w->size, dst.slices = w->slices;
     envmapi_desc(&job.desc, NULL);
     job.desc.method = ENVMAP_METHOD_FAST, job.desc.tolerance = (float)tolerance;
-    must(envmapi_job_create(&job, &dst, src, &lobe, 1), w->name);
+    measure_must(envmapi_job_create(&job, &dst, src, &lobe, 1), w->name);
     const envmapi_plan *plan = job.plans;
     if (job.planned[0] && plan->need) {
         const envmapi_survey *s = plan->kinked ? &job.scene.rest : &job.scene.whole;
-        in->need = plan->need, in->kinked = plan->kinked, in->h = plan->h, in->dark = plan->dark;
+        in->need = plan->need, in->kinked = plan->kinked, in->h = plan->h;
+        in->dark = plan->dark[0];
+        for (int i = 1; i < envmapi_plan_sampled(plan); ++i)
+            in->dark = fmin(in->dark, plan->dark[i]);
         in->grid = envmapi_grid_of(src, plan->h, tolerance);
         in->lights = plan->kinked ? s->light_count : 0;
         for (int i = 0; i < in->lights; ++i)
@@ -251,23 +141,23 @@ static int stage_of(envmap_task *task) {
 /* An executor of one thread that looks at the clock. */
 static void timed_run(void *user, envmap_task *task, void *context, int count) {
     stopwatch *watch = (stopwatch *)user;
-    double start = seconds();
+    double start = measure_seconds();
     for (int i = 0; i < count; ++i) task(context, i);
-    watch->spent[stage_of(((const envmapi_batch *)context)->task)] += seconds() - start;
+    watch->spent[stage_of(((const envmapi_batch *)context)->task)] += measure_seconds() - start;
 }
 
 static void time_stages(double spent[STAGES], const envmap *src, const work *w) {
     double best = 1e9;
-    envmap dst = new_map(w->mapping, w->size, w->levels, w->slices);
+    envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
     for (int run = 0; run < 9; ++run) {
         stopwatch watch;
         envmap_filter_desc desc;
         memset(&watch, 0, sizeof watch), memset(&desc, 0, sizeof desc);
         desc.method = ENVMAP_METHOD_FAST;
         desc.executor.user = &watch, desc.executor.run = timed_run;
-        double start = seconds(), all = 0;
+        double start = measure_seconds(), all = 0;
         run_work(&dst, src, w, &desc);
-        double took = seconds() - start;
+        double took = measure_seconds() - start;
         for (int i = 0; i < OTHER; ++i) all += watch.spent[i];
         watch.spent[OTHER] = took - all;
         if (took < best) best = took, memcpy(spent, watch.spent, sizeof watch.spent);
@@ -345,10 +235,10 @@ static void open_tree(opened *o, const envmap *src, const envmap_lobe *lobe, con
     size_t texels = 6 * (size_t)src->size * (size_t)src->size;
     memset(o, 0, sizeof *o);
     o->level = (signed char *)malloc(texels);
-    if (!job || !o->level) must(ENVMAP_ERROR_MEMORY, "a tree");
+    if (!job || !o->level) measure_must(ENVMAP_ERROR_MEMORY, "a tree");
     memset(o->level, -1, texels);
     job->dst = job->src = src, job->lobe = lobe;
-    must(envmapi_hier_create(&job->tree, src, 0, NULL), "a tree");
+    measure_must(envmapi_hier_create(&job->tree, src, 0, NULL), "a tree");
     envmapi_hier_aim(job, 0, 0);
     o->job = job, o->edge = src->size;
     for (int c = 0; c < 3; ++c) o->a[c] = (double)axis[c];
@@ -434,7 +324,7 @@ static void add_image(truth *t, const envmap *map, const envmap_lobe *lobe, int 
 static void find_truth(truth *t, const envmap *map, const envmap *src, const work *w, int side) {
     int threads = threads_here();
     t->count = 0;
-    must(envmapi_source_create(&t->source, src, 0, NULL), "a source");
+    measure_must(envmapi_source_create(&t->source, src, 0, NULL), "a source");
     for (int l = 0; l < w->levels; ++l) {
         envmap_lobe lobe = lobe_of(w, l);
         int step = w->slices > 8 ? w->slices / 8 : 1;
@@ -470,23 +360,6 @@ static void miss(double *rms, double *worst, const truth *t) {
 
 /* ---------------------------------------------------------------------------------- >>tables -- */
 
-static void *(*volatile copy)(void *, const void *, size_t) = memcpy;
-
-static double time_copy(const envmap *source, const envmap *dst) {
-    size_t from = bytes_of(source), to = bytes_of(dst);
-    char *memory = (char *)malloc(from + to);
-    double best = 1e9;
-    if (!memory) must(ENVMAP_ERROR_MEMORY, "a copy");
-    memset(memory, 1, from + to);
-    for (int i = 0; i < 15; ++i) {
-        double start = seconds();
-        copy(memory, source->texels, from), copy(memory + from, dst->texels, to);
-        best = fmin(best, seconds() - start);
-    }
-    free(memory);
-    return best;
-}
-
 typedef struct figure {
     double copies, rms, worst, memory;
     inside in;
@@ -496,20 +369,20 @@ static figure figures[COUNT(works)][SCENE_COUNT];
 
 static void measure_work(figure *f, const envmap *src, const work *w) {
     static truth t;
-    envmap dst = new_map(w->mapping, w->size, w->levels, w->slices);
+    envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
     envmap_filter_desc desc;
-    meter m = {0, 0};
+    measure_meter m = {0, 0};
     double best = 1e9, spent = 0;
     memset(&desc, 0, sizeof desc);
     desc.method = ENVMAP_METHOD_FAST, desc.memory = &m;
-    double copied = time_copy(src, &dst);
+    double copied = measure_copy(src, &dst, dst.levels, measure_seconds);
     for (int run = 0; run < 9 && (run < 3 || spent < 0.5); ++run) {
-        double start = seconds();
+        double start = measure_seconds();
         run_work(&dst, src, w, &desc);
-        spent += seconds() - start, best = fmin(best, seconds() - start);
+        spent += measure_seconds() - start, best = fmin(best, measure_seconds() - start);
     }
-    f->copies = best / fmin(copied, time_copy(src, &dst));
-    f->memory = (double)m.most / (double)bytes_of(src);
+    f->copies = best / fmin(copied, measure_copy(src, &dst, dst.levels, measure_seconds));
+    f->memory = (double)m.most / (double)measure_bytes(src, src->levels);
     look_inside(&f->in, src, w, 1e-3);
     find_truth(&t, &dst, src, w, w->levels > 1 ? 2 : w->slices > 1 ? 4 : 6);
     miss(&f->rms, &f->worst, &t);
@@ -517,7 +390,7 @@ static void measure_work(figure *f, const envmap *src, const work *w) {
 }
 
 static void table_of_time(void) {
-    FILE *out = begin("time");
+    FILE *out = measure_begin(&document, "time");
     fprintf(out, "Copies; rms and worst texel in tolerances; memory over the source's bytes. "
                  "Source 6 × %d², tolerance 1e-3, one thread, compiler %s.\n\n| work |",
             EDGE, __VERSION__);
@@ -535,12 +408,12 @@ static void table_of_time(void) {
         }
         fprintf(out, " %.1f |\n", memory);
     }
-    end(out);
+    measure_end(&document, out, 1);
 }
 
 /* What the plans of the same works are. */
 static void table_of_plans(void) {
-    FILE *out = begin("plans");
+    FILE *out = measure_begin(&document, "plans");
     double texel = envmapi_texel_extent(&skies[0]);
     fprintf(out, "Bands L, spacing h in texels of the source, nodes of its grid in %% of the "
                  "texels; lights that are summed one by one, if any.\n\n| work |");
@@ -559,11 +432,11 @@ static void table_of_plans(void) {
         }
         fprintf(out, "\n");
     }
-    end(out);
+    measure_end(&document, out, 1);
 }
 
 static void table_of_survey(void) {
-    FILE *out = begin("survey");
+    FILE *out = measure_begin(&document, "survey");
     fprintf(out, "| scene | κ at l = 1 | 4 | 16 | 64 | 256 | ε at l = 1 | 16 | 256 "
                  "| D for N = 10 | for N = 500 |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (int k = 0; k < SCENE_COUNT; ++k) {
@@ -573,7 +446,7 @@ static void table_of_survey(void) {
         for (int i = 0; i <= 8; i += 4) fprintf(out, " %.2g |", in->epsilon[i]);
         fprintf(out, " %.2g | %.2g |\n", figures[0][k].in.dark, in->dark);
     }
-    end(out);
+    measure_end(&document, out, 1);
 }
 
 /* Error against tolerance. */
@@ -592,7 +465,7 @@ static int tolerances_of(const work *w) { return w->slices > 1 ? 3 : 4; }
 static void hold(int k, int i, const envmap *src) {
     static truth t;
     const work *w = held + i;
-    envmap dst = new_map(w->mapping, w->size, w->levels, w->slices);
+    envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
     envmap_filter_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.method = ENVMAP_METHOD_FAST;
@@ -607,13 +480,13 @@ static void hold(int k, int i, const envmap *src) {
 }
 
 static void table_of_tolerances(void) {
-    FILE *out = begin("tolerances");
+    FILE *out = measure_begin(&document, "tolerances");
     fprintf(out, "rms and worst texel, both **in tolerances** (bounds: 1 and 20). Source 6 × "
                  "128².\n\n| scene | lobe | 1e-2 | 1e-3 | 1e-4 | 1e-5 |\n"
                  "|---|---|--:|--:|--:|--:|\n");
     for (int k = 0; k < SCENE_COUNT; ++k) {
-        envmap src = new_map(ENVMAP_CUBE, 128, 1, 1);
-        must(envmap_resample(&src, &skies[k]), "resample");
+        envmap src = measure_map(ENVMAP_CUBE, 128, 1, 1);
+        measure_must(envmap_resample(&src, &skies[k]), "resample");
         for (int i = 0; i < COUNT(held); ++i) {
             progress(held[i].name);
             hold(k, i, &src);
@@ -625,31 +498,10 @@ static void table_of_tolerances(void) {
         }
         envmap_free(&src);
     }
-    end(out);
+    measure_end(&document, out, 1);
 }
 
 /* ---------------------------------------------------------------------------------- >>charts -- */
-
-static const char *const colours[] = {"#3b6ea8", "#c4732b", "#b03a48", "#4d8f4d", "#7a5aa6",
-                                      "#1f8f8f", "#8a6d3b"};
-
-static FILE *open_svg(const char *folder, const char *name, int width, int height,
-                      const char *title) {
-    char path[5000];
-    snprintf(path, sizeof path, "%s/charts/%s", folder, name);
-    FILE *file = fopen(path, "w");
-    if (!file) must(ENVMAP_ERROR_FILE, path);
-    fprintf(file, "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" font-family=\""
-            "sans-serif\" font-size=\"13\">\n<rect width=\"%d\" height=\"%d\" fill=\"#fff\"/>\n"
-            "<text x=\"70\" y=\"24\" font-size=\"16\">%s</text>\n", width, height, width, height,
-            title);
-    return file;
-}
-
-static void close_svg(FILE *f) {
-    fprintf(f, "</svg>\n");
-    fclose(f);
-}
 
 /* Error against tolerance, both logarithmic, a panel a scene. */
 static double panel_x(int k, double tolerance) {
@@ -676,8 +528,8 @@ static void draw_panel(FILE *f, int k) {
                 bound > 1 ? " stroke-dasharray=\"7 4\"" : "");
     for (int i = 0; i < COUNT(held); ++i)
         for (int worst = 0; worst < 2; ++worst) {
-            fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\"%s d=\"", colours[i],
-                    worst ? " stroke-dasharray=\"2 4\"" : "");
+            fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\"%s d=\"",
+                    svg_colours[i], worst ? " stroke-dasharray=\"2 4\"" : "");
             for (int n = 0; n < tolerances_of(held + i); ++n)
                 fprintf(f, "%c%.1f %.1f", n ? 'L' : 'M', panel_x(k, tolerances[n]),
                         panel_y(worst ? held_worst[k][i][n] : held_rms[k][i][n]));
@@ -686,15 +538,15 @@ static void draw_panel(FILE *f, int k) {
 }
 
 static void draw_tolerances(const char *folder) {
-    FILE *f = open_svg(folder, "filters-tolerance.svg", 1030, 520,
+    FILE *f = svg_open(folder, "filters-tolerance.svg", 1030, 520,
                        "Error against tolerance: rms (solid), worst texel (dotted); black: 1 and "
                        "20 tolerances");
     for (int k = 0; k < SCENE_COUNT; ++k) draw_panel(f, k);
     for (int i = 0; i < COUNT(held); ++i)
-        fprintf(f, "<text x=\"900\" y=\"%d\" fill=\"%s\">%s</text>\n", 90 + 22 * i, colours[i],
+        fprintf(f, "<text x=\"900\" y=\"%d\" fill=\"%s\">%s</text>\n", 90 + 22 * i, svg_colours[i],
                 held[i].name);
     fprintf(f, "<text x=\"480\" y=\"508\" text-anchor=\"middle\">tolerance asked for</text>\n");
-    close_svg(f);
+    svg_close(f);
 }
 
 /* |lambda_l| of lobes, and where the plan for the sun ends them at each tolerance. */
@@ -719,31 +571,31 @@ static void band_curve(FILE *f, int i, const envmap *src) {
     static inside in;
     const work *w = curves + i;
     envmap_lobe lobe = lobe_of(w, 0);
-    must(envmap_lobe_zonal(lambda, ENVMAPI_FAST_BANDS, &lobe, 0), w->name);
-    fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", colours[i]);
+    measure_must(envmap_lobe_zonal(lambda, ENVMAPI_FAST_BANDS, &lobe, 0), w->name);
+    fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", svg_colours[i]);
     char pen = 'M';
     for (int l = 0; l + 4 < ENVMAPI_FAST_BANDS; ++l) {
         double most = band_of(lambda, l);
         fprintf(f, "%c%.1f %.1f", pen, band_x(l), band_y(most)), pen = 'L';
         if (most < 1e-9) break;
     }
-    fprintf(f, "\"/>\n<text x=\"820\" y=\"%d\" fill=\"%s\">%s</text>\n", 80 + 22 * i, colours[i],
-            w->name);
+    fprintf(f, "\"/>\n<text x=\"820\" y=\"%d\" fill=\"%s\">%s</text>\n", 80 + 22 * i,
+            svg_colours[i], w->name);
     for (int n = 0; n < 4; ++n) {
         look_inside(&in, src, w, tolerances[n]);
         if (!in.need) continue;
         double y = band_y(band_of(lambda, in.need));
         fprintf(f, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%d\" fill=\"%s\" fill-opacity=\"%.1f\" "
                    "stroke=\"%s\" stroke-width=\"1.5\"/>\n",
-                band_x(in.need), y, in.kinked ? 5 : 4, colours[i], in.kinked ? 0.0 : 1.0,
-                colours[i]);
+                band_x(in.need), y, in.kinked ? 5 : 4, svg_colours[i], in.kinked ? 0.0 : 1.0,
+                svg_colours[i]);
         fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"9\" fill=\"%s\">%d</text>\n",
-                band_x(in.need) + 7, y + 3, colours[i], n + 2);
+                band_x(in.need) + 7, y + 3, svg_colours[i], n + 2);
     }
 }
 
 static void draw_bands(const char *folder, const envmap *src) {
-    FILE *f = open_svg(folder, "filters-bands.svg", 930, 520,
+    FILE *f = svg_open(folder, "filters-bands.svg", 930, 520,
                        "|λ| by band, and where the plan for the sun ends at tolerance 1e-2 "
                        "(2) to 1e-5 (5)");
     for (int e = 0; e <= 9; ++e)
@@ -755,25 +607,25 @@ static void draw_bands(const char *folder, const envmap *src) {
     fprintf(f, "<text x=\"430\" y=\"505\" text-anchor=\"middle\">band l, the largest of "
                "l ... l + 3; open dots: lights taken out</text>\n");
     for (int i = 0; i < 6; ++i) band_curve(f, i, src);
-    close_svg(f);
+    svg_close(f);
 }
 
 /* Where the time goes, in copies, under the sun. */
 static void draw_work(const char *folder, const envmap *src) {
-    FILE *f = open_svg(folder, "filters-work.svg", 930, 390,
+    FILE *f = svg_open(folder, "filters-work.svg", 930, 390,
                        "Where the time goes, in copies: the sun, tolerance 1e-3, one thread");
-    FILE *out = begin("work");
+    FILE *out = measure_begin(&document, "work");
     double most = 0, spent[COUNT(works)][STAGES];
     fprintf(out, "| work |");
     for (int s = 0; s < STAGES; ++s) fprintf(out, " %s |", stage_name[s]);
     fprintf(out, "\n|---|--:|--:|--:|--:|--:|--:|--:|\n");
     for (int i = 0; i < COUNT(works); ++i) {
         const work *w = works + i;
-        envmap dst = new_map(w->mapping, w->size, w->levels, w->slices);
-        double copied = time_copy(src, &dst), all = 0;
+        envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
+        double copied = measure_copy(src, &dst, dst.levels, measure_seconds), all = 0;
         progress(w->name);
         time_stages(spent[i], src, w);
-        copied = fmin(copied, time_copy(src, &dst));
+        copied = fmin(copied, measure_copy(src, &dst, dst.levels, measure_seconds));
         fprintf(out, "| %s |", w->name);
         for (int s = 0; s < STAGES; ++s) {
             spent[i][s] /= copied, all += spent[i][s];
@@ -783,7 +635,7 @@ static void draw_work(const char *folder, const envmap *src) {
         most = fmax(most, all);
         envmap_free(&dst);
     }
-    end(out);
+    measure_end(&document, out, 1);
     for (int i = 0; i < COUNT(works); ++i) {
         double x = 210, y = 44 + 32 * i;
         fprintf(f, "<text x=\"202\" y=\"%.0f\" text-anchor=\"end\">%s</text>\n", y + 16,
@@ -791,7 +643,7 @@ static void draw_work(const char *folder, const envmap *src) {
         for (int s = 0; s < STAGES; ++s) {
             double width = 600 * spent[i][s] / most;
             fprintf(f, "<rect x=\"%.1f\" y=\"%.0f\" width=\"%.1f\" height=\"22\" fill=\"%s\"/>\n",
-                    x, y, width, colours[s]);
+                    x, y, width, svg_colours[s]);
             x += width;
         }
         fprintf(f, "<text x=\"%.1f\" y=\"%.0f\">%.0f</text>\n", x + 8, y + 16,
@@ -800,9 +652,9 @@ static void draw_work(const char *folder, const envmap *src) {
     for (int s = 0; s < STAGES; ++s)
         fprintf(f, "<rect x=\"%d\" y=\"%d\" width=\"13\" height=\"13\" fill=\"%s\"/>"
                    "<text x=\"%d\" y=\"%d\">%s</text>\n",
-                70 + 210 * (s % 4), 320 + 28 * (s / 4), colours[s], 90 + 210 * (s % 4),
+                70 + 210 * (s % 4), 320 + 28 * (s / 4), svg_colours[s], 90 + 210 * (s % 4),
                 331 + 28 * (s / 4), stage_name[s]);
-    close_svg(f);
+    svg_close(f);
 }
 
 /* --------------------------------------------------------------------------------- >>picture -- */
@@ -945,7 +797,7 @@ static void draw_picture(const char *folder, const envmap *src) {
     int below = MARGIN + PANORAMA / 2 + 62;
     float exposure = 0.52f;
     if (!picture_create(&p, 3 * MARGIN + 2 * PANORAMA, below + PADDED + 50))
-        must(ENVMAP_ERROR_MEMORY, "a picture");
+        measure_must(ENVMAP_ERROR_MEMORY, "a picture");
     picture_rectangle(&p, 0, 0, p.width, p.height, 0x15171Cu, 1);
     draw_lights(&p, MARGIN, MARGIN, src, exposure);
     draw_opened(&p, 2 * MARGIN + PANORAMA, MARGIN, src);
@@ -953,7 +805,7 @@ static void draw_picture(const char *folder, const envmap *src) {
         draw_grid(&p, MARGIN + i * (PADDED + (2 * PANORAMA + MARGIN - 3 * PADDED) / 2), below, src,
                   works + i, exposure);
     snprintf(path, sizeof path, "%s/images/filters-sun.png", folder);
-    if (!picture_save(&p, path)) must(ENVMAP_ERROR_FILE, path);
+    if (!picture_save(&p, path)) measure_must(ENVMAP_ERROR_FILE, path);
     picture_free(&p);
 }
 
@@ -961,7 +813,7 @@ static void draw_picture(const char *folder, const envmap *src) {
 
 int main(int argc, char **argv) {
     for (int k = 0; k < SCENE_COUNT; ++k) {
-        skies[k] = new_map(ENVMAP_CUBE, EDGE, 1, 1);
+        skies[k] = measure_map(ENVMAP_CUBE, EDGE, 1, 1);
         scene_fill(&skies[k], k);
         progress(scene_name[k]);
     }
@@ -976,9 +828,9 @@ int main(int argc, char **argv) {
         draw_bands(argv[1], &skies[SCENE_SUN]);
         draw_work(argv[1], &skies[SCENE_SUN]);
         snprintf(path, sizeof path, "%s/filters.md", argv[1]);
-        write_document(path);
+        measure_write(&document, path, "make filters");
     }
     for (int k = 0; k < SCENE_COUNT; ++k) envmap_free(&skies[k]);
-    for (int i = 0; i < section_count; ++i) free(sections[i].text);
+    measure_document_free(&document);
     return 0;
 }

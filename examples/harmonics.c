@@ -14,15 +14,11 @@
    SPDX-License-Identifier: MIT */
 
 #define _POSIX_C_SOURCE 200809L
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
-
-#include <stdio.h>
-#include <stdlib.h>
-#include <time.h>
+#include "measure.h"
 
 #include "picture.h"
 #include "scenes.h"
+#include "svg.h"
 
 /* ----------------------------------------------------------------------------------- >>tools -- */
 
@@ -37,18 +33,6 @@ typedef struct scene {
 static scene scenes[MOST_SCENES];
 static int scene_count;
 
-static void must(envmap_result result, const char *what) {
-    if (!result) return;
-    fprintf(stderr, "harmonics: %s: %s\n", what, envmap_result_text(result));
-    exit(2);
-}
-
-static double seconds(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static size_t floats_of(const envmap *map) {
     size_t edge = (size_t)map->size;
     return 18 * edge * edge; /* of a cube's level 0 */
@@ -56,7 +40,7 @@ static size_t floats_of(const envmap *map) {
 
 static void cube(envmap *map, int size, int levels) {
     memset(map, 0, sizeof *map);
-    must(envmap_create(map, ENVMAP_CUBE, size, levels, 1), "a cube");
+    measure_must(envmap_create(map, ENVMAP_CUBE, size, levels, 1), "a cube");
 }
 
 static void load_scenes(char **paths) {
@@ -70,9 +54,9 @@ static void load_scenes(char **paths) {
         envmap map;
         const char *slash = strrchr(*paths, '/');
         memset(&map, 0, sizeof map);
-        must(envmap_pfm_load(&map, *paths, ENVMAP_LATLONG), *paths);
+        measure_must(envmap_pfm_load(&map, *paths, ENVMAP_LATLONG), *paths);
         cube(&scenes[scene_count].map, EDGE, 1);
-        must(envmap_resample(&scenes[scene_count].map, &map), *paths);
+        measure_must(envmap_resample(&scenes[scene_count].map, &map), *paths);
         scenes[scene_count].name = slash ? slash + 1 : *paths;
         envmap_free(&map);
     }
@@ -125,11 +109,11 @@ static void table_of_sizes(void) {
             envmap chain, small;
             cube(&chain, EDGE, 9), cube(&small, EDGE >> level, 1);
             memcpy(chain.texels, scenes[k].map.texels, floats_of(&chain) * sizeof(float));
-            must(envmap_mips_build(&chain), "mips");
+            measure_must(envmap_mips_build(&chain), "mips");
             memcpy(small.texels, envmap_texel(&chain, level, 0, 0, 0, 0),
                    floats_of(&small) * sizeof(float));
-            must(envmap_sh_project(all, 3, &chain, 0, 0, NULL), "project");
-            must(envmap_sh_project(few, 3, &small, 0, 0, NULL), "project");
+            measure_must(envmap_sh_project(all, 3, &chain, 0, 0, NULL), "project");
+            measure_must(envmap_sh_project(few, 3, &small, 0, 0, NULL), "project");
             printf(" %.1e |", apart(few, all, 3));
             envmap_free(&chain), envmap_free(&small);
         }
@@ -150,33 +134,33 @@ static double best_of(int times, double (*once)(void)) {
 static float *copy_to;
 static double one_copy(void) {
     volatile float *touch = copy_to;
-    double start = seconds();
+    double start = measure_seconds();
     memcpy(copy_to, scenes[0].map.texels, floats_of(&scenes[0].map) * sizeof(float));
     touch[0] = touch[1];
-    return seconds() - start;
+    return measure_seconds() - start;
 }
 
 static int timed_bands;
 static double timed_tolerance, timed_sh[3 * 32 * 32], timed_out[3 * 32 * 32];
 static double one_projection(void) {
-    double start = seconds();
-    must(envmap_sh_project(timed_sh, timed_bands, &scenes[0].map, 0, timed_tolerance, NULL),
+    double start = measure_seconds();
+    measure_must(envmap_sh_project(timed_sh, timed_bands, &scenes[0].map, 0, timed_tolerance, NULL),
          "project");
-    return seconds() - start;
+    return measure_seconds() - start;
 }
 
 static double one_rotation(void) {
     static const double turn[9] = {0, -0.6, 0.8, 1, 0, 0, 0, 0.8, 0.6};
-    double start = seconds();
-    must(envmap_sh_rotate(timed_out, timed_sh, timed_bands, turn), "rotate");
-    return seconds() - start;
+    double start = measure_seconds();
+    measure_must(envmap_sh_rotate(timed_out, timed_sh, timed_bands, turn), "rotate");
+    return measure_seconds() - start;
 }
 
 static double one_window(void) {
     envmap_lobe diffuse = envmap_lobe_diffuse();
-    double start = seconds();
-    must(envmap_sh_window(timed_out, NULL, timed_sh, timed_bands, &diffuse, 0), "window");
-    return seconds() - start;
+    double start = measure_seconds();
+    measure_must(envmap_sh_window(timed_out, NULL, timed_sh, timed_bands, &diffuse, 0), "window");
+    return measure_seconds() - start;
 }
 
 /* A tolerance is a promise for one light in the worst place; scenes stay far below. */
@@ -198,8 +182,9 @@ static void table_of_tolerances(void) {
             printf("| %d | %g | %.1f |", bands[b], tolerances[t],
                    best_of(t < 4 ? 25 : 3, one_projection) / copy);
             for (k = 0; k < scene_count; k++) {
-                must(envmap_sh_project(all, bands[b], &scenes[k].map, 0, 0, NULL), "project");
-                must(envmap_sh_project(timed_sh, bands[b], &scenes[k].map, 0, tolerances[t], NULL),
+                const envmap *map = &scenes[k].map;
+                measure_must(envmap_sh_project(all, bands[b], map, 0, 0, NULL), "project");
+                measure_must(envmap_sh_project(timed_sh, bands[b], map, 0, tolerances[t], NULL),
                      "project");
                 printf(" %.0e |", apart(timed_sh, all, bands[b]));
             }
@@ -225,14 +210,14 @@ static void table_of_bands(void) {
         memset(&desc, 0, sizeof desc);
         desc.method = ENVMAP_METHOD_REFERENCE;
         cube(&source, 64, 1), cube(&exact, 16, 1), cube(&few, 16, 1);
-        must(envmap_resample(&source, &scenes[k].map), "resample");
-        must(envmap_filter(&exact, &source, &diffuse, &desc), "filter");
-        must(envmap_sh_project(sh, LAST, &source, 0, 0, NULL), "project");
+        measure_must(envmap_resample(&source, &scenes[k].map), "resample");
+        measure_must(envmap_filter(&exact, &source, &diffuse, &desc), "filter");
+        measure_must(envmap_sh_project(sh, LAST, &source, 0, 0, NULL), "project");
         for (bands = FIRST; bands <= LAST; bands++) {
             envmap_difference d;
-            must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
-            must(envmap_sh_fill(&few, 0, 0, lit, bands, NULL), "fill");
-            must(envmap_compare(&d, &few, &exact, 0), "compare");
+            measure_must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
+            measure_must(envmap_sh_fill(&few, 0, 0, lit, bands, NULL), "fill");
+            measure_must(envmap_compare(&d, &few, &exact, 0), "compare");
             scenes[k].mean[bands] = mean_apart(&few, &exact);
             scenes[k].rms[bands] = d.rms, scenes[k].worst[bands] = d.worst;
         }
@@ -255,8 +240,8 @@ static double lowest(const double *sh, int bands) {
     envmap map;
     size_t i;
     cube(&map, 64, 1);
-    must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
-    must(envmap_sh_fill(&map, 0, 0, lit, bands, NULL), "fill");
+    measure_must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
+    measure_must(envmap_sh_fill(&map, 0, 0, lit, bands, NULL), "fill");
     for (i = 0; i < floats_of(&map); i++)
         low = fmin(low, (double)map.texels[i] / (lit[i % 3] / sqrt(4 * 3.14159265358979)));
     envmap_free(&map);
@@ -267,7 +252,7 @@ static void light(double *sh, int bands) {
     static const double up[3] = {0, 0, 1};
     double Y[100];
     int i;
-    must(envmap_sh_basis(Y, bands, up), "basis");
+    measure_must(envmap_sh_basis(Y, bands, up), "basis");
     for (i = 0; i < 3 * bands * bands; i++) sh[i] = Y[i / 3];
 }
 
@@ -287,8 +272,8 @@ static void table_of_ringing(void) {
             if (k < 0)
                 light(sh, bands);
             else
-                must(envmap_sh_project(sh, bands, &scenes[k].map, 0, 0, NULL), "project");
-            must(envmap_sh_window(out, &moved, sh, bands, &diffuse, 0), "window");
+                measure_must(envmap_sh_project(sh, bands, &scenes[k].map, 0, 0, NULL), "project");
+            measure_must(envmap_sh_window(out, &moved, sh, bands, &diffuse, 0), "window");
             printf(" %+.3f, %+.3f, %.3f |", lowest(sh, bands), lowest(out, bands), moved);
         }
         printf("\n");
@@ -315,7 +300,8 @@ static void table_of_needs(void) {
     for (i = 0; i < 5; i++) {
         printf("| %s |", names[i]);
         for (k = -1; k < scene_count; k++) {
-            if (k >= 0) must(envmap_sh_project(sh, 32, &scenes[k].map, 0, 1e-3, NULL), "project");
+            if (k >= 0)
+                measure_must(envmap_sh_project(sh, 32, &scenes[k].map, 0, 1e-3, NULL), "project");
             for (t = 0; t < 3; t++)
                 printf("%s %d", t ? "," : "",
                        envmap_sh_bands(&lobes[i], 0, k < 0 ? NULL : sh, k < 0 ? 0 : 32,
@@ -347,30 +333,14 @@ static void table_of_speed(void) {
 
 /* ---------------------------------------------------------------------------------- >>charts -- */
 
-static FILE *open_svg(const char *folder, const char *name, int width, int height) {
-    char path[5000];
-    FILE *file;
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    file = fopen(path, "w");
-    if (!file) must(ENVMAP_ERROR_FILE, path);
-    fprintf(file, "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" font-family=\""
-            "sans-serif\" font-size=\"13\">\n<rect width=\"%d\" height=\"%d\" fill=\"#fff\"/>\n",
-            width, height, width, height);
-    return file;
-}
-
-static const char *const colours[] = {"#3b6ea8", "#c4732b", "#b03a48", "#4d8f4d", "#7a5aa6",
-                                      "#1f8f8f", "#8a6d3b", "#5a5a5a"};
-
 static double chart_x(int bands) { return 70 + 60.0 * (bands - FIRST); }
 static double chart_y(double error) { return 110 + 65 * -log10(fmax(error, 1e-5)); }
 
 /* Mean (solid) and worst (dashed) error of irradiance against bands, logarithmic. */
 static void draw_bands(const char *folder) {
-    FILE *f = open_svg(folder, "harmonics.svg", 760, 460);
+    FILE *f = svg_open(folder, "harmonics.svg", 760, 460,
+                       "Irradiance from few bands: mean (solid) and worst (dashed) error");
     int k, bands, worst;
-    fprintf(f, "<text x=\"70\" y=\"22\" font-size=\"16\">Irradiance from few bands: mean (solid) "
-               "and worst (dashed) error</text>\n");
     for (k = -1; k <= 4; k++) {
         double y = chart_y(pow(10, -k));
         fprintf(f, "<path d=\"M70 %.1fH550\" stroke=\"#ddd\"/><text x=\"62\" y=\"%.1f\" "
@@ -381,7 +351,7 @@ static void draw_bands(const char *folder) {
                 bands);
     fprintf(f, "<text x=\"310\" y=\"454\" text-anchor=\"middle\">bands</text>\n");
     for (k = 0; k < scene_count; k++) {
-        const char *colour = colours[k % 8];
+        const char *colour = svg_colours[k % 10];
         for (worst = 0; worst < 2; worst++) {
             fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\"%s d=\"", colour,
                     worst ? " stroke-dasharray=\"6 5\"" : "");
@@ -393,8 +363,7 @@ static void draw_bands(const char *folder) {
         fprintf(f, "<text x=\"570\" y=\"%d\" fill=\"%s\">%s</text>\n", 60 + 22 * k, colour,
                 scenes[k].name);
     }
-    fprintf(f, "</svg>\n");
-    fclose(f);
+    svg_close(f);
 }
 
 /* The irradiance of one light against the angle to it: exact, and of so many bands. */
@@ -403,13 +372,13 @@ static void ringing_curve(FILE *f, const double *sh, int bands, const char *colo
     double lit[300], rgb[3];
     envmap_lobe diffuse = envmap_lobe_diffuse();
     int i;
-    if (bands) must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
+    if (bands) measure_must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
     fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", colour);
     for (i = 0; i <= 180; i++) {
         double t = i * 3.14159265358979 / 180, d[3] = {sin(t), 0, cos(t)};
         double value = cos(t) > 0 ? cos(t) : 0;
         if (bands) {
-            must(envmap_sh_evaluate(rgb, lit, bands, d), "evaluate");
+            measure_must(envmap_sh_evaluate(rgb, lit, bands, d), "evaluate");
             value = 3.14159265358979 * rgb[0];
         }
         fprintf(f, "%c%.1f %.1f", i ? 'L' : 'M', 70 + 2.7 * i, 290 - 230 * value);
@@ -419,12 +388,12 @@ static void ringing_curve(FILE *f, const double *sh, int bands, const char *colo
 }
 
 static void draw_ringing(const char *folder) {
-    FILE *f = open_svg(folder, "ringing.svg", 600, 350);
+    FILE *f = svg_open(folder, "ringing.svg", 600, 350,
+                       "Irradiance of one light, by the angle to it");
     envmap_lobe diffuse = envmap_lobe_diffuse();
     double sh[108], windowed[108];
     int i;
-    fprintf(f, "<text x=\"70\" y=\"22\" font-size=\"16\">Irradiance of one light, by the angle to "
-               "it</text>\n<path d=\"M70 290H556M70 60H556\" stroke=\"#999\"/>\n"
+    fprintf(f, "<path d=\"M70 290H556M70 60H556\" stroke=\"#999\"/>\n"
                "<text x=\"62\" y=\"294\" text-anchor=\"end\">0</text>"
                "<text x=\"62\" y=\"64\" text-anchor=\"end\">1</text>\n");
     for (i = 0; i <= 180; i += 45)
@@ -432,13 +401,12 @@ static void draw_ringing(const char *folder) {
                 70 + 2.7 * i, i);
     ringing_curve(f, NULL, 0, "#222", "exact: max(cos, 0)", 0);
     light(sh, 3);
-    ringing_curve(f, sh, 3, colours[2], "3 bands", 1);
-    must(envmap_sh_window(windowed, NULL, sh, 3, &diffuse, 0), "window");
-    ringing_curve(f, windowed, 3, colours[0], "3 bands, windowed", 2);
+    ringing_curve(f, sh, 3, svg_colours[2], "3 bands", 1);
+    measure_must(envmap_sh_window(windowed, NULL, sh, 3, &diffuse, 0), "window");
+    ringing_curve(f, windowed, 3, svg_colours[0], "3 bands, windowed", 2);
     light(sh, 6);
-    ringing_curve(f, sh, 6, colours[1], "6 bands", 3);
-    fprintf(f, "</svg>\n");
-    fclose(f);
+    ringing_curve(f, sh, 6, svg_colours[1], "6 bands", 3);
+    svg_close(f);
 }
 
 /* A ball whose negative irradiance is shown as magenta. */
@@ -483,23 +451,23 @@ static void draw_balls(const char *folder) {
                 for (c = 0; c < 3; c++)
                     texel[c] = a > 0.985 ? 60.0f - 6.0f * (float)c : 0.02f + 0.01f * (float)c;
             }
-    if (!picture_create(&p, 1000, 290)) must(ENVMAP_ERROR_MEMORY, "picture");
+    if (!picture_create(&p, 1000, 290)) measure_must(ENVMAP_ERROR_MEMORY, "picture");
     picture_rectangle(&p, 0, 0, p.width, p.height, 0x15171Cu, 1);
-    must(envmap_filter(&map, &source, &diffuse, &desc), "filter");
+    measure_must(envmap_filter(&map, &source, &diffuse, &desc), "filter");
     ringing_ball(&p, 0, &map, "exact");
-    must(envmap_sh_project(sh, 6, &source, 0, 0, NULL), "project");
-    must(envmap_sh_convolve(lit, sh, 3, &diffuse, 0), "convolve");
-    must(envmap_sh_fill(&map, 0, 0, lit, 3, NULL), "fill");
+    measure_must(envmap_sh_project(sh, 6, &source, 0, 0, NULL), "project");
+    measure_must(envmap_sh_convolve(lit, sh, 3, &diffuse, 0), "convolve");
+    measure_must(envmap_sh_fill(&map, 0, 0, lit, 3, NULL), "fill");
     ringing_ball(&p, 1, &map, "3 bands");
-    must(envmap_sh_window(out, NULL, sh, 3, &diffuse, 0), "window");
-    must(envmap_sh_convolve(lit, out, 3, &diffuse, 0), "convolve");
-    must(envmap_sh_fill(&map, 0, 0, lit, 3, NULL), "fill");
+    measure_must(envmap_sh_window(out, NULL, sh, 3, &diffuse, 0), "window");
+    measure_must(envmap_sh_convolve(lit, out, 3, &diffuse, 0), "convolve");
+    measure_must(envmap_sh_fill(&map, 0, 0, lit, 3, NULL), "fill");
     ringing_ball(&p, 2, &map, "3 bands, windowed");
-    must(envmap_sh_convolve(lit, sh, 6, &diffuse, 0), "convolve");
-    must(envmap_sh_fill(&map, 0, 0, lit, 6, NULL), "fill");
+    measure_must(envmap_sh_convolve(lit, sh, 6, &diffuse, 0), "convolve");
+    measure_must(envmap_sh_fill(&map, 0, 0, lit, 6, NULL), "fill");
     ringing_ball(&p, 3, &map, "6 bands");
     snprintf(path, sizeof path, "%s/ringing.png", folder);
-    if (!picture_save(&p, path)) must(ENVMAP_ERROR_FILE, path);
+    if (!picture_save(&p, path)) measure_must(ENVMAP_ERROR_FILE, path);
     picture_free(&p);
     envmap_free(&source), envmap_free(&map);
 }
@@ -510,7 +478,7 @@ int main(int argc, char **argv) {
     int k;
     load_scenes(argc > 2 ? argv + 2 : argv + argc);
     copy_to = (float *)malloc(floats_of(&scenes[0].map) * sizeof(float));
-    if (!copy_to) must(ENVMAP_ERROR_MEMORY, "copy");
+    if (!copy_to) measure_must(ENVMAP_ERROR_MEMORY, "copy");
     table_of_sizes();
     table_of_tolerances();
     table_of_bands();
@@ -519,8 +487,7 @@ int main(int argc, char **argv) {
     table_of_speed();
     if (argc > 1) {
         char folder[4096];
-        snprintf(folder, sizeof folder, "%s/charts", argv[1]);
-        draw_bands(folder), draw_ringing(folder);
+        draw_bands(argv[1]), draw_ringing(argv[1]);
         snprintf(folder, sizeof folder, "%s/images", argv[1]);
         draw_balls(folder);
     }

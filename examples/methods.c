@@ -19,14 +19,8 @@
    SPDX-License-Identifier: MIT */
 
 #define _POSIX_C_SOURCE 200809L
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <time.h>
+#include "measure.h"
 
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
 #include "methods/box_levels.h"
 #include "methods/importance_sampling.h"
 #include "methods/paraboloid_convolution.h"
@@ -34,36 +28,21 @@
 #include "methods/summed_area.h"
 #include "picture.h"
 #include "scenes.h"
+#include "svg.h"
 
-#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 #define SOURCE       128
 #define RESULT       32
 
 /* ----------------------------------------------------------------------------------- >>clock -- */
 
-static double milliseconds(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
-}
+static double milliseconds(void) { return 1e3 * measure_seconds(); }
 
-/* Time to copy level 0 of both maps, into memory that was touched before. */
-static volatile char copied;
 static double copy_time(const envmap *src, const envmap *dst) {
-    size_t a = method_floats(src) * sizeof(float), b = method_floats(dst) * sizeof(float);
-    char *to = (char *)calloc(a + b, 1);
-    double best = 1e9;
-    for (int i = 0; to && i < 7; ++i) {
-        double start = milliseconds();
-        memcpy(to, src->texels, a), memcpy(to + a, dst->texels, b);
-        copied = to[(size_t)i * 97]; /* so that no compiler leaves the copies out */
-        best = fmin(best, milliseconds() - start);
-    }
-    free(to);
-    return best;
+    return 1e3 * measure_copy(src, dst, 1, measure_seconds);
 }
 
 /* Everything that is printed goes to stdout and, where it is open, into the document. */
+static measure_document page;
 static FILE *document;
 
 static void say(const char *format, ...) {
@@ -140,72 +119,26 @@ typedef struct bench {
     int scenes, failed;
 } bench;
 
-static void must(envmap_result result, const char *what) {
-    if (result == ENVMAP_OK) return;
-    fprintf(stderr, "%s: %s\n", what, envmap_result_text(result));
-    exit(1);
-}
-
-static envmap blank(int mapping, int size, int levels) {
-    envmap map;
-    memset(&map, 0, sizeof map);
-    must(envmap_create(&map, (envmap_mapping)mapping, size, levels, 1), "a map");
-    return map;
-}
-
-/* The definition in one direction: sum k w L / sum k w over the texels. */
-static double plain_sum(const envmap *src, const envmap_lobe *lobe, const float dir[3]) {
-    double sum = 0, weight = 0;
-    for (int f = 0; f < envmap_faces(src->mapping); ++f)
-        for (int y = 0; y < src->size; ++y)
-            for (int x = 0; x < method_width(src, 0); ++x) {
-                float d[3];
-                envmap_direction(d, (envmap_mapping)src->mapping, f,
-                                 ((float)x + 0.5f) / (float)method_width(src, 0),
-                                 ((float)y + 0.5f) / (float)src->size);
-                double c = 0;
-                for (int k = 0; k < 3; ++k) c += (double)d[k] * (double)dir[k];
-                c = envmap_lobe_value(lobe, c, 0) * envmap_solid_angle(src, 0, f, x, y);
-                sum += c * (double)envmap_texel(src, 0, 0, f, x, y)[1], weight += c;
-            }
-    return sum / weight;
-}
-
-/* Six texels of a truth, to 0.1 %. */
-static void verify_truth(bench *b, int scene, const named_lobe *lobe) {
-    const envmap *truth = b->truths + scene;
-    for (int f = 0; f < 6; ++f) {
-        int x = 5 * f + 1, y = 30 - 4 * f;
-        float d[3];
-        envmap_direction(d, ENVMAP_CUBE, f, ((float)x + 0.5f) / RESULT, ((float)y + 0.5f) / RESULT);
-        double sum = plain_sum(b->sources + scene, &lobe->lobe, d);
-        double t = (double)envmap_texel(truth, 0, 0, f, x, y)[1];
-        if (fabs(t / sum - 1) <= 1e-3) continue;
-        fprintf(stderr, "%s, %s: the truth is %g, a plain sum %g\n", b->names[scene], lobe->name, t,
-                sum);
-        b->failed = 1;
-    }
-}
-
 static void make_truths(bench *b, const named_lobe *lobe) {
     envmap_filter_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.tolerance = 1e-4f;
     if (lobe->lobe.kind == ENVMAP_LOBE_GGX) desc.method = ENVMAP_METHOD_REFERENCE;
     for (int i = 0; i < b->scenes; ++i) {
-        must(envmap_filter(b->truths + i, b->sources + i, &lobe->lobe, &desc), "a truth");
-        verify_truth(b, i, lobe);
+        measure_must(envmap_filter(b->truths + i, b->sources + i, &lobe->lobe, &desc), "a truth");
+        if (!measure_truth_holds(b->truths + i, b->sources + i, &lobe->lobe, lobe->name))
+            b->failed = 1;
     }
 }
 
 /* A constant stays itself, or the method refuses the lobe with METHOD. */
 static void verify_method(bench *b, const row *r, const named_lobe *lobe) {
-    envmap src = blank(ENVMAP_CUBE, 16, 1), dst = blank(ENVMAP_CUBE, 8, 1);
-    for (size_t i = 0; i < method_floats(&src); ++i) src.texels[i] = 2;
+    envmap src = measure_map(ENVMAP_CUBE, 16, 1, 1), dst = measure_map(ENVMAP_CUBE, 8, 1, 1);
+    measure_flat(&src, 2);
     envmap_result result = r->call(&dst, &src, &lobe->lobe, &r->desc);
-    for (size_t i = 0; !result && i < method_floats(&dst); ++i)
-        if (!r->desc.lossy && !(fabsf(dst.texels[i] - 2) <= 1e-3f)) result = ENVMAP_RESULT_COUNT;
-    if (result && result != ENVMAP_ERROR_METHOD) {
+    int ok = result ? result == ENVMAP_ERROR_METHOD
+                    : r->desc.lossy || measure_is_flat(&dst, 2, 1e-3f);
+    if (!ok) {
         fprintf(stderr, "%s, %s: a constant does not stay itself\n", r->name, lobe->name);
         b->failed = 1;
     }
@@ -236,7 +169,7 @@ static double time_of(envmap *dst, const envmap *src, const envmap_lobe *lobe, c
 }
 
 static void measure(bench *b, const row *r, const named_lobe *lobe, point *chart) {
-    envmap dst = blank(ENVMAP_CUBE, RESULT, 1);
+    envmap dst = measure_map(ENVMAP_CUBE, RESULT, 1, 1);
     say("| %s |", r->name);
     for (int i = 0; i < b->scenes; ++i) {
         envmap_difference d;
@@ -247,7 +180,7 @@ static void measure(bench *b, const row *r, const named_lobe *lobe, point *chart
             if (!i) say(" |");
             continue;
         }
-        must(envmap_compare(&d, &dst, b->truths + i, 0), "a comparison");
+        measure_must(envmap_compare(&d, &dst, b->truths + i, 0), "a comparison");
         if (!i) say(" %.3g | %.0f |", ms, ms / copy_time(b->sources, &dst));
         say(" %.2g | %.2g |", d.rms, d.worst);
         if (!i) chart->ms = ms;
@@ -291,13 +224,13 @@ static void paraboloid_table(void) {
 
 /* The level that leaves the least rms over the scenes: golden section. */
 static double box_error(bench *b, const envmap_lobe *lobe, double level, int scene) {
-    envmap dst = blank(ENVMAP_CUBE, RESULT, 1);
+    envmap dst = measure_map(ENVMAP_CUBE, RESULT, 1, 1);
     envmap_difference d;
     method_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.level = (float)level;
-    must(method_box_levels(&dst, b->sources + scene, lobe, &desc), "box levels");
-    must(envmap_compare(&d, &dst, b->truths + scene, 0), "a comparison");
+    measure_must(method_box_levels(&dst, b->sources + scene, lobe, &desc), "box levels");
+    measure_must(envmap_compare(&d, &dst, b->truths + scene, 0), "a comparison");
     envmap_free(&dst);
     return d.rms;
 }
@@ -343,10 +276,11 @@ static void gaussian_table(bench *b) {
         make_truths(b, &lobe);
         say("| %g | %.3g | %.2g |", (double)n, sigma, misfit);
         for (int i = 0; i < SCENE_COUNT; ++i) {
-            envmap dst = blank(ENVMAP_CUBE, RESULT, 1);
+            envmap dst = measure_map(ENVMAP_CUBE, RESULT, 1, 1);
             envmap_difference d;
-            must(method_separable_gaussian(&dst, b->sources + i, &lobe.lobe, NULL), "Gaussian");
-            must(envmap_compare(&d, &dst, b->truths + i, 0), "a comparison");
+            measure_must(method_separable_gaussian(&dst, b->sources + i, &lobe.lobe, NULL),
+                         "Gaussian");
+            measure_must(envmap_compare(&d, &dst, b->truths + i, 0), "a comparison");
             say(" %.2g |", d.rms);
             envmap_free(&dst);
         }
@@ -369,8 +303,8 @@ static double chain_error(const envmap *dst, const envmap *src, const envmap_lob
     enum { SAMPLES = 4096 };
     static float table[SAMPLES];
     double sigma = method_gaussian(NULL, lobe);
-    envmap got = blank(ENVMAP_CUBE, method_edge(dst, level), 1);
-    envmap truth = blank(ENVMAP_CUBE, got.size, 1);
+    envmap got = measure_map(ENVMAP_CUBE, method_edge(dst, level), 1, 1);
+    envmap truth = measure_map(ENVMAP_CUBE, got.size, 1, 1);
     envmap_difference d;
     envmap_filter_desc desc;
     memset(&desc, 0, sizeof desc);
@@ -380,15 +314,15 @@ static double chain_error(const envmap *dst, const envmap *src, const envmap_lob
     for (int i = 0; i < SAMPLES; ++i) table[i] = table[i] > 1e-7f * table[0] ? table[i] : 0;
     envmap_lobe heat = envmap_lobe_table(table, SAMPLES, 1, 0, 0);
     memcpy(got.texels, envmap_texel(dst, level, 0, 0, 0, 0), method_floats(&got) * sizeof(float));
-    must(envmap_filter(&truth, src, &heat, &desc), "a truth");
-    must(envmap_compare(&d, &got, &truth, 0), "a comparison");
+    measure_must(envmap_filter(&truth, src, &heat, &desc), "a truth");
+    measure_must(envmap_compare(&d, &got, &truth, 0), "a comparison");
     envmap_free(&got);
     envmap_free(&truth);
     return d.rms;
 }
 
 static void chain_lines(void) {
-    envmap src = blank(ENVMAP_CUBE, 256, 1), dst = blank(ENVMAP_CUBE, 256, 5);
+    envmap src = measure_map(ENVMAP_CUBE, 256, 1, 1), dst = measure_map(ENVMAP_CUBE, 256, 5, 1);
     envmap_lobe lobes[5];
     for (int i = 0; i < 5; ++i) lobes[i] = envmap_lobe_phong((float)(8192 >> 2 * i));
     for (int form = METHOD_MENDED; form <= METHOD_PUBLISHED; ++form) {
@@ -399,7 +333,7 @@ static void chain_lines(void) {
         scene_fill(&src, SCENE_OVERCAST);
         for (int i = 0; i < (form ? 2 : 15); ++i) {
             double start = milliseconds();
-            must(method_separable_chain(&dst, &src, lobes, 5, &desc), "a chain");
+            measure_must(method_separable_chain(&dst, &src, lobes, 5, &desc), "a chain");
             best = fmin(best, milliseconds() - start);
         }
         say("\nA chain N = 8192, 2048, 512, 128, 32 on levels 0 ... 4 of faces of 256, %s: %.3g "
@@ -408,7 +342,7 @@ static void chain_lines(void) {
             form ? "as published" : "mended", best, best / copy_time(&src, &dst));
         for (int scene = 0; scene < SCENE_COUNT; ++scene) {
             scene_fill(&src, scene);
-            must(method_separable_chain(&dst, &src, lobes, 5, &desc), "a chain");
+            measure_must(method_separable_chain(&dst, &src, lobes, 5, &desc), "a chain");
             say("%s %s", scene ? ";" : "", scene_name[scene]);
             for (int i = 2; i < 5; ++i) say(" %.2g", chain_error(&dst, &src, lobes + i, i));
         }
@@ -423,7 +357,7 @@ static double sample_errors[3][COUNT(sample_counts)];
 
 static void sampling_table(bench *b) {
     envmap_lobe lobe = envmap_lobe_ggx(0.25f);
-    envmap dst = blank(ENVMAP_CUBE, 8, 1), truth[SCENE_COUNT];
+    envmap dst = measure_map(ENVMAP_CUBE, 8, 1, 1), truth[SCENE_COUNT];
     envmap_filter_desc reference;
     memset(&reference, 0, sizeof reference);
     reference.method = ENVMAP_METHOD_REFERENCE;
@@ -432,8 +366,8 @@ static void sampling_table(bench *b) {
     for (int i = 0; i < SCENE_COUNT; ++i) say(" %s: rms | worst |", b->names[i]);
     say("\n|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (int i = 0; i < SCENE_COUNT; ++i) {
-        truth[i] = blank(ENVMAP_CUBE, 8, 1);
-        must(envmap_filter(truth + i, b->sources + i, &lobe, &reference), "a truth");
+        truth[i] = measure_map(ENVMAP_CUBE, 8, 1, 1);
+        measure_must(envmap_filter(truth + i, b->sources + i, &lobe, &reference), "a truth");
     }
     for (int k = 0; k < COUNT(sample_counts); ++k) {
         method_desc desc;
@@ -444,9 +378,10 @@ static void sampling_table(bench *b) {
             envmap_difference d;
             double start, ms;
             start = milliseconds();
-            must(method_importance_sampling(&dst, b->sources + i, &lobe, &desc), "sampling");
+            measure_must(method_importance_sampling(&dst, b->sources + i, &lobe, &desc),
+                         "sampling");
             ms = milliseconds() - start;
-            must(envmap_compare(&d, &dst, truth + i, 0), "a comparison");
+            measure_must(envmap_compare(&d, &dst, truth + i, 0), "a comparison");
             if (!i) say(" %.3g |", 1e3 * ms / (6 * 64));
             say(" %.2g | %.2g |", d.rms, d.worst);
             sample_errors[i][k] = d.rms;
@@ -490,12 +425,12 @@ static void footprint_box(float rgb[3], const summed_area *sums, const envmap *m
 /* 200 footprints around an axis, at an angle from it. */
 static void footprint_row(const char *what, const envmap *scene, int mapping, const float axis[3],
                           float away, float longer, float shorter) {
-    envmap map = blank(mapping, 256, envmap_levels(256));
+    envmap map = measure_map(mapping, 256, envmap_levels(256), 1);
     summed_area sums;
     double error[3] = {0, 0, 0}, all = 0;
-    must(envmap_resample(&map, scene), "a map");
-    must(envmap_mips_build(&map), "levels");
-    must(summed_area_create(&sums, &map, 0), "a table");
+    measure_must(envmap_resample(&map, scene), "a map");
+    measure_must(envmap_mips_build(&map), "levels");
+    measure_must(summed_area_create(&sums, &map, 0), "a table");
     for (int i = 0; i < 200; ++i) {
         float x[3], y[3], place[3][3], rgb[3], turn = 2.39996f * (float)i;
         double truth[3];
@@ -539,119 +474,85 @@ static void footprint_table(const envmap *scene) {
     footprint_row("sphere map, 0.2 from its rim", scene, ENVMAP_SPHERE, ahead, 0.2f, 0.2f, 0.05f);
 }
 
-/* ---------------------------------------------------------------------------------- >>charts --
-   Charts are 720 x 440; x and y are positions in [0,1] of the area inside the axes. */
+/* ---------------------------------------------------------------------------------- >>charts -- */
 
 static FILE *chart_open(const char *dir, const char *name, const char *title, const char *x,
                         const char *y) {
-    char path[1024];
-    snprintf(path, sizeof path, "%s/charts/%s", dir, name);
-    FILE *f = fopen(path, "w");
-    if (!f) {
-        fprintf(stderr, "cannot write %s\n", path);
-        exit(1);
-    }
-    fprintf(f,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 720 440\" "
-            "font-family=\"sans-serif\" font-size=\"12\">\n"
-            "<rect width=\"720\" height=\"440\" fill=\"#fff\"/>\n"
-            "<text x=\"70\" y=\"24\" font-size=\"15\">%s</text>\n"
-            "<text x=\"370\" y=\"432\" text-anchor=\"middle\">%s</text>\n"
-            "<text transform=\"translate(16 220) rotate(-90)\" text-anchor=\"middle\">%s</text>\n"
-            "<rect x=\"70\" y=\"40\" width=\"600\" height=\"350\" fill=\"none\" "
-            "stroke=\"#888\"/>\n",
-            title, x, y);
+    FILE *f = svg_open(dir, name, 720, 440, title);
+    svg_text(f, 370, 432, 12, "middle", "#444", "%s", x);
+    svg_text(f, 70, 36, 11, "end", "#444", "%s", y);
     return f;
 }
 
-static double chart_x(double x) { return 70 + 600 * x; }
-static double chart_y(double y) { return 390 - 350 * y; }
-
-static void chart_tick(FILE *f, int vertical, double at, double value) {
-    if (at < -1e-9 || at > 1 + 1e-9) return;
-    double x = vertical ? 70 : chart_x(at), y = vertical ? chart_y(at) : 40;
-    fprintf(f, "<path d=\"M%.1f %.1f%c%.1f\" stroke=\"#ddd\"/>", x, y, vertical ? 'H' : 'V',
-            vertical ? 670.0 : 390.0);
-    fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">%g</text>\n", vertical ? 64 : x,
-            vertical ? y + 4 : 406, vertical ? "end" : "middle", value);
+static svg_axes chart_axes(double x0, double x1, double y0, double y1, int logarithmic) {
+    svg_axes a = {70, 44, 670, 390, 0, 0, 0, 0, 0, 0};
+    a.x0 = x0, a.x1 = x1, a.y0 = y0, a.y1 = y1, a.log_x = a.log_y = logarithmic;
+    return a;
 }
 
-static void chart_line(FILE *f, const double *x, const double *y, int count, const char *colour,
-                       const char *label, double label_y) {
-    fprintf(f, "<polyline fill=\"none\" stroke-width=\"2\" stroke=\"%s\" points=\"", colour);
-    for (int i = 0; i < count; ++i) fprintf(f, "%.1f,%.1f ", chart_x(x[i]), chart_y(y[i]));
-    fprintf(f, "\"/>\n<text x=\"%.1f\" y=\"%.1f\" fill=\"%s\">%s</text>\n", chart_x(0.03),
-            chart_y(label_y), colour, label);
-}
-
-static void chart_done(FILE *f) {
-    fprintf(f, "</svg>\n");
-    fclose(f);
-}
-
-static double log_place(double v, double from, double to) {
-    return log10(fmax(v, 1e-12) / from) / log10(to / from);
+static void chart_tick(FILE *f, const svg_axes *a, int vertical, double value) {
+    char label[24];
+    snprintf(label, sizeof label, "%g", value);
+    if (vertical)
+        svg_tick_y(f, a, value, label);
+    else
+        svg_tick_x(f, a, value, label);
 }
 
 /* Error against time of every method, for one lobe, on the second scene. */
 static void chart_methods(const char *dir, const char *name, const char *title,
                           const point *chart) {
-    FILE *f = chart_open(dir, name, title, "ms", "relative rms error");
-    for (double t = 1; t < 2e4; t *= 10) chart_tick(f, 0, log_place(t, 1, 1e4), t);
-    for (double e = 1e-6; e < 2; e *= 10) chart_tick(f, 1, log_place(e, 1e-6, 1), e);
+    FILE *f = chart_open(dir, name, title, "ms", "rms");
+    svg_axes a = chart_axes(1, 1e4, 1e-6, 1, 1);
+    for (double t = 1; t < 2e4; t *= 10) chart_tick(f, &a, 0, t);
+    for (double e = 1e-6; e < 2; e *= 10) chart_tick(f, &a, 1, e);
+    svg_frame(f, &a);
     for (int i = 0; i < COUNT(rows); ++i) {
         if (!chart[i].ok) continue;
-        double x = chart_x(log_place(chart[i].ms, 1, 1e4));
-        double y = chart_y(log_place(chart[i].rms, 1e-6, 1));
         const char *colour = i == 0                         ? "#000"
                              : strstr(rows[i].name, "publ") ? "#c33"
                              : strstr(rows[i].name, "half") ? "#c33"
                                                             : "#26a";
-        fprintf(f, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" fill=\"%s\"/>", x, y, colour);
-        fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"10\" fill=\"%s\">%s</text>\n", x + 7,
-                y + 3, colour, i ? rows[i].name : "envmap_filter");
+        svg_dot(f, &a, chart[i].ms, chart[i].rms, 4, colour, colour);
+        svg_text(f, svg_x(&a, chart[i].ms) + 7, svg_y(&a, chart[i].rms) + 3, 10, "start", colour,
+                 "%s", i ? rows[i].name : "envmap_filter");
     }
-    chart_done(f);
+    svg_close(f);
 }
 
 static void chart_samples(const char *dir) {
     static const char *const colours[3] = {"#26a", "#383", "#c33"};
     FILE *f = chart_open(dir, "sampling.svg", "Filtered importance sampling, GGX alpha = 0.25",
-                         "samples per texel", "relative rms error");
-    double x[COUNT(sample_counts)], y[COUNT(sample_counts)];
-    for (int n = 8; n <= 4096; n *= 2) chart_tick(f, 0, log_place(n, 8, 4096), n);
-    for (double e = 1e-4; e < 2; e *= 10) chart_tick(f, 1, log_place(e, 1e-4, 1), e);
+                         "samples per texel", "rms");
+    svg_axes a = chart_axes(8, 4096, 1e-4, 1, 1);
+    double x[COUNT(sample_counts)];
+    for (int n = 8; n <= 4096; n *= 2) chart_tick(f, &a, 0, n);
+    for (double e = 1e-4; e < 2; e *= 10) chart_tick(f, &a, 1, e);
+    svg_frame(f, &a);
+    for (int k = 0; k < COUNT(sample_counts); ++k) x[k] = sample_counts[k];
     for (int i = 0; i < 3; ++i) {
-        for (int k = 0; k < COUNT(sample_counts); ++k) {
-            x[k] = log_place(sample_counts[k], 8, 4096);
-            y[k] = log_place(sample_errors[i][k], 1e-4, 1);
-        }
-        chart_line(f, x, y, COUNT(sample_counts), colours[i], scene_name[i], 0.05 + 0.05 * i);
+        svg_line(f, &a, x, sample_errors[i], COUNT(sample_counts), colours[i], 2, "");
+        svg_text(f, 88, 372 - 18 * i, 12, "start", colours[i], "%s", scene_name[i]);
     }
-    chart_done(f);
+    svg_close(f);
 }
 
 static void chart_distortion(const char *dir) {
     static const char *const colours[4] = {"#26a", "#383", "#c80", "#c33"};
-    FILE *f = chart_open(dir, "distortion.svg", "How far a circle's image is off its centre",
-                         "distance d from the map's centre", "|a - b| / (a + b)");
+    FILE *f = chart_open(dir, "distortion.svg", "How far a circle's image is off its centre: "
+                         "|a - b| / (a + b)", "distance d from the map's centre", "");
+    svg_axes a = chart_axes(0, 1, 0, 0.5, 0);
     double x[65], y[65];
-    for (int i = 0; i <= 5; ++i) {
-        chart_tick(f, 0, 0.2 * i, 0.2 * i);
-        chart_tick(f, 1, 0.2 * i, 0.1 * i);
-    }
+    for (int i = 0; i <= 5; ++i) chart_tick(f, &a, 0, 0.2 * i), chart_tick(f, &a, 1, 0.1 * i);
+    svg_frame(f, &a);
     for (int k = 0; k < 4; ++k) {
         double r = k == 3 ? 260.0 / 512 : 0.125 * (k + 1);
-        char label[40];
-        for (int i = 0; i <= 64; ++i) {
-            x[i] = i / 64.0;
-            y[i] = paraboloid_distortion(x[i], r) / 0.5;
-        }
-        snprintf(label, sizeof label, "radius %.3g: %.1f %% at the rim", r,
+        for (int i = 0; i <= 64; ++i) x[i] = i / 64.0, y[i] = paraboloid_distortion(x[i], r);
+        svg_line(f, &a, x, y, 65, colours[k], 2, "");
+        svg_text(f, 88, 110 - 17 * k, 12, "start", colours[k], "radius %.3g: %.1f %% at the rim", r,
                  100 * paraboloid_distortion(1, r));
-        chart_line(f, x, y, 65, colours[k], label, 0.8 + 0.05 * k);
     }
-    chart_done(f);
+    svg_close(f);
 }
 
 /* The studio through Phong N = 100: the truth, and what each method makes of it. */
@@ -667,13 +568,13 @@ static void draw_methods(const char *dir, bench *b) {
     memset(p.rgb, 255, 3 * (size_t)p.width * (size_t)p.height);
     float exposure = picture_exposure(b->sources + SCENE_STUDIO);
     for (int i = -2; i < COUNT(shown); ++i) {
-        envmap dst = blank(ENVMAP_CUBE, RESULT, 1);
+        envmap dst = measure_map(ENVMAP_CUBE, RESULT, 1, 1);
         const envmap *map = i == -2 ? b->sources + SCENE_STUDIO
                             : i < 0 ? b->truths + SCENE_STUDIO
                                     : &dst;
         int x = (i + 2) % 3 * w, y = (i + 2) / 3 * (h + gap);
         if (i >= 0)
-            must(rows[shown[i]].call(&dst, b->sources + SCENE_STUDIO, &lobe.lobe,
+            measure_must(rows[shown[i]].call(&dst, b->sources + SCENE_STUDIO, &lobe.lobe,
                                      &rows[shown[i]].desc),
                  "a picture");
         picture_panorama(&p, x, y + gap, w - 4, h - 4, exposure, map);
@@ -690,65 +591,33 @@ static void draw_methods(const char *dir, bench *b) {
 
 /* ------------------------------------------------------------------------------------ >>main -- */
 
-#define BEGIN "<!-- made by make methods: begin -->\n"
-#define END   "<!-- made by make methods: end -->\n"
-
-/* The whole of a file, or NULL. */
-static char *read_text(const char *path) {
-    FILE *f = fopen(path, "rb");
-    char *text = (char *)calloc(1, 1 << 20);
-    size_t n = f && text ? fread(text, 1, (1 << 20) - 1, f) : 0;
-    if (f) fclose(f);
-    if (n) return text;
-    free(text);
-    return NULL;
-}
-
-/* Puts the measured text between the markers. */
-static int write_document(const char *path, const char *measured) {
-    char *old = read_text(path), *text = read_text(measured);
-    char *from = old ? strstr(old, BEGIN) : NULL, *to = old ? strstr(old, END) : NULL;
-    int ok = 0;
-    FILE *f = from && to && text ? fopen(path, "wb") : NULL;
-    if (f) {
-        ok = fwrite(old, 1, (size_t)(from - old) + strlen(BEGIN), f) > 0;
-        ok &= fputs(text, f) >= 0 && fputs(to, f) >= 0;
-        ok &= fclose(f) == 0;
-    }
-    free(old);
-    free(text);
-    return ok;
-}
-
 static void add_file(bench *b, const char *path) {
     const char *name = strrchr(path, '/') ? strrchr(path, '/') + 1 : path;
     if (b->scenes == SCENES_MOST) return;
     envmap *map = b->sources + b->scenes;
-    must(envmap_pfm_load(map, path, ENVMAP_LATLONG), path);
+    measure_must(envmap_pfm_load(map, path, ENVMAP_LATLONG), path);
     snprintf(b->names[b->scenes], sizeof b->names[0], "%.*s", (int)strcspn(name, "."), name);
-    b->truths[b->scenes++] = blank(ENVMAP_CUBE, RESULT, 1);
+    b->truths[b->scenes++] = measure_map(ENVMAP_CUBE, RESULT, 1, 1);
 }
 
 static void draw(const char *docs, bench *b) {
-    char path[1024], measured[1024];
+    char path[1024];
     chart_methods(docs, "methods-phong100.svg", "Phong N = 100, studio", points[1]);
     chart_methods(docs, "methods-ggx.svg", "GGX alpha = 0.25, studio", points[3]);
     chart_samples(docs);
     chart_distortion(docs);
     draw_methods(docs, b);
     snprintf(path, sizeof path, "%s/methods.md", docs);
-    snprintf(measured, sizeof measured, "%s/charts/measured.tmp", docs);
-    if (!write_document(path, measured)) fprintf(stderr, "cannot write %s\n", path);
-    remove(measured);
+    measure_write(&page, path, "make methods");
 }
 
 int main(int argc, char **argv) {
     static bench b;
     named_lobe lobes[LOBES];
     const char *docs = NULL;
-    char path[1024];
     for (int i = 0; i < SCENE_COUNT; ++i) {
-        b.sources[i] = blank(ENVMAP_CUBE, SOURCE, 1), b.truths[i] = blank(ENVMAP_CUBE, RESULT, 1);
+        b.sources[i] = measure_map(ENVMAP_CUBE, SOURCE, 1, 1);
+        b.truths[i] = measure_map(ENVMAP_CUBE, RESULT, 1, 1);
         scene_fill(b.sources + i, i);
         snprintf(b.names[i], sizeof b.names[i], "%s", scene_name[i]);
     }
@@ -759,11 +628,7 @@ int main(int argc, char **argv) {
         else
             add_file(&b, argv[i]);
     }
-    if (docs) {
-        snprintf(path, sizeof path, "%s/charts/measured.tmp", docs);
-        document = fopen(path, "w");
-        if (!document) fprintf(stderr, "cannot write %s\n", path);
-    }
+    if (docs) document = measure_begin(&page, "tables");
     make_lobes(lobes);
     for (int i = 0; i < LOBES && !b.failed; ++i) table(&b, lobes + i, points[i]);
     b.scenes = SCENE_COUNT; /* the details are about the made-up scenes */
@@ -775,8 +640,9 @@ int main(int argc, char **argv) {
         sampling_table(&b);
         footprint_table(b.sources);
     }
-    if (document) fclose(document);
+    if (document) measure_end(&page, document, 0);
     if (docs && document && !b.failed) draw(docs, &b);
     for (int i = 0; i < SCENES_MOST; ++i) envmap_free(b.sources + i), envmap_free(b.truths + i);
+    measure_document_free(&page);
     return b.failed;
 }
