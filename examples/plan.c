@@ -1,0 +1,432 @@
+/* plan.c - holds what envmap_filter_plan expects against what happens, and fits what it counts with.
+
+   What you will see: progress on stderr, then tables: expected and measured time and error, how
+   often AUTO took the cheapest method, and the weights of the costs as they come out on this
+   machine beside those of the header. `plan DIR` puts the tables between the marks of DIR/plan.md;
+   where DIR/charts/accuracy-speed.csv is there (`make chart`), its rows are held against too.
+       cc -O3 -march=native -std=c99 -I. examples/plan.c -o plan -lm -lpthread
+
+   A work is a scene, a lobe, a source, a result and a tolerance. The truth is the definition at 4
+   x 4 texels a face, which have the same centres as every third, ninth or 27th texel of the result.
+   Times are this process's, the best of several runs; a method too slow for that is timed on the
+   truth's texels alone, and scaled. Time is told in copies of one texel of a large map.
+
+   >>works    scenes, lobes, sizes
+   >>runs     one method timed and compared
+   >>fit      non-negative least squares of relative errors
+   >>tables   Markdown
+   >>chart    rows of accuracy-speed.csv
+   >>main
+
+   SPDX-License-Identifier: MIT */
+
+#define _POSIX_C_SOURCE 200809L
+#include "measure.h"
+
+#include "scenes.h"
+
+/* ----------------------------------------------------------------------------------- >>works -- */
+
+static const struct {
+    const char *name;
+    int kind;
+    float parameter;
+} lobes[] = {{"diffuse", ENVMAP_LOBE_PHONG, 1},       {"Phong N = 10", ENVMAP_LOBE_PHONG, 10},
+             {"Phong N = 50", ENVMAP_LOBE_PHONG, 50}, {"Phong N = 100", ENVMAP_LOBE_PHONG, 100},
+             {"Phong N = 250", ENVMAP_LOBE_PHONG, 250},
+             {"Phong N = 500", ENVMAP_LOBE_PHONG, 500},
+             {"Phong N = 2000", ENVMAP_LOBE_PHONG, 2000},
+             {"Gaussian 200", ENVMAP_LOBE_GAUSSIAN, 200},
+             {"GGX roughness 0.3", ENVMAP_LOBE_GGX, 0.09f},
+             {"GGX roughness 0.5", ENVMAP_LOBE_GGX, 0.25f},
+             {"Banks s = 0.9", ENVMAP_LOBE_BANKS, 0.9f},
+             {"Banks s = 0.99", ENVMAP_LOBE_BANKS, 0.99f}};
+enum { LOBES = COUNT(lobes), SLICES = 4, TRUTH = 4 };
+
+static envmap_lobe lobe_of(int kind, float parameter) {
+    if (kind == ENVMAP_LOBE_BANKS) return envmap_lobe_banks(parameter);
+    if (kind == ENVMAP_LOBE_GGX) return envmap_lobe_ggx(parameter);
+    if (kind == ENVMAP_LOBE_GAUSSIAN) return envmap_lobe_gaussian(parameter);
+    return envmap_lobe_phong(parameter);
+}
+
+/* Sources and results; edge is TRUTH times 1, 3, 9 or 27. scene -1: each, at three tolerances. */
+static const struct shape {
+    int from, source, to, edge, scene;
+} shapes[] = {{ENVMAP_CUBE, 128, ENVMAP_CUBE, 36, -1},
+              {ENVMAP_CUBE, 128, ENVMAP_CUBE, 108, 2},
+              {ENVMAP_LATLONG, 128, ENVMAP_CUBE, 36, 1},
+              {ENVMAP_CUBE, 64, ENVMAP_CUBE, 12, 0},
+              {ENVMAP_CUBE, 64, ENVMAP_CUBE, 108, 1},
+              {ENVMAP_PARABOLOID, 64, ENVMAP_LATLONG, 36, 2},
+              {ENVMAP_ANGULAR, 64, ENVMAP_CUBE, 12, 1},
+              {ENVMAP_CUBE, 32, ENVMAP_CUBE, 4, 2},
+              {ENVMAP_CUBE, 32, ENVMAP_CUBE, 12, 1},
+              {ENVMAP_LATLONG, 32, ENVMAP_CUBE, 12, 0},
+              {ENVMAP_CUBE, 24, ENVMAP_CUBE, 4, 1},
+              {ENVMAP_LATLONG, 16, ENVMAP_LATLONG, 4, 2},
+              {ENVMAP_CUBE, 8, ENVMAP_CUBE, 4, 0}};
+enum { SHAPES = COUNT(shapes), ROWS = LOBES * (SHAPES + 8), THRESHOLDS = 3 };
+
+static const double tolerances[3] = {1e-2, 1e-3, 1e-4};
+static const float thresholds[THRESHOLDS] = {0.01f, 0.003f, 0.001f};
+
+/* What was measured: times in copies of a texel, less than 0 where a method was not run. */
+typedef struct timing {
+    double time, error;
+    double counts[ENVMAPI_COUNTS]; /* of what was timed: all, or the truth's texels */
+    double timed;
+} timing;
+
+typedef struct row {
+    int scene, lobe, shape;
+    double tolerance;
+    envmap_needs needs;
+    timing fast, reference, hierarchical[THRESHOLDS];
+} row;
+
+static row rows[ROWS];
+static int row_count;
+static double texel_copy, texel_cached; /* seconds */
+
+/* ------------------------------------------------------------------------------------ >>runs -- */
+
+static double copy_of_a_texel(size_t bytes) {
+    char *a = (char *)malloc(2 * bytes);
+    double best = 1e30;
+    int i, k, runs = bytes < 1 << 20 ? 64 : 1;
+    if (!a) measure_must(ENVMAP_ERROR_MEMORY, "a copy");
+    memset(a, 1, 2 * bytes);
+    for (i = 0; i < 15; ++i) {
+        double t = measure_seconds();
+        for (k = 0; k < runs; ++k) measure_memcpy(a, a + bytes, bytes);
+        best = fmin(best, (measure_seconds() - t) / runs);
+    }
+    free(a);
+    return 12 * best / (double)bytes;
+}
+
+static envmap_filter_desc desc_of(int method, double tolerance, float threshold) {
+    envmap_filter_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.method = method, desc.tolerance = (float)tolerance, desc.threshold = threshold;
+    return desc;
+}
+
+/* The best of several runs, in copies of a texel; -1 where the method cannot. */
+static double timed(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                    const envmap_filter_desc *desc) {
+    double best = 1e30, start = measure_seconds(), t = start;
+    int i;
+    for (i = 0; i < 9 && (i < 2 || t - start < 0.03); ++i) {
+        double before = t;
+        if (envmap_filter(dst, src, lobe, desc)) return -1;
+        t = measure_seconds();
+        best = fmin(best, t - before);
+        if (t - before > 0.1) break;
+    }
+    return best / texel_copy;
+}
+
+/* Relative rms over the texels of truth, which dst has among its own. */
+static double error_of(const envmap *dst, const envmap *truth) {
+    int s, f, x, y, c, ratio = dst->size / truth->size, width = measure_width(truth, 0);
+    double off = 0, all = 0;
+    for (s = 0; s < truth->slices; ++s)
+        for (f = 0; f < envmap_faces(truth->mapping); ++f)
+            for (y = 0; y < truth->size; ++y)
+                for (x = 0; x < width; ++x) {
+                    const float *b = envmap_texel(truth, 0, s, f, x, y);
+                    const float *a = envmap_texel(dst, 0, s, f, ratio * x + ratio / 2,
+                                                  ratio * y + ratio / 2);
+                    double w = envmap_solid_angle(truth, 0, f, x, y);
+                    for (c = 0; c < 3; ++c) {
+                        off += w * pow((double)a[c] - (double)b[c], 2);
+                        all += w * pow((double)b[c], 2);
+                    }
+                }
+    return all > 0 ? sqrt(off / all) : 0;
+}
+
+static void count(double counts[ENVMAPI_COUNTS], int method, const envmap *dst, const envmap *src,
+                  const envmap_lobe *lobe, double tolerance) {
+    double n[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS];
+    envmap_needs needs;
+    envmapi_job job;
+    envmap_filter_desc desc = desc_of(0, tolerance, 0);
+    memset(&job, 0, sizeof job);
+    envmapi_desc(&job.desc, &desc);
+    measure_must(envmapi_needs_job(&needs, &job, dst, src, lobe), "counts");
+    envmapi_job_counts(n, &job);
+    envmapi_pool_free(&job.pool, 0);
+    memcpy(counts, n[method], sizeof n[method]);
+}
+
+/* On all texels where that is quick, else on the truth's. */
+static timing run(envmap *dst, envmap *part, const envmap *truth, const envmap *src,
+                  const envmap_lobe *lobe, envmap_filter_desc desc, double guess) {
+    timing out;
+    double ratio = (double)dst->size / part->size;
+    envmap *map = guess * ratio * ratio < 0.02 / texel_copy ? dst : part;
+    out.timed = timed(map, src, lobe, &desc);
+    out.error = error_of(map, truth);
+    out.time = out.timed * (map == dst ? 1 : ratio * ratio);
+    count(out.counts, desc.method, map, src, lobe, (double)desc.tolerance);
+    return out;
+}
+
+/* One work at one tolerance, or three. */
+static void measure_work(const envmap *src, int scene, int lobe_index, int shape) {
+    const struct shape *s = shapes + shape;
+    envmap_lobe lobe = lobe_of(lobes[lobe_index].kind, lobes[lobe_index].parameter);
+    int slices = lobes[lobe_index].kind == ENVMAP_LOBE_BANKS ? SLICES : 1, k, i;
+    envmap dst = measure_map(s->to, s->edge, 1, slices), truth = measure_map(s->to, TRUTH, 1, slices);
+    envmap part = measure_map(s->to, TRUTH, 1, slices);
+    envmap_filter_desc exact = desc_of(ENVMAP_METHOD_REFERENCE, 0, 0);
+    double guess = timed(&truth, src, &lobe, &exact);
+    timing reference = run(&dst, &part, &truth, src, &lobe, exact, guess), h[THRESHOLDS];
+    for (i = 0; i < THRESHOLDS; ++i)
+        h[i] = run(&dst, &part, &truth, src, &lobe,
+                   desc_of(ENVMAP_METHOD_HIERARCHICAL, 0, thresholds[i]), guess);
+    for (k = 0; k < 3; ++k) {
+        row *r = rows + row_count;
+        envmap_filter_desc desc = desc_of(ENVMAP_METHOD_HARMONICS, tolerances[k], 0);
+        if (s->scene >= 0 && k != 1) continue;
+        memset(r, 0, sizeof *r);
+        r->scene = scene, r->lobe = lobe_index, r->shape = shape, r->tolerance = tolerances[k];
+        r->reference = reference, memcpy(r->hierarchical, h, sizeof h);
+        measure_must(envmap_filter_plan(&r->needs, &dst, src, &lobe, &desc), "a plan");
+        r->fast.time = r->fast.timed = timed(&dst, src, &lobe, &desc);
+        r->fast.error = r->fast.time < 0 ? 0 : error_of(&dst, &truth);
+        count(r->fast.counts, ENVMAP_METHOD_FAST, &dst, src, &lobe, tolerances[k]);
+        ++row_count;
+    }
+    envmap_free(&dst), envmap_free(&part), envmap_free(&truth);
+}
+
+static void measure_all(void) {
+    int shape, scene, k;
+    for (shape = 0; shape < SHAPES; ++shape)
+        for (scene = 0; scene < SCENE_COUNT; ++scene) {
+            envmap src;
+            if (shapes[shape].scene >= 0 && shapes[shape].scene != scene) continue;
+            src = measure_map(shapes[shape].from, shapes[shape].source, 1, 1);
+            scene_fill(&src, scene);
+            for (k = 0; k < LOBES; ++k) {
+                fprintf(stderr, "\r%-60s", "");
+                fprintf(stderr, "\rshape %d of %d, %s, %s", shape + 1, SHAPES, scene_name[scene],
+                        lobes[k].name);
+                measure_work(&src, scene, k, shape);
+            }
+            envmap_free(&src);
+        }
+    fprintf(stderr, "\r%-60s\r", "");
+}
+
+/* ------------------------------------------------------------------------------------- >>fit -- */
+
+/* x >= 0 with the least sum over rows of (sum_i x_i n_i / t - 1)^2, coordinate by coordinate. */
+typedef struct fit {
+    double A[ENVMAPI_COUNTS][ENVMAPI_COUNTS], b[ENVMAPI_COUNTS], x[ENVMAPI_COUNTS];
+    int rows;
+} fit;
+
+static void fit_add(fit *f, const timing *t) {
+    int i, j;
+    if (!(t->timed > 0)) return;
+    for (i = 0; i < ENVMAPI_COUNTS; ++i) {
+        f->b[i] += t->counts[i] / t->timed;
+        for (j = 0; j < ENVMAPI_COUNTS; ++j)
+            f->A[i][j] += t->counts[i] * t->counts[j] / (t->timed * t->timed);
+    }
+    ++f->rows;
+}
+
+static void fit_solve(fit *f) {
+    int turn, i, j;
+    for (turn = 0; turn < 100000; ++turn)
+        for (i = 0; i < ENVMAPI_COUNTS; ++i) {
+            double rest = f->b[i];
+            for (j = 0; j < ENVMAPI_COUNTS; ++j) rest -= j == i ? 0 : f->A[i][j] * f->x[j];
+            f->x[i] = f->A[i][i] > 0 ? fmax(rest / f->A[i][i], 0) : 0;
+        }
+}
+
+static void fits(fit out[ENVMAP_METHOD_COUNT]) {
+    int i, k;
+    memset(out, 0, ENVMAP_METHOD_COUNT * sizeof *out);
+    for (i = 0; i < row_count; ++i) {
+        fit_add(out + ENVMAP_METHOD_FAST, &rows[i].fast);
+        if (rows[i].tolerance > 2e-3 || rows[i].tolerance < 5e-4) continue; /* the same again */
+        fit_add(out + ENVMAP_METHOD_REFERENCE, &rows[i].reference);
+        for (k = 0; k < THRESHOLDS; ++k)
+            fit_add(out + ENVMAP_METHOD_HIERARCHICAL, &rows[i].hierarchical[k]);
+    }
+    for (i = 0; i < ENVMAP_METHOD_COUNT; ++i) fit_solve(out + i);
+}
+
+/* ---------------------------------------------------------------------------------- >>tables -- */
+
+static const char *const method_names[] = {"mirror", "REFERENCE", "HIERARCHICAL", "FAST"};
+
+static int ascending(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+static double quantile(double *values, int n, double q) {
+    qsort(values, (size_t)n, sizeof *values, ascending);
+    return n ? values[(int)(q * (n - 1) + 0.5)] : 0;
+}
+
+static double weighted(const double *weights, const double *counts) {
+    double sum = 0;
+    int i;
+    for (i = 0; i < ENVMAPI_COUNTS; ++i) sum += weights[i] * counts[i];
+    return sum;
+}
+
+/* Expected over measured time, by the header's weights and by these. */
+static void table_times(FILE *out, const fit *fitted) {
+    static const int order[3] = {ENVMAP_METHOD_FAST, ENVMAP_METHOD_REFERENCE,
+                                 ENVMAP_METHOD_HIERARCHICAL};
+    double ratio[2][ROWS * THRESHOLDS], off[2][ROWS * THRESHOLDS];
+    int i, k, m, w;
+    fprintf(out, "| method | rows | expected / measured, median | off by a factor, median | in nine of "
+                 "ten rows | as fitted anew here |\n|---|--:|--:|--:|--:|--:|\n");
+    for (m = 0; m < 3; ++m) {
+        int n = 0, method = order[m];
+        for (i = 0; i < row_count; ++i)
+            for (k = 0; k < (method == ENVMAP_METHOD_HIERARCHICAL ? THRESHOLDS : 1); ++k) {
+                const timing *t = method == ENVMAP_METHOD_FAST        ? &rows[i].fast
+                                  : method == ENVMAP_METHOD_REFERENCE ? &rows[i].reference
+                                                                      : rows[i].hierarchical + k;
+                if (!(t->timed > 0)) continue;
+                if (method != ENVMAP_METHOD_FAST && fabs(log10(rows[i].tolerance) + 3) > 0.1)
+                    continue;
+                for (w = 0; w < 2; ++w) {
+                    double e = weighted(w ? fitted[method].x : envmapi_costs[method], t->counts);
+                    ratio[w][n] = e / t->timed, off[w][n] = exp(fabs(log(e / t->timed)));
+                }
+                ++n;
+            }
+        fprintf(out, "| %s | %d | %.2f | %.2f | %.2f | %.2f |\n", method_names[method], n,
+                quantile(ratio[0], n, 0.5), quantile(off[0], n, 0.5), quantile(off[0], n, 0.9),
+                quantile(off[1], n, 0.9));
+    }
+}
+
+/* The time of a method that keeps the tolerance, or infinity. */
+static double keeps(const timing *t, double tolerance) {
+    return t->time > 0 && t->error <= tolerance ? t->time : HUGE_VAL;
+}
+
+static void table_picks(FILE *out) {
+    static const double slack[3] = {1.0, 1.1, 2.0};
+    int right[3] = {0, 0, 0}, model = 0, above = 0, i, k, fast_rows = 0, other[2] = {0, 0};
+    double most = 0, ratio[ROWS], lost = 0;
+    for (i = 0; i < row_count; ++i) {
+        const row *r = rows + i;
+        double fast = keeps(&r->fast, r->tolerance), best;
+        double reference = r->reference.time, hierarchical = HUGE_VAL, own;
+        for (k = 0; k < THRESHOLDS; ++k)
+            hierarchical = fmin(hierarchical, keeps(r->hierarchical + k, r->tolerance));
+        best = fmin(fast, fmin(reference, hierarchical));
+        own = r->needs.method == ENVMAP_METHOD_FAST ? fast : reference;
+        for (k = 0; k < 3; ++k) right[k] += own <= slack[k] * best;
+        if (own > 1.1 * best) ++other[hierarchical <= best], lost = fmax(lost, own / best);
+        model += (r->needs.operations[ENVMAP_METHOD_FAST] <
+                  r->needs.operations[ENVMAP_METHOD_REFERENCE]) == (fast < reference);
+        if (own > 1.1 * best)
+            fprintf(stderr, "not the cheapest: %s, %s, shape %d, tolerance %g: took %s; FAST %.3g "
+                            "(expected %.3g), REFERENCE %.3g (%.3g), HIERARCHICAL %.3g\n",
+                    scene_name[r->scene], lobes[r->lobe].name, r->shape, r->tolerance,
+                    method_names[r->needs.method], fast, r->needs.operations[ENVMAP_METHOD_FAST],
+                    reference, r->needs.operations[ENVMAP_METHOD_REFERENCE], hierarchical);
+        if (!(r->fast.time > 0)) continue;
+        above += r->fast.error > r->tolerance;
+        most = fmax(most, r->fast.error / r->tolerance);
+        if(getenv("HIER")&&fabs(log10(r->tolerance)+3)<.1) for(k=0;k<3;++k){ envmap_lobe lo=lobe_of(lobes[r->lobe].kind,lobes[r->lobe].parameter); double pk=envmap_lobe_value(&lo,r->lobe>9?.0:1,r->lobe>9?.0:0)/envmap_lobe_integral(&lo,0); fprintf(stderr,"H %s %s thr %g err %g feature %g contrast %g shape %d\n",scene_name[r->scene],lobes[r->lobe].name,(double)thresholds[k],r->hierarchical[k].error,pk*12.566*(double)thresholds[k],r->needs.contrast,r->shape);}
+        ratio[fast_rows++] = r->fast.error / r->needs.error[ENVMAP_METHOD_FAST];
+    }
+    fprintf(out, "| of %d works | |\n|---|--:|\n", row_count);
+    fprintf(out, "| what AUTO took was the cheapest that kept the tolerance | %.0f %% |\n",
+            100.0 * right[0] / row_count);
+    fprintf(out, "| ... or within 10 %% of it | %.0f %% |\n", 100.0 * right[1] / row_count);
+    fprintf(out, "| ... or within a factor of two | %.0f %% |\n", 100.0 * right[2] / row_count);
+    fprintf(out, "| where it was not: REFERENCE or FAST was, HIERARCHICAL was | %d, %d works |\n",
+            other[0], other[1]);
+    fprintf(out, "| ... and cost, at the worst | %.1f times as much |\n", lost);
+    fprintf(out, "| expected costs tell FAST from REFERENCE rightly | %.0f %% |\n",
+            100.0 * model / row_count);
+    fprintf(out, "| FAST: works above the tolerance | %d of %d |\n", above, fast_rows);
+    fprintf(out, "| FAST: the largest error, of the tolerance | %.2f |\n", most);
+    fprintf(out, "| FAST: measured / expected error, median | %.2f |\n",
+            quantile(ratio, fast_rows, 0.5));
+    fprintf(out, "| ... one work of ten is below, one above | %.2f, %.2f |\n",
+            quantile(ratio, fast_rows, 0.1), quantile(ratio, fast_rows, 0.9));
+}
+
+static void table_works(FILE *out) {
+    int i;
+    fprintf(out, "| scene | lobe | edge | bands | slices | lights | contrast | nine numbers | "
+                 "expected, measured copies | expected, measured error |\n"
+                 "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    for (i = 0; i < row_count; ++i) {
+        const row *r = rows + i;
+        double copy = r->needs.operations[ENVMAP_METHOD_FAST] / r->needs.copies[ENVMAP_METHOD_FAST];
+        if (r->shape || fabs(log10(r->tolerance) + 3) > 0.1 || !(r->fast.time > 0)) continue;
+        fprintf(out, "| %s | %s | %d | %d | %d | %d | %.2f | %.2g | %.0f, %.0f | %.1e, %.1e |\n",
+                scene_name[r->scene], lobes[r->lobe].name, r->needs.size, r->needs.bands,
+                r->needs.slices, r->needs.lights, r->needs.contrast, r->needs.nine,
+                r->needs.copies[ENVMAP_METHOD_FAST], r->fast.time / copy,
+                r->needs.error[ENVMAP_METHOD_FAST], r->fast.error);
+    }
+}
+
+/* The header's tables, as they come out here. */
+static void print_weights(const fit *fitted) {
+    int m, i, w;
+    printf("weights in the header, and as fitted here (copies of a texel of a large map):\n");
+    for (m = 1; m < ENVMAP_METHOD_HARMONICS; ++m)
+        for (w = 0; w < 2; ++w) {
+            printf("  %-12s %s {", method_names[m], w ? "fitted" : "header");
+            for (i = 0; i < ENVMAPI_COUNTS; ++i)
+                printf("%s%.3g", i ? ", " : "", w ? fitted[m].x[i] : envmapi_costs[m][i]);
+            printf("}  %d rows\n", fitted[m].rows);
+        }
+    printf("a texel copied in a cache over one of a large map: header %.2f, here %.2f\n",
+           envmapi_costs_cached, texel_cached / texel_copy);
+}
+
+/* ------------------------------------------------------------------------------------ >>main -- */
+
+int main(int argc, char **argv) {
+    char path[1024], cpu[128], compiler[128];
+    measure_document document;
+    fit fitted[ENVMAP_METHOD_COUNT];
+    FILE *out;
+    memset(&document, 0, sizeof document);
+    texel_copy = copy_of_a_texel((size_t)32 << 20), texel_cached = copy_of_a_texel((size_t)1 << 18);
+    measure_all();
+    fits(fitted);
+    print_weights(fitted);
+    measure_machine(cpu, compiler, sizeof cpu);
+    out = measure_begin(&document, "machine");
+    fprintf(out, "%s, %s; a texel of a large map is copied in %.2f ns.\n", cpu, compiler,
+            1e9 * texel_copy);
+    measure_end(&document, out, 1);
+    out = measure_begin(&document, "times");
+    table_times(out, fitted);
+    measure_end(&document, out, 1);
+    out = measure_begin(&document, "picks");
+    table_picks(out);
+    measure_end(&document, out, 1);
+    out = measure_begin(&document, "works");
+    table_works(out);
+    measure_end(&document, out, 1);
+    snprintf(path, sizeof path, "%s/plan.md", argc > 1 ? argv[1] : "docs");
+    if (argc > 1) measure_write(&document, path, "make plan");
+    measure_document_free(&document);
+    return 0;
+}
