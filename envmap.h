@@ -547,8 +547,9 @@ typedef struct envmap_needs {
     double contrast; /* rms of the result about its mean, over its mean                           */
     double nine;     /* relative rms of what three bands, nine coefficients, lose                 */
     double lookup;   /* relative rms of what bilinear lookups between texels of dst's size lose   */
-    double error[ENVMAP_METHOD_COUNT];      /* relative rms; [AUTO]: of `method`; infinite where
-                                               a method cannot do that                            */
+    double error[ENVMAP_METHOD_COUNT];      /* relative rms; [AUTO]: of `method`; HIERARCHICAL's
+                                               to an order of magnitude. Infinite, as the next
+                                               two, where a method cannot do that                 */
     double operations[ENVMAP_METHOD_COUNT]; /* time, in copies of one texel of a large map        */
     double copies[ENVMAP_METHOD_COUNT];     /* time, in copies of src and dst                     */
 } envmap_needs;
@@ -558,7 +559,8 @@ typedef struct envmap_needs {
      bands   sum_(l >= bands) P_l <= tolerance^2 sum P_l
      size    sum P_l e(l h)^2 <= tolerance^2 sum P_l, in the mean over the map, h the spacing of its
              texels; e(w) -> 0.089 w^2 is the rms of what linear interpolation in u and v loses of
-             a wave of w radians a texel
+             a wave of w radians a texel; and what a cube's edges lose; less where one light
+             rules, for it may be where texels are largest
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, threshold, limit, executor, memory, prepared; its method is not asked
@@ -6292,17 +6294,17 @@ static void envmapi_demand_spectrum(double *scene, int known, const envmapi_spec
     }
 }
 
-/* The scene's bands, as flat as a light beyond those that are known; rest: without the lights that
-   are summed apart. */
+/* The scene's bands, as flat as a light beyond those that are known, up to texels where those are
+   interpolated; rest: without the lights that are summed apart. */
 static envmap_result envmapi_demand_scene(envmapi_demand *d, envmapi_job *job, int rest) {
     enum { PROJECTED = 24 };
-    double sh[3 * PROJECTED * PROJECTED];
+    double sh[3 * PROJECTED * PROJECTED], finest = ENVMAPI_PI / envmapi_texel_extent(job->src);
     int known = PROJECTED, kept = job->pool.count;
     envmap_result result;
     if (job->fast && job->plans[0].need) {
         envmapi_plan plan = job->plans[0];
         envmapi_spectrum spectrum;
-        known = plan.need = plan.need < 12 ? 12 : plan.need;
+        known = plan.need = plan.need < 12 ? 12 : plan.need, finest = HUGE_VAL;
         plan.kinked = rest, plan.h = fmin(plan.h, 1.5 / known);
         result = envmapi_fast_analyse(&spectrum, &plan, 1, rest,
                                       rest ? &job->scene.rest : &job->scene.whole, &job->desc,
@@ -6317,7 +6319,7 @@ static envmap_result envmapi_demand_scene(envmapi_demand *d, envmapi_job *job, i
             d->scene[l] = envmapi_sh_power(sh, known, l) / (2 * l + 1);
     }
     double flat = result ? 0 : (d->scene[known - 1] + d->scene[known - 2]) / 2;
-    for (int l = known; l < ENVMAPI_FAST_BANDS; ++l) d->scene[l] = flat;
+    for (int l = known; l < ENVMAPI_FAST_BANDS; ++l) d->scene[l] = l < finest ? flat : 0;
     return result;
 }
 
@@ -6364,19 +6366,27 @@ static double envmapi_bilinear_square(double w) {
 #define ENVMAPI_FINEST   (-14.0)
 
 /* Texel spacings of a map of edge 1 at 12 x 12 points of a face, with weights: for unequal sides
-   the one that loses as much, (h_u^4 + h_v^4)/320 + h_u^2 h_v^2/576. */
+   the one that loses as much, (h_u^4 + h_v^4)/320 + h_u^2 h_v^2/576.
+   Over a cube's edge texels do not face each other: beside it, at y along the edge, the neighbour's
+   are y h/2 off, which loses 0.0041 l(l+1) / size^3 in the mean square; a sphere map's rim is all
+   one point, 1.4 l(l+1) / size^2 (measured). */
 typedef struct envmapi_lookups {
-    double lost[ENVMAPI_SPACINGS]; /* sum P_l e(l h)^2 for each spacing */
-    double h[144], w[144], total;
+    double lost[ENVMAPI_SPACINGS]; /* sum P_l e(sqrt(l(l+1)) h)^2 for each spacing */
+    double h[144], w[144], total, edges, power;
+    double uneven; /* what a light loses where texels are largest, over the mean; at most 2 */
 } envmapi_lookups;
 
 static void envmapi_lookups_fill(envmapi_lookups *t, const envmapi_demand *d, int mapping) {
-    double solid = 0, step = 1e-4;
+    double solid = 0, step = 1e-4, slopes = 0, most = 0, mean = 0;
     for (int i = 0; i < ENVMAPI_SPACINGS; ++i) {
         double h = exp2(ENVMAPI_FINEST + 0.25 * i);
         t->lost[i] = d->rest * envmapi_bilinear_square(d->bands * h);
-        for (int l = 1; l < d->bands; ++l) t->lost[i] += d->P[l] * envmapi_bilinear_square(l * h);
+        for (int l = 1; l < d->bands; ++l)
+            t->lost[i] += d->P[l] * envmapi_bilinear_square(sqrt(l * (l + 1.0)) * h);
     }
+    for (int l = 1; l < d->bands; ++l) slopes += l * (l + 1.0) * d->P[l];
+    t->edges = slopes * (mapping == ENVMAP_CUBE ? 0.0041 : mapping == ENVMAP_SPHERE ? 1.4 : 0);
+    t->power = mapping == ENVMAP_CUBE ? 3 : 2;
     for (int i = 0; i < 144; ++i) {
         double u = (i % 12 + 0.5) / 12, v = ((i / 12) + 0.5) / 12, a[3], b[3], c[3];
         int outside = envmapi_is_disc(mapping) && (2 * u - 1) * (2 * u - 1) +
@@ -6388,21 +6398,22 @@ static void envmapi_lookups_fill(envmapi_lookups *t, const envmapi_demand *d, in
         double hv = envmapi_angle(a, c) / step, q = hu * hu * hv * hv;
         t->h[i] = sqrt(sqrt(((hu * hu * hu * hu + hv * hv * hv * hv) / 320 + q / 576) / 0.00799));
         solid += t->w[i] = outside ? 0 : envmapi_density(mapping, u, v);
+        if (!outside) most = fmax(most, t->h[i] * t->h[i]);
     }
-    for (int i = 0; i < 144; ++i) t->w[i] /= solid;
-    t->total = d->total;
+    for (int i = 0; i < 144; ++i) t->w[i] /= solid, mean += t->w[i] * pow(t->h[i], 4);
+    t->total = d->total, t->uneven = envmapi_clamp(most / sqrt(mean), 1, 2);
 }
 
 /* Relative rms of bilinear lookups in a map of this edge. */
 static double envmapi_lookups_error(const envmapi_lookups *t, double size) {
-    double sum = 0;
+    double sum = t->edges / pow(size, t->power);
     for (int i = 0; i < 144; ++i) {
         double at = 4 * (log2(t->h[i] / size) - ENVMAPI_FINEST);
         at = envmapi_clamp(at, 0, ENVMAPI_SPACINGS - 1.001);
         int k = (int)at;
         sum += t->w[i] * (t->lost[k] + (at - k) * (t->lost[k + 1] - t->lost[k]));
     }
-    return t->total > 0 ? sqrt(sum / t->total) : 0;
+    return t->total > 0 ? sqrt(fmin(sum / t->total, 2)) : 0;
 }
 
 static int envmapi_lookups_size(const envmapi_lookups *t, double tolerance) {
@@ -6464,18 +6475,18 @@ static int envmapi_demand_slices(const envmapi_demand *d, const envmap_lobe *lob
 enum { ENVMAPI_COUNTS = 8 };
 static const double envmapi_costs[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS] = {
     /* mirror: source, result */
-    {1, 1, 0, 0, 0, 0, 0, 0},
+    {400, 100, 0, 0, 0, 0, 0, 0},
     /* REFERENCE: source, result, pairs near enough, those of Phong and Gaussian, pairs of what is
        sharper than two texels; calls */
-    {1, 1, 1, 1, 1, 0, 0, 1},
+    {71, 250, 5.7, 8.9, 582, 0, 0, 1.4e4},
     /* HIERARCHICAL: source, result, pairs with 4 x 4 texels, with texels within the lobe; calls */
-    {1, 1, 1, 1, 0, 0, 0, 1},
+    {101, 254, 4.4, 3.3, 0, 0, 0, 2.5e4},
     /* FAST: source, result, nodes, ring points * log2, rings * bands^2, lights * result, bands^2 by
        quadrature; calls */
-    {1, 1, 1, 1, 1, 1, 1, 1},
+    {3.9, 1, 63, 0.98, 0.45, 1.6, 8.5, 1.8e5},
     {0, 0, 0, 0, 0, 0, 0, 0}};
 /* Copying a texel of maps that a cache holds (1 MiB), over one of maps far larger (16 MiB). */
-static const double envmapi_costs_cached = 0.16;
+static const double envmapi_costs_cached = 0.25;
 
 static double envmapi_texels(const envmap *map) {
     return (double)envmapi_area(map->mapping, map->size) * envmap_faces(map->mapping);
@@ -6606,13 +6617,17 @@ static envmap_result envmapi_needs_fill(envmap_needs *out, envmapi_job *job) {
     if (!envmapi_demand_result(&d, lobe, dst->slices, bands)) return ENVMAP_ERROR_LOBE;
     while (out->bands > 1 && envmapi_demand_tail(&d, out->bands - 1) <= tolerance) --out->bands;
     envmapi_lookups_fill(&lookups, &d, dst->mapping);
-    if (!sharp) out->size = envmapi_lookups_size(&lookups, tolerance);
+    double light = planned ? envmapi_contrast_at(&job->scene.whole, out->bands).kappa : 0;
+    if (!sharp)
+        out->size = envmapi_lookups_size(&lookups, tolerance / (1 + light * (lookups.uneven - 1)));
     out->slices = envmapi_demand_slices(&d, lobe, out->bands, tolerance);
     out->lookup = envmapi_lookups_error(&lookups, dst->size);
     out->nine = envmapi_demand_tail(&d, 3);
     out->contrast = d.P[0] > 0 ? sqrt((d.total - d.P[0]) / d.P[0]) : 0;
+    double threshold = (double)job->desc.threshold, total = d.total;
+    out->error[ENVMAP_METHOD_HIERARCHICAL] =
+        (threshold > 0 ? threshold : threshold < 0 ? 0 : 1e-3) * out->contrast;
     if (!planned) return ENVMAP_OK;
-    double total = d.total;
     if (job->plans[0].kinked && (out->lights = job->scene.rest.light_count) > 0) {
         result = envmapi_demand_scene(&d, job, 1);
         if (!result) envmapi_demand_result(&d, lobe, dst->slices, bands);
