@@ -42,7 +42,7 @@ GALLERY   = docs/images
 MAP       =
 
 .PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        harmonics filters methods materials examples docs gallery install clean FORCE
+        harmonics filters methods materials plan size examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -160,6 +160,14 @@ endif
 methods: $(BUILD)/methods ## measure examples/methods/, and write docs/methods.md and its charts; MAP=sky.pfm
 	@mkdir -p docs/charts
 	$(BUILD)/methods --docs docs $(MAP)
+
+plan: ## hold envmap_filter_plan against measured times and errors: the tables of docs/plan.md
+	@mkdir -p $(BUILD)
+	$(CC) $(BENCH) $(STRICT) -I. examples/plan.c -o $(BUILD)/plan-timed $(LIBS)
+	$(BUILD)/plan-timed docs
+
+size: ## bytes of code that a program carries, feature by feature: the table of docs/plan.md
+	@sh tests/compile/size.sh $(CC) $(BUILD)/size docs/plan.md
 
 materials: $(BUILD)/materials ## every reflection model beside eq. 1: docs/materials.md, its pictures and chart
 	@mkdir -p docs/charts

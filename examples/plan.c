@@ -346,7 +346,6 @@ static void table_picks(FILE *out) {
         if (!(r->fast.time > 0)) continue;
         above += r->fast.error > r->tolerance;
         most = fmax(most, r->fast.error / r->tolerance);
-        if(getenv("HIER")&&fabs(log10(r->tolerance)+3)<.1) for(k=0;k<3;++k){ envmap_lobe lo=lobe_of(lobes[r->lobe].kind,lobes[r->lobe].parameter); double pk=envmap_lobe_value(&lo,r->lobe>9?.0:1,r->lobe>9?.0:0)/envmap_lobe_integral(&lo,0); fprintf(stderr,"H %s %s thr %g err %g feature %g contrast %g shape %d\n",scene_name[r->scene],lobes[r->lobe].name,(double)thresholds[k],r->hierarchical[k].error,pk*12.566*(double)thresholds[k],r->needs.contrast,r->shape);}
         ratio[fast_rows++] = r->fast.error / r->needs.error[ENVMAP_METHOD_FAST];
     }
     fprintf(out, "| of %d works | |\n|---|--:|\n", row_count);
@@ -399,6 +398,150 @@ static void print_weights(const fit *fitted) {
            envmapi_costs_cached, texel_cached / texel_copy);
 }
 
+/* ----------------------------------------------------------------------------------- >>chart --
+   Rows of accuracy-speed.csv, whatever made them: the header's methods are expected anew, the
+   others only compete. */
+
+typedef struct chart_row {
+    char scene[32], lobe[32], mapping[32], method[40], setting[96];
+    double parameter, knob, ms, rms;
+    int size, result, slices, threads, wall;
+} chart_row;
+
+enum { CHART_ROWS = 4096 };
+static chart_row chart_rows[CHART_ROWS];
+static int chart_count;
+
+static double chart_number(const char *setting, const char *name, double otherwise) {
+    const char *at = strstr(setting, name);
+    return at ? strtod(at + strlen(name), NULL) : otherwise;
+}
+
+static int chart_load(const char *path) {
+    FILE *file = fopen(path, "r");
+    char line[512];
+    double copies;
+    for (chart_count = 0; file && chart_count < CHART_ROWS && fgets(line, sizeof line, file);) {
+        chart_row *r = chart_rows + chart_count;
+        if (sscanf(line, "%31[^,],%31[^,],%lf,%31[^,],%d,%39[^,],%95[^,],%d,%lf,%lf,%lf", r->scene,
+                   r->lobe, &r->parameter, r->mapping, &r->size, r->method, r->setting, &r->threads,
+                   &r->ms, &copies, &r->rms) < 11)
+            continue;
+        r->knob = chart_number(r->setting, "tolerance=", 0);
+        if (!strcmp(r->method, "hierarchical")) r->knob = chart_number(r->setting, "threshold=", 0);
+        r->result = (int)chart_number(r->setting, "result=", 36);
+        r->slices = (int)chart_number(r->setting, "slices=", 1);
+        r->wall = strstr(r->setting, "clock=wall") != NULL;
+        if (!r->wall && r->threads == 1) ++chart_count;
+    }
+    if (file) fclose(file);
+    return chart_count;
+}
+
+static int chart_same(const chart_row *a, const chart_row *b) {
+    return !strcmp(a->scene, b->scene) && !strcmp(a->lobe, b->lobe) && a->size == b->size &&
+           !strcmp(a->mapping, b->mapping) && a->result == b->result && a->slices == b->slices &&
+           fabs(a->parameter - b->parameter) < 1e-6 * fabs(a->parameter);
+}
+
+/* The source of a row; the last one is kept. */
+static const envmap *chart_source(const chart_row *r) {
+    static const char *const mappings[] = {"cube", "paraboloid", "sphere", "latlong", "angular"};
+    static envmap map;
+    static const chart_row *made;
+    int m = 0, s = 0;
+    if (made && made->size == r->size && !strcmp(made->scene, r->scene) &&
+        !strcmp(made->mapping, r->mapping))
+        return &map;
+    while (m < COUNT(mappings) && strcmp(mappings[m], r->mapping)) ++m;
+    while (s < SCENE_COUNT && strcmp(scene_name[s], r->scene)) ++s;
+    if (m == COUNT(mappings) || s == SCENE_COUNT) return NULL;
+    envmap_free(&map);
+    map = measure_map(m, r->size, 1, 1);
+    scene_fill(&map, s), made = r;
+    return &map;
+}
+
+static int chart_kind(const chart_row *r) {
+    return !strcmp(r->lobe, "banks")      ? ENVMAP_LOBE_BANKS
+           : !strcmp(r->lobe, "ggx")      ? ENVMAP_LOBE_GGX
+           : !strcmp(r->lobe, "gaussian") ? ENVMAP_LOBE_GAUSSIAN
+                                          : ENVMAP_LOBE_PHONG;
+}
+
+/* Expected operations and error of a row; 0 where it is none of the header's methods. */
+static int chart_expect(double *operations, double *error, const chart_row *r) {
+    static const char *const names[] = {"", "reference", "hierarchical", "fast"};
+    const envmap *src = chart_source(r);
+    envmap_lobe lobe = lobe_of(chart_kind(r), (float)r->parameter);
+    envmap dst;
+    envmap_needs needs;
+    int m = 1;
+    envmap_filter_desc desc = desc_of(0, r->knob, (float)r->knob);
+    if (desc.tolerance > 0.1f) desc.tolerance = 0.1f;
+    while (m < COUNT(names) && strcmp(names[m], r->method)) ++m;
+    if (m == COUNT(names) || !src) return 0;
+    memset(&dst, 0, sizeof dst);
+    dst.mapping = ENVMAP_CUBE, dst.size = r->result, dst.levels = 1, dst.slices = r->slices;
+    if (envmap_filter_plan(&needs, &dst, src, &lobe, &desc)) return 0;
+    *operations = needs.operations[m], *error = needs.error[m];
+    if (m == ENVMAP_METHOD_FAST && !(*operations < HUGE_VAL))
+        *operations = needs.operations[ENVMAP_METHOD_REFERENCE], *error = 0;
+    return m;
+}
+
+/* Does FAST, asked for a tolerance, keep it, and is it cheaper than whatever else keeps it? */
+static void chart_picks(int n[4], double *lost) {
+    int i, k;
+    for (i = 0; i < chart_count; ++i) {
+        const chart_row *r = chart_rows + i;
+        double best = HUGE_VAL;
+        int others = 0;
+        if (strcmp(r->method, "fast")) continue;
+        n[3] += r->rms > r->knob;
+        for (k = 0; k < chart_count; ++k) {
+            const chart_row *o = chart_rows + k;
+            if (!strcmp(o->method, "fast") || !strcmp(o->method, "harmonics") || !chart_same(r, o))
+                continue;
+            ++others;
+            if (o->rms <= r->knob) best = fmin(best, o->ms);
+        }
+        if (!others) continue;
+        ++n[0], n[1] += r->ms <= best, n[2] += r->ms <= 2 * best;
+        *lost = fmax(*lost, r->ms / best);
+    }
+}
+
+static void table_chart(FILE *out) {
+    static double ratio[CHART_ROWS], off[CHART_ROWS], errors[CHART_ROWS];
+    static const char *const names[] = {"", "REFERENCE", "HIERARCHICAL", "FAST"};
+    int n[4] = {0, 0, 0, 0}, m, i, fast = 0;
+    double lost = 0;
+    fprintf(out, "| method | rows | expected / measured time, median | off by a factor, median | in "
+                 "nine of ten rows | measured / expected error, median |\n"
+                 "|---|--:|--:|--:|--:|--:|\n");
+    for (m = ENVMAP_METHOD_FAST; m > 0; --m) {
+        int count_of = 0, error_count = 0;
+        for (i = 0; i < chart_count; ++i) {
+            double operations, error;
+            if (chart_expect(&operations, &error, chart_rows + i) != m) continue;
+            ratio[count_of] = operations * texel_copy * 1e3 / chart_rows[i].ms;
+            off[count_of] = exp(fabs(log(ratio[count_of]))), ++count_of;
+            if (error > 0) errors[error_count++] = chart_rows[i].rms / error;
+        }
+        fprintf(out, "| %s | %d | %.2f | %.2f | %.2f | %.2f |\n", names[m], count_of,
+                quantile(ratio, count_of, 0.5), quantile(off, count_of, 0.5),
+                quantile(off, count_of, 0.9), quantile(errors, error_count, 0.5));
+        fast += m == ENVMAP_METHOD_FAST ? count_of : 0;
+    }
+    chart_picks(n, &lost);
+    fprintf(out, "\nOf %d rows of FAST that other methods, those of `examples/methods` too, have to "
+                 "compete with, it was\nthe cheapest that kept the tolerance in %.0f %%, within a "
+                 "factor of two in %.0f %%, and took %.1f times\nas long at the worst. Of all %d, %d "
+                 "are above their tolerance.\n",
+            n[0], 100.0 * n[1] / fmax(n[0], 1), 100.0 * n[2] / fmax(n[0], 1), lost, fast, n[3]);
+}
+
 /* ------------------------------------------------------------------------------------ >>main -- */
 
 int main(int argc, char **argv) {
@@ -425,6 +568,12 @@ int main(int argc, char **argv) {
     out = measure_begin(&document, "works");
     table_works(out);
     measure_end(&document, out, 1);
+    snprintf(path, sizeof path, "%s/charts/accuracy-speed.csv", argc > 1 ? argv[1] : "docs");
+    if (chart_load(path)) {
+        out = measure_begin(&document, "chart");
+        table_chart(out);
+        measure_end(&document, out, 1);
+    }
     snprintf(path, sizeof path, "%s/plan.md", argc > 1 ? argv[1] : "docs");
     if (argc > 1) measure_write(&document, path, "make plan");
     measure_document_free(&document);
