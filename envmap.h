@@ -6434,11 +6434,11 @@ static int envmapi_lookups_size(const envmapi_lookups *t, double tolerance) {
    where a ring closes and where lookups clamp. */
 static double envmapi_demand_between(const envmapi_demand *d, const envmap_lobe *lobe, int bands,
                                      int n) {
-    enum { VALUES = 24 };
+    const int values = 24;
     double k[ENVMAPI_SLICE_BANDS], k_low[ENVMAPI_SLICE_BANDS], k_high[ENVMAPI_SLICE_BANDS];
     double lost = 0, total = 0;
-    for (int i = 0; i < VALUES; ++i) {
-        double t = ENVMAPI_PI * (i + 0.5) / VALUES, part = 0.5 - 0.5 * cos(t), w = sin(t);
+    for (int i = 0; i < values; ++i) {
+        double t = ENVMAPI_PI * (i + 0.5) / values, part = 0.5 - 0.5 * cos(t), w = sin(t);
         double at = envmapi_clamp(part * n - 0.5, 0, n - 1);
         int low = (int)at, high = low + 1 < n ? low + 1 : low;
         double p = (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * part;

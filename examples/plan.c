@@ -482,7 +482,7 @@ static int chart_expect(double *operations, double *error, const chart_row *r) {
     while (m < COUNT(names) && strcmp(names[m], r->method)) ++m;
     if (m == COUNT(names) || !src) return 0;
     memset(&dst, 0, sizeof dst);
-    dst.mapping = ENVMAP_CUBE, dst.size = r->result, dst.levels = 1, dst.slices = r->slices;
+    dst.mapping = src->mapping, dst.size = r->result, dst.levels = 1, dst.slices = r->slices;
     if (envmap_filter_plan(&needs, &dst, src, &lobe, &desc)) return 0;
     *operations = needs.operations[m], *error = needs.error[m];
     if (m == ENVMAP_METHOD_FAST && !(*operations < HUGE_VAL))

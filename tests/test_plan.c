@@ -145,10 +145,10 @@ static void a_planned_size_is_enough_and_half_of_it_is_not(void) {
     FIGURE("expected over made error of lookups, off by a factor of", exp(expected), 1.5);
 }
 
-/* A map of few texels and many slices, against one of thrice as many. */
+/* A map of few texels and many slices, against one of an odd multiple of them. */
 static double between_slices(const envmap *src, envmap_lobe lobe, int slices, int odd) {
-    envmap few = exact(src, lobe, ENVMAP_CUBE, 6, slices, 3e-4);
-    envmap many = exact(src, lobe, ENVMAP_CUBE, 6, odd * slices, 3e-4);
+    envmap few = exact(src, lobe, ENVMAP_CUBE, 6, slices, 1e-3);
+    envmap many = exact(src, lobe, ENVMAP_CUBE, 6, odd * slices, 1e-3);
     double off = 0, all = 0;
     for (int k = 0; k < many.slices; ++k) {
         double at = (k + 0.5) / many.slices * slices - 0.5;
@@ -172,9 +172,9 @@ static void planned_slices_are_enough_and_half_of_them_are_not(void) {
     for (int scene = 0; scene < SCENE_COUNT; ++scene) {
         envmap src = scene_map(scene, ENVMAP_CUBE, 64), shape = shape_of(ENVMAP_CUBE, 6, 16);
         envmap_lobe banks = envmap_lobe_banks(0.8f);
-        double tolerance = scene == SCENE_SUN ? 0.03 : 0.01;
+        double tolerance = scene == SCENE_SUN ? 0.06 : 0.02;
         envmap_needs n = plan(&shape, &src, banks, tolerance);
-        double whole = between_slices(&src, banks, n.slices, 5);
+        double whole = between_slices(&src, banks, n.slices, 3);
         double half = between_slices(&src, banks, (n.slices + 1) / 2, 5);
         printf("    %-8s %d slices: %.2e, half %.2e of %.2e\n", scene_name[scene], n.slices, whole,
                half, tolerance);
