@@ -6455,18 +6455,22 @@ static double envmapi_demand_between(const envmapi_demand *d, const envmap_lobe 
     return total > 0 ? sqrt(lost / total) : 0;
 }
 
-/* Doubles n, then goes back along the straight line of logarithms. */
+/* Steps up as if errors fell as n^-1.5, then goes back along the straight line of logarithms. */
 static int envmapi_demand_slices(const envmapi_demand *d, const envmap_lobe *lobe, int bands,
                                  double tolerance) {
     if (lobe->p0 == lobe->p1) return 1;
     if (bands > ENVMAPI_SLICE_BANDS) bands = ENVMAPI_SLICE_BANDS;
-    double before = 0, lost = envmapi_demand_between(d, lobe, bands, 1);
-    int n = 1;
-    while (lost > tolerance && n < ENVMAPI_SLICE_LIMIT)
-        n *= 2, before = lost, lost = envmapi_demand_between(d, lobe, bands, n);
-    if (n == 1 || !(lost > 0) || lost > tolerance || !(before > lost)) return n;
-    double back = log(tolerance / lost) / log(before / lost);
-    return (int)ceil(n * exp2(-envmapi_clamp(back, 0, 1)));
+    double last, lost = envmapi_demand_between(d, lobe, bands, 1);
+    int n = 1, fewer;
+    if (lost <= tolerance) return 1;
+    do {
+        double step = envmapi_clamp(pow(lost / tolerance, 0.7), 1.5, 16);
+        fewer = n, last = lost, n = (int)fmin(ceil(n * step), ENVMAPI_SLICE_LIMIT);
+        lost = envmapi_demand_between(d, lobe, bands, n);
+    } while (lost > tolerance && n < ENVMAPI_SLICE_LIMIT);
+    if (!(lost > 0) || lost > tolerance || !(last > lost)) return n;
+    double back = log(tolerance / lost) / log(last / lost);
+    return (int)ceil(n * pow((double)fewer / n, envmapi_clamp(back, 0, 1)));
 }
 
 /* What costs are made of, in counts, and what one of each takes, in copies of a texel of a large
@@ -6476,17 +6480,17 @@ enum { ENVMAPI_COUNTS = 8 };
 static const double envmapi_costs[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS] = {
     /* mirror: source, result */
     {400, 100, 0, 0, 0, 0, 0, 0},
-    /* REFERENCE: source, result, pairs near enough, those of Phong and Gaussian, pairs of what is
-       sharper than two texels; calls */
-    {71, 250, 5.7, 8.9, 582, 0, 0, 1.4e4},
+    /* REFERENCE: source, result, pairs near enough, those of Phong and Gaussian, pairs of lookups and
+       of tents for what is sharper than two texels; calls */
+    {71, 0, 5.2, 8.2, 500, 500, 0, 1.8e4},
     /* HIERARCHICAL: source, result, pairs with 4 x 4 texels, with texels within the lobe; calls */
-    {101, 254, 4.4, 3.3, 0, 0, 0, 2.5e4},
+    {93, 338, 5.3, 3, 0, 0, 0, 9e3},
     /* FAST: source, result, nodes, ring points * log2, rings * bands^2, lights * result, bands^2 by
        quadrature; calls */
-    {3.9, 1, 63, 0.98, 0.45, 1.6, 8.5, 1.8e5},
+    {4.4, 1.2, 63, 1.1, 0.34, 1.4, 8.1, 1.5e5},
     {0, 0, 0, 0, 0, 0, 0, 0}};
 /* Copying a texel of maps that a cache holds (1 MiB), over one of maps far larger (16 MiB). */
-static const double envmapi_costs_cached = 0.25;
+static const double envmapi_costs_cached = 0.2;
 
 static double envmapi_texels(const envmap *map) {
     return (double)envmapi_area(map->mapping, map->size) * envmap_faces(map->mapping);
@@ -6506,11 +6510,12 @@ static void envmapi_counts_exact(double *n, double *hierarchical, const envmapi_
     n[7] = hierarchical[7] = 1;
     for (int k = 0; k < slices; ++k) {
         double p = envmapi_slice_p(lobe, k, slices), sigma = envmap_lobe_sigma(lobe, p);
-        double reach = fmax(12 * extent, 8 * sigma);
+        double reach = fmax(12 * extent, 8 * sigma), tent = 2 - sigma / extent;
         envmap_lobe_support(&from, &to, lobe, p);
         hierarchical[3] += S * D * (envmapi_cap(to) - envmapi_cap(from));
-        if (sigma < 2 * extent) n[4] += S * D * envmapi_cap(fmin(to, reach));
-        if (sigma < extent && to < reach) continue; /* nothing but lookups */
+        if (tent > 0.5) n[4] += S * D * envmapi_cap(fmin(to, reach)) + D;
+        if (tent > 0 && tent < 1) n[5] += S * D * envmapi_cap(fmin(to, reach) + 2 * extent);
+        if (tent >= 1 && to < reach) continue; /* nothing but lookups */
         n[2] += S * D * (to < 1.5 ? envmapi_cap(to + 11 * extent) : 1);
         if (lobe->kind <= ENVMAP_LOBE_GAUSSIAN) n[3] += S * D * envmapi_cap(to);
     }

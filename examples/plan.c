@@ -406,6 +406,8 @@ typedef struct chart_row {
     char scene[32], lobe[32], mapping[32], method[40], setting[96];
     double parameter, knob, ms, rms;
     int size, result, slices, threads, wall;
+    int kind; /* of the header's methods, or 0, with what is expected: */
+    double operations, error;
 } chart_row;
 
 enum { CHART_ROWS = 4096 };
@@ -469,25 +471,24 @@ static int chart_kind(const chart_row *r) {
                                           : ENVMAP_LOBE_PHONG;
 }
 
-/* Expected operations and error of a row; 0 where it is none of the header's methods. */
-static int chart_expect(double *operations, double *error, const chart_row *r) {
+/* What is expected of a row, where it is one of the header's methods. */
+static void chart_expect(chart_row *r) {
     static const char *const names[] = {"", "reference", "hierarchical", "fast"};
-    const envmap *src = chart_source(r);
     envmap_lobe lobe = lobe_of(chart_kind(r), (float)r->parameter);
+    envmap_filter_desc desc = desc_of(0, fmin(r->knob, 0.1), (float)r->knob);
+    const envmap *src;
     envmap dst;
     envmap_needs needs;
     int m = 1;
-    envmap_filter_desc desc = desc_of(0, r->knob, (float)r->knob);
-    if (desc.tolerance > 0.1f) desc.tolerance = 0.1f;
     while (m < COUNT(names) && strcmp(names[m], r->method)) ++m;
-    if (m == COUNT(names) || !src) return 0;
+    r->kind = 0;
+    if (m == COUNT(names) || !(src = chart_source(r))) return;
     memset(&dst, 0, sizeof dst);
     dst.mapping = src->mapping, dst.size = r->result, dst.levels = 1, dst.slices = r->slices;
-    if (envmap_filter_plan(&needs, &dst, src, &lobe, &desc)) return 0;
-    *operations = needs.operations[m], *error = needs.error[m];
-    if (m == ENVMAP_METHOD_FAST && !(*operations < HUGE_VAL))
-        *operations = needs.operations[ENVMAP_METHOD_REFERENCE], *error = 0;
-    return m;
+    if (envmap_filter_plan(&needs, &dst, src, &lobe, &desc)) return;
+    if (m == ENVMAP_METHOD_FAST && !(needs.operations[m] < HUGE_VAL))
+        m = ENVMAP_METHOD_REFERENCE; /* which FAST takes then */
+    r->kind = m, r->operations = needs.operations[m], r->error = needs.error[m];
 }
 
 /* Does FAST, asked for a tolerance, keep it, and is it cheaper than whatever else keeps it? */
@@ -520,14 +521,19 @@ static void table_chart(FILE *out) {
     fprintf(out, "| method | rows | expected / measured time, median | off by a factor, median | in "
                  "nine of ten rows | measured / expected error, median |\n"
                  "|---|--:|--:|--:|--:|--:|\n");
+    for (i = 0; i < chart_count; ++i) {
+        if (i % 100 == 0) fprintf(stderr, "\rrow %d of %d", i, chart_count);
+        chart_expect(chart_rows + i);
+    }
+    fprintf(stderr, "\r%-30s\r", "");
     for (m = ENVMAP_METHOD_FAST; m > 0; --m) {
         int count_of = 0, error_count = 0;
         for (i = 0; i < chart_count; ++i) {
-            double operations, error;
-            if (chart_expect(&operations, &error, chart_rows + i) != m) continue;
-            ratio[count_of] = operations * texel_copy * 1e3 / chart_rows[i].ms;
+            const chart_row *r = chart_rows + i;
+            if (r->kind != m) continue;
+            ratio[count_of] = r->operations * texel_copy * 1e3 / r->ms;
             off[count_of] = exp(fabs(log(ratio[count_of]))), ++count_of;
-            if (error > 0) errors[error_count++] = chart_rows[i].rms / error;
+            if (r->error > 0) errors[error_count++] = r->rms / r->error;
         }
         fprintf(out, "| %s | %d | %.2f | %.2f | %.2f | %.2f |\n", names[m], count_of,
                 quantile(ratio, count_of, 0.5), quantile(off, count_of, 0.5),
@@ -546,12 +552,14 @@ static void table_chart(FILE *out) {
 
 int main(int argc, char **argv) {
     char path[1024], cpu[128], compiler[128];
+    int chart_only = 0;
     measure_document document;
     fit fitted[ENVMAP_METHOD_COUNT];
     FILE *out;
     memset(&document, 0, sizeof document);
+    if (argc > 2) chart_only = !strcmp(argv[2], "--chart");
     texel_copy = copy_of_a_texel((size_t)32 << 20), texel_cached = copy_of_a_texel((size_t)1 << 18);
-    measure_all();
+    if (!chart_only) measure_all();
     fits(fitted);
     print_weights(fitted);
     measure_machine(cpu, compiler, sizeof cpu);
