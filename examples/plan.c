@@ -446,22 +446,21 @@ static int chart_same(const chart_row *a, const chart_row *b) {
            fabs(a->parameter - b->parameter) < 1e-6 * fabs(a->parameter);
 }
 
-/* The source of a row; the last one is kept. */
+/* The source of a row, made once. NULL for scenes that are not ours. */
 static const envmap *chart_source(const chart_row *r) {
     static const char *const mappings[] = {"cube", "paraboloid", "sphere", "latlong", "angular"};
-    static envmap map;
-    static const chart_row *made;
-    int m = 0, s = 0;
-    if (made && made->size == r->size && !strcmp(made->scene, r->scene) &&
-        !strcmp(made->mapping, r->mapping))
-        return &map;
+    static envmap maps[32];
+    static int scenes[32], made;
+    int m = 0, s = 0, i;
     while (m < COUNT(mappings) && strcmp(mappings[m], r->mapping)) ++m;
     while (s < SCENE_COUNT && strcmp(scene_name[s], r->scene)) ++s;
     if (m == COUNT(mappings) || s == SCENE_COUNT) return NULL;
-    envmap_free(&map);
-    map = measure_map(m, r->size, 1, 1);
-    scene_fill(&map, s), made = r;
-    return &map;
+    for (i = 0; i < made; ++i)
+        if (scenes[i] == s && maps[i].mapping == m && maps[i].size == r->size) return maps + i;
+    if (made == COUNT(maps)) return NULL;
+    maps[made] = measure_map(m, r->size, 1, 1), scenes[made] = s;
+    scene_fill(maps + made, s);
+    return maps + made++;
 }
 
 static int chart_kind(const chart_row *r) {
