@@ -6287,8 +6287,7 @@ static void envmapi_demand_spectrum(double *scene, int known, const envmapi_spec
         double sum = 0;
         for (int m = 0; m <= l; ++m) {
             const double *a = spectrum->a + envmapi_triangle(spectrum->bands, m) + 8 * (l - m);
-            for (int c = 0; c < 3; ++c)
-                sum += (m ? 2 : 1) * (a[c] * a[c] + a[c + 4] * a[c + 4]);
+            for (int c = 0; c < 3; ++c) sum += (m ? 2 : 1) * (a[c] * a[c] + a[c + 4] * a[c + 4]);
         }
         scene[l] = sum / (2 * l + 1);
     }
@@ -6389,8 +6388,8 @@ static void envmapi_lookups_fill(envmapi_lookups *t, const envmapi_demand *d, in
     t->power = mapping == ENVMAP_CUBE ? 3 : 2;
     for (int i = 0; i < 144; ++i) {
         double u = (i % 12 + 0.5) / 12, v = ((i / 12) + 0.5) / 12, a[3], b[3], c[3];
-        int outside = envmapi_is_disc(mapping) && (2 * u - 1) * (2 * u - 1) +
-                                                          (2 * v - 1) * (2 * v - 1) > 1;
+        int outside =
+            envmapi_is_disc(mapping) && (2 * u - 1) * (2 * u - 1) + (2 * v - 1) * (2 * v - 1) > 1;
         envmapi_direction(a, mapping, 0, u, v);
         envmapi_direction(b, mapping, 0, u + step, v);
         envmapi_direction(c, mapping, 0, u, v + step);
@@ -6474,14 +6473,14 @@ static int envmapi_demand_slices(const envmapi_demand *d, const envmap_lobe *lob
 }
 
 /* What costs are made of, in counts, and what one of each takes, in copies of a texel of a large
-   map: fitted to what `make plan` measured on an AMD EPYC with gcc 12 -O3 -march=native (docs/plan.md).
-   It prints them anew. */
+   map: fitted to what `make plan` measured on an AMD EPYC, gcc 12 -O3 -march=native (docs/plan.md);
+   it prints them anew. */
 enum { ENVMAPI_COUNTS = 8 };
 static const double envmapi_costs[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS] = {
     /* mirror: source, result */
     {400, 100, 0, 0, 0, 0, 0, 0},
-    /* REFERENCE: source, result, pairs near enough, those of Phong and Gaussian, pairs of lookups and
-       of tents for what is sharper than two texels; calls */
+    /* REFERENCE: source, result, pairs near enough, those of Phong and Gaussian, pairs of lookups
+       and of tents for what is sharper than two texels; calls */
     {71, 0, 5.2, 8.2, 500, 500, 0, 1.8e4},
     /* HIERARCHICAL: source, result, pairs with 4 x 4 texels, with texels within the lobe; calls */
     {93, 338, 5.3, 3, 0, 0, 0, 9e3},
@@ -6567,8 +6566,8 @@ static void envmapi_needs_costs(envmap_needs *out, const envmapi_job *job) {
     double n[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS];
     double texels = envmapi_texels(job->src) * job->src->slices +
                     envmapi_texels(job->views) * job->views->slices;
-    double far_out = envmapi_clamp(log2(24 * texels / (1 << 20)) / 4, 0, 1);
-    double copy = texels * (envmapi_costs_cached + far_out * (1 - envmapi_costs_cached));
+    double large = envmapi_clamp(log2(24 * texels / (1 << 20)) / 4, 0, 1);
+    double copy = texels * (envmapi_costs_cached + large * (1 - envmapi_costs_cached));
     envmapi_job_counts(n, job);
     for (int m = 0; m < ENVMAP_METHOD_COUNT; ++m) {
         out->operations[m] = 0;
@@ -6598,9 +6597,9 @@ static envmap_result envmapi_needs_job(envmap_needs *out, envmapi_job *job, cons
                                        const envmap *src, const envmap_lobe *lobe) {
     job->desc.method = ENVMAP_METHOD_AUTO;
     envmap_result result = envmapi_job_create(job, dst, src, lobe, 1);
-    out->method = lobe->kind == ENVMAP_LOBE_MIRROR    ? ENVMAP_METHOD_AUTO
+    out->method = lobe->kind == ENVMAP_LOBE_MIRROR  ? ENVMAP_METHOD_AUTO
                   : job->fast && job->plans[0].need ? ENVMAP_METHOD_FAST
-                                                     : ENVMAP_METHOD_REFERENCE;
+                                                    : ENVMAP_METHOD_REFERENCE;
     if (result || job->fast || !out->method) return result;
     job->desc.method = ENVMAP_METHOD_FAST, job->fast = 0;
     return envmapi_job_create(job, dst, src, lobe, 1);
@@ -6629,9 +6628,9 @@ static envmap_result envmapi_needs_fill(envmap_needs *out, envmapi_job *job) {
     out->lookup = envmapi_lookups_error(&lookups, dst->size);
     out->nine = envmapi_demand_tail(&d, 3);
     out->contrast = d.P[0] > 0 ? sqrt((d.total - d.P[0]) / d.P[0]) : 0;
-    double threshold = (double)job->desc.threshold, total = d.total;
-    out->error[ENVMAP_METHOD_HIERARCHICAL] =
-        (threshold > 0 ? threshold : threshold < 0 ? 0 : 1e-3) * out->contrast;
+    double threshold = fmax((double)job->desc.threshold, 0), total = d.total;
+    if (job->desc.threshold == 0.0f) threshold = 1e-3;
+    out->error[ENVMAP_METHOD_HIERARCHICAL] = threshold * out->contrast;
     if (!planned) return ENVMAP_OK;
     if (job->plans[0].kinked && (out->lights = job->scene.rest.light_count) > 0) {
         result = envmapi_demand_scene(&d, job, 1);

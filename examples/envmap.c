@@ -611,8 +611,8 @@ static double copy_seconds(const envmap *in, const options *asked) {
     char *memory;
     int k;
     texels *= (size_t)envmap_faces(asked->to) * (asked->to == ENVMAP_LATLONG ? 2 : 1);
-    texels += (size_t)in->size * (size_t)map_width(in) *
-              (size_t)(envmap_faces(in->mapping) * in->slices);
+    texels +=
+        (size_t)in->size * (size_t)map_width(in) * (size_t)(envmap_faces(in->mapping) * in->slices);
     bytes = 12 * texels;
     memory = (char *)calloc(2, bytes);
     for (k = 0; k < 5 && memory; k++) {
@@ -630,15 +630,21 @@ static const char *lobe_text(char text[64], const options *o) {
                    : o->lobe == LOBE_GAUSSIAN ? o->sharpness
                    : o->lobe == LOBE_GGX      ? o->alpha
                                               : o->s;
-    if (names[o->lobe]) snprintf(text, 64, "%s, %s = %g", lobe_words[o->lobe], names[o->lobe], value);
-    else snprintf(text, 64, "%s", lobe_words[o->lobe]);
+    if (names[o->lobe])
+        snprintf(text, 64, "%s, %s = %g", lobe_words[o->lobe], names[o->lobe], value);
+    else
+        snprintf(text, 64, "%s", lobe_words[o->lobe]);
     return text;
 }
 
 static void print_scene(const envmap_needs *n, double tolerance) {
     printf("  scene     filtered, it departs from its mean by %.2g of that (rms): %s contrast\n",
-           n->contrast, n->contrast < 0.5 ? "low" : n->contrast < 2 ? "middling" : "high");
-    printf("  bands     %d: harmonics beyond hold less than %.2g of the rms\n", n->bands, tolerance);
+           n->contrast,
+           n->contrast < 0.5 ? "low"
+           : n->contrast < 2 ? "middling"
+                             : "high");
+    printf("  bands     %d: harmonics beyond hold less than %.2g of the rms\n", n->bands,
+           tolerance);
     if (n->nine <= fmax(tolerance, 0.01))
         printf("            nine numbers do it: error %.1g %% (`envmap sh` prints them)\n",
                100 * n->nine);
@@ -649,15 +655,19 @@ static void print_scene(const envmap_needs *n, double tolerance) {
 static void print_size(const envmap_needs *n, const options *asked, const options *o,
                        const envmap *in, double tolerance) {
     int natural = natural_size(in, asked->to);
-    printf("  size      %d: the smallest edge of a %s that loses less than %.2g between its texels,\n"
-           "            looked up bilinearly", n->size, mapping_words[asked->to], tolerance);
-    if (o->size > 0) printf("; that of %d loses %.2g\n", o->size, n->lookup);
+    printf(
+        "  size      %d: the smallest edge of a %s that loses less than %.2g between its texels,\n"
+        "            looked up bilinearly",
+        n->size, mapping_words[asked->to], tolerance);
+    if (o->size > 0)
+        printf("; that of %d loses %.2g\n", o->size, n->lookup);
     else if (n->size > natural)
         printf("; %d, as fine as the source, loses %.2g\n", natural, n->lookup);
-    else printf("; that of the source would be %d\n", natural);
+    else
+        printf("; that of the source would be %d\n", natural);
     if (o->lobe == LOBE_BANKS || asked->slices > 1)
-        printf("  slices    %d: the fewest that lose less between two of them; here %d\n", n->slices,
-               asked->slices);
+        printf("  slices    %d: the fewest that lose less between two of them; here %d\n",
+               n->slices, asked->slices);
 }
 
 static void print_method(const envmap_needs *n, double copy) {
@@ -667,7 +677,8 @@ static void print_method(const envmap_needs *n, double copy) {
     double reference = n->operations[ENVMAP_METHOD_REFERENCE] / n->operations[ENVMAP_METHOD_AUTO];
     printf("  method    %s: %s\n", method_words[n->method], why[n->method]);
     if (n->lights)
-        printf("            and %d texels that outshine the others are summed one by one\n", n->lights);
+        printf("            and %d texels that outshine the others are summed one by one\n",
+               n->lights);
     printf("  error     %.1g expected, relative rms\n", n->error[ENVMAP_METHOD_AUTO]);
     printf("  time      %.0f copies of source and result, about %.2g ms here on one thread\n",
            n->copies[ENVMAP_METHOD_AUTO], 1e3 * n->copies[ENVMAP_METHOD_AUTO] * copy);
@@ -688,15 +699,16 @@ static int print_fit(const options *o) {
         fit.lobes = lobes, fit.slices = 4;
         status = check(envmap_fit_brdf(&fit, &brdf, NULL), "fit");
         error[lobes - 1] = 0;
-        for (k = 1; k < fit.slices && !status; k++)
-            error[lobes - 1] += (double)fit.error[k] / 3;
+        for (k = 1; k < fit.slices && !status; k++) error[lobes - 1] += (double)fit.error[k] / 3;
         envmap_fit_free(&fit);
     }
     if (status) return status;
     printf("  fit       the whole f_r (n.l) as a sum of lobes: one is off by %.2g (rms, seen from\n"
-           "            up to 68 degrees), two by %.2g, three by %.2g: %s\n", error[0], error[1],
-           error[2], error[1] > 0.9 * error[0] ? "take one" : error[2] > 0.9 * error[1] ? "take two"
-                                                                                      : "take three");
+           "            up to 68 degrees), two by %.2g, three by %.2g: %s\n",
+           error[0], error[1], error[2],
+           error[1] > 0.9 * error[0]   ? "take one"
+           : error[2] > 0.9 * error[1] ? "take two"
+                                       : "take three");
     return DONE;
 }
 

@@ -31,8 +31,10 @@ static const struct {
     const char *name;
     int kind;
     float parameter;
-} lobes[] = {{"diffuse", ENVMAP_LOBE_PHONG, 1},       {"Phong N = 10", ENVMAP_LOBE_PHONG, 10},
-             {"Phong N = 50", ENVMAP_LOBE_PHONG, 50}, {"Phong N = 100", ENVMAP_LOBE_PHONG, 100},
+} lobes[] = {{"diffuse", ENVMAP_LOBE_PHONG, 1},
+             {"Phong N = 10", ENVMAP_LOBE_PHONG, 10},
+             {"Phong N = 50", ENVMAP_LOBE_PHONG, 50},
+             {"Phong N = 100", ENVMAP_LOBE_PHONG, 100},
              {"Phong N = 250", ENVMAP_LOBE_PHONG, 250},
              {"Phong N = 500", ENVMAP_LOBE_PHONG, 500},
              {"Phong N = 2000", ENVMAP_LOBE_PHONG, 2000},
@@ -53,19 +55,14 @@ static envmap_lobe lobe_of(int kind, float parameter) {
 /* Sources and results; edge is TRUTH times 1, 3, 9 or 27. scene -1: each, at three tolerances. */
 static const struct shape {
     int from, source, to, edge, scene;
-} shapes[] = {{ENVMAP_CUBE, 128, ENVMAP_CUBE, 36, -1},
-              {ENVMAP_CUBE, 128, ENVMAP_CUBE, 108, 2},
-              {ENVMAP_LATLONG, 128, ENVMAP_CUBE, 36, 1},
-              {ENVMAP_CUBE, 64, ENVMAP_CUBE, 12, 0},
-              {ENVMAP_CUBE, 64, ENVMAP_CUBE, 108, 1},
-              {ENVMAP_PARABOLOID, 64, ENVMAP_LATLONG, 36, 2},
-              {ENVMAP_ANGULAR, 64, ENVMAP_CUBE, 12, 1},
-              {ENVMAP_CUBE, 32, ENVMAP_CUBE, 4, 2},
-              {ENVMAP_CUBE, 32, ENVMAP_CUBE, 12, 1},
-              {ENVMAP_LATLONG, 32, ENVMAP_CUBE, 12, 0},
-              {ENVMAP_CUBE, 24, ENVMAP_CUBE, 4, 1},
-              {ENVMAP_LATLONG, 16, ENVMAP_LATLONG, 4, 2},
-              {ENVMAP_CUBE, 8, ENVMAP_CUBE, 4, 0}};
+} shapes[] = {
+    {ENVMAP_CUBE, 128, ENVMAP_CUBE, 36, -1},   {ENVMAP_CUBE, 128, ENVMAP_CUBE, 108, 2},
+    {ENVMAP_LATLONG, 128, ENVMAP_CUBE, 36, 1}, {ENVMAP_CUBE, 64, ENVMAP_CUBE, 12, 0},
+    {ENVMAP_CUBE, 64, ENVMAP_CUBE, 108, 1},    {ENVMAP_PARABOLOID, 64, ENVMAP_LATLONG, 36, 2},
+    {ENVMAP_ANGULAR, 64, ENVMAP_CUBE, 12, 1},  {ENVMAP_CUBE, 32, ENVMAP_CUBE, 4, 2},
+    {ENVMAP_CUBE, 32, ENVMAP_CUBE, 12, 1},     {ENVMAP_LATLONG, 32, ENVMAP_CUBE, 12, 0},
+    {ENVMAP_CUBE, 24, ENVMAP_CUBE, 4, 1},      {ENVMAP_LATLONG, 16, ENVMAP_LATLONG, 4, 2},
+    {ENVMAP_CUBE, 8, ENVMAP_CUBE, 4, 0}};
 enum { SHAPES = COUNT(shapes), ROWS = LOBES * (SHAPES + 8), THRESHOLDS = 3 };
 
 static const double tolerances[3] = {1e-2, 1e-3, 1e-4};
@@ -137,8 +134,8 @@ static double error_of(const envmap *dst, const envmap *truth) {
             for (y = 0; y < truth->size; ++y)
                 for (x = 0; x < width; ++x) {
                     const float *b = envmap_texel(truth, 0, s, f, x, y);
-                    const float *a = envmap_texel(dst, 0, s, f, ratio * x + ratio / 2,
-                                                  ratio * y + ratio / 2);
+                    const float *a =
+                        envmap_texel(dst, 0, s, f, ratio * x + ratio / 2, ratio * y + ratio / 2);
                     double w = envmap_solid_angle(truth, 0, f, x, y);
                     for (c = 0; c < 3; ++c) {
                         off += w * pow((double)a[c] - (double)b[c], 2);
@@ -180,7 +177,8 @@ static void measure_work(const envmap *src, int scene, int lobe_index, int shape
     const struct shape *s = shapes + shape;
     envmap_lobe lobe = lobe_of(lobes[lobe_index].kind, lobes[lobe_index].parameter);
     int slices = lobes[lobe_index].kind == ENVMAP_LOBE_BANKS ? SLICES : 1, k, i;
-    envmap dst = measure_map(s->to, s->edge, 1, slices), truth = measure_map(s->to, TRUTH, 1, slices);
+    envmap dst = measure_map(s->to, s->edge, 1, slices),
+           truth = measure_map(s->to, TRUTH, 1, slices);
     envmap part = measure_map(s->to, TRUTH, 1, slices);
     envmap_filter_desc exact = desc_of(ENVMAP_METHOD_REFERENCE, 0, 0);
     double guess = timed(&truth, src, &lobe, &exact);
@@ -292,8 +290,9 @@ static void table_times(FILE *out, const fit *fitted) {
                                  ENVMAP_METHOD_HIERARCHICAL};
     double ratio[2][ROWS * THRESHOLDS], off[2][ROWS * THRESHOLDS];
     int i, k, m, w;
-    fprintf(out, "| method | rows | expected / measured, median | off by a factor, median | in nine of "
-                 "ten rows | as fitted anew here |\n|---|--:|--:|--:|--:|--:|\n");
+    fprintf(out,
+            "| method | rows | expected / measured, median | off by a factor, median | in nine of "
+            "ten rows | as fitted anew here |\n|---|--:|--:|--:|--:|--:|\n");
     for (m = 0; m < 3; ++m) {
         int n = 0, method = order[m];
         for (i = 0; i < row_count; ++i)
@@ -338,8 +337,9 @@ static void table_picks(FILE *out) {
         model += (r->needs.operations[ENVMAP_METHOD_FAST] <
                   r->needs.operations[ENVMAP_METHOD_REFERENCE]) == (fast < reference);
         if (own > 1.1 * best)
-            fprintf(stderr, "not the cheapest: %s, %s, shape %d, tolerance %g: took %s; FAST %.3g "
-                            "(expected %.3g), REFERENCE %.3g (%.3g), HIERARCHICAL %.3g\n",
+            fprintf(stderr,
+                    "not the cheapest: %s, %s, shape %d, tolerance %g: took %s; FAST %.3g "
+                    "(expected %.3g), REFERENCE %.3g (%.3g), HIERARCHICAL %.3g\n",
                     scene_name[r->scene], lobes[r->lobe].name, r->shape, r->tolerance,
                     method_names[r->needs.method], fast, r->needs.operations[ENVMAP_METHOD_FAST],
                     reference, r->needs.operations[ENVMAP_METHOD_REFERENCE], hierarchical);
@@ -517,9 +517,10 @@ static void table_chart(FILE *out) {
     static const char *const names[] = {"", "REFERENCE", "HIERARCHICAL", "FAST"};
     int n[4] = {0, 0, 0, 0}, m, i, fast = 0;
     double lost = 0;
-    fprintf(out, "| method | rows | expected / measured time, median | off by a factor, median | in "
-                 "nine of ten rows | measured / expected error, median |\n"
-                 "|---|--:|--:|--:|--:|--:|\n");
+    fprintf(out,
+            "| method | rows | expected / measured time, median | off by a factor, median | in "
+            "nine of ten rows | measured / expected error, median |\n"
+            "|---|--:|--:|--:|--:|--:|\n");
     for (i = 0; i < chart_count; ++i) {
         if (i % 100 == 0) fprintf(stderr, "\rrow %d of %d", i, chart_count);
         chart_expect(chart_rows + i);
@@ -540,10 +541,11 @@ static void table_chart(FILE *out) {
         fast += m == ENVMAP_METHOD_FAST ? count_of : 0;
     }
     chart_picks(n, &lost);
-    fprintf(out, "\nOf %d rows of FAST that other methods, those of `examples/methods` too, have to "
-                 "compete with, it was\nthe cheapest that kept the tolerance in %.0f %%, within a "
-                 "factor of two in %.0f %%, and took %.1f times\nas long at the worst. Of all %d, %d "
-                 "are above their tolerance.\n",
+    fprintf(out,
+            "\nOf %d rows of FAST that other methods, those of `examples/methods` too, have to "
+            "compete with, it was\nthe cheapest that kept the tolerance in %.0f %%, within a "
+            "factor of two in %.0f %%, and took %.1f times\nas long at the worst. Of all %d, %d "
+            "are above their tolerance.\n",
             n[0], 100.0 * n[1] / fmax(n[0], 1), 100.0 * n[2] / fmax(n[0], 1), lost, fast, n[3]);
 }
 

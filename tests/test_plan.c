@@ -116,11 +116,12 @@ static void a_planned_size_is_enough_and_half_of_it_is_not(void) {
         int scene, to;
         float N;
         double tolerance;
-    } works[] = {{SCENE_OVERCAST, ENVMAP_CUBE, 1, 1e-3},    {SCENE_OVERCAST, ENVMAP_CUBE, 100, 1e-2},
-                 {SCENE_STUDIO, ENVMAP_CUBE, 10, 1e-2},     {SCENE_STUDIO, ENVMAP_LATLONG, 50, 3e-3},
-                 {SCENE_SUN, ENVMAP_CUBE, 50, 3e-3},        {SCENE_SUN, ENVMAP_PARABOLOID, 10, 3e-3},
-                 {SCENE_STUDIO, ENVMAP_PARABOLOID, 100, 1e-2},
-                 {SCENE_SUN, ENVMAP_LATLONG, 100, 1e-2},    {SCENE_OVERCAST, ENVMAP_ANGULAR, 10, 1e-2}};
+    } works[] = {
+        {SCENE_OVERCAST, ENVMAP_CUBE, 1, 1e-3},       {SCENE_OVERCAST, ENVMAP_CUBE, 100, 1e-2},
+        {SCENE_STUDIO, ENVMAP_CUBE, 10, 1e-2},        {SCENE_STUDIO, ENVMAP_LATLONG, 50, 3e-3},
+        {SCENE_SUN, ENVMAP_CUBE, 50, 3e-3},           {SCENE_SUN, ENVMAP_PARABOLOID, 10, 3e-3},
+        {SCENE_STUDIO, ENVMAP_PARABOLOID, 100, 1e-2}, {SCENE_SUN, ENVMAP_LATLONG, 100, 1e-2},
+        {SCENE_OVERCAST, ENVMAP_ANGULAR, 10, 1e-2}};
     double most = 0, least = 1e9, expected = 0;
     for (size_t i = 0; i < sizeof works / sizeof works[0]; ++i) {
         envmap src = scene_map(works[i].scene, ENVMAP_CUBE, 64);
@@ -132,9 +133,10 @@ static void a_planned_size_is_enough_and_half_of_it_is_not(void) {
         double whole = looked_up(&src, lobe, works[i].to, n.size, &truth, tolerance);
         double half = looked_up(&src, lobe, works[i].to, (n.size + 1) / 2, &truth, tolerance);
         double at_32 = looked_up(&src, lobe, works[i].to, 32, &truth, tolerance);
-        printf("    %-8s N = %-4g %-10s edge %3d: %.2e of %.0e, half %.2e; edge 32 %.2e, said %.2e\n",
-               scene_name[works[i].scene], (double)works[i].N, oracle_name[works[i].to], n.size,
-               whole, tolerance, half, at_32, n.lookup);
+        printf(
+            "    %-8s N = %-4g %-10s edge %3d: %.2e of %.0e, half %.2e; edge 32 %.2e, said %.2e\n",
+            scene_name[works[i].scene], (double)works[i].N, oracle_name[works[i].to], n.size, whole,
+            tolerance, half, at_32, n.lookup);
         most = fmax(most, whole / tolerance), least = fmin(least, half / tolerance);
         expected = fmax(expected, fabs(log(n.lookup / at_32)));
         CHECK(n.method == ENVMAP_METHOD_FAST && n.slices == 1);
@@ -305,11 +307,14 @@ static void the_method_is_what_auto_takes(void) {
         int source, edge;
         float N;
         int method;
-    } works[] = {{8, 4, 10, ENVMAP_METHOD_REFERENCE}, {48, 12, 10, ENVMAP_METHOD_FAST},
-                 {32, 8, 1e4f, ENVMAP_METHOD_REFERENCE}, {48, 12, 1, ENVMAP_METHOD_FAST}};
+    } works[] = {{8, 4, 10, ENVMAP_METHOD_REFERENCE},
+                 {48, 12, 10, ENVMAP_METHOD_FAST},
+                 {32, 8, 1e4f, ENVMAP_METHOD_REFERENCE},
+                 {48, 12, 1, ENVMAP_METHOD_FAST}};
     for (int i = 0; i < 4; ++i) {
         envmap src = scene_map(SCENE_STUDIO, ENVMAP_CUBE, works[i].source);
-        envmap a = black(ENVMAP_CUBE, works[i].edge, 1, 1), b = black(ENVMAP_CUBE, works[i].edge, 1, 1);
+        envmap a = black(ENVMAP_CUBE, works[i].edge, 1, 1),
+               b = black(ENVMAP_CUBE, works[i].edge, 1, 1);
         envmap_lobe lobe = envmap_lobe_phong(works[i].N);
         envmap_needs n = plan(&a, &src, lobe, 1e-3);
         CHECK(n.method == works[i].method);
@@ -388,13 +393,15 @@ static void bad_input_is_refused(void) {
 
 static void extremes_are_planned(void) {
     static const int edges[4] = {1, 2, 7, 33};
-    envmap_lobe lobes[6] = {envmap_lobe_diffuse(), envmap_lobe_phong(0), envmap_lobe_phong(1e9f),
-                            envmap_lobe_ggx(1e-4f), envmap_lobe_banks(0.99999f), envmap_lobe_ggx(1)};
+    envmap_lobe lobes[6] = {envmap_lobe_diffuse(),       envmap_lobe_phong(0),
+                            envmap_lobe_phong(1e9f),     envmap_lobe_ggx(1e-4f),
+                            envmap_lobe_banks(0.99999f), envmap_lobe_ggx(1)};
     for (int m = 0; m < ENVMAP_MAPPING_COUNT; ++m)
         for (int e = 0; e < 4; ++e)
             for (int i = 0; i < 6; ++i) {
                 envmap src = noise(m, edges[e], 5);
-                envmap shape = shape_of((m + e) % ENVMAP_MAPPING_COUNT, edges[3 - e], i == 4 ? 3 : 1);
+                envmap shape =
+                    shape_of((m + e) % ENVMAP_MAPPING_COUNT, edges[3 - e], i == 4 ? 3 : 1);
                 envmap_needs n = plan(&shape, &src, lobes[i], 1e-2);
                 CHECK(n.size >= 1 && n.size <= 16384 && n.bands >= 1 && n.slices >= 1);
                 CHECK(n.slices <= 4096 && n.contrast >= 0 && n.contrast < 100);
