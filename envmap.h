@@ -6481,12 +6481,12 @@ static const double envmapi_costs[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS] = {
     {400, 100, 0, 0, 0, 0, 0, 0},
     /* REFERENCE: source, result, pairs near enough, those of Phong and Gaussian, pairs of lookups
        and of tents for what is sharper than two texels; calls */
-    {71, 0, 5.2, 8.2, 500, 500, 0, 1.8e4},
+    {75, 0, 5.5, 9, 3600, 420, 0, 1.6e4},
     /* HIERARCHICAL: source, result, pairs with 4 x 4 texels, with texels within the lobe; calls */
-    {93, 338, 5.3, 3, 0, 0, 0, 9e3},
+    {100, 500, 4.7, 3.3, 0, 0, 0, 8e3},
     /* FAST: source, result, nodes, ring points * log2, rings * bands^2, lights * result, bands^2 by
        quadrature; calls */
-    {4.4, 1.2, 63, 1.1, 0.34, 1.4, 8.1, 1.5e5},
+    {3.5, 2, 65, 1.2, 0.37, 1.5, 8.2, 1.7e5},
     {0, 0, 0, 0, 0, 0, 0, 0}};
 /* Copying a texel of maps that a cache holds (1 MiB), over one of maps far larger (16 MiB). */
 static const double envmapi_costs_cached = 0.2;
@@ -6498,6 +6498,12 @@ static double envmapi_texels(const envmap *map) {
 /* Of the sphere within `angle`. */
 static double envmapi_cap(double angle) { return 0.5 - 0.5 * cos(fmin(angle, ENVMAPI_PI)); }
 
+static double envmapi_threshold(const envmap_filter_desc *desc) {
+    double threshold = (double)desc->threshold;
+    return threshold > 0 ? fmin(threshold, 0.5) : threshold < 0 ? 1e-12 : 1e-3;
+}
+
+/* HIERARCHICAL opens a lobe down to where it is no more than the threshold. */
 static void envmapi_counts_exact(double *n, double *hierarchical, const envmapi_job *job) {
     const envmap *dst = job->views, *src = job->src;
     const envmap_lobe *lobe = job->lobes;
@@ -6511,7 +6517,8 @@ static void envmapi_counts_exact(double *n, double *hierarchical, const envmapi_
         double p = envmapi_slice_p(lobe, k, slices), sigma = envmap_lobe_sigma(lobe, p);
         double reach = fmax(12 * extent, 8 * sigma), tent = 2 - sigma / extent;
         envmap_lobe_support(&from, &to, lobe, p);
-        hierarchical[3] += S * D * (envmapi_cap(to) - envmapi_cap(from));
+        double opened = from > 0 ? to : sigma * sqrt(-2 * log(envmapi_threshold(&job->desc)));
+        hierarchical[3] += S * D * (envmapi_cap(fmin(opened, to)) - envmapi_cap(from));
         if (tent > 0.5) n[4] += S * D * envmapi_cap(fmin(to, reach)) + D;
         if (tent > 0 && tent < 1) n[5] += S * D * envmapi_cap(fmin(to, reach) + 2 * extent);
         if (tent >= 1 && to < reach) continue; /* nothing but lookups */
@@ -6628,9 +6635,8 @@ static envmap_result envmapi_needs_fill(envmap_needs *out, envmapi_job *job) {
     out->lookup = envmapi_lookups_error(&lookups, dst->size);
     out->nine = envmapi_demand_tail(&d, 3);
     out->contrast = d.P[0] > 0 ? sqrt((d.total - d.P[0]) / d.P[0]) : 0;
-    double threshold = fmax((double)job->desc.threshold, 0), total = d.total;
-    if (job->desc.threshold == 0.0f) threshold = 1e-3;
-    out->error[ENVMAP_METHOD_HIERARCHICAL] = threshold * out->contrast;
+    double total = d.total;
+    out->error[ENVMAP_METHOD_HIERARCHICAL] = envmapi_threshold(&job->desc) * out->contrast;
     if (!planned) return ENVMAP_OK;
     if (job->plans[0].kinked && (out->lights = job->scene.rest.light_count) > 0) {
         result = envmapi_demand_scene(&d, job, 1);
