@@ -655,6 +655,11 @@ static void print_scene(const envmap_needs *n, double tolerance) {
 static void print_size(const envmap_needs *n, const options *asked, const options *o,
                        const envmap *in, double tolerance) {
     int natural = natural_size(in, asked->to);
+    if (isinf(n->operations[ENVMAP_METHOD_FAST]) && n->size >= natural) {
+        printf("  size      %d, as fine as the source: the lobe is about as thin as its texels\n",
+               natural);
+        return;
+    }
     printf(
         "  size      %d: the smallest edge of a %s that loses less than %.2g between its texels,\n"
         "            looked up bilinearly",
