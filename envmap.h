@@ -6481,12 +6481,12 @@ static const double envmapi_costs[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS] = {
     {400, 100, 0, 0, 0, 0, 0, 0},
     /* REFERENCE: source, result, pairs near enough, those of Phong and Gaussian, pairs of lookups
        and of tents for what is sharper than two texels; calls */
-    {75, 0, 5.5, 9, 3600, 420, 0, 1.6e4},
+    {80, 0, 6.5, 10, 3800, 440, 0, 1e4},
     /* HIERARCHICAL: source, result, pairs with 4 x 4 texels, with texels within the lobe; calls */
-    {100, 500, 4.7, 3.3, 0, 0, 0, 8e3},
+    {140, 550, 4.4, 7, 0, 0, 0, 1e3},
     /* FAST: source, result, nodes, ring points * log2, rings * bands^2, lights * result, bands^2 by
        quadrature; calls */
-    {3.5, 2, 65, 1.2, 0.37, 1.5, 8.2, 1.7e5},
+    {2.8, 4, 64, 1.8, 0.35, 1.8, 8.7, 2.2e5},
     {0, 0, 0, 0, 0, 0, 0, 0}};
 /* Copying a texel of maps that a cache holds (1 MiB), over one of maps far larger (16 MiB). */
 static const double envmapi_costs_cached = 0.2;
