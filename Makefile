@@ -23,7 +23,7 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 # only, too few for the lobes' oracles; it sees into the OpenGL driver. (The sanitizers run them all.)
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
-           %/test_materials %/test_gl %/test_harmonics
+           %/test_materials %/test_gl %/test_harmonics %/test_plan
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 

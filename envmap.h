@@ -6530,8 +6530,8 @@ static void envmapi_counts_exact(double *n, double *hierarchical, const envmapi_
 static void envmapi_counts_fast(double *n, const envmapi_job *job) {
     const envmapi_plan *plan = job->plans;
     const envmap *dst = plan->dst, *src = job->src;
-    double tolerance = (double)job->desc.tolerance, slices = plan->slices, L = plan->need;
-    double runs = src->slices > 1 ? slices : 1;
+    double tolerance = (double)job->desc.tolerance, L = plan->need;
+    double runs = src->slices, slices = runs > 1 ? runs : plan->slices;
     envmapi_grid from = envmapi_grid_of(src, plan->h, tolerance);
     envmapi_grid to = envmapi_grid_of(dst, plan->h, tolerance);
     double M = envmapi_rings_size((int)fmax(ENVMAPI_PI / plan->h, L + 2)), D = envmapi_texels(dst);

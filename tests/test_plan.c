@@ -411,6 +411,31 @@ static void extremes_are_planned(void) {
             }
 }
 
+/* A cone that turns from the axis with p, as a callback with a kink. */
+static double turning(double x, double p, void *user) {
+    (void)user;
+    return fmax(x - 0.5 * p, 0);
+}
+
+static void lobes_and_sources_with_slices_are_planned(void) {
+    envmap src = scene_map(SCENE_STUDIO, ENVMAP_CUBE, 32), two = black(ENVMAP_CUBE, 32, 1, 2);
+    envmap shape = shape_of(ENVMAP_CUBE, 12, 2);
+    envmap_lobe lobe = envmap_lobe_function(turning, NULL), phong = envmap_lobe_phong(20);
+    envmap_needs n, one, both;
+    lobe.p0 = 0, lobe.p1 = 1;
+    n = plan(&shape, &src, lobe, 1e-2);
+    CHECK(n.slices > 1 && n.slices <= envmap_lobe_slices(&lobe, 1e-2));
+    CHECK(n.method == ENVMAP_METHOD_FAST && n.error[0] < 1e-2);
+    for (int k = 0; k < 2; ++k)
+        memcpy(envmap_texel(&two, 0, k, 0, 0, 0), src.texels, floats_of(&src) * sizeof(float));
+    both = plan(&shape, &two, phong, 1e-3);
+    one = plan(&shape, &src, phong, 1e-3);
+    CHECK(both.size == one.size && both.bands == one.bands && both.operations[0] > one.operations[0]);
+    shape.slices = 3;
+    CHECK(envmap_filter_plan(&n, &shape, &two, &phong, NULL) == ENVMAP_ERROR_ARGUMENT);
+    envmap_free(&src), envmap_free(&two);
+}
+
 static void a_plan_is_the_same_for_any_executor_and_prepared(void) {
     static crew c;
     envmap src = scene_map(SCENE_STUDIO, ENVMAP_LATLONG, 48), shape = shape_of(ENVMAP_CUBE, 16, 1);
@@ -475,6 +500,7 @@ int main(void) {
     RUN(more_texels_cost_more);
     RUN(bad_input_is_refused);
     RUN(extremes_are_planned);
+    RUN(lobes_and_sources_with_slices_are_planned);
     RUN(a_plan_is_the_same_for_any_executor_and_prepared);
     RUN(planning_without_memory_leaks_nothing);
     RUN(nothing_leaks);
