@@ -6483,10 +6483,10 @@ static const double envmapi_costs[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS] = {
        and of tents for what is sharper than two texels; calls */
     {80, 0, 6.5, 10, 3800, 440, 0, 1e4},
     /* HIERARCHICAL: source, result, pairs with 4 x 4 texels, with texels within the lobe; calls */
-    {140, 550, 4.4, 7, 0, 0, 0, 1e3},
+    {130, 500, 4, 7, 0, 0, 0, 1e3},
     /* FAST: source, result, nodes, ring points * log2, rings * bands^2, lights * result, bands^2 by
        quadrature; calls */
-    {2.8, 4, 64, 1.8, 0.35, 1.8, 8.7, 2.2e5},
+    {1.8, 4.7, 52, 1.8, 0.3, 1.4, 8.3, 1.6e5},
     {0, 0, 0, 0, 0, 0, 0, 0}};
 /* Copying a texel of maps that a cache holds (1 MiB), over one of maps far larger (16 MiB). */
 static const double envmapi_costs_cached = 0.2;

@@ -695,7 +695,8 @@ static void print_method(const envmap_needs *n, double copy) {
 static int print_fit(const options *o) {
     brdf_values values = {{1, 1, 1}, 0, 0, 0, 0, 0};
     envmap_brdf brdf = {brdf_ggx, NULL};
-    double error[3];
+    static const char *const words[3] = {"one does", "two do", "three do"};
+    double error[3], best;
     int lobes, k, status = DONE;
     values.alpha = o->alpha, brdf.user = &values;
     for (lobes = 1; lobes <= 3 && !status; lobes++) {
@@ -708,12 +709,10 @@ static int print_fit(const options *o) {
         envmap_fit_free(&fit);
     }
     if (status) return status;
+    best = 1.1 * fmin(error[0], fmin(error[1], error[2]));
     printf("  fit       the whole f_r (n.l) as a sum of lobes: one is off by %.2g (rms, seen from\n"
            "            up to 68 degrees), two by %.2g, three by %.2g: %s\n",
-           error[0], error[1], error[2],
-           error[1] > 0.9 * error[0]   ? "take one"
-           : error[2] > 0.9 * error[1] ? "take two"
-                                       : "take three");
+           error[0], error[1], error[2], words[error[0] > best ? error[1] > best ? 2 : 1 : 0]);
     return DONE;
 }
 
