@@ -23,7 +23,8 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 # only, too few for the lobes' oracles; it sees into the OpenGL driver. (The sanitizers run them all.)
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
-           %/test_materials %/test_gl %/test_harmonics %/test_stability_filters
+           %/test_materials %/test_gl %/test_harmonics %/test_stability_filters \
+           %/test_plan
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -42,7 +43,7 @@ GALLERY   = docs/images
 MAP       =
 
 .PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        harmonics filters methods materials chart examples docs gallery install clean FORCE
+        harmonics filters methods materials plan size chart examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -168,6 +169,14 @@ methods: ## measure examples/methods/, and write docs/methods.md and its charts;
 	@mkdir -p $(BUILD) docs/charts
 	$(CC) -std=c99 $(BENCH) $(STRICT) -I. examples/methods.c -o $(BUILD)/methods-timed $(LIBS)
 	$(BUILD)/methods-timed $(if $(MAP),$(MAP),--docs docs)
+
+plan: ## hold envmap_filter_plan against measured times and errors: the tables of docs/plan.md
+	@mkdir -p $(BUILD)
+	$(CC) $(BENCH) $(STRICT) -I. examples/plan.c -o $(BUILD)/plan-timed $(LIBS)
+	$(BUILD)/plan-timed docs
+
+size: ## bytes of code that a program carries, feature by feature: the table of docs/plan.md
+	@sh tests/compile/size.sh $(CC) $(BUILD)/size docs/plan.md
 
 materials: $(BUILD)/materials ## every reflection model beside eq. 1: docs/materials.md, its pictures and chart
 	@mkdir -p docs/charts

@@ -536,6 +536,42 @@ ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap 
 /* NULL and twice are fine. */
 ENVMAP_API void envmap_prepared_free(envmap_prepared *prepared);
 
+/* What a scene needs, and what that costs: expected values, from the scene's own harmonics. */
+typedef struct envmap_needs {
+    int method;      /* what AUTO takes; AUTO for the mirror                                      */
+    int size;        /* smallest edge, 1 .. 16384, of dst's mapping that loses no more than the
+                        tolerance when looked up bilinearly; for what is sharper than the source,
+                        the edge whose texels are as small as src's                               */
+    int bands;       /* fewest bands that lose no more than the tolerance, 1 .. 768               */
+    int slices;      /* fewest slices that do, looked up linearly between; 1 for lobes without p  */
+    int lights;      /* texels that FAST sums one by one                                          */
+    double contrast; /* rms of the result about its mean, over its mean                           */
+    double nine;     /* relative rms of what three bands, nine coefficients, lose                 */
+    double lookup;   /* relative rms of what bilinear lookups between texels of dst's size lose   */
+    double error[ENVMAP_METHOD_COUNT];      /* relative rms; [AUTO]: of `method`; HIERARCHICAL's
+                                               to an order of magnitude. Infinite, as the next
+                                               two, where a method cannot do that                 */
+    double operations[ENVMAP_METHOD_COUNT]; /* time, in copies of one texel of a large map        */
+    double copies[ENVMAP_METHOD_COUNT];     /* time, in copies of src and dst                     */
+} envmap_needs;
+
+/* What envmap_filter(dst, src, lobe, desc) is expected to cost and to lose, and the smallest dst
+   that would do. With P_l the power of the filtered scene in band l (of level 0 of slice 0):
+     bands   sum_(l >= bands) P_l <= tolerance^2 sum P_l
+     size    sum P_l e(l h)^2 <= tolerance^2 sum P_l, in the mean over the map, h the spacing of its
+             texels; e(w) -> 0.089 w^2 is the rms of what linear interpolation in u and v loses of
+             a wave of w radians a texel; and what a cube's edges lose; less where one light
+             rules, for it may be where texels are largest
+     slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
+   dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
+   desc    tolerance, threshold, limit, executor, memory, prepared; its method is not asked
+   Errors: those of envmap_filter; *needs then stays as it was.
+   Cost: about half of FAST; more for lobes with slices.  Thread-safe.
+   Source: docs/plan.md; costs measured by `make plan`.  Test: tests/test_plan.c. */
+ENVMAP_API envmap_result envmap_filter_plan(envmap_needs *needs, const envmap *dst,
+                                            const envmap *src, const envmap_lobe *lobe,
+                                            const envmap_filter_desc *desc);
+
 /* ------------------------------------------------------------------------------- >>materials -- */
 
 /* A reflection model f_r(v, l), 1/sr per channel, in the surface's own frame: x = t, y = n x t,
@@ -6402,6 +6438,410 @@ ENVMAPI_BODY void envmap_prepared_free(envmap_prepared *prepared) {
     envmapi_pool_free(&state->pool, 0);
     ENVMAP_FREE(prepared->memory, state);
     prepared->state = NULL;
+}
+
+/* ---- what a lobe, a scene and a tolerance need
+
+   The scene's a_lm are found as FAST finds them, or by projection where FAST cannot; so P_l is
+   measured, and what follows from it is arithmetic. Costs are sums of a few counts (texels, nodes,
+   L^3 ...) with measured weights; docs/plan.md has the formulas. Tests: tests/test_plan.c. */
+
+typedef struct envmapi_demand {
+    double scene[ENVMAPI_FAST_BANDS]; /* |a_l|^2 / (2l+1) */
+    double P[ENVMAPI_FAST_BANDS];     /* of the result, the mean of its slices */
+    double rest, total;               /* beyond them; all */
+    int bands;
+} envmapi_demand;
+
+/* |a_l|^2 / (2l+1), l < known, of a spectrum: real and imaginary parts, m and -m. */
+static void envmapi_demand_spectrum(double *scene, int known, const envmapi_spectrum *spectrum) {
+    for (int l = 0; l < known; ++l) {
+        double sum = 0;
+        for (int m = 0; m <= l; ++m) {
+            const double *a = spectrum->a + envmapi_triangle(spectrum->bands, m) + 8 * (l - m);
+            for (int c = 0; c < 3; ++c) sum += (m ? 2 : 1) * (a[c] * a[c] + a[c + 4] * a[c + 4]);
+        }
+        scene[l] = sum / (2 * l + 1);
+    }
+}
+
+/* The scene's bands, as flat as a light beyond those that are known, up to texels where those are
+   interpolated; rest: without the lights that are summed apart. */
+static envmap_result envmapi_demand_scene(envmapi_demand *d, envmapi_job *job, int rest) {
+    enum { PROJECTED = 24 };
+    double sh[3 * PROJECTED * PROJECTED], finest = ENVMAPI_PI / envmapi_texel_extent(job->src);
+    int known = PROJECTED, kept = job->pool.count;
+    envmap_result result;
+    if (job->fast && job->plans[0].need) {
+        envmapi_plan plan = job->plans[0];
+        envmapi_spectrum spectrum;
+        known = plan.need = plan.need < 12 ? 12 : plan.need, finest = HUGE_VAL;
+        plan.kinked = rest, plan.h = fmin(plan.h, 1.5 / known);
+        result = envmapi_fast_analyse(&spectrum, &plan, 1, rest,
+                                      rest ? &job->scene.rest : &job->scene.whole, &job->desc,
+                                      &job->pool);
+        if (!result) envmapi_demand_spectrum(d->scene, known, &spectrum);
+        envmapi_pool_free(&job->pool, kept);
+    } else {
+        envmap map = *job->src;
+        map.memory = job->desc.memory;
+        result = envmap_sh_project(sh, known, &map, 0, 1e-4, &job->desc.executor);
+        for (int l = 0; !result && l < known; ++l)
+            d->scene[l] = envmapi_sh_power(sh, known, l) / (2 * l + 1);
+    }
+    double flat = result ? 0 : (d->scene[known - 1] + d->scene[known - 2]) / 2;
+    for (int l = known; l < ENVMAPI_FAST_BANDS; ++l) d->scene[l] = l < finest ? flat : 0;
+    return result;
+}
+
+/* P_l over at most five slices, and the power beyond all bands by Parseval. */
+static int envmapi_demand_result(envmapi_demand *d, const envmap_lobe *lobe, int slices,
+                                 int bands) {
+    double lambda[ENVMAPI_FAST_BANDS], norm = envmapi_lobe_norm(lobe);
+    int n = lobe->p0 == lobe->p1 ? 1 : slices < 5 ? slices : 5;
+    memset(d->P, 0, sizeof d->P);
+    d->bands = bands, d->rest = d->total = 0;
+    for (int k = 0; k < n; ++k) {
+        double p = envmapi_slice_p(lobe, k, n), gain = (double)lobe->scale;
+        if (!envmapi_zonal(lambda, bands, lobe, p)) return 0;
+        if (!lobe->raw) gain = 1 / (norm > 0 ? norm : envmapi_lobe_integral(lobe, p));
+        double all = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2) * gain * gain, rest = all;
+        for (int l = 0; l < bands; ++l) {
+            double square = (2 * l + 1) * lambda[l] * lambda[l];
+            d->P[l] += d->scene[l] * square / n, rest -= square;
+        }
+        if (rest > 1e-11 * all) d->rest += d->scene[bands - 1] * rest / n;
+    }
+    d->total = d->rest;
+    for (int l = 0; l < bands; ++l) d->total += d->P[l];
+    return envmapi_finite(d->total);
+}
+
+/* Relative rms of all from band `from` on. */
+static double envmapi_demand_tail(const envmapi_demand *d, int from) {
+    double sum = d->rest;
+    for (int l = d->bands - 1; l >= from; --l) sum += d->P[l];
+    return d->total > 0 ? sqrt(sum / d->total) : 0;
+}
+
+/* Along one side linear interpolation of exp(i w t) loses, in the mean square over t,
+   5/3 + cos w / 3 - 4 (1 - cos w) / w^2 = w^4 / 120 - ..., here as a fraction to 1 % up to w = 3;
+   waves of all directions in u and v together 0.96 of that. */
+static double envmapi_bilinear_square(double w) {
+    double w4 = w * w * w * w;
+    return fmin(0.96 * w4 / (120 + 5.24 * w * w + 0.15 * w4), 5.0 / 3);
+}
+
+/* Spacings: log2 of the finest, and steps of a quarter of an octave up from it. */
+#define ENVMAPI_SPACINGS 72
+#define ENVMAPI_FINEST   (-14.0)
+
+/* Texel spacings of a map of edge 1 at 12 x 12 points of a face, with weights: for unequal sides
+   the one that loses as much, (h_u^4 + h_v^4)/320 + h_u^2 h_v^2/576.
+   Over a cube's edge texels do not face each other: beside it, at y along the edge, the neighbour's
+   are y h/2 off, which loses 0.0041 l(l+1) / size^3 in the mean square; a sphere map's rim is all
+   one point, 1.4 l(l+1) / size^2 (measured). */
+typedef struct envmapi_lookups {
+    double lost[ENVMAPI_SPACINGS]; /* sum P_l e(sqrt(l(l+1)) h)^2 for each spacing */
+    double h[144], w[144], total, edges, power;
+    double uneven; /* what a light loses where texels are largest, over the mean; at most 2 */
+} envmapi_lookups;
+
+static void envmapi_lookups_fill(envmapi_lookups *t, const envmapi_demand *d, int mapping) {
+    double solid = 0, step = 1e-4, slopes = 0, most = 0, mean = 0;
+    for (int i = 0; i < ENVMAPI_SPACINGS; ++i) {
+        double h = exp2(ENVMAPI_FINEST + 0.25 * i);
+        t->lost[i] = d->rest * envmapi_bilinear_square(d->bands * h);
+        for (int l = 1; l < d->bands; ++l)
+            t->lost[i] += d->P[l] * envmapi_bilinear_square(sqrt(l * (l + 1.0)) * h);
+    }
+    for (int l = 1; l < d->bands; ++l) slopes += l * (l + 1.0) * d->P[l];
+    t->edges = slopes * (mapping == ENVMAP_CUBE ? 0.0041 : mapping == ENVMAP_SPHERE ? 1.4 : 0);
+    t->power = mapping == ENVMAP_CUBE ? 3 : 2;
+    for (int i = 0; i < 144; ++i) {
+        double u = (i % 12 + 0.5) / 12, v = ((i / 12) + 0.5) / 12, a[3], b[3], c[3];
+        int outside =
+            envmapi_is_disc(mapping) && (2 * u - 1) * (2 * u - 1) + (2 * v - 1) * (2 * v - 1) > 1;
+        envmapi_direction(a, mapping, 0, u, v);
+        envmapi_direction(b, mapping, 0, u + step, v);
+        envmapi_direction(c, mapping, 0, u, v + step);
+        double hu = envmapi_angle(a, b) / step / envmapi_width(mapping, 1);
+        double hv = envmapi_angle(a, c) / step, q = hu * hu * hv * hv;
+        t->h[i] = sqrt(sqrt(((hu * hu * hu * hu + hv * hv * hv * hv) / 320 + q / 576) / 0.00799));
+        solid += t->w[i] = outside ? 0 : envmapi_density(mapping, u, v);
+        if (!outside) most = fmax(most, t->h[i] * t->h[i]);
+    }
+    for (int i = 0; i < 144; ++i) t->w[i] /= solid, mean += t->w[i] * pow(t->h[i], 4);
+    t->total = d->total, t->uneven = envmapi_clamp(most / sqrt(mean), 1, 2);
+}
+
+/* Relative rms of bilinear lookups in a map of this edge. */
+static double envmapi_lookups_error(const envmapi_lookups *t, double size) {
+    double sum = t->edges / pow(size, t->power);
+    for (int i = 0; i < 144; ++i) {
+        double at = 4 * (log2(t->h[i] / size) - ENVMAPI_FINEST);
+        at = envmapi_clamp(at, 0, ENVMAPI_SPACINGS - 1.001);
+        int k = (int)at;
+        sum += t->w[i] * (t->lost[k] + (at - k) * (t->lost[k + 1] - t->lost[k]));
+    }
+    return t->total > 0 ? sqrt(fmin(sum / t->total, 2)) : 0;
+}
+
+static int envmapi_lookups_size(const envmapi_lookups *t, double tolerance) {
+    int low = 0, high = 1; /* not enough, enough */
+    while (high < ENVMAPI_SIZE_LIMIT && !(envmapi_lookups_error(t, high) <= tolerance))
+        low = high, high *= 2;
+    while (high - low > 1) {
+        int n = low + (high - low) / 2;
+        if (envmapi_lookups_error(t, n) <= tolerance) high = n;
+        else low = n;
+    }
+    return high;
+}
+
+#define ENVMAPI_SLICE_BANDS 128
+
+/* Relative rms of lookups between n slices, at 24 values of p that are denser towards both ends,
+   where a ring closes and where lookups clamp. */
+static double envmapi_demand_between(const envmapi_demand *d, const envmap_lobe *lobe, int bands,
+                                     int n) {
+    const int values = 24;
+    double k[ENVMAPI_SLICE_BANDS], k_low[ENVMAPI_SLICE_BANDS], k_high[ENVMAPI_SLICE_BANDS];
+    double lost = 0, total = 0;
+    for (int i = 0; i < values; ++i) {
+        double t = ENVMAPI_PI * (i + 0.5) / values, part = 0.5 - 0.5 * cos(t), w = sin(t);
+        double at = envmapi_clamp(part * n - 0.5, 0, n - 1);
+        int low = (int)at, high = low + 1 < n ? low + 1 : low;
+        double p = (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * part;
+        if (!envmapi_zonal(k, bands, lobe, p) ||
+            !envmapi_zonal(k_low, bands, lobe, envmapi_slice_p(lobe, low, n)) ||
+            !envmapi_zonal(k_high, bands, lobe, envmapi_slice_p(lobe, high, n)))
+            return 0;
+        for (int l = 0; l < bands; ++l) {
+            double off = k[l] - k_low[l] - (at - low) * (k_high[l] - k_low[l]);
+            w = sin(t) * (2 * l + 1) * d->scene[l];
+            lost += w * off * off, total += w * k[l] * k[l];
+        }
+    }
+    return total > 0 ? sqrt(lost / total) : 0;
+}
+
+/* Steps up as if errors fell as n^-1.5, then goes back along the straight line of logarithms. */
+static int envmapi_demand_slices(const envmapi_demand *d, const envmap_lobe *lobe, int bands,
+                                 double tolerance) {
+    if (lobe->p0 == lobe->p1) return 1;
+    if (bands > ENVMAPI_SLICE_BANDS) bands = ENVMAPI_SLICE_BANDS;
+    double last, lost = envmapi_demand_between(d, lobe, bands, 1);
+    int n = 1, fewer;
+    if (lost <= tolerance) return 1;
+    do {
+        double step = envmapi_clamp(pow(lost / tolerance, 0.7), 1.5, 16);
+        fewer = n, last = lost, n = (int)fmin(ceil(n * step), ENVMAPI_SLICE_LIMIT);
+        lost = envmapi_demand_between(d, lobe, bands, n);
+    } while (lost > tolerance && n < ENVMAPI_SLICE_LIMIT);
+    if (!(lost > 0) || lost > tolerance || !(last > lost)) return n;
+    double back = log(tolerance / lost) / log(last / lost);
+    return (int)ceil(n * pow((double)fewer / n, envmapi_clamp(back, 0, 1)));
+}
+
+/* What costs are made of, in counts, and what one of each takes, in copies of a texel of a large
+   map: fitted to what `make plan` measured on an AMD EPYC, gcc 12 -O3 -march=native (docs/plan.md);
+   it prints them anew. */
+enum { ENVMAPI_COUNTS = 8 };
+static const double envmapi_costs[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS] = {
+    /* mirror: source, result */
+    {400, 100, 0, 0, 0, 0, 0, 0},
+    /* REFERENCE: source, result, pairs near enough, those of Phong and Gaussian, pairs of lookups
+       and of tents for what is sharper than two texels; calls */
+    {80, 0, 6.5, 10, 3800, 440, 0, 1e4},
+    /* HIERARCHICAL: source, result, pairs with 4 x 4 texels, with texels within the lobe; calls */
+    {130, 500, 4, 7, 0, 0, 0, 1e3},
+    /* FAST: source, result, nodes, ring points * log2, rings * bands^2, lights * result, bands^2 by
+       quadrature; calls */
+    {1.8, 4.7, 52, 1.8, 0.3, 1.4, 8.3, 1.6e5},
+    {0, 0, 0, 0, 0, 0, 0, 0}};
+/* Copying a texel of maps that a cache holds (1 MiB), over one of maps far larger (16 MiB). */
+static const double envmapi_costs_cached = 0.2;
+
+static double envmapi_texels(const envmap *map) {
+    return (double)envmapi_area(map->mapping, map->size) * envmap_faces(map->mapping);
+}
+
+/* Of the sphere within `angle`. */
+static double envmapi_cap(double angle) { return 0.5 - 0.5 * cos(fmin(angle, ENVMAPI_PI)); }
+
+static double envmapi_threshold(const envmap_filter_desc *desc) {
+    double threshold = (double)desc->threshold;
+    return threshold > 0 ? fmin(threshold, 0.5) : threshold < 0 ? 1e-12 : 1e-3;
+}
+
+/* HIERARCHICAL opens a lobe down to where it is no more than the threshold. */
+static void envmapi_counts_exact(double *n, double *hierarchical, const envmapi_job *job) {
+    const envmap *dst = job->views, *src = job->src;
+    const envmap_lobe *lobe = job->lobes;
+    double from, to, S = envmapi_texels(src), D = envmapi_texels(dst);
+    double extent = envmapi_texel_extent(src);
+    int slices = lobe->p0 == lobe->p1 && src->slices == 1 ? 1 : dst->slices;
+    n[0] = hierarchical[0] = S * (src->slices > 1 ? slices : 1);
+    n[1] = hierarchical[1] = slices * D, hierarchical[2] = slices * S * D / 16;
+    n[7] = hierarchical[7] = 1;
+    for (int k = 0; k < slices; ++k) {
+        double p = envmapi_slice_p(lobe, k, slices), sigma = envmap_lobe_sigma(lobe, p);
+        double reach = fmax(12 * extent, 8 * sigma), tent = 2 - sigma / extent;
+        envmap_lobe_support(&from, &to, lobe, p);
+        double opened = from > 0 ? to : sigma * sqrt(-2 * log(envmapi_threshold(&job->desc)));
+        hierarchical[3] += S * D * (envmapi_cap(fmin(opened, to)) - envmapi_cap(from));
+        if (tent > 0.5) n[4] += S * D * envmapi_cap(fmin(to, reach)) + D;
+        if (tent > 0 && tent < 1) n[5] += S * D * envmapi_cap(fmin(to, reach) + 2 * extent);
+        if (tent >= 1 && to < reach) continue; /* nothing but lookups */
+        n[2] += S * D * (to < 1.5 ? envmapi_cap(to + 11 * extent) : 1);
+        if (lobe->kind <= ENVMAP_LOBE_GAUSSIAN) n[3] += S * D * envmapi_cap(to);
+    }
+}
+
+static void envmapi_counts_fast(double *n, const envmapi_job *job) {
+    const envmapi_plan *plan = job->plans;
+    const envmap *dst = plan->dst, *src = job->src;
+    double tolerance = (double)job->desc.tolerance, L = plan->need;
+    double runs = src->slices, slices = runs > 1 ? runs : plan->slices;
+    envmapi_grid from = envmapi_grid_of(src, plan->h, tolerance);
+    envmapi_grid to = envmapi_grid_of(dst, plan->h, tolerance);
+    double M = envmapi_rings_size((int)fmax(ENVMAPI_PI / plan->h, L + 2)), D = envmapi_texels(dst);
+    int closed = plan->lobe->kind == ENVMAP_LOBE_PHONG || plan->lobe->kind == ENVMAP_LOBE_GAUSSIAN;
+    n[0] = runs * envmapi_texels(src), n[1] = slices * D;
+    n[2] = runs * (double)from.count + slices * (double)to.count;
+    n[3] = (runs + slices) * 2 * M * M * log2(2 * M);
+    n[4] = (runs + slices) * M * L * L;
+    n[5] = plan->kinked ? job->scene.rest.light_count * slices * D : 0;
+    n[6] = closed ? 0 : envmapi_plan_sampled(plan) * (double)plan->bands * plan->bands;
+    n[6] += closed ? 0 : slices * L * L;
+    n[7] = 1;
+}
+
+/* Counts for every method; those that cannot: 0. [AUTO]: the mirror. */
+static void envmapi_job_counts(double n[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS],
+                               const envmapi_job *job) {
+    memset(n, 0, ENVMAP_METHOD_COUNT * sizeof *n);
+    if (job->lobes->kind == ENVMAP_LOBE_MIRROR) {
+        n[0][0] = envmapi_texels(job->src), n[0][1] = envmapi_texels(job->views);
+        n[0][0] *= job->src->slices, n[0][1] *= job->views->slices;
+        return;
+    }
+    envmapi_counts_exact(n[ENVMAP_METHOD_REFERENCE], n[ENVMAP_METHOD_HIERARCHICAL], job);
+    if (job->fast && job->plans[0].need) envmapi_counts_fast(n[ENVMAP_METHOD_FAST], job);
+}
+
+/* Bands beyond those that FAST keeps, and what four splines lose of these, of `total`. */
+static double envmapi_fast_error(const envmapi_demand *d, const envmapi_plan *plan, double total) {
+    double lost = d->rest;
+    for (int l = 1; l < d->bands; ++l) {
+        double e = envmapi_band_error(l, plan->h);
+        lost += d->P[l] * (l < plan->need ? 4 * e * e : 1);
+    }
+    return total > 0 ? sqrt(lost / total) : 0;
+}
+
+static void envmapi_needs_costs(envmap_needs *out, const envmapi_job *job) {
+    double n[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS];
+    double texels = envmapi_texels(job->src) * job->src->slices +
+                    envmapi_texels(job->views) * job->views->slices;
+    double large = envmapi_clamp(log2(24 * texels / (1 << 20)) / 4, 0, 1);
+    double copy = texels * (envmapi_costs_cached + large * (1 - envmapi_costs_cached));
+    envmapi_job_counts(n, job);
+    for (int m = 0; m < ENVMAP_METHOD_COUNT; ++m) {
+        out->operations[m] = 0;
+        for (int i = 0; i < ENVMAPI_COUNTS; ++i)
+            out->operations[m] += envmapi_costs[m][i] * n[m][i];
+    }
+    out->operations[ENVMAP_METHOD_HARMONICS] = out->operations[ENVMAP_METHOD_FAST];
+    out->error[ENVMAP_METHOD_HARMONICS] = out->error[ENVMAP_METHOD_FAST];
+    if (out->method) out->operations[0] = out->operations[out->method];
+    if (out->method) out->error[0] = out->error[out->method];
+    for (int m = 0; m < ENVMAP_METHOD_COUNT; ++m) {
+        if (!(out->operations[m] > 0)) out->operations[m] = out->error[m] = HUGE_VAL;
+        out->copies[m] = out->operations[m] / copy;
+    }
+}
+
+/* The edge whose texels are no larger than src's. */
+static int envmapi_natural_size(const envmap *dst, const envmap *src) {
+    envmap shape = *dst;
+    shape.size = src->size;
+    double size = ceil(src->size * envmapi_texel_extent(&shape) / envmapi_texel_extent(src) - 1e-6);
+    return (int)envmapi_clamp(size, 1, ENVMAPI_SIZE_LIMIT);
+}
+
+/* A job that AUTO would run, and where that has no plan, one that has if it can. */
+static envmap_result envmapi_needs_job(envmap_needs *out, envmapi_job *job, const envmap *dst,
+                                       const envmap *src, const envmap_lobe *lobe) {
+    job->desc.method = ENVMAP_METHOD_AUTO;
+    envmap_result result = envmapi_job_create(job, dst, src, lobe, 1);
+    out->method = lobe->kind == ENVMAP_LOBE_MIRROR  ? ENVMAP_METHOD_AUTO
+                  : job->fast && job->plans[0].need ? ENVMAP_METHOD_FAST
+                                                    : ENVMAP_METHOD_REFERENCE;
+    if (result || job->fast || !out->method) return result;
+    job->desc.method = ENVMAP_METHOD_FAST, job->fast = 0;
+    return envmapi_job_create(job, dst, src, lobe, 1);
+}
+
+static envmap_result envmapi_needs_fill(envmap_needs *out, envmapi_job *job) {
+    envmapi_demand d;
+    envmapi_lookups lookups;
+    const envmap *dst = job->views, *src = job->src;
+    const envmap_lobe *lobe = job->lobes;
+    double tolerance = (double)job->desc.tolerance;
+    int planned = job->fast && job->plans[0].need;
+    int sharp = !out->method || envmapi_texel_extent(src) * 2 > envmap_lobe_sigma(lobe, 0);
+    out->size = envmapi_natural_size(dst, src), out->slices = 1, out->bands = ENVMAPI_FAST_BANDS;
+    if (!out->method) return ENVMAP_OK;
+    int bands = planned ? job->plans[0].bands : ENVMAPI_FAST_BANDS;
+    envmap_result result = envmapi_demand_scene(&d, job, 0);
+    if (result) return result;
+    if (!envmapi_demand_result(&d, lobe, dst->slices, bands)) return ENVMAP_ERROR_LOBE;
+    while (out->bands > 1 && envmapi_demand_tail(&d, out->bands - 1) <= tolerance) --out->bands;
+    envmapi_lookups_fill(&lookups, &d, dst->mapping);
+    double light = planned ? envmapi_contrast_at(&job->scene.whole, out->bands).kappa : 0;
+    if (!sharp)
+        out->size = envmapi_lookups_size(&lookups, tolerance / (1 + light * (lookups.uneven - 1)));
+    out->slices = envmapi_demand_slices(&d, lobe, out->bands, tolerance);
+    out->lookup = envmapi_lookups_error(&lookups, dst->size);
+    out->nine = envmapi_demand_tail(&d, 3);
+    out->contrast = d.P[0] > 0 ? sqrt((d.total - d.P[0]) / d.P[0]) : 0;
+    double total = d.total;
+    out->error[ENVMAP_METHOD_HIERARCHICAL] = envmapi_threshold(&job->desc) * out->contrast;
+    if (!planned) return ENVMAP_OK;
+    if (job->plans[0].kinked && (out->lights = job->scene.rest.light_count) > 0) {
+        result = envmapi_demand_scene(&d, job, 1);
+        if (!result) envmapi_demand_result(&d, lobe, dst->slices, bands);
+    }
+    out->error[ENVMAP_METHOD_FAST] = envmapi_fast_error(&d, job->plans, total);
+    return result;
+}
+
+ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_needs *needs, const envmap *dst,
+                                              const envmap *src, const envmap_lobe *lobe,
+                                              const envmap_filter_desc *desc) {
+    envmapi_job job;
+    envmap limited, shape;
+    envmap_needs out;
+    memset(&job, 0, sizeof job), memset(&out, 0, sizeof out);
+    if (!needs || !dst || !envmapi_valid(src) || !lobe || !envmapi_desc(&job.desc, desc) ||
+        !envmapi_prepared_for(&job.desc, src))
+        return ENVMAP_ERROR_ARGUMENT;
+    shape = *dst, shape.texels = src->texels; /* never read */
+    if (!envmapi_valid(&shape) || (src->slices > 1 && src->slices != dst->slices))
+        return ENVMAP_ERROR_ARGUMENT;
+    if (!envmapi_lobe_fits(lobe, dst->slices)) return ENVMAP_ERROR_LOBE;
+    envmap_result result = ENVMAP_OK;
+    job.pool.memory = job.desc.memory;
+    if (job.desc.limit > 0) result = envmapi_job_limit(&job, &limited, src);
+    if (!result)
+        result = envmapi_needs_job(&out, &job, &shape, job.desc.limit > 0 ? &limited : src, lobe);
+    if (!result) result = envmapi_needs_fill(&out, &job);
+    if (!result) envmapi_needs_costs(&out, &job);
+    if (!result) *needs = out;
+    envmapi_pool_free(&job.pool, 0);
+    return result;
 }
 
 /* ------------------------------------------------------------------------------- >>materials --

@@ -11,7 +11,7 @@
    >>options    one table: parsing, ranges and help come from it
    >>progress   a bar, or a few lines where nobody watches
    >>files      maps from and to PFM and PNG
-   >>commands   info convert mips filter sh compare generate demo docs
+   >>commands   info convert mips plan filter sh compare generate demo docs
    >>main
 
    SPDX-License-Identifier: MIT */
@@ -30,6 +30,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "brdfs.h"
 #include "picture.h"
 #include "scenes.h"
 #include "shader.h"
@@ -582,18 +583,181 @@ static envmap_lobe chosen_lobe(const options *o) {
     return lobe;
 }
 
-/* The output of a filter, filled: with a cube of edge 64 where nothing else is asked for. */
-static int filter_into(envmap *out, const envmap *in, const options *o) {
-    options asked = *o;
+/* What the output needs to be, and the options with the defaults that follow: a cube of the edge
+   that loses nothing, or as fine as the source where that is less. */
+static int plan_for(envmap_needs *needs, options *asked, const envmap *in, const options *o) {
+    envmap shape = no_map;
     envmap_lobe lobe = chosen_lobe(o);
+    envmap_filter_desc desc;
+    int threads, status;
+    *asked = *o;
+    if (asked->to < 0) asked->to = ENVMAP_CUBE;
+    if (asked->slices == defaults.slices && o->lobe == LOBE_BANKS) asked->slices = 16;
+    if (asked->slices == 1 && in->slices > 1) asked->slices = in->slices;
+    desc = describe(o, &threads, NULL);
+    desc.progress.report = NULL;
+    shape.mapping = asked->to, shape.levels = 1, shape.slices = asked->slices;
+    shape.size = o->size > 0 ? o->size : natural_size(in, asked->to);
+    status = check(envmap_filter_plan(needs, &shape, in, &lobe, &desc), lobe_words[o->lobe]);
+    if (status || o->size > 0) return status;
+    asked->size = needs->size < shape.size ? needs->size : shape.size;
+    shape.size = asked->size; /* what that costs, and loses */
+    return check(envmap_filter_plan(needs, &shape, in, &lobe, &desc), lobe_words[o->lobe]);
+}
+
+/* Seconds of a memcpy of both maps, the best of five. */
+static double copy_seconds(const envmap *in, const options *asked) {
+    size_t texels = (size_t)asked->size * (size_t)asked->size * (size_t)asked->slices, bytes;
+    double best = HUGE_VAL, t;
+    char *memory;
+    int k;
+    texels *= (size_t)envmap_faces(asked->to) * (asked->to == ENVMAP_LATLONG ? 2 : 1);
+    texels +=
+        (size_t)in->size * (size_t)map_width(in) * (size_t)(envmap_faces(in->mapping) * in->slices);
+    bytes = 12 * texels;
+    memory = (char *)calloc(2, bytes);
+    for (k = 0; k < 5 && memory; k++) {
+        memset(memory, k, bytes);
+        t = seconds(), memcpy(memory + bytes, memory, bytes), t = seconds() - t;
+        best = fmin(best, memory[2 * bytes - 1] == k ? t : best);
+    }
+    free(memory);
+    return best;
+}
+
+static const char *lobe_text(char text[64], const options *o) {
+    static const char *const names[] = {NULL, NULL, "N", "lambda", "alpha", "s"};
+    double value = o->lobe == LOBE_PHONG      ? o->exponent
+                   : o->lobe == LOBE_GAUSSIAN ? o->sharpness
+                   : o->lobe == LOBE_GGX      ? o->alpha
+                                              : o->s;
+    if (names[o->lobe])
+        snprintf(text, 64, "%s, %s = %g", lobe_words[o->lobe], names[o->lobe], value);
+    else
+        snprintf(text, 64, "%s", lobe_words[o->lobe]);
+    return text;
+}
+
+static void print_scene(const envmap_needs *n, double tolerance) {
+    printf("  scene     filtered, it departs from its mean by %.2g of that (rms): %s contrast\n",
+           n->contrast,
+           n->contrast < 0.5 ? "low"
+           : n->contrast < 2 ? "middling"
+                             : "high");
+    printf("  bands     %d: harmonics beyond hold less than %.2g of the rms\n", n->bands,
+           tolerance);
+    if (n->nine <= fmax(tolerance, 0.01))
+        printf("            nine numbers do it: error %.1g %% (`envmap sh` prints them)\n",
+               100 * n->nine);
+    else
+        printf("            nine numbers do not do: error %.2g %%\n", 100 * n->nine);
+}
+
+static void print_size(const envmap_needs *n, const options *asked, const options *o,
+                       const envmap *in, double tolerance) {
+    int natural = natural_size(in, asked->to);
+    if (isinf(n->operations[ENVMAP_METHOD_FAST]) && n->size >= natural) {
+        printf("  size      %d, as fine as the source: the lobe is about as thin as its texels\n",
+               natural);
+        return;
+    }
+    printf(
+        "  size      %d: the smallest edge of a %s that loses less than %.2g between its texels,\n"
+        "            looked up bilinearly",
+        n->size, mapping_words[asked->to], tolerance);
+    if (o->size > 0)
+        printf("; that of %d loses %.2g\n", o->size, n->lookup);
+    else if (n->size > natural)
+        printf("; %d, as fine as the source, loses %.2g\n", natural, n->lookup);
+    else
+        printf("; that of the source would be %d\n", natural);
+    if (o->lobe == LOBE_BANKS || asked->slices > 1)
+        printf("  slices    %d: the fewest that lose less between two of them; here %d\n",
+               n->slices, asked->slices);
+}
+
+static void print_method(const envmap_needs *n, double copy) {
+    static const char *const why[] = {
+        "", "there are so few texels, or so sharp a lobe, that the definition is the way", "",
+        "through harmonics: the lobe leaves few bands"};
+    double reference = n->operations[ENVMAP_METHOD_REFERENCE] / n->operations[ENVMAP_METHOD_AUTO];
+    printf("  method    %s: %s\n", method_words[n->method], why[n->method]);
+    if (n->lights)
+        printf("            and %d texels that outshine the others are summed one by one\n",
+               n->lights);
+    printf("  error     %.1g expected, relative rms\n", n->error[ENVMAP_METHOD_AUTO]);
+    printf("  time      %.0f copies of source and result, about %.2g ms here on one thread\n",
+           n->copies[ENVMAP_METHOD_AUTO], 1e3 * n->copies[ENVMAP_METHOD_AUTO] * copy);
+    if (n->method == ENVMAP_METHOD_FAST)
+        printf("            the reference would take %.3g times as long\n", reference);
+}
+
+/* How many lobes a fit of GGX's f_r (n.l) takes, for views up to 75 degrees from the normal. */
+static int print_fit(const options *o) {
+    brdf_values values = {{1, 1, 1}, 0, 0, 0, 0, 0};
+    envmap_brdf brdf = {brdf_ggx, NULL};
+    static const char *const words[3] = {"one does", "two do", "three do"};
+    double error[3], best;
+    int lobes, k, status = DONE;
+    values.alpha = o->alpha, brdf.user = &values;
+    for (lobes = 1; lobes <= 3 && !status; lobes++) {
+        envmap_fit fit;
+        memset(&fit, 0, sizeof fit);
+        fit.lobes = lobes, fit.slices = 4;
+        status = check(envmap_fit_brdf(&fit, &brdf, NULL), "fit");
+        error[lobes - 1] = 0;
+        for (k = 1; k < fit.slices && !status; k++) error[lobes - 1] += (double)fit.error[k] / 3;
+        envmap_fit_free(&fit);
+    }
+    if (status) return status;
+    best = 1.1 * fmin(error[0], fmin(error[1], error[2]));
+    printf("  fit       the whole f_r (n.l) as a sum of lobes: one is off by %.2g (rms, seen from\n"
+           "            up to 68 degrees), two by %.2g, three by %.2g: %s\n",
+           error[0], error[1], error[2], words[error[0] > best ? error[1] > best ? 2 : 1 : 0]);
+    return DONE;
+}
+
+static int run_plan(const options *o) {
+    envmap in;
+    envmap_needs needs;
+    options asked;
+    char text[64];
+    double tolerance = o->tolerance > 0 ? fmin(fmax(o->tolerance, 1e-7), 0.1) : 1e-3;
+    int status = load(&in, o->files[0], o->mapping);
+    if (status) return status;
+    status = plan_for(&needs, &asked, &in, o);
+    if (!status) {
+        printf("%s, %s %d x %d, through %s, to a relative error of %g\n", o->files[0],
+               mapping_words[in.mapping], map_width(&in), in.size, lobe_text(text, o), tolerance);
+        if (!needs.method)
+            printf("  size      %d: as fine as the source; a mirror is resampled, not filtered\n",
+                   needs.size);
+        else {
+            print_scene(&needs, tolerance);
+            print_size(&needs, &asked, o, &in, tolerance);
+            print_method(&needs, copy_seconds(&in, &asked));
+            if (o->lobe == LOBE_GGX) status = print_fit(o);
+        }
+    }
+    envmap_free(&in);
+    return status;
+}
+
+/* The output of a filter, filled: with a cube no larger than need be where nothing else is asked
+   for. */
+static int filter_into(envmap *out, const envmap *in, const options *o) {
+    options asked;
+    envmap_lobe lobe = chosen_lobe(o);
+    envmap_needs needs;
     envmap_filter_desc desc;
     envmap_result result;
     meter m = meter_start(o);
-    int threads, status;
+    int threads, status = DONE;
+    asked = *o;
+    if (o->size < 0) status = plan_for(&needs, &asked, in, o);
     if (asked.to < 0) asked.to = ENVMAP_CUBE;
-    if (asked.size < 0) asked.size = 64;
     if (asked.slices == defaults.slices && o->lobe == LOBE_BANKS) asked.slices = 16;
-    status = create_output(out, in, &asked, 1, asked.slices);
+    if (!status) status = create_output(out, in, &asked, 1, asked.slices);
     if (status) return status;
     desc = describe(o, &threads, &m);
     result = envmap_filter(out, in, &lobe, &desc);
@@ -749,11 +913,15 @@ static const command commands[] = {
     {"mips", "IN.pfm OUT_PREFIX", 2, "--mapping --from --to --size ",
      "Writes every mip level, weighted by solid angle, to OUT_PREFIX0.pfm, OUT_PREFIX1.pfm ...",
      "envmap mips sky.pfm sky-level- --to cube --size 128", run_mips},
+    {"plan", "IN.pfm", 1,
+     "--mapping --from --to --size --slices --lobe --exponent --sharpness --alpha --s --tolerance ",
+     "Says how much of everything a map, a lobe and a tolerance need, why, and what it will cost.",
+     "envmap plan sky.pfm --lobe phong --exponent 100 --tolerance 1e-3", run_plan},
     {"filter", "IN.pfm OUT.pfm|png", 2,
      "--mapping --from --to --size --slices --lobe --exponent --sharpness --alpha --s --raw "
      "--scale "
      "--method --tolerance --threshold --threads --exposure --progress ",
-     "Filters a map with a lobe into a cube of edge 64, or what --to and --size say.",
+     "Filters a map with a lobe into a cube as small as `plan` says, or what --to and --size say.",
      "envmap filter sky.pfm gloss.pfm --lobe phong --exponent 50 --to cube --size 32", run_filter},
     {"sh", "IN.pfm", 1, "--mapping --glsl --window ",
      "Prints nine spherical harmonic coefficients, or GLSL that lights with them.",
