@@ -6019,12 +6019,13 @@ static envmap_result envmapi_fast_slice(envmapi_fast *f, const envmapi_plan *pla
     f->p = envmapi_slice_p(plan->lobe, k, dst->slices);
     f->norm = envmapi_lobe_norm(plan->lobe);
     if (f->divide) f->norm = envmapi_lobe_integral(plan->lobe, f->p);
+    envmap_result result = envmapi_tell(&desc->progress, 0);
+    if (result) return result;
     envmapi_synthesise(&f->t, &desc->executor);
     envmapi_run_all(&desc->executor, envmapi_task_norm, f, f->grid.faces * f->strips);
     for (int i = 0; i < f->grid.faces * f->strips; ++i)
         if (!f->finite[i]) return ENVMAP_ERROR_LOBE;
-    envmap_result result = envmapi_tell(&desc->progress, 1);
-    if (result) return result;
+    if ((result = envmapi_tell(&desc->progress, 1))) return result;
     envmapi_fast_solve(f, &desc->executor);
     envmapi_run_all(&desc->executor, envmapi_task_expand, f, f->grid.faces * f->strips);
     return ENVMAP_OK;
