@@ -9,7 +9,7 @@ JOBS   := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
 STRICT  = -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wundef -Wcast-qual \
           -Wdouble-promotion
-SANITIZE = -O2 -g -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all \
+SANITIZE = -O1 -g -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all \
            -fno-omit-frame-pointer
 LIBS    = -lm -lpthread
 
