@@ -6654,15 +6654,15 @@ static const double envmapi_costs[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS] = {
     {400, 100, 0, 0, 0, 0, 0, 0},
     /* REFERENCE: source, result, pairs near enough, those of Phong and Gaussian, pairs of lookups
        and of tents for what is sharper than two texels; calls */
-    {80, 0, 6.5, 10, 3800, 440, 0, 1e4},
+    {81, 0, 5.4, 6.6, 2700, 320, 0, 3.7e4},
     /* HIERARCHICAL: source, result, pairs with 4 x 4 texels, with texels within the lobe; calls */
-    {130, 500, 4, 7, 0, 0, 0, 1e3},
+    {120, 12, 2.8, 5.7, 0, 0, 0, 2.7e4},
     /* FAST: source, result, nodes, ring points * log2, rings * bands^2, lights * result, bands^2 by
        quadrature; calls */
-    {1.8, 4.7, 52, 1.8, 0.3, 1.4, 8.3, 1.6e5},
+    {1.6, 1.5, 42, 1.0, 0.32, 1.4, 7.1, 1.1e5},
     {0, 0, 0, 0, 0, 0, 0, 0}};
 /* Copying a texel of maps that a cache holds (1 MiB), over one of maps far larger (16 MiB). */
-static const double envmapi_costs_cached = 0.2;
+static const double envmapi_costs_cached = 0.18;
 
 static double envmapi_texels(const envmap *map) {
     return (double)envmapi_area(map->mapping, map->size) * envmap_faces(map->mapping);
