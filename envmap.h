@@ -76,7 +76,7 @@
      >>mips        levels weighted by solid angle; level of a footprint, and probes along it
      >>lobes       mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
      >>harmonics   project, convolve, rotate, window coefficients; transforms on rings
-     >>filters     the filter call: reference, hierarchical, fast
+     >>filters     the filter call: reference, hierarchical, fast; prepared sources; plans
      >>materials   eq. 1, Fresnel, BRDFs as lobes, GGX as engines use it, fans
      >>compare     error norms
    References are listed by their keys at the end, then the changes, then the licence. */

@@ -711,7 +711,7 @@ static growth by_result[] = {
      {0}, {0}, {0}}};
 
 static void measure_growth(int scene) {
-    static const int sources[] = {64, 128, 256, 512}, ratios[] = {1, 3, 9, 15, 27};
+    static const int sources[] = {64, 128, 256, 512, 1024}, ratios[] = {1, 3, 9, 15, 27, 43};
     exact e;
     for (int i = 0; i < COUNT(sources); ++i) {
         progress(scene_names[scene], "growth", "with the source");
@@ -753,7 +753,7 @@ static void draw_growth(const char *folder) {
     FILE *f = svg_open(folder, "growth.svg", 900, 440,
                        "Time by texels: Phong N = 100, the sun, one thread");
     FILE *out = measure_begin(&document, "growth");
-    svg_axes a = {80, 44, 560, 380, 600, 4e6, 0.1, 1e5, 1, 1};
+    svg_axes a = {80, 44, 560, 380, 600, 1e7, 0.1, 1e5, 1, 1};
     for (int i = 0; i < 4; ++i) svg_tick_x(f, &a, 1e3 * pow(10, i), names[i]);
     for (int e = -1; e <= 5; ++e) {
         char label[24];
