@@ -4954,9 +4954,9 @@ static void envmapi_survey_halve(float *next, const float *blocks, int nu, int n
             }
 }
 
-/* The contrast of blocks whose parents, twice as wide, or NULL, follow; off: squares that are not in
-   the blocks. A light in a block that is a share q of its parent gives (1-q)^2 of its square, q being
-   1/4 as a rule; a block that is all of its parent is held against the mean of all. */
+/* The contrast of blocks whose parents, twice as wide, or NULL, follow; off: squares that are not
+   in the blocks. A light in a block that is a share q of its parent gives (1-q)^2 of its square, q
+   being 1/4 as a rule; a block that is all of its parent is held against the mean of all. */
 static envmapi_contrast envmapi_survey_contrast(const envmapi_survey *s, const float *blocks,
                                                 const float *parents, int nu, int nv,
                                                 const double mean[3], double off) {
@@ -4982,7 +4982,8 @@ static envmapi_contrast envmapi_survey_contrast(const envmapi_survey *s, const f
 }
 
 /* The coarser scales of `sums`, and the contrast at every one. An edge along the borders of blocks
-   shows at the scales where it runs through one; at the others it is l^-1.5 of that, as edges are. */
+   shows at the scales where it runs through one; at the others it is l^-1.5 of that, as edges
+   are. */
 static void envmapi_survey_scales(envmapi_survey *s, float *sums, double off) {
     int nu, nv, faces = envmap_faces(s->map->mapping);
     double mean[4] = {0, 0, 0, 0};
@@ -5055,8 +5056,8 @@ static double envmapi_light_square(const envmapi_light *light) {
     return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
 }
 
-/* Looks at a slice, in blocks of 8 x 8 texels, or of 4 x 4 for lobes sharper than 32 texels. Errors:
-   MEMORY, RADIANCE. */
+/* Looks at a slice, in blocks of 8 x 8 texels, or of 4 x 4 for lobes sharper than 32 texels.
+   Errors: MEMORY, RADIANCE. */
 static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map, int slice,
                                            double sigma, const envmap_filter_desc *desc,
                                            envmapi_pool *pool) {
@@ -5276,13 +5277,14 @@ static void envmapi_plan_k(double k[ENVMAPI_ANGLES], double *most, const envmapi
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) *most = fmax(*most, fabs(k[j]));
 }
 
-/* May an error d(t) of one light be, where k(t) is the light itself? That of a uniform
-   scene counts too, and of the norm: the grain of texels, whose solid angles are lumps. Of d what exceeds `share` of k
-   counts: the brightest light's must stay below that share of the dark, and so must the rms of
-   what all others make of it together, of which a texel may see thrice as much. */
+/* May an error d(t) of one light be, where k(t) is the light itself? Of d what exceeds `share` of k
+   counts: the brightest light's must stay below that share of the dark, and so must the rms of what
+   all others make of it together, of which a texel may see thrice as much. A uniform scene's and
+   the norm's counts too: the grain of texels, whose solid angles are lumps. D: the darkest of the
+   result over its mean; slack: what rounding leaves of d. */
 static int envmapi_plan_allows(const envmapi_plan *plan, const double *d, const double *k,
                                double share, double mean, double D, double slack,
-                              envmapi_contrast c) {
+                               envmapi_contrast c) {
     double excess[ENVMAPI_ANGLES], most = 0, squares = 0, dark = mean * D;
     double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
