@@ -116,10 +116,12 @@ static void results_stay_between_the_darkest_and_the_brightest(void) {
     FIGURE("beyond the darkest and the brightest texel, of the brightest", over, 1e-6);
 }
 
-/* Through harmonics the range is kept to the tolerance; black beside a lamp may ring that low. */
+/* Through harmonics the range is kept to the tolerance, and nothing rings below zero: the result
+   of one filter is a source for the next. */
 static void harmonics_stay_in_the_range_to_the_tolerance(void) {
     static const int lobes[3] = {3, 4, 13};
     envmap src = black(ENVMAP_CUBE, 48, 1, 1), dst = black(ENVMAP_CUBE, 12, 1, 1);
+    envmap again = black(ENVMAP_CUBE, 4, 1, 1);
     double over = 0, under = 0;
     for (int c = 0; c < 3; ++c) envmap_texel(&src, 0, 0, 2, 20, 15)[c] = 1e4f;
     tests_lamp(&src, -1, 0.3, 0.2, 0.3, 1);
@@ -132,8 +134,10 @@ static void harmonics_stay_in_the_range_to_the_tolerance(void) {
             high = fmaxf(high, dst.texels[i]), low = fminf(low, dst.texels[i]);
         if (k >= 3) over = larger(over, (double)high - 1);
         under = larger(under, -(double)low / (double)high);
+        CHECK(filter(&again, &dst, envmap_lobe_diffuse(), ENVMAP_METHOD_AUTO, 1e-3) == ENVMAP_OK);
     }
-    FIGURE("AUTO, a lamp on black: below zero, of the brightest", under, 1e-3);
+    envmap_free(&again);
+    FIGURE("AUTO, a lamp on black: below zero, of the brightest", under, 0);
     FIGURE("AUTO, lamps of 1 on black: above 1", over, 1e-3);
     envmap_free(&src);
     envmap_free(&dst);
