@@ -5072,12 +5072,14 @@ static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map,
     for (s->scales = 1; s->nv >> s->scales; ++s->scales) {}
     size_t blocks = (size_t)s->nu * (size_t)s->nv * (size_t)faces, W = 4 * (size_t)width;
     blocks = 2 * blocks + 64 * (size_t)faces; /* and the coarser scales */
-    s->omega = (float *)envmapi_pool_get(pool, W * (size_t)((map->size + 1) / 2), sizeof(float));
-    s->sums = (float *)envmapi_pool_get(pool, 4 * blocks, sizeof(float));
-    s->rows = (double *)envmapi_pool_get(pool, 2 * (size_t)(faces * s->nv), sizeof(double));
-    s->work = (float *)envmapi_pool_get(pool, W * (size_t)s->tasks, sizeof(float));
+    /* One block: malloc gives the heap's end back after each call where no block is half of all. */
+    size_t omega = W * (size_t)((map->size + 1) / 2), work = W * (size_t)s->tasks;
+    size_t rows = 2 * (size_t)(faces * s->nv), floats = omega + 4 * blocks + work;
+    s->rows = (double *)envmapi_pool_get(pool, rows + (floats + 1) / 2, sizeof(double));
     s->rim = (envmapi_light *)envmapi_pool_get(pool, (size_t)room + 1, sizeof(envmapi_light));
-    if (!s->omega || !s->sums || !s->rows || !s->work || !s->rim) return ENVMAP_ERROR_MEMORY;
+    if (!s->rows || !s->rim) return ENVMAP_ERROR_MEMORY;
+    s->omega = (float *)(s->rows + rows), s->sums = s->omega + omega;
+    s->work = s->sums + 4 * blocks;
     envmapi_run_all(&desc->executor, envmapi_task_omega, s, (map->size + 1) / 2);
     envmapi_run_all(&desc->executor, envmapi_task_survey, s, s->tasks);
     for (size_t i = 0, n = (size_t)s->nu * (size_t)s->nv; i + n < n * (size_t)faces; ++i)
