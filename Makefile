@@ -13,7 +13,10 @@ SANITIZE = -O1 -g -fsanitize=address,undefined,float-cast-overflow -fno-sanitize
            -fno-omit-frame-pointer
 LIBS    = -lm -lpthread
 
-TESTS    = $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c))
+# SKIP='fast gl' leaves test_fast and test_gl out.
+SKIP     =
+TESTS    = $(filter-out $(SKIP:%=$(BUILD)/tests/test_%), \
+             $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)))
 EXAMPLES = $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/*.c))
 # A run of the test programs; valgrind is put before each with RUN, COMPILE= leaves the compile
 # tests out.
