@@ -2053,7 +2053,18 @@ static double envmapi_k(const envmap_lobe *lobe, double x, double p) {
     }
 }
 
-/* The same for n cosines: loops that a compiler can vectorise where that is easy. */
+/* 1/sqrt q by Newton's steps from half the exponent: sqrt sets errno, which no vector can. */
+static inline double envmapi_inverse_root(double q) {
+    uint64_t bits;
+    double r;
+    memcpy(&bits, &q, sizeof bits);
+    bits = UINT64_C(0x5FE6EB50C7B537A9) - (bits >> 1);
+    memcpy(&r, &bits, sizeof r);
+    for (int step = 0; step < 4; ++step) r *= 1.5 - 0.5 * q * r * r;
+    return r;
+}
+
+/* k of n cosines: loops that a compiler can vectorise where that is easy. */
 static void envmapi_k_many(double *k, const double *x, int n, const envmap_lobe *lobe, double p) {
     double a = (double)lobe->parameter;
     if (lobe->kind == ENVMAP_LOBE_PHONG && a >= 1 && a <= 1) {
@@ -2062,7 +2073,8 @@ static void envmapi_k_many(double *k, const double *x, int n, const envmap_lobe 
         double scale = 1 / ((1 - a) * (1 - a));
         for (int i = 0; i < n; ++i) {
             double sines = (1 - x[i] * x[i]) * (1 - p * p);
-            double ring = sqrt(sines > 0 ? sines : 0) - x[i] * p - a;
+            sines = sines > 0 ? sines : 0;
+            double ring = sines * envmapi_inverse_root(sines) - x[i] * p - a;
             k[i] = ring > 0 ? ring * scale : 0;
         }
     } else {
@@ -2988,13 +3000,14 @@ static size_t envmapi_triangle(int bands, int m) {
 static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
 
 typedef struct envmapi_legendre_work {
-    double *A, *B, *P, *f;
+    double *A, *B, *P, *f, *a;
 } envmapi_legendre_work;
 
 static envmapi_legendre_work envmapi_legendre_work_of(const envmapi_rings *rings, int m,
                                                       double *work) {
     size_t L = (size_t)rings->bands, H = (size_t)rings->M / 2;
-    envmapi_legendre_work w = {work, work + L + 1, work + 2 * L + 2, work + 10 * L + 2};
+    envmapi_legendre_work w = {work, work + L + 1, work + 2 * L + 2, work + 10 * L + 2, NULL};
+    w.a = w.f + 16 * H + 128;
     memset(w.f + 16 * H, 0, 16 * 8 * sizeof(double));
     envmapi_legendre_factors(w.A, w.B, m, rings->bands);
     return w;
@@ -3032,28 +3045,31 @@ static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int 
     }
 }
 
+/* f(j) += sum_l a[l] P_l(j) for four rings, l = from, from + 2, ...: what fits into registers. */
+ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const double *P, int from,
+                                          int count) {
+    envmapi_double8 sum[4], one;
+    memset(sum, 0, sizeof sum);
+    for (int l = from; l < count; l += 2) {
+        memcpy(&one, a + 8 * l, sizeof one);
+        for (int b = 0; b < 4; ++b) envmapi_double8_add(sum + b, P[8 * l + b], &one);
+    }
+    for (int b = 0; b < 4; ++b) memcpy(f + 16 * b, sum + b, sizeof *sum);
+}
+
 /* F(j) = sum_l lambda_l a[l] P_l(j). */
 static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double *a,
                                         const double *lambda, int m, double *work) {
     int H = rings->M / 2, M = rings->M, count = rings->bands - m;
     envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
+    for (int i = 0; i < 8 * count; ++i) w.a[i] = lambda[m + i / 8] * a[i];
     for (int first = 0; first < H; first += 8) {
         int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
-        envmapi_double8 f[16];
-        memset(f, 0, sizeof f);
-        for (; l >= 0 && l < count; l += 2) {
-            envmapi_double8 even, odd;
-            const double *P = w.P + 8 * l;
-            int more = l + 1 < count;
-            double u = lambda[m + l], v = more ? lambda[m + l + 1] : 0;
-            memcpy(&even, a + 8 * l, sizeof even);
-            memcpy(&odd, a + 8 * l + 8 * more, sizeof odd);
-            for (int b = 0; b < 8; ++b) {
-                envmapi_double8_add(f + 2 * b, u * P[b], &even);
-                envmapi_double8_add(f + 2 * b + 1, v * P[8 * more + b], &odd);
-            }
+        for (int part = 0; part < 4; ++part) { /* even and odd l - m, four rings and four more */
+            int odd = part & 1, b = 2 * (part & 2);
+            envmapi_legendre_four(w.f + 16 * (first + b) + 8 * odd, w.a, w.P + b,
+                                  l < 0 ? count : l + odd, count);
         }
-        memcpy(w.f + 16 * first, f, sizeof f);
     }
     envmapi_rings_solve(rings, w.f, m);
     for (int odd = 0; odd < 2; ++odd)
@@ -4750,14 +4766,26 @@ typedef struct envmapi_light {
 } envmapi_light;
 
 #define ENVMAPI_LIGHTS 512
-#define ENVMAPI_SCALES 16
+#define ENVMAPI_SCALES 13
 
 /* How uneven a scene is at some scale: of blocks i that wide, with the energies E_i and solid
    angles w_i, and m_i the mean radiance of the block twice as wide: kappa = sqrt(sum (E_i - m_i
    w_i)^2) / E, epsilon = max |E_i - m_i w_i| / E, E all energy. */
 typedef struct envmapi_contrast {
     double kappa, epsilon;
+    size_t spot; /* the brightest one's block */
 } envmapi_contrast;
+
+#define ENVMAPI_ROUND  150
+#define ENVMAPI_AXES   (ENVMAPI_ROUND + ENVMAPI_SCALES)
+#define ENVMAPI_ANGLES 64 /* more densely towards the axis, where sharp lobes end */
+
+/* What lies at every angle from an axis: RGB energy, over the strongest channel's; then, scale by
+   scale, which part of the squares that make kappa. */
+typedef struct envmapi_sight {
+    double axis[3];
+    float seen[ENVMAPI_ANGLES][3 + ENVMAPI_SCALES];
+} envmapi_sight;
 
 /* One look at a slice of the source. */
 typedef struct envmapi_survey {
@@ -4770,20 +4798,19 @@ typedef struct envmapi_survey {
     float *work;  /* a row of texels a task */
     int tasks, edge, nu, nv;      /* edge of a block in texels; blocks a face */
     double all, energy, solid;    /* all channels; energy: without the lights */
+    double sum[3], strongest;     /* energy of the channels; the largest */
+    double mean[3];               /* radiance, without the lights */
     double norm;                  /* sqrt of the sum of squares of all channels' energies */
+    double squares;               /* of the texels' energies */
     envmapi_contrast texel;       /* of single texels, at most */
     envmapi_contrast scale[ENVMAPI_SCALES]; /* of blocks of edge << i */
     int scales;
     envmapi_light *rim, *lights; /* texels that a rim cuts, at their centroids; taken out */
     int rim_count, light_count;
+    envmapi_sight *sights; /* [axes]: `round` all round, then one at each scale's brightest spot;
+                              squares are of what the lights leave */
+    int round, axes, detail; /* detail: with squares */
 } envmapi_survey;
-
-/* 1/sqrt q for q in 1 .. 3, by Newton's steps: sqrt sets errno, which no vector can. */
-ENVMAPI_INLINE double envmapi_inverse_root(double q) {
-    double r = 1.4561 + q * (0.0816 * q - 0.5377);
-    for (int step = 0; step < 3; ++step) r *= 1.5 - 0.5 * q * r * r;
-    return r;
-}
 
 /* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
    averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
@@ -4954,54 +4981,84 @@ static void envmapi_survey_halve(float *next, const float *blocks, int nu, int n
             }
 }
 
-/* The contrast of blocks whose parents, twice as wide, or NULL, follow; off: squares that are not
-   in the blocks. A light in a block that is a share q of its parent gives (1-q)^2 of its square, q
-   being 1/4 as a rule; a block that is all of its parent is held against the mean of all. */
-static envmapi_contrast envmapi_survey_contrast(const envmapi_survey *s, const float *blocks,
-                                                const float *parents, int nu, int nv,
-                                                const double mean[3], double off) {
-    size_t wide = (size_t)(nu + 1) / 2, high = (size_t)(nv + 1) / 2;
-    double squares = off, most = off;
-    for (int face = 0; face < envmap_faces(s->map->mapping); ++face)
-        for (int y = 0; y < nv; ++y)
-            for (int x = 0; x < nu; ++x, blocks += 4) {
-                size_t at = ((size_t)face * high + (size_t)(y / 2)) * wide + (size_t)(x / 2);
-                const float *p = parents ? parents + 4 * at : NULL;
-                double w = (double)blocks[3], square = 0, q = p && p[3] > 0 ? w / (double)p[3] : 1;
-                for (int c = 0; c < 3; ++c) {
-                    double e = (double)blocks[c] - (q < 0.9 ? (double)p[c] * q : mean[c] * w);
-                    square += e * e;
-                }
-                if (q < 0.9 && q > 0.25) square *= 0.5625 / ((1 - q) * (1 - q));
-                squares += square, most = square > most ? square : most;
-            }
-    envmapi_contrast out = {0, 0};
-    if (s->norm > 0) out.kappa = envmapi_clamp(sqrt(squares * 4 / 3) / s->norm, 0, 1);
-    if (s->norm > 0) out.epsilon = envmapi_clamp(sqrt(most * 16 / 9) / s->norm, 0, 1);
-    return out;
+/* (E - m w)^2 of a block whose parent, twice as wide, or NULL, has the mean m. A light in a block
+   that is a share q of its parent gives (1-q)^2 of its square, q being 1/4 as a rule; a block that
+   is all of its parent is held against the mean of all. */
+static double envmapi_block_square(const envmapi_survey *s, const float *block,
+                                   const float *parent) {
+    double w = (double)block[3], square = 0;
+    double q = parent && parent[3] > 0 ? w / (double)parent[3] : 1;
+    for (int c = 0; c < 3; ++c) {
+        double e = (double)block[c] - (q < 0.9 ? (double)parent[c] * q : s->mean[c] * w);
+        square += e * e;
+    }
+    return q < 0.9 && q > 0.3 ? square * 0.5625 / ((1 - q) * (1 - q)) : square;
 }
 
-/* The coarser scales of `sums`, and the contrast at every one. An edge along the borders of blocks
-   shows at the scales where it runs through one; at the others it is l^-1.5 of that, as edges
-   are. */
+/* The squares of the blocks at scale i of `sums`, added to those of the blocks at scale `to` that
+   they are part of, unless squares is NULL; returns their sum; *most and *spot: the largest, if it
+   exceeds *most, and its block. */
+static double envmapi_survey_squares(double *squares, double *most, size_t *spot,
+                                     const envmapi_survey *s, const float *sums, int i, int to) {
+    int nu, nv, wide, high, parents_wide = 0, parents_high = 0, faces = envmap_faces(s->map->mapping);
+    const float *parents = NULL, *block;
+    double sum = 0;
+    if (i + 1 < s->scales)
+        parents = sums + envmapi_survey_scale(&parents_wide, &parents_high, s, i + 1);
+    envmapi_survey_scale(&wide, &high, s, to);
+    block = sums + envmapi_survey_scale(&nu, &nv, s, i);
+    for (int row = 0; row < faces * nv; ++row) {
+        int face = row / nv, y = row % nv;
+        size_t at = (size_t)(face * high + (y >> (to - i))) * (size_t)wide;
+        const float *p = NULL;
+        if (parents)
+            p = parents + 4 * (size_t)(face * parents_high + y / 2) * (size_t)parents_wide;
+        for (int x = 0; x < nu; ++x, block += 4) {
+            double square = envmapi_block_square(s, block, p ? p + 4 * (x / 2) : NULL);
+            if (squares) squares[at + (size_t)(x >> (to - i))] += square;
+            sum += square;
+            if (square > *most) *most = square, *spot = (size_t)row * (size_t)nu + (size_t)x;
+        }
+    }
+    return sum;
+}
+
+/* The coarser scales of `sums`, and the contrast at every one; off: squares that are not in the
+   blocks, most: the largest. An edge along the borders of blocks shows at the scales where it runs
+   through one; at the others it is l^-1.5 of that, as edges are. */
 static void envmapi_survey_scales(envmapi_survey *s, float *sums, double off) {
-    int nu, nv, faces = envmap_faces(s->map->mapping);
+    int nu, nv, faces = envmap_faces(s->map->mapping), last = s->scales - 1;
     double mean[4] = {0, 0, 0, 0};
     for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces; ++b)
         for (size_t c = 0; c < 4; ++c) mean[c] += (double)sums[4 * b + c];
-    for (int c = 0; c < 3; ++c) mean[c] /= mean[3];
-    for (int i = 0; i < s->scales; ++i) {
-        float *blocks = sums + envmapi_survey_scale(&nu, &nv, s, i), *next = NULL;
-        if (i + 1 < s->scales) {
-            next = blocks + 4 * (size_t)nu * (size_t)nv * (size_t)faces;
-            envmapi_survey_halve(next, blocks, nu, nv, faces);
-        }
-        s->scale[i] = envmapi_survey_contrast(s, blocks, next, nu, nv, mean, off);
+    for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
+    for (int i = 0; i < last; ++i) {
+        float *blocks = sums + envmapi_survey_scale(&nu, &nv, s, i);
+        envmapi_survey_halve(blocks + 4 * (size_t)nu * (size_t)nv * (size_t)faces, blocks, nu, nv,
+                             faces);
     }
-    for (int i = s->scales - 2; i >= 0; --i) {
+    for (int i = last; i >= 0; --i) {
+        double most = off;
+        double sum = off + envmapi_survey_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
+        s->scale[i].kappa = s->norm > 0 ? fmin(sqrt(sum * 4 / 3) / s->norm, 1) : 0;
+        s->scale[i].epsilon = s->norm > 0 ? fmin(sqrt(most * 16 / 9) / s->norm, 1) : 0;
+        if (i == last) continue;
         s->scale[i].kappa = fmax(s->scale[i].kappa, 0.354 * s->scale[i + 1].kappa);
         s->scale[i].epsilon = fmax(s->scale[i].epsilon, 0.25 * s->scale[i + 1].epsilon);
     }
+}
+
+/* The contrast of single texels, from the sum of their squares: what evenly lit blocks, E^2 of each
+   over its texels, do not explain. */
+static void envmapi_survey_texel(envmapi_survey *s, const float *sums, double squares) {
+    size_t count = (size_t)s->nu * (size_t)s->nv * (size_t)envmap_faces(s->map->mapping);
+    double even = 0;
+    s->texel = s->scale[0];
+    if (!(s->norm > 1e-12 && s->norm < 1e15)) return; /* their squares are no floats */
+    for (size_t b = 0; b < count; ++b)
+        for (size_t c = 0; c < 3; ++c) even += (double)sums[4 * b + c] * (double)sums[4 * b + c];
+    squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares); /* sums of floats */
+    s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
 }
 
 /* y at l on a straight line of logarithms from (l0, y0) to (l1, y1). */
@@ -5022,6 +5079,19 @@ static envmapi_contrast envmapi_contrast_at(const envmapi_survey *s, double l) {
         return out;
     }
     return s->scale[s->scales - 1];
+}
+
+static double envmapi_kappa2(const envmapi_survey *s, double l) {
+    double kappa = envmapi_contrast_at(s, l).kappa;
+    return kappa * kappa;
+}
+
+/* The scale of blocks nearest to a half wave of band l. */
+static int envmapi_scale_at(const envmapi_survey *s, double l) {
+    double width = sqrt(2) * ENVMAPI_PI / (l * s->edge * envmapi_texel_extent(s->map));
+    int i = 0;
+    while (i + 1 < s->scales && width >= 2) ++i, width /= 2;
+    return i;
 }
 
 /* Texels that a rim cuts, as lights at their centroids: the same on every face. */
@@ -5063,13 +5133,13 @@ static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map,
                                            envmapi_pool *pool) {
     int faces = envmap_faces(map->mapping), width = envmapi_width(map->mapping, map->size);
     int room = envmapi_is_disc(map->mapping) ? 16 * map->size + 64 : 0, negative = 0;
-    double squares = 0, off = 0, energy[3] = {0, 0, 0};
+    double squares = 0, off = 0, *energy = s->sum;
     memset(s, 0, sizeof *s);
     s->map = map, s->texels = envmapi_image(map, 0, slice, 0);
     s->tasks = envmapi_tasks(&desc->executor);
     s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
     s->nu = (width + s->edge - 1) / s->edge, s->nv = (map->size + s->edge - 1) / s->edge;
-    for (s->scales = 1; s->nv >> s->scales; ++s->scales) {}
+    for (s->scales = 1; s->nv >> s->scales && s->scales < ENVMAPI_SCALES; ++s->scales) {}
     size_t blocks = (size_t)s->nu * (size_t)s->nv * (size_t)faces, W = 4 * (size_t)width;
     blocks = 2 * blocks + 64 * (size_t)faces; /* and the coarser scales */
     /* One block: malloc gives the heap's end back after each call where no block is half of all. */
@@ -5097,14 +5167,13 @@ static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map,
         for (int c = 0; c < 3; ++c) energy[c] += s->rim[i].value[c];
         s->solid += s->rim[i].value[3], off += envmapi_light_square(s->rim + i);
     }
-    s->all = s->energy = energy[0] + energy[1] + energy[2];
+    s->squares = squares + off, s->all = s->energy = energy[0] + energy[1] + energy[2];
+    s->strongest = fmax(fmax(energy[0], energy[1]), energy[2]);
     s->norm = sqrt(energy[0] * energy[0] + energy[1] * energy[1] + energy[2] * energy[2]);
     if ((negative || !envmapi_finite(s->energy)) && !envmapi_radiance_ok(map, 0))
         return ENVMAP_ERROR_RADIANCE;
     envmapi_survey_scales(s, s->sums, off);
-    s->texel = s->scale[0];
-    if (s->norm > 1e-12 && s->norm < 1e15) /* else its squares are no floats */
-        s->texel.kappa = fmin(sqrt(squares + off) / s->norm, 1);
+    envmapi_survey_texel(s, s->sums, s->squares);
     return ENVMAP_OK;
 }
 
@@ -5115,31 +5184,36 @@ static int envmapi_light_add(envmapi_survey *s, const envmapi_light *light) {
     return 1;
 }
 
-/* The texels of one block that hold more than `limit`. */
-static int envmapi_block_lights(envmapi_survey *s, int face, int bx, int by, double limit) {
+/* The texels of one block that hold more than `limit` become lights, until there are too many; *most:
+   the largest of the others. */
+static int envmapi_block_lights(envmapi_survey *s, size_t block, double limit, double *most) {
     const envmap *map = s->map;
+    int x0 = (int)(block % (size_t)s->nu) * s->edge, row = (int)(block / (size_t)s->nu);
+    int y0 = row % s->nv * s->edge, face = row / s->nv;
     int width = envmapi_width(map->mapping, map->size);
-    for (int y = by * s->edge; y < (by + 1) * s->edge && y < map->size; ++y)
-        for (int x = bx * s->edge; x < (bx + 1) * s->edge && x < width; ++x) {
-            double w = (double)envmapi_omega_row(s, y)[3 * x];
+    for (int y = y0; y < y0 + s->edge && y < map->size; ++y)
+        for (int x = x0; x < x0 + s->edge && x < width; ++x) {
+            double w = (double)envmapi_omega_row(s, y)[3 * x], energy;
             envmapi_light light;
             light.texel =
                 ((size_t)face * (size_t)map->size + (size_t)y) * (size_t)width + (size_t)x;
             for (size_t c = 0; c < 4; ++c)
                 light.value[c] = w * (c < 3 ? (double)s->texels[3 * light.texel + c] : 1.0);
-            if (!(envmapi_light_energy(&light) > limit)) continue;
+            energy = envmapi_light_energy(&light);
+            if (energy <= limit) *most = fmax(*most, energy);
+            if (!(energy > limit)) continue;
             envmapi_texel_direction(light.d, map->mapping, face, map->size, x, y);
             if (!envmapi_light_add(s, &light)) return 0;
         }
     return 1;
 }
 
-/* The contrast of what the lights leave, no texel of it with more than `limit` of all energy; rest:
+/* The contrast of what the lights leave, no texel of it with more than `most` of all energy; rest:
    room for the blocks without them. */
-static void envmapi_survey_rest(envmapi_survey *s, double limit, float *rest) {
+static void envmapi_survey_rest(envmapi_survey *s, double most, float *rest) {
     int edge = s->map->size, faces = envmap_faces(s->map->mapping);
     size_t width = (size_t)envmapi_width(s->map->mapping, edge), size = (size_t)edge;
-    double squares = s->texel.kappa * s->texel.kappa * s->norm * s->norm, off = 0;
+    double squares = s->squares, off = 0;
     memcpy(rest, s->sums, 4 * (size_t)s->nu * (size_t)s->nv * (size_t)faces * sizeof *rest);
     for (int i = 0; i < s->rim_count; ++i) off += envmapi_light_square(s->rim + i);
     for (int i = 0; i < s->light_count; ++i) {
@@ -5154,37 +5228,112 @@ static void envmapi_survey_rest(envmapi_survey *s, double limit, float *rest) {
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
     envmapi_survey_scales(s, rest, fmax(off, 0));
-    if (s->norm > 0) s->texel.kappa = fmin(sqrt(fmax(squares, 0)) / s->norm + 1e-3, 1);
-    s->texel.epsilon = fmin(s->scale[0].epsilon, limit);
+    envmapi_survey_texel(s, rest, squares);
+    s->texel.epsilon = fmin(s->scale[0].epsilon, most);
 }
 
-/* Lists the texels with more than 1/2000 of the scene's energy, or so much more that there is room
-   for all; kappa is then what they leave. The blocks stay whole. */
-static envmap_result envmapi_survey_lights(envmapi_survey *s, envmapi_pool *pool) {
-    int nu, nv, fits = 0, kept = pool->count, faces = envmap_faces(s->map->mapping);
-    size_t blocks = envmapi_survey_scale(&nu, &nv, s, s->scales) / 4;
-    s->lights = (envmapi_light *)envmapi_pool_get(pool, ENVMAPI_LIGHTS, sizeof(envmapi_light));
-    kept = pool->count;
-    float *rest = (float *)envmapi_pool_get(pool, 4 * blocks, sizeof(float));
-    if (!s->lights || !rest) return ENVMAP_ERROR_MEMORY;
-    double limit = s->energy / 4000;
-    while (!fits) {
-        s->light_count = 0, fits = 1, limit *= 2;
-        for (int i = 0; i < s->rim_count; ++i)
-            if (envmapi_light_energy(s->rim + i) > limit) fits &= envmapi_light_add(s, s->rim + i);
-        for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces && fits; ++b) {
-            const float *sum = s->sums + 4 * b;
-            int x = (int)(b % (size_t)s->nu), row = (int)(b / (size_t)s->nu);
-            if ((double)sum[0] + (double)sum[1] + (double)sum[2] > limit)
-                fits = envmapi_block_lights(s, row / s->nv, x, row % s->nv, limit);
+/* The middle of block b at scale i. */
+static void envmapi_block_direction(double d[3], const envmapi_survey *s, int i, size_t b) {
+    int nu, nv, mapping = s->map->mapping, wide = s->edge << i;
+    envmapi_survey_scale(&nu, &nv, s, i);
+    int x = (int)(b % (size_t)nu), y = (int)(b / (size_t)nu), face = y / nv;
+    envmapi_direction(d, mapping, face,
+                      fmin((x + 0.5) * wide / envmapi_width(mapping, s->map->size), 1),
+                      fmin((y % nv + 0.5) * wide / s->map->size, 1));
+}
+
+/* What axes see of the blocks at scale j: the energies if `from` is 0, and in detail the squares in
+   `rest` of the scales from `from` to j. squares: room for (j-from+1) times the blocks. */
+static void envmapi_sights_add(envmapi_survey *s, const float *rest, int from, int j,
+                               double *squares, const unsigned char *angle) {
+    int nu, nv, faces = envmap_faces(s->map->mapping);
+    const float *sums = s->sums + envmapi_survey_scale(&nu, &nv, s, j);
+    int count = nu * nv * faces;
+    memset(squares, 0, (size_t)(j - from + 1) * (size_t)count * sizeof *squares);
+    for (int i = from; i <= j && s->detail; ++i) {
+        size_t spot;
+        double most = 0, *part = squares + (size_t)(i - from) * (size_t)count;
+        double total = envmapi_survey_squares(part, &most, &spot, s, rest, i, j);
+        for (int b = 0; b < count && total > 0; ++b) part[b] /= total;
+    }
+    for (int b = 0; b < count; ++b) {
+        float values[3 + ENVMAPI_SCALES] = {0};
+        double d[3];
+        envmapi_block_direction(d, s, j, (size_t)b);
+        for (int c = 0; c < 3 && !from; ++c)
+            values[c] = (float)((double)sums[4 * b + c] / s->strongest);
+        for (int i = from; i <= j; ++i)
+            values[3 + i] = (float)squares[(size_t)(i - from) * (size_t)count + (size_t)b];
+        for (envmapi_sight *a = s->sights; a < s->sights + s->axes; ++a) {
+            float *seen = a->seen[angle[(int)(512.5 - 512 * envmapi_dot(a->axis, d))]];
+            envmapi_float16_to(seen, 1, values);
         }
     }
-    envmapi_survey_rest(s, s->all > 0 ? limit / s->all : 1, rest);
-    envmapi_pool_free(pool, kept);
+}
+
+/* What axes see, for lobes of sigma; rest: the blocks without the lights. Energies and fine scales
+   are seen at blocks narrower than half a sigma, coarser scales at their own. Wide lobes, whose
+   bands are few, can do without detail. */
+static envmap_result envmapi_survey_sights(envmapi_survey *s, double sigma, const float *rest,
+                                           envmapi_pool *pool) {
+    int nu, nv, j = 0, edge = sigma <= 0.5 ? 5 : 4, faces = envmap_faces(s->map->mapping);
+    double extent = s->edge * envmapi_texel_extent(s->map), t;
+    unsigned char angle[1026];
+    for (envmapi_survey_scale(&nu, &nv, s, 0);
+         j + 1 < s->scales && (4 * extent <= sigma || nu * nv * faces > 2048); extent *= 2)
+        envmapi_survey_scale(&nu, &nv, s, ++j);
+    s->detail = sigma <= 0.5;
+    s->round = 6 * edge * edge, s->axes = s->round + (s->detail ? s->scales : 0);
+    double *squares = (double *)envmapi_pool_get(pool, (size_t)((j + 1) * nu * nv * faces),
+                                                 sizeof *squares);
+    if (!squares) return ENVMAP_ERROR_MEMORY;
+    for (int i = 0; i < 1026; ++i) {
+        t = sqrt(acos(envmapi_clamp(1 - i / 512.0, -1, 1)) / ENVMAPI_PI) * ENVMAPI_ANGLES;
+        angle[i] = (unsigned char)fmin(t, ENVMAPI_ANGLES - 1);
+    }
+    memset(s->sights, 0, (size_t)s->axes * sizeof *s->sights);
+    for (int a = 0; a < s->round; ++a)
+        envmapi_texel_direction(s->sights[a].axis, ENVMAP_CUBE, a / edge / edge, edge, a % edge,
+                                a / edge % edge);
+    for (int i = 0; i < s->axes - s->round; ++i)
+        envmapi_block_direction(s->sights[s->round + i].axis, s, i, s->scale[i].spot);
+    for (int from = 0; s->strongest > 0 && j < s->scales && (s->detail || !from); from = ++j)
+        envmapi_sights_add(s, rest, from, j, squares, angle);
     return ENVMAP_OK;
 }
 
-#define ENVMAPI_SAMPLED 5 /* slices that are looked at, at most: the ends and between */
+/* Lists the texels with more than 1/2000 of the scene's energy, or so much more that there is room
+   for all; kappa is then what they leave, and axes look at it for lobes of sigma. The blocks stay
+   whole. */
+static envmap_result envmapi_survey_lights(envmapi_survey *s, double sigma, envmapi_pool *pool) {
+    int nu, nv, fits = 0, kept = pool->count, faces = envmap_faces(s->map->mapping);
+    size_t blocks = envmapi_survey_scale(&nu, &nv, s, s->scales) / 4;
+    s->lights = (envmapi_light *)envmapi_pool_get(pool, ENVMAPI_LIGHTS, sizeof(envmapi_light));
+    s->sights = (envmapi_sight *)envmapi_pool_get(pool, ENVMAPI_AXES, sizeof(envmapi_sight));
+    kept = pool->count;
+    float *rest = (float *)envmapi_pool_get(pool, 4 * blocks, sizeof(float));
+    if (!s->lights || !s->sights || !rest) return ENVMAP_ERROR_MEMORY;
+    double limit = s->energy / 4000, most = 0;
+    while (!fits) {
+        s->light_count = 0, fits = 1, limit *= 2, most = 0;
+        for (int i = 0; i < s->rim_count; ++i) {
+            double energy = envmapi_light_energy(s->rim + i);
+            if (energy > limit) fits &= envmapi_light_add(s, s->rim + i);
+            else most = fmax(most, energy);
+        }
+        for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces && fits; ++b) {
+            const float *sum = s->sums + 4 * b;
+            if ((double)sum[0] + (double)sum[1] + (double)sum[2] > most)
+                fits = envmapi_block_lights(s, b, limit, &most);
+        }
+    }
+    envmapi_survey_rest(s, s->all > 0 ? most / s->all : 1, rest);
+    envmap_result result = envmapi_survey_sights(s, sigma, rest, pool);
+    envmapi_pool_free(pool, kept);
+    return result;
+}
+
+#define ENVMAPI_SAMPLED 16 /* slices that are looked at, at most: the ends and between */
 
 /* What a lobe asks of a scene: lambda_l of every slice, the bands, and the grid for them. */
 typedef struct envmapi_plan {
@@ -5193,15 +5342,16 @@ typedef struct envmapi_plan {
     double *lambda;     /* [slices][bands] */
     double *rest;       /* [slices]: sum (2l+1) lambda_l^2 beyond them */
     int *needs;         /* [slices]: bands each needs; need: the most */
+    double *steps;      /* [slices]: spacing of the grid for each; h: the least */
     int bands, need, slices, mirrored; /* mirrored: slices are half, those at -p are theirs */
     double tolerance, h, sigma, brightest; /* brightest: the largest |lambda_0| of a slice */
-    double dark[ENVMAPI_SAMPLED]; /* of slices looked at: the darkest of the result over its mean */
+    double dark;        /* the darkest of the result over its mean, of a smooth lobe */
     double grain;       /* h^2/24 of texels of side h */
     int kinked;
 } envmapi_plan;
 
 #define ENVMAPI_FAST_BANDS 768
-#define ENVMAPI_ANGLES     64 /* more densely towards the axis, where sharp lobes end */
+#define ENVMAPI_KINK_BANDS 256 /* that axes ask for at most, at a tolerance of 1e-3 */
 
 /* e(l) on a grid of h. A harmonic is no plane wave in (u,v): a face's own curvature adds about 6 to
    l^2 (the sixth derivative of 1/sqrt(1+u^2) is 225). A constant loses nothing. */
@@ -5267,87 +5417,161 @@ static void envmapi_series_add(envmapi_series *series, double *sum, double weigh
     ++series->l;
 }
 
-/* k at the angles, of the bands there are; *most: the largest. */
-static void envmapi_plan_k(double k[ENVMAPI_ANGLES], double *most, const envmapi_plan *plan,
-                           int slice) {
+/* A slice that is looked at: k at the angles, of the bands there are, and the largest |k|; the
+   result's mean and power; what the axes get, over the strongest channel's energy; and of those at
+   an angle from the brightest spot at a scale, the least. */
+typedef struct envmapi_look {
+    int slice;
+    double k[ENVMAPI_ANGLES], most, mean, power;
+    double darkest, result[ENVMAPI_AXES], dark[ENVMAPI_SCALES][ENVMAPI_ANGLES];
+} envmapi_look;
+
+/* sum_j w_j of all that an axis sees. */
+static void envmapi_sight_sum(float sums[3 + ENVMAPI_SCALES], const envmapi_sight *sight,
+                              const double *w) {
+    envmapi_float16 even, odd, one;
+    memset(&even, 0, sizeof even), memset(&odd, 0, sizeof odd);
+    for (int j = 0; j < ENVMAPI_ANGLES; j += 2) {
+        memcpy(&one, sight->seen[j], sizeof one), envmapi_float16_add(&even, (float)w[j], &one);
+        memcpy(&one, sight->seen[j + 1], sizeof one);
+        envmapi_float16_add(&odd, (float)w[j + 1], &one);
+    }
+    envmapi_float16_add(&even, 1, &odd);
+    memcpy(sums, &even, sizeof even);
+}
+
+/* Where the lobe has a kink: what axes get of the whole scene. */
+static void envmapi_look_round(envmapi_look *look, const envmapi_plan *plan,
+                               const envmapi_survey *s, const double *x, double lambda_0) {
+    double k[ENVMAPI_ANGLES], p = envmapi_plan_p(plan, look->slice);
+    double scale = 4 * ENVMAPI_PI * fabs(lambda_0) / envmapi_lobe_integral(plan->lobe, p);
+    envmapi_k_many(k, x, ENVMAPI_ANGLES, plan->lobe, p);
+    for (int a = 0; a < s->axes; ++a) {
+        float rgb[3 + ENVMAPI_SCALES];
+        envmapi_sight_sum(rgb, s->sights + a, k);
+        double most = fmax(fmax((double)rgb[0], (double)rgb[1]), (double)rgb[2]);
+        look->result[a] = fmax(scale * most, 5e-4 * look->mean);
+        look->darkest = fmin(look->darkest, look->result[a]);
+    }
+    for (int i = 0; i < s->scales && s->detail; ++i) {
+        for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->dark[i][j] = HUGE_VAL;
+        for (int a = 0; a < s->axes; ++a) {
+            double t = envmapi_angle(s->sights[a].axis, s->sights[s->round + i].axis);
+            double from = sqrt(fmax(t - 0.3, 0) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
+            double to = sqrt((t + 0.3) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
+            for (int j = (int)ceil(from); j <= to && j < ENVMAPI_ANGLES; ++j)
+                look->dark[i][j] = fmin(look->dark[i][j], look->result[a]);
+        }
+    }
+}
+
+static void envmapi_look_create(envmapi_look *look, const envmapi_plan *plan, int n,
+                                const envmapi_survey *s) {
+    int slice = look->slice = envmapi_plan_slice(plan, n);
     const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
     envmapi_series series;
     envmapi_series_begin(&series);
-    memset(k, 0, ENVMAPI_ANGLES * sizeof *k);
-    for (int l = 0; l < plan->bands; ++l) envmapi_series_add(&series, k, lambda[l]);
-    *most = 0;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) *most = fmax(*most, fabs(k[j]));
+    look->mean = envmapi_plan_mean(plan, slice);
+    look->darkest = look->mean * (plan->kinked ? 1 : 2 * plan->dark);
+    if (plan->kinked) envmapi_look_round(look, plan, s, series.x, lambda[0]);
+    memset(look->k, 0, sizeof look->k);
+    for (int l = 0; l < plan->bands; ++l) envmapi_series_add(&series, look->k, lambda[l]);
+    look->most = 0;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->most = fmax(look->most, fabs(look->k[j]));
+    look->power = plan->rest[slice] + envmapi_plan_power(plan, slice, 0, plan->bands, 0);
+}
+
+/* May an error q(t) of every light be, as far as axes see? Of what an axis gets, the rms of all
+   together must stay below that share; and what the brightest spot does below half of that share
+   of what the darkest axis gets that is as far from it. */
+static int envmapi_look_sees(const envmapi_look *look, const envmapi_survey *s, const double *q,
+                             double share, int l) {
+    envmapi_contrast contrast = envmapi_contrast_at(s, l);
+    double squares[ENVMAPI_ANGLES];
+    float sums[3 + ENVMAPI_SCALES];
+    int i = envmapi_scale_at(s, l);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        if (2 * contrast.epsilon * q[j] > share * look->dark[i][j]) return 0;
+        squares[j] = q[j] * q[j];
+    }
+    for (int a = 0; a < s->round; ++a) {
+        double limit = share * look->result[a];
+        envmapi_sight_sum(sums, s->sights + a, squares);
+        if (contrast.kappa * sqrt((double)sums[3 + i]) > limit) return 0;
+    }
+    return 1;
 }
 
 /* May an error d(t) of one light be, where k(t) is the light itself? Of d what exceeds `share` of k
    counts: the brightest light's must stay below that share of the dark, and so must the rms of what
-   all others make of it together, of which a texel may see thrice as much. A uniform scene's and
-   the norm's counts too: the grain of texels, whose solid angles are lumps. D: the darkest of the
-   result over its mean; slack: what rounding leaves of d. */
-static int envmapi_plan_allows(const envmapi_plan *plan, const double *d, const double *k,
-                               double share, double mean, double D, double slack,
-                               envmapi_contrast c) {
-    double excess[ENVMAPI_ANGLES], most = 0, squares = 0, dark = mean * D;
+   all others make of it together, of which a texel may see thrice as much; a lobe with a kink asks
+   the axes. A uniform scene's and the norm's counts too: the grain of texels, whose solid angles
+   are lumps. slack: what rounding leaves of d; l: its lowest band. */
+static int envmapi_look_allows(const envmapi_look *look, const envmapi_plan *plan,
+                               const envmapi_survey *s, const double *d, double share,
+                               double slack, int l) {
+    envmapi_contrast c = envmapi_contrast_at(s, l);
+    double excess[ENVMAPI_ANGLES], most = 0, squares = 0, dark = fmax(look->darkest / 2, 1e-3 * look->mean);
     double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double over = fabs(d[j]) - share * fabs(k[j]) - slack;
-        excess[j] = over > 0 ? over : 0;
-    }
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
         double t = (j + 0.5) / ENVMAPI_ANGLES; /* dt = 2 pi t/64, and half the sine */
+        double over = fabs(d[j]) - share * fabs(look->k[j]) - slack;
+        excess[j] = over > 0 ? over : 0;
         most = excess[j] > most ? excess[j] : most;
         squares +=
             excess[j] * excess[j] * sin(ENVMAPI_PI * t * t) * ENVMAPI_PI * t / ENVMAPI_ANGLES;
     }
-    return c.epsilon * most <= share * dark && others * squares <= share * share * dark * dark &&
-           8 * plan->grain * most <= share * mean;
+    if (8 * plan->grain * most > share * look->mean) return 0;
+    if (plan->kinked && s->detail)
+        return envmapi_look_sees(look, s, excess, 1.5 * share, l);
+    return c.epsilon * most <= share * dark && others * squares <= share * share * dark * dark;
 }
 
-/* The fewest bands that keep the bounds, or only the one on rms; contrast[l] is the scene's at the
-   scale of band l. */
-static int envmapi_plan_bands(const envmapi_plan *plan, int n, const envmapi_contrast *contrast,
-                              int texels) {
-    int slice = envmapi_plan_slice(plan, n);
-    const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
-    double mean = envmapi_plan_mean(plan, slice), tail = plan->rest[slice];
-    double power = tail + envmapi_plan_power(plan, slice, 0, plan->bands, 0);
-    double tolerance = plan->tolerance, k[ENVMAPI_ANGLES], lost[ENVMAPI_ANGLES], most;
-    int L = plan->bands;
+/* The fewest bands that keep the bounds, or only the one on rms. They are tried one by one where
+   they are few, else a few at a time; where axes look, which are few, an eighth more are taken. */
+static int envmapi_look_bands(const envmapi_look *look, const envmapi_plan *plan,
+                              const envmapi_survey *s, int texels) {
+    const double *lambda = plan->lambda + (size_t)look->slice * (size_t)plan->bands;
+    double mean = look->mean, tail = plan->rest[look->slice] * envmapi_kappa2(s, plan->bands);
+    double tolerance = plan->tolerance, lost[ENVMAPI_ANGLES];
+    int L = plan->bands, last = plan->bands - 1;
     for (; L > 1; --L) {
-        double c2 = contrast[L - 1].kappa * contrast[L - 1].kappa;
-        tail += (2 * L - 1) * lambda[L - 1] * lambda[L - 1];
-        if (16 * c2 * tail > tolerance * tolerance * ((1 - c2) * mean * mean + c2 * power)) break;
+        double c2 = envmapi_kappa2(s, L);
+        tail += c2 * (2 * L - 1) * lambda[L - 1] * lambda[L - 1];
+        if (4 * tail > tolerance * tolerance * ((1 - c2) * mean * mean + c2 * look->power)) break;
     }
     if (!texels) return L;
     envmapi_series series;
-    envmapi_plan_k(k, &most, plan, slice);
     envmapi_series_begin(&series);
-    memcpy(lost, k, sizeof lost);
-    for (int l = 0; l + 1 < plan->bands; ++l) {
-        if (l + 1 > L &&
-            !envmapi_plan_allows(plan, lost, k, 4 * tolerance, mean, plan->dark[n],
-                                 1e-12 * most, contrast[l]))
-            L = l + 1;
+    memcpy(lost, look->k, sizeof lost);
+    int few = plan->kinked && s->detail;
+    if (few && look->darkest > 1e-3 * look->mean)
+        last = (int)fmin(last, ENVMAPI_KINK_BANDS * fmax(pow(1e-3 / tolerance, 2.0 / 3), 1));
+    for (int l = 0, next = L; l < last && l < 3 * L; ++l) {
+        if (l == next) {
+            next += 1 + l / 32;
+            if (!envmapi_look_allows(look, plan, s, lost, 4 * tolerance, 1e-12 * look->most, l + 1))
+                L = l + 1 + l / (few ? 8 : 32);
+        }
         envmapi_series_add(&series, lost, -lambda[l]);
     }
-    return L;
+    return L < plan->bands ? L : plan->bands;
 }
 
-/* Do grids of spacing h keep the bounds? */
-static int envmapi_plan_holds(const envmapi_plan *plan, int n, double h, envmapi_contrast c) {
-    int slice = envmapi_plan_slice(plan, n);
-    const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
-    double k[ENVMAPI_ANGLES], lost[ENVMAPI_ANGLES] = {0}, most, c2 = fmax(c.kappa * c.kappa, 1e-4);
-    double mean = envmapi_plan_mean(plan, slice), tolerance = plan->tolerance;
-    double power = plan->rest[slice] + envmapi_plan_power(plan, slice, 0, plan->bands, 0);
-    double d = envmapi_plan_power(plan, slice, 0, plan->need, h);
+/* Do grids of spacing h keep the bounds for `bands` bands? */
+static int envmapi_look_holds(const envmapi_look *look, const envmapi_plan *plan,
+                              const envmapi_survey *s, int bands, double h) {
+    const double *lambda = plan->lambda + (size_t)look->slice * (size_t)plan->bands;
+    double lost[ENVMAPI_ANGLES] = {0}, c2 = fmax(envmapi_kappa2(s, bands / 2 + 1), 1e-4);
+    double mean = look->mean, tolerance = plan->tolerance;
+    double d = envmapi_plan_power(plan, look->slice, 0, bands, h);
     envmapi_series series;
-    if (16 * c2 * d > tolerance * tolerance * ((1 - c2) * mean * mean + c2 * power)) return 0;
-    envmapi_plan_k(k, &most, plan, slice);
+    if (16 * c2 * d > tolerance * tolerance * ((1 - c2) * mean * mean + c2 * look->power))
+        return 0;
     envmapi_series_begin(&series);
-    for (int l = 0; l < plan->need; ++l)
+    for (int l = 0; l < bands; ++l)
         envmapi_series_add(&series, lost, lambda[l] * envmapi_band_error(l, h));
-    return envmapi_plan_allows(plan, lost, k, 2 * tolerance, mean, plan->dark[n], 0, c);
+    return envmapi_look_allows(look, plan, s, lost, 2 * tolerance, 0, bands / 2 + 1);
 }
 
 /* The widest that a grid for so many bands may be. */
@@ -5355,14 +5579,12 @@ static double envmapi_plan_cap(int bands) { return fmin(0.8, 0.45 * 2 * ENVMAPI_
 
 /* The widest grid whose spline errors stay within the bounds, to 4 %; its nodes keep all bands
    apart also where a scene asks for nothing, for the solid angle goes over the same grid. */
-static double envmapi_plan_spacing(const envmapi_plan *plan, envmapi_contrast contrast) {
-    double low = 1e-3, high = envmapi_plan_cap(plan->need);
+static double envmapi_look_spacing(const envmapi_look *look, const envmapi_plan *plan,
+                                   const envmapi_survey *s, int bands) {
+    double low = 1e-3, high = envmapi_plan_cap(bands);
     while (high > 1.04 * low) {
         double h = sqrt(low * high);
-        int holds = 1;
-        for (int k = 0; k < envmapi_plan_sampled(plan) && holds; ++k)
-            holds = envmapi_plan_holds(plan, k, h, contrast);
-        if (holds) low = h;
+        if (envmapi_look_holds(look, plan, s, bands, h)) low = h;
         else high = h;
     }
     return low;
@@ -5390,50 +5612,17 @@ static int envmapi_plan_lambda(envmapi_plan *plan, int bands, int others) {
     return 1;
 }
 
-/* The darkest that the result of a lobe with a kink gets, over its mean: the sum over blocks at 96
-   axes, for a lobe may be so wide that no block tells. */
-static double envmapi_survey_dark_kinked(const envmapi_survey *s, const envmapi_plan *plan,
-                                         int n, const float *blocks, int nu, int nv,
-                                         double wide) {
-    enum { AXES = 96 };
-    double a[AXES][3], sums[AXES][3], cosines[AXES], k[AXES], dark = HUGE_VAL;
-    int mapping = s->map->mapping, width = envmapi_width(mapping, s->map->size);
-    for (int i = 0; i < AXES; ++i)
-        envmapi_texel_direction(a[i], ENVMAP_CUBE, i / 16, 4, i % 4, i % 16 / 4);
-    int slice = envmapi_plan_slice(plan, n);
-    double p = envmapi_plan_p(plan, slice), d[3];
-    double scale = fabs(plan->lambda[(size_t)slice * (size_t)plan->bands]) /
-                   (envmapi_lobe_integral(plan->lobe, p) * envmapi_plan_mean(plan, slice));
-    memset(sums, 0, sizeof sums);
-    for (int b = 0; b < nu * nv * envmap_faces(mapping); ++b) {
-        double u = (b % nu + 0.5) * wide / width, v = (b / nu % nv + 0.5) * wide / s->map->size;
-        envmapi_direction(d, mapping, b / nu / nv, fmin(u, 1), fmin(v, 1));
-        for (int i = 0; i < AXES; ++i) cosines[i] = envmapi_dot(a[i], d);
-        envmapi_k_many(k, cosines, AXES, plan->lobe, p);
-        for (int i = 0; i < AXES; ++i)
-            for (int c = 0; c < 3; ++c) sums[i][c] += k[i] * (double)blocks[4 * b + c];
-    }
-    for (int i = 0; i < AXES; ++i)
-        dark = fmin(dark, scale * fmax(fmax(sums[i][0], sums[i][1]), sums[i][2]));
-    return dark;
-}
-
-/* D, from blocks no wider than the lobe: where that is smooth, no mean of blocks is darker than the
-   darkest. Half of that, for what lies between. */
-static double envmapi_survey_dark(const envmapi_survey *s, const envmapi_plan *plan, int n) {
-    int i = 0, nu, nv, faces = envmap_faces(s->map->mapping);
+/* D, from blocks no wider than the lobe: no mean of blocks is darker than the darkest. Half of
+   that, for what lies between. */
+static double envmapi_survey_dark(const envmapi_survey *s, double sigma) {
+    int i = 0, nu, nv;
     double extent = s->edge * envmapi_texel_extent(s->map), mean = s->all / s->solid / 3;
     double dark = HUGE_VAL;
-    envmapi_survey_scale(&nu, &nv, s, i);
-    while (i + 1 < s->scales && (plan->kinked ? 4 * extent <= plan->sigma || nu * nv * faces > 2048
-                                              : 2 * extent <= plan->sigma))
-        ++i, extent *= 2, envmapi_survey_scale(&nu, &nv, s, i);
-    const float *blocks = s->sums + envmapi_survey_scale(&nu, &nv, s, i);
-    if (plan->kinked)
-        dark = envmapi_survey_dark_kinked(s, plan, n, blocks, nu, nv, s->edge << i);
-    for (int b = 0; b < nu * nv * faces && !plan->kinked; ++b, blocks += 4) {
-        double most = fmax(fmax((double)blocks[0], (double)blocks[1]), (double)blocks[2]);
-        if (blocks[3] > 0) dark = fmin(dark, most / (double)blocks[3]);
+    while (i + 1 < s->scales && 2 * extent <= sigma) ++i, extent *= 2;
+    const float *block = s->sums + envmapi_survey_scale(&nu, &nv, s, i);
+    for (int b = 0; b < nu * nv * envmap_faces(s->map->mapping); ++b, block += 4) {
+        double most = fmax(fmax((double)block[0], (double)block[1]), (double)block[2]);
+        if (block[3] > 0) dark = fmin(dark, most / (double)block[3]);
     }
     return mean > 0 ? envmapi_clamp(dark / mean / 2, 1e-3, 1) : 1;
 }
@@ -5454,12 +5643,14 @@ static int envmapi_plan_lattice_holds(envmapi_plan *plan, const envmap *map) {
     return 1;
 }
 
-/* Bands of every slice, and the most; between those that are looked at, the greater number. */
-static void envmapi_plan_needs(envmapi_plan *plan, const envmapi_contrast *contrast, int texels) {
+/* Bands and spacing of every slice, the most and the least; between slices that are looked at, the
+   greater number and the finer grid. */
+static void envmapi_plan_needs(envmapi_plan *plan, const envmapi_survey *s, int texels) {
     plan->need = 1;
-    for (int k = 0, from = 0; k < envmapi_plan_sampled(plan); ++k) {
-        int at = envmapi_plan_slice(plan, k);
-        int L = envmapi_plan_bands(plan, k, contrast, texels);
+    for (int n = 0, from = 0; n < envmapi_plan_sampled(plan); ++n) {
+        envmapi_look look;
+        envmapi_look_create(&look, plan, n, s);
+        int at = look.slice, L = envmapi_look_bands(&look, plan, s, texels);
         for (int i = from + 1; i <= at; ++i)
             plan->needs[i] = i < at && plan->needs[from] > L ? plan->needs[from] : L;
         plan->needs[at] = L, from = at;
@@ -5467,13 +5658,29 @@ static void envmapi_plan_needs(envmapi_plan *plan, const envmapi_contrast *contr
     }
 }
 
-/* Rows `row` .. returned - 1 need about as many bands, `need` at most. */
-static int envmapi_plan_run(int *need, const envmapi_plan *plan, int row) {
+static void envmapi_plan_steps(envmapi_plan *plan, const envmapi_survey *s) {
+    plan->h = HUGE_VAL;
+    for (int n = 0, from = 0; n < envmapi_plan_sampled(plan); ++n) {
+        envmapi_look look;
+        envmapi_look_create(&look, plan, n, s);
+        int at = look.slice;
+        double h = envmapi_look_spacing(&look, plan, s, plan->needs[at]);
+        for (int i = from + 1; i <= at; ++i)
+            plan->steps[i] = i < at && plan->steps[from] < h ? plan->steps[from] : h;
+        plan->steps[at] = h, from = at;
+        if (h < plan->h) plan->h = h;
+    }
+}
+
+/* Rows `row` .. returned - 1 need about as many bands, `need` at most, and a grid of h. */
+static int envmapi_plan_run(int *need, double *h, const envmapi_plan *plan, int row) {
     int most = plan->needs[row], least = most;
+    *h = plan->steps[row];
     for (; row < plan->slices; ++row) {
         int L = plan->needs[row];
         if (4 * (L > most ? L : most) > 5 * (L < least ? L : least)) break;
         most = L > most ? L : most, least = L < least ? L : least;
+        *h = fmin(*h, plan->steps[row]);
     }
     *need = most;
     return row;
@@ -5481,21 +5688,16 @@ static int envmapi_plan_run(int *need, const envmapi_plan *plan, int row) {
 
 /* Bands and spacing for this scene; need 0 where there are not enough, or more than `most`. */
 static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, double most) {
-    envmapi_contrast contrast[ENVMAPI_FAST_BANDS];
-    int known = 0;
+    plan->dark = envmapi_survey_dark(survey, plan->sigma);
     for (int bands = 24;; bands = bands == 24 ? 96 : 2 * bands) {
         if (bands > plan->bands && !envmapi_plan_lambda(plan, bands, 0)) return plan->need = 0;
-        for (int n = 0; n < envmapi_plan_sampled(plan) && !known; ++n)
-            plan->dark[n] = envmapi_survey_dark(survey, plan, n);
-        for (; known < plan->bands; ++known)
-            contrast[known] = envmapi_contrast_at(survey, known + 1);
-        envmapi_plan_needs(plan, contrast, 1);
+        envmapi_plan_needs(plan, survey, 1);
         /* What is near the last band there is may be beyond it. */
         if (plan->need <= plan->bands - plan->bands / 8) break;
         if (plan->need > most || (bands >= ENVMAPI_FAST_BANDS && bands < 8 / plan->sigma))
             return plan->need = 0;
         if (bands >= ENVMAPI_FAST_BANDS) { /* a kink beside nothing but dark: at least the rms */
-            envmapi_plan_needs(plan, contrast, 0);
+            envmapi_plan_needs(plan, survey, 0);
             if (plan->need > plan->bands / 2) return plan->need = 0;
             plan->need = plan->bands / 2;
             for (int k = 0; k < plan->slices; ++k) plan->needs[k] = plan->need;
@@ -5503,7 +5705,7 @@ static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, do
         }
     }
     if (plan->need > most || !envmapi_plan_lattice_holds(plan, survey->map)) return plan->need = 0;
-    plan->h = envmapi_plan_spacing(plan, contrast[plan->need / 2]);
+    envmapi_plan_steps(plan, survey);
     return envmapi_plan_lambda(plan, plan->bands, 1);
 }
 
@@ -5526,9 +5728,9 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
             fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_plan_p(plan, k)));
     if (plan->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)plan->slices;
-    plan->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 2) * n, sizeof(double));
-    plan->rest = plan->lambda + ENVMAPI_FAST_BANDS * n;
-    plan->needs = (int *)(plan->rest + n);
+    plan->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 3) * n, sizeof(double));
+    plan->rest = plan->lambda + ENVMAPI_FAST_BANDS * n, plan->steps = plan->rest + n;
+    plan->needs = (int *)(plan->steps + n);
     for (int k = 0; k < plan->slices && plan->lambda; ++k) {
         double first = 0;
         envmapi_zonal(&first, 1, lobe, envmapi_plan_p(plan, k));
@@ -5548,15 +5750,17 @@ static envmap_result envmapi_plans_fit(envmapi_plan *plans, int count, envmapi_s
                                        envmapi_pool *pool) {
     int kinked = 0;
     double extent = envmapi_texel_extent(scene->whole.map);
+    double sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
     for (int i = 0; i < count; ++i) {
         plans[i].kinked = 0;
         kinked += plans[i].kinked =
             !envmapi_plan_fit(plans + i, &scene->whole, fmax(24, 8 / plans[i].sigma));
+        if (plans[i].kinked) sigma = fmin(sigma, plans[i].sigma);
     }
     if (kinked && !scene->rest.lights) {
         scene->rest = scene->whole;
-        result = envmapi_survey_lights(&scene->rest, pool);
+        result = envmapi_survey_lights(&scene->rest, sigma, pool);
     }
     for (int i = 0; i < count && !result; ++i)
         /* A kink sees the lattice of few, large texels, which no band holds. */
@@ -6080,15 +6284,15 @@ static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan, envmapi_s
                                              const envmap_filter_desc *desc, envmapi_pool *pool) {
     const envmap *dst = plan->dst, *src = survey->map;
     size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
-    int kept = pool->count, need, capped = plan->h > 0.99 * envmapi_plan_cap(plan->need);
+    int kept = pool->count, need;
+    double h;
     envmap_result result = ENVMAP_OK;
     for (int row = 0, end; row < plan->slices; row = end) {
         envmapi_fast own, *f = &spectrum->f;
-        end = envmapi_plan_run(&need, plan, row);
+        end = envmapi_plan_run(&need, &h, plan, row);
         int here = row < first + slices && end > first, n = dst->slices;
         int there = plan->mirrored && n - end < first + slices && n - row > first;
         if (!here && !there && plan->slices > 1) continue;
-        double h = capped ? envmapi_plan_cap(need) : plan->h;
         if (!spectrum->kept || dst->mapping != src->mapping || dst->size != src->size ||
             h > 1.2 * spectrum->h)
             result = envmapi_fast_create(f = &own, dst, h, need, survey,

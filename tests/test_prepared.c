@@ -633,7 +633,7 @@ static void lights_are_the_texels_of_a_2000th_of_the_energy(void) {
             if (mapping == ENVMAP_SPHERE) envmap_texel(&map, 0, 0, 0, 0, size / 2)[1] = 1e6f;
             double all = all_energy_of(&map), lights = 0;
             envmapi_survey s = survey_of(&map);
-            CHECK(envmapi_survey_lights(&s, &pool) == ENVMAP_OK);
+            CHECK(envmapi_survey_lights(&s, 1, &pool) == ENVMAP_OK);
             for (int t = 0; t < envmap_faces(mapping) * width * size; ++t) {
                 double e = energy_of(&map, t / width / size, t % width, t / width % size);
                 int found = 0;
@@ -666,7 +666,7 @@ static void of_too_many_lights_the_brightest_are_taken(void) {
             texel[0] = alike ? 1 : 1 + (float)k / 300;
         }
         envmapi_survey s = survey_of(&map);
-        CHECK(envmapi_survey_lights(&s, &pool) == ENVMAP_OK);
+        CHECK(envmapi_survey_lights(&s, 1, &pool) == ENVMAP_OK);
         CHECK(s.light_count <= ENVMAPI_LIGHTS);
         for (int t = 0; t < 128 * 64; ++t) {
             int found = 0;
@@ -679,6 +679,44 @@ static void of_too_many_lights_the_brightest_are_taken(void) {
         envmapi_pool_free(&pool, 0);
         envmap_free(&map);
     }
+}
+
+/* Of a lamp in noise: all energy and all squares lie somewhere, the lamp's where it is. */
+static void axes_see_all_light_at_its_angle(void) {
+    double off = 0, away = 0;
+    for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping)
+        for (int i = 0; i < 6; ++i) {
+            envmap map = noise(mapping, 64, 5);
+            float d[3] = {0, 0, 0}, u, v;
+            int face, width = oracle_width(mapping, 64);
+            d[i / 2] = i & 1 ? -0.8f : 0.8f, d[(i / 2 + 1) % 3] = 0.5f, d[(i / 2 + 2) % 3] = 0.3f;
+            envmap_coordinates(&face, &u, &v, (envmap_mapping)mapping, d);
+            int x = (int)(u * (float)width), y = (int)(v * 64);
+            envmap_texel(&map, 0, 0, face, x, y)[1] = 1e7f;
+            envmapi_survey s = survey_of(&map);
+            double lamp[3], angle = 0, energy = s.sum[1];
+            oracle_direction(lamp, mapping, face, (x + 0.5) / width, (y + 0.5) / 64);
+            CHECK(envmapi_survey_lights(&s, i & 1 ? 1 : 0.2, &pool) == ENVMAP_OK);
+            for (int a = 0; a < s.axes; ++a) {
+                double sums[3 + ENVMAPI_SCALES] = {0};
+                double t = acos(envmapi_dot(lamp, s.sights[a].axis)), at = 0;
+                for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+                    double middle = PI * (j + 0.5) * (j + 0.5) / ENVMAPI_ANGLES / ENVMAPI_ANGLES;
+                    for (int k = 0; k < 3 + s.scales; ++k)
+                        sums[k] += (double)s.sights[a].seen[j][k];
+                    at += (double)s.sights[a].seen[j][1] * middle;
+                }
+                for (int c = 0; c < 3; ++c) off = larger(off, fabs(sums[c] - s.sum[c] / energy));
+                for (int k = 0; k < s.scales; ++k)
+                    off = larger(off, fabs(sums[3 + k] - (i & 1 ? 0 : 1))); /* narrow lobes only */
+                angle = larger(angle, fabs(at - t));
+            }
+            away = larger(away, angle);
+            envmapi_pool_free(&pool, 0);
+            envmap_free(&map);
+        }
+    FIGURE("of energy and squares that axes see, lost", off, 1e-5);
+    FIGURE("a lamp's angle from an axis, where it is seen", away, 0.4);
 }
 
 static void nothing_leaks(void) { CHECK(oracle_live == 0 && oracle_wrong_context == 0); }
@@ -708,6 +746,7 @@ int main(void) {
     RUN(a_lit_texel_has_contrast_wherever_it_is);
     RUN(lights_are_the_texels_of_a_2000th_of_the_energy);
     RUN(of_too_many_lights_the_brightest_are_taken);
+    RUN(axes_see_all_light_at_its_angle);
     RUN(nothing_leaks);
     return test_summary();
 }
