@@ -5184,33 +5184,30 @@ static int envmapi_light_add(envmapi_survey *s, const envmapi_light *light) {
     return 1;
 }
 
-/* The texels of one block that hold more than `limit` become lights, until there are too many; *most:
-   the largest of the others. */
-static int envmapi_block_lights(envmapi_survey *s, size_t block, double limit, double *most) {
+/* The texels of one block that hold more than `limit` become lights, until there are too many. */
+static int envmapi_block_lights(envmapi_survey *s, size_t block, double limit) {
     const envmap *map = s->map;
     int x0 = (int)(block % (size_t)s->nu) * s->edge, row = (int)(block / (size_t)s->nu);
     int y0 = row % s->nv * s->edge, face = row / s->nv;
     int width = envmapi_width(map->mapping, map->size);
     for (int y = y0; y < y0 + s->edge && y < map->size; ++y)
         for (int x = x0; x < x0 + s->edge && x < width; ++x) {
-            double w = (double)envmapi_omega_row(s, y)[3 * x], energy;
+            double w = (double)envmapi_omega_row(s, y)[3 * x];
             envmapi_light light;
             light.texel =
                 ((size_t)face * (size_t)map->size + (size_t)y) * (size_t)width + (size_t)x;
             for (size_t c = 0; c < 4; ++c)
                 light.value[c] = w * (c < 3 ? (double)s->texels[3 * light.texel + c] : 1.0);
-            energy = envmapi_light_energy(&light);
-            if (energy <= limit) *most = fmax(*most, energy);
-            if (!(energy > limit)) continue;
+            if (!(envmapi_light_energy(&light) > limit)) continue;
             envmapi_texel_direction(light.d, map->mapping, face, map->size, x, y);
             if (!envmapi_light_add(s, &light)) return 0;
         }
     return 1;
 }
 
-/* The contrast of what the lights leave, no texel of it with more than `most` of all energy; rest:
+/* The contrast of what the lights leave, no texel of it with more than `limit` of all energy; rest:
    room for the blocks without them. */
-static void envmapi_survey_rest(envmapi_survey *s, double most, float *rest) {
+static void envmapi_survey_rest(envmapi_survey *s, double limit, float *rest) {
     int edge = s->map->size, faces = envmap_faces(s->map->mapping);
     size_t width = (size_t)envmapi_width(s->map->mapping, edge), size = (size_t)edge;
     double squares = s->squares, off = 0;
@@ -5229,7 +5226,7 @@ static void envmapi_survey_rest(envmapi_survey *s, double most, float *rest) {
     if (s->energy < 1e-6 * s->all) s->energy = 0;
     envmapi_survey_scales(s, rest, fmax(off, 0));
     envmapi_survey_texel(s, rest, squares);
-    s->texel.epsilon = fmin(s->scale[0].epsilon, most);
+    s->texel.epsilon = fmin(s->scale[0].epsilon, limit);
 }
 
 /* The middle of block b at scale i. */
@@ -5276,14 +5273,12 @@ static void envmapi_sights_add(envmapi_survey *s, const float *rest, int from, i
    bands are few, can do without detail. */
 static envmap_result envmapi_survey_sights(envmapi_survey *s, double sigma, const float *rest,
                                            envmapi_pool *pool) {
-    int nu, nv, j = 0, edge = sigma <= 0.5 ? 5 : 4, faces = envmap_faces(s->map->mapping);
+    int nu, nv, j = 0, edge = s->detail ? 5 : 3, faces = envmap_faces(s->map->mapping);
     double extent = s->edge * envmapi_texel_extent(s->map), t;
     unsigned char angle[1026];
     for (envmapi_survey_scale(&nu, &nv, s, 0);
          j + 1 < s->scales && (4 * extent <= sigma || nu * nv * faces > 2048); extent *= 2)
         envmapi_survey_scale(&nu, &nv, s, ++j);
-    s->detail = sigma <= 0.5;
-    s->round = 6 * edge * edge, s->axes = s->round + (s->detail ? s->scales : 0);
     double *squares = (double *)envmapi_pool_get(pool, (size_t)((j + 1) * nu * nv * faces),
                                                  sizeof *squares);
     if (!squares) return ENVMAP_ERROR_MEMORY;
@@ -5309,25 +5304,25 @@ static envmap_result envmapi_survey_lights(envmapi_survey *s, double sigma, envm
     int nu, nv, fits = 0, kept = pool->count, faces = envmap_faces(s->map->mapping);
     size_t blocks = envmapi_survey_scale(&nu, &nv, s, s->scales) / 4;
     s->lights = (envmapi_light *)envmapi_pool_get(pool, ENVMAPI_LIGHTS, sizeof(envmapi_light));
-    s->sights = (envmapi_sight *)envmapi_pool_get(pool, ENVMAPI_AXES, sizeof(envmapi_sight));
+    int edge = sigma <= 0.5 ? 5 : 3;
+    s->detail = sigma <= 0.5;
+    s->round = 6 * edge * edge, s->axes = s->round + (s->detail ? s->scales : 0);
+    s->sights = (envmapi_sight *)envmapi_pool_get(pool, (size_t)s->axes, sizeof(envmapi_sight));
     kept = pool->count;
     float *rest = (float *)envmapi_pool_get(pool, 4 * blocks, sizeof(float));
     if (!s->lights || !s->sights || !rest) return ENVMAP_ERROR_MEMORY;
-    double limit = s->energy / 4000, most = 0;
+    double limit = s->energy / 4000;
     while (!fits) {
-        s->light_count = 0, fits = 1, limit *= 2, most = 0;
-        for (int i = 0; i < s->rim_count; ++i) {
-            double energy = envmapi_light_energy(s->rim + i);
-            if (energy > limit) fits &= envmapi_light_add(s, s->rim + i);
-            else most = fmax(most, energy);
-        }
+        s->light_count = 0, fits = 1, limit *= 2;
+        for (int i = 0; i < s->rim_count; ++i)
+            if (envmapi_light_energy(s->rim + i) > limit) fits &= envmapi_light_add(s, s->rim + i);
         for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces && fits; ++b) {
             const float *sum = s->sums + 4 * b;
-            if ((double)sum[0] + (double)sum[1] + (double)sum[2] > most)
-                fits = envmapi_block_lights(s, b, limit, &most);
+            if ((double)sum[0] + (double)sum[1] + (double)sum[2] > limit)
+                fits = envmapi_block_lights(s, b, limit);
         }
     }
-    envmapi_survey_rest(s, s->all > 0 ? most / s->all : 1, rest);
+    envmapi_survey_rest(s, s->all > 0 ? limit / s->all : 1, rest);
     envmap_result result = envmapi_survey_sights(s, sigma, rest, pool);
     envmapi_pool_free(pool, kept);
     return result;
