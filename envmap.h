@@ -5224,8 +5224,10 @@ static void envmapi_survey_rest(envmapi_survey *s, double limit, float *rest) {
         if (cut) off -= square;
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
-    envmapi_survey_scales(s, rest, fmax(off, 0));
-    envmapi_survey_texel(s, rest, squares);
+    if (s->light_count) { /* else all is as it was */
+        envmapi_survey_scales(s, rest, fmax(off, 0));
+        envmapi_survey_texel(s, rest, squares);
+    }
     s->texel.epsilon = fmin(s->scale[0].epsilon, limit);
 }
 
@@ -5323,7 +5325,8 @@ static envmap_result envmapi_survey_lights(envmapi_survey *s, double sigma, envm
         }
     }
     envmapi_survey_rest(s, s->all > 0 ? limit / s->all : 1, rest);
-    envmap_result result = envmapi_survey_sights(s, sigma, rest, pool);
+    envmap_result result =
+        envmapi_survey_sights(s, sigma, s->light_count ? rest : s->sums, pool);
     envmapi_pool_free(pool, kept);
     return result;
 }
@@ -5417,6 +5420,7 @@ static void envmapi_series_add(envmapi_series *series, double *sum, double weigh
    an angle from the brightest spot at a scale, the least. */
 typedef struct envmapi_look {
     int slice;
+    double area[ENVMAPI_ANGLES]; /* sin t dt / 2 */
     double k[ENVMAPI_ANGLES], most, mean, power;
     double darkest, result[ENVMAPI_AXES], dark[ENVMAPI_SCALES][ENVMAPI_ANGLES];
 } envmapi_look;
@@ -5472,7 +5476,11 @@ static void envmapi_look_create(envmapi_look *look, const envmapi_plan *plan, in
     memset(look->k, 0, sizeof look->k);
     for (int l = 0; l < plan->bands; ++l) envmapi_series_add(&series, look->k, lambda[l]);
     look->most = 0;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->most = fmax(look->most, fabs(look->k[j]));
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double t = (j + 0.5) / ENVMAPI_ANGLES; /* dt = 2 pi t/64 */
+        look->area[j] = sqrt(1 - series.x[j] * series.x[j]) * ENVMAPI_PI * t / ENVMAPI_ANGLES;
+        look->most = fmax(look->most, fabs(look->k[j]));
+    }
     look->power = plan->rest[slice] + envmapi_plan_power(plan, slice, 0, plan->bands, 0);
 }
 
@@ -5509,12 +5517,10 @@ static int envmapi_look_allows(const envmapi_look *look, const envmapi_plan *pla
     double excess[ENVMAPI_ANGLES], most = 0, squares = 0, dark = fmax(look->darkest / 2, 1e-3 * look->mean);
     double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double t = (j + 0.5) / ENVMAPI_ANGLES; /* dt = 2 pi t/64, and half the sine */
         double over = fabs(d[j]) - share * fabs(look->k[j]) - slack;
         excess[j] = over > 0 ? over : 0;
         most = excess[j] > most ? excess[j] : most;
-        squares +=
-            excess[j] * excess[j] * sin(ENVMAPI_PI * t * t) * ENVMAPI_PI * t / ENVMAPI_ANGLES;
+        squares += excess[j] * excess[j] * look->area[j];
     }
     if (8 * plan->grain * most > share * look->mean) return 0;
     if (plan->kinked && s->detail)
