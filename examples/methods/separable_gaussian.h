@@ -432,32 +432,27 @@ static inline envmap_result separable_chain_grid(envmap *dst, const envmap *map,
                                                  const envmap_lobe *lobes, const double *sigma,
                                                  int count) {
     grid g;
-    size_t floats = 0,
-           quarter = 18 * (size_t)separable_work(map, 1) * (size_t)separable_work(map, 1);
     double done = 0, carried = 0;
-    int i;
+    int i, side = 0;
     float *memory;
     for (i = 0; i < count; ++i) {
-        size_t needed = grid_shape(&g, separable_work(map, i), sigma[i] * sigma[i] - done);
-        floats = needed > floats ? needed : floats, done = sigma[i] * sigma[i];
+        grid_shape(&g, separable_work(map, i), sigma[i] * sigma[i] - done, 0);
+        if (g.half + g.border > side) side = g.half + g.border;
+        done = sigma[i] * sigma[i];
     }
-    memory = (float *)method_alloc(floats + quarter, sizeof *memory);
+    memory = (float *)method_alloc(grid_floats(side), sizeof *memory);
     if (!memory) return ENVMAP_ERROR_MEMORY;
+    grid_lay_out(&g, side, memory);
+    g.half = map->size / 2;
+    grid_load(&g, map);
     for (i = 0, done = 0; i < count; ++i) {
         int edge = separable_work(map, i), halves = edge > method_edge(map, i);
         double variance = sigma[i] * sigma[i];
-        if (i) grid_halve(&g, memory, edge);
-        if (i && edge < g.n) carried = (carried + 0.25) / 4;
-        grid_shape(&g, edge, variance - done);
-        grid_lay_out(&g, memory + quarter);
-        if (i)
-            grid_take(&g, memory);
-        else
-            grid_load(&g, map);
-        grid_run(&g, variance - done, carried + 0.25 * halves);
+        if (edge < 2 * g.half) grid_halve(&g), carried = (carried + 0.25) / 4;
+        grid_shape(&g, edge, variance - done, carried + 0.25 * halves);
+        grid_run(&g);
         carried = -0.25 * halves, done = variance;
-        if (halves) grid_halve(&g, memory, edge / 2);
-        grid_store(&g, dst, i, halves ? memory : NULL, (float)method_scale(lobes + i));
+        grid_store(&g, dst, i, (float)method_scale(lobes + i));
     }
     METHOD_FREE(memory);
     return ENVMAP_OK;

@@ -11,9 +11,11 @@
    fourth moment stand in. Order U/2 V/2 D V/2 U/2; what the boxes of a level have spread is taken
    off a: a constant of the grid.
 
-   Weights are the same for the six faces and for both halves of one: each row of them is made once
-   for the 36 rows that it filters. A face goes on beyond its edges as far as the passes reach, from
-   its neighbours' texels by Catmull-Rom: across the edge a row is a row, along it is stretched.
+   Weights are the same for the six faces and, mirrored, for the four quarters of one: what they
+   have at the same place lies together, 4 x 6 x 3 = 72 floats, a *knot*. A line of weights is made,
+   used for 72 lines, forgotten; every loop over a knot is plain and becomes vectors. A face goes on
+   beyond its edges as far as the passes reach, from its neighbours' texels by Catmull-Rom: across
+   the edge a row is a row, along it is stretched.
 
    Domain: even sides.  Fails: a lamp of a few texels on a face's axis, where |uv| has its kink, and
    on an edge: 0.2 to 0.4 % rms.  Tests: a_chain_* in tests/test_methods_gaussian.c.
@@ -25,12 +27,16 @@
 
 #include "methods.h"
 
-#define GRID_ROUND  0.07  /* a wider sigma is done in rounds: beyond its edges a plane goes far */
-#define GRID_PLAIN  0.015 /* a thinner one in the plain order, U V D                          */
-#define GRID_CUT    3.2   /* sigmas at which a kernel ends                                    */
-#define GRID_BLOCK  16    /* texels that share a reach                                        */
-#define GRID_TAPS   64    /* the most that a kernel reaches                                   */
-#define GRID_BORDER 192   /* the most that the passes of a round do                           */
+#define GRID_ROUND 0.07  /* a wider sigma is done in rounds: beyond its edges a plane goes far */
+#define GRID_PLAIN 0.015 /* a thinner one in the plain order, U V D                            */
+#define GRID_CUT   3.2   /* sigmas at which a kernel ends                                      */
+#define GRID_TAPS  64    /* the most that a kernel reaches                                     */
+#define GRID_THIN  0.5f  /* texels^2: below, a kernel is five taps with its moments            */
+
+#define GRID_PARTS 24 /* of a knot: [lower, upper half][left, right half][face], 3 floats each */
+#define GRID_KNOT  72
+
+enum { GRID_U, GRID_V, GRID_D };
 
 /* Floats that are filtered at once. */
 #if defined(__GNUC__) && defined(__AVX__)
@@ -42,32 +48,24 @@ typedef float grid_lanes;
 #endif
 #define GRID_LANES ((int)(sizeof(grid_lanes) / sizeof(float)))
 
-/* GCC, tuned for Zen, would load a weight anew for each of its three uses: this keeps it. */
-#if defined(__AVX__) && defined(__GNUC__) && !defined(__clang__)
-#define GRID_KEEP(x) __asm__("" : "+x"(x))
-#else
-#define GRID_KEEP(x) (void)(x)
-#endif
-
+/* A pass: variance in texels^2 at a face's centre, what is taken off it, texels it reaches. */
 typedef struct grid_direction {
-    float *a, *s, *g; /* variance in texels^2, place in sigmas, sqrt(m) a^(-1/4): [rows][stride] */
-    int step, reach;
+    float variance, boxes;
+    int reach;
 } grid_direction;
 
 typedef struct grid {
-    float *image,
-        *other;     /* [6][3][side][stride]                                                  */
-    float *m;       /* rho^-3, as the directions' tables                                     */
-    float *weights; /* [2 GRID_TAPS + 1][stride]                                             */
-    float *strip;
-    int *reach; /* of a row's blocks */
+    float *image;        /* [side][side] knots; (0, 0) is beside the middle of a face          */
+    float *line;         /* knots of a line as they were, from -GRID_TAPS on                   */
+    float *weights;      /* [2 GRID_TAPS + 1][side] of a line                                  */
+    float *a, *s, *r, *g;/* of a line: variance, place in sigmas, sqrt(m), sqrt(m) a^(-1/4)    */
+    int *reach;          /* of each knot of a line                                             */
+    int side, half, border, rounds, halves; /* knots: of a row, of a face, beyond it           */
     grid_direction direction[3];
-    int n, border, pad, side, stride, rows; /* pad: the border and what makes blocks meet midway */
 } grid;
 
-static inline float *grid_texel(const grid *g, float *image, int plane, int x, int y) {
-    return image + ((size_t)plane * (size_t)g->side + (size_t)(y + g->pad)) * (size_t)g->stride +
-           (size_t)(x + g->pad);
+static inline float *grid_knot(const grid *g, int x, int y) {
+    return g->image + ((size_t)y * (size_t)g->side + (size_t)x) * GRID_KNOT;
 }
 
 /* Catmull-Rom: what the four texels around a place weigh; returns the first. */
@@ -78,44 +76,28 @@ static inline int grid_cubic(float w[4], float at) {
     return i - 1;
 }
 
+/* to = what count knots from `from` on, `step` floats apart, weigh; w's are `next` floats apart. */
+static inline void grid_sum(float *to, const float *from, size_t step, const float *w, size_t next,
+                            int count) {
+    grid_lanes sum[GRID_KNOT / GRID_LANES], t;
+    int c, k;
+    memset(sum, 0, sizeof sum);
+    for (k = 0; k < count; ++k, from += step, w += next)
+        for (c = 0; c < GRID_KNOT / GRID_LANES; ++c)
+            memcpy(&t, from + c * GRID_LANES, sizeof t), sum[c] += *w * t;
+    for (c = 0; c < GRID_KNOT / GRID_LANES; ++c) memcpy(to + c * GRID_LANES, sum + c, sizeof t);
+}
+
+/* The knot seen in a mirror: along rows, or along columns. */
+static inline void grid_mirror(float *to, const float *from, int along) {
+    int i, block = along == GRID_U ? GRID_KNOT / 4 : GRID_KNOT / 2;
+    for (i = 0; i < GRID_KNOT; i += 2 * block) {
+        memcpy(to + i, from + i + block, (size_t)block * sizeof *to);
+        memcpy(to + i + block, from + i, (size_t)block * sizeof *to);
+    }
+}
+
 /* --------------------------------------------------------------------------------- >>weights -- */
-
-static inline double grid_at(const grid *g, int x) { return (2.0 * (x - g->pad) + 1) / g->n - 1; }
-
-/* The directions' variances: `variance` of the lobe in all passes together, `boxes` of the level's
-   texels in U and V, of which there are `halves` passes each. */
-static inline void grid_variances(grid *g, double variance, double boxes, int halves) {
-    int x, y;
-    double scale = variance * 0.25 * g->n * g->n;
-    float part = 1 / (float)halves;
-    for (y = 0; y < g->rows; ++y) {
-        float v = (float)grid_at(g, y), least = 1e-4f;
-        size_t row = (size_t)y * (size_t)g->stride;
-        float *m = g->m + row, *a[3];
-        for (x = 0; x < 3; ++x) a[x] = g->direction[x].a + row;
-        for (x = 0; x < g->stride; ++x) {
-            float u = (2 * (float)(x - g->pad) + 1) / (float)g->n - 1, uv = fabsf(u * v);
-            float rho2 = 1 + u * u + v * v, f = (float)scale * rho2, half = part * (float)boxes;
-            float du = part * f * (1 + u * u - uv) - half, dv = part * f * (1 + v * v - uv) - half;
-            a[0][x] = du > least ? du : least, a[1][x] = dv > least ? dv : least;
-            a[2][x] = f * uv > least ? f * uv : least;
-            m[x] = 1 / (rho2 * sqrtf(rho2));
-        }
-    }
-}
-
-/* s and g of a direction, from a and m. */
-static inline void grid_places(const grid *g, grid_direction *d) {
-    int x, y;
-    size_t i, count = (size_t)g->rows * (size_t)g->stride;
-    for (i = 0; i < count; ++i) d->g[i] = 1 / sqrtf(d->a[i]), d->s[i] = 0;
-    for (y = d->step >= g->stride; y < g->rows; ++y) {
-        float *s = d->s + (size_t)y * (size_t)g->stride, *q = d->g + (s - d->s);
-        for (x = d->step % g->stride; x < g->stride; ++x)
-            s[x] = s[x - d->step] + 0.5f * (q[x - d->step] + q[x]);
-    }
-    for (i = 0; i < count; ++i) d->g[i] = sqrtf(g->m[i] * d->g[i]);
-}
 
 /* exp(-d^2 / 2), to 1e-4 of itself where it counts. */
 static inline float grid_bell(float d) {
@@ -126,287 +108,257 @@ static inline float grid_bell(float d) {
     return e * e;
 }
 
-/* Texels that a kernel as thin as this sees only by its moments. */
-#define GRID_THIN 0.5f
-
 /* The five taps' outer ones; v their variance. */
 static inline float grid_five(int k, float v) {
     float two = (3 * v * v - v) / 24;
     return k == 2 || k == -2 ? two : 0.5f * v - 4 * two;
 }
 
-static inline float *grid_weights(const grid *g, int k) {
-    return g->weights + (size_t)(k + GRID_TAPS) * (size_t)g->stride;
-}
-
-/* Tap k of a block of texels at `at`. sum: of the taps so far; last: what thin ones keep. */
-static inline void grid_tap(const grid_direction *d, size_t at, int k, float *w, float *sum) {
-    const float *s = d->s + at, *next = s + k * d->step, *there = d->g + at + k * d->step;
-    int x;
-    for (x = 0; x < GRID_BLOCK; ++x) w[x] = grid_bell(next[x] - s[x]) * there[x];
-    for (x = 0; x < GRID_BLOCK; ++x) sum[x] += w[x];
-}
-
-static inline void grid_thin(const grid *g, const grid_direction *d, size_t at, int k, float *w,
-                             float *middle) {
-    const float *a = d->a + at, *m = g->m + at;
-    int x, to = k * d->step;
-    for (x = 0; x < GRID_BLOCK; ++x) {
-        float thin = grid_five(k, 0.5f * (a[x] + a[x + to])) * 0.5f * (1 + m[x + to] / m[x]);
-        thin = a[x] < GRID_THIN ? thin : 0;
-        w[x] += thin, middle[x] -= thin;
-    }
-}
-
-/* The texels of a block at x of row y that have a tap k. On a diagonal the variance is 0 where it
-   crosses an axis: nothing gets across. */
-static inline int grid_count(const grid *g, int which, int x, int y, int k) {
-    int half = g->n / 2, left = half - k - x;
-    if (which < 2 || k < 0) return GRID_BLOCK;
-    return y + k >= half || left < 0 ? 0 : left > GRID_BLOCK ? GRID_BLOCK : left;
-}
-
-/* The weights of a block at x of row y, on the left half; returns how far they reach. */
-static inline int grid_block(const grid *g, int which, int x, int y) {
+/* a, s, r, g of line i and of what it reaches. Diagonals begin where they cross an axis: their
+   variance is 0 there, nothing gets across. */
+static inline void grid_places(const grid *g, int which, int i, int count) {
     const grid_direction *d = g->direction + which;
-    size_t at = (size_t)(y + g->pad) * (size_t)g->stride + (size_t)(x + g->pad);
-    float *middle = grid_weights(g, 0) + x + g->pad, sum[GRID_BLOCK], widest = 0, least = 1e9f;
-    int i, k, reach;
-    for (i = 0; i < GRID_BLOCK; ++i) {
-        float a = d->a[at + (size_t)i];
-        widest = a > widest ? a : widest, least = a < least ? a : least;
-        sum[i] = d->g[at + (size_t)i];
+    float texel = 1 / (float)g->half, least = 1e-4f, v0 = ((float)i + 0.5f) * texel;
+    int j;
+    for (j = -d->reach; j < count + d->reach; ++j) {
+        float v = ((float)j + 0.5f) * texel, u = which == GRID_D ? v + (float)i * texel : v0;
+        float uv = fabsf(u * v), rho2 = 1 + u * u + v * v;
+        float a = d->variance * rho2 * (which == GRID_D ? uv : 1 + v * v - uv) - d->boxes;
+        a = a > least ? a : least;
+        g->a[j] = a, g->s[j] = 1 / sqrtf(a);
+        g->r[j] = which == GRID_D && j < 0 ? 0 : sqrtf(1 / (rho2 * sqrtf(rho2)));
+        g->g[j] = g->r[j] * sqrtf(g->s[j]);
     }
-    reach = (int)(GRID_CUT * (double)sqrtf(widest)) + 1;
-    reach = reach > d->reach ? d->reach : reach < 2 ? 2 : reach;
-    for (k = -reach; k <= reach; ++k) {
-        float *w = grid_weights(g, k) + x + g->pad;
-        if (k) grid_tap(d, at, k, w, sum);
-        for (i = grid_count(g, which, x, y, k); i < GRID_BLOCK; ++i) sum[i] -= w[i], w[i] = 0;
+    for (j = -d->reach; j < count + d->reach; ++j) {
+        float q = g->s[j];
+        g->s[j] = j > -d->reach ? g->s[j - 1] + 0.5f * (least + q) : 0, least = q;
     }
-    for (i = 0; i < GRID_BLOCK; ++i) {
-        int thin = d->a[at + (size_t)i] < GRID_THIN;
-        float all = 1 / sum[i];
-        sum[i] = thin ? 0 : all, middle[i] = thin ? 1 : all * d->g[at + (size_t)i];
+    for (j = 0; j < count; ++j) {
+        int reach = (int)((float)GRID_CUT * sqrtf(g->a[j])) + 1;
+        g->reach[j] = g->a[j] < GRID_THIN ? 2 : reach < d->reach ? reach : d->reach;
     }
-    for (k = -reach; k <= reach; ++k) {
-        float *w = grid_weights(g, k) + x + g->pad;
-        for (i = 0; k && i < GRID_BLOCK; ++i) w[i] *= sum[i];
-        if (least >= GRID_THIN || !k || k < -2 || k > 2) continue;
-        grid_thin(g, d, at, k, w, middle);
-        for (i = grid_count(g, which, x, y, k); i < GRID_BLOCK; ++i) middle[i] += w[i], w[i] = 0;
-    }
-    return reach;
 }
 
-/* The weights of row y of the upper half of a face, and how far they reach in each block: the left
-   half, and its mirror image. */
-static inline void grid_row(const grid *g, int which, int y) {
-    int x, k, b, wide = g->n + 2 * g->pad, blocks = wide / GRID_BLOCK, most = 0;
-    for (b = 0; 2 * b < blocks; ++b) {
-        int reach = grid_block(g, which, b * GRID_BLOCK - g->pad, y);
-        g->reach[b] = g->reach[blocks - 1 - b] = reach;
-        most = reach > most ? reach : most;
+/* Tap k of a line's weights, and the sum of them so far. */
+static inline void grid_tap(const grid *g, float *restrict w, float *restrict sum, int k,
+                            int count) {
+    const float *s = g->s, *to = g->s + k, *there = g->g + k;
+    const int *reach = g->reach;
+    int j, far = k < 0 ? -k : k;
+    for (j = 0; j < count; ++j) {
+        float bell = grid_bell(to[j] - s[j]) * there[j];
+        w[j] = far > reach[j] ? 0 : bell;
+        sum[j] += w[j];
     }
-    for (k = -most; k <= most; ++k) {
-        const float *from = grid_weights(g, which ? k : -k);
-        float *to = grid_weights(g, k) + wide - 1;
-        for (x = 0; 2 * x < wide; ++x) to[-x] = from[x];
+}
+
+static inline void grid_thin_tap(const grid *g, float *restrict w, float *restrict sum, int k,
+                                 int count) {
+    const float *a = g->a, *r = g->r;
+    int j;
+    for (j = 0; j < count; ++j) {
+        float five = grid_five(k, 0.5f * (a[j] + a[j + k])) * r[j + k] / r[j];
+        int thin = a[j] < GRID_THIN;
+        sum[j] = thin ? sum[j] - five : sum[j];
+        w[j] = thin ? five : w[j];
     }
+}
+
+static inline float *grid_weights(const grid *g, int k) {
+    return g->weights + (size_t)(k + GRID_TAPS) * (size_t)g->side;
+}
+
+/* The weights of a line: tap k of knot j at [k][j]. */
+static inline void grid_weigh(const grid *g, int which, int i, int count) {
+    int j, k, reach = g->direction[which].reach;
+    float *restrict sum = grid_weights(g, GRID_TAPS + 1), *restrict w;
+    grid_places(g, which, i, count);
+    for (j = 0; j < count; ++j) sum[j] = 0;
+    for (k = -reach; k <= reach; ++k) grid_tap(g, grid_weights(g, k), sum, k, count);
+    for (j = 0; j < count; ++j) sum[j] = 1 / sum[j];
+    for (k = -reach; k <= reach; ++k)
+        for (w = grid_weights(g, k), j = 0; j < count; ++j) w[j] *= sum[j];
+    for (j = 0; j < count; ++j) sum[j] = 1;
+    for (k = -2; k <= 2; ++k)
+        if (k) grid_thin_tap(g, grid_weights(g, k), sum, k, count);
+    for (w = grid_weights(g, 0), j = 0; j < count; ++j) w[j] = g->a[j] < GRID_THIN ? sum[j] : w[j];
 }
 
 /* ---------------------------------------------------------------------------------- >>passes -- */
 
-/* Blocks `from` .. `to` of a row of the three planes of a face; tap k lies `step` k texels off. */
-static inline void grid_sum(const grid *g, float *out, const float *in, int step, int from,
-                            int to) {
-    size_t stride = (size_t)g->stride, plane = (size_t)g->side * stride;
-    int b, x, k;
-    for (b = from; b < to; ++b)
-        for (x = b * GRID_BLOCK; x < (b + 1) * GRID_BLOCK; x += 2 * GRID_LANES) {
-            int reach = g->reach[b];
-            const float *weight = grid_weights(g, -reach) + x, *tap = in + x - reach * step;
-            float *result = out + x;
-            grid_lanes r = {0}, r2 = {0}, e = {0}, e2 = {0}, l = {0}, l2 = {0}, v, u, t;
-            for (k = -reach; k <= reach; ++k, weight += stride, tap += step) {
-                memcpy(&v, weight, sizeof v), memcpy(&u, weight + GRID_LANES, sizeof u);
-                GRID_KEEP(v);
-                GRID_KEEP(u);
-                memcpy(&t, tap, sizeof t), r += v * t;
-                memcpy(&t, tap + GRID_LANES, sizeof t), r2 += u * t;
-                memcpy(&t, tap + plane, sizeof t), e += v * t;
-                memcpy(&t, tap + plane + GRID_LANES, sizeof t), e2 += u * t;
-                memcpy(&t, tap + 2 * plane, sizeof t), l += v * t;
-                memcpy(&t, tap + 2 * plane + GRID_LANES, sizeof t), l2 += u * t;
-            }
-            memcpy(result, &r, sizeof r), memcpy(result + GRID_LANES, &r2, sizeof r);
-            result += plane;
-            memcpy(result, &e, sizeof r), memcpy(result + GRID_LANES, &e2, sizeof r);
-            result += plane;
-            memcpy(result, &l, sizeof r), memcpy(result + GRID_LANES, &l2, sizeof r);
-        }
+/* The line of `count` knots from `at` on, `step` floats apart, by the weights that are made. */
+static inline void grid_line(const grid *g, int which, float *at, size_t step, int count) {
+    int j, reach = g->direction[which].reach;
+    float *old = g->line + (size_t)GRID_TAPS * GRID_KNOT;
+    for (j = 0; j < reach; ++j) {
+        memcpy(old + j * GRID_KNOT, at + (size_t)j * step, GRID_KNOT * sizeof *at);
+        if (which == GRID_D)
+            memset(old - (j + 1) * GRID_KNOT, 0, GRID_KNOT * sizeof *at);
+        else
+            grid_mirror(old - (j + 1) * GRID_KNOT, old + j * GRID_KNOT, which);
+    }
+    for (j = 0; j < count; ++j, at += step) {
+        int r = g->reach[j];
+        memcpy(old + (j + reach) * GRID_KNOT, at + (size_t)reach * step, GRID_KNOT * sizeof *at);
+        grid_sum(at, old + (j - r) * GRID_KNOT, GRID_KNOT,
+                 grid_weights(g, -r) + j, (size_t)g->side, 2 * r + 1);
+    }
 }
 
-/* One pass over what is valid around the faces: px texels beyond their sides, py above and below;
-   the pass makes them fewer. */
+/* One pass over what is valid: px knots beyond the edges along x, py along y; the pass makes them
+   fewer. */
 static inline void grid_pass(grid *g, int which, int *px, int *py) {
-    const grid_direction *d = g->direction + which;
-    float *swap = g->image;
-    int face, half, y, s = g->stride, first, last, middle;
-    if (which != 1) *px -= d->reach;
-    if (which != 0) *py -= d->reach;
-    first = (g->pad - *px) / GRID_BLOCK;
-    last = (g->pad + g->n + *px + GRID_BLOCK - 1) / GRID_BLOCK;
-    middle = (g->pad + g->n / 2) / GRID_BLOCK;
-    for (y = -*py; 2 * y < g->n; ++y) {
-        grid_row(g, which, y);
-        for (face = 0; face < 6; ++face)
-            for (half = 0; half < 2; ++half) {
-                float *to = grid_texel(g, g->other, 3 * face, -g->pad, half ? g->n - 1 - y : y);
-                const float *from = g->image + (to - g->other);
-                int step = which == 0 ? 1 : which == 1 ? (half ? -s : s) : half ? 1 - s : 1 + s;
-                grid_sum(g, to, from, step, first, which < 2 ? last : middle);
-                if (which == 2) grid_sum(g, to, from, half ? -1 - s : s - 1, middle, last);
-            }
+    int i, lines, count;
+    size_t row = (size_t)g->side * GRID_KNOT;
+    if (which != GRID_V) *px -= g->direction[which].reach;
+    if (which != GRID_U) *py -= g->direction[which].reach;
+    lines = g->half + (which == GRID_U ? *py : *px);
+    count = g->half + (which == GRID_U ? *px : *py);
+    for (i = 0; i < lines; ++i) {
+        if (which == GRID_D) count = lines - i; /* px = py */
+        grid_weigh(g, which, i, count);
+        if (which == GRID_U) grid_line(g, which, grid_knot(g, 0, i), GRID_KNOT, count);
+        if (which == GRID_V) grid_line(g, which, grid_knot(g, i, 0), row, count);
+        if (which == GRID_D) grid_line(g, which, grid_knot(g, i, 0), row + GRID_KNOT, count);
+        if (which == GRID_D && i)
+            grid_line(g, which, grid_knot(g, 0, i), row + GRID_KNOT, count);
     }
-    g->image = g->other, g->other = swap;
 }
 
 /* ---------------------------------------------------------------------------------- >>border -- */
 
-/* Where the texels beyond an edge are found: the i-th along it, j deep, at
-   from + i from_along + j from_deep in the neighbour's plane; to: the same on this face. */
-typedef struct grid_edge {
-    int from, from_along, from_deep, to, to_along, to_deep, face;
-} grid_edge;
-
-static inline int grid_place(const grid *g, const float dir[3], int *face) {
-    float u, v;
-    envmap_coordinates(face, &u, &v, ENVMAP_CUBE, dir);
-    return ((int)(v * (float)g->n) + g->pad) * g->stride + (int)(u * (float)g->n) + g->pad;
+/* Which part goes on beyond the edge of each part, along x and along y; GRID_PARTS more where it
+   does so along its own y. */
+static inline void grid_seams(int seams[2][GRID_PARTS]) {
+    int edge, part, face;
+    for (edge = 0; edge < 2; ++edge)
+        for (part = 0; part < GRID_PARTS; ++part) {
+            float x = part / 6 % 2 ? 0.5f : -0.5f, y = part / 12 ? 0.5f : -0.5f, dir[3], u, v;
+            x *= edge ? 0.5f : 1.01f, y *= edge ? 1.01f : 0.5f;
+            envmap_direction(dir, ENVMAP_CUBE, part % 6, 0.5f + x, 0.5f + y);
+            envmap_coordinates(&face, &u, &v, ENVMAP_CUBE, dir);
+            seams[edge][part] = face + 6 * (u > 0.5f) + 12 * (v > 0.5f);
+            if (fabsf(u - 0.5f) < fabsf(v - 0.5f)) seams[edge][part] += GRID_PARTS;
+        }
 }
 
-static inline void grid_find_edge(grid_edge *e, const grid *g, int face, int side) {
-    float m[3], a[3], b[3], dir[3], half = 0.5f / (float)g->n;
-    int c, k, at[3], n = g->n, out = side & 1 ? 1 : -1;
-    envmap_direction(m, ENVMAP_CUBE, face, 0.5f, 0.5f);
-    envmap_direction(a, ENVMAP_CUBE, face, side < 2 ? 0.5f * (float)(1 + out) : 0.5f,
-                     side < 2 ? 0.5f : 0.5f * (float)(1 + out));
-    envmap_direction(b, ENVMAP_CUBE, face, side < 2 ? 0.5f : 1, side < 2 ? 1 : 0.5f);
-    for (k = 0; k < 3; ++k) { /* the first texel, the next one along, the next one deep */
-        float t = 2 * half * (k == 1 ? 3.0f : 1.0f) - 1, z = 1 - 2 * half * (k == 2 ? 3.0f : 1.0f);
-        for (c = 0; c < 3; ++c)
-            dir[c] = a[c] * 1.41421356f - m[c] + t * (b[c] * 1.41421356f - m[c]) + z * m[c];
-        at[k] = grid_place(g, dir, &e->face);
-    }
-    e->from = at[0], e->from_along = at[1] - at[0], e->from_deep = at[2] - at[0];
-    e->to_along = side < 2 ? g->stride : 1;
-    e->to_deep = (side < 2 ? 1 : g->stride) * out;
-    e->to = g->pad * (g->stride + 1) + (out > 0 ? (n - 1) * e->to_deep : 0);
-}
-
-/* What the row `depth` beyond any edge is made of: deep[] of four rows from `first` on, stretched
-   by 1 / f: weight[] of four texels from at[] on. */
-typedef struct grid_beyond {
-    float deep[4], *weight; /* [4][stride] */
-    int *at, first;
-} grid_beyond;
-
-static inline void grid_stretch(const grid *g, grid_beyond *r, int depth) {
-    int i, k, n = g->n, count = n + 2 * depth + 2;
-    float f = 1 / (1 + (2 * (float)depth + 1) / (float)n), w[4];
-    r->weight = g->strip + (size_t)(2 * g->border + 8 + 5 * depth) * (size_t)g->stride;
-    r->at = (int *)(r->weight + 4 * g->stride);
-    r->first = grid_cubic(r->deep, (1 - f) * 0.5f * (float)n - 0.5f);
-    for (i = 0; i < count; ++i) {
-        float x = (float)(i - depth - 1);
-        int at = grid_cubic(w, (x + 0.5f - 0.5f * (float)n) * f + 0.5f * (float)(n - 1));
-        r->at[i] = at < -2 ? -2 : at > n - 2 ? n - 2 : at;
-        for (k = 0; k < 4; ++k) r->weight[k * g->stride + i] = w[k];
-    }
-}
-
-/* Row `depth` in `to`, from the neighbour's rows in `from`. row: room for one */
-static inline void grid_edge_row(const grid *g, const grid_beyond *r, int depth, float *to,
-                                 const float *from, float *row) {
-    const float *deep = r->deep, *w = r->weight, *source[4];
-    int i, k, n = g->n, count = n + 2 * depth + 2, s = g->stride;
+/* Weights of four knots from `first` on, so that all lie on a face of n: what is beyond its end
+   counts there. Returns the first. */
+static inline int grid_inside(float w[4], int first, int n) {
+    float in[4] = {0, 0, 0, 0};
+    int k, start = first < n - 4 ? first : n - 4;
+    start = start < 0 ? 0 : start;
     for (k = 0; k < 4; ++k) {
-        int at = r->first + k < 0 ? 0 : r->first + k > n - 1 ? n - 1 : r->first + k;
-        source[k] = from + at * s;
+        int at = first + k < 0 ? 0 : first + k < n ? first + k : n - 1;
+        in[at - start] += w[k];
     }
-    row += 2;
-    for (i = 0; i < n; ++i)
-        row[i] = deep[0] * source[0][i] + deep[1] * source[1][i] + deep[2] * source[2][i] +
-                 deep[3] * source[3][i];
-    row[-2] = row[-1] = row[0], row[n] = row[n + 1] = row[n - 1];
-    for (i = 0; i < count; ++i) {
-        const float *tap = row + r->at[i];
-        to[i] = w[i] * tap[0] + w[s + i] * tap[1] + w[2 * s + i] * tap[2] + w[3 * s + i] * tap[3];
-    }
+    memcpy(w, in, sizeof in);
+    return start;
 }
 
-/* One plane beyond one edge. Rows of the neighbour, and those that they make, lie in g->strip as if
-   along the edge were along x. */
-static inline void grid_edge_rows(const grid *g, const grid_edge *e, const grid_beyond *r,
-                                  float *to, const float *from) {
-    int i, k, s = g->stride, rows = g->border + 4, n = g->n;
-    float *near_rows = g->strip, *made = near_rows + rows * s, *row = made + g->border * s;
-    if (rows > n) rows = n;
-    from += e->from, to += e->to;
-    if (e->from_along == 1 || e->from_along == -1)
-        for (k = 0; k < rows; ++k)
-            for (i = 0; i < n; ++i)
-                near_rows[k * s + i] = from[i * e->from_along + k * e->from_deep];
-    else
-        for (i = 0; i < n; ++i)
-            for (k = 0; k < rows; ++k)
-                near_rows[k * s + i] = from[i * e->from_along + k * e->from_deep];
-    for (k = 0; k < g->border; ++k) {
-        float *out = e->to_along == 1 ? to + (k + 1) * e->to_deep - k - 1 : made + k * s;
-        grid_edge_row(g, r + k, k, out, near_rows, row);
+/* What lies as deep on the neighbours as knots `depth` beyond the edges do: rows[0] along y, rows[1]
+   along x; from two knots before the middle to two beyond the end. */
+static inline void grid_deep(const grid *g, float *rows[2], float deep) {
+    int i, k, n = g->half, first, count = n < 4 ? n : 4;
+    float w[4];
+    size_t row = (size_t)g->side * GRID_KNOT;
+    first = grid_cubic(w, deep);
+    first = grid_inside(w, first, n);
+    for (i = 0; i < n; ++i) {
+        grid_sum(rows[0] + i * GRID_KNOT, grid_knot(g, first, i), GRID_KNOT, w, 1, count);
+        grid_sum(rows[1] + i * GRID_KNOT, grid_knot(g, i, first), row, w, 1, count);
     }
-    for (i = -g->border; i < n + g->border && e->to_along != 1; ++i) {
-        int first = i < 0 ? -1 - i : i < n ? 0 : i - n;
-        for (k = first; k < g->border; ++k)
-            to[i * e->to_along + (k + 1) * e->to_deep] = made[k * s + i + k + 1];
-    }
+    for (k = 0; k < 2; ++k)
+        for (i = 0; i < 2; ++i) {
+            float *last = rows[k] + (n - 1) * GRID_KNOT;
+            int there = i < n ? i : n - 1;
+            grid_mirror(rows[k] - (i + 1) * GRID_KNOT, rows[k] + there * GRID_KNOT,
+                        k ? GRID_U : GRID_V);
+            memcpy(last + (i + 1) * GRID_KNOT, last, GRID_KNOT * sizeof *last);
+        }
 }
 
+/* Writes the knots beyond the edges: what is at 1 / f on a face's plane is at f on its neighbour's. */
 static inline void grid_border(const grid *g) {
-    int i, c;
-    size_t plane = (size_t)g->side * (size_t)g->stride;
-    grid_beyond rows[GRID_BORDER];
-    for (i = 0; i < g->border; ++i) grid_stretch(g, rows + i, i);
-    for (i = 0; i < 24; ++i) {
-        grid_edge e;
-        grid_find_edge(&e, g, i / 4, i % 4);
-        for (c = 0; c < 3; ++c)
-            grid_edge_rows(g, &e, rows, g->image + (size_t)(i / 4 * 3 + c) * plane,
-                           g->image + (size_t)(3 * e.face + c) * plane);
+    int depth, i, k, part, seams[2][GRID_PARTS];
+    float w[4], *rows[2], found[2 * GRID_KNOT];
+    rows[0] = g->line + 2 * GRID_KNOT, rows[1] = rows[0] + (g->half + 4) * GRID_KNOT;
+    grid_seams(seams);
+    for (depth = 0; depth < g->border; ++depth) {
+        int at = g->half + depth;
+        float f = (float)g->half / ((float)at + 0.5f);
+        grid_deep(g, rows, f * (float)g->half - 0.5f);
+        for (i = 0; i <= at; ++i) {
+            int from = grid_cubic(w, ((float)i + 0.5f) * f - 0.5f);
+            for (k = 0; k < 2; ++k)
+                grid_sum(found + k * GRID_KNOT, rows[k] + from * GRID_KNOT, GRID_KNOT, w, 1, 4);
+            for (k = 0; k < 2; ++k)
+                for (part = 0; part < GRID_PARTS; ++part)
+                    memcpy(grid_knot(g, k ? i : at, k ? at : i) + 3 * part,
+                           found + 3 * seams[k][part], 3 * sizeof *found);
+        }
     }
 }
 
 /* ---------------------------------------------------------------------------------- >>levels -- */
 
-/* The faces, `edge` texels a side: as they are, or halved: means of 2 x 2 texels, weighted by the
-   roots of their solid angles as the passes' kernels are; of a variance of 1/4 texel^2. */
-static inline void grid_halve(const grid *g, float *below, int edge) {
-    int plane, x, y;
-    for (plane = 0; plane < 18; ++plane)
-        for (y = 0; y < edge; ++y, below += edge) {
-            const float *t = grid_texel(g, g->image, plane, 0, edge < g->n ? 2 * y : y);
-            const float *s = t + g->stride, *m, *w;
-            int upper = 4 * y < g->n, row = g->pad + (upper ? 2 * y : g->n - 1 - 2 * y);
-            if (edge == g->n) memcpy(below, t, (size_t)edge * sizeof *below);
-            if (edge == g->n) continue;
-            m = g->m + row * g->stride + g->pad, w = m + (upper ? g->stride : -g->stride);
-            for (x = 0; x < edge; ++x) {
-                float sum = m[2 * x] * t[2 * x] + m[2 * x + 1] * t[2 * x + 1] +
-                            w[2 * x] * s[2 * x] + w[2 * x + 1] * s[2 * x + 1];
-                below[x] = sum / (m[2 * x] + m[2 * x + 1] + w[2 * x] + w[2 * x + 1]);
-            }
+/* Solid angle of a knot's texels, up to a constant. */
+static inline float grid_solid_angle(const grid *g, int x, int y) {
+    float u = ((float)x + 0.5f) / (float)g->half, v = ((float)y + 0.5f) / (float)g->half;
+    float rho2 = 1 + u * u + v * v;
+    return 1 / (rho2 * sqrtf(rho2));
+}
+
+/* The mean of four knots, by solid angle as the passes' kernels are; of a variance of 1/4 texel^2. */
+static inline void grid_mean(const grid *g, float *to, int x, int y) {
+    int k;
+    float w[4], sum = 0, pair[2 * GRID_KNOT];
+    for (k = 0; k < 4; ++k) sum += w[k] = grid_solid_angle(g, 2 * x + k % 2, 2 * y + k / 2);
+    for (k = 0; k < 4; ++k) w[k] /= sum;
+    for (k = 0; k < 2; ++k)
+        grid_sum(pair + k * GRID_KNOT, grid_knot(g, 2 * x, 2 * y + k), GRID_KNOT, w + 2 * k, 1, 2);
+    for (k = 0; k < GRID_KNOT; ++k) to[k] = pair[k] + pair[GRID_KNOT + k];
+}
+
+static inline void grid_halve(grid *g) {
+    int x, y;
+    for (y = 0; y < g->half / 2; ++y)
+        for (x = 0; x < g->half / 2; ++x) grid_mean(g, grid_knot(g, x, y), x, y);
+    g->half /= 2;
+}
+
+/* The texel of a map's level, n knots a quarter, that is at a place of a part. */
+static inline float *grid_texel(const envmap *map, int level, int n, int part, int x, int y) {
+    return envmap_texel(map, level, 0, part % 6, part / 6 % 2 ? n + x : n - 1 - x,
+                        part / 12 ? n + y : n - 1 - y);
+}
+
+static inline void grid_load(const grid *g, const envmap *map) {
+    int part, x, y;
+    for (y = 0; y < g->half; ++y)
+        for (part = 0; part < GRID_PARTS; ++part) {
+            const float *texel = grid_texel(map, 0, g->half, part, 0, y);
+            float *knot = grid_knot(g, 0, y) + 3 * part;
+            int next = part / 6 % 2 ? 3 : -3;
+            for (x = 0; x < g->half; ++x, knot += GRID_KNOT, texel += next)
+                memcpy(knot, texel, 3 * sizeof *knot);
         }
+}
+
+/* A level of a cube from the image, or from its half. */
+static inline void grid_store(const grid *g, envmap *map, int level, float scale) {
+    int part, x, y, n = method_edge(map, level) / 2, halved = n < g->half;
+    float *knots = g->line;
+    for (y = 0; y < n; ++y) {
+        for (x = 0; x < n && halved; ++x) grid_mean(g, knots + x * GRID_KNOT, x, y);
+        for (part = 0; part < GRID_PARTS; ++part) {
+            float *texel = grid_texel(map, level, n, part, 0, y);
+            const float *knot = (halved ? knots : grid_knot(g, 0, y)) + 3 * part;
+            int next = part / 6 % 2 ? 3 : -3;
+            for (x = 0; x < n; ++x, knot += GRID_KNOT, texel += next)
+                texel[0] = scale * knot[0], texel[1] = scale * knot[1], texel[2] = scale * knot[2];
+        }
+    }
 }
 
 /* ------------------------------------------------------------------------------------ >>work -- */
@@ -419,92 +371,48 @@ static inline int grid_rounds(int n, double variance) {
     return rounds > 1 ? rounds : 1;
 }
 
-/* Passes along a row, and along a column: a Gaussian this thin hardly sees their order. */
-static inline int grid_halves(double variance) {
-    return variance < GRID_PLAIN * GRID_PLAIN ? 1 : 2;
+/* Shapes g for faces of n texels and a variance, less what `boxes` of the texels have added along
+   rows and columns. A Gaussian as thin as GRID_PLAIN hardly sees the passes' order. */
+static inline void grid_shape(grid *g, int n, double variance, double boxes) {
+    double texels;
+    grid_direction *d = g->direction;
+    g->half = n / 2, g->rounds = grid_rounds(n, variance);
+    g->halves = variance < GRID_PLAIN * GRID_PLAIN ? 1 : 2;
+    texels = variance / g->rounds * 0.25 * n * n;
+    d[GRID_U].variance = (float)(texels / g->halves);
+    d[GRID_U].boxes = (float)(boxes / (g->rounds * g->halves));
+    d[GRID_U].reach = 2 + (int)(GRID_CUT * sqrt(4 * texels / g->halves));
+    d[GRID_V] = d[GRID_U];
+    d[GRID_D].variance = (float)texels, d[GRID_D].boxes = 0;
+    d[GRID_D].reach = 2 + (int)(GRID_CUT * sqrt(3 * texels));
+    g->border = g->halves * d[GRID_U].reach + d[GRID_D].reach;
 }
 
-/* Shapes g for faces of n texels and a variance; returns the floats that it then needs. */
-static inline size_t grid_shape(grid *g, int n, double variance) {
-    double texels = sqrt(variance / grid_rounds(n, variance)) * 0.5 * n;
-    int halves = grid_halves(variance);
-    g->n = n;
-    g->direction[0].reach = 2 + (int)(GRID_CUT * sqrt(4.0 / halves) * texels);
-    g->direction[1].reach = g->direction[0].reach;
-    g->direction[2].reach = 2 + (int)(GRID_CUT * sqrt(3.0) * texels);
-    g->border = halves * g->direction[0].reach + g->direction[2].reach;
-    g->pad = g->border + GRID_BLOCK - (n / 2 + g->border - 1) % GRID_BLOCK - 1;
-    g->side = n + 2 * g->pad;
-    g->stride = g->side + GRID_BLOCK;
-    g->rows = g->pad + n / 2 + g->direction[2].reach + 1;
-    return (size_t)g->stride * (36 * (size_t)g->side + 10 * (size_t)g->rows + 2 * GRID_TAPS + 16 +
-                                7 * (size_t)g->border);
+/* The floats that images up to `side` knots need. */
+static inline size_t grid_floats(int side) {
+    size_t s = (size_t)side;
+    return GRID_KNOT * (s * s + 2 * s + 2 * GRID_TAPS + 8) + s * (2 * GRID_TAPS + 3) +
+           4 * (s + 2 * GRID_TAPS);
 }
 
-static inline void grid_lay_out(grid *g, float *p) {
-    size_t stride = (size_t)g->stride, image = 18 * stride * (size_t)g->side;
-    size_t table = stride * (size_t)g->rows;
-    int k;
-    g->image = p, p += image + stride, g->other = p, p += image + stride;
-    g->m = p + stride, p += table + stride;
-    for (k = 0; k < 3; ++k) {
-        grid_direction *d = g->direction + k;
-        d->a = p, p += table, d->s = p, p += table, d->g = p, p += table;
-        d->step = (k > 0 ? g->stride : 0) + (k != 1);
-    }
-    g->weights = p, p += stride * (2 * GRID_TAPS + 1), g->strip = p,
-    p += stride * (size_t)(7 * g->border + 9);
-    g->reach = (int *)p;
+static inline void grid_lay_out(grid *g, int side, float *p) {
+    size_t s = (size_t)side, table = s + 2 * GRID_TAPS;
+    g->side = side, g->image = p, p += s * s * GRID_KNOT;
+    g->line = p, p += (2 * s + 2 * GRID_TAPS + 8) * GRID_KNOT;
+    g->weights = p, p += s * (2 * GRID_TAPS + 2);
+    g->reach = (int *)p, p += s + GRID_TAPS;
+    g->a = p, g->s = p + table, g->r = p + 2 * table, g->g = p + 3 * table;
 }
 
-/* The heat kernel of a variance: the image through all rounds. */
-static inline void grid_run(grid *g, double variance, double boxes) {
-    static const int order[] = {0, 1, 2, 1, 0};
-    int i, k, rounds = grid_rounds(g->n, variance), halves = grid_halves(variance);
-    grid_variances(g, variance / rounds, boxes / rounds, halves);
-    for (k = 0; k < 3; ++k) grid_places(g, g->direction + k);
-    for (i = 0; i < rounds; ++i) {
+/* The heat kernel: the image through all rounds. */
+static inline void grid_run(grid *g) {
+    static const int order[] = {GRID_U, GRID_V, GRID_D, GRID_V, GRID_U};
+    int i, k;
+    for (i = 0; i < g->rounds; ++i) {
         int px = g->border, py = g->border;
         grid_border(g);
-        for (k = 0; k < 2 * halves + 1; ++k) grid_pass(g, order[k], &px, &py);
+        for (k = 0; k < 2 * g->halves + 1; ++k) grid_pass(g, order[k], &px, &py);
     }
-}
-
-/* Faces that grid_halve made. */
-static inline void grid_take(const grid *g, const float *level) {
-    int plane, y;
-    for (plane = 0; plane < 18; ++plane)
-        for (y = 0; y < g->n; ++y, level += g->n)
-            memcpy(grid_texel(g, g->image, plane, 0, y), level, (size_t)g->n * sizeof *level);
-}
-
-static inline void grid_load(const grid *g, const envmap *map) {
-    int face, x, y, c;
-    for (face = 0; face < 6; ++face)
-        for (y = 0; y < g->n; ++y) {
-            const float *texel = envmap_texel(map, 0, 0, face, 0, y);
-            for (c = 0; c < 3; ++c) {
-                float *mine = grid_texel(g, g->image, 3 * face + c, 0, y);
-                for (x = 0; x < g->n; ++x) mine[x] = texel[3 * x + c];
-            }
-        }
-}
-
-/* A level of a cube from the image, or from what grid_halve made. */
-static inline void grid_store(const grid *g, envmap *map, int level, const float *halved,
-                              float scale) {
-    int face, x, y, c, n = halved ? g->n / 2 : g->n;
-    for (face = 0; face < 6; ++face)
-        for (y = 0; y < n; ++y) {
-            float *texel = envmap_texel(map, level, 0, face, 0, y);
-            const float *from[3];
-            for (c = 0; c < 3; ++c)
-                from[c] = halved ? halved + ((3 * face + c) * n + y) * n
-                                 : grid_texel(g, g->image, 3 * face + c, 0, y);
-            for (x = 0; x < n; ++x, texel += 3)
-                texel[0] = scale * from[0][x], texel[1] = scale * from[1][x],
-                texel[2] = scale * from[2][x];
-        }
 }
 
 #endif /* METHOD_SEPARABLE_GRID_H */
