@@ -34,7 +34,7 @@
 #define SEPARABLE_SIGMA  0.36
 #define SEPARABLE_MISFIT 0.20
 #define SEPARABLE_ROUND  0.1 /* what is wider is done in rounds: the passes do not commute */
-#define SEPARABLE_FINE   64  /* a chain's levels smaller than this are filtered at twice the edge */
+#define SEPARABLE_FINE   64  /* a chain's levels smaller than this are filtered in one that is not */
 #define SEPARABLE_CUT    3.8 /* sigmas at which a kernel ends: it loses 0.2 % of its variance */
 
 /* Where a cell of the border is found: sixteen texels and what they weigh. */
@@ -421,37 +421,39 @@ static inline envmap_result separable_chain_plain(envmap *work, const envmap *ma
     return result;
 }
 
-/* The edge that a level of a chain is filtered at: small ones twice as large as they are. */
+/* The edge that a level of a chain is filtered at: small ones in a finer one. */
 static inline int separable_work(const envmap *map, int level) {
-    int edge = method_edge(map, level);
-    return level && edge < SEPARABLE_FINE ? 2 * edge : edge;
+    while (level && method_edge(map, level) < SEPARABLE_FINE) --level;
+    return method_edge(map, level);
 }
 
-/* Mended: along the grid. dst is written once nothing can fail any more. */
+/* Mended: along the grid. dst is written once nothing can fail any more. `boxes`: what halving, and
+   the mean that a level is stored by, add. */
 static inline envmap_result separable_chain_grid(envmap *dst, const envmap *map,
                                                  const envmap_lobe *lobes, const double *sigma,
                                                  int count) {
     grid g;
-    double done = 0, carried = 0;
+    double done = 0, boxes = 0;
     int i, side = 0;
+    size_t weights = 0;
     float *memory;
     for (i = 0; i < count; ++i) {
         grid_shape(&g, separable_work(map, i), sigma[i] * sigma[i] - done, 0);
-        if (g.half + g.border > side) side = g.half + g.border;
-        done = sigma[i] * sigma[i];
+        side = g.wide > side ? g.wide : side, done = sigma[i] * sigma[i];
+        weights = grid_weights(&g) > weights ? grid_weights(&g) : weights;
     }
-    memory = (float *)method_alloc(grid_floats(side), sizeof *memory);
+    memory = (float *)method_alloc(grid_floats(side) + weights, sizeof *memory);
     if (!memory) return ENVMAP_ERROR_MEMORY;
     grid_lay_out(&g, side, memory);
     g.half = map->size / 2;
     grid_load(&g, map);
     for (i = 0, done = 0; i < count; ++i) {
-        int edge = separable_work(map, i), halves = edge > method_edge(map, i);
-        double variance = sigma[i] * sigma[i];
-        if (edge < 2 * g.half) grid_halve(&g), carried = (carried + 0.25) / 4;
-        grid_shape(&g, edge, variance - done, carried + 0.25 * halves);
+        int edge = separable_work(map, i), f = edge / method_edge(map, i);
+        double mean = f > 1 ? 0.25 : 0;
+        if (edge < 2 * g.half) grid_halve(&g), boxes = (boxes + 0.25) / 4;
+        grid_shape(&g, edge, sigma[i] * sigma[i] - done, boxes + mean);
         grid_run(&g);
-        carried = -0.25 * halves, done = variance;
+        boxes = -mean, done = sigma[i] * sigma[i];
         grid_store(&g, dst, i, (float)method_scale(lobes + i));
     }
     METHOD_FREE(memory);

@@ -8,7 +8,7 @@
    dimension, each (1/m) d(m a d f), m = rho^-3 the solid angle: along s, ds = du / sqrt(a), its
    kernel is exp(-(s'-s)^2 / 2 sigma^2) sqrt(m') a'^(-1/4) du', symmetric but for m, so that each
    pass keeps the energy. Where it is thinner than a texel five taps with a Gaussian's second and
-   fourth moment stand in. Order U/2 V/2 D V/2 U/2; what the boxes of a level have spread is taken
+   fourth moment stand in. Rounds of U V D and of D V U take turns; what the boxes of a level have spread is taken
    off a: a constant of the grid.
 
    Weights are the same for the six faces and, mirrored, for the four quarters of one: what they
@@ -27,9 +27,8 @@
 
 #include "methods.h"
 
-#define GRID_ROUND 0.07  /* a wider sigma is done in rounds: beyond its edges a plane goes far */
-#define GRID_PLAIN 0.015 /* a thinner one in the plain order, U V D                            */
-#define GRID_CUT   3.2   /* sigmas at which a kernel ends                                      */
+#define GRID_ROUND 0.05  /* a wider sigma is done in rounds: beyond its edges a plane goes far */
+#define GRID_CUT   3.8   /* sigmas at which a kernel ends                                      */
 #define GRID_TAPS  64    /* the most that a kernel reaches                                     */
 #define GRID_THIN  0.5f  /* texels^2: below, a kernel is five taps with its moments            */
 
@@ -48,20 +47,28 @@ typedef float grid_lanes;
 #endif
 #define GRID_LANES ((int)(sizeof(grid_lanes) / sizeof(float)))
 
-/* A pass: variance in texels^2 at a face's centre, what is taken off it, texels it reaches. */
-typedef struct grid_direction {
-    float variance, boxes;
-    int reach;
-} grid_direction;
+/* Lines down and across the image do not lie together: what comes is asked for before. */
+#ifdef __GNUC__
+#define GRID_FETCH(p) __builtin_prefetch(p)
+#else
+#define GRID_FETCH(p) (void)(p)
+#endif
+
+/* The kernels of rows and columns, and of diagonals. */
+typedef struct grid_kernels {
+    float variance, boxes; /* texels^2 at a face's centre; what is taken off it               */
+    float *weights;        /* [line][tap, -reach .. reach][knot]                              */
+    int *reaches, reach;   /* [line][knot]: how far each goes; the farthest                   */
+} grid_kernels;
 
 typedef struct grid {
-    float *image;        /* [side][side] knots; (0, 0) is beside the middle of a face          */
-    float *line;         /* knots of a line as they were, from -GRID_TAPS on                   */
-    float *weights;      /* [2 GRID_TAPS + 1][side] of a line                                  */
-    float *a, *s, *r, *g;/* of a line: variance, place in sigmas, sqrt(m), sqrt(m) a^(-1/4)    */
-    int *reach;          /* of each knot of a line                                             */
-    int side, half, border, rounds, halves; /* knots: of a row, of a face, beyond it           */
-    grid_direction direction[3];
+    float *image;             /* [side][side] knots; (0, 0) is beside the middle of a face    */
+    float *line;              /* knots of a line as they were, from -GRID_TAPS on             */
+    float *a, *s, *r, *g, *h; /* of a line: see grid_places                                   */
+    float *sum, *spare;
+    int side, half, wide;     /* knots: of a row, of a face, and with what lies beyond it     */
+    int rounds;
+    grid_kernels kernels[2];
 } grid;
 
 static inline float *grid_knot(const grid *g, int x, int y) {
@@ -76,7 +83,7 @@ static inline int grid_cubic(float w[4], float at) {
     return i - 1;
 }
 
-/* to = what count knots from `from` on, `step` floats apart, weigh; w's are `next` floats apart. */
+/* to = what count knots from `from` on, `step` floats apart, weigh; weights are `next` apart. */
 static inline void grid_sum(float *to, const float *from, size_t step, const float *w, size_t next,
                             int count) {
     grid_lanes sum[GRID_KNOT / GRID_LANES], t;
@@ -88,12 +95,13 @@ static inline void grid_sum(float *to, const float *from, size_t step, const flo
     for (c = 0; c < GRID_KNOT / GRID_LANES; ++c) memcpy(to + c * GRID_LANES, sum + c, sizeof t);
 }
 
-/* The knot seen in a mirror: along rows, or along columns. */
-static inline void grid_mirror(float *to, const float *from, int along) {
-    int i, block = along == GRID_U ? GRID_KNOT / 4 : GRID_KNOT / 2;
-    for (i = 0; i < GRID_KNOT; i += 2 * block) {
-        memcpy(to + i, from + i + block, (size_t)block * sizeof *to);
-        memcpy(to + i + block, from + i, (size_t)block * sizeof *to);
+/* The knot on the other side of the axis that a line crosses. */
+static inline void grid_mirror(float *to, const float *from, int which) {
+    int i, part = which == GRID_U ? GRID_KNOT / 4 : which == GRID_V ? GRID_KNOT / 2 : 0;
+    if (!part) memcpy(to, from, GRID_KNOT * sizeof *to);
+    for (i = 0; part && i < GRID_KNOT; i += 2 * part) {
+        memcpy(to + i, from + i + part, (size_t)part * sizeof *to);
+        memcpy(to + i + part, from + i, (size_t)part * sizeof *to);
     }
 }
 
@@ -108,120 +116,123 @@ static inline float grid_bell(float d) {
     return e * e;
 }
 
-/* The five taps' outer ones; v their variance. */
-static inline float grid_five(int k, float v) {
-    float two = (3 * v * v - v) / 24;
-    return k == 2 || k == -2 ? two : 0.5f * v - 4 * two;
-}
-
-/* a, s, r, g of line i and of what it reaches. Diagonals begin where they cross an axis: their
-   variance is 0 there, nothing gets across. */
-static inline void grid_places(const grid *g, int which, int i, int count) {
-    const grid_direction *d = g->direction + which;
-    float texel = 1 / (float)g->half, least = 1e-4f, v0 = ((float)i + 0.5f) * texel;
-    int j;
-    for (j = -d->reach; j < count + d->reach; ++j) {
-        float v = ((float)j + 0.5f) * texel, u = which == GRID_D ? v + (float)i * texel : v0;
-        float uv = fabsf(u * v), rho2 = 1 + u * u + v * v;
-        float a = d->variance * rho2 * (which == GRID_D ? uv : 1 + v * v - uv) - d->boxes;
-        a = a > least ? a : least;
-        g->a[j] = a, g->s[j] = 1 / sqrtf(a);
-        g->r[j] = which == GRID_D && j < 0 ? 0 : sqrtf(1 / (rho2 * sqrtf(rho2)));
-        g->g[j] = g->r[j] * sqrtf(g->s[j]);
-    }
-    for (j = -d->reach; j < count + d->reach; ++j) {
-        float q = g->s[j];
-        g->s[j] = j > -d->reach ? g->s[j - 1] + 0.5f * (least + q) : 0, least = q;
-    }
-    for (j = 0; j < count; ++j) {
-        int reach = (int)((float)GRID_CUT * sqrtf(g->a[j])) + 1;
-        g->reach[j] = g->a[j] < GRID_THIN ? 2 : reach < d->reach ? reach : d->reach;
+/* Of a line, and of what it reaches: a, the variance; s, the place in sigmas; r = sqrt(m);
+   g = r a^(-1/4); h = r a^(1/4). Lines are even about the axis where they begin; for diagonals it is
+   a mirror, as the variance is 0 there and nothing gets across. */
+static inline void grid_places(const grid *g, const grid_kernels *d, int line) {
+    float texel = 1 / (float)g->half, last = 0;
+    int j, diagonal = d != g->kernels;
+    for (j = -d->reach; j < g->wide + 2 * d->reach; ++j) {
+        float v = fabsf((float)j + 0.5f) * texel, u = ((float)line + 0.5f) * texel, rho2, a, root;
+        if (diagonal) u += v - 0.5f * texel;
+        rho2 = 1 + u * u + v * v;
+        a = d->variance * rho2 * (diagonal ? u * v : 1 + v * v - u * v) - d->boxes;
+        a = a > 1e-4f ? a : 1e-4f, root = sqrtf(a);
+        g->a[j] = a, g->r[j] = sqrtf(1 / (rho2 * sqrtf(rho2)));
+        g->h[j] = g->r[j] * sqrtf(root), g->g[j] = g->h[j] / root;
+        g->s[j] = j > -d->reach ? g->s[j - 1] + 2 / (last + root) : 0; /* a linear in between */
+        last = root;
     }
 }
 
-/* Tap k of a line's weights, and the sum of them so far. */
+/* Adds what knots k further on count, by s and g, to sums; w gets it too. */
 static inline void grid_tap(const grid *g, float *restrict w, float *restrict sum, int k,
                             int count) {
     const float *s = g->s, *to = g->s + k, *there = g->g + k;
-    const int *reach = g->reach;
-    int j, far = k < 0 ? -k : k;
+    int j;
     for (j = 0; j < count; ++j) {
-        float bell = grid_bell(to[j] - s[j]) * there[j];
-        w[j] = far > reach[j] ? 0 : bell;
+        float d = to[j] - s[j];
+        w[j] = d * d > (float)(GRID_CUT * GRID_CUT) ? 0 : grid_bell(d) * there[j];
         sum[j] += w[j];
     }
 }
 
-static inline void grid_thin_tap(const grid *g, float *restrict w, float *restrict sum, int k,
-                                 int count) {
-    const float *a = g->a, *r = g->r;
-    int j;
+/* Tap k of five that have a Gaussian's second and fourth moment, in knots that are thin; rest: what
+   the middle one keeps. */
+static inline void grid_five(const grid *g, float *restrict w, float *restrict rest, int k,
+                             int count) {
+    const float *a = g->a, *b = g->a + k, *r = g->r, *there = g->r + k;
+    int j, outer = k == 2 || k == -2;
     for (j = 0; j < count; ++j) {
-        float five = grid_five(k, 0.5f * (a[j] + a[j + k])) * r[j + k] / r[j];
+        float v = 0.5f * (a[j] + b[j]), two = (3 * v * v - v) / 24;
+        float tap = (outer ? two : 0.5f * v - 4 * two) * there[j] / r[j];
         int thin = a[j] < GRID_THIN;
-        sum[j] = thin ? sum[j] - five : sum[j];
-        w[j] = thin ? five : w[j];
+        w[j] = thin ? tap : w[j], rest[j] -= thin ? tap : 0;
     }
 }
 
-static inline float *grid_weights(const grid *g, int k) {
-    return g->weights + (size_t)(k + GRID_TAPS) * (size_t)g->side;
+static inline float *grid_row(const grid *g, const grid_kernels *d, int line, int k) {
+    return d->weights + (size_t)(line * (2 * d->reach + 1) + d->reach + k) * (size_t)g->wide;
 }
 
-/* The weights of a line: tap k of knot j at [k][j]. */
-static inline void grid_weigh(const grid *g, int which, int i, int count) {
-    int j, k, reach = g->direction[which].reach;
-    float *restrict sum = grid_weights(g, GRID_TAPS + 1), *restrict w;
-    grid_places(g, which, i, count);
-    for (j = 0; j < count; ++j) sum[j] = 0;
-    for (k = -reach; k <= reach; ++k) grid_tap(g, grid_weights(g, k), sum, k, count);
-    for (j = 0; j < count; ++j) sum[j] = 1 / sum[j];
+/* How far a knot's weights reach. */
+static inline int grid_far(const grid *g, const grid_kernels *d, int line, int j) {
+    int far = (int)(1.3f * (float)GRID_CUT * sqrtf(g->a[j])) + 2;
+    if (g->a[j] < GRID_THIN) return 2;
+    far = far < d->reach ? far : d->reach;
+    while (!(grid_row(g, d, line, far)[j] > 0 || grid_row(g, d, line, -far)[j] > 0)) --far;
+    return far;
+}
+
+/* The weights of a line. Sums are shared between the two ends of a tap, so that the kernel stays
+   symmetric; what is left then goes to the knot itself. */
+static inline void grid_weigh(const grid *g, const grid_kernels *d, int line) {
+    int j, k, n = d == g->kernels ? g->wide : g->wide - line, reach = d->reach;
+    float *restrict sum = g->sum, *restrict w;
+    grid_places(g, d, line);
+    for (j = 0; j < n + reach; ++j) sum[j] = 0;
+    for (k = -reach; k <= reach; ++k) grid_tap(g, g->spare, sum, k, n + reach);
+    for (j = 0; j < n + reach; ++j)
+        g->g[j] /= sqrtf(g->a[j] < GRID_THIN ? 2.5066283f : sum[j] / g->h[j]);
+    for (j = 0; j < reach; ++j) g->g[-1 - j] = g->g[j];
+    for (j = 0; j < n; ++j) sum[j] = 0, g->spare[j] = 1;
+    for (k = -reach; k <= reach; ++k) grid_tap(g, grid_row(g, d, line, k), sum, k, n);
+    for (j = 0; j < n; ++j) d->reaches[line * g->wide + j] = grid_far(g, d, line, j);
+    for (j = 0; j < n; ++j) sum[j] = 1 / sum[j];
     for (k = -reach; k <= reach; ++k)
-        for (w = grid_weights(g, k), j = 0; j < count; ++j) w[j] *= sum[j];
-    for (j = 0; j < count; ++j) sum[j] = 1;
+        for (w = grid_row(g, d, line, k), j = 0; j < n; ++j) w[j] *= sum[j];
     for (k = -2; k <= 2; ++k)
-        if (k) grid_thin_tap(g, grid_weights(g, k), sum, k, count);
-    for (w = grid_weights(g, 0), j = 0; j < count; ++j) w[j] = g->a[j] < GRID_THIN ? sum[j] : w[j];
+        if (k) grid_five(g, grid_row(g, d, line, k), g->spare, k, n);
+    for (w = grid_row(g, d, line, 0), j = 0; j < n; ++j)
+        w[j] = g->a[j] < GRID_THIN ? g->spare[j] : w[j];
 }
 
 /* ---------------------------------------------------------------------------------- >>passes -- */
 
-/* The line of `count` knots from `at` on, `step` floats apart, by the weights that are made. */
-static inline void grid_line(const grid *g, int which, float *at, size_t step, int count) {
-    int j, reach = g->direction[which].reach;
+/* Filters the line of `count` knots from `at` on, `step` floats apart. */
+static inline void grid_line(const grid *g, int which, int line, float *at, size_t step,
+                             int count) {
+    const grid_kernels *d = g->kernels + (which == GRID_D);
+    const int *far = d->reaches + line * g->wide;
+    int j, c, reach = d->reach;
     float *old = g->line + (size_t)GRID_TAPS * GRID_KNOT;
     for (j = 0; j < reach; ++j) {
         memcpy(old + j * GRID_KNOT, at + (size_t)j * step, GRID_KNOT * sizeof *at);
-        if (which == GRID_D)
-            memset(old - (j + 1) * GRID_KNOT, 0, GRID_KNOT * sizeof *at);
-        else
-            grid_mirror(old - (j + 1) * GRID_KNOT, old + j * GRID_KNOT, which);
+        grid_mirror(old - (j + 1) * GRID_KNOT, old + j * GRID_KNOT, which);
     }
     for (j = 0; j < count; ++j, at += step) {
-        int r = g->reach[j];
+        const float *next = at + (size_t)(reach + 8) * step;
+        for (c = 0; c < GRID_KNOT; c += 16) GRID_FETCH(next + c);
         memcpy(old + (j + reach) * GRID_KNOT, at + (size_t)reach * step, GRID_KNOT * sizeof *at);
-        grid_sum(at, old + (j - r) * GRID_KNOT, GRID_KNOT,
-                 grid_weights(g, -r) + j, (size_t)g->side, 2 * r + 1);
+        grid_sum(at, old + (j - far[j]) * GRID_KNOT, GRID_KNOT,
+                 grid_row(g, d, line, -far[j]) + j, (size_t)g->wide, 2 * far[j] + 1);
     }
 }
 
 /* One pass over what is valid: px knots beyond the edges along x, py along y; the pass makes them
    fewer. */
-static inline void grid_pass(grid *g, int which, int *px, int *py) {
-    int i, lines, count;
-    size_t row = (size_t)g->side * GRID_KNOT;
-    if (which != GRID_V) *px -= g->direction[which].reach;
-    if (which != GRID_U) *py -= g->direction[which].reach;
+static inline void grid_pass(const grid *g, int which, int *px, int *py) {
+    int i, lines, count, reach = g->kernels[which == GRID_D].reach;
+    size_t row = (size_t)g->side * GRID_KNOT, step = which == GRID_U ? GRID_KNOT : row;
+    if (which == GRID_D) step += GRID_KNOT;
+    *px -= which == GRID_V ? 0 : reach, *py -= which == GRID_U ? 0 : reach;
     lines = g->half + (which == GRID_U ? *py : *px);
     count = g->half + (which == GRID_U ? *px : *py);
     for (i = 0; i < lines; ++i) {
-        if (which == GRID_D) count = lines - i; /* px = py */
-        grid_weigh(g, which, i, count);
-        if (which == GRID_U) grid_line(g, which, grid_knot(g, 0, i), GRID_KNOT, count);
-        if (which == GRID_V) grid_line(g, which, grid_knot(g, i, 0), row, count);
-        if (which == GRID_D) grid_line(g, which, grid_knot(g, i, 0), row + GRID_KNOT, count);
-        if (which == GRID_D && i)
-            grid_line(g, which, grid_knot(g, 0, i), row + GRID_KNOT, count);
+        int length = which == GRID_D ? count - i : count; /* then px = py */
+        if (which != GRID_U) grid_line(g, which, i, grid_knot(g, i, 0), step, length);
+        if (which == GRID_U || (which == GRID_D && i))
+            grid_line(g, which, i, grid_knot(g, 0, i), step, length);
     }
 }
 
@@ -284,7 +295,7 @@ static inline void grid_border(const grid *g) {
     float w[4], *rows[2], found[2 * GRID_KNOT];
     rows[0] = g->line + 2 * GRID_KNOT, rows[1] = rows[0] + (g->half + 4) * GRID_KNOT;
     grid_seams(seams);
-    for (depth = 0; depth < g->border; ++depth) {
+    for (depth = 0; depth < g->wide - g->half; ++depth) {
         int at = g->half + depth;
         float f = (float)g->half / ((float)at + 0.5f);
         grid_deep(g, rows, f * (float)g->half - 0.5f);
@@ -302,28 +313,34 @@ static inline void grid_border(const grid *g) {
 
 /* ---------------------------------------------------------------------------------- >>levels -- */
 
-/* Solid angle of a knot's texels, up to a constant. */
-static inline float grid_solid_angle(const grid *g, int x, int y) {
+/* The root of the solid angle of a knot's texels, up to a constant. */
+static inline float grid_root(const grid *g, int x, int y) {
     float u = ((float)x + 0.5f) / (float)g->half, v = ((float)y + 0.5f) / (float)g->half;
     float rho2 = 1 + u * u + v * v;
-    return 1 / (rho2 * sqrtf(rho2));
+    return sqrtf(1 / (rho2 * sqrtf(rho2)));
 }
 
-/* The mean of four knots, by solid angle as the passes' kernels are; of a variance of 1/4 texel^2. */
-static inline void grid_mean(const grid *g, float *to, int x, int y) {
-    int k;
-    float w[4], sum = 0, pair[2 * GRID_KNOT];
-    for (k = 0; k < 4; ++k) sum += w[k] = grid_solid_angle(g, 2 * x + k % 2, 2 * y + k / 2);
-    for (k = 0; k < 4; ++k) w[k] /= sum;
-    for (k = 0; k < 2; ++k)
-        grid_sum(pair + k * GRID_KNOT, grid_knot(g, 2 * x, 2 * y + k), GRID_KNOT, w + 2 * k, 1, 2);
-    for (k = 0; k < GRID_KNOT; ++k) to[k] = pair[k] + pair[GRID_KNOT + k];
+/* The mean of four knots about the middle of f x f, by roots of solid angles as the passes' kernels
+   are; its variance is 1/4 knot^2. */
+static inline void grid_mean(const grid *g, float *to, int x, int y, int f) {
+    int i, at = f / 2 - 1;
+    float w[4], sum = 0, row[2 * GRID_KNOT];
+    x = f * x + at, y = f * y + at;
+    for (i = 0; i < 4; ++i) sum += w[i] = grid_root(g, x + i % 2, y + i / 2);
+    for (i = 0; i < 4; ++i) w[i] /= sum;
+    for (i = 0; i < 2; ++i)
+        grid_sum(row + i * GRID_KNOT, grid_knot(g, x, y + i), GRID_KNOT, w + 2 * i, 1, 2);
+    for (i = 0; i < GRID_KNOT; ++i) to[i] = row[i] + row[GRID_KNOT + i];
 }
 
 static inline void grid_halve(grid *g) {
     int x, y;
+    float *mean = g->line;
     for (y = 0; y < g->half / 2; ++y)
-        for (x = 0; x < g->half / 2; ++x) grid_mean(g, grid_knot(g, x, y), x, y);
+        for (x = 0; x < g->half / 2; ++x) {
+            grid_mean(g, mean, x, y, 2);
+            memcpy(grid_knot(g, x, y), mean, GRID_KNOT * sizeof *mean);
+        }
     g->half /= 2;
 }
 
@@ -345,15 +362,15 @@ static inline void grid_load(const grid *g, const envmap *map) {
         }
 }
 
-/* A level of a cube from the image, or from its half. */
+/* A level of a cube from the image. */
 static inline void grid_store(const grid *g, envmap *map, int level, float scale) {
-    int part, x, y, n = method_edge(map, level) / 2, halved = n < g->half;
+    int part, x, y, n = method_edge(map, level) / 2, f = g->half / n;
     float *knots = g->line;
     for (y = 0; y < n; ++y) {
-        for (x = 0; x < n && halved; ++x) grid_mean(g, knots + x * GRID_KNOT, x, y);
+        for (x = 0; x < n && f > 1; ++x) grid_mean(g, knots + x * GRID_KNOT, x, y, f);
         for (part = 0; part < GRID_PARTS; ++part) {
             float *texel = grid_texel(map, level, n, part, 0, y);
-            const float *knot = (halved ? knots : grid_knot(g, 0, y)) + 3 * part;
+            const float *knot = (f > 1 ? knots : grid_knot(g, 0, y)) + 3 * part;
             int next = part / 6 % 2 ? 3 : -3;
             for (x = 0; x < n; ++x, knot += GRID_KNOT, texel += next)
                 texel[0] = scale * knot[0], texel[1] = scale * knot[1], texel[2] = scale * knot[2];
@@ -367,51 +384,60 @@ static inline void grid_store(const grid *g, envmap *map, int level, float scale
 static inline int grid_rounds(int n, double variance) {
     double texels = 0.5 * n * GRID_ROUND, most = GRID_TAPS / (GRID_CUT * 2.1);
     double at_once = GRID_ROUND * (texels > most ? most / texels : 1);
-    int rounds = (int)ceil(variance / (at_once * at_once));
-    return rounds > 1 ? rounds : 1;
+    int pairs = (int)ceil(variance / (2 * at_once * at_once));
+    return pairs > 1 ? 2 * pairs : 2;
 }
 
-/* Shapes g for faces of n texels and a variance, less what `boxes` of the texels have added along
-   rows and columns. A Gaussian as thin as GRID_PLAIN hardly sees the passes' order. */
+/* Shapes g for faces of n texels and a variance, less what `boxes` have added, in texels^2 along
+   rows and columns. */
 static inline void grid_shape(grid *g, int n, double variance, double boxes) {
+    grid_kernels *d = g->kernels;
     double texels;
-    grid_direction *d = g->direction;
     g->half = n / 2, g->rounds = grid_rounds(n, variance);
-    g->halves = variance < GRID_PLAIN * GRID_PLAIN ? 1 : 2;
     texels = variance / g->rounds * 0.25 * n * n;
-    d[GRID_U].variance = (float)(texels / g->halves);
-    d[GRID_U].boxes = (float)(boxes / (g->rounds * g->halves));
-    d[GRID_U].reach = 2 + (int)(GRID_CUT * sqrt(4 * texels / g->halves));
-    d[GRID_V] = d[GRID_U];
-    d[GRID_D].variance = (float)texels, d[GRID_D].boxes = 0;
-    d[GRID_D].reach = 2 + (int)(GRID_CUT * sqrt(3 * texels));
-    g->border = g->halves * d[GRID_U].reach + d[GRID_D].reach;
+    d[0].variance = d[1].variance = (float)texels;
+    d[0].boxes = (float)(boxes / g->rounds), d[1].boxes = 0;
+    d[0].reach = 2 + (int)(GRID_CUT * sqrt(4 * texels));
+    d[1].reach = 2 + (int)(GRID_CUT * sqrt(3 * texels));
+    g->wide = g->half + d[0].reach + d[1].reach;
 }
 
-/* The floats that images up to `side` knots need. */
+/* The floats of the weights that a shape needs, and of all else for images of `side` knots. */
+static inline size_t grid_weights(const grid *g) {
+    int k = 2 * (g->kernels[0].reach + g->kernels[1].reach) + 4;
+    return (size_t)g->wide * (size_t)g->wide * (size_t)k;
+}
+
 static inline size_t grid_floats(int side) {
     size_t s = (size_t)side;
-    return GRID_KNOT * (s * s + 2 * s + 2 * GRID_TAPS + 8) + s * (2 * GRID_TAPS + 3) +
-           4 * (s + 2 * GRID_TAPS);
+    return GRID_KNOT * (s * s + 2 * s + 2 * GRID_TAPS + 8) + 7 * (s + 3 * GRID_TAPS);
 }
 
+/* p: grid_floats(side) and room for the weights of any shape that g will have. */
 static inline void grid_lay_out(grid *g, int side, float *p) {
-    size_t s = (size_t)side, table = s + 2 * GRID_TAPS;
+    size_t s = (size_t)side, table = s + 3 * GRID_TAPS;
     g->side = side, g->image = p, p += s * s * GRID_KNOT;
     g->line = p, p += (2 * s + 2 * GRID_TAPS + 8) * GRID_KNOT;
-    g->weights = p, p += s * (2 * GRID_TAPS + 2);
-    g->reach = (int *)p, p += s + GRID_TAPS;
-    g->a = p, g->s = p + table, g->r = p + 2 * table, g->g = p + 3 * table;
+    g->a = p + GRID_TAPS, g->s = g->a + table, g->r = g->s + table, g->g = g->r + table;
+    g->h = g->g + table, g->sum = g->h + table, g->spare = g->sum + table;
+    g->kernels[0].weights = p + 7 * table;
 }
 
 /* The heat kernel: the image through all rounds. */
 static inline void grid_run(grid *g) {
-    static const int order[] = {GRID_U, GRID_V, GRID_D, GRID_V, GRID_U};
+    static const int order[2][3] = {{GRID_U, GRID_V, GRID_D}, {GRID_D, GRID_V, GRID_U}};
     int i, k;
+    size_t lines = (size_t)g->wide * (size_t)g->wide;
+    for (k = 0; k < 2; ++k) {
+        grid_kernels *d = g->kernels + k;
+        if (k) d->weights = (float *)(g->kernels[0].reaches + lines);
+        d->reaches = (int *)(d->weights + lines * (size_t)(2 * d->reach + 1));
+        for (i = 0; i < g->wide; ++i) grid_weigh(g, d, i);
+    }
     for (i = 0; i < g->rounds; ++i) {
-        int px = g->border, py = g->border;
+        int px = g->wide - g->half, py = px;
         grid_border(g);
-        for (k = 0; k < 2 * g->halves + 1; ++k) grid_pass(g, order[k], &px, &py);
+        for (k = 0; k < 3; ++k) grid_pass(g, order[i % 2][k], &px, &py);
     }
 }
 
