@@ -321,13 +321,13 @@ static inline float grid_root(const grid *g, int x, int y) {
 }
 
 /* The mean of four knots about the middle of f x f, by roots of solid angles as the passes' kernels
-   are; its variance is 1/4 knot^2. */
-static inline void grid_mean(const grid *g, float *to, int x, int y, int f) {
+   are, times scale; its variance is 1/4 knot^2. */
+static inline void grid_mean(const grid *g, float *to, int x, int y, int f, float scale) {
     int i, at = f / 2 - 1;
     float w[4], sum = 0, row[2 * GRID_KNOT];
     x = f * x + at, y = f * y + at;
     for (i = 0; i < 4; ++i) sum += w[i] = grid_root(g, x + i % 2, y + i / 2);
-    for (i = 0; i < 4; ++i) w[i] /= sum;
+    for (i = 0; i < 4; ++i) w[i] *= scale / sum;
     for (i = 0; i < 2; ++i)
         grid_sum(row + i * GRID_KNOT, grid_knot(g, x, y + i), GRID_KNOT, w + 2 * i, 1, 2);
     for (i = 0; i < GRID_KNOT; ++i) to[i] = row[i] + row[GRID_KNOT + i];
@@ -338,42 +338,47 @@ static inline void grid_halve(grid *g) {
     float *mean = g->line;
     for (y = 0; y < g->half / 2; ++y)
         for (x = 0; x < g->half / 2; ++x) {
-            grid_mean(g, mean, x, y, 2);
+            grid_mean(g, mean, x, y, 2, 1);
             memcpy(grid_knot(g, x, y), mean, GRID_KNOT * sizeof *mean);
         }
     g->half /= 2;
 }
 
-/* The texel of a map's level, n knots a quarter, that is at a place of a part. */
-static inline float *grid_texel(const envmap *map, int level, int n, int part, int x, int y) {
-    return envmap_texel(map, level, 0, part % 6, part / 6 % 2 ? n + x : n - 1 - x,
-                        part / 12 ? n + y : n - 1 - y);
+/* Where row y of each part begins on a map's level, n knots a quarter; texels of the left half go
+   to the left. */
+static inline void grid_rows(float *texels[GRID_PARTS], const envmap *map, int level, int n, int y) {
+    int part;
+    for (part = 0; part < GRID_PARTS; ++part)
+        texels[part] = envmap_texel(map, level, 0, part % 6, part / 6 % 2 ? n : n - 1,
+                                    part / 12 ? n + y : n - 1 - y);
 }
 
 static inline void grid_load(const grid *g, const envmap *map) {
     int part, x, y;
-    for (y = 0; y < g->half; ++y)
-        for (part = 0; part < GRID_PARTS; ++part) {
-            const float *texel = grid_texel(map, 0, g->half, part, 0, y);
-            float *knot = grid_knot(g, 0, y) + 3 * part;
-            int next = part / 6 % 2 ? 3 : -3;
-            for (x = 0; x < g->half; ++x, knot += GRID_KNOT, texel += next)
-                memcpy(knot, texel, 3 * sizeof *knot);
-        }
+    float *texels[GRID_PARTS];
+    for (y = 0; y < g->half; ++y) {
+        float *to = grid_knot(g, 0, y);
+        grid_rows(texels, map, 0, g->half, y);
+        for (x = 0; x < 3 * g->half; x += 3)
+            for (part = 0; part < GRID_PARTS; ++part, to += 3)
+                memcpy(to, texels[part] + (part / 6 % 2 ? x : -x), 3 * sizeof *to);
+    }
 }
 
 /* A level of a cube from the image. */
 static inline void grid_store(const grid *g, envmap *map, int level, float scale) {
     int part, x, y, n = method_edge(map, level) / 2, f = g->half / n;
-    float *knots = g->line;
+    float *texels[GRID_PARTS], knot[GRID_KNOT];
     for (y = 0; y < n; ++y) {
-        for (x = 0; x < n && f > 1; ++x) grid_mean(g, knots + x * GRID_KNOT, x, y, f);
-        for (part = 0; part < GRID_PARTS; ++part) {
-            float *texel = grid_texel(map, level, n, part, 0, y);
-            const float *knot = (f > 1 ? knots : grid_knot(g, 0, y)) + 3 * part;
-            int next = part / 6 % 2 ? 3 : -3;
-            for (x = 0; x < n; ++x, knot += GRID_KNOT, texel += next)
-                texel[0] = scale * knot[0], texel[1] = scale * knot[1], texel[2] = scale * knot[2];
+        grid_rows(texels, map, level, n, y);
+        for (x = 0; x < n; ++x) {
+            if (f > 1)
+                grid_mean(g, knot, x, y, f, scale);
+            else
+                grid_sum(knot, grid_knot(g, x, y), 0, &scale, 0, 1);
+            for (part = 0; part < GRID_PARTS; ++part)
+                memcpy(texels[part] + (part / 6 % 2 ? 3 * x : -3 * x), knot + 3 * part,
+                       3 * sizeof *knot);
         }
     }
 }
@@ -410,12 +415,13 @@ static inline size_t grid_weights(const grid *g) {
 
 static inline size_t grid_floats(int side) {
     size_t s = (size_t)side;
-    return GRID_KNOT * (s * s + 2 * s + 2 * GRID_TAPS + 8) + 7 * (s + 3 * GRID_TAPS);
+    return GRID_KNOT * (s * s + 2 * s + 2 * GRID_TAPS + 8) + 7 * (s + 3 * GRID_TAPS) + 16;
 }
 
 /* p: grid_floats(side) and room for the weights of any shape that g will have. */
 static inline void grid_lay_out(grid *g, int side, float *p) {
     size_t s = (size_t)side, table = s + 3 * GRID_TAPS;
+    p += (64 - (size_t)p % 64) / sizeof *p; /* vectors that do not cross lines of the cache */
     g->side = side, g->image = p, p += s * s * GRID_KNOT;
     g->line = p, p += (2 * s + 2 * GRID_TAPS + 8) * GRID_KNOT;
     g->a = p + GRID_TAPS, g->s = g->a + table, g->r = g->s + table, g->g = g->r + table;
