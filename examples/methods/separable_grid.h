@@ -58,14 +58,14 @@ typedef float grid_lanes;
 typedef struct grid_kernels {
     float variance, boxes; /* texels^2 at a face's centre; what is taken off it               */
     float *weights;        /* [line][tap, -reach .. reach][knot]                              */
-    int *reaches, reach;   /* [line][knot]: how far each goes; the farthest                   */
+    int *reaches, reach;   /* [line][knot]: how far each goes back, and on; the farthest      */
 } grid_kernels;
 
 typedef struct grid {
     float *image;             /* [side][side] knots; (0, 0) is beside the middle of a face    */
     float *line;              /* knots of a line as they were, from -GRID_TAPS on             */
     float *a, *s, *r, *g, *h; /* of a line: see grid_places                                   */
-    float *sum, *spare;
+    float *sum;               /* of the weights of its knots                                  */
     int side, half, wide;     /* knots: of a row, of a face, and with what lies beyond it     */
     int rounds;
     grid_kernels kernels[2];
@@ -116,13 +116,13 @@ static inline float grid_bell(float d) {
     return e * e;
 }
 
-/* Of a line, and of what it reaches: a, the variance; s, the place in sigmas; r = sqrt(m);
-   g = r a^(-1/4); h = r a^(1/4). Lines are even about the axis where they begin; for diagonals it is
-   a mirror, as the variance is 0 there and nothing gets across. */
-static inline void grid_places(const grid *g, const grid_kernels *d, int line) {
+/* Of the `count` knots of a line, and of what it reaches beyond its beginning: a, the variance; s,
+   the place in sigmas; r = sqrt(m); g = r a^(-1/4); h = r a^(1/4). Lines are even about the axis
+   where they begin; for diagonals that is a mirror: their variance is 0 there, nothing gets across. */
+static inline void grid_places(const grid *g, const grid_kernels *d, int line, int count) {
     float texel = 1 / (float)g->half, last = 0;
     int j, diagonal = d != g->kernels;
-    for (j = -d->reach; j < g->wide + 2 * d->reach; ++j) {
+    for (j = -d->reach; j < count; ++j) {
         float v = fabsf((float)j + 0.5f) * texel, u = ((float)line + 0.5f) * texel, rho2, a, root;
         if (diagonal) u += v - 0.5f * texel;
         rho2 = 1 + u * u + v * v;
@@ -135,7 +135,7 @@ static inline void grid_places(const grid *g, const grid_kernels *d, int line) {
     }
 }
 
-/* Adds what knots k further on count, by s and g, to sums; w gets it too. */
+/* Tap k of every knot, and the sum so far. */
 static inline void grid_tap(const grid *g, float *restrict w, float *restrict sum, int k,
                             int count) {
     const float *s = g->s, *to = g->s + k, *there = g->g + k;
@@ -145,6 +145,11 @@ static inline void grid_tap(const grid *g, float *restrict w, float *restrict su
         w[j] = d * d > (float)(GRID_CUT * GRID_CUT) ? 0 : grid_bell(d) * there[j];
         sum[j] += w[j];
     }
+}
+
+static inline void grid_scale(float *restrict w, const float *restrict scale, int count) {
+    int j;
+    for (j = 0; j < count; ++j) w[j] *= scale[j];
 }
 
 /* Tap k of five that have a Gaussian's second and fourth moment, in knots that are thin; rest: what
@@ -162,39 +167,43 @@ static inline void grid_five(const grid *g, float *restrict w, float *restrict r
 }
 
 static inline float *grid_row(const grid *g, const grid_kernels *d, int line, int k) {
-    return d->weights + (size_t)(line * (2 * d->reach + 1) + d->reach + k) * (size_t)g->wide;
+    return d->weights + (size_t)(line * (2 * d->reach + 1) + d->reach + k) *
+                            (size_t)(g->wide + d->reach);
 }
 
-/* How far a knot's weights reach. */
-static inline int grid_far(const grid *g, const grid_kernels *d, int line, int j) {
-    int far = (int)(1.3f * (float)GRID_CUT * sqrtf(g->a[j])) + 2;
+/* How far the weights of a knot reach, back (-1) or on (1). */
+static inline int grid_far(const grid *g, const grid_kernels *d, int line, int j, int side) {
+    int far = d->reach;
     if (g->a[j] < GRID_THIN) return 2;
-    far = far < d->reach ? far : d->reach;
-    while (!(grid_row(g, d, line, far)[j] > 0 || grid_row(g, d, line, -far)[j] > 0)) --far;
+    while (!(grid_row(g, d, line, side * far)[j] > 0)) --far;
     return far;
 }
 
-/* The weights of a line. Sums are shared between the two ends of a tap, so that the kernel stays
-   symmetric; what is left then goes to the knot itself. */
+/* The weights of a line. Each knot's sum is shared between both ends of its taps, so that the kernel
+   stays symmetric; what is then left is made up for by the knot itself. */
 static inline void grid_weigh(const grid *g, const grid_kernels *d, int line) {
-    int j, k, n = d == g->kernels ? g->wide : g->wide - line, reach = d->reach;
-    float *restrict sum = g->sum, *restrict w;
-    grid_places(g, d, line);
+    int j, k, reach = d->reach, n = g->wide - (d == g->kernels ? 0 : line);
+    int *far = d->reaches + 2 * line * g->wide;
+    float *sum = g->sum, *share = g->h, *rest = g->g, *w;
+    grid_places(g, d, line, n + 2 * reach);
     for (j = 0; j < n + reach; ++j) sum[j] = 0;
-    for (k = -reach; k <= reach; ++k) grid_tap(g, g->spare, sum, k, n + reach);
-    for (j = 0; j < n + reach; ++j)
-        g->g[j] /= sqrtf(g->a[j] < GRID_THIN ? 2.5066283f : sum[j] / g->h[j]);
-    for (j = 0; j < reach; ++j) g->g[-1 - j] = g->g[j];
-    for (j = 0; j < n; ++j) sum[j] = 0, g->spare[j] = 1;
-    for (k = -reach; k <= reach; ++k) grid_tap(g, grid_row(g, d, line, k), sum, k, n);
-    for (j = 0; j < n; ++j) d->reaches[line * g->wide + j] = grid_far(g, d, line, j);
-    for (j = 0; j < n; ++j) sum[j] = 1 / sum[j];
-    for (k = -reach; k <= reach; ++k)
-        for (w = grid_row(g, d, line, k), j = 0; j < n; ++j) w[j] *= sum[j];
+    for (k = -reach; k <= reach; ++k) grid_tap(g, grid_row(g, d, line, k), sum, k, n + reach);
+    for (j = 0; j < n + reach; ++j) /* the root of 2 pi: a whole Gaussian's */
+        share[j] = 1 / sqrtf(g->a[j] < GRID_THIN ? 2.5066283f : sum[j] / g->h[j]);
+    for (j = 0; j < reach; ++j) share[-1 - j] = share[j];
+    for (j = 0; j < n; ++j) sum[j] = 0, rest[j] = 1;
+    for (k = -reach; k <= reach; ++k) {
+        grid_scale(w = grid_row(g, d, line, k), share + k, n);
+        for (j = 0; j < n; ++j) sum[j] += w[j];
+    }
+    for (j = 0; j < n; ++j) {
+        sum[j] = 1 / sum[j];
+        far[2 * j] = grid_far(g, d, line, j, -1), far[2 * j + 1] = grid_far(g, d, line, j, 1);
+    }
+    for (k = -reach; k <= reach; ++k) grid_scale(grid_row(g, d, line, k), sum, n);
     for (k = -2; k <= 2; ++k)
-        if (k) grid_five(g, grid_row(g, d, line, k), g->spare, k, n);
-    for (w = grid_row(g, d, line, 0), j = 0; j < n; ++j)
-        w[j] = g->a[j] < GRID_THIN ? g->spare[j] : w[j];
+        if (k) grid_five(g, grid_row(g, d, line, k), rest, k, n);
+    for (w = grid_row(g, d, line, 0), j = 0; j < n; ++j) w[j] = g->a[j] < GRID_THIN ? rest[j] : w[j];
 }
 
 /* ---------------------------------------------------------------------------------- >>passes -- */
@@ -203,19 +212,20 @@ static inline void grid_weigh(const grid *g, const grid_kernels *d, int line) {
 static inline void grid_line(const grid *g, int which, int line, float *at, size_t step,
                              int count) {
     const grid_kernels *d = g->kernels + (which == GRID_D);
-    const int *far = d->reaches + line * g->wide;
-    int j, c, reach = d->reach;
+    const int *far = d->reaches + 2 * line * g->wide;
+    const float *weights = grid_row(g, d, line, 0);
+    int j, c, reach = d->reach, next = g->wide + reach;
     float *old = g->line + (size_t)GRID_TAPS * GRID_KNOT;
     for (j = 0; j < reach; ++j) {
         memcpy(old + j * GRID_KNOT, at + (size_t)j * step, GRID_KNOT * sizeof *at);
         grid_mirror(old - (j + 1) * GRID_KNOT, old + j * GRID_KNOT, which);
     }
-    for (j = 0; j < count; ++j, at += step) {
-        const float *next = at + (size_t)(reach + 8) * step;
-        for (c = 0; c < GRID_KNOT; c += 16) GRID_FETCH(next + c);
+    for (j = 0; j < count; ++j, at += step, far += 2) {
+        const float *ahead = at + (size_t)(reach + (j + 8 < count ? 8 : 0)) * step;
+        for (c = 0; c < GRID_KNOT; c += 16) GRID_FETCH(ahead + c);
         memcpy(old + (j + reach) * GRID_KNOT, at + (size_t)reach * step, GRID_KNOT * sizeof *at);
-        grid_sum(at, old + (j - far[j]) * GRID_KNOT, GRID_KNOT,
-                 grid_row(g, d, line, -far[j]) + j, (size_t)g->wide, 2 * far[j] + 1);
+        grid_sum(at, old + (j - far[0]) * GRID_KNOT, GRID_KNOT, weights + j - far[0] * next,
+                 (size_t)next, far[0] + 1 + far[1]);
     }
 }
 
@@ -409,13 +419,14 @@ static inline void grid_shape(grid *g, int n, double variance, double boxes) {
 
 /* The floats of the weights that a shape needs, and of all else for images of `side` knots. */
 static inline size_t grid_weights(const grid *g) {
-    int k = 2 * (g->kernels[0].reach + g->kernels[1].reach) + 4;
-    return (size_t)g->wide * (size_t)g->wide * (size_t)k;
+    int a = g->kernels[0].reach, b = g->kernels[1].reach;
+    return (size_t)g->wide *
+           (size_t)((g->wide + a) * (2 * a + 1) + (g->wide + b) * (2 * b + 1) + 4 * g->wide);
 }
 
 static inline size_t grid_floats(int side) {
     size_t s = (size_t)side;
-    return GRID_KNOT * (s * s + 2 * s + 2 * GRID_TAPS + 8) + 7 * (s + 3 * GRID_TAPS) + 16;
+    return GRID_KNOT * (s * s + 2 * s + 2 * GRID_TAPS + 8) + 6 * (s + 3 * GRID_TAPS) + 16;
 }
 
 /* p: grid_floats(side) and room for the weights of any shape that g will have. */
@@ -425,19 +436,18 @@ static inline void grid_lay_out(grid *g, int side, float *p) {
     g->side = side, g->image = p, p += s * s * GRID_KNOT;
     g->line = p, p += (2 * s + 2 * GRID_TAPS + 8) * GRID_KNOT;
     g->a = p + GRID_TAPS, g->s = g->a + table, g->r = g->s + table, g->g = g->r + table;
-    g->h = g->g + table, g->sum = g->h + table, g->spare = g->sum + table;
-    g->kernels[0].weights = p + 7 * table;
+    g->h = g->g + table, g->sum = g->h + table, g->kernels[0].weights = p + 6 * table;
 }
 
 /* The heat kernel: the image through all rounds. */
 static inline void grid_run(grid *g) {
     static const int order[2][3] = {{GRID_U, GRID_V, GRID_D}, {GRID_D, GRID_V, GRID_U}};
     int i, k;
-    size_t lines = (size_t)g->wide * (size_t)g->wide;
+    size_t lines = (size_t)g->wide;
     for (k = 0; k < 2; ++k) {
         grid_kernels *d = g->kernels + k;
-        if (k) d->weights = (float *)(g->kernels[0].reaches + lines);
-        d->reaches = (int *)(d->weights + lines * (size_t)(2 * d->reach + 1));
+        if (k) d->weights = (float *)(g->kernels[0].reaches + 2 * lines * lines);
+        d->reaches = (int *)grid_row(g, d, g->wide, -d->reach);
         for (i = 0; i < g->wide; ++i) grid_weigh(g, d, i);
     }
     for (i = 0; i < g->rounds; ++i) {
