@@ -10,7 +10,7 @@
                filter at a tolerance of 1e-4
    Sources are cubes of 128 x 128 (files: lat-long), results cubes of 32 x 32.
 
-   usage: methods [--docs DIR] [FILE.pfm]...
+   usage: methods [--docs DIR] [FILE.pfm]...   with files, the tables of the lobes only
    --docs writes the tables into DIR/methods.md between its two markers, and draws DIR/charts/.
    The exit status is 1 when a verification fails.
 
@@ -38,7 +38,7 @@
 static double milliseconds(void) { return 1e3 * measure_seconds(); }
 
 static double copy_time(const envmap *src, const envmap *dst) {
-    return 1e3 * measure_copy(src, dst, 1, measure_seconds);
+    return 1e3 * measure_copy(src, dst, dst->levels, measure_seconds);
 }
 
 /* Everything that is printed goes to stdout and, where it is open, into the document. */
@@ -631,8 +631,8 @@ int main(int argc, char **argv) {
     if (docs) document = measure_begin(&page, "tables");
     make_lobes(lobes);
     for (int i = 0; i < LOBES && !b.failed; ++i) table(&b, lobes + i, points[i]);
-    b.scenes = SCENE_COUNT; /* the details are about the made-up scenes */
-    if (!b.failed) {
+    if (!b.failed && (docs || b.scenes == SCENE_COUNT)) {
+        b.scenes = SCENE_COUNT; /* the details are about the made-up scenes */
         paraboloid_table();
         box_table(&b);
         gaussian_table(&b);

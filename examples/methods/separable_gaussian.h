@@ -462,10 +462,10 @@ static inline envmap_result separable_chain_grid(envmap *dst, const envmap *map,
 
 /* Each lobe wider than the one before, and even sides all the way. */
 static inline int separable_goes_on(const envmap *src, const double *sigma, int count) {
-    int i, even = src->mapping == ENVMAP_CUBE && src->size % 2 == 0;
-    for (i = 1; i < count && even; ++i)
-        even = sigma[i] >= 1.5 * sigma[i - 1] && src->size >> i << i == src->size &&
-               separable_work(src, i) % 2 == 0;
+    int i, even = src->mapping == ENVMAP_CUBE;
+    for (i = 0; i < count && even; ++i)
+        even = (!i || sigma[i] >= 1.5 * sigma[i - 1]) && src->size >> i << i == src->size &&
+               method_edge(src, i) % 2 == 0;
     return even;
 }
 
