@@ -141,8 +141,8 @@ static void a_chain_of_a_constant_kernel_keeps_its_variance(void) {
     envmap_free(&dst);
 }
 
-/* The last level of a chain N = 2048, 512, 128 on faces of 128, 64, 32, from a lamp: energy out over
-   energy in, rms, the worst texel over the truth's peak. */
+/* The last level of a chain N = 2048, 512, 128 on faces of 128, 64, 32, from a lamp: energy out
+   over energy in, rms, the worst texel over the truth's peak. */
 typedef struct left {
     double energy, rms, peak;
 } left;
@@ -177,9 +177,9 @@ static void a_chain_keeps_the_energy_of_a_lamp_wherever_it_is(void) {
     }
 }
 
-/* Where the chain fails: a lamp of 0.01 rad, a texel or two. Against one in the middle of a quarter of
-   a face it leaves more on an axis, where |uv| has its kink, and on an edge; more still where these
-   meet; and most in a corner, where it has a texel on each of three faces. */
+/* Where the chain fails: a lamp of 0.01 rad, a texel or two. Against one in the middle of a quarter
+   of a face it leaves more on an axis, where |uv| has its kink, and on an edge; more still where
+   these meet; and most in a corner, where it has a texel on each of three faces. */
 static void a_chain_fails_for_a_lamp_of_a_texel_in_a_corner(void) {
     static const struct {
         const char *place;
@@ -199,8 +199,8 @@ static void a_chain_fails_for_a_lamp_of_a_texel_in_a_corner(void) {
     }
 }
 
-/* Faces of 36, 18 and 9: a chain of two levels goes along the grid; one of three, whose last side is
-   odd, does not, and neither does one whose lobes hardly widen. These filter each of the source's
+/* Faces of 36, 18 and 9: a chain of two levels goes along the grid; one of three, whose last side
+   is odd, does not, and neither does one whose lobes hardly widen. These filter each of the source's
    levels, whose boxes have seen the lamps before: the error on level 1 shows it. */
 static void odd_sides_and_lobes_that_hardly_widen_are_filtered_level_by_level(void) {
     static const char *const ways[3] = {"even sides, along the grid: rms on level 1",
@@ -232,8 +232,8 @@ static void odd_sides_and_lobes_that_hardly_widen_are_filtered_level_by_level(vo
     envmap_free(&last);
 }
 
-/* As published the passes' order and straight steps cost more the wider the lobe, as sigma; lobes of
-   more than 0.36 are refused, alone and in a chain, and nothing is written. */
+/* As published the passes' order and straight steps cost more the wider the lobe; sigmas of more
+   than 0.36 are refused, alone and in a chain, and nothing is written. */
 static void wide_lobes_are_refused_and_the_published_form_shows_why(void) {
     envmap src = scene(64), dst = tests_map(ENVMAP_CUBE, 64, 2);
     envmap_lobe lobes[2] = {envmap_lobe_phong(160), envmap_lobe_phong(4)};
@@ -243,8 +243,8 @@ static void wide_lobes_are_refused_and_the_published_form_shows_why(void) {
         envmap_lobe lobe = heat(i ? 0.35 : 0.0875);
         envmap truth = tests_truth(&src, &lobe, ENVMAP_CUBE, 32);
         error[i] = tests_miss(method_separable_gaussian, &src, lobe, &published, &truth).rms;
-        printf("    sigma %-6.3g as published: rms %.3g, mended %.3g\n", i ? 0.35 : 0.0875, error[i],
-               tests_miss(method_separable_gaussian, &src, lobe, NULL, &truth).rms);
+        printf("    sigma %-6.3g as published: rms %.3g, mended %.3g\n", i ? 0.35 : 0.0875,
+               error[i], tests_miss(method_separable_gaussian, &src, lobe, NULL, &truth).rms);
         envmap_free(&truth);
     }
     CHECK(error[1] > 2 * error[0]);

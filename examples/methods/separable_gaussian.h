@@ -34,7 +34,7 @@
 #define SEPARABLE_SIGMA  0.36
 #define SEPARABLE_MISFIT 0.20
 #define SEPARABLE_ROUND  0.1 /* what is wider is done in rounds: the passes do not commute */
-#define SEPARABLE_FINE   64  /* a chain's levels smaller than this are filtered in one that is not */
+#define SEPARABLE_FINE   64  /* smaller levels of a chain are filtered at this edge */
 #define SEPARABLE_CUT    3.8 /* sigmas at which a kernel ends: it loses 0.2 % of its variance */
 
 /* Where a cell of the border is found: sixteen texels and what they weigh. */
@@ -472,8 +472,8 @@ static inline int separable_goes_on(const envmap *src, const double *sigma, int 
 /* A glossy chain: level i of the cube dst, of src's size, gets lobes[i]: with four times fewer N
    per level the kernel is a constant number of texels. Mirrors envmap_filter_chain. A cube whose
    levels have even sides goes along the grid, each level from the one before, as long as each lobe
-   is half as wide again as the last (heat kernels compose); other chains, and the published form,
-   filter each level of the source by itself, which takes ten times as long. */
+   is half as wide again as the last (heat kernels compose). Other chains, and the published form,
+   filter each level of the source by itself: slowly, and after boxes have seen the lamps. */
 static inline envmap_result method_separable_chain(envmap *dst, const envmap *src,
                                                    const envmap_lobe *lobes, int count,
                                                    const method_desc *desc) {

@@ -7,18 +7,19 @@
    d = e_u + e_v where uv > 0, e_u - e_v where uv < 0. So the heat equation is three of one
    dimension, each (1/m) d(m a d f), m = rho^-3 the solid angle: along s, ds = du / sqrt(a), its
    kernel is exp(-(s'-s)^2 / 2 sigma^2) sqrt(m') a'^(-1/4) du', symmetric but for m, so that each
-   pass keeps the energy. Where it is thinner than a texel five taps with a Gaussian's second and
-   fourth moment stand in. Rounds of U V D and of D V U take turns; what the boxes of a level have spread is taken
-   off a: a constant of the grid.
+   pass keeps the energy; sums over texels are not quite 1, and are shared between both ends of a tap
+   so that it stays so. Where the kernel is thinner than a texel five taps with a Gaussian's second
+   and fourth moment stand in. Rounds go U V D and D V U by turns. What the boxes of a level have
+   spread is taken off a: a constant of the grid.
 
-   Weights are the same for the six faces and, mirrored, for the four quarters of one: what they
-   have at the same place lies together, 4 x 6 x 3 = 72 floats, a *knot*. A line of weights is made,
-   used for 72 lines, forgotten; every loop over a knot is plain and becomes vectors. A face goes on
-   beyond its edges as far as the passes reach, from its neighbours' texels by Catmull-Rom: across
-   the edge a row is a row, along it is stretched.
+   Weights are the same for the six faces and, mirrored, for the four quarters of one. What these
+   have at the same place lies together: 4 x 6 x 3 = 72 floats, a *knot*. So a weight is made once
+   for 24 texels, and every loop over a knot becomes vectors. A face goes on beyond its edges as far
+   as the passes reach, from its neighbours' texels by Catmull-Rom: across the edge a row is a row,
+   along it is stretched.
 
-   Domain: even sides.  Fails: a lamp of a few texels on a face's axis, where |uv| has its kink, and
-   on an edge: 0.2 to 0.4 % rms.  Tests: a_chain_* in tests/test_methods_gaussian.c.
+   Domain: even sides.  Fails: a lamp of a texel on an axis of a face, where |uv| has its kink, on
+   an edge, and most in a corner.  Tests: a_chain_* in tests/test_methods_gaussian.c.
 
    SPDX-License-Identifier: MIT */
 
@@ -27,10 +28,10 @@
 
 #include "methods.h"
 
-#define GRID_ROUND 0.05  /* a wider sigma is done in rounds: beyond its edges a plane goes far */
-#define GRID_CUT   3.8   /* sigmas at which a kernel ends                                      */
-#define GRID_TAPS  64    /* the most that a kernel reaches                                     */
-#define GRID_THIN  0.5f  /* texels^2: below, a kernel is five taps with its moments            */
+#define GRID_ROUND 0.05 /* a wider sigma is done in rounds: beyond its edges a plane goes far */
+#define GRID_CUT   3.8  /* sigmas at which a kernel ends                                      */
+#define GRID_TAPS  64   /* the most that a kernel reaches                                     */
+#define GRID_THIN  0.5f /* texels^2: below, a kernel is five taps with its moments            */
 
 #define GRID_PARTS 24 /* of a knot: [lower, upper half][left, right half][face], 3 floats each */
 #define GRID_KNOT  72
@@ -67,7 +68,7 @@ typedef struct grid {
     float *a, *s, *r, *g, *h; /* of a line: see grid_places                                   */
     float *sum;               /* of the weights of its knots                                  */
     int side, half, wide;     /* knots: of a row, of a face, and with what lies beyond it     */
-    int rounds;
+    int rounds;               /* an even number                                               */
     grid_kernels kernels[2];
 } grid;
 
@@ -118,7 +119,7 @@ static inline float grid_bell(float d) {
 
 /* Of the `count` knots of a line, and of what it reaches beyond its beginning: a, the variance; s,
    the place in sigmas; r = sqrt(m); g = r a^(-1/4); h = r a^(1/4). Lines are even about the axis
-   where they begin; for diagonals that is a mirror: their variance is 0 there, nothing gets across. */
+   where they begin; for diagonals it is a mirror: their variance is 0 there, nothing gets across. */
 static inline void grid_places(const grid *g, const grid_kernels *d, int line, int count) {
     float texel = 1 / (float)g->half, last = 0;
     int j, diagonal = d != g->kernels;
@@ -167,8 +168,8 @@ static inline void grid_five(const grid *g, float *restrict w, float *restrict r
 }
 
 static inline float *grid_row(const grid *g, const grid_kernels *d, int line, int k) {
-    return d->weights + (size_t)(line * (2 * d->reach + 1) + d->reach + k) *
-                            (size_t)(g->wide + d->reach);
+    return d->weights +
+           (size_t)(line * (2 * d->reach + 1) + d->reach + k) * (size_t)(g->wide + d->reach);
 }
 
 /* How far the weights of a knot reach, back (-1) or on (1). */
@@ -179,8 +180,8 @@ static inline int grid_far(const grid *g, const grid_kernels *d, int line, int j
     return far;
 }
 
-/* The weights of a line. Each knot's sum is shared between both ends of its taps, so that the kernel
-   stays symmetric; what is then left is made up for by the knot itself. */
+/* The weights of a line. Each knot's sum is shared between both ends of its taps, so that the
+   kernel stays symmetric; what is then left is made up for by the knot itself. */
 static inline void grid_weigh(const grid *g, const grid_kernels *d, int line) {
     int j, k, reach = d->reach, n = g->wide - (d == g->kernels ? 0 : line);
     int *far = d->reaches + 2 * line * g->wide;
@@ -203,7 +204,8 @@ static inline void grid_weigh(const grid *g, const grid_kernels *d, int line) {
     for (k = -reach; k <= reach; ++k) grid_scale(grid_row(g, d, line, k), sum, n);
     for (k = -2; k <= 2; ++k)
         if (k) grid_five(g, grid_row(g, d, line, k), rest, k, n);
-    for (w = grid_row(g, d, line, 0), j = 0; j < n; ++j) w[j] = g->a[j] < GRID_THIN ? rest[j] : w[j];
+    for (w = grid_row(g, d, line, 0), j = 0; j < n; ++j)
+        w[j] = g->a[j] < GRID_THIN ? rest[j] : w[j];
 }
 
 /* ---------------------------------------------------------------------------------- >>passes -- */
@@ -277,8 +279,8 @@ static inline int grid_inside(float w[4], int first, int n) {
     return start;
 }
 
-/* What lies as deep on the neighbours as knots `depth` beyond the edges do: rows[0] along y, rows[1]
-   along x; from two knots before the middle to two beyond the end. */
+/* What lies `deep` on the neighbours: rows[0] along y, rows[1] along x, from two knots before the
+   middle to two beyond the end. */
 static inline void grid_deep(const grid *g, float *rows[2], float deep) {
     int i, k, n = g->half, first, count = n < 4 ? n : 4;
     float w[4];
@@ -299,7 +301,7 @@ static inline void grid_deep(const grid *g, float *rows[2], float deep) {
         }
 }
 
-/* Writes the knots beyond the edges: what is at 1 / f on a face's plane is at f on its neighbour's. */
+/* Writes what lies beyond the edges: what is at 1 / f on a face's plane is at f on the next one's. */
 static inline void grid_border(const grid *g) {
     int depth, i, k, part, seams[2][GRID_PARTS];
     float w[4], *rows[2], found[2 * GRID_KNOT];
@@ -330,8 +332,8 @@ static inline float grid_root(const grid *g, int x, int y) {
     return sqrtf(1 / (rho2 * sqrtf(rho2)));
 }
 
-/* The mean of four knots about the middle of f x f, by roots of solid angles as the passes' kernels
-   are, times scale; its variance is 1/4 knot^2. */
+/* The mean of the four knots about the middle of f x f, times scale; by roots of solid angles, as
+   the passes' kernels are: solid angles would drift. Its variance is 1/4 knot^2. */
 static inline void grid_mean(const grid *g, float *to, int x, int y, int f, float scale) {
     int i, at = f / 2 - 1;
     float w[4], sum = 0, row[2 * GRID_KNOT];
@@ -356,7 +358,8 @@ static inline void grid_halve(grid *g) {
 
 /* Where row y of each part begins on a map's level, n knots a quarter; texels of the left half go
    to the left. */
-static inline void grid_rows(float *texels[GRID_PARTS], const envmap *map, int level, int n, int y) {
+static inline void grid_rows(float *texels[GRID_PARTS], const envmap *map, int level, int n,
+                             int y) {
     int part;
     for (part = 0; part < GRID_PARTS; ++part)
         texels[part] = envmap_texel(map, level, 0, part % 6, part / 6 % 2 ? n : n - 1,
