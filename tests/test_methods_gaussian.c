@@ -200,8 +200,8 @@ static void a_chain_fails_for_a_lamp_of_a_texel_in_a_corner(void) {
 }
 
 /* Faces of 36, 18 and 9: a chain of two levels goes along the grid; one of three, whose last side
-   is odd, does not, and neither does one whose lobes hardly widen. These filter each of the source's
-   levels, whose boxes have seen the lamps before: the error on level 1 shows it. */
+   is odd, does not, nor does one whose lobes hardly widen. These filter the source's own levels,
+   whose boxes have seen the lamps before: the error on level 1 shows it. */
 static void odd_sides_and_lobes_that_hardly_widen_are_filtered_level_by_level(void) {
     static const char *const ways[3] = {"even sides, along the grid: rms on level 1",
                                         "an odd side, level by level",

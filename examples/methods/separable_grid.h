@@ -7,8 +7,8 @@
    d = e_u + e_v where uv > 0, e_u - e_v where uv < 0. So the heat equation is three of one
    dimension, each (1/m) d(m a d f), m = rho^-3 the solid angle: along s, ds = du / sqrt(a), its
    kernel is exp(-(s'-s)^2 / 2 sigma^2) sqrt(m') a'^(-1/4) du', symmetric but for m, so that each
-   pass keeps the energy; sums over texels are not quite 1, and are shared between both ends of a tap
-   so that it stays so. Where the kernel is thinner than a texel five taps with a Gaussian's second
+   pass keeps the energy; sums over texels, not quite 1, are shared between both ends of a tap so
+   that it stays so. Where the kernel is thinner than a texel five taps with a Gaussian's second
    and fourth moment stand in. Rounds go U V D and D V U by turns. What the boxes of a level have
    spread is taken off a: a constant of the grid.
 
@@ -119,7 +119,7 @@ static inline float grid_bell(float d) {
 
 /* Of the `count` knots of a line, and of what it reaches beyond its beginning: a, the variance; s,
    the place in sigmas; r = sqrt(m); g = r a^(-1/4); h = r a^(1/4). Lines are even about the axis
-   where they begin; for diagonals it is a mirror: their variance is 0 there, nothing gets across. */
+   where they begin; for diagonals it is a mirror: their variance is 0 there, nothing gets over. */
 static inline void grid_places(const grid *g, const grid_kernels *d, int line, int count) {
     float texel = 1 / (float)g->half, last = 0;
     int j, diagonal = d != g->kernels;
@@ -301,7 +301,7 @@ static inline void grid_deep(const grid *g, float *rows[2], float deep) {
         }
 }
 
-/* Writes what lies beyond the edges: what is at 1 / f on a face's plane is at f on the next one's. */
+/* Writes what lies beyond the edges: what is at 1 / f on a face's plane is at f on the next. */
 static inline void grid_border(const grid *g) {
     int depth, i, k, part, seams[2][GRID_PARTS];
     float w[4], *rows[2], found[2 * GRID_KNOT];
