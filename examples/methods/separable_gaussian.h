@@ -34,7 +34,7 @@
 #define SEPARABLE_SIGMA  0.36
 #define SEPARABLE_MISFIT 0.20
 #define SEPARABLE_ROUND  0.1 /* what is wider is done in rounds: the passes do not commute */
-#define SEPARABLE_FINE   64  /* a chain's levels smaller than this are filtered at twice the edge */
+#define SEPARABLE_FINE   64  /* smaller levels of a chain are filtered at this edge */
 #define SEPARABLE_CUT    3.8 /* sigmas at which a kernel ends: it loses 0.2 % of its variance */
 
 /* Where a cell of the border is found: sixteen texels and what they weigh. */
@@ -421,43 +421,40 @@ static inline envmap_result separable_chain_plain(envmap *work, const envmap *ma
     return result;
 }
 
-/* The edge that a level of a chain is filtered at: small ones twice as large as they are. */
+/* The edge that a level of a chain is filtered at: small ones in a finer one. */
 static inline int separable_work(const envmap *map, int level) {
-    int edge = method_edge(map, level);
-    return level && edge < SEPARABLE_FINE ? 2 * edge : edge;
+    while (level && method_edge(map, level) < SEPARABLE_FINE) --level;
+    return method_edge(map, level);
 }
 
-/* Mended: along the grid. dst is written once nothing can fail any more. */
+/* Mended: along the grid. dst is written once nothing can fail any more. `boxes`: what halving, and
+   the mean that a level is stored by, add. */
 static inline envmap_result separable_chain_grid(envmap *dst, const envmap *map,
                                                  const envmap_lobe *lobes, const double *sigma,
                                                  int count) {
     grid g;
-    size_t floats = 0,
-           quarter = 18 * (size_t)separable_work(map, 1) * (size_t)separable_work(map, 1);
-    double done = 0, carried = 0;
-    int i;
+    double done = 0, boxes = 0;
+    int i, side = 0;
+    size_t weights = 0;
     float *memory;
     for (i = 0; i < count; ++i) {
-        size_t needed = grid_shape(&g, separable_work(map, i), sigma[i] * sigma[i] - done);
-        floats = needed > floats ? needed : floats, done = sigma[i] * sigma[i];
+        grid_shape(&g, separable_work(map, i), sigma[i] * sigma[i] - done, 0);
+        side = g.wide > side ? g.wide : side, done = sigma[i] * sigma[i];
+        weights = grid_weights(&g) > weights ? grid_weights(&g) : weights;
     }
-    memory = (float *)method_alloc(floats + quarter, sizeof *memory);
+    memory = (float *)method_alloc(grid_floats(side) + weights, sizeof *memory);
     if (!memory) return ENVMAP_ERROR_MEMORY;
+    grid_lay_out(&g, side, memory);
+    g.half = map->size / 2;
+    grid_load(&g, map);
     for (i = 0, done = 0; i < count; ++i) {
-        int edge = separable_work(map, i), halves = edge > method_edge(map, i);
-        double variance = sigma[i] * sigma[i];
-        if (i) grid_halve(&g, memory, edge);
-        if (i && edge < g.n) carried = (carried + 0.25) / 4;
-        grid_shape(&g, edge, variance - done);
-        grid_lay_out(&g, memory + quarter);
-        if (i)
-            grid_take(&g, memory);
-        else
-            grid_load(&g, map);
-        grid_run(&g, variance - done, carried + 0.25 * halves);
-        carried = -0.25 * halves, done = variance;
-        if (halves) grid_halve(&g, memory, edge / 2);
-        grid_store(&g, dst, i, halves ? memory : NULL, (float)method_scale(lobes + i));
+        int edge = separable_work(map, i), f = edge / method_edge(map, i);
+        double mean = f > 1 ? 0.25 : 0;
+        if (edge < 2 * g.half) grid_halve(&g), boxes = (boxes + 0.25) / 4;
+        grid_shape(&g, edge, sigma[i] * sigma[i] - done, boxes + mean);
+        grid_run(&g);
+        boxes = -mean, done = sigma[i] * sigma[i];
+        grid_store(&g, dst, i, (float)method_scale(lobes + i));
     }
     METHOD_FREE(memory);
     return ENVMAP_OK;
@@ -465,18 +462,18 @@ static inline envmap_result separable_chain_grid(envmap *dst, const envmap *map,
 
 /* Each lobe wider than the one before, and even sides all the way. */
 static inline int separable_goes_on(const envmap *src, const double *sigma, int count) {
-    int i, even = src->mapping == ENVMAP_CUBE && src->size % 2 == 0;
-    for (i = 1; i < count && even; ++i)
-        even = sigma[i] >= 1.5 * sigma[i - 1] && src->size >> i << i == src->size &&
-               separable_work(src, i) % 2 == 0;
+    int i, even = src->mapping == ENVMAP_CUBE;
+    for (i = 0; i < count && even; ++i)
+        even = (!i || sigma[i] >= 1.5 * sigma[i - 1]) && src->size >> i << i == src->size &&
+               method_edge(src, i) % 2 == 0;
     return even;
 }
 
 /* A glossy chain: level i of the cube dst, of src's size, gets lobes[i]: with four times fewer N
    per level the kernel is a constant number of texels. Mirrors envmap_filter_chain. A cube whose
    levels have even sides goes along the grid, each level from the one before, as long as each lobe
-   is half as wide again as the last (heat kernels compose); other chains, and the published form,
-   filter each level of the source by itself, which takes ten times as long. */
+   is half as wide again as the last (heat kernels compose). Other chains, and the published form,
+   filter each level of the source by itself: slowly, and after boxes have seen the lamps. */
 static inline envmap_result method_separable_chain(envmap *dst, const envmap *src,
                                                    const envmap_lobe *lobes, int count,
                                                    const method_desc *desc) {

@@ -7,16 +7,19 @@
    d = e_u + e_v where uv > 0, e_u - e_v where uv < 0. So the heat equation is three of one
    dimension, each (1/m) d(m a d f), m = rho^-3 the solid angle: along s, ds = du / sqrt(a), its
    kernel is exp(-(s'-s)^2 / 2 sigma^2) sqrt(m') a'^(-1/4) du', symmetric but for m, so that each
-   pass keeps the energy. Where it is thinner than a texel five taps with a Gaussian's second and
-   fourth moment stand in. Order U/2 V/2 D V/2 U/2; what the boxes of a level have spread is taken
-   off a: a constant of the grid.
+   pass keeps the energy; sums over texels, not quite 1, are shared between both ends of a tap so
+   that it stays so. Where the kernel is thinner than a texel five taps with a Gaussian's second
+   and fourth moment stand in. Rounds go U V D and D V U by turns. What the boxes of a level have
+   spread is taken off a: a constant of the grid.
 
-   Weights are the same for the six faces and for both halves of one: each row of them is made once
-   for the 36 rows that it filters. A face goes on beyond its edges as far as the passes reach, from
-   its neighbours' texels by Catmull-Rom: across the edge a row is a row, along it is stretched.
+   Weights are the same for the six faces and, mirrored, for the four quarters of one. What these
+   have at the same place lies together: 4 x 6 x 3 = 72 floats, a *knot*. So a weight is made once
+   for 24 texels, and every loop over a knot becomes vectors. A face goes on beyond its edges as far
+   as the passes reach, from its neighbours' texels by Catmull-Rom: across the edge a row is a row,
+   along it is stretched.
 
-   Domain: even sides.  Fails: a lamp of a few texels on a face's axis, where |uv| has its kink, and
-   on an edge: 0.2 to 0.4 % rms.  Tests: a_chain_* in tests/test_methods_gaussian.c.
+   Domain: even sides.  Fails: a lamp of a texel on an axis of a face, where |uv| has its kink, on
+   an edge, and most in a corner.  Tests: a_chain_* in tests/test_methods_gaussian.c.
 
    SPDX-License-Identifier: MIT */
 
@@ -25,12 +28,15 @@
 
 #include "methods.h"
 
-#define GRID_ROUND  0.07  /* a wider sigma is done in rounds: beyond its edges a plane goes far */
-#define GRID_PLAIN  0.015 /* a thinner one in the plain order, U V D                          */
-#define GRID_CUT    3.2   /* sigmas at which a kernel ends                                    */
-#define GRID_BLOCK  16    /* texels that share a reach                                        */
-#define GRID_TAPS   64    /* the most that a kernel reaches                                   */
-#define GRID_BORDER 192   /* the most that the passes of a round do                           */
+#define GRID_ROUND 0.05 /* a wider sigma is done in rounds: beyond its edges a plane goes far */
+#define GRID_CUT   3.8  /* sigmas at which a kernel ends                                      */
+#define GRID_TAPS  64   /* the most that a kernel reaches                                     */
+#define GRID_THIN  0.5f /* texels^2: below, a kernel is five taps with its moments            */
+
+#define GRID_PARTS 24 /* of a knot: [lower, upper half][left, right half][face], 3 floats each */
+#define GRID_KNOT  72
+
+enum { GRID_U, GRID_V, GRID_D };
 
 /* Floats that are filtered at once. */
 #if defined(__GNUC__) && defined(__AVX__)
@@ -42,32 +48,32 @@ typedef float grid_lanes;
 #endif
 #define GRID_LANES ((int)(sizeof(grid_lanes) / sizeof(float)))
 
-/* GCC, tuned for Zen, would load a weight anew for each of its three uses: this keeps it. */
-#if defined(__AVX__) && defined(__GNUC__) && !defined(__clang__)
-#define GRID_KEEP(x) __asm__("" : "+x"(x))
+/* Lines down and across the image do not lie together: what comes is asked for before. */
+#ifdef __GNUC__
+#define GRID_FETCH(p) __builtin_prefetch(p)
 #else
-#define GRID_KEEP(x) (void)(x)
+#define GRID_FETCH(p) (void)(p)
 #endif
 
-typedef struct grid_direction {
-    float *a, *s, *g; /* variance in texels^2, place in sigmas, sqrt(m) a^(-1/4): [rows][stride] */
-    int step, reach;
-} grid_direction;
+/* The kernels of rows and columns, and of diagonals. */
+typedef struct grid_kernels {
+    float variance, boxes; /* texels^2 at a face's centre; what is taken off it               */
+    float *weights;        /* [line][tap, -reach .. reach][knot]                              */
+    int *reaches, reach;   /* [line][knot]: how far each goes back, and on; the farthest      */
+} grid_kernels;
 
 typedef struct grid {
-    float *image,
-        *other;     /* [6][3][side][stride]                                                  */
-    float *m;       /* rho^-3, as the directions' tables                                     */
-    float *weights; /* [2 GRID_TAPS + 1][stride]                                             */
-    float *strip;
-    int *reach; /* of a row's blocks */
-    grid_direction direction[3];
-    int n, border, pad, side, stride, rows; /* pad: the border and what makes blocks meet midway */
+    float *image;             /* [side][side] knots; (0, 0) is beside the middle of a face    */
+    float *line;              /* knots of a line as they were, from -GRID_TAPS on             */
+    float *a, *s, *r, *g, *h; /* of a line: see grid_places                                   */
+    float *sum;               /* of the weights of its knots                                  */
+    int side, half, wide;     /* knots: of a row, of a face, and with what lies beyond it     */
+    int rounds;               /* an even number                                               */
+    grid_kernels kernels[2];
 } grid;
 
-static inline float *grid_texel(const grid *g, float *image, int plane, int x, int y) {
-    return image + ((size_t)plane * (size_t)g->side + (size_t)(y + g->pad)) * (size_t)g->stride +
-           (size_t)(x + g->pad);
+static inline float *grid_knot(const grid *g, int x, int y) {
+    return g->image + ((size_t)y * (size_t)g->side + (size_t)x) * GRID_KNOT;
 }
 
 /* Catmull-Rom: what the four texels around a place weigh; returns the first. */
@@ -78,44 +84,29 @@ static inline int grid_cubic(float w[4], float at) {
     return i - 1;
 }
 
+/* to = what count knots from `from` on, `step` floats apart, weigh; weights are `next` apart. */
+static inline void grid_sum(float *to, const float *from, size_t step, const float *w, size_t next,
+                            int count) {
+    grid_lanes sum[GRID_KNOT / GRID_LANES], t;
+    int c, k;
+    memset(sum, 0, sizeof sum);
+    for (k = 0; k < count; ++k, from += step, w += next)
+        for (c = 0; c < GRID_KNOT / GRID_LANES; ++c)
+            memcpy(&t, from + c * GRID_LANES, sizeof t), sum[c] += *w * t;
+    for (c = 0; c < GRID_KNOT / GRID_LANES; ++c) memcpy(to + c * GRID_LANES, sum + c, sizeof t);
+}
+
+/* The knot on the other side of the axis that a line crosses. */
+static inline void grid_mirror(float *to, const float *from, int which) {
+    int i, part = which == GRID_U ? GRID_KNOT / 4 : which == GRID_V ? GRID_KNOT / 2 : 0;
+    if (!part) memcpy(to, from, GRID_KNOT * sizeof *to);
+    for (i = 0; part && i < GRID_KNOT; i += 2 * part) {
+        memcpy(to + i, from + i + part, (size_t)part * sizeof *to);
+        memcpy(to + i + part, from + i, (size_t)part * sizeof *to);
+    }
+}
+
 /* --------------------------------------------------------------------------------- >>weights -- */
-
-static inline double grid_at(const grid *g, int x) { return (2.0 * (x - g->pad) + 1) / g->n - 1; }
-
-/* The directions' variances: `variance` of the lobe in all passes together, `boxes` of the level's
-   texels in U and V, of which there are `halves` passes each. */
-static inline void grid_variances(grid *g, double variance, double boxes, int halves) {
-    int x, y;
-    double scale = variance * 0.25 * g->n * g->n;
-    float part = 1 / (float)halves;
-    for (y = 0; y < g->rows; ++y) {
-        float v = (float)grid_at(g, y), least = 1e-4f;
-        size_t row = (size_t)y * (size_t)g->stride;
-        float *m = g->m + row, *a[3];
-        for (x = 0; x < 3; ++x) a[x] = g->direction[x].a + row;
-        for (x = 0; x < g->stride; ++x) {
-            float u = (2 * (float)(x - g->pad) + 1) / (float)g->n - 1, uv = fabsf(u * v);
-            float rho2 = 1 + u * u + v * v, f = (float)scale * rho2, half = part * (float)boxes;
-            float du = part * f * (1 + u * u - uv) - half, dv = part * f * (1 + v * v - uv) - half;
-            a[0][x] = du > least ? du : least, a[1][x] = dv > least ? dv : least;
-            a[2][x] = f * uv > least ? f * uv : least;
-            m[x] = 1 / (rho2 * sqrtf(rho2));
-        }
-    }
-}
-
-/* s and g of a direction, from a and m. */
-static inline void grid_places(const grid *g, grid_direction *d) {
-    int x, y;
-    size_t i, count = (size_t)g->rows * (size_t)g->stride;
-    for (i = 0; i < count; ++i) d->g[i] = 1 / sqrtf(d->a[i]), d->s[i] = 0;
-    for (y = d->step >= g->stride; y < g->rows; ++y) {
-        float *s = d->s + (size_t)y * (size_t)g->stride, *q = d->g + (s - d->s);
-        for (x = d->step % g->stride; x < g->stride; ++x)
-            s[x] = s[x - d->step] + 0.5f * (q[x - d->step] + q[x]);
-    }
-    for (i = 0; i < count; ++i) d->g[i] = sqrtf(g->m[i] * d->g[i]);
-}
 
 /* exp(-d^2 / 2), to 1e-4 of itself where it counts. */
 static inline float grid_bell(float d) {
@@ -126,287 +117,283 @@ static inline float grid_bell(float d) {
     return e * e;
 }
 
-/* Texels that a kernel as thin as this sees only by its moments. */
-#define GRID_THIN 0.5f
-
-/* The five taps' outer ones; v their variance. */
-static inline float grid_five(int k, float v) {
-    float two = (3 * v * v - v) / 24;
-    return k == 2 || k == -2 ? two : 0.5f * v - 4 * two;
-}
-
-static inline float *grid_weights(const grid *g, int k) {
-    return g->weights + (size_t)(k + GRID_TAPS) * (size_t)g->stride;
-}
-
-/* Tap k of a block of texels at `at`. sum: of the taps so far; last: what thin ones keep. */
-static inline void grid_tap(const grid_direction *d, size_t at, int k, float *w, float *sum) {
-    const float *s = d->s + at, *next = s + k * d->step, *there = d->g + at + k * d->step;
-    int x;
-    for (x = 0; x < GRID_BLOCK; ++x) w[x] = grid_bell(next[x] - s[x]) * there[x];
-    for (x = 0; x < GRID_BLOCK; ++x) sum[x] += w[x];
-}
-
-static inline void grid_thin(const grid *g, const grid_direction *d, size_t at, int k, float *w,
-                             float *middle) {
-    const float *a = d->a + at, *m = g->m + at;
-    int x, to = k * d->step;
-    for (x = 0; x < GRID_BLOCK; ++x) {
-        float thin = grid_five(k, 0.5f * (a[x] + a[x + to])) * 0.5f * (1 + m[x + to] / m[x]);
-        thin = a[x] < GRID_THIN ? thin : 0;
-        w[x] += thin, middle[x] -= thin;
+/* Of the `count` knots of a line, and of what it reaches beyond its beginning: a, the variance; s,
+   the place in sigmas; r = sqrt(m); g = r a^(-1/4); h = r a^(1/4). Lines are even about the axis
+   where they begin; for diagonals it is a mirror: their variance is 0 there, nothing gets over. */
+static inline void grid_places(const grid *g, const grid_kernels *d, int line, int count) {
+    float texel = 1 / (float)g->half, last = 0;
+    int j, diagonal = d != g->kernels;
+    for (j = -d->reach; j < count; ++j) {
+        float v = fabsf((float)j + 0.5f) * texel, u = ((float)line + 0.5f) * texel, rho2, a, root;
+        if (diagonal) u += v - 0.5f * texel;
+        rho2 = 1 + u * u + v * v;
+        a = d->variance * rho2 * (diagonal ? u * v : 1 + v * v - u * v) - d->boxes;
+        a = a > 1e-4f ? a : 1e-4f, root = sqrtf(a);
+        g->a[j] = a, g->r[j] = sqrtf(1 / (rho2 * sqrtf(rho2)));
+        g->h[j] = g->r[j] * sqrtf(root), g->g[j] = g->h[j] / root;
+        g->s[j] = j > -d->reach ? g->s[j - 1] + 2 / (last + root) : 0; /* a linear in between */
+        last = root;
     }
 }
 
-/* The texels of a block at x of row y that have a tap k. On a diagonal the variance is 0 where it
-   crosses an axis: nothing gets across. */
-static inline int grid_count(const grid *g, int which, int x, int y, int k) {
-    int half = g->n / 2, left = half - k - x;
-    if (which < 2 || k < 0) return GRID_BLOCK;
-    return y + k >= half || left < 0 ? 0 : left > GRID_BLOCK ? GRID_BLOCK : left;
+/* Tap k of every knot, and the sum so far. */
+static inline void grid_tap(const grid *g, float *restrict w, float *restrict sum, int k,
+                            int count) {
+    const float *s = g->s, *to = g->s + k, *there = g->g + k;
+    int j;
+    for (j = 0; j < count; ++j) {
+        float d = to[j] - s[j];
+        w[j] = d * d > (float)(GRID_CUT * GRID_CUT) ? 0 : grid_bell(d) * there[j];
+        sum[j] += w[j];
+    }
 }
 
-/* The weights of a block at x of row y, on the left half; returns how far they reach. */
-static inline int grid_block(const grid *g, int which, int x, int y) {
-    const grid_direction *d = g->direction + which;
-    size_t at = (size_t)(y + g->pad) * (size_t)g->stride + (size_t)(x + g->pad);
-    float *middle = grid_weights(g, 0) + x + g->pad, sum[GRID_BLOCK], widest = 0, least = 1e9f;
-    int i, k, reach;
-    for (i = 0; i < GRID_BLOCK; ++i) {
-        float a = d->a[at + (size_t)i];
-        widest = a > widest ? a : widest, least = a < least ? a : least;
-        sum[i] = d->g[at + (size_t)i];
+static inline void grid_scale(float *restrict w, const float *restrict scale, int count) {
+    int j;
+    for (j = 0; j < count; ++j) w[j] *= scale[j];
+}
+
+/* Tap k of five that have a Gaussian's second and fourth moment, in knots that are thin; rest: what
+   the middle one keeps. */
+static inline void grid_five(const grid *g, float *restrict w, float *restrict rest, int k,
+                             int count) {
+    const float *a = g->a, *b = g->a + k, *r = g->r, *there = g->r + k;
+    int j, outer = k == 2 || k == -2;
+    for (j = 0; j < count; ++j) {
+        float v = 0.5f * (a[j] + b[j]), two = (3 * v * v - v) / 24;
+        float tap = (outer ? two : 0.5f * v - 4 * two) * there[j] / r[j];
+        int thin = a[j] < GRID_THIN;
+        w[j] = thin ? tap : w[j], rest[j] -= thin ? tap : 0;
     }
-    reach = (int)(GRID_CUT * (double)sqrtf(widest)) + 1;
-    reach = reach > d->reach ? d->reach : reach < 2 ? 2 : reach;
+}
+
+static inline float *grid_row(const grid *g, const grid_kernels *d, int line, int k) {
+    return d->weights +
+           (size_t)(line * (2 * d->reach + 1) + d->reach + k) * (size_t)(g->wide + d->reach);
+}
+
+/* How far the weights of a knot reach, back (-1) or on (1). */
+static inline int grid_far(const grid *g, const grid_kernels *d, int line, int j, int side) {
+    int far = d->reach;
+    if (g->a[j] < GRID_THIN) return 2;
+    while (!(grid_row(g, d, line, side * far)[j] > 0)) --far;
+    return far;
+}
+
+/* The weights of a line. Each knot's sum is shared between both ends of its taps, so that the
+   kernel stays symmetric; what is then left is made up for by the knot itself. */
+static inline void grid_weigh(const grid *g, const grid_kernels *d, int line) {
+    int j, k, reach = d->reach, n = g->wide - (d == g->kernels ? 0 : line);
+    int *far = d->reaches + 2 * line * g->wide;
+    float *sum = g->sum, *share = g->h, *rest = g->g, *w;
+    grid_places(g, d, line, n + 2 * reach);
+    for (j = 0; j < n + reach; ++j) sum[j] = 0;
+    for (k = -reach; k <= reach; ++k) grid_tap(g, grid_row(g, d, line, k), sum, k, n + reach);
+    for (j = 0; j < n + reach; ++j) /* the root of 2 pi: a whole Gaussian's */
+        share[j] = 1 / sqrtf(g->a[j] < GRID_THIN ? 2.5066283f : sum[j] / g->h[j]);
+    for (j = 0; j < reach; ++j) share[-1 - j] = share[j];
+    for (j = 0; j < n; ++j) sum[j] = 0, rest[j] = 1;
     for (k = -reach; k <= reach; ++k) {
-        float *w = grid_weights(g, k) + x + g->pad;
-        if (k) grid_tap(d, at, k, w, sum);
-        for (i = grid_count(g, which, x, y, k); i < GRID_BLOCK; ++i) sum[i] -= w[i], w[i] = 0;
+        grid_scale(w = grid_row(g, d, line, k), share + k, n);
+        for (j = 0; j < n; ++j) sum[j] += w[j];
     }
-    for (i = 0; i < GRID_BLOCK; ++i) {
-        int thin = d->a[at + (size_t)i] < GRID_THIN;
-        float all = 1 / sum[i];
-        sum[i] = thin ? 0 : all, middle[i] = thin ? 1 : all * d->g[at + (size_t)i];
+    for (j = 0; j < n; ++j) {
+        sum[j] = 1 / sum[j];
+        far[2 * j] = grid_far(g, d, line, j, -1), far[2 * j + 1] = grid_far(g, d, line, j, 1);
     }
-    for (k = -reach; k <= reach; ++k) {
-        float *w = grid_weights(g, k) + x + g->pad;
-        for (i = 0; k && i < GRID_BLOCK; ++i) w[i] *= sum[i];
-        if (least >= GRID_THIN || !k || k < -2 || k > 2) continue;
-        grid_thin(g, d, at, k, w, middle);
-        for (i = grid_count(g, which, x, y, k); i < GRID_BLOCK; ++i) middle[i] += w[i], w[i] = 0;
-    }
-    return reach;
-}
-
-/* The weights of row y of the upper half of a face, and how far they reach in each block: the left
-   half, and its mirror image. */
-static inline void grid_row(const grid *g, int which, int y) {
-    int x, k, b, wide = g->n + 2 * g->pad, blocks = wide / GRID_BLOCK, most = 0;
-    for (b = 0; 2 * b < blocks; ++b) {
-        int reach = grid_block(g, which, b * GRID_BLOCK - g->pad, y);
-        g->reach[b] = g->reach[blocks - 1 - b] = reach;
-        most = reach > most ? reach : most;
-    }
-    for (k = -most; k <= most; ++k) {
-        const float *from = grid_weights(g, which ? k : -k);
-        float *to = grid_weights(g, k) + wide - 1;
-        for (x = 0; 2 * x < wide; ++x) to[-x] = from[x];
-    }
+    for (k = -reach; k <= reach; ++k) grid_scale(grid_row(g, d, line, k), sum, n);
+    for (k = -2; k <= 2; ++k)
+        if (k) grid_five(g, grid_row(g, d, line, k), rest, k, n);
+    for (w = grid_row(g, d, line, 0), j = 0; j < n; ++j)
+        w[j] = g->a[j] < GRID_THIN ? rest[j] : w[j];
 }
 
 /* ---------------------------------------------------------------------------------- >>passes -- */
 
-/* Blocks `from` .. `to` of a row of the three planes of a face; tap k lies `step` k texels off. */
-static inline void grid_sum(const grid *g, float *out, const float *in, int step, int from,
-                            int to) {
-    size_t stride = (size_t)g->stride, plane = (size_t)g->side * stride;
-    int b, x, k;
-    for (b = from; b < to; ++b)
-        for (x = b * GRID_BLOCK; x < (b + 1) * GRID_BLOCK; x += 2 * GRID_LANES) {
-            int reach = g->reach[b];
-            const float *weight = grid_weights(g, -reach) + x, *tap = in + x - reach * step;
-            float *result = out + x;
-            grid_lanes r = {0}, r2 = {0}, e = {0}, e2 = {0}, l = {0}, l2 = {0}, v, u, t;
-            for (k = -reach; k <= reach; ++k, weight += stride, tap += step) {
-                memcpy(&v, weight, sizeof v), memcpy(&u, weight + GRID_LANES, sizeof u);
-                GRID_KEEP(v);
-                GRID_KEEP(u);
-                memcpy(&t, tap, sizeof t), r += v * t;
-                memcpy(&t, tap + GRID_LANES, sizeof t), r2 += u * t;
-                memcpy(&t, tap + plane, sizeof t), e += v * t;
-                memcpy(&t, tap + plane + GRID_LANES, sizeof t), e2 += u * t;
-                memcpy(&t, tap + 2 * plane, sizeof t), l += v * t;
-                memcpy(&t, tap + 2 * plane + GRID_LANES, sizeof t), l2 += u * t;
-            }
-            memcpy(result, &r, sizeof r), memcpy(result + GRID_LANES, &r2, sizeof r);
-            result += plane;
-            memcpy(result, &e, sizeof r), memcpy(result + GRID_LANES, &e2, sizeof r);
-            result += plane;
-            memcpy(result, &l, sizeof r), memcpy(result + GRID_LANES, &l2, sizeof r);
-        }
+/* Filters the line of `count` knots from `at` on, `step` floats apart. */
+static inline void grid_line(const grid *g, int which, int line, float *at, size_t step,
+                             int count) {
+    const grid_kernels *d = g->kernels + (which == GRID_D);
+    const int *far = d->reaches + 2 * line * g->wide;
+    const float *weights = grid_row(g, d, line, 0);
+    int j, c, reach = d->reach, next = g->wide + reach;
+    float *old = g->line + (size_t)GRID_TAPS * GRID_KNOT;
+    for (j = 0; j < reach; ++j) {
+        memcpy(old + j * GRID_KNOT, at + (size_t)j * step, GRID_KNOT * sizeof *at);
+        grid_mirror(old - (j + 1) * GRID_KNOT, old + j * GRID_KNOT, which);
+    }
+    for (j = 0; j < count; ++j, at += step, far += 2) {
+        const float *ahead = at + (size_t)(reach + (j + 8 < count ? 8 : 0)) * step;
+        for (c = 0; c < GRID_KNOT; c += 16) GRID_FETCH(ahead + c);
+        memcpy(old + (j + reach) * GRID_KNOT, at + (size_t)reach * step, GRID_KNOT * sizeof *at);
+        grid_sum(at, old + (j - far[0]) * GRID_KNOT, GRID_KNOT, weights + j - far[0] * next,
+                 (size_t)next, far[0] + 1 + far[1]);
+    }
 }
 
-/* One pass over what is valid around the faces: px texels beyond their sides, py above and below;
-   the pass makes them fewer. */
-static inline void grid_pass(grid *g, int which, int *px, int *py) {
-    const grid_direction *d = g->direction + which;
-    float *swap = g->image;
-    int face, half, y, s = g->stride, first, last, middle;
-    if (which != 1) *px -= d->reach;
-    if (which != 0) *py -= d->reach;
-    first = (g->pad - *px) / GRID_BLOCK;
-    last = (g->pad + g->n + *px + GRID_BLOCK - 1) / GRID_BLOCK;
-    middle = (g->pad + g->n / 2) / GRID_BLOCK;
-    for (y = -*py; 2 * y < g->n; ++y) {
-        grid_row(g, which, y);
-        for (face = 0; face < 6; ++face)
-            for (half = 0; half < 2; ++half) {
-                float *to = grid_texel(g, g->other, 3 * face, -g->pad, half ? g->n - 1 - y : y);
-                const float *from = g->image + (to - g->other);
-                int step = which == 0 ? 1 : which == 1 ? (half ? -s : s) : half ? 1 - s : 1 + s;
-                grid_sum(g, to, from, step, first, which < 2 ? last : middle);
-                if (which == 2) grid_sum(g, to, from, half ? -1 - s : s - 1, middle, last);
-            }
+/* One pass over what is valid: px knots beyond the edges along x, py along y; the pass makes them
+   fewer. */
+static inline void grid_pass(const grid *g, int which, int *px, int *py) {
+    int i, lines, count, reach = g->kernels[which == GRID_D].reach;
+    size_t row = (size_t)g->side * GRID_KNOT, step = which == GRID_U ? GRID_KNOT : row;
+    if (which == GRID_D) step += GRID_KNOT;
+    *px -= which == GRID_V ? 0 : reach, *py -= which == GRID_U ? 0 : reach;
+    lines = g->half + (which == GRID_U ? *py : *px);
+    count = g->half + (which == GRID_U ? *px : *py);
+    for (i = 0; i < lines; ++i) {
+        int length = which == GRID_D ? count - i : count; /* then px = py */
+        if (which != GRID_U) grid_line(g, which, i, grid_knot(g, i, 0), step, length);
+        if (which == GRID_U || (which == GRID_D && i))
+            grid_line(g, which, i, grid_knot(g, 0, i), step, length);
     }
-    g->image = g->other, g->other = swap;
 }
 
 /* ---------------------------------------------------------------------------------- >>border -- */
 
-/* Where the texels beyond an edge are found: the i-th along it, j deep, at
-   from + i from_along + j from_deep in the neighbour's plane; to: the same on this face. */
-typedef struct grid_edge {
-    int from, from_along, from_deep, to, to_along, to_deep, face;
-} grid_edge;
-
-static inline int grid_place(const grid *g, const float dir[3], int *face) {
-    float u, v;
-    envmap_coordinates(face, &u, &v, ENVMAP_CUBE, dir);
-    return ((int)(v * (float)g->n) + g->pad) * g->stride + (int)(u * (float)g->n) + g->pad;
+/* Which part goes on beyond the edge of each part, along x and along y; GRID_PARTS more where it
+   does so along its own y. */
+static inline void grid_seams(int seams[2][GRID_PARTS]) {
+    int edge, part, face;
+    for (edge = 0; edge < 2; ++edge)
+        for (part = 0; part < GRID_PARTS; ++part) {
+            float x = part / 6 % 2 ? 0.5f : -0.5f, y = part / 12 ? 0.5f : -0.5f, dir[3], u, v;
+            x *= edge ? 0.5f : 1.01f, y *= edge ? 1.01f : 0.5f;
+            envmap_direction(dir, ENVMAP_CUBE, part % 6, 0.5f + x, 0.5f + y);
+            envmap_coordinates(&face, &u, &v, ENVMAP_CUBE, dir);
+            seams[edge][part] = face + 6 * (u > 0.5f) + 12 * (v > 0.5f);
+            if (fabsf(u - 0.5f) < fabsf(v - 0.5f)) seams[edge][part] += GRID_PARTS;
+        }
 }
 
-static inline void grid_find_edge(grid_edge *e, const grid *g, int face, int side) {
-    float m[3], a[3], b[3], dir[3], half = 0.5f / (float)g->n;
-    int c, k, at[3], n = g->n, out = side & 1 ? 1 : -1;
-    envmap_direction(m, ENVMAP_CUBE, face, 0.5f, 0.5f);
-    envmap_direction(a, ENVMAP_CUBE, face, side < 2 ? 0.5f * (float)(1 + out) : 0.5f,
-                     side < 2 ? 0.5f : 0.5f * (float)(1 + out));
-    envmap_direction(b, ENVMAP_CUBE, face, side < 2 ? 0.5f : 1, side < 2 ? 1 : 0.5f);
-    for (k = 0; k < 3; ++k) { /* the first texel, the next one along, the next one deep */
-        float t = 2 * half * (k == 1 ? 3.0f : 1.0f) - 1, z = 1 - 2 * half * (k == 2 ? 3.0f : 1.0f);
-        for (c = 0; c < 3; ++c)
-            dir[c] = a[c] * 1.41421356f - m[c] + t * (b[c] * 1.41421356f - m[c]) + z * m[c];
-        at[k] = grid_place(g, dir, &e->face);
-    }
-    e->from = at[0], e->from_along = at[1] - at[0], e->from_deep = at[2] - at[0];
-    e->to_along = side < 2 ? g->stride : 1;
-    e->to_deep = (side < 2 ? 1 : g->stride) * out;
-    e->to = g->pad * (g->stride + 1) + (out > 0 ? (n - 1) * e->to_deep : 0);
-}
-
-/* What the row `depth` beyond any edge is made of: deep[] of four rows from `first` on, stretched
-   by 1 / f: weight[] of four texels from at[] on. */
-typedef struct grid_beyond {
-    float deep[4], *weight; /* [4][stride] */
-    int *at, first;
-} grid_beyond;
-
-static inline void grid_stretch(const grid *g, grid_beyond *r, int depth) {
-    int i, k, n = g->n, count = n + 2 * depth + 2;
-    float f = 1 / (1 + (2 * (float)depth + 1) / (float)n), w[4];
-    r->weight = g->strip + (size_t)(2 * g->border + 8 + 5 * depth) * (size_t)g->stride;
-    r->at = (int *)(r->weight + 4 * g->stride);
-    r->first = grid_cubic(r->deep, (1 - f) * 0.5f * (float)n - 0.5f);
-    for (i = 0; i < count; ++i) {
-        float x = (float)(i - depth - 1);
-        int at = grid_cubic(w, (x + 0.5f - 0.5f * (float)n) * f + 0.5f * (float)(n - 1));
-        r->at[i] = at < -2 ? -2 : at > n - 2 ? n - 2 : at;
-        for (k = 0; k < 4; ++k) r->weight[k * g->stride + i] = w[k];
-    }
-}
-
-/* Row `depth` in `to`, from the neighbour's rows in `from`. row: room for one */
-static inline void grid_edge_row(const grid *g, const grid_beyond *r, int depth, float *to,
-                                 const float *from, float *row) {
-    const float *deep = r->deep, *w = r->weight, *source[4];
-    int i, k, n = g->n, count = n + 2 * depth + 2, s = g->stride;
+/* Weights of four knots from `first` on, so that all lie on a face of n: what is beyond its end
+   counts there. Returns the first. */
+static inline int grid_inside(float w[4], int first, int n) {
+    float in[4] = {0, 0, 0, 0};
+    int k, start = first < n - 4 ? first : n - 4;
+    start = start < 0 ? 0 : start;
     for (k = 0; k < 4; ++k) {
-        int at = r->first + k < 0 ? 0 : r->first + k > n - 1 ? n - 1 : r->first + k;
-        source[k] = from + at * s;
+        int at = first + k < 0 ? 0 : first + k < n ? first + k : n - 1;
+        in[at - start] += w[k];
     }
-    row += 2;
-    for (i = 0; i < n; ++i)
-        row[i] = deep[0] * source[0][i] + deep[1] * source[1][i] + deep[2] * source[2][i] +
-                 deep[3] * source[3][i];
-    row[-2] = row[-1] = row[0], row[n] = row[n + 1] = row[n - 1];
-    for (i = 0; i < count; ++i) {
-        const float *tap = row + r->at[i];
-        to[i] = w[i] * tap[0] + w[s + i] * tap[1] + w[2 * s + i] * tap[2] + w[3 * s + i] * tap[3];
-    }
+    memcpy(w, in, sizeof in);
+    return start;
 }
 
-/* One plane beyond one edge. Rows of the neighbour, and those that they make, lie in g->strip as if
-   along the edge were along x. */
-static inline void grid_edge_rows(const grid *g, const grid_edge *e, const grid_beyond *r,
-                                  float *to, const float *from) {
-    int i, k, s = g->stride, rows = g->border + 4, n = g->n;
-    float *near_rows = g->strip, *made = near_rows + rows * s, *row = made + g->border * s;
-    if (rows > n) rows = n;
-    from += e->from, to += e->to;
-    if (e->from_along == 1 || e->from_along == -1)
-        for (k = 0; k < rows; ++k)
-            for (i = 0; i < n; ++i)
-                near_rows[k * s + i] = from[i * e->from_along + k * e->from_deep];
-    else
-        for (i = 0; i < n; ++i)
-            for (k = 0; k < rows; ++k)
-                near_rows[k * s + i] = from[i * e->from_along + k * e->from_deep];
-    for (k = 0; k < g->border; ++k) {
-        float *out = e->to_along == 1 ? to + (k + 1) * e->to_deep - k - 1 : made + k * s;
-        grid_edge_row(g, r + k, k, out, near_rows, row);
+/* What lies `deep` on the neighbours: rows[0] along y, rows[1] along x, from two knots before the
+   middle to two beyond the end. */
+static inline void grid_deep(const grid *g, float *rows[2], float deep) {
+    int i, k, n = g->half, first, count = n < 4 ? n : 4;
+    float w[4];
+    size_t row = (size_t)g->side * GRID_KNOT;
+    first = grid_cubic(w, deep);
+    first = grid_inside(w, first, n);
+    for (i = 0; i < n; ++i) {
+        grid_sum(rows[0] + i * GRID_KNOT, grid_knot(g, first, i), GRID_KNOT, w, 1, count);
+        grid_sum(rows[1] + i * GRID_KNOT, grid_knot(g, i, first), row, w, 1, count);
     }
-    for (i = -g->border; i < n + g->border && e->to_along != 1; ++i) {
-        int first = i < 0 ? -1 - i : i < n ? 0 : i - n;
-        for (k = first; k < g->border; ++k)
-            to[i * e->to_along + (k + 1) * e->to_deep] = made[k * s + i + k + 1];
-    }
+    for (k = 0; k < 2; ++k)
+        for (i = 0; i < 2; ++i) {
+            float *last = rows[k] + (n - 1) * GRID_KNOT;
+            int there = i < n ? i : n - 1;
+            grid_mirror(rows[k] - (i + 1) * GRID_KNOT, rows[k] + there * GRID_KNOT,
+                        k ? GRID_U : GRID_V);
+            memcpy(last + (i + 1) * GRID_KNOT, last, GRID_KNOT * sizeof *last);
+        }
 }
 
+/* Writes what lies beyond the edges: what is at 1 / f on a face's plane is at f on the next. */
 static inline void grid_border(const grid *g) {
-    int i, c;
-    size_t plane = (size_t)g->side * (size_t)g->stride;
-    grid_beyond rows[GRID_BORDER];
-    for (i = 0; i < g->border; ++i) grid_stretch(g, rows + i, i);
-    for (i = 0; i < 24; ++i) {
-        grid_edge e;
-        grid_find_edge(&e, g, i / 4, i % 4);
-        for (c = 0; c < 3; ++c)
-            grid_edge_rows(g, &e, rows, g->image + (size_t)(i / 4 * 3 + c) * plane,
-                           g->image + (size_t)(3 * e.face + c) * plane);
+    int depth, i, k, part, seams[2][GRID_PARTS];
+    float w[4], *rows[2], found[2 * GRID_KNOT];
+    rows[0] = g->line + 2 * GRID_KNOT, rows[1] = rows[0] + (g->half + 4) * GRID_KNOT;
+    grid_seams(seams);
+    for (depth = 0; depth < g->wide - g->half; ++depth) {
+        int at = g->half + depth;
+        float f = (float)g->half / ((float)at + 0.5f);
+        grid_deep(g, rows, f * (float)g->half - 0.5f);
+        for (i = 0; i <= at; ++i) {
+            int from = grid_cubic(w, ((float)i + 0.5f) * f - 0.5f);
+            for (k = 0; k < 2; ++k)
+                grid_sum(found + k * GRID_KNOT, rows[k] + from * GRID_KNOT, GRID_KNOT, w, 1, 4);
+            for (k = 0; k < 2; ++k)
+                for (part = 0; part < GRID_PARTS; ++part)
+                    memcpy(grid_knot(g, k ? i : at, k ? at : i) + 3 * part,
+                           found + 3 * seams[k][part], 3 * sizeof *found);
+        }
     }
 }
 
 /* ---------------------------------------------------------------------------------- >>levels -- */
 
-/* The faces, `edge` texels a side: as they are, or halved: means of 2 x 2 texels, weighted by the
-   roots of their solid angles as the passes' kernels are; of a variance of 1/4 texel^2. */
-static inline void grid_halve(const grid *g, float *below, int edge) {
-    int plane, x, y;
-    for (plane = 0; plane < 18; ++plane)
-        for (y = 0; y < edge; ++y, below += edge) {
-            const float *t = grid_texel(g, g->image, plane, 0, edge < g->n ? 2 * y : y);
-            const float *s = t + g->stride, *m, *w;
-            int upper = 4 * y < g->n, row = g->pad + (upper ? 2 * y : g->n - 1 - 2 * y);
-            if (edge == g->n) memcpy(below, t, (size_t)edge * sizeof *below);
-            if (edge == g->n) continue;
-            m = g->m + row * g->stride + g->pad, w = m + (upper ? g->stride : -g->stride);
-            for (x = 0; x < edge; ++x) {
-                float sum = m[2 * x] * t[2 * x] + m[2 * x + 1] * t[2 * x + 1] +
-                            w[2 * x] * s[2 * x] + w[2 * x + 1] * s[2 * x + 1];
-                below[x] = sum / (m[2 * x] + m[2 * x + 1] + w[2 * x] + w[2 * x + 1]);
-            }
+/* The root of the solid angle of a knot's texels, up to a constant. */
+static inline float grid_root(const grid *g, int x, int y) {
+    float u = ((float)x + 0.5f) / (float)g->half, v = ((float)y + 0.5f) / (float)g->half;
+    float rho2 = 1 + u * u + v * v;
+    return sqrtf(1 / (rho2 * sqrtf(rho2)));
+}
+
+/* The mean of the four knots about the middle of f x f, times scale; by roots of solid angles, as
+   the passes' kernels are: solid angles would drift. Its variance is 1/4 knot^2. */
+static inline void grid_mean(const grid *g, float *to, int x, int y, int f, float scale) {
+    int i, at = f / 2 - 1;
+    float w[4], sum = 0, row[2 * GRID_KNOT];
+    x = f * x + at, y = f * y + at;
+    for (i = 0; i < 4; ++i) sum += w[i] = grid_root(g, x + i % 2, y + i / 2);
+    for (i = 0; i < 4; ++i) w[i] *= scale / sum;
+    for (i = 0; i < 2; ++i)
+        grid_sum(row + i * GRID_KNOT, grid_knot(g, x, y + i), GRID_KNOT, w + 2 * i, 1, 2);
+    for (i = 0; i < GRID_KNOT; ++i) to[i] = row[i] + row[GRID_KNOT + i];
+}
+
+static inline void grid_halve(grid *g) {
+    int x, y;
+    float *mean = g->line;
+    for (y = 0; y < g->half / 2; ++y)
+        for (x = 0; x < g->half / 2; ++x) {
+            grid_mean(g, mean, x, y, 2, 1);
+            memcpy(grid_knot(g, x, y), mean, GRID_KNOT * sizeof *mean);
         }
+    g->half /= 2;
+}
+
+/* Where row y of each part begins on a map's level, n knots a quarter; texels of the left half go
+   to the left. */
+static inline void grid_rows(float *texels[GRID_PARTS], const envmap *map, int level, int n,
+                             int y) {
+    int part;
+    for (part = 0; part < GRID_PARTS; ++part)
+        texels[part] = envmap_texel(map, level, 0, part % 6, part / 6 % 2 ? n : n - 1,
+                                    part / 12 ? n + y : n - 1 - y);
+}
+
+static inline void grid_load(const grid *g, const envmap *map) {
+    int part, x, y;
+    float *texels[GRID_PARTS];
+    for (y = 0; y < g->half; ++y) {
+        float *to = grid_knot(g, 0, y);
+        grid_rows(texels, map, 0, g->half, y);
+        for (x = 0; x < 3 * g->half; x += 3)
+            for (part = 0; part < GRID_PARTS; ++part, to += 3)
+                memcpy(to, texels[part] + (part / 6 % 2 ? x : -x), 3 * sizeof *to);
+    }
+}
+
+/* A level of a cube from the image. */
+static inline void grid_store(const grid *g, envmap *map, int level, float scale) {
+    int part, x, y, n = method_edge(map, level) / 2, f = g->half / n;
+    float *texels[GRID_PARTS], knot[GRID_KNOT];
+    for (y = 0; y < n; ++y) {
+        grid_rows(texels, map, level, n, y);
+        for (x = 0; x < n; ++x) {
+            if (f > 1)
+                grid_mean(g, knot, x, y, f, scale);
+            else
+                grid_sum(knot, grid_knot(g, x, y), 0, &scale, 0, 1);
+            for (part = 0; part < GRID_PARTS; ++part)
+                memcpy(texels[part] + (part / 6 % 2 ? 3 * x : -3 * x), knot + 3 * part,
+                       3 * sizeof *knot);
+        }
+    }
 }
 
 /* ------------------------------------------------------------------------------------ >>work -- */
@@ -415,96 +402,62 @@ static inline void grid_halve(const grid *g, float *below, int edge) {
 static inline int grid_rounds(int n, double variance) {
     double texels = 0.5 * n * GRID_ROUND, most = GRID_TAPS / (GRID_CUT * 2.1);
     double at_once = GRID_ROUND * (texels > most ? most / texels : 1);
-    int rounds = (int)ceil(variance / (at_once * at_once));
-    return rounds > 1 ? rounds : 1;
+    int pairs = (int)ceil(variance / (2 * at_once * at_once));
+    return pairs > 1 ? 2 * pairs : 2;
 }
 
-/* Passes along a row, and along a column: a Gaussian this thin hardly sees their order. */
-static inline int grid_halves(double variance) {
-    return variance < GRID_PLAIN * GRID_PLAIN ? 1 : 2;
+/* Shapes g for faces of n texels and a variance, less what `boxes` have added, in texels^2 along
+   rows and columns. */
+static inline void grid_shape(grid *g, int n, double variance, double boxes) {
+    grid_kernels *d = g->kernels;
+    double texels;
+    g->half = n / 2, g->rounds = grid_rounds(n, variance);
+    texels = variance / g->rounds * 0.25 * n * n;
+    d[0].variance = d[1].variance = (float)texels;
+    d[0].boxes = (float)(boxes / g->rounds), d[1].boxes = 0;
+    d[0].reach = 2 + (int)(GRID_CUT * sqrt(4 * texels));
+    d[1].reach = 2 + (int)(GRID_CUT * sqrt(3 * texels));
+    g->wide = g->half + d[0].reach + d[1].reach;
 }
 
-/* Shapes g for faces of n texels and a variance; returns the floats that it then needs. */
-static inline size_t grid_shape(grid *g, int n, double variance) {
-    double texels = sqrt(variance / grid_rounds(n, variance)) * 0.5 * n;
-    int halves = grid_halves(variance);
-    g->n = n;
-    g->direction[0].reach = 2 + (int)(GRID_CUT * sqrt(4.0 / halves) * texels);
-    g->direction[1].reach = g->direction[0].reach;
-    g->direction[2].reach = 2 + (int)(GRID_CUT * sqrt(3.0) * texels);
-    g->border = halves * g->direction[0].reach + g->direction[2].reach;
-    g->pad = g->border + GRID_BLOCK - (n / 2 + g->border - 1) % GRID_BLOCK - 1;
-    g->side = n + 2 * g->pad;
-    g->stride = g->side + GRID_BLOCK;
-    g->rows = g->pad + n / 2 + g->direction[2].reach + 1;
-    return (size_t)g->stride * (36 * (size_t)g->side + 10 * (size_t)g->rows + 2 * GRID_TAPS + 16 +
-                                7 * (size_t)g->border);
+/* The floats of the weights that a shape needs, and of all else for images of `side` knots. */
+static inline size_t grid_weights(const grid *g) {
+    int a = g->kernels[0].reach, b = g->kernels[1].reach;
+    return (size_t)g->wide *
+           (size_t)((g->wide + a) * (2 * a + 1) + (g->wide + b) * (2 * b + 1) + 4 * g->wide);
 }
 
-static inline void grid_lay_out(grid *g, float *p) {
-    size_t stride = (size_t)g->stride, image = 18 * stride * (size_t)g->side;
-    size_t table = stride * (size_t)g->rows;
-    int k;
-    g->image = p, p += image + stride, g->other = p, p += image + stride;
-    g->m = p + stride, p += table + stride;
-    for (k = 0; k < 3; ++k) {
-        grid_direction *d = g->direction + k;
-        d->a = p, p += table, d->s = p, p += table, d->g = p, p += table;
-        d->step = (k > 0 ? g->stride : 0) + (k != 1);
+static inline size_t grid_floats(int side) {
+    size_t s = (size_t)side;
+    return GRID_KNOT * (s * s + 2 * s + 2 * GRID_TAPS + 8) + 6 * (s + 3 * GRID_TAPS) + 16;
+}
+
+/* p: grid_floats(side) and room for the weights of any shape that g will have. */
+static inline void grid_lay_out(grid *g, int side, float *p) {
+    size_t s = (size_t)side, table = s + 3 * GRID_TAPS;
+    p += (64 - (size_t)p % 64) / sizeof *p; /* vectors that do not cross lines of the cache */
+    g->side = side, g->image = p, p += s * s * GRID_KNOT;
+    g->line = p, p += (2 * s + 2 * GRID_TAPS + 8) * GRID_KNOT;
+    g->a = p + GRID_TAPS, g->s = g->a + table, g->r = g->s + table, g->g = g->r + table;
+    g->h = g->g + table, g->sum = g->h + table, g->kernels[0].weights = p + 6 * table;
+}
+
+/* The heat kernel: the image through all rounds. */
+static inline void grid_run(grid *g) {
+    static const int order[2][3] = {{GRID_U, GRID_V, GRID_D}, {GRID_D, GRID_V, GRID_U}};
+    int i, k;
+    size_t lines = (size_t)g->wide;
+    for (k = 0; k < 2; ++k) {
+        grid_kernels *d = g->kernels + k;
+        if (k) d->weights = (float *)(g->kernels[0].reaches + 2 * lines * lines);
+        d->reaches = (int *)grid_row(g, d, g->wide, -d->reach);
+        for (i = 0; i < g->wide; ++i) grid_weigh(g, d, i);
     }
-    g->weights = p, p += stride * (2 * GRID_TAPS + 1), g->strip = p,
-    p += stride * (size_t)(7 * g->border + 9);
-    g->reach = (int *)p;
-}
-
-/* The heat kernel of a variance: the image through all rounds. */
-static inline void grid_run(grid *g, double variance, double boxes) {
-    static const int order[] = {0, 1, 2, 1, 0};
-    int i, k, rounds = grid_rounds(g->n, variance), halves = grid_halves(variance);
-    grid_variances(g, variance / rounds, boxes / rounds, halves);
-    for (k = 0; k < 3; ++k) grid_places(g, g->direction + k);
-    for (i = 0; i < rounds; ++i) {
-        int px = g->border, py = g->border;
+    for (i = 0; i < g->rounds; ++i) {
+        int px = g->wide - g->half, py = px;
         grid_border(g);
-        for (k = 0; k < 2 * halves + 1; ++k) grid_pass(g, order[k], &px, &py);
+        for (k = 0; k < 3; ++k) grid_pass(g, order[i % 2][k], &px, &py);
     }
-}
-
-/* Faces that grid_halve made. */
-static inline void grid_take(const grid *g, const float *level) {
-    int plane, y;
-    for (plane = 0; plane < 18; ++plane)
-        for (y = 0; y < g->n; ++y, level += g->n)
-            memcpy(grid_texel(g, g->image, plane, 0, y), level, (size_t)g->n * sizeof *level);
-}
-
-static inline void grid_load(const grid *g, const envmap *map) {
-    int face, x, y, c;
-    for (face = 0; face < 6; ++face)
-        for (y = 0; y < g->n; ++y) {
-            const float *texel = envmap_texel(map, 0, 0, face, 0, y);
-            for (c = 0; c < 3; ++c) {
-                float *mine = grid_texel(g, g->image, 3 * face + c, 0, y);
-                for (x = 0; x < g->n; ++x) mine[x] = texel[3 * x + c];
-            }
-        }
-}
-
-/* A level of a cube from the image, or from what grid_halve made. */
-static inline void grid_store(const grid *g, envmap *map, int level, const float *halved,
-                              float scale) {
-    int face, x, y, c, n = halved ? g->n / 2 : g->n;
-    for (face = 0; face < 6; ++face)
-        for (y = 0; y < n; ++y) {
-            float *texel = envmap_texel(map, level, 0, face, 0, y);
-            const float *from[3];
-            for (c = 0; c < 3; ++c)
-                from[c] = halved ? halved + ((3 * face + c) * n + y) * n
-                                 : grid_texel(g, g->image, 3 * face + c, 0, y);
-            for (x = 0; x < n; ++x, texel += 3)
-                texel[0] = scale * from[0][x], texel[1] = scale * from[1][x],
-                texel[2] = scale * from[2][x];
-        }
 }
 
 #endif /* METHOD_SEPARABLE_GRID_H */
