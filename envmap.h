@@ -4692,7 +4692,7 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
    l its contrast kappa, and epsilon, that of its brightest spot alone; and D, how dark the result
    may get, over its mean. A band holds at most kappa^2 times what one light of all the energy puts
    there.
-     rms     kappa^2 sum_(l>=L) (2l+1) lambda_l^2 <= (tolerance/4)^2 R,
+     rms     sum_(l>=L) kappa_l^2 (2l+1) lambda_l^2 <= (tolerance/2)^2 R,
              kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/4)^2 R,
              R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
      texels  of what is lost at the angle t from a light, d(t) = sum (2l+1) lambda_l P_l(cos t) over
@@ -4703,11 +4703,17 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
              share = 4 tolerances for the bands and 2 for each of four splines, 12 in all where
              20 are allowed: the second is an rms, of which a texel may see more.
    A lobe with a kink (diffuse, Banks) has bands that end slowly. There the texels that hold more
-   than 1/2000 of all light are summed one by one, exactly, and kappa is that of the others.
+   than 1/2000 of all light are summed one by one, exactly, and kappa is that of the others; D is
+   the least that one of 54 axes gets. Narrow ones (sigma <= 1/2) are held to what each of 150 axes
+   a sees of light and of contrast, L(a) being the light that it gets:
+             kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
+             1.6 epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
+   up to 256 bands, beyond which only rms is asked for; where an axis sees black, it goes on and
+   next to nothing stands for L(a).
    Of Banks' slices those at c and -c are each other's antipodes; slices of as many bands share a
    grid.
-   The first bound is proved but for kappa_l standing for all bands beyond l; the second is a model
-   of how errors meet, and measured: the worst texel of all tests stays below 20 tolerances.
+   The first bound is proved but for kappa; the others are models of how errors meet, and measured:
+   the worst texel of all tests stays below 20 tolerances.
    Tests: tests/test_fast.c. */
 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels. */
@@ -5000,7 +5006,8 @@ static double envmapi_block_square(const envmapi_survey *s, const float *block,
    exceeds *most, and its block. */
 static double envmapi_survey_squares(double *squares, double *most, size_t *spot,
                                      const envmapi_survey *s, const float *sums, int i, int to) {
-    int nu, nv, wide, high, parents_wide = 0, parents_high = 0, faces = envmap_faces(s->map->mapping);
+    int nu, nv, wide, high, parents_wide = 0, parents_high = 0;
+    int faces = envmap_faces(s->map->mapping);
     const float *parents = NULL, *block;
     double sum = 0;
     if (i + 1 < s->scales)
@@ -5419,7 +5426,7 @@ static void envmapi_series_add(envmapi_series *series, double *sum, double weigh
    result's mean and power; what the axes get, over the strongest channel's energy; and of those at
    an angle from the brightest spot at a scale, the least. */
 typedef struct envmapi_look {
-    int slice;
+    int slice, black;            /* black: some axis gets next to nothing */
     double area[ENVMAPI_ANGLES]; /* sin t dt / 2 */
     double k[ENVMAPI_ANGLES], most, mean, power;
     double darkest, result[ENVMAPI_AXES], dark[ENVMAPI_SCALES][ENVMAPI_ANGLES];
@@ -5455,7 +5462,8 @@ static void envmapi_look_round(envmapi_look *look, const envmapi_plan *plan,
     for (int i = 0; i < s->scales && s->detail; ++i) {
         for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->dark[i][j] = HUGE_VAL;
         for (int a = 0; a < s->axes; ++a) {
-            double t = envmapi_angle(s->sights[a].axis, s->sights[s->round + i].axis);
+            double t = envmapi_acos(
+                envmapi_dot(s->sights[a].axis, s->sights[s->round + i].axis));
             double from = sqrt(fmax(t - 0.3, 0) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
             double to = sqrt((t + 0.3) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
             for (int j = (int)ceil(from); j <= to && j < ENVMAPI_ANGLES; ++j)
@@ -5473,6 +5481,7 @@ static void envmapi_look_create(envmapi_look *look, const envmapi_plan *plan, in
     look->mean = envmapi_plan_mean(plan, slice);
     look->darkest = look->mean * (plan->kinked ? 1 : 2 * plan->dark);
     if (plan->kinked) envmapi_look_round(look, plan, s, series.x, lambda[0]);
+    look->black = look->darkest < 3e-3 * look->mean;
     memset(look->k, 0, sizeof look->k);
     for (int l = 0; l < plan->bands; ++l) envmapi_series_add(&series, look->k, lambda[l]);
     look->most = 0;
@@ -5485,8 +5494,8 @@ static void envmapi_look_create(envmapi_look *look, const envmapi_plan *plan, in
 }
 
 /* May an error q(t) of every light be, as far as axes see? Of what an axis gets, the rms of all
-   together must stay below that share; and what the brightest spot does below half of that share
-   of what the darkest axis gets that is as far from it. */
+   together must stay below that share; and 1.6 times what the brightest spot does below that share
+   of what the darkest axis gets that is as far off, or where there is black, of next to nothing. */
 static int envmapi_look_sees(const envmapi_look *look, const envmapi_survey *s, const double *q,
                              double share, int l) {
     envmapi_contrast contrast = envmapi_contrast_at(s, l);
@@ -5494,7 +5503,8 @@ static int envmapi_look_sees(const envmapi_look *look, const envmapi_survey *s, 
     float sums[3 + ENVMAPI_SCALES];
     int i = envmapi_scale_at(s, l);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        if (2 * contrast.epsilon * q[j] > share * look->dark[i][j]) return 0;
+        double least = look->black ? 5e-4 * look->mean : look->dark[i][j] / 1.6;
+        if (contrast.epsilon * q[j] > share * least) return 0;
         squares[j] = q[j] * q[j];
     }
     for (int a = 0; a < s->round; ++a) {
@@ -5514,7 +5524,8 @@ static int envmapi_look_allows(const envmapi_look *look, const envmapi_plan *pla
                                const envmapi_survey *s, const double *d, double share,
                                double slack, int l) {
     envmapi_contrast c = envmapi_contrast_at(s, l);
-    double excess[ENVMAPI_ANGLES], most = 0, squares = 0, dark = fmax(look->darkest / 2, 1e-3 * look->mean);
+    double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
+    double dark = fmax(look->darkest / 2, 1e-3 * look->mean);
     double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
         double over = fabs(d[j]) - share * fabs(look->k[j]) - slack;
@@ -5546,7 +5557,7 @@ static int envmapi_look_bands(const envmapi_look *look, const envmapi_plan *plan
     envmapi_series_begin(&series);
     memcpy(lost, look->k, sizeof lost);
     int few = plan->kinked && s->detail;
-    if (few && look->darkest > 1e-3 * look->mean)
+    if (few && !look->black)
         last = (int)fmin(last, ENVMAPI_KINK_BANDS * fmax(pow(1e-3 / tolerance, 2.0 / 3), 1));
     for (int l = 0, next = L; l < last && l < 3 * L; ++l) {
         if (l == next) {
@@ -5690,7 +5701,8 @@ static int envmapi_plan_run(int *need, double *h, const envmapi_plan *plan, int 
 /* Bands and spacing for this scene; need 0 where there are not enough, or more than `most`. */
 static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, double most) {
     plan->dark = envmapi_survey_dark(survey, plan->sigma);
-    for (int bands = 24;; bands = bands == 24 ? 96 : 2 * bands) {
+    for (int bands = plan->bands > 24 ? plan->bands : 24;; bands = bands < 96 ? 96 : 2 * bands) {
+        if (bands > ENVMAPI_FAST_BANDS) bands = ENVMAPI_FAST_BANDS;
         if (bands > plan->bands && !envmapi_plan_lambda(plan, bands, 0)) return plan->need = 0;
         envmapi_plan_needs(plan, survey, 1);
         /* What is near the last band there is may be beyond it. */
@@ -5700,8 +5712,10 @@ static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, do
         if (bands >= ENVMAPI_FAST_BANDS) { /* a kink beside nothing but dark: at least the rms */
             envmapi_plan_needs(plan, survey, 0);
             if (plan->need > plan->bands / 2) return plan->need = 0;
+            envmapi_plan_needs(plan, survey, 1);
             plan->need = plan->bands / 2;
-            for (int k = 0; k < plan->slices; ++k) plan->needs[k] = plan->need;
+            for (int k = 0; k < plan->slices; ++k)
+                if (plan->needs[k] > plan->need) plan->needs[k] = plan->need;
             break;
         }
     }
