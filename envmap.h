@@ -5655,8 +5655,13 @@ static int envmapi_plan_lattice_holds(envmapi_plan *plan, const envmap *map) {
     return 1;
 }
 
-/* Bands and spacing of every slice, the most and the least; between slices that are looked at, the
-   greater number and the finer grid. */
+/* Are there bands enough? What is near the last one may be beyond it. */
+static int envmapi_plan_enough(const envmapi_plan *plan) {
+    return plan->need <= plan->bands - plan->bands / 8;
+}
+
+/* Bands and spacing of every slice, the most and the least, unless there are not bands enough;
+   between slices that are looked at, the greater number and the finer grid. */
 static void envmapi_plan_needs(envmapi_plan *plan, const envmapi_survey *s, int texels) {
     plan->need = 1;
     for (int n = 0, from = 0; n < envmapi_plan_sampled(plan); ++n) {
@@ -5667,6 +5672,7 @@ static void envmapi_plan_needs(envmapi_plan *plan, const envmapi_survey *s, int 
             plan->needs[i] = i < at && plan->needs[from] > L ? plan->needs[from] : L;
         plan->needs[at] = L, from = at;
         if (L > plan->need) plan->need = L;
+        if (!envmapi_plan_enough(plan) && plan->bands < ENVMAPI_FAST_BANDS) return;
     }
 }
 
@@ -5705,8 +5711,7 @@ static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, do
         if (bands > ENVMAPI_FAST_BANDS) bands = ENVMAPI_FAST_BANDS;
         if (bands > plan->bands && !envmapi_plan_lambda(plan, bands, 0)) return plan->need = 0;
         envmapi_plan_needs(plan, survey, 1);
-        /* What is near the last band there is may be beyond it. */
-        if (plan->need <= plan->bands - plan->bands / 8) break;
+        if (envmapi_plan_enough(plan)) break;
         if (plan->need > most || (bands >= ENVMAPI_FAST_BANDS && bands < 8 / plan->sigma))
             return plan->need = 0;
         if (bands >= ENVMAPI_FAST_BANDS) { /* a kink beside nothing but dark: at least the rms */
