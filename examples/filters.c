@@ -99,9 +99,12 @@ static void look_inside(inside *in, const envmap *src, const work *w, double tol
     if (job.planned[0] && plan->need) {
         const envmapi_survey *s = plan->kinked ? &job.scene.rest : &job.scene.whole;
         in->need = plan->need, in->kinked = plan->kinked, in->h = plan->h;
-        in->dark = plan->dark[0];
-        for (int i = 1; i < envmapi_plan_sampled(plan); ++i)
-            in->dark = fmin(in->dark, plan->dark[i]);
+        in->dark = HUGE_VAL;
+        for (int i = 0; i < envmapi_plan_sampled(plan); ++i) {
+            envmapi_look look;
+            envmapi_look_create(&look, plan, i, s);
+            in->dark = fmin(in->dark, look.darkest / look.mean);
+        }
         in->grid = envmapi_grid_of(src, plan->h, tolerance);
         in->lights = plan->kinked ? s->light_count : 0;
         for (int i = 0; i < in->lights; ++i)
