@@ -500,6 +500,25 @@ static void chart_tick(FILE *f, const svg_axes *a, int vertical, double value) {
         svg_tick_x(f, a, value, label);
 }
 
+/* A label's box: x, y, width; twelve high. */
+typedef struct label {
+    double x, y, width;
+} label;
+
+/* Puts a label beside its dot, or above or below, where it is clear of the others. */
+static label label_place(const svg_axes *a, const point *p, const char *text, const label *others,
+                         int count) {
+    label l = {svg_x(a, p->ms) + 7, 0, 5.6 * (double)strlen(text)};
+    for (int step = 0, clear = 0; !clear && step < 20; ++step) {
+        l.y = svg_y(a, p->rms) + 3 + 6 * (step & 1 ? step + 1 : -step);
+        clear = 1;
+        for (int i = 0; i < count; ++i)
+            clear &= fabs(others[i].y - l.y) >= 12 || others[i].x > l.x + l.width ||
+                     others[i].x + others[i].width < l.x;
+    }
+    return l;
+}
+
 /* Error against time of every method, for one lobe, on the second scene. */
 static void chart_methods(const char *dir, const char *name, const char *title,
                           const point *chart) {
@@ -508,15 +527,27 @@ static void chart_methods(const char *dir, const char *name, const char *title,
     for (double t = 1; t < 2e4; t *= 10) chart_tick(f, &a, 0, t);
     for (double e = 1e-6; e < 2; e *= 10) chart_tick(f, &a, 1, e);
     svg_frame(f, &a);
+    label labels[2 * COUNT(rows)]; /* the dots, then the labels */
+    int count = 0;
+    for (int i = 0; i < COUNT(rows); ++i) {
+        label dot = {svg_x(&a, chart[i].ms) - 5, svg_y(&a, chart[i].rms) + 3, 10};
+        if (chart[i].ok) labels[count++] = dot;
+    }
     for (int i = 0; i < COUNT(rows); ++i) {
         if (!chart[i].ok) continue;
+        const char *text = i ? rows[i].name : "envmap_filter";
         const char *colour = i == 0                         ? "#000"
                              : strstr(rows[i].name, "publ") ? "#c33"
                              : strstr(rows[i].name, "half") ? "#c33"
                                                             : "#26a";
+        label l = labels[count] = label_place(&a, chart + i, text, labels, count);
+        double x = svg_x(&a, chart[i].ms), y = svg_y(&a, chart[i].rms);
+        ++count;
+        if (fabs(l.y - y) > 6)
+            fprintf(f, "<path d=\"M%.1f %.1fL%.1f %.1f\" stroke=\"%s\" stroke-width=\"0.7\"/>\n", x,
+                    y, l.x - 1, l.y - 3, colour);
         svg_dot(f, &a, chart[i].ms, chart[i].rms, 4, colour, colour);
-        svg_text(f, svg_x(&a, chart[i].ms) + 7, svg_y(&a, chart[i].rms) + 3, 10, "start", colour,
-                 "%s", i ? rows[i].name : "envmap_filter");
+        svg_text(f, l.x, l.y, 10, "start", colour, "%s", text);
     }
     svg_close(f);
 }
