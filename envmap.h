@@ -6021,10 +6021,10 @@ static void envmapi_add_lights(float *sums, const float *norm, const envmapi_fas
         for (int c = 0; c < 3; ++c)
             for (int i = 0; i < ENVMAPI_CHUNK; ++i) rgb[c][i] += k[i] * l->value[c];
     }
-    for (int i = 0; i < n; ++i)
-        for (int c = 0; c < 3; ++c)
-            sums[3 * i + c] +=
-                (float)(f->divide ? rgb[c][i] * scale / (double)norm[i] : rgb[c][i] * scale);
+    for (int i = 0; i < n; ++i) {
+        double over = f->divide ? scale / (double)norm[i] : scale;
+        for (int c = 0; c < 3; ++c) sums[3 * i + c] += (float)(rgb[c][i] * over);
+    }
 }
 
 /* A row of nodes -> as wide as the texels: RGB, then the norm. */
