@@ -5749,15 +5749,16 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
     if (plan->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)plan->slices;
     plan->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 3) * n, sizeof(double));
+    if (!plan->lambda) *result = ENVMAP_ERROR_MEMORY;
+    if (!plan->lambda) return 0;
     plan->rest = plan->lambda + ENVMAPI_FAST_BANDS * n, plan->steps = plan->rest + n;
     plan->needs = (int *)(plan->steps + n);
-    for (int k = 0; k < plan->slices && plan->lambda; ++k) {
+    for (int k = 0; k < plan->slices; ++k) {
         double first = 0;
         envmapi_zonal(&first, 1, lobe, envmapi_plan_p(plan, k));
         plan->brightest = fmax(plan->brightest, fabs(first));
     }
-    if (!plan->lambda) *result = ENVMAP_ERROR_MEMORY;
-    return plan->lambda != NULL;
+    return 1;
 }
 
 /* A slice as it is, and what its lights leave (rest.lights NULL: not known yet). */
