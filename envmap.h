@@ -5031,8 +5031,8 @@ static double envmapi_survey_squares(double *squares, double *most, size_t *spot
 }
 
 /* The coarser scales of `sums`, and the contrast at every one; off: squares that are not in the
-   blocks, most: the largest. An edge along the borders of blocks shows at the scales where it runs
-   through one; at the others it is l^-1.5 of that, as edges are. */
+   blocks. An edge along the borders of blocks shows at the scales where it runs through one; at the
+   others it is l^-1.5 of that, as edges are. */
 static void envmapi_survey_scales(envmapi_survey *s, float *sums, double off) {
     int nu, nv, faces = envmap_faces(s->map->mapping), last = s->scales - 1;
     double mean[4] = {0, 0, 0, 0};
