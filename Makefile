@@ -16,8 +16,12 @@ LIBS    = -lm -lpthread
 # SKIP='fast gl' leaves test_fast and test_gl out.
 SKIP     =
 TESTS    = $(filter-out $(SKIP:%=$(BUILD)/tests/test_%), \
-             $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)))
-EXAMPLES = $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/*.c))
+             $(patsubst %.c,$(BUILD)/tests/%,$(notdir $(wildcard tests/test_*.c tests/*/test_*.c))))
+EXAMPLES = $(patsubst %.c,$(BUILD)/%,$(notdir $(wildcard examples/*.c examples/*/*.c)))
+GL       = $(patsubst examples/gl/%.c,$(BUILD)/%,$(wildcard examples/gl/*.c))
+MEASURE  = $(patsubst examples/measure/%.c,%,$(wildcard examples/measure/*.c))
+# No two programs have the same name, so one can be built and run without its folder's.
+vpath %.c examples examples/tool examples/gl examples/measure tests tests/methods
 # A run of the test programs; valgrind is put before each with RUN, COMPILE= leaves the compile
 # tests out.
 RUN      =
@@ -38,15 +42,14 @@ HAS_GLFW := $(shell printf '\043include <GLFW/glfw3.h>\n' | $(CC) -DGLFW_INCLUDE
 GLFLAGS   = $(if $(HAS_GLFW),-DGL_WINDOW)
 GLLIBS    = -lEGL $(if $(HAS_GLFW),-lglfw)
 NO_GL     = passed by: no EGL headers here (Debian: libegl-dev libgl-dev, and libglfw3-dev for windows)
-GL        = $(patsubst examples/%.c,$(BUILD)/%,$(shell grep -l '"stage.h"' examples/*.c))
 
 BENCH     = -O3 -march=native
 BENCHARGS =
 GALLERY   = docs/images
 MAP       =
 
-.PHONY: help all demo test check strict sanitize valgrind fuzz bench bench-baseline table1 pyramid \
-        harmonics filters methods materials plan size chart examples docs gallery install clean FORCE
+.PHONY: help all demo test check strict sanitize valgrind fuzz $(MEASURE) bench-baseline size \
+        examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -102,51 +105,33 @@ fuzz: ## libFuzzer on the PFM reader, half a minute
 	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
 	fi
 
-# The table is the end of docs/filters.md.
-table1: ## the speed-ups of Kautz et al. 2000, Table 1, beside the published ones
-	@mkdir -p $(BUILD)
-	$(CC) -std=c99 -O2 -I. -Itests tests/bench_table1.c -o $(BUILD)/table1 $(LIBS)
-	$(BUILD)/table1 >$(BUILD)/table1.md
-	@cat $(BUILD)/table1.md
-	@{ sed '/^<!-- make table1/q' docs/filters.md && cat $(BUILD)/table1.md; } >$(BUILD)/filters.md
-	@cp $(BUILD)/filters.md docs/filters.md
+# The programs of examples/measure/, each with what it is started with. Named docs, they write their
+# tables, charts and pictures there; most take MAP=sky.pfm, or several lat-long maps, and print.
+# BENCH=-O2 is built with these flags instead.
+MAPS = $(foreach m,$(MAP),'$(m)')
+bench: ARGS = $(MAPS:%=--map %) $(BENCHARGS) ## verify, then time the filter; takes MAP, BENCH and BENCHARGS=--quick
+chart: ARGS = $(if $(MAP),$(BUILD) $(MAPS),docs) ## speed against accuracy of every method: docs/accuracy-speed.md; MAP: build/charts
+filters: ARGS = docs ## what is in the filters, what they cost and lose: docs/filters.md
+harmonics: ARGS = docs $(MAPS) ## what few coefficients cost and lose: docs/harmonics.md; takes MAP
+materials: ARGS = docs ## every reflection model beside eq. 1: docs/materials.md
+methods: ARGS = $(if $(MAP),$(MAPS),--docs docs) ## the approximations of examples/methods/: docs/methods.md; MAP prints
+plan: ARGS = docs ## what envmap_filter_plan expects, held against what happens: docs/plan.md
+pyramid: ARGS = $(if $(MAP),$(MAPS),--docs docs) ## a chain from the source, from levels, from differences: docs/pyramids.md; MAP prints
+stability: ARGS = docs ## where methods fail: docs/stability.md
+table1: ARGS = docs ## the speed-ups of Kautz et al. 2000, Table 1, beside the published ones: docs/filters.md
 
-# The table is the end of docs/pyramids.md; a map's is only printed.
-pyramid: ## a chain's levels from the source, from levels, from differences; MAP=sky.pfm on that map
-	@mkdir -p $(BUILD)
-	$(CC) $(BENCH) $(STRICT) -I. tests/bench_pyramid.c -o $(BUILD)/pyramid $(LIBS)
-	$(BUILD)/pyramid $(foreach m,$(MAP),'$(m)') >$(BUILD)/pyramid.md
-	@cat $(BUILD)/pyramid.md
-ifeq ($(MAP),)
-	@{ sed '/^<!-- make pyramid/q' docs/pyramids.md && cat $(BUILD)/pyramid.md; } >$(BUILD)/pyramids.md
-	@cp $(BUILD)/pyramids.md docs/pyramids.md
-endif
-
-bench: ## verify, then time the filter; MAP=sky.pfm on that map, BENCH=-O2, BENCHARGS=--quick
-	@mkdir -p $(BUILD)
-	$(CC) $(BENCH) $(STRICT) -DBENCH_FLAGS='"$(BENCH)"' -I. examples/bench.c -o $(BUILD)/bench-timed $(LIBS)
-	$(BUILD)/bench-timed $(foreach m,$(MAP),--map '$(m)') $(BENCHARGS)
+$(MEASURE): %: $(BUILD)/%
+	@mkdir -p $(BUILD)/charts docs/charts docs/images
+	$< $(ARGS)
 
 bench-baseline: ## bench, quick, as it is (A) and with -O2 (B), side by side
 	@rm -f $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
 	-@$(MAKE) --no-print-directory bench BENCHARGS='--quick --csv $(BUILD)/bench-a.csv'
 	-@$(MAKE) --no-print-directory bench BENCH=-O2 BENCHARGS='--quick --csv $(BUILD)/bench-b.csv'
-	@$(BUILD)/bench-timed --join $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
+	@$(BUILD)/bench --join $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
 
-harmonics: ## the tables, charts and the picture of docs/harmonics.md; MAP=sky.pfm with that map
-	@mkdir -p $(BUILD) docs/charts
-	$(CC) $(BENCH) $(STRICT) -I. examples/harmonics.c -o $(BUILD)/harmonics-timed $(LIBS)
-	$(BUILD)/harmonics-timed docs $(MAP)
-
-filters: ## the tables, charts and the picture of docs/filters.md
-	@mkdir -p $(BUILD) docs/charts
-	$(CC) $(BENCH) $(STRICT) -I. examples/filters.c -o $(BUILD)/filters-timed $(LIBS)
-	$(BUILD)/filters-timed docs
-
-.PHONY: stability
-stability: $(BUILD)/stability ## where methods fail: docs/stability.md, its tables, charts and pictures
-	@mkdir -p docs/charts docs/images
-	$(BUILD)/stability docs
+size: ## bytes of code that a program carries, feature by feature: docs/plan.md
+	@sh tests/compile/size.sh $(CC) $(BUILD)/size docs/plan.md
 
 examples: $(EXAMPLES) ## build the examples
 
@@ -167,30 +152,6 @@ else
 	@echo "gallery $(NO_GL)"
 endif
 
-# With maps it only prints: their names are not the documents' business.
-methods: ## measure examples/methods/, and write docs/methods.md and its charts; MAP=sky.pfm prints
-	@mkdir -p $(BUILD) docs/charts
-	$(CC) -std=c99 $(BENCH) $(STRICT) -I. examples/methods.c -o $(BUILD)/methods-timed $(LIBS)
-	$(BUILD)/methods-timed $(if $(MAP),$(MAP),--docs docs)
-
-plan: ## hold envmap_filter_plan against measured times and errors: the tables of docs/plan.md
-	@mkdir -p $(BUILD)
-	$(CC) $(BENCH) $(STRICT) -I. examples/plan.c -o $(BUILD)/plan-timed $(LIBS)
-	$(BUILD)/plan-timed docs
-
-size: ## bytes of code that a program carries, feature by feature: the table of docs/plan.md
-	@sh tests/compile/size.sh $(CC) $(BUILD)/size docs/plan.md
-
-materials: $(BUILD)/materials ## every reflection model beside eq. 1: docs/materials.md, its pictures and chart
-	@mkdir -p docs/charts
-	$(BUILD)/materials docs
-
-# Charts of your own map go to build/charts, what the project shows to docs/.
-chart: ## speed against accuracy of every method: docs/charts, docs/accuracy-speed.md; MAP=sky.pfm on that map
-	@mkdir -p $(BUILD)/charts docs/charts
-	$(CC) -std=c99 $(BENCH) $(STRICT) -I. examples/chart.c -o $(BUILD)/chart-timed $(LIBS)
-	$(BUILD)/chart-timed $(if $(MAP),$(BUILD) $(foreach m,$(MAP),'$(m)'),docs)
-
 install: ## copy the header to $(DESTDIR)$(PREFIX)/include
 	install -d '$(DESTDIR)$(PREFIX)/include'
 	install -m 644 envmap.h '$(DESTDIR)$(PREFIX)/include/envmap.h'
@@ -199,27 +160,35 @@ clean: ## remove build/
 	rm -rf $(BUILD)
 
 # What is built with one compiler or flags is not up to date for others.
-$(BUILD)/flags: FORCE
+$(BUILD)/flags: WORDS = $(CC) $(CFLAGS)
+$(BUILD)/flags-measure: WORDS = $(CC) $(BENCH)
+$(BUILD)/flags $(BUILD)/flags-measure: FORCE
 	@mkdir -p $(BUILD)/tests
-	@echo '$(CC) $(CFLAGS)' | cmp -s - $@ || echo '$(CC) $(CFLAGS)' >$@
+	@echo '$(WORDS)' | cmp -s - $@ || echo '$(WORDS)' >$@
 
-$(BUILD)/tests/%: tests/%.c envmap.h $(wildcard tests/*.h examples/methods/*.h) $(BUILD)/flags
+HELPERS      = $(wildcard examples/*/*.h)
+TEST_HELPERS = $(wildcard tests/*.h tests/*/*.h examples/methods/*.h)
+
+$(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $< -o $@ $(LIBS)
 
-$(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h examples/*/*.h) $(BUILD)/flags
-	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
-
-$(BUILD)/tests/test_gl: tests/test_gl.c envmap.h $(wildcard tests/*.h examples/*.h examples/methods/*.h) $(BUILD)/flags
+$(BUILD)/tests/test_gl: test_gl.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
 
-$(GL): $(BUILD)/%: examples/%.c envmap.h $(wildcard examples/*.h examples/*/*.h) $(BUILD)/flags
+$(BUILD)/%: %.c envmap.h $(HELPERS) $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
+
+$(MEASURE:%=$(BUILD)/%): $(BUILD)/%: %.c envmap.h $(HELPERS) $(BUILD)/flags-measure
+	$(CC) $(BENCH) $(STRICT) -DBENCH_FLAGS='"$(BENCH)"' -I. $< -o $@ $(LIBS)
+
+$(GL): $(BUILD)/%: %.c envmap.h $(HELPERS) $(BUILD)/flags
 ifeq ($(HAS_EGL),yes)
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(GLFLAGS) -I. $< -o $@ $(GLLIBS) $(LIBS)
 else
 	@echo "$* $(NO_GL)"
 endif
 
-$(BUILD)/openmp: examples/openmp.c envmap.h $(wildcard examples/*.h) $(BUILD)/flags
+$(BUILD)/openmp: openmp.c envmap.h $(HELPERS) $(BUILD)/flags
 	@if echo 'int main(void) { return 0; }' | $(CC) -fopenmp -x c - -o $(BUILD)/probe 2>/dev/null; then \
 	    set -x; $(CC) -std=c99 $(CFLAGS) -O3 -fopenmp $(STRICT) -I. $< -o $@ $(LIBS); \
 	else \

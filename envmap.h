@@ -4328,7 +4328,7 @@ static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
    The rule compares lobe values alone: it keeps a sun no better than the dark, and a lobe thinner
    than 4 texels slips between samples.
    Invariants: negative threshold = the sum over texel centres; constants stay.
-   Tests: tests/test_hierarchical.c; figures: tests/bench_table1.c. */
+   Tests: tests/test_hierarchical.c; figures: `make table1`. */
 
 /* Four siblings. */
 typedef struct envmapi_quad {

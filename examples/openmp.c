@@ -1,5 +1,5 @@
 /* openmp.c - runs the tasks of a filter with OpenMP: the executor that envmap.h leaves to its user,
-   in three lines. (threads.h is the one for POSIX threads.)
+   in three lines. (tool/threads.h is the one for POSIX threads.)
 
    What you will see: the time of one glossy chain serially and on all cores, and that both wrote
    the same bits. Tasks are cut by the data alone, so any order and any number of threads will do;
@@ -13,7 +13,7 @@
 #define _POSIX_C_SOURCE 200809L
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
-#include "scenes.h"
+#include "tool/scenes.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: MIT
-   The meshes of examples/mesh.h, and what a graphics card makes of the maps: every path of the
+   The meshes of examples/gl/mesh.h, and what a graphics card makes of the maps: every path of the
    examples' shaders against envmap_lookup at the same normals, eyes and tangents, which the card
    writes out too. Without EGL at compile time, or without a driver, the meshes alone are tested. */
 #define _POSIX_C_SOURCE 200809L
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
 #include "test.h"
-#include "examples/scenes.h"
-#include "examples/mesh.h"
+#include "examples/tool/scenes.h"
+#include "examples/gl/mesh.h"
 #include "examples/methods/paraboloid_convolution.h"
 #ifdef TEST_GL
-#include "examples/gl.h"
-#include "examples/surface.h"
-#include "examples/gl_filter.h"
-#include "examples/capture.h"
-#include "examples/shader.h"
-#include "examples/brdfs.h"
+#include "examples/gl/gl.h"
+#include "examples/gl/surface.h"
+#include "examples/gl/gl_filter.h"
+#include "examples/gl/capture.h"
+#include "examples/tool/shader.h"
+#include "examples/tool/brdfs.h"
 #include "examples/methods/nonphotorealistic.h"
 #endif
 

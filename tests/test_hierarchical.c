@@ -287,7 +287,7 @@ static double brute_seconds(const envmap *src, double n) {
     return 8 * (now() - start);
 }
 
-/* Loosely: machines are shared. tests/bench_table1.c measures. */
+/* Loosely: machines are shared. `make table1` measures. */
 static void it_is_faster_than_brute_force(void) {
     static const double exponents[3] = {10, 100, 500};
     envmap src = lit(ENVMAP_PARABOLOID, 64, 1), dst = black(ENVMAP_PARABOLOID, 64, 1, 1);

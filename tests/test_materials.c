@@ -3,7 +3,7 @@
    methods that stand on eq. 1 or are drawn by hand. */
 #include "helpers.h"
 
-#include "examples/brdfs.h"
+#include "examples/tool/brdfs.h"
 #include "examples/methods/cabral.h"
 #include "examples/methods/nonphotorealistic.h"
 

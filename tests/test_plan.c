@@ -3,7 +3,7 @@
    them that are not; errors that are expected, and made. Times are `make plan`'s. */
 #include "helpers.h"
 
-#include "../examples/scenes.h"
+#include "examples/tool/scenes.h"
 
 static envmap scene_map(int scene, int mapping, int size) {
     envmap map = black(mapping, size, 1, 1);

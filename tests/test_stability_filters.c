@@ -4,8 +4,8 @@
    shows each and names its tests, these and those that stand in the other files. TEST_WHOLE takes
    every parameterization and more sizes, and a map 8192 wide. */
 #include "helpers.h"
-#include "methods.h"
-#include "examples/brdfs.h"
+#include "methods/methods.h"
+#include "examples/tool/brdfs.h"
 #include "examples/methods/faults.h"
 
 static double larger(double a, double b) { return b <= a ? a : b; } /* NaN wins */

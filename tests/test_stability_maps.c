@@ -3,7 +3,7 @@
    library, driven past every limit. docs/stability.md shows each and names its tests, these and
    those that stand in the other files. TEST_WHOLE takes every size to 130 and a map 8192 wide. */
 #include "helpers.h"
-#include "methods.h"
+#include "methods/methods.h"
 #include "examples/methods/faults.h"
 
 static double larger(double a, double b) { return b <= a ? a : b; } /* NaN wins */

@@ -12,7 +12,7 @@
    angle, lookups across faces.
 
    Domain: lobes with a peak at their axis. Fails: the kernel is a box that stands on a grid, so a
-   lamp shows as squares and jumps from texel to texel.  Tests: box_* in tests/test_methods.c.
+   lamp shows as squares and jumps from texel to texel.  Tests: box_* in tests/methods/test_methods.c.
 
    SPDX-License-Identifier: MIT */
 

@@ -1,5 +1,5 @@
 /* faults.h - the forms that fail, each as it is found in papers and programs, for tests/ and
-   examples/stability.c to hold against the library. Nothing of this is of use otherwise.
+   examples/measure/stability.c to hold against the library. Nothing of this is of use otherwise.
 
    A texel as a point; coordinates interpolated over triangles; discs with nothing outside their
    rim; maps of 8 bits; sums in floats; a map looked up as if every point were its centre. Others

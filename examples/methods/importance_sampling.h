@@ -13,7 +13,7 @@
 
    Domain: every lobe that is nowhere negative. Fails: few samples on a sun, which falls between the
    directions or whose level blurs it: fireflies in the shape of the pattern.
-   Tests: sampling_* in tests/test_methods_sampling.c.
+   Tests: sampling_* in tests/methods/test_methods_sampling.c.
 
    SPDX-License-Identifier: MIT */
 

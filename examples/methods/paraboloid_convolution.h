@@ -19,7 +19,7 @@
 
    Domain: lobes that fall from their axis and are below `cut` before 80 degrees (Phong N > 1.4
    at cut 0.1). Fails: wide lobes; a shrunk map is seven texels to a kernel, whatever the size.
-   Tests: paraboloid_* in tests/test_methods.c.
+   Tests: paraboloid_* in tests/methods/test_methods.c.
 
    SPDX-License-Identifier: MIT */
 

@@ -21,7 +21,7 @@
 
    Domain: lobes like a Gaussian: sigma <= 0.36 and no more than 20 % rms from its heat
    kernel (Phong N >= 7, not GGX, not diffuse). Fails: tails; a wide sigma, as passes do not
-   commute.  Tests: separable_* in tests/test_methods_gaussian.c.
+   commute.  Tests: separable_* in tests/methods/test_methods_gaussian.c.
 
    SPDX-License-Identifier: MIT */
 

@@ -19,7 +19,7 @@
    along it is stretched.
 
    Domain: even sides.  Fails: a lamp of a texel on an axis of a face, where |uv| has its kink, on
-   an edge, and most in a corner.  Tests: a_chain_* in tests/test_methods_gaussian.c.
+   an edge, and most in a corner.  Tests: a_chain_* in tests/methods/test_methods_gaussian.c.
 
    SPDX-License-Identifier: MIT */
 

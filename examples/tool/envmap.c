@@ -3,7 +3,7 @@
 
    What you will see: `envmap demo DIR` writes three environments, the maps filtered from them, and
    contact-sheet.png to look at; `envmap --help` lists the other commands. Build with
-       cc -O3 -std=c99 -I. examples/envmap.c -o envmap -lm -lpthread
+       cc -O3 -std=c99 -I. examples/tool/envmap.c -o envmap -lm -lpthread
    Exit status: 0 done, 1 wrong use, 2 a file or its format, 3 a value out of range or a filter that
    was refused.
 

@@ -3,17 +3,15 @@
    each level from the one before, from the source's mip levels, and summed from the differences of
    a pyramid [Burt and Adelson 1983]. Prints Markdown, a table for each scene: the time in copies
    (memcpy of the source and of the chain) and each level's error against the chain at a tolerance
-   of 1e-6. docs/pyramids.md says what each way does and which wins; takes a minute or two.
-       gcc -O3 -march=native -I. tests/bench_pyramid.c -o build/pyramid -lm
-       build/pyramid [MAP.pfm (lat-long) ...] */
-#define _POSIX_C_SOURCE 200809L
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
-#include "examples/scenes.h"
+   of 1e-6. docs/pyramids.md says what each way does and which wins.
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <time.h>
+   What you will see: the tables, after a minute or two. `pyramid --docs DOCS` also writes them to
+   DOCS/pyramids.md; `pyramid MAP.pfm ...` takes lat-long maps of yours instead of the scenes.
+       cc -O3 -march=native -I. examples/measure/pyramid.c -o pyramid -lm */
+#define _POSIX_C_SOURCE 200809L
+#include "measure.h"
+
+#include "../tool/scenes.h"
 
 #define SIZE   256
 #define LEVELS 9
@@ -26,23 +24,11 @@
 
 static const float exponents[LEVELS] = {2048, 861, 362, 152, 64, 27, 11, 5, 2};
 
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
+static measure_document document;
 
-static void need(envmap_result result) {
-    if (!result) return;
-    fprintf(stderr, "bench_pyramid: %s\n", envmap_result_text(result));
-    exit(1);
-}
+static void need(envmap_result result) { measure_must(result, "pyramid"); }
 
-static envmap create(int size, int levels) {
-    envmap map = {0, 0, 0, 0, 0, 0, 0, 0};
-    need(envmap_create(&map, ENVMAP_CUBE, size, levels, 1));
-    return map;
-}
+static envmap create(int size, int levels) { return measure_map(ENVMAP_CUBE, size, levels, 1); }
 
 /* Level l as a map of one level. */
 static envmap view(const envmap *map, int l) {
@@ -78,8 +64,7 @@ static void make_quotient(int i) {
         double x = cos(PI * t / (TABLE - 1)), below = 0, P = 1, k = 0;
         for (int l = 0; l < BANDS; ++l) {
             double up = ((2 * l + 1) * x * P - l * below) / (l + 1);
-            if (fabs(was[l]) > 1e-3)
-                k += (2 * l + 1) / (4 * PI) * is[l] / was[l] * P;
+            if (fabs(was[l]) > 1e-3) k += (2 * l + 1) / (4 * PI) * is[l] / was[l] * P;
             below = P, P = up;
         }
         quotient[i][t] = (float)k;
@@ -230,78 +215,73 @@ static const struct {
 
 /* ----------------------------------------------------------------------------- the figures -- */
 
-/* memcpy of the source and the chain, called where no compiler can see it. */
-static void *(*volatile copy)(void *, const void *, size_t) = memcpy;
-
-static double time_copy(const envmap *dst, const envmap *src) {
-    size_t from = floats_of(src) * sizeof(float);
-    const float *end = envmap_texel(dst, LEVELS - 1, 0, 5, 0, 0) + 3;
-    size_t to = (size_t)(end - dst->texels) * sizeof(float);
-    char *memory = (char *)malloc(from + to);
-    double best = 1e9;
-    need(memory ? ENVMAP_OK : ENVMAP_ERROR_MEMORY);
-    memset(memory, 1, from + to);
-    for (int i = 0; i < 15; ++i) {
-        double start = now();
-        copy(memory, src->texels, from);
-        copy(memory + from, dst->texels, to);
-        double t = now() - start;
-        best = t < best ? t : best;
-    }
-    free(memory);
-    return best;
-}
-
-static void line(int way, envmap *dst, const envmap *truth, const envmap *src) {
-    double best = 1e9, first = now(), one = time_copy(dst, src);
-    for (int run = 0; run < 7 && now() - first < 1.5; ++run) {
-        double start = now();
+static void line(FILE *out, int way, envmap *dst, const envmap *truth, const envmap *src) {
+    double best = 1e9, first = measure_now(), one = measure_copy(src, dst, LEVELS, measure_now);
+    for (int run = 0; run < 7 && measure_now() - first < 1.5; ++run) {
+        double start = measure_now();
         ways[way].run(dst, src);
-        double t = now() - start;
+        double t = measure_now() - start;
         best = t < best ? t : best;
     }
-    printf("| %s | %.0f |", ways[way].name, best / one);
+    fprintf(out, "| %s | %.0f |", ways[way].name, best / one);
     for (int i = 0; i < LEVELS; ++i) {
         envmap_difference d;
         need(envmap_compare(&d, dst, truth, i));
-        printf(" %.0e, %.0e |", d.rms, d.worst);
+        fprintf(out, " %.0e, %.0e |", d.rms, d.worst);
     }
-    printf("\n");
-    fflush(stdout);
+    fprintf(out, "\n");
 }
 
-static void table(const char *name, const envmap *sky) {
+static void table(FILE *out, const char *name, const envmap *sky) {
     envmap src = create(SIZE, 1), dst = create(SIZE, LEVELS), truth = create(SIZE, LEVELS);
+    fprintf(stderr, "pyramid: %s\n", name);
     need(envmap_resample(&src, sky));
     chain(&truth, &src, 1e-6);
-    printf("\n**%s**\n\n| way | copies |", name);
-    for (int i = 0; i < LEVELS; ++i) printf(" %d², N = %g |", SIZE >> i, (double)exponents[i]);
-    printf("\n|:--|--:|");
-    for (int i = 0; i < LEVELS; ++i) printf(":-:|");
-    printf("\n");
-    for (int i = 0; i < (int)(sizeof ways / sizeof *ways); ++i) line(i, &dst, &truth, &src);
+    fprintf(out, "\n**%s**\n\n| way | copies |", name);
+    for (int i = 0; i < LEVELS; ++i)
+        fprintf(out, " %d², N = %g |", SIZE >> i, (double)exponents[i]);
+    fprintf(out, "\n|:--|--:|");
+    for (int i = 0; i < LEVELS; ++i) fprintf(out, ":-:|");
+    fprintf(out, "\n");
+    for (int i = 0; i < COUNT(ways); ++i) line(out, i, &dst, &truth, &src);
     envmap_free(&src);
     envmap_free(&dst);
     envmap_free(&truth);
 }
 
+static void table_of_file(FILE *out, const char *path) {
+    envmap sky = {0, 0, 0, 0, 0, 0, 0, 0};
+    const char *slash = strrchr(path, '/');
+    measure_must(envmap_pfm_load(&sky, path, ENVMAP_LATLONG), path);
+    table(out, slash ? slash + 1 : path, &sky);
+    envmap_free(&sky);
+}
+
+static void table_of_scene(FILE *out, int scene) {
+    envmap sky = measure_map(ENVMAP_LATLONG, 512, 1, 1);
+    scene_fill(&sky, scene);
+    table(out, scene_name[scene], &sky);
+    envmap_free(&sky);
+}
+
 int main(int argc, char **argv) {
+    int docs = argc == 3 && !strcmp(argv[1], "--docs");
+    FILE *out = measure_begin(&document, "table");
     for (int i = 1; i < LEVELS; ++i) make_quotient(i);
-    printf("Source 6 x %d², one thread, compiler %s. Time in copies; then rms and worst texel of "
-           "each level.\n",
-           SIZE, __VERSION__);
-    for (int i = 0; i < (argc > 1 ? argc - 1 : (int)SCENE_COUNT); ++i) {
-        envmap sky = {0, 0, 0, 0, 0, 0, 0, 0};
-        if (argc > 1) {
-            const char *slash = strrchr(argv[i + 1], '/');
-            need(envmap_pfm_load(&sky, argv[i + 1], ENVMAP_LATLONG));
-            table(slash ? slash + 1 : argv[i + 1], &sky);
-        } else {
-            need(envmap_create(&sky, ENVMAP_LATLONG, 512, 1, 1));
-            scene_fill(&sky, i);
-            table(scene_name[i], &sky);
-        }
-        envmap_free(&sky);
+    fprintf(out,
+            "Source 6 x %d², one thread, compiler %s. Time in copies; then rms and worst texel of "
+            "each level.\n",
+            SIZE, __VERSION__);
+    if (docs || argc == 1)
+        for (int i = 0; i < SCENE_COUNT; ++i) table_of_scene(out, i);
+    else
+        for (int i = 1; i < argc; ++i) table_of_file(out, argv[i]);
+    measure_end(&document, out, 1);
+    if (docs) {
+        char path[4096];
+        snprintf(path, sizeof path, "%s/pyramids.md", argv[2]);
+        measure_write(&document, path, "make pyramid");
     }
+    measure_document_free(&document);
     return 0;
 }

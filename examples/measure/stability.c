@@ -19,15 +19,15 @@
 
 #include "measure.h" /* with the implementation of envmap.h */
 
-#include "brdfs.h"
-#include "methods/box_levels.h"
-#include "methods/cabral.h"
-#include "methods/faults.h"
-#include "methods/importance_sampling.h"
-#include "methods/paraboloid_convolution.h"
-#include "methods/separable_gaussian.h"
-#include "picture.h"
-#include "scenes.h"
+#include "../tool/brdfs.h"
+#include "../methods/box_levels.h"
+#include "../methods/cabral.h"
+#include "../methods/faults.h"
+#include "../methods/importance_sampling.h"
+#include "../methods/paraboloid_convolution.h"
+#include "../methods/separable_gaussian.h"
+#include "../tool/picture.h"
+#include "../tool/scenes.h"
 #include "svg.h"
 
 #define PI 3.14159265358979323846

@@ -31,7 +31,7 @@
 #include <pthread.h>
 #include <sched.h>
 #include "measure.h"
-#include "scenes.h"
+#include "../tool/scenes.h"
 
 #ifndef BENCH_FLAGS
 #define BENCH_FLAGS "(not told)"

@@ -4,7 +4,7 @@
    What you will see: `filters` prints the tables; `filters DOCS` also writes them between the
    marks in DOCS/filters.md, the charts DOCS/charts/filters-*.svg and DOCS/images/filters-sun.png.
    It looks into the header's private parts (envmapi_*), in >>inside and >>picture alone.
-       cc -O3 -march=native -std=c99 -I. examples/filters.c -o filters -lm -lpthread
+       cc -O3 -march=native -std=c99 -I. examples/measure/filters.c -o filters -lm -lpthread
 
    >>tools    scenes, progress
    >>works    what is measured
@@ -20,10 +20,10 @@
 #define _POSIX_C_SOURCE 200809L
 #include "measure.h"
 
-#include "picture.h"
-#include "scenes.h"
+#include "../tool/picture.h"
+#include "../tool/scenes.h"
 #include "svg.h"
-#include "threads.h"
+#include "../tool/threads.h"
 
 /* ----------------------------------------------------------------------------------- >>tools -- */
 

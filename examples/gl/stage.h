@@ -12,10 +12,10 @@
 #define ENVMAP_STATIC
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
-#include "scenes.h"
+#include "../tool/scenes.h"
 #include "gl.h"
 #include "surface.h"
-#include "threads.h"
+#include "../tool/threads.h"
 
 static const float stage_exposure[SCENE_COUNT] = {0.62f, 0.62f, 0.52f};
 

@@ -4,7 +4,7 @@
    What you will see: `harmonics` prints the tables, each error beside its time; `harmonics DOCS`
    also writes DOCS/charts/harmonics.svg, DOCS/charts/ringing.svg and DOCS/images/ringing.png.
    Maps named after that are measured beside the three made scenes.
-       cc -O3 -march=native -std=c99 -I. examples/harmonics.c -o harmonics -lm
+       cc -O3 -march=native -std=c99 -I. examples/measure/harmonics.c -o harmonics -lm
 
    >>tools    time, scenes, differences
    >>tables   sizes, tolerances, bands, ringing, speed
@@ -16,8 +16,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "measure.h"
 
-#include "picture.h"
-#include "scenes.h"
+#include "../tool/picture.h"
+#include "../tool/scenes.h"
 #include "svg.h"
 
 /* ----------------------------------------------------------------------------------- >>tools -- */

@@ -5,7 +5,7 @@
    truth by eq. 1, the model from its prefiltered maps, and how far they are apart),
    DOCS/images/drawn.png with the maps that are drawn by hand, DOCS/charts/fresnel-out.svg, and
    the tables at the end of DOCS/materials.md. About a minute; progress goes to stderr.
-       cc -O3 -std=c99 -I. examples/materials.c -o materials -lm -lpthread
+       cc -O3 -std=c99 -I. examples/measure/materials.c -o materials -lm -lpthread
 
    >>tools    the scene, its views, the truth
    >>models   one function a model: radiance from n and v
@@ -21,13 +21,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "picture.h"
-#include "scenes.h"
-#include "threads.h"
+#include "../tool/picture.h"
+#include "../tool/scenes.h"
+#include "../tool/threads.h"
 
-#include "brdfs.h"
-#include "methods/cabral.h"
-#include "methods/nonphotorealistic.h"
+#include "../tool/brdfs.h"
+#include "../methods/cabral.h"
+#include "../methods/nonphotorealistic.h"
 
 /* ----------------------------------------------------------------------------------- >>tools -- */
 

@@ -17,7 +17,7 @@
    SPDX-License-Identifier: MIT */
 
 #include "stage.h"
-#include "brdfs.h"
+#include "../tool/brdfs.h"
 
 enum { MIRROR, PHONG, DIFFUSE, COATED, GGX, BANKS, ELLIPTICAL, FITTED, MATERIALS };
 

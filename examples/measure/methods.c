@@ -21,13 +21,13 @@
 #define _POSIX_C_SOURCE 200809L
 #include "measure.h"
 
-#include "methods/box_levels.h"
-#include "methods/importance_sampling.h"
-#include "methods/paraboloid_convolution.h"
-#include "methods/separable_gaussian.h"
-#include "methods/summed_area.h"
-#include "picture.h"
-#include "scenes.h"
+#include "../methods/box_levels.h"
+#include "../methods/importance_sampling.h"
+#include "../methods/paraboloid_convolution.h"
+#include "../methods/separable_gaussian.h"
+#include "../methods/summed_area.h"
+#include "../tool/picture.h"
+#include "../tool/scenes.h"
 #include "svg.h"
 
 #define SOURCE       128

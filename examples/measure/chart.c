@@ -4,7 +4,7 @@
    accuracy-speed.csv to DIR/charts, and the tables between the marks of DIR/accuracy-speed.md;
    `chart DIR MAP.pfm ...` charts lat-long maps of yours instead (no document, and not what belongs
    to the machine alone: sizes, threads, the papers' tables).
-       cc -O3 -march=native -std=c99 -I. examples/chart.c -o chart -lm -lpthread
+       cc -O3 -march=native -std=c99 -I. examples/measure/chart.c -o chart -lm -lpthread
 
    The work: a cube of 128 x 128 (256 x 256 for Phong N = 2000, which 128 would leave thinner than
    two texels) becomes one of 36 x 36, for Banks 8 slices of 12 x 12. The truth is the definition,
@@ -29,15 +29,15 @@
 #define _POSIX_C_SOURCE 200809L
 #include "measure.h"
 
-#include "methods/box_levels.h"
-#include "methods/importance_sampling.h"
-#include "methods/paraboloid_convolution.h"
-#include "methods/separable_gaussian.h"
-#include "methods/summed_area.h"
-#include "scenes.h"
+#include "../methods/box_levels.h"
+#include "../methods/importance_sampling.h"
+#include "../methods/paraboloid_convolution.h"
+#include "../methods/separable_gaussian.h"
+#include "../methods/summed_area.h"
+#include "../tool/scenes.h"
 #include "svg.h"
 #include "table1.h"
-#include "threads.h"
+#include "../tool/threads.h"
 
 /* ----------------------------------------------------------------------------------- >>works -- */
 

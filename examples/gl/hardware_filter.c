@@ -12,7 +12,7 @@
    SPDX-License-Identifier: MIT */
 
 #include "stage.h"
-#include "methods/paraboloid_convolution.h"
+#include "../methods/paraboloid_convolution.h"
 #include "gl_filter.h"
 
 #define EDGE      256

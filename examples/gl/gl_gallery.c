@@ -13,12 +13,12 @@
    SPDX-License-Identifier: MIT */
 
 #include "stage.h"
-#include "brdfs.h"
-#include "methods/box_levels.h"
-#include "methods/importance_sampling.h"
-#include "methods/paraboloid_convolution.h"
-#include "methods/separable_gaussian.h"
-#include "methods/summed_area.h"
+#include "../tool/brdfs.h"
+#include "../methods/box_levels.h"
+#include "../methods/importance_sampling.h"
+#include "../methods/paraboloid_convolution.h"
+#include "../methods/separable_gaussian.h"
+#include "../methods/summed_area.h"
 
 typedef struct figures {
     gl_app app;

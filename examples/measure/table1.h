@@ -2,7 +2,7 @@
    128 x 256 texels filtered into one of the same size by brute force, the plain loop over the whole
    square with pow, and the speed-ups that were published for the hierarchical filter.
 
-   What you will see: nothing by itself; tests/bench_table1.c takes every texel, chart.c some.
+   What you will see: nothing by itself; table1.c takes every texel, chart.c some.
    Include it after envmap.h.
 
    SPDX-License-Identifier: MIT */

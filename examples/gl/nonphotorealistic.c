@@ -11,7 +11,7 @@
    SPDX-License-Identifier: MIT */
 
 #include "stage.h"
-#include "methods/nonphotorealistic.h"
+#include "../methods/nonphotorealistic.h"
 
 #define EDGE   256
 #define LEVELS 7

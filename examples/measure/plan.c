@@ -4,7 +4,7 @@
    often AUTO took the cheapest method, and the weights of the costs as they come out on this
    machine beside those of the header. `plan DIR` puts the tables between the marks of DIR/plan.md;
    where DIR/charts/accuracy-speed.csv is there (`make chart`), its rows are held against too.
-       cc -O3 -march=native -std=c99 -I. examples/plan.c -o plan -lm -lpthread
+       cc -O3 -march=native -std=c99 -I. examples/measure/plan.c -o plan -lm -lpthread
 
    A work is a scene, a lobe, a source, a result and a tolerance. The truth is the definition at 4
    x 4 texels a face, which have the same centres as every third, ninth or 27th texel of the result.
@@ -23,7 +23,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "measure.h"
 
-#include "scenes.h"
+#include "../tool/scenes.h"
 
 /* ----------------------------------------------------------------------------------- >>works -- */
 

@@ -30,7 +30,7 @@
 #include <GLFW/glfw3.h>
 #endif
 #include "mesh.h"
-#include "picture.h"
+#include "../tool/picture.h"
 
 /* ------------------------------------------------------------------------------- >>functions -- */
 
