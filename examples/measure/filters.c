@@ -157,7 +157,7 @@ static void time_stages(double spent[STAGES], const envmap *src, const work *w) 
         envmap_filter_desc desc;
         memset(&watch, 0, sizeof watch), memset(&desc, 0, sizeof desc);
         desc.method = ENVMAP_METHOD_FAST;
-        desc.executor.user = &watch, desc.executor.run = timed_run;
+        desc.work.executor.user = &watch, desc.work.executor.run = timed_run;
         double start = measure_seconds(), all = 0;
         run_work(&dst, src, w, &desc);
         double took = measure_seconds() - start;
@@ -377,7 +377,7 @@ static void measure_work(figure *f, const envmap *src, const work *w) {
     measure_meter m = {0, 0};
     double best = 1e9, spent = 0;
     memset(&desc, 0, sizeof desc);
-    desc.method = ENVMAP_METHOD_FAST, desc.memory = &m;
+    desc.method = ENVMAP_METHOD_FAST, desc.work.memory = &m;
     double copied = measure_copy(src, &dst, dst.levels, measure_seconds);
     for (int run = 0; run < 9 && (run < 3 || spent < 0.5); ++run) {
         double start = measure_seconds();

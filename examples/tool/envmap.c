@@ -324,10 +324,10 @@ static envmap_filter_desc describe(const options *o, int *threads, meter *m) {
     desc.method = o->method;
     desc.tolerance = (float)o->tolerance;
     desc.threshold = (float)o->threshold;
-    desc.executor.user = threads;
-    desc.executor.run = threads_run;
-    desc.progress.user = m;
-    desc.progress.report = meter_report;
+    desc.work.executor.user = threads;
+    desc.work.executor.run = threads_run;
+    desc.work.progress.user = m;
+    desc.work.progress.report = meter_report;
     return desc;
 }
 
@@ -595,7 +595,7 @@ static int plan_for(envmap_needs *needs, options *asked, const envmap *in, const
     if (asked->slices == defaults.slices && o->lobe == LOBE_BANKS) asked->slices = 16;
     if (asked->slices == 1 && in->slices > 1) asked->slices = in->slices;
     desc = describe(o, &threads, NULL);
-    desc.progress.report = NULL;
+    desc.work.progress.report = NULL;
     shape.mapping = asked->to, shape.levels = 1, shape.slices = asked->slices;
     shape.size = o->size > 0 ? o->size : natural_size(in, asked->to);
     status = check(envmap_filter_plan(needs, &shape, in, &lobe, &desc), lobe_words[o->lobe]);
