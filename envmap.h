@@ -579,6 +579,12 @@ ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst
                                             const envmap_lobe *lobe,
                                             const envmap_filter_desc *desc);
 
+/* The fewest slices (1 .. 4096) of a map for which the lobe, interpolated between the centres of
+   slices, is off by no more than `tolerance` of its rms over all x and p: what a single light can
+   show; smooth scenes need fewer. 1 for a lobe without p, 0 for bad ones, 4096 also when more
+   would be needed.  Test: slices_needed_are_enough. */
+ENVMAP_API int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance);
+
 /* ------------------------------------------------------------------------------- >>materials -- */
 
 /* A reflection model f_r(v, l), 1/sr per channel, in the surface's own frame: x = t, y = n x t,
@@ -666,12 +672,6 @@ ENVMAP_API envmap_lobe envmap_fit_lobe(const envmap_fit *fit, int i);
 /* rgb = the sum above; maps [fit->lobes]. Black where n.v <= 0, or for bad fits. */
 ENVMAP_API void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const envmap *maps,
                                   const float n[3], const float v[3]);
-
-/* The fewest slices (1 .. 4096) of a map for which the lobe, interpolated between the centres of
-   slices, is off by no more than `tolerance` of its rms over all x and p: what a single light can
-   show; smooth scenes need fewer. 1 for a lobe without p, 0 for bad ones, 4096 also when more
-   would be needed.  Test: slices_needed_are_enough. */
-ENVMAP_API int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance);
 
 /* The integral of f_r (n.l) over l for GGX with height-correlated Smith shadowing and Schlick's
    Fresnel term, as   f0 scale + bias   [Karis13].
@@ -1230,6 +1230,17 @@ static float *envmapi_image(const envmap *map, int level, int slice, int face) {
             faces * (size_t)map->slices * envmapi_area(map->mapping, envmapi_edge(map->size, l));
     size_t area = envmapi_area(map->mapping, envmapi_edge(map->size, level));
     return map->texels + 3 * (texels + area * ((size_t)slice * faces + (size_t)face));
+}
+
+static size_t envmapi_slice_floats(const envmap *map) {
+    return 3 * envmapi_area(map->mapping, map->size) * (size_t)envmap_faces(map->mapping);
+}
+
+/* Level 0 of slice `first` into that of the following ones, count of all of them. */
+static void envmapi_copy_slices(const envmap *map, int first, int count) {
+    for (int k = first + 1; k < first + count; ++k)
+        memcpy(envmapi_image(map, 0, k, 0), envmapi_image(map, 0, first, 0),
+               envmapi_slice_floats(map) * sizeof(float));
 }
 
 ENVMAPI_BODY envmap_result envmap_create(envmap *map, int mapping, int size, int levels,
@@ -5550,6 +5561,15 @@ static envmap_result envmapi_survey_lights(envmapi_survey *s, double sigma, envm
 
 #define ENVMAPI_SAMPLED 16 /* slices that are looked at, at most: the ends and between */
 
+/* A slice that is looked at. What its scene says: the result's mean; what the axes get, over the
+   strongest channel's energy; and of those at an angle from the brightest spot at a scale, the least.
+   Of the bands that are known: k at the angles, and the largest |k|; the result's power. */
+typedef struct envmapi_look {
+    int slice, black; /* black: some axis gets next to nothing */
+    double mean, darkest, result[ENVMAPI_AXES], dark[ENVMAPI_SCALES][ENVMAPI_ANGLES];
+    double k[ENVMAPI_ANGLES], most, power;
+} envmapi_look;
+
 /* What a lobe asks of a scene: lambda_l of every slice, the bands, and the grid for them. */
 typedef struct envmapi_plan {
     const envmap_lobe *lobe;
@@ -5558,6 +5578,7 @@ typedef struct envmapi_plan {
     double *rest;                      /* [slices]: sum (2l+1) lambda_l^2 beyond them */
     int *needs;                        /* [slices]: bands each needs; need: the most */
     double *steps;                     /* [slices]: spacing of the grid for each; h: the least */
+    envmapi_look *looks; /* at the slices that are looked at */
     int bands, need, slices, mirrored; /* mirrored: slices are half, those at -p are theirs */
     double tolerance, h, sigma, brightest; /* brightest: the largest |lambda_0| of a slice */
     double dark;  /* the darkest of the result over its mean, of a smooth lobe */
@@ -5606,12 +5627,15 @@ typedef struct envmapi_series {
     double x[ENVMAPI_ANGLES], P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
 } envmapi_series;
 
+static double envmapi_angle_at(int j) {
+    double t = (j + 0.5) / ENVMAPI_ANGLES;
+    return ENVMAPI_PI * t * t;
+}
+
 static void envmapi_series_begin(envmapi_series *series) {
     series->l = 0;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double t = (j + 0.5) / ENVMAPI_ANGLES;
-        series->x[j] = cos(ENVMAPI_PI * t * t), series->P[j] = 1, series->before[j] = 0;
-    }
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j)
+        series->x[j] = cos(envmapi_angle_at(j)), series->P[j] = 1, series->before[j] = 0;
 }
 
 /* sum += weight (2l+1) P_l; l goes on. */
@@ -5625,16 +5649,6 @@ static void envmapi_series_add(envmapi_series *series, double *sum, double weigh
     }
     ++series->l;
 }
-
-/* A slice that is looked at: k at the angles, of the bands there are, and the largest |k|; the
-   result's mean and power; what the axes get, over the strongest channel's energy; and of those at
-   an angle from the brightest spot at a scale, the least. */
-typedef struct envmapi_look {
-    int slice, black;            /* black: some axis gets next to nothing */
-    double area[ENVMAPI_ANGLES]; /* sin t dt / 2 */
-    double k[ENVMAPI_ANGLES], most, mean, power;
-    double darkest, result[ENVMAPI_AXES], dark[ENVMAPI_SCALES][ENVMAPI_ANGLES];
-} envmapi_look;
 
 /* sum_j w_j of all that an axis sees. */
 static void envmapi_sight_sum(float sums[3 + ENVMAPI_SCALES], const envmapi_sight *sight,
@@ -5676,23 +5690,26 @@ static void envmapi_look_round(envmapi_look *look, const envmapi_plan *plan,
 
 static void envmapi_look_create(envmapi_look *look, const envmapi_plan *plan, int n,
                                 const envmapi_survey *s) {
-    int slice = look->slice = envmapi_plan_slice(plan, n);
-    const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
     envmapi_series series;
     envmapi_series_begin(&series);
-    look->mean = envmapi_plan_mean(plan, slice);
+    look->slice = envmapi_plan_slice(plan, n);
+    look->mean = envmapi_plan_mean(plan, look->slice);
     look->darkest = look->mean * (plan->kinked ? 1 : 2 * plan->dark);
-    if (plan->kinked) envmapi_look_round(look, plan, s, series.x, lambda[0]);
+    if (plan->kinked)
+        envmapi_look_round(look, plan, s, series.x,
+                           plan->lambda[(size_t)look->slice * (size_t)plan->bands]);
     look->black = look->darkest < 3e-3 * look->mean;
-    memset(look->k, 0, sizeof look->k);
+}
+
+/* What more bands say. */
+static void envmapi_look_update(envmapi_look *look, const envmapi_plan *plan) {
+    const double *lambda = plan->lambda + (size_t)look->slice * (size_t)plan->bands;
+    envmapi_series series;
+    envmapi_series_begin(&series);
+    memset(look->k, 0, sizeof look->k), look->most = 0;
     for (int l = 0; l < plan->bands; ++l) envmapi_series_add(&series, look->k, lambda[l]);
-    look->most = 0;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double t = (j + 0.5) / ENVMAPI_ANGLES; /* dt = 2 pi t/64 */
-        look->area[j] = sqrt(1 - series.x[j] * series.x[j]) * ENVMAPI_PI * t / ENVMAPI_ANGLES;
-        look->most = fmax(look->most, fabs(look->k[j]));
-    }
-    look->power = plan->rest[slice] + envmapi_plan_power(plan, slice, 0, plan->bands, 0);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->most = fmax(look->most, fabs(look->k[j]));
+    look->power = plan->rest[look->slice] + envmapi_plan_power(plan, look->slice, 0, plan->bands, 0);
 }
 
 /* May an error q(t) of every light be, as far as axes see? Of what an axis gets, the rms of all
@@ -5733,7 +5750,8 @@ static int envmapi_look_allows(const envmapi_look *look, const envmapi_plan *pla
         double over = fabs(d[j]) - share * fabs(look->k[j]) - slack;
         excess[j] = over > 0 ? over : 0;
         most = excess[j] > most ? excess[j] : most;
-        squares += excess[j] * excess[j] * look->area[j];
+        squares += excess[j] * excess[j] * sin(envmapi_angle_at(j)) * ENVMAPI_PI * (j + 0.5) /
+                   (ENVMAPI_ANGLES * ENVMAPI_ANGLES); /* sin t dt/2, dt = 2 pi (j + 1/2)/64^2 */
     }
     if (8 * plan->grain * most > share * look->mean) return 0;
     if (plan->kinked && s->detail) return envmapi_look_sees(look, s, excess, 1.5 * share, l);
@@ -5771,34 +5789,45 @@ static int envmapi_look_bands(const envmapi_look *look, const envmapi_plan *plan
     return L < plan->bands ? L : plan->bands;
 }
 
-/* Do grids of spacing h keep the bounds for `bands` bands? */
-static int envmapi_look_holds(const envmapi_look *look, const envmapi_plan *plan,
-                              const envmapi_survey *s, int bands, double h) {
+/* Do grids whose spacing is 0.96^n of the widest keep the bounds? Their spline errors meet those of
+   the bands. */
+typedef struct envmapi_spacing {
+    const envmapi_look *look;
+    const envmapi_plan *plan;
+    const envmapi_survey *scene;
+    int bands;
+} envmapi_spacing;
+
+static double envmapi_spacing_of(int bands, int n) {
+    return envmapi_widest_spacing(bands) * pow(0.96, n - 1);
+}
+
+static int envmapi_spacing_holds(void *user, int n) {
+    const envmapi_spacing *test = (const envmapi_spacing *)user;
+    const envmapi_look *look = test->look;
+    const envmapi_plan *plan = test->plan;
     const double *lambda = plan->lambda + (size_t)look->slice * (size_t)plan->bands;
-    double lost[ENVMAPI_ANGLES] = {0}, c2 = fmax(envmapi_kappa2(s, bands / 2 + 1), 1e-4);
-    double mean = look->mean, tolerance = plan->tolerance;
-    double d = envmapi_plan_power(plan, look->slice, 0, bands, h);
+    double h = envmapi_spacing_of(test->bands, n), tolerance = plan->tolerance;
+    double c2 = fmax(envmapi_kappa2(test->scene, test->bands / 2 + 1), 1e-4);
+    double lost[ENVMAPI_ANGLES] = {0}, d = envmapi_plan_power(plan, look->slice, 0, test->bands, h);
     envmapi_series series;
-    if (16 * c2 * d > tolerance * tolerance * ((1 - c2) * mean * mean + c2 * look->power)) return 0;
+    if (16 * c2 * d >
+        tolerance * tolerance * ((1 - c2) * look->mean * look->mean + c2 * look->power))
+        return 0;
     envmapi_series_begin(&series);
-    for (int l = 0; l < bands; ++l)
+    for (int l = 0; l < test->bands; ++l)
         envmapi_series_add(&series, lost, lambda[l] * envmapi_band_error(l, h));
-    return envmapi_look_allows(look, plan, s, lost, 2 * tolerance, 0, bands / 2 + 1);
+    return envmapi_look_allows(look, plan, test->scene, lost, 2 * tolerance, 0,
+                               test->bands / 2 + 1);
 }
 
 /* The widest grid whose spline errors stay within the bounds, to 4 %; its nodes keep all bands
    apart also where a scene asks for nothing, for the solid angle goes over the same grid. */
 static double envmapi_look_spacing(const envmapi_look *look, const envmapi_plan *plan,
                                    const envmapi_survey *s, int bands) {
-    double low = 1e-3, high = envmapi_widest_spacing(bands);
-    while (high > 1.04 * low) {
-        double h = sqrt(low * high);
-        if (envmapi_look_holds(look, plan, s, bands, h))
-            low = h;
-        else
-            high = h;
-    }
-    return low;
+    envmapi_spacing test = {look, plan, s, bands};
+    int steps = 1 + (int)ceil(log(envmapi_widest_spacing(bands) / 1e-3) / -log(0.96));
+    return envmapi_spacing_of(bands, envmapi_least(steps, envmapi_spacing_holds, &test));
 }
 
 /* lambda_l of the slices that are looked at for `bands` bands, and the power beyond them by
@@ -5859,14 +5888,13 @@ static int envmapi_plan_enough(const envmapi_plan *plan) {
     return plan->need <= plan->bands - plan->bands / 8;
 }
 
-/* Bands and spacing of every slice, the most and the least, unless there are not bands enough;
-   between slices that are looked at, the greater number and the finer grid. */
+/* Bands of every slice, the most, unless there are not bands enough; between slices that are looked
+   at, the greater number. */
 static void envmapi_plan_needs(envmapi_plan *plan, const envmapi_survey *s, int texels) {
     plan->need = 1;
     for (int n = 0, from = 0; n < envmapi_plan_sampled(plan); ++n) {
-        envmapi_look look;
-        envmapi_look_create(&look, plan, n, s);
-        int at = look.slice, L = envmapi_look_bands(&look, plan, s, texels);
+        const envmapi_look *look = plan->looks + n;
+        int at = look->slice, L = envmapi_look_bands(look, plan, s, texels);
         for (int i = from + 1; i <= at; ++i)
             plan->needs[i] = i < at && plan->needs[from] > L ? plan->needs[from] : L;
         plan->needs[at] = L, from = at;
@@ -5875,17 +5903,16 @@ static void envmapi_plan_needs(envmapi_plan *plan, const envmapi_survey *s, int 
     }
 }
 
+/* The spacing of every slice's grid, and the least; between slices that are looked at, the finer. */
 static void envmapi_plan_steps(envmapi_plan *plan, const envmapi_survey *s) {
     plan->h = HUGE_VAL;
     for (int n = 0, from = 0; n < envmapi_plan_sampled(plan); ++n) {
-        envmapi_look look;
-        envmapi_look_create(&look, plan, n, s);
-        int at = look.slice;
-        double h = envmapi_look_spacing(&look, plan, s, plan->needs[at]);
+        int at = plan->looks[n].slice;
+        double h = envmapi_look_spacing(plan->looks + n, plan, s, plan->needs[at]);
         for (int i = from + 1; i <= at; ++i)
             plan->steps[i] = i < at && plan->steps[from] < h ? plan->steps[from] : h;
         plan->steps[at] = h, from = at;
-        if (h < plan->h) plan->h = h;
+        plan->h = fmin(plan->h, h);
     }
 }
 
@@ -5905,10 +5932,16 @@ static int envmapi_plan_run(int *need, double *h, const envmapi_plan *plan, int 
 
 /* Bands and spacing for this scene; need 0 where there are not enough, or more than `most`. */
 static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, double most) {
+    int looked = 0;
     plan->dark = envmapi_survey_dark(survey, plan->sigma);
     for (int bands = plan->bands > 24 ? plan->bands : 24;; bands = bands < 96 ? 96 : 2 * bands) {
         if (bands > ENVMAPI_FAST_BANDS) bands = ENVMAPI_FAST_BANDS;
         if (bands > plan->bands && !envmapi_plan_lambda(plan, bands, 0)) return plan->need = 0;
+        for (int n = 0; n < envmapi_plan_sampled(plan); ++n) {
+            if (!looked) envmapi_look_create(plan->looks + n, plan, n, survey);
+            envmapi_look_update(plan->looks + n, plan);
+        }
+        looked = 1;
         envmapi_plan_needs(plan, survey, 1);
         if (envmapi_plan_enough(plan)) break;
         if (plan->need > most || (bands >= ENVMAPI_FAST_BANDS && bands < 8 / plan->sigma))
@@ -5948,8 +5981,10 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
     if (plan->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)plan->slices;
     plan->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 3) * n, sizeof(double));
-    if (!plan->lambda) *result = ENVMAP_ERROR_MEMORY;
-    if (!plan->lambda) return 0;
+    plan->looks = (envmapi_look *)envmapi_pool_get(pool, (size_t)envmapi_plan_sampled(plan),
+                                                   sizeof(envmapi_look));
+    if (!plan->lambda || !plan->looks) *result = ENVMAP_ERROR_MEMORY;
+    if (*result) return 0;
     plan->rest = plan->lambda + ENVMAPI_FAST_BANDS * n, plan->steps = plan->rest + n;
     plan->needs = (int *)(plan->steps + n);
     for (int k = 0; k < plan->slices; ++k) {
@@ -6064,11 +6099,10 @@ static envmap_result envmapi_fast_pair(envmapi_transform *f, const envmapi_plan 
     int last = first + slices, slice = plan->slices > 1 || plan->mirrored ? row : first;
     int other = plan->mirrored ? dst->slices - 1 - row : slice;
     int here = slice >= first && slice < last;
-    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
     envmap_result result = here ? envmapi_fast_slice(f, plan, slice, lambda, work) : ENVMAP_OK;
     if (result || other == slice || other < first || other >= last) return result;
-    if (here && envmapi_antipodes(dst->texels + floats * (size_t)other,
-                                  dst->texels + floats * (size_t)slice, dst->mapping, dst->size))
+    if (here && envmapi_antipodes(envmapi_image(dst, 0, other, 0), envmapi_image(dst, 0, slice, 0),
+                                  dst->mapping, dst->size))
         return ENVMAP_OK;
     for (int l = 1; l < plan->need; l += 2) lambda[l] = -lambda[l];
     result = envmapi_fast_slice(f, plan, other, lambda, work);
@@ -6082,7 +6116,6 @@ static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan, envmapi_s
                                              const envmapi_survey *survey, int first, int slices,
                                              const envmap_filter_desc *desc, envmapi_pool *pool) {
     const envmap *dst = plan->dst, *src = survey->in.map;
-    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
     int kept = pool->count, need;
     double h;
     envmap_result result = ENVMAP_OK;
@@ -6110,9 +6143,7 @@ static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan, envmapi_s
         }
         envmapi_pool_free(pool, kept);
     }
-    for (int k = first + 1; k < first + slices && plan->slices == 1 && !plan->mirrored; ++k)
-        memcpy(dst->texels + floats * (size_t)k, dst->texels + floats * (size_t)first,
-               floats * sizeof(float));
+    if (plan->slices == 1 && !plan->mirrored) envmapi_copy_slices(dst, first, slices);
     return ENVMAP_OK;
 }
 
@@ -6564,63 +6595,75 @@ static double envmapi_lookups_error(const envmapi_lookups *t, double size) {
     return t->total > 0 ? sqrt(fmin(sum / t->total, 2)) : 0;
 }
 
-static int envmapi_lookups_size(const envmapi_lookups *t, double tolerance) {
-    int low = 0, high = 1; /* not enough, enough */
-    while (high < ENVMAPI_SIZE_LIMIT && !(envmapi_lookups_error(t, high) <= tolerance))
-        low = high, high *= 2;
-    while (high - low > 1) {
-        int n = low + (high - low) / 2;
-        if (envmapi_lookups_error(t, n) <= tolerance)
-            high = n;
-        else
-            low = n;
-    }
-    return high;
+typedef struct envmapi_lookups_test {
+    const envmapi_lookups *lookups;
+    double tolerance;
+} envmapi_lookups_test;
+
+static int envmapi_lookups_hold(void *user, int size) {
+    const envmapi_lookups_test *test = (const envmapi_lookups_test *)user;
+    return envmapi_lookups_error(test->lookups, size) <= test->tolerance;
 }
 
-#define ENVMAPI_SLICE_BANDS 128
+#define ENVMAPI_PROFILE 128
 
-/* Relative rms of lookups between n slices, at 24 values of p that are denser towards both ends,
-   where a ring closes and where lookups clamp. */
-static double envmapi_demand_between(const envmapi_demand *d, const envmap_lobe *lobe, int bands,
-                                     int n) {
-    const int values = 24;
-    double k[ENVMAPI_SLICE_BANDS], k_low[ENVMAPI_SLICE_BANDS], k_high[ENVMAPI_SLICE_BANDS];
-    double lost = 0, total = 0;
-    for (int i = 0; i < values; ++i) {
-        double t = ENVMAPI_PI * (i + 0.5) / values, part = 0.5 - 0.5 * cos(t), w = sin(t);
-        double at = envmapi_clamp(part * n - 0.5, 0, n - 1);
+/* How many slices a lobe needs: in a scene, or (scene NULL) as a lone light can show. */
+typedef struct envmapi_slices {
+    const envmap_lobe *lobe;
+    const double *scene; /* |a_l|^2 / (2l+1), l < bands */
+    int bands;           /* 1 .. ENVMAPI_PROFILE */
+    double tolerance;
+} envmapi_slices;
+
+/* Numbers whose squares add up to the power of the slice at p, as many as returned: the scene's
+   bands, or k at 2048 angles, chunk by chunk. */
+static int envmapi_profile(double *v, const envmapi_slices *s, double p, int chunk) {
+    double x[ENVMAPI_PROFILE];
+    if (s->scene) {
+        if (chunk || !envmapi_zonal(v, s->bands, s->lobe, p)) return 0;
+        for (int l = 0; l < s->bands; ++l) v[l] *= sqrt((2 * l + 1) * s->scene[l]);
+        return s->bands;
+    }
+    for (int j = 0; j < ENVMAPI_PROFILE; ++j)
+        x[j] = cos(ENVMAPI_PI * (chunk * ENVMAPI_PROFILE + j + 0.5) / 2048);
+    envmapi_k_many(v, x, ENVMAPI_PROFILE, s->lobe, p);
+    for (int j = 0; j < ENVMAPI_PROFILE; ++j) v[j] *= sqrt(sqrt(1 - x[j] * x[j]));
+    return chunk < 2048 / ENVMAPI_PROFILE ? ENVMAPI_PROFILE : 0;
+}
+
+/* Relative rms, over all p, of what lookups between n slices lose, at values of p that are denser
+   towards both ends, where a ring closes and where lookups clamp, and fall in step with no n. */
+static double envmapi_slices_error(const envmapi_slices *s, int n) {
+    int samples = s->scene ? 24 : n < 24 ? 96 : n < 512 ? 4 * n : 2048, count;
+    double k[ENVMAPI_PROFILE], k_low[ENVMAPI_PROFILE], k_high[ENVMAPI_PROFILE], lost = 0, total = 0;
+    for (int i = 0; i < samples; ++i) {
+        double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
+        double part = 0.5 - 0.5 * cos(t), at = envmapi_clamp(part * n - 0.5, 0, n - 1);
         int low = (int)at, high = low + 1 < n ? low + 1 : low;
-        double p = (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * part;
-        if (!envmapi_zonal(k, bands, lobe, p) ||
-            !envmapi_zonal(k_low, bands, lobe, envmapi_slice_p(lobe, low, n)) ||
-            !envmapi_zonal(k_high, bands, lobe, envmapi_slice_p(lobe, high, n)))
-            return 0;
-        for (int l = 0; l < bands; ++l) {
-            double off = k[l] - k_low[l] - (at - low) * (k_high[l] - k_low[l]);
-            w = sin(t) * (2 * l + 1) * d->scene[l];
-            lost += w * off * off, total += w * k[l] * k[l];
+        double p = (double)s->lobe->p0 + ((double)s->lobe->p1 - (double)s->lobe->p0) * part;
+        for (int chunk = 0; (count = envmapi_profile(k, s, p, chunk)) > 0; ++chunk) {
+            if (!envmapi_profile(k_low, s, envmapi_slice_p(s->lobe, low, n), chunk) ||
+                !envmapi_profile(k_high, s, envmapi_slice_p(s->lobe, high, n), chunk))
+                return 0;
+            for (int j = 0; j < count; ++j) {
+                double off = k[j] - k_low[j] - (at - low) * (k_high[j] - k_low[j]);
+                lost += sin(t) * off * off, total += sin(t) * k[j] * k[j];
+            }
         }
     }
     return total > 0 ? sqrt(lost / total) : 0;
 }
 
-/* Steps up as if errors fell as n^-1.5, then goes back along the straight line of logarithms. */
-static int envmapi_demand_slices(const envmapi_demand *d, const envmap_lobe *lobe, int bands,
-                                 double tolerance) {
-    if (lobe->p0 == lobe->p1) return 1;
-    if (bands > ENVMAPI_SLICE_BANDS) bands = ENVMAPI_SLICE_BANDS;
-    double last, lost = envmapi_demand_between(d, lobe, bands, 1);
-    int n = 1, fewer;
-    if (lost <= tolerance) return 1;
-    do {
-        double step = envmapi_clamp(pow(lost / tolerance, 0.7), 1.5, 16);
-        fewer = n, last = lost, n = (int)fmin(ceil(n * step), ENVMAPI_SLICE_LIMIT);
-        lost = envmapi_demand_between(d, lobe, bands, n);
-    } while (lost > tolerance && n < ENVMAPI_SLICE_LIMIT);
-    if (!(lost > 0) || lost > tolerance || !(last > lost)) return n;
-    double back = log(tolerance / lost) / log(last / lost);
-    return (int)ceil(n * pow((double)fewer / n, envmapi_clamp(back, 0, 1)));
+static int envmapi_slices_hold(void *user, int n) {
+    const envmapi_slices *s = (const envmapi_slices *)user;
+    return envmapi_slices_error(s, n) <= s->tolerance;
+}
+
+ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
+    envmapi_slices s = {lobe, NULL, 0, tolerance};
+    if (!envmapi_lobe_sound(lobe) || !(tolerance >= 0)) return 0;
+    if (lobe->kind == ENVMAP_LOBE_MIRROR || lobe->p0 == lobe->p1) return 1;
+    return envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &s);
 }
 
 /* Bands beyond those that FAST keeps, and what four splines lose of these, of `total`. */
@@ -6671,9 +6714,12 @@ static envmap_result envmapi_needs_fill(envmap_plan *out, envmapi_job *job) {
     while (out->bands > 1 && envmapi_demand_tail(&d, out->bands - 1) <= tolerance) --out->bands;
     envmapi_lookups_fill(&lookups, &d, dst->mapping);
     double light = planned ? envmapi_contrast_at(&job->scene.whole, out->bands).kappa : 0;
-    if (!sharp)
-        out->size = envmapi_lookups_size(&lookups, tolerance / (1 + light * (lookups.uneven - 1)));
-    out->slices = envmapi_demand_slices(&d, lobe, out->bands, tolerance);
+    envmapi_lookups_test test = {&lookups, tolerance / (1 + light * (lookups.uneven - 1))};
+    if (!sharp) out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &test);
+    envmapi_slices slices = {lobe, d.scene, 0, tolerance};
+    slices.bands = out->bands < ENVMAPI_PROFILE ? out->bands : ENVMAPI_PROFILE;
+    if (lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1)
+        out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &slices);
     out->lookup = envmapi_lookups_error(&lookups, dst->size);
     out->nine = envmapi_demand_tail(&d, 3);
     out->contrast = d.P[0] > 0 ? sqrt((d.total - d.P[0]) / d.P[0]) : 0;
@@ -7120,44 +7166,6 @@ ENVMAPI_BODY void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const e
                       ((double)f[3 * k + j] + (at - k) * (double)(f[3 * next + j] - f[3 * k + j]));
     }
     for (int j = 0; j < 3; ++j) rgb[j] = envmapi_to_float(sum[j]);
-}
-
-/* Relative rms over x and p of k less its interpolation between n slices; values of p by the golden
-   ratio, so that no n falls in step with them. */
-static double envmapi_slices_error(const envmap_lobe *lobe, int n) {
-    int samples = n < 24 ? 96 : n < 512 ? 4 * n : 2048;
-    double error = 0, total = 0, range = (double)lobe->p1 - (double)lobe->p0;
-    for (int i = 0; i < samples; ++i) {
-        double part = 0.6180339887498949 * (i + 0.5);
-        part -= floor(part);
-        double at = envmapi_clamp(part * n - 0.5, 0, n - 1), p = (double)lobe->p0 + range * part;
-        int low = (int)at, high = low + 1 < n ? low + 1 : low;
-        double p_low = envmapi_slice_p(lobe, low, n), p_high = envmapi_slice_p(lobe, high, n);
-        for (int j = 0; j < 2048; ++j) {
-            double theta = ENVMAPI_PI * (j + 0.5) / 2048, x = cos(theta);
-            double k = envmapi_k(lobe, x, p), k_low = envmapi_k(lobe, x, p_low);
-            double off = k - k_low - (at - low) * (envmapi_k(lobe, x, p_high) - k_low);
-            error += off * off * sin(theta), total += k * k * sin(theta);
-        }
-    }
-    return total > 0 ? sqrt(error / total) : 0;
-}
-
-ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
-    if (!envmapi_lobe_ok(lobe) || !(tolerance >= 0)) return 0;
-    if (lobe->kind == ENVMAP_LOBE_MIRROR || !(fabs((double)lobe->p1 - (double)lobe->p0) > 0))
-        return 1;
-    int low = 0, high = 1; /* not enough, enough */
-    while (high < ENVMAPI_SLICE_LIMIT && !(envmapi_slices_error(lobe, high) <= tolerance))
-        low = high, high *= 2;
-    while (high - low > 1) {
-        int n = low + (high - low) / 2;
-        if (envmapi_slices_error(lobe, n) <= tolerance)
-            high = n;
-        else
-            low = n;
-    }
-    return high;
 }
 
 /* ---- GGX: the normals of visible facets are half vectors of v and a spherical cap, squeezed
