@@ -4391,7 +4391,7 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
     return ENVMAP_OK;
 }
 
-/* --------------------------------------------------------------------------------- >>filters --
+/* -------------------------------------------------------------------------------- >>reference --
    REFERENCE, the definition: for every axis a
        L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1
    in double, i over all texels of src with w_i > 0. It is second order in the texel while the
@@ -5061,40 +5061,20 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
     return result;
 }
 
-/* FAST. A lobe makes a result with nothing finer than its bands, and sees nothing finer in the
-   source: so work on grids that are no finer than the lobe. Per face a grid in the map's own
-   (u,v), padded past the edges (a node there is simply a direction):
-       source texels --adjoint of quintic spline--> grid nodes --rings, a_lm, lambda_l, rings-->
-       grid nodes of the result --quintic spline--> result texels
-   Every arrow is linear and as exact for a sun as for a sky; what is lost of band l is
-   e(l) = 2.4 (l h / 2 pi)^6 or more on a grid of spacing h, and everything beyond the last band.
-   Both are bounded from lambda_l and from one look at the scene (the survey): at the scale of band
-   l its contrast kappa, and epsilon, that of its brightest spot alone; and D, how dark the result
-   may get, over its mean. A band holds at most kappa^2 times what one light of all the energy puts
-   there.
-     rms     sum_(l>=L) kappa_l^2 (2l+1) lambda_l^2 <= (tolerance/2)^2 R,
-             kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/4)^2 R,
-             R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
-     texels  of what is lost at the angle t from a light, d(t) = sum (2l+1) lambda_l P_l(cos t) over
-             l >= L or times e(l), a share of the light itself is allowed, and beyond that share
-             q(t) = max(|d(t)| - share k(t), 0):
-             epsilon q(t) <= share D lambda_0          the brightest spot, wherever it is
-             sqrt(kappa^2 - epsilon^2) rms(q) <= share D lambda_0       all others together
-             share = 4 tolerances for the bands and 2 for each of four splines, 12 in all where
-             20 are allowed: the second is an rms, of which a texel may see more.
-   A lobe with a kink (diffuse, Banks) has bands that end slowly. There the texels that hold more
-   than 1/2000 of all light are summed one by one, exactly, and kappa is that of the others; D is
-   the least that one of 54 axes gets. Narrow ones (sigma <= 1/2) are held to what each of 150 axes
-   a sees of light and of contrast, L(a) being the light that it gets:
-             kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
-             1.6 epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
-   up to 256 bands, beyond which only rms is asked for; where an axis sees black, it goes on and
-   next to nothing stands for L(a).
-   Of Banks' slices those at c and -c are each other's antipodes; slices of as many bands share a
-   grid.
-   The first bound is proved but for kappa; the others are models of how errors meet, and measured:
-   the worst texel of all tests stays below 20 tolerances.
-   Tests: tests/test_fast.c. */
+/* ------------------------------------------------------------------------------------ >>scene --
+   One look at a slice of a source: what FAST must know of it to keep its bounds.
+     in     a slice, the sigma of the sharpest lobe that will ask      out    envmapi_scene
+   The slice is summed in blocks of texels, and these in blocks twice as wide, and so on. Of blocks i
+   of some width, with energies E_i, solid angles w_i, and m_i the mean radiance of the block twice
+   as wide, E being all energy:
+       kappa    sqrt(sum (E_i - m_i w_i)^2) / E       the contrast at that scale    _scene_scales
+       epsilon  max |E_i - m_i w_i| / E               that of the brightest spot alone
+       D        the darkest block over the mean                                     _scene_dark
+   Band l is as strong as the contrast of blocks as wide as its half wave           _contrast_at
+   For lobes with a kink the brightest texels become lights, which are summed apart (_scene_lights);
+   then kappa is that of the others, and axes all round, and at the brightest spots, tell what lies
+   at every angle from them: energy, and contrast scale by scale (_scene_histograms).
+   Used by >>fast and >>plan.  Tests: tests/test_prepared.c. */
 
 #define ENVMAPI_LIGHTS 512
 #define ENVMAPI_SCALES 13
@@ -5113,13 +5093,13 @@ typedef struct envmapi_contrast {
 
 /* What lies at every angle from an axis: RGB energy, over the strongest channel's; then, scale by
    scale, which part of the squares that make kappa. */
-typedef struct envmapi_sight {
+typedef struct envmapi_histogram {
     double axis[3];
     float seen[ENVMAPI_ANGLES][3 + ENVMAPI_SCALES];
-} envmapi_sight;
+} envmapi_histogram;
 
 /* One look at a slice of the source. */
-typedef struct envmapi_survey {
+typedef struct envmapi_scene {
     envmapi_input in;
     float *sums;             /* blocks of texels, [faces][nv][nu][4], then twice as wide, ... */
     double *rows;            /* of each row of blocks: sum of squared energies, a sign bit is set */
@@ -5135,15 +5115,15 @@ typedef struct envmapi_survey {
     int scales;
     envmapi_light *lights; /* taken out */
     int light_count;
-    envmapi_sight *sights;   /* [axes]: `round` all round, then one at each scale's brightest spot;
+    envmapi_histogram
+        *histograms;         /* [axes]: `round` all round, then one at each scale's brightest spot;
                               squares are of what the lights leave */
     int round, axes, detail; /* detail: with squares */
-} envmapi_survey;
+} envmapi_scene;
 
 /* sums += x y over some rows, squares += (x y)^2, signs |= the bits of x, in up to 16 lanes. */
-ENVMAPI_INLINE void envmapi_survey_part(float *sums, envmapi_float16 *squares,
-                                        envmapi_bits16 *signs, const envmapi_rows *in, size_t at,
-                                        size_t bytes) {
+ENVMAPI_INLINE void envmapi_scene_part(float *sums, envmapi_float16 *squares, envmapi_bits16 *signs,
+                                       const envmapi_rows *in, size_t at, size_t bytes) {
     envmapi_float16 sum, texel, omega, light, square = *squares;
     envmapi_bits16 bits, all = *signs;
     memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega), memset(&sum, 0, sizeof sum);
@@ -5163,7 +5143,7 @@ ENVMAPI_INLINE void envmapi_survey_part(float *sums, envmapi_float16 *squares,
 }
 
 /* Returns the sum of the squares; whether a number has its sign bit set. */
-static double envmapi_survey_rows(float *sums, const envmapi_rows *in, size_t n, int *negative) {
+static double envmapi_scene_rows(float *sums, const envmapi_rows *in, size_t n, int *negative) {
     envmapi_float16 squares;
     envmapi_bits16 signs;
     uint32_t bits[16], any = 0;
@@ -5171,8 +5151,8 @@ static double envmapi_survey_rows(float *sums, const envmapi_rows *in, size_t n,
     double sum = 0;
     size_t i = 0;
     memset(&squares, 0, sizeof squares), memset(&signs, 0, sizeof signs);
-    for (; i + 16 <= n; i += 16) envmapi_survey_part(sums, &squares, &signs, in, i, 64);
-    if (i < n) envmapi_survey_part(sums, &squares, &signs, in, i, (n - i) * sizeof(float));
+    for (; i + 16 <= n; i += 16) envmapi_scene_part(sums, &squares, &signs, in, i, 64);
+    if (i < n) envmapi_scene_part(sums, &squares, &signs, in, i, (n - i) * sizeof(float));
     memcpy(lanes, &squares, sizeof lanes), memcpy(bits, &signs, sizeof bits);
     for (int v = 0; v < 16; ++v) sum += (double)lanes[v], any |= bits[v];
     *negative |= any >> 31 != 0;
@@ -5180,8 +5160,8 @@ static double envmapi_survey_rows(float *sums, const envmapi_rows *in, size_t n,
 }
 
 /* Task: rows of blocks; solid angles, alike on all faces, only on the first. */
-static void envmapi_task_survey(void *context, int task) {
-    const envmapi_survey *s = (const envmapi_survey *)context;
+static void envmapi_task_scene(void *context, int task) {
+    const envmapi_scene *s = (const envmapi_scene *)context;
     int edge = s->in.map->size, faces = envmap_faces(s->in.map->mapping);
     size_t width = (size_t)envmapi_width(s->in.map->mapping, edge), W = 3 * width;
     float *row = s->work + (size_t)task * 4 * width;
@@ -5199,7 +5179,7 @@ static void envmapi_task_survey(void *context, int task) {
                 in.x[r] = texels + (size_t)(y + r) * W, in.y[r] = envmapi_omega_row(&s->in, y + r);
                 in.w[r][0] = 1;
             }
-            s->rows[2 * i] += envmapi_survey_rows(row, &in, W, &negative);
+            s->rows[2 * i] += envmapi_scene_rows(row, &in, W, &negative);
             for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + W;
             if (i < s->nv) envmapi_rows_add(row + W, 0, 1, &in, 0, width);
         }
@@ -5218,7 +5198,7 @@ static void envmapi_task_survey(void *context, int task) {
 }
 
 /* Blocks at scale i: how many along u and v, and where they begin in `sums`. */
-static size_t envmapi_survey_scale(int *nu, int *nv, const envmapi_survey *s, int i) {
+static size_t envmapi_scene_scale(int *nu, int *nv, const envmapi_scene *s, int i) {
     size_t at = 0;
     for (*nu = s->nu, *nv = s->nv; i > 0; --i, *nu = (*nu + 1) / 2, *nv = (*nv + 1) / 2)
         at += 4 * (size_t)*nu * (size_t)*nv * (size_t)envmap_faces(s->in.map->mapping);
@@ -5226,7 +5206,7 @@ static size_t envmapi_survey_scale(int *nu, int *nv, const envmapi_survey *s, in
 }
 
 /* Blocks into twice as wide ones. */
-static void envmapi_survey_halve(float *next, const float *blocks, int nu, int nv, int faces) {
+static void envmapi_scene_halve(float *next, const float *blocks, int nu, int nv, int faces) {
     size_t wide = (size_t)(nu + 1) / 2, high = (size_t)(nv + 1) / 2;
     memset(next, 0, 4 * wide * high * (size_t)faces * sizeof *next);
     for (int face = 0; face < faces; ++face, next += 4 * wide * high)
@@ -5240,7 +5220,7 @@ static void envmapi_survey_halve(float *next, const float *blocks, int nu, int n
 /* (E - m w)^2 of a block whose parent, twice as wide, or NULL, has the mean m. A light in a block
    that is a share q of its parent gives (1-q)^2 of its square, q being 1/4 as a rule; a block that
    is all of its parent is held against the mean of all. */
-static double envmapi_block_square(const envmapi_survey *s, const float *block,
+static double envmapi_block_square(const envmapi_scene *s, const float *block,
                                    const float *parent) {
     double w = (double)block[3], square = 0;
     double q = parent && parent[3] > 0 ? w / (double)parent[3] : 1;
@@ -5254,16 +5234,16 @@ static double envmapi_block_square(const envmapi_survey *s, const float *block,
 /* The squares of the blocks at scale i of `sums`, added to those of the blocks at scale `to` that
    they are part of, unless squares is NULL; returns their sum; *most and *spot: the largest, if it
    exceeds *most, and its block. */
-static double envmapi_survey_squares(double *squares, double *most, size_t *spot,
-                                     const envmapi_survey *s, const float *sums, int i, int to) {
+static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
+                                    const envmapi_scene *s, const float *sums, int i, int to) {
     int nu, nv, wide, high, parents_wide = 0, parents_high = 0;
     int faces = envmap_faces(s->in.map->mapping);
     const float *parents = NULL, *block;
     double sum = 0;
     if (i + 1 < s->scales)
-        parents = sums + envmapi_survey_scale(&parents_wide, &parents_high, s, i + 1);
-    envmapi_survey_scale(&wide, &high, s, to);
-    block = sums + envmapi_survey_scale(&nu, &nv, s, i);
+        parents = sums + envmapi_scene_scale(&parents_wide, &parents_high, s, i + 1);
+    envmapi_scene_scale(&wide, &high, s, to);
+    block = sums + envmapi_scene_scale(&nu, &nv, s, i);
     for (int row = 0; row < faces * nv; ++row) {
         int face = row / nv, y = row % nv;
         size_t at = (size_t)(face * high + (y >> (to - i))) * (size_t)wide;
@@ -5282,20 +5262,20 @@ static double envmapi_survey_squares(double *squares, double *most, size_t *spot
 /* The coarser scales of `sums`, and the contrast at every one; off: squares that are not in the
    blocks. An edge along the borders of blocks shows at the scales where it runs through one; at the
    others it is l^-1.5 of that, as edges are. */
-static void envmapi_survey_scales(envmapi_survey *s, float *sums, double off) {
+static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
     int nu, nv, faces = envmap_faces(s->in.map->mapping), last = s->scales - 1;
     double mean[4] = {0, 0, 0, 0};
     for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces; ++b)
         for (size_t c = 0; c < 4; ++c) mean[c] += (double)sums[4 * b + c];
     for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = 0; i < last; ++i) {
-        float *blocks = sums + envmapi_survey_scale(&nu, &nv, s, i);
-        envmapi_survey_halve(blocks + 4 * (size_t)nu * (size_t)nv * (size_t)faces, blocks, nu, nv,
-                             faces);
+        float *blocks = sums + envmapi_scene_scale(&nu, &nv, s, i);
+        envmapi_scene_halve(blocks + 4 * (size_t)nu * (size_t)nv * (size_t)faces, blocks, nu, nv,
+                            faces);
     }
     for (int i = last; i >= 0; --i) {
         double most = off;
-        double sum = off + envmapi_survey_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
+        double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
         s->scale[i].kappa = s->norm > 0 ? fmin(sqrt(sum * 4 / 3) / s->norm, 1) : 0;
         s->scale[i].epsilon = s->norm > 0 ? fmin(sqrt(most * 16 / 9) / s->norm, 1) : 0;
         if (i == last) continue;
@@ -5306,7 +5286,7 @@ static void envmapi_survey_scales(envmapi_survey *s, float *sums, double off) {
 
 /* The contrast of single texels, from the sum of their squares: what evenly lit blocks, E^2 of each
    over its texels, do not explain. */
-static void envmapi_survey_texel(envmapi_survey *s, const float *sums, double squares) {
+static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squares) {
     size_t count = (size_t)s->nu * (size_t)s->nv * (size_t)envmap_faces(s->in.map->mapping);
     double even = 0;
     s->texel = s->scale[0];
@@ -5324,7 +5304,7 @@ static double envmapi_between(double l, double l0, double y0, double l1, double 
 }
 
 /* The contrast at the scale of band l: blocks as wide as its half wave. */
-static envmapi_contrast envmapi_contrast_at(const envmapi_survey *s, double l) {
+static envmapi_contrast envmapi_contrast_at(const envmapi_scene *s, double l) {
     double finer = ENVMAPI_PI / envmapi_texel_extent(s->in.map), at = finer / s->edge;
     envmapi_contrast below = s->texel, out;
     if (l >= finer) return s->texel;
@@ -5337,13 +5317,13 @@ static envmapi_contrast envmapi_contrast_at(const envmapi_survey *s, double l) {
     return s->scale[s->scales - 1];
 }
 
-static double envmapi_kappa2(const envmapi_survey *s, double l) {
+static double envmapi_kappa2(const envmapi_scene *s, double l) {
     double kappa = envmapi_contrast_at(s, l).kappa;
     return kappa * kappa;
 }
 
 /* The scale of blocks nearest to a half wave of band l. */
-static int envmapi_scale_at(const envmapi_survey *s, double l) {
+static int envmapi_scale_at(const envmapi_scene *s, double l) {
     double width = sqrt(2) * ENVMAPI_PI / (l * s->edge * envmapi_texel_extent(s->in.map));
     int i = 0;
     while (i + 1 < s->scales && width >= 2) ++i, width /= 2;
@@ -5361,9 +5341,9 @@ static double envmapi_light_square(const envmapi_light *light) {
 
 /* Looks at a slice, in blocks of 8 x 8 texels, or of 4 x 4 for lobes sharper than 32 texels.
    Errors: MEMORY, RADIANCE. */
-static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map, int slice,
-                                           double sigma, const envmap_work *work,
-                                           envmapi_pool *pool) {
+static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, int slice,
+                                          double sigma, const envmap_work *work,
+                                          envmapi_pool *pool) {
     int faces = envmap_faces(map->mapping), width = envmapi_width(map->mapping, map->size);
     int negative = 0;
     double squares = 0, off = 0, *energy = s->sum;
@@ -5380,7 +5360,7 @@ static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map,
         return ENVMAP_ERROR_MEMORY;
     s->rows = (double *)(void *)s->in.spare;
     s->sums = (float *)(s->rows + rows), s->work = s->sums + 4 * blocks;
-    envmapi_run_all(work, envmapi_task_survey, s, s->tasks);
+    envmapi_run_all(work, envmapi_task_scene, s, s->tasks);
     for (size_t i = 0, n = (size_t)s->nu * (size_t)s->nv; i + n < n * (size_t)faces; ++i)
         s->sums[4 * (i + n) + 3] = s->sums[4 * i + 3];
     for (int i = 0; i < faces * s->nv; ++i) {
@@ -5400,20 +5380,20 @@ static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map,
     s->norm = sqrt(energy[0] * energy[0] + energy[1] * energy[1] + energy[2] * energy[2]);
     if ((negative || !envmapi_finite(s->energy)) && !envmapi_radiance_ok(map, 0))
         return ENVMAP_ERROR_RADIANCE;
-    envmapi_survey_scales(s, s->sums, off);
-    envmapi_survey_texel(s, s->sums, s->squares);
+    envmapi_scene_scales(s, s->sums, off);
+    envmapi_scene_texel(s, s->sums, s->squares);
     return ENVMAP_OK;
 }
 
 /* Adds texel t of a face to the lights, or says that there are too many. */
-static int envmapi_light_add(envmapi_survey *s, const envmapi_light *light) {
+static int envmapi_light_add(envmapi_scene *s, const envmapi_light *light) {
     if (s->light_count >= ENVMAPI_LIGHTS) return 0;
     s->lights[s->light_count++] = *light;
     return 1;
 }
 
 /* The texels of one block that hold more than `limit` become lights, until there are too many. */
-static int envmapi_block_lights(envmapi_survey *s, size_t block, double limit) {
+static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
     const envmap *map = s->in.map;
     int x0 = (int)(block % (size_t)s->nu) * s->edge, row = (int)(block / (size_t)s->nu);
     int y0 = row % s->nv * s->edge, face = row / s->nv;
@@ -5435,7 +5415,7 @@ static int envmapi_block_lights(envmapi_survey *s, size_t block, double limit) {
 
 /* The contrast of what the lights leave, no texel of it with more than `limit` of all energy; rest:
    room for the blocks without them. */
-static void envmapi_survey_rest(envmapi_survey *s, double limit, float *rest) {
+static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
     int edge = s->in.map->size, faces = envmap_faces(s->in.map->mapping);
     size_t width = (size_t)envmapi_width(s->in.map->mapping, edge), size = (size_t)edge;
     double squares = s->squares, off = 0;
@@ -5453,16 +5433,16 @@ static void envmapi_survey_rest(envmapi_survey *s, double limit, float *rest) {
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
     if (s->light_count) { /* else all is as it was */
-        envmapi_survey_scales(s, rest, fmax(off, 0));
-        envmapi_survey_texel(s, rest, squares);
+        envmapi_scene_scales(s, rest, fmax(off, 0));
+        envmapi_scene_texel(s, rest, squares);
     }
     s->texel.epsilon = fmin(s->scale[0].epsilon, limit);
 }
 
 /* The middle of block b at scale i. */
-static void envmapi_block_direction(double d[3], const envmapi_survey *s, int i, size_t b) {
+static void envmapi_block_direction(double d[3], const envmapi_scene *s, int i, size_t b) {
     int nu, nv, mapping = s->in.map->mapping, wide = s->edge << i;
-    envmapi_survey_scale(&nu, &nv, s, i);
+    envmapi_scene_scale(&nu, &nv, s, i);
     int x = (int)(b % (size_t)nu), y = (int)(b / (size_t)nu), face = y / nv;
     envmapi_direction(d, mapping, face,
                       fmin((x + 0.5) * wide / envmapi_width(mapping, s->in.map->size), 1),
@@ -5471,16 +5451,16 @@ static void envmapi_block_direction(double d[3], const envmapi_survey *s, int i,
 
 /* What axes see of the blocks at scale j: the energies if `from` is 0, and in detail the squares in
    `rest` of the scales from `from` to j. squares: room for (j-from+1) times the blocks. */
-static void envmapi_sights_add(envmapi_survey *s, const float *rest, int from, int j,
-                               double *squares, const unsigned char *angle) {
+static void envmapi_histograms_add(envmapi_scene *s, const float *rest, int from, int j,
+                                   double *squares, const unsigned char *angle) {
     int nu, nv, faces = envmap_faces(s->in.map->mapping);
-    const float *sums = s->sums + envmapi_survey_scale(&nu, &nv, s, j);
+    const float *sums = s->sums + envmapi_scene_scale(&nu, &nv, s, j);
     int count = nu * nv * faces;
     memset(squares, 0, (size_t)(j - from + 1) * (size_t)count * sizeof *squares);
     for (int i = from; i <= j && s->detail; ++i) {
         size_t spot;
         double most = 0, *part = squares + (size_t)(i - from) * (size_t)count;
-        double total = envmapi_survey_squares(part, &most, &spot, s, rest, i, j);
+        double total = envmapi_scene_squares(part, &most, &spot, s, rest, i, j);
         for (int b = 0; b < count && total > 0; ++b) part[b] /= total;
     }
     for (int b = 0; b < count; ++b) {
@@ -5491,7 +5471,7 @@ static void envmapi_sights_add(envmapi_survey *s, const float *rest, int from, i
             values[c] = (float)((double)sums[4 * b + c] / s->strongest);
         for (int i = from; i <= j; ++i)
             values[3 + i] = (float)squares[(size_t)(i - from) * (size_t)count + (size_t)b];
-        for (envmapi_sight *a = s->sights; a < s->sights + s->axes; ++a) {
+        for (envmapi_histogram *a = s->histograms; a < s->histograms + s->axes; ++a) {
             float *seen = a->seen[angle[(int)(512.5 - 512 * envmapi_dot(a->axis, d))]];
             envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(values));
         }
@@ -5501,14 +5481,14 @@ static void envmapi_sights_add(envmapi_survey *s, const float *rest, int from, i
 /* What axes see, for lobes of sigma; rest: the blocks without the lights. Energies and fine scales
    are seen at blocks narrower than half a sigma, coarser scales at their own. Wide lobes, whose
    bands are few, can do without detail. */
-static envmap_result envmapi_survey_sights(envmapi_survey *s, double sigma, const float *rest,
-                                           envmapi_pool *pool) {
+static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, const float *rest,
+                                              envmapi_pool *pool) {
     int nu, nv, j = 0, edge = s->detail ? 5 : 3, faces = envmap_faces(s->in.map->mapping);
     double extent = s->edge * envmapi_texel_extent(s->in.map), t;
     unsigned char angle[1026];
-    for (envmapi_survey_scale(&nu, &nv, s, 0);
+    for (envmapi_scene_scale(&nu, &nv, s, 0);
          j + 1 < s->scales && (4 * extent <= sigma || nu * nv * faces > 2048); extent *= 2)
-        envmapi_survey_scale(&nu, &nv, s, ++j);
+        envmapi_scene_scale(&nu, &nv, s, ++j);
     double *squares =
         (double *)envmapi_pool_get(pool, (size_t)((j + 1) * nu * nv * faces), sizeof *squares);
     if (!squares) return ENVMAP_ERROR_MEMORY;
@@ -5516,31 +5496,32 @@ static envmap_result envmapi_survey_sights(envmapi_survey *s, double sigma, cons
         t = sqrt(acos(envmapi_clamp(1 - i / 512.0, -1, 1)) / ENVMAPI_PI) * ENVMAPI_ANGLES;
         angle[i] = (unsigned char)fmin(t, ENVMAPI_ANGLES - 1);
     }
-    memset(s->sights, 0, (size_t)s->axes * sizeof *s->sights);
+    memset(s->histograms, 0, (size_t)s->axes * sizeof *s->histograms);
     for (int a = 0; a < s->round; ++a)
-        envmapi_texel_direction(s->sights[a].axis, ENVMAP_CUBE, a / edge / edge, edge, a % edge,
+        envmapi_texel_direction(s->histograms[a].axis, ENVMAP_CUBE, a / edge / edge, edge, a % edge,
                                 a / edge % edge);
     for (int i = 0; i < s->axes - s->round; ++i)
-        envmapi_block_direction(s->sights[s->round + i].axis, s, i, s->scale[i].spot);
+        envmapi_block_direction(s->histograms[s->round + i].axis, s, i, s->scale[i].spot);
     for (int from = 0; s->strongest > 0 && j < s->scales && (s->detail || !from); from = ++j)
-        envmapi_sights_add(s, rest, from, j, squares, angle);
+        envmapi_histograms_add(s, rest, from, j, squares, angle);
     return ENVMAP_OK;
 }
 
 /* Lists the texels with more than 1/2000 of the scene's energy, or so much more that there is room
    for all; kappa is then what they leave, and axes look at it for lobes of sigma. The blocks stay
    whole. */
-static envmap_result envmapi_survey_lights(envmapi_survey *s, double sigma, envmapi_pool *pool) {
+static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmapi_pool *pool) {
     int nu, nv, fits = 0, kept = pool->count, faces = envmap_faces(s->in.map->mapping);
-    size_t blocks = envmapi_survey_scale(&nu, &nv, s, s->scales) / 4;
+    size_t blocks = envmapi_scene_scale(&nu, &nv, s, s->scales) / 4;
     s->lights = (envmapi_light *)envmapi_pool_get(pool, ENVMAPI_LIGHTS, sizeof(envmapi_light));
     int edge = sigma <= 0.5 ? 5 : 3;
     s->detail = sigma <= 0.5;
     s->round = 6 * edge * edge, s->axes = s->round + (s->detail ? s->scales : 0);
-    s->sights = (envmapi_sight *)envmapi_pool_get(pool, (size_t)s->axes, sizeof(envmapi_sight));
+    s->histograms =
+        (envmapi_histogram *)envmapi_pool_get(pool, (size_t)s->axes, sizeof(envmapi_histogram));
     kept = pool->count;
     float *rest = (float *)envmapi_pool_get(pool, 4 * blocks, sizeof(float));
-    if (!s->lights || !s->sights || !rest) return ENVMAP_ERROR_MEMORY;
+    if (!s->lights || !s->histograms || !rest) return ENVMAP_ERROR_MEMORY;
     double limit = s->energy / 4000;
     while (!fits) {
         s->light_count = 0, fits = 1, limit *= 2;
@@ -5553,11 +5534,41 @@ static envmap_result envmapi_survey_lights(envmapi_survey *s, double sigma, envm
                 fits = envmapi_block_lights(s, b, limit);
         }
     }
-    envmapi_survey_rest(s, s->all > 0 ? limit / s->all : 1, rest);
-    envmap_result result = envmapi_survey_sights(s, sigma, s->light_count ? rest : s->sums, pool);
+    envmapi_scene_unlit(s, s->all > 0 ? limit / s->all : 1, rest);
+    envmap_result result =
+        envmapi_scene_histograms(s, sigma, s->light_count ? rest : s->sums, pool);
     envmapi_pool_free(pool, kept);
     return result;
 }
+
+/* ------------------------------------------------------------------------------------- >>fast --
+   filter = fill . lambda . project: a lobe makes a result with nothing finer than its bands, and
+   sees nothing finer in the source, so all work is done on grids that are no finer than the lobe.
+     in     slices of a source that were looked at, lobes, a tolerance       out    slices of results
+       how many bands, how fine a grid      _spec_fit          once for every lobe and scene
+       texels -> a_lm                       _fast_analyse      once for smooth lobes, once for others
+       a_lm -> lambda_l a_lm -> texels      _fast_synthesise   once for every slice of a result
+   What is lost of band l is e(l) (_band_error) on a grid of spacing h, and everything from the last
+   band L on. A band holds at most kappa_l^2 times what one light of all the energy puts there. So:
+     rms     sum_(l>=L) kappa_l^2 (2l+1) lambda_l^2 <= (tolerance/2)^2 R,            _look_bands
+             kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/4)^2 R,          _spacing_holds
+             R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
+     texels  of what is lost at the angle t from a light, d(t) = sum (2l+1) lambda_l P_l(cos t) over
+             l >= L or times e(l), a share of the light itself is allowed, and beyond that share
+             q(t) = max(|d(t)| - share k(t), 0):                                     _look_allows
+             epsilon q(t) <= share D lambda_0          the brightest spot, wherever it is
+             sqrt(kappa^2 - epsilon^2) rms(q) <= share D lambda_0       all others together
+   A lobe with a kink (diffuse, Banks) has bands that end slowly. There lights are summed apart, and
+   D is the least that one of 54 axes gets. Narrow ones (sigma <= 1/2) are held to what each of 150
+   axes a sees of light and of contrast, L(a) being the light that it gets:            _look_sees
+             kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
+             1.6 epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
+   up to 256 bands, beyond which only rms is asked for; where an axis sees black, it goes on and
+   next to nothing stands for L(a).
+   Of Banks' slices those at c and -c are each other's antipodes; slices of as many bands share a
+   grid.
+   The first bound is proved but for kappa; the others are models of how errors meet, and measured:
+   the worst texel of all tests stays below 20 tolerances.  Tests: tests/test_fast.c. */
 
 #define ENVMAPI_SAMPLED 16 /* slices that are looked at, at most: the ends and between */
 
@@ -5570,29 +5581,32 @@ typedef struct envmapi_look {
     double k[ENVMAPI_ANGLES], most, power;
 } envmapi_look;
 
-/* What a lobe asks of a scene: lambda_l of every slice, the bands, and the grid for them. */
-typedef struct envmapi_plan {
+/* What a lobe asks of a scene: lambda_l of every slice, the bands L that it needs, and the grid's
+   spacing h for them. */
+typedef struct envmapi_spec {
     const envmap_lobe *lobe;
     envmap *dst;
-    double *lambda;                    /* [slices][bands] */
-    double *rest;                      /* [slices]: sum (2l+1) lambda_l^2 beyond them */
-    int *needs;                        /* [slices]: bands each needs; need: the most */
-    double *steps;                     /* [slices]: spacing of the grid for each; h: the least */
-    envmapi_look *looks; /* at the slices that are looked at */
-    int bands, need, slices, mirrored; /* mirrored: slices are half, those at -p are theirs */
-    double tolerance, h, sigma, brightest; /* brightest: the largest |lambda_0| of a slice */
-    double dark;  /* the darkest of the result over its mean, of a smooth lobe */
-    double grain; /* h^2/24 of texels of side h */
+    int slices, mirrored; /* mirrored: half of dst's slices; those at -p are theirs */
+    int known;            /* bands of which lambda_l is known */
+    double *lambda;       /* [slices][known] */
+    double *tail;         /* [slices]: sum (2l+1) lambda_l^2 beyond them */
+    int *slice_L, L;      /* of every slice; the most */
+    double *slice_h, h;   /* of every slice; the least */
+    envmapi_look *looks;  /* at the slices that are looked at */
+    double tolerance, sigma;
+    double brightest; /* the largest |lambda_0| of a slice */
+    double dark;      /* the darkest of the result over its mean, of a smooth lobe */
+    double midpoint;  /* what a texel's midpoint loses of its side, side^2/24 */
     int kinked;
-} envmapi_plan;
+} envmapi_spec;
 
 #define ENVMAPI_FAST_BANDS 768
 #define ENVMAPI_KINK_BANDS 256 /* that axes ask for at most, at a tolerance of 1e-3 */
 
 /* sum_l (2l+1) lambda_l^2 e^2 over from <= l < to of one slice, e the spline's error on a grid of
    h, or 1. */
-static double envmapi_plan_power(const envmapi_plan *plan, int slice, int from, int to, double h) {
-    const double *lambda = plan->lambda + (size_t)slice * (size_t)plan->bands;
+static double envmapi_spec_power(const envmapi_spec *spec, int slice, int from, int to, double h) {
+    const double *lambda = spec->lambda + (size_t)slice * (size_t)spec->known;
     double sum = 0;
     for (int l = from; l < to; ++l) {
         double e = h > 0 ? envmapi_band_error(l, h) : 1;
@@ -5602,22 +5616,22 @@ static double envmapi_plan_power(const envmapi_plan *plan, int slice, int from, 
 }
 
 /* lambda_0, or where a slice is much darker than others a tenth of theirs. */
-static double envmapi_plan_mean(const envmapi_plan *plan, int slice) {
-    return fmax(fabs(plan->lambda[(size_t)slice * (size_t)plan->bands]), plan->brightest / 10);
+static double envmapi_spec_mean(const envmapi_spec *spec, int slice) {
+    return fmax(fabs(spec->lambda[(size_t)slice * (size_t)spec->known]), spec->brightest / 10);
 }
 
 /* A slice's p. */
-static double envmapi_plan_p(const envmapi_plan *plan, int k) {
-    return envmapi_slice_p(plan->lobe, k, plan->mirrored ? plan->dst->slices : plan->slices);
+static double envmapi_spec_p(const envmapi_spec *spec, int k) {
+    return envmapi_slice_p(spec->lobe, k, spec->mirrored ? spec->dst->slices : spec->slices);
 }
 
 /* Slices that are looked at. */
-static int envmapi_plan_sampled(const envmapi_plan *plan) {
-    return plan->slices < ENVMAPI_SAMPLED ? plan->slices : ENVMAPI_SAMPLED;
+static int envmapi_spec_sampled(const envmapi_spec *spec) {
+    return spec->slices < ENVMAPI_SAMPLED ? spec->slices : ENVMAPI_SAMPLED;
 }
 
-static int envmapi_plan_slice(const envmapi_plan *plan, int i) {
-    size_t last = (size_t)plan->slices - 1, steps = ENVMAPI_SAMPLED - 1;
+static int envmapi_spec_slice(const envmapi_spec *spec, int i) {
+    size_t last = (size_t)spec->slices - 1, steps = ENVMAPI_SAMPLED - 1;
     return last <= steps ? i : (int)((size_t)i * last / steps);
 }
 
@@ -5651,27 +5665,27 @@ static void envmapi_series_add(envmapi_series *series, double *sum, double weigh
 }
 
 /* sum_j w_j of all that an axis sees. */
-static void envmapi_sight_sum(float sums[3 + ENVMAPI_SCALES], const envmapi_sight *sight,
-                              const double *w) {
+static void envmapi_histogram_sum(float sums[3 + ENVMAPI_SCALES],
+                                  const envmapi_histogram *histogram, const double *w) {
     envmapi_float16 even, odd;
     memset(&even, 0, sizeof even), memset(&odd, 0, sizeof odd);
     for (int j = 0; j < ENVMAPI_ANGLES; j += 2) {
-        envmapi_float16_add(&even, (float)w[j], envmapi_float16_at(sight->seen[j]));
-        envmapi_float16_add(&odd, (float)w[j + 1], envmapi_float16_at(sight->seen[j + 1]));
+        envmapi_float16_add(&even, (float)w[j], envmapi_float16_at(histogram->seen[j]));
+        envmapi_float16_add(&odd, (float)w[j + 1], envmapi_float16_at(histogram->seen[j + 1]));
     }
     envmapi_float16_add(&even, 1, &odd);
     memcpy(sums, &even, sizeof even);
 }
 
 /* Where the lobe has a kink: what axes get of the whole scene. */
-static void envmapi_look_round(envmapi_look *look, const envmapi_plan *plan,
-                               const envmapi_survey *s, const double *x, double lambda_0) {
-    double k[ENVMAPI_ANGLES], p = envmapi_plan_p(plan, look->slice);
-    double scale = 4 * ENVMAPI_PI * fabs(lambda_0) / envmapi_lobe_integral(plan->lobe, p);
-    envmapi_k_many(k, x, ENVMAPI_ANGLES, plan->lobe, p);
+static void envmapi_look_round(envmapi_look *look, const envmapi_spec *spec, const envmapi_scene *s,
+                               const double *x, double lambda_0) {
+    double k[ENVMAPI_ANGLES], p = envmapi_spec_p(spec, look->slice);
+    double scale = 4 * ENVMAPI_PI * fabs(lambda_0) / envmapi_lobe_integral(spec->lobe, p);
+    envmapi_k_many(k, x, ENVMAPI_ANGLES, spec->lobe, p);
     for (int a = 0; a < s->axes; ++a) {
         float rgb[3 + ENVMAPI_SCALES];
-        envmapi_sight_sum(rgb, s->sights + a, k);
+        envmapi_histogram_sum(rgb, s->histograms + a, k);
         double most = fmax(fmax((double)rgb[0], (double)rgb[1]), (double)rgb[2]);
         look->result[a] = fmax(scale * most, 5e-4 * look->mean);
         look->darkest = fmin(look->darkest, look->result[a]);
@@ -5679,7 +5693,8 @@ static void envmapi_look_round(envmapi_look *look, const envmapi_plan *plan,
     for (int i = 0; i < s->scales && s->detail; ++i) {
         for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->dark[i][j] = HUGE_VAL;
         for (int a = 0; a < s->axes; ++a) {
-            double t = envmapi_acos(envmapi_dot(s->sights[a].axis, s->sights[s->round + i].axis));
+            double t =
+                envmapi_acos(envmapi_dot(s->histograms[a].axis, s->histograms[s->round + i].axis));
             double from = sqrt(fmax(t - 0.3, 0) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
             double to = sqrt((t + 0.3) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
             for (int j = (int)ceil(from); j <= to && j < ENVMAPI_ANGLES; ++j)
@@ -5688,34 +5703,35 @@ static void envmapi_look_round(envmapi_look *look, const envmapi_plan *plan,
     }
 }
 
-static void envmapi_look_create(envmapi_look *look, const envmapi_plan *plan, int n,
-                                const envmapi_survey *s) {
+static void envmapi_look_create(envmapi_look *look, const envmapi_spec *spec, int n,
+                                const envmapi_scene *s) {
     envmapi_series series;
     envmapi_series_begin(&series);
-    look->slice = envmapi_plan_slice(plan, n);
-    look->mean = envmapi_plan_mean(plan, look->slice);
-    look->darkest = look->mean * (plan->kinked ? 1 : 2 * plan->dark);
-    if (plan->kinked)
-        envmapi_look_round(look, plan, s, series.x,
-                           plan->lambda[(size_t)look->slice * (size_t)plan->bands]);
+    look->slice = envmapi_spec_slice(spec, n);
+    look->mean = envmapi_spec_mean(spec, look->slice);
+    look->darkest = look->mean * (spec->kinked ? 1 : 2 * spec->dark);
+    if (spec->kinked)
+        envmapi_look_round(look, spec, s, series.x,
+                           spec->lambda[(size_t)look->slice * (size_t)spec->known]);
     look->black = look->darkest < 3e-3 * look->mean;
 }
 
 /* What more bands say. */
-static void envmapi_look_update(envmapi_look *look, const envmapi_plan *plan) {
-    const double *lambda = plan->lambda + (size_t)look->slice * (size_t)plan->bands;
+static void envmapi_look_update(envmapi_look *look, const envmapi_spec *spec) {
+    const double *lambda = spec->lambda + (size_t)look->slice * (size_t)spec->known;
     envmapi_series series;
     envmapi_series_begin(&series);
     memset(look->k, 0, sizeof look->k), look->most = 0;
-    for (int l = 0; l < plan->bands; ++l) envmapi_series_add(&series, look->k, lambda[l]);
+    for (int l = 0; l < spec->known; ++l) envmapi_series_add(&series, look->k, lambda[l]);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->most = fmax(look->most, fabs(look->k[j]));
-    look->power = plan->rest[look->slice] + envmapi_plan_power(plan, look->slice, 0, plan->bands, 0);
+    look->power =
+        spec->tail[look->slice] + envmapi_spec_power(spec, look->slice, 0, spec->known, 0);
 }
 
 /* May an error q(t) of every light be, as far as axes see? Of what an axis gets, the rms of all
    together must stay below that share; and 1.6 times what the brightest spot does below that share
    of what the darkest axis gets that is as far off, or where there is black, of next to nothing. */
-static int envmapi_look_sees(const envmapi_look *look, const envmapi_survey *s, const double *q,
+static int envmapi_look_sees(const envmapi_look *look, const envmapi_scene *s, const double *q,
                              double share, int l) {
     envmapi_contrast contrast = envmapi_contrast_at(s, l);
     double squares[ENVMAPI_ANGLES];
@@ -5728,7 +5744,7 @@ static int envmapi_look_sees(const envmapi_look *look, const envmapi_survey *s, 
     }
     for (int a = 0; a < s->round; ++a) {
         double limit = share * look->result[a];
-        envmapi_sight_sum(sums, s->sights + a, squares);
+        envmapi_histogram_sum(sums, s->histograms + a, squares);
         if (contrast.kappa * sqrt((double)sums[3 + i]) > limit) return 0;
     }
     return 1;
@@ -5739,8 +5755,8 @@ static int envmapi_look_sees(const envmapi_look *look, const envmapi_survey *s, 
    all others make of it together, of which a texel may see thrice as much; a lobe with a kink asks
    the axes. A uniform scene's and the norm's counts too: the grain of texels, whose solid angles
    are lumps. slack: what rounding leaves of d; l: its lowest band. */
-static int envmapi_look_allows(const envmapi_look *look, const envmapi_plan *plan,
-                               const envmapi_survey *s, const double *d, double share, double slack,
+static int envmapi_look_allows(const envmapi_look *look, const envmapi_spec *spec,
+                               const envmapi_scene *s, const double *d, double share, double slack,
                                int l) {
     envmapi_contrast c = envmapi_contrast_at(s, l);
     double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
@@ -5753,19 +5769,19 @@ static int envmapi_look_allows(const envmapi_look *look, const envmapi_plan *pla
         squares += excess[j] * excess[j] * sin(envmapi_angle_at(j)) * ENVMAPI_PI * (j + 0.5) /
                    (ENVMAPI_ANGLES * ENVMAPI_ANGLES); /* sin t dt/2, dt = 2 pi (j + 1/2)/64^2 */
     }
-    if (8 * plan->grain * most > share * look->mean) return 0;
-    if (plan->kinked && s->detail) return envmapi_look_sees(look, s, excess, 1.5 * share, l);
+    if (8 * spec->midpoint * most > share * look->mean) return 0;
+    if (spec->kinked && s->detail) return envmapi_look_sees(look, s, excess, 1.5 * share, l);
     return c.epsilon * most <= share * dark && others * squares <= share * share * dark * dark;
 }
 
 /* The fewest bands that keep the bounds, or only the one on rms. They are tried one by one where
    they are few, else a few at a time; where axes look, which are few, an eighth more are taken. */
-static int envmapi_look_bands(const envmapi_look *look, const envmapi_plan *plan,
-                              const envmapi_survey *s, int texels) {
-    const double *lambda = plan->lambda + (size_t)look->slice * (size_t)plan->bands;
-    double mean = look->mean, tail = plan->rest[look->slice] * envmapi_kappa2(s, plan->bands);
-    double tolerance = plan->tolerance, lost[ENVMAPI_ANGLES];
-    int L = plan->bands, last = plan->bands - 1;
+static int envmapi_look_bands(const envmapi_look *look, const envmapi_spec *spec,
+                              const envmapi_scene *s, int texels) {
+    const double *lambda = spec->lambda + (size_t)look->slice * (size_t)spec->known;
+    double mean = look->mean, tail = spec->tail[look->slice] * envmapi_kappa2(s, spec->known);
+    double tolerance = spec->tolerance, lost[ENVMAPI_ANGLES];
+    int L = spec->known, last = spec->known - 1;
     for (; L > 1; --L) {
         double c2 = envmapi_kappa2(s, L);
         tail += c2 * (2 * L - 1) * lambda[L - 1] * lambda[L - 1];
@@ -5775,26 +5791,26 @@ static int envmapi_look_bands(const envmapi_look *look, const envmapi_plan *plan
     envmapi_series series;
     envmapi_series_begin(&series);
     memcpy(lost, look->k, sizeof lost);
-    int few = plan->kinked && s->detail;
+    int few = spec->kinked && s->detail;
     if (few && !look->black)
         last = (int)fmin(last, ENVMAPI_KINK_BANDS * fmax(pow(1e-3 / tolerance, 2.0 / 3), 1));
     for (int l = 0, next = L; l < last && l < 3 * L; ++l) {
         if (l == next) {
             next += 1 + l / 32;
-            if (!envmapi_look_allows(look, plan, s, lost, 4 * tolerance, 1e-12 * look->most, l + 1))
+            if (!envmapi_look_allows(look, spec, s, lost, 4 * tolerance, 1e-12 * look->most, l + 1))
                 L = l + 1 + l / (few ? 8 : 32);
         }
         envmapi_series_add(&series, lost, -lambda[l]);
     }
-    return L < plan->bands ? L : plan->bands;
+    return L < spec->known ? L : spec->known;
 }
 
 /* Do grids whose spacing is 0.96^n of the widest keep the bounds? Their spline errors meet those of
    the bands. */
 typedef struct envmapi_spacing {
     const envmapi_look *look;
-    const envmapi_plan *plan;
-    const envmapi_survey *scene;
+    const envmapi_spec *spec;
+    const envmapi_scene *scene;
     int bands;
 } envmapi_spacing;
 
@@ -5805,11 +5821,11 @@ static double envmapi_spacing_of(int bands, int n) {
 static int envmapi_spacing_holds(void *user, int n) {
     const envmapi_spacing *test = (const envmapi_spacing *)user;
     const envmapi_look *look = test->look;
-    const envmapi_plan *plan = test->plan;
-    const double *lambda = plan->lambda + (size_t)look->slice * (size_t)plan->bands;
-    double h = envmapi_spacing_of(test->bands, n), tolerance = plan->tolerance;
+    const envmapi_spec *spec = test->spec;
+    const double *lambda = spec->lambda + (size_t)look->slice * (size_t)spec->known;
+    double h = envmapi_spacing_of(test->bands, n), tolerance = spec->tolerance;
     double c2 = fmax(envmapi_kappa2(test->scene, test->bands / 2 + 1), 1e-4);
-    double lost[ENVMAPI_ANGLES] = {0}, d = envmapi_plan_power(plan, look->slice, 0, test->bands, h);
+    double lost[ENVMAPI_ANGLES] = {0}, d = envmapi_spec_power(spec, look->slice, 0, test->bands, h);
     envmapi_series series;
     if (16 * c2 * d >
         tolerance * tolerance * ((1 - c2) * look->mean * look->mean + c2 * look->power))
@@ -5817,49 +5833,49 @@ static int envmapi_spacing_holds(void *user, int n) {
     envmapi_series_begin(&series);
     for (int l = 0; l < test->bands; ++l)
         envmapi_series_add(&series, lost, lambda[l] * envmapi_band_error(l, h));
-    return envmapi_look_allows(look, plan, test->scene, lost, 2 * tolerance, 0,
+    return envmapi_look_allows(look, spec, test->scene, lost, 2 * tolerance, 0,
                                test->bands / 2 + 1);
 }
 
 /* The widest grid whose spline errors stay within the bounds, to 4 %; its nodes keep all bands
    apart also where a scene asks for nothing, for the solid angle goes over the same grid. */
-static double envmapi_look_spacing(const envmapi_look *look, const envmapi_plan *plan,
-                                   const envmapi_survey *s, int bands) {
-    envmapi_spacing test = {look, plan, s, bands};
+static double envmapi_look_spacing(const envmapi_look *look, const envmapi_spec *spec,
+                                   const envmapi_scene *s, int bands) {
+    envmapi_spacing test = {look, spec, s, bands};
     int steps = 1 + (int)ceil(log(envmapi_widest_spacing(bands) / 1e-3) / -log(0.96));
     return envmapi_spacing_of(bands, envmapi_least(steps, envmapi_spacing_holds, &test));
 }
 
 /* lambda_l of the slices that are looked at for `bands` bands, and the power beyond them by
    Parseval: sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2) / norm^2; or of all the others. */
-static int envmapi_plan_lambda(envmapi_plan *plan, int bands, int others) {
-    const envmap_lobe *lobe = plan->lobe;
-    plan->bands = bands;
-    for (int k = 0, n = 0; k < plan->slices; ++k) {
-        int looked_at = n < envmapi_plan_sampled(plan) && k == envmapi_plan_slice(plan, n);
+static int envmapi_spec_lambda(envmapi_spec *spec, int bands, int others) {
+    const envmap_lobe *lobe = spec->lobe;
+    spec->known = bands;
+    for (int k = 0, n = 0; k < spec->slices; ++k) {
+        int looked_at = n < envmapi_spec_sampled(spec) && k == envmapi_spec_slice(spec, n);
         n += looked_at;
         if (looked_at == others) continue;
-        double p = envmapi_plan_p(plan, k), norm = envmapi_lobe_norm(lobe);
-        double *lambda = plan->lambda + (size_t)k * (size_t)bands;
-        if (!envmapi_zonal(lambda, others ? plan->need : bands, lobe, p)) return 0;
+        double p = envmapi_spec_p(spec, k), norm = envmapi_lobe_norm(lobe);
+        double *lambda = spec->lambda + (size_t)k * (size_t)bands;
+        if (!envmapi_zonal(lambda, others ? spec->L : bands, lobe, p)) return 0;
         if (others) continue;
         if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, p);
         double power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2) / (norm * norm);
-        double rest = power - envmapi_plan_power(plan, k, 0, bands, 0);
+        double rest = power - envmapi_spec_power(spec, k, 0, bands, 0);
         if (!envmapi_finite(rest)) return 0;
-        plan->rest[k] = rest > 1e-11 * power ? rest : 0;
+        spec->tail[k] = rest > 1e-11 * power ? rest : 0;
     }
     return 1;
 }
 
 /* D, from blocks no wider than the lobe: no mean of blocks is darker than the darkest. Half of
    that, for what lies between. */
-static double envmapi_survey_dark(const envmapi_survey *s, double sigma) {
+static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
     int i = 0, nu, nv;
     double extent = s->edge * envmapi_texel_extent(s->in.map), mean = s->all / s->solid / 3;
     double dark = HUGE_VAL;
     while (i + 1 < s->scales && 2 * extent <= sigma) ++i, extent *= 2;
-    const float *block = s->sums + envmapi_survey_scale(&nu, &nv, s, i);
+    const float *block = s->sums + envmapi_scene_scale(&nu, &nv, s, i);
     for (int b = 0; b < nu * nv * envmap_faces(s->in.map->mapping); ++b, block += 4) {
         double most = fmax(fmax((double)block[0], (double)block[1]), (double)block[2]);
         if (block[3] > 0) dark = fmin(dark, most / (double)block[3]);
@@ -5869,159 +5885,158 @@ static double envmapi_survey_dark(const envmapi_survey *s, double sigma) {
 
 /* A sum over texels sees their lattice where lambda_l has not ended by then: that no few bands
    hold. */
-static int envmapi_plan_lattice_holds(envmapi_plan *plan, const envmap *map) {
+static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmap *map) {
     double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);
     int l = (int)(0.8 * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
     if (bands > ENVMAPI_FAST_BANDS) return 1;
-    if (bands > plan->bands && !envmapi_plan_lambda(plan, bands, 0)) return 0;
+    if (bands > spec->known && !envmapi_spec_lambda(spec, bands, 0)) return 0;
     for (; l < bands; ++l)
-        for (int k = 0; k < envmapi_plan_sampled(plan); ++k) {
-            int slice = envmapi_plan_slice(plan, k);
-            double lambda = plan->lambda[(size_t)slice * (size_t)plan->bands + (size_t)l];
-            if (4 * fabs(lambda) > plan->tolerance * envmapi_plan_mean(plan, slice)) return 0;
+        for (int k = 0; k < envmapi_spec_sampled(spec); ++k) {
+            int slice = envmapi_spec_slice(spec, k);
+            double lambda = spec->lambda[(size_t)slice * (size_t)spec->known + (size_t)l];
+            if (4 * fabs(lambda) > spec->tolerance * envmapi_spec_mean(spec, slice)) return 0;
         }
     return 1;
 }
 
 /* Are there bands enough? What is near the last one may be beyond it. */
-static int envmapi_plan_enough(const envmapi_plan *plan) {
-    return plan->need <= plan->bands - plan->bands / 8;
+static int envmapi_spec_enough(const envmapi_spec *spec) {
+    return spec->L <= spec->known - spec->known / 8;
 }
 
 /* Bands of every slice, the most, unless there are not bands enough; between slices that are looked
    at, the greater number. */
-static void envmapi_plan_needs(envmapi_plan *plan, const envmapi_survey *s, int texels) {
-    plan->need = 1;
-    for (int n = 0, from = 0; n < envmapi_plan_sampled(plan); ++n) {
-        const envmapi_look *look = plan->looks + n;
-        int at = look->slice, L = envmapi_look_bands(look, plan, s, texels);
+static void envmapi_spec_bands(envmapi_spec *spec, const envmapi_scene *s, int texels) {
+    spec->L = 1;
+    for (int n = 0, from = 0; n < envmapi_spec_sampled(spec); ++n) {
+        const envmapi_look *look = spec->looks + n;
+        int at = look->slice, L = envmapi_look_bands(look, spec, s, texels);
         for (int i = from + 1; i <= at; ++i)
-            plan->needs[i] = i < at && plan->needs[from] > L ? plan->needs[from] : L;
-        plan->needs[at] = L, from = at;
-        if (L > plan->need) plan->need = L;
-        if (!envmapi_plan_enough(plan) && plan->bands < ENVMAPI_FAST_BANDS) return;
+            spec->slice_L[i] = i < at && spec->slice_L[from] > L ? spec->slice_L[from] : L;
+        spec->slice_L[at] = L, from = at;
+        if (L > spec->L) spec->L = L;
+        if (!envmapi_spec_enough(spec) && spec->known < ENVMAPI_FAST_BANDS) return;
     }
 }
 
 /* The spacing of every slice's grid, and the least; between slices that are looked at, the finer. */
-static void envmapi_plan_steps(envmapi_plan *plan, const envmapi_survey *s) {
-    plan->h = HUGE_VAL;
-    for (int n = 0, from = 0; n < envmapi_plan_sampled(plan); ++n) {
-        int at = plan->looks[n].slice;
-        double h = envmapi_look_spacing(plan->looks + n, plan, s, plan->needs[at]);
+static void envmapi_spec_spacings(envmapi_spec *spec, const envmapi_scene *s) {
+    spec->h = HUGE_VAL;
+    for (int n = 0, from = 0; n < envmapi_spec_sampled(spec); ++n) {
+        int at = spec->looks[n].slice;
+        double h = envmapi_look_spacing(spec->looks + n, spec, s, spec->slice_L[at]);
         for (int i = from + 1; i <= at; ++i)
-            plan->steps[i] = i < at && plan->steps[from] < h ? plan->steps[from] : h;
-        plan->steps[at] = h, from = at;
-        plan->h = fmin(plan->h, h);
+            spec->slice_h[i] = i < at && spec->slice_h[from] < h ? spec->slice_h[from] : h;
+        spec->slice_h[at] = h, from = at;
+        spec->h = fmin(spec->h, h);
     }
 }
 
 /* Rows `row` .. returned - 1 need about as many bands, `need` at most, and a grid of h. */
-static int envmapi_plan_run(int *need, double *h, const envmapi_plan *plan, int row) {
-    int most = plan->needs[row], least = most;
-    *h = plan->steps[row];
-    for (; row < plan->slices; ++row) {
-        int L = plan->needs[row];
+static int envmapi_spec_run(int *need, double *h, const envmapi_spec *spec, int row) {
+    int most = spec->slice_L[row], least = most;
+    *h = spec->slice_h[row];
+    for (; row < spec->slices; ++row) {
+        int L = spec->slice_L[row];
         if (4 * (L > most ? L : most) > 5 * (L < least ? L : least)) break;
         most = L > most ? L : most, least = L < least ? L : least;
-        *h = fmin(*h, plan->steps[row]);
+        *h = fmin(*h, spec->slice_h[row]);
     }
     *need = most;
     return row;
 }
 
 /* Bands and spacing for this scene; need 0 where there are not enough, or more than `most`. */
-static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, double most) {
+static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
     int looked = 0;
-    plan->dark = envmapi_survey_dark(survey, plan->sigma);
-    for (int bands = plan->bands > 24 ? plan->bands : 24;; bands = bands < 96 ? 96 : 2 * bands) {
+    spec->dark = envmapi_scene_dark(scene, spec->sigma);
+    for (int bands = spec->known > 24 ? spec->known : 24;; bands = bands < 96 ? 96 : 2 * bands) {
         if (bands > ENVMAPI_FAST_BANDS) bands = ENVMAPI_FAST_BANDS;
-        if (bands > plan->bands && !envmapi_plan_lambda(plan, bands, 0)) return plan->need = 0;
-        for (int n = 0; n < envmapi_plan_sampled(plan); ++n) {
-            if (!looked) envmapi_look_create(plan->looks + n, plan, n, survey);
-            envmapi_look_update(plan->looks + n, plan);
+        if (bands > spec->known && !envmapi_spec_lambda(spec, bands, 0)) return spec->L = 0;
+        for (int n = 0; n < envmapi_spec_sampled(spec); ++n) {
+            if (!looked) envmapi_look_create(spec->looks + n, spec, n, scene);
+            envmapi_look_update(spec->looks + n, spec);
         }
         looked = 1;
-        envmapi_plan_needs(plan, survey, 1);
-        if (envmapi_plan_enough(plan)) break;
-        if (plan->need > most || (bands >= ENVMAPI_FAST_BANDS && bands < 8 / plan->sigma))
-            return plan->need = 0;
+        envmapi_spec_bands(spec, scene, 1);
+        if (envmapi_spec_enough(spec)) break;
+        if (spec->L > most || (bands >= ENVMAPI_FAST_BANDS && bands < 8 / spec->sigma))
+            return spec->L = 0;
         if (bands >= ENVMAPI_FAST_BANDS) { /* a kink beside nothing but dark: at least the rms */
-            envmapi_plan_needs(plan, survey, 0);
-            if (plan->need > plan->bands / 2) return plan->need = 0;
-            envmapi_plan_needs(plan, survey, 1);
-            plan->need = plan->bands / 2;
-            for (int k = 0; k < plan->slices; ++k)
-                if (plan->needs[k] > plan->need) plan->needs[k] = plan->need;
+            envmapi_spec_bands(spec, scene, 0);
+            if (spec->L > spec->known / 2) return spec->L = 0;
+            envmapi_spec_bands(spec, scene, 1);
+            spec->L = spec->known / 2;
+            for (int k = 0; k < spec->slices; ++k)
+                if (spec->slice_L[k] > spec->L) spec->slice_L[k] = spec->L;
             break;
         }
     }
-    if (plan->need > most || !envmapi_plan_lattice_holds(plan, survey->in.map))
-        return plan->need = 0;
-    envmapi_plan_steps(plan, survey);
-    return envmapi_plan_lambda(plan, plan->bands, 1);
+    if (spec->L > most || !envmapi_spec_lattice_holds(spec, scene->in.map)) return spec->L = 0;
+    envmapi_spec_spacings(spec, scene);
+    return envmapi_spec_lambda(spec, spec->known, 1);
 }
 
 /* Sets up a plan; 0 when the lobe is sharper than src's texels, or than all bands. */
-static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lobe *lobe,
+static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lobe *lobe,
                                const envmap *src, double tolerance, envmapi_pool *pool,
                                envmap_result *result) {
     int varied = lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1;
-    memset(plan, 0, sizeof *plan);
-    plan->lobe = lobe, plan->dst = dst, plan->tolerance = tolerance;
+    memset(spec, 0, sizeof *spec);
+    spec->lobe = lobe, spec->dst = dst, spec->tolerance = tolerance;
     /* Banks' ring at -c is that at c about -t. */
-    plan->mirrored = lobe->kind == ENVMAP_LOBE_BANKS && varied && !(lobe->p0 + lobe->p1 < 0) &&
+    spec->mirrored = lobe->kind == ENVMAP_LOBE_BANKS && varied && !(lobe->p0 + lobe->p1 < 0) &&
                      !(lobe->p0 + lobe->p1 > 0);
-    plan->slices = plan->mirrored ? (dst->slices + 1) / 2 : varied ? dst->slices : 1;
-    plan->sigma = ENVMAPI_PI;
-    plan->grain =
+    spec->slices = spec->mirrored ? (dst->slices + 1) / 2 : varied ? dst->slices : 1;
+    spec->sigma = ENVMAPI_PI;
+    spec->midpoint =
         pow(envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size), 2) / 24;
-    for (int k = 0; k < plan->slices; ++k)
-        plan->sigma = fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_plan_p(plan, k)));
-    if (plan->sigma < 2 * envmapi_texel_extent(src)) return 0;
-    size_t n = (size_t)plan->slices;
-    plan->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 3) * n, sizeof(double));
-    plan->looks = (envmapi_look *)envmapi_pool_get(pool, (size_t)envmapi_plan_sampled(plan),
+    for (int k = 0; k < spec->slices; ++k)
+        spec->sigma = fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_spec_p(spec, k)));
+    if (spec->sigma < 2 * envmapi_texel_extent(src)) return 0;
+    size_t n = (size_t)spec->slices;
+    spec->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 3) * n, sizeof(double));
+    spec->looks = (envmapi_look *)envmapi_pool_get(pool, (size_t)envmapi_spec_sampled(spec),
                                                    sizeof(envmapi_look));
-    if (!plan->lambda || !plan->looks) *result = ENVMAP_ERROR_MEMORY;
+    if (!spec->lambda || !spec->looks) *result = ENVMAP_ERROR_MEMORY;
     if (*result) return 0;
-    plan->rest = plan->lambda + ENVMAPI_FAST_BANDS * n, plan->steps = plan->rest + n;
-    plan->needs = (int *)(plan->steps + n);
-    for (int k = 0; k < plan->slices; ++k) {
+    spec->tail = spec->lambda + ENVMAPI_FAST_BANDS * n, spec->slice_h = spec->tail + n;
+    spec->slice_L = (int *)(spec->slice_h + n);
+    for (int k = 0; k < spec->slices; ++k) {
         double first = 0;
-        envmapi_zonal(&first, 1, lobe, envmapi_plan_p(plan, k));
-        plan->brightest = fmax(plan->brightest, fabs(first));
+        envmapi_zonal(&first, 1, lobe, envmapi_spec_p(spec, k));
+        spec->brightest = fmax(spec->brightest, fabs(first));
     }
     return 1;
 }
 
-/* A slice as it is, and what its lights leave (rest.lights NULL: not known yet). */
-typedef struct envmapi_scene {
-    envmapi_survey whole, rest;
-} envmapi_scene;
+/* A slice as it is, and what its lights leave (unlit.lights NULL: not known yet). */
+typedef struct envmapi_scenes {
+    envmapi_scene whole, unlit;
+} envmapi_scenes;
 
 /* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave. */
-static envmap_result envmapi_plans_fit(envmapi_plan *plans, int count, envmapi_scene *scene,
+static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_scenes *scenes,
                                        envmapi_pool *pool) {
     int kinked = 0;
-    double extent = envmapi_texel_extent(scene->whole.in.map);
+    double extent = envmapi_texel_extent(scenes->whole.in.map);
     double sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
     for (int i = 0; i < count; ++i) {
-        plans[i].kinked = 0;
-        kinked += plans[i].kinked =
-            !envmapi_plan_fit(plans + i, &scene->whole, fmax(24, 8 / plans[i].sigma));
-        if (plans[i].kinked) sigma = fmin(sigma, plans[i].sigma);
+        specs[i].kinked = 0;
+        kinked += specs[i].kinked =
+            !envmapi_spec_fit(specs + i, &scenes->whole, fmax(24, 8 / specs[i].sigma));
+        if (specs[i].kinked) sigma = fmin(sigma, specs[i].sigma);
     }
-    if (kinked && !scene->rest.lights) {
-        scene->rest = scene->whole;
-        result = envmapi_survey_lights(&scene->rest, sigma, pool);
+    if (kinked && !scenes->unlit.lights) {
+        scenes->unlit = scenes->whole;
+        result = envmapi_scene_lights(&scenes->unlit, sigma, pool);
     }
     for (int i = 0; i < count && !result; ++i)
         /* A kink sees the lattice of few, large texels, which no band holds. */
-        if (plans[i].kinked &&
-            (extent >= 0.05 || !envmapi_plan_fit(plans + i, &scene->rest, ENVMAPI_FAST_BANDS)))
-            plans[i].need = 0;
+        if (specs[i].kinked &&
+            (extent >= 0.05 || !envmapi_spec_fit(specs + i, &scenes->unlit, ENVMAPI_FAST_BANDS)))
+            specs[i].L = 0;
     return result;
 }
 
@@ -6035,40 +6050,40 @@ typedef struct envmapi_spectrum {
     envmapi_transform f; /* the source's grid: a result of the same shape takes it over */
 } envmapi_spectrum;
 
-/* A surveyed slice -> the spectrum that all plans of one kind can do with. */
-static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_plan *plans,
-                                          int count, int kinked, const envmapi_survey *survey,
+/* A surveyed slice -> the spectrum that all specs of one kind can do with. */
+static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_spec *specs,
+                                          int count, int kinked, const envmapi_scene *scene,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
     envmapi_transform *f = &out->f;
     memset(out, 0, sizeof *out);
     out->bands = 1, out->h = 1, out->kept = 1;
     for (int i = 0; i < count; ++i) {
-        if (plans[i].kinked != kinked || !plans[i].need) continue;
-        if (plans[i].need > out->bands) out->bands = plans[i].need;
-        out->h = fmin(out->h, plans[i].h);
+        if (specs[i].kinked != kinked || !specs[i].L) continue;
+        if (specs[i].L > out->bands) out->bands = specs[i].L;
+        out->h = fmin(out->h, specs[i].h);
     }
     out->a =
         (double *)envmapi_pool_get(pool, envmapi_triangle(out->bands, out->bands), sizeof(double));
     if (!out->a ||
-        envmapi_transform_create(f, survey->in.map, out->h, out->bands, (double)desc->tolerance,
-                                 &survey->in, NULL, &desc->work, pool))
+        envmapi_transform_create(f, scene->in.map, out->h, out->bands, (double)desc->tolerance,
+                                 &scene->in, NULL, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
-    f->lights = out->lights = kinked ? survey->lights : NULL;
-    f->light_count = out->light_count = kinked ? survey->light_count : 0;
+    f->lights = out->lights = kinked ? scene->lights : NULL;
+    f->light_count = out->light_count = kinked ? scene->light_count : 0;
     f->a = out->a, f->a_bands = out->bands;
     envmapi_project_texels(f, &desc->work);
     return ENVMAP_OK;
 }
 
 /* A slice of a result from a spectrum, on its grid. */
-static envmap_result envmapi_fast_slice(envmapi_transform *f, const envmapi_plan *plan, int k,
+static envmap_result envmapi_fast_slice(envmapi_transform *f, const envmapi_spec *spec, int k,
                                         const double *lambda, const envmap_work *work) {
-    const envmap *dst = plan->dst;
+    const envmap *dst = spec->dst;
     f->lambda = lambda;
     f->out = envmapi_image(dst, 0, k, 0);
-    f->p = envmapi_slice_p(plan->lobe, k, dst->slices);
-    f->norm = envmapi_lobe_norm(plan->lobe);
-    if (f->divide) f->norm = envmapi_lobe_integral(plan->lobe, f->p);
+    f->p = envmapi_slice_p(spec->lobe, k, dst->slices);
+    f->norm = envmapi_lobe_norm(spec->lobe);
+    if (f->divide) f->norm = envmapi_lobe_integral(spec->lobe, f->p);
     if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
     return envmapi_fill_texels(f, work) ? envmapi_tell(&work->progress, 1) : ENVMAP_ERROR_LOBE;
 }
@@ -6092,39 +6107,39 @@ static int envmapi_antipodes(float *dst, const float *src, int mapping, int edge
 
 /* One row of a plan: its slice, and that at -p, lambda_l of which is (-1)^l times as much; as far
    as they are among first .. first+slices-1. */
-static envmap_result envmapi_fast_pair(envmapi_transform *f, const envmapi_plan *plan, int row,
+static envmap_result envmapi_fast_pair(envmapi_transform *f, const envmapi_spec *spec, int row,
                                        int first, int slices, const envmap_work *work) {
-    const envmap *dst = plan->dst;
-    double *lambda = plan->lambda + (size_t)row * (size_t)plan->bands;
-    int last = first + slices, slice = plan->slices > 1 || plan->mirrored ? row : first;
-    int other = plan->mirrored ? dst->slices - 1 - row : slice;
+    const envmap *dst = spec->dst;
+    double *lambda = spec->lambda + (size_t)row * (size_t)spec->known;
+    int last = first + slices, slice = spec->slices > 1 || spec->mirrored ? row : first;
+    int other = spec->mirrored ? dst->slices - 1 - row : slice;
     int here = slice >= first && slice < last;
-    envmap_result result = here ? envmapi_fast_slice(f, plan, slice, lambda, work) : ENVMAP_OK;
+    envmap_result result = here ? envmapi_fast_slice(f, spec, slice, lambda, work) : ENVMAP_OK;
     if (result || other == slice || other < first || other >= last) return result;
     if (here && envmapi_antipodes(envmapi_image(dst, 0, other, 0), envmapi_image(dst, 0, slice, 0),
                                   dst->mapping, dst->size))
         return ENVMAP_OK;
-    for (int l = 1; l < plan->need; l += 2) lambda[l] = -lambda[l];
-    result = envmapi_fast_slice(f, plan, other, lambda, work);
-    for (int l = 1; l < plan->need; l += 2) lambda[l] = -lambda[l];
+    for (int l = 1; l < spec->L; l += 2) lambda[l] = -lambda[l];
+    result = envmapi_fast_slice(f, spec, other, lambda, work);
+    for (int l = 1; l < spec->L; l += 2) lambda[l] = -lambda[l];
     return result;
 }
 
 /* A spectrum -> slices of a result, from `first` on; slices of as many bands share a grid. The
    source's serves again where it is not much finer than need be. */
-static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan, envmapi_spectrum *spectrum,
-                                             const envmapi_survey *survey, int first, int slices,
+static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_spectrum *spectrum,
+                                             const envmapi_scene *scene, int first, int slices,
                                              const envmap_filter_desc *desc, envmapi_pool *pool) {
-    const envmap *dst = plan->dst, *src = survey->in.map;
+    const envmap *dst = spec->dst, *src = scene->in.map;
     int kept = pool->count, need;
     double h;
     envmap_result result = ENVMAP_OK;
-    for (int row = 0, end; row < plan->slices; row = end) {
+    for (int row = 0, end; row < spec->slices; row = end) {
         envmapi_transform own, *f = &spectrum->f;
-        end = envmapi_plan_run(&need, &h, plan, row);
+        end = envmapi_spec_run(&need, &h, spec, row);
         int here = row < first + slices && end > first, n = dst->slices;
-        int there = plan->mirrored && n - end < first + slices && n - row > first;
-        if (!here && !there && plan->slices > 1) continue;
+        int there = spec->mirrored && n - end < first + slices && n - row > first;
+        if (!here && !there && spec->slices > 1) continue;
         if (!spectrum->kept || dst->mapping != src->mapping || dst->size != src->size ||
             h > 1.2 * spectrum->h)
             result =
@@ -6134,59 +6149,60 @@ static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan, envmapi_s
         f->a = spectrum->a, f->a_bands = spectrum->bands;
         f->lights = spectrum->lights, f->light_count = spectrum->light_count;
         f->rings.bands = need;
-        f->lobe = plan->lobe;
-        f->divide = !plan->lobe->raw && plan->lobe->kind != ENVMAP_LOBE_BANKS;
+        f->lobe = spec->lobe;
+        f->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
         for (; row < end; ++row) {
             envmapi_part part;
-            envmap_work one = envmapi_work_part(&part, &desc->work, row, 1, plan->slices);
-            if ((result = envmapi_fast_pair(f, plan, row, first, slices, &one))) return result;
+            envmap_work one = envmapi_work_part(&part, &desc->work, row, 1, spec->slices);
+            if ((result = envmapi_fast_pair(f, spec, row, first, slices, &one))) return result;
         }
         envmapi_pool_free(pool, kept);
     }
-    if (plan->slices == 1 && !plan->mirrored) envmapi_copy_slices(dst, first, slices);
+    if (spec->slices == 1 && !spec->mirrored) envmapi_copy_slices(dst, first, slices);
     return ENVMAP_OK;
 }
 
-/* Can all plans of a kind do with this spectrum? */
-static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envmapi_plan *plans,
+/* Can all specs of a kind do with this spectrum? */
+static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envmapi_spec *specs,
                                    int count, int kinked) {
     int serves = spectrum->a != NULL;
     for (int i = 0; i < count; ++i)
-        if (plans[i].kinked == kinked && plans[i].need)
-            serves &= plans[i].need <= spectrum->bands && plans[i].h >= 0.999 * spectrum->h;
+        if (specs[i].kinked == kinked && specs[i].L)
+            serves &= specs[i].L <= spectrum->bands && specs[i].h >= 0.999 * spectrum->h;
     return serves;
 }
 
-/* All plans for one surveyed slice: smooth lobes share one spectrum, those with kinks another,
+/* All specs for one surveyed slice: smooth lobes share one spectrum, those with kinks another,
    which has the lights taken out; ready: spectra that are there already, or NULL. Plan 0 comes
    last: its result is final as soon as it is written. */
-static envmap_result envmapi_filter_fast(envmapi_plan *plans, int count, const envmapi_scene *scene,
+static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
+                                         const envmapi_scenes *scenes,
                                          const envmapi_spectrum ready[2], int first, int slices,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
     envmap_result result = ENVMAP_OK;
     int kept = pool->count, done = 0;
     for (int turn = 0; turn < 2; ++turn) {
-        int kinked = turn ? plans[0].kinked : !plans[0].kinked, any = 0;
-        const envmapi_survey *survey = kinked ? &scene->rest : &scene->whole;
+        int kinked = turn ? specs[0].kinked : !specs[0].kinked, any = 0;
+        const envmapi_scene *scene = kinked ? &scenes->unlit : &scenes->whole;
         envmapi_spectrum spectrum;
-        for (int i = 0; i < count; ++i) any += plans[i].kinked == kinked && plans[i].need;
-        if (any && ready && envmapi_spectrum_serves(ready + kinked, plans, count, kinked))
+        for (int i = 0; i < count; ++i) any += specs[i].kinked == kinked && specs[i].L;
+        if (any && ready && envmapi_spectrum_serves(ready + kinked, specs, count, kinked))
             spectrum = ready[kinked];
         else if (any)
-            result = envmapi_fast_analyse(&spectrum, plans, count, kinked, survey, desc, pool);
+            result = envmapi_fast_analyse(&spectrum, specs, count, kinked, scene, desc, pool);
         for (int i = count - 1; i >= 0 && !result; --i) {
             envmapi_part part;
             envmap_filter_desc part_desc = *desc;
             part_desc.work = envmapi_work_part(&part, &desc->work, done, 1, count);
-            if (plans[i].kinked != kinked) continue;
+            if (specs[i].kinked != kinked) continue;
             ++done;
-            if (plans[i].need)
-                result = envmapi_fast_synthesise(plans + i, &spectrum, survey, first, slices,
+            if (specs[i].L)
+                result = envmapi_fast_synthesise(specs + i, &spectrum, scene, first, slices,
                                                  &part_desc, pool);
             else if (desc->method == ENVMAP_METHOD_HARMONICS)
                 result = ENVMAP_ERROR_METHOD;
             else
-                result = envmapi_filter_reference(plans[i].dst, survey->in.map, plans[i].lobe,
+                result = envmapi_filter_reference(specs[i].dst, scene->in.map, specs[i].lobe,
                                                   &part_desc);
         }
         envmapi_pool_free(pool, kept);
@@ -6194,6 +6210,14 @@ static envmap_result envmapi_filter_fast(envmapi_plan *plans, int count, const e
     }
     return ENVMAP_OK;
 }
+
+/* ---------------------------------------------------------------------------------- >>filters --
+   The calls. A job holds what one call works with: every level of the result, and a specification
+   for those that go to the fast filter.
+       checks           _desc, _lobe_fits, _prepared_for: once, at the door
+       which method     _job_spec
+       look, then fill  _job_create, _job_run; results lie beside dst until nothing can fail: _job_stage
+   Tests: tests/test_filters.c, tests/test_prepared.c. */
 
 /* desc with defaults filled in; 0 when a field is out of range. */
 static int envmapi_desc(envmap_filter_desc *out, const envmap_filter_desc *desc) {
@@ -6227,14 +6251,14 @@ static double envmapi_pairs(const envmap *dst, const envmap *src) {
     return pairs * (double)envmapi_area(src->mapping, src->size) * envmap_faces(src->mapping);
 }
 
-/* All that one call works with: levels, and plans for those that go to the fast filter. */
+/* All that one call works with: levels, and specs for those that go to the fast filter. */
 typedef struct envmapi_job {
     const envmap *src;
     const envmap_lobe *lobes;
     int count, fast, planned[32];
     envmap views[32];
-    envmapi_plan plans[32];
-    envmapi_scene scene;
+    envmapi_spec specs[32];
+    envmapi_scenes scenes;
     const envmapi_spectrum *ready;
     envmap_filter_desc desc;
     envmapi_pool pool;
@@ -6243,12 +6267,12 @@ typedef struct envmapi_job {
 /* What envmap_prepare keeps. */
 typedef struct envmapi_prepared {
     envmap src;
-    envmapi_scene scene;
+    envmapi_scenes scenes;
     envmapi_spectrum spectra[2];
     envmapi_pool pool;
 } envmapi_prepared;
 
-/* Does this level go to the fast filter, which shares the source? Then it has a plan. */
+/* Does this level go to the fast filter, which shares the source? Then it has a spec. */
 static envmap_result envmapi_job_plan(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
     int method = job->desc.method;
@@ -6259,7 +6283,7 @@ static envmap_result envmapi_job_plan(envmapi_job *job, int l) {
         return ENVMAP_OK;
     if (envmapi_texel_extent(job->src) <= 0.1) /* else coarser than any kernel of these */
         job->planned[l] =
-            envmapi_plan_create(job->plans + job->fast, job->views + l, job->lobes + l, job->src,
+            envmapi_spec_create(job->specs + job->fast, job->views + l, job->lobes + l, job->src,
                                 (double)job->desc.tolerance, &job->pool, &result);
     job->fast += job->planned[l];
     if (!job->planned[l] && !result && method == ENVMAP_METHOD_HARMONICS)
@@ -6267,17 +6291,17 @@ static envmap_result envmapi_job_plan(envmapi_job *job, int l) {
     return result;
 }
 
-/* Looks at a slice of the source and fits the plans to it. */
-static envmap_result envmapi_job_survey(envmapi_job *job, int slice) {
+/* Looks at a slice of the source and fits the specs to it. */
+static envmap_result envmapi_job_scene(envmapi_job *job, int slice) {
     double sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
-    for (int i = 0; i < job->fast; ++i) sigma = fmin(sigma, job->plans[i].sigma);
+    for (int i = 0; i < job->fast; ++i) sigma = fmin(sigma, job->specs[i].sigma);
     if (!job->ready) {
-        memset(&job->scene, 0, sizeof job->scene);
-        result = envmapi_survey_create(&job->scene.whole, job->src, slice, sigma, &job->desc.work,
-                                       &job->pool);
+        memset(&job->scenes, 0, sizeof job->scenes);
+        result = envmapi_scene_create(&job->scenes.whole, job->src, slice, sigma, &job->desc.work,
+                                      &job->pool);
     }
-    return result ? result : envmapi_plans_fit(job->plans, job->fast, &job->scene, &job->pool);
+    return result ? result : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->pool);
 }
 
 /* What the fast filter makes, slice by slice of the source. */
@@ -6289,9 +6313,9 @@ static envmap_result envmapi_job_fast(envmapi_job *job) {
         envmapi_part part;
         envmap_filter_desc desc = job->desc;
         desc.work = envmapi_work_part(&part, &job->desc.work, run, 1, runs);
-        if (run) result = envmapi_job_survey(job, run);
+        if (run) result = envmapi_job_scene(job, run);
         if (!result)
-            result = envmapi_filter_fast(job->plans, job->fast, &job->scene, job->ready, run,
+            result = envmapi_filter_fast(job->specs, job->fast, &job->scenes, job->ready, run,
                                          runs > 1 ? 1 : slices, &desc, &job->pool);
         envmapi_pool_free(&job->pool, kept);
     }
@@ -6326,7 +6350,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
 /* Room for the results, which become dst's when nothing can fail any more: of level 0 they need
    none where the fast filter writes it last and at once. */
 static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
-    int direct = job->planned[0] && job->plans[0].need && dst->slices == 1;
+    int direct = job->planned[0] && job->specs[0].L && dst->slices == 1;
     float *first = envmapi_image(dst, 0, direct ? dst->slices : 0, 0);
     size_t floats = (size_t)(envmapi_image(dst, job->count - 1, dst->slices, 0) - first);
     float *stage = (float *)envmapi_pool_get(&job->pool, floats + 1, sizeof(float));
@@ -6343,7 +6367,7 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     return result;
 }
 
-/* A job's levels and plans, and what the plans need to know of src. The pool stays with the caller
+/* A job's levels and specs, and what the specs need to know of src. The pool stays with the caller
    also where this fails. */
 static envmap_result envmapi_job_create(envmapi_job *job, const envmap *dst, const envmap *src,
                                         const envmap_lobe *lobes, int count) {
@@ -6351,8 +6375,8 @@ static envmap_result envmapi_job_create(envmapi_job *job, const envmap *dst, con
     const envmapi_prepared *prepared =
         job->desc.prepared ? (const envmapi_prepared *)job->desc.prepared->state : NULL;
     job->src = src, job->lobes = lobes, job->count = count;
-    if (prepared && prepared->scene.whole.sums)
-        job->scene = prepared->scene, job->ready = prepared->spectra;
+    if (prepared && prepared->scenes.whole.sums)
+        job->scenes = prepared->scenes, job->ready = prepared->spectra;
     for (int l = 0; l < count && !result; ++l) {
         job->views[l] = *dst;
         job->views[l].size = envmapi_edge(dst->size, l), job->views[l].levels = 1;
@@ -6362,7 +6386,7 @@ static envmap_result envmapi_job_create(envmapi_job *job, const envmap *dst, con
     if ((job->fast < count || src->slices > 1) &&
         !envmapi_radiance_ok(src, job->desc.method == ENVMAP_METHOD_REFERENCE))
         return ENVMAP_ERROR_RADIANCE;
-    return job->fast ? envmapi_job_survey(job, 0) : ENVMAP_OK;
+    return job->fast ? envmapi_job_scene(job, 0) : ENVMAP_OK;
 }
 
 /* Is this the source that was prepared, and not to a coarser tolerance? */
@@ -6400,12 +6424,12 @@ ENVMAPI_BODY envmap_result envmap_filter(envmap *dst, const envmap *src, const e
 static envmap_result envmapi_prepared_spectrum(envmapi_job *job, envmapi_spectrum *out,
                                                int kinked) {
     int any = 0;
-    for (int i = 0; i < job->fast; ++i) any |= job->plans[i].kinked == kinked && job->plans[i].need;
+    for (int i = 0; i < job->fast; ++i) any |= job->specs[i].kinked == kinked && job->specs[i].L;
     if (!any) return ENVMAP_OK;
     int kept = job->pool.count + 1; /* a_lm comes first */
-    envmap_result result =
-        envmapi_fast_analyse(out, job->plans, job->fast, kinked,
-                             kinked ? &job->scene.rest : &job->scene.whole, &job->desc, &job->pool);
+    envmap_result result = envmapi_fast_analyse(out, job->specs, job->fast, kinked,
+                                                kinked ? &job->scenes.unlit : &job->scenes.whole,
+                                                &job->desc, &job->pool);
     if (!result) envmapi_pool_free(&job->pool, kept);
     out->kept = 0;
     return result;
@@ -6431,13 +6455,13 @@ ENVMAPI_BODY envmap_result envmap_prepare(envmap_prepared *prepared, const envma
     envmap_result result = envmapi_job_create(&job, &dst, src, lobes, count);
     if (!result) result = envmapi_prepared_spectrum(&job, state->spectra, 0);
     if (!result) result = envmapi_prepared_spectrum(&job, state->spectra + 1, 1);
-    state->src = *src, state->scene = job.scene, state->pool = job.pool;
+    state->src = *src, state->scenes = job.scenes, state->pool = job.pool;
     if (result) {
         envmapi_pool_free(&job.pool, 0);
         ENVMAP_FREE(prepared->memory, state);
         return result;
     }
-    state->scene.whole.in.map = state->scene.rest.in.map = &state->src;
+    state->scenes.whole.in.map = state->scenes.unlit.in.map = &state->src;
     prepared->state = state;
     return ENVMAP_OK;
 }
@@ -6450,21 +6474,25 @@ ENVMAPI_BODY void envmap_prepared_free(envmap_prepared *prepared) {
     prepared->state = NULL;
 }
 
-/* ---- what a lobe, a scene and a tolerance need
+/* ------------------------------------------------------------------------------------- >>plan --
+   What a lobe, a scene and a tolerance need: as few bands, texels and slices as will do.
+     in     a filter call without its result       out    envmap_plan
+   The scene's a_lm are found as FAST finds them, or by projection where FAST cannot (_power_scene);
+   so the power P_l of the result in band l is measured (_power_result), and all else is arithmetic:
+       bands   sum_(l >= bands) P_l <= tolerance^2 sum P_l                                _power_tail
+       size    sum P_l e(l h)^2 <= tolerance^2 sum P_l, h the spacing of texels        _lookups_error
+       slices  what lookups lose between two slices, weighted with the scene           _slices_error
+   docs/plan.md derives them.  Tests: tests/test_plan.c. */
 
-   The scene's a_lm are found as FAST finds them, or by projection where FAST cannot; so P_l is
-   measured, and what follows from it is arithmetic. Costs are sums of a few counts (texels, nodes,
-   L^3 ...) with measured weights; docs/plan.md has the formulas. Tests: tests/test_plan.c. */
-
-typedef struct envmapi_demand {
+typedef struct envmapi_power {
     double scene[ENVMAPI_FAST_BANDS]; /* |a_l|^2 / (2l+1) */
     double P[ENVMAPI_FAST_BANDS];     /* of the result, the mean of its slices */
     double rest, total;               /* beyond them; all */
     int bands;
-} envmapi_demand;
+} envmapi_power;
 
 /* |a_l|^2 / (2l+1), l < known, of a spectrum: real and imaginary parts, m and -m. */
-static void envmapi_demand_spectrum(double *scene, int known, const envmapi_spectrum *spectrum) {
+static void envmapi_power_of(double *scene, int known, const envmapi_spectrum *spectrum) {
     for (int l = 0; l < known; ++l) {
         double sum = 0;
         for (int m = 0; m <= l; ++m) {
@@ -6477,20 +6505,20 @@ static void envmapi_demand_spectrum(double *scene, int known, const envmapi_spec
 
 /* The scene's bands, as flat as a light beyond those that are known, up to texels where those are
    interpolated; rest: without the lights that are summed apart. */
-static envmap_result envmapi_demand_scene(envmapi_demand *d, envmapi_job *job, int rest) {
+static envmap_result envmapi_power_scene(envmapi_power *d, envmapi_job *job, int rest) {
     enum { PROJECTED = 24 };
     double sh[3 * PROJECTED * PROJECTED], finest = ENVMAPI_PI / envmapi_texel_extent(job->src);
     int known = PROJECTED, kept = job->pool.count;
     envmap_result result;
-    if (job->fast && job->plans[0].need) {
-        envmapi_plan plan = job->plans[0];
+    if (job->fast && job->specs[0].L) {
+        envmapi_spec spec = job->specs[0];
         envmapi_spectrum spectrum;
-        known = plan.need = plan.need < 12 ? 12 : plan.need, finest = HUGE_VAL;
-        plan.kinked = rest, plan.h = fmin(plan.h, 1.5 / known);
-        result = envmapi_fast_analyse(&spectrum, &plan, 1, rest,
-                                      rest ? &job->scene.rest : &job->scene.whole, &job->desc,
+        known = spec.L = spec.L < 12 ? 12 : spec.L, finest = HUGE_VAL;
+        spec.kinked = rest, spec.h = fmin(spec.h, 1.5 / known);
+        result = envmapi_fast_analyse(&spectrum, &spec, 1, rest,
+                                      rest ? &job->scenes.unlit : &job->scenes.whole, &job->desc,
                                       &job->pool);
-        if (!result) envmapi_demand_spectrum(d->scene, known, &spectrum);
+        if (!result) envmapi_power_of(d->scene, known, &spectrum);
         envmapi_pool_free(&job->pool, kept);
     } else {
         result = envmap_sh_project(sh, known, job->src, 0, 1e-4, &job->desc.work);
@@ -6503,8 +6531,7 @@ static envmap_result envmapi_demand_scene(envmapi_demand *d, envmapi_job *job, i
 }
 
 /* P_l over at most five slices, and the power beyond all bands by Parseval. */
-static int envmapi_demand_result(envmapi_demand *d, const envmap_lobe *lobe, int slices,
-                                 int bands) {
+static int envmapi_power_result(envmapi_power *d, const envmap_lobe *lobe, int slices, int bands) {
     double lambda[ENVMAPI_FAST_BANDS], norm = envmapi_lobe_norm(lobe);
     int n = lobe->p0 == lobe->p1 ? 1 : slices < 5 ? slices : 5;
     memset(d->P, 0, sizeof d->P);
@@ -6526,7 +6553,7 @@ static int envmapi_demand_result(envmapi_demand *d, const envmap_lobe *lobe, int
 }
 
 /* Relative rms of all from band `from` on. */
-static double envmapi_demand_tail(const envmapi_demand *d, int from) {
+static double envmapi_power_tail(const envmapi_power *d, int from) {
     double sum = d->rest;
     for (int l = d->bands - 1; l >= from; --l) sum += d->P[l];
     return d->total > 0 ? sqrt(sum / d->total) : 0;
@@ -6555,7 +6582,7 @@ typedef struct envmapi_lookups {
     double uneven; /* what a light loses where texels are largest, over the mean; at most 2 */
 } envmapi_lookups;
 
-static void envmapi_lookups_fill(envmapi_lookups *t, const envmapi_demand *d, int mapping) {
+static void envmapi_lookups_fill(envmapi_lookups *t, const envmapi_power *d, int mapping) {
     double solid = 0, step = 1e-4, slopes = 0, most = 0, mean = 0;
     for (int i = 0; i < ENVMAPI_SPACINGS; ++i) {
         double h = exp2(ENVMAPI_FINEST + 0.25 * i);
@@ -6667,11 +6694,11 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
 }
 
 /* Bands beyond those that FAST keeps, and what four splines lose of these, of `total`. */
-static double envmapi_fast_error(const envmapi_demand *d, const envmapi_plan *plan, double total) {
+static double envmapi_fast_error(const envmapi_power *d, const envmapi_spec *spec, double total) {
     double lost = d->rest;
     for (int l = 1; l < d->bands; ++l) {
-        double e = envmapi_band_error(l, plan->h);
-        lost += d->P[l] * (l < plan->need ? 4 * e * e : 1);
+        double e = envmapi_band_error(l, spec->h);
+        lost += d->P[l] * (l < spec->L ? 4 * e * e : 1);
     }
     return total > 0 ? sqrt(lost / total) : 0;
 }
@@ -6684,36 +6711,36 @@ static int envmapi_natural_size(const envmap *dst, const envmap *src) {
     return (int)envmapi_clamp(size, 1, ENVMAPI_SIZE_LIMIT);
 }
 
-/* A job that AUTO would run, and where that has no plan, one that has if it can. */
-static envmap_result envmapi_needs_job(envmap_plan *out, envmapi_job *job, const envmap *dst,
-                                       const envmap *src, const envmap_lobe *lobe) {
+/* A job that AUTO would run, and where that has no spec, one that has if it can. */
+static envmap_result envmapi_plan_job(envmap_plan *out, envmapi_job *job, const envmap *dst,
+                                      const envmap *src, const envmap_lobe *lobe) {
     job->desc.method = ENVMAP_METHOD_AUTO;
     envmap_result result = envmapi_job_create(job, dst, src, lobe, 1);
-    out->method = lobe->kind == ENVMAP_LOBE_MIRROR  ? ENVMAP_METHOD_AUTO
-                  : job->fast && job->plans[0].need ? ENVMAP_METHOD_FAST
-                                                    : ENVMAP_METHOD_REFERENCE;
+    out->method = lobe->kind == ENVMAP_LOBE_MIRROR ? ENVMAP_METHOD_AUTO
+                  : job->fast && job->specs[0].L   ? ENVMAP_METHOD_FAST
+                                                   : ENVMAP_METHOD_REFERENCE;
     if (result || job->fast || !out->method) return result;
     job->desc.method = ENVMAP_METHOD_FAST, job->fast = 0;
     return envmapi_job_create(job, dst, src, lobe, 1);
 }
 
-static envmap_result envmapi_needs_fill(envmap_plan *out, envmapi_job *job) {
-    envmapi_demand d;
+static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
+    envmapi_power d;
     envmapi_lookups lookups;
     const envmap *dst = job->views, *src = job->src;
     const envmap_lobe *lobe = job->lobes;
     double tolerance = (double)job->desc.tolerance;
-    int planned = job->fast && job->plans[0].need;
+    int planned = job->fast && job->specs[0].L;
     int sharp = !out->method || envmapi_texel_extent(src) * 2 > envmap_lobe_sigma(lobe, 0);
     out->size = envmapi_natural_size(dst, src), out->slices = 1, out->bands = ENVMAPI_FAST_BANDS;
     if (!out->method) return ENVMAP_OK;
-    int bands = planned ? job->plans[0].bands : ENVMAPI_FAST_BANDS;
-    envmap_result result = envmapi_demand_scene(&d, job, 0);
+    int bands = planned ? job->specs[0].known : ENVMAPI_FAST_BANDS;
+    envmap_result result = envmapi_power_scene(&d, job, 0);
     if (result) return result;
-    if (!envmapi_demand_result(&d, lobe, dst->slices, bands)) return ENVMAP_ERROR_LOBE;
-    while (out->bands > 1 && envmapi_demand_tail(&d, out->bands - 1) <= tolerance) --out->bands;
+    if (!envmapi_power_result(&d, lobe, dst->slices, bands)) return ENVMAP_ERROR_LOBE;
+    while (out->bands > 1 && envmapi_power_tail(&d, out->bands - 1) <= tolerance) --out->bands;
     envmapi_lookups_fill(&lookups, &d, dst->mapping);
-    double light = planned ? envmapi_contrast_at(&job->scene.whole, out->bands).kappa : 0;
+    double light = planned ? envmapi_contrast_at(&job->scenes.whole, out->bands).kappa : 0;
     envmapi_lookups_test test = {&lookups, tolerance / (1 + light * (lookups.uneven - 1))};
     if (!sharp) out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &test);
     envmapi_slices slices = {lobe, d.scene, 0, tolerance};
@@ -6721,15 +6748,15 @@ static envmap_result envmapi_needs_fill(envmap_plan *out, envmapi_job *job) {
     if (lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1)
         out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &slices);
     out->lookup = envmapi_lookups_error(&lookups, dst->size);
-    out->nine = envmapi_demand_tail(&d, 3);
+    out->nine = envmapi_power_tail(&d, 3);
     out->contrast = d.P[0] > 0 ? sqrt((d.total - d.P[0]) / d.P[0]) : 0;
     double total = d.total;
     if (!planned) return ENVMAP_OK;
-    if (job->plans[0].kinked && (out->lights = job->scene.rest.light_count) > 0) {
-        result = envmapi_demand_scene(&d, job, 1);
-        if (!result) envmapi_demand_result(&d, lobe, dst->slices, bands);
+    if (job->specs[0].kinked && (out->lights = job->scenes.unlit.light_count) > 0) {
+        result = envmapi_power_scene(&d, job, 1);
+        if (!result) envmapi_power_result(&d, lobe, dst->slices, bands);
     }
-    if (out->method == ENVMAP_METHOD_FAST) out->error = envmapi_fast_error(&d, job->plans, total);
+    if (out->method == ENVMAP_METHOD_FAST) out->error = envmapi_fast_error(&d, job->specs, total);
     return result;
 }
 
@@ -6748,8 +6775,8 @@ ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *d
         return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_lobe_fits(lobe, dst->slices)) return ENVMAP_ERROR_LOBE;
     job.pool.memory = job.desc.work.memory;
-    envmap_result result = envmapi_needs_job(&out, &job, &shape, src, lobe);
-    if (!result) result = envmapi_needs_fill(&out, &job);
+    envmap_result result = envmapi_plan_job(&out, &job, &shape, src, lobe);
+    if (!result) result = envmapi_plan_fill(&out, &job);
     if (!result) *plan = out;
     envmapi_pool_free(&job.pool, 0);
     return result;

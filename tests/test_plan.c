@@ -67,7 +67,7 @@ static void one_light_is_equally_bright_in_every_band(void) {
     texel[0] = 30, texel[1] = 20, texel[2] = 10;
     double light = 1400 * w * w / (4 * PI);
     for (int fast = 0; fast < 2; ++fast) {
-        static envmapi_demand d;
+        static envmapi_power d;
         envmapi_job job;
         envmap_lobe lobe = envmap_lobe_phong(200);
         envmap_filter_desc desc = desc_of(ENVMAP_METHOD_FAST, 1e-3);
@@ -75,7 +75,7 @@ static void one_light_is_equally_bright_in_every_band(void) {
         CHECK(envmapi_desc(&job.desc, &desc));
         CHECK(envmapi_job_create(&job, &dst, &src, &lobe, 1) == ENVMAP_OK);
         if (!fast) job.fast = 0;
-        CHECK(envmapi_demand_scene(&d, &job, 0) == ENVMAP_OK);
+        CHECK(envmapi_power_scene(&d, &job, 0) == ENVMAP_OK);
         double scale = d.scene[0] / light; /* FAST's and the projection's units differ by none */
         for (int l = 0; l < 100; ++l) off = fmax(off, fabs(d.scene[l] / d.scene[0] - 1));
         FIGURE(fast ? "power of a band by FAST, off by" : "power of a band by projection, off by",

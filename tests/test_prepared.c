@@ -450,10 +450,10 @@ static void bad_limits_are_refused(void) {
 
 static envmapi_pool pool;
 
-static envmapi_survey survey_of(const envmap *map) {
-    envmapi_survey survey;
+static envmapi_scene survey_of(const envmap *map) {
+    envmapi_scene survey;
     envmap_filter_desc desc = desc_of(0, 1e-3);
-    CHECK(envmapi_survey_create(&survey, map, 0, 0.1, &desc.work, &pool) == ENVMAP_OK);
+    CHECK(envmapi_scene_create(&survey, map, 0, 0.1, &desc.work, &pool) == ENVMAP_OK);
     return survey;
 }
 
@@ -480,11 +480,11 @@ static void blocks_of_every_scale_carry_all_energy(void) {
         for (int i = 0; i < 3; ++i) {
             envmap map = noise(mapping, survey_sizes[i], 5);
             double all = all_energy_of(&map);
-            envmapi_survey s = survey_of(&map);
+            envmapi_scene s = survey_of(&map);
             CHECK(s.scales > 2);
             for (int scale = 0; scale < s.scales; ++scale) {
                 int nu, nv;
-                const float *block = s.sums + envmapi_survey_scale(&nu, &nv, &s, scale);
+                const float *block = s.sums + envmapi_scene_scale(&nu, &nv, &s, scale);
                 double energy = 0, sphere = 0;
                 for (int k = 0; k < s.in.rim_count; ++k)
                     energy += envmapi_light_energy(s.in.rim + k), sphere += s.in.rim[k].value[3];
@@ -510,7 +510,7 @@ static void a_uniform_scene_has_no_contrast(void) {
         for (int i = 0; i < 3; ++i) {
             envmap map = black(mapping, survey_sizes[i], 1, 1);
             fill(&map, 0.3f);
-            envmapi_survey s = survey_of(&map);
+            envmapi_scene s = survey_of(&map);
             for (int scale = 0; scale < s.scales; ++scale) {
                 envmapi_contrast c = s.scale[scale];
                 if (envmapi_is_disc(mapping))
@@ -533,7 +533,7 @@ static void one_lit_texel_has_all_contrast(void) {
             envmap map = black(mapping, 64, 1, 1);
             float *texel = envmap_texel(&map, 0, 0, 0, 30 + i % 2 * 5, 29 + i / 2 * 4);
             for (int c = 0; c < 3; ++c) texel[c] = 1e4f;
-            envmapi_survey s = survey_of(&map);
+            envmapi_scene s = survey_of(&map);
             off = larger(off, fabs(s.texel.kappa - 1));
             CHECK(s.scales == 5);
             for (int scale = 0; scale < 2; ++scale) {
@@ -558,7 +558,7 @@ static void a_lit_texel_has_contrast_wherever_it_is(void) {
             int x = i & 1 ? disc ? width * 4 / 5 : width - 1 : width / 2;
             int y = i & 1 ? disc ? size * 4 / 5 : size - 1 : size / 2;
             for (int c = 0; c < 3; ++c) envmap_texel(&map, 0, 0, 0, x, y)[c] = 1e4f;
-            envmapi_survey s = survey_of(&map);
+            envmapi_scene s = survey_of(&map);
             for (int scale = 0; scale + 1 < s.scales; ++scale)
                 least = fmin(least, fmin(s.scale[scale].kappa, s.scale[scale].epsilon));
             envmapi_pool_free(&pool, 0);
@@ -582,8 +582,8 @@ static void lights_are_the_texels_of_a_2000th_of_the_energy(void) {
             }
             if (mapping == ENVMAP_SPHERE) envmap_texel(&map, 0, 0, 0, 0, size / 2)[1] = 1e6f;
             double all = all_energy_of(&map), lights = 0;
-            envmapi_survey s = survey_of(&map);
-            CHECK(envmapi_survey_lights(&s, 1, &pool) == ENVMAP_OK);
+            envmapi_scene s = survey_of(&map);
+            CHECK(envmapi_scene_lights(&s, 1, &pool) == ENVMAP_OK);
             for (int t = 0; t < envmap_faces(mapping) * width * size; ++t) {
                 double e = energy_of(&map, t / width / size, t % width, t / width % size);
                 int found = 0;
@@ -615,8 +615,8 @@ static void of_too_many_lights_the_brightest_are_taken(void) {
             float *texel = envmap_texel(&map, 0, 0, 0, k * 7 % 128, 28 + k / 128);
             texel[0] = alike ? 1 : 1 + (float)k / 300;
         }
-        envmapi_survey s = survey_of(&map);
-        CHECK(envmapi_survey_lights(&s, 1, &pool) == ENVMAP_OK);
+        envmapi_scene s = survey_of(&map);
+        CHECK(envmapi_scene_lights(&s, 1, &pool) == ENVMAP_OK);
         CHECK(s.light_count <= ENVMAPI_LIGHTS);
         for (int t = 0; t < 128 * 64; ++t) {
             int found = 0;
@@ -645,18 +645,18 @@ static void axes_see_all_light_at_its_angle(void) {
             envmap_coordinates(&face, &u, &v, (envmap_mapping)mapping, d);
             int x = (int)(u * (float)width), y = (int)(v * 64);
             envmap_texel(&map, 0, 0, face, x, y)[1] = 1e7f;
-            envmapi_survey s = survey_of(&map);
+            envmapi_scene s = survey_of(&map);
             double lamp[3], angle = 0, energy = s.sum[1];
             oracle_direction(lamp, mapping, face, (x + 0.5) / width, (y + 0.5) / 64);
-            CHECK(envmapi_survey_lights(&s, i & 1 ? 1 : 0.2, &pool) == ENVMAP_OK);
+            CHECK(envmapi_scene_lights(&s, i & 1 ? 1 : 0.2, &pool) == ENVMAP_OK);
             for (int a = 0; a < s.axes; ++a) {
                 double sums[3 + ENVMAPI_SCALES] = {0};
-                double t = acos(envmapi_dot(lamp, s.sights[a].axis)), at = 0;
+                double t = acos(envmapi_dot(lamp, s.histograms[a].axis)), at = 0;
                 for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
                     double middle = PI * (j + 0.5) * (j + 0.5) / ENVMAPI_ANGLES / ENVMAPI_ANGLES;
                     for (int k = 0; k < 3 + s.scales; ++k)
-                        sums[k] += (double)s.sights[a].seen[j][k];
-                    at += (double)s.sights[a].seen[j][1] * middle;
+                        sums[k] += (double)s.histograms[a].seen[j][k];
+                    at += (double)s.histograms[a].seen[j][1] * middle;
                 }
                 for (int c = 0; c < 3; ++c) off = larger(off, fabs(sums[c] - s.sum[c] / energy));
                 for (int k = 0; k < s.scales; ++k)
