@@ -121,7 +121,7 @@ typedef enum envmap_result {
 
 /* A sentence for a result, without a full stop. Never NULL, also for unknown numbers.
    Thread-safe.  Test: every_result_has_its_own_text. */
-ENVMAP_API const char *envmap_result_text(envmap_result result);
+ENVMAP_API const char *envmap_result_text(int result);
 
 /* Runs task(context, i) for i = 0 .. count-1, in any order, on any threads, and returns when all
    are done. The library starts no thread itself; `run` NULL means serial. Tasks are cut by the
@@ -139,6 +139,14 @@ typedef struct envmap_progress {
     void *user;
     int (*report)(void *user, float fraction);
 } envmap_progress;
+
+/* How a long call works: its executor, progress and memory. NULL or all zero: serial, silent, the
+   default heap. */
+typedef struct envmap_work {
+    envmap_executor executor; /* run NULL: serial                                                 */
+    envmap_progress progress; /* report NULL: none                                                */
+    void *memory;             /* context for ENVMAP_MALLOC and ENVMAP_FREE of temporary memory    */
+} envmap_work;
 
 /* ------------------------------------------------------------------------------ >>directions -- */
 
@@ -159,15 +167,14 @@ ENVMAP_API int envmap_faces(int mapping);
          clamp to the rim.
    Out of range face or mapping, or non-finite u, v: +z.  Thread-safe.
    Source: CONVENTIONS above; [HS98], [Debevec98].  Test: directions_round_trip. */
-ENVMAP_API void envmap_direction(float dir[3], envmap_mapping mapping, int face, float u, float v);
+ENVMAP_API void envmap_direction(float dir[3], int mapping, int face, float u, float v);
 
 /* The inverse: the face that dir belongs to and (u,v) on it, in [0,1]. On an edge, the lower face.
    dir need not be of unit length; zero or non-finite counts as +z. At the sphere map's -z and the
    angular map's +z, where every rim point is right, (1, 1/2); at the lat-long poles u = 1/2.
    Float coordinates: near the sphere map's -z the round trip errs (up to 4e-4 rad at 1e-3 from it).
    Thread-safe.  Test: directions_round_trip. */
-ENVMAP_API void envmap_coordinates(int *face, float *u, float *v, envmap_mapping mapping,
-                                   const float dir[3]);
+ENVMAP_API void envmap_coordinates(int *face, float *u, float *v, int mapping, const float dir[3]);
 
 /* The texture matrix of a paraboloid map: takes an eye-space reflection vector (r,1), as
    GL_REFLECTION_MAP generates it, to texture coordinates (s,t,r,q); s/q = u, t/q = v.
@@ -201,8 +208,7 @@ ENVMAP_API int envmap_levels(int size);
 /* A black map. Overwrites *map without freeing; keeps map->memory, so zero-initialise it.
    size    1 .. 16384      levels  1 .. envmap_levels(size)      slices  1 .. 4096
    Errors: ARGUMENT, LIMIT (beyond these, or more than 8 GiB), MEMORY.  *map stays as it was. */
-ENVMAP_API envmap_result envmap_create(envmap *map, envmap_mapping mapping, int size, int levels,
-                                       int slices);
+ENVMAP_API envmap_result envmap_create(envmap *map, int mapping, int size, int levels, int slices);
 
 /* Frees the texels and zeroes all but map->memory. NULL and twice are fine. */
 ENVMAP_API void envmap_free(envmap *map);
@@ -235,6 +241,23 @@ ENVMAP_API void envmap_lookup_slice(float rgb[3], const envmap *map, const float
    Test: resampling_* . */
 ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src);
 
+/* What a cleaning found and took, in numbers (three a texel) and as shares. */
+typedef struct envmap_cleaned {
+    int nan, infinite, negative, limited;
+    double
+        energy; /* taken by the limit, over that of all finite and positive radiance            */
+    double
+        replaced; /* share of the sphere whose texels held NaN, Inf or negative numbers           */
+} envmap_cleaned;
+
+/* Level 0 as filters want it, in place: NaN and negative numbers become 0, and Inf and what exceeds
+   the limit become the limit.
+   limit    > 0; 0: none, and Inf becomes the largest finite number that there is
+   cleaned  NULL, or out
+   Errors: ARGUMENT; nothing is changed then.  O(texels), allocates nothing.
+   Test: cleaning_* . */
+ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned);
+
 /* ------------------------------------------------------------------------------------- >>pfm -- */
 
 /* Reads a float PFM: PF (RGB) or Pf (grey, copied to RGB), either byte order, rows bottom to top,
@@ -247,8 +270,7 @@ ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src);
    Errors: ARGUMENT, FILE, FORMAT (also scale 0, NaN, Inf), SHAPE, LIMIT, TRUNCATED, TRAILING,
    MEMORY.  *map stays as it was.  No stdio, no locale in envmap_pfm_read.
    Test: pfm_round_trips, every_truncated_prefix_is_refused. */
-ENVMAP_API envmap_result envmap_pfm_read(envmap *map, const void *data, size_t bytes,
-                                         envmap_mapping mapping);
+ENVMAP_API envmap_result envmap_pfm_read(envmap *map, const void *data, size_t bytes, int mapping);
 
 /* Writes one level as little-endian PF, scale -1, the same shapes. *bytes is the size of the file
    in any case but ARGUMENT; data NULL only asks for it.
@@ -260,7 +282,7 @@ ENVMAP_API envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *b
 
 #ifndef ENVMAP_NO_STDIO
 /* The same from and to a path. A file that could not be written whole is removed. */
-ENVMAP_API envmap_result envmap_pfm_load(envmap *map, const char *path, envmap_mapping mapping);
+ENVMAP_API envmap_result envmap_pfm_load(envmap *map, const char *path, int mapping);
 ENVMAP_API envmap_result envmap_pfm_save(const envmap *map, const char *path, int level);
 #endif
 
@@ -318,7 +340,7 @@ typedef struct envmap_lobe {
     float p0, p1;    /* range of p over a map's slices; equal: the lobe has no p                  */
     envmap_lobe_function_type *function; /* FUNCTION                                              */
     void *user;
-    const float *table;            /* TABLE: [table_slices][table_size]; k at angle pi i/(size-1) */
+    const float *table; /* TABLE: [table_slices][table_size]; k at angle pi i/(size-1) */
     int table_size, table_slices;
     const float *kinks; /* FUNCTION: angles in (0,pi) where k has a kink, for every p; or NULL    */
     int kink_count;
@@ -331,7 +353,8 @@ typedef struct envmap_lobe {
    phong     max(x,0)^N,               exponent N in [0, 1e9]; N = 0 is the open hemisphere
    gaussian  exp(lambda (x-1)),        sharpness lambda in [0, 1e9]
    ggx       D(sqrt((1+x)/2)) max(x,0), D(c) = alpha^2 / (pi ((alpha^2-1) c^2 + 1)^2),
-             alpha = roughness^2 in (0, 1], at least 1e-4                          [WMLT07] eq. 33
+             alpha = roughness^2 in [0, 1]; 0 is the mirror, what lies between 0 and 1e-4 counts
+             as 1e-4                                                           [WMLT07] eq. 33
    banks     max(0, sqrt(1-x^2) sqrt(1-c^2) - x c - s) / (1-s)^2, s in [0, 0.99999], c = p
              [Banks94], [KVHS00] section 4
    function  any k; set p0 != p1 for slices, kinks where it has any
@@ -355,15 +378,12 @@ ENVMAP_API envmap_lobe envmap_lobe_table(const float *values, int size, int slic
    kinks      angles where k or its slope jumps, or its curvature has no bound (horizon, ring
               edges, tip of a cone); writes at
               most `room`, returns how many there are
-   curvature  bound over [from, to] of max(|k_tt|, |cot t k_t|), t the angle: the eigenvalues of
-              k's Hessian on the sphere; valid between kinks
    Thread-safe.  Test: lobes_know_*. */
 ENVMAP_API double envmap_lobe_value(const envmap_lobe *lobe, double x, double p);
 ENVMAP_API double envmap_lobe_integral(const envmap_lobe *lobe, double p);
 ENVMAP_API double envmap_lobe_sigma(const envmap_lobe *lobe, double p);
 ENVMAP_API void envmap_lobe_support(double *from, double *to, const envmap_lobe *lobe, double p);
 ENVMAP_API int envmap_lobe_kinks(double *angles, int room, const envmap_lobe *lobe, double p);
-ENVMAP_API double envmap_lobe_curvature(const envmap_lobe *lobe, double p, double from, double to);
 
 /* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1 (Funk-Hecke: the filter maps Y_lm to
    lambda_l Y_lm); norm is that of the filter: the lobe's integral, Banks' at c = 0, or 1 when raw.
@@ -373,11 +393,6 @@ ENVMAP_API double envmap_lobe_curvature(const envmap_lobe *lobe, double p, doubl
    Gauss-Legendre between kinks, O(bands^2).  Test: zonal_coefficients_*. */
 ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envmap_lobe *lobe,
                                            double p);
-
-/* The number of bands L (1 .. 4096) beyond which the lobe has nothing more than `tolerance` of its
-   rms: sqrt(sum_(l>=L) (2l+1) lambda_l^2) <= tolerance * sqrt(sum over all l), for every slice
-   of `slices`. 4096 also when more would be needed; 0 for bad lobes. */
-ENVMAP_API int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double tolerance);
 
 /* ------------------------------------------------------------------------------- >>harmonics -- */
 
@@ -394,18 +409,16 @@ ENVMAP_API int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double tol
    Errors: ARGUMENT.  Stable to all bands.  Test: the_basis_is_orthonormal. */
 ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]);
 
-/* sh = sum over texels L w Y_lm(texel's centre), level 0 of one slice, in double.
-   tolerance  0: every texel. Otherwise the error that is allowed: a_lm may be off by
+/* sh = sum over texels L w Y_lm(texel's centre), level 0 of one slice.
+   tolerance  0: every texel, in double. Otherwise the error that is allowed: a_lm may be off by
               tolerance * sqrt(2l+1) * a_00 (a_00 of |L|), the most that it can be itself being
-              sqrt(2l+1) a_00. Blocks of texels then become 4 x 4 or 8 x 8 points first, as
-              large as tolerance and bands allow; below 1e-5, and where that gains nothing, it is
-              every texel again.
-   executor   NULL: serial; the bits are the same for all
-   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY; sh then stays as it was.  O(texels), and
-   O(bands^2) for each point.  Temporary memory from map->memory, 16 sets of coefficients.
-   Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
+              sqrt(2l+1) a_00; below 1e-6, and where floats overflow, it is every texel again.
+   work       NULL: serial, silent; the bits are the same for every executor
+   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
+   With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16 sets
+   of coefficients.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
-                                           double tolerance, const envmap_executor *executor);
+                                           double tolerance, const envmap_work *work);
 
 /* rgb = sum a_lm Y_lm(dir), dir of any length (zero or non-finite: +z).
    Errors: ARGUMENT, RADIANCE.  O(bands^2). */
@@ -414,9 +427,13 @@ ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int
 
 /* The same at every texel's centre of one level and slice, also those outside a rim; what rings
    below zero is written as it is.
-   Errors: ARGUMENT, RADIANCE (also what could exceed a float).  O(texels bands^2). */
+   tolerance  0, and below 1e-6: every coefficient, in double. Otherwise the relative rms error that
+              is allowed
+   Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then stays
+   as it was.  With a tolerance O(texels + bands^3), without O(texels bands^2).
+   Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
-                                        int bands, const envmap_executor *executor);
+                                        int bands, double tolerance, const envmap_work *work);
 
 /* out = lambda_l a_lm: the filter with this lobe (envmap_lobe_zonal). The diffuse lobe gives
    irradiance / pi; with raw = 1, irradiance. out may be sh.
@@ -485,13 +502,7 @@ typedef struct envmap_filter_desc {
     float tolerance; /* desired relative rms error, 1e-7 .. 0.1 (clamped); 0: 1e-3                */
     float threshold; /* HIERARCHICAL: max |k_child - k_parent|, k with peak 1; 0: 0.001,
                         negative: open everything                                                 */
-    envmap_executor executor; /* run NULL: serial                                                 */
-    envmap_progress progress; /* report NULL: none                                                */
-    void *memory;             /* context for temporary memory                                     */
-    float limit;     /* the source's radiance is brought down to this, Inf too; NaN and negative
-                        numbers count as 0; 0: no limit, and such sources are refused             */
-    double *clamped; /* NULL, or out, with a limit: [0] the energy it took, over that of all finite
-                        radiance; [1] the share of the sphere with NaN, Inf or negative radiance  */
+    envmap_work work;
     const envmap_prepared *prepared; /* NULL, or the source's: see envmap_prepare                 */
 } envmap_filter_desc;
 
@@ -525,7 +536,7 @@ ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
    tolerance than these lobes; others do their own work.
    prepared  its memory context set, or zero; overwritten without freeing
    lobes     those that will be asked for, or the sharpest of them
-   desc      tolerance, executor, memory; no limit
+   desc      tolerance, work
    Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY; *prepared then stays
    as it was.  One prepared source serves any number of threads.
    Test: a_prepared_source_gives_the_same_map. */
@@ -537,7 +548,7 @@ ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap 
 ENVMAP_API void envmap_prepared_free(envmap_prepared *prepared);
 
 /* What a scene needs, and what that costs: expected values, from the scene's own harmonics. */
-typedef struct envmap_needs {
+typedef struct envmap_plan {
     int method;      /* what AUTO takes; AUTO for the mirror                                      */
     int size;        /* smallest edge, 1 .. 16384, of dst's mapping that loses no more than the
                         tolerance when looked up bilinearly; for what is sharper than the source,
@@ -548,12 +559,8 @@ typedef struct envmap_needs {
     double contrast; /* rms of the result about its mean, over its mean                           */
     double nine;     /* relative rms of what three bands, nine coefficients, lose                 */
     double lookup;   /* relative rms of what bilinear lookups between texels of dst's size lose   */
-    double error[ENVMAP_METHOD_COUNT];      /* relative rms; [AUTO]: of `method`; HIERARCHICAL's
-                                               to an order of magnitude. Infinite, as the next
-                                               two, where a method cannot do that                 */
-    double operations[ENVMAP_METHOD_COUNT]; /* time, in copies of one texel of a large map        */
-    double copies[ENVMAP_METHOD_COUNT];     /* time, in copies of src and dst                     */
-} envmap_needs;
+    double error;    /* relative rms of what `method` loses                                       */
+} envmap_plan;
 
 /* What envmap_filter(dst, src, lobe, desc) is expected to cost and to lose, and the smallest dst
    that would do. With P_l the power of the filtered scene in band l (of level 0 of slice 0):
@@ -565,11 +572,11 @@ typedef struct envmap_needs {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, threshold, limit, executor, memory, prepared; its method is not asked
-   Errors: those of envmap_filter; *needs then stays as it was.
+   Errors: those of envmap_filter; *plan then stays as it was.
    Cost: about half of FAST; more for lobes with slices.  Thread-safe.
    Source: docs/plan.md; costs measured by `make plan`.  Test: tests/test_plan.c. */
-ENVMAP_API envmap_result envmap_filter_plan(envmap_needs *needs, const envmap *dst,
-                                            const envmap *src, const envmap_lobe *lobe,
+ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
+                                            const envmap_lobe *lobe,
                                             const envmap_filter_desc *desc);
 
 /* ------------------------------------------------------------------------------- >>materials -- */
@@ -595,14 +602,14 @@ typedef struct envmap_frame {
    rgb     out [count][3]; black where n.v <= 0: the surface is seen from behind
    map     any parameterization; level 0, slice 0
    frames  [count]
-   desc    executor, progress, memory; NULL: none
+   work    NULL: serial, silent
    Models narrower than two texels of map see single texels: resample it to a finer map first.
    Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r
    negative or not finite), MEMORY, CANCELLED; rgb then stays as it was.
    O(texels * count), in double.  Thread-safe.  Source [KVHS00] eq. 1.  Test: eq_1_* . */
 ENVMAP_API envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
                                          const envmap_frame *frames, int count,
-                                         const envmap_filter_desc *desc);
+                                         const envmap_work *work);
 
 /* The part of unpolarised light that a smooth surface reflects, in [0,1].
    cosine  n.v or h.v, clamped to [0,1]
@@ -649,7 +656,7 @@ typedef struct envmap_fit {
    Source [KM00]; the sum of lobes and the axis are ours.
    Test: fits_*. */
 ENVMAP_API envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
-                                         const envmap_executor *executor);
+                                         const envmap_work *work);
 ENVMAP_API void envmap_fit_free(envmap_fit *fit);
 
 /* Lobe i of a fit, a TABLE with p = n.v over [0,1]; borrows fit->table. Its map needs
@@ -681,7 +688,7 @@ ENVMAP_API double envmap_ggx_multiple(double f0, double scale, double bias);
 /* values[y][x] = (scale, bias), [size][size][2], at texel centres: n.v = (x + 1/2)/size, roughness
    = (y + 1/2)/size, alpha = roughness^2.  size 1 .. 1024.  Errors: ARGUMENT.
    The executor runs rows. */
-ENVMAP_API envmap_result envmap_ggx_table(float *values, int size, const envmap_executor *executor);
+ENVMAP_API envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work);
 
 /* level = (levels - 1) r (1 + bend - bend r) and its inverse: where in a chain a roughness lies.
    bend in [0,1]: 0 linear, 0.7 Unity's, 1 Filament's r (2 - r). Clamped; NaN gives 0.
@@ -757,7 +764,7 @@ ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const env
 
 #define ENVMAPI_PI 3.14159265358979323846
 
-ENVMAPI_BODY const char *envmap_result_text(envmap_result result) {
+ENVMAPI_BODY const char *envmap_result_text(int result) {
 #define ENVMAPI_RESULT_TEXT(name, text) text,
     static const char *const texts[] = {ENVMAP_RESULTS(ENVMAPI_RESULT_TEXT)};
     return (unsigned)result < ENVMAP_RESULT_COUNT ? texts[(unsigned)result] : "unknown result";
@@ -802,6 +809,37 @@ static void envmapi_unit_float(double out[3], const float in[3]) {
     envmapi_unit(out, wide);
 }
 
+/* The least n in 1 .. limit for which holds(user, n), found by doubling and halving; limit where
+   none does. */
+static int envmapi_least(int limit, int (*holds)(void *user, int n), void *user) {
+    int low = 0, high = 1; /* does not hold; holds */
+    while (high < limit && !holds(user, high))
+        low = high, high = high < limit / 2 ? 2 * high : limit;
+    while (high - low > 1) {
+        int n = low + (high - low) / 2;
+        if (holds(user, n))
+            high = n;
+        else
+            low = n;
+    }
+    return high;
+}
+
+/* 8-point Gauss-Legendre on [-1,1]: exact for degree 15. Nodes and weights are for +-x. */
+static const double envmapi_gauss_x[4] = {0.1834346424956498, 0.5255324099163290,
+                                          0.7966664774136267, 0.9602898564975362};
+static const double envmapi_gauss_w[4] = {0.3626837833783620, 0.3137066458778873,
+                                          0.2223810344533745, 0.1012285362903763};
+
+/* Node i = 0 .. 7 of the rule on [from, to]; returns its weight. */
+static double envmapi_gauss(double *node, int i, double from, double to) {
+    double half = (to - from) / 2, x = envmapi_gauss_x[i >> 1];
+    *node = (from + to) / 2 + (i & 1 ? half : -half) * x;
+    return half * envmapi_gauss_w[i >> 1];
+}
+
+/* ---- how the work is done: executor, progress, memory */
+
 static envmap_result envmapi_tell(const envmap_progress *progress, double fraction) {
     if (!progress->report) return ENVMAP_OK;
     return progress->report(progress->user, (float)fraction) ? ENVMAP_CANCELLED : ENVMAP_OK;
@@ -819,44 +857,148 @@ static void envmapi_batch_task(void *context, int i) {
 }
 
 /* All tasks; with a progress callback in up to 64 rounds, told between them on this thread. */
-static envmap_result envmapi_run(const envmap_executor *executor, const envmap_progress *progress,
-                                 envmap_task *task, void *context, int count) {
-    int rounds = progress->report ? 64 : 1, step = (count + rounds - 1) / rounds;
+static envmap_result envmapi_run(const envmap_work *work, envmap_task *task, void *context,
+                                 int count) {
+    int rounds = work->progress.report ? 64 : 1, step = (count + rounds - 1) / rounds;
     for (int first = 0; first < count; first += step) {
         envmapi_batch batch = {task, context, first};
         int n = count - first < step ? count - first : step;
-        if (envmapi_tell(progress, (double)first / count)) return ENVMAP_CANCELLED;
-        if (executor->run)
-            executor->run(executor->user, envmapi_batch_task, &batch, n);
+        if (envmapi_tell(&work->progress, (double)first / count)) return ENVMAP_CANCELLED;
+        if (work->executor.run)
+            work->executor.run(work->executor.user, envmapi_batch_task, &batch, n);
         else
             for (int i = 0; i < n; ++i) task(context, first + i);
     }
     return ENVMAP_OK;
 }
 
+/* The same without a word to the progress callback. */
+static void envmapi_run_all(const envmap_work *work, envmap_task *task, void *context, int count) {
+    envmap_work silent = *work;
+    silent.progress.report = NULL;
+    envmapi_run(&silent, task, context, count);
+}
+
+/* Tasks share nothing and each result is summed in the same order however many there are, so one
+   will do where there is one thread. */
+#define ENVMAPI_TASKS 16 /* <= 16: the bits of envmapi_transform.reach */
+static int envmapi_tasks(const envmap_work *work) { return work->executor.run ? ENVMAPI_TASKS : 1; }
+
 /* A part of the caller's progress, for one of several runs. */
-typedef struct envmapi_progress_part {
+typedef struct envmapi_part {
     const envmap_progress *whole;
     float from, length;
-} envmapi_progress_part;
+} envmapi_part;
 
 static int envmapi_report_part(void *user, float fraction) {
-    const envmapi_progress_part *part = (const envmapi_progress_part *)user;
+    const envmapi_part *part = (const envmapi_part *)user;
     return part->whole->report(part->whole->user, part->from + part->length * fraction);
 }
 
-/* 8-point Gauss-Legendre on [-1,1]: exact for degree 15. Nodes and weights are for +-x. */
-static const double envmapi_gauss_x[4] = {0.1834346424956498, 0.5255324099163290,
-                                          0.7966664774136267, 0.9602898564975362};
-static const double envmapi_gauss_w[4] = {0.3626837833783620, 0.3137066458778873,
-                                          0.2223810344533745, 0.1012285362903763};
-
-/* Node i = 0 .. 7 of the rule on [from, to]; returns its weight. */
-static double envmapi_gauss(double *node, int i, double from, double to) {
-    double half = (to - from) / 2, x = envmapi_gauss_x[i >> 1];
-    *node = (from + to) / 2 + (i & 1 ? half : -half) * x;
-    return half * envmapi_gauss_w[i >> 1];
+/* The work whose progress runs from done/total to (done + count)/total of the caller's. */
+static envmap_work envmapi_work_part(envmapi_part *part, const envmap_work *work, int done,
+                                     int count, int total) {
+    envmap_work out = *work;
+    part->whole = &work->progress;
+    part->from = (float)done / (float)total, part->length = (float)count / (float)total;
+    out.progress.user = part;
+    if (work->progress.report) out.progress.report = envmapi_report_part;
+    return out;
 }
+
+/* The caller's work, or the default. */
+static envmap_work envmapi_work_of(const envmap_work *work) {
+    envmap_work out;
+    memset(&out, 0, sizeof out);
+    return work ? *work : out;
+}
+
+/* Memory of one call: blocks that go together. */
+typedef struct envmapi_pool {
+    void *memory, *blocks[64];
+    int count;
+} envmapi_pool;
+
+/* At a multiple of 64 bytes, and 64 more than asked for may be read. */
+static void *envmapi_pool_get(envmapi_pool *pool, size_t count, size_t size) {
+    if (pool->count >= 64 || count > SIZE_MAX / 2 / size) return NULL;
+    char *block = (char *)ENVMAP_MALLOC(pool->memory, count * size + 128);
+    if (!block) return NULL;
+    pool->blocks[pool->count++] = block;
+    return block + (64 - (uintptr_t)block % 64);
+}
+
+static void envmapi_pool_free(envmapi_pool *pool, int keep) {
+    while (pool->count > keep) ENVMAP_FREE(pool->memory, pool->blocks[--pool->count]);
+}
+
+/* ---- lanes: 4, 8 or 16 numbers that one instruction works on, in memory or in a variable (_at:
+   those in memory). What carries the work. */
+
+#if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD)
+#define ENVMAPI_PREFETCH(p) __builtin_prefetch(p)
+#define ENVMAPI_INLINE      static inline __attribute__((always_inline))
+#define ENVMAPI_LANES(type, scalar, n)                                                             \
+    typedef scalar type                                                                            \
+        __attribute__((vector_size(n * sizeof(scalar)), aligned(sizeof(scalar)), may_alias));      \
+    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) { *y += a * *x; }             \
+    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) { *y += *x * *z; }       \
+    ENVMAPI_LANES_IN_MEMORY(type, scalar)
+#define ENVMAPI_OR_LANES(y, x) *(y) |= *(x)
+typedef uint32_t envmapi_bits16 __attribute__((vector_size(64), aligned(4), may_alias));
+#else
+#define ENVMAPI_PREFETCH(p) (void)0
+#define ENVMAPI_INLINE      static inline
+#define ENVMAPI_LANES(type, scalar, n)                                                             \
+    typedef struct type {                                                                          \
+        scalar v[n];                                                                               \
+    } type;                                                                                        \
+    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
+        for (int i = 0; i < n; ++i) y->v[i] += a * x->v[i];                                        \
+    }                                                                                              \
+    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) {                        \
+        for (int i = 0; i < n; ++i) y->v[i] += x->v[i] * z->v[i];                                  \
+    }                                                                                              \
+    ENVMAPI_LANES_IN_MEMORY(type, scalar)
+#define ENVMAPI_OR_LANES(y, x)                                                                     \
+    for (int i = 0; i < 16; ++i) (y)->v[i] |= (x)->v[i]
+typedef struct envmapi_bits16 {
+    uint32_t v[16];
+} envmapi_bits16;
+#endif
+
+/* _at: lanes in memory. _solve: (1, 26, 66, 26, 1)/120 c = f in place, see envmapi_spline_factor:
+   n items `step` numbers apart, each of 1 .. 4 groups of lanes `apart` numbers apart, which hide
+   each other's latency. */
+#define ENVMAPI_LANES_IN_MEMORY(type, scalar)                                                      \
+    ENVMAPI_INLINE type *type##_at(const scalar *x) { return (type *)(uintptr_t)x; }               \
+    ENVMAPI_INLINE void type##_solve(scalar *f, int n, size_t step, int groups, size_t apart,      \
+                                     double(*factors)[3]) {                                        \
+        type one[4], two[4];                                                                       \
+        memset(one, 0, sizeof one), memset(two, 0, sizeof two);                                    \
+        for (int i = 0; i < n; ++i)                                                                \
+            for (int g = 0; g < groups; ++g) {                                                     \
+                type *now = type##_at(f + (size_t)i * step + (size_t)g * apart);                   \
+                type##_add(now, (scalar)-factors[i][1], one + g);                                  \
+                type##_add(now, (scalar)-factors[i][2], two + g);                                  \
+                two[g] = one[g], one[g] = *now;                                                    \
+            }                                                                                      \
+        memset(one, 0, sizeof one), memset(two, 0, sizeof two);                                    \
+        for (int i = n - 1; i >= 0; --i)                                                           \
+            for (int g = 0; g < groups; ++g) {                                                     \
+                type *now = type##_at(f + (size_t)i * step + (size_t)g * apart), done;             \
+                memset(&done, 0, sizeof done);                                                     \
+                type##_add(&done, (scalar)(120 * factors[i][0]), now);                             \
+                type##_add(&done, (scalar)-factors[i + 1][1], one + g);                            \
+                type##_add(&done, (scalar)-factors[i + 2][2], two + g);                            \
+                two[g] = one[g], one[g] = *now = done;                                             \
+            }                                                                                      \
+    }
+
+ENVMAPI_LANES(envmapi_float4, float, 4)
+ENVMAPI_LANES(envmapi_float16, float, 16)
+ENVMAPI_LANES(envmapi_double4, double, 4)
+ENVMAPI_LANES(envmapi_double8, double, 8)
 
 /* ------------------------------------------------------------------------------ >>directions --
    Every mapping is a pair of functions in double, direction(face, u, v) and project(face, d),
@@ -946,8 +1088,8 @@ static void envmapi_disc_project(double uv[2], int mapping, int face, const doub
     } else {
         ratio = rho > 0 ? atan2(rho, -z) / (ENVMAPI_PI * rho) : 1 / ENVMAPI_PI;
     }
-    int singular = !(rho > 0) && ((mapping == ENVMAP_SPHERE && z < 0) ||
-                                  (mapping == ENVMAP_ANGULAR && z > 0));
+    int singular =
+        !(rho > 0) && ((mapping == ENVMAP_SPHERE && z < 0) || (mapping == ENVMAP_ANGULAR && z > 0));
     uv[0] = 0.5 + 0.5 * (singular ? 1 : rho > 0 ? d[0] * ratio : 0);
     uv[1] = 0.5 - 0.5 * (rho > 0 ? d[1] * ratio : 0);
 }
@@ -971,24 +1113,23 @@ static void envmapi_project(double uv[2], int mapping, int face, const double d[
     }
 }
 
-ENVMAPI_BODY void envmap_direction(float dir[3], envmap_mapping mapping, int face, float u,
-                                   float v) {
+ENVMAPI_BODY void envmap_direction(float dir[3], int mapping, int face, float u, float v) {
     double d[3] = {0, 0, 1};
     if (!dir) return;
-    if (face >= 0 && face < envmap_faces((int)mapping) && envmapi_finite((double)u) &&
+    if (face >= 0 && face < envmap_faces(mapping) && envmapi_finite((double)u) &&
         envmapi_finite((double)v))
-        envmapi_direction(d, (int)mapping, face, (double)u, (double)v);
+        envmapi_direction(d, mapping, face, (double)u, (double)v);
     for (int i = 0; i < 3; ++i) dir[i] = (float)d[i];
 }
 
-ENVMAPI_BODY void envmap_coordinates(int *face, float *u, float *v, envmap_mapping mapping,
+ENVMAPI_BODY void envmap_coordinates(int *face, float *u, float *v, int mapping,
                                      const float dir[3]) {
     double d[3] = {0, 0, 1}, uv[2] = {0.5, 0.5};
     int at = 0;
     if (dir) envmapi_unit_float(d, dir);
-    if (envmap_faces((int)mapping)) {
-        at = envmapi_face((int)mapping, d);
-        envmapi_project(uv, (int)mapping, at, d);
+    if (envmap_faces(mapping)) {
+        at = envmapi_face(mapping, d);
+        envmapi_project(uv, mapping, at, d);
     }
     if (face) *face = at;
     if (u) *u = (float)envmapi_clamp(uv[0], 0, 1);
@@ -1050,9 +1191,9 @@ ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const floa
                g: sphere map 2, paraboloid 2/(1+r^2), angular map (1 - cos pi r)/r^2.
    Invariants: the cells of any partition sum to 4 pi.  Tests: tests/test_maps.c. */
 
-#define ENVMAPI_SIZE_LIMIT 16384
+#define ENVMAPI_SIZE_LIMIT  16384
 #define ENVMAPI_SLICE_LIMIT 4096
-#define ENVMAPI_BYTE_LIMIT ((uint64_t)1 << 33)
+#define ENVMAPI_BYTE_LIMIT  ((uint64_t)1 << 33)
 
 static int envmapi_edge(int size, int level) {
     int edge = size >> level;
@@ -1091,21 +1232,20 @@ static float *envmapi_image(const envmap *map, int level, int slice, int face) {
     return map->texels + 3 * (texels + area * ((size_t)slice * faces + (size_t)face));
 }
 
-ENVMAPI_BODY envmap_result envmap_create(envmap *map, envmap_mapping mapping, int size, int levels,
+ENVMAPI_BODY envmap_result envmap_create(envmap *map, int mapping, int size, int levels,
                                          int slices) {
-    uint64_t texels = 0, faces = (uint64_t)envmap_faces((int)mapping);
+    uint64_t texels = 0, faces = (uint64_t)envmap_faces(mapping);
     if (!map || !faces || size < 1 || levels < 1 || levels > envmap_levels(size) || slices < 1)
         return ENVMAP_ERROR_ARGUMENT;
     if (size > ENVMAPI_SIZE_LIMIT || slices > ENVMAPI_SLICE_LIMIT) return ENVMAP_ERROR_LIMIT;
-    for (int l = 0; l < levels; ++l)
-        texels += faces * envmapi_area((int)mapping, envmapi_edge(size, l));
+    for (int l = 0; l < levels; ++l) texels += faces * envmapi_area(mapping, envmapi_edge(size, l));
     uint64_t bytes = texels * (uint64_t)slices * 3 * sizeof(float);
     if (bytes > ENVMAPI_BYTE_LIMIT || bytes > PTRDIFF_MAX) return ENVMAP_ERROR_LIMIT;
     float *memory = (float *)ENVMAP_MALLOC(map->memory, (size_t)bytes);
     if (!memory) return ENVMAP_ERROR_MEMORY;
     memset(memory, 0, (size_t)bytes);
     map->texels = memory;
-    map->mapping = (int)mapping, map->size = size, map->levels = levels, map->slices = slices;
+    map->mapping = mapping, map->size = size, map->levels = levels, map->slices = slices;
     map->p0 = -1, map->p1 = 1;
     return ENVMAP_OK;
 }
@@ -1189,16 +1329,15 @@ static envmapi_region envmapi_disc_cell(int mapping, const double corners[4][2])
     envmapi_region region = {0, 0, 0, 0};
     double from[4][2], to[4][2];
     int n = 0;
-    for (int i = 0; i < 4; ++i)
-        n += envmapi_clip(from[n], to[n], corners[i], corners[(i + 1) & 3]);
+    for (int i = 0; i < 4; ++i) n += envmapi_clip(from[n], to[n], corners[i], corners[(i + 1) & 3]);
     for (int i = 0; i < n; ++i) {
         const double *next = from[(i + 1) % n];
         envmapi_region_segment(&region, mapping, from[i], to[i]);
         if (fabs(next[0] - to[i][0]) + fabs(next[1] - to[i][1]) > 1e-12)
             envmapi_region_arc(&region, mapping, to[i], next);
     }
-    int holds_centre = corners[0][0] < 0 && corners[2][0] > 0 && corners[0][1] < 0 &&
-                       corners[2][1] > 0;
+    int holds_centre =
+        corners[0][0] < 0 && corners[2][0] > 0 && corners[0][1] < 0 && corners[2][1] > 0;
     if (n == 0 && holds_centre) envmapi_region_arc(&region, mapping, corners[0], corners[0]);
     return region;
 }
@@ -1291,8 +1430,8 @@ static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face,
         if (level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR)
             envmapi_rim_neighbour(&x, &y, edge);
     }
-    const float *texel = level->texels + 3 * (((size_t)face * (size_t)edge + (size_t)y) *
-                                                  (size_t)width + (size_t)x);
+    const float *texel =
+        level->texels + 3 * (((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x);
     for (int c = 0; c < 3; ++c) rgb[c] += weight * (double)texel[c];
 }
 
@@ -1510,6 +1649,42 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
     return ENVMAP_OK;
 }
 
+/* One number; tells in *energy what the limit takes of it, and whether it was fit to filter. */
+static int envmapi_clean_number(float *number, double limit, envmap_cleaned *out, double energy[2],
+                                double w) {
+    double value = (double)*number, kept = value > 0 ? fmin(value, limit) : 0;
+    int finite = envmapi_finite(value), infinite = !finite && envmapi_finite(1 / value);
+    if (infinite && value > 0) kept = limit;
+    out->infinite += infinite, out->nan += !finite && !infinite,
+        out->negative += finite && value < 0;
+    out->limited += finite && value > limit;
+    if (finite && value > 0) energy[0] += w * value, energy[1] += w * (value - kept);
+    *number = (float)kept;
+    return finite && !(value < 0);
+}
+
+ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned) {
+    envmap_cleaned out;
+    double energy[2] = {0, 0}, solid = 0, replaced = 0, most = (double)limit;
+    if (!envmapi_valid(map) || !envmapi_finite(most) || most < 0) return ENVMAP_ERROR_ARGUMENT;
+    size_t area = envmapi_area(map->mapping, map->size), width = area / (size_t)map->size;
+    size_t count = area * (size_t)(envmap_faces(map->mapping) * map->slices);
+    memset(&out, 0, sizeof out);
+    for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
+        if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
+    for (size_t i = 0; i < count; ++i) {
+        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(i % area % width),
+                                      (int)(i % area / width));
+        int fit = 1;
+        for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
+            fit &= envmapi_clean_number(number, most, &out, energy, w);
+        solid += w, replaced += fit ? 0 : w;
+    }
+    out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
+    if (cleaned) *cleaned = out;
+    return ENVMAP_OK;
+}
+
 /* ------------------------------------------------------------------------------------- >>pfm --
    "PF" or "Pf", width, height, scale, one white space, then rows from the bottom up. Upside up,
    the strip of slices and faces is the memory order itself. Numbers are parsed and bytes put
@@ -1563,8 +1738,10 @@ static envmap_result envmapi_pfm_number(envmapi_reader *in, double *value) {
         if (c == '.' && point++) return ENVMAP_ERROR_FORMAT;
         if (c == '.') continue;
         ++digits;
-        if (mantissa < 1e17) mantissa = 10 * mantissa + (c - '0'), shift -= point;
-        else shift += !point;
+        if (mantissa < 1e17)
+            mantissa = 10 * mantissa + (c - '0'), shift -= point;
+        else
+            shift += !point;
     }
     if (c < 0) return ENVMAP_ERROR_TRUNCATED;
     if (!digits) return ENVMAP_ERROR_FORMAT;
@@ -1633,12 +1810,12 @@ static float envmapi_pfm_sample(const unsigned char *b, int little) {
 }
 
 ENVMAPI_BODY envmap_result envmap_pfm_read(envmap *map, const void *data, size_t bytes,
-                                           envmap_mapping mapping) {
+                                           int mapping) {
     envmapi_reader in = {(const unsigned char *)data, bytes, 0};
     envmapi_pfm pfm;
     envmap_result result;
-    if (!map || !data || !envmap_faces((int)mapping)) return ENVMAP_ERROR_ARGUMENT;
-    if ((result = envmapi_pfm_header(&in, &pfm, (int)mapping))) return result;
+    if (!map || !data || !envmap_faces(mapping)) return ENVMAP_ERROR_ARGUMENT;
+    if ((result = envmapi_pfm_header(&in, &pfm, mapping))) return result;
     if ((result = envmap_create(map, mapping, pfm.size, 1, pfm.slices))) return result;
     const unsigned char *sample = in.data + in.at;
     float factor = (float)envmapi_clamp(fabs(pfm.scale), 1e-38, 3e38);
@@ -1708,9 +1885,9 @@ ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t 
 
 #ifndef ENVMAP_NO_STDIO
 /* The whole file in memory, its size first, so that no header can make us allocate more. */
-ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, envmap_mapping mapping) {
+ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int mapping) {
     envmap_result result = ENVMAP_ERROR_FILE;
-    if (!map || !path || !envmap_faces((int)mapping)) return ENVMAP_ERROR_ARGUMENT;
+    if (!map || !path || !envmap_faces(mapping)) return ENVMAP_ERROR_ARGUMENT;
     FILE *file = fopen(path, "rb");
     if (!file) return ENVMAP_ERROR_FILE;
     long bytes = fseek(file, 0, SEEK_END) ? -1 : ftell(file);
@@ -1801,8 +1978,8 @@ static void envmapi_mip_texel(envmap *map, int level, int x, int y) {
             inside += weights[i];
         }
     for (int image = 0; image < envmap_faces(mapping) * map->slices; ++image) {
-        const float *from = envmapi_image(map, level - 1, 0, 0) +
-                            3 * (size_t)image * envmapi_area(mapping, child);
+        const float *from =
+            envmapi_image(map, level - 1, 0, 0) + 3 * (size_t)image * envmapi_area(mapping, child);
         float *to = envmapi_image(map, level, 0, 0) +
                     3 * (size_t)image * envmapi_area(mapping, edge) +
                     3 * ((size_t)y * (size_t)width + (size_t)x);
@@ -1907,8 +2084,8 @@ ENVMAPI_BODY void envmap_lookup_footprint(float rgb[3], const envmap *map, const
         return;
     }
     double limit = probes < 256 ? probes : 256, sum[3] = {0, 0, 0};
-    int n = (int)envmapi_clamp(
-        ceil(envmapi_footprint_axes(major, minor, map, dir, dx, dy) - 0.01), 1, limit);
+    int n = (int)envmapi_clamp(ceil(envmapi_footprint_axes(major, minor, map, dir, dx, dy) - 0.01),
+                               1, limit);
     for (int c = 0; c < 3; ++c) major[c] /= (float)n;
     for (int i = 0; i < n; ++i) {
         float probe[3], at = (float)i + 0.5f - 0.5f * (float)n;
@@ -1953,7 +2130,9 @@ ENVMAPI_BODY envmap_lobe envmap_lobe_gaussian(float sharpness) {
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_ggx(float alpha) {
-    return envmapi_lobe(ENVMAP_LOBE_GGX, alpha, 0, 0);
+    int mirror = alpha >= 0 && alpha <= 0;
+    return envmapi_lobe(mirror ? ENVMAP_LOBE_MIRROR : ENVMAP_LOBE_GGX,
+                        alpha > 0 && alpha < 1e-4f ? 1e-4f : alpha, 0, 0);
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_banks(float s) {
@@ -1973,37 +2152,47 @@ ENVMAPI_BODY envmap_lobe envmap_lobe_table(const float *values, int size, int sl
     return lobe;
 }
 
+/* What a query needs to be safe: kind, numbers and pointers, in O(1). */
 static int envmapi_lobe_ok(const envmap_lobe *lobe) {
     if (!lobe || !envmapi_finite((double)lobe->scale) || !envmapi_finite((double)lobe->p0) ||
-        !envmapi_finite((double)lobe->p1) || !envmapi_finite((double)lobe->parameter))
+        !envmapi_finite((double)lobe->p1))
         return 0;
     double parameter = (double)lobe->parameter;
     switch (lobe->kind) {
-    case ENVMAP_LOBE_MIRROR: return 1;
-    case ENVMAP_LOBE_PHONG:
-    case ENVMAP_LOBE_GAUSSIAN: return parameter >= 0 && parameter <= 1e9;
-    case ENVMAP_LOBE_GGX: return parameter >= 0.99e-4 && parameter <= 1;
-    case ENVMAP_LOBE_BANKS: return parameter >= 0 && parameter <= 0.99999;
-    case ENVMAP_LOBE_FUNCTION:
-        if (!lobe->function || lobe->kink_count < 0 || (!lobe->kinks && lobe->kink_count)) return 0;
-        for (int i = 0; i < lobe->kink_count; ++i)
-            if (!(lobe->kinks[i] > 0 && (double)lobe->kinks[i] < ENVMAPI_PI)) return 0;
+    case ENVMAP_LOBE_MIRROR:
         return 1;
-    case ENVMAP_LOBE_TABLE: break;
-    default: return 0;
-    }
-    if (!lobe->table || lobe->table_size < 4 || lobe->table_size > 1 << 20 ||
-        lobe->table_slices < 1 || lobe->table_slices > ENVMAPI_SLICE_LIMIT)
+    case ENVMAP_LOBE_PHONG:
+    case ENVMAP_LOBE_GAUSSIAN:
+        return parameter >= 0 && parameter <= 1e9;
+    case ENVMAP_LOBE_GGX:
+        return parameter >= 0.99e-4 && parameter <= 1;
+    case ENVMAP_LOBE_BANKS:
+        return parameter >= 0 && parameter <= 0.99999;
+    case ENVMAP_LOBE_FUNCTION:
+        return lobe->function && lobe->kink_count >= 0 && (lobe->kinks || !lobe->kink_count);
+    case ENVMAP_LOBE_TABLE:
+        return lobe->table && lobe->table_size >= 4 && lobe->table_size <= 1 << 20 &&
+               lobe->table_slices >= 1 && lobe->table_slices <= ENVMAPI_SLICE_LIMIT;
+    default:
         return 0;
-    int bad = 0;
-    for (int i = 0; i < lobe->table_size * lobe->table_slices; ++i)
-        bad |= !envmapi_finite((double)lobe->table[i]);
-    return !bad;
+    }
+}
+
+/* The same at the door of long calls: the table's numbers and the kinks too. */
+static int envmapi_lobe_sound(const envmap_lobe *lobe) {
+    int sound = envmapi_lobe_ok(lobe);
+    if (sound && lobe->kind == ENVMAP_LOBE_FUNCTION)
+        for (int i = 0; i < lobe->kink_count; ++i)
+            sound &= lobe->kinks[i] > 0 && (double)lobe->kinks[i] < ENVMAPI_PI;
+    if (sound && lobe->kind == ENVMAP_LOBE_TABLE)
+        for (int i = 0; i < lobe->table_size * lobe->table_slices; ++i)
+            sound &= envmapi_finite((double)lobe->table[i]);
+    return sound;
 }
 
 /* The mirror is a lobe, but no function. */
-static int envmapi_lobe_has_k(const envmap_lobe *lobe) {
-    return envmapi_lobe_ok(lobe) && lobe->kind != ENVMAP_LOBE_MIRROR;
+static int envmapi_lobe_has_k(const envmap_lobe *lobe, double p) {
+    return envmapi_lobe_ok(lobe) && lobe->kind != ENVMAP_LOBE_MIRROR && envmapi_finite(p);
 }
 
 /* Catmull-Rom along a row; mirrored at both ends, as a zonal function is. */
@@ -2017,8 +2206,10 @@ static double envmapi_table_row(const envmap_lobe *lobe, int row, double theta) 
         tap = tap < 0 ? -tap : tap > last ? 2 * last - tap : tap;
         k[j] = (double)lobe->table[row * lobe->table_size + tap];
     }
-    return k[1] + 0.5 * f * (k[2] - k[0] + f * (2 * k[0] - 5 * k[1] + 4 * k[2] - k[3] +
-                                                f * (3 * (k[1] - k[2]) + k[3] - k[0])));
+    return k[1] + 0.5 * f *
+                      (k[2] - k[0] +
+                       f * (2 * k[0] - 5 * k[1] + 4 * k[2] - k[3] +
+                            f * (3 * (k[1] - k[2]) + k[3] - k[0])));
 }
 
 static double envmapi_table_k(const envmap_lobe *lobe, double x, double p) {
@@ -2032,27 +2223,6 @@ static double envmapi_table_k(const envmap_lobe *lobe, double x, double p) {
     return s > row ? k + (s - row) * (envmapi_table_row(lobe, row + 1, theta) - k) : k;
 }
 
-/* k without scale. */
-static double envmapi_k(const envmap_lobe *lobe, double x, double p) {
-    double a = (double)lobe->parameter;
-    switch (lobe->kind) {
-    case ENVMAP_LOBE_PHONG: return !(x > 0) ? 0 : a > 0 ? pow(x, a) : 1;
-    case ENVMAP_LOBE_GAUSSIAN: return exp(a * (x - 1));
-    case ENVMAP_LOBE_GGX: {
-        double q = a * a * (1 + x) / 2 + (1 - x) / 2; /* (alpha^2-1) c^2 + 1, c^2 = (1+x)/2 */
-        return x > 0 ? a * a / (ENVMAPI_PI * q * q) * x : 0;
-    }
-    case ENVMAP_LOBE_BANKS: {
-        double sines = (1 - x * x) * (1 - p * p);
-        double k = (sines > 0 ? sqrt(sines) : 0) - x * p - a;
-        return k > 0 ? k / ((1 - a) * (1 - a)) : 0;
-    }
-    case ENVMAP_LOBE_FUNCTION: return lobe->function(x, p, lobe->user);
-    case ENVMAP_LOBE_TABLE: return envmapi_table_k(lobe, x, p);
-    default: return 0;
-    }
-}
-
 /* 1/sqrt q by Newton's steps from half the exponent: sqrt sets errno, which no vector can. */
 static inline double envmapi_inverse_root(double q) {
     uint64_t bits;
@@ -2064,28 +2234,51 @@ static inline double envmapi_inverse_root(double q) {
     return r;
 }
 
-/* k of n cosines: loops that a compiler can vectorise where that is easy. */
+/* k, without scale, of n cosines: each lobe's formula, as a loop that a compiler can vectorise. */
 static void envmapi_k_many(double *k, const double *x, int n, const envmap_lobe *lobe, double p) {
-    double a = (double)lobe->parameter;
-    if (lobe->kind == ENVMAP_LOBE_PHONG && a >= 1 && a <= 1) {
-        for (int i = 0; i < n; ++i) k[i] = x[i] > 0 ? x[i] : 0;
-    } else if (lobe->kind == ENVMAP_LOBE_BANKS) {
-        double scale = 1 / ((1 - a) * (1 - a));
+    double a = (double)lobe->parameter, aa = a * a, peak = 1 / ((1 - a) * (1 - a));
+    switch (lobe->kind) {
+    case ENVMAP_LOBE_PHONG:
+        if (a >= 1 && a <= 1)
+            for (int i = 0; i < n; ++i) k[i] = x[i] > 0 ? x[i] : 0;
+        else
+            for (int i = 0; i < n; ++i) k[i] = !(x[i] > 0) ? 0 : a > 0 ? pow(x[i], a) : 1;
+        return;
+    case ENVMAP_LOBE_GAUSSIAN:
+        for (int i = 0; i < n; ++i) k[i] = exp(a * (x[i] - 1));
+        return;
+    case ENVMAP_LOBE_GGX: /* q = (alpha^2-1) c^2 + 1, c^2 = (1+x)/2 */
+        for (int i = 0; i < n; ++i) {
+            double q = aa * (1 + x[i]) / 2 + (1 - x[i]) / 2;
+            k[i] = x[i] > 0 ? aa / (ENVMAPI_PI * q * q) * x[i] : 0;
+        }
+        return;
+    case ENVMAP_LOBE_BANKS:
         for (int i = 0; i < n; ++i) {
             double sines = (1 - x[i] * x[i]) * (1 - p * p);
             sines = sines > 0 ? sines : 0;
             double ring = sines * envmapi_inverse_root(sines) - x[i] * p - a;
-            k[i] = ring > 0 ? ring * scale : 0;
+            k[i] = ring > 0 ? ring * peak : 0;
         }
-    } else {
-        for (int i = 0; i < n; ++i) k[i] = envmapi_k(lobe, x[i], p);
+        return;
+    case ENVMAP_LOBE_FUNCTION:
+        for (int i = 0; i < n; ++i) k[i] = lobe->function(x[i], p, lobe->user);
+        return;
+    default:
+        for (int i = 0; i < n; ++i) k[i] = envmapi_table_k(lobe, x[i], p);
     }
+}
+
+static double envmapi_k(const envmap_lobe *lobe, double x, double p) {
+    double k;
+    envmapi_k_many(&k, &x, 1, lobe, p);
+    return k;
 }
 
 static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
 
 ENVMAPI_BODY double envmap_lobe_value(const envmap_lobe *lobe, double x, double p) {
-    if (!envmapi_lobe_has_k(lobe)) return 0;
+    if (!envmapi_lobe_has_k(lobe, p) || !envmapi_finite(x)) return 0;
     return (double)lobe->scale * envmapi_k(lobe, envmapi_clamp(x, -1, 1), p);
 }
 
@@ -2093,7 +2286,7 @@ ENVMAPI_BODY void envmap_lobe_support(double *from, double *to, const envmap_lob
     double low = 0, high = ENVMAPI_PI, log_tiny = 27.631; /* -ln 1e-12 */
     if (!from || !to) return;
     *from = *to = 0;
-    if (!envmapi_lobe_has_k(lobe)) return;
+    if (!envmapi_lobe_has_k(lobe, p)) return;
     double a = (double)lobe->parameter;
     if (lobe->kind == ENVMAP_LOBE_GGX) high = ENVMAPI_PI / 2;
     if (lobe->kind == ENVMAP_LOBE_PHONG) high = a > 0 ? acos(exp(-log_tiny / a)) : ENVMAPI_PI / 2;
@@ -2110,7 +2303,7 @@ ENVMAPI_BODY void envmap_lobe_support(double *from, double *to, const envmap_lob
 ENVMAPI_BODY int envmap_lobe_kinks(double *angles, int room, const envmap_lobe *lobe, double p) {
     double found[4] = {0, 0, 0, 0};
     int n = 0;
-    if (!envmapi_lobe_has_k(lobe)) return 0;
+    if (!envmapi_lobe_has_k(lobe, p)) return 0;
     double a = (double)lobe->parameter;
     if (lobe->kind == ENVMAP_LOBE_FUNCTION) {
         for (; n < lobe->kink_count; ++n)
@@ -2121,10 +2314,14 @@ ENVMAPI_BODY int envmap_lobe_kinks(double *angles, int room, const envmap_lobe *
         found[n++] = ENVMAPI_PI / 2;
     if (lobe->kind == ENVMAP_LOBE_BANKS) {
         double ring = envmapi_acos(-p), edge = acos(a);
-        if (ring >= edge) found[n++] = ring - edge;
-        else if (ring > 0) found[n++] = 0;
-        if (ring + edge <= ENVMAPI_PI) found[n++] = ring + edge;
-        else if (ring < ENVMAPI_PI) found[n++] = ENVMAPI_PI;
+        if (ring >= edge)
+            found[n++] = ring - edge;
+        else if (ring > 0)
+            found[n++] = 0;
+        if (ring + edge <= ENVMAPI_PI)
+            found[n++] = ring + edge;
+        else if (ring < ENVMAPI_PI)
+            found[n++] = ENVMAPI_PI;
     }
     for (int i = 0; i < n && i < room; ++i)
         if (angles) angles[i] = found[i];
@@ -2211,8 +2408,9 @@ static double envmapi_lobe_integral(const envmap_lobe *lobe, double p) {
 }
 
 ENVMAPI_BODY double envmap_lobe_integral(const envmap_lobe *lobe, double p) {
-    if (!envmapi_lobe_has_k(lobe)) return 0;
-    return (double)lobe->scale * envmapi_lobe_integral(lobe, p);
+    if (!envmapi_lobe_has_k(lobe, p)) return 0;
+    double integral = (double)lobe->scale * envmapi_lobe_integral(lobe, p);
+    return envmapi_finite(integral) ? integral : 0;
 }
 
 /* The integral can be divided by: what is left of k that cancels is rounding. */
@@ -2235,8 +2433,10 @@ static double envmapi_lobe_crossing(const envmap_lobe *lobe, double p, double le
                                     double outside) {
     for (int i = 0; i < 60; ++i) {
         double middle = 0.5 * (inside + outside);
-        if (envmapi_k(lobe, cos(middle), p) < level) outside = middle;
-        else inside = middle;
+        if (envmapi_k(lobe, cos(middle), p) < level)
+            outside = middle;
+        else
+            inside = middle;
     }
     return outside;
 }
@@ -2263,102 +2463,18 @@ static double envmapi_lobe_sigma_by_nodes(const envmap_lobe *lobe, double p) {
 }
 
 ENVMAPI_BODY double envmap_lobe_sigma(const envmap_lobe *lobe, double p) {
-    if (!envmapi_lobe_has_k(lobe)) return 0;
+    if (!envmapi_lobe_has_k(lobe, p)) return 0;
     double a = (double)lobe->parameter, half = 0.60653066; /* e^(-1/2) */
     switch (lobe->kind) {
-    case ENVMAP_LOBE_PHONG: return a > 0 ? 2 * asin(sqrt(-expm1(-0.5 / a) / 2)) : ENVMAPI_PI / 2;
-    case ENVMAP_LOBE_GAUSSIAN: return a > 0.25 ? 2 * asin(sqrt(0.25 / a)) : ENVMAPI_PI;
-    case ENVMAP_LOBE_BANKS: return acos(a + half * (1 - a));
-    default: return envmapi_lobe_sigma_by_nodes(lobe, p);
-    }
-}
-
-/* max(|k_tt|, |cot t k_t|) from the derivatives in t; no bound where a cone has its tip. */
-static double envmapi_curvature_of(double theta, double k_t, double k_tt) {
-    double sine = sin(theta), across = fabs(k_tt), along = fabs(k_t);
-    if (sine > 0) along *= fabs(cos(theta)) / sine;
-    else along = along > 0 ? HUGE_VAL : across;
-    return along > across ? along : across;
-}
-
-/* The same from the derivatives in x: k_t = -sin t k_x, k_tt = sin^2 t k_xx - cos t k_x. */
-static double envmapi_curvature_of_x(double theta, double k_x, double k_xx) {
-    double x = cos(theta), along = fabs(x * k_x), across = fabs((1 - x * x) * k_xx - x * k_x);
-    return along > across ? along : across;
-}
-
-/* At an angle inside the support: closed forms, else central differences over h. */
-static double envmapi_curvature_at(const envmap_lobe *lobe, double p, double theta, double h) {
-    double n = (double)lobe->parameter, x = cos(theta), k = envmapi_k(lobe, x, p);
-    switch (lobe->kind) {
     case ENVMAP_LOBE_PHONG:
-        return envmapi_curvature_of_x(theta, n > 0 ? n * pow(x, n - 1) : 0,
-                                      n > 0 && !(n >= 1 && n <= 1) ? n * (n - 1) * pow(x, n - 2)
-                                                                   : 0);
-    case ENVMAP_LOBE_GAUSSIAN: return envmapi_curvature_of_x(theta, n * k, n * n * k);
-    case ENVMAP_LOBE_GGX: { /* k = c x / q^2, q' = m */
-        double m = (n * n - 1) / 2, q = n * n * (1 + x) / 2 + (1 - x) / 2, c = n * n / ENVMAPI_PI;
-        return envmapi_curvature_of_x(theta, c / (q * q) * (1 - 2 * m * x / q),
-                                      c * m / (q * q * q) * (6 * m * x / q - 4));
+        return a > 0 ? 2 * asin(sqrt(-expm1(-0.5 / a) / 2)) : ENVMAPI_PI / 2;
+    case ENVMAP_LOBE_GAUSSIAN:
+        return a > 0.25 ? 2 * asin(sqrt(0.25 / a)) : ENVMAPI_PI;
+    case ENVMAP_LOBE_BANKS:
+        return acos(a + half * (1 - a));
+    default:
+        return envmapi_lobe_sigma_by_nodes(lobe, p);
     }
-    case ENVMAP_LOBE_BANKS: {
-        double d = theta - envmapi_acos(-p), scale = 1 / ((1 - n) * (1 - n));
-        return envmapi_curvature_of(theta, -sin(d) * scale, -cos(d) * scale);
-    }
-    default: break;
-    }
-    double before = envmapi_k(lobe, cos(theta - h), p), after = envmapi_k(lobe, cos(theta + h), p);
-    if (!(theta > h / 2 && theta < ENVMAPI_PI - h / 2))
-        return fabs(before - 2 * k + after) / (h * h);
-    return envmapi_curvature_of(theta, (after - before) / (2 * h),
-                                (before - 2 * k + after) / (h * h));
-}
-
-/* At the ends and at the nodes of the walk, four panels to a sigma, with a margin for what lies
-   between. Differences keep h away from the ends. */
-static double envmapi_curvature_between(const envmap_lobe *lobe, double p, double from, double to,
-                                        double sigma) {
-    int known = lobe->kind != ENVMAP_LOBE_FUNCTION && lobe->kind != ENVMAP_LOBE_TABLE;
-    double low, high, h = 1e-3 * sigma, bound = 0, theta, weight, ends[2];
-    envmap_lobe_support(&low, &high, lobe, p);
-    if (from < low) from = low;
-    if (to > high) to = high;
-    if (!(from < to)) return 0;
-    envmapi_walk walk = envmapi_walk_of(lobe, p, from, to, sigma / 2);
-    if (h > (to - from) / 8) h = (to - from) / 8;
-    if (known) h = 0;
-    else if (!(h > 1e-9)) return 0;
-    ends[0] = from > 0 ? from + h : 0, ends[1] = to < ENVMAPI_PI ? to - h : ENVMAPI_PI;
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
-        if (theta < from + h || theta > to - h) continue;
-        double k = envmapi_curvature_at(lobe, p, theta, h);
-        if (k > bound) bound = k;
-    }
-    for (int i = 0; i < 2; ++i) {
-        double k = envmapi_curvature_at(lobe, p, ends[i], h);
-        if (k > bound) bound = k;
-    }
-    return 1.02 * bound;
-}
-
-ENVMAPI_BODY double envmap_lobe_curvature(const envmap_lobe *lobe, double p, double from,
-                                          double to) {
-    double kinks[34], bound = 0;
-    if (!envmapi_lobe_has_k(lobe) || !(from < to)) return 0;
-    from = envmapi_clamp(from, 0, ENVMAPI_PI), to = envmapi_clamp(to, 0, ENVMAPI_PI);
-    double sigma = envmap_lobe_sigma(lobe, p), start = from;
-    int n = envmap_lobe_kinks(kinks, 32, lobe, p);
-    if (n > 32) n = 32;
-    kinks[n++] = to;
-    while (start < to) { /* from kink to kink */
-        double end = to;
-        for (int i = 0; i < n; ++i)
-            if (kinks[i] > start && kinks[i] < end) end = kinks[i];
-        double k = envmapi_curvature_between(lobe, p, start, end, sigma);
-        if (k > bound) bound = k;
-        start = end;
-    }
-    return fabs((double)lobe->scale) * bound;
 }
 
 /* lambda_l / lambda_0 in closed form. */
@@ -2404,9 +2520,12 @@ static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lob
 static int envmapi_zonal(double *lambda, int bands, const envmap_lobe *lobe, double p) {
     double integral = envmapi_lobe_integral(lobe, p), norm = envmapi_lobe_norm(lobe), factor;
     if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_positive(lobe, p) ? integral : 0;
-    if (lobe->raw) factor = (double)lobe->scale;
-    else if (envmapi_finite(norm) && norm > 0) factor = 1 / norm;
-    else return 0;
+    if (lobe->raw)
+        factor = (double)lobe->scale;
+    else if (envmapi_finite(norm) && norm > 0)
+        factor = 1 / norm;
+    else
+        return 0;
     if (!envmapi_finite(integral)) return 0;
     if (lobe->kind == ENVMAP_LOBE_PHONG) {
         envmapi_zonal_phong(lambda, bands, (double)lobe->parameter);
@@ -2427,7 +2546,7 @@ ENVMAPI_BODY envmap_result envmap_lobe_zonal(double *lambda, int bands, const en
                                              double p) {
     if (!lambda || !lobe || bands < 1 || bands > ENVMAPI_BAND_LIMIT || !envmapi_finite(p))
         return ENVMAP_ERROR_ARGUMENT;
-    if (!envmapi_lobe_has_k(lobe)) return ENVMAP_ERROR_LOBE;
+    if (!envmapi_lobe_has_k(lobe, p) || !envmapi_lobe_sound(lobe)) return ENVMAP_ERROR_LOBE;
     double first[1]; /* a lobe that fails does so at one band, before anything is written */
     if (!envmapi_zonal(first, 1, lobe, p)) return ENVMAP_ERROR_LOBE;
     envmapi_zonal(lambda, bands, lobe, p);
@@ -2439,130 +2558,115 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
     return (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * (k + 0.5) / n;
 }
 
-/* The fewest bands with  contrast * |tail| <= tolerance * |what a scene of that contrast leaves|:
-   a scene's l-th band is taken as contrast^2 times that of one light, and its mean as 1. Contrast 1
-   is one light: the tail relative to the lobe's own rms. By Parseval the sum over all l,
-   sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2); bands are added until the tail they do not
-   hold is known to be small enough. */
-static int envmapi_bands(const envmap_lobe *lobe, double p, double tolerance, double contrast,
-                         int limit_bands) {
-    double lambda[ENVMAPI_BAND_LIMIT], integral = envmapi_lobe_integral(lobe, p);
-    double total = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2), c2 = contrast * contrast;
-    double limit = tolerance * tolerance * ((1 - c2) * integral * integral + c2 * total);
-    envmap_lobe raw = *lobe;
-    raw.raw = 1, raw.scale = 1;
-    if (!envmapi_finite(integral) || !(total > 0)) return 0;
-    if (!lobe->raw && lobe->kind != ENVMAP_LOBE_BANKS && !envmapi_lobe_positive(lobe, p)) return 0;
-    for (int bands = 32;; bands = 2 * bands < limit_bands ? 2 * bands : limit_bands) {
-        double tail = total;
-        envmapi_zonal(lambda, bands, &raw, p);
-        for (int l = 0; l < bands; ++l) tail -= (2 * l + 1) * lambda[l] * lambda[l];
-        if (tail < 1e-12 * total) tail = 0; /* rounding */
-        if (c2 * tail > limit && bands < limit_bands) continue;
-        for (int l = bands; l > 1; --l) {
-            tail += (2 * l - 1) * lambda[l - 1] * lambda[l - 1];
-            if (c2 * tail > limit) return l;
+/* ------------------------------------------------------------------------------- >>transform --
+   Texels <-> nodes of a grid <-> rings <-> a_lm: the only spherical harmonic transform here.
+     in     one slice of a source, or coefficients a_lm       out    a_lm, or a slice of a result
+   Coefficients come from texels i, with solid angles w_i:   a_lm = sum_i L_i w_i Y_lm(d_i)
+       texels -> nodes   the adjoint of quintic spline interpolation on a face's grid  _task_reduce
+       nodes -> rings    the same from nodes, which are points anywhere, to the rings  _rings_spread
+       in phi            FFT, and divide by the spline's response,
+                         (66 + 52 cos w + 2 cos 2w)/120 for w = pi m/M               _task_fft_out
+       in theta          solve (1, 26, 66, 26, 1)/120 c = f; ring -1 is ring 0 half a turn on: (-1)^m
+       Legendre          a_lm = sum_j P_lm(theta_j) F_m(theta_j)              _legendre_analyse
+   and texels come from coefficients by the same steps in reverse order. A grid lies in a face's own
+   (u,v), no finer than the bands, padded past the face's edges: a node there is simply a direction.
+   There are M rings of 2M points, theta_j = (j+1/2) pi/M, phi_k = k pi/M. Splines and FFT are never
+   inverted approximately, so all that is lost is what a spline loses of a wave of f cycles a node,
+   about 2.4 f^6 (_band_error), and the bands left out. Four channels: RGB and solid angle.
+   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre; F_m
+   takes the place of the rings it was made from, so that there is one grid of rings, no more.
+   Used by >>harmonics (envmap_sh_project, envmap_sh_fill) and >>fast.
+   Source [Swarztrauber79] for e and o; splines [Unser91].  Tests: tests/test_harmonics.c. */
+
+/* ---- what is read: a slice of a source */
+
+/* A point of light: a texel that is summed by itself, exactly. */
+typedef struct envmapi_light {
+    size_t texel;
+    double d[3], value[4]; /* RGB times solid angle, solid angle */
+} envmapi_light;
+
+typedef struct envmapi_input {
+    const envmap *map;
+    const float *texels; /* of the slice */
+    float *omega; /* [(size+1)/2][4 width]: the solid angles of row y, of size-1-y too, thrice each
+                     as RGB has it, then once each; 0 where a rim cuts */
+    float *spare; /* what was asked for beside these */
+    envmapi_light *rim; /* texels that a rim cuts, at their centroids */
+    int rim_count;
+} envmapi_input;
+
+/* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
+   averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
+static void envmapi_task_omega(void *context, int y) {
+    const envmapi_input *in = (const envmapi_input *)context;
+    int mapping = in->map->mapping, edge = in->map->size, width = envmapi_width(mapping, edge);
+    float *omega = in->omega + (size_t)y * 4 * (size_t)width, *once = omega + 3 * width;
+    double side = 2.0 / width, Y = (2 * y + 1.0) / edge - 1, area = side * side;
+    int cube = mapping == ENVMAP_CUBE,
+        smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
+    double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
+    for (int x = 0; smooth && x < (width + 1) / 2; ++x) {
+        double X = (2 * x + 1.0) * (1.0 / width) - 1, q = 1 + X * X + Y * Y;
+        double r = envmapi_inverse_root(q), i = r * r * r * r, rho = cube ? r * r * r : 4 * i;
+        once[x] =
+            (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
+    }
+    for (int x = 0; !smooth && x < (width + 1) / 2; ++x)
+        once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
+    for (int x = 0; envmapi_is_disc(mapping) && x < (width + 1) / 2; ++x) { /* cut by the rim */
+        double X = fabs((2 * x + 1.0) / width - 1) + side / 2, y_end = fabs(Y) + side / 2;
+        if (X * X + y_end * y_end > 1) once[x] = 0;
+    }
+    for (int x = (width + 1) / 2; x < width; ++x) once[x] = once[width - 1 - x];
+    for (int x = 0; x < width; ++x) omega[3 * x] = omega[3 * x + 1] = omega[3 * x + 2] = once[x];
+}
+
+static const float *envmapi_omega_row(const envmapi_input *in, int y) {
+    int edge = in->map->size, row = y < edge - 1 - y ? y : edge - 1 - y;
+    return in->omega + (size_t)row * 4 * (size_t)envmapi_width(in->map->mapping, edge);
+}
+
+/* Lists the texels that a rim cuts: the same on every face. */
+static void envmapi_input_rim(envmapi_input *in, int room) {
+    const envmap *map = in->map;
+    size_t area = envmapi_area(map->mapping, map->size);
+    for (size_t t = 0; t < area && room; ++t) {
+        int x = (int)(t % (size_t)map->size), y = (int)(t / (size_t)map->size);
+        double X = fabs((2 * x + 1.0) / map->size - 1) - 1.0 / map->size, at[2];
+        double Y = fabs((2 * y + 1.0) / map->size - 1) - 1.0 / map->size;
+        if (envmapi_omega_row(in, y)[3 * x] > 0 || X * X + Y * Y > 1) continue;
+        double w = envmapi_texel_cell(at, map->mapping, map->size, x, y);
+        for (int face = 0; w > 0 && face < envmap_faces(map->mapping); ++face) {
+            if (in->rim_count >= room) return;
+            envmapi_light *light = in->rim + in->rim_count++;
+            light->texel = (size_t)face * area + t;
+            envmapi_direction(light->d, map->mapping, face, at[0], at[1]);
+            for (size_t c = 0; c < 4; ++c)
+                light->value[c] = w * (c < 3 ? (double)in->texels[3 * light->texel + c] : 1.0);
         }
-        return 1;
     }
 }
 
-ENVMAPI_BODY int envmap_lobe_bands(const envmap_lobe *lobe, int slices, double tolerance) {
-    int bands = 0;
-    if (!envmapi_lobe_has_k(lobe) || slices < 1 || slices > ENVMAPI_SLICE_LIMIT ||
-        !(tolerance >= 0))
-        return 0;
-    if (!(fabs((double)lobe->p1 - (double)lobe->p0) > 0)) slices = 1;
-    for (int k = 0; k < slices; ++k) {
-        int n = envmapi_bands(lobe, envmapi_slice_p(lobe, k, slices), tolerance, 1,
-                              ENVMAPI_BAND_LIMIT);
-        if (!n) return 0;
-        if (n > bands) bands = n;
-    }
-    return bands;
+/* With room for `spare` more floats in the same block: glibc's malloc gives the heap's end back
+   after each call in which no block is half of all, and the next call has it mapped anew. */
+static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, int slice,
+                                          size_t spare, const envmap_work *work,
+                                          envmapi_pool *pool) {
+    int room = envmapi_is_disc(map->mapping) ? 16 * map->size + 64 : 0, rows = (map->size + 1) / 2;
+    size_t width = (size_t)envmapi_width(map->mapping, map->size);
+    in->map = map, in->texels = envmapi_image(map, 0, slice, 0), in->rim_count = 0;
+    size_t omega = (4 * width * (size_t)rows + 15) / 16 * 16;
+    in->omega = (float *)envmapi_pool_get(pool, omega + spare, sizeof(float));
+    in->rim = (envmapi_light *)envmapi_pool_get(pool, (size_t)room + 1, sizeof(envmapi_light));
+    if (!in->omega || !in->rim) return ENVMAP_ERROR_MEMORY;
+    in->spare = in->omega + omega;
+    envmapi_run_all(work, envmapi_task_omega, in, rows);
+    envmapi_input_rim(in, room);
+    return ENVMAP_OK;
 }
 
-/* ------------------------------------------------------------------------------- >>harmonics --
-   Points of light on the sphere -> coefficients a_lm -> a smooth function on the sphere, by way of
-   M rings of 2M points, theta_j = (j+1/2) pi/M, phi_k = k pi/M:
-       spread      each point on 6 x 6 grid points by quintic B-splines, interpolation's adjoint
-       in phi      FFT, and divide by the spline's response, (66 + 52 cos w + 2 cos 2w)/120 for
-                   w = pi m/M
-       in theta    solve (1, 26, 66, 26, 1)/120 c = f; ring -1 is ring 0 half a turn on: (-1)^m
-       Legendre    a_lm = sum_j P_lm(theta_j) F_m(theta_j), three-term recurrence in l
-   and the same steps in reverse order back to the grid, which 6 x 6 taps interpolate. Spline and
-   FFT are never inverted approximately, so the only errors are the spline's own, 2.4 f^6 at few
-   cycles a sample (f = l/2M), and the bands left out: both are weighted with lambda_l, which is
-   small where they are large. Four channels: RGB and solid angle.
-   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre;
-   F_m takes the place of the rings it was made from, so that there is one grid, no more.
-   Source [Swarztrauber79] for the folding; splines [Unser91].  Tests: tests/test_harmonics.c. */
-
-#if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD)
-#define ENVMAPI_PREFETCH(p) __builtin_prefetch(p)
-#define ENVMAPI_INLINE static inline __attribute__((always_inline))
-#define ENVMAPI_LANES(type, scalar, n)                                                             \
-    typedef scalar type __attribute__((vector_size(n * sizeof(scalar))));                          \
-    typedef uint32_t type##_bits __attribute__((vector_size(n * sizeof(scalar))));                 \
-    ENVMAPI_INLINE void type##_or(type##_bits *y, const type *x) {                                 \
-        type##_bits bits;                                                                          \
-        memcpy(&bits, x, sizeof bits), *y |= bits;                                                 \
-    }                                                                                              \
-    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) { *y += a * *x; }             \
-    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) { *y += *x * *z; }       \
-    ENVMAPI_LANES_TO(type, scalar)
-#else
-#define ENVMAPI_PREFETCH(p) (void)0
-#define ENVMAPI_INLINE static inline
-#define ENVMAPI_LANES(type, scalar, n)                                                             \
-    typedef struct { scalar v[n]; } type;                                                          \
-    typedef struct { uint32_t v[n * sizeof(scalar) / 4]; } type##_bits;                            \
-    ENVMAPI_INLINE void type##_or(type##_bits *y, const type *x) {                                 \
-        type##_bits bits;                                                                          \
-        memcpy(&bits, x, sizeof bits);                                                             \
-        for (size_t i = 0; i < n * sizeof(scalar) / 4; ++i) y->v[i] |= bits.v[i];                  \
-    }                                                                                              \
-    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
-        for (int i = 0; i < n; ++i) y->v[i] += a * x->v[i];                                        \
-    }                                                                                              \
-    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) {                        \
-        for (int i = 0; i < n; ++i) y->v[i] += x->v[i] * z->v[i];                                  \
-    }                                                                                              \
-    ENVMAPI_LANES_TO(type, scalar)
-#endif
-#define ENVMAPI_LANES_TO(type, scalar)                                                             \
-    ENVMAPI_INLINE void type##_to(scalar *y, scalar a, const scalar *x) {                          \
-        type sum, term;                                                                            \
-        memcpy(&sum, y, sizeof sum), memcpy(&term, x, sizeof term);                                \
-        type##_add(&sum, a, &term);                                                                \
-        memcpy(y, &sum, sizeof sum);                                                               \
-    }
-
-/* y += a x, y += x z and y |= the bits of x for 4, 8 or 16 numbers; _to is the first in memory.
-   What carries the work. */
-ENVMAPI_LANES(envmapi_float4, float, 4)
-ENVMAPI_LANES(envmapi_float16, float, 16)
-ENVMAPI_LANES(envmapi_double4, double, 4)
-ENVMAPI_LANES(envmapi_double8, double, 8)
-
-/* Memory of one call: blocks that go together. */
-typedef struct envmapi_pool {
-    void *memory, *blocks[64];
-    int count;
-} envmapi_pool;
-
-/* At a multiple of 64 bytes, and 64 more than asked for may be read. */
-static void *envmapi_pool_get(envmapi_pool *pool, size_t count, size_t size) {
-    if (pool->count >= 64 || count > SIZE_MAX / 2 / size) return NULL;
-    char *block = (char *)ENVMAP_MALLOC(pool->memory, count * size + 128);
-    if (!block) return NULL;
-    pool->blocks[pool->count++] = block;
-    return block + (64 - (uintptr_t)block % 64);
-}
-
-static void envmapi_pool_free(envmapi_pool *pool, int keep) {
-    while (pool->count > keep) ENVMAP_FREE(pool->memory, pool->blocks[--pool->count]);
-}
+/* ---- splines */
 
 /* Quintic B-spline at the six samples around a point, f in [0,1] past the third. */
 ENVMAPI_INLINE void envmapi_spline(float w[6], float f) {
@@ -2585,6 +2689,16 @@ static double envmapi_spline_error(double f) {
     return fmin(sqrt(lost * lost + a * a + b * b), 1);
 }
 
+/* The same of band l on a grid of spacing h. A harmonic is no plane wave in (u,v): a face's own
+   curvature adds about 6 to l^2 (the sixth derivative of 1/sqrt(1+u^2) is 225). A constant loses
+   nothing. */
+static double envmapi_band_error(int l, double h) {
+    return l ? envmapi_spline_error(sqrt(l * l + 6.0) * h / (2 * ENVMAPI_PI)) : 0;
+}
+
+/* The widest that a grid for so many bands may be: its nodes keep all bands apart. */
+static double envmapi_widest_spacing(int bands) { return fmin(0.8, 0.45 * 2 * ENVMAPI_PI / bands); }
+
 /* Factors of the symmetric matrix (1, 26, 66, 26, 1) of n rows whose first and last rows see
    themselves mirrored, times `first` and `last`: L D L^t, a row's [1/D, L one before, L two
    before], and two rows of zeros. */
@@ -2602,13 +2716,16 @@ static void envmapi_spline_factor(double (*factors)[3], int n, double first, dou
     }
 }
 
-/* Angle of (x,y) in (-pi,pi] and length, for 64 of them: a polynomial, good to 1e-10. No branches,
-   no calls that set errno, so that compilers make vectors of it. */
-#define ENVMAPI_CHUNK 64
+/* ---- rings */
+
+#define ENVMAPI_CHUNK 64 /* directions that are worked on together */
+
+/* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-10. No branches, no
+   calls that set errno, so that compilers make vectors of it. */
 static void envmapi_polar(double *angle, double *length, const double *y, const double *x) {
-    static const double taylor[13] = {1.0,      -1.0 / 3, 1.0 / 5,   -1.0 / 7, 1.0 / 9,
-                                      -1.0 / 11, 1.0 / 13, -1.0 / 15, 1.0 / 17, -1.0 / 19,
-                                      1.0 / 21, -1.0 / 23, 1.0 / 25};
+    static const double taylor[13] = {1.0,       -1.0 / 3,  1.0 / 5,   -1.0 / 7, 1.0 / 9,
+                                      -1.0 / 11, 1.0 / 13,  -1.0 / 15, 1.0 / 17, -1.0 / 19,
+                                      1.0 / 21,  -1.0 / 23, 1.0 / 25};
     for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
         double ax = fabs(x[i]), ay = fabs(y[i]), most = ax > ay ? ax : ay,
                least = ax > ay ? ay : ax;
@@ -2631,10 +2748,10 @@ typedef struct envmapi_rings {
     size_t row;       /* doubles a row of G: rings -3 .. M+2, 4 channels */
     double *G;        /* [2M][row]; or F_m, m < bands: e in row 2m, o in row 2m+1, the real part of
                          ring pair j at ring j, the imaginary one at ring M-1-j */
-    double *turns;    /* cos, sin of 2 pi i/2M */
+    double *twiddles; /* cos, sin of 2 pi i/2M */
     double *response; /* 1 / the spline's response at m */
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
-    int *place;       /* where the FFT leaves frequency m */
+    int *reversed;               /* where the FFT leaves frequency m: its digits in reverse */
     double (*factors)[3]; /* of the solve down the rings, [4][M/2+2]: even m and odd; e and o */
 } envmapi_rings;
 
@@ -2666,13 +2783,13 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
     }
     for (int i = 0; i < n; ++i) {
         int at = 0, f = i, length = n;
-        rings->turns[2 * i] = cos(ENVMAPI_PI * i / M);
-        rings->turns[2 * i + 1] = sin(ENVMAPI_PI * i / M);
+        rings->twiddles[2 * i] = cos(ENVMAPI_PI * i / M);
+        rings->twiddles[2 * i + 1] = sin(ENVMAPI_PI * i / M);
         for (int s = 0; s < rings->stages; ++s) {
             length /= rings->radices[s];
             at += f % rings->radices[s] * length, f /= rings->radices[s];
         }
-        rings->place[i] = at;
+        rings->reversed[i] = at;
     }
     for (int m = 0; m < rings->bands; ++m) {
         double c = cos(ENVMAPI_PI * m / M);
@@ -2696,9 +2813,9 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     rings->M = M, rings->bands = bands, rings->row = 4 * ((size_t)M + 6);
     rings->G = G ? G : (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
     double *tables = (double *)envmapi_pool_get(pool, 2 * n + 2 * L + 14 * H + 24, sizeof(double));
-    rings->place = (int *)envmapi_pool_get(pool, n, sizeof(int));
-    if (!rings->G || !tables || !rings->place) return ENVMAP_ERROR_MEMORY;
-    rings->turns = tables, rings->response = tables + 2 * n, rings->norms = rings->response + L;
+    rings->reversed = (int *)envmapi_pool_get(pool, n, sizeof(int));
+    if (!rings->G || !tables || !rings->reversed) return ENVMAP_ERROR_MEMORY;
+    rings->twiddles = tables, rings->response = tables + 2 * n, rings->norms = rings->response + L;
     rings->x = rings->norms + L, rings->log_sin = rings->x + H;
     rings->factors = (double(*)[3])(rings->log_sin + H);
     envmapi_rings_tables(rings);
@@ -2729,30 +2846,27 @@ static void envmapi_rings_points(envmapi_point *points, const envmapi_rings *rin
 
 static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : k; }
 
-/* G += the points' values [count][4], rows from .. to-1 only, so that tasks can share the work. */
+/* Adjoint of the next: G += the points' values [count][4], rows from .. to-1 only, so that tasks
+   can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
     int n = 2 * rings->M;
     for (size_t i = 0; i < count; ++i) {
         const envmapi_point *p = points + i;
         if ((p->k + 3 < from || p->k - 2 >= to) && p->k > 1 && p->k < n - 3) continue;
-        envmapi_double4 terms[6], light;
+        envmapi_double4 terms[6];
         double value[4];
         float w_k[6], w_j[6];
         envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
         for (int c = 0; c < 4; ++c) value[c] = (double)values[4 * i + (size_t)c];
-        memcpy(&light, value, sizeof light), memset(terms, 0, sizeof terms);
-        for (int b = 0; b < 6; ++b) envmapi_double4_add(terms + b, (double)w_j[b], &light);
+        memset(terms, 0, sizeof terms);
+        for (int b = 0; b < 6; ++b)
+            envmapi_double4_add(terms + b, (double)w_j[b], envmapi_double4_at(value));
         for (int a = 0; a < 6; ++a) {
             int k = envmapi_wrap(p->k - 2 + a, n);
             if (k < from || k >= to) continue;
-            double *ring = envmapi_ring(rings, k, p->j - 2);
-            for (int b = 0; b < 6; ++b) {
-                envmapi_double4 sum;
-                memcpy(&sum, ring + 4 * b, sizeof sum);
-                envmapi_double4_add(&sum, (double)w_k[a], terms + b);
-                memcpy(ring + 4 * b, &sum, sizeof sum);
-            }
+            envmapi_double4 *ring = envmapi_double4_at(envmapi_ring(rings, k, p->j - 2));
+            for (int b = 0; b < 6; ++b) envmapi_double4_add(ring + b, (double)w_k[a], terms + b);
         }
     }
 }
@@ -2768,12 +2882,9 @@ static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_
         envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
         memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
         for (int a = 0; a < 6; ++a) {
-            const double *ring = envmapi_ring(rings, envmapi_wrap(p->k - 2 + a, n), p->j - 2);
-            for (int b = 0; b < 6; ++b) {
-                envmapi_double4 node;
-                memcpy(&node, ring + 4 * b, sizeof node);
-                envmapi_double4_add(sums + b, (double)w_k[a], &node);
-            }
+            const envmapi_double4 *ring =
+                envmapi_double4_at(envmapi_ring(rings, envmapi_wrap(p->k - 2 + a, n), p->j - 2));
+            for (int b = 0; b < 6; ++b) envmapi_double4_add(sums + b, (double)w_k[a], ring + b);
         }
         for (int b = 0; b < 6; ++b) envmapi_double4_add(&sum, (double)w_j[b], sums + b);
         memcpy(value, &sum, sizeof value);
@@ -2790,15 +2901,19 @@ static void envmapi_rings_poles(envmapi_rings *rings, int fold) {
             double *beyond = envmapi_ring(rings, k, mirrored);
             double *inside = envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), j);
             for (int c = 0; c < 4; ++c) {
-                if (fold) inside[c] += beyond[c];
-                else beyond[c] = inside[c];
+                if (fold)
+                    inside[c] += beyond[c];
+                else
+                    beyond[c] = inside[c];
             }
         }
 }
 
+/* ---- FFT along the rings */
+
 #define ENVMAPI_BLOCK 8 /* doubles that one FFT carries along: 2 rings */
 
-ENVMAPI_INLINE void envmapi_rotate(double *re, double *im, double c, double s) {
+ENVMAPI_INLINE void envmapi_twiddle(double *re, double *im, double c, double s) {
     for (int v = 0; v < ENVMAPI_BLOCK; ++v) {
         double a = re[v], b = im[v];
         re[v] = a * c - b * s, im[v] = a * s + b * c;
@@ -2807,7 +2922,7 @@ ENVMAPI_INLINE void envmapi_rotate(double *re, double *im, double c, double s) {
 
 /* The DFT of r = 2, 3 or 4 rows in place, e^(sign 2 pi i pq/r). */
 ENVMAPI_INLINE void envmapi_dft(double re[4][ENVMAPI_BLOCK], double im[4][ENVMAPI_BLOCK], int r,
-                               double sign) {
+                                double sign) {
     for (int v = 0; v < ENVMAPI_BLOCK; ++v) {
         double a = re[0][v], b = im[0][v], c = re[1][v], d = im[1][v];
         if (r == 2) {
@@ -2829,46 +2944,49 @@ ENVMAPI_INLINE void envmapi_dft(double re[4][ENVMAPI_BLOCK], double im[4][ENVMAP
     }
 }
 
-/* One butterfly of r rows `apart`; turns stand after it on the way out, before it on the way
-   back, so that one undoes the other. A row: the real parts, then the imaginary ones. */
-ENVMAPI_INLINE void envmapi_butterfly(double *z, size_t apart, int r, const double *turns, int turn,
-                                      int sign) {
+/* One butterfly of r rows `apart`; twiddle factors stand after it on the way out, before it on the
+   way back, so that one undoes the other. A row: the real parts, then the imaginary ones. */
+ENVMAPI_INLINE void envmapi_butterfly(double *z, size_t apart, int r, const double *twiddles,
+                                      int at, int sign) {
     double x[4][ENVMAPI_BLOCK], y[4][ENVMAPI_BLOCK];
     for (int q = 0; q < r; ++q) {
+        const double *w = twiddles + 2 * q * at;
         memcpy(x[q], z + (size_t)q * apart, sizeof x[q]);
         memcpy(y[q], z + (size_t)q * apart + ENVMAPI_BLOCK, sizeof y[q]);
-        if (sign > 0 && q && turn)
-            envmapi_rotate(x[q], y[q], turns[2 * q * turn], turns[2 * q * turn + 1]);
+        if (sign > 0 && q && at) envmapi_twiddle(x[q], y[q], w[0], w[1]);
     }
     envmapi_dft(x, y, r, sign);
     for (int q = 0; q < r; ++q) {
-        if (sign < 0 && q && turn)
-            envmapi_rotate(x[q], y[q], turns[2 * q * turn], -turns[2 * q * turn + 1]);
+        const double *w = twiddles + 2 * q * at;
+        if (sign < 0 && q && at) envmapi_twiddle(x[q], y[q], w[0], -w[1]);
         memcpy(z + (size_t)q * apart, x[q], sizeof x[q]);
         memcpy(z + (size_t)q * apart + ENVMAPI_BLOCK, y[q], sizeof y[q]);
     }
 }
 
 /* One stage of the FFT below, of a radix that is known when this is compiled. */
-ENVMAPI_INLINE void envmapi_fft_stage(double *z, int n, int length, int r, const double *turns,
+ENVMAPI_INLINE void envmapi_fft_stage(double *z, int n, int length, int r, const double *twiddles,
                                       int sign) {
     size_t row = 2 * ENVMAPI_BLOCK, apart = (size_t)(length / r) * row;
     for (int start = 0; start < n; start += length)
         for (int j = 0; j < length / r; ++j)
-            envmapi_butterfly(z + (size_t)(start + j) * row, apart, r, turns, j * (n / length),
+            envmapi_butterfly(z + (size_t)(start + j) * row, apart, r, twiddles, j * (n / length),
                               sign);
 }
 
-/* 2M rows of z in place: out (sign -1) frequency m ends at place[m]; back (sign 1) it starts
+/* 2M rows of z in place: out (sign -1) frequency m ends at reversed[m]; back (sign 1) it starts
    there. */
 static void envmapi_fft(const envmapi_rings *rings, double *z, int sign) {
     int n = 2 * rings->M, length = sign < 0 ? n : 1;
     for (int i = 0; i < rings->stages; ++i) {
         int r = rings->radices[sign < 0 ? i : rings->stages - 1 - i];
         if (sign > 0) length *= r;
-        if (r == 4) envmapi_fft_stage(z, n, length, 4, rings->turns, sign);
-        else if (r == 3) envmapi_fft_stage(z, n, length, 3, rings->turns, sign);
-        else envmapi_fft_stage(z, n, length, 2, rings->turns, sign);
+        if (r == 4)
+            envmapi_fft_stage(z, n, length, 4, rings->twiddles, sign);
+        else if (r == 3)
+            envmapi_fft_stage(z, n, length, 3, rings->twiddles, sign);
+        else
+            envmapi_fft_stage(z, n, length, 2, rings->twiddles, sign);
         if (sign < 0) length /= r;
     }
 }
@@ -2878,8 +2996,8 @@ static void envmapi_fft(const envmapi_rings *rings, double *z, int sign) {
 static void envmapi_rings_unpack(envmapi_rings *rings, int block, const double *z) {
     int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
     for (int m = 0; m < rings->bands; ++m) {
-        const double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->place[m];
-        const double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->place[(n - m) % n];
+        const double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
+        const double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
         double *e_re = envmapi_ring(rings, 2 * m, north), half = rings->response[m] / 2;
         double *e_im = envmapi_ring(rings, 2 * m, south);
         double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
@@ -2897,8 +3015,8 @@ static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z)
     int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
     memset(z, 0, (size_t)n * 2 * ENVMAPI_BLOCK * sizeof(double));
     for (int m = rings->bands - 1; m >= 0; --m) {
-        double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->place[m];
-        double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->place[(n - m) % n];
+        double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
+        double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
         const double *e_re = envmapi_ring(rings, 2 * m, north), w = rings->response[m];
         const double *e_im = envmapi_ring(rings, 2 * m, south);
         const double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
@@ -2917,71 +3035,17 @@ static void envmapi_rings_block(envmapi_rings *rings, int block, double *z, int 
     int north = 2 * block, south = rings->M - 2 - north;
     for (int k = 0; k < 2 * rings->M; ++k, z += 2 * ENVMAPI_BLOCK) {
         double *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
-        if (out) memcpy(a, z, 64), memcpy(b, z + ENVMAPI_BLOCK, 64);
-        else memcpy(z, a, 64), memcpy(z + ENVMAPI_BLOCK, b, 64);
+        if (out)
+            memcpy(a, z, 64), memcpy(b, z + ENVMAPI_BLOCK, 64);
+        else
+            memcpy(z, a, 64), memcpy(z + ENVMAPI_BLOCK, b, 64);
     }
 }
 
-/* (1, 26, 66, 26, 1)/120 c = f down the rings of one m, e and o apart: the equator mirrors c as
-   +-c, the pole as (-1)^m c. f [H][16]: e re, e im, o re, o im. In place. */
-static void envmapi_rings_solve(const envmapi_rings *rings, double *f, int m) {
-    int H = rings->M / 2;
-    const double(*factors[2])[3];
-    envmapi_double8 now, done, one[2], two[2];
-    factors[0] = (const double(*)[3])(rings->factors + 2 * (m & 1) * (H + 2));
-    factors[1] = factors[0] + (H + 2);
-    memset(one, 0, sizeof one), memset(two, 0, sizeof two);
-    for (int j = 0; j < H; ++j)
-        for (int odd = 0; odd < 2; ++odd) {
-            memcpy(&now, f + 16 * j + 8 * odd, sizeof now);
-            envmapi_double8_add(&now, -factors[odd][j][2], two + odd);
-            envmapi_double8_add(&now, -factors[odd][j][1], one + odd);
-            memcpy(f + 16 * j + 8 * odd, &now, sizeof now);
-            two[odd] = one[odd], one[odd] = now;
-        }
-    memset(one, 0, sizeof one), memset(two, 0, sizeof two);
-    for (int j = H - 1; j >= 0; --j)
-        for (int odd = 0; odd < 2; ++odd) {
-            memcpy(&now, f + 16 * j + 8 * odd, sizeof now), memset(&done, 0, sizeof done);
-            envmapi_double8_add(&done, 120 * factors[odd][j][0], &now);
-            envmapi_double8_add(&done, -factors[odd][j + 2][2], two + odd);
-            envmapi_double8_add(&done, -factors[odd][j + 1][1], one + odd);
-            memcpy(f + 16 * j + 8 * odd, &done, sizeof done);
-            two[odd] = one[odd], one[odd] = done;
-        }
-}
+/* ---- Legendre functions along the meridian */
 
-/* P_lm of 8 rings for l = m .. bands-1: P_l = A_l (x P_(l-1) - B_l P_(l-2)),
-   A_l = sqrt((4l^2-1)/(l^2-m^2)), B_l = sqrt(((l-1)^2-m^2)/(4(l-1)^2-1)).
-   sin^m begins as its logarithm: where it underflows, P stays negligible up to l ~ 1000. Returns
-   how many l, an even number, are below 1e-18 on all 8, or -1 when all are. */
-static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
-                            const double *A, const double *B) {
-    int H = rings->M / 2, any = 0, skip = -1;
-    double x[8], start[8];
-    envmapi_double8 x8, before, now;
-    for (int b = 0; b < 8; ++b) {
-        int j = first + b < H ? first + b : H - 1;
-        double logarithm = rings->norms[m] + m * rings->log_sin[j];
-        start[b] = logarithm > -700 && first + b < H ? exp(logarithm) : 0;
-        x[b] = rings->x[j], any |= start[b] > 0;
-    }
-    memcpy(&x8, x, sizeof x8), memcpy(&now, start, sizeof now), memset(&before, 0, sizeof before);
-    for (int l = m; any && l < rings->bands; ++l, P += 8) {
-        envmapi_double8 ax, next;
-        memcpy(P, &now, sizeof now);
-        for (int b = 0; b < 8 && skip < 0; ++b)
-            if (fabs(P[b]) > 1e-18) skip = (l - m) & ~1;
-        memset(&ax, 0, sizeof ax), memset(&next, 0, sizeof next);
-        envmapi_double8_add(&ax, A[l + 1], &x8);
-        envmapi_double8_add(&next, -A[l + 1] * B[l + 1], &before);
-        envmapi_double8_mad(&next, &ax, &now);
-        before = now, now = next;
-    }
-    return skip;
-}
-
-/* A and B for l = m+1 .. bands. */
+/* A and B of P_l = A_l (x P_(l-1) - B_l P_(l-2)), A_l = sqrt((4l^2-1)/(l^2-m^2)),
+   B_l = sqrt(((l-1)^2-m^2)/(4(l-1)^2-1)), for l = m+1 .. bands. */
 static void envmapi_legendre_factors(double *A, double *B, int m, int bands) {
     double mm = (double)m * m;
     for (int l = m + 1; l <= bands; ++l) {
@@ -2991,7 +3055,43 @@ static void envmapi_legendre_factors(double *A, double *B, int m, int bands) {
     }
 }
 
-/* Coefficients of one m begin at [envmapi_triangle(m)], l = m .. bands-1, 8 numbers each. */
+/* P_(l-1), P_(l-2) at 8 points x -> P_l, P_(l-1). */
+ENVMAPI_INLINE void envmapi_legendre_step(envmapi_double8 *now, envmapi_double8 *before,
+                                          const envmapi_double8 *x, double A, double B) {
+    envmapi_double8 ax, next;
+    memset(&ax, 0, sizeof ax), memset(&next, 0, sizeof next);
+    envmapi_double8_add(&ax, A, x);
+    envmapi_double8_add(&next, -A * B, before);
+    envmapi_double8_mad(&next, &ax, now);
+    *before = *now, *now = next;
+}
+
+/* P_lm of 8 rings for l = m .. bands-1. sin^m begins as its logarithm: where it underflows, P stays
+   negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-18 on all 8, or -1
+   when all are. */
+static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
+                            const double *A, const double *B) {
+    int H = rings->M / 2, any = 0, skip = -1;
+    double x[8], start[8];
+    envmapi_double8 before, now;
+    for (int b = 0; b < 8; ++b) {
+        int j = first + b < H ? first + b : H - 1;
+        double logarithm = rings->norms[m] + m * rings->log_sin[j];
+        start[b] = logarithm > -700 && first + b < H ? exp(logarithm) : 0;
+        x[b] = rings->x[j], any |= start[b] > 0;
+    }
+    now = *envmapi_double8_at(start), memset(&before, 0, sizeof before);
+    for (int l = m; any && l < rings->bands; ++l, P += 8) {
+        *envmapi_double8_at(P) = now;
+        for (int b = 0; b < 8 && skip < 0; ++b)
+            if (fabs(P[b]) > 1e-18) skip = (l - m) & ~1;
+        envmapi_legendre_step(&now, &before, envmapi_double8_at(x), A[l + 1], B[l + 1]);
+    }
+    return skip;
+}
+
+/* Coefficients of one m begin at [envmapi_triangle(m)], l = m .. bands-1, 8 numbers each: the real
+   parts of RGB and solid angle, then the imaginary ones. */
 static size_t envmapi_triangle(int bands, int m) {
     return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
 }
@@ -3000,7 +3100,7 @@ static size_t envmapi_triangle(int bands, int m) {
 static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
 
 typedef struct envmapi_legendre_work {
-    double *A, *B, *P, *f, *a;
+    double *A, *B, *P, *f, *a; /* f: F_m, [H][16]: e re, e im, o re, o im */
 } envmapi_legendre_work;
 
 static envmapi_legendre_work envmapi_legendre_work_of(const envmapi_rings *rings, int m,
@@ -3013,15 +3113,33 @@ static envmapi_legendre_work envmapi_legendre_work_of(const envmapi_rings *rings
     return w;
 }
 
+/* F_m of all rings from G to f and back. */
+static void envmapi_rings_copy(const envmapi_rings *rings, double *f, int m, int back) {
+    for (int odd = 0; odd < 2; ++odd)
+        for (int j = 0; j < rings->M / 2; ++j) {
+            double *re = envmapi_ring(rings, 2 * m + odd, j), *to = f + 16 * j + 8 * odd;
+            double *im = envmapi_ring(rings, 2 * m + odd, rings->M - 1 - j);
+            if (back)
+                memcpy(re, to, 32), memcpy(im, to + 4, 32);
+            else
+                memcpy(to, re, 32), memcpy(to + 4, im, 32);
+        }
+}
+
+/* Solves down the rings of one m, e and o apart: the equator mirrors c as +-c, the pole as
+   (-1)^m c. */
+static void envmapi_rings_solve(const envmapi_rings *rings, double *f, int m) {
+    int H = rings->M / 2;
+    for (int odd = 0; odd < 2; ++odd)
+        envmapi_double8_solve(f + 8 * odd, H, 16, 1, 0,
+                              rings->factors + (2 * (m & 1) + odd) * (H + 2));
+}
+
 /* a[l] = sum_j P_l(j) F(j): even l - m see e, odd ones o. */
 static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int m, double *work) {
-    int H = rings->M / 2, M = rings->M, count = rings->bands - m;
+    int H = rings->M / 2, count = rings->bands - m;
     envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
-    for (int odd = 0; odd < 2; ++odd)
-        for (int j = 0; j < H; ++j) {
-            memcpy(w.f + 16 * j + 8 * odd, envmapi_ring(rings, 2 * m + odd, j), 32);
-            memcpy(w.f + 16 * j + 8 * odd + 4, envmapi_ring(rings, 2 * m + odd, M - 1 - j), 32);
-        }
+    envmapi_rings_copy(rings, w.f, m, 0);
     envmapi_rings_solve(rings, w.f, m);
     memset(a, 0, (size_t)count * 8 * sizeof(double));
     for (int first = 0; first < H; first += 8) {
@@ -3029,38 +3147,34 @@ static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int 
         envmapi_double8 f[16];
         memcpy(f, w.f + 16 * first, sizeof f);
         for (; l >= 0 && l < count; l += 2) {
-            envmapi_double8 even, odd;
+            envmapi_double8 even = *envmapi_double8_at(a + 8 * l), odd;
             const double *P = w.P + 8 * l, *Q = l + 1 < count ? P + 8 : P;
-            memcpy(&even, a + 8 * l, sizeof even), memset(&odd, 0, sizeof odd);
+            memset(&odd, 0, sizeof odd);
             for (int b = 0; b < 8; ++b) {
                 envmapi_double8_add(&even, P[b], f + 2 * b);
                 envmapi_double8_add(&odd, Q[b], f + 2 * b + 1);
             }
-            memcpy(a + 8 * l, &even, sizeof even);
-            if (l + 1 == count) continue;
-            memcpy(&even, a + 8 * l + 8, sizeof even);
-            envmapi_double8_add(&even, 1, &odd);
-            memcpy(a + 8 * l + 8, &even, sizeof even);
+            *envmapi_double8_at(a + 8 * l) = even;
+            if (l + 1 < count) envmapi_double8_add(envmapi_double8_at(a + 8 * l + 8), 1, &odd);
         }
     }
 }
 
-/* f(j) += sum_l a[l] P_l(j) for four rings, l = from, from + 2, ...: what fits into registers. */
+/* f(j) = sum_l a[l] P_l(j) for four rings, l = from, from + 2, ...: what fits into registers. */
 ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const double *P, int from,
                                           int count) {
-    envmapi_double8 sum[4], one;
+    envmapi_double8 sum[4];
     memset(sum, 0, sizeof sum);
-    for (int l = from; l < count; l += 2) {
-        memcpy(&one, a + 8 * l, sizeof one);
-        for (int b = 0; b < 4; ++b) envmapi_double8_add(sum + b, P[8 * l + b], &one);
-    }
-    for (int b = 0; b < 4; ++b) memcpy(f + 16 * b, sum + b, sizeof *sum);
+    for (int l = from; l < count; l += 2)
+        for (int b = 0; b < 4; ++b)
+            envmapi_double8_add(sum + b, P[8 * l + b], envmapi_double8_at(a + 8 * l));
+    for (int b = 0; b < 4; ++b) *envmapi_double8_at(f + 16 * b) = sum[b];
 }
 
 /* F(j) = sum_l lambda_l a[l] P_l(j). */
 static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double *a,
                                         const double *lambda, int m, double *work) {
-    int H = rings->M / 2, M = rings->M, count = rings->bands - m;
+    int H = rings->M / 2, count = rings->bands - m;
     envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
     for (int i = 0; i < 8 * count; ++i) w.a[i] = lambda[m + i / 8] * a[i];
     for (int first = 0; first < H; first += 8) {
@@ -3072,61 +3186,98 @@ static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double
         }
     }
     envmapi_rings_solve(rings, w.f, m);
-    for (int odd = 0; odd < 2; ++odd)
-        for (int j = 0; j < H; ++j) {
-            memcpy(envmapi_ring(rings, 2 * m + odd, j), w.f + 16 * j + 8 * odd, 32);
-            memcpy(envmapi_ring(rings, 2 * m + odd, M - 1 - j), w.f + 16 * j + 8 * odd + 4, 32);
-        }
+    envmapi_rings_copy(rings, w.f, m, 1);
 }
 
-/* The steps as tasks. A task is a part that the data alone defines. */
+/* ---- the grid of a face, and a whole transform */
+
+/* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels (identity). */
+typedef struct envmapi_grid {
+    const envmap *map;
+    int faces, width, height, nu, nv, pad, identity;
+    size_t count; /* nodes */
+} envmapi_grid;
+
+/* The largest |d direction / du| of a mapping (but at the rims of sphere and angular maps). */
+static double envmapi_stretch(int mapping) {
+    static const double span[ENVMAP_MAPPING_COUNT] = {2, 4, 4, 2 * ENVMAPI_PI, 2 * ENVMAPI_PI};
+    return span[mapping];
+}
+
+/* Nodes no farther apart than h. Sphere and angular maps end at their rims, so their texels are the
+   grid; and no grid is worth it that is not coarser than the texels. */
+static envmapi_grid envmapi_grid_of(const envmap *map, double h, double tolerance) {
+    envmapi_grid grid;
+    int width = envmapi_width(map->mapping, map->size);
+    double n = ceil(envmapi_stretch(map->mapping) / h),
+           aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
+    grid.map = map, grid.faces = envmap_faces(map->mapping);
+    /* beyond the taps: a spline forgets its end by 0.43 a node; it errs by a few percent there */
+    grid.pad = 3 + (int)ceil(log(0.02 / fmin(tolerance, 0.01)) / 0.843);
+    double nodes = (n + 2 * grid.pad) * (n / aspect + 2 * grid.pad);
+    grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
+                    nodes > 0.8 * width * map->size;
+    if (grid.identity) grid.pad = 0, n = width;
+    grid.nu = n < 4 ? 4 : (int)n;
+    grid.nv = grid.identity ? map->size : (int)ceil(grid.nu / aspect);
+    if (grid.identity) grid.nu = width;
+    grid.width = grid.nu + 2 * grid.pad, grid.height = grid.nv + 2 * grid.pad;
+    grid.count = (size_t)grid.faces * (size_t)grid.width * (size_t)grid.height;
+    return grid;
+}
+
+/* Six nodes and their spline weights for each texel along one side. */
+typedef struct envmapi_taps {
+    int start;
+    float w[6];
+} envmapi_taps;
+
+static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, int pad) {
+    for (int x = 0; x < texels; ++x) {
+        double at = (x + 0.5) / texels * nodes - 0.5 + pad, before = floor(at);
+        taps[x].start = (int)before - 2;
+        envmapi_spline(taps[x].w, (float)(at - before));
+    }
+}
+
+/* One map's grid at work, and the rings behind it. A task is a part that the data alone defines. */
 typedef struct envmapi_transform {
-    envmapi_rings *rings;
-    const envmapi_point *points; /* where */
-    float *values;               /* and what: [count][4] */
+    envmapi_grid grid;
+    envmapi_rings rings;
+    const envmapi_input *in; /* of a source */
+    envmapi_point *points;   /* where the nodes are, then the cut texels; */
+    float *values;           /* and what is there: [count][4], RGB and solid angle */
     size_t count;
-    double *a;            /* coefficients, of a_bands >= rings->bands */
+    double *a; /* coefficients, of a_bands >= rings.bands */
     int a_bands;
-    const double *lambda; /* per band, for the way back */
-    double *work;         /* `tasks` times envmapi_rings_work */
-    int tasks;
-    const unsigned short *touch; /* NULL, or the spreading tasks that each row of points concerns */
-    size_t row, rows;            /* rows of so many points; others follow */
+    const double *lambda;  /* per band, for the way back */
+    envmapi_taps *u, *v;   /* of the texels */
+    double (*factors)[3];  /* of the solve along columns, then along rows */
+    double *work;          /* a task's part: envmapi_rings_work */
+    float *rows;           /* a task's rows of texels */
+    unsigned short *reach; /* the spreading tasks that each row of nodes concerns; NULL: one */
+    int tasks, strips;     /* strips: horizontal, of a face's grid: one a task */
+    int *finite;           /* are a strip's nodes? */
+    const envmapi_light *lights; /* summed apart */
+    int light_count;
+    float *out;              /* a result's slice */
+    const envmap_lobe *lobe; /* its lobe and p, and what a light's k is divided by; NULL: none */
+    double p, norm;
+    int divide; /* by the fourth channel */
 } envmapi_transform;
-
-/* Tasks share nothing and each result is summed in the same order however many there are, so one
-   will do where there is one thread. */
-#define ENVMAPI_TASKS 16 /* <= 16: the bits of touch */
-static int envmapi_tasks(const envmap_executor *executor) {
-    return executor->run ? ENVMAPI_TASKS : 1;
-}
 
 /* Tasks that spread, each for some points along all rings: a power of two, so that few are at
    their borders. */
 static int envmapi_spread_tasks(const envmapi_transform *t) {
     int tasks = 1;
-    while (2 * tasks <= t->tasks && 48 * tasks <= 2 * t->rings->M) tasks *= 2;
+    while (2 * tasks <= t->tasks && 48 * tasks <= 2 * t->rings.M) tasks *= 2;
     return tasks;
 }
 
-static void envmapi_task_spread(void *context, int task) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    int n = 2 * t->rings->M, tasks = envmapi_spread_tasks(t);
-    int from = n * task / tasks, to = n * (task + 1) / tasks;
-    size_t done = t->touch ? t->row * t->rows : 0;
-    memset(t->rings->G + (size_t)from * t->rings->row, 0,
-           (size_t)(to - from) * t->rings->row * sizeof(double));
-    for (size_t i = 0, at = 0; t->touch && i < t->rows; ++i, at += t->row)
-        if (t->touch[i] >> task & 1)
-            envmapi_rings_spread(t->rings, t->points + at, t->values + 4 * at, t->row, from, to);
-    envmapi_rings_spread(t->rings, t->points + done, t->values + 4 * done, t->count - done, from,
-                         to);
-}
-
 /* The tasks that a row of points concerns. */
-static unsigned short envmapi_touched(const envmapi_transform *t, const envmapi_point *points,
+static unsigned short envmapi_reached(const envmapi_transform *t, const envmapi_point *points,
                                       size_t count) {
-    int n = 2 * t->rings->M, tasks = envmapi_spread_tasks(t);
+    int n = 2 * t->rings.M, tasks = envmapi_spread_tasks(t);
     unsigned all = (1u << tasks) - 1, mask = 0;
     for (size_t i = 0; i < count && mask < all; ++i)
         for (int end = -2; end <= 3; end += 5) { /* the first k with k n/tasks > it, less one */
@@ -3136,121 +3287,490 @@ static unsigned short envmapi_touched(const envmapi_transform *t, const envmapi_
     return (unsigned short)mask;
 }
 
+static void envmapi_task_spread(void *context, int task) {
+    envmapi_transform *t = (envmapi_transform *)context;
+    int n = 2 * t->rings.M, tasks = envmapi_spread_tasks(t);
+    int from = n * task / tasks, to = n * (task + 1) / tasks;
+    size_t row = (size_t)t->grid.width, done = t->reach ? t->grid.count : 0;
+    memset(t->rings.G + (size_t)from * t->rings.row, 0,
+           (size_t)(to - from) * t->rings.row * sizeof(double));
+    for (size_t i = 0; i < done; i += row)
+        if (t->reach[i / row] >> task & 1)
+            envmapi_rings_spread(&t->rings, t->points + i, t->values + 4 * i, row, from, to);
+    envmapi_rings_spread(&t->rings, t->points + done, t->values + 4 * done, t->count - done, from,
+                         to);
+}
+
 static void envmapi_task_interpolate(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     size_t from = t->count * (size_t)task / (size_t)t->tasks;
     size_t to = t->count * ((size_t)task + 1) / (size_t)t->tasks;
-    envmapi_rings_interpolate(t->rings, t->points + from, t->values + 4 * from, to - from);
+    envmapi_rings_interpolate(&t->rings, t->points + from, t->values + 4 * from, to - from);
 }
 
 static void envmapi_task_fft_out(void *context, int task) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    double *z = t->work + (size_t)task * envmapi_rings_work(t->rings->M);
-    for (int block = task; block < t->rings->M / 4; block += t->tasks) {
-        envmapi_rings_block(t->rings, block, z, 0);
-        envmapi_fft(t->rings, z, -1);
-        envmapi_rings_unpack(t->rings, block, z);
+    envmapi_transform *t = (envmapi_transform *)context;
+    double *z = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
+    for (int block = task; block < t->rings.M / 4; block += t->tasks) {
+        envmapi_rings_block(&t->rings, block, z, 0);
+        envmapi_fft(&t->rings, z, -1);
+        envmapi_rings_unpack(&t->rings, block, z);
     }
 }
 
 static void envmapi_task_fft_back(void *context, int task) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    double *z = t->work + (size_t)task * envmapi_rings_work(t->rings->M);
-    for (int block = task; block < t->rings->M / 4; block += t->tasks) {
-        envmapi_rings_pack(t->rings, block, z);
-        envmapi_fft(t->rings, z, 1);
-        envmapi_rings_block(t->rings, block, z, 1);
+    envmapi_transform *t = (envmapi_transform *)context;
+    double *z = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
+    for (int block = task; block < t->rings.M / 4; block += t->tasks) {
+        envmapi_rings_pack(&t->rings, block, z);
+        envmapi_fft(&t->rings, z, 1);
+        envmapi_rings_block(&t->rings, block, z, 1);
     }
 }
 
 static void envmapi_task_analyse(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
-    for (int m = task; m < t->rings->bands; m += t->tasks)
-        envmapi_legendre_analyse(t->rings, t->a + envmapi_triangle(t->a_bands, m), m,
-                                 t->work + (size_t)task * envmapi_rings_work(t->rings->M));
+    for (int m = task; m < t->rings.bands; m += t->tasks)
+        envmapi_legendre_analyse(&t->rings, t->a + envmapi_triangle(t->a_bands, m), m,
+                                 t->work + (size_t)task * envmapi_rings_work(t->rings.M));
 }
 
 static void envmapi_task_synthesise(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
-    for (int m = task; m < t->rings->bands; m += t->tasks)
-        envmapi_legendre_synthesise(t->rings, t->a + envmapi_triangle(t->a_bands, m), t->lambda, m,
-                                    t->work + (size_t)task * envmapi_rings_work(t->rings->M));
-}
-
-static void envmapi_run_all(const envmap_executor *executor, envmap_task *task, void *context,
-                            int count) {
-    envmap_progress none = {NULL, NULL};
-    envmapi_run(executor, &none, task, context, count);
+    for (int m = task; m < t->rings.bands; m += t->tasks)
+        envmapi_legendre_synthesise(&t->rings, t->a + envmapi_triangle(t->a_bands, m), t->lambda, m,
+                                    t->work + (size_t)task * envmapi_rings_work(t->rings.M));
 }
 
 /* points, values -> a */
-static void envmapi_analyse(const envmapi_transform *t, const envmap_executor *executor) {
-    envmapi_transform job = *t;
-    envmapi_run_all(executor, envmapi_task_spread, &job, envmapi_spread_tasks(t));
-    envmapi_rings_poles(t->rings, 1);
-    envmapi_run_all(executor, envmapi_task_fft_out, &job, t->tasks);
-    envmapi_run_all(executor, envmapi_task_analyse, &job, t->tasks);
+static void envmapi_analyse(envmapi_transform *t, const envmap_work *work) {
+    envmapi_run_all(work, envmapi_task_spread, t, envmapi_spread_tasks(t));
+    envmapi_rings_poles(&t->rings, 1);
+    envmapi_run_all(work, envmapi_task_fft_out, t, t->tasks);
+    envmapi_run_all(work, envmapi_task_analyse, t, t->tasks);
 }
 
 /* a, lambda -> values at points */
-static void envmapi_synthesise(const envmapi_transform *t, const envmap_executor *executor) {
-    envmapi_transform job = *t;
-    envmapi_run_all(executor, envmapi_task_synthesise, &job, t->tasks);
-    envmapi_run_all(executor, envmapi_task_fft_back, &job, t->tasks);
-    envmapi_rings_poles(t->rings, 0);
-    envmapi_run_all(executor, envmapi_task_interpolate, &job, t->tasks);
+static void envmapi_synthesise(envmapi_transform *t, const envmap_work *work) {
+    envmapi_run_all(work, envmapi_task_synthesise, t, t->tasks);
+    envmapi_run_all(work, envmapi_task_fft_back, t, t->tasks);
+    envmapi_rings_poles(&t->rings, 0);
+    envmapi_run_all(work, envmapi_task_interpolate, t, t->tasks);
 }
 
-/* Coefficients of few bands, in the open. Points with directions and energies e go through one
-   pair of sums, 64 points at a time:
-       scatter   a_lm += sum_i e_i Y_lm(d_i)        gather   e_i = sum_lm a_lm Y_lm(d_i)
+/* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
+static void envmapi_rays(double d[3][ENVMAPI_CHUNK], int at, int n, int mapping, int face, double u,
+                         double du, double v) {
+    double ray[3], last[3];
+    for (int i = 0; i < n && mapping != ENVMAP_CUBE; ++i) {
+        envmapi_ray(ray, mapping, face, u + i * du, v);
+        for (int c = 0; c < 3; ++c) d[c][at + i] = ray[c];
+    }
+    if (mapping != ENVMAP_CUBE) return;
+    envmapi_ray(ray, mapping, face, u, v);
+    envmapi_ray(last, mapping, face, u + n * du, v);
+    for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + i * ((last[c] - ray[c]) / n);
+}
+
+/* Where the nodes are. Task: a row of the grid, of every face: 64 nodes at a time. */
+static void envmapi_task_points(void *context, int y) {
+    envmapi_transform *t = (envmapi_transform *)context;
+    const envmapi_grid *grid = &t->grid;
+    int width = grid->width, total = grid->faces * width, first = 0;
+    double d[3][ENVMAPI_CHUNK], v = (y - grid->pad + 0.5) / grid->nv;
+    envmapi_point points[ENVMAPI_CHUNK];
+    for (int i = 0, next, n; i < total; i = next) { /* a run on one face, up to a full chunk */
+        n = width - i % width;
+        if (n > first + ENVMAPI_CHUNK - i) n = first + ENVMAPI_CHUNK - i;
+        next = i + n;
+        envmapi_rays(d, i - first, n, grid->map->mapping, i / width,
+                     (i % width - grid->pad + 0.5) / grid->nu, 1.0 / grid->nu, v);
+        if (next - first < ENVMAPI_CHUNK && next < total) continue;
+        envmapi_rings_points(points, &t->rings, d, next - first);
+        for (int k = first; k < next; ++k) {
+            size_t row = (size_t)(k / width) * (size_t)grid->height + (size_t)y;
+            t->points[row * (size_t)width + (size_t)(k % width)] = points[k - first];
+        }
+        first = next;
+    }
+    for (int face = 0; face < grid->faces && t->reach; ++face) {
+        size_t row = (size_t)face * (size_t)grid->height + (size_t)y;
+        t->reach[row] =
+            envmapi_reached(t, t->points + row * (size_t)grid->width, (size_t)grid->width);
+    }
+}
+
+/* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them: that
+   of `done`, whose work is done, where there is one and it is large enough. in: NULL for results. */
+static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap *map, double h,
+                                              int bands, double tolerance, const envmapi_input *in,
+                                              const envmapi_transform *done,
+                                              const envmap_work *work, envmapi_pool *pool) {
+    memset(t, 0, sizeof *t);
+    t->grid = envmapi_grid_of(map, h, tolerance), t->in = in;
+    t->strips = t->grid.faces == 6 ? 1 : 8 / t->grid.faces;
+    t->tasks = envmapi_tasks(work);
+    size_t width = (size_t)envmapi_width(map->mapping, map->size), size = (size_t)map->size;
+    size_t n = t->grid.count + (size_t)(in ? in->rim_count : 0);
+    size_t strips = (size_t)(t->grid.faces * t->strips);
+    size_t lines = (size_t)(t->grid.height + t->grid.width);
+    int M = envmapi_rings_size((int)fmax(ENVMAPI_PI / h, bands + 2));
+    if (done && done->grid.count >= n)
+        t->values = done->values;
+    else
+        t->values = (float *)envmapi_pool_get(pool, 4 * n, sizeof(float));
+    t->points = (envmapi_point *)envmapi_pool_get(pool, n, sizeof(envmapi_point));
+    t->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
+    t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
+    t->factors = (double(*)[3])envmapi_pool_get(pool, lines + 4, 3 * sizeof(double));
+    t->finite = (int *)envmapi_pool_get(pool, strips, sizeof(int));
+    t->work =
+        (double *)envmapi_pool_get(pool, envmapi_rings_work(M) * (size_t)t->tasks, sizeof(double));
+    if (t->tasks > 1) /* else all rows concern the one task */
+        t->reach = (unsigned short *)envmapi_pool_get(
+            pool, (size_t)(t->grid.faces * t->grid.height), sizeof *t->reach);
+    if (!t->values || !t->points || !t->u || !t->rows || !t->factors || !t->finite || !t->work ||
+        (t->tasks > 1 && !t->reach) ||
+        envmapi_rings_create(&t->rings, M, bands, done && done->rings.M >= M ? done->rings.G : NULL,
+                             pool))
+        return ENVMAP_ERROR_MEMORY;
+    t->v = t->u + width;
+    envmapi_taps_fill(t->u, (int)width, t->grid.nu, t->grid.pad);
+    envmapi_taps_fill(t->v, map->size, t->grid.nv, t->grid.pad);
+    envmapi_spline_factor(t->factors, t->grid.height, 1, 1);
+    envmapi_spline_factor(t->factors + t->grid.height + 2, t->grid.width, 1, 1);
+    envmapi_run_all(work, envmapi_task_points, t, t->grid.height);
+    return ENVMAP_OK;
+}
+
+/* Samples to spline coefficients; its own adjoint. Tasks: strips of a face's columns, then rows. */
+static void envmapi_task_solve_columns(void *context, int task) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    int height = t->grid.height, x = t->grid.width * (task % t->strips) / t->strips;
+    int to = t->grid.width * (task % t->strips + 1) / t->strips;
+    size_t row = 4 * (size_t)t->grid.width;
+    float *nodes = t->values + (size_t)(task / t->strips) * (size_t)height * row;
+    for (; x + 8 <= to; x += 8)
+        envmapi_float16_solve(nodes + 4 * x, height, row, 2, 16, t->factors);
+    for (; x < to; ++x) envmapi_float4_solve(nodes + 4 * x, height, row, 1, 0, t->factors);
+}
+
+static void envmapi_task_solve_rows(void *context, int task) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    int width = t->grid.width, y = t->grid.height * (task % t->strips) / t->strips;
+    int to = t->grid.height * (task % t->strips + 1) / t->strips;
+    size_t row = 4 * (size_t)width;
+    float *nodes = t->values + (size_t)(task / t->strips) * (size_t)t->grid.height * row;
+    double(*factors)[3] = t->factors + t->grid.height + 2;
+    for (; y + 4 <= to; y += 4)
+        envmapi_float4_solve(nodes + (size_t)y * row, width, 4, 4, row, factors);
+    for (; y < to; ++y) envmapi_float4_solve(nodes + (size_t)y * row, width, 4, 1, 0, factors);
+}
+
+static void envmapi_grid_solve(envmapi_transform *t, const envmap_work *work) {
+    if (t->grid.identity) return;
+    envmapi_run_all(work, envmapi_task_solve_columns, t, t->grid.faces * t->strips);
+    envmapi_run_all(work, envmapi_task_solve_rows, t, t->grid.faces * t->strips);
+}
+
+/* ---- project: texels -> a_lm */
+
+#define ENVMAPI_ROWS 16
+
+/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; y NULL: 1. The sums
+   stay in registers while rows go by. */
+typedef struct envmapi_rows {
+    const float *x[ENVMAPI_ROWS], *y[ENVMAPI_ROWS];
+    float w[ENVMAPI_ROWS][6];
+    int rows;
+} envmapi_rows;
+
+ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, const envmapi_rows *in,
+                                      int product, size_t at, size_t bytes) {
+    envmapi_float16 acc[6], light, texel, omega;
+    memset(acc, 0, sizeof acc), memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega);
+    for (int j = 0; j < taps; ++j) memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
+    for (int r = 0; r < in->rows; ++r) {
+        ENVMAPI_PREFETCH(in->x[r] + at + 64);
+        memcpy(&texel, in->x[r] + at, bytes), light = texel;
+        if (product) {
+            memcpy(&omega, in->y[r] + at, bytes), memset(&light, 0, sizeof light);
+            envmapi_float16_mad(&light, &texel, &omega);
+        }
+        for (int j = 0; j < taps; ++j) envmapi_float16_add(acc + j, in->w[r][j], &light);
+    }
+    for (int j = 0; j < taps; ++j) memcpy(sums + (size_t)j * stride + at, acc + j, bytes);
+}
+
+ENVMAPI_INLINE void envmapi_rows_add(float *sums, size_t stride, int taps, const envmapi_rows *in,
+                                     int product, size_t n) {
+    size_t i = 0;
+    for (; i + 16 <= n; i += 16) envmapi_rows_part(sums, stride, taps, in, product, i, 64);
+    if (i < n) envmapi_rows_part(sums, stride, taps, in, product, i, (n - i) * sizeof(float));
+}
+
+/* A finished row of texels -> a row of nodes: a run of texels between the same nodes is gathered in
+   registers first. */
+static void envmapi_reduce_row(float *nodes, const envmapi_transform *t, const float *row) {
+    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
+    const float *solid = row + 3 * width;
+    for (int x = 0; x < width;) {
+        int start = t->u[x].start;
+        envmapi_float4 sums[6], *node = envmapi_float4_at(nodes + 4 * start);
+        memset(sums, 0, sizeof sums);
+        for (; x < width && t->u[x].start == start; ++x) {
+            float light[4] = {row[3 * x], row[3 * x + 1], row[3 * x + 2], solid[x]};
+            for (int i = 0; i < 6; ++i)
+                envmapi_float4_add(sums + i, t->u[x].w[i], envmapi_float4_at(light));
+        }
+        for (int i = 0; i < 6; ++i) envmapi_float4_add(node + i, 1, sums + i);
+    }
+}
+
+/* Task: one horizontal strip of one face's grid, from the texels that reach it. Six rows of nodes,
+   as wide as the texels, are open at a time. Solid angles are alike on all faces: only on the
+   first. */
+static void envmapi_task_reduce(void *context, int task) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    const envmapi_grid *grid = &t->grid;
+    int face = task / t->strips, strip = task % t->strips, size = grid->map->size, open;
+    int from = grid->height * strip / t->strips, to = grid->height * (strip + 1) / t->strips, y = 0;
+    size_t width = (size_t)envmapi_width(grid->map->mapping, size), W = 4 * width;
+    size_t floats = 4 * (size_t)grid->width;
+    const float *texels = t->in->texels + 3 * (size_t)face * width * (size_t)size;
+    float *nodes = t->values + (size_t)face * (size_t)grid->height * floats;
+    float *rows = t->rows + (size_t)task * 6 * W;
+    envmapi_rows in;
+    memset(nodes + (size_t)from * floats, 0, (size_t)(to - from) * floats * sizeof(float));
+    memset(rows, 0, 6 * W * sizeof(float));
+    while (y < size && t->v[y].start + 5 < from) ++y;
+    for (open = y < size ? t->v[y].start : to; open < to; y += in.rows) {
+        int next = y < size ? t->v[y].start : to;
+        for (in.rows = 0; open < next && open < to; ++open) {
+            float *row = rows + (size_t)(open % 6) * W;
+            if (open >= from) envmapi_reduce_row(nodes + (size_t)open * floats, t, row);
+            memset(row, 0, W * sizeof(float));
+        }
+        for (int k = y; next < to && k < size && in.rows < ENVMAPI_ROWS && t->v[k].start == next;
+             ++k, ++in.rows) {
+            in.x[in.rows] = texels + 3 * (size_t)k * width;
+            in.y[in.rows] = envmapi_omega_row(t->in, k);
+            for (int i = 0; i < 6; ++i) in.w[in.rows][(next + i) % 6] = t->v[k].w[i];
+        }
+        envmapi_rows_add(rows, W, 6, &in, 1, 3 * width);
+        for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + 3 * width;
+        if (face == 0) envmapi_rows_add(rows + 3 * width, W, 6, &in, 0, width);
+    }
+}
+
+/* The same where the nodes are the texels. Task: a face. */
+static void envmapi_task_copy(void *context, int face) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    size_t width = (size_t)t->grid.width, size = (size_t)t->grid.height;
+    const float *texel = t->in->texels + 3 * (size_t)face * width * size;
+    float *node = t->values + 4 * (size_t)face * width * size;
+    for (size_t y = 0; y < size; ++y) {
+        const float *once = envmapi_omega_row(t->in, (int)y) + 3 * width;
+        for (size_t x = 0; x < width; ++x, texel += 3, node += 4) {
+            for (int c = 0; c < 3; ++c) node[c] = once[x] * texel[c];
+            node[3] = once[x];
+        }
+    }
+}
+
+/* Takes a texel's light out of the nodes; its solid angle stays, or the norm would have a hole. */
+static void envmapi_light_out(envmapi_transform *t, const envmapi_light *light) {
+    size_t width = (size_t)envmapi_width(t->grid.map->mapping, t->grid.map->size);
+    size_t x = light->texel % width, line = light->texel / width, size = (size_t)t->grid.map->size;
+    size_t face = line / size, y = line % size;
+    int taps = t->grid.identity ? 1 : 36;
+    if (!(envmapi_omega_row(t->in, (int)y)[3 * x] > 0)) return; /* a cut one is not there */
+    for (int k = 0; k < taps; ++k) {
+        size_t row = face * (size_t)t->grid.height + (size_t)(t->v[y].start + k / 6);
+        size_t at = row * (size_t)t->grid.width + (size_t)(t->u[x].start + k % 6);
+        float tap = t->grid.identity ? 1 : t->v[y].w[k / 6] * t->u[x].w[k % 6];
+        if (t->grid.identity) at = light->texel;
+        for (int c = 0; c < 3; ++c) t->values[4 * at + (size_t)c] -= tap * (float)light->value[c];
+    }
+}
+
+/* Cut texels as points of their own, dark where they are among the lights; returns how many. */
+static size_t envmapi_rim_points(envmapi_transform *t) {
+    double d[3][ENVMAPI_CHUNK];
+    size_t n = t->grid.count;
+    for (const envmapi_light *cut = t->in->rim; cut < t->in->rim + t->in->rim_count; ++cut) {
+        int out = 0;
+        for (int k = 0; k < t->light_count && !out; ++k) out = t->lights[k].texel == cut->texel;
+        for (int c = 0; c < 3; ++c) d[c][0] = cut->d[c];
+        for (int c = 0; c < 4; ++c)
+            t->values[4 * n + (size_t)c] = out && c < 3 ? 0 : (float)cut->value[c];
+        envmapi_rings_points(t->points + n++, &t->rings, d, 1);
+    }
+    return n - t->grid.count;
+}
+
+/* All texels but the lights -> t->a. */
+static void envmapi_project_texels(envmapi_transform *t, const envmap_work *work) {
+    size_t face = t->grid.count / (size_t)t->grid.faces;
+    if (t->grid.identity)
+        envmapi_run_all(work, envmapi_task_copy, t, t->grid.faces);
+    else
+        envmapi_run_all(work, envmapi_task_reduce, t, t->grid.faces * t->strips);
+    for (size_t i = 0; i + face < t->grid.count && !t->grid.identity; ++i)
+        t->values[4 * (i + face) + 3] = t->values[4 * i + 3];
+    for (int i = 0; i < t->light_count; ++i) envmapi_light_out(t, t->lights + i);
+    envmapi_grid_solve(t, work);
+    t->count = t->grid.count + envmapi_rim_points(t);
+    envmapi_analyse(t, work);
+}
+
+/* ---- fill: a_lm -> texels */
+
+/* RGB over what the lobe makes of the solid angles, already at the nodes: that varies by so little
+   that the ratio is as smooth. Task: a part of the nodes; notes what is not finite. */
+static void envmapi_task_norm(void *context, int task) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    size_t parts = (size_t)(t->grid.faces * t->strips), part = (size_t)task;
+    size_t from = t->grid.count * part / parts, to = t->grid.count * (part + 1) / parts;
+    uint32_t bits, finite = 1;
+    for (float *node = t->values + 4 * from; node < t->values + 4 * to; node += 4) {
+        float scale = t->divide ? 1 / node[3] : 1;
+        for (int c = 0; c < 4; ++c) {
+            float value = c < 3 ? node[c] * scale : node[c];
+            memcpy(&bits, &value, sizeof bits);
+            node[c] = value, finite &= (bits & 0x7F800000u) != 0x7F800000u;
+        }
+    }
+    t->finite[task] = (int)finite;
+}
+
+/* sums += what the lights, which the bands leave out, send to n <= 64 texels from (x,y) on, over
+   their norm. */
+static void envmapi_add_lights(float *sums, const float *norm, const envmapi_transform *t, int face,
+                               int x, int y, int n) {
+    double a[3][ENVMAPI_CHUNK] = {{0}}, rgb[3][ENVMAPI_CHUNK] = {{0}}, cosines[ENVMAPI_CHUNK];
+    double k[ENVMAPI_CHUNK] = {0}, scale = 1 / t->norm;
+    double du = 1.0 / envmapi_width(t->grid.map->mapping, t->grid.map->size);
+    envmapi_rays(a, 0, n, t->grid.map->mapping, face, (x + 0.5) * du, du,
+                 (y + 0.5) / t->grid.map->size);
+    for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
+        double q = a[0][i] * a[0][i] + a[1][i] * a[1][i] + a[2][i] * a[2][i];
+        double shrink = envmapi_inverse_root(q);
+        for (int c = 0; c < 3; ++c) a[c][i] *= shrink;
+    }
+    for (const envmapi_light *l = t->lights; l < t->lights + t->light_count; ++l) {
+        for (int i = 0; i < ENVMAPI_CHUNK; ++i)
+            cosines[i] = a[0][i] * l->d[0] + a[1][i] * l->d[1] + a[2][i] * l->d[2];
+        envmapi_k_many(k, cosines, n, t->lobe, t->p);
+        for (int c = 0; c < 3; ++c)
+            for (int i = 0; i < ENVMAPI_CHUNK; ++i) rgb[c][i] += k[i] * l->value[c];
+    }
+    for (int i = 0; i < n; ++i) {
+        double over = t->divide ? scale / (double)norm[i] : scale;
+        for (int c = 0; c < 3; ++c) sums[3 * i + c] += (float)(rgb[c][i] * over);
+    }
+}
+
+/* A row of nodes -> as wide as the texels: RGB, then the norm. */
+static void envmapi_expand_row(float *row, const envmapi_transform *t, const float *nodes) {
+    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
+    for (int x = 0; x < width; ++x) {
+        float sum[4];
+        if (t->grid.identity) {
+            memcpy(sum, nodes + 4 * x, sizeof sum);
+        } else {
+            const envmapi_float4 *node = envmapi_float4_at(nodes + 4 * t->u[x].start);
+            envmapi_float4 total;
+            memset(&total, 0, sizeof total);
+            for (int i = 0; i < 6; ++i) envmapi_float4_add(&total, t->u[x].w[i], node + i);
+            memcpy(sum, &total, sizeof sum);
+        }
+        for (int c = 0; c < 3; ++c) row[3 * x + c] = sum[c];
+        row[3 * width + x] = sum[3];
+    }
+}
+
+/* A row of texels from rows as wide as they are; norm: room for theirs. */
+static void envmapi_expand_texels(float *out, float *norm, const envmapi_transform *t,
+                                  envmapi_rows *in, int face, int y) {
+    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
+    int rings =
+        t->lobe && t->lobe->kind < ENVMAP_LOBE_FUNCTION; /* below zero, beside lamps on black */
+    memset(out, 0, 3 * (size_t)width * sizeof *out);
+    envmapi_rows_add(out, 0, 1, in, 0, 3 * (size_t)width);
+    for (int i = 0; i < 3 * width && rings; ++i) out[i] = out[i] > 0 ? out[i] : 0;
+    if (!t->light_count) return;
+    for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width;
+    memset(norm, 0, (size_t)width * sizeof *norm);
+    envmapi_rows_add(norm, 0, 1, in, 0, (size_t)width);
+    for (int x = 0; x < width; x += ENVMAPI_CHUNK)
+        envmapi_add_lights(out + 3 * x, norm + x, t, face, x, y,
+                           width - x < ENVMAPI_CHUNK ? width - x : ENVMAPI_CHUNK);
+}
+
+/* Texels from spline coefficients. Task: a strip of texel rows of a face; six rows of nodes are
+   open at a time. */
+static void envmapi_task_expand(void *context, int task) {
+    const envmapi_transform *t = (const envmapi_transform *)context;
+    const envmapi_grid *grid = &t->grid;
+    int size = grid->map->size, face = task / t->strips, strip = task % t->strips, done = -1;
+    size_t width = (size_t)envmapi_width(grid->map->mapping, size),
+           floats = 4 * (size_t)grid->width;
+    const float *nodes = t->values + (size_t)face * (size_t)grid->height * floats;
+    float *rows = t->rows + (size_t)task * 28 * width, *norm = rows + 24 * width,
+          *out = t->out + 3 * (size_t)face * width * (size_t)size;
+    envmapi_rows in;
+    for (int y = size * strip / t->strips; y < size * (strip + 1) / t->strips; ++y) {
+        int start = grid->identity ? y : t->v[y].start, taps = grid->identity ? 1 : 6;
+        for (int i = done < start ? start : done; i < start + taps; ++i)
+            envmapi_expand_row(rows + (size_t)(i % 6) * 4 * width, t, nodes + (size_t)i * floats);
+        for (int i = 0; i < taps; ++i) {
+            in.x[i] = rows + (size_t)((start + i) % 6) * 4 * width;
+            in.w[i][0] = grid->identity ? 1 : t->v[y].w[i];
+        }
+        done = start + taps, in.rows = taps;
+        envmapi_expand_texels(out + 3 * (size_t)y * width, norm, t, &in, face, y);
+    }
+}
+
+/* t->a -> t->out; 0 where something is not finite, which is told before a texel is written. */
+static int envmapi_fill_texels(envmapi_transform *t, const envmap_work *work) {
+    int finite = 1, strips = t->grid.faces * t->strips;
+    t->count = t->grid.count;
+    envmapi_synthesise(t, work);
+    envmapi_run_all(work, envmapi_task_norm, t, strips);
+    for (int i = 0; i < strips; ++i) finite &= t->finite[i];
+    if (!finite) return 0;
+    envmapi_grid_solve(t, work);
+    envmapi_run_all(work, envmapi_task_expand, t, strips);
+    return 1;
+}
+
+/* ------------------------------------------------------------------------------- >>harmonics --
+   The public calls on coefficients. With a tolerance, envmap_sh_project and envmap_sh_fill are the
+   two halves of >>transform. Without one they are the definition, sums over points, 64 at a time:
+       project   a_lm += sum_i e_i Y_lm(d_i)   (_sh_scatter)
+       evaluate  e_i = sum_lm a_lm Y_lm(d_i)   (_sh_gather), its adjoint
    Y_lm is N_m (P_lm/sin^m)(z) times Re, Im (x+iy)^m: no angles. P/sin^m grows to e^82 by 256 bands,
    and where sin^m underflows the product would be below 1e-270.
-   Projection with a tolerance: over a block of texels f(u,v) = (solid angle of a texel's cell
-   there) Y_lm is smooth, so sum_i L_i f(u_i,v_i) = sum_ab f(u_a,v_b) sum_i L_i p_a(u_i) p_b(v_i)
-   with Lagrange's p at n x n Chebyshev points, n = 4 or 8, off by 2 (k h/2)^n/n! for a wave of k
-   radians a radian, h being half of the block. Rows are folded in float, 8 at a time.
    Tests: tests/test_sh.c. */
 
 #define ENVMAPI_SH_BANDS 256
-#define ENVMAPI_SH_BLOCK 128 /* texels a side, at most */
-#define ENVMAPI_SH_STRIP 256 /* texels of a row that are folded at once */
-#define ENVMAPI_SH_ROW (3 * ENVMAPI_SH_STRIP + 8)
 
-/* Floats that are folded at once. Variables of this type stay in registers, where arrays do not. */
-#if !defined(__GNUC__) || defined(ENVMAP_NO_SIMD)
-typedef float envmapi_wide;
-#elif defined(__AVX__)
-typedef float envmapi_wide __attribute__((vector_size(32)));
-#else
-typedef envmapi_float4 envmapi_wide;
-#endif
-
-/* GCC, tuned for Zen, would load a row anew for each of its four uses, where loads are what bounds
-   the fold: this keeps it in its register. */
-#if defined(__AVX__) && defined(__GNUC__) && !defined(__clang__) && !defined(ENVMAP_NO_SIMD)
-#define ENVMAPI_KEEP(x) __asm__("" : "+x"(x))
-#else
-#define ENVMAPI_KEEP(x) (void)(x)
-#endif
-
-/* y += a x, number by number. */
-ENVMAPI_INLINE void envmapi_multiply_add8(double *y, const double *a, const double *x) {
-    for (int i = 0; i < 8; ++i) y[i] += a[i] * x[i];
-}
-
-typedef struct envmapi_nodes {
+/* Points with directions and energies; a last group of eight is filled up with nothing. */
+typedef struct envmapi_sh_points {
     double x[64], y[64], z[64], e[3][64];
     int count;
-} envmapi_nodes;
+} envmapi_sh_points;
 
-static void envmapi_nodes_add(envmapi_nodes *n, const double d[3]) {
+static void envmapi_sh_points_add(envmapi_sh_points *n, const double d[3]) {
     n->x[n->count] = d[0], n->y[n->count] = d[1], n->z[n->count] = d[2];
     ++n->count;
 }
 
-/* Up to a multiple of 8 with points that carry nothing; returns that. */
-static int envmapi_nodes_pad(envmapi_nodes *n) {
+/* Returns the number of points with those that fill up. */
+static int envmapi_sh_points_pad(envmapi_sh_points *n) {
     int all = (n->count + 7) / 8 * 8;
     for (int i = n->count; i < all; ++i) {
         n->x[i] = n->y[i] = 0, n->z[i] = 1;
@@ -3260,7 +3780,8 @@ static int envmapi_nodes_pad(envmapi_nodes *n) {
 }
 
 /* powers = N_m (x+iy)^m, from that of m - 1; N_m as Y_lm begins, with sqrt2 for m > 0. */
-static void envmapi_nodes_turn(double powers[2][64], const envmapi_nodes *n, int all, int m) {
+static void envmapi_sh_points_power(double powers[2][64], const envmapi_sh_points *n, int all,
+                                    int m) {
     double factor = m > 1 ? sqrt(1 + 0.5 / m) : sqrt(3.0); /* sqrt2 sqrt(1 + 1/2) for m = 1 */
     for (int i = 0; i < all && m == 0; ++i)
         powers[0][i] = sqrt(1 / (4 * ENVMAPI_PI)), powers[1][i] = 0;
@@ -3271,34 +3792,29 @@ static void envmapi_nodes_turn(double powers[2][64], const envmapi_nodes *n, int
     }
 }
 
-/* P_l/sin^m -> P_(l+1)/sin^m */
-ENVMAPI_INLINE void envmapi_legendre_step(double *now, double *before, const double *z, double A,
-                                          double B) {
-    double up[8];
-    for (int b = 0; b < 8; ++b) up[b] = A * (z[b] * now[b] - B * before[b]);
-    memcpy(before, now, sizeof up), memcpy(now, up, sizeof up);
-}
-
-static void envmapi_sh_scatter(double *sh, int bands, envmapi_nodes *n) {
+static void envmapi_sh_scatter(double *sh, int bands, envmapi_sh_points *n) {
     double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], powers[2][64], F[6][64];
-    int all = envmapi_nodes_pad(n);
+    int all = envmapi_sh_points_pad(n);
     for (int m = 0; all && m < bands; ++m) {
-        double now[64], before[64];
+        envmapi_double8 now[8], before[8];
         envmapi_legendre_factors(A, B, m, bands);
-        envmapi_nodes_turn(powers, n, all, m);
-        for (int c = 0; c < 6; ++c)
-            for (int i = 0; i < all; ++i) F[c][i] = powers[c / 3][i] * n->e[c % 3][i];
-        for (int i = 0; i < all; ++i) now[i] = 1, before[i] = 0;
+        envmapi_sh_points_power(powers, n, all, m);
+        memset(before, 0, sizeof before), memset(now, 0, sizeof now);
+        for (int i = 0; i < all; ++i) {
+            ((double *)now)[i] = 1;
+            for (int c = 0; c < 6; ++c) F[c][i] = powers[c / 3][i] * n->e[c % 3][i];
+        }
         for (int l = m; l < bands; ++l) {
-            double sums[6][8];
+            envmapi_double8 sums[6];
             memset(sums, 0, sizeof sums);
-            for (int i = 0; i < all; i += 8) {
-                for (int c = 0; c < 6; ++c) envmapi_multiply_add8(sums[c], now + i, F[c] + i);
-                if (l + 1 < bands)
-                    envmapi_legendre_step(now + i, before + i, n->z + i, A[l + 1], B[l + 1]);
+            for (int i = 0; i < all / 8; ++i) {
+                for (int c = 0; c < 6; ++c)
+                    envmapi_double8_mad(sums + c, now + i, envmapi_double8_at(F[c] + 8 * i));
+                envmapi_legendre_step(now + i, before + i, envmapi_double8_at(n->z + 8 * i),
+                                      A[l + 1], B[l + 1]);
             }
             for (int c = 0; c < (m ? 6 : 3); ++c) {
-                const double *s = sums[c];
+                const double *s = (const double *)(sums + c);
                 sh[3 * (l * (l + 1) + (c < 3 ? m : -m)) + c % 3] +=
                     ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
             }
@@ -3307,30 +3823,30 @@ static void envmapi_sh_scatter(double *sh, int bands, envmapi_nodes *n) {
 }
 
 /* With factors [bands] that multiply the coefficients, or NULL. */
-static void envmapi_sh_gather(envmapi_nodes *n, const double *sh, int bands,
+static void envmapi_sh_gather(envmapi_sh_points *n, const double *sh, int bands,
                               const double *factors) {
     double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], powers[2][64];
-    int all = envmapi_nodes_pad(n);
+    int all = envmapi_sh_points_pad(n);
     memset(n->e, 0, sizeof n->e);
     for (int m = 0; m < bands; ++m) {
         envmapi_legendre_factors(A, B, m, bands);
-        envmapi_nodes_turn(powers, n, all, m);
+        envmapi_sh_points_power(powers, n, all, m);
         for (int i = 0; i < all; i += 8) {
-            double sums[6][8], now[8], before[8];
-            memset(sums, 0, sizeof sums);
-            for (int b = 0; b < 8; ++b) now[b] = 1, before[b] = 0;
+            envmapi_double8 sums[6], now, before;
+            memset(sums, 0, sizeof sums), memset(&before, 0, sizeof before);
+            for (int b = 0; b < 8; ++b) ((double *)&now)[b] = 1;
             for (int l = m; l < bands; ++l) {
                 const double *a = sh + 3 * l * (l + 1);
                 double factor = factors ? factors[l] : 1;
-                for (int c = 0; c < 3; ++c) {
-                    envmapi_double8_to(sums[c], factor * a[3 * m + c], now);
-                    envmapi_double8_to(sums[3 + c], factor * a[c - 3 * m], now);
-                }
-                if (l + 1 < bands)
-                    envmapi_legendre_step(now, before, n->z + i, A[l + 1], B[l + 1]);
+                for (int c = 0; c < 6; ++c)
+                    envmapi_double8_add(sums + c, factor * a[c < 3 ? 3 * m + c : c - 3 - 3 * m],
+                                        &now);
+                envmapi_legendre_step(&now, &before, envmapi_double8_at(n->z + i), A[l + 1],
+                                      B[l + 1]);
             }
             for (int c = 0; c < 6; ++c)
-                envmapi_multiply_add8(n->e[c % 3] + i, powers[c / 3] + i, sums[c]);
+                envmapi_double8_mad(envmapi_double8_at(n->e[c % 3] + i), sums + c,
+                                    envmapi_double8_at(powers[c / 3] + i));
         }
     }
 }
@@ -3361,15 +3877,15 @@ static envmap_result envmapi_sh_check(const double *sh, int bands) {
 
 ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]) {
     double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], d[3], powers[2][64];
-    envmapi_nodes n;
+    envmapi_sh_points n;
     memset(powers, 0, sizeof powers), n.count = 0;
     if (!Y || !dir || bands < 1 || bands > ENVMAPI_SH_BANDS) return ENVMAP_ERROR_ARGUMENT;
     envmapi_unit(d, dir);
-    envmapi_nodes_add(&n, d);
+    envmapi_sh_points_add(&n, d);
     for (int m = 0; m < bands; ++m) {
         double now = 1, before = 0;
         envmapi_legendre_factors(A, B, m, bands);
-        envmapi_nodes_turn(powers, &n, 1, m);
+        envmapi_sh_points_power(powers, &n, 1, m);
         for (int l = m; l < bands; ++l) {
             Y[l * (l + 1) - m] = now * powers[1][0], Y[l * (l + 1) + m] = now * powers[0][0];
             double up = l + 1 < bands ? A[l + 1] * (d[2] * now - B[l + 1] * before) : 0;
@@ -3382,326 +3898,146 @@ ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double di
 ENVMAPI_BODY envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int bands,
                                               const double dir[3]) {
     envmap_result result = envmapi_sh_check(sh, bands);
-    envmapi_nodes n;
+    envmapi_sh_points n;
     double d[3];
     if (!rgb || !dir) return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
     n.count = 0;
     envmapi_unit(d, dir);
-    envmapi_nodes_add(&n, d);
+    envmapi_sh_points_add(&n, d);
     envmapi_sh_gather(&n, sh, bands, NULL);
     for (int c = 0; c < 3; ++c) rgb[c] = n.e[c][0];
     return ENVMAP_OK;
 }
 
-/* ---- projection */
+/* ---- maps to coefficients and back */
 
-/* One side of a face in `blocks` blocks of n points: where they are, in texels, and p_a at every
-   texel. */
-typedef struct envmapi_side {
-    int length, blocks, n;
-    double *at; /* [blocks][n] */
-    float *p;   /* [length][n] */
-} envmapi_side;
-
-static int envmapi_side_first(const envmapi_side *side, int block) {
-    return (int)((int64_t)side->length * block / side->blocks);
-}
-
-static void envmapi_side_fill(envmapi_side *side) {
-    int n = side->n;
-    for (int block = 0; block < side->blocks; ++block) {
-        int first = envmapi_side_first(side, block), end = envmapi_side_first(side, block + 1);
-        double *at = side->at + n * block, scale[8];
-        for (int a = 0; a < n; ++a)
-            at[a] = 0.5 * (first + end) - 0.5 * (end - first - 1) * cos((a + 0.5) * ENVMAPI_PI / n);
-        for (int a = 0; a < n; ++a) {
-            scale[a] = 1;
-            for (int b = 0; b < n; ++b)
-                if (b != a) scale[a] /= at[a] - at[b];
+/* Texels x0 .. x0+63 of a row as they are, on every face. */
+static void envmapi_sh_texels(double *sh, int bands, const envmap *map, int slice, int x0, int y) {
+    double at[64][2], w[64];
+    int mapping = map->mapping, edge = map->size, width = envmapi_width(mapping, edge);
+    int count = width - x0 < 64 ? width - x0 : 64;
+    for (int i = 0; i < count; ++i) w[i] = envmapi_texel_cell(at[i], mapping, edge, x0 + i, y);
+    for (int face = 0; face < envmap_faces(mapping); ++face) {
+        const float *row = envmap_texel(map, 0, slice, face, x0, y);
+        envmapi_sh_points n;
+        n.count = 0;
+        for (int i = 0; i < count; ++i) {
+            double d[3];
+            if (!(w[i] > 0)) continue;
+            envmapi_direction(d, mapping, face, at[i][0], at[i][1]);
+            for (int c = 0; c < 3; ++c) n.e[c][n.count] = w[i] * (double)row[3 * i + c];
+            envmapi_sh_points_add(&n, d);
         }
-        for (int i = n * first; i < n * end; ++i) {
-            double p = scale[i % n];
-            for (int b = 0; b < n; ++b)
-                if (b != i % n) p *= i / n + 0.5 - at[b];
-            side->p[i] = (float)p;
-        }
+        envmapi_sh_scatter(sh, bands, &n);
     }
 }
 
 typedef struct envmapi_projection {
     const envmap *map;
-    const float *texels;
-    int bands, n; /* n x n points for a block; 0: every texel */
-    envmapi_side u, v;
+    int bands, slice;
     double *sums; /* [ENVMAPI_TASKS][bands^2][3] */
 } envmapi_projection;
-
-/* The largest side of a block for which n x n points keep the tolerance; k^2 is that of the last
-   band and of the solid angle (a cube's, (1+x^2)^(-3/2), the worst). h is an angle: half a face is
-   1, 2, 2, pi/2 or pi rad where directions change fastest. */
-static int envmapi_sh_side(int mapping, int edge, int bands, double tolerance, int n) {
-    static const double half[] = {1, 2, 2, ENVMAPI_PI / 2, ENVMAPI_PI};
-    double k = sqrt((n == 4 ? 7 : 17) + (bands - 1.0) * (bands - 1.0));
-    double h = 2 * pow(tolerance * (n == 4 ? 6.5 : 5000), 1.0 / n) / k;
-    return (int)fmin(h * edge / half[mapping], ENVMAPI_SH_BLOCK);
-}
-
-/* Sets n and returns the side of the blocks: 4 x 4 points fold fastest, 8 x 8 need fewer blocks;
-   where both gain little, or floats would err as much as is allowed, every texel. */
-static int envmapi_sh_plan(int *n, int mapping, int edge, int bands, double tolerance) {
-    int four = envmapi_sh_side(mapping, edge, bands, tolerance, 4);
-    int eight = envmapi_sh_side(mapping, edge, bands, tolerance, 8);
-    *n = !(tolerance >= 1e-5) ? 0 : four >= 32 ? 4 : eight >= 16 ? 8 : 0;
-    return *n == 4 ? four : *n == 8 ? eight : 64;
-}
-
-/* Nothing happens inside the block but a smooth stretch: no rim, and no sphere map's root near. */
-static int envmapi_sh_smooth(const envmapi_projection *job, int i, int j) {
-    int x0 = envmapi_side_first(&job->u, i), x1 = envmapi_side_first(&job->u, i + 1);
-    int y0 = envmapi_side_first(&job->v, j), y1 = envmapi_side_first(&job->v, j + 1);
-    double edge = job->map->size, margin = job->map->mapping == ENVMAP_SPHERE ? x1 - x0 : 0;
-    if (!envmapi_is_disc(job->map->mapping)) return 1;
-    double X = fmax(fabs(2 * x0 - edge), fabs(2 * x1 - edge)) / edge;
-    double Y = fmax(fabs(2 * y0 - edge), fabs(2 * y1 - edge)) / edge;
-    return sqrt(X * X + Y * Y) + 2 * margin / edge <= 1;
-}
-
-/* out[b] += sum of p_b(y) row(y) over 4 rows, for four b. The weights are copied, as stores to out
-   might change them otherwise. */
-static void envmapi_sh_fold_four(float *out, const float *const rows[4], int floats,
-                                 const float p[16]) {
-    const int step = (int)(sizeof(envmapi_wide) / sizeof(float)), next = ENVMAPI_SH_ROW;
-    const float *const r0 = rows[0], *const r1 = rows[1], *const r2 = rows[2], *const r3 = rows[3];
-    float w[16];
-    int i = 0;
-    memcpy(w, p, sizeof w);
-    for (; i + step <= floats; i += step) {
-        envmapi_wide a, b, c, d, x;
-        float *at = out + i;
-        memcpy(&a, at, sizeof a), memcpy(&b, at + next, sizeof b);
-        memcpy(&c, at + 2 * next, sizeof c), memcpy(&d, at + 3 * next, sizeof d);
-        memcpy(&x, r0 + i, sizeof x);
-        ENVMAPI_KEEP(x);
-        a += w[0] * x, b += w[1] * x, c += w[2] * x, d += w[3] * x;
-        memcpy(&x, r1 + i, sizeof x);
-        ENVMAPI_KEEP(x);
-        a += w[4] * x, b += w[5] * x, c += w[6] * x, d += w[7] * x;
-        memcpy(&x, r2 + i, sizeof x);
-        ENVMAPI_KEEP(x);
-        a += w[8] * x, b += w[9] * x, c += w[10] * x, d += w[11] * x;
-        memcpy(&x, r3 + i, sizeof x);
-        ENVMAPI_KEEP(x);
-        a += w[12] * x, b += w[13] * x, c += w[14] * x, d += w[15] * x;
-        memcpy(at, &a, sizeof a), memcpy(at + next, &b, sizeof b);
-        memcpy(at + 2 * next, &c, sizeof c), memcpy(at + 3 * next, &d, sizeof d);
-    }
-    for (; i < floats; ++i)
-        for (int k = 0; k < 16; ++k) out[(k & 3) * next + i] += p[k] * rows[k >> 2][i];
-}
-
-/* acc[b] = sum of p_b(y) row(y): `floats` of each of the rows y0 .. y1-1. */
-static void envmapi_sh_fold(float *acc, const float *texels, size_t stride, int floats,
-                            const envmapi_side *v, int y0, int y1) {
-    memset(acc, 0, (size_t)v->n * ENVMAPI_SH_ROW * sizeof(float));
-    for (int y = y0; y < y1; y += 4) {
-        const float *rows[4];
-        for (int r = 0; r < 4; ++r) rows[r] = texels + (size_t)(y + r < y1 ? y + r : y) * stride;
-        for (int b = 0; b < v->n; b += 4) {
-            float p[16];
-            memset(p, 0, sizeof p);
-            for (int r = 0; r < 4 && y + r < y1; ++r)
-                memcpy(p + 4 * r, v->p + v->n * (y + r) + b, 4 * sizeof *p);
-            envmapi_sh_fold_four(acc + b * ENVMAPI_SH_ROW, rows, floats, p);
-        }
-    }
-}
-
-/* sums[b][c][a] = sum of p_a(x) acc[b](x)[c], for four b and four a at once. */
-ENVMAPI_INLINE void envmapi_sh_fold_across(float sums[4][3][4], const float *acc, const float *p,
-                                           int count, int n) {
-    float s[4][3][4];
-    memset(s, 0, sizeof s);
-    for (int x = 0; x < count; ++x)
-        for (int b = 0; b < 4; ++b)
-            for (int c = 0; c < 3; ++c)
-                envmapi_float4_to(s[b][c], acc[b * ENVMAPI_SH_ROW + 3 * x + c], p + n * x);
-    memcpy(sums, s, sizeof s);
-}
-
-/* Texels x0 .. x1-1 (at most 64) of a row as they are, on every face. */
-static void envmapi_sh_texels(double *sh, const envmapi_projection *job, int x0, int x1, int y) {
-    double at[64][2], w[64];
-    int mapping = job->map->mapping, edge = job->map->size, faces = envmap_faces(mapping);
-    for (int x = x0; x < x1; ++x)
-        w[x - x0] = envmapi_texel_cell(at[x - x0], mapping, edge, x, y);
-    for (int face = 0; face < faces; ++face) {
-        const float *row = job->texels + 3 * ((size_t)face * envmapi_area(mapping, edge) +
-                                              (size_t)y * (size_t)job->u.length);
-        envmapi_nodes n;
-        n.count = 0;
-        for (int x = x0; x < x1; ++x) {
-            double d[3];
-            if (!(w[x - x0] > 0)) continue;
-            envmapi_direction(d, mapping, face, at[x - x0][0], at[x - x0][1]);
-            for (int c = 0; c < 3; ++c) n.e[c][n.count] = w[x - x0] * (double)row[3 * x + c];
-            envmapi_nodes_add(&n, d);
-        }
-        envmapi_sh_scatter(sh, job->bands, &n);
-    }
-}
-
-/* A block as it is. */
-static void envmapi_sh_block(double *sh, const envmapi_projection *job, int i, int j) {
-    int x0 = envmapi_side_first(&job->u, i), x1 = envmapi_side_first(&job->u, i + 1);
-    int y0 = envmapi_side_first(&job->v, j), y1 = envmapi_side_first(&job->v, j + 1);
-    for (int y = y0; y < y1; ++y)
-        for (int x = x0; x < x1; x += 64)
-            envmapi_sh_texels(sh, job, x, x + 64 < x1 ? x + 64 : x1, y);
-}
-
-/* The solid angle of a texel's cell around each point of a block; 1 where rows have it already. A
-   cube's, as it costs more than all else at its points, by Taylor: 4 h^2 (f + h^2/6 (f_xx + f_yy)),
-   f = r^-3, off by h^4 < 1e-6. */
-static void envmapi_sh_cells(double w[64], const envmapi_projection *job, int i, int j) {
-    double width = job->u.length, height = job->v.length, hh = 1 / (width * width);
-    for (int k = 0; k < job->n * job->n; ++k) {
-        double x = job->u.at[job->n * i + k % job->n], y = job->v.at[job->n * j + k / job->n];
-        double X = 2 * x / width - 1, Y = 2 * y / height - 1, q = 1 / (1 + X * X + Y * Y);
-        w[k] = 4 * hh * q * sqrt(q) * (1 + hh * q * (1.5 - 2.5 * q));
-        if (job->map->mapping == ENVMAP_LATLONG)
-            w[k] = 1;
-        else if (job->map->mapping != ENVMAP_CUBE)
-            w[k] = envmapi_cell(NULL, job->map->mapping, (x - 0.5) / width, (y - 0.5) / height,
-                                (x + 0.5) / width, (y + 0.5) / height);
-    }
-}
-
-/* A block of one face, its rows folded into acc, becomes n x n points. */
-static void envmapi_sh_points(envmapi_nodes *nodes, const envmapi_projection *job, int face, int i,
-                              int j, const float *acc, const double w[64]) {
-    int x0 = envmapi_side_first(&job->u, i), count = envmapi_side_first(&job->u, i + 1) - x0;
-    for (int k = 0; k < job->n * job->n; k += 16) { /* four by four of them */
-        int n = job->n, a0 = k % (16 * n / 4) / 16 * 4, b0 = k / (16 * n / 4) * 4;
-        const float *p = job->u.p + n * x0 + a0;
-        float sums[4][3][4];
-        if (n == 4)
-            envmapi_sh_fold_across(sums, acc, p, count, 4);
-        else
-            envmapi_sh_fold_across(sums, acc + b0 * ENVMAPI_SH_ROW, p, count, 8);
-        for (int at = 0; at < 16; ++at) {
-            int a = a0 + (at & 3), b = b0 + (at >> 2);
-            double d[3];
-            envmapi_direction(d, job->map->mapping, face, job->u.at[n * i + a] / job->u.length,
-                              job->v.at[n * j + b] / job->v.length);
-            for (int c = 0; c < 3; ++c)
-                nodes->e[c][nodes->count] = w[n * b + a] * (double)sums[at >> 2][c][at & 3];
-            envmapi_nodes_add(nodes, d);
-        }
-    }
-}
-
-/* Blocks from .. to-1 of row j on every face, by points. */
-static void envmapi_sh_strip(double *sh, const envmapi_projection *job, int from, int to, int j) {
-    float acc[8 * ENVMAPI_SH_ROW];
-    double w[ENVMAPI_SH_STRIP / 8][64];
-    int x0 = envmapi_side_first(&job->u, from), x1 = envmapi_side_first(&job->u, to);
-    int y0 = envmapi_side_first(&job->v, j), y1 = envmapi_side_first(&job->v, j + 1);
-    size_t row = 3 * (size_t)job->u.length, image = row * (size_t)job->map->size;
-    envmapi_nodes nodes;
-    nodes.count = 0;
-    for (int i = from; i < to; ++i) envmapi_sh_cells(w[i - from], job, i, j);
-    for (int face = 0; face < envmap_faces(job->map->mapping); ++face) {
-        envmapi_sh_fold(acc, job->texels + (size_t)face * image + 3 * x0, row, 3 * (x1 - x0),
-                        &job->v, y0, y1);
-        for (int i = from; i < to; ++i) {
-            const float *block = acc + 3 * (envmapi_side_first(&job->u, i) - x0);
-            envmapi_sh_points(&nodes, job, face, i, j, block, w[i - from]);
-            if (nodes.count < 64) continue;
-            envmapi_sh_scatter(sh, job->bands, &nodes);
-            nodes.count = 0;
-        }
-    }
-    envmapi_sh_scatter(sh, job->bands, &nodes);
-}
-
-/* Blocks i .. of row j that go together: one by its texels, or a strip of smooth ones. Returns the
-   next. */
-static int envmapi_sh_some(double *sh, const envmapi_projection *job, int i, int j) {
-    int from = i, x0 = envmapi_side_first(&job->u, i);
-    while (job->n && i < job->u.blocks && envmapi_sh_smooth(job, i, j) &&
-           envmapi_side_first(&job->u, i + 1) - x0 <= ENVMAPI_SH_STRIP)
-        ++i;
-    if (i == from)
-        envmapi_sh_block(sh, job, i++, j);
-    else
-        envmapi_sh_strip(sh, job, from, i, j);
-    return i;
-}
 
 static void envmapi_task_project(void *context, int task) {
     const envmapi_projection *job = (const envmapi_projection *)context;
     double *sh = job->sums + (size_t)task * 3 * (size_t)(job->bands * job->bands);
-    for (int j = task; j < job->v.blocks; j += ENVMAPI_TASKS)
-        for (int i = 0; i < job->u.blocks;) i = envmapi_sh_some(sh, job, i, j);
+    for (int y = task; y < job->map->size; y += ENVMAPI_TASKS)
+        for (int x = 0; x < envmapi_width(job->map->mapping, job->map->size); x += 64)
+            envmapi_sh_texels(sh, job->bands, job->map, job->slice, x, y);
 }
 
-/* All of it; 0 where a sum is not finite. */
-static int envmapi_sh_sum(double *sh, envmapi_projection *job, double tolerance,
-                          const envmap_executor *executor) {
-    const envmap_executor serial = {NULL, NULL};
-    size_t numbers = 3 * (size_t)(job->bands * job->bands);
-    int finite = 1;
-    int step = envmapi_sh_plan(&job->n, job->map->mapping, job->map->size, job->bands, tolerance);
-    job->u.n = job->v.n = job->n;
-    job->u.blocks = (job->u.length + step - 1) / step;
-    job->v.blocks = (job->v.length + step - 1) / step;
-    if (job->n) envmapi_side_fill(&job->u), envmapi_side_fill(&job->v);
-    if (job->map->mapping == ENVMAP_LATLONG) /* a light at a pole counts little, and errs no more */
-        for (int i = 0; i < job->n * job->v.length; ++i)
-            job->v.p[i] *=
-                (float)envmapi_texel_cell(NULL, ENVMAP_LATLONG, job->map->size, 0, i / job->n);
-    memset(job->sums, 0, ENVMAPI_TASKS * numbers * sizeof(double));
-    envmapi_run_all(executor ? executor : &serial, envmapi_task_project, job, ENVMAPI_TASKS);
-    for (size_t i = 0; i < numbers; ++i) {
-        for (size_t task = 1; task < ENVMAPI_TASKS; ++task)
-            job->sums[i] += job->sums[task * numbers + i];
-        finite &= envmapi_finite(job->sums[i]);
+/* The definition: every texel. */
+static envmap_result envmapi_project_exactly(double *sh, int bands, const envmap *map, int slice,
+                                             const envmap_work *work, envmapi_pool *pool) {
+    size_t numbers = 3 * (size_t)(bands * bands);
+    envmapi_projection job = {map, bands, slice, NULL};
+    job.sums = (double *)envmapi_pool_get(pool, ENVMAPI_TASKS * numbers, sizeof(double));
+    if (!job.sums) return ENVMAP_ERROR_MEMORY;
+    memset(job.sums, 0, ENVMAPI_TASKS * numbers * sizeof(double));
+    envmap_result result = envmapi_run(work, envmapi_task_project, &job, ENVMAPI_TASKS);
+    for (size_t i = 0; i < numbers && !result; ++i) {
+        sh[i] = 0;
+        for (size_t task = 0; task < ENVMAPI_TASKS; ++task) sh[i] += job.sums[task * numbers + i];
     }
-    if (finite) memcpy(sh, job->sums, numbers * sizeof(double));
-    return finite;
-}
-
-ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
-                                             double tolerance, const envmap_executor *executor) {
-    envmapi_projection job;
-    if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS || !envmapi_valid(map) || slice < 0 ||
-        slice >= map->slices || !envmapi_finite(tolerance) || tolerance < 0)
-        return ENVMAP_ERROR_ARGUMENT;
-    envmapi_pool pool;
-    memset(&pool, 0, sizeof pool), memset(&job, 0, sizeof job);
-    pool.memory = map->memory;
-    job.map = map, job.bands = bands, job.texels = envmapi_image(map, 0, slice, 0);
-    job.u.length = envmapi_width(map->mapping, map->size), job.v.length = map->size;
-    size_t u = (size_t)job.u.length, v = (size_t)job.v.length;
-    job.sums = (double *)envmapi_pool_get(
-        &pool, ENVMAPI_TASKS * 3 * (size_t)(bands * bands) + u + v, sizeof(double));
-    job.u.p = (float *)envmapi_pool_get(&pool, 8 * (u + v), sizeof(float));
-    envmap_result result = ENVMAP_ERROR_MEMORY;
-    if (job.sums && job.u.p) {
-        job.v.p = job.u.p + 8 * u;
-        job.u.at = job.sums + ENVMAPI_TASKS * 3 * (size_t)(bands * bands), job.v.at = job.u.at + u;
-        /* floats may overflow where doubles do not */
-        result = envmapi_sh_sum(sh, &job, tolerance, executor) ||
-                         (tolerance > 0 && envmapi_sh_sum(sh, &job, 0, executor))
-                     ? ENVMAP_OK
-                     : ENVMAP_ERROR_RADIANCE;
-    }
-    envmapi_pool_free(&pool, 0);
     return result;
 }
 
-/* ---- back to maps */
+/* sh from the transform's a, and a from sh: a_lm -+ i a_l-m, over sqrt 2 for m > 0. */
+static void envmapi_sh_of(double *sh, const double *a, int bands) {
+    for (int m = 0; m < bands; ++m)
+        for (int l = m; l < bands; ++l) {
+            const double *at = a + envmapi_triangle(bands, m) + 8 * (l - m);
+            double *zonal = sh + 3 * l * (l + 1), root = m ? sqrt(2.0) : 1;
+            for (int c = 0; c < 3 && m; ++c) zonal[c - 3 * m] = -root * at[4 + c];
+            for (int c = 0; c < 3; ++c) zonal[c + 3 * m] = root * at[c];
+        }
+}
+
+static void envmapi_triangle_of(double *a, const double *sh, int bands) {
+    for (int m = 0; m < bands; ++m)
+        for (int l = m; l < bands; ++l) {
+            double *at = a + envmapi_triangle(bands, m) + 8 * (l - m), root = m ? sqrt(0.5) : 1;
+            const double *zonal = sh + 3 * l * (l + 1);
+            memset(at, 0, 8 * sizeof *at);
+            for (int c = 0; c < 3 && m; ++c) at[4 + c] = -root * zonal[c - 3 * m];
+            for (int c = 0; c < 3; ++c) at[c] = root * zonal[c + 3 * m];
+        }
+}
+
+/* The widest grid that loses no more than the tolerance of the last band: a third of it in each of
+   the two splines on the way, as the most that they lose is 1.5 times what they lose in the mean. */
+static double envmapi_sh_spacing(int bands, double tolerance) {
+    double h = envmapi_widest_spacing(bands);
+    while (3 * envmapi_band_error(bands - 1, h) > tolerance) h *= 0.96;
+    return h;
+}
+
+/* Floats err as much as the smallest tolerances allow. */
+static int envmapi_sh_exactly(double tolerance) { return !(tolerance >= 1e-6); }
+
+static envmap_result envmapi_project_fast(double *sh, int bands, const envmap *map, int slice,
+                                          double tolerance, const envmap_work *work,
+                                          envmapi_pool *pool) {
+    envmapi_input in;
+    envmapi_transform t;
+    double *a = (double *)envmapi_pool_get(pool, envmapi_triangle(bands, bands), sizeof(double));
+    if (!a || envmapi_input_create(&in, map, slice, 0, work, pool) ||
+        envmapi_transform_create(&t, map, envmapi_sh_spacing(bands, tolerance), bands, tolerance,
+                                 &in, NULL, work, pool))
+        return ENVMAP_ERROR_MEMORY;
+    t.a = a, t.a_bands = bands;
+    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
+    envmapi_project_texels(&t, work);
+    envmapi_sh_of(sh, a, bands);
+    return ENVMAP_OK;
+}
+
+/* Floats may overflow where doubles do not. */
+ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
+                                             double tolerance, const envmap_work *work) {
+    envmap_work how = envmapi_work_of(work);
+    envmapi_pool pool;
+    int finite = 0;
+    if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS || !envmapi_valid(map) || slice < 0 ||
+        slice >= map->slices || !envmapi_finite(tolerance) || tolerance < 0)
+        return ENVMAP_ERROR_ARGUMENT;
+    memset(&pool, 0, sizeof pool), pool.memory = how.memory;
+    size_t numbers = 3 * (size_t)(bands * bands);
+    double *out = (double *)envmapi_pool_get(&pool, numbers, sizeof(double));
+    envmap_result result = out ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
+    for (int exactly = envmapi_sh_exactly(tolerance); !result && !finite && exactly < 2;
+         ++exactly) {
+        result = exactly ? envmapi_project_exactly(out, bands, map, slice, &how, &pool)
+                         : envmapi_project_fast(out, bands, map, slice, tolerance, &how, &pool);
+        finite = 1;
+        for (size_t i = 0; i < numbers && !result; ++i) finite &= envmapi_finite(out[i]);
+    }
+    if (!result && !finite) result = ENVMAP_ERROR_RADIANCE;
+    if (!result) memcpy(sh, out, numbers * sizeof(double));
+    envmapi_pool_free(&pool, 0);
+    return result;
+}
 
 typedef struct envmapi_filling {
     const double *sh;
@@ -3714,30 +4050,65 @@ static void envmapi_task_fill(void *context, int task) {
     int width = envmapi_width(job->mapping, job->edge), face = task / job->edge;
     float *row = job->texels + 3 * (size_t)task * (size_t)width;
     for (int first = 0; first < width; first += 64) {
-        envmapi_nodes n;
+        envmapi_sh_points n;
         n.count = 0;
         for (int x = first; x < width && x < first + 64; ++x) {
             double d[3];
             envmapi_texel_direction(d, job->mapping, face, job->edge, x, task % job->edge);
-            envmapi_nodes_add(&n, d);
+            envmapi_sh_points_add(&n, d);
         }
         envmapi_sh_gather(&n, job->sh, job->bands, NULL);
         for (int i = 0; i < 3 * n.count; ++i) row[3 * first + i] = (float)n.e[i % 3][i / 3];
     }
 }
 
+static envmap_result envmapi_fill_fast(float *texels, const envmap *map, const double *sh,
+                                       int bands, double tolerance, const envmap_work *work,
+                                       envmapi_pool *pool) {
+    double lambda[ENVMAPI_SH_BANDS];
+    envmapi_transform t;
+    double *a = (double *)envmapi_pool_get(pool, envmapi_triangle(bands, bands), sizeof(double));
+    if (!a || envmapi_transform_create(&t, map, envmapi_sh_spacing(bands, tolerance), bands,
+                                       tolerance, NULL, NULL, work, pool))
+        return ENVMAP_ERROR_MEMORY;
+    envmapi_triangle_of(a, sh, bands);
+    for (int l = 0; l < bands; ++l) lambda[l] = 1;
+    t.a = a, t.a_bands = bands, t.lambda = lambda, t.out = texels;
+    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
+    return envmapi_fill_texels(&t, work) ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
+}
+
+/* The definition, beside the map until all of it is there. */
+static envmap_result envmapi_fill_exactly(float *texels, const envmap *map, const double *sh,
+                                          int bands, const envmap_work *work, envmapi_pool *pool) {
+    envmapi_filling job = {sh, NULL, bands, map->mapping, map->size};
+    int rows = envmap_faces(map->mapping) * map->size;
+    size_t floats = 3 * (size_t)rows * (size_t)envmapi_width(map->mapping, map->size);
+    job.texels = (float *)envmapi_pool_get(pool, floats, sizeof(float));
+    if (!job.texels) return ENVMAP_ERROR_MEMORY;
+    envmap_result result = envmapi_run(work, envmapi_task_fill, &job, rows);
+    if (!result) memcpy(texels, job.texels, floats * sizeof(float));
+    return result;
+}
+
 ENVMAPI_BODY envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
-                                          int bands, const envmap_executor *executor) {
-    const envmap_executor serial = {NULL, NULL};
+                                          int bands, double tolerance, const envmap_work *work) {
+    envmap_work how = envmapi_work_of(work);
     envmap_result result = envmapi_sh_check(sh, bands);
     float *texels = envmap_texel(map, level, slice, 0, 0, 0);
-    if (!texels) return ENVMAP_ERROR_ARGUMENT;
+    envmapi_pool pool;
+    if (!texels || !envmapi_finite(tolerance) || tolerance < 0) return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
     if (envmapi_sh_bound(sh, bands) > 3.4e38) return ENVMAP_ERROR_RADIANCE;
-    envmapi_filling job = {sh, texels, bands, map->mapping, envmapi_edge(map->size, level)};
-    envmapi_run_all(executor ? executor : &serial, envmapi_task_fill, &job,
-                    envmap_faces(map->mapping) * job.edge);
-    return ENVMAP_OK;
+    envmap view = *map;
+    view.size = envmapi_edge(map->size, level);
+    memset(&pool, 0, sizeof pool), pool.memory = how.memory;
+    if (envmapi_sh_exactly(tolerance))
+        result = envmapi_fill_exactly(texels, &view, sh, bands, &how, &pool);
+    else
+        result = envmapi_fill_fast(texels, &view, sh, bands, tolerance, &how, &pool);
+    envmapi_pool_free(&pool, 0);
+    return result;
 }
 
 /* ---- from coefficients to coefficients */
@@ -3781,21 +4152,21 @@ static int envmapi_is_orthogonal(const double R[9]) {
 }
 
 /* Up to 64 directions of a ring, from the k-th of n, and where R^-1 brings them. */
-static void envmapi_ring_nodes(envmapi_nodes *ring, envmapi_nodes *turned, const double R[9],
-                               double z, int k, int n) {
+static void envmapi_ring_nodes(envmapi_sh_points *ring, envmapi_sh_points *turned,
+                               const double R[9], double z, int k, int n) {
     double sine = sqrt(1 - z * z);
     for (ring->count = turned->count = 0; k < n && ring->count < 64; ++k) {
         double phi = 2 * ENVMAPI_PI * k / n, d[3] = {sine * cos(phi), sine * sin(phi), z}, t[3];
         for (int i = 0; i < 3; ++i) t[i] = R[i] * d[0] + R[3 + i] * d[1] + R[6 + i] * d[2];
         envmapi_unit(t, t);
-        envmapi_nodes_add(ring, d), envmapi_nodes_add(turned, t);
+        envmapi_sh_points_add(ring, d), envmapi_sh_points_add(turned, t);
     }
 }
 
 ENVMAPI_BODY envmap_result envmap_sh_rotate(double *out, const double *sh, int bands,
                                             const double rotation[9]) {
     envmap_result result = envmapi_sh_check(sh, bands);
-    envmapi_nodes ring, turned;
+    envmapi_sh_points ring, turned;
     if (!out || out == sh || !rotation || !envmapi_is_orthogonal(rotation))
         return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
@@ -3831,7 +4202,7 @@ static double envmapi_ringing_descend(const envmapi_ringing *r, int c, double d[
     double step = 0.5 / r->bands, least = 1e-10 * fabs(r->sh[c]); /* no walks along a valley */
     for (int moves = 0; step > 1e-6 && moves < 400; ++moves) {
         double side[3] = {0, 0, 0}, along;
-        envmapi_nodes n;
+        envmapi_sh_points n;
         int best = -1, axis = fabs(d[0]) < 0.6 ? 0 : 2;
         side[axis] = 1, along = d[axis];
         for (int i = 0; i < 3; ++i) side[i] -= along * d[i];
@@ -3843,7 +4214,7 @@ static double envmapi_ringing_descend(const envmapi_ringing *r, int c, double d[
             double b = step * sin(n.count * ENVMAPI_PI / 4);
             for (int i = 0; i < 3; ++i) e[i] = d[i] + a * side[i] + b * up[i];
             envmapi_unit(e, e);
-            envmapi_nodes_add(&n, e);
+            envmapi_sh_points_add(&n, e);
         }
         envmapi_sh_gather(&n, r->sh, r->bands, r->factors);
         for (int i = 0; i < 8; ++i)
@@ -3865,7 +4236,7 @@ static int envmapi_ringing_negative(const envmapi_ringing *r) {
     memset(at, 0, sizeof at);
     for (int j = 0; j < rings; ++j)
         for (int k = 0; k < around; k += 64) {
-            envmapi_nodes n, unused;
+            envmapi_sh_points n, unused;
             envmapi_ring_nodes(&n, &unused, R, cos(ENVMAPI_PI * (j + 0.5) / rings), k, around);
             envmapi_sh_gather(&n, r->sh, r->bands, r->factors);
             for (int i = 0; i < 3 * n.count; ++i) {
@@ -4035,14 +4406,14 @@ static double envmapi_texel_extent(const envmap *src) {
 typedef struct envmapi_source {
     const envmap *map;
     size_t count, tiles;
-    double (*centre)[3]; /* of tiles: unit means of their texels */
-    double radius;       /* of the widest tile */
-    size_t *first;       /* texel of a tile; [tiles] is count */
-    double *x, *y, *z, *w;   /* direction and solid angle */
-    double *u, *v;           /* where on the face: a centre, or a centroid at a rim */
-    double *r, *g, *b;       /* radiance times solid angle */
-    int *texel;              /* index in the face order of the image, for the tent */
-    void *block;             /* all of the above */
+    double (*centre)[3];   /* of tiles: unit means of their texels */
+    double radius;         /* of the widest tile */
+    size_t *first;         /* texel of a tile; [tiles] is count */
+    double *x, *y, *z, *w; /* direction and solid angle */
+    double *u, *v;         /* where on the face: a centre, or a centroid at a rim */
+    double *r, *g, *b;     /* radiance times solid angle */
+    int *texel;            /* index in the face order of the image, for the tent */
+    void *block;           /* all of the above */
 } envmapi_source;
 
 static void envmapi_source_free(envmapi_source *source, void *memory) {
@@ -4117,7 +4488,7 @@ typedef struct envmapi_axis {
     const envmap_lobe *lobe;
     envmapi_level level; /* of the source, for lookups */
     double a[3], p, sigma, texel;
-    double from, to;     /* support of the lobe */
+    double from, to; /* support of the lobe */
     double rgb[3], norm;
 } envmapi_axis;
 
@@ -4296,14 +4667,12 @@ static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
     int together = src->slices > 1 || alike ? 1 : dst->slices;
     int runs = src->slices > 1 ? dst->slices : 1;
     for (int run = 0; run < runs; ++run) {
-        envmapi_progress_part part = {&desc->progress, (float)run / (float)runs, 1 / (float)runs};
-        envmap_progress progress = {&part, desc->progress.report ? envmapi_report_part : NULL};
+        envmapi_part part;
+        envmap_work work = envmapi_work_part(&part, &desc->work, run, 1, runs);
         job.first_slice = run;
-        envmap_result result = envmapi_source_create(&source, src, run, desc->memory);
-        if (!result)
-            result = envmapi_run(&desc->executor, &progress, envmapi_reference_row, &job,
-                                 rows * together);
-        envmapi_source_free(&source, desc->memory);
+        envmap_result result = envmapi_source_create(&source, src, run, desc->work.memory);
+        if (!result) result = envmapi_run(&work, envmapi_reference_row, &job, rows * together);
+        envmapi_source_free(&source, desc->work.memory);
         if (result) return result;
     }
     size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
@@ -4344,9 +4713,9 @@ typedef struct envmapi_hier_block {
 /* A node of level 3 (children are blocks) and more (children are nodes). */
 typedef struct envmapi_hier_node {
     envmapi_quad quad;
-    double share[4];         /* of the node's texels; 0: no such child */
-    double radius[4];        /* angle from a child's centroid that holds all centroids below it */
-    double low[4], high[4];  /* cosines between which the child meets the lobe's support */
+    double share[4];        /* of the node's texels; 0: no such child */
+    double radius[4];       /* angle from a child's centroid that holds all centroids below it */
+    double low[4], high[4]; /* cosines between which the child meets the lobe's support */
     int child[4];
 } envmapi_hier_node;
 
@@ -4453,8 +4822,10 @@ static envmap_result envmapi_hier_reserve(envmapi_hier_tree *tree, const envmap 
     memset(tree, 0, sizeof *tree);
     for (size_t side = 4; tree->levels < 3 || side / 2 < width; side *= 2) {
         size_t count = faces * ((width + side - 1) / side) * ((edge + side - 1) / side);
-        if (side == 4) blocks = count, tree->levels = 2;
-        else nodes += count, ++tree->levels;
+        if (side == 4)
+            blocks = count, tree->levels = 2;
+        else
+            nodes += count, ++tree->levels;
     }
     if (blocks > SIZE_MAX / 4096) return ENVMAP_ERROR_MEMORY;
     size_t bytes = blocks * sizeof *tree->blocks + nodes * sizeof *tree->nodes;
@@ -4479,8 +4850,7 @@ static envmap_result envmapi_hier_create(envmapi_hier_tree *tree, const envmap *
     if (!result) {
         for (size_t i = 0; i < source.count; ++i) tree->texel[source.texel[i]] = (int)i;
         for (int face = 0; face < envmap_faces(map->mapping); ++face)
-            tree->root[face] =
-                envmapi_hier_plant(&whole, tree, &source, face, tree->levels, 0, 0);
+            tree->root[face] = envmapi_hier_plant(&whole, tree, &source, face, tree->levels, 0, 0);
         envmapi_source_free(&source, memory);
     }
     if (tree->texel) ENVMAP_FREE(memory, tree->texel);
@@ -4605,8 +4975,7 @@ static double envmapi_hier_visit(double sum[4], int *opened, const envmapi_hier 
     for (int j = 0; level > 3 && j < 4; ++j) {
         double x = a[0] * quad->x[j] + a[1] * quad->y[j] + a[2] * quad->z[j];
         if (node->share[j] > 0 && x >= node->low[j] && x <= node->high[j])
-            k[j] = envmapi_hier_visit(part, opened, job, a, level - 1, node->child[j],
-                                      quad->e[j]);
+            k[j] = envmapi_hier_visit(part, opened, job, a, level - 1, node->child[j], quad->e[j]);
     }
     for (int j = 0; j < 4; ++j) mean += node->share[j] * k[j];
     for (int j = 0; j < 4; ++j)
@@ -4664,17 +5033,17 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
     memset(&job, 0, sizeof job);
     job.dst = dst, job.src = src, job.lobe = lobe, job.norm = envmapi_lobe_norm(lobe);
     for (int run = 0; !result && run < runs; ++run) {
-        envmapi_progress_part part = {&desc->progress, (float)run / (float)runs, 1 / (float)runs};
-        envmap_progress progress = {&part, desc->progress.report ? envmapi_report_part : NULL};
+        envmapi_part part;
+        envmap_work work = envmapi_work_part(&part, &desc->work, run, 1, runs);
         if (run == 0 || src->slices > 1) {
-            envmapi_hier_free(&job.tree, desc->memory);
-            result = envmapi_hier_create(&job.tree, src, run, desc->memory);
+            envmapi_hier_free(&job.tree, desc->work.memory);
+            result = envmapi_hier_create(&job.tree, src, run, desc->work.memory);
         }
         if (result) break;
         envmapi_hier_aim(&job, run, (double)desc->threshold);
-        result = envmapi_run(&desc->executor, &progress, envmapi_hier_row, &job, dst->size * faces);
+        result = envmapi_run(&work, envmapi_hier_row, &job, dst->size * faces);
     }
-    envmapi_hier_free(&job.tree, desc->memory);
+    envmapi_hier_free(&job.tree, desc->work.memory);
     size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)faces;
     for (int slice = 1; !result && alike && slice < dst->slices; ++slice)
         memcpy(dst->texels + floats * (size_t)slice, dst->texels, floats * sizeof(float));
@@ -4716,61 +5085,6 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
    the worst texel of all tests stays below 20 tolerances.
    Tests: tests/test_fast.c. */
 
-/* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels. */
-typedef struct envmapi_grid {
-    const envmap *map;
-    int faces, width, height, nu, nv, pad, identity;
-    size_t count; /* nodes */
-} envmapi_grid;
-
-/* The largest |d direction / du| of a mapping (but at the rims of sphere and angular maps). */
-static double envmapi_stretch(int mapping) {
-    static const double span[ENVMAP_MAPPING_COUNT] = {2, 4, 4, 2 * ENVMAPI_PI, 2 * ENVMAPI_PI};
-    return span[mapping];
-}
-
-/* Nodes no farther apart than h. Sphere and angular maps end at their rims, so their texels are the
-   grid; and no grid is worth it that is not coarser than the texels. */
-static envmapi_grid envmapi_grid_of(const envmap *map, double h, double tolerance) {
-    envmapi_grid grid;
-    int width = envmapi_width(map->mapping, map->size);
-    double n = ceil(envmapi_stretch(map->mapping) / h),
-           aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
-    grid.map = map, grid.faces = envmap_faces(map->mapping);
-    /* beyond the taps: a spline forgets its end by 0.43 a node; it errs by a few percent there */
-    grid.pad = 3 + (int)ceil(log(0.02 / fmin(tolerance, 0.01)) / 0.843);
-    double nodes = (n + 2 * grid.pad) * (n / aspect + 2 * grid.pad);
-    grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
-                    nodes > 0.8 * width * map->size;
-    if (grid.identity) grid.pad = 0, n = width;
-    grid.nu = n < 4 ? 4 : (int)n;
-    grid.nv = grid.identity ? map->size : (int)ceil(grid.nu / aspect);
-    if (grid.identity) grid.nu = width;
-    grid.width = grid.nu + 2 * grid.pad, grid.height = grid.nv + 2 * grid.pad;
-    grid.count = (size_t)grid.faces * (size_t)grid.width * (size_t)grid.height;
-    return grid;
-}
-
-/* Six nodes and their spline weights for each texel along one side. */
-typedef struct envmapi_taps {
-    int start;
-    float w[6];
-} envmapi_taps;
-
-static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, int pad) {
-    for (int x = 0; x < texels; ++x) {
-        double at = (x + 0.5) / texels * nodes - 0.5 + pad, before = floor(at);
-        taps[x].start = (int)before - 2;
-        envmapi_spline(taps[x].w, (float)(at - before));
-    }
-}
-
-/* A texel that is summed by itself, exactly. */
-typedef struct envmapi_light {
-    size_t texel;
-    double d[3], value[4]; /* RGB times solid angle, solid angle */
-} envmapi_light;
-
 #define ENVMAPI_LIGHTS 512
 #define ENVMAPI_SCALES 13
 
@@ -4795,126 +5109,52 @@ typedef struct envmapi_sight {
 
 /* One look at a slice of the source. */
 typedef struct envmapi_survey {
-    const envmap *map;
-    const float *texels;
-    float *omega; /* [(size+1)/2][4 width]: the solid angles of row y, of size-1-y too, thrice each
-                     as RGB has it, then once each; 0 where a rim cuts */
-    float *sums;  /* blocks of texels, [faces][nv][nu][4], then twice as wide, ... */
-    double *rows; /* of each row of blocks: sum of squared energies, a sign bit is set */
-    float *work;  /* a row of texels a task */
-    int tasks, edge, nu, nv;      /* edge of a block in texels; blocks a face */
-    double all, energy, solid;    /* all channels; energy: without the lights */
-    double sum[3], strongest;     /* energy of the channels; the largest */
-    double mean[3];               /* radiance, without the lights */
-    double norm;                  /* sqrt of the sum of squares of all channels' energies */
-    double squares;               /* of the texels' energies */
-    envmapi_contrast texel;       /* of single texels, at most */
+    envmapi_input in;
+    float *sums;             /* blocks of texels, [faces][nv][nu][4], then twice as wide, ... */
+    double *rows;            /* of each row of blocks: sum of squared energies, a sign bit is set */
+    float *work;             /* a row of texels a task */
+    int tasks, edge, nu, nv; /* edge of a block in texels; blocks a face */
+    double all, energy, solid; /* all channels; energy: without the lights */
+    double sum[3], strongest;  /* energy of the channels; the largest */
+    double mean[3];            /* radiance, without the lights */
+    double norm;               /* sqrt of the sum of squares of all channels' energies */
+    double squares;            /* of the texels' energies */
+    envmapi_contrast texel;    /* of single texels, at most */
     envmapi_contrast scale[ENVMAPI_SCALES]; /* of blocks of edge << i */
     int scales;
-    envmapi_light *rim, *lights; /* texels that a rim cuts, at their centroids; taken out */
-    int rim_count, light_count;
-    envmapi_sight *sights; /* [axes]: `round` all round, then one at each scale's brightest spot;
+    envmapi_light *lights; /* taken out */
+    int light_count;
+    envmapi_sight *sights;   /* [axes]: `round` all round, then one at each scale's brightest spot;
                               squares are of what the lights leave */
     int round, axes, detail; /* detail: with squares */
 } envmapi_survey;
 
-/* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
-   averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
-static void envmapi_task_omega(void *context, int y) {
-    const envmapi_survey *s = (const envmapi_survey *)context;
-    int mapping = s->map->mapping, edge = s->map->size, width = envmapi_width(mapping, edge);
-    float *omega = s->omega + (size_t)y * 4 * (size_t)width, *once = omega + 3 * width;
-    double side = 2.0 / width, Y = (2 * y + 1.0) / edge - 1, area = side * side;
-    int cube = mapping == ENVMAP_CUBE,
-        smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
-    double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
-    for (int x = 0; smooth && x < (width + 1) / 2; ++x) {
-        double X = (2 * x + 1.0) * (1.0 / width) - 1, q = 1 + X * X + Y * Y;
-        double r = envmapi_inverse_root(q), i = r * r * r * r, rho = cube ? r * r * r : 4 * i;
-        once[x] =
-            (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
-    }
-    for (int x = 0; !smooth && x < (width + 1) / 2; ++x)
-        once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
-    for (int x = 0; envmapi_is_disc(mapping) && x < (width + 1) / 2; ++x) { /* cut by the rim */
-        double X = fabs((2 * x + 1.0) / width - 1) + side / 2, y_end = fabs(Y) + side / 2;
-        if (X * X + y_end * y_end > 1) once[x] = 0;
-    }
-    for (int x = (width + 1) / 2; x < width; ++x) once[x] = once[width - 1 - x];
-    for (int x = 0; x < width; ++x) omega[3 * x] = omega[3 * x + 1] = omega[3 * x + 2] = once[x];
-}
-
-static const float *envmapi_omega_row(const envmapi_survey *s, int y) {
-    int edge = s->map->size, row = y < edge - 1 - y ? y : edge - 1 - y;
-    return s->omega + (size_t)row * 4 * (size_t)envmapi_width(s->map->mapping, edge);
-}
-
-#define ENVMAPI_ROWS 16
-
-/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; y NULL: 1. The sums
-   stay in registers while rows go by. */
-typedef struct envmapi_rows {
-    const float *x[ENVMAPI_ROWS], *y[ENVMAPI_ROWS];
-    float w[ENVMAPI_ROWS][6];
-    int rows;
-} envmapi_rows;
-
-ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, const envmapi_rows *in,
-                                      int product, size_t at, size_t bytes) {
-    envmapi_float16 acc[6], light, texel, omega;
-    memset(acc, 0, sizeof acc), memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega);
-    for (int j = 0; j < taps; ++j) memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
-    for (int r = 0; r < in->rows; ++r) {
-        ENVMAPI_PREFETCH(in->x[r] + at + 64);
-        memcpy(&texel, in->x[r] + at, bytes), light = texel;
-        if (product) {
-            memcpy(&omega, in->y[r] + at, bytes), memset(&light, 0, sizeof light);
-            envmapi_float16_mad(&light, &texel, &omega);
-        }
-        for (int j = 0; j < taps; ++j) envmapi_float16_add(acc + j, in->w[r][j], &light);
-    }
-    for (int j = 0; j < taps; ++j) memcpy(sums + (size_t)j * stride + at, acc + j, bytes);
-}
-
-ENVMAPI_INLINE void envmapi_rows_add(float *sums, size_t stride, int taps, const envmapi_rows *in,
-                                     int product, size_t n) {
-    size_t i = 0;
-    for (; i + 16 <= n; i += 16) envmapi_rows_part(sums, stride, taps, in, product, i, 64);
-    if (i < n) envmapi_rows_part(sums, stride, taps, in, product, i, (n - i) * sizeof(float));
-}
-
-/* sums += w x */
-ENVMAPI_INLINE void envmapi_row_add(float *sums, float w, const float *x, size_t n) {
-    envmapi_rows one;
-    one.x[0] = x, one.w[0][0] = w, one.rows = 1;
-    envmapi_rows_add(sums, 0, 1, &one, 0, n);
-}
-
 /* sums += x y over some rows, squares += (x y)^2, signs |= the bits of x, in up to 16 lanes. */
 ENVMAPI_INLINE void envmapi_survey_part(float *sums, envmapi_float16 *squares,
-                                        envmapi_float16_bits *signs, const envmapi_rows *in,
-                                        size_t at, size_t bytes) {
+                                        envmapi_bits16 *signs, const envmapi_rows *in, size_t at,
+                                        size_t bytes) {
     envmapi_float16 sum, texel, omega, light, square = *squares;
-    envmapi_float16_bits bits = *signs;
+    envmapi_bits16 bits, all = *signs;
     memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega), memset(&sum, 0, sizeof sum);
     memcpy(&sum, sums + at, bytes);
     for (int r = 0; r < in->rows; ++r) {
         ENVMAPI_PREFETCH(in->x[r] + at + 64);
         memset(&light, 0, sizeof light);
         memcpy(&texel, in->x[r] + at, bytes), memcpy(&omega, in->y[r] + at, bytes);
-        envmapi_float16_or(&bits, &texel);
+        memcpy(&bits, &texel, sizeof bits);
+        ENVMAPI_OR_LANES(&all, &bits);
         envmapi_float16_mad(&light, &texel, &omega);
         envmapi_float16_mad(&square, &light, &light);
         envmapi_float16_add(&sum, 1, &light);
     }
     memcpy(sums + at, &sum, bytes);
-    *squares = square, *signs = bits;
+    *squares = square, *signs = all;
 }
 
 /* Returns the sum of the squares; whether a number has its sign bit set. */
 static double envmapi_survey_rows(float *sums, const envmapi_rows *in, size_t n, int *negative) {
     envmapi_float16 squares;
-    envmapi_float16_bits signs;
+    envmapi_bits16 signs;
     uint32_t bits[16], any = 0;
     float lanes[16];
     double sum = 0;
@@ -4931,12 +5171,12 @@ static double envmapi_survey_rows(float *sums, const envmapi_rows *in, size_t n,
 /* Task: rows of blocks; solid angles, alike on all faces, only on the first. */
 static void envmapi_task_survey(void *context, int task) {
     const envmapi_survey *s = (const envmapi_survey *)context;
-    int edge = s->map->size, faces = envmap_faces(s->map->mapping);
-    size_t width = (size_t)envmapi_width(s->map->mapping, edge), W = 3 * width;
+    int edge = s->in.map->size, faces = envmap_faces(s->in.map->mapping);
+    size_t width = (size_t)envmapi_width(s->in.map->mapping, edge), W = 3 * width;
     float *row = s->work + (size_t)task * 4 * width;
     for (int i = task; i < faces * s->nv; i += s->tasks) {
         int from = i % s->nv * s->edge, to = from + s->edge < edge ? from + s->edge : edge;
-        const float *texels = s->texels + (size_t)(i / s->nv) * W * (size_t)edge;
+        const float *texels = s->in.texels + (size_t)(i / s->nv) * W * (size_t)edge;
         float *block = s->sums + 4 * (size_t)i * (size_t)s->nu;
         envmapi_rows in;
         int negative = 0;
@@ -4945,7 +5185,7 @@ static void envmapi_task_survey(void *context, int task) {
         for (int y = from; y < to; y += in.rows) {
             in.rows = to - y < ENVMAPI_ROWS ? to - y : ENVMAPI_ROWS;
             for (int r = 0; r < in.rows; ++r) {
-                in.x[r] = texels + (size_t)(y + r) * W, in.y[r] = envmapi_omega_row(s, y + r);
+                in.x[r] = texels + (size_t)(y + r) * W, in.y[r] = envmapi_omega_row(&s->in, y + r);
                 in.w[r][0] = 1;
             }
             s->rows[2 * i] += envmapi_survey_rows(row, &in, W, &negative);
@@ -4953,15 +5193,14 @@ static void envmapi_task_survey(void *context, int task) {
             if (i < s->nv) envmapi_rows_add(row + W, 0, 1, &in, 0, width);
         }
         for (size_t x = 0, end; x < width; x = end, block += 4) {
-            envmapi_float4 sum, texel; /* and the red beside it */
+            envmapi_float4 sum; /* of RGB, and the red beside it */
             float solid = 0;
             memset(&sum, 0, sizeof sum);
             for (end = x + (size_t)s->edge < width ? x + (size_t)s->edge : width; x < end; ++x) {
-                memcpy(&texel, row + 3 * x, sizeof texel);
-                envmapi_float4_add(&sum, 1, &texel);
+                envmapi_float4_add(&sum, 1, envmapi_float4_at(row + 3 * x));
                 solid += row[W + x];
             }
-            memcpy(block, &sum, sizeof sum), block[3] = solid;
+            *envmapi_float4_at(block) = sum, block[3] = solid;
         }
         s->rows[2 * i + 1] = negative;
     }
@@ -4971,7 +5210,7 @@ static void envmapi_task_survey(void *context, int task) {
 static size_t envmapi_survey_scale(int *nu, int *nv, const envmapi_survey *s, int i) {
     size_t at = 0;
     for (*nu = s->nu, *nv = s->nv; i > 0; --i, *nu = (*nu + 1) / 2, *nv = (*nv + 1) / 2)
-        at += 4 * (size_t)*nu * (size_t)*nv * (size_t)envmap_faces(s->map->mapping);
+        at += 4 * (size_t)*nu * (size_t)*nv * (size_t)envmap_faces(s->in.map->mapping);
     return at;
 }
 
@@ -5007,7 +5246,7 @@ static double envmapi_block_square(const envmapi_survey *s, const float *block,
 static double envmapi_survey_squares(double *squares, double *most, size_t *spot,
                                      const envmapi_survey *s, const float *sums, int i, int to) {
     int nu, nv, wide, high, parents_wide = 0, parents_high = 0;
-    int faces = envmap_faces(s->map->mapping);
+    int faces = envmap_faces(s->in.map->mapping);
     const float *parents = NULL, *block;
     double sum = 0;
     if (i + 1 < s->scales)
@@ -5018,8 +5257,7 @@ static double envmapi_survey_squares(double *squares, double *most, size_t *spot
         int face = row / nv, y = row % nv;
         size_t at = (size_t)(face * high + (y >> (to - i))) * (size_t)wide;
         const float *p = NULL;
-        if (parents)
-            p = parents + 4 * (size_t)(face * parents_high + y / 2) * (size_t)parents_wide;
+        if (parents) p = parents + 4 * (size_t)(face * parents_high + y / 2) * (size_t)parents_wide;
         for (int x = 0; x < nu; ++x, block += 4) {
             double square = envmapi_block_square(s, block, p ? p + 4 * (x / 2) : NULL);
             if (squares) squares[at + (size_t)(x >> (to - i))] += square;
@@ -5034,7 +5272,7 @@ static double envmapi_survey_squares(double *squares, double *most, size_t *spot
    blocks. An edge along the borders of blocks shows at the scales where it runs through one; at the
    others it is l^-1.5 of that, as edges are. */
 static void envmapi_survey_scales(envmapi_survey *s, float *sums, double off) {
-    int nu, nv, faces = envmap_faces(s->map->mapping), last = s->scales - 1;
+    int nu, nv, faces = envmap_faces(s->in.map->mapping), last = s->scales - 1;
     double mean[4] = {0, 0, 0, 0};
     for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces; ++b)
         for (size_t c = 0; c < 4; ++c) mean[c] += (double)sums[4 * b + c];
@@ -5058,7 +5296,7 @@ static void envmapi_survey_scales(envmapi_survey *s, float *sums, double off) {
 /* The contrast of single texels, from the sum of their squares: what evenly lit blocks, E^2 of each
    over its texels, do not explain. */
 static void envmapi_survey_texel(envmapi_survey *s, const float *sums, double squares) {
-    size_t count = (size_t)s->nu * (size_t)s->nv * (size_t)envmap_faces(s->map->mapping);
+    size_t count = (size_t)s->nu * (size_t)s->nv * (size_t)envmap_faces(s->in.map->mapping);
     double even = 0;
     s->texel = s->scale[0];
     if (!(s->norm > 1e-12 && s->norm < 1e15)) return; /* their squares are no floats */
@@ -5076,7 +5314,7 @@ static double envmapi_between(double l, double l0, double y0, double l1, double 
 
 /* The contrast at the scale of band l: blocks as wide as its half wave. */
 static envmapi_contrast envmapi_contrast_at(const envmapi_survey *s, double l) {
-    double finer = ENVMAPI_PI / envmapi_texel_extent(s->map), at = finer / s->edge;
+    double finer = ENVMAPI_PI / envmapi_texel_extent(s->in.map), at = finer / s->edge;
     envmapi_contrast below = s->texel, out;
     if (l >= finer) return s->texel;
     for (int i = 0; i < s->scales; below = s->scale[i++], finer = at, at /= 2) {
@@ -5095,33 +5333,10 @@ static double envmapi_kappa2(const envmapi_survey *s, double l) {
 
 /* The scale of blocks nearest to a half wave of band l. */
 static int envmapi_scale_at(const envmapi_survey *s, double l) {
-    double width = sqrt(2) * ENVMAPI_PI / (l * s->edge * envmapi_texel_extent(s->map));
+    double width = sqrt(2) * ENVMAPI_PI / (l * s->edge * envmapi_texel_extent(s->in.map));
     int i = 0;
     while (i + 1 < s->scales && width >= 2) ++i, width /= 2;
     return i;
-}
-
-/* Texels that a rim cuts, as lights at their centroids: the same on every face. */
-static void envmapi_survey_rim(envmapi_survey *s, int room) {
-    const envmap *map = s->map;
-    size_t area = envmapi_area(map->mapping, map->size);
-    s->rim_count = 0;
-    for (size_t t = 0; t < area && room; ++t) {
-        int x = (int)(t % (size_t)map->size), y = (int)(t / (size_t)map->size);
-        double X = fabs((2 * x + 1.0) / map->size - 1) - 1.0 / map->size, at[2];
-        double Y = fabs((2 * y + 1.0) / map->size - 1) - 1.0 / map->size;
-        const float *once = envmapi_omega_row(s, y) + 3 * map->size;
-        if (once[x] > 0 || X * X + Y * Y > 1) continue;
-        double w = envmapi_texel_cell(at, map->mapping, map->size, x, y);
-        for (int face = 0; w > 0 && face < envmap_faces(map->mapping); ++face) {
-            if (s->rim_count >= room) return;
-            envmapi_light *light = s->rim + s->rim_count++;
-            light->texel = (size_t)face * area + t;
-            envmapi_direction(light->d, map->mapping, face, at[0], at[1]);
-            for (size_t c = 0; c < 4; ++c)
-                light->value[c] = w * (c < 3 ? (double)s->texels[3 * light->texel + c] : 1.0);
-        }
-    }
 }
 
 static double envmapi_light_energy(const envmapi_light *light) {
@@ -5136,32 +5351,27 @@ static double envmapi_light_square(const envmapi_light *light) {
 /* Looks at a slice, in blocks of 8 x 8 texels, or of 4 x 4 for lobes sharper than 32 texels.
    Errors: MEMORY, RADIANCE. */
 static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map, int slice,
-                                           double sigma, const envmap_filter_desc *desc,
+                                           double sigma, const envmap_work *work,
                                            envmapi_pool *pool) {
     int faces = envmap_faces(map->mapping), width = envmapi_width(map->mapping, map->size);
-    int room = envmapi_is_disc(map->mapping) ? 16 * map->size + 64 : 0, negative = 0;
+    int negative = 0;
     double squares = 0, off = 0, *energy = s->sum;
     memset(s, 0, sizeof *s);
-    s->map = map, s->texels = envmapi_image(map, 0, slice, 0);
-    s->tasks = envmapi_tasks(&desc->executor);
+    s->tasks = envmapi_tasks(work);
     s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
     s->nu = (width + s->edge - 1) / s->edge, s->nv = (map->size + s->edge - 1) / s->edge;
-    for (s->scales = 1; s->nv >> s->scales && s->scales < ENVMAPI_SCALES; ++s->scales) {}
+    for (s->scales = 1; s->nv >> s->scales && s->scales < ENVMAPI_SCALES; ++s->scales) {
+    }
     size_t blocks = (size_t)s->nu * (size_t)s->nv * (size_t)faces, W = 4 * (size_t)width;
     blocks = 2 * blocks + 64 * (size_t)faces; /* and the coarser scales */
-    /* One block: malloc gives the heap's end back after each call where no block is half of all. */
-    size_t omega = W * (size_t)((map->size + 1) / 2), work = W * (size_t)s->tasks;
-    size_t rows = 2 * (size_t)(faces * s->nv), floats = omega + 4 * blocks + work;
-    s->rows = (double *)envmapi_pool_get(pool, rows + (floats + 1) / 2, sizeof(double));
-    s->rim = (envmapi_light *)envmapi_pool_get(pool, (size_t)room + 1, sizeof(envmapi_light));
-    if (!s->rows || !s->rim) return ENVMAP_ERROR_MEMORY;
-    s->omega = (float *)(s->rows + rows), s->sums = s->omega + omega;
-    s->work = s->sums + 4 * blocks;
-    envmapi_run_all(&desc->executor, envmapi_task_omega, s, (map->size + 1) / 2);
-    envmapi_run_all(&desc->executor, envmapi_task_survey, s, s->tasks);
+    size_t floats = W * (size_t)s->tasks + 4 * blocks, rows = 2 * (size_t)(faces * s->nv);
+    if (envmapi_input_create(&s->in, map, slice, 2 * rows + floats, work, pool))
+        return ENVMAP_ERROR_MEMORY;
+    s->rows = (double *)(void *)s->in.spare;
+    s->sums = (float *)(s->rows + rows), s->work = s->sums + 4 * blocks;
+    envmapi_run_all(work, envmapi_task_survey, s, s->tasks);
     for (size_t i = 0, n = (size_t)s->nu * (size_t)s->nv; i + n < n * (size_t)faces; ++i)
         s->sums[4 * (i + n) + 3] = s->sums[4 * i + 3];
-    envmapi_survey_rim(s, room);
     for (int i = 0; i < faces * s->nv; ++i) {
         const float *block = s->sums + 4 * (size_t)i * (size_t)s->nu;
         for (int x = 0; x < s->nu; ++x, block += 4) {
@@ -5170,9 +5380,9 @@ static envmap_result envmapi_survey_create(envmapi_survey *s, const envmap *map,
         }
         squares += s->rows[2 * i], negative |= s->rows[2 * i + 1] > 0;
     }
-    for (int i = 0; i < s->rim_count; ++i) {
-        for (int c = 0; c < 3; ++c) energy[c] += s->rim[i].value[c];
-        s->solid += s->rim[i].value[3], off += envmapi_light_square(s->rim + i);
+    for (int i = 0; i < s->in.rim_count; ++i) {
+        for (int c = 0; c < 3; ++c) energy[c] += s->in.rim[i].value[c];
+        s->solid += s->in.rim[i].value[3], off += envmapi_light_square(s->in.rim + i);
     }
     s->squares = squares + off, s->all = s->energy = energy[0] + energy[1] + energy[2];
     s->strongest = fmax(fmax(energy[0], energy[1]), energy[2]);
@@ -5193,18 +5403,18 @@ static int envmapi_light_add(envmapi_survey *s, const envmapi_light *light) {
 
 /* The texels of one block that hold more than `limit` become lights, until there are too many. */
 static int envmapi_block_lights(envmapi_survey *s, size_t block, double limit) {
-    const envmap *map = s->map;
+    const envmap *map = s->in.map;
     int x0 = (int)(block % (size_t)s->nu) * s->edge, row = (int)(block / (size_t)s->nu);
     int y0 = row % s->nv * s->edge, face = row / s->nv;
     int width = envmapi_width(map->mapping, map->size);
     for (int y = y0; y < y0 + s->edge && y < map->size; ++y)
         for (int x = x0; x < x0 + s->edge && x < width; ++x) {
-            double w = (double)envmapi_omega_row(s, y)[3 * x];
+            double w = (double)envmapi_omega_row(&s->in, y)[3 * x];
             envmapi_light light;
             light.texel =
                 ((size_t)face * (size_t)map->size + (size_t)y) * (size_t)width + (size_t)x;
             for (size_t c = 0; c < 4; ++c)
-                light.value[c] = w * (c < 3 ? (double)s->texels[3 * light.texel + c] : 1.0);
+                light.value[c] = w * (c < 3 ? (double)s->in.texels[3 * light.texel + c] : 1.0);
             if (!(envmapi_light_energy(&light) > limit)) continue;
             envmapi_texel_direction(light.d, map->mapping, face, map->size, x, y);
             if (!envmapi_light_add(s, &light)) return 0;
@@ -5215,17 +5425,17 @@ static int envmapi_block_lights(envmapi_survey *s, size_t block, double limit) {
 /* The contrast of what the lights leave, no texel of it with more than `limit` of all energy; rest:
    room for the blocks without them. */
 static void envmapi_survey_rest(envmapi_survey *s, double limit, float *rest) {
-    int edge = s->map->size, faces = envmap_faces(s->map->mapping);
-    size_t width = (size_t)envmapi_width(s->map->mapping, edge), size = (size_t)edge;
+    int edge = s->in.map->size, faces = envmap_faces(s->in.map->mapping);
+    size_t width = (size_t)envmapi_width(s->in.map->mapping, edge), size = (size_t)edge;
     double squares = s->squares, off = 0;
     memcpy(rest, s->sums, 4 * (size_t)s->nu * (size_t)s->nv * (size_t)faces * sizeof *rest);
-    for (int i = 0; i < s->rim_count; ++i) off += envmapi_light_square(s->rim + i);
+    for (int i = 0; i < s->in.rim_count; ++i) off += envmapi_light_square(s->in.rim + i);
     for (int i = 0; i < s->light_count; ++i) {
         const double *v = s->lights[i].value, square = envmapi_light_square(s->lights + i);
         size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
         size_t row = y / size * (size_t)s->nv + y % size / (size_t)s->edge;
         float *sum = rest + 4 * (row * (size_t)s->nu + x / (size_t)s->edge);
-        int cut = !(envmapi_omega_row(s, (int)(y % size))[3 * x] > 0);
+        int cut = !(envmapi_omega_row(&s->in, (int)(y % size))[3 * x] > 0);
         for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
         s->energy -= envmapi_light_energy(s->lights + i), squares -= square;
         if (cut) off -= square;
@@ -5240,19 +5450,19 @@ static void envmapi_survey_rest(envmapi_survey *s, double limit, float *rest) {
 
 /* The middle of block b at scale i. */
 static void envmapi_block_direction(double d[3], const envmapi_survey *s, int i, size_t b) {
-    int nu, nv, mapping = s->map->mapping, wide = s->edge << i;
+    int nu, nv, mapping = s->in.map->mapping, wide = s->edge << i;
     envmapi_survey_scale(&nu, &nv, s, i);
     int x = (int)(b % (size_t)nu), y = (int)(b / (size_t)nu), face = y / nv;
     envmapi_direction(d, mapping, face,
-                      fmin((x + 0.5) * wide / envmapi_width(mapping, s->map->size), 1),
-                      fmin((y % nv + 0.5) * wide / s->map->size, 1));
+                      fmin((x + 0.5) * wide / envmapi_width(mapping, s->in.map->size), 1),
+                      fmin((y % nv + 0.5) * wide / s->in.map->size, 1));
 }
 
 /* What axes see of the blocks at scale j: the energies if `from` is 0, and in detail the squares in
    `rest` of the scales from `from` to j. squares: room for (j-from+1) times the blocks. */
 static void envmapi_sights_add(envmapi_survey *s, const float *rest, int from, int j,
                                double *squares, const unsigned char *angle) {
-    int nu, nv, faces = envmap_faces(s->map->mapping);
+    int nu, nv, faces = envmap_faces(s->in.map->mapping);
     const float *sums = s->sums + envmapi_survey_scale(&nu, &nv, s, j);
     int count = nu * nv * faces;
     memset(squares, 0, (size_t)(j - from + 1) * (size_t)count * sizeof *squares);
@@ -5272,7 +5482,7 @@ static void envmapi_sights_add(envmapi_survey *s, const float *rest, int from, i
             values[3 + i] = (float)squares[(size_t)(i - from) * (size_t)count + (size_t)b];
         for (envmapi_sight *a = s->sights; a < s->sights + s->axes; ++a) {
             float *seen = a->seen[angle[(int)(512.5 - 512 * envmapi_dot(a->axis, d))]];
-            envmapi_float16_to(seen, 1, values);
+            envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(values));
         }
     }
 }
@@ -5282,14 +5492,14 @@ static void envmapi_sights_add(envmapi_survey *s, const float *rest, int from, i
    bands are few, can do without detail. */
 static envmap_result envmapi_survey_sights(envmapi_survey *s, double sigma, const float *rest,
                                            envmapi_pool *pool) {
-    int nu, nv, j = 0, edge = s->detail ? 5 : 3, faces = envmap_faces(s->map->mapping);
-    double extent = s->edge * envmapi_texel_extent(s->map), t;
+    int nu, nv, j = 0, edge = s->detail ? 5 : 3, faces = envmap_faces(s->in.map->mapping);
+    double extent = s->edge * envmapi_texel_extent(s->in.map), t;
     unsigned char angle[1026];
     for (envmapi_survey_scale(&nu, &nv, s, 0);
          j + 1 < s->scales && (4 * extent <= sigma || nu * nv * faces > 2048); extent *= 2)
         envmapi_survey_scale(&nu, &nv, s, ++j);
-    double *squares = (double *)envmapi_pool_get(pool, (size_t)((j + 1) * nu * nv * faces),
-                                                 sizeof *squares);
+    double *squares =
+        (double *)envmapi_pool_get(pool, (size_t)((j + 1) * nu * nv * faces), sizeof *squares);
     if (!squares) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < 1026; ++i) {
         t = sqrt(acos(envmapi_clamp(1 - i / 512.0, -1, 1)) / ENVMAPI_PI) * ENVMAPI_ANGLES;
@@ -5310,7 +5520,7 @@ static envmap_result envmapi_survey_sights(envmapi_survey *s, double sigma, cons
    for all; kappa is then what they leave, and axes look at it for lobes of sigma. The blocks stay
    whole. */
 static envmap_result envmapi_survey_lights(envmapi_survey *s, double sigma, envmapi_pool *pool) {
-    int nu, nv, fits = 0, kept = pool->count, faces = envmap_faces(s->map->mapping);
+    int nu, nv, fits = 0, kept = pool->count, faces = envmap_faces(s->in.map->mapping);
     size_t blocks = envmapi_survey_scale(&nu, &nv, s, s->scales) / 4;
     s->lights = (envmapi_light *)envmapi_pool_get(pool, ENVMAPI_LIGHTS, sizeof(envmapi_light));
     int edge = sigma <= 0.5 ? 5 : 3;
@@ -5323,8 +5533,9 @@ static envmap_result envmapi_survey_lights(envmapi_survey *s, double sigma, envm
     double limit = s->energy / 4000;
     while (!fits) {
         s->light_count = 0, fits = 1, limit *= 2;
-        for (int i = 0; i < s->rim_count; ++i)
-            if (envmapi_light_energy(s->rim + i) > limit) fits &= envmapi_light_add(s, s->rim + i);
+        for (int i = 0; i < s->in.rim_count; ++i)
+            if (envmapi_light_energy(s->in.rim + i) > limit)
+                fits &= envmapi_light_add(s, s->in.rim + i);
         for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces && fits; ++b) {
             const float *sum = s->sums + 4 * b;
             if ((double)sum[0] + (double)sum[1] + (double)sum[2] > limit)
@@ -5332,8 +5543,7 @@ static envmap_result envmapi_survey_lights(envmapi_survey *s, double sigma, envm
         }
     }
     envmapi_survey_rest(s, s->all > 0 ? limit / s->all : 1, rest);
-    envmap_result result =
-        envmapi_survey_sights(s, sigma, s->light_count ? rest : s->sums, pool);
+    envmap_result result = envmapi_survey_sights(s, sigma, s->light_count ? rest : s->sums, pool);
     envmapi_pool_free(pool, kept);
     return result;
 }
@@ -5344,25 +5554,19 @@ static envmap_result envmapi_survey_lights(envmapi_survey *s, double sigma, envm
 typedef struct envmapi_plan {
     const envmap_lobe *lobe;
     envmap *dst;
-    double *lambda;     /* [slices][bands] */
-    double *rest;       /* [slices]: sum (2l+1) lambda_l^2 beyond them */
-    int *needs;         /* [slices]: bands each needs; need: the most */
-    double *steps;      /* [slices]: spacing of the grid for each; h: the least */
+    double *lambda;                    /* [slices][bands] */
+    double *rest;                      /* [slices]: sum (2l+1) lambda_l^2 beyond them */
+    int *needs;                        /* [slices]: bands each needs; need: the most */
+    double *steps;                     /* [slices]: spacing of the grid for each; h: the least */
     int bands, need, slices, mirrored; /* mirrored: slices are half, those at -p are theirs */
     double tolerance, h, sigma, brightest; /* brightest: the largest |lambda_0| of a slice */
-    double dark;        /* the darkest of the result over its mean, of a smooth lobe */
-    double grain;       /* h^2/24 of texels of side h */
+    double dark;  /* the darkest of the result over its mean, of a smooth lobe */
+    double grain; /* h^2/24 of texels of side h */
     int kinked;
 } envmapi_plan;
 
 #define ENVMAPI_FAST_BANDS 768
 #define ENVMAPI_KINK_BANDS 256 /* that axes ask for at most, at a tolerance of 1e-3 */
-
-/* e(l) on a grid of h. A harmonic is no plane wave in (u,v): a face's own curvature adds about 6 to
-   l^2 (the sixth derivative of 1/sqrt(1+u^2) is 225). A constant loses nothing. */
-static double envmapi_band_error(int l, double h) {
-    return l ? envmapi_spline_error(sqrt(l * l + 6.0) * h / (2 * ENVMAPI_PI)) : 0;
-}
 
 /* sum_l (2l+1) lambda_l^2 e^2 over from <= l < to of one slice, e the spline's error on a grid of
    h, or 1. */
@@ -5435,12 +5639,11 @@ typedef struct envmapi_look {
 /* sum_j w_j of all that an axis sees. */
 static void envmapi_sight_sum(float sums[3 + ENVMAPI_SCALES], const envmapi_sight *sight,
                               const double *w) {
-    envmapi_float16 even, odd, one;
+    envmapi_float16 even, odd;
     memset(&even, 0, sizeof even), memset(&odd, 0, sizeof odd);
     for (int j = 0; j < ENVMAPI_ANGLES; j += 2) {
-        memcpy(&one, sight->seen[j], sizeof one), envmapi_float16_add(&even, (float)w[j], &one);
-        memcpy(&one, sight->seen[j + 1], sizeof one);
-        envmapi_float16_add(&odd, (float)w[j + 1], &one);
+        envmapi_float16_add(&even, (float)w[j], envmapi_float16_at(sight->seen[j]));
+        envmapi_float16_add(&odd, (float)w[j + 1], envmapi_float16_at(sight->seen[j + 1]));
     }
     envmapi_float16_add(&even, 1, &odd);
     memcpy(sums, &even, sizeof even);
@@ -5462,8 +5665,7 @@ static void envmapi_look_round(envmapi_look *look, const envmapi_plan *plan,
     for (int i = 0; i < s->scales && s->detail; ++i) {
         for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->dark[i][j] = HUGE_VAL;
         for (int a = 0; a < s->axes; ++a) {
-            double t = envmapi_acos(
-                envmapi_dot(s->sights[a].axis, s->sights[s->round + i].axis));
+            double t = envmapi_acos(envmapi_dot(s->sights[a].axis, s->sights[s->round + i].axis));
             double from = sqrt(fmax(t - 0.3, 0) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
             double to = sqrt((t + 0.3) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
             for (int j = (int)ceil(from); j <= to && j < ENVMAPI_ANGLES; ++j)
@@ -5521,8 +5723,8 @@ static int envmapi_look_sees(const envmapi_look *look, const envmapi_survey *s, 
    the axes. A uniform scene's and the norm's counts too: the grain of texels, whose solid angles
    are lumps. slack: what rounding leaves of d; l: its lowest band. */
 static int envmapi_look_allows(const envmapi_look *look, const envmapi_plan *plan,
-                               const envmapi_survey *s, const double *d, double share,
-                               double slack, int l) {
+                               const envmapi_survey *s, const double *d, double share, double slack,
+                               int l) {
     envmapi_contrast c = envmapi_contrast_at(s, l);
     double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
     double dark = fmax(look->darkest / 2, 1e-3 * look->mean);
@@ -5534,8 +5736,7 @@ static int envmapi_look_allows(const envmapi_look *look, const envmapi_plan *pla
         squares += excess[j] * excess[j] * look->area[j];
     }
     if (8 * plan->grain * most > share * look->mean) return 0;
-    if (plan->kinked && s->detail)
-        return envmapi_look_sees(look, s, excess, 1.5 * share, l);
+    if (plan->kinked && s->detail) return envmapi_look_sees(look, s, excess, 1.5 * share, l);
     return c.epsilon * most <= share * dark && others * squares <= share * share * dark * dark;
 }
 
@@ -5578,26 +5779,24 @@ static int envmapi_look_holds(const envmapi_look *look, const envmapi_plan *plan
     double mean = look->mean, tolerance = plan->tolerance;
     double d = envmapi_plan_power(plan, look->slice, 0, bands, h);
     envmapi_series series;
-    if (16 * c2 * d > tolerance * tolerance * ((1 - c2) * mean * mean + c2 * look->power))
-        return 0;
+    if (16 * c2 * d > tolerance * tolerance * ((1 - c2) * mean * mean + c2 * look->power)) return 0;
     envmapi_series_begin(&series);
     for (int l = 0; l < bands; ++l)
         envmapi_series_add(&series, lost, lambda[l] * envmapi_band_error(l, h));
     return envmapi_look_allows(look, plan, s, lost, 2 * tolerance, 0, bands / 2 + 1);
 }
 
-/* The widest that a grid for so many bands may be. */
-static double envmapi_plan_cap(int bands) { return fmin(0.8, 0.45 * 2 * ENVMAPI_PI / bands); }
-
 /* The widest grid whose spline errors stay within the bounds, to 4 %; its nodes keep all bands
    apart also where a scene asks for nothing, for the solid angle goes over the same grid. */
 static double envmapi_look_spacing(const envmapi_look *look, const envmapi_plan *plan,
                                    const envmapi_survey *s, int bands) {
-    double low = 1e-3, high = envmapi_plan_cap(bands);
+    double low = 1e-3, high = envmapi_widest_spacing(bands);
     while (high > 1.04 * low) {
         double h = sqrt(low * high);
-        if (envmapi_look_holds(look, plan, s, bands, h)) low = h;
-        else high = h;
+        if (envmapi_look_holds(look, plan, s, bands, h))
+            low = h;
+        else
+            high = h;
     }
     return low;
 }
@@ -5628,11 +5827,11 @@ static int envmapi_plan_lambda(envmapi_plan *plan, int bands, int others) {
    that, for what lies between. */
 static double envmapi_survey_dark(const envmapi_survey *s, double sigma) {
     int i = 0, nu, nv;
-    double extent = s->edge * envmapi_texel_extent(s->map), mean = s->all / s->solid / 3;
+    double extent = s->edge * envmapi_texel_extent(s->in.map), mean = s->all / s->solid / 3;
     double dark = HUGE_VAL;
     while (i + 1 < s->scales && 2 * extent <= sigma) ++i, extent *= 2;
     const float *block = s->sums + envmapi_survey_scale(&nu, &nv, s, i);
-    for (int b = 0; b < nu * nv * envmap_faces(s->map->mapping); ++b, block += 4) {
+    for (int b = 0; b < nu * nv * envmap_faces(s->in.map->mapping); ++b, block += 4) {
         double most = fmax(fmax((double)block[0], (double)block[1]), (double)block[2]);
         if (block[3] > 0) dark = fmin(dark, most / (double)block[3]);
     }
@@ -5724,7 +5923,8 @@ static int envmapi_plan_fit(envmapi_plan *plan, const envmapi_survey *survey, do
             break;
         }
     }
-    if (plan->need > most || !envmapi_plan_lattice_holds(plan, survey->map)) return plan->need = 0;
+    if (plan->need > most || !envmapi_plan_lattice_holds(plan, survey->in.map))
+        return plan->need = 0;
     envmapi_plan_steps(plan, survey);
     return envmapi_plan_lambda(plan, plan->bands, 1);
 }
@@ -5744,8 +5944,7 @@ static int envmapi_plan_create(envmapi_plan *plan, envmap *dst, const envmap_lob
     plan->grain =
         pow(envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size), 2) / 24;
     for (int k = 0; k < plan->slices; ++k)
-        plan->sigma =
-            fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_plan_p(plan, k)));
+        plan->sigma = fmin(plan->sigma, envmap_lobe_sigma(lobe, envmapi_plan_p(plan, k)));
     if (plan->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)plan->slices;
     plan->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 3) * n, sizeof(double));
@@ -5770,7 +5969,7 @@ typedef struct envmapi_scene {
 static envmap_result envmapi_plans_fit(envmapi_plan *plans, int count, envmapi_scene *scene,
                                        envmapi_pool *pool) {
     int kinked = 0;
-    double extent = envmapi_texel_extent(scene->whole.map);
+    double extent = envmapi_texel_extent(scene->whole.in.map);
     double sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
     for (int i = 0; i < count; ++i) {
@@ -5791,396 +5990,21 @@ static envmap_result envmapi_plans_fit(envmapi_plan *plans, int count, envmapi_s
     return result;
 }
 
-/* One map's grid at work, and the rings behind it. */
-typedef struct envmapi_fast {
-    envmapi_grid grid;
-    const envmapi_survey *survey; /* of the source */
-    envmapi_rings rings;
-    envmapi_transform t;
-    envmapi_taps *u, *v;
-    float *nodes;        /* [count][4]: RGB and solid angle, then the cut texels */
-    float *work;         /* a task's rows */
-    double (*factors)[3]; /* of columns, then of rows */
-    envmapi_point *points;
-    unsigned short *touch; /* by each row of nodes; NULL for one task */
-    int *finite;         /* are a strip's nodes? */
-    int tasks, strips;   /* strips: horizontal, of a face's grid: one a task */
-    float *out;          /* a result's slice */
-    const envmap_lobe *lobe;
-    double norm, p;      /* of the slice */
-    int divide;          /* by the fourth channel */
-    const envmapi_light *lights;
-    int light_count;
-} envmapi_fast;
-
-/* A finished row of texels -> a row of nodes: a run of texels between the same nodes is gathered in
-   registers first. */
-static void envmapi_reduce_row(float *nodes, const envmapi_fast *f, const float *row) {
-    int width = envmapi_width(f->grid.map->mapping, f->grid.map->size);
-    const float *solid = row + 3 * width;
-    for (int x = 0; x < width;) {
-        int start = f->u[x].start;
-        envmapi_float4 sums[6], sum, one;
-        memset(sums, 0, sizeof sums);
-        for (; x < width && f->u[x].start == start; ++x) {
-            float light[4] = {row[3 * x], row[3 * x + 1], row[3 * x + 2], solid[x]};
-            memcpy(&one, light, sizeof one);
-            for (int i = 0; i < 6; ++i) envmapi_float4_add(sums + i, f->u[x].w[i], &one);
-        }
-        for (int i = 0; i < 6; ++i) {
-            memcpy(&sum, nodes + 4 * (start + i), sizeof sum);
-            envmapi_float4_add(&sum, 1, sums + i);
-            memcpy(nodes + 4 * (start + i), &sum, sizeof sum);
-        }
-    }
-}
-
-/* Task: one horizontal band of one face's grid, from the texels that reach it. Six rows of nodes,
-   as wide as the texels, are open at a time. Solid angles are alike on all faces: only on the
-   first. */
-static void envmapi_task_reduce(void *context, int task) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    const envmapi_grid *grid = &f->grid;
-    int face = task / f->strips, band = task % f->strips, size = grid->map->size, open;
-    int from = grid->height * band / f->strips, to = grid->height * (band + 1) / f->strips, y = 0;
-    size_t width = (size_t)envmapi_width(grid->map->mapping, size), W = 4 * width;
-    size_t floats = 4 * (size_t)grid->width;
-    const float *texels = f->survey->texels + 3 * (size_t)face * width * (size_t)size;
-    float *nodes = f->nodes + (size_t)face * (size_t)grid->height * floats;
-    float *rows = f->work + (size_t)task * 6 * W;
-    envmapi_rows in;
-    memset(nodes + (size_t)from * floats, 0, (size_t)(to - from) * floats * sizeof(float));
-    memset(rows, 0, 6 * W * sizeof(float));
-    while (y < size && f->v[y].start + 5 < from) ++y;
-    for (open = y < size ? f->v[y].start : to; open < to; y += in.rows) {
-        int next = y < size ? f->v[y].start : to;
-        for (in.rows = 0; open < next && open < to; ++open) {
-            float *row = rows + (size_t)(open % 6) * W;
-            if (open >= from) envmapi_reduce_row(nodes + (size_t)open * floats, f, row);
-            memset(row, 0, W * sizeof(float));
-        }
-        for (int k = y; next < to && k < size && in.rows < ENVMAPI_ROWS && f->v[k].start == next;
-             ++k, ++in.rows) {
-            in.x[in.rows] = texels + 3 * (size_t)k * width;
-            in.y[in.rows] = envmapi_omega_row(f->survey, k);
-            for (int i = 0; i < 6; ++i) in.w[in.rows][(next + i) % 6] = f->v[k].w[i];
-        }
-        envmapi_rows_add(rows, W, 6, &in, 1, 3 * width);
-        for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + 3 * width;
-        if (face == 0) envmapi_rows_add(rows + 3 * width, W, 6, &in, 0, width);
-    }
-}
-
-/* The same where the nodes are the texels. Task: a face. */
-static void envmapi_task_copy(void *context, int face) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    size_t width = (size_t)f->grid.width, size = (size_t)f->grid.height;
-    const float *texel = f->survey->texels + 3 * (size_t)face * width * size;
-    float *node = f->nodes + 4 * (size_t)face * width * size;
-    for (size_t y = 0; y < size; ++y) {
-        const float *once = envmapi_omega_row(f->survey, (int)y) + 3 * width;
-        for (size_t x = 0; x < width; ++x, texel += 3, node += 4) {
-            for (int c = 0; c < 3; ++c) node[c] = once[x] * texel[c];
-            node[3] = once[x];
-        }
-    }
-}
-
-/* (1, 26, 66, 26, 1)/120 c = f along n items of `floats` numbers, `stride` apart. */
-static void envmapi_spline_columns(float *f, int n, size_t stride, size_t floats,
-                                   double (*factors)[3]) {
-    for (int i = 1; i < n; ++i)
-        for (int back = 1; back <= 2 && back <= i; ++back) {
-            float *now = f + (size_t)i * stride;
-            envmapi_row_add(now, (float)-factors[i][back], now - (size_t)back * stride, floats);
-        }
-    for (int i = n - 1; i >= 0; --i) {
-        float *now = f + (size_t)i * stride, scale = (float)(120 * factors[i][0]);
-        for (size_t k = 0; k < floats; ++k) now[k] *= scale;
-        for (int on = 1; on <= 2 && i + on < n; ++on)
-            envmapi_row_add(now, (float)-factors[i + on][on], now + (size_t)on * stride, floats);
-    }
-}
-
-/* The same along `rows` rows of n nodes, together, as each node waits for the one before. */
-ENVMAPI_INLINE void envmapi_spline_rows(float *f, int n, size_t stride, int rows,
-                                        double (*factors)[3]) {
-    envmapi_float4 now, done, one[4], two[4];
-    memset(one, 0, sizeof one), memset(two, 0, sizeof two);
-    for (int i = 0; i < n; ++i)
-        for (int r = 0; r < rows; ++r) {
-            float *node = f + (size_t)r * stride + 4 * (size_t)i;
-            memcpy(&now, node, sizeof now);
-            envmapi_float4_add(&now, (float)-factors[i][1], one + r);
-            envmapi_float4_add(&now, (float)-factors[i][2], two + r);
-            memcpy(node, &now, sizeof now);
-            two[r] = one[r], one[r] = now;
-        }
-    memset(one, 0, sizeof one), memset(two, 0, sizeof two);
-    for (int i = n - 1; i >= 0; --i)
-        for (int r = 0; r < rows; ++r) {
-            float *node = f + (size_t)r * stride + 4 * (size_t)i;
-            memcpy(&now, node, sizeof now), memset(&done, 0, sizeof done);
-            envmapi_float4_add(&done, (float)(120 * factors[i][0]), &now);
-            envmapi_float4_add(&done, (float)-factors[i + 1][1], one + r);
-            envmapi_float4_add(&done, (float)-factors[i + 2][2], two + r);
-            memcpy(node, &done, sizeof done);
-            two[r] = one[r], one[r] = done;
-        }
-}
-
-/* Samples to spline coefficients; its own adjoint. Tasks: strips of columns, then of rows. */
-static void envmapi_task_solve_columns(void *context, int task) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    size_t row = 4 * (size_t)f->grid.width, strip = (size_t)(task % f->strips);
-    size_t from = (size_t)f->grid.width * strip / (size_t)f->strips;
-    size_t to = (size_t)f->grid.width * (strip + 1) / (size_t)f->strips;
-    float *nodes = f->nodes + (size_t)(task / f->strips) * (size_t)f->grid.height * row;
-    envmapi_spline_columns(nodes + 4 * from, f->grid.height, row, 4 * (to - from), f->factors);
-}
-
-static void envmapi_task_solve_rows(void *context, int task) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    size_t row = 4 * (size_t)f->grid.width;
-    int y = f->grid.height * (task % f->strips) / f->strips;
-    int to = f->grid.height * (task % f->strips + 1) / f->strips;
-    float *nodes = f->nodes + (size_t)(task / f->strips) * (size_t)f->grid.height * row;
-    double(*factors)[3] = f->factors + f->grid.height + 2;
-    for (; y + 4 <= to; y += 4)
-        envmapi_spline_rows(nodes + (size_t)y * row, f->grid.width, row, 4, factors);
-    for (; y < to; ++y)
-        envmapi_spline_rows(nodes + (size_t)y * row, f->grid.width, row, 1, factors);
-}
-
-static void envmapi_fast_solve(envmapi_fast *f, const envmap_executor *executor) {
-    if (f->grid.identity) return;
-    envmapi_run_all(executor, envmapi_task_solve_columns, f, f->grid.faces * f->strips);
-    envmapi_run_all(executor, envmapi_task_solve_rows, f, f->grid.faces * f->strips);
-}
-
-/* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
-static void envmapi_rays(double d[3][ENVMAPI_CHUNK], int at, int n, int mapping, int face, double u,
-                         double du, double v) {
-    double ray[3], last[3];
-    for (int i = 0; i < n && mapping != ENVMAP_CUBE; ++i) {
-        envmapi_ray(ray, mapping, face, u + i * du, v);
-        for (int c = 0; c < 3; ++c) d[c][at + i] = ray[c];
-    }
-    if (mapping != ENVMAP_CUBE) return;
-    envmapi_ray(ray, mapping, face, u, v);
-    envmapi_ray(last, mapping, face, u + n * du, v);
-    for (int c = 0; c < 3; ++c)
-        for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + i * ((last[c] - ray[c]) / n);
-}
-
-/* Where the nodes are. Task: a row of the grid, of every face: 64 nodes at a time. */
-static void envmapi_task_points(void *context, int y) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    const envmapi_grid *grid = &f->grid;
-    int width = grid->width, total = grid->faces * width, first = 0;
-    double d[3][ENVMAPI_CHUNK], v = (y - grid->pad + 0.5) / grid->nv;
-    envmapi_point points[ENVMAPI_CHUNK];
-    for (int i = 0, next, n; i < total; i = next) { /* a run on one face, up to a full chunk */
-        n = width - i % width;
-        if (n > first + ENVMAPI_CHUNK - i) n = first + ENVMAPI_CHUNK - i;
-        next = i + n;
-        envmapi_rays(d, i - first, n, grid->map->mapping, i / width,
-                     (i % width - grid->pad + 0.5) / grid->nu, 1.0 / grid->nu, v);
-        if (next - first < ENVMAPI_CHUNK && next < total) continue;
-        envmapi_rings_points(points, &f->rings, d, next - first);
-        for (int k = first; k < next; ++k) {
-            size_t row = (size_t)(k / width) * (size_t)grid->height + (size_t)y;
-            f->points[row * (size_t)width + (size_t)(k % width)] = points[k - first];
-        }
-        first = next;
-    }
-    for (int face = 0; face < grid->faces && f->touch; ++face) {
-        size_t row = (size_t)face * (size_t)grid->height + (size_t)y;
-        f->touch[row] =
-            envmapi_touched(&f->t, f->points + row * (size_t)grid->width, (size_t)grid->width);
-    }
-}
-
-/* sums += what the lights, which the bands leave out, send to n <= 64 texels from (x,y) on, over
-   their norm. */
-static void envmapi_add_lights(float *sums, const float *norm, const envmapi_fast *f, int face,
-                               int x, int y, int n) {
-    double a[3][ENVMAPI_CHUNK] = {{0}}, rgb[3][ENVMAPI_CHUNK] = {{0}}, cosines[ENVMAPI_CHUNK];
-    double k[ENVMAPI_CHUNK] = {0}, scale = 1 / f->norm;
-    double du = 1.0 / envmapi_width(f->grid.map->mapping, f->grid.map->size);
-    envmapi_rays(a, 0, n, f->grid.map->mapping, face, (x + 0.5) * du, du,
-                 (y + 0.5) / f->grid.map->size);
-    for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
-        double q = a[0][i] * a[0][i] + a[1][i] * a[1][i] + a[2][i] * a[2][i];
-        double shrink = envmapi_inverse_root(q);
-        for (int c = 0; c < 3; ++c) a[c][i] *= shrink;
-    }
-    for (const envmapi_light *l = f->lights; l < f->lights + f->light_count; ++l) {
-        for (int i = 0; i < ENVMAPI_CHUNK; ++i)
-            cosines[i] = a[0][i] * l->d[0] + a[1][i] * l->d[1] + a[2][i] * l->d[2];
-        envmapi_k_many(k, cosines, n, f->lobe, f->p);
-        for (int c = 0; c < 3; ++c)
-            for (int i = 0; i < ENVMAPI_CHUNK; ++i) rgb[c][i] += k[i] * l->value[c];
-    }
-    for (int i = 0; i < n; ++i) {
-        double over = f->divide ? scale / (double)norm[i] : scale;
-        for (int c = 0; c < 3; ++c) sums[3 * i + c] += (float)(rgb[c][i] * over);
-    }
-}
-
-/* A row of nodes -> as wide as the texels: RGB, then the norm. */
-static void envmapi_expand_row(float *row, const envmapi_fast *f, const float *nodes) {
-    int width = envmapi_width(f->grid.map->mapping, f->grid.map->size);
-    for (int x = 0; x < width; ++x) {
-        envmapi_float4 total, node;
-        float sum[4];
-        memset(&total, 0, sizeof total);
-        for (int i = 0; i < 6 && !f->grid.identity; ++i) {
-            memcpy(&node, nodes + 4 * (f->u[x].start + i), sizeof node);
-            envmapi_float4_add(&total, f->u[x].w[i], &node);
-        }
-        memcpy(sum, &total, sizeof sum);
-        if (f->grid.identity) memcpy(sum, nodes + 4 * x, sizeof sum);
-        for (int c = 0; c < 3; ++c) row[3 * x + c] = sum[c];
-        row[3 * width + x] = sum[3];
-    }
-}
-
-/* A row of texels from rows as wide as they are; norm: room for theirs. */
-static void envmapi_expand_texels(float *out, float *norm, const envmapi_fast *f, envmapi_rows *in,
-                                  int face, int y) {
-    int width = envmapi_width(f->grid.map->mapping, f->grid.map->size);
-    memset(out, 0, 3 * (size_t)width * sizeof *out);
-    envmapi_rows_add(out, 0, 1, in, 0, 3 * (size_t)width);
-    /* What has no negative part has none: bands ring below zero beside lamps on black. */
-    for (int i = 0; i < 3 * width && f->lobe->kind < ENVMAP_LOBE_FUNCTION; ++i)
-        out[i] = out[i] > 0 ? out[i] : 0;
-    if (!f->light_count) return;
-    for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width;
-    memset(norm, 0, (size_t)width * sizeof *norm);
-    envmapi_rows_add(norm, 0, 1, in, 0, (size_t)width);
-    for (int x = 0; x < width; x += ENVMAPI_CHUNK)
-        envmapi_add_lights(out + 3 * x, norm + x, f, face, x, y,
-                           width - x < ENVMAPI_CHUNK ? width - x : ENVMAPI_CHUNK);
-}
-
-/* Texels from spline coefficients. Task: a strip of texel rows of a face; six rows of nodes are
-   open at a time. */
-static void envmapi_task_expand(void *context, int task) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    const envmapi_grid *grid = &f->grid;
-    int size = grid->map->size, face = task / f->strips, strip = task % f->strips, done = -1;
-    size_t width = (size_t)envmapi_width(grid->map->mapping, size),
-           floats = 4 * (size_t)grid->width;
-    const float *nodes = f->nodes + (size_t)face * (size_t)grid->height * floats;
-    float *rows = f->work + (size_t)task * 28 * width, *norm = rows + 24 * width,
-          *out = f->out + 3 * (size_t)face * width * (size_t)size;
-    envmapi_rows in;
-    for (int y = size * strip / f->strips; y < size * (strip + 1) / f->strips; ++y) {
-        int start = grid->identity ? y : f->v[y].start, taps = grid->identity ? 1 : 6;
-        for (int i = done < start ? start : done; i < start + taps; ++i)
-            envmapi_expand_row(rows + (size_t)(i % 6) * 4 * width, f, nodes + (size_t)i * floats);
-        for (int i = 0; i < taps; ++i) {
-            in.x[i] = rows + (size_t)((start + i) % 6) * 4 * width;
-            in.w[i][0] = grid->identity ? 1 : f->v[y].w[i];
-        }
-        done = start + taps, in.rows = taps;
-        envmapi_expand_texels(out + 3 * (size_t)y * width, norm, f, &in, face, y);
-    }
-}
-
-/* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them: that
-   of `done`, whose work is done, where there is one and it is large enough. */
-static envmap_result envmapi_fast_create(envmapi_fast *f, const envmap *map, double h, int bands,
-                                         const envmapi_survey *survey, const envmapi_fast *done,
-                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
-    memset(f, 0, sizeof *f);
-    f->grid = envmapi_grid_of(map, h, (double)desc->tolerance), f->survey = survey;
-    f->strips = f->grid.faces == 6 ? 1 : 8 / f->grid.faces;
-    f->tasks = envmapi_tasks(&desc->executor);
-    size_t width = (size_t)envmapi_width(map->mapping, map->size), size = (size_t)map->size;
-    size_t extra = (size_t)survey->rim_count, n = f->grid.count + extra;
-    size_t work = 28 * width * (size_t)(f->grid.faces * f->strips);
-    size_t lines = (size_t)(f->grid.height + f->grid.width);
-    int M = envmapi_rings_size((int)fmax(ENVMAPI_PI / h, bands + 2));
-    if (done && done->grid.count >= n) f->nodes = done->nodes;
-    else f->nodes = (float *)envmapi_pool_get(pool, 4 * n, sizeof(float));
-    f->points = (envmapi_point *)envmapi_pool_get(pool, n, sizeof(envmapi_point));
-    f->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
-    f->work = (float *)envmapi_pool_get(pool, work, sizeof(float));
-    f->factors = (double(*)[3])envmapi_pool_get(pool, lines + 4, 3 * sizeof(double));
-    f->finite = (int *)envmapi_pool_get(pool, (size_t)(f->grid.faces * f->strips), sizeof(int));
-    f->t.work = (double *)envmapi_pool_get(pool, envmapi_rings_work(M) * (size_t)f->tasks,
-                                           sizeof(double));
-    if (!f->nodes || !f->points || !f->u || !f->work || !f->factors || !f->finite || !f->t.work)
-        return ENVMAP_ERROR_MEMORY;
-    f->v = f->u + width;
-    envmapi_taps_fill(f->u, (int)width, f->grid.nu, f->grid.pad);
-    envmapi_taps_fill(f->v, map->size, f->grid.nv, f->grid.pad);
-    envmapi_spline_factor(f->factors, f->grid.height, 1, 1);
-    envmapi_spline_factor(f->factors + f->grid.height + 2, f->grid.width, 1, 1);
-    envmap_result result = envmapi_rings_create(
-        &f->rings, M, bands, done && done->rings.M >= M ? done->rings.G : NULL, pool);
-    if (result) return result;
-    f->t.rings = &f->rings, f->t.points = f->points, f->t.values = f->nodes, f->t.tasks = f->tasks;
-    f->t.row = (size_t)f->grid.width, f->t.rows = (size_t)(f->grid.faces * f->grid.height);
-    if (f->tasks > 1) { /* else all rows concern the one task */
-        f->touch = (unsigned short *)envmapi_pool_get(pool, f->t.rows, sizeof *f->touch);
-        if (!f->touch) return ENVMAP_ERROR_MEMORY;
-        f->t.touch = f->touch;
-    }
-    envmapi_run_all(&desc->executor, envmapi_task_points, f, f->grid.height);
-    return ENVMAP_OK;
-}
-
-/* Takes a texel's light out of the nodes; its solid angle stays, or the norm would have a hole. */
-static void envmapi_light_out(envmapi_fast *f, const envmapi_light *light) {
-    size_t width = (size_t)envmapi_width(f->grid.map->mapping, f->grid.map->size);
-    size_t x = light->texel % width, line = light->texel / width, size = (size_t)f->grid.map->size;
-    size_t face = line / size, y = line % size;
-    int taps = f->grid.identity ? 1 : 36;
-    if (!(envmapi_omega_row(f->survey, (int)y)[3 * x] > 0)) return; /* a cut one is not there */
-    for (int k = 0; k < taps; ++k) {
-        size_t row = face * (size_t)f->grid.height + (size_t)(f->v[y].start + k / 6);
-        size_t at = row * (size_t)f->grid.width + (size_t)(f->u[x].start + k % 6);
-        float tap = f->grid.identity ? 1 : f->v[y].w[k / 6] * f->u[x].w[k % 6];
-        if (f->grid.identity) at = light->texel;
-        for (int c = 0; c < 3; ++c) f->nodes[4 * at + (size_t)c] -= tap * (float)light->value[c];
-    }
-}
-
-/* Cut texels as points of their own, dark where they are among the lights; returns how many. */
-static size_t envmapi_fast_rim(envmapi_fast *f) {
-    const envmapi_survey *s = f->survey;
-    double d[3][ENVMAPI_CHUNK];
-    size_t n = f->grid.count;
-    for (int i = 0; i < s->rim_count; ++i) {
-        int out = 0;
-        for (int k = 0; k < f->light_count && !out; ++k)
-            out = f->lights[k].texel == s->rim[i].texel;
-        for (int c = 0; c < 3; ++c) d[c][0] = s->rim[i].d[c];
-        for (int c = 0; c < 4; ++c)
-            f->nodes[4 * n + (size_t)c] = out && c < 3 ? 0 : (float)s->rim[i].value[c];
-        envmapi_rings_points(f->points + n++, &f->rings, d, 1);
-    }
-    return n - f->grid.count;
-}
-
 /* What the source side hands to the result side. */
 typedef struct envmapi_spectrum {
-    double *a; /* a_lm */
+    double *a;       /* a_lm */
     int bands, kept; /* kept: the source's grid is still there */
     double h;
     const envmapi_light *lights;
     int light_count;
-    envmapi_fast f; /* the source's grid: a result of the same shape takes it over */
+    envmapi_transform f; /* the source's grid: a result of the same shape takes it over */
 } envmapi_spectrum;
 
 /* A surveyed slice -> the spectrum that all plans of one kind can do with. */
 static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_plan *plans,
                                           int count, int kinked, const envmapi_survey *survey,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
-    envmapi_fast *f = &out->f;
+    envmapi_transform *f = &out->f;
     memset(out, 0, sizeof *out);
     out->bands = 1, out->h = 1, out->kept = 1;
     for (int i = 0; i < count; ++i) {
@@ -6188,76 +6012,30 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_p
         if (plans[i].need > out->bands) out->bands = plans[i].need;
         out->h = fmin(out->h, plans[i].h);
     }
-    out->a = (double *)envmapi_pool_get(pool, envmapi_triangle(out->bands, out->bands),
-                                        sizeof(double));
-    if (!out->a) return ENVMAP_ERROR_MEMORY;
-    envmap_result result =
-        envmapi_fast_create(f, survey->map, out->h, out->bands, survey, NULL, desc, pool);
-    if (result) return result;
+    out->a =
+        (double *)envmapi_pool_get(pool, envmapi_triangle(out->bands, out->bands), sizeof(double));
+    if (!out->a ||
+        envmapi_transform_create(f, survey->in.map, out->h, out->bands, (double)desc->tolerance,
+                                 &survey->in, NULL, &desc->work, pool))
+        return ENVMAP_ERROR_MEMORY;
     f->lights = out->lights = kinked ? survey->lights : NULL;
     f->light_count = out->light_count = kinked ? survey->light_count : 0;
-    if (f->grid.identity) envmapi_run_all(&desc->executor, envmapi_task_copy, f, f->grid.faces);
-    else envmapi_run_all(&desc->executor, envmapi_task_reduce, f, f->grid.faces * f->strips);
-    for (size_t i = 0, n = f->grid.count / (size_t)f->grid.faces; i + n < f->grid.count; ++i)
-        if (!f->grid.identity) f->nodes[4 * (i + n) + 3] = f->nodes[4 * i + 3];
-    for (int i = 0; i < f->light_count; ++i) envmapi_light_out(f, f->lights + i);
-    envmapi_fast_solve(f, &desc->executor);
-    f->t.count = f->grid.count + envmapi_fast_rim(f);
-    f->t.a = out->a, f->t.a_bands = out->bands;
-    envmapi_analyse(&f->t, &desc->executor);
+    f->a = out->a, f->a_bands = out->bands;
+    envmapi_project_texels(f, &desc->work);
     return ENVMAP_OK;
-}
-
-/* RGB over what the lobe makes of the solid angles, already at the nodes: that varies by so little
-   that the ratio is as smooth. Task: a part of the nodes; notes what is not finite. */
-static void envmapi_task_norm(void *context, int task) {
-    const envmapi_fast *f = (const envmapi_fast *)context;
-    size_t parts = (size_t)(f->grid.faces * f->strips), part = (size_t)task;
-    size_t from = f->grid.count * part / parts, to = f->grid.count * (part + 1) / parts;
-    uint32_t bits, finite = 1;
-    for (float *node = f->nodes + 4 * from; node < f->nodes + 4 * to; node += 4) {
-        float scale = f->divide ? 1 / node[3] : 1;
-        for (int c = 0; c < 4; ++c) {
-            float value = c < 3 ? node[c] * scale : node[c];
-            memcpy(&bits, &value, sizeof bits);
-            node[c] = value, finite &= (bits & 0x7F800000u) != 0x7F800000u;
-        }
-    }
-    f->finite[task] = (int)finite;
-}
-
-/* desc with a part of its progress. */
-static envmap_filter_desc envmapi_part_desc(envmapi_progress_part *part,
-                                            const envmap_filter_desc *desc, int done, int count,
-                                            int total) {
-    envmap_filter_desc out = *desc;
-    part->whole = &desc->progress;
-    part->from = (float)done / (float)total, part->length = (float)count / (float)total;
-    out.progress.user = part;
-    if (desc->progress.report) out.progress.report = envmapi_report_part;
-    return out;
 }
 
 /* A slice of a result from a spectrum, on its grid. */
-static envmap_result envmapi_fast_slice(envmapi_fast *f, const envmapi_plan *plan, int k,
-                                        const double *lambda, const envmap_filter_desc *desc) {
+static envmap_result envmapi_fast_slice(envmapi_transform *f, const envmapi_plan *plan, int k,
+                                        const double *lambda, const envmap_work *work) {
     const envmap *dst = plan->dst;
-    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
-    f->t.lambda = lambda;
-    f->out = dst->texels + floats * (size_t)k;
+    f->lambda = lambda;
+    f->out = envmapi_image(dst, 0, k, 0);
     f->p = envmapi_slice_p(plan->lobe, k, dst->slices);
     f->norm = envmapi_lobe_norm(plan->lobe);
     if (f->divide) f->norm = envmapi_lobe_integral(plan->lobe, f->p);
-    envmap_result result = envmapi_tell(&desc->progress, 0);
-    if (result) return result;
-    envmapi_synthesise(&f->t, &desc->executor);
-    envmapi_run_all(&desc->executor, envmapi_task_norm, f, f->grid.faces * f->strips);
-    for (int i = 0; i < f->grid.faces * f->strips; ++i)
-        if (!f->finite[i]) return ENVMAP_ERROR_LOBE;
-    if ((result = envmapi_tell(&desc->progress, 1))) return result;
-    envmapi_fast_solve(f, &desc->executor);
-    envmapi_run_all(&desc->executor, envmapi_task_expand, f, f->grid.faces * f->strips);
-    return ENVMAP_OK;
+    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
+    return envmapi_fill_texels(f, work) ? envmapi_tell(&work->progress, 1) : ENVMAP_ERROR_LOBE;
 }
 
 /* dst(d) = src(-d), where texels have texels opposite: not on sphere and angular maps. */
@@ -6279,21 +6057,21 @@ static int envmapi_antipodes(float *dst, const float *src, int mapping, int edge
 
 /* One row of a plan: its slice, and that at -p, lambda_l of which is (-1)^l times as much; as far
    as they are among first .. first+slices-1. */
-static envmap_result envmapi_fast_pair(envmapi_fast *f, const envmapi_plan *plan, int row,
-                                       int first, int slices, const envmap_filter_desc *desc) {
+static envmap_result envmapi_fast_pair(envmapi_transform *f, const envmapi_plan *plan, int row,
+                                       int first, int slices, const envmap_work *work) {
     const envmap *dst = plan->dst;
     double *lambda = plan->lambda + (size_t)row * (size_t)plan->bands;
     int last = first + slices, slice = plan->slices > 1 || plan->mirrored ? row : first;
     int other = plan->mirrored ? dst->slices - 1 - row : slice;
     int here = slice >= first && slice < last;
     size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
-    envmap_result result = here ? envmapi_fast_slice(f, plan, slice, lambda, desc) : ENVMAP_OK;
+    envmap_result result = here ? envmapi_fast_slice(f, plan, slice, lambda, work) : ENVMAP_OK;
     if (result || other == slice || other < first || other >= last) return result;
     if (here && envmapi_antipodes(dst->texels + floats * (size_t)other,
                                   dst->texels + floats * (size_t)slice, dst->mapping, dst->size))
         return ENVMAP_OK;
     for (int l = 1; l < plan->need; l += 2) lambda[l] = -lambda[l];
-    result = envmapi_fast_slice(f, plan, other, lambda, desc);
+    result = envmapi_fast_slice(f, plan, other, lambda, work);
     for (int l = 1; l < plan->need; l += 2) lambda[l] = -lambda[l];
     return result;
 }
@@ -6303,30 +6081,31 @@ static envmap_result envmapi_fast_pair(envmapi_fast *f, const envmapi_plan *plan
 static envmap_result envmapi_fast_synthesise(const envmapi_plan *plan, envmapi_spectrum *spectrum,
                                              const envmapi_survey *survey, int first, int slices,
                                              const envmap_filter_desc *desc, envmapi_pool *pool) {
-    const envmap *dst = plan->dst, *src = survey->map;
+    const envmap *dst = plan->dst, *src = survey->in.map;
     size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
     int kept = pool->count, need;
     double h;
     envmap_result result = ENVMAP_OK;
     for (int row = 0, end; row < plan->slices; row = end) {
-        envmapi_fast own, *f = &spectrum->f;
+        envmapi_transform own, *f = &spectrum->f;
         end = envmapi_plan_run(&need, &h, plan, row);
         int here = row < first + slices && end > first, n = dst->slices;
         int there = plan->mirrored && n - end < first + slices && n - row > first;
         if (!here && !there && plan->slices > 1) continue;
         if (!spectrum->kept || dst->mapping != src->mapping || dst->size != src->size ||
             h > 1.2 * spectrum->h)
-            result = envmapi_fast_create(f = &own, dst, h, need, survey,
-                                         spectrum->kept ? &spectrum->f : NULL, desc, pool);
+            result =
+                envmapi_transform_create(f = &own, dst, h, need, (double)desc->tolerance, NULL,
+                                         spectrum->kept ? &spectrum->f : NULL, &desc->work, pool);
         if (result) return result;
-        f->t.a = spectrum->a, f->t.a_bands = spectrum->bands;
+        f->a = spectrum->a, f->a_bands = spectrum->bands;
         f->lights = spectrum->lights, f->light_count = spectrum->light_count;
         f->rings.bands = need;
-        f->t.count = f->grid.count, f->lobe = plan->lobe;
+        f->lobe = plan->lobe;
         f->divide = !plan->lobe->raw && plan->lobe->kind != ENVMAP_LOBE_BANKS;
         for (; row < end; ++row) {
-            envmapi_progress_part part;
-            envmap_filter_desc one = envmapi_part_desc(&part, desc, row, 1, plan->slices);
+            envmapi_part part;
+            envmap_work one = envmapi_work_part(&part, &desc->work, row, 1, plan->slices);
             if ((result = envmapi_fast_pair(f, plan, row, first, slices, &one))) return result;
         }
         envmapi_pool_free(pool, kept);
@@ -6365,8 +6144,9 @@ static envmap_result envmapi_filter_fast(envmapi_plan *plans, int count, const e
         else if (any)
             result = envmapi_fast_analyse(&spectrum, plans, count, kinked, survey, desc, pool);
         for (int i = count - 1; i >= 0 && !result; --i) {
-            envmapi_progress_part part;
-            envmap_filter_desc part_desc = envmapi_part_desc(&part, desc, done, 1, count);
+            envmapi_part part;
+            envmap_filter_desc part_desc = *desc;
+            part_desc.work = envmapi_work_part(&part, &desc->work, done, 1, count);
             if (plans[i].kinked != kinked) continue;
             ++done;
             if (plans[i].need)
@@ -6375,7 +6155,7 @@ static envmap_result envmapi_filter_fast(envmapi_plan *plans, int count, const e
             else if (desc->method == ENVMAP_METHOD_HARMONICS)
                 result = ENVMAP_ERROR_METHOD;
             else
-                result = envmapi_filter_reference(plans[i].dst, survey->map, plans[i].lobe,
+                result = envmapi_filter_reference(plans[i].dst, survey->in.map, plans[i].lobe,
                                                   &part_desc);
         }
         envmapi_pool_free(pool, kept);
@@ -6391,7 +6171,6 @@ static int envmapi_desc(envmap_filter_desc *out, const envmap_filter_desc *desc)
     if (out->method < 0 || out->method >= ENVMAP_METHOD_COUNT) return 0;
     if (!envmapi_finite((double)out->tolerance) || out->tolerance < 0) return 0;
     if (!envmapi_finite((double)out->threshold)) return 0;
-    if (!envmapi_finite((double)out->limit) || out->limit < 0) return 0;
     if (!(out->tolerance > 0)) out->tolerance = 1e-3f;
     out->tolerance = (float)envmapi_clamp((double)out->tolerance, 1e-7, 0.1);
     return 1;
@@ -6399,7 +6178,7 @@ static int envmapi_desc(envmap_filter_desc *out, const envmap_filter_desc *desc)
 
 /* The lobe is in range, and can be normalised for every slice if it has to be. */
 static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
-    if (!envmapi_lobe_ok(lobe)) return 0;
+    if (!envmapi_lobe_sound(lobe)) return 0;
     if (lobe->kind == ENVMAP_LOBE_MIRROR || lobe->kind == ENVMAP_LOBE_BANKS) return 1;
     if (lobe->p0 == lobe->p1) slices = 1;
     for (int k = 0; k < slices; ++k) {
@@ -6427,7 +6206,6 @@ typedef struct envmapi_job {
     envmapi_scene scene;
     const envmapi_spectrum *ready;
     envmap_filter_desc desc;
-    double clamped[2];
     envmapi_pool pool;
 } envmapi_job;
 
@@ -6465,7 +6243,7 @@ static envmap_result envmapi_job_survey(envmapi_job *job, int slice) {
     for (int i = 0; i < job->fast; ++i) sigma = fmin(sigma, job->plans[i].sigma);
     if (!job->ready) {
         memset(&job->scene, 0, sizeof job->scene);
-        result = envmapi_survey_create(&job->scene.whole, job->src, slice, sigma, &job->desc,
+        result = envmapi_survey_create(&job->scene.whole, job->src, slice, sigma, &job->desc.work,
                                        &job->pool);
     }
     return result ? result : envmapi_plans_fit(job->plans, job->fast, &job->scene, &job->pool);
@@ -6477,8 +6255,9 @@ static envmap_result envmapi_job_fast(envmapi_job *job) {
     envmap_result result = ENVMAP_OK;
     for (int run = 0; run < runs && !result; ++run) {
         int kept = job->pool.count;
-        envmapi_progress_part part;
-        envmap_filter_desc desc = envmapi_part_desc(&part, &job->desc, run, 1, runs);
+        envmapi_part part;
+        envmap_filter_desc desc = job->desc;
+        desc.work = envmapi_work_part(&part, &job->desc.work, run, 1, runs);
         if (run) result = envmapi_job_survey(job, run);
         if (!result)
             result = envmapi_filter_fast(job->plans, job->fast, &job->scene, job->ready, run,
@@ -6490,11 +6269,12 @@ static envmap_result envmapi_job_fast(envmapi_job *job) {
 
 /* All levels into the views: first those that go by themselves. */
 static envmap_result envmapi_job_run(envmapi_job *job) {
-    envmapi_progress_part part;
-    envmap_filter_desc whole = job->desc;
+    envmapi_part part;
+    envmap_work whole = job->desc.work;
     envmap_result result = ENVMAP_OK;
     for (int l = 0, done = 0; l < job->count && !result; ++l) {
-        envmap_filter_desc desc = envmapi_part_desc(&part, &whole, done, 1, job->count);
+        envmap_filter_desc desc = job->desc;
+        desc.work = envmapi_work_part(&part, &whole, done, 1, job->count);
         if (job->planned[l]) continue;
         ++done;
         if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR)
@@ -6505,9 +6285,10 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
             result = envmapi_filter_reference(job->views + l, job->src, job->lobes + l, &desc);
     }
     if (!job->fast || result) return result;
-    job->desc = envmapi_part_desc(&part, &whole, job->count - job->fast, job->fast, job->count);
+    job->desc.work =
+        envmapi_work_part(&part, &whole, job->count - job->fast, job->fast, job->count);
     result = envmapi_job_fast(job);
-    job->desc = whole;
+    job->desc.work = whole;
     return result;
 }
 
@@ -6526,7 +6307,7 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     int bad = 0; /* a lobe that fails shows as NaN */
     for (size_t i = 0; !result && i < floats; ++i) bad |= !envmapi_finite((double)stage[i]);
     if (bad) result = ENVMAP_ERROR_LOBE;
-    if (!result && !direct) result = envmapi_tell(&job->desc.progress, 1);
+    if (!result && !direct) result = envmapi_tell(&job->desc.work.progress, 1);
     if (!result) memcpy(first, stage, floats * sizeof(float));
     return result;
 }
@@ -6553,59 +6334,28 @@ static envmap_result envmapi_job_create(envmapi_job *job, const envmap *dst, con
     return job->fast ? envmapi_job_survey(job, 0) : ENVMAP_OK;
 }
 
-/* A copy of src whose texels keep below the limit. */
-static envmap_result envmapi_job_limit(envmapi_job *job, envmap *out, const envmap *src) {
-    double all = 0, taken = 0, solid = 0, replaced = 0, limit = (double)job->desc.limit;
-    size_t area = envmapi_area(src->mapping, src->size), width = area / (size_t)src->size;
-    size_t count = area * (size_t)(envmap_faces(src->mapping) * src->slices);
-    *out = *src, out->levels = 1;
-    out->texels = (float *)envmapi_pool_get(&job->pool, 3 * count, sizeof(float));
-    if (!out->texels) return ENVMAP_ERROR_MEMORY;
-    for (size_t i = 0; i < count; ++i) {
-        double w = envmapi_texel_cell(NULL, src->mapping, src->size, (int)(i % area % width),
-                                      (int)(i % area / width));
-        int bad = 0;
-        for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
-            double value = (double)src->texels[c], kept = value > 0 ? fmin(value, limit) : 0;
-            out->texels[c] = (float)kept;
-            bad |= !(value >= 0) || !envmapi_finite(value);
-            if (envmapi_finite(value) && value > 0) all += w * value, taken += w * (value - kept);
-        }
-        solid += w, replaced += bad ? w : 0;
-    }
-    job->clamped[0] = all > 0 ? taken / all : 0;
-    job->clamped[1] = replaced / solid;
-    return ENVMAP_OK;
-}
-
 /* Is this the source that was prepared, and not to a coarser tolerance? */
 static int envmapi_prepared_for(const envmap_filter_desc *desc, const envmap *src) {
     if (!desc->prepared) return 1;
     const envmapi_prepared *p = (const envmapi_prepared *)desc->prepared->state;
     return p && p->src.texels == src->texels && p->src.mapping == src->mapping &&
-           p->src.size == src->size && src->slices == 1 && !(desc->limit > 0);
+           p->src.size == src->size && src->slices == 1;
 }
 
 ENVMAPI_BODY envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
                                                const envmap_lobe *lobes, int count,
                                                const envmap_filter_desc *desc) {
     envmapi_job job;
-    envmap limited;
     memset(&job, 0, sizeof job);
     if (!envmapi_pair_ok(dst, src) || !lobes || count < 1 || count > dst->levels ||
         !envmapi_desc(&job.desc, desc) || !envmapi_prepared_for(&job.desc, src))
         return ENVMAP_ERROR_ARGUMENT;
     for (int l = 0; l < count; ++l)
         if (!envmapi_lobe_fits(lobes + l, dst->slices)) return ENVMAP_ERROR_LOBE;
-    envmap_result result = ENVMAP_OK;
-    job.pool.memory = job.desc.memory;
-    if (job.desc.limit > 0) result = envmapi_job_limit(&job, &limited, src);
-    if (!result)
-        result = envmapi_job_create(&job, dst, job.desc.limit > 0 ? &limited : src, lobes, count);
+    job.pool.memory = job.desc.work.memory;
+    envmap_result result = envmapi_job_create(&job, dst, src, lobes, count);
     if (!result) result = envmapi_job_stage(&job, dst);
     if (!result) dst->p0 = lobes[0].p0, dst->p1 = lobes[0].p1;
-    if (!result && job.desc.limit > 0 && job.desc.clamped)
-        memcpy(job.desc.clamped, job.clamped, sizeof job.clamped);
     envmapi_pool_free(&job.pool, 0);
     return result;
 }
@@ -6637,14 +6387,13 @@ ENVMAPI_BODY envmap_result envmap_prepare(envmap_prepared *prepared, const envma
     envmap dst;
     memset(&job, 0, sizeof job);
     if (!prepared || !envmapi_valid(src) || src->slices > 1 || !lobes || count < 1 || count > 32 ||
-        !envmapi_desc(&job.desc, desc) || job.desc.limit > 0)
+        !envmapi_desc(&job.desc, desc))
         return ENVMAP_ERROR_ARGUMENT;
     dst = *src, dst.slices = 32, dst.levels = 1;
     job.desc.method = ENVMAP_METHOD_FAST, job.desc.prepared = NULL;
     for (int l = 0; l < count; ++l)
         if (!envmapi_lobe_fits(lobes + l, dst.slices)) return ENVMAP_ERROR_LOBE;
-    envmapi_prepared *state =
-        (envmapi_prepared *)ENVMAP_MALLOC(prepared->memory, sizeof *state);
+    envmapi_prepared *state = (envmapi_prepared *)ENVMAP_MALLOC(prepared->memory, sizeof *state);
     if (!state) return ENVMAP_ERROR_MEMORY;
     memset(state, 0, sizeof *state);
     job.pool.memory = prepared->memory;
@@ -6657,7 +6406,7 @@ ENVMAPI_BODY envmap_result envmap_prepare(envmap_prepared *prepared, const envma
         ENVMAP_FREE(prepared->memory, state);
         return result;
     }
-    state->scene.whole.map = state->scene.rest.map = &state->src;
+    state->scene.whole.in.map = state->scene.rest.in.map = &state->src;
     prepared->state = state;
     return ENVMAP_OK;
 }
@@ -6713,9 +6462,7 @@ static envmap_result envmapi_demand_scene(envmapi_demand *d, envmapi_job *job, i
         if (!result) envmapi_demand_spectrum(d->scene, known, &spectrum);
         envmapi_pool_free(&job->pool, kept);
     } else {
-        envmap map = *job->src;
-        map.memory = job->desc.memory;
-        result = envmap_sh_project(sh, known, &map, 0, 1e-4, &job->desc.executor);
+        result = envmap_sh_project(sh, known, job->src, 0, 1e-4, &job->desc.work);
         for (int l = 0; !result && l < known; ++l)
             d->scene[l] = envmapi_sh_power(sh, known, l) / (2 * l + 1);
     }
@@ -6823,8 +6570,10 @@ static int envmapi_lookups_size(const envmapi_lookups *t, double tolerance) {
         low = high, high *= 2;
     while (high - low > 1) {
         int n = low + (high - low) / 2;
-        if (envmapi_lookups_error(t, n) <= tolerance) high = n;
-        else low = n;
+        if (envmapi_lookups_error(t, n) <= tolerance)
+            high = n;
+        else
+            low = n;
     }
     return high;
 }
@@ -6874,93 +6623,6 @@ static int envmapi_demand_slices(const envmapi_demand *d, const envmap_lobe *lob
     return (int)ceil(n * pow((double)fewer / n, envmapi_clamp(back, 0, 1)));
 }
 
-/* What costs are made of, in counts, and what one of each takes, in copies of a texel of a large
-   map: fitted to what `make plan` measured on an AMD EPYC, gcc 12 -O3 -march=native (docs/plan.md);
-   it prints them anew. */
-enum { ENVMAPI_COUNTS = 8 };
-static const double envmapi_costs[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS] = {
-    /* mirror: source, result */
-    {400, 100, 0, 0, 0, 0, 0, 0},
-    /* REFERENCE: source, result, pairs near enough, those of Phong and Gaussian, pairs of lookups
-       and of tents for what is sharper than two texels; calls */
-    {81, 0, 5.4, 6.6, 2700, 320, 0, 3.7e4},
-    /* HIERARCHICAL: source, result, pairs with 4 x 4 texels, with texels within the lobe; calls */
-    {120, 12, 2.8, 5.7, 0, 0, 0, 2.7e4},
-    /* FAST: source, result, nodes, ring points * log2, rings * bands^2, lights * result, bands^2 by
-       quadrature; calls */
-    {1.6, 1.5, 42, 1.0, 0.32, 1.4, 7.1, 1.1e5},
-    {0, 0, 0, 0, 0, 0, 0, 0}};
-/* Copying a texel of maps that a cache holds (1 MiB), over one of maps far larger (16 MiB). */
-static const double envmapi_costs_cached = 0.18;
-
-static double envmapi_texels(const envmap *map) {
-    return (double)envmapi_area(map->mapping, map->size) * envmap_faces(map->mapping);
-}
-
-/* Of the sphere within `angle`. */
-static double envmapi_cap(double angle) { return 0.5 - 0.5 * cos(fmin(angle, ENVMAPI_PI)); }
-
-static double envmapi_threshold(const envmap_filter_desc *desc) {
-    double threshold = (double)desc->threshold;
-    return threshold > 0 ? fmin(threshold, 0.5) : threshold < 0 ? 1e-12 : 1e-3;
-}
-
-/* HIERARCHICAL opens a lobe down to where it is no more than the threshold. */
-static void envmapi_counts_exact(double *n, double *hierarchical, const envmapi_job *job) {
-    const envmap *dst = job->views, *src = job->src;
-    const envmap_lobe *lobe = job->lobes;
-    double from, to, S = envmapi_texels(src), D = envmapi_texels(dst);
-    double extent = envmapi_texel_extent(src);
-    int slices = lobe->p0 == lobe->p1 && src->slices == 1 ? 1 : dst->slices;
-    n[0] = hierarchical[0] = S * (src->slices > 1 ? slices : 1);
-    n[1] = hierarchical[1] = slices * D, hierarchical[2] = slices * S * D / 16;
-    n[7] = hierarchical[7] = 1;
-    for (int k = 0; k < slices; ++k) {
-        double p = envmapi_slice_p(lobe, k, slices), sigma = envmap_lobe_sigma(lobe, p);
-        double reach = fmax(12 * extent, 8 * sigma), tent = 2 - sigma / extent;
-        envmap_lobe_support(&from, &to, lobe, p);
-        double opened = from > 0 ? to : sigma * sqrt(-2 * log(envmapi_threshold(&job->desc)));
-        hierarchical[3] += S * D * (envmapi_cap(fmin(opened, to)) - envmapi_cap(from));
-        if (tent > 0.5) n[4] += S * D * envmapi_cap(fmin(to, reach)) + D;
-        if (tent > 0 && tent < 1) n[5] += S * D * envmapi_cap(fmin(to, reach) + 2 * extent);
-        if (tent >= 1 && to < reach) continue; /* nothing but lookups */
-        n[2] += S * D * (to < 1.5 ? envmapi_cap(to + 11 * extent) : 1);
-        if (lobe->kind <= ENVMAP_LOBE_GAUSSIAN) n[3] += S * D * envmapi_cap(to);
-    }
-}
-
-static void envmapi_counts_fast(double *n, const envmapi_job *job) {
-    const envmapi_plan *plan = job->plans;
-    const envmap *dst = plan->dst, *src = job->src;
-    double tolerance = (double)job->desc.tolerance, L = plan->need;
-    double runs = src->slices, slices = runs > 1 ? runs : plan->slices;
-    envmapi_grid from = envmapi_grid_of(src, plan->h, tolerance);
-    envmapi_grid to = envmapi_grid_of(dst, plan->h, tolerance);
-    double M = envmapi_rings_size((int)fmax(ENVMAPI_PI / plan->h, L + 2)), D = envmapi_texels(dst);
-    int closed = plan->lobe->kind == ENVMAP_LOBE_PHONG || plan->lobe->kind == ENVMAP_LOBE_GAUSSIAN;
-    n[0] = runs * envmapi_texels(src), n[1] = slices * D;
-    n[2] = runs * (double)from.count + slices * (double)to.count;
-    n[3] = (runs + slices) * 2 * M * M * log2(2 * M);
-    n[4] = (runs + slices) * M * L * L;
-    n[5] = plan->kinked ? job->scene.rest.light_count * slices * D : 0;
-    n[6] = closed ? 0 : envmapi_plan_sampled(plan) * (double)plan->bands * plan->bands;
-    n[6] += closed ? 0 : slices * L * L;
-    n[7] = 1;
-}
-
-/* Counts for every method; those that cannot: 0. [AUTO]: the mirror. */
-static void envmapi_job_counts(double n[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS],
-                               const envmapi_job *job) {
-    memset(n, 0, ENVMAP_METHOD_COUNT * sizeof *n);
-    if (job->lobes->kind == ENVMAP_LOBE_MIRROR) {
-        n[0][0] = envmapi_texels(job->src), n[0][1] = envmapi_texels(job->views);
-        n[0][0] *= job->src->slices, n[0][1] *= job->views->slices;
-        return;
-    }
-    envmapi_counts_exact(n[ENVMAP_METHOD_REFERENCE], n[ENVMAP_METHOD_HIERARCHICAL], job);
-    if (job->fast && job->plans[0].need) envmapi_counts_fast(n[ENVMAP_METHOD_FAST], job);
-}
-
 /* Bands beyond those that FAST keeps, and what four splines lose of these, of `total`. */
 static double envmapi_fast_error(const envmapi_demand *d, const envmapi_plan *plan, double total) {
     double lost = d->rest;
@@ -6969,28 +6631,6 @@ static double envmapi_fast_error(const envmapi_demand *d, const envmapi_plan *pl
         lost += d->P[l] * (l < plan->need ? 4 * e * e : 1);
     }
     return total > 0 ? sqrt(lost / total) : 0;
-}
-
-static void envmapi_needs_costs(envmap_needs *out, const envmapi_job *job) {
-    double n[ENVMAP_METHOD_COUNT][ENVMAPI_COUNTS];
-    double texels = envmapi_texels(job->src) * job->src->slices +
-                    envmapi_texels(job->views) * job->views->slices;
-    double large = envmapi_clamp(log2(24 * texels / (1 << 20)) / 4, 0, 1);
-    double copy = texels * (envmapi_costs_cached + large * (1 - envmapi_costs_cached));
-    envmapi_job_counts(n, job);
-    for (int m = 0; m < ENVMAP_METHOD_COUNT; ++m) {
-        out->operations[m] = 0;
-        for (int i = 0; i < ENVMAPI_COUNTS; ++i)
-            out->operations[m] += envmapi_costs[m][i] * n[m][i];
-    }
-    out->operations[ENVMAP_METHOD_HARMONICS] = out->operations[ENVMAP_METHOD_FAST];
-    out->error[ENVMAP_METHOD_HARMONICS] = out->error[ENVMAP_METHOD_FAST];
-    if (out->method) out->operations[0] = out->operations[out->method];
-    if (out->method) out->error[0] = out->error[out->method];
-    for (int m = 0; m < ENVMAP_METHOD_COUNT; ++m) {
-        if (!(out->operations[m] > 0)) out->operations[m] = out->error[m] = HUGE_VAL;
-        out->copies[m] = out->operations[m] / copy;
-    }
 }
 
 /* The edge whose texels are no larger than src's. */
@@ -7002,7 +6642,7 @@ static int envmapi_natural_size(const envmap *dst, const envmap *src) {
 }
 
 /* A job that AUTO would run, and where that has no plan, one that has if it can. */
-static envmap_result envmapi_needs_job(envmap_needs *out, envmapi_job *job, const envmap *dst,
+static envmap_result envmapi_needs_job(envmap_plan *out, envmapi_job *job, const envmap *dst,
                                        const envmap *src, const envmap_lobe *lobe) {
     job->desc.method = ENVMAP_METHOD_AUTO;
     envmap_result result = envmapi_job_create(job, dst, src, lobe, 1);
@@ -7014,7 +6654,7 @@ static envmap_result envmapi_needs_job(envmap_needs *out, envmapi_job *job, cons
     return envmapi_job_create(job, dst, src, lobe, 1);
 }
 
-static envmap_result envmapi_needs_fill(envmap_needs *out, envmapi_job *job) {
+static envmap_result envmapi_needs_fill(envmap_plan *out, envmapi_job *job) {
     envmapi_demand d;
     envmapi_lookups lookups;
     const envmap *dst = job->views, *src = job->src;
@@ -7038,38 +6678,33 @@ static envmap_result envmapi_needs_fill(envmap_needs *out, envmapi_job *job) {
     out->nine = envmapi_demand_tail(&d, 3);
     out->contrast = d.P[0] > 0 ? sqrt((d.total - d.P[0]) / d.P[0]) : 0;
     double total = d.total;
-    out->error[ENVMAP_METHOD_HIERARCHICAL] = envmapi_threshold(&job->desc) * out->contrast;
     if (!planned) return ENVMAP_OK;
     if (job->plans[0].kinked && (out->lights = job->scene.rest.light_count) > 0) {
         result = envmapi_demand_scene(&d, job, 1);
         if (!result) envmapi_demand_result(&d, lobe, dst->slices, bands);
     }
-    out->error[ENVMAP_METHOD_FAST] = envmapi_fast_error(&d, job->plans, total);
+    if (out->method == ENVMAP_METHOD_FAST) out->error = envmapi_fast_error(&d, job->plans, total);
     return result;
 }
 
-ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_needs *needs, const envmap *dst,
+ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst,
                                               const envmap *src, const envmap_lobe *lobe,
                                               const envmap_filter_desc *desc) {
     envmapi_job job;
-    envmap limited, shape;
-    envmap_needs out;
+    envmap shape;
+    envmap_plan out;
     memset(&job, 0, sizeof job), memset(&out, 0, sizeof out);
-    if (!needs || !dst || !envmapi_valid(src) || !lobe || !envmapi_desc(&job.desc, desc) ||
+    if (!plan || !dst || !envmapi_valid(src) || !lobe || !envmapi_desc(&job.desc, desc) ||
         !envmapi_prepared_for(&job.desc, src))
         return ENVMAP_ERROR_ARGUMENT;
     shape = *dst, shape.texels = src->texels; /* never read */
     if (!envmapi_valid(&shape) || (src->slices > 1 && src->slices != dst->slices))
         return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_lobe_fits(lobe, dst->slices)) return ENVMAP_ERROR_LOBE;
-    envmap_result result = ENVMAP_OK;
-    job.pool.memory = job.desc.memory;
-    if (job.desc.limit > 0) result = envmapi_job_limit(&job, &limited, src);
-    if (!result)
-        result = envmapi_needs_job(&out, &job, &shape, job.desc.limit > 0 ? &limited : src, lobe);
+    job.pool.memory = job.desc.work.memory;
+    envmap_result result = envmapi_needs_job(&out, &job, &shape, src, lobe);
     if (!result) result = envmapi_needs_fill(&out, &job);
-    if (!result) envmapi_needs_costs(&out, &job);
-    if (!result) *needs = out;
+    if (!result) *plan = out;
     envmapi_pool_free(&job.pool, 0);
     return result;
 }
@@ -7155,12 +6790,12 @@ static int envmapi_frame_ok(const envmap_frame *frame) {
 
 ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
                                            const envmap_frame *frames, int count,
-                                           const envmap_filter_desc *desc) {
-    envmap_filter_desc set;
+                                           const envmap_work *work) {
+    envmap_work set = envmapi_work_of(work);
     envmapi_source source;
     envmapi_views views = {&source, brdf, frames, NULL};
     if (!rgb || !envmapi_valid(map) || !brdf || !brdf->function || !frames || count < 1 ||
-        count > INT_MAX / 4 || !envmapi_desc(&set, desc))
+        count > INT_MAX / 4)
         return ENVMAP_ERROR_ARGUMENT;
     for (int i = 0; i < count; ++i)
         if (!envmapi_frame_ok(frames + i)) return ENVMAP_ERROR_ARGUMENT;
@@ -7169,8 +6804,7 @@ ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const 
     views.rgb = (double *)ENVMAP_MALLOC(set.memory, (size_t)count * 4 * sizeof(double));
     if (!views.rgb) return ENVMAP_ERROR_MEMORY;
     envmap_result result = envmapi_source_create(&source, map, 0, set.memory);
-    if (!result)
-        result = envmapi_run(&set.executor, &set.progress, envmapi_view, &views, count);
+    if (!result) result = envmapi_run(&set, envmapi_view, &views, count);
     for (int i = 0; !result && i < 4 * count; ++i)
         if (!envmapi_finite(views.rgb[i]) || (i % 4 == 3 && views.rgb[i] > 0))
             result = ENVMAP_ERROR_LOBE;
@@ -7210,8 +6844,8 @@ ENVMAPI_BODY envmap_result envmap_fresnel_table(float *values, int size, const f
         if (!(n[c] > 0 && n[c] < 1e9f) || (k && !(k[c] >= 0 && k[c] < 1e9f)))
             return ENVMAP_ERROR_ARGUMENT;
     for (int i = 0; i < 3 * size; ++i)
-        values[i] = (float)envmap_fresnel((i / 3 + 0.5) / size, (double)n[i % 3],
-                                          k ? (double)k[i % 3] : 0);
+        values[i] =
+            (float)envmap_fresnel((i / 3 + 0.5) / size, (double)n[i % 3], k ? (double)k[i % 3] : 0);
     return ENVMAP_OK;
 }
 
@@ -7398,23 +7032,22 @@ static int envmapi_fit_fields_ok(const envmap_fit *fit) {
            fit->size >= 16 && fit->size <= 65536 && (fit->flat == 0 || fit->flat == 1);
 }
 
-static void envmapi_fit_run(envmapi_fitting *fitting, const envmap_executor *executor) {
-    const envmap_progress silent = {NULL, NULL};
+static void envmapi_fit_run(envmapi_fitting *fitting, const envmap_work *work) {
     envmap_fit *fit = fitting->fit;
     int all = fit->lobes * fit->slices, merged = fit->flat ? fit->slices : 1;
     for (int i = 0; i < all; ++i) fit->axis[i] = (float)(1 - i / fit->slices);
     fitting->work = envmap_lobe_table(fitting->rows, fit->size, all, 0, 1);
     fitting->table = envmap_lobe_table(fit->table, fit->size, all / merged, 0, 1);
-    envmapi_run(executor, &silent, envmapi_fit_slice, fitting, fit->slices);
+    envmapi_run_all(work, envmapi_fit_slice, fitting, fit->slices);
     for (int row = 0; row < all / merged; ++row)
         envmapi_fit_normalise(fit->table + row * fit->size,
                               fitting->rows + row * merged * fit->size, fit->size, merged);
-    envmapi_run(executor, &silent, envmapi_fit_factors, fitting, fit->slices);
+    envmapi_run_all(work, envmapi_fit_factors, fitting, fit->slices);
 }
 
 ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
-                                           const envmap_executor *executor) {
-    const envmap_executor serial = {NULL, NULL};
+                                           const envmap_work *work) {
+    envmap_work how = envmapi_work_of(work);
     if (!fit || !brdf || !brdf->function) return ENVMAP_ERROR_ARGUMENT;
     envmap_fit out = *fit;
     if (!out.lobes) out.lobes = 1;
@@ -7425,23 +7058,24 @@ ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *b
     size_t rows = out.flat ? (size_t)out.lobes : all;
     /* one block for the results; the lobes on their way in another */
     float *block = (float *)ENVMAP_MALLOC(out.memory, (rows * size + 4 * all + n) * sizeof(float));
-    float *work = (float *)ENVMAP_MALLOC(out.memory, all * size * sizeof(float) + n * sizeof(int));
-    envmap_result result = block && work ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
+    float *scratch =
+        (float *)ENVMAP_MALLOC(out.memory, all * size * sizeof(float) + n * sizeof(int));
+    envmap_result result = block && scratch ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
     if (!result) {
         envmapi_fitting fitting;
         memset(&fitting, 0, sizeof fitting);
         fitting.brdf = brdf, fitting.fit = &out;
-        fitting.rows = work, fitting.bad = (int *)(void *)(work + all * size);
+        fitting.rows = scratch, fitting.bad = (int *)(void *)(scratch + all * size);
         out.table = block, out.axis = block + rows * size, out.factor = out.axis + all;
         out.error = out.factor + 3 * all;
-        memset(work, 0, all * size * sizeof(float));
-        envmapi_fit_run(&fitting, executor ? executor : &serial);
+        memset(scratch, 0, all * size * sizeof(float));
+        envmapi_fit_run(&fitting, &how);
         double sum = 0;
         for (size_t i = 0; i < 3 * all; ++i) sum += (double)out.factor[i];
         for (size_t k = 0; k < n; ++k) sum = fitting.bad[k] ? 0 : sum;
         if (!envmapi_finite(sum) || !(sum > 0)) result = ENVMAP_ERROR_LOBE;
     }
-    if (work) ENVMAP_FREE(out.memory, work);
+    if (scratch) ENVMAP_FREE(out.memory, scratch);
     if (result && block) ENVMAP_FREE(out.memory, block);
     if (!result) *fit = out;
     return result;
@@ -7482,8 +7116,8 @@ ENVMAPI_BODY void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const e
             dir[j] = (float)(s > 1e-9 ? cos(psi) * N[j] + sin(psi) * (c * N[j] - V[j]) / s : N[j]);
         envmap_lookup_slice(light, maps + i, dir, (float)c, 0);
         for (int j = 0; j < 3; ++j)
-            sum[j] += (double)light[j] * ((double)f[3 * k + j] +
-                                          (at - k) * (double)(f[3 * next + j] - f[3 * k + j]));
+            sum[j] += (double)light[j] *
+                      ((double)f[3 * k + j] + (at - k) * (double)(f[3 * next + j] - f[3 * k + j]));
     }
     for (int j = 0; j < 3; ++j) rgb[j] = envmapi_to_float(sum[j]);
 }
@@ -7518,8 +7152,10 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
         low = high, high *= 2;
     while (high - low > 1) {
         int n = low + (high - low) / 2;
-        if (envmapi_slices_error(lobe, n) <= tolerance) high = n;
-        else low = n;
+        if (envmapi_slices_error(lobe, n) <= tolerance)
+            high = n;
+        else
+            low = n;
     }
     return high;
 }
@@ -7567,8 +7203,10 @@ static void envmapi_ggx_column(double sums[2], const envmapi_ggx *g, double phi)
         int next = envmapi_ggx_reflect(&vh, g, high, phi) > 0;
         for (int k = 0; next != above && i > 0 && k < 40; ++k) { /* where l meets the horizon */
             double t = (low + high) / 2;
-            if ((envmapi_ggx_reflect(&vh, g, t, phi) > 0) == above) low = t;
-            else high = t;
+            if ((envmapi_ggx_reflect(&vh, g, t, phi) > 0) == above)
+                low = t;
+            else
+                high = t;
         }
         if (next && !above) from = high;
         if (above && (!next || i == 32)) envmapi_ggx_part(sums, g, phi, from, high);
@@ -7615,13 +7253,12 @@ static void envmapi_ggx_row(void *context, int y) {
     }
 }
 
-ENVMAPI_BODY envmap_result envmap_ggx_table(float *values, int size,
-                                            const envmap_executor *executor) {
-    const envmap_executor serial = {NULL, NULL};
-    const envmap_progress silent = {NULL, NULL};
+ENVMAPI_BODY envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work) {
+    envmap_work how = envmapi_work_of(work);
     envmapi_ggx_rows rows = {values, size};
     if (!values || size < 1 || size > 1024) return ENVMAP_ERROR_ARGUMENT;
-    return envmapi_run(executor ? executor : &serial, &silent, envmapi_ggx_row, &rows, size);
+    envmapi_run_all(&how, envmapi_ggx_row, &rows, size);
+    return ENVMAP_OK;
 }
 
 ENVMAPI_BODY double envmap_roughness_level(double roughness, int levels, double bend) {

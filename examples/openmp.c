@@ -64,7 +64,7 @@ static int compare(envmap *one, envmap *all, const envmap *sky) {
     threads = omp_get_max_threads();
 #endif
     double serial = time_chain(one, sky, &desc);
-    desc.executor.run = openmp_run;
+    desc.work.executor.run = openmp_run;
     double parallel = time_chain(all, sky, &desc);
     if (serial < 0 || parallel < 0) return 0;
     const float *end = envmap_texel(one, LEVELS - 1, 0, 5, 0, 0);

@@ -122,8 +122,8 @@ static inline void check_executors(envmap *dst, const envmap *src, const envmap_
     for (int k = 0; k < 5; ++k) {
         fill(dst, -7);
         c.threads = threads[k], c.runs = 0;
-        desc.executor.user = &c;
-        desc.executor.run = crew_run;
+        desc.work.executor.user = &c;
+        desc.work.executor.run = crew_run;
         CHECK(envmap_filter_chain(dst, src, lobes, count, &desc) == ENVMAP_OK);
         CHECK(same_bits(dst, &serial));
         CHECK(c.runs > 0);
@@ -157,8 +157,8 @@ static inline int check_cancelling(envmap *dst, const envmap *src, const envmap_
     for (envmap_result result = ENVMAP_CANCELLED; result == ENVMAP_CANCELLED && at < 100000;) {
         watch w = {0, 0, 0, 0};
         w.cancel_at = ++at;
-        desc.progress.user = &w;
-        desc.progress.report = watch_report;
+        desc.work.progress.user = &w;
+        desc.work.progress.report = watch_report;
         result = envmap_filter_chain(dst, src, lobes, count, &desc);
         CHECK(oracle_live == live && w.disorder == 0);
         if (result == ENVMAP_CANCELLED) {
@@ -178,7 +178,7 @@ static inline int check_cancelling(envmap *dst, const envmap *src, const envmap_
 static inline int check_starving(envmap *dst, const envmap *src, const envmap_lobe *lobes,
                                  int count, envmap_filter_desc desc) {
     int n = 0, finished = 0, live = oracle_live, context = 0;
-    desc.memory = &context;
+    desc.work.memory = &context;
     fill(dst, -7);
     dst->p0 = -3;
     envmap before = *dst;

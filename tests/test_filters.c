@@ -662,8 +662,8 @@ static void progress_grows_and_ends_at_1(void) {
         watch w = {0, 0, 0, 0};
         envmap_filter_desc desc;
         memset(&desc, 0, sizeof desc);
-        desc.progress.user = &w;
-        desc.progress.report = watch_report;
+        desc.work.progress.user = &w;
+        desc.work.progress.report = watch_report;
         CHECK(envmap_filter_chain(&dst, &src, lobes, n == 2 ? 3 : 1, &desc) == ENVMAP_OK);
         CHECK(w.disorder == 0);
         CHECK(w.last == 1.0f);

@@ -8,6 +8,7 @@
 /* ----------------------------------------------------------------------------------- tools ---- */
 
 static envmapi_pool pool;
+static const envmap_work serial = {{NULL, NULL}, {NULL, NULL}, NULL};
 
 static envmapi_rings rings_of(int M, int bands) {
     envmapi_rings rings;
@@ -64,7 +65,7 @@ static void the_fft_is_the_plain_dft(void) {
         for (int k = 0; k < n * ROW; ++k) z[k] = in[k] = test_random(&seed) - 0.5;
         envmapi_fft(&rings, z, -1);
         for (int m = 0; m < n; ++m) {
-            int at = rings.place[m];
+            int at = rings.reversed[m];
             if (!CHECK(at >= 0 && at < n && !used[at])) break;
             used[at] = 1;
             for (int v = 0; v < ENVMAPI_BLOCK; v += 5) {
@@ -274,7 +275,8 @@ static void the_solve_down_the_rings_undoes_the_spline(void) {
             envmapi_rings_solve(&rings, c, m);
             for (int k = 0; k < 16 * H; ++k)
                 worst = larger(worst, fabs(spline_row(c + k % 16, H, k / 16, m & 1 ? -1 : 1,
-                                                      k % 16 < 8 ? 1 : -1) - f[k]));
+                                                      k % 16 < 8 ? 1 : -1) -
+                                           f[k]));
             free(f);
             envmapi_pool_free(&pool, 0);
         }
@@ -529,15 +531,13 @@ static void spreading_is_the_adjoint_of_interpolating(void) {
  */
 
 /* One point's transform on M rings; *t then holds its coefficients. */
-static void analyse_one(envmapi_transform *t, envmapi_rings *rings, const double d[3], int bands,
-                        int M) {
+static void analyse_one(envmapi_transform *t, const double d[3], int bands, int M) {
     static float values[4] = {1, 2, 0.5f, -1};
     static envmapi_point point;
-    envmap_executor serial = {NULL, NULL};
-    *rings = rings_of(M, bands);
     memset(t, 0, sizeof *t);
-    point = point_of(rings, d);
-    t->rings = rings, t->points = &point, t->values = values, t->count = 1, t->a_bands = bands;
+    t->rings = rings_of(M, bands);
+    point = point_of(&t->rings, d);
+    t->points = &point, t->values = values, t->count = 1, t->a_bands = bands;
     t->tasks = 3;
     t->work = (double *)envmapi_pool_get(&pool, 16 * envmapi_rings_work(M), sizeof(double));
     t->a = (double *)envmapi_pool_get(&pool, envmapi_triangle(bands, bands), sizeof(double));
@@ -553,8 +553,7 @@ static void a_points_coefficients_are_the_harmonics_there(void) {
     double worst = 0;
     for (int i = 0; i < 5; ++i) {
         envmapi_transform t;
-        envmapi_rings rings;
-        analyse_one(&t, &rings, ds[i], bands, 384);
+        analyse_one(&t, ds[i], bands, 384);
         for (int m = 0; m < bands; ++m)
             for (int l = m; l < bands; ++l) {
                 const double *a = t.a + envmapi_triangle(bands, m) + 8 * (l - m);
@@ -576,8 +575,7 @@ static void a_point_at_a_pole_has_zonal_coefficients_only(void) {
     for (int south = 0; south < 2; ++south) {
         double d[3] = {0, 0, south ? -1 : 1}, worst = 0, others = 0;
         envmapi_transform t;
-        envmapi_rings rings;
-        analyse_one(&t, &rings, d, bands, 512);
+        analyse_one(&t, d, bands, 512);
         for (int m = 0; m < bands; ++m)
             for (int l = m; l < bands; ++l) {
                 const double *a = t.a + envmapi_triangle(bands, m) + 8 * (l - m);
@@ -603,19 +601,17 @@ static void a_point_synthesised_is_the_sum_of_legendre_polynomials(void) {
     static const int bands[4] = {1, 8, 32, 33};
     double worst = 0, lambda[40];
     unsigned long long seed = 41;
-    envmap_executor serial = {NULL, NULL};
     for (int i = 0; i < 16; ++i) {
         const double *d = ds[i & 3];
         int L = bands[i >> 2];
         envmapi_transform t;
-        envmapi_rings rings;
-        analyse_one(&t, &rings, d, L, envmapi_rings_size(16 * L));
+        analyse_one(&t, d, L, envmapi_rings_size(16 * L));
         for (int k = 0; k < COUNT; ++k) {
             double a[3];
             oracle_random_direction(a, &seed);
             if (k < 3)
                 for (int c = 0; c < 3; ++c) a[c] = k ? (k == 1 ? -d[c] : (c == 2)) : d[c];
-            points[k] = point_of(&rings, a);
+            points[k] = point_of(&t.rings, a);
             cosines[k] = a[0] * d[0] + a[1] * d[1] + a[2] * d[2];
         }
         for (int l = 0; l < L; ++l) lambda[l] = i < 12 ? 1 : 1 / (1.0 + l);
@@ -645,18 +641,17 @@ static void bands_of_a_larger_triangle_are_the_same_bands(void) {
     static envmapi_point points[COUNT];
     double d[3] = {0.48, -0.6, 0.64}, lambda[40], worst = 0;
     unsigned long long seed = 51;
-    envmap_executor serial = {NULL, NULL};
     for (int pass = 0; pass < 2; ++pass) {
         envmapi_transform t;
-        envmapi_rings rings, few;
-        analyse_one(&t, &rings, d, pass ? 12 : 40, 384);
+        envmapi_rings few;
+        analyse_one(&t, d, pass ? 12 : 40, 384);
         few = rings_of(384, 12);
         for (int k = 0; k < COUNT; ++k) {
             double a[3];
             if (!pass) oracle_random_direction(a, &seed), points[k] = point_of(&few, a);
         }
         for (int l = 0; l < 40; ++l) lambda[l] = 1;
-        t.rings = &few, t.lambda = lambda, t.points = points, t.count = COUNT;
+        t.rings = few, t.lambda = lambda, t.points = points, t.count = COUNT;
         t.values = pass ? narrow : wide;
         envmapi_synthesise(&t, &serial);
         envmapi_pool_free(&pool, 0);
@@ -674,12 +669,10 @@ static void any_number_of_tasks_gives_the_same_bits(void) {
     static envmapi_point points[COUNT];
     static double first[8 * 20 * 21 / 2];
     double d[3] = {0.48, -0.6, 0.64}, lambda[20];
-    envmap_executor serial = {NULL, NULL};
     for (int i = 0; i < 3; ++i) {
         unsigned long long seed = 101;
         envmapi_transform t;
-        envmapi_rings rings;
-        analyse_one(&t, &rings, d, 20, 48);
+        analyse_one(&t, d, 20, 48);
         t.tasks = tasks[i];
         envmapi_analyse(&t, &serial);
         if (!i) memcpy(first, t.a, sizeof first);
@@ -687,7 +680,7 @@ static void any_number_of_tasks_gives_the_same_bits(void) {
         CHECK(!memcmp(t.a, first, sizeof first));
         for (int k = 0; k < COUNT; ++k) {
             double a[3];
-            oracle_random_direction(a, &seed), points[k] = point_of(&rings, a);
+            oracle_random_direction(a, &seed), points[k] = point_of(&t.rings, a);
         }
         for (int l = 0; l < 20; ++l) lambda[l] = 1;
         t.lambda = lambda, t.points = points, t.count = COUNT, t.values = out[i];

@@ -207,16 +207,16 @@ static void results_are_the_same_bits_on_any_thread(void) {
     memset(&one, 0, sizeof one), memset(&two, 0, sizeof two);
     pthread_mutex_init(&c.lock, NULL);
     c.threads = 3;
-    desc.executor.user = &c, desc.executor.run = crew_run;
+    desc.work.executor.user = &c, desc.work.executor.run = crew_run;
     for (int i = 0; i < 20; ++i) f[i] = seen_at((i + 0.5) / 20);
     CHECK(envmap_radiance(a, &src, &ggx, f, 20, NULL) == ENVMAP_OK);
-    CHECK(envmap_radiance(b, &src, &ggx, f, 20, &desc) == ENVMAP_OK);
+    CHECK(envmap_radiance(b, &src, &ggx, f, 20, &desc.work) == ENVMAP_OK);
     CHECK(!memcmp(a, b, sizeof a));
     one.slices = two.slices = 4, one.size = two.size = 65, one.lobes = two.lobes = 2;
     CHECK(envmap_fit_brdf(&one, &ggx, NULL) == ENVMAP_OK);
-    CHECK(envmap_fit_brdf(&two, &ggx, &desc.executor) == ENVMAP_OK);
+    CHECK(envmap_fit_brdf(&two, &ggx, &desc.work) == ENVMAP_OK);
     CHECK(envmap_ggx_table(a, 4, NULL) == ENVMAP_OK);
-    CHECK(envmap_ggx_table(b, 4, &desc.executor) == ENVMAP_OK);
+    CHECK(envmap_ggx_table(b, 4, &desc.work) == ENVMAP_OK);
     CHECK(!memcmp(a, b, 32 * sizeof *a));
     CHECK(!memcmp(one.table, two.table, (2 * 4 * 65 + 4 * 8 + 4) * sizeof(float)));
     envmap_fit_free(&one);
@@ -237,8 +237,8 @@ static void a_cancelled_sum_writes_nothing(void) {
     for (int at = 1; at < 4; ++at) {
         watch w = {0, 0, 0, 0};
         w.cancel_at = at;
-        desc.progress.user = &w, desc.progress.report = watch_report;
-        CHECK(envmap_radiance(rgb, &src, &ggx, f, 3, &desc) == ENVMAP_CANCELLED);
+        desc.work.progress.user = &w, desc.work.progress.report = watch_report;
+        CHECK(envmap_radiance(rgb, &src, &ggx, f, 3, &desc.work) == ENVMAP_CANCELLED);
         for (int i = 0; i < 9; ++i) CHECK(rgb[i] == -7);
         CHECK(w.calls == at && oracle_live == live);
     }

@@ -137,7 +137,7 @@ static double own_projection_error(int mapping, int size) {
 static void a_harmonic_projects_onto_itself(void) {
     double cube = 0, latlong = 0;
     for (int size = 16; size <= (test_many(100) < 100 ? 16 : 128); size *= 2) {
-cube = larger(cube, own_projection_error(ENVMAP_CUBE, size) * size * size);
+        cube = larger(cube, own_projection_error(ENVMAP_CUBE, size) * size * size);
         latlong = larger(latlong, own_projection_error(ENVMAP_LATLONG, size) * size * size);
     }
     FIGURE("Y_lm of nine, off the unit vector, times size^2: cube", cube, 0.5);
@@ -227,18 +227,22 @@ static void run_backwards(void *user, envmap_task *task, void *context, int coun
 static void coefficients_are_the_same_bits_for_any_executor(void) {
     static double a[27], b[27];
     int runs = 0;
-    envmap_executor backwards = {&runs, run_backwards};
+    envmap_work work;
+    memset(&work, 0, sizeof work);
+    work.executor.user = &runs, work.executor.run = run_backwards;
     envmap map = map_of(ENVMAP_CUBE, 100), other = map_of(ENVMAP_CUBE, 100);
     oracle_noise(&map, 8);
     for (int i = 0; i < 2; ++i) {
         CHECK(envmap_sh_project(a, 3, &map, 0, i ? 1e-3 : 0, NULL) == ENVMAP_OK);
-        CHECK(envmap_sh_project(b, 3, &map, 0, i ? 1e-3 : 0, &backwards) == ENVMAP_OK);
+        CHECK(envmap_sh_project(b, 3, &map, 0, i ? 1e-3 : 0, &work) == ENVMAP_OK);
         CHECK(!memcmp(a, b, sizeof a));
     }
-    CHECK(envmap_sh_fill(&map, 0, 0, a, 3, NULL) == ENVMAP_OK);
-    CHECK(envmap_sh_fill(&other, 0, 0, a, 3, &backwards) == ENVMAP_OK);
-    CHECK(!memcmp(map.texels, other.texels, floats_of(&map) * sizeof(float)));
-    CHECK(runs == 3);
+    for (int i = 0; i < 2; ++i) {
+        CHECK(envmap_sh_fill(&map, 0, 0, a, 3, i ? 1e-3 : 0, NULL) == ENVMAP_OK);
+        CHECK(envmap_sh_fill(&other, 0, 0, a, 3, i ? 1e-3 : 0, &work) == ENVMAP_OK);
+        CHECK(!memcmp(map.texels, other.texels, floats_of(&map) * sizeof(float)));
+    }
+    CHECK(runs > 8);
     envmap_free(&map);
     envmap_free(&other);
 }
@@ -251,7 +255,7 @@ static void filling_evaluates_at_every_texel(void) {
         envmap map;
         memset(&map, 0, sizeof map);
         CHECK(envmap_create(&map, (envmap_mapping)mapping, 12, 2, 3) == ENVMAP_OK);
-        CHECK(envmap_sh_fill(&map, 1, 2, sh, 5, NULL) == ENVMAP_OK);
+        CHECK(envmap_sh_fill(&map, 1, 2, sh, 5, 0, NULL) == ENVMAP_OK);
         for (int face = 0; face < envmap_faces(mapping); ++face)
             for (int y = 0; y < 6; ++y)
                 for (int x = 0; x < oracle_width(mapping, 6); ++x) {
@@ -292,8 +296,7 @@ static void convolving_is_filtering(void) {
                     double x = front ? (z[j] + 1) / 2 : z[j], r = sqrt(1 - x * x), d[3];
                     double by = w[j] * (double)o_k(lobes[i], acosl((long double)x), 0);
                     for (int q = 0; q < 3; ++q)
-                        d[q] = x * a[q] +
-                               r * (cos(PI * k / L) * s[q] + sin(PI * k / L) * u[q]);
+                        d[q] = x * a[q] + r * (cos(PI * k / L) * s[q] + sin(PI * k / L) * u[q]);
                     CHECK(envmap_sh_evaluate(rgb, sh, L, d) == ENVMAP_OK);
                     for (int c = 0; c < 3; ++c) sum[c] += by * rgb[c];
                     norm += by;
@@ -335,7 +338,7 @@ static void nine_numbers_light_like_the_exact_map(void) {
         envmap_difference d;
         CHECK(envmap_sh_project(sh, bands, &src, 0, 0, NULL) == ENVMAP_OK);
         CHECK(envmap_sh_convolve(lit, sh, bands, &diffuse, 0) == ENVMAP_OK);
-        CHECK(envmap_sh_fill(&few, 0, 0, lit, bands, NULL) == ENVMAP_OK);
+        CHECK(envmap_sh_fill(&few, 0, 0, lit, bands, 0, NULL) == ENVMAP_OK);
         CHECK(envmap_compare(&d, &few, &exact, 0) == ENVMAP_OK);
         if (bands == 3) {
             FIGURE("nine coefficients - the exact diffuse map: rms", d.rms, 0.03);
@@ -446,8 +449,7 @@ static double lowest_of(const double *sh, int bands, const envmap_lobe *lobe) {
 static void sun_into(double *sh, int bands, double sky) {
     double Y[100], d[3] = {0.3, 0.7, -0.4};
     CHECK(envmap_sh_basis(Y, bands, d) == ENVMAP_OK);
-    for (int i = 0; i < 3 * bands * bands; ++i)
-        sh[i] = (i % 3 + 1) * Y[i / 3] + (i < 3 ? sky : 0);
+    for (int i = 0; i < 3 * bands * bands; ++i) sh[i] = (i % 3 + 1) * Y[i / 3] + (i < 3 ? sky : 0);
 }
 
 static void a_suns_ringing_is_windowed_away(void) {
@@ -506,7 +508,6 @@ static void bands_needed_are_enough(void) {
     for (int i = 0; i < 3; ++i)
         for (double tolerance = 0.1; tolerance > 5e-4; tolerance /= 10) {
             int alone = envmap_sh_bands(&lobes[i], 0, NULL, 0, tolerance);
-            CHECK(alone == envmap_lobe_bands(&lobes[i], 1, tolerance));
             random_coefficients(sh, 40, 30); /* a scene that falls as 1/(l+1)^2 */
             for (int k = 0; k < 3 * 1600; ++k) {
                 double l = floor(sqrt(k / 3 + 0.5));
@@ -590,7 +591,7 @@ static void bad_input_is_refused_and_nothing_is_written(void) {
         CHECK(envmap_sh_basis(out, L, d) == ENVMAP_ERROR_ARGUMENT);
         CHECK(envmap_sh_project(out, L, &map, 0, 0, NULL) == ENVMAP_ERROR_ARGUMENT);
         CHECK(envmap_sh_evaluate(rgb, sh, L, d) == ENVMAP_ERROR_ARGUMENT);
-        CHECK(envmap_sh_fill(&map, 0, 0, sh, L, NULL) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(envmap_sh_fill(&map, 0, 0, sh, L, 0, NULL) == ENVMAP_ERROR_ARGUMENT);
         CHECK(envmap_sh_convolve(out, sh, L, &lobe, 0) == ENVMAP_ERROR_ARGUMENT);
         CHECK(envmap_sh_rotate(out, sh, L, one) == ENVMAP_ERROR_ARGUMENT);
         CHECK(envmap_sh_window(out, rgb, sh, L, &lobe, 0) == ENVMAP_ERROR_ARGUMENT);
@@ -608,8 +609,8 @@ static void bad_input_is_refused_and_nothing_is_written(void) {
     CHECK(envmap_sh_evaluate(NULL, sh, 3, d) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_sh_evaluate(rgb, NULL, 3, d) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_sh_evaluate(rgb, sh, 3, NULL) == ENVMAP_ERROR_ARGUMENT);
-    CHECK(envmap_sh_fill(&map, 1, 0, sh, 3, NULL) == ENVMAP_ERROR_ARGUMENT);
-    CHECK(envmap_sh_fill(NULL, 0, 0, sh, 3, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_sh_fill(&map, 1, 0, sh, 3, 0, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_sh_fill(NULL, 0, 0, sh, 3, 0, NULL) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_sh_convolve(NULL, sh, 3, &lobe, 0) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_sh_convolve(out, sh, 3, NULL, 0) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_sh_convolve(out, sh, 3, &broken, 0) == ENVMAP_ERROR_LOBE);
@@ -625,14 +626,14 @@ static void bad_input_is_refused_and_nothing_is_written(void) {
     for (int bad = 0; bad < 3; ++bad) {
         sh[5] = bad == 0 ? (double)NAN : bad == 1 ? -(double)INFINITY : 1e101;
         CHECK(envmap_sh_evaluate(rgb, sh, 3, d) == ENVMAP_ERROR_RADIANCE);
-        CHECK(envmap_sh_fill(&map, 0, 0, sh, 3, NULL) == ENVMAP_ERROR_RADIANCE);
+        CHECK(envmap_sh_fill(&map, 0, 0, sh, 3, 0, NULL) == ENVMAP_ERROR_RADIANCE);
         CHECK(envmap_sh_convolve(out, sh, 3, &lobe, 0) == ENVMAP_ERROR_RADIANCE);
         CHECK(envmap_sh_window(out, rgb, sh, 3, &lobe, 0) == ENVMAP_ERROR_RADIANCE);
         CHECK(envmap_sh_pack(NULL, packed, sh) == ENVMAP_ERROR_RADIANCE);
         CHECK(envmap_sh_bands(&lobe, 0, sh, 3, 0.1) == 0);
     }
     sh[5] = 1e40;
-    CHECK(envmap_sh_fill(&map, 0, 0, sh, 3, NULL) == ENVMAP_ERROR_RADIANCE);
+    CHECK(envmap_sh_fill(&map, 0, 0, sh, 3, 0, NULL) == ENVMAP_ERROR_RADIANCE);
     CHECK(envmap_sh_pack(NULL, packed, sh) == ENVMAP_ERROR_RADIANCE);
     map.texels[100] = NAN;
     CHECK(envmap_sh_project(out, 3, &map, 0, 0, NULL) == ENVMAP_ERROR_RADIANCE);
@@ -640,6 +641,27 @@ static void bad_input_is_refused_and_nothing_is_written(void) {
     for (int i = 0; i < NUMBERS; ++i) CHECK_CLOSE(out[i], 7, 0);
     for (int i = 0; i < 3; ++i) CHECK_CLOSE(rgb[i], 7, 0);
     envmap_free(&map);
+}
+
+/* A tolerance makes envmap_sh_fill go through the grids: every level of it is kept in rms. */
+static void filling_keeps_the_tolerance(void) {
+    static double sh[3 * 30 * 30];
+    random_coefficients(sh, 30, 12);
+    for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping)
+        for (int size = 20; size <= 160; size += 140) {
+            double most = 0;
+            envmap exact = map_of(mapping, size), map = map_of(mapping, size);
+            envmap_difference d = {0, 0, 0, 0, 0, 0, 0};
+            CHECK(envmap_sh_fill(&exact, 0, 0, sh, 30, 0, NULL) == ENVMAP_OK);
+            for (double tolerance = 1e-1; tolerance > 5e-6; tolerance /= 10) {
+                CHECK(envmap_sh_fill(&map, 0, 0, sh, 30, tolerance, NULL) == ENVMAP_OK);
+                CHECK(envmap_compare(&d, &map, &exact, 0) == ENVMAP_OK);
+                if (!(d.rms / tolerance <= most)) most = d.rms / tolerance;
+            }
+            FIGURE(oracle_name[mapping], most, 1);
+            envmap_free(&exact);
+            envmap_free(&map);
+        }
 }
 
 static void failed_allocations_leave_no_trace(void) {
@@ -652,7 +674,7 @@ static void failed_allocations_leave_no_trace(void) {
         envmap_result result = envmap_sh_project(sh, 3, &map, 0, 1e-2, NULL);
         CHECK(oracle_live == live);
         if (result == ENVMAP_OK) break;
-        CHECK(result == ENVMAP_ERROR_MEMORY && fabs(sh[0] - 7) <= 0 && fail < 10);
+        CHECK(result == ENVMAP_ERROR_MEMORY && fabs(sh[0] - 7) <= 0 && fail < 30);
     }
     oracle_fail_at = -1;
     CHECK(fail > 0);
@@ -669,6 +691,7 @@ int main(void) {
     RUN(radiance_near_the_end_of_floats_projects);
     RUN(coefficients_are_the_same_bits_for_any_executor);
     RUN(filling_evaluates_at_every_texel);
+    RUN(filling_keeps_the_tolerance);
     RUN(convolving_is_filtering);
     RUN(nine_numbers_light_like_the_exact_map);
     RUN(rotations_turn_the_function);

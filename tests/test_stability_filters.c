@@ -19,7 +19,7 @@ static envmap world(int mapping, int size) {
     unsigned long long state = 11;
     for (int i = 0; i < 3 * BANDS * BANDS; ++i)
         world_sh[i] = i < 3 ? 8 : 2 * test_random(&state) - 1;
-    CHECK(envmap_sh_fill(&map, 0, 0, world_sh, BANDS, NULL) == ENVMAP_OK);
+    CHECK(envmap_sh_fill(&map, 0, 0, world_sh, BANDS, 0, NULL) == ENVMAP_OK);
     return map;
 }
 

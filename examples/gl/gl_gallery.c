@@ -288,7 +288,7 @@ static void copper(figures *f, surface *s) {
     envmap_brdf brdf = {brdf_ggx, NULL};
     envmap_fit fit = {1, 16, 257, 0, NULL, NULL, NULL, NULL, NULL};
     brdf.user = &values, s->axis = SURFACE_VIEW;
-    if (stage_say(envmap_fit_brdf(&fit, &brdf, &f->st.desc.executor))) {
+    if (stage_say(envmap_fit_brdf(&fit, &brdf, &f->st.desc.work))) {
         envmap_lobe lobe = envmap_fit_lobe(&fit, 0);
         surface_fit(s, &fit);
         slice(f, s, &lobe, 16);

@@ -115,7 +115,7 @@ static inline int stage_open(stage *st, gl_app *app, int scene, int argc, char *
             if (!strcmp(argv[i], scene_name[k])) scene = k;
     }
     st->threads = threads_here();
-    st->desc.executor.run = threads_run, st->desc.executor.user = &st->threads;
+    st->desc.work.executor.run = threads_run, st->desc.work.executor.user = &st->threads;
     st->turn[0] = st->turn[4] = st->turn[8] = 1;
     st->surface = surface_program();
     st->behind = gl_program(gl_cover, gl_sky);

@@ -74,7 +74,7 @@ static envmap_result filter_map(viewer *v, envmap *map) {
     desc.tolerance = r.slices > 1 ? 0.01f : 0;
     if (!result && v->material == FITTED) {
         copper.alpha = (double)v->number[FITTED] * (double)v->number[FITTED], brdf.user = &copper;
-        result = envmap_fit_brdf(&fit, &brdf, &desc.executor);
+        result = envmap_fit_brdf(&fit, &brdf, &desc.work);
         if (!result) r.lobes[0] = envmap_fit_lobe(&fit, 0), surface_fit(&v->s, &fit);
     }
     if (!result) result = envmap_filter_chain(map, &v->st.environment, r.lobes, r.levels, &desc);

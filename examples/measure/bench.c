@@ -12,7 +12,7 @@
                 (rms "-": no truth within half a minute; worst of the sampled texels only)
        truth    how far that truth is, in sampled texels, from a plain sum over the source that
                 stands in measure.h (measure_plain_sum); "-" where a plain sum is not the definition
-       bands    the harmonics that the lobe has at this tolerance (envmap_lobe_bands), the most of
+       bands    the harmonics that the lobe has at this tolerance (envmap_sh_bands), the most of
                 a chain's: the fast filter costs O(texels + bands^3), no pairs of texels
        memory   the most that was allocated at a time, over the source's bytes
        bar, aim the copies that the project set itself
@@ -284,9 +284,9 @@ static envmap_result run_work(bench *b, envmap *dst, const work *w, int method, 
     envmap_filter_desc desc = {0};
     double start = measure_now();
     for (int l = 0; l < w->levels; ++l) lobes[l] = work_lobe(w, l);
-    desc.method = method, desc.tolerance = (float)tolerance, desc.memory = m;
-    desc.progress.user = &start, desc.progress.report = out_of_patience;
-    if (threads > 1) desc.executor.user = &b->crew, desc.executor.run = crew_run;
+    desc.method = method, desc.tolerance = (float)tolerance, desc.work.memory = m;
+    desc.work.progress.user = &start, desc.work.progress.report = out_of_patience;
+    if (threads > 1) desc.work.executor.user = &b->crew, desc.work.executor.run = crew_run;
     return envmap_filter_chain(dst, &b->source, lobes, w->levels, &desc);
 }
 
@@ -374,7 +374,7 @@ static double time_work(bench *b, envmap *dst, const work *w, int method, int th
     double best = 1e30, spent = 0;
     for (int l = 0; l < w->levels; ++l) lobes[l] = work_lobe(w, l);
     desc.method = method, desc.tolerance = w->tolerance;
-    if (threads > 1) desc.executor.user = &b->crew, desc.executor.run = crew_run;
+    if (threads > 1) desc.work.executor.user = &b->crew, desc.work.executor.run = crew_run;
     for (int i = 0; i < most && (i < 3 || spent < 1); ++i) {
         double t = measure_now();
         envmap_filter_chain(dst, &b->source, lobes, w->levels, &desc);
@@ -468,8 +468,11 @@ static int most_bands(const work *w) {
     int most = 0;
     for (int l = 0; l < w->levels; ++l) {
         envmap_lobe lobe = work_lobe(w, l);
-        int bands = envmap_lobe_bands(&lobe, w->slices, (double)w->tolerance);
-        if (bands > most) most = bands;
+        for (int k = 0; k < w->slices; ++k) { /* of all slices that there are */
+            double p = (double)lobe.p0 + (double)(lobe.p1 - lobe.p0) * (k + 0.5) / w->slices;
+            int bands = envmap_sh_bands(&lobe, p, NULL, 0, (double)w->tolerance);
+            if (bands > most) most = bands;
+        }
     }
     return most;
 }

@@ -175,7 +175,7 @@ static envmap_result run_coefficients(envmap *dst, const envmap *src, const envm
     for (int k = 0; k < dst->slices && !result; ++k) {
         double p = (double)lobe->p0 + (double)(lobe->p1 - lobe->p0) * (k + 0.5) / dst->slices;
         result = envmap_sh_convolve(out, sh, bands, lobe, p);
-        if (!result) result = envmap_sh_fill(dst, 0, k, out, bands, NULL);
+        if (!result) result = envmap_sh_fill(dst, 0, k, out, bands, 0, NULL);
     }
     return result;
 }
@@ -189,8 +189,8 @@ static envmap_result run_trial(envmap *dst, const envmap *src, const envmap_lobe
         desc.method = methods[t->method].method;
         desc.tolerance = (float)t->knob, desc.threshold = (float)t->knob;
         if (t->method != REFERENCE)
-            desc.progress.user = &start, desc.progress.report = out_of_patience;
-        if (threads > 1) desc.executor.user = &threads, desc.executor.run = threads_run;
+            desc.work.progress.user = &start, desc.work.progress.report = out_of_patience;
+        if (threads > 1) desc.work.executor.user = &threads, desc.work.executor.run = threads_run;
         return envmap_filter(dst, src, lobe, &desc);
     }
     if (t->method == COEFFICIENTS) return run_coefficients(dst, src, lobe, (int)t->knob);

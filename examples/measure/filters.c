@@ -73,11 +73,11 @@ static void run_work(envmap *dst, const envmap *src, const work *w,
 }
 
 /* What a work needs of a source, as envmap_filter_plan says. */
-static envmap_needs needs_of(const envmap *src, const work *w, double tolerance) {
+static envmap_plan plan_of(const envmap *src, const work *w, double tolerance) {
     envmap_lobe lobe = lobe_of(w, 0);
     envmap dst = *src;
     envmap_filter_desc desc;
-    envmap_needs needs;
+    envmap_plan needs;
     memset(&desc, 0, sizeof desc);
     desc.tolerance = (float)tolerance;
     dst.mapping = w->mapping, dst.size = w->size, dst.levels = 1, dst.slices = w->slices;
@@ -193,7 +193,7 @@ static void miss(double *rms, double *worst, const truth *t) {
 
 typedef struct figure {
     double copies, rms, worst, memory;
-    envmap_needs needs;
+    envmap_plan needs;
 } figure;
 
 static figure figures[COUNT(works)][SCENE_COUNT];
@@ -205,7 +205,7 @@ static void measure_work(figure *f, const envmap *src, const work *w) {
     measure_meter m = {0, 0};
     double best = 1e9, spent = 0;
     memset(&desc, 0, sizeof desc);
-    desc.method = ENVMAP_METHOD_FAST, desc.memory = &m;
+    desc.method = ENVMAP_METHOD_FAST, desc.work.memory = &m;
     double copied = measure_copy(src, &dst, dst.levels, measure_seconds);
     for (int run = 0; run < 9 && (run < 3 || spent < 0.5); ++run) {
         double start = measure_seconds();
@@ -214,7 +214,7 @@ static void measure_work(figure *f, const envmap *src, const work *w) {
     }
     f->copies = best / fmin(copied, measure_copy(src, &dst, dst.levels, measure_seconds));
     f->memory = (double)m.most / (double)measure_bytes(src, src->levels);
-    f->needs = needs_of(src, w, 1e-3);
+    f->needs = plan_of(src, w, 1e-3);
     find_truth(&t, &dst, src, w, w->levels > 1 ? 2 : w->slices > 1 ? 4 : 6);
     miss(&f->rms, &f->worst, &t);
     envmap_free(&dst);
@@ -254,7 +254,7 @@ static void table_of_needs(void) {
         if (works[i].levels > 1) continue;
         fprintf(out, "| %s |", works[i].name);
         for (int k = 0; k < SCENE_COUNT; ++k) {
-            const envmap_needs *n = &figures[i][k].needs;
+            const envmap_plan *n = &figures[i][k].needs;
             fprintf(out, " %d, %d", n->bands, n->size);
             if (n->lights) fprintf(out, "; %d lights", n->lights);
             fprintf(out, " |");
@@ -417,7 +417,7 @@ static void band_curve(FILE *f, int i, const envmap *src) {
     fprintf(f, "\"/>\n<text x=\"820\" y=\"%d\" fill=\"%s\">%s</text>\n", 80 + 22 * i,
             svg_colours[i], w->name);
     for (int n = 0; n < 4; ++n) {
-        envmap_needs needs = needs_of(src, w, tolerances[n]);
+        envmap_plan needs = plan_of(src, w, tolerances[n]);
         if (needs.bands > BANDS - 4) continue; /* beyond the chart */
         double x = band_x(needs.bands), y = band_y(band_of(lambda, needs.bands));
         fprintf(f, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" fill=\"%s\"/>\n", x, y, svg_colours[i]);
@@ -518,7 +518,7 @@ static const unsigned level_colour[8] = {0xFFF3B0u, 0xFFC94Cu, 0xF28E2Bu, 0xD149
 /* What a lobe leaves of the sun's face, and points as close as half a wave of its last band. */
 static void draw_points(picture *p, int x, int y, const envmap *src, const work *w,
                         float exposure) {
-    envmap_needs needs = needs_of(src, w, 1e-3);
+    envmap_plan needs = plan_of(src, w, 1e-3);
     envmap dst = measure_map(w->mapping, w->size, 1, 1);
     char text[100];
     float u, v;

@@ -216,7 +216,7 @@ static void table_of_bands(void) {
         for (bands = FIRST; bands <= LAST; bands++) {
             envmap_difference d;
             measure_must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
-            measure_must(envmap_sh_fill(&few, 0, 0, lit, bands, NULL), "fill");
+            measure_must(envmap_sh_fill(&few, 0, 0, lit, bands, 0, NULL), "fill");
             measure_must(envmap_compare(&d, &few, &exact, 0), "compare");
             scenes[k].mean[bands] = mean_apart(&few, &exact);
             scenes[k].rms[bands] = d.rms, scenes[k].worst[bands] = d.worst;
@@ -241,7 +241,7 @@ static double lowest(const double *sh, int bands) {
     size_t i;
     cube(&map, 64, 1);
     measure_must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
-    measure_must(envmap_sh_fill(&map, 0, 0, lit, bands, NULL), "fill");
+    measure_must(envmap_sh_fill(&map, 0, 0, lit, bands, 0, NULL), "fill");
     for (i = 0; i < floats_of(&map); i++)
         low = fmin(low, (double)map.texels[i] / (lit[i % 3] / sqrt(4 * 3.14159265358979)));
     envmap_free(&map);
@@ -457,14 +457,14 @@ static void draw_balls(const char *folder) {
     ringing_ball(&p, 0, &map, "exact");
     measure_must(envmap_sh_project(sh, 6, &source, 0, 0, NULL), "project");
     measure_must(envmap_sh_convolve(lit, sh, 3, &diffuse, 0), "convolve");
-    measure_must(envmap_sh_fill(&map, 0, 0, lit, 3, NULL), "fill");
+    measure_must(envmap_sh_fill(&map, 0, 0, lit, 3, 0, NULL), "fill");
     ringing_ball(&p, 1, &map, "3 bands");
     measure_must(envmap_sh_window(out, NULL, sh, 3, &diffuse, 0), "window");
     measure_must(envmap_sh_convolve(lit, out, 3, &diffuse, 0), "convolve");
-    measure_must(envmap_sh_fill(&map, 0, 0, lit, 3, NULL), "fill");
+    measure_must(envmap_sh_fill(&map, 0, 0, lit, 3, 0, NULL), "fill");
     ringing_ball(&p, 2, &map, "3 bands, windowed");
     measure_must(envmap_sh_convolve(lit, sh, 6, &diffuse, 0), "convolve");
-    measure_must(envmap_sh_fill(&map, 0, 0, lit, 6, NULL), "fill");
+    measure_must(envmap_sh_fill(&map, 0, 0, lit, 6, 0, NULL), "fill");
     ringing_ball(&p, 3, &map, "6 bands");
     snprintf(path, sizeof path, "%s/ringing.png", folder);
     if (!picture_save(&p, path)) measure_must(ENVMAP_ERROR_FILE, path);

@@ -113,7 +113,7 @@ static void shade_exactly(ball *b, const envmap *map, envmap_brdf_function *func
         for (i = 0; i < GRID; ++i)
             n += b->inside[j][i] = ball_frame(frames + n, 2 * ((float)i + 0.5f) / GRID - 1,
                                               1 - 2 * ((float)j + 0.5f) / GRID);
-    must(envmap_radiance(rgb[0], map, &brdf, frames, n, &desc), "eq. 1");
+    must(envmap_radiance(rgb[0], map, &brdf, frames, n, &desc.work), "eq. 1");
     n = 0;
     for (j = 0; j < GRID; ++j)
         for (i = 0; i < GRID; ++i) {
@@ -268,7 +268,7 @@ static void fit_of(looks *l, envmap_brdf_function *function, int lobes, int slic
     brdf.function = function, brdf.user = &l->values;
     memset(&l->fit, 0, sizeof l->fit);
     l->fit.lobes = lobes, l->fit.slices = slices, l->fit.flat = flat, l->fit.size = 129;
-    must(envmap_fit_brdf(&l->fit, &brdf, &desc.executor), "fit");
+    must(envmap_fit_brdf(&l->fit, &brdf, &desc.work), "fit");
     for (i = 0; i < lobes; ++i)
         prefilter(l->map + i, ENVMAP_CUBE, 16, flat ? 1 : slices, envmap_fit_lobe(&l->fit, i));
 }
@@ -528,7 +528,7 @@ static void lobes_table(void) {
             values.alpha = values.alpha_y = models[i].alpha;
             brdf.function = models[i].function, brdf.user = &values;
             fit.lobes = lobes ? lobes : 1, fit.flat = !lobes, fit.slices = lobes == 1 ? 64 : 8;
-            must(envmap_fit_brdf(&fit, &brdf, &desc.executor), "fit");
+            must(envmap_fit_brdf(&fit, &brdf, &desc.work), "fit");
             k = fit.slices / 8;
             fprintf(page, " %.2f, %.2f, %.2f |", (double)fit.error[7 * k + k / 2],
                     (double)fit.error[4 * k + k / 2], (double)fit.error[k + k / 2]);
@@ -644,7 +644,7 @@ int main(int argc, char **argv) {
         return 2;
     }
     threads = threads_here();
-    desc.executor.run = threads_run, desc.executor.user = &threads;
+    desc.work.executor.run = threads_run, desc.work.executor.user = &threads;
     open_page(argv[1]);
     make_scene();
     if (!picture_create(&sheet, LEFT + 3 * (BALL + 16) + 8, TOP + (MOST - 1) * ROW))

@@ -804,7 +804,7 @@ static envmap world_of(int mapping, int size) {
     envmap map = measure_map(mapping, size, 1, 1);
     unsigned long long state = 11;
     for (int i = 0; i < 3 * BANDS * BANDS; ++i) world_sh[i] = i < 3 ? 8 : 2 * at_random(&state) - 1;
-    measure_must(envmap_sh_fill(&map, 0, 0, world_sh, BANDS, NULL), "fill");
+    measure_must(envmap_sh_fill(&map, 0, 0, world_sh, BANDS, 0, NULL), "fill");
     return map;
 }
 
@@ -1437,7 +1437,7 @@ enum {
 static const char *const call_name[CALLS] = {"`envmap_pfm_read`",     "`envmap_mips_build`",
                                              "`envmap_resample`",     "`envmap_filter`, REFERENCE",
                                              "... HIERARCHICAL",      "... AUTO, FAST, HARMONICS",
-                                             "... with `desc.limit`", "`envmap_sh_project`",
+                                             "... after `envmap_clean`", "`envmap_sh_project`",
                                              "`envmap_radiance`",     "`envmap_compare`"};
 
 static envmap_result read_back(envmap *map, const envmap *src) {
@@ -1461,7 +1461,7 @@ static envmap_result call(int which, envmap *src, envmap *dst) {
     desc.method = which == REFERENCE      ? ENVMAP_METHOD_REFERENCE
                   : which == HIERARCHICAL ? ENVMAP_METHOD_HIERARCHICAL
                                           : ENVMAP_METHOD_AUTO;
-    if (which == LIMITED) desc.limit = 1000;
+    if (which == LIMITED) envmap_clean(src, 1000, NULL);
     switch (which) {
     case CREATE:
         return read_back(dst, src);
@@ -1503,7 +1503,7 @@ static void inputs_table(void) {
     fprintf(out, "\n");
     end(out);
     note("What is no radiance",
-         "one NaN makes every filtered texel NaN | RADIANCE, or `desc.limit`");
+         "one NaN makes every filtered texel NaN | RADIANCE, or `envmap_clean`");
 }
 
 /* A mean over so many texels, the sum a float. */

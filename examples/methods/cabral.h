@@ -95,7 +95,8 @@ static inline envmap_result cabral_shade(cabral *set, int i, const envmap *src,
                 f->t[k] = 0;
             }
         }
-    return envmap_radiance(map->texels, src, brdf, frames, size * size, desc);
+    return envmap_radiance(map->texels, src, brdf, frames, size * size,
+                           desc ? &desc->work : NULL);
 }
 
 /* 4 steps^2 + 2 sphere maps of size x size, shaded from src. desc as for envmap_radiance.

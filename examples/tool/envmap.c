@@ -324,10 +324,10 @@ static envmap_filter_desc describe(const options *o, int *threads, meter *m) {
     desc.method = o->method;
     desc.tolerance = (float)o->tolerance;
     desc.threshold = (float)o->threshold;
-    desc.executor.user = threads;
-    desc.executor.run = threads_run;
-    desc.progress.user = m;
-    desc.progress.report = meter_report;
+    desc.work.executor.user = threads;
+    desc.work.executor.run = threads_run;
+    desc.work.progress.user = m;
+    desc.work.progress.report = meter_report;
     return desc;
 }
 
@@ -585,7 +585,7 @@ static envmap_lobe chosen_lobe(const options *o) {
 
 /* What the output needs to be, and the options with the defaults that follow: a cube of the edge
    that loses nothing, or as fine as the source where that is less. */
-static int plan_for(envmap_needs *needs, options *asked, const envmap *in, const options *o) {
+static int plan_for(envmap_plan *needs, options *asked, const envmap *in, const options *o) {
     envmap shape = no_map;
     envmap_lobe lobe = chosen_lobe(o);
     envmap_filter_desc desc;
@@ -595,7 +595,7 @@ static int plan_for(envmap_needs *needs, options *asked, const envmap *in, const
     if (asked->slices == defaults.slices && o->lobe == LOBE_BANKS) asked->slices = 16;
     if (asked->slices == 1 && in->slices > 1) asked->slices = in->slices;
     desc = describe(o, &threads, NULL);
-    desc.progress.report = NULL;
+    desc.work.progress.report = NULL;
     shape.mapping = asked->to, shape.levels = 1, shape.slices = asked->slices;
     shape.size = o->size > 0 ? o->size : natural_size(in, asked->to);
     status = check(envmap_filter_plan(needs, &shape, in, &lobe, &desc), lobe_words[o->lobe]);
@@ -618,7 +618,7 @@ static const char *lobe_text(char text[64], const options *o) {
     return text;
 }
 
-static void print_scene(const envmap_needs *n, double tolerance) {
+static void print_scene(const envmap_plan *n, double tolerance) {
     printf("  scene     filtered, it departs from its mean by %.2g of that (rms): %s contrast\n",
            n->contrast,
            n->contrast < 0.5 ? "low"
@@ -633,7 +633,7 @@ static void print_scene(const envmap_needs *n, double tolerance) {
         printf("            nine numbers do not do: error %.2g %%\n", 100 * n->nine);
 }
 
-static void print_size(const envmap_needs *n, const options *asked, const options *o,
+static void print_size(const envmap_plan *n, const options *asked, const options *o,
                        const envmap *in, double tolerance) {
     int natural = natural_size(in, asked->to);
     if (n->method != ENVMAP_METHOD_FAST && n->size >= natural) {
@@ -657,7 +657,7 @@ static void print_size(const envmap_needs *n, const options *asked, const option
                n->slices, asked->slices);
 }
 
-static void print_method(const envmap_needs *n) {
+static void print_method(const envmap_plan *n) {
     static const char *const why[] = {
         "", "there are so few texels, or so sharp a lobe, that the definition is the way", "",
         "through harmonics: the lobe leaves few bands"};
@@ -665,7 +665,7 @@ static void print_method(const envmap_needs *n) {
     if (n->lights)
         printf("            and %d texels that outshine the others are summed one by one\n",
                n->lights);
-    printf("  error     %.1g expected, relative rms\n", n->error[ENVMAP_METHOD_AUTO]);
+    printf("  error     %.1g expected, relative rms\n", n->error);
 }
 
 /* Seconds that a method takes here on one thread, into a map of that edge; a negative number where
@@ -686,7 +686,7 @@ static double filter_seconds(const envmap *in, const options *asked, int method,
 }
 
 /* It is tried: the reference on a few texels only, for its time goes with their number. */
-static void print_time(const envmap_needs *n, const envmap *in, const options *asked) {
+static void print_time(const envmap_plan *n, const envmap *in, const options *asked) {
     int few = asked->size < 4 ? asked->size : 4;
     double part = (double)few / asked->size;
     double own, reference = filter_seconds(in, asked, ENVMAP_METHOD_REFERENCE, few) / part / part;
@@ -727,7 +727,7 @@ static int print_fit(const options *o) {
 
 static int run_plan(const options *o) {
     envmap in;
-    envmap_needs needs;
+    envmap_plan needs;
     options asked;
     char text[64];
     double tolerance = o->tolerance > 0 ? fmin(fmax(o->tolerance, 1e-7), 0.1) : 1e-3;
@@ -757,7 +757,7 @@ static int run_plan(const options *o) {
 static int filter_into(envmap *out, const envmap *in, const options *o) {
     options asked;
     envmap_lobe lobe = chosen_lobe(o);
-    envmap_needs needs;
+    envmap_plan needs;
     envmap_filter_desc desc;
     envmap_result result;
     meter m = meter_start(o);

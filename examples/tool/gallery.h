@@ -177,9 +177,9 @@ static inline envmap_result gallery_save(gallery *g, const picture *p, const cha
 
 /* Sets up progress over `jobs` maps; the caller's progress hears of the whole. */
 static inline void gallery_begin(gallery *g, int jobs) {
-    g->progress = g->desc.progress;
-    g->desc.progress.user = g;
-    g->desc.progress.report = gallery_report;
+    g->progress = g->desc.work.progress;
+    g->desc.work.progress.user = g;
+    g->desc.work.progress.report = gallery_report;
     g->job = 0, g->jobs = jobs;
 }
 
