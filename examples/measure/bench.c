@@ -12,7 +12,7 @@
                 (rms "-": no truth within half a minute; worst of the sampled texels only)
        truth    how far that truth is, in sampled texels, from a plain sum over the source that
                 stands in measure.h (measure_plain_sum); "-" where a plain sum is not the definition
-       bands    the harmonics that the lobe has at this tolerance (envmap_lobe_bands), the most of
+       bands    the harmonics that the lobe has at this tolerance (envmap_sh_bands), the most of
                 a chain's: the fast filter costs O(texels + bands^3), no pairs of texels
        memory   the most that was allocated at a time, over the source's bytes
        bar, aim the copies that the project set itself
@@ -293,14 +293,13 @@ static envmap_result run_work(bench *b, envmap *dst, const work *w, int method, 
 typedef struct sample {
     const bench *b;
     envmap_lobe lobe;
-    float dir[3];
-    double p, rgb[3];
+    double axis[3], p, rgb[3];
     const float *texel;
 } sample;
 
 static void sample_task(void *context, int i) {
     sample *s = (sample *)context + i;
-    measure_plain_sum(s->rgb, &s->b->texels, &s->lobe, s->p, s->dir);
+    measure_plain_sum(s->rgb, &s->b->texels, &s->lobe, s->p, s->axis, 4);
 }
 
 /* The texel of dst at a place in [0,1)^3 of its level; 0 where it is not wholly inside a rim. */
@@ -313,10 +312,8 @@ static int sample_at(sample *s, const envmap *dst, int level, const double place
     double Y = fabs(2 * (y + 0.5) / height - 1) + 1.0 / height;
     int round = dst->mapping != ENVMAP_CUBE && dst->mapping != ENVMAP_LATLONG;
     if (round && X * X + Y * Y > 1) return 0;
-    envmap_direction(s->dir, (envmap_mapping)dst->mapping, face, ((float)x + 0.5f) / (float)width,
-                     ((float)y + 0.5f) / (float)height);
-    float p0 = s->lobe.p0, p1 = s->lobe.p1;
-    s->p = (double)p0 + (double)(p1 - p0) * (slice + 0.5) / dst->slices;
+    measure_direction(s->axis, dst, level, face, x, y);
+    s->p = measure_slice(&s->lobe, slice, dst->slices);
     s->texel = envmap_texel(dst, level, slice, face, x, y);
     return measure_plain_enough(&s->b->texels, &s->lobe, s->p);
 }
@@ -610,8 +607,9 @@ static double thread_bound(bench *b) {
     sample samples[16];
     double best[2] = {1e30, 1e30};
     for (int i = 0; i < COUNT(samples); ++i) {
+        const double axis[3] = {cos(i * MEASURE_PI / 8), 0, sin(i * MEASURE_PI / 8)};
         samples[i].b = b, samples[i].lobe = envmap_lobe_phong(100), samples[i].p = 0;
-        envmap_direction(samples[i].dir, ENVMAP_LATLONG, 0, (float)i / 16, 0.5f);
+        memcpy(samples[i].axis, axis, sizeof axis);
     }
     for (int i = 0; i < 10; ++i)
         for (int k = 0; k < 2; ++k) {

@@ -1,18 +1,16 @@
-/* filters.c - what the filters do inside, what they cost and how far they are from the truth: the
+/* filters.c - what the filters see of a scene, what they cost and how far they are from the truth: the
    tables, the charts and the picture of docs/filters.md.
 
    What you will see: `filters` prints the tables; `filters DOCS` also writes them between the
    marks in DOCS/filters.md, the charts DOCS/charts/filters-*.svg and DOCS/images/filters-sun.png.
-   It looks into the header's private parts (envmapi_*), in >>inside and >>picture alone.
        cc -O3 -march=native -std=c99 -I. examples/measure/filters.c -o filters -lm -lpthread
 
    >>tools    scenes, progress
    >>works    what is measured
-   >>inside   what the fast filter plans, how long its stages take, what the hierarchical one opens
    >>truth    the definition at some texels
-   >>tables   time and error of works, error against tolerance, the survey
+   >>tables   time and error of works, what they need, error against tolerance, scenes by band
    >>charts   SVG
-   >>picture  grids and opened nodes
+   >>picture  lights, opened nodes, points
    >>main
 
    SPDX-License-Identifier: MIT */
@@ -57,8 +55,7 @@ static const work works[] = {
     {"GGX α = 0.25", ENVMAP_LOBE_GGX, 0.25f, ENVMAP_CUBE, EDGE, 1, 1},
     {"diffuse, 64²", ENVMAP_LOBE_PHONG, 1, ENVMAP_CUBE, 64, 1, 1},
     {"chain N = 2048 … 2", ENVMAP_LOBE_PHONG, 0, ENVMAP_CUBE, EDGE, 1, 9},
-    {"Banks s = 0.99, 2×64²×32", ENVMAP_LOBE_BANKS, 0.99f, ENVMAP_PARABOLOID, 64,
-     32, 1}};
+    {"Banks s = 0.99, 2×64²×32", ENVMAP_LOBE_BANKS, 0.99f, ENVMAP_PARABOLOID, 64, 32, 1}};
 
 static envmap_lobe lobe_of(const work *w, int level) {
     static const float chain[9] = {2048, 861, 362, 152, 64, 27, 11, 5, 2};
@@ -75,181 +72,17 @@ static void run_work(envmap *dst, const envmap *src, const work *w,
     measure_must(envmap_filter_chain(dst, src, lobes, w->levels, desc), w->name);
 }
 
-/* ---------------------------------------------------------------------------------- >>inside -- */
-
-/* What the fast filter makes of a source, a lobe and a tolerance. need 0: the reference. */
-typedef struct inside {
-    int need, kinked, lights;
-    double h, dark, share; /* share: of all light, in the lights */
-    double kappa[10], epsilon[10]; /* contrasts at the scale of band 2^i */
-    envmapi_grid grid;     /* of the source */
-    float light[ENVMAPI_LIGHTS][3];
-} inside;
-
-static void look_inside(inside *in, const envmap *src, const work *w, double tolerance) {
+/* What a work needs of a source, as envmap_filter_plan says. */
+static envmap_plan plan_of(const envmap *src, const work *w, double tolerance) {
     envmap_lobe lobe = lobe_of(w, 0);
-    envmapi_job job;
     envmap dst = *src;
-    memset(in, 0, sizeof *in), memset(&job, 0, sizeof job);
-    dst.mapping = w->mapping, dst.size = w->size, dst.slices = w->slices;
-    envmapi_desc(&job.desc, NULL);
-    job.desc.method = ENVMAP_METHOD_FAST, job.desc.tolerance = (float)tolerance;
-    measure_must(envmapi_job_create(&job, &dst, src, &lobe, 1), w->name);
-    const envmapi_plan *plan = job.plans;
-    if (job.planned[0] && plan->need) {
-        const envmapi_survey *s = plan->kinked ? &job.scene.rest : &job.scene.whole;
-        in->need = plan->need, in->kinked = plan->kinked, in->h = plan->h;
-        in->dark = HUGE_VAL;
-        for (int i = 0; i < envmapi_plan_sampled(plan); ++i) {
-            envmapi_look look;
-            envmapi_look_create(&look, plan, i, s);
-            in->dark = fmin(in->dark, look.darkest / look.mean);
-        }
-        in->grid = envmapi_grid_of(src, plan->h, tolerance);
-        in->lights = plan->kinked ? s->light_count : 0;
-        for (int i = 0; i < in->lights; ++i)
-            for (int c = 0; c < 3; ++c) in->light[i][c] = (float)s->lights[i].d[c];
-        in->share = s->all > 0 ? 1 - s->energy / s->all : 0;
-        for (int i = 0; i < 10; ++i) {
-            envmapi_contrast c = envmapi_contrast_at(s, 1 << i);
-            in->kappa[i] = c.kappa, in->epsilon[i] = c.epsilon;
-        }
-    }
-    envmapi_pool_free(&job.pool, 0);
-}
-
-/* The stages of the fast filter, by the tasks that they consist of. */
-enum { SURVEY, TEXELS, SPLINES, RINGS, FFT, LEGENDRE, OTHER, STAGES };
-static const char *const stage_name[STAGES] = {
-    "survey",     "texels to nodes and back", "spline solves",        "nodes to rings and back",
-    "FFT",        "Legendre",                 "plans, poles, memory"};
-
-typedef struct stopwatch {
-    double spent[STAGES];
-} stopwatch;
-
-static int stage_of(envmap_task *task) {
-    if (task == envmapi_task_omega || task == envmapi_task_survey) return SURVEY;
-    if (task == envmapi_task_reduce || task == envmapi_task_copy || task == envmapi_task_expand)
-        return TEXELS;
-    if (task == envmapi_task_solve_columns || task == envmapi_task_solve_rows) return SPLINES;
-    if (task == envmapi_task_points || task == envmapi_task_spread ||
-        task == envmapi_task_interpolate)
-        return RINGS;
-    if (task == envmapi_task_fft_out || task == envmapi_task_fft_back) return FFT;
-    if (task == envmapi_task_analyse || task == envmapi_task_synthesise) return LEGENDRE;
-    return OTHER;
-}
-
-/* An executor of one thread that looks at the clock. */
-static void timed_run(void *user, envmap_task *task, void *context, int count) {
-    stopwatch *watch = (stopwatch *)user;
-    double start = measure_seconds();
-    for (int i = 0; i < count; ++i) task(context, i);
-    watch->spent[stage_of(((const envmapi_batch *)context)->task)] += measure_seconds() - start;
-}
-
-static void time_stages(double spent[STAGES], const envmap *src, const work *w) {
-    double best = 1e9;
-    envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
-    for (int run = 0; run < 9; ++run) {
-        stopwatch watch;
-        envmap_filter_desc desc;
-        memset(&watch, 0, sizeof watch), memset(&desc, 0, sizeof desc);
-        desc.method = ENVMAP_METHOD_FAST;
-        desc.work.executor.user = &watch, desc.work.executor.run = timed_run;
-        double start = measure_seconds(), all = 0;
-        run_work(&dst, src, w, &desc);
-        double took = measure_seconds() - start;
-        for (int i = 0; i < OTHER; ++i) all += watch.spent[i];
-        watch.spent[OTHER] = took - all;
-        if (took < best) best = took, memcpy(spent, watch.spent, sizeof watch.spent);
-    }
-    envmap_free(&dst);
-}
-
-/* Which node the hierarchical filter takes each texel of a cube with, for one axis: its level, or
-   -1 where the lobe's support does not reach. The walk is envmapi_hier_visit's, line by line. */
-typedef struct opened {
-    const envmapi_hier *job;
-    double a[3];
-    int edge, nodes, values; /* nodes that were added, lobe values that were taken */
-    signed char *level;
-} opened;
-
-static void paint_texels(opened *o, const envmapi_quad *quad, int level) {
-    for (int i = 0; i < 4; ++i) {
-        float d[3] = {(float)quad->x[i], (float)quad->y[i], (float)quad->z[i]}, u, v;
-        int face;
-        envmap_coordinates(&face, &u, &v, ENVMAP_CUBE, d);
-        int x = (int)(u * (float)o->edge), y = (int)(v * (float)o->edge);
-        o->level[(face * o->edge + y) * o->edge + x] = (signed char)level;
-    }
-}
-
-static void paint(opened *o, int at_level, int at, int level) {
-    if (at_level == 2) {
-        const envmapi_hier_block *block = o->job->tree.blocks + at;
-        for (int j = 0; j < 4; ++j) paint_texels(o, block->zero + j, level);
-    } else {
-        const envmapi_hier_node *node = o->job->tree.nodes + at;
-        for (int j = 0; j < 4; ++j) paint(o, at_level - 1, node->child[j], level);
-    }
-}
-
-static void open_block(opened *o, int at, double k2) {
-    const envmapi_hier_block *block = o->job->tree.blocks + at;
-    double k1[4], k0[4];
-    envmapi_hier_k(k1, o->job, o->a, &block->one), o->values += 4;
-    if (envmapi_hier_alike(k1, k2, o->job->threshold)) {
-        paint(o, 2, at, 2), ++o->nodes;
-        return;
-    }
-    for (int j = 0; j < 4; ++j) {
-        envmapi_hier_k(k0, o->job, o->a, block->zero + j), o->values += 4;
-        int alike = envmapi_hier_alike(k0, k1[j], o->job->threshold);
-        paint_texels(o, block->zero + j, alike), o->nodes += alike ? 1 : 4;
-    }
-}
-
-static double open_node(opened *o, int *count, int level, int at, int top) {
-    const envmapi_hier_node *node = o->job->tree.nodes + at;
-    const envmapi_quad *quad = &node->quad;
-    double k[4] = {0, 0, 0, 0}, mean = 0;
-    int before = *count, nodes = o->nodes;
-    if (level == 3) envmapi_hier_k(k, o->job, o->a, quad), o->values += 4;
-    for (int j = 0; level > 3 && j < 4; ++j) {
-        double x = o->a[0] * quad->x[j] + o->a[1] * quad->y[j] + o->a[2] * quad->z[j];
-        if (x >= node->low[j] && x <= node->high[j])
-            k[j] = open_node(o, count, level - 1, node->child[j], 0);
-    }
-    for (int j = 0; j < 4; ++j) mean += node->share[j] * k[j];
-    if (!top && *count == before && envmapi_hier_alike(k, mean, o->job->threshold)) {
-        paint(o, level, at, level), o->nodes = nodes + 1;
-        return mean;
-    }
-    ++*count;
-    for (int j = 0; level == 3 && j < 4; ++j) open_block(o, node->child[j], k[j]);
-    return mean;
-}
-
-static void open_tree(opened *o, const envmap *src, const envmap_lobe *lobe, const float axis[3]) {
-    envmapi_hier *job = (envmapi_hier *)calloc(1, sizeof *job);
-    size_t texels = 6 * (size_t)src->size * (size_t)src->size;
-    memset(o, 0, sizeof *o);
-    o->level = (signed char *)malloc(texels);
-    if (!job || !o->level) measure_must(ENVMAP_ERROR_MEMORY, "a tree");
-    memset(o->level, -1, texels);
-    job->dst = job->src = src, job->lobe = lobe;
-    measure_must(envmapi_hier_create(&job->tree, src, 0, NULL), "a tree");
-    envmapi_hier_aim(job, 0, 0);
-    o->job = job, o->edge = src->size;
-    for (int c = 0; c < 3; ++c) o->a[c] = (double)axis[c];
-    for (int face = 0, count = 0; face < 6; ++face)
-        open_node(o, &count, job->tree.levels, job->tree.root[face], 1);
-    envmapi_hier_free(&job->tree, NULL);
-    free(job);
-    o->job = NULL;
+    envmap_filter_desc desc;
+    envmap_plan needs;
+    memset(&desc, 0, sizeof desc);
+    desc.tolerance = (float)tolerance;
+    dst.mapping = w->mapping, dst.size = w->size, dst.levels = 1, dst.slices = w->slices;
+    measure_must(envmap_filter_plan(&needs, &dst, src, &lobe, &desc), w->name);
+    return needs;
 }
 
 /* ----------------------------------------------------------------------------------- >>truth --
@@ -258,43 +91,38 @@ static void open_tree(opened *o, const envmap *src, const envmap_lobe *lobe, con
 enum { MOST_PROBES = 4096 };
 
 typedef struct probe {
-    const envmapi_source *source;
+    const measure_texels *source;
     envmap_lobe lobe;
-    double p, rgb[3], w;
+    double p, reach, axis[3], rgb[3], w;
     const float *texel;
-    int mapping, size, face, x, y, even; /* even: one of the lattice */
+    int even; /* one of the lattice */
 } probe;
 
 typedef struct truth {
-    envmapi_source source;
+    measure_texels source;
     probe probes[MOST_PROBES];
     int count;
 } truth;
 
 static void probe_task(void *context, int i) {
     probe *q = (probe *)context + i;
-    envmapi_axis axis;
-    memset(&axis, 0, sizeof axis);
-    axis.source = q->source, axis.lobe = &q->lobe, axis.p = q->p;
-    axis.level = envmapi_level_of(q->source->map, 0, 0);
-    axis.sigma = envmap_lobe_sigma(&q->lobe, q->p);
-    envmap_lobe_support(&axis.from, &axis.to, &q->lobe, q->p);
-    envmapi_texel_direction(axis.a, q->mapping, q->face, q->size, q->x, q->y);
-    envmapi_axis_filter(&axis);
-    double norm = envmapi_lobe_norm(&q->lobe);
-    for (int c = 0; c < 3; ++c) q->rgb[c] = axis.rgb[c] / (norm > 0 ? norm : axis.norm);
+    measure_plain_sum(q->rgb, q->source, &q->lobe, q->p, q->axis, q->reach);
 }
 
 static void add_probe(truth *t, const envmap *map, const envmap_lobe *lobe, int level, int slice,
                       int face, int x, int y, int even) {
     probe *q = t->probes + t->count;
+    double from;
     if (t->count >= MOST_PROBES) return;
     memset(q, 0, sizeof *q);
     q->source = &t->source, q->lobe = *lobe, q->even = even;
-    q->p = envmapi_slice_p(lobe, slice, map->slices);
+    q->p = measure_slice(lobe, slice, map->slices);
+    envmap_lobe_support(&from, &q->reach, lobe, q->p);
+    measure_direction(q->axis, map, level, face, x, y);
     q->texel = envmap_texel(map, level, slice, face, x, y);
-    q->mapping = map->mapping, q->size = map->size >> level, q->face = face, q->x = x, q->y = y;
     q->w = envmap_solid_angle(map, level, face, x, y);
+    if (!measure_plain_enough(&t->source, lobe, q->p))
+        measure_must(ENVMAP_ERROR_LOBE, "too thin for a plain sum");
     t->count += q->w > 0;
 }
 
@@ -327,7 +155,7 @@ static void add_image(truth *t, const envmap *map, const envmap_lobe *lobe, int 
 static void find_truth(truth *t, const envmap *map, const envmap *src, const work *w, int side) {
     int threads = threads_here();
     t->count = 0;
-    measure_must(envmapi_source_create(&t->source, src, 0, NULL), "a source");
+    measure_list(&t->source, src);
     for (int l = 0; l < w->levels; ++l) {
         envmap_lobe lobe = lobe_of(w, l);
         int step = w->slices > 8 ? w->slices / 8 : 1;
@@ -336,7 +164,7 @@ static void find_truth(truth *t, const envmap *map, const envmap *src, const wor
                 add_image(t, map, &lobe, l, slice, face, side);
     }
     threads_run(&threads, probe_task, t->probes, t->count);
-    envmapi_source_free(&t->source, NULL);
+    free(t->source.at);
 }
 
 /* rms over the lattice, and the worst of all, as envmap_compare has them. */
@@ -365,7 +193,7 @@ static void miss(double *rms, double *worst, const truth *t) {
 
 typedef struct figure {
     double copies, rms, worst, memory;
-    inside in;
+    envmap_plan needs;
 } figure;
 
 static figure figures[COUNT(works)][SCENE_COUNT];
@@ -386,7 +214,7 @@ static void measure_work(figure *f, const envmap *src, const work *w) {
     }
     f->copies = best / fmin(copied, measure_copy(src, &dst, dst.levels, measure_seconds));
     f->memory = (double)m.most / (double)measure_bytes(src, src->levels);
-    look_inside(&f->in, src, w, 1e-3);
+    f->needs = plan_of(src, w, 1e-3);
     find_truth(&t, &dst, src, w, w->levels > 1 ? 2 : w->slices > 1 ? 4 : 6);
     miss(&f->rms, &f->worst, &t);
     envmap_free(&dst);
@@ -394,8 +222,9 @@ static void measure_work(figure *f, const envmap *src, const work *w) {
 
 static void table_of_time(void) {
     FILE *out = measure_begin(&document, "time");
-    fprintf(out, "Copies; rms and worst texel in tolerances; memory over the source's bytes. "
-                 "Source 6 × %d², tolerance 1e-3, one thread, compiler %s.\n\n| work |",
+    fprintf(out,
+            "Copies; rms and worst texel in tolerances; memory over the source's bytes. "
+            "Source 6 × %d², tolerance 1e-3, one thread, compiler %s.\n\n| work |",
             EDGE, __VERSION__);
     for (int k = 0; k < SCENE_COUNT; ++k) fprintf(out, " %s |", scene_name[k]);
     fprintf(out, " memory |\n|---|--:|--:|--:|--:|\n");
@@ -414,40 +243,42 @@ static void table_of_time(void) {
     measure_end(&document, out, 1);
 }
 
-/* What the plans of the same works are. */
-static void table_of_plans(void) {
-    FILE *out = measure_begin(&document, "plans");
-    double texel = envmapi_texel_extent(&skies[0]);
-    fprintf(out, "Bands L, spacing h in texels of the source, nodes of its grid in %% of the "
-                 "texels; lights that are summed one by one, if any.\n\n| work |");
+/* What the same works need. */
+static void table_of_needs(void) {
+    FILE *out = measure_begin(&document, "needs");
+    fprintf(out, "Bands, and the edge that loses no more than the tolerance between its texels; "
+                 "lights that are\nsummed one by one, if any.\n\n| work |");
     for (int k = 0; k < SCENE_COUNT; ++k) fprintf(out, " %s |", scene_name[k]);
     fprintf(out, "\n|---|---|---|---|\n");
     for (int i = 0; i < COUNT(works); ++i) {
         if (works[i].levels > 1) continue;
         fprintf(out, "| %s |", works[i].name);
         for (int k = 0; k < SCENE_COUNT; ++k) {
-            const inside *in = &figures[i][k].in;
-            double part = 100 * (double)in->grid.count / (6.0 * EDGE * EDGE);
-            if (!in->need) fprintf(out, " the reference |");
-            else fprintf(out, " %d, %.1f, %.0f %%", in->need, in->h / texel, part);
-            if (in->need && in->lights) fprintf(out, "; %d lights", in->lights);
-            if (in->need) fprintf(out, " |");
+            const envmap_plan *n = &figures[i][k].needs;
+            fprintf(out, " %d, %d", n->bands, n->size);
+            if (n->lights) fprintf(out, "; %d lights", n->lights);
+            fprintf(out, " |");
         }
         fprintf(out, "\n");
     }
     measure_end(&document, out, 1);
 }
 
-static void table_of_survey(void) {
-    FILE *out = measure_begin(&document, "survey");
-    fprintf(out, "| scene | κ at l = 1 | 4 | 16 | 64 | 256 | ε at l = 1 | 16 | 256 "
-                 "| D for N = 10 | for N = 500 |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+/* kappa_l: the rms of a scene's coefficients in band l, over that of one light of all its energy. */
+static void table_of_scenes(void) {
+    enum { KNOWN = 65 };
+    static double sh[3 * KNOWN * KNOWN];
+    FILE *out = measure_begin(&document, "scenes");
+    fprintf(out, "| scene | κ at l = 1 | 4 | 16 | 64 |\n|---|--:|--:|--:|--:|\n");
     for (int k = 0; k < SCENE_COUNT; ++k) {
-        const inside *in = &figures[2][k].in;
+        measure_must(envmap_sh_project(sh, KNOWN, &skies[k], 0, 1e-4, NULL), "project");
         fprintf(out, "| %s |", scene_name[k]);
-        for (int i = 0; i <= 8; i += 2) fprintf(out, " %.2g |", in->kappa[i]);
-        for (int i = 0; i <= 8; i += 4) fprintf(out, " %.2g |", in->epsilon[i]);
-        fprintf(out, " %.2g | %.2g |\n", figures[0][k].in.dark, in->dark);
+        for (int l = 1; l < KNOWN; l *= 4) {
+            double power = 0;
+            for (int i = 3 * l * l; i < 3 * (l + 1) * (l + 1); ++i) power += sh[i] * sh[i];
+            fprintf(out, " %.2g |", sqrt(power / (2 * l + 1) / measure_dot(sh, sh)));
+        }
+        fprintf(out, "\n");
     }
     measure_end(&document, out, 1);
 }
@@ -552,14 +383,16 @@ static void draw_tolerances(const char *folder) {
     svg_close(f);
 }
 
-/* |lambda_l| of lobes, and where the plan for the sun ends them at each tolerance. */
+/* |lambda_l| of lobes, and the bands that the sun needs of them at each tolerance. */
+enum { BANDS = 768 };
+
 static double band_x(int l) { return 70 + 255 * log10(l < 1 ? 1 : l); }
 static double band_y(double lambda) { return 50 + 45 * -log10(fmax(lambda, 1e-9)); }
 
 /* The largest of four, for lobes with a kink change their sign or have zeros between. */
 static double band_of(const double *lambda, int l) {
     double most = fabs(lambda[l]);
-    for (int i = l; i < l + 4 && i < ENVMAPI_FAST_BANDS; ++i) most = fmax(most, fabs(lambda[i]));
+    for (int i = l; i < l + 4 && i < BANDS; ++i) most = fmax(most, fabs(lambda[i]));
     return most;
 }
 
@@ -570,14 +403,13 @@ static void band_curve(FILE *f, int i, const envmap *src) {
                                   {"Phong 500", ENVMAP_LOBE_PHONG, 500, ENVMAP_CUBE, 256, 1, 1},
                                   {"Phong 2000", ENVMAP_LOBE_PHONG, 2000, ENVMAP_CUBE, 256, 1, 1},
                                   {"GGX 0.25", ENVMAP_LOBE_GGX, 0.25f, ENVMAP_CUBE, 256, 1, 1}};
-    static double lambda[ENVMAPI_FAST_BANDS];
-    static inside in;
+    static double lambda[BANDS];
     const work *w = curves + i;
     envmap_lobe lobe = lobe_of(w, 0);
-    measure_must(envmap_lobe_zonal(lambda, ENVMAPI_FAST_BANDS, &lobe, 0), w->name);
+    measure_must(envmap_lobe_zonal(lambda, BANDS, &lobe, 0), w->name);
     fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", svg_colours[i]);
     char pen = 'M';
-    for (int l = 0; l + 4 < ENVMAPI_FAST_BANDS; ++l) {
+    for (int l = 0; l + 4 < BANDS; ++l) {
         double most = band_of(lambda, l);
         fprintf(f, "%c%.1f %.1f", pen, band_x(l), band_y(most)), pen = 'L';
         if (most < 1e-9) break;
@@ -585,132 +417,222 @@ static void band_curve(FILE *f, int i, const envmap *src) {
     fprintf(f, "\"/>\n<text x=\"820\" y=\"%d\" fill=\"%s\">%s</text>\n", 80 + 22 * i,
             svg_colours[i], w->name);
     for (int n = 0; n < 4; ++n) {
-        look_inside(&in, src, w, tolerances[n]);
-        if (!in.need) continue;
-        double y = band_y(band_of(lambda, in.need));
-        fprintf(f, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%d\" fill=\"%s\" fill-opacity=\"%.1f\" "
-                   "stroke=\"%s\" stroke-width=\"1.5\"/>\n",
-                band_x(in.need), y, in.kinked ? 5 : 4, svg_colours[i], in.kinked ? 0.0 : 1.0,
-                svg_colours[i]);
-        fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"9\" fill=\"%s\">%d</text>\n",
-                band_x(in.need) + 7, y + 3, svg_colours[i], n + 2);
+        envmap_plan needs = plan_of(src, w, tolerances[n]);
+        if (needs.bands > BANDS - 4) continue; /* beyond the chart */
+        double x = band_x(needs.bands), y = band_y(band_of(lambda, needs.bands));
+        fprintf(f, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" fill=\"%s\"/>\n", x, y, svg_colours[i]);
+        fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"9\" fill=\"%s\">%d</text>\n", x + 7,
+                y + 3, svg_colours[i], n + 2);
     }
 }
 
 static void draw_bands(const char *folder, const envmap *src) {
     FILE *f = svg_open(folder, "filters-bands.svg", 930, 520,
-                       "|λ| by band, and where the plan for the sun ends at tolerance 1e-2 "
-                       "(2) to 1e-5 (5)");
+                       "|λ| by band, and how many bands the sun needs at tolerance 1e-2 (2) "
+                       "to 1e-5 (5)");
     for (int e = 0; e <= 9; ++e)
-        fprintf(f, "<path d=\"M70 %.0fH805\" stroke=\"#e4e4e4\"/><text x=\"62\" y=\"%.0f\" "
-                   "text-anchor=\"end\">1e-%d</text>\n",
+        fprintf(f,
+                "<path d=\"M70 %.0fH805\" stroke=\"#e4e4e4\"/><text x=\"62\" y=\"%.0f\" "
+                "text-anchor=\"end\">1e-%d</text>\n",
                 band_y(pow(10, -e)), band_y(pow(10, -e)) + 4, e);
     for (int l = 1; l <= 512; l *= 2)
         fprintf(f, "<text x=\"%.1f\" y=\"480\" text-anchor=\"middle\">%d</text>\n", band_x(l), l);
     fprintf(f, "<text x=\"430\" y=\"505\" text-anchor=\"middle\">band l, the largest of "
-               "l ... l + 3; open dots: lights taken out</text>\n");
+               "l ... l + 3</text>\n");
     for (int i = 0; i < 6; ++i) band_curve(f, i, src);
     svg_close(f);
 }
 
-/* Where the time goes, in copies, under the sun. */
-static void draw_work(const char *folder, const envmap *src) {
-    FILE *f = svg_open(folder, "filters-work.svg", 930, 390,
-                       "Where the time goes, in copies: the sun, tolerance 1e-3, one thread");
-    FILE *out = measure_begin(&document, "work");
-    double most = 0, spent[COUNT(works)][STAGES];
-    fprintf(out, "| work |");
-    for (int s = 0; s < STAGES; ++s) fprintf(out, " %s |", stage_name[s]);
-    fprintf(out, "\n|---|--:|--:|--:|--:|--:|--:|--:|\n");
+/* The halves of the fast filter: from the source to harmonics, which envmap_prepare does once for
+   many calls, and from there to the result. In copies, under the sun. */
+enum { SOURCE, RESULT, HALVES };
+static const char *const half_name[HALVES] = {"source to harmonics", "harmonics to result"};
+
+static void time_halves(double spent[HALVES], const envmap *src, envmap *dst, const work *w) {
+    envmap_lobe lobes[9];
+    envmap_filter_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.method = ENVMAP_METHOD_FAST;
+    for (int l = 0; l < w->levels; ++l) lobes[l] = lobe_of(w, l);
+    for (int run = 0; run < 9; ++run) {
+        envmap_prepared prepared = {NULL, NULL};
+        double start = measure_seconds(), between;
+        desc.prepared = NULL;
+        measure_must(envmap_prepare(&prepared, src, lobes, w->levels, &desc), w->name);
+        between = measure_seconds(), desc.prepared = &prepared;
+        run_work(dst, src, w, &desc);
+        spent[RESULT] = fmin(run ? spent[RESULT] : 1e9, measure_seconds() - between);
+        spent[SOURCE] = fmin(run ? spent[SOURCE] : 1e9, between - start);
+        envmap_prepared_free(&prepared);
+    }
+}
+
+static void table_of_halves(double spent[][HALVES], const envmap *src) {
+    FILE *out = measure_begin(&document, "halves");
+    fprintf(out, "| work | %s | %s |\n|---|--:|--:|\n", half_name[SOURCE], half_name[RESULT]);
     for (int i = 0; i < COUNT(works); ++i) {
         const work *w = works + i;
         envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
-        double copied = measure_copy(src, &dst, dst.levels, measure_seconds), all = 0;
+        double copied = measure_copy(src, &dst, dst.levels, measure_seconds);
         progress(w->name);
-        time_stages(spent[i], src, w);
+        time_halves(spent[i], src, &dst, w);
         copied = fmin(copied, measure_copy(src, &dst, dst.levels, measure_seconds));
-        fprintf(out, "| %s |", w->name);
-        for (int s = 0; s < STAGES; ++s) {
-            spent[i][s] /= copied, all += spent[i][s];
-            fprintf(out, " %.1f |", spent[i][s]);
-        }
-        fprintf(out, "\n");
-        most = fmax(most, all);
+        for (int h = 0; h < HALVES; ++h) spent[i][h] /= copied;
+        fprintf(out, "| %s | %.1f | %.1f |\n", w->name, spent[i][SOURCE], spent[i][RESULT]);
         envmap_free(&dst);
     }
     measure_end(&document, out, 1);
+}
+
+static void draw_work(const char *folder, const envmap *src) {
+    double most = 0, spent[COUNT(works)][HALVES];
+    table_of_halves(spent, src);
+    FILE *f = svg_open(folder, "filters-work.svg", 930, 350,
+                       "Where the time goes, in copies: the sun, tolerance 1e-3, one thread");
+    for (int i = 0; i < COUNT(works); ++i) most = fmax(most, spent[i][SOURCE] + spent[i][RESULT]);
     for (int i = 0; i < COUNT(works); ++i) {
         double x = 210, y = 44 + 32 * i;
-        fprintf(f, "<text x=\"202\" y=\"%.0f\" text-anchor=\"end\">%s</text>\n", y + 16,
-                works[i].name);
-        for (int s = 0; s < STAGES; ++s) {
-            double width = 600 * spent[i][s] / most;
-            fprintf(f, "<rect x=\"%.1f\" y=\"%.0f\" width=\"%.1f\" height=\"22\" fill=\"%s\"/>\n",
-                    x, y, width, svg_colours[s]);
+        svg_text(f, 202, y + 16, 13, "end", "#000", "%s", works[i].name);
+        for (int h = 0; h < HALVES; ++h) {
+            double width = 600 * spent[i][h] / most;
+            svg_bar(f, x, y, width, 22, svg_colours[h]);
             x += width;
         }
-        fprintf(f, "<text x=\"%.1f\" y=\"%.0f\">%.0f</text>\n", x + 8, y + 16,
-                (x - 210) / 600 * most);
+        svg_text(f, x + 8, y + 16, 13, "start", "#000", "%.0f", (x - 210) / 600 * most);
     }
-    for (int s = 0; s < STAGES; ++s)
-        fprintf(f, "<rect x=\"%d\" y=\"%d\" width=\"13\" height=\"13\" fill=\"%s\"/>"
-                   "<text x=\"%d\" y=\"%d\">%s</text>\n",
-                70 + 210 * (s % 4), 320 + 28 * (s / 4), svg_colours[s], 90 + 210 * (s % 4),
-                331 + 28 * (s / 4), stage_name[s]);
+    for (int h = 0; h < HALVES; ++h) {
+        svg_bar(f, 210 + 210 * h, 316, 13, 13, svg_colours[h]);
+        svg_text(f, 230 + 210 * h, 327, 13, "start", "#000", "%s", half_name[h]);
+    }
     svg_close(f);
 }
 
 /* --------------------------------------------------------------------------------- >>picture -- */
 
 #define PANORAMA 484
-#define PADDED   316
+#define FACE     316
 #define MARGIN   16
 static const unsigned level_colour[8] = {0xFFF3B0u, 0xFFC94Cu, 0xF28E2Bu, 0xD1495Bu,
                                          0x8E3B8Au, 0x54408Fu, 0x34386Bu, 0x262A4Au};
 
-typedef struct padded_face {
-    const envmap *map;
-    double from, length; /* of u and v */
-    int face;
-} padded_face;
-
-static int padded_point(float rgb[3], float s, float t, const void *user) {
-    const padded_face *f = (const padded_face *)user;
-    float d[3], u = (float)(f->from + f->length * (double)s);
-    envmap_direction(d, ENVMAP_CUBE, f->face, u, (float)(f->from + f->length * (double)t));
-    envmap_lookup(rgb, f->map, d, 0);
-    return 1;
-}
-
-/* One face's grid, with the nodes beyond its edge, over what lies in their directions. */
-static void draw_grid(picture *p, int x, int y, const envmap *src, const work *w, float exposure) {
-    static inside in;
+/* What a lobe leaves of the sun's face, and points as close as half a wave of its last band. */
+static void draw_points(picture *p, int x, int y, const envmap *src, const work *w,
+                        float exposure) {
+    envmap_plan needs = plan_of(src, w, 1e-3);
+    envmap dst = measure_map(w->mapping, w->size, 1, 1);
     char text[100];
     float u, v;
-    padded_face f;
-    look_inside(&in, src, w, 1e-3);
-    f.map = src;
-    envmap_coordinates(&f.face, &u, &v, ENVMAP_CUBE, scene_sun_direction);
-    const envmapi_grid *g = &in.grid;
-    double beside = g->identity ? 0 : (double)g->pad / g->nu;
-    f.from = -beside, f.length = 1 + 2 * beside;
-    picture_draw(p, x, y, PADDED, PADDED, exposure, padded_point, &f);
-    float a = (float)(beside / f.length * PADDED), b = (float)PADDED - a, size = 1.1f;
-    float left = (float)x, top = (float)y, step = (float)PADDED / (float)g->width;
-    float edges[4][4] = {{a, a, b, a}, {b, a, b, b}, {b, b, a, b}, {a, b, a, a}};
-    for (int i = 0; i < 4; ++i)
-        picture_stroke(p, left + edges[i][0], top + edges[i][1], left + edges[i][2],
-                       top + edges[i][3], 1.5f, 0xFFA24Cu);
-    for (int j = 0; j < g->height; ++j)
-        for (int i = 0; i < g->width; ++i) {
-            float cx = left + ((float)i + 0.5f) * step, cy = top + ((float)j + 0.5f) * step;
-            picture_stroke(p, cx, cy, cx, cy, step < 4 ? 1 : 2 * size, 0x7FE7FFu);
-        }
-    snprintf(text, sizeof text, "N = %g: %d bands, %d nodes",
-             (double)w->parameter, in.need, (int)g->count);
-    picture_text(p, left, top + PADDED + 8, 13, 0xF3F1ECu, text);
-    snprintf(text, sizeof text, "%d x %d on the face, %d beyond each edge", g->nu, g->nv, g->pad);
-    picture_text(p, left, top + PADDED + 28, 11, 0x9AA0ABu, text);
+    int face, side = (needs.bands + 1) / 2; /* a face is a quarter of a circle, and so is L / 2 */
+    run_work(&dst, src, w, NULL);
+    envmap_coordinates(&face, &u, &v, ENVMAP_CUBE, scene_sun_direction);
+    picture_map(p, x, y, FACE, FACE, exposure, &dst, ENVMAP_CUBE, face);
+    for (int i = 0; i < side * side; ++i) {
+        float cx = (float)x + ((float)(i % side) + 0.5f) * FACE / (float)side;
+        float cy = (float)y + ((float)(i / side) + 0.5f) * FACE / (float)side;
+        picture_stroke(p, cx, cy, cx, cy, 2.2f, 0x7FE7FFu);
+    }
+    snprintf(text, sizeof text, "N = %g: %d bands", (double)w->parameter, needs.bands);
+    picture_text(p, (float)x, (float)y + FACE + 8, 13, 0xF3F1ECu, text);
+    snprintf(text, sizeof text, "%d x %d points, half a wave apart", side, side);
+    picture_text(p, (float)x, (float)y + FACE + 28, 11, 0x9AA0ABu, text);
+    envmap_free(&dst);
+}
+
+/* Which node the hierarchical filter takes each texel of a cube with, for one axis: its level, or
+   -1 where the lobe does not reach. The lobe is sampled at nodes of 4 x 4 texels, averaged upward,
+   and evaluated at smaller ones where these are opened. A node serves where its four children are
+   within THRESHOLD of its own value, and all nodes below it serve too. */
+#define THRESHOLD 0.001
+enum { SAMPLED = 2 }; /* the level of 4 x 4 texels */
+
+typedef struct opened {
+    envmap_lobe lobe;
+    const float *axis;
+    double reach;                  /* the lobe's, rad */
+    int face, edge, nodes, values; /* nodes that were added, lobe values that were taken */
+    signed char *level;            /* of each texel */
+} opened;
+
+static void paint(opened *o, int level, int x, int y) {
+    signed char *image = o->level + (size_t)o->face * (size_t)o->edge * (size_t)o->edge;
+    for (int j = 0; j < 1 << level; ++j)
+        memset(image + (y + j) * o->edge + x, level, (size_t)1 << level);
+    ++o->nodes;
+}
+
+/* The cosine from the axis to the centre of a node. */
+static double node_cosine(const opened *o, int level, int x, int y) {
+    float d[3], half = 0.5f * (float)(1 << level);
+    envmap_direction(d, ENVMAP_CUBE, o->face, ((float)x + half) / (float)o->edge,
+                     ((float)y + half) / (float)o->edge);
+    return (double)d[0] * (double)o->axis[0] + (double)d[1] * (double)o->axis[1] +
+           (double)d[2] * (double)o->axis[2];
+}
+
+/* The values at a node's children; whether all are within the threshold of k. */
+static int children(double values[4], opened *o, int level, int x, int y, double k) {
+    int alike = 1, half = 1 << (level - 1);
+    for (int i = 0; i < 4; ++i, ++o->values) {
+        double c = node_cosine(o, level - 1, x + i % 2 * half, y + i / 2 * half);
+        values[i] = envmap_lobe_value(&o->lobe, fmin(c, 1), 0);
+        alike &= fabs(values[i] - k) <= THRESHOLD;
+    }
+    return alike;
+}
+
+/* A node below those that are averaged: it serves, or its children do. */
+static void open_down(opened *o, int level, int x, int y, double k) {
+    double values[4];
+    int half = 1 << (level - 1);
+    if (children(values, o, level, x, y, k)) {
+        paint(o, level, x, y);
+        return;
+    }
+    for (int i = 0; i < 4; ++i) {
+        if (level > 1)
+            open_down(o, level - 1, x + i % 2 * half, y + i / 2 * half, values[i]);
+        else
+            paint(o, 0, x + i % 2, y + i / 2);
+    }
+}
+
+/* The mean over a node, which is painted where it serves; *failed counts those that do not. */
+static double open_up(opened *o, int level, int x, int y, int *failed) {
+    double k[4] = {0, 0, 0, 0}, mean = 0, most = 0, side = 1 << level;
+    int half = 1 << (level - 1), before = *failed, nodes = o->nodes;
+    double angle = acos(fmin(node_cosine(o, level, x, y), 1));
+    if (angle > o->reach + 1.5 * side / o->edge) return 0; /* all of it is beyond the lobe */
+    if (level == SAMPLED + 1) children(k, o, level, x, y, 0);
+    for (int i = 0; i < 4; ++i) {
+        if (level > SAMPLED + 1)
+            k[i] = open_up(o, level - 1, x + i % 2 * half, y + i / 2 * half, failed);
+        mean += k[i] / 4;
+    }
+    for (int i = 0; i < 4; ++i) most = fmax(most, fabs(k[i] - mean));
+    if (*failed == before && most <= THRESHOLD && half < o->edge / 2) {
+        o->nodes = nodes;
+        paint(o, level, x, y);
+        return mean;
+    }
+    ++*failed;
+    for (int i = 0; level == SAMPLED + 1 && i < 4; ++i)
+        open_down(o, SAMPLED, x + i % 2 * half, y + i / 2 * half, k[i]);
+    return mean;
+}
+
+static opened open_tree(const envmap *src, envmap_lobe lobe, const float axis[3]) {
+    size_t texels = 6 * (size_t)src->size * (size_t)src->size;
+    opened o;
+    double from;
+    int count = 0;
+    memset(&o, 0, sizeof o);
+    o.lobe = lobe, o.axis = axis, o.edge = src->size;
+    envmap_lobe_support(&from, &o.reach, &lobe, 0);
+    o.level = (signed char *)malloc(texels);
+    if (!o.level) measure_must(ENVMAP_ERROR_MEMORY, "a tree");
+    memset(o.level, -1, texels);
+    for (o.face = 0; o.face < 6; ++o.face) open_up(&o, envmap_levels(src->size) - 1, 0, 0, &count);
+    return o;
 }
 
 static void mark(picture *p, int x, int y, const float d[3], float radius, unsigned colour) {
@@ -720,11 +642,33 @@ static void mark(picture *p, int x, int y, const float d[3], float radius, unsig
     picture_circle(p, (float)x + u * PANORAMA, (float)y + v * PANORAMA / 2, radius, 1.5f, colour);
 }
 
+/* The light of a texel of a cube, all channels. */
+static double light_of(const envmap *src, int i) {
+    int edge = src->size, face = i / edge / edge;
+    const float *t = src->texels + 3 * i;
+    return envmap_solid_angle(src, 0, face, i % edge, i / edge % edge) *
+           ((double)t[0] + (double)t[1] + (double)t[2]);
+}
+
+typedef struct lights {
+    double all, part; /* of the energy */
+    int count, texels;
+} lights;
+
+/* Texels that hold more than 1/2000 of all light. */
+static lights find_lights(const envmap *src) {
+    lights l = {0, 0, 0, 6 * src->size * src->size};
+    for (int i = 0; i < l.texels; ++i) l.all += light_of(src, i);
+    for (int i = 0; i < l.texels; ++i)
+        if (light_of(src, i) > l.all / 2000) ++l.count, l.part += light_of(src, i);
+    return l;
+}
+
 /* The texels about the sun, with those that are among the lights. */
-static void draw_zoom(picture *p, int x, int y, const envmap *src, const inside *in) {
+static void draw_zoom(picture *p, int x, int y, const envmap *src, const lights *l) {
     enum { SIDE = 20, PIXELS = 5 };
-    float u, v, lu, lv;
-    int face, other, x0, y0;
+    float u, v;
+    int face, x0, y0;
     picture_rectangle(p, x - 2, y - 2, SIDE * PIXELS + 4, SIDE * PIXELS + 4, 0xF3F1ECu, 1);
     envmap_coordinates(&face, &u, &v, ENVMAP_CUBE, scene_sun_direction);
     x0 = (int)(u * (float)src->size) - SIDE / 2, y0 = (int)(v * (float)src->size) - SIDE / 2;
@@ -733,41 +677,33 @@ static void draw_zoom(picture *p, int x, int y, const envmap *src, const inside 
     for (int i = 0; i < SIDE * SIDE; ++i) {
         const float *texel = envmap_texel(src, 0, 0, face, x0 + i % SIDE, y0 + i / SIDE);
         float light[3] = {0, 0, 0};
-        for (int c = 0; c < 3 && texel; ++c) light[c] = picture_curve(0.1f * texel[c]);
-        picture_rectangle(p, x + i % SIDE * PIXELS, y + i / SIDE * PIXELS, PIXELS, PIXELS,
-                          picture_colour(light), 1);
-    }
-    for (int i = 0; i < in->lights; ++i) {
-        envmap_coordinates(&other, &lu, &lv, ENVMAP_CUBE, in->light[i]);
-        int lx = (int)(lu * (float)src->size) - x0, ly = (int)(lv * (float)src->size) - y0;
-        if (other == face && lx >= 0 && ly >= 0 && lx < SIDE && ly < SIDE)
-            picture_rectangle(p, x + lx * PIXELS + 1, y + ly * PIXELS + 1, PIXELS - 2, PIXELS - 2,
-                              0x1B7FA6u, 1);
+        for (int c = 0; c < 3; ++c) light[c] = picture_curve(0.1f * texel[c]);
+        int left = x + i % SIDE * PIXELS, top = y + i / SIDE * PIXELS;
+        picture_rectangle(p, left, top, PIXELS, PIXELS, picture_colour(light), 1);
+        if (light_of(src, (int)(texel - src->texels) / 3) > l->all / 2000)
+            picture_rectangle(p, left + 1, top + 1, PIXELS - 2, PIXELS - 2, 0x1B7FA6u, 1);
     }
 }
 
 /* The scene, with the lights that are taken out for the diffuse lobe. */
 static void draw_lights(picture *p, int x, int y, const envmap *src, float exposure) {
-    static inside in;
     char text[100];
-    look_inside(&in, src, works + 5, 1e-3);
+    lights l = find_lights(src);
     picture_panorama(p, x, y, PANORAMA, PANORAMA / 2, exposure, src);
     mark(p, x, y, scene_sun_direction, 7, 0xF3F1ECu);
-    draw_zoom(p, x + PANORAMA - 112, y + PANORAMA / 2 - 112, src, &in);
+    draw_zoom(p, x + PANORAMA - 112, y + PANORAMA / 2 - 112, src, &l);
     picture_text(p, (float)x, (float)y + PANORAMA / 2 + 8, 13, 0xF3F1ECu,
                  "the scene; enlarged: what the diffuse lobe sums exactly");
-    snprintf(text, sizeof text, "%d texels of %d, %.0f %% of the light", in.lights,
-             6 * src->size * src->size, 100 * in.share);
+    snprintf(text, sizeof text, "%d texels of %d, %.0f %% of the light", l.count, l.texels,
+             100 * l.part / l.all);
     picture_text(p, (float)x, (float)y + PANORAMA / 2 + 28, 11, 0x9AA0ABu, text);
 }
 
 /* What the hierarchical filter opens for an axis whose lobe has the sun on its flank. */
 static void draw_opened(picture *p, int x, int y, const envmap *src) {
     static const float axis[3] = {-0.5f, 0.42f, 0.757f};
-    envmap_lobe lobe = envmap_lobe_phong(100);
+    opened o = open_tree(src, envmap_lobe_phong(100), axis);
     char text[100];
-    opened o;
-    open_tree(&o, src, &lobe, axis);
     for (int j = 0; j < PANORAMA / 2; ++j)
         for (int i = 0; i < PANORAMA; ++i) {
             float d[3], u, v;
@@ -776,7 +712,8 @@ static void draw_opened(picture *p, int x, int y, const envmap *src) {
                              ((float)j + 0.5f) / (PANORAMA / 2));
             envmap_coordinates(&face, &u, &v, ENVMAP_CUBE, d);
             level = o.level[(face * o.edge + (int)fminf(v * (float)o.edge, (float)o.edge - 1)) *
-                                o.edge + (int)fminf(u * (float)o.edge, (float)o.edge - 1)];
+                                o.edge +
+                            (int)fminf(u * (float)o.edge, (float)o.edge - 1)];
             picture_blend(p, x + i, y + j, level < 0 ? 0x30343Cu : level_colour[level & 7], 1);
         }
     mark(p, x, y, scene_sun_direction, 5, 0xFFFFFFu);
@@ -799,14 +736,14 @@ static void draw_picture(const char *folder, const envmap *src) {
     picture p;
     int below = MARGIN + PANORAMA / 2 + 62;
     float exposure = 0.52f;
-    if (!picture_create(&p, 3 * MARGIN + 2 * PANORAMA, below + PADDED + 50))
+    if (!picture_create(&p, 3 * MARGIN + 2 * PANORAMA, below + FACE + 50))
         measure_must(ENVMAP_ERROR_MEMORY, "a picture");
     picture_rectangle(&p, 0, 0, p.width, p.height, 0x15171Cu, 1);
     draw_lights(&p, MARGIN, MARGIN, src, exposure);
     draw_opened(&p, 2 * MARGIN + PANORAMA, MARGIN, src);
     for (int i = 0; i < 3; ++i)
-        draw_grid(&p, MARGIN + i * (PADDED + (2 * PANORAMA + MARGIN - 3 * PADDED) / 2), below, src,
-                  works + i, exposure);
+        draw_points(&p, MARGIN + i * (FACE + (2 * PANORAMA + MARGIN - 3 * FACE) / 2), below, src,
+                    works + i, exposure);
     snprintf(path, sizeof path, "%s/images/filters-sun.png", folder);
     if (!picture_save(&p, path)) measure_must(ENVMAP_ERROR_FILE, path);
     picture_free(&p);
@@ -822,8 +759,8 @@ int main(int argc, char **argv) {
     }
     if (argc > 1) draw_picture(argv[1], &skies[SCENE_SUN]);
     table_of_time();
-    table_of_plans();
-    table_of_survey();
+    table_of_needs();
+    table_of_scenes();
     table_of_tolerances();
     if (argc > 1) {
         char path[5000];

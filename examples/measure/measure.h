@@ -7,7 +7,8 @@
 
    >>memory     a meter as the context of ENVMAP_MALLOC
    >>clock      the process's time, the wall's, a copy's
-   >>maps       create or exit, bytes, a constant
+   >>vectors    of three doubles
+   >>maps       create or exit, bytes, where a texel is, a constant
    >>sums       the definition as it stands in the literature
    >>document   sections between marks; the machine
 
@@ -57,6 +58,7 @@ static inline void measure_free(void *context, void *pointer) {
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
 
+#define MEASURE_PI   3.14159265358979323846
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
 /* ----------------------------------------------------------------------------------- >>clock -- */
@@ -72,6 +74,31 @@ static inline double measure_seconds(void) { return measure_clock(CLOCK_PROCESS_
 
 /* Seconds on the wall: for threads. */
 static inline double measure_now(void) { return measure_clock(CLOCK_MONOTONIC); }
+
+/* --------------------------------------------------------------------------------- >>vectors -- */
+
+static inline double measure_dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* out = in / |in|; they may be the same. */
+static inline void measure_unit(double out[3], const double in[3]) {
+    double length = sqrt(measure_dot(in, in));
+    int c;
+    for (c = 0; c < 3; ++c) out[c] = in[c] / length;
+}
+
+static inline void measure_unit_float(double out[3], const float in[3]) {
+    double wide[3] = {(double)in[0], (double)in[1], (double)in[2]};
+    measure_unit(out, wide);
+}
+
+/* The angle between unit vectors, exact also where acos is not. */
+static inline double measure_angle(const double a[3], const double b[3]) {
+    double minus[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    double plus[3] = {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+    return 2 * atan2(sqrt(measure_dot(minus, minus)), sqrt(measure_dot(plus, plus)));
+}
 
 /* ------------------------------------------------------------------------------------ >>maps -- */
 
@@ -94,6 +121,21 @@ static inline int measure_height(const envmap *map, int level) {
 
 static inline int measure_width(const envmap *map, int level) {
     return measure_height(map, level) * (map->mapping == ENVMAP_LATLONG ? 2 : 1);
+}
+
+/* The unit direction of the centre of texel (x,y). */
+static inline void measure_direction(double d[3], const envmap *map, int level, int face, int x,
+                                     int y) {
+    float dir[3];
+    envmap_direction(dir, (envmap_mapping)map->mapping, face,
+                     ((float)x + 0.5f) / (float)measure_width(map, level),
+                     ((float)y + 0.5f) / (float)measure_height(map, level));
+    measure_unit_float(d, dir);
+}
+
+/* The parameter of slice k of n: at its centre. */
+static inline double measure_slice(const envmap_lobe *lobe, int k, int n) {
+    return (double)lobe->p0 + (double)(lobe->p1 - lobe->p0) * (k + 0.5) / n;
 }
 
 /* Bytes of the first `levels` levels, all slices. */
@@ -151,7 +193,7 @@ typedef struct measure_texels {
 } measure_texels;
 
 static inline void measure_list(measure_texels *list, const envmap *map) {
-    int face, x, y, c, width = measure_width(map, 0), height = measure_height(map, 0);
+    int face, x, y, width = measure_width(map, 0), height = measure_height(map, 0);
     double *d;
     list->map = map;
     list->count = measure_bytes(map, 1) / (3 * sizeof(float) * (size_t)map->slices);
@@ -160,30 +202,26 @@ static inline void measure_list(measure_texels *list, const envmap *map) {
     for (face = 0; face < envmap_faces(map->mapping); ++face)
         for (y = 0; y < height; ++y)
             for (x = 0; x < width; ++x, d += 4) {
-                float dir[3];
-                double length = 0;
-                envmap_direction(dir, (envmap_mapping)map->mapping, face,
-                                 ((float)x + 0.5f) / (float)width,
-                                 ((float)y + 0.5f) / (float)height);
-                for (c = 0; c < 3; ++c) length += (double)dir[c] * (double)dir[c];
-                for (c = 0; c < 3; ++c) d[c] = (double)dir[c] / sqrt(length);
+                measure_direction(d, map, 0, face, x, y);
                 d[3] = envmap_solid_angle(map, 0, face, x, y);
             }
 }
 
-/* sum k w L / norm over the texels in double, as it stands in the literature. */
+/* sum k w L / norm over the texels in double, as it stands in the literature.
+   a      the axis, of unit length
+   reach  texels at larger angles are passed over; 4: none, the sum asks nothing of the lobe but k */
 static inline void measure_plain_sum(double rgb[3], const measure_texels *list,
-                                     const envmap_lobe *lobe, double p, const float dir[3]) {
-    double sum[3] = {0, 0, 0}, norm = 0, a[3], length = 0;
+                                     const envmap_lobe *lobe, double p, const double a[3],
+                                     double reach) {
+    double sum[3] = {0, 0, 0}, norm = 0, least = reach < MEASURE_PI ? cos(reach) : -2;
     const double *d = list->at;
     const float *texel = list->map->texels;
     size_t i;
     int c;
-    for (c = 0; c < 3; ++c) length += (double)dir[c] * (double)dir[c];
-    for (c = 0; c < 3; ++c) a[c] = (double)dir[c] / sqrt(length);
     for (i = 0; i < list->count; ++i, d += 4, texel += 3) {
-        double x = a[0] * d[0] + a[1] * d[1] + a[2] * d[2];
-        double k = d[3] * envmap_lobe_value(lobe, x < 1 ? x : 1, p);
+        double x = measure_dot(a, d), k;
+        if (x < least) continue;
+        k = d[3] * envmap_lobe_value(lobe, x < 1 ? x : 1, p);
         for (c = 0; c < 3; ++c) sum[c] += k * (double)texel[c];
         norm += k;
     }
@@ -194,7 +232,7 @@ static inline void measure_plain_sum(double rgb[3], const measure_texels *list,
 /* A plain sum is the definition where lobes are wider than two texels, and centres are centres. */
 static inline int measure_plain_enough(const measure_texels *list, const envmap_lobe *lobe,
                                        double p) {
-    double texel = sqrt(4 * 3.14159265358979323846 / (double)list->count);
+    double texel = sqrt(4 * MEASURE_PI / (double)list->count);
     return (list->map->mapping == ENVMAP_CUBE || list->map->mapping == ENVMAP_LATLONG) &&
            envmap_lobe_sigma(lobe, p) >= 2 * texel;
 }
@@ -209,16 +247,12 @@ static inline int measure_truth_holds(const envmap *truth, const envmap *src,
     for (i = 0; i < 6; ++i) {
         int face = i % faces, slice = i % truth->slices;
         int x = (7 * i + 1) % truth->size, y = (5 * i + 2) % truth->size;
-        double p = (double)lobe->p0 +
-                   (double)(lobe->p1 - lobe->p0) * (slice + 0.5) / truth->slices;
-        double sum[3], most = 0;
+        double p = measure_slice(lobe, slice, truth->slices);
+        double d[3], sum[3], most = 0;
         const float *t = envmap_texel(truth, 0, slice, face, x, y);
-        float d[3];
         if (!measure_plain_enough(&list, lobe, p)) continue;
-        envmap_direction(d, (envmap_mapping)truth->mapping, face,
-                         ((float)x + 0.5f) / (float)measure_width(truth, 0),
-                         ((float)y + 0.5f) / (float)truth->size);
-        measure_plain_sum(sum, &list, lobe, p, d);
+        measure_direction(d, truth, 0, face, x, y);
+        measure_plain_sum(sum, &list, lobe, p, d, 4);
         for (c = 0; c < 3; ++c) most = fmax(most, sum[c]);
         for (c = 0; c < 3; ++c)
             if (!(fabs((double)t[c] - sum[c]) <= 1e-3 * most)) {

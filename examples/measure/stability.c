@@ -77,8 +77,8 @@ static void random_direction(double d[3], unsigned long long *state) {
 
 static double angle_of(const float a[3], const float b[3]) {
     double p[3], q[3];
-    envmapi_unit_float(p, a), envmapi_unit_float(q, b);
-    return envmapi_angle(p, q);
+    measure_unit_float(p, a), measure_unit_float(q, b);
+    return measure_angle(p, q);
 }
 
 /* A line on stderr that says how far this is. */
@@ -216,26 +216,32 @@ static int panorama_point(float rgb[3], float s, float t, const void *user) {
 
 /* ------------------------------------------------------------------------------- >>density -- */
 
-/* The two sides of a texel at d, as singular values of d(direction)/d(x, y) in units of a texel
-   whose mean over the sphere is one steradian. Returns their product, the solid angle. */
+/* The two sides of a texel at d, in units of a texel whose mean over the sphere is one steradian:
+   the singular values of d(direction)/d(u, v), in closed form. Returns their product, the solid
+   angle. */
 static double texel_sides(double *longer, double *shorter, int mapping, const double d[3]) {
     static const double area[] = {6, 2 * PI / 4, PI / 4, 2, PI / 4}; /* texels / size^2 */
-    double uv[2], a[2][3], g[3], h = 1e-8;
-    int face = envmapi_face(mapping, d);
-    envmapi_project(uv, mapping, face, d);
-    for (int k = 0; k < 2; ++k) {
-        double from[3], to[3];
-        double du = k ? 0 : h, dv = k ? h : 0;
-        envmapi_direction(from, mapping, face, uv[0] - du, uv[1] - dv);
-        envmapi_direction(to, mapping, face, uv[0] + du, uv[1] + dv);
-        for (int c = 0; c < 3; ++c) a[k][c] = (to[c] - from[c]) / (2 * h);
-        for (int c = 0; mapping == ENVMAP_LATLONG && !k && c < 3; ++c) a[0][c] /= 2;
+    double scale = sqrt(area[mapping] / (4 * PI)), a, b, angle;
+    switch (mapping) {
+    case ENVMAP_CUBE: /* across and along the radius on the face, which is 1 / a at the texel */
+        a = fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2])));
+        b = 2 * a * a, a *= 2;
+        break;
+    case ENVMAP_PARABOLOID:
+        a = b = 2 * (1 + fabs(d[2]));
+        break;          /* stereographic */
+    case ENVMAP_SPHERE: /* along and across the radius, at half the angle to +z */
+        b = sqrt(fmax((1 + d[2]) / 2, 0));
+        a = 4 / b, b *= 4;
+        break;
+    case ENVMAP_LATLONG:
+        a = PI, b = PI * sqrt(fmax(1 - d[1] * d[1], 0));
+        break;
+    default: /* along and across the radius, at the angle to -z */
+        angle = acos(fmin(fmax(-d[2], -1), 1));
+        a = 2 * PI, b = angle > 0 ? 2 * PI * sin(angle) / angle : 2 * PI;
     }
-    g[0] = envmapi_dot(a[0], a[0]), g[1] = envmapi_dot(a[1], a[1]), g[2] = envmapi_dot(a[0], a[1]);
-    double mean = (g[0] + g[1]) / 2, root = hypot((g[0] - g[1]) / 2, g[2]);
-    double scale = area[mapping] / (4 * PI);
-    *longer = sqrt((mean + root) * scale);
-    *shorter = sqrt(fmax(mean - root, 0) * scale);
+    *longer = scale * a, *shorter = scale * b;
     return *longer * *shorter;
 }
 
@@ -298,7 +304,7 @@ static void density_table(void) {
 
 /* Blue where texels are too few, white where they are the mean, red where too many: log2, to 8. */
 static void density_colour(float rgb[3], double density) {
-    float t = (float)envmapi_clamp(log2(density) / 3, -1, 1), k = fabsf(t);
+    float t = (float)fmin(fmax(log2(density) / 3, -1), 1), k = fabsf(t);
     rgb[0] = t < 0 ? 1 - 0.85f * k : 1 - 0.20f * k;
     rgb[1] = t < 0 ? 1 - 0.60f * k : 1 - 0.80f * k;
     rgb[2] = t < 0 ? 1 - 0.25f * k : 1 - 0.80f * k;
@@ -311,13 +317,16 @@ typedef struct density_ball {
 } density_ball;
 
 static int density_point(float rgb[3], double s, double t, const density_ball *b) {
-    double x = 2 * s - 1, y = 1 - 2 * t, r2 = x * x + y * y, d[3], uv[2], longer, shorter, edge = 1;
+    double x = 2 * s - 1, y = 1 - 2 * t, r2 = x * x + y * y, d[3], longer, shorter, edge = 1;
+    float dir[3], uv[2];
+    int face;
     if (r2 > 1) return 0;
     for (int k = 0; k < 3; ++k) d[k] = x * b->right[k] + y * b->up[k] + sqrt(1 - r2) * b->from[k];
     double density = 1 / texel_sides(&longer, &shorter, b->mapping, d);
-    envmapi_project(uv, b->mapping, envmapi_face(b->mapping, d), d);
+    for (int k = 0; k < 3; ++k) dir[k] = (float)d[k];
+    envmap_coordinates(&face, uv, uv + 1, (envmap_mapping)b->mapping, dir);
     for (int k = 0; k < 2; ++k) { /* the distance to the next line, in texels */
-        double at = uv[k] * (b->mapping == ENVMAP_LATLONG && !k ? 24 : 12);
+        double at = (double)uv[k] * (b->mapping == ENVMAP_LATLONG && !k ? 24 : 12);
         edge = fmin(edge, fabs(at - floor(at + 0.5)));
     }
     density_colour(rgb, density);
@@ -517,7 +526,7 @@ static void interpolation_picture(void) {
         for (int wrong = 0; wrong < 2; ++wrong) {
             triangle tri;
             double d[3];
-            envmapi_unit(d, at[i].d);
+            measure_unit(d, at[i].d);
             tri.map = skies + SCENE_STUDIO, tri.mapping = wrong ? at[i].mapping : -1;
             triangle_at(tri.corner, d, 0.9, 0.4);
             picture_draw(&p, 20 + 212 * i, 50 + 195 * wrong, 192, 166, 1.2f, triangle_point, &tri);
@@ -814,13 +823,21 @@ static void score_add(score *s, double value, const double *lit, const double ax
 
 static double score_of(const score *s) { return sqrt(s->error / s->sum); }
 
+/* The i-th of 96 axes: the texels of a cube of 4 x 4. */
+static void axis_of(double axis[3], int i) {
+    envmap cube;
+    memset(&cube, 0, sizeof cube);
+    cube.mapping = ENVMAP_CUBE, cube.size = 4;
+    measure_direction(axis, &cube, 0, i / 16, i % 4, i / 4 % 4);
+}
+
 static double library_error(const envmap *src, const envmap_lobe *lobe, const double *lit) {
     score s = {0, 0};
     envmap dst = measure_map(ENVMAP_CUBE, 4, 1, 1);
     filter_by(&dst, src, lobe, ENVMAP_METHOD_AUTO, 1e-5);
     for (int i = 0; i < 96; ++i) {
         double axis[3];
-        envmapi_texel_direction(axis, ENVMAP_CUBE, i / 16, 4, i % 4, i / 4 % 4);
+        axis_of(axis, i);
         score_add(&s, (double)envmap_texel(&dst, 0, 0, i / 16, i % 4, i / 4 % 4)[1], lit, axis);
     }
     envmap_free(&dst);
@@ -833,7 +850,7 @@ static double points_error(const fault_points *points, const envmap_lobe *lobe, 
     score s = {0, 0};
     for (int i = 0; i < 96; ++i) {
         double axis[3], rgb[3], total;
-        envmapi_texel_direction(axis, ENVMAP_CUBE, i / 16, 4, i % 4, i / 4 % 4);
+        axis_of(axis, i);
         total = floats ? fault_float_sum(rgb, points, lobe->parameter, axis)
                        : fault_point_sum(rgb, points, lobe, axis);
         score_add(&s, rgb[1] / (norm > 0 ? norm : total), lit, axis);
@@ -898,8 +915,8 @@ static void float_directions(void) {
             for (int j = 0; j < 3; ++j) z[j] = (float)a[j];
             method_frame(p, q, z);
             for (int j = 0; j < 3; ++j) b[j] = a[j] + (double)p[j] / sqrt(x[i]);
-            envmapi_unit(b, b), envmapi_unit(a, a);
-            double truth = pow(cos(envmapi_angle(a, b)), x[i]);
+            measure_unit(b, b), measure_unit(a, a);
+            double truth = pow(cos(measure_angle(a, b)), x[i]);
             for (int j = 0; j < 3; ++j)
                 dot += a[j] * b[j], dotf += (float)a[j] * (float)b[j],
                     dots += (double)(float)a[j] * (double)(float)b[j];
@@ -956,7 +973,7 @@ static double below(const envmap_lobe *lobe, double angle) {
     for (int i = 0; i < 4000; ++i) {
         double t = PI * (i + 0.5) / 4000, k = envmap_lobe_value(lobe, cos(t), 0) * sin(t);
         double q = sin(t) * cos(e) > 1e-12 ? cos(t) * sin(e) / (sin(t) * cos(e)) : 1e9;
-        all += k, part += k * acos(envmapi_clamp(q, -1, 1)) / PI;
+        all += k, part += k * acos(fmin(fmax(q, -1), 1)) / PI;
     }
     return part / all;
 }
@@ -1129,12 +1146,12 @@ static envmap_lobe heat(float table[2048], double sigma) {
 static envmap lamp_at(double x, double y, double z, int size) {
     envmap map = measure_map(ENVMAP_CUBE, size, 1, 1);
     double axis[3] = {x, y, z};
-    envmapi_unit(axis, axis);
+    measure_unit(axis, axis);
     for (int i = 0; i < 6 * size * size; ++i) {
         double d[3];
-        envmapi_texel_direction(d, ENVMAP_CUBE, i / size / size, size, i % size, i / size % size);
+        measure_direction(d, &map, 0, i / size / size, i % size, i / size % size);
         for (int c = 0; c < 3; ++c)
-            map.texels[3 * i + c] = envmapi_angle(d, axis) < 0.06 ? 100.0f - 20.0f * (float)c : 0;
+            map.texels[3 * i + c] = measure_angle(d, axis) < 0.06 ? 100.0f - 20.0f * (float)c : 0;
     }
     return map;
 }
@@ -1286,7 +1303,7 @@ static double cabral_error(const envmap *src, const envmap_brdf *brdf, int steps
     for (int i = 0; i < LOOKS;) {
         double n[3], v[3];
         random_direction(n, &state), random_direction(v, &state);
-        if (envmapi_dot(n, v) < 0.3) continue;
+        if (measure_dot(n, v) < 0.3) continue;
         memset(frames + i, 0, sizeof *frames);
         for (int k = 0; k < 3; ++k) frames[i].n[k] = (float)n[k], frames[i].v[k] = (float)v[k];
         ++i;

@@ -585,7 +585,7 @@ static envmap_lobe chosen_lobe(const options *o) {
 
 /* What the output needs to be, and the options with the defaults that follow: a cube of the edge
    that loses nothing, or as fine as the source where that is less. */
-static int plan_for(envmap_needs *needs, options *asked, const envmap *in, const options *o) {
+static int plan_for(envmap_plan *needs, options *asked, const envmap *in, const options *o) {
     envmap shape = no_map;
     envmap_lobe lobe = chosen_lobe(o);
     envmap_filter_desc desc;
@@ -605,26 +605,6 @@ static int plan_for(envmap_needs *needs, options *asked, const envmap *in, const
     return check(envmap_filter_plan(needs, &shape, in, &lobe, &desc), lobe_words[o->lobe]);
 }
 
-/* Seconds of a memcpy of both maps, the best of five. */
-static double copy_seconds(const envmap *in, const options *asked) {
-    size_t texels = (size_t)asked->size * (size_t)asked->size * (size_t)asked->slices, bytes;
-    double best = HUGE_VAL, t;
-    char *memory;
-    int k;
-    texels *= (size_t)envmap_faces(asked->to) * (asked->to == ENVMAP_LATLONG ? 2 : 1);
-    texels +=
-        (size_t)in->size * (size_t)map_width(in) * (size_t)(envmap_faces(in->mapping) * in->slices);
-    bytes = 12 * texels;
-    memory = (char *)calloc(2, bytes);
-    for (k = 0; k < 5 && memory; k++) {
-        memset(memory, k, bytes);
-        t = seconds(), memcpy(memory + bytes, memory, bytes), t = seconds() - t;
-        best = fmin(best, memory[2 * bytes - 1] == k ? t : best);
-    }
-    free(memory);
-    return best;
-}
-
 static const char *lobe_text(char text[64], const options *o) {
     static const char *const names[] = {NULL, NULL, "N", "lambda", "alpha", "s"};
     double value = o->lobe == LOBE_PHONG      ? o->exponent
@@ -638,7 +618,7 @@ static const char *lobe_text(char text[64], const options *o) {
     return text;
 }
 
-static void print_scene(const envmap_needs *n, double tolerance) {
+static void print_scene(const envmap_plan *n, double tolerance) {
     printf("  scene     filtered, it departs from its mean by %.2g of that (rms): %s contrast\n",
            n->contrast,
            n->contrast < 0.5 ? "low"
@@ -653,11 +633,12 @@ static void print_scene(const envmap_needs *n, double tolerance) {
         printf("            nine numbers do not do: error %.2g %%\n", 100 * n->nine);
 }
 
-static void print_size(const envmap_needs *n, const options *asked, const options *o,
+static void print_size(const envmap_plan *n, const options *asked, const options *o,
                        const envmap *in, double tolerance) {
     int natural = natural_size(in, asked->to);
-    if (isinf(n->operations[ENVMAP_METHOD_FAST]) && n->size >= natural) {
-        printf("  size      %d, as fine as the source: the lobe is about as thin as its texels\n",
+    if (n->method != ENVMAP_METHOD_FAST && n->size >= natural) {
+        printf("  size      %d, as fine as the source: the lobe is about as thin as its texels,\n"
+               "            or they are few\n",
                natural);
         return;
     }
@@ -676,20 +657,47 @@ static void print_size(const envmap_needs *n, const options *asked, const option
                n->slices, asked->slices);
 }
 
-static void print_method(const envmap_needs *n, double copy) {
+static void print_method(const envmap_plan *n) {
     static const char *const why[] = {
         "", "there are so few texels, or so sharp a lobe, that the definition is the way", "",
         "through harmonics: the lobe leaves few bands"};
-    double reference = n->operations[ENVMAP_METHOD_REFERENCE] / n->operations[ENVMAP_METHOD_AUTO];
     printf("  method    %s: %s\n", method_words[n->method], why[n->method]);
     if (n->lights)
         printf("            and %d texels that outshine the others are summed one by one\n",
                n->lights);
-    printf("  error     %.1g expected, relative rms\n", n->error[ENVMAP_METHOD_AUTO]);
-    printf("  time      %.0f copies of source and result, about %.2g ms here on one thread\n",
-           n->copies[ENVMAP_METHOD_AUTO], 1e3 * n->copies[ENVMAP_METHOD_AUTO] * copy);
+    printf("  error     %.1g expected, relative rms\n", n->error);
+}
+
+/* Seconds that a method takes here on one thread, into a map of that edge; a negative number where
+   it cannot. */
+static double filter_seconds(const envmap *in, const options *asked, int method, int size) {
+    envmap out = no_map;
+    envmap_lobe lobe = chosen_lobe(asked);
+    envmap_filter_desc desc;
+    double t = -1;
+    memset(&desc, 0, sizeof desc);
+    desc.method = method, desc.tolerance = (float)asked->tolerance;
+    if (!envmap_create(&out, (envmap_mapping)asked->to, size, 1, asked->slices)) {
+        t = seconds();
+        t = envmap_filter(&out, in, &lobe, &desc) ? -1 : seconds() - t;
+    }
+    envmap_free(&out);
+    return t;
+}
+
+/* It is tried: the reference on a few texels only, for its time goes with their number. */
+static void print_time(const envmap_plan *n, const envmap *in, const options *asked) {
+    int few = asked->size < 4 ? asked->size : 4;
+    double part = (double)few / asked->size;
+    double own, reference = filter_seconds(in, asked, ENVMAP_METHOD_REFERENCE, few) / part / part;
+    own = n->method == ENVMAP_METHOD_FAST
+              ? filter_seconds(in, asked, ENVMAP_METHOD_FAST, asked->size)
+              : reference;
+    if (own < 0 || reference < 0) return;
+    printf("  time      about %.2g %s here on one thread\n", own < 1 ? 1e3 * own : own,
+           own < 1 ? "ms" : "s");
     if (n->method == ENVMAP_METHOD_FAST)
-        printf("            the reference would take %.3g times as long\n", reference);
+        printf("            the reference would take %.0f times as long\n", reference / own);
 }
 
 /* How many lobes a fit of GGX's f_r (n.l) takes, for views up to 75 degrees from the normal. */
@@ -719,7 +727,7 @@ static int print_fit(const options *o) {
 
 static int run_plan(const options *o) {
     envmap in;
-    envmap_needs needs;
+    envmap_plan needs;
     options asked;
     char text[64];
     double tolerance = o->tolerance > 0 ? fmin(fmax(o->tolerance, 1e-7), 0.1) : 1e-3;
@@ -735,7 +743,8 @@ static int run_plan(const options *o) {
         else {
             print_scene(&needs, tolerance);
             print_size(&needs, &asked, o, &in, tolerance);
-            print_method(&needs, copy_seconds(&in, &asked));
+            print_method(&needs);
+            print_time(&needs, &in, &asked);
             if (o->lobe == LOBE_GGX) status = print_fit(o);
         }
     }
@@ -748,7 +757,7 @@ static int run_plan(const options *o) {
 static int filter_into(envmap *out, const envmap *in, const options *o) {
     options asked;
     envmap_lobe lobe = chosen_lobe(o);
-    envmap_needs needs;
+    envmap_plan needs;
     envmap_filter_desc desc;
     envmap_result result;
     meter m = meter_start(o);

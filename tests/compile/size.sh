@@ -19,7 +19,7 @@ text() { # FILE.c ...: bytes of the program, code and constants
 # The parts. Each is a whole main; what is read at run time keeps the compiler from knowing.
 write() { # NAME STATEMENTS
     printf '#include "envmap.h"\nstatic envmap a, b; static float f[3]; static double s[75];\n%s%s' \
-        'static envmap_lobe lobe; static envmap_filter_desc desc; static envmap_needs needs;' \
+        'static envmap_lobe lobe; static envmap_filter_desc desc; static envmap_plan needs;' \
         '
 static envmap_brdf brdf; static envmap_frame frame; static envmap_fit fit;
 static float matrix[48], packed[28]; static envmap_difference difference;
@@ -36,7 +36,7 @@ write filter "$load $make f[1] = (float)envmap_filter(&b, &a, &lobe, &desc);"
 write reference "$load $make desc.method = ENVMAP_METHOD_REFERENCE; f[1] = (float)envmap_filter(&b, &a, &lobe, &desc);"
 write sh "$load lobe = envmap_lobe_diffuse(); envmap_sh_project(s, 3, &a, 0, 0, 0); envmap_sh_convolve(s, s, 3, &lobe, 0); envmap_sh_pack(matrix, packed, s); f[1] = packed[n];"
 write plan "$load $make envmap_filter(&b, &a, &lobe, &desc); envmap_filter_plan(&needs, &b, &a, &lobe, &desc); f[1] = (float)needs.size;"
-write radiance "$load envmap_radiance(f, &a, &brdf, &frame, 1, &desc);"
+write radiance "$load envmap_radiance(f, &a, &brdf, &frame, 1, &desc.work);"
 write fit "$load envmap_fit_brdf(&fit, &brdf, 0); envmap_fit_lookup(f, &fit, &a, f, f);"
 write ggx "envmap_ggx_split_sum(s, s + 1, f[0], f[0]); f[1] = (float)s[0];"
 write compare "$load $make envmap_compare(&difference, &a, &b, 0); f[1] = (float)difference.rms;"
