@@ -71,7 +71,8 @@
    CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/.
      >>base        results, executor, progress
      >>directions  direction <-> (face, u, v), matrices
-     >>maps        create, texel, solid angle, lookups, resample
+     >>maps        create, texel, solid angle, lookups
+     >>resample    a map in another parameterization and size
      >>pfm         read and write float pictures
      >>mips        levels weighted by solid angle; level of a footprint, and probes along it
      >>lobes       mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
@@ -226,6 +227,8 @@ ENVMAP_API double envmap_solid_angle(const envmap *map, int level, int face, int
 ENVMAP_API void envmap_lookup(float rgb[3], const envmap *map, const float dir[3], float level);
 ENVMAP_API void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
                                     float level);
+
+/* -------------------------------------------------------------------------------- >>resample -- */
 
 /* dst level 0 = src level 0 in dst's parameterization and size, slice by slice (src may have one
    slice for all). Each texel is the solid-angle-weighted mean of bilinear src over the texel,
@@ -859,16 +862,43 @@ static double envmapi_gauss(double *node, int i, double from, double to) {
 }
 
 /* ------------------------------------------------------------------------------ >>directions --
-   Every mapping is a pair of functions in double, direction(face, u, v) and project(face, d),
-   inverse to each other. A cube face is spanned by S (along u) and T (along v) at distance M:
-   d ~ M + (2u-1) S + (2v-1) T, OpenGL's table of (s_c, t_c, m_a) read as vectors. The three disc
-   mappings differ only in how the radius r of (X,Y) depends on the angle to the centre:
-       paraboloid tan(angle/2)      sphere map sin(angle/2)      angular map angle/pi
-   Invariants: round trips, continuity across faces.  Tests: tests/test_directions.c. */
+   In: a mapping, a face and (u,v). Out: the direction there; and back. Every room below asks these,
+   in double. Cube faces are OpenGL's table of (s_c, t_c, m_a), read as vectors S, T and M:
+     cube      d ~ M + (2u-1) S + (2v-1) T
+     lat-long  phi = 2 pi (u - 1/2), theta = pi v
+     discs     (X,Y) = r d_xy / sin(angle), where the angle to the map's centre gives r:
+               paraboloid tan(angle/2)     sphere map sin(angle/2)     angular map angle/pi
+   (u,v) -> d    envmapi_ray, any length; envmapi_direction, unit length; both by _disc_direction
+   d -> (u,v)    envmapi_face, then envmapi_project, by _disc_project
+   d omega/du dv envmapi_density
+   Source: CONVENTIONS; [HS98] eqs. 6-9 for the paraboloids and their matrix; [Debevec98].
+   Tests: tests/test_directions.c; directions_round_trip holds that both ways are inverse,
+   seams_are_the_same_direction_from_both_sides that faces meet. */
+
+static void envmapi_cross(double out[3], const double a[3], const double b[3]) {
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* Unit vectors t and b = n x t across the unit vector n. t is what the hint has across n; without a
+   hint (NULL), or with one along n, any. */
+static void envmapi_tangents(double t[3], double b[3], const double n[3], const double *hint) {
+    double side[3] = {0, 0, 0};
+    side[fabs(n[0]) < 0.6 ? 0 : 1] = 1;
+    envmapi_cross(b, n, hint ? hint : side);
+    if (envmapi_dot(b, b) < 2e-12) envmapi_cross(b, n, side);
+    envmapi_unit(b, b);
+    envmapi_cross(t, b, n);
+}
 
 ENVMAPI_BODY int envmap_faces(int mapping) {
     static const int faces[ENVMAP_MAPPING_COUNT] = {6, 2, 1, 1, 1};
     return mapping >= 0 && mapping < ENVMAP_MAPPING_COUNT ? faces[mapping] : 0;
+}
+
+static int envmapi_is_disc(int mapping) {
+    return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
 }
 
 static const signed char envmapi_cube[6][3][3] = {
@@ -881,29 +911,23 @@ static const signed char envmapi_cube[6][3][3] = {
     {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, /* -Z */
 };
 
-static int envmapi_is_disc(int mapping) {
-    return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
-}
-
+/* d_xy = ratio (X,Y); beyond the rim the sphere and angular maps clamp. */
 static void envmapi_disc_direction(double d[3], int mapping, int face, double X, double Y) {
-    double rr = X * X + Y * Y;
+    double rr = X * X + Y * Y, ratio;
     if (mapping == ENVMAP_PARABOLOID) {
-        d[0] = 2 * X / (1 + rr), d[1] = 2 * Y / (1 + rr), d[2] = (1 - rr) / (1 + rr);
-        if (face == 1) d[2] = -d[2];
-        return;
-    }
-    double r = sqrt(rr), clamped = r > 1 ? 1 : r;
-    if (r > 1) X /= r, Y /= r;
-    if (mapping == ENVMAP_SPHERE) {
-        double n_z = sqrt(1 - clamped * clamped);
-        d[0] = 2 * n_z * X, d[1] = 2 * n_z * Y, d[2] = 1 - 2 * clamped * clamped;
+        ratio = 2 / (1 + rr);
+        d[2] = (face == 0 ? 1 - rr : rr - 1) / (1 + rr);
     } else {
-        double ratio = clamped > 0 ? sin(ENVMAPI_PI * clamped) / clamped : ENVMAPI_PI;
-        d[0] = ratio * X, d[1] = ratio * Y, d[2] = -cos(ENVMAPI_PI * clamped);
+        double r = sqrt(rr);
+        if (r > 1) X /= r, Y /= r, r = 1;
+        if (mapping == ENVMAP_SPHERE)
+            ratio = 2 * sqrt(1 - r * r), d[2] = 1 - 2 * r * r;
+        else
+            ratio = r > 0 ? sin(ENVMAPI_PI * r) / r : ENVMAPI_PI, d[2] = -cos(ENVMAPI_PI * r);
     }
+    d[0] = ratio * X, d[1] = ratio * Y;
 }
 
-/* A direction of any length. */
 static void envmapi_ray(double d[3], int mapping, int face, double u, double v) {
     if (mapping == ENVMAP_CUBE) {
         const signed char(*axes)[3] = envmapi_cube[face];
@@ -919,13 +943,12 @@ static void envmapi_ray(double d[3], int mapping, int face, double u, double v) 
 
 static void envmapi_direction(double d[3], int mapping, int face, double u, double v) {
     envmapi_ray(d, mapping, face, u, v);
-    if (mapping == ENVMAP_CUBE) {
+    if (mapping == ENVMAP_CUBE) { /* all other rays have unit length */
         double length = sqrt(envmapi_dot(d, d));
         for (int i = 0; i < 3; ++i) d[i] /= length;
     }
 }
 
-/* The face a unit direction belongs to. */
 static int envmapi_face(int mapping, const double d[3]) {
     if (mapping == ENVMAP_PARABOLOID) return d[2] < 0;
     if (mapping != ENVMAP_CUBE) return 0;
@@ -934,22 +957,19 @@ static int envmapi_face(int mapping, const double d[3]) {
     return 2 * axis + (d[axis] < 0);
 }
 
-/* (X,Y) = d_xy times `ratio`; where d_xy = 0 on the rim, any rim point is right: (1,0). */
+/* (X,Y) = ratio d_xy. */
 static void envmapi_disc_project(double uv[2], int mapping, int face, const double d[3]) {
-    double rho = sqrt(d[0] * d[0] + d[1] * d[1]), z = d[2], ratio;
-    double plus = z < 0 ? rho * rho / (1 - z) : 1 + z; /* 1 + z without cancellation */
-    if (mapping == ENVMAP_PARABOLOID) {
-        double minus = z > 0 ? rho * rho / (1 + z) : 1 - z;
-        ratio = 1 / (face == 0 ? plus : minus);
-    } else if (mapping == ENVMAP_SPHERE) {
-        ratio = 1 / sqrt(2 * plus);
-    } else {
-        ratio = rho > 0 ? atan2(rho, -z) / (ENVMAPI_PI * rho) : 1 / ENVMAPI_PI;
+    double z = face == 1 ? -d[2] : d[2], rho = sqrt(d[0] * d[0] + d[1] * d[1]);
+    if (!(rho > 0)) { /* a centre; or a whole rim, of which (1,0) is as good as any point */
+        int rim = mapping == ENVMAP_SPHERE ? z < 0 : mapping == ENVMAP_ANGULAR && z > 0;
+        uv[0] = rim ? 1 : 0.5, uv[1] = 0.5;
+        return;
     }
-    int singular = !(rho > 0) && ((mapping == ENVMAP_SPHERE && z < 0) ||
-                                  (mapping == ENVMAP_ANGULAR && z > 0));
-    uv[0] = 0.5 + 0.5 * (singular ? 1 : rho > 0 ? d[0] * ratio : 0);
-    uv[1] = 0.5 - 0.5 * (rho > 0 ? d[1] * ratio : 0);
+    double plus = z < 0 ? rho * rho / (1 - z) : 1 + z; /* 1 + z without cancellation */
+    double ratio = mapping == ENVMAP_PARABOLOID ? 1 / plus
+                   : mapping == ENVMAP_SPHERE   ? 1 / sqrt(2 * plus)
+                                                : atan2(rho, -z) / (ENVMAPI_PI * rho);
+    uv[0] = 0.5 + 0.5 * d[0] * ratio, uv[1] = 0.5 - 0.5 * d[1] * ratio;
 }
 
 /* (u,v) of a unit direction on a given face, also beyond the face's edge (for the cube up to
@@ -969,6 +989,17 @@ static void envmapi_project(double uv[2], int mapping, int face, const double d[
     } else {
         envmapi_disc_project(uv, mapping, face, d);
     }
+}
+
+/* 0 outside the angular map's rim, where there is nothing. */
+static double envmapi_density(int mapping, double u, double v) {
+    double X = 2 * u - 1, Y = 2 * v - 1, rr = X * X + Y * Y;
+    if (mapping == ENVMAP_CUBE) return 4 / ((1 + rr) * sqrt(1 + rr));
+    if (mapping == ENVMAP_LATLONG) return 2 * ENVMAPI_PI * ENVMAPI_PI * sin(ENVMAPI_PI * v);
+    if (mapping == ENVMAP_PARABOLOID) return 16 / ((1 + rr) * (1 + rr));
+    if (mapping == ENVMAP_SPHERE) return 16;
+    double r = sqrt(rr), density = r > 1e-9 ? sin(ENVMAPI_PI * r) / r : ENVMAPI_PI;
+    return r < 1 ? 4 * ENVMAPI_PI * density : 0;
 }
 
 ENVMAPI_BODY void envmap_direction(float dir[3], envmap_mapping mapping, int face, float u,
@@ -995,64 +1026,59 @@ ENVMAPI_BODY void envmap_coordinates(int *face, float *u, float *v, envmap_mappi
     if (v) *v = (float)envmapi_clamp(uv[1], 0, 1);
 }
 
-/* inverse = (M / cbrt|det M|)^-1 by cofactors; 0 when M is singular. M is column-major 4x4. */
+/* inverse = (M / cbrt|det M|)^-1, whose rows are cross products of M's columns; 0 when M is
+   singular. M is the linear part of a column-major 4x4 matrix. */
 static int envmapi_inverse_rotation(double inverse[3][3], const float modelview[16]) {
-    double m[3][3], det = 0, largest = 0;
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) {
-            m[r][c] = (double)modelview[4 * c + r];
-            if (!envmapi_finite(m[r][c])) return 0;
-            if (fabs(m[r][c]) > largest) largest = fabs(m[r][c]);
-        }
-    if (!(largest > 0)) return 0;
-    for (int i = 0; i < 9; ++i) m[i / 3][i % 3] /= largest;
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) {
-            int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-            inverse[c][r] = m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
-        }
-    for (int c = 0; c < 3; ++c) det += m[0][c] * inverse[c][0];
-    if (fabs(det) < 1e-6) return 0;
+    double m[3][3], largest = 0;
+    for (int i = 0; i < 9; ++i) {
+        m[i / 3][i % 3] = (double)modelview[i / 3 * 4 + i % 3];
+        largest = fmax(largest, fabs(m[i / 3][i % 3]));
+    }
+    for (int r = 0; r < 3; ++r) envmapi_cross(inverse[r], m[(r + 1) % 3], m[(r + 2) % 3]);
+    double det = envmapi_dot(m[0], inverse[0]);
+    if (!envmapi_finite(det) || !(fabs(det) > 1e-6 * largest * largest * largest)) return 0;
     for (int i = 0; i < 9; ++i) inverse[i / 3][i % 3] *= cbrt(fabs(det)) / det;
     return 1;
 }
 
+/* S (M_l)^-1 and, as a fourth column, d give (X,Y,z), the back's (X,Y) turned by diag(-1,-1,1,1);
+   then P copies z into q, and u = (q + X)/2q, v = (q - Y)/2q. */
 ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const float modelview[16],
                                                     int face) {
     double inverse[3][3], side = face == 0 ? -1 : 1;
     if (!matrix || !modelview || face < 0 || face > 1) return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_inverse_rotation(inverse, modelview)) return ENVMAP_ERROR_ARGUMENT;
-    /* Rows of S (M_l)^-1 and its column d, the back's (X,Y) turned by diag(-1,-1,1,1); then P
-       copies z into q, and u = (q + X)/2q, v = (q - Y)/2q. */
-    double rows[3][4];
-    for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) rows[r][c] = (face == 1 && r < 2 ? 1 : -1) * inverse[r][c];
-        rows[r][3] = r == 2 ? side : 0;
-    }
     for (int c = 0; c < 4; ++c) {
-        matrix[4 * c + 0] = (float)(0.5 * rows[2][c] + 0.5 * rows[0][c]);
-        matrix[4 * c + 1] = (float)(0.5 * rows[2][c] - 0.5 * rows[1][c]);
-        matrix[4 * c + 2] = (float)rows[2][c];
-        matrix[4 * c + 3] = (float)rows[2][c];
+        double X = c < 3 ? side * inverse[0][c] : 0, Y = c < 3 ? side * inverse[1][c] : 0;
+        double z = c < 3 ? -inverse[2][c] : side;
+        matrix[4 * c + 0] = (float)((z + X) / 2);
+        matrix[4 * c + 1] = (float)((z - Y) / 2);
+        matrix[4 * c + 2] = matrix[4 * c + 3] = (float)z;
     }
     return ENVMAP_OK;
 }
 
 /* ------------------------------------------------------------------------------------ >>maps --
-   Memory order, the solid angle of a cell, bilinear lookups across faces, resampling.
-
-   The solid angle of a rectangle [u0,u1] x [v0,v1] of a face:
+   In: a map, and a texel, a cell of a face or a direction. Out: memory, solid angle or radiance.
+   Memory: envmapi_image and envmap_texel hold the order of CONVENTIONS.
+   Solid angle w of the cell [u0,u1] x [v0,v1] of a face, x = 2u-1, y = 1-2v: envmapi_cell
      cube      A(x1,y1) - A(x0,y1) - A(x1,y0) + A(x0,y0), A = atan(xy / sqrt(x^2 + y^2 + 1))
      lat-long  dphi (cos theta0 - cos theta1)
-     discs     let 2 pi r^2 g(r^2) be the solid angle of the disc of radius r; by Green's theorem
-               w = contour integral of g (X dY - Y dX) around cell-and-disc: four clipped segments
-               and the arcs between them (where g = g(1), and X dY - Y dX = dphi).
-               g: sphere map 2, paraboloid 2/(1+r^2), angular map (1 - cos pi r)/r^2.
-   Invariants: the cells of any partition sum to 4 pi.  Tests: tests/test_maps.c. */
+     discs     2 pi r^2 g(r^2) being the solid angle of the disc of radius r, Green's theorem says
+               w = contour integral of g (x dy - y dx), side by side by _disc_side. Beyond the rim
+               there is nothing, so r^2 g stays g(1): a point counts as the rim's next to it.
+               g: sphere map 2, paraboloid 2/(1+r^2), angular map (1 - cos pi r)/r^2
+   Radiance is the sum of texels times weights:
+     envmapi_lookup        two slices times two levels, linear in both
+     envmapi_add_lookup    one face; near the paraboloids' rim both
+     envmapi_add_bilinear  2 x 2 texels; a lat-long pole is the mean of its row
+     envmapi_add_tap       one texel, of the neighbour where (x,y) lies beyond an edge
+   Tests: tests/test_maps.c; solid_angles_sum_to_4_pi, solid_angles_are_the_integral_over_the_texel,
+   lookups_are_of_second_order, lookups_are_continuous_across_seams. */
 
-#define ENVMAPI_SIZE_LIMIT 16384
+#define ENVMAPI_SIZE_LIMIT  16384
 #define ENVMAPI_SLICE_LIMIT 4096
-#define ENVMAPI_BYTE_LIMIT ((uint64_t)1 << 33)
+#define ENVMAPI_BYTE_LIMIT  ((uint64_t)1 << 33)
 
 static int envmapi_edge(int size, int level) {
     int edge = size >> level;
@@ -1081,14 +1107,36 @@ static int envmapi_valid(const envmap *map) {
            map->slices <= ENVMAPI_SLICE_LIMIT;
 }
 
+/* dst and src are two valid maps that share no texels, and slices fit. */
+static int envmapi_pair_ok(const envmap *dst, const envmap *src) {
+    return envmapi_valid(dst) && envmapi_valid(src) && dst != src && dst->texels != src->texels &&
+           (src->slices == 1 || src->slices == dst->slices);
+}
+
+/* Floats of one slice of a level. */
+static size_t envmapi_slice_floats(const envmap *map, int level) {
+    return 3 * (size_t)envmap_faces(map->mapping) *
+           envmapi_area(map->mapping, envmapi_edge(map->size, level));
+}
+
 /* First texel of a face's image. */
 static float *envmapi_image(const envmap *map, int level, int slice, int face) {
-    size_t faces = (size_t)envmap_faces(map->mapping), texels = 0;
-    for (int l = 0; l < level; ++l)
-        texels +=
-            faces * (size_t)map->slices * envmapi_area(map->mapping, envmapi_edge(map->size, l));
-    size_t area = envmapi_area(map->mapping, envmapi_edge(map->size, level));
-    return map->texels + 3 * (texels + area * ((size_t)slice * faces + (size_t)face));
+    size_t area = envmapi_area(map->mapping, envmapi_edge(map->size, level)), before = 0;
+    for (int l = 0; l < level; ++l) before += (size_t)map->slices * envmapi_slice_floats(map, l);
+    return map->texels + before + (size_t)slice * envmapi_slice_floats(map, level) +
+           3 * (size_t)face * area;
+}
+
+/* NaN and Inf, and negative numbers unless they are allowed, have no place in level 0. */
+static int envmapi_radiance_ok(const envmap *map, int negative_too) {
+    size_t count = (size_t)map->slices * envmapi_slice_floats(map, 0);
+    int bad = 0;
+    for (size_t i = 0; i < count; ++i) {
+        uint32_t bits;
+        memcpy(&bits, map->texels + i, sizeof bits);
+        bad |= (bits & 0x7F800000u) == 0x7F800000u || (!negative_too && bits > 0x80000000u);
+    }
+    return !bad;
 }
 
 ENVMAPI_BODY envmap_result envmap_create(envmap *map, envmap_mapping mapping, int size, int levels,
@@ -1128,10 +1176,7 @@ ENVMAPI_BODY float *envmap_texel(const envmap *map, int level, int slice, int fa
     return envmapi_image(map, level, slice, face) + 3 * texel;
 }
 
-/* Solid angle, area and first moments of a region of a disc, gathered along its boundary. */
-typedef struct envmapi_region {
-    double solid_angle, area, moment_x, moment_y;
-} envmapi_region;
+/* ---- solid angles ---- */
 
 static double envmapi_disc_g(int mapping, double rr) {
     if (mapping == ENVMAP_SPHERE) return 2;
@@ -1140,92 +1185,64 @@ static double envmapi_disc_g(int mapping, double rr) {
     return rr > 1e-12 ? 2 * half * half / rr : ENVMAPI_PI * ENVMAPI_PI / 2;
 }
 
-static void envmapi_region_segment(envmapi_region *region, int mapping, const double a[2],
-                                   const double b[2]) {
+/* The side from a to b of a cell: returns its share of the solid angle. Where a rim cuts the cell,
+   sums gets its shares of the area and the first moments too; the integrands have kinks where the
+   side meets the rim. */
+static double envmapi_disc_side(double *sums, int mapping, const double a[2], const double b[2]) {
     double dx = b[0] - a[0], dy = b[1] - a[1], cross = a[0] * b[1] - a[1] * b[0], sum = 0;
-    int pieces = 1 + (int)(4 * sqrt(dx * dx + dy * dy));
-    for (int i = 0; i < 8 * pieces; ++i) {
-        double t, weight = envmapi_gauss(&t, i & 7, (double)(i >> 3) / pieces,
-                                         (double)((i >> 3) + 1) / pieces);
-        double x = a[0] + t * dx, y = a[1] + t * dy;
-        sum += weight * envmapi_disc_g(mapping, x * x + y * y);
+    double dd = dx * dx + dy * dy, ends[4] = {0, 0, 0, 1}, t;
+    if (sums) {
+        double ad = a[0] * dx + a[1] * dy, root = ad * ad - dd * (a[0] * a[0] + a[1] * a[1] - 1);
+        ends[1] = envmapi_clamp((-ad - sqrt(root > 0 ? root : 0)) / dd, 0, 1);
+        ends[2] = envmapi_clamp((-ad + sqrt(root > 0 ? root : 0)) / dd, 0, 1);
     }
-    region->solid_angle += cross * sum;
-    region->area += cross / 2;
-    region->moment_x += dy * (a[0] * a[0] + a[0] * b[0] + b[0] * b[0]) / 6;
-    region->moment_y -= dx * (a[1] * a[1] + a[1] * b[1] + b[1] * b[1]) / 6;
-}
-
-/* The unit circle from point a counter-clockwise to point b; a whole turn when a is b. */
-static void envmapi_region_arc(envmapi_region *region, int mapping, const double a[2],
-                               const double b[2]) {
-    double from = atan2(a[1], a[0]), to = atan2(b[1], b[0]);
-    if (to <= from) to += 2 * ENVMAPI_PI;
-    double s0 = sin(from), s1 = sin(to), c0 = cos(from), c1 = cos(to);
-    region->solid_angle += envmapi_disc_g(mapping, 1) * (to - from);
-    region->area += (to - from) / 2;
-    region->moment_x += ((s1 - s1 * s1 * s1 / 3) - (s0 - s0 * s0 * s0 / 3)) / 2;
-    region->moment_y += ((c1 * c1 * c1 / 3 - c1) - (c0 * c0 * c0 / 3 - c0)) / 2;
-}
-
-/* The part of the segment a, b inside the unit disc; 0 when there is none. */
-static int envmapi_clip(double from[2], double to[2], const double a[2], const double b[2]) {
-    double d[2] = {b[0] - a[0], b[1] - a[1]};
-    double dd = d[0] * d[0] + d[1] * d[1], ad = a[0] * d[0] + a[1] * d[1];
-    double root = ad * ad - dd * (a[0] * a[0] + a[1] * a[1] - 1);
-    if (!(root > 0)) return 0;
-    double t0 = envmapi_clamp((-ad - sqrt(root)) / dd, 0, 1);
-    double t1 = envmapi_clamp((-ad + sqrt(root)) / dd, 0, 1);
-    if (t1 - t0 < 1e-12) return 0;
-    for (int i = 0; i < 2; ++i) {
-        from[i] = t0 > 0 ? a[i] + t0 * d[i] : a[i];
-        to[i] = t1 < 1 ? a[i] + t1 * d[i] : b[i];
+    for (int part = 0; part < 3; ++part) {
+        if (!(ends[part + 1] > ends[part])) continue;
+        int pieces = 1 + (int)(4 * (ends[part + 1] - ends[part]) * sqrt(dd));
+        double step = (ends[part + 1] - ends[part]) / pieces;
+        for (int i = 0; i < 8 * pieces; ++i) {
+            double from = ends[part] + (i >> 3) * step;
+            double weight = envmapi_gauss(&t, i & 7, from, from + step);
+            double x = a[0] + t * dx, y = a[1] + t * dy, rr = x * x + y * y;
+            if (rr > 1) x /= sqrt(rr), y /= sqrt(rr), weight /= rr, rr = 1;
+            sum += weight * envmapi_disc_g(mapping, rr);
+            if (!sums) continue;
+            sums[0] += cross * weight / 2;
+            sums[1] += cross * weight * x / 3, sums[2] += cross * weight * y / 3;
+        }
     }
-    return 1;
+    return cross * sum;
 }
 
-/* The cell with corners (counter-clockwise) inside the unit disc. */
-static envmapi_region envmapi_disc_cell(int mapping, const double corners[4][2]) {
-    envmapi_region region = {0, 0, 0, 0};
-    double from[4][2], to[4][2];
-    int n = 0;
-    for (int i = 0; i < 4; ++i)
-        n += envmapi_clip(from[n], to[n], corners[i], corners[(i + 1) & 3]);
-    for (int i = 0; i < n; ++i) {
-        const double *next = from[(i + 1) % n];
-        envmapi_region_segment(&region, mapping, from[i], to[i]);
-        if (fabs(next[0] - to[i][0]) + fabs(next[1] - to[i][1]) > 1e-12)
-            envmapi_region_arc(&region, mapping, to[i], next);
-    }
-    int holds_centre = corners[0][0] < 0 && corners[2][0] > 0 && corners[0][1] < 0 &&
-                       corners[2][1] > 0;
-    if (n == 0 && holds_centre) envmapi_region_arc(&region, mapping, corners[0], corners[0]);
-    return region;
+static double envmapi_cube_corner(double x, double y) {
+    return atan2(x * y, sqrt(x * x + y * y + 1));
 }
 
-/* Solid angle of a rectangle of a face, and (when asked for) the (u,v) it counts at: its centre,
-   or the centroid of the part inside the rim. */
+/* Solid angle of a cell, and (when asked for) the (u,v) it counts at: its centre, or the centroid
+   of the part inside the rim. */
 static double envmapi_cell(double centre[2], int mapping, double u0, double v0, double u1,
                            double v1) {
     double x0 = 2 * u0 - 1, x1 = 2 * u1 - 1, y0 = 1 - 2 * v1, y1 = 1 - 2 * v0;
     if (centre) centre[0] = (u0 + u1) / 2, centre[1] = (v0 + v1) / 2;
     if (mapping == ENVMAP_CUBE)
-        return atan2(x1 * y1, sqrt(x1 * x1 + y1 * y1 + 1)) -
-               atan2(x0 * y1, sqrt(x0 * x0 + y1 * y1 + 1)) -
-               atan2(x1 * y0, sqrt(x1 * x1 + y0 * y0 + 1)) +
-               atan2(x0 * y0, sqrt(x0 * x0 + y0 * y0 + 1));
+        return envmapi_cube_corner(x1, y1) - envmapi_cube_corner(x0, y1) -
+               envmapi_cube_corner(x1, y0) + envmapi_cube_corner(x0, y0);
     if (mapping == ENVMAP_LATLONG)
         return 4 * ENVMAPI_PI * (u1 - u0) * sin(ENVMAPI_PI * (v0 + v1) / 2) *
                sin(ENVMAPI_PI * (v1 - v0) / 2);
     const double corners[4][2] = {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
-    envmapi_region region = envmapi_disc_cell(mapping, corners);
-    if (!(region.area > 1e-15)) return 0;
-    double far_x = fabs(x0) > fabs(x1) ? x0 : x1, far_y = fabs(y0) > fabs(y1) ? y0 : y1;
-    if (centre && far_x * far_x + far_y * far_y > 1) {
-        centre[0] = 0.5 + 0.5 * region.moment_x / region.area;
-        centre[1] = 0.5 - 0.5 * region.moment_y / region.area;
-    }
-    return region.solid_angle;
+    double most_x = fmax(fabs(x0), fabs(x1)), least_x = x0 * x1 > 0 ? fmin(fabs(x0), fabs(x1)) : 0;
+    double most_y = fmax(fabs(y0), fabs(y1)), least_y = y0 * y1 > 0 ? fmin(fabs(y0), fabs(y1)) : 0;
+    double sums[3] = {0, 0, 0}, w = 0;
+    int cut = most_x * most_x + most_y * most_y > 1;
+    if (least_x * least_x + least_y * least_y >= 1) return 0;
+    for (int i = 0; i < 4; ++i)
+        w += envmapi_disc_side(cut ? sums : NULL, mapping, corners[i], corners[(i + 1) & 3]);
+    if (!cut) return w;
+    if (!(sums[0] > 1e-15)) return 0;
+    if (centre) centre[0] = 0.5 + 0.5 * sums[1] / sums[0];
+    if (centre) centre[1] = 0.5 - 0.5 * sums[2] / sums[0];
+    return w;
 }
 
 /* The same for texel (x,y) of a face of edge `edge`. */
@@ -1244,18 +1261,24 @@ static void envmapi_texel_direction(double d[3], int mapping, int face, int edge
     envmapi_direction(d, mapping, face, (x + 0.5) / envmapi_width(mapping, edge), (y + 0.5) / edge);
 }
 
-/* A square image of one level, as lookups see it. */
+/* ---- lookups ---- */
+
+/* One level of one slice. */
 typedef struct envmapi_level {
     const float *texels; /* face 0 */
     int mapping, edge, width;
 } envmapi_level;
 
+/* A map's only slice stands for all. */
 static envmapi_level envmapi_level_of(const envmap *map, int level, int slice) {
     int edge = envmapi_edge(map->size, level);
-    envmapi_level out = {envmapi_image(map, level, slice, 0), map->mapping, edge,
-                         envmapi_width(map->mapping, edge)};
+    envmapi_level out = {envmapi_image(map, level, map->slices > 1 ? slice : 0, 0), map->mapping,
+                         edge, envmapi_width(map->mapping, edge)};
     return out;
 }
+
+/* The texel of n that u in [0,1] falls in. */
+static int envmapi_texel_at(double u, int n) { return (int)envmapi_clamp(floor(u * n), 0, n - 1); }
 
 /* Off one edge of a cube face lies the texel of the neighbouring face that touches it there: its
    coordinate along the edge is the same, so a hair's breadth beyond the edge finds it. */
@@ -1266,8 +1289,7 @@ static void envmapi_cube_neighbour(int *face, int *x, int *y, int edge) {
     envmapi_direction(d, ENVMAP_CUBE, *face, u, v);
     *face = envmapi_face(ENVMAP_CUBE, d);
     envmapi_project(uv, ENVMAP_CUBE, *face, d);
-    *x = (int)envmapi_clamp(floor(uv[0] * edge), 0, edge - 1);
-    *y = (int)envmapi_clamp(floor(uv[1] * edge), 0, edge - 1);
+    *x = envmapi_texel_at(uv[0], edge), *y = envmapi_texel_at(uv[1], edge);
 }
 
 /* The sphere and angular maps clamp to the rim: to a texel whose centre is inside, so that what a
@@ -1275,8 +1297,8 @@ static void envmapi_cube_neighbour(int *face, int *x, int *y, int edge) {
 static void envmapi_rim_neighbour(int *x, int *y, int edge) {
     double X = (2 * *x + 1.0) / edge - 1, Y = (2 * *y + 1.0) / edge - 1, r = sqrt(X * X + Y * Y);
     if (r <= 1) return;
-    *x = (int)envmapi_clamp(floor((0.5 + 0.5 * X * (1 - 1.5 / edge) / r) * edge), 0, edge - 1);
-    *y = (int)envmapi_clamp(floor((0.5 + 0.5 * Y * (1 - 1.5 / edge) / r) * edge), 0, edge - 1);
+    *x = envmapi_texel_at(0.5 + 0.5 * X * (1 - 1.5 / edge) / r, edge);
+    *y = envmapi_texel_at(0.5 + 0.5 * Y * (1 - 1.5 / edge) / r, edge);
 }
 
 static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face, int x, int y,
@@ -1291,43 +1313,33 @@ static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face,
         if (level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR)
             envmapi_rim_neighbour(&x, &y, edge);
     }
-    const float *texel = level->texels + 3 * (((size_t)face * (size_t)edge + (size_t)y) *
-                                                  (size_t)width + (size_t)x);
+    size_t row = (size_t)face * (size_t)edge + (size_t)y;
+    const float *texel = level->texels + 3 * (row * (size_t)width + (size_t)x);
     for (int c = 0; c < 3; ++c) rgb[c] += weight * (double)texel[c];
 }
 
-/* A lat-long pole is one direction: the mean of its row. */
-static void envmapi_add_pole(double rgb[3], const envmapi_level *level, int y, double weight) {
-    for (int x = 0; x < level->width; ++x)
-        envmapi_add_tap(rgb, level, 0, x, y, weight / level->width);
-}
-
-/* rgb += weight times the bilinear value at (u,v) of a face. Beyond a cube's corner there is no
-   texel: the mean of the three that meet there stands in, which is continuous. */
+/* rgb += weight times the bilinear value at (u,v) of a face. Within half a texel of a lat-long pole
+   the row blends into its mean. Beyond a cube's corner there is no texel: the mean of the three
+   that meet there stands in, which is continuous. */
 static void envmapi_add_bilinear(double rgb[3], const envmapi_level *level, int face, double u,
                                  double v, double weight) {
     double s = u * level->width - 0.5, t = v * level->edge - 0.5;
     int x = (int)floor(s), y = (int)floor(t), n = level->edge;
-    double fx = s - x, fy = t - y, pole = 0;
-    if (level->mapping == ENVMAP_LATLONG && (y < 0 || y >= n - 1)) {
-        double beyond = t < 0 ? -2 * t : t > n - 1 ? 2 * (t - (n - 1)) : 0;
-        if (beyond > 0) {
-            pole = beyond, y = t < 0 ? 0 : n - 1, fy = 0;
-            envmapi_add_pole(rgb, level, y, weight * pole);
-        }
+    double fx = s - x, fy = t - y, pole = t < 0 ? -2 * t : t > n - 1 ? 2 * (t - (n - 1)) : 0;
+    if (level->mapping == ENVMAP_LATLONG && pole > 0) {
+        for (int i = 0; i < level->width; ++i)
+            envmapi_add_tap(rgb, level, 0, i, y, weight * pole / level->width);
+        weight *= 1 - pole;
     }
-    double taps[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy}, corner = 0;
-    int off_cube[4], at_corner = 0;
-    for (int i = 0; i < 4; ++i) {
-        int tx = x + (i & 1), ty = y + (i >> 1);
-        off_cube[i] = level->mapping == ENVMAP_CUBE && (tx < 0 || tx >= n) && (ty < 0 || ty >= n);
-        if (off_cube[i]) corner = taps[i] / 3, at_corner = 1;
+    double taps[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
+    if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= n - 1) && (y < 0 || y >= n - 1)) {
+        int corner = (x < 0 ? 0 : 1) + (y < 0 ? 0 : 2);
+        double third = taps[corner] / 3;
+        for (int i = 0; i < 4; ++i) taps[i] = i == corner ? 0 : taps[i] + third;
     }
-    for (int i = 0; i < 4; ++i) {
-        double tap = taps[i] + (at_corner ? corner : 0);
-        if (tap > 0 && !off_cube[i])
-            envmapi_add_tap(rgb, level, face, x + (i & 1), y + (i >> 1), tap * weight * (1 - pole));
-    }
+    for (int i = 0; i < 4; ++i)
+        if (taps[i] > 0)
+            envmapi_add_tap(rgb, level, face, x + (i & 1), y + (i >> 1), taps[i] * weight);
 }
 
 /* Bilinear in direction d. In the last half texel before the rim the paraboloids blend, to half
@@ -1335,63 +1347,65 @@ static void envmapi_add_bilinear(double rgb[3], const envmapi_level *level, int 
 static void envmapi_add_lookup(double rgb[3], const envmapi_level *level, const double d[3],
                                double weight) {
     int face = envmapi_face(level->mapping, d);
-    double uv[2], other = 0;
-    envmapi_project(uv, level->mapping, face, d);
+    double uv[2];
     if (level->mapping == ENVMAP_PARABOLOID) {
         double r = sqrt((1 - fabs(d[2])) / (1 + fabs(d[2]))), inside = (1 - r) * level->edge;
         if (inside < 1) {
-            double across[2];
-            other = 0.5 * (1 - inside);
-            envmapi_project(across, ENVMAP_PARABOLOID, 1 - face, d);
-            envmapi_add_bilinear(rgb, level, 1 - face, across[0], across[1], weight * other);
+            double other = 0.5 * weight * (1 - inside);
+            envmapi_project(uv, ENVMAP_PARABOLOID, 1 - face, d);
+            envmapi_add_bilinear(rgb, level, 1 - face, uv[0], uv[1], other);
+            weight -= other;
         }
     }
-    envmapi_add_bilinear(rgb, level, face, uv[0], uv[1], weight * (1 - other));
+    envmapi_project(uv, level->mapping, face, d);
+    envmapi_add_bilinear(rgb, level, face, uv[0], uv[1], weight);
 }
 
-static void envmapi_add_trilinear(double rgb[3], const envmap *map, int slice, const double d[3],
-                                  double level, double weight) {
-    int lower = (int)level;
-    double f = level - lower;
-    envmapi_level a = envmapi_level_of(map, lower, slice);
-    envmapi_add_lookup(rgb, &a, d, weight * (1 - f));
-    if (f > 0) {
-        a = envmapi_level_of(map, lower + 1, slice);
-        envmapi_add_lookup(rgb, &a, d, weight * f);
-    }
+/* Where p lies among the centres of n slices from p0 to p1: 0 .. n-1; 0 where there is no p. */
+static double envmapi_slice_at(double p, double p0, double p1, int n) {
+    double part = (p - p0) / (p1 - p0);
+    return envmapi_finite(part) ? envmapi_clamp(part * n - 0.5, 0, n - 1) : 0;
 }
 
-ENVMAPI_BODY void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
-                                      float level) {
+/* Trilinear at slice s, which may lie between two. */
+static void envmapi_lookup(float rgb[3], const envmap *map, const float dir[3], double s,
+                           float level) {
     double sum[3] = {0, 0, 0}, d[3];
     if (!rgb) return;
-    if (envmapi_valid(map) && dir) {
-        double l = level > 0 ? envmapi_clamp((double)level, 0, map->levels - 1) : 0, s = 0;
-        double range = (double)map->p1 - (double)map->p0;
-        envmapi_unit_float(d, dir);
-        if (envmapi_finite((double)p) && envmapi_finite(range) && fabs(range) > 0)
-            s = envmapi_clamp(((double)p - (double)map->p0) / range * map->slices - 0.5, 0,
-                              map->slices - 1);
-        double f = s - (int)s;
-        envmapi_add_trilinear(sum, map, (int)s, d, envmapi_finite(l) ? l : 0, 1 - f);
-        if (f > 0) envmapi_add_trilinear(sum, map, (int)s + 1, d, envmapi_finite(l) ? l : 0, f);
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    if (!dir || !envmapi_valid(map)) return;
+    double l = level > 0 ? envmapi_clamp((double)level, 0, map->levels - 1) : 0;
+    if (!envmapi_finite(l)) l = 0; /* -ffast-math may let NaN pass */
+    double f_s = s - (int)s, f_l = l - (int)l;
+    envmapi_unit_float(d, dir);
+    for (int i = 0; i < 4; ++i) {
+        double weight = (i & 1 ? f_s : 1 - f_s) * (i & 2 ? f_l : 1 - f_l);
+        if (!(weight > 0)) continue;
+        envmapi_level image = envmapi_level_of(map, (int)l + (i >> 1), (int)s + (i & 1));
+        envmapi_add_lookup(sum, &image, d, weight);
     }
     for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
 }
 
 ENVMAPI_BODY void envmap_lookup(float rgb[3], const envmap *map, const float dir[3], float level) {
-    envmap first;
-    if (!map) {
-        envmap_lookup_slice(rgb, NULL, dir, 0, level);
-        return;
-    }
-    first = *map;
-    first.p1 = first.p0; /* no p: slice 0 */
-    envmap_lookup_slice(rgb, &first, dir, 0, level);
+    envmapi_lookup(rgb, map, dir, 0, level);
 }
 
-/* The longer side, in texels of a face of edge `edge`, between the directions a and b seen on the
-   face of d. */
+ENVMAPI_BODY void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
+                                      float level) {
+    double s = map ? envmapi_slice_at((double)p, (double)map->p0, (double)map->p1, map->slices) : 0;
+    envmapi_lookup(rgb, map, dir, s, level);
+}
+
+/* -------------------------------------------------------------------------------- >>resample --
+   In: a map src. Out: dst, the same radiance in another mapping and size. A texel of dst is
+     sum over i of rho_i src(d_i) / sum over i of rho_i    envmapi_resample_texel
+   over n_u x n_v points of the texel (envmapi_samples); src is bilinear, rho = d omega/du dv.
+   envmapi_span, which measures directions in texels of a map, serves the footprints of >>mips too.
+   Tests: tests/test_maps.c; resampling_is_of_second_order_between_all_pairs,
+   resampling_down_conserves_energy, resampling_down_does_not_alias. */
+
+/* Texels of a face of edge `edge` between the directions a and b, seen on the face of d. */
 static double envmapi_span(int mapping, int edge, const double d[3], const double a[3],
                            const double b[3]) {
     double from[2], to[2];
@@ -1404,106 +1418,70 @@ static double envmapi_span(int mapping, int edge, const double d[3], const doubl
     return sqrt(du * du + dv * dv);
 }
 
-/* d(solid angle) / du dv */
-static double envmapi_density(int mapping, double u, double v) {
-    double X = 2 * u - 1, Y = 2 * v - 1, rr = X * X + Y * Y;
-    if (mapping == ENVMAP_CUBE) return 4 / ((1 + rr) * sqrt(1 + rr));
-    if (mapping == ENVMAP_LATLONG) return 2 * ENVMAPI_PI * ENVMAPI_PI * sin(ENVMAPI_PI * v);
-    if (mapping == ENVMAP_PARABOLOID) return 16 / ((1 + rr) * (1 + rr));
-    if (mapping == ENVMAP_SPHERE) return 16;
-    double r = sqrt(rr);
-    return r > 1e-9 ? 4 * ENVMAPI_PI * sin(ENVMAPI_PI * r) / r : 4 * ENVMAPI_PI * ENVMAPI_PI;
-}
-
 /* Points along one side of a texel of dst: three to a texel of src where it shrinks, or one bright
    texel would be met twice or not at all (bilinear tents met at a third of their half-width add up
-   to within 0.7 %). The span of the midline is taken in pieces: a rim or pole may bend it back. */
-static int envmapi_samples(const envmap *dst, const envmap *src, int face, int x, int y,
+   to within 0.7 %). The texel's midline is measured in pieces: a rim or pole may bend it back. */
+static int envmapi_samples(const envmap *dst, const envmapi_level *src, int face, int x, int y,
                            int along_v) {
-    double a[3], b[3], middle[3], w = envmapi_width(dst->mapping, dst->size), h = dst->size;
+    double ends[2][3], middle[3], w = envmapi_width(dst->mapping, dst->size), h = dst->size;
     double u = (x + 0.5) / w, v = (y + 0.5) / h, span = 0;
-    int pieces = envmapi_is_disc(dst->mapping) ? 8 : 2;
-    for (int i = 0; i <= 2 * pieces; ++i) {
-        double t = (double)i / (2 * pieces) - 0.5;
-        envmapi_direction(b, dst->mapping, face, along_v ? u : u + t / w, along_v ? v + t / h : v);
-        if (i & 1) memcpy(middle, b, sizeof middle);
-        if (i > 0 && !(i & 1)) span += envmapi_span(src->mapping, src->size, middle, a, b);
-        if (!(i & 1)) memcpy(a, b, sizeof a);
+    int halves = envmapi_is_disc(dst->mapping) ? 16 : 4;
+    for (int i = 0; i <= halves; ++i) {
+        double t = (double)i / halves - 0.5;
+        envmapi_direction(i & 1 ? middle : ends[i >> 1 & 1], dst->mapping, face,
+                          along_v ? u : u + t / w, along_v ? v + t / h : v);
+        if (i > 0 && !(i & 1))
+            span += envmapi_span(src->mapping, src->edge, middle, ends[0], ends[1]);
     }
-    return span > 1.01 ? (int)envmapi_clamp(ceil(3 * span - 0.01), 2, 6.0 * src->size) : 1;
+    return span > 1.01 ? (int)envmapi_clamp(ceil(3 * span - 0.01), 2, 6.0 * src->edge) : 1;
 }
 
-/* The mean of src over a texel of dst, weighted by solid angle; outside a rim's circle only the
-   points inside count, if there are any. */
-static void envmapi_resample_texel(double rgb[3], const envmap *dst, const envmapi_level *level,
-                                   const envmap *src, int face, int x, int y) {
+/* Where a rim cuts the texel, only points inside count. */
+static void envmapi_resample_texel(double rgb[3], const envmap *dst, const envmapi_level *src,
+                                   int face, int x, int y) {
     double w = envmapi_width(dst->mapping, dst->size), h = dst->size, d[3], sum = 0;
-    int cut = envmapi_is_disc(dst->mapping) &&
-              envmapi_texel_cell(NULL, dst->mapping, dst->size, x, y) > 0;
-    int n_u = envmapi_samples(dst, src, face, x, y, 0),
-        n_v = envmapi_samples(dst, src, face, x, y, 1);
+    int n_u = envmapi_samples(dst, src, face, x, y, 0);
+    int n_v = envmapi_samples(dst, src, face, x, y, 1);
+    int inside = n_u * n_v > 1 && envmapi_is_disc(dst->mapping) &&
+                 envmapi_texel_cell(NULL, dst->mapping, dst->size, x, y) > 0;
     rgb[0] = rgb[1] = rgb[2] = 0;
     for (int i = 0; i < n_u * n_v; ++i) {
         double u = (x + (i % n_u + 0.5) / n_u) / w, v = (y + (i / n_u + 0.5) / n_v) / h;
-        double X = 2 * u - 1, Y = 2 * v - 1;
-        if (cut && n_u * n_v > 1 && X * X + Y * Y > 1) continue;
-        double weight = envmapi_density(dst->mapping, u, v);
+        double X = 2 * u - 1, Y = 2 * v - 1, weight = envmapi_density(dst->mapping, u, v);
+        if (!(weight > 0) || (inside && X * X + Y * Y > 1)) continue;
         envmapi_direction(d, dst->mapping, face, u, v);
-        envmapi_add_lookup(rgb, level, d, weight);
+        envmapi_add_lookup(rgb, src, d, weight);
         sum += weight;
     }
     if (!(sum > 0)) { /* outside the angular map's circle, or a sliver between the points */
-        rgb[0] = rgb[1] = rgb[2] = 0;
         envmapi_texel_direction(d, dst->mapping, face, dst->size, x, y);
-        envmapi_add_lookup(rgb, level, d, sum = 1);
+        envmapi_add_lookup(rgb, src, d, sum = 1);
     }
     for (int c = 0; c < 3; ++c) rgb[c] /= sum;
 }
 
-/* NaN and Inf, and negative numbers unless they are allowed, have no place in level 0. */
-static int envmapi_radiance_ok(const envmap *map, int negative_too) {
-    size_t count = 3 * envmapi_area(map->mapping, map->size) * (size_t)envmap_faces(map->mapping) *
-                   (size_t)map->slices;
-    int bad = 0;
-    for (size_t i = 0; i < count; ++i) {
-        uint32_t bits;
-        memcpy(&bits, map->texels + i, sizeof bits);
-        bad |= (bits & 0x7F800000u) == 0x7F800000u || (!negative_too && bits > 0x80000000u);
-    }
-    return !bad;
-}
-
-/* dst and src are two valid maps that share no texels, and slices fit. */
-static int envmapi_pair_ok(const envmap *dst, const envmap *src) {
-    return envmapi_valid(dst) && envmapi_valid(src) && dst != src && dst->texels != src->texels &&
-           (src->slices == 1 || src->slices == dst->slices);
-}
-
 static void envmapi_resample_slice(envmap *dst, const envmap *src, int slice) {
-    envmapi_level level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
+    envmapi_level level = envmapi_level_of(src, 0, slice);
     int width = envmapi_width(dst->mapping, dst->size);
-    for (int face = 0; face < envmap_faces(dst->mapping); ++face) {
-        float *out = envmapi_image(dst, 0, slice, face);
+    float *out = envmapi_image(dst, 0, slice, 0);
+    for (int face = 0; face < envmap_faces(dst->mapping); ++face)
         for (int i = 0; i < width * dst->size; ++i, out += 3) {
             double rgb[3];
-            envmapi_resample_texel(rgb, dst, &level, src, face, i % width, i / width);
+            envmapi_resample_texel(rgb, dst, &level, face, i % width, i / width);
             for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
         }
-    }
 }
 
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
     if (!envmapi_pair_ok(dst, src)) return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
-    size_t slice_floats =
-        3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
+    int alike = dst->mapping == src->mapping && dst->size == src->size;
     for (int slice = 0; slice < dst->slices; ++slice) {
-        if (dst->mapping == src->mapping && dst->size == src->size)
-            memcpy(envmapi_image(dst, 0, slice, 0),
-                   envmapi_image(src, 0, src->slices > 1 ? slice : 0, 0),
-                   slice_floats * sizeof(float));
-        else if (slice > 0 && src->slices == 1)
-            memcpy(envmapi_image(dst, 0, slice, 0), dst->texels, slice_floats * sizeof(float));
+        const float *same = slice > 0 && src->slices == 1 ? dst->texels : NULL;
+        if (alike) same = envmapi_level_of(src, 0, slice).texels;
+        if (same)
+            memcpy(envmapi_image(dst, 0, slice, 0), same,
+                   envmapi_slice_floats(dst, 0) * sizeof(float));
         else
             envmapi_resample_slice(dst, src, slice);
     }
@@ -7088,23 +7066,6 @@ static int envmapi_vector_ok(const float v[3]) {
            (fabs((double)v[0]) > 0 || fabs((double)v[1]) > 0 || fabs((double)v[2]) > 0);
 }
 
-/* t and b = n x t about the unit n, t from a hint. */
-static void envmapi_tangents(double t[3], double b[3], const double n[3], const float hint[3]) {
-    double d[3], axis[3] = {0, 0, 0};
-    envmapi_unit_float(d, hint);
-    double along = envmapi_dot(d, n);
-    if (!envmapi_vector_ok(hint) || 1 - fabs(along) < 1e-12) { /* any tangent */
-        axis[fabs(n[0]) < 0.6 ? 0 : fabs(n[1]) < 0.6 ? 1 : 2] = 1;
-        memcpy(d, axis, sizeof d);
-        along = envmapi_dot(d, n);
-    }
-    for (int i = 0; i < 3; ++i) d[i] -= along * n[i];
-    envmapi_unit(t, d);
-    b[0] = n[1] * t[2] - n[2] * t[1];
-    b[1] = n[2] * t[0] - n[0] * t[2];
-    b[2] = n[0] * t[1] - n[1] * t[0];
-}
-
 /* f_r (n.l); 0 below the horizon, and *bad where f_r is none. */
 static void envmapi_brdf_cosine(double f[3], const envmap_brdf *brdf, const double v[3],
                                 const double l[3], int *bad) {
@@ -7129,11 +7090,12 @@ static void envmapi_view(void *context, int i) {
     const envmapi_views *views = (const envmapi_views *)context;
     const envmapi_source *s = views->source;
     const envmap_frame *frame = views->frames + i;
-    double n[3], t[3], b[3], d[3], f[3], *rgb = views->rgb + 4 * i;
+    double n[3], t[3], b[3], d[3], f[3], hint[3], *rgb = views->rgb + 4 * i;
     int bad = 0;
     envmapi_unit_float(n, frame->n);
     envmapi_unit_float(d, frame->v);
-    envmapi_tangents(t, b, n, frame->t);
+    envmapi_unit_float(hint, frame->t);
+    envmapi_tangents(t, b, n, hint);
     const double v[3] = {envmapi_dot(d, t), envmapi_dot(d, b), envmapi_dot(d, n)};
     rgb[0] = rgb[1] = rgb[2] = 0;
     for (size_t k = 0; v[2] > 0 && k < s->count; ++k) {
@@ -7665,14 +7627,15 @@ ENVMAPI_BODY int envmap_fan(float *offsets, float *weights, int room, double alo
 ENVMAPI_BODY void envmap_lookup_fan(float rgb[3], const envmap *map, const float n[3],
                                     const float t[3], const float v[3], const float *offsets,
                                     const float *weights, int count) {
-    double N[3], T[3], B[3], V[3], sum[3] = {0, 0, 0};
+    double N[3], T[3], B[3], V[3], hint[3], sum[3] = {0, 0, 0};
     if (!rgb) return;
     rgb[0] = rgb[1] = rgb[2] = 0;
     if (!n || !t || !v || !offsets || !weights || !envmapi_vector_ok(n) || !envmapi_vector_ok(v))
         return;
     envmapi_unit_float(N, n);
     envmapi_unit_float(V, v);
-    envmapi_tangents(T, B, N, t);
+    envmapi_unit_float(hint, t);
+    envmapi_tangents(T, B, N, hint);
     for (int i = 0; i < count; ++i) {
         double h[3], half = (double)offsets[i] / 2;
         float l[3], light[3];
