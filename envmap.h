@@ -7649,49 +7649,25 @@ ENVMAPI_BODY void envmap_lookup_fan(float rgb[3], const envmap *map, const float
 }
 
 /* --------------------------------------------------------------------------------- >>compare --
-   Two passes over the level: the mean of b, then the sums and the worst texel.
-   Tests: tests/test_compare.c. */
+   In: a map a and the truth b, of one shape. Out: over the texels that have a solid angle w
+     rms   = sqrt(sum w |a-b|^2 / sum w |b|^2)      envmapi_compare_sums, in a first pass
+     bias  = sum w (a-b) / sum w b
+     worst = max over texels of max_c |a_c-b_c| / max(max_c b_c, 1e-3 mean b)
+                                                    envmapi_compare_error, in a second
+   Tests: tests/test_compare.c; differences_of_six_texels_are_those_worked_out_by_hand. */
 
-static double envmapi_mean(const envmap *map, int level) {
-    int edge = envmapi_edge(map->size, level), width = envmapi_width(map->mapping, edge);
-    int images = envmap_faces(map->mapping) * map->slices;
-    const float *texels = envmapi_image(map, level, 0, 0);
-    size_t area = envmapi_area(map->mapping, edge);
-    double sum = 0, weights = 0;
-    for (size_t t = 0; t < area; ++t) {
-        double w = envmapi_texel_cell(NULL, map->mapping, edge, (int)(t % (size_t)width),
-                                      (int)(t / (size_t)width));
-        for (int image = 0; image < images; ++image, weights += 3 * w)
-            for (int c = 0; c < 3; ++c)
-                sum += w * (double)texels[3 * ((size_t)image * area + t) + (size_t)c];
-    }
-    return sum / weights;
-}
-
-/* Sums while comparing. */
 typedef struct envmapi_comparison {
-    double mean, difference, square, error, total;
-    envmap_difference out;
+    double weight, difference, total, error, square;
     int bad;
 } envmapi_comparison;
 
-static void envmapi_compare_texel(envmapi_comparison *sums, const float *a, const float *b,
-                                  double w, int image, int faces, int x, int y) {
-    double error = 0, peak = 0, worst = 0;
+static void envmapi_compare_sums(envmapi_comparison *sums, const float *a, const float *b,
+                                 double w) {
     for (int c = 0; c < 3; ++c) {
         double truth = (double)b[c], off = (double)a[c] - truth;
         sums->bad |= !envmapi_finite(truth) || !envmapi_finite((double)a[c]);
-        sums->difference += w * off, sums->total += w * truth;
+        sums->weight += w, sums->difference += w * off, sums->total += w * truth;
         sums->error += w * off * off, sums->square += w * truth * truth;
-        if (fabs(off) > error) error = fabs(off);
-        if (truth > peak) peak = truth;
-    }
-    if (peak < 1e-3 * sums->mean) peak = 1e-3 * sums->mean;
-    if (error > 0) worst = peak > 0 ? error / peak : HUGE_VAL;
-    if (worst > sums->out.worst) {
-        sums->out.worst = worst;
-        sums->out.slice = image / faces, sums->out.face = image % faces;
-        sums->out.x = x, sums->out.y = y;
     }
 }
 
@@ -7700,31 +7676,44 @@ static double envmapi_ratio(double a, double b) {
     return b > 0 || b < 0 ? a / b : a > 0 ? HUGE_VAL : a < 0 ? -HUGE_VAL : 0;
 }
 
+static double envmapi_compare_error(const float *a, const float *b, double least) {
+    double error = 0, peak = least > 0 ? least : 0;
+    for (int c = 0; c < 3; ++c) {
+        double truth = (double)b[c], off = fabs((double)a[c] - truth);
+        if (off > error) error = off;
+        if (truth > peak) peak = truth;
+    }
+    return envmapi_ratio(error, peak);
+}
+
 ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
                                           const envmap *b, int level) {
-    envmapi_comparison sums;
+    envmapi_comparison sums = {0, 0, 0, 0, 0, 0};
+    envmap_difference out = {0, 0, 0, 0, 0, 0, 0};
+    double least = 0, error = 0;
     if (!difference || !envmapi_valid(a) || !envmapi_valid(b) || a->mapping != b->mapping ||
         a->slices != b->slices || level < 0 || level >= a->levels || level >= b->levels ||
         envmapi_edge(a->size, level) != envmapi_edge(b->size, level))
         return ENVMAP_ERROR_ARGUMENT;
     int edge = envmapi_edge(a->size, level), width = envmapi_width(a->mapping, edge);
-    int faces = envmap_faces(a->mapping);
-    size_t area = envmapi_area(a->mapping, edge);
-    memset(&sums, 0, sizeof sums);
-    sums.mean = envmapi_mean(b, level);
-    for (size_t t = 0; t < area; ++t) {
-        int x = (int)(t % (size_t)width), y = (int)(t / (size_t)width);
-        double w = envmapi_texel_cell(NULL, a->mapping, edge, x, y);
-        for (int image = 0; w > 0 && image < faces * a->slices; ++image) {
-            size_t at = 3 * ((size_t)image * area + t);
-            envmapi_compare_texel(&sums, envmapi_image(a, level, 0, 0) + at,
-                                  envmapi_image(b, level, 0, 0) + at, w, image, faces, x, y);
+    int faces = envmap_faces(a->mapping), area = width * edge;
+    const float *from_a = envmapi_image(a, level, 0, 0), *from_b = envmapi_image(b, level, 0, 0);
+    for (int pass = 0; pass < 2; ++pass, least = 1e-3 * sums.total / sums.weight)
+        for (int i = 0; i < area; ++i) {
+            double w = envmapi_texel_cell(NULL, a->mapping, edge, i % width, i / width);
+            for (int image = 0; w > 0 && image < faces * a->slices; ++image) {
+                size_t at = 3 * ((size_t)image * (size_t)area + (size_t)i);
+                if (pass == 0) envmapi_compare_sums(&sums, from_a + at, from_b + at, w);
+                else error = envmapi_compare_error(from_a + at, from_b + at, least);
+                if (!(error > out.worst)) continue;
+                out.slice = image / faces, out.face = image % faces;
+                out.x = i % width, out.y = i / width, out.worst = error;
+            }
         }
-    }
     if (sums.bad) return ENVMAP_ERROR_RADIANCE;
-    sums.out.rms = sqrt(envmapi_ratio(sums.error, sums.square));
-    sums.out.bias = envmapi_ratio(sums.difference, sums.total);
-    *difference = sums.out;
+    out.rms = sqrt(envmapi_ratio(sums.error, sums.square));
+    out.bias = envmapi_ratio(sums.difference, sums.total);
+    *difference = out;
     return ENVMAP_OK;
 }
 
