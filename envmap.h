@@ -617,11 +617,6 @@ ENVMAP_API envmap_result envmap_radiance(float *rgb, const envmap *map, const en
 ENVMAP_API double envmap_fresnel(double cosine, double n, double k);
 ENVMAP_API double envmap_fresnel_schlick(double cosine, double f0);
 
-/* values[i] = envmap_fresnel at cosine (i + 1/2)/size: a row of texels for shaders, [size][3].
-   n, k  per channel; k NULL: 0           size  1 .. 65536        Errors: ARGUMENT. */
-ENVMAP_API envmap_result envmap_fresnel_table(float *values, int size, const float n[3],
-                                              const float k[3]);
-
 /* A BRDF as one to three lobes, so that maps can be prefiltered for it:
      L = sum over i of factor_i(n.v) map_i(axis_i; n.v),   map_i filtered with envmap_fit_lobe(i)
    axis_i lies in the plane of n and v, turned from n by m_i(n.v) times the angle to v, away from v:
@@ -882,11 +877,12 @@ static void envmapi_cross(double out[3], const double a[3], const double b[3]) {
 }
 
 /* Unit vectors t and b = n x t across the unit vector n. t is what the hint has across n; without a
-   hint (NULL), or with one along n, any. */
-static void envmapi_tangents(double t[3], double b[3], const double n[3], const double *hint) {
-    double side[3] = {0, 0, 0};
+   hint (NULL, zero), or with one along n, any. */
+static void envmapi_tangents(double t[3], double b[3], const double n[3], const float *hint) {
+    double side[3] = {0, 0, 0}, d[3];
     side[fabs(n[0]) < 0.6 ? 0 : 1] = 1;
-    envmapi_cross(b, n, hint ? hint : side);
+    if (hint) envmapi_unit_float(d, hint);
+    envmapi_cross(b, n, hint ? d : side);
     if (envmapi_dot(b, b) < 2e-12) envmapi_cross(b, n, side);
     envmapi_unit(b, b);
     envmapi_cross(t, b, n);
@@ -1363,8 +1359,8 @@ static void envmapi_add_lookup(double rgb[3], const envmapi_level *level, const 
 
 /* Where p lies among the centres of n slices from p0 to p1: 0 .. n-1; 0 where there is no p. */
 static double envmapi_slice_at(double p, double p0, double p1, int n) {
-    double part = (p - p0) / (p1 - p0);
-    return envmapi_finite(part) ? envmapi_clamp(part * n - 0.5, 0, n - 1) : 0;
+    double range = p1 - p0, s = fabs(range) > 0 ? (p - p0) / range * n - 0.5 : 0;
+    return envmapi_finite(s) ? envmapi_clamp(s, 0, n - 1) : 0;
 }
 
 /* Trilinear at slice s, which may lie between two. */
@@ -7053,17 +7049,25 @@ ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_needs *needs, const envmap 
 }
 
 /* ------------------------------------------------------------------------------- >>materials --
-   From maps to outgoing radiance. Eq. 1 is a sum over the filters' source with another weight;
-   everything else makes lobes, factors and directions for maps that the filters make.
-   Invariants: Lambert is the diffuse map, Phong over n.l the Phong map where nothing lies below the
-   horizon; fits and the GGX terms reflect all of a constant environment where the model does.
-   Tests: tests/test_materials.c; figures: docs/materials.md. */
+   In: a surface, which is a BRDF and n, t, v. Out: its outgoing radiance, or what turns prefiltered
+   maps into it: lobes, axes, factors, taps. All but eq. 1 is for the maps that >>filters makes.
+     L = sum of f_r(v,l) (n.l) L_in w over texels    envmap_radiance, eq. 1 itself
+     f_r (n.l) = sum of factors times lobes          envmap_fit_brdf; summed by envmap_fit_lookup
+     integral of f_r (n.l) dl for GGX                envmap_ggx_split_sum, _table, _multiple
+     an elongated lobe = sum of round ones           envmap_fan; summed by envmap_lookup_fan
+   Called by programs only. Tests: tests/test_materials.c; eq_1_of_lambert_is_the_diffuse_map,
+   fits_reflect_all_of_a_constant_environment, ggx_terms_agree_with_quadrature_over_normals,
+   a_fan_of_round_lobes_is_elliptical. Figures: docs/materials.md. */
 
-/* Finite, and not zero. */
-static int envmapi_vector_ok(const float v[3]) {
-    return envmapi_finite((double)v[0]) && envmapi_finite((double)v[1]) &&
-           envmapi_finite((double)v[2]) &&
-           (fabs((double)v[0]) > 0 || fabs((double)v[1]) > 0 || fabs((double)v[2]) > 0);
+/* N and V, the unit normal and view; 0 where one of them is missing, zero or not finite. */
+static int envmapi_surface(double N[3], double V[3], const float n[3], const float v[3]) {
+    double size_n = 0, size_v = 0;
+    for (int i = 0; n && v && i < 3; ++i)
+        size_n += fabs((double)n[i]), size_v += fabs((double)v[i]);
+    if (!(size_n * size_v > 0) || !envmapi_finite(size_n * size_v)) return 0;
+    envmapi_unit_float(N, n);
+    envmapi_unit_float(V, v);
+    return 1;
 }
 
 /* f_r (n.l); 0 below the horizon, and *bad where f_r is none. */
@@ -7078,24 +7082,24 @@ static void envmapi_brdf_cosine(double f[3], const envmap_brdf *brdf, const doub
     }
 }
 
+/* ---- eq. 1 ---- */
+
 /* What the tasks of envmap_radiance share: a task is a frame. */
 typedef struct envmapi_views {
     const envmapi_source *source;
     const envmap_brdf *brdf;
     const envmap_frame *frames;
-    double *rgb; /* [count][4]; the fourth: the model failed */
+    double (*rgb)[3]; /* infinite where the model failed */
 } envmapi_views;
 
 static void envmapi_view(void *context, int i) {
     const envmapi_views *views = (const envmapi_views *)context;
     const envmapi_source *s = views->source;
     const envmap_frame *frame = views->frames + i;
-    double n[3], t[3], b[3], d[3], f[3], hint[3], *rgb = views->rgb + 4 * i;
+    double n[3], t[3], b[3], d[3], f[3], *rgb = views->rgb[i];
     int bad = 0;
-    envmapi_unit_float(n, frame->n);
-    envmapi_unit_float(d, frame->v);
-    envmapi_unit_float(hint, frame->t);
-    envmapi_tangents(t, b, n, hint);
+    envmapi_surface(n, d, frame->n, frame->v);
+    envmapi_tangents(t, b, n, frame->t);
     const double v[3] = {envmapi_dot(d, t), envmapi_dot(d, b), envmapi_dot(d, n)};
     rgb[0] = rgb[1] = rgb[2] = 0;
     for (size_t k = 0; v[2] > 0 && k < s->count; ++k) {
@@ -7106,13 +7110,7 @@ static void envmapi_view(void *context, int i) {
         envmapi_brdf_cosine(f, views->brdf, v, l, &bad);
         rgb[0] += f[0] * s->r[k], rgb[1] += f[1] * s->g[k], rgb[2] += f[2] * s->b[k];
     }
-    rgb[3] = bad;
-}
-
-static int envmapi_frame_ok(const envmap_frame *frame) {
-    return envmapi_vector_ok(frame->n) && envmapi_vector_ok(frame->v) &&
-           envmapi_finite((double)frame->t[0]) && envmapi_finite((double)frame->t[1]) &&
-           envmapi_finite((double)frame->t[2]);
+    if (bad) rgb[0] = HUGE_VAL;
 }
 
 ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
@@ -7124,38 +7122,41 @@ ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const 
     if (!rgb || !envmapi_valid(map) || !brdf || !brdf->function || !frames || count < 1 ||
         count > INT_MAX / 4 || !envmapi_desc(&set, desc))
         return ENVMAP_ERROR_ARGUMENT;
-    for (int i = 0; i < count; ++i)
-        if (!envmapi_frame_ok(frames + i)) return ENVMAP_ERROR_ARGUMENT;
+    for (int i = 0; i < count; ++i) {
+        const float *t = frames[i].t;
+        double n[3], v[3], sum = (double)t[0] + (double)t[1] + (double)t[2];
+        if (!envmapi_surface(n, v, frames[i].n, frames[i].v) || !envmapi_finite(sum))
+            return ENVMAP_ERROR_ARGUMENT;
+    }
     if (!envmapi_radiance_ok(map, 1)) return ENVMAP_ERROR_RADIANCE;
     if ((size_t)count > SIZE_MAX / 64) return ENVMAP_ERROR_MEMORY;
-    views.rgb = (double *)ENVMAP_MALLOC(set.memory, (size_t)count * 4 * sizeof(double));
+    views.rgb = (double(*)[3])ENVMAP_MALLOC(set.memory, (size_t)count * sizeof *views.rgb);
     if (!views.rgb) return ENVMAP_ERROR_MEMORY;
     envmap_result result = envmapi_source_create(&source, map, 0, set.memory);
-    if (!result)
-        result = envmapi_run(&set.executor, &set.progress, envmapi_view, &views, count);
-    for (int i = 0; !result && i < 4 * count; ++i)
-        if (!envmapi_finite(views.rgb[i]) || (i % 4 == 3 && views.rgb[i] > 0))
-            result = ENVMAP_ERROR_LOBE;
+    if (!result) result = envmapi_run(&set.executor, &set.progress, envmapi_view, &views, count);
     for (int i = 0; !result && i < 3 * count; ++i)
-        rgb[i] = envmapi_to_float(views.rgb[i / 3 * 4 + i % 3]);
+        if (!envmapi_finite(views.rgb[i / 3][i % 3])) result = ENVMAP_ERROR_LOBE;
+    for (int i = 0; !result && i < 3 * count; ++i)
+        rgb[i] = envmapi_to_float(views.rgb[i / 3][i % 3]);
     envmapi_source_free(&source, set.memory);
     ENVMAP_FREE(set.memory, views.rgb);
     return result;
 }
 
-/* With k = 0 inside: a^2 - sin^2 where it is positive, and past the critical angle a = 0 and all
-   is reflected. */
+/* ---- Fresnel: with (a + ib)^2 = (n + ik)^2 - sin^2 and q = sin tan, of the light's two halves
+     s: ((a-c)^2 + b^2) / ((a+c)^2 + b^2)        p: s ((a-q)^2 + b^2) / ((a+q)^2 + b^2)
+   With k = 0, past the critical angle, a = 0, and all is reflected. ---- */
+
 ENVMAPI_BODY double envmap_fresnel(double cosine, double n, double k) {
     if (!(n > 0 && n < 1e9 && k >= 0 && k < 1e9) || !envmapi_finite(cosine)) return 0;
-    double c = envmapi_clamp(cosine, 0, 1), ss = 1 - c * c;
-    double x = (n - 1) * (n + 1) - k * k + c * c, y = 2 * n * k;
-    double root = sqrt(x * x + y * y); /* a^2 + b^2 */
-    double aa = (root + x) / 2, a = sqrt(aa > 0 ? aa : 0), bb = root - (aa > 0 ? aa : 0);
-    double below = (a + c) * (a + c) + bb;
+    double c = envmapi_clamp(cosine, 0, 1);
+    double x = (n - 1) * (n + 1) - k * k + c * c, y = 2 * n * k; /* the square's two parts */
+    double root = sqrt(x * x + y * y), aa = root + x > 0 ? (root + x) / 2 : 0;
+    double a = sqrt(aa), bb = root - aa, below = (a + c) * (a + c) + bb;
     if (!(below > 0)) return n < 1 || n > 1 || k > 0; /* grazing, unless there is no surface */
     double s = ((a - c) * (a - c) + bb) / below;
     if (!(c > 0)) return s;
-    double q = ss / c; /* sin tan */
+    double q = (1 - c * c) / c;
     return s * (1 + ((a - q) * (a - q) + bb) / ((a + q) * (a + q) + bb)) / 2;
 }
 
@@ -7165,126 +7166,125 @@ ENVMAPI_BODY double envmap_fresnel_schlick(double cosine, double f0) {
     return f0 + (1 - f0) * m * m * m * m * m;
 }
 
-ENVMAPI_BODY envmap_result envmap_fresnel_table(float *values, int size, const float n[3],
-                                                const float k[3]) {
-    if (!values || !n || size < 1 || size > 65536) return ENVMAP_ERROR_ARGUMENT;
-    for (int c = 0; c < 3; ++c)
-        if (!(n[c] > 0 && n[c] < 1e9f) || (k && !(k[c] >= 0 && k[c] < 1e9f)))
-            return ENVMAP_ERROR_ARGUMENT;
-    for (int i = 0; i < 3 * size; ++i)
-        values[i] = (float)envmap_fresnel((i / 3 + 0.5) / size, (double)n[i % 3],
-                                          k ? (double)k[i % 3] : 0);
-    return ENVMAP_OK;
-}
-
-/* ---- fits: a lobe is the ring mean about its axis of what the others leave of f_r (n.l) ---- */
+/* ---- fits, slice by slice of c = n.v; v lies in the plane of x and n = z, at -theta from n.
+     lobe_i(angle) = mean of f_r (n.l), less the other lobes, on the ring at that angle about the
+                     axis, which stands at psi_i = m_i theta from n     envmapi_fit_ring
+     m_i           = that with the largest integral of lobe_i^2         envmapi_fit_axis, by _gain
+     factor_i      = least squares, not negative                        envmapi_fit_factors
+   Lobes take turns, eight times (envmapi_fit_slice); then each row is scaled to the integral 1. */
 
 #define ENVMAPI_RING 32
 
+/* What tasks share; a task is a slice, and fills in the last line for itself. */
 typedef struct envmapi_fitting {
     const envmap_brdf *brdf;
     envmap_fit *fit;
-    float *rows;             /* [lobes][slices][size]: the lobes on their way, not normalised */
-    int *bad;                /* [slices] */
-    envmap_lobe work, table; /* rows, and fit->table, as lobes */
+    envmap_lobe table; /* fit->table as a lobe */
+    int rows;          /* of each lobe of the fit: slices, or 1 */
+    int slice, bad;
+    double v[3], theta;
 } envmapi_fitting;
 
-/* One slice of it: view and axes. */
-typedef struct envmapi_fit_view {
-    const envmapi_fitting *fitting;
-    double v[3], theta;
-    int slice, bad;
-} envmapi_fit_view;
+static envmapi_fitting envmapi_fit_of(const void *context, int slice) {
+    envmapi_fitting f = *(const envmapi_fitting *)context;
+    double c = (slice + 0.5) / f.fit->slices;
+    f.v[0] = -sqrt(1 - c * c), f.v[2] = c, f.theta = acos(c), f.slice = slice;
+    return f;
+}
 
-/* A direction at (angle, phi) about the axis that stands at psi from n. */
-static void envmapi_about(double l[3], double psi, double angle, double phi) {
-    double s = sin(angle) * cos(phi), c = cos(angle);
+static double envmapi_fit_psi(const envmapi_fitting *f, int lobe) {
+    return (double)f->fit->axis[lobe * f->fit->slices + f->slice] * f->theta;
+}
+
+/* Lobe i in direction l. */
+static double envmapi_fit_k(const envmapi_fitting *f, int i, const double l[3]) {
+    double psi = envmapi_fit_psi(f, i);
+    int row = i * f->rows + (f->rows > 1 ? f->slice : 0);
+    return envmapi_table_row(&f->table, row, envmapi_acos(l[0] * sin(psi) + l[2] * cos(psi)));
+}
+
+/* Node j of a ring about the axis at psi, of which symmetry asks half: l, and f_r (n.l) there. */
+static void envmapi_fit_node(double f_r[3], double l[3], envmapi_fitting *f, double psi,
+                             double angle, int j) {
+    double phi = ENVMAPI_PI * (j + 0.5) / ENVMAPI_RING, s = sin(angle) * cos(phi), c = cos(angle);
     l[0] = c * sin(psi) + s * cos(psi), l[1] = sin(angle) * sin(phi);
     l[2] = c * cos(psi) - s * sin(psi);
+    envmapi_brdf_cosine(f_r, f->brdf, f->v, l, &f->bad);
 }
 
-static double envmapi_from_axis(double psi, const double l[3]) {
-    return envmapi_acos(l[0] * sin(psi) + l[2] * cos(psi));
-}
-
-static double envmapi_fit_psi(const envmapi_fit_view *view, int lobe) {
-    const envmap_fit *fit = view->fitting->fit;
-    return (double)fit->axis[lobe * fit->slices + view->slice] * view->theta;
-}
-
-/* The mean over channels of f_r (n.l), less the other lobes, on the ring `angle` about psi. */
-static double envmapi_fit_ring(envmapi_fit_view *view, int lobe, double psi, double angle) {
-    const envmap_fit *fit = view->fitting->fit;
-    double sum = 0, l[3], f[3];
+/* The mean over channels, too. */
+static double envmapi_fit_ring(envmapi_fitting *f, int lobe, double psi, double angle) {
+    double sum = 0, l[3], f_r[3];
     for (int j = 0; j < ENVMAPI_RING; ++j) {
-        envmapi_about(l, psi, angle, ENVMAPI_PI * (j + 0.5) / ENVMAPI_RING);
-        envmapi_brdf_cosine(f, view->fitting->brdf, view->v, l, &view->bad);
-        sum += (f[0] + f[1] + f[2]) / 3;
-        for (int other = 0; other < fit->lobes; ++other)
-            if (other != lobe)
-                sum -= envmapi_table_row(&view->fitting->work, other * fit->slices + view->slice,
-                                         envmapi_from_axis(envmapi_fit_psi(view, other), l));
+        envmapi_fit_node(f_r, l, f, psi, angle, j);
+        sum += (f_r[0] + f_r[1] + f_r[2]) / 3;
+        for (int other = 0; other < f->fit->lobes; ++other)
+            if (other != lobe) sum -= envmapi_fit_k(f, other, l);
     }
     return sum > 0 ? sum / ENVMAPI_RING : 0;
 }
 
-/* What a lobe with axis m would take: the integral of its square. */
-static double envmapi_fit_gain(envmapi_fit_view *view, int lobe, double m) {
+static double envmapi_fit_gain(envmapi_fitting *f, int lobe, double m) {
     double gain = 0;
     for (int i = 0; i < 128; ++i) { /* close together where a peak would be */
         double u = (i + 0.5) / 128, angle = ENVMAPI_PI * u * u;
-        double k = envmapi_fit_ring(view, lobe, m * view->theta, angle);
+        double k = envmapi_fit_ring(f, lobe, m * f->theta, angle);
         gain += k * k * sin(angle) * u;
     }
     return gain;
 }
 
-/* The best m within half of where it starts, by golden sections. */
-static void envmapi_fit_axis(envmapi_fit_view *view, int lobe) {
-    const double part = 0.6180339887498949;
-    envmap_fit *fit = view->fitting->fit;
-    double low = 0.5 - lobe, high = 1.5 - lobe, a = high - part, b = low + part;
-    double at_a = envmapi_fit_gain(view, lobe, a), at_b = envmapi_fit_gain(view, lobe, b);
-    while (high - low > 0.01) {
-        if (at_a > at_b) {
-            high = b, b = a, at_b = at_a, a = high - part * (high - low);
-            at_a = envmapi_fit_gain(view, lobe, a);
-        } else {
-            low = a, a = b, at_a = at_b, b = low + part * (high - low);
-            at_b = envmapi_fit_gain(view, lobe, b);
-        }
+/* The best m within half of where it starts, by steps to the better side, each half of the last. */
+static void envmapi_fit_axis(envmapi_fitting *f, int lobe) {
+    double m = 1 - lobe, gain[3] = {0, envmapi_fit_gain(f, lobe, m), 0};
+    for (double step = 0.25; step > 0.005; step /= 2) {
+        gain[0] = envmapi_fit_gain(f, lobe, m - step);
+        gain[2] = envmapi_fit_gain(f, lobe, m + step);
+        int best = gain[0] > gain[1] ? 0 : gain[2] > gain[1] ? 2 : 1;
+        m += (best - 1) * step, gain[1] = gain[best];
     }
-    fit->axis[lobe * fit->slices + view->slice] = (float)((low + high) / 2);
-}
-
-static envmapi_fit_view envmapi_fit_view_of(const envmapi_fitting *fitting, int slice) {
-    double c = (slice + 0.5) / fitting->fit->slices;
-    envmapi_fit_view view = {fitting, {-sqrt(1 - c * c), 0, c}, acos(c), slice, 0};
-    return view;
+    f->fit->axis[lobe * f->fit->slices + f->slice] = (float)m;
 }
 
 static void envmapi_fit_slice(void *context, int slice) {
     static const int order[3] = {1, 0, 2}; /* diffuse first, or gloss would take all of it */
-    const envmapi_fitting *fitting = (const envmapi_fitting *)context;
-    envmap_fit *fit = fitting->fit;
-    envmapi_fit_view view = envmapi_fit_view_of(fitting, slice);
-    for (int turn = 0; turn < (fit->lobes > 1 ? 8 : 1); ++turn)
-        for (int at = 0; at < 3; ++at) {
-            int lobe = order[at];
-            if (lobe >= fit->lobes) continue;
-            float *row = fitting->rows + (lobe * fit->slices + slice) * fit->size;
-            if (turn < 2 && lobe != 1) envmapi_fit_axis(&view, lobe);
-            for (int i = 0; i < fit->size; ++i)
-                row[i] = (float)envmapi_fit_ring(&view, lobe, envmapi_fit_psi(&view, lobe),
-                                                 ENVMAPI_PI * i / (fit->size - 1));
-        }
-    fitting->bad[slice] = view.bad;
+    envmapi_fitting f = envmapi_fit_of(context, slice);
+    envmap_fit *fit = f.fit;
+    for (int at = 0; at < (fit->lobes > 1 ? 24 : 3); ++at) {
+        int lobe = order[at % 3];
+        if (lobe >= fit->lobes) continue;
+        float *row = fit->table + (lobe * fit->slices + slice) * fit->size;
+        if (at < 6 && lobe != 1) envmapi_fit_axis(&f, lobe);
+        for (int i = 0; i < fit->size; ++i)
+            row[i] = (float)envmapi_fit_ring(&f, lobe, envmapi_fit_psi(&f, lobe),
+                                             ENVMAPI_PI * i / (fit->size - 1));
+    }
+    fit->error[slice] = f.bad ? -1 : 0;
 }
 
 /* Normal equations of the factors, channel by channel, gram x = right; and all of f_r (n.l). */
 typedef struct envmapi_fit_sums {
     double gram[3][3], right[3][3], whole[3], square;
 } envmapi_fit_sums;
+
+static void envmapi_fit_gather(envmapi_fit_sums *sums, envmapi_fitting *f) {
+    double l[3], f_r[3], k[3], psi = envmapi_fit_psi(f, 0);
+    int rings = f->fit->size - 1, lobes = f->fit->lobes;
+    double node = 2 * ENVMAPI_PI / rings * ENVMAPI_PI / ENVMAPI_RING; /* sr, times w */
+    memset(sums, 0, sizeof *sums);
+    for (int i = 0; i < rings * ENVMAPI_RING; ++i) {
+        double angle = ENVMAPI_PI * (i / ENVMAPI_RING + 0.5) / rings, w = sin(angle);
+        envmapi_fit_node(f_r, l, f, psi, angle, i % ENVMAPI_RING);
+        for (int a = 0; a < lobes; ++a) k[a] = envmapi_fit_k(f, a, l);
+        for (int a = 0; a < lobes; ++a)
+            for (int b = 0; b < lobes; ++b) sums->gram[a][b] += w * k[a] * k[b];
+        for (int c = 0; c < 3; ++c) {
+            for (int a = 0; a < lobes; ++a) sums->right[c][a] += w * f_r[c] * k[a];
+            sums->square += w * f_r[c] * f_r[c];
+            sums->whole[c] += w * f_r[c] * node;
+        }
+    }
+}
 
 /* x >= 0 by coordinate descent, which least squares with so few unknowns allows; then all of them
    together as much as f_r (n.l) reflects, as constant light shows energy and not squares. */
@@ -7300,35 +7300,11 @@ static void envmapi_fit_solve(double x[3], const envmapi_fit_sums *sums, int lob
     for (int i = 0; all > 0 && i < lobes; ++i) x[i] *= sums->whole[channel] / all;
 }
 
-static void envmapi_fit_gather(envmapi_fit_sums *sums, envmapi_fit_view *view) {
-    const envmap_fit *fit = view->fitting->fit;
-    double l[3], f[3], k[3], psi = envmapi_fit_psi(view, 0);
-    memset(sums, 0, sizeof *sums);
-    for (int i = 0; i < (fit->size - 1) * ENVMAPI_RING; ++i) {
-        double angle = ENVMAPI_PI * (i / ENVMAPI_RING + 0.5) / (fit->size - 1), w = sin(angle);
-        envmapi_about(l, psi, angle, ENVMAPI_PI * (i % ENVMAPI_RING + 0.5) / ENVMAPI_RING);
-        envmapi_brdf_cosine(f, view->fitting->brdf, view->v, l, &view->bad);
-        for (int a = 0; a < fit->lobes; ++a) {
-            int row = fit->flat ? a : a * fit->slices + view->slice;
-            k[a] = envmapi_table_row(&view->fitting->table, row,
-                                     envmapi_from_axis(envmapi_fit_psi(view, a), l));
-            for (int b = 0; b <= a; ++b) sums->gram[a][b] += w * k[a] * k[b];
-            for (int c = 0; c < 3; ++c) sums->right[c][a] += w * f[c] * k[a];
-        }
-        for (int c = 0; c < 3; ++c) sums->square += w * f[c] * f[c], sums->whole[c] += w * f[c];
-    }
-    for (int c = 0; c < 3; ++c) /* from the half sphere's nodes to sr */
-        sums->whole[c] *= 2 * ENVMAPI_PI / (fit->size - 1) * ENVMAPI_PI / ENVMAPI_RING;
-    for (int a = 0; a < 3; ++a)
-        for (int b = a + 1; b < 3; ++b) sums->gram[a][b] = sums->gram[b][a];
-}
-
 static void envmapi_fit_factors(void *context, int slice) {
-    const envmapi_fitting *fitting = (const envmapi_fitting *)context;
-    envmap_fit *fit = fitting->fit;
-    envmapi_fit_view view = envmapi_fit_view_of(fitting, slice);
+    envmapi_fitting f = envmapi_fit_of(context, slice);
+    envmap_fit *fit = f.fit;
     envmapi_fit_sums sums;
-    envmapi_fit_gather(&sums, &view);
+    envmapi_fit_gather(&sums, &f);
     double left = sums.square, x[3];
     for (int c = 0; c < 3; ++c) {
         envmapi_fit_solve(x, &sums, fit->lobes, c);
@@ -7338,21 +7314,21 @@ static void envmapi_fit_factors(void *context, int slice) {
             for (int b = 0; b < fit->lobes; ++b) left += x[a] * x[b] * sums.gram[a][b];
         }
     }
+    if (fit->error[slice] < 0) return; /* bad */
     fit->error[slice] = sums.square > 0 ? (float)sqrt(left > 0 ? left / sums.square : 0) : 0;
 }
 
 /* A row of the table: the sum of `count` rows, its integral 1; uniform where there is nothing. */
 static void envmapi_fit_normalise(float *to, const float *rows, int size, int count) {
     envmap_lobe lobe = envmap_lobe_table(to, size, 1, 0, 0);
-    double sum;
     for (int i = 0; i < size; ++i) {
-        sum = 0;
+        double sum = 0;
         for (int r = 0; r < count; ++r) sum += (double)rows[r * size + i];
         to[i] = (float)sum;
     }
-    sum = envmapi_lobe_integral(&lobe, 0);
+    double integral = envmapi_lobe_integral(&lobe, 0);
     for (int i = 0; i < size; ++i)
-        to[i] = (float)(sum > 0 ? (double)to[i] / sum : 1 / (4 * ENVMAPI_PI));
+        to[i] = (float)(integral > 0 ? (double)to[i] / integral : 1 / (4 * ENVMAPI_PI));
 }
 
 static int envmapi_fit_fields_ok(const envmap_fit *fit) {
@@ -7360,18 +7336,29 @@ static int envmapi_fit_fields_ok(const envmap_fit *fit) {
            fit->size >= 16 && fit->size <= 65536 && (fit->flat == 0 || fit->flat == 1);
 }
 
-static void envmapi_fit_run(envmapi_fitting *fitting, const envmap_executor *executor) {
+/* `work` holds the lobes on their way, a row a slice, in the place of fit->table. */
+static envmap_result envmapi_fit_run(envmap_fit *fit, float *work, const envmap_brdf *brdf,
+                                     const envmap_executor *executor) {
     const envmap_progress silent = {NULL, NULL};
-    envmap_fit *fit = fitting->fit;
-    int all = fit->lobes * fit->slices, merged = fit->flat ? fit->slices : 1;
-    for (int i = 0; i < all; ++i) fit->axis[i] = (float)(1 - i / fit->slices);
-    fitting->work = envmap_lobe_table(fitting->rows, fit->size, all, 0, 1);
-    fitting->table = envmap_lobe_table(fit->table, fit->size, all / merged, 0, 1);
-    envmapi_run(executor, &silent, envmapi_fit_slice, fitting, fit->slices);
-    for (int row = 0; row < all / merged; ++row)
-        envmapi_fit_normalise(fit->table + row * fit->size,
-                              fitting->rows + row * merged * fit->size, fit->size, merged);
-    envmapi_run(executor, &silent, envmapi_fit_factors, fitting, fit->slices);
+    int n = fit->slices, all = fit->lobes * n, merged = fit->flat ? n : 1;
+    float *table = fit->table;
+    double sum = 0;
+    envmapi_fitting f;
+    memset(&f, 0, sizeof f);
+    f.brdf = brdf, f.fit = fit, f.rows = n;
+    f.table = envmap_lobe_table(work, fit->size, all, 0, 1);
+    fit->table = work;
+    for (int i = 0; i < all; ++i) fit->axis[i] = (float)(1 - i / n);
+    envmapi_run(executor, &silent, envmapi_fit_slice, &f, n);
+    fit->table = table;
+    for (int i = 0; i < all / merged; ++i)
+        envmapi_fit_normalise(table + i * fit->size, work + i * merged * fit->size, fit->size,
+                              merged);
+    f.table = envmap_lobe_table(table, fit->size, all / merged, 0, 1), f.rows = n / merged;
+    envmapi_run(executor, &silent, envmapi_fit_factors, &f, n);
+    for (int i = 0; i < 3 * all; ++i) sum += (double)fit->factor[i];
+    for (int k = 0; k < n; ++k) sum = fit->error[k] < 0 ? 0 : sum;
+    return envmapi_finite(sum) && sum > 0 ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
 }
 
 ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
@@ -7384,24 +7371,15 @@ ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *b
     if (!out.size) out.size = 257;
     if (!envmapi_fit_fields_ok(&out)) return ENVMAP_ERROR_ARGUMENT;
     size_t n = (size_t)out.slices, all = (size_t)out.lobes * n, size = (size_t)out.size;
-    size_t rows = out.flat ? (size_t)out.lobes : all;
-    /* one block for the results; the lobes on their way in another */
-    float *block = (float *)ENVMAP_MALLOC(out.memory, (rows * size + 4 * all + n) * sizeof(float));
-    float *work = (float *)ENVMAP_MALLOC(out.memory, all * size * sizeof(float) + n * sizeof(int));
+    size_t table = (out.flat ? (size_t)out.lobes : all) * size;
+    float *block = (float *)ENVMAP_MALLOC(out.memory, (table + 4 * all + n) * sizeof(float));
+    float *work = (float *)ENVMAP_MALLOC(out.memory, all * size * sizeof(float));
     envmap_result result = block && work ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
     if (!result) {
-        envmapi_fitting fitting;
-        memset(&fitting, 0, sizeof fitting);
-        fitting.brdf = brdf, fitting.fit = &out;
-        fitting.rows = work, fitting.bad = (int *)(void *)(work + all * size);
-        out.table = block, out.axis = block + rows * size, out.factor = out.axis + all;
-        out.error = out.factor + 3 * all;
         memset(work, 0, all * size * sizeof(float));
-        envmapi_fit_run(&fitting, executor ? executor : &serial);
-        double sum = 0;
-        for (size_t i = 0; i < 3 * all; ++i) sum += (double)out.factor[i];
-        for (size_t k = 0; k < n; ++k) sum = fitting.bad[k] ? 0 : sum;
-        if (!envmapi_finite(sum) || !(sum > 0)) result = ENVMAP_ERROR_LOBE;
+        out.table = block, out.axis = block + table;
+        out.factor = out.axis + all, out.error = out.factor + 3 * all;
+        result = envmapi_fit_run(&out, work, brdf, executor ? executor : &serial);
     }
     if (work) ENVMAP_FREE(out.memory, work);
     if (result && block) ENVMAP_FREE(out.memory, block);
@@ -7422,30 +7400,29 @@ ENVMAPI_BODY envmap_lobe envmap_fit_lobe(const envmap_fit *fit, int i) {
                              bad ? 0 : fit->size, rows, 0, rows > 1 ? 1.0f : 0.0f);
 }
 
+/* Entry s of a row of numbers `stride` apart, linear between two. */
+static double envmapi_entry(const float *row, int stride, double s) {
+    const float *low = row + stride * (int)s;
+    return (double)low[0] + (s > (int)s ? (s - (int)s) * (double)(low[stride] - low[0]) : 0);
+}
+
 ENVMAPI_BODY void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const envmap *maps,
                                     const float n[3], const float v[3]) {
     double N[3], V[3], sum[3] = {0, 0, 0};
     if (!rgb) return;
     rgb[0] = rgb[1] = rgb[2] = 0;
-    if (!envmapi_fit_fields_ok(fit) || !fit->table || !maps || !n || !v || !envmapi_vector_ok(n) ||
-        !envmapi_vector_ok(v))
-        return;
-    envmapi_unit_float(N, n);
-    envmapi_unit_float(V, v);
+    if (!envmapi_fit_fields_ok(fit) || !fit->table || !maps || !envmapi_surface(N, V, n, v)) return;
     double c = envmapi_dot(N, V), theta = envmapi_angle(N, V), s = sin(theta);
+    double at = envmapi_slice_at(c, 0, 1, fit->slices);
     if (!(c > 0)) return;
-    double at = envmapi_clamp(c * fit->slices - 0.5, 0, fit->slices - 1);
-    int k = (int)at, next = k + 1 < fit->slices ? k + 1 : k;
     for (int i = 0; i < fit->lobes; ++i) {
-        const float *m = fit->axis + i * fit->slices, *f = fit->factor + 3 * i * fit->slices;
-        double psi = theta * ((double)m[k] + (at - k) * ((double)m[next] - (double)m[k]));
-        float dir[3], light[3]; /* cos psi n + sin psi (the unit vector in the plane, off v) */
-        for (int j = 0; j < 3; ++j)
-            dir[j] = (float)(s > 1e-9 ? cos(psi) * N[j] + sin(psi) * (c * N[j] - V[j]) / s : N[j]);
+        const float *factor = fit->factor + 3 * i * fit->slices;
+        double psi = theta * envmapi_entry(fit->axis + i * fit->slices, 1, at);
+        double off = s > 1e-9 ? sin(psi) / s : 0; /* axis: in the plane of n and v, away from v */
+        float dir[3], light[3];
+        for (int j = 0; j < 3; ++j) dir[j] = (float)(cos(psi) * N[j] + off * (c * N[j] - V[j]));
         envmap_lookup_slice(light, maps + i, dir, (float)c, 0);
-        for (int j = 0; j < 3; ++j)
-            sum[j] += (double)light[j] * ((double)f[3 * k + j] +
-                                          (at - k) * (double)(f[3 * next + j] - f[3 * k + j]));
+        for (int j = 0; j < 3; ++j) sum[j] += (double)light[j] * envmapi_entry(factor + j, 3, at);
     }
     for (int j = 0; j < 3; ++j) rgb[j] = envmapi_to_float(sum[j]);
 }
@@ -7488,31 +7465,32 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
 
 /* ---- GGX: the normals of visible facets are half vectors of v and a spherical cap, squeezed
    [DB23]; h = squeeze(u + d), u = v squeezed, d = (zeta, phi) in the cap d_z > -u_z. With
-   zeta = (pi - acos u_z)(1 - t^2), nodes lie close at the cap's edge, where v.h runs off; the parts
-   of every column with reflections above the horizon are integrated one by one. ---- */
+   zeta = (pi - acos u_z)(1 - t^2), nodes lie close at the cap's edge, where v.h runs off. The light
+   l is v reflected at h (_ggx_reflect); the parts of every column with l above the horizon
+   (_ggx_column) are integrated one by one (_ggx_part). ---- */
 
 typedef struct envmapi_ggx {
     double v[3], u[3], alpha, edge;
+    double cosine, sine; /* of the column's phi */
 } envmapi_ggx;
 
 /* l_z of the reflection, and v.h. */
-static double envmapi_ggx_reflect(double *vh, const envmapi_ggx *g, double t, double phi) {
+static double envmapi_ggx_reflect(double *vh, const envmapi_ggx *g, double t) {
     double zeta = g->edge * (1 - t * t), r = sin(zeta);
-    double h[3] = {g->alpha * (r * cos(phi) + g->u[0]), g->alpha * r * sin(phi),
-                   cos(zeta) + g->u[2]};
-    envmapi_unit(h, h);
-    *vh = envmapi_dot(g->v, h);
-    return 2 * *vh * h[2] - g->v[2];
+    double x = g->alpha * (r * g->cosine + g->u[0]), y = g->alpha * r * g->sine;
+    double z = cos(zeta) + g->u[2], hh = x * x + y * y + z * z;
+    double v = g->v[0] * x + g->v[2] * z; /* v.h and h_z, but for h's length */
+    *vh = v / sqrt(hh);
+    return 2 * v * z / hh - g->v[2];
 }
 
 /* Adds G2/G1, times 1 - (1-v.h)^5 and (1-v.h)^5, over t in [from, to]. */
-static void envmapi_ggx_part(double sums[2], const envmapi_ggx *g, double phi, double from,
-                             double to) {
+static void envmapi_ggx_part(double sums[2], const envmapi_ggx *g, double from, double to) {
     double x, vh, aa = g->alpha * g->alpha, c = g->v[2], to_v = c + sqrt(aa + (1 - aa) * c * c);
     for (int i = 0; i < 24; ++i) {
         double w = envmapi_gauss(&x, i & 7, (i >> 3) / 3.0, ((i >> 3) + 1) / 3.0);
         double t = from + (to - from) * x * x * (3 - 2 * x);
-        double l = envmapi_ggx_reflect(&vh, g, t, phi), m = 1 - vh, fresnel = m * m * m * m * m;
+        double l = envmapi_ggx_reflect(&vh, g, t), m = 1 - vh, fresnel = m * m * m * m * m;
         if (!(l > 0)) continue;
         double to_l = sqrt(aa + (1 - aa) * l * l) - l;
         w *= (to - from) * 6 * x * (1 - x) * 2 * t * g->edge * sin(g->edge * (1 - t * t));
@@ -7521,19 +7499,19 @@ static void envmapi_ggx_part(double sums[2], const envmapi_ggx *g, double phi, d
     }
 }
 
-static void envmapi_ggx_column(double sums[2], const envmapi_ggx *g, double phi) {
+static void envmapi_ggx_column(double sums[2], const envmapi_ggx *g) {
     double from = 0, vh;
     int above = 0;
     for (int i = 0; i <= 32; ++i) {
         double low = (i - 1) / 32.0, high = i / 32.0;
-        int next = envmapi_ggx_reflect(&vh, g, high, phi) > 0;
+        int next = envmapi_ggx_reflect(&vh, g, high) > 0;
         for (int k = 0; next != above && i > 0 && k < 40; ++k) { /* where l meets the horizon */
             double t = (low + high) / 2;
-            if ((envmapi_ggx_reflect(&vh, g, t, phi) > 0) == above) low = t;
+            if ((envmapi_ggx_reflect(&vh, g, t) > 0) == above) low = t;
             else high = t;
         }
         if (next && !above) from = high;
-        if (above && (!next || i == 32)) envmapi_ggx_part(sums, g, phi, from, high);
+        if (above && (!next || i == 32)) envmapi_ggx_part(sums, g, from, high);
         above = next;
     }
 }
@@ -7542,13 +7520,14 @@ ENVMAPI_BODY void envmap_ggx_split_sum(double *scale, double *bias, double cosin
     double sums[2] = {0, 0}, phi;
     if (envmapi_finite(cosine) && envmapi_finite(alpha)) {
         double c = envmapi_clamp(cosine, 0, 1), a = envmapi_clamp(alpha, 1e-4, 1);
-        envmapi_ggx g = {{sqrt(1 - c * c), 0, c}, {a * sqrt(1 - c * c), 0, c}, a, 0};
+        envmapi_ggx g = {{sqrt(1 - c * c), 0, c}, {a * sqrt(1 - c * c), 0, c}, a, 0, 0, 0};
         envmapi_unit(g.u, g.u);
         g.edge = ENVMAPI_PI - envmapi_acos(g.u[2]);
         for (int i = 0; i < 64; ++i) {
             double part[2] = {0, 0};
             double w = envmapi_gauss(&phi, i & 7, (i >> 3) / 8.0, ((i >> 3) + 1) / 8.0);
-            envmapi_ggx_column(part, &g, ENVMAPI_PI * phi);
+            g.cosine = cos(ENVMAPI_PI * phi), g.sine = sin(ENVMAPI_PI * phi);
+            envmapi_ggx_column(part, &g);
             for (int k = 0; k < 2; ++k) sums[k] += w * part[k] / (1 + g.u[2]);
         }
     }
@@ -7600,26 +7579,25 @@ ENVMAPI_BODY double envmap_level_roughness(double level, int levels, double bend
     return 2 * y / (1 + q + sqrt(root > 0 ? root : 0));
 }
 
-/* A comb of Gaussian weights, variance s^2, spacing h, under a Gaussian lobe: by Poisson's sum its
-   first alias is exp(-2 pi^2 u^2 / h^2) of the wanted Gaussian at every point, twice. */
+/* ---- fans: a comb of Gaussian weights, variance s^2, spacing h, under a Gaussian lobe. By
+   Poisson's sum its first alias is exp(-2 pi^2 u^2 / h^2) of the wanted Gaussian at every point,
+   twice. ---- */
+
 ENVMAPI_BODY int envmap_fan(float *offsets, float *weights, int room, double along, double across,
                             double tolerance) {
     if (!(along > 0 && along <= 1.5 && across > 0 && across <= 1e9) ||
         !(tolerance >= 1e-6 && tolerance <= 0.5))
         return 0;
     double s = along > across ? sqrt(along * along - across * across) : 0, sum = 0;
-    double reach = sqrt(2 * log(2 / tolerance)), h = 2 * ENVMAPI_PI * s * across / (along * reach);
-    double half = s > 1e-3 * across ? ceil(reach * s / h) : 0; /* taps on each side */
+    double reach = sqrt(2 * log(2 / tolerance));              /* in s */
+    double step = 2 * ENVMAPI_PI * across / (along * reach);  /* h / s */
+    double half = s > 1e-3 * across ? ceil(reach / step) : 0; /* taps on each side */
     if (half > 1e6) return 0;
     int count = 1 + 2 * (int)half;
-    for (int i = 0; i < count; ++i) {
-        double at = half > 0 ? (i - half) * h / s : 0;
-        sum += exp(-at * at / 2);
-    }
+    for (int i = 0; i < count; ++i) sum += exp(-pow((i - half) * step, 2) / 2);
     for (int i = 0; i < count && i < room; ++i) {
-        double at = half > 0 ? (i - half) * h / s : 0;
-        if (offsets) offsets[i] = (float)(at * s);
-        if (weights) weights[i] = (float)(exp(-at * at / 2) / sum);
+        if (offsets) offsets[i] = (float)((i - half) * step * s);
+        if (weights) weights[i] = (float)(exp(-pow((i - half) * step, 2) / 2) / sum);
     }
     return count;
 }
@@ -7627,15 +7605,11 @@ ENVMAPI_BODY int envmap_fan(float *offsets, float *weights, int room, double alo
 ENVMAPI_BODY void envmap_lookup_fan(float rgb[3], const envmap *map, const float n[3],
                                     const float t[3], const float v[3], const float *offsets,
                                     const float *weights, int count) {
-    double N[3], T[3], B[3], V[3], hint[3], sum[3] = {0, 0, 0};
+    double N[3], T[3], B[3], V[3], sum[3] = {0, 0, 0};
     if (!rgb) return;
     rgb[0] = rgb[1] = rgb[2] = 0;
-    if (!n || !t || !v || !offsets || !weights || !envmapi_vector_ok(n) || !envmapi_vector_ok(v))
-        return;
-    envmapi_unit_float(N, n);
-    envmapi_unit_float(V, v);
-    envmapi_unit_float(hint, t);
-    envmapi_tangents(T, B, N, hint);
+    if (!t || !offsets || !weights || !envmapi_surface(N, V, n, v)) return;
+    envmapi_tangents(T, B, N, t);
     for (int i = 0; i < count; ++i) {
         double h[3], half = (double)offsets[i] / 2;
         float l[3], light[3];
