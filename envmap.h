@@ -71,7 +71,8 @@
    CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/.
      >>base        results, executor, progress
      >>directions  direction <-> (face, u, v), matrices
-     >>maps        create, texel, solid angle, lookups, resample
+     >>maps        create, texel, solid angle, lookups
+     >>resample    a map in another parameterization and size
      >>pfm         read and write float pictures
      >>mips        levels weighted by solid angle; level of a footprint, and probes along it
      >>lobes       mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
@@ -232,6 +233,8 @@ ENVMAP_API double envmap_solid_angle(const envmap *map, int level, int face, int
 ENVMAP_API void envmap_lookup(float rgb[3], const envmap *map, const float dir[3], float level);
 ENVMAP_API void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
                                     float level);
+
+/* -------------------------------------------------------------------------------- >>resample -- */
 
 /* dst level 0 = src level 0 in dst's parameterization and size, slice by slice (src may have one
    slice for all). Each texel is the solid-angle-weighted mean of bilinear src over the texel,
@@ -627,11 +630,6 @@ ENVMAP_API envmap_result envmap_radiance(float *rgb, const envmap *map, const en
 ENVMAP_API double envmap_fresnel(double cosine, double n, double k);
 ENVMAP_API double envmap_fresnel_schlick(double cosine, double f0);
 
-/* values[i] = envmap_fresnel at cosine (i + 1/2)/size: a row of texels for shaders, [size][3].
-   n, k  per channel; k NULL: 0           size  1 .. 65536        Errors: ARGUMENT. */
-ENVMAP_API envmap_result envmap_fresnel_table(float *values, int size, const float n[3],
-                                              const float k[3]);
-
 /* A BRDF as one to three lobes, so that maps can be prefiltered for it:
      L = sum over i of factor_i(n.v) map_i(axis_i; n.v),   map_i filtered with envmap_fit_lobe(i)
    axis_i lies in the plane of n and v, turned from n by m_i(n.v) times the angle to v, away from v:
@@ -817,10 +815,8 @@ static int envmapi_least(int limit, int (*holds)(void *user, int n), void *user)
         low = high, high = high < limit / 2 ? 2 * high : limit;
     while (high - low > 1) {
         int n = low + (high - low) / 2;
-        if (holds(user, n))
-            high = n;
-        else
-            low = n;
+        if (holds(user, n)) high = n;
+        else low = n;
     }
     return high;
 }
@@ -1001,16 +997,44 @@ ENVMAPI_LANES(envmapi_double4, double, 4)
 ENVMAPI_LANES(envmapi_double8, double, 8)
 
 /* ------------------------------------------------------------------------------ >>directions --
-   Every mapping is a pair of functions in double, direction(face, u, v) and project(face, d),
-   inverse to each other. A cube face is spanned by S (along u) and T (along v) at distance M:
-   d ~ M + (2u-1) S + (2v-1) T, OpenGL's table of (s_c, t_c, m_a) read as vectors. The three disc
-   mappings differ only in how the radius r of (X,Y) depends on the angle to the centre:
-       paraboloid tan(angle/2)      sphere map sin(angle/2)      angular map angle/pi
-   Invariants: round trips, continuity across faces.  Tests: tests/test_directions.c. */
+   In: a mapping, a face and (u,v). Out: the direction there; and back. Every room below asks these,
+   in double. Cube faces are OpenGL's table of (s_c, t_c, m_a), read as vectors S, T and M:
+     cube      d ~ M + (2u-1) S + (2v-1) T
+     lat-long  phi = 2 pi (u - 1/2), theta = pi v
+     discs     (X,Y) = r d_xy / sin(angle), where the angle to the map's centre gives r:
+               paraboloid tan(angle/2)     sphere map sin(angle/2)     angular map angle/pi
+   (u,v) -> d    envmapi_ray, any length; envmapi_direction, unit length; both by _disc_direction
+   d -> (u,v)    envmapi_face, then envmapi_project, by _disc_project
+   d omega/du dv envmapi_density
+   Source: CONVENTIONS; [HS98] eqs. 6-9 for the paraboloids and their matrix; [Debevec98].
+   Tests: tests/test_directions.c; directions_round_trip holds that both ways are inverse,
+   seams_are_the_same_direction_from_both_sides that faces meet. */
+
+static void envmapi_cross(double out[3], const double a[3], const double b[3]) {
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* Unit vectors t and b = n x t across the unit vector n. t is what the hint has across n; without a
+   hint (NULL, zero), or with one along n, any. */
+static void envmapi_tangents(double t[3], double b[3], const double n[3], const float *hint) {
+    double side[3] = {0, 0, 0}, d[3];
+    side[fabs(n[0]) < 0.6 ? 0 : 1] = 1;
+    if (hint) envmapi_unit_float(d, hint);
+    envmapi_cross(b, n, hint ? d : side);
+    if (envmapi_dot(b, b) < 2e-12) envmapi_cross(b, n, side);
+    envmapi_unit(b, b);
+    envmapi_cross(t, b, n);
+}
 
 ENVMAPI_BODY int envmap_faces(int mapping) {
     static const int faces[ENVMAP_MAPPING_COUNT] = {6, 2, 1, 1, 1};
     return mapping >= 0 && mapping < ENVMAP_MAPPING_COUNT ? faces[mapping] : 0;
+}
+
+static int envmapi_is_disc(int mapping) {
+    return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
 }
 
 static const signed char envmapi_cube[6][3][3] = {
@@ -1023,29 +1047,21 @@ static const signed char envmapi_cube[6][3][3] = {
     {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, /* -Z */
 };
 
-static int envmapi_is_disc(int mapping) {
-    return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
-}
-
+/* d_xy = ratio (X,Y); beyond the rim the sphere and angular maps clamp. */
 static void envmapi_disc_direction(double d[3], int mapping, int face, double X, double Y) {
-    double rr = X * X + Y * Y;
+    double rr = X * X + Y * Y, ratio;
     if (mapping == ENVMAP_PARABOLOID) {
-        d[0] = 2 * X / (1 + rr), d[1] = 2 * Y / (1 + rr), d[2] = (1 - rr) / (1 + rr);
-        if (face == 1) d[2] = -d[2];
-        return;
-    }
-    double r = sqrt(rr), clamped = r > 1 ? 1 : r;
-    if (r > 1) X /= r, Y /= r;
-    if (mapping == ENVMAP_SPHERE) {
-        double n_z = sqrt(1 - clamped * clamped);
-        d[0] = 2 * n_z * X, d[1] = 2 * n_z * Y, d[2] = 1 - 2 * clamped * clamped;
+        ratio = 2 / (1 + rr);
+        d[2] = (face == 0 ? 1 - rr : rr - 1) / (1 + rr);
     } else {
-        double ratio = clamped > 0 ? sin(ENVMAPI_PI * clamped) / clamped : ENVMAPI_PI;
-        d[0] = ratio * X, d[1] = ratio * Y, d[2] = -cos(ENVMAPI_PI * clamped);
+        double r = sqrt(rr);
+        if (r > 1) X /= r, Y /= r, r = 1;
+        if (mapping == ENVMAP_SPHERE) ratio = 2 * sqrt(1 - r * r), d[2] = 1 - 2 * r * r;
+        else ratio = r > 0 ? sin(ENVMAPI_PI * r) / r : ENVMAPI_PI, d[2] = -cos(ENVMAPI_PI * r);
     }
+    d[0] = ratio * X, d[1] = ratio * Y;
 }
 
-/* A direction of any length. */
 static void envmapi_ray(double d[3], int mapping, int face, double u, double v) {
     if (mapping == ENVMAP_CUBE) {
         const signed char(*axes)[3] = envmapi_cube[face];
@@ -1061,13 +1077,12 @@ static void envmapi_ray(double d[3], int mapping, int face, double u, double v) 
 
 static void envmapi_direction(double d[3], int mapping, int face, double u, double v) {
     envmapi_ray(d, mapping, face, u, v);
-    if (mapping == ENVMAP_CUBE) {
+    if (mapping == ENVMAP_CUBE) { /* all other rays have unit length */
         double length = sqrt(envmapi_dot(d, d));
         for (int i = 0; i < 3; ++i) d[i] /= length;
     }
 }
 
-/* The face a unit direction belongs to. */
 static int envmapi_face(int mapping, const double d[3]) {
     if (mapping == ENVMAP_PARABOLOID) return d[2] < 0;
     if (mapping != ENVMAP_CUBE) return 0;
@@ -1076,22 +1091,19 @@ static int envmapi_face(int mapping, const double d[3]) {
     return 2 * axis + (d[axis] < 0);
 }
 
-/* (X,Y) = d_xy times `ratio`; where d_xy = 0 on the rim, any rim point is right: (1,0). */
+/* (X,Y) = ratio d_xy. */
 static void envmapi_disc_project(double uv[2], int mapping, int face, const double d[3]) {
-    double rho = sqrt(d[0] * d[0] + d[1] * d[1]), z = d[2], ratio;
-    double plus = z < 0 ? rho * rho / (1 - z) : 1 + z; /* 1 + z without cancellation */
-    if (mapping == ENVMAP_PARABOLOID) {
-        double minus = z > 0 ? rho * rho / (1 + z) : 1 - z;
-        ratio = 1 / (face == 0 ? plus : minus);
-    } else if (mapping == ENVMAP_SPHERE) {
-        ratio = 1 / sqrt(2 * plus);
-    } else {
-        ratio = rho > 0 ? atan2(rho, -z) / (ENVMAPI_PI * rho) : 1 / ENVMAPI_PI;
+    double z = face == 1 ? -d[2] : d[2], rho = sqrt(d[0] * d[0] + d[1] * d[1]);
+    if (!(rho > 0)) { /* a centre; or a whole rim, of which (1,0) is as good as any point */
+        int rim = mapping == ENVMAP_SPHERE ? z < 0 : mapping == ENVMAP_ANGULAR && z > 0;
+        uv[0] = rim ? 1 : 0.5, uv[1] = 0.5;
+        return;
     }
-    int singular =
-        !(rho > 0) && ((mapping == ENVMAP_SPHERE && z < 0) || (mapping == ENVMAP_ANGULAR && z > 0));
-    uv[0] = 0.5 + 0.5 * (singular ? 1 : rho > 0 ? d[0] * ratio : 0);
-    uv[1] = 0.5 - 0.5 * (rho > 0 ? d[1] * ratio : 0);
+    double plus = z < 0 ? rho * rho / (1 - z) : 1 + z; /* 1 + z without cancellation */
+    double ratio = mapping == ENVMAP_PARABOLOID ? 1 / plus
+                   : mapping == ENVMAP_SPHERE   ? 1 / sqrt(2 * plus)
+                                                : atan2(rho, -z) / (ENVMAPI_PI * rho);
+    uv[0] = 0.5 + 0.5 * d[0] * ratio, uv[1] = 0.5 - 0.5 * d[1] * ratio;
 }
 
 /* (u,v) of a unit direction on a given face, also beyond the face's edge (for the cube up to
@@ -1111,6 +1123,17 @@ static void envmapi_project(double uv[2], int mapping, int face, const double d[
     } else {
         envmapi_disc_project(uv, mapping, face, d);
     }
+}
+
+/* 0 outside the angular map's rim, where there is nothing. */
+static double envmapi_density(int mapping, double u, double v) {
+    double X = 2 * u - 1, Y = 2 * v - 1, rr = X * X + Y * Y;
+    if (mapping == ENVMAP_CUBE) return 4 / ((1 + rr) * sqrt(1 + rr));
+    if (mapping == ENVMAP_LATLONG) return 2 * ENVMAPI_PI * ENVMAPI_PI * sin(ENVMAPI_PI * v);
+    if (mapping == ENVMAP_PARABOLOID) return 16 / ((1 + rr) * (1 + rr));
+    if (mapping == ENVMAP_SPHERE) return 16;
+    double r = sqrt(rr), density = r > 1e-9 ? sin(ENVMAPI_PI * r) / r : ENVMAPI_PI;
+    return r < 1 ? 4 * ENVMAPI_PI * density : 0;
 }
 
 ENVMAPI_BODY void envmap_direction(float dir[3], int mapping, int face, float u, float v) {
@@ -1136,60 +1159,55 @@ ENVMAPI_BODY void envmap_coordinates(int *face, float *u, float *v, int mapping,
     if (v) *v = (float)envmapi_clamp(uv[1], 0, 1);
 }
 
-/* inverse = (M / cbrt|det M|)^-1 by cofactors; 0 when M is singular. M is column-major 4x4. */
+/* inverse = (M / cbrt|det M|)^-1, whose rows are cross products of M's columns; 0 when M is
+   singular. M is the linear part of a column-major 4x4 matrix. */
 static int envmapi_inverse_rotation(double inverse[3][3], const float modelview[16]) {
-    double m[3][3], det = 0, largest = 0;
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) {
-            m[r][c] = (double)modelview[4 * c + r];
-            if (!envmapi_finite(m[r][c])) return 0;
-            if (fabs(m[r][c]) > largest) largest = fabs(m[r][c]);
-        }
-    if (!(largest > 0)) return 0;
-    for (int i = 0; i < 9; ++i) m[i / 3][i % 3] /= largest;
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) {
-            int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-            inverse[c][r] = m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
-        }
-    for (int c = 0; c < 3; ++c) det += m[0][c] * inverse[c][0];
-    if (fabs(det) < 1e-6) return 0;
+    double m[3][3], largest = 0;
+    for (int i = 0; i < 9; ++i) {
+        m[i / 3][i % 3] = (double)modelview[i / 3 * 4 + i % 3];
+        largest = fmax(largest, fabs(m[i / 3][i % 3]));
+    }
+    for (int r = 0; r < 3; ++r) envmapi_cross(inverse[r], m[(r + 1) % 3], m[(r + 2) % 3]);
+    double det = envmapi_dot(m[0], inverse[0]);
+    if (!envmapi_finite(det) || !(fabs(det) > 1e-6 * largest * largest * largest)) return 0;
     for (int i = 0; i < 9; ++i) inverse[i / 3][i % 3] *= cbrt(fabs(det)) / det;
     return 1;
 }
 
+/* S (M_l)^-1 and, as a fourth column, d give (X,Y,z), the back's (X,Y) turned by diag(-1,-1,1,1);
+   then P copies z into q, and u = (q + X)/2q, v = (q - Y)/2q. */
 ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const float modelview[16],
                                                     int face) {
     double inverse[3][3], side = face == 0 ? -1 : 1;
     if (!matrix || !modelview || face < 0 || face > 1) return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_inverse_rotation(inverse, modelview)) return ENVMAP_ERROR_ARGUMENT;
-    /* Rows of S (M_l)^-1 and its column d, the back's (X,Y) turned by diag(-1,-1,1,1); then P
-       copies z into q, and u = (q + X)/2q, v = (q - Y)/2q. */
-    double rows[3][4];
-    for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) rows[r][c] = (face == 1 && r < 2 ? 1 : -1) * inverse[r][c];
-        rows[r][3] = r == 2 ? side : 0;
-    }
     for (int c = 0; c < 4; ++c) {
-        matrix[4 * c + 0] = (float)(0.5 * rows[2][c] + 0.5 * rows[0][c]);
-        matrix[4 * c + 1] = (float)(0.5 * rows[2][c] - 0.5 * rows[1][c]);
-        matrix[4 * c + 2] = (float)rows[2][c];
-        matrix[4 * c + 3] = (float)rows[2][c];
+        double X = c < 3 ? side * inverse[0][c] : 0, Y = c < 3 ? side * inverse[1][c] : 0;
+        double z = c < 3 ? -inverse[2][c] : side;
+        matrix[4 * c + 0] = (float)((z + X) / 2);
+        matrix[4 * c + 1] = (float)((z - Y) / 2);
+        matrix[4 * c + 2] = matrix[4 * c + 3] = (float)z;
     }
     return ENVMAP_OK;
 }
 
 /* ------------------------------------------------------------------------------------ >>maps --
-   Memory order, the solid angle of a cell, bilinear lookups across faces, resampling.
-
-   The solid angle of a rectangle [u0,u1] x [v0,v1] of a face:
+   In: a map, and a texel, a cell of a face or a direction. Out: memory, solid angle or radiance.
+   Memory: envmapi_image and envmap_texel hold the order of CONVENTIONS.
+   Solid angle w of the cell [u0,u1] x [v0,v1] of a face, x = 2u-1, y = 1-2v: envmapi_cell
      cube      A(x1,y1) - A(x0,y1) - A(x1,y0) + A(x0,y0), A = atan(xy / sqrt(x^2 + y^2 + 1))
      lat-long  dphi (cos theta0 - cos theta1)
-     discs     let 2 pi r^2 g(r^2) be the solid angle of the disc of radius r; by Green's theorem
-               w = contour integral of g (X dY - Y dX) around cell-and-disc: four clipped segments
-               and the arcs between them (where g = g(1), and X dY - Y dX = dphi).
-               g: sphere map 2, paraboloid 2/(1+r^2), angular map (1 - cos pi r)/r^2.
-   Invariants: the cells of any partition sum to 4 pi.  Tests: tests/test_maps.c. */
+     discs     2 pi r^2 g(r^2) being the solid angle of the disc of radius r, Green's theorem says
+               w = contour integral of g (x dy - y dx), side by side by _disc_side. Beyond the rim
+               there is nothing, so r^2 g stays g(1): a point counts as the rim's next to it.
+               g: sphere map 2, paraboloid 2/(1+r^2), angular map (1 - cos pi r)/r^2
+   Radiance is the sum of texels times weights:
+     envmapi_lookup        two slices times two levels, linear in both
+     envmapi_add_lookup    one face; near the paraboloids' rim both
+     envmapi_add_bilinear  2 x 2 texels; a lat-long pole is the mean of its row
+     envmapi_add_tap       one texel, of the neighbour where (x,y) lies beyond an edge
+   Tests: tests/test_maps.c; solid_angles_sum_to_4_pi, solid_angles_are_the_integral_over_the_texel,
+   lookups_are_of_second_order, lookups_are_continuous_across_seams. */
 
 #define ENVMAPI_SIZE_LIMIT  16384
 #define ENVMAPI_SLICE_LIMIT 4096
@@ -1222,25 +1240,43 @@ static int envmapi_valid(const envmap *map) {
            map->slices <= ENVMAPI_SLICE_LIMIT;
 }
 
-/* First texel of a face's image. */
-static float *envmapi_image(const envmap *map, int level, int slice, int face) {
-    size_t faces = (size_t)envmap_faces(map->mapping), texels = 0;
-    for (int l = 0; l < level; ++l)
-        texels +=
-            faces * (size_t)map->slices * envmapi_area(map->mapping, envmapi_edge(map->size, l));
-    size_t area = envmapi_area(map->mapping, envmapi_edge(map->size, level));
-    return map->texels + 3 * (texels + area * ((size_t)slice * faces + (size_t)face));
+/* dst and src are two valid maps that share no texels, and slices fit. */
+static int envmapi_pair_ok(const envmap *dst, const envmap *src) {
+    return envmapi_valid(dst) && envmapi_valid(src) && dst != src && dst->texels != src->texels &&
+           (src->slices == 1 || src->slices == dst->slices);
 }
 
-static size_t envmapi_slice_floats(const envmap *map) {
-    return 3 * envmapi_area(map->mapping, map->size) * (size_t)envmap_faces(map->mapping);
+/* Floats of one slice of a level. */
+static size_t envmapi_slice_floats(const envmap *map, int level) {
+    return 3 * (size_t)envmap_faces(map->mapping) *
+           envmapi_area(map->mapping, envmapi_edge(map->size, level));
+}
+
+/* First texel of a face's image. */
+static float *envmapi_image(const envmap *map, int level, int slice, int face) {
+    size_t area = envmapi_area(map->mapping, envmapi_edge(map->size, level)), before = 0;
+    for (int l = 0; l < level; ++l) before += (size_t)map->slices * envmapi_slice_floats(map, l);
+    return map->texels + before + (size_t)slice * envmapi_slice_floats(map, level) +
+           3 * (size_t)face * area;
+}
+
+/* NaN and Inf, and negative numbers unless they are allowed, have no place in level 0. */
+static int envmapi_radiance_ok(const envmap *map, int negative_too) {
+    size_t count = (size_t)map->slices * envmapi_slice_floats(map, 0);
+    int bad = 0;
+    for (size_t i = 0; i < count; ++i) {
+        uint32_t bits;
+        memcpy(&bits, map->texels + i, sizeof bits);
+        bad |= (bits & 0x7F800000u) == 0x7F800000u || (!negative_too && bits > 0x80000000u);
+    }
+    return !bad;
 }
 
 /* Level 0 of slice `first` into that of the following ones, count of all of them. */
 static void envmapi_copy_slices(const envmap *map, int first, int count) {
     for (int k = first + 1; k < first + count; ++k)
         memcpy(envmapi_image(map, 0, k, 0), envmapi_image(map, 0, first, 0),
-               envmapi_slice_floats(map) * sizeof(float));
+               envmapi_slice_floats(map, 0) * sizeof(float));
 }
 
 ENVMAPI_BODY envmap_result envmap_create(envmap *map, int mapping, int size, int levels,
@@ -1279,10 +1315,7 @@ ENVMAPI_BODY float *envmap_texel(const envmap *map, int level, int slice, int fa
     return envmapi_image(map, level, slice, face) + 3 * texel;
 }
 
-/* Solid angle, area and first moments of a region of a disc, gathered along its boundary. */
-typedef struct envmapi_region {
-    double solid_angle, area, moment_x, moment_y;
-} envmapi_region;
+/* ---- solid angles ---- */
 
 static double envmapi_disc_g(int mapping, double rr) {
     if (mapping == ENVMAP_SPHERE) return 2;
@@ -1291,91 +1324,64 @@ static double envmapi_disc_g(int mapping, double rr) {
     return rr > 1e-12 ? 2 * half * half / rr : ENVMAPI_PI * ENVMAPI_PI / 2;
 }
 
-static void envmapi_region_segment(envmapi_region *region, int mapping, const double a[2],
-                                   const double b[2]) {
+/* The side from a to b of a cell: returns its share of the solid angle. Where a rim cuts the cell,
+   sums gets its shares of the area and the first moments too; the integrands have kinks where the
+   side meets the rim. */
+static double envmapi_disc_side(double *sums, int mapping, const double a[2], const double b[2]) {
     double dx = b[0] - a[0], dy = b[1] - a[1], cross = a[0] * b[1] - a[1] * b[0], sum = 0;
-    int pieces = 1 + (int)(4 * sqrt(dx * dx + dy * dy));
-    for (int i = 0; i < 8 * pieces; ++i) {
-        double t, weight = envmapi_gauss(&t, i & 7, (double)(i >> 3) / pieces,
-                                         (double)((i >> 3) + 1) / pieces);
-        double x = a[0] + t * dx, y = a[1] + t * dy;
-        sum += weight * envmapi_disc_g(mapping, x * x + y * y);
+    double dd = dx * dx + dy * dy, ends[4] = {0, 0, 0, 1}, t;
+    if (sums) {
+        double ad = a[0] * dx + a[1] * dy, root = ad * ad - dd * (a[0] * a[0] + a[1] * a[1] - 1);
+        ends[1] = envmapi_clamp((-ad - sqrt(root > 0 ? root : 0)) / dd, 0, 1);
+        ends[2] = envmapi_clamp((-ad + sqrt(root > 0 ? root : 0)) / dd, 0, 1);
     }
-    region->solid_angle += cross * sum;
-    region->area += cross / 2;
-    region->moment_x += dy * (a[0] * a[0] + a[0] * b[0] + b[0] * b[0]) / 6;
-    region->moment_y -= dx * (a[1] * a[1] + a[1] * b[1] + b[1] * b[1]) / 6;
-}
-
-/* The unit circle from point a counter-clockwise to point b; a whole turn when a is b. */
-static void envmapi_region_arc(envmapi_region *region, int mapping, const double a[2],
-                               const double b[2]) {
-    double from = atan2(a[1], a[0]), to = atan2(b[1], b[0]);
-    if (to <= from) to += 2 * ENVMAPI_PI;
-    double s0 = sin(from), s1 = sin(to), c0 = cos(from), c1 = cos(to);
-    region->solid_angle += envmapi_disc_g(mapping, 1) * (to - from);
-    region->area += (to - from) / 2;
-    region->moment_x += ((s1 - s1 * s1 * s1 / 3) - (s0 - s0 * s0 * s0 / 3)) / 2;
-    region->moment_y += ((c1 * c1 * c1 / 3 - c1) - (c0 * c0 * c0 / 3 - c0)) / 2;
-}
-
-/* The part of the segment a, b inside the unit disc; 0 when there is none. */
-static int envmapi_clip(double from[2], double to[2], const double a[2], const double b[2]) {
-    double d[2] = {b[0] - a[0], b[1] - a[1]};
-    double dd = d[0] * d[0] + d[1] * d[1], ad = a[0] * d[0] + a[1] * d[1];
-    double root = ad * ad - dd * (a[0] * a[0] + a[1] * a[1] - 1);
-    if (!(root > 0)) return 0;
-    double t0 = envmapi_clamp((-ad - sqrt(root)) / dd, 0, 1);
-    double t1 = envmapi_clamp((-ad + sqrt(root)) / dd, 0, 1);
-    if (t1 - t0 < 1e-12) return 0;
-    for (int i = 0; i < 2; ++i) {
-        from[i] = t0 > 0 ? a[i] + t0 * d[i] : a[i];
-        to[i] = t1 < 1 ? a[i] + t1 * d[i] : b[i];
+    for (int part = 0; part < 3; ++part) {
+        if (!(ends[part + 1] > ends[part])) continue;
+        int pieces = 1 + (int)(4 * (ends[part + 1] - ends[part]) * sqrt(dd));
+        double step = (ends[part + 1] - ends[part]) / pieces;
+        for (int i = 0; i < 8 * pieces; ++i) {
+            double from = ends[part] + (i >> 3) * step;
+            double weight = envmapi_gauss(&t, i & 7, from, from + step);
+            double x = a[0] + t * dx, y = a[1] + t * dy, rr = x * x + y * y;
+            if (rr > 1) x /= sqrt(rr), y /= sqrt(rr), weight /= rr, rr = 1;
+            sum += weight * envmapi_disc_g(mapping, rr);
+            if (!sums) continue;
+            sums[0] += cross * weight / 2;
+            sums[1] += cross * weight * x / 3, sums[2] += cross * weight * y / 3;
+        }
     }
-    return 1;
+    return cross * sum;
 }
 
-/* The cell with corners (counter-clockwise) inside the unit disc. */
-static envmapi_region envmapi_disc_cell(int mapping, const double corners[4][2]) {
-    envmapi_region region = {0, 0, 0, 0};
-    double from[4][2], to[4][2];
-    int n = 0;
-    for (int i = 0; i < 4; ++i) n += envmapi_clip(from[n], to[n], corners[i], corners[(i + 1) & 3]);
-    for (int i = 0; i < n; ++i) {
-        const double *next = from[(i + 1) % n];
-        envmapi_region_segment(&region, mapping, from[i], to[i]);
-        if (fabs(next[0] - to[i][0]) + fabs(next[1] - to[i][1]) > 1e-12)
-            envmapi_region_arc(&region, mapping, to[i], next);
-    }
-    int holds_centre =
-        corners[0][0] < 0 && corners[2][0] > 0 && corners[0][1] < 0 && corners[2][1] > 0;
-    if (n == 0 && holds_centre) envmapi_region_arc(&region, mapping, corners[0], corners[0]);
-    return region;
+static double envmapi_cube_corner(double x, double y) {
+    return atan2(x * y, sqrt(x * x + y * y + 1));
 }
 
-/* Solid angle of a rectangle of a face, and (when asked for) the (u,v) it counts at: its centre,
-   or the centroid of the part inside the rim. */
+/* Solid angle of a cell, and (when asked for) the (u,v) it counts at: its centre, or the centroid
+   of the part inside the rim. */
 static double envmapi_cell(double centre[2], int mapping, double u0, double v0, double u1,
                            double v1) {
     double x0 = 2 * u0 - 1, x1 = 2 * u1 - 1, y0 = 1 - 2 * v1, y1 = 1 - 2 * v0;
     if (centre) centre[0] = (u0 + u1) / 2, centre[1] = (v0 + v1) / 2;
     if (mapping == ENVMAP_CUBE)
-        return atan2(x1 * y1, sqrt(x1 * x1 + y1 * y1 + 1)) -
-               atan2(x0 * y1, sqrt(x0 * x0 + y1 * y1 + 1)) -
-               atan2(x1 * y0, sqrt(x1 * x1 + y0 * y0 + 1)) +
-               atan2(x0 * y0, sqrt(x0 * x0 + y0 * y0 + 1));
+        return envmapi_cube_corner(x1, y1) - envmapi_cube_corner(x0, y1) -
+               envmapi_cube_corner(x1, y0) + envmapi_cube_corner(x0, y0);
     if (mapping == ENVMAP_LATLONG)
         return 4 * ENVMAPI_PI * (u1 - u0) * sin(ENVMAPI_PI * (v0 + v1) / 2) *
                sin(ENVMAPI_PI * (v1 - v0) / 2);
     const double corners[4][2] = {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
-    envmapi_region region = envmapi_disc_cell(mapping, corners);
-    if (!(region.area > 1e-15)) return 0;
-    double far_x = fabs(x0) > fabs(x1) ? x0 : x1, far_y = fabs(y0) > fabs(y1) ? y0 : y1;
-    if (centre && far_x * far_x + far_y * far_y > 1) {
-        centre[0] = 0.5 + 0.5 * region.moment_x / region.area;
-        centre[1] = 0.5 - 0.5 * region.moment_y / region.area;
-    }
-    return region.solid_angle;
+    double most_x = fmax(fabs(x0), fabs(x1)), least_x = x0 * x1 > 0 ? fmin(fabs(x0), fabs(x1)) : 0;
+    double most_y = fmax(fabs(y0), fabs(y1)), least_y = y0 * y1 > 0 ? fmin(fabs(y0), fabs(y1)) : 0;
+    double sums[3] = {0, 0, 0}, w = 0;
+    int cut = most_x * most_x + most_y * most_y > 1;
+    if (least_x * least_x + least_y * least_y >= 1) return 0;
+    for (int i = 0; i < 4; ++i)
+        w += envmapi_disc_side(cut ? sums : NULL, mapping, corners[i], corners[(i + 1) & 3]);
+    if (!cut) return w;
+    if (!(sums[0] > 1e-15)) return 0;
+    if (centre) centre[0] = 0.5 + 0.5 * sums[1] / sums[0];
+    if (centre) centre[1] = 0.5 - 0.5 * sums[2] / sums[0];
+    return w;
 }
 
 /* The same for texel (x,y) of a face of edge `edge`. */
@@ -1394,18 +1400,24 @@ static void envmapi_texel_direction(double d[3], int mapping, int face, int edge
     envmapi_direction(d, mapping, face, (x + 0.5) / envmapi_width(mapping, edge), (y + 0.5) / edge);
 }
 
-/* A square image of one level, as lookups see it. */
+/* ---- lookups ---- */
+
+/* One level of one slice. */
 typedef struct envmapi_level {
     const float *texels; /* face 0 */
     int mapping, edge, width;
 } envmapi_level;
 
+/* A map's only slice stands for all. */
 static envmapi_level envmapi_level_of(const envmap *map, int level, int slice) {
     int edge = envmapi_edge(map->size, level);
-    envmapi_level out = {envmapi_image(map, level, slice, 0), map->mapping, edge,
-                         envmapi_width(map->mapping, edge)};
+    envmapi_level out = {envmapi_image(map, level, map->slices > 1 ? slice : 0, 0), map->mapping,
+                         edge, envmapi_width(map->mapping, edge)};
     return out;
 }
+
+/* The texel of n that u in [0,1] falls in. */
+static int envmapi_texel_at(double u, int n) { return (int)envmapi_clamp(floor(u * n), 0, n - 1); }
 
 /* Off one edge of a cube face lies the texel of the neighbouring face that touches it there: its
    coordinate along the edge is the same, so a hair's breadth beyond the edge finds it. */
@@ -1416,8 +1428,7 @@ static void envmapi_cube_neighbour(int *face, int *x, int *y, int edge) {
     envmapi_direction(d, ENVMAP_CUBE, *face, u, v);
     *face = envmapi_face(ENVMAP_CUBE, d);
     envmapi_project(uv, ENVMAP_CUBE, *face, d);
-    *x = (int)envmapi_clamp(floor(uv[0] * edge), 0, edge - 1);
-    *y = (int)envmapi_clamp(floor(uv[1] * edge), 0, edge - 1);
+    *x = envmapi_texel_at(uv[0], edge), *y = envmapi_texel_at(uv[1], edge);
 }
 
 /* The sphere and angular maps clamp to the rim: to a texel whose centre is inside, so that what a
@@ -1425,8 +1436,8 @@ static void envmapi_cube_neighbour(int *face, int *x, int *y, int edge) {
 static void envmapi_rim_neighbour(int *x, int *y, int edge) {
     double X = (2 * *x + 1.0) / edge - 1, Y = (2 * *y + 1.0) / edge - 1, r = sqrt(X * X + Y * Y);
     if (r <= 1) return;
-    *x = (int)envmapi_clamp(floor((0.5 + 0.5 * X * (1 - 1.5 / edge) / r) * edge), 0, edge - 1);
-    *y = (int)envmapi_clamp(floor((0.5 + 0.5 * Y * (1 - 1.5 / edge) / r) * edge), 0, edge - 1);
+    *x = envmapi_texel_at(0.5 + 0.5 * X * (1 - 1.5 / edge) / r, edge);
+    *y = envmapi_texel_at(0.5 + 0.5 * Y * (1 - 1.5 / edge) / r, edge);
 }
 
 static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face, int x, int y,
@@ -1441,43 +1452,33 @@ static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face,
         if (level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR)
             envmapi_rim_neighbour(&x, &y, edge);
     }
-    const float *texel =
-        level->texels + 3 * (((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x);
+    size_t row = (size_t)face * (size_t)edge + (size_t)y;
+    const float *texel = level->texels + 3 * (row * (size_t)width + (size_t)x);
     for (int c = 0; c < 3; ++c) rgb[c] += weight * (double)texel[c];
 }
 
-/* A lat-long pole is one direction: the mean of its row. */
-static void envmapi_add_pole(double rgb[3], const envmapi_level *level, int y, double weight) {
-    for (int x = 0; x < level->width; ++x)
-        envmapi_add_tap(rgb, level, 0, x, y, weight / level->width);
-}
-
-/* rgb += weight times the bilinear value at (u,v) of a face. Beyond a cube's corner there is no
-   texel: the mean of the three that meet there stands in, which is continuous. */
+/* rgb += weight times the bilinear value at (u,v) of a face. Within half a texel of a lat-long pole
+   the row blends into its mean. Beyond a cube's corner there is no texel: the mean of the three
+   that meet there stands in, which is continuous. */
 static void envmapi_add_bilinear(double rgb[3], const envmapi_level *level, int face, double u,
                                  double v, double weight) {
     double s = u * level->width - 0.5, t = v * level->edge - 0.5;
     int x = (int)floor(s), y = (int)floor(t), n = level->edge;
-    double fx = s - x, fy = t - y, pole = 0;
-    if (level->mapping == ENVMAP_LATLONG && (y < 0 || y >= n - 1)) {
-        double beyond = t < 0 ? -2 * t : t > n - 1 ? 2 * (t - (n - 1)) : 0;
-        if (beyond > 0) {
-            pole = beyond, y = t < 0 ? 0 : n - 1, fy = 0;
-            envmapi_add_pole(rgb, level, y, weight * pole);
-        }
+    double fx = s - x, fy = t - y, pole = t < 0 ? -2 * t : t > n - 1 ? 2 * (t - (n - 1)) : 0;
+    if (level->mapping == ENVMAP_LATLONG && pole > 0) {
+        for (int i = 0; i < level->width; ++i)
+            envmapi_add_tap(rgb, level, 0, i, y, weight * pole / level->width);
+        weight *= 1 - pole;
     }
-    double taps[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy}, corner = 0;
-    int off_cube[4], at_corner = 0;
-    for (int i = 0; i < 4; ++i) {
-        int tx = x + (i & 1), ty = y + (i >> 1);
-        off_cube[i] = level->mapping == ENVMAP_CUBE && (tx < 0 || tx >= n) && (ty < 0 || ty >= n);
-        if (off_cube[i]) corner = taps[i] / 3, at_corner = 1;
+    double taps[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
+    if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= n - 1) && (y < 0 || y >= n - 1)) {
+        int corner = (x < 0 ? 0 : 1) + (y < 0 ? 0 : 2);
+        double third = taps[corner] / 3;
+        for (int i = 0; i < 4; ++i) taps[i] = i == corner ? 0 : taps[i] + third;
     }
-    for (int i = 0; i < 4; ++i) {
-        double tap = taps[i] + (at_corner ? corner : 0);
-        if (tap > 0 && !off_cube[i])
-            envmapi_add_tap(rgb, level, face, x + (i & 1), y + (i >> 1), tap * weight * (1 - pole));
-    }
+    for (int i = 0; i < 4; ++i)
+        if (taps[i] > 0)
+            envmapi_add_tap(rgb, level, face, x + (i & 1), y + (i >> 1), taps[i] * weight);
 }
 
 /* Bilinear in direction d. In the last half texel before the rim the paraboloids blend, to half
@@ -1485,63 +1486,65 @@ static void envmapi_add_bilinear(double rgb[3], const envmapi_level *level, int 
 static void envmapi_add_lookup(double rgb[3], const envmapi_level *level, const double d[3],
                                double weight) {
     int face = envmapi_face(level->mapping, d);
-    double uv[2], other = 0;
-    envmapi_project(uv, level->mapping, face, d);
+    double uv[2];
     if (level->mapping == ENVMAP_PARABOLOID) {
         double r = sqrt((1 - fabs(d[2])) / (1 + fabs(d[2]))), inside = (1 - r) * level->edge;
         if (inside < 1) {
-            double across[2];
-            other = 0.5 * (1 - inside);
-            envmapi_project(across, ENVMAP_PARABOLOID, 1 - face, d);
-            envmapi_add_bilinear(rgb, level, 1 - face, across[0], across[1], weight * other);
+            double other = 0.5 * weight * (1 - inside);
+            envmapi_project(uv, ENVMAP_PARABOLOID, 1 - face, d);
+            envmapi_add_bilinear(rgb, level, 1 - face, uv[0], uv[1], other);
+            weight -= other;
         }
     }
-    envmapi_add_bilinear(rgb, level, face, uv[0], uv[1], weight * (1 - other));
+    envmapi_project(uv, level->mapping, face, d);
+    envmapi_add_bilinear(rgb, level, face, uv[0], uv[1], weight);
 }
 
-static void envmapi_add_trilinear(double rgb[3], const envmap *map, int slice, const double d[3],
-                                  double level, double weight) {
-    int lower = (int)level;
-    double f = level - lower;
-    envmapi_level a = envmapi_level_of(map, lower, slice);
-    envmapi_add_lookup(rgb, &a, d, weight * (1 - f));
-    if (f > 0) {
-        a = envmapi_level_of(map, lower + 1, slice);
-        envmapi_add_lookup(rgb, &a, d, weight * f);
-    }
+/* Where p lies among the centres of n slices from p0 to p1: 0 .. n-1; 0 where there is no p. */
+static double envmapi_slice_at(double p, double p0, double p1, int n) {
+    double range = p1 - p0, s = fabs(range) > 0 ? (p - p0) / range * n - 0.5 : 0;
+    return envmapi_finite(s) ? envmapi_clamp(s, 0, n - 1) : 0;
 }
 
-ENVMAPI_BODY void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
-                                      float level) {
+/* Trilinear at slice s, which may lie between two. */
+static void envmapi_lookup(float rgb[3], const envmap *map, const float dir[3], double s,
+                           float level) {
     double sum[3] = {0, 0, 0}, d[3];
     if (!rgb) return;
-    if (envmapi_valid(map) && dir) {
-        double l = level > 0 ? envmapi_clamp((double)level, 0, map->levels - 1) : 0, s = 0;
-        double range = (double)map->p1 - (double)map->p0;
-        envmapi_unit_float(d, dir);
-        if (envmapi_finite((double)p) && envmapi_finite(range) && fabs(range) > 0)
-            s = envmapi_clamp(((double)p - (double)map->p0) / range * map->slices - 0.5, 0,
-                              map->slices - 1);
-        double f = s - (int)s;
-        envmapi_add_trilinear(sum, map, (int)s, d, envmapi_finite(l) ? l : 0, 1 - f);
-        if (f > 0) envmapi_add_trilinear(sum, map, (int)s + 1, d, envmapi_finite(l) ? l : 0, f);
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    if (!dir || !envmapi_valid(map)) return;
+    double l = level > 0 ? envmapi_clamp((double)level, 0, map->levels - 1) : 0;
+    if (!envmapi_finite(l)) l = 0; /* -ffast-math may let NaN pass */
+    double f_s = s - (int)s, f_l = l - (int)l;
+    envmapi_unit_float(d, dir);
+    for (int i = 0; i < 4; ++i) {
+        double weight = (i & 1 ? f_s : 1 - f_s) * (i & 2 ? f_l : 1 - f_l);
+        if (!(weight > 0)) continue;
+        envmapi_level image = envmapi_level_of(map, (int)l + (i >> 1), (int)s + (i & 1));
+        envmapi_add_lookup(sum, &image, d, weight);
     }
     for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
 }
 
 ENVMAPI_BODY void envmap_lookup(float rgb[3], const envmap *map, const float dir[3], float level) {
-    envmap first;
-    if (!map) {
-        envmap_lookup_slice(rgb, NULL, dir, 0, level);
-        return;
-    }
-    first = *map;
-    first.p1 = first.p0; /* no p: slice 0 */
-    envmap_lookup_slice(rgb, &first, dir, 0, level);
+    envmapi_lookup(rgb, map, dir, 0, level);
 }
 
-/* The longer side, in texels of a face of edge `edge`, between the directions a and b seen on the
-   face of d. */
+ENVMAPI_BODY void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
+                                      float level) {
+    double s = map ? envmapi_slice_at((double)p, (double)map->p0, (double)map->p1, map->slices) : 0;
+    envmapi_lookup(rgb, map, dir, s, level);
+}
+
+/* -------------------------------------------------------------------------------- >>resample --
+   In: a map src. Out: dst, the same radiance in another mapping and size. A texel of dst is
+     sum over i of rho_i src(d_i) / sum over i of rho_i    envmapi_resample_texel
+   over n_u x n_v points of the texel (envmapi_samples); src is bilinear, rho = d omega/du dv.
+   envmapi_span, which measures directions in texels of a map, serves the footprints of >>mips too.
+   Tests: tests/test_maps.c; resampling_is_of_second_order_between_all_pairs,
+   resampling_down_conserves_energy, resampling_down_does_not_alias. */
+
+/* Texels of a face of edge `edge` between the directions a and b, seen on the face of d. */
 static double envmapi_span(int mapping, int edge, const double d[3], const double a[3],
                            const double b[3]) {
     double from[2], to[2];
@@ -1554,108 +1557,71 @@ static double envmapi_span(int mapping, int edge, const double d[3], const doubl
     return sqrt(du * du + dv * dv);
 }
 
-/* d(solid angle) / du dv */
-static double envmapi_density(int mapping, double u, double v) {
-    double X = 2 * u - 1, Y = 2 * v - 1, rr = X * X + Y * Y;
-    if (mapping == ENVMAP_CUBE) return 4 / ((1 + rr) * sqrt(1 + rr));
-    if (mapping == ENVMAP_LATLONG) return 2 * ENVMAPI_PI * ENVMAPI_PI * sin(ENVMAPI_PI * v);
-    if (mapping == ENVMAP_PARABOLOID) return 16 / ((1 + rr) * (1 + rr));
-    if (mapping == ENVMAP_SPHERE) return 16;
-    double r = sqrt(rr);
-    return r > 1e-9 ? 4 * ENVMAPI_PI * sin(ENVMAPI_PI * r) / r : 4 * ENVMAPI_PI * ENVMAPI_PI;
-}
-
 /* Points along one side of a texel of dst: three to a texel of src where it shrinks, or one bright
    texel would be met twice or not at all (bilinear tents met at a third of their half-width add up
-   to within 0.7 %). The span of the midline is taken in pieces: a rim or pole may bend it back. */
-static int envmapi_samples(const envmap *dst, const envmap *src, int face, int x, int y,
+   to within 0.7 %). The texel's midline is measured in pieces: a rim or pole may bend it back. */
+static int envmapi_samples(const envmap *dst, const envmapi_level *src, int face, int x, int y,
                            int along_v) {
-    double a[3], b[3], middle[3], w = envmapi_width(dst->mapping, dst->size), h = dst->size;
+    double ends[2][3], middle[3], w = envmapi_width(dst->mapping, dst->size), h = dst->size;
     double u = (x + 0.5) / w, v = (y + 0.5) / h, span = 0;
-    int pieces = envmapi_is_disc(dst->mapping) ? 8 : 2;
-    for (int i = 0; i <= 2 * pieces; ++i) {
-        double t = (double)i / (2 * pieces) - 0.5;
-        envmapi_direction(b, dst->mapping, face, along_v ? u : u + t / w, along_v ? v + t / h : v);
-        if (i & 1) memcpy(middle, b, sizeof middle);
-        if (i > 0 && !(i & 1)) span += envmapi_span(src->mapping, src->size, middle, a, b);
-        if (!(i & 1)) memcpy(a, b, sizeof a);
+    int halves = envmapi_is_disc(dst->mapping) ? 16 : 4;
+    for (int i = 0; i <= halves; ++i) {
+        double t = (double)i / halves - 0.5;
+        envmapi_direction(i & 1 ? middle : ends[i >> 1 & 1], dst->mapping, face,
+                          along_v ? u : u + t / w, along_v ? v + t / h : v);
+        if (i > 0 && !(i & 1))
+            span += envmapi_span(src->mapping, src->edge, middle, ends[0], ends[1]);
     }
-    return span > 1.01 ? (int)envmapi_clamp(ceil(3 * span - 0.01), 2, 6.0 * src->size) : 1;
+    return span > 1.01 ? (int)envmapi_clamp(ceil(3 * span - 0.01), 2, 6.0 * src->edge) : 1;
 }
 
-/* The mean of src over a texel of dst, weighted by solid angle; outside a rim's circle only the
-   points inside count, if there are any. */
-static void envmapi_resample_texel(double rgb[3], const envmap *dst, const envmapi_level *level,
-                                   const envmap *src, int face, int x, int y) {
+/* Where a rim cuts the texel, only points inside count. */
+static void envmapi_resample_texel(double rgb[3], const envmap *dst, const envmapi_level *src,
+                                   int face, int x, int y) {
     double w = envmapi_width(dst->mapping, dst->size), h = dst->size, d[3], sum = 0;
-    int cut = envmapi_is_disc(dst->mapping) &&
-              envmapi_texel_cell(NULL, dst->mapping, dst->size, x, y) > 0;
-    int n_u = envmapi_samples(dst, src, face, x, y, 0),
-        n_v = envmapi_samples(dst, src, face, x, y, 1);
+    int n_u = envmapi_samples(dst, src, face, x, y, 0);
+    int n_v = envmapi_samples(dst, src, face, x, y, 1);
+    int inside = n_u * n_v > 1 && envmapi_is_disc(dst->mapping) &&
+                 envmapi_texel_cell(NULL, dst->mapping, dst->size, x, y) > 0;
     rgb[0] = rgb[1] = rgb[2] = 0;
     for (int i = 0; i < n_u * n_v; ++i) {
         double u = (x + (i % n_u + 0.5) / n_u) / w, v = (y + (i / n_u + 0.5) / n_v) / h;
-        double X = 2 * u - 1, Y = 2 * v - 1;
-        if (cut && n_u * n_v > 1 && X * X + Y * Y > 1) continue;
-        double weight = envmapi_density(dst->mapping, u, v);
+        double X = 2 * u - 1, Y = 2 * v - 1, weight = envmapi_density(dst->mapping, u, v);
+        if (!(weight > 0) || (inside && X * X + Y * Y > 1)) continue;
         envmapi_direction(d, dst->mapping, face, u, v);
-        envmapi_add_lookup(rgb, level, d, weight);
+        envmapi_add_lookup(rgb, src, d, weight);
         sum += weight;
     }
     if (!(sum > 0)) { /* outside the angular map's circle, or a sliver between the points */
-        rgb[0] = rgb[1] = rgb[2] = 0;
         envmapi_texel_direction(d, dst->mapping, face, dst->size, x, y);
-        envmapi_add_lookup(rgb, level, d, sum = 1);
+        envmapi_add_lookup(rgb, src, d, sum = 1);
     }
     for (int c = 0; c < 3; ++c) rgb[c] /= sum;
 }
 
-/* NaN and Inf, and negative numbers unless they are allowed, have no place in level 0. */
-static int envmapi_radiance_ok(const envmap *map, int negative_too) {
-    size_t count = 3 * envmapi_area(map->mapping, map->size) * (size_t)envmap_faces(map->mapping) *
-                   (size_t)map->slices;
-    int bad = 0;
-    for (size_t i = 0; i < count; ++i) {
-        uint32_t bits;
-        memcpy(&bits, map->texels + i, sizeof bits);
-        bad |= (bits & 0x7F800000u) == 0x7F800000u || (!negative_too && bits > 0x80000000u);
-    }
-    return !bad;
-}
-
-/* dst and src are two valid maps that share no texels, and slices fit. */
-static int envmapi_pair_ok(const envmap *dst, const envmap *src) {
-    return envmapi_valid(dst) && envmapi_valid(src) && dst != src && dst->texels != src->texels &&
-           (src->slices == 1 || src->slices == dst->slices);
-}
-
 static void envmapi_resample_slice(envmap *dst, const envmap *src, int slice) {
-    envmapi_level level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
+    envmapi_level level = envmapi_level_of(src, 0, slice);
     int width = envmapi_width(dst->mapping, dst->size);
-    for (int face = 0; face < envmap_faces(dst->mapping); ++face) {
-        float *out = envmapi_image(dst, 0, slice, face);
+    float *out = envmapi_image(dst, 0, slice, 0);
+    for (int face = 0; face < envmap_faces(dst->mapping); ++face)
         for (int i = 0; i < width * dst->size; ++i, out += 3) {
             double rgb[3];
-            envmapi_resample_texel(rgb, dst, &level, src, face, i % width, i / width);
+            envmapi_resample_texel(rgb, dst, &level, face, i % width, i / width);
             for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
         }
-    }
 }
 
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
     if (!envmapi_pair_ok(dst, src)) return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
-    size_t slice_floats =
-        3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
+    int alike = dst->mapping == src->mapping && dst->size == src->size;
     for (int slice = 0; slice < dst->slices; ++slice) {
-        if (dst->mapping == src->mapping && dst->size == src->size)
-            memcpy(envmapi_image(dst, 0, slice, 0),
-                   envmapi_image(src, 0, src->slices > 1 ? slice : 0, 0),
-                   slice_floats * sizeof(float));
-        else if (slice > 0 && src->slices == 1)
-            memcpy(envmapi_image(dst, 0, slice, 0), dst->texels, slice_floats * sizeof(float));
-        else
-            envmapi_resample_slice(dst, src, slice);
+        const float *same = slice > 0 && src->slices == 1 ? dst->texels : NULL;
+        if (alike) same = envmapi_level_of(src, 0, slice).texels;
+        if (same)
+            memcpy(envmapi_image(dst, 0, slice, 0), same,
+                   envmapi_slice_floats(dst, 0) * sizeof(float));
+        else envmapi_resample_slice(dst, src, slice);
     }
     return ENVMAP_OK;
 }
@@ -1749,10 +1715,8 @@ static envmap_result envmapi_pfm_number(envmapi_reader *in, double *value) {
         if (c == '.' && point++) return ENVMAP_ERROR_FORMAT;
         if (c == '.') continue;
         ++digits;
-        if (mantissa < 1e17)
-            mantissa = 10 * mantissa + (c - '0'), shift -= point;
-        else
-            shift += !point;
+        if (mantissa < 1e17) mantissa = 10 * mantissa + (c - '0'), shift -= point;
+        else shift += !point;
     }
     if (c < 0) return ENVMAP_ERROR_TRUNCATED;
     if (!digits) return ENVMAP_ERROR_FORMAT;
@@ -1907,8 +1871,7 @@ ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int ma
         void *data = (uint64_t)bytes > 2 * ENVMAPI_BYTE_LIMIT
                          ? NULL
                          : ENVMAP_MALLOC(map->memory, (size_t)bytes + 1);
-        if (!data)
-            result = ENVMAP_ERROR_MEMORY;
+        if (!data) result = ENVMAP_ERROR_MEMORY;
         else if (fread(data, 1, (size_t)bytes, file) == (size_t)bytes)
             result = envmap_pfm_read(map, data, (size_t)bytes, mapping);
         if (data) ENVMAP_FREE(map->memory, data);
@@ -2170,22 +2133,17 @@ static int envmapi_lobe_ok(const envmap_lobe *lobe) {
         return 0;
     double parameter = (double)lobe->parameter;
     switch (lobe->kind) {
-    case ENVMAP_LOBE_MIRROR:
-        return 1;
+    case ENVMAP_LOBE_MIRROR: return 1;
     case ENVMAP_LOBE_PHONG:
-    case ENVMAP_LOBE_GAUSSIAN:
-        return parameter >= 0 && parameter <= 1e9;
-    case ENVMAP_LOBE_GGX:
-        return parameter >= 0.99e-4 && parameter <= 1;
-    case ENVMAP_LOBE_BANKS:
-        return parameter >= 0 && parameter <= 0.99999;
+    case ENVMAP_LOBE_GAUSSIAN: return parameter >= 0 && parameter <= 1e9;
+    case ENVMAP_LOBE_GGX: return parameter >= 0.99e-4 && parameter <= 1;
+    case ENVMAP_LOBE_BANKS: return parameter >= 0 && parameter <= 0.99999;
     case ENVMAP_LOBE_FUNCTION:
         return lobe->function && lobe->kink_count >= 0 && (lobe->kinks || !lobe->kink_count);
     case ENVMAP_LOBE_TABLE:
         return lobe->table && lobe->table_size >= 4 && lobe->table_size <= 1 << 20 &&
                lobe->table_slices >= 1 && lobe->table_slices <= ENVMAPI_SLICE_LIMIT;
-    default:
-        return 0;
+    default: return 0;
     }
 }
 
@@ -2325,14 +2283,10 @@ ENVMAPI_BODY int envmap_lobe_kinks(double *angles, int room, const envmap_lobe *
         found[n++] = ENVMAPI_PI / 2;
     if (lobe->kind == ENVMAP_LOBE_BANKS) {
         double ring = envmapi_acos(-p), edge = acos(a);
-        if (ring >= edge)
-            found[n++] = ring - edge;
-        else if (ring > 0)
-            found[n++] = 0;
-        if (ring + edge <= ENVMAPI_PI)
-            found[n++] = ring + edge;
-        else if (ring < ENVMAPI_PI)
-            found[n++] = ENVMAPI_PI;
+        if (ring >= edge) found[n++] = ring - edge;
+        else if (ring > 0) found[n++] = 0;
+        if (ring + edge <= ENVMAPI_PI) found[n++] = ring + edge;
+        else if (ring < ENVMAPI_PI) found[n++] = ENVMAPI_PI;
     }
     for (int i = 0; i < n && i < room; ++i)
         if (angles) angles[i] = found[i];
@@ -2444,10 +2398,8 @@ static double envmapi_lobe_crossing(const envmap_lobe *lobe, double p, double le
                                     double outside) {
     for (int i = 0; i < 60; ++i) {
         double middle = 0.5 * (inside + outside);
-        if (envmapi_k(lobe, cos(middle), p) < level)
-            outside = middle;
-        else
-            inside = middle;
+        if (envmapi_k(lobe, cos(middle), p) < level) outside = middle;
+        else inside = middle;
     }
     return outside;
 }
@@ -2477,14 +2429,10 @@ ENVMAPI_BODY double envmap_lobe_sigma(const envmap_lobe *lobe, double p) {
     if (!envmapi_lobe_has_k(lobe, p)) return 0;
     double a = (double)lobe->parameter, half = 0.60653066; /* e^(-1/2) */
     switch (lobe->kind) {
-    case ENVMAP_LOBE_PHONG:
-        return a > 0 ? 2 * asin(sqrt(-expm1(-0.5 / a) / 2)) : ENVMAPI_PI / 2;
-    case ENVMAP_LOBE_GAUSSIAN:
-        return a > 0.25 ? 2 * asin(sqrt(0.25 / a)) : ENVMAPI_PI;
-    case ENVMAP_LOBE_BANKS:
-        return acos(a + half * (1 - a));
-    default:
-        return envmapi_lobe_sigma_by_nodes(lobe, p);
+    case ENVMAP_LOBE_PHONG: return a > 0 ? 2 * asin(sqrt(-expm1(-0.5 / a) / 2)) : ENVMAPI_PI / 2;
+    case ENVMAP_LOBE_GAUSSIAN: return a > 0.25 ? 2 * asin(sqrt(0.25 / a)) : ENVMAPI_PI;
+    case ENVMAP_LOBE_BANKS: return acos(a + half * (1 - a));
+    default: return envmapi_lobe_sigma_by_nodes(lobe, p);
     }
 }
 
@@ -2531,12 +2479,9 @@ static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lob
 static int envmapi_zonal(double *lambda, int bands, const envmap_lobe *lobe, double p) {
     double integral = envmapi_lobe_integral(lobe, p), norm = envmapi_lobe_norm(lobe), factor;
     if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_positive(lobe, p) ? integral : 0;
-    if (lobe->raw)
-        factor = (double)lobe->scale;
-    else if (envmapi_finite(norm) && norm > 0)
-        factor = 1 / norm;
-    else
-        return 0;
+    if (lobe->raw) factor = (double)lobe->scale;
+    else if (envmapi_finite(norm) && norm > 0) factor = 1 / norm;
+    else return 0;
     if (!envmapi_finite(integral)) return 0;
     if (lobe->kind == ENVMAP_LOBE_PHONG) {
         envmapi_zonal_phong(lambda, bands, (double)lobe->parameter);
@@ -2912,10 +2857,8 @@ static void envmapi_rings_poles(envmapi_rings *rings, int fold) {
             double *beyond = envmapi_ring(rings, k, mirrored);
             double *inside = envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), j);
             for (int c = 0; c < 4; ++c) {
-                if (fold)
-                    inside[c] += beyond[c];
-                else
-                    beyond[c] = inside[c];
+                if (fold) inside[c] += beyond[c];
+                else beyond[c] = inside[c];
             }
         }
 }
@@ -2992,12 +2935,9 @@ static void envmapi_fft(const envmapi_rings *rings, double *z, int sign) {
     for (int i = 0; i < rings->stages; ++i) {
         int r = rings->radices[sign < 0 ? i : rings->stages - 1 - i];
         if (sign > 0) length *= r;
-        if (r == 4)
-            envmapi_fft_stage(z, n, length, 4, rings->twiddles, sign);
-        else if (r == 3)
-            envmapi_fft_stage(z, n, length, 3, rings->twiddles, sign);
-        else
-            envmapi_fft_stage(z, n, length, 2, rings->twiddles, sign);
+        if (r == 4) envmapi_fft_stage(z, n, length, 4, rings->twiddles, sign);
+        else if (r == 3) envmapi_fft_stage(z, n, length, 3, rings->twiddles, sign);
+        else envmapi_fft_stage(z, n, length, 2, rings->twiddles, sign);
         if (sign < 0) length /= r;
     }
 }
@@ -3046,10 +2986,8 @@ static void envmapi_rings_block(envmapi_rings *rings, int block, double *z, int 
     int north = 2 * block, south = rings->M - 2 - north;
     for (int k = 0; k < 2 * rings->M; ++k, z += 2 * ENVMAPI_BLOCK) {
         double *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
-        if (out)
-            memcpy(a, z, 64), memcpy(b, z + ENVMAPI_BLOCK, 64);
-        else
-            memcpy(z, a, 64), memcpy(z + ENVMAPI_BLOCK, b, 64);
+        if (out) memcpy(a, z, 64), memcpy(b, z + ENVMAPI_BLOCK, 64);
+        else memcpy(z, a, 64), memcpy(z + ENVMAPI_BLOCK, b, 64);
     }
 }
 
@@ -3130,10 +3068,8 @@ static void envmapi_rings_copy(const envmapi_rings *rings, double *f, int m, int
         for (int j = 0; j < rings->M / 2; ++j) {
             double *re = envmapi_ring(rings, 2 * m + odd, j), *to = f + 16 * j + 8 * odd;
             double *im = envmapi_ring(rings, 2 * m + odd, rings->M - 1 - j);
-            if (back)
-                memcpy(re, to, 32), memcpy(im, to + 4, 32);
-            else
-                memcpy(to, re, 32), memcpy(to + 4, im, 32);
+            if (back) memcpy(re, to, 32), memcpy(im, to + 4, 32);
+            else memcpy(to, re, 32), memcpy(to + 4, im, 32);
         }
 }
 
@@ -3427,10 +3363,8 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     size_t strips = (size_t)(t->grid.faces * t->strips);
     size_t lines = (size_t)(t->grid.height + t->grid.width);
     int M = envmapi_rings_size((int)fmax(ENVMAPI_PI / h, bands + 2));
-    if (done && done->grid.count >= n)
-        t->values = done->values;
-    else
-        t->values = (float *)envmapi_pool_get(pool, 4 * n, sizeof(float));
+    if (done && done->grid.count >= n) t->values = done->values;
+    else t->values = (float *)envmapi_pool_get(pool, 4 * n, sizeof(float));
     t->points = (envmapi_point *)envmapi_pool_get(pool, n, sizeof(envmapi_point));
     t->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
@@ -3624,10 +3558,8 @@ static size_t envmapi_rim_points(envmapi_transform *t) {
 /* All texels but the lights -> t->a. */
 static void envmapi_project_texels(envmapi_transform *t, const envmap_work *work) {
     size_t face = t->grid.count / (size_t)t->grid.faces;
-    if (t->grid.identity)
-        envmapi_run_all(work, envmapi_task_copy, t, t->grid.faces);
-    else
-        envmapi_run_all(work, envmapi_task_reduce, t, t->grid.faces * t->strips);
+    if (t->grid.identity) envmapi_run_all(work, envmapi_task_copy, t, t->grid.faces);
+    else envmapi_run_all(work, envmapi_task_reduce, t, t->grid.faces * t->strips);
     for (size_t i = 0; i + face < t->grid.count && !t->grid.identity; ++i)
         t->values[4 * (i + face) + 3] = t->values[4 * i + 3];
     for (int i = 0; i < t->light_count; ++i) envmapi_light_out(t, t->lights + i);
@@ -4116,8 +4048,7 @@ ENVMAPI_BODY envmap_result envmap_sh_fill(envmap *map, int level, int slice, con
     memset(&pool, 0, sizeof pool), pool.memory = how.memory;
     if (envmapi_sh_exactly(tolerance))
         result = envmapi_fill_exactly(texels, &view, sh, bands, &how, &pool);
-    else
-        result = envmapi_fill_fast(texels, &view, sh, bands, tolerance, &how, &pool);
+    else result = envmapi_fill_fast(texels, &view, sh, bands, tolerance, &how, &pool);
     envmapi_pool_free(&pool, 0);
     return result;
 }
@@ -4230,10 +4161,8 @@ static double envmapi_ringing_descend(const envmapi_ringing *r, int c, double d[
         envmapi_sh_gather(&n, r->sh, r->bands, r->factors);
         for (int i = 0; i < 8; ++i)
             if (n.e[c][i] < lowest - least) lowest = n.e[c][i], best = i;
-        if (best < 0)
-            step /= 2;
-        else
-            d[0] = n.x[best], d[1] = n.y[best], d[2] = n.z[best];
+        if (best < 0) step /= 2;
+        else d[0] = n.x[best], d[1] = n.y[best], d[2] = n.z[best];
     }
     return lowest;
 }
@@ -4274,10 +4203,8 @@ static double envmapi_ringing_least(envmapi_ringing *r) {
         double middle = low > 0 ? sqrt(low * high) : high / 2;
         if (high < 1e-9) break;
         envmapi_window(r->factors, r->lambda, r->bands, middle);
-        if (envmapi_ringing_negative(r))
-            low = middle;
-        else
-            high = middle;
+        if (envmapi_ringing_negative(r)) low = middle;
+        else high = middle;
     }
     return high;
 }
@@ -4300,10 +4227,8 @@ ENVMAPI_BODY envmap_result envmap_sh_window(double *out, double *moved, const do
     if (!result && !out) result = ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
     r.sh = sh, r.bands = bands;
-    if (lobe)
-        result = envmap_lobe_zonal(r.lambda, bands, lobe, p);
-    else
-        envmapi_window(r.lambda, NULL, bands, 0);
+    if (lobe) result = envmap_lobe_zonal(r.lambda, bands, lobe, p);
+    else envmapi_window(r.lambda, NULL, bands, 0);
     if (result) return result;
     if (!envmapi_ringing_has_means(&r)) return ENVMAP_ERROR_RADIANCE;
     double mu = envmapi_ringing_least(&r), change = 0, total = 0, factors[ENVMAPI_SH_BANDS];
@@ -4833,10 +4758,8 @@ static envmap_result envmapi_hier_reserve(envmapi_hier_tree *tree, const envmap 
     memset(tree, 0, sizeof *tree);
     for (size_t side = 4; tree->levels < 3 || side / 2 < width; side *= 2) {
         size_t count = faces * ((width + side - 1) / side) * ((edge + side - 1) / side);
-        if (side == 4)
-            blocks = count, tree->levels = 2;
-        else
-            nodes += count, ++tree->levels;
+        if (side == 4) blocks = count, tree->levels = 2;
+        else nodes += count, ++tree->levels;
     }
     if (blocks > SIZE_MAX / 4096) return ENVMAP_ERROR_MEMORY;
     size_t bytes = blocks * sizeof *tree->blocks + nodes * sizeof *tree->nodes;
@@ -5351,8 +5274,7 @@ static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, i
     s->tasks = envmapi_tasks(work);
     s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
     s->nu = (width + s->edge - 1) / s->edge, s->nv = (map->size + s->edge - 1) / s->edge;
-    for (s->scales = 1; s->nv >> s->scales && s->scales < ENVMAPI_SCALES; ++s->scales) {
-    }
+    for (s->scales = 1; s->nv >> s->scales && s->scales < ENVMAPI_SCALES; ++s->scales) {}
     size_t blocks = (size_t)s->nu * (size_t)s->nv * (size_t)faces, W = 4 * (size_t)width;
     blocks = 2 * blocks + 64 * (size_t)faces; /* and the coarser scales */
     size_t floats = W * (size_t)s->tasks + 4 * blocks, rows = 2 * (size_t)(faces * s->nv);
@@ -6199,8 +6121,7 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             if (specs[i].L)
                 result = envmapi_fast_synthesise(specs + i, &spectrum, scene, first, slices,
                                                  &part_desc, pool);
-            else if (desc->method == ENVMAP_METHOD_HARMONICS)
-                result = ENVMAP_ERROR_METHOD;
+            else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
             else
                 result = envmapi_filter_reference(specs[i].dst, scene->in.map, specs[i].lobe,
                                                   &part_desc);
@@ -6336,8 +6257,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
             result = envmap_resample(job->views + l, job->src);
         else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
             result = envmapi_filter_hierarchical(job->views + l, job->src, job->lobes + l, &desc);
-        else
-            result = envmapi_filter_reference(job->views + l, job->src, job->lobes + l, &desc);
+        else result = envmapi_filter_reference(job->views + l, job->src, job->lobes + l, &desc);
     }
     if (!job->fast || result) return result;
     job->desc.work =
@@ -6783,34 +6703,25 @@ ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *d
 }
 
 /* ------------------------------------------------------------------------------- >>materials --
-   From maps to outgoing radiance. Eq. 1 is a sum over the filters' source with another weight;
-   everything else makes lobes, factors and directions for maps that the filters make.
-   Invariants: Lambert is the diffuse map, Phong over n.l the Phong map where nothing lies below the
-   horizon; fits and the GGX terms reflect all of a constant environment where the model does.
-   Tests: tests/test_materials.c; figures: docs/materials.md. */
+   In: a surface, which is a BRDF and n, t, v. Out: its outgoing radiance, or what turns prefiltered
+   maps into it: lobes, axes, factors, taps. All but eq. 1 is for the maps that >>filters makes.
+     L = sum of f_r(v,l) (n.l) L_in w over texels    envmap_radiance, eq. 1 itself
+     f_r (n.l) = sum of factors times lobes          envmap_fit_brdf; summed by envmap_fit_lookup
+     integral of f_r (n.l) dl for GGX                envmap_ggx_split_sum, _table, _multiple
+     an elongated lobe = sum of round ones           envmap_fan; summed by envmap_lookup_fan
+   Called by programs only. Tests: tests/test_materials.c; eq_1_of_lambert_is_the_diffuse_map,
+   fits_reflect_all_of_a_constant_environment, ggx_terms_agree_with_quadrature_over_normals,
+   a_fan_of_round_lobes_is_elliptical. Figures: docs/materials.md. */
 
-/* Finite, and not zero. */
-static int envmapi_vector_ok(const float v[3]) {
-    return envmapi_finite((double)v[0]) && envmapi_finite((double)v[1]) &&
-           envmapi_finite((double)v[2]) &&
-           (fabs((double)v[0]) > 0 || fabs((double)v[1]) > 0 || fabs((double)v[2]) > 0);
-}
-
-/* t and b = n x t about the unit n, t from a hint. */
-static void envmapi_tangents(double t[3], double b[3], const double n[3], const float hint[3]) {
-    double d[3], axis[3] = {0, 0, 0};
-    envmapi_unit_float(d, hint);
-    double along = envmapi_dot(d, n);
-    if (!envmapi_vector_ok(hint) || 1 - fabs(along) < 1e-12) { /* any tangent */
-        axis[fabs(n[0]) < 0.6 ? 0 : fabs(n[1]) < 0.6 ? 1 : 2] = 1;
-        memcpy(d, axis, sizeof d);
-        along = envmapi_dot(d, n);
-    }
-    for (int i = 0; i < 3; ++i) d[i] -= along * n[i];
-    envmapi_unit(t, d);
-    b[0] = n[1] * t[2] - n[2] * t[1];
-    b[1] = n[2] * t[0] - n[0] * t[2];
-    b[2] = n[0] * t[1] - n[1] * t[0];
+/* N and V, the unit normal and view; 0 where one of them is missing, zero or not finite. */
+static int envmapi_surface(double N[3], double V[3], const float n[3], const float v[3]) {
+    double size_n = 0, size_v = 0;
+    for (int i = 0; n && v && i < 3; ++i)
+        size_n += fabs((double)n[i]), size_v += fabs((double)v[i]);
+    if (!(size_n * size_v > 0) || !envmapi_finite(size_n * size_v)) return 0;
+    envmapi_unit_float(N, n);
+    envmapi_unit_float(V, v);
+    return 1;
 }
 
 /* f_r (n.l); 0 below the horizon, and *bad where f_r is none. */
@@ -6825,22 +6736,23 @@ static void envmapi_brdf_cosine(double f[3], const envmap_brdf *brdf, const doub
     }
 }
 
+/* ---- eq. 1 ---- */
+
 /* What the tasks of envmap_radiance share: a task is a frame. */
 typedef struct envmapi_views {
     const envmapi_source *source;
     const envmap_brdf *brdf;
     const envmap_frame *frames;
-    double *rgb; /* [count][4]; the fourth: the model failed */
+    double (*rgb)[3]; /* infinite where the model failed */
 } envmapi_views;
 
 static void envmapi_view(void *context, int i) {
     const envmapi_views *views = (const envmapi_views *)context;
     const envmapi_source *s = views->source;
     const envmap_frame *frame = views->frames + i;
-    double n[3], t[3], b[3], d[3], f[3], *rgb = views->rgb + 4 * i;
+    double n[3], t[3], b[3], d[3], f[3], *rgb = views->rgb[i];
     int bad = 0;
-    envmapi_unit_float(n, frame->n);
-    envmapi_unit_float(d, frame->v);
+    envmapi_surface(n, d, frame->n, frame->v);
     envmapi_tangents(t, b, n, frame->t);
     const double v[3] = {envmapi_dot(d, t), envmapi_dot(d, b), envmapi_dot(d, n)};
     rgb[0] = rgb[1] = rgb[2] = 0;
@@ -6852,13 +6764,7 @@ static void envmapi_view(void *context, int i) {
         envmapi_brdf_cosine(f, views->brdf, v, l, &bad);
         rgb[0] += f[0] * s->r[k], rgb[1] += f[1] * s->g[k], rgb[2] += f[2] * s->b[k];
     }
-    rgb[3] = bad;
-}
-
-static int envmapi_frame_ok(const envmap_frame *frame) {
-    return envmapi_vector_ok(frame->n) && envmapi_vector_ok(frame->v) &&
-           envmapi_finite((double)frame->t[0]) && envmapi_finite((double)frame->t[1]) &&
-           envmapi_finite((double)frame->t[2]);
+    if (bad) rgb[0] = HUGE_VAL;
 }
 
 ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
@@ -6870,37 +6776,41 @@ ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const 
     if (!rgb || !envmapi_valid(map) || !brdf || !brdf->function || !frames || count < 1 ||
         count > INT_MAX / 4)
         return ENVMAP_ERROR_ARGUMENT;
-    for (int i = 0; i < count; ++i)
-        if (!envmapi_frame_ok(frames + i)) return ENVMAP_ERROR_ARGUMENT;
+    for (int i = 0; i < count; ++i) {
+        const float *t = frames[i].t;
+        double n[3], v[3], sum = (double)t[0] + (double)t[1] + (double)t[2];
+        if (!envmapi_surface(n, v, frames[i].n, frames[i].v) || !envmapi_finite(sum))
+            return ENVMAP_ERROR_ARGUMENT;
+    }
     if (!envmapi_radiance_ok(map, 1)) return ENVMAP_ERROR_RADIANCE;
     if ((size_t)count > SIZE_MAX / 64) return ENVMAP_ERROR_MEMORY;
-    views.rgb = (double *)ENVMAP_MALLOC(set.memory, (size_t)count * 4 * sizeof(double));
+    views.rgb = (double(*)[3])ENVMAP_MALLOC(set.memory, (size_t)count * sizeof *views.rgb);
     if (!views.rgb) return ENVMAP_ERROR_MEMORY;
     envmap_result result = envmapi_source_create(&source, map, 0, set.memory);
     if (!result) result = envmapi_run(&set, envmapi_view, &views, count);
-    for (int i = 0; !result && i < 4 * count; ++i)
-        if (!envmapi_finite(views.rgb[i]) || (i % 4 == 3 && views.rgb[i] > 0))
-            result = ENVMAP_ERROR_LOBE;
     for (int i = 0; !result && i < 3 * count; ++i)
-        rgb[i] = envmapi_to_float(views.rgb[i / 3 * 4 + i % 3]);
+        if (!envmapi_finite(views.rgb[i / 3][i % 3])) result = ENVMAP_ERROR_LOBE;
+    for (int i = 0; !result && i < 3 * count; ++i)
+        rgb[i] = envmapi_to_float(views.rgb[i / 3][i % 3]);
     envmapi_source_free(&source, set.memory);
     ENVMAP_FREE(set.memory, views.rgb);
     return result;
 }
 
-/* With k = 0 inside: a^2 - sin^2 where it is positive, and past the critical angle a = 0 and all
-   is reflected. */
+/* ---- Fresnel: with (a + ib)^2 = (n + ik)^2 - sin^2 and q = sin tan, of the light's two halves
+     s: ((a-c)^2 + b^2) / ((a+c)^2 + b^2)        p: s ((a-q)^2 + b^2) / ((a+q)^2 + b^2)
+   With k = 0, past the critical angle, a = 0, and all is reflected. ---- */
+
 ENVMAPI_BODY double envmap_fresnel(double cosine, double n, double k) {
     if (!(n > 0 && n < 1e9 && k >= 0 && k < 1e9) || !envmapi_finite(cosine)) return 0;
-    double c = envmapi_clamp(cosine, 0, 1), ss = 1 - c * c;
-    double x = (n - 1) * (n + 1) - k * k + c * c, y = 2 * n * k;
-    double root = sqrt(x * x + y * y); /* a^2 + b^2 */
-    double aa = (root + x) / 2, a = sqrt(aa > 0 ? aa : 0), bb = root - (aa > 0 ? aa : 0);
-    double below = (a + c) * (a + c) + bb;
+    double c = envmapi_clamp(cosine, 0, 1);
+    double x = (n - 1) * (n + 1) - k * k + c * c, y = 2 * n * k; /* the square's two parts */
+    double root = sqrt(x * x + y * y), aa = root + x > 0 ? (root + x) / 2 : 0;
+    double a = sqrt(aa), bb = root - aa, below = (a + c) * (a + c) + bb;
     if (!(below > 0)) return n < 1 || n > 1 || k > 0; /* grazing, unless there is no surface */
     double s = ((a - c) * (a - c) + bb) / below;
     if (!(c > 0)) return s;
-    double q = ss / c; /* sin tan */
+    double q = (1 - c * c) / c;
     return s * (1 + ((a - q) * (a - q) + bb) / ((a + q) * (a + q) + bb)) / 2;
 }
 
@@ -6910,126 +6820,125 @@ ENVMAPI_BODY double envmap_fresnel_schlick(double cosine, double f0) {
     return f0 + (1 - f0) * m * m * m * m * m;
 }
 
-ENVMAPI_BODY envmap_result envmap_fresnel_table(float *values, int size, const float n[3],
-                                                const float k[3]) {
-    if (!values || !n || size < 1 || size > 65536) return ENVMAP_ERROR_ARGUMENT;
-    for (int c = 0; c < 3; ++c)
-        if (!(n[c] > 0 && n[c] < 1e9f) || (k && !(k[c] >= 0 && k[c] < 1e9f)))
-            return ENVMAP_ERROR_ARGUMENT;
-    for (int i = 0; i < 3 * size; ++i)
-        values[i] =
-            (float)envmap_fresnel((i / 3 + 0.5) / size, (double)n[i % 3], k ? (double)k[i % 3] : 0);
-    return ENVMAP_OK;
-}
-
-/* ---- fits: a lobe is the ring mean about its axis of what the others leave of f_r (n.l) ---- */
+/* ---- fits, slice by slice of c = n.v; v lies in the plane of x and n = z, at -theta from n.
+     lobe_i(angle) = mean of f_r (n.l), less the other lobes, on the ring at that angle about the
+                     axis, which stands at psi_i = m_i theta from n     envmapi_fit_ring
+     m_i           = that with the largest integral of lobe_i^2         envmapi_fit_axis, by _gain
+     factor_i      = least squares, not negative                        envmapi_fit_factors
+   Lobes take turns, eight times (envmapi_fit_slice); then each row is scaled to the integral 1. */
 
 #define ENVMAPI_RING 32
 
+/* What tasks share; a task is a slice, and fills in the last line for itself. */
 typedef struct envmapi_fitting {
     const envmap_brdf *brdf;
     envmap_fit *fit;
-    float *rows;             /* [lobes][slices][size]: the lobes on their way, not normalised */
-    int *bad;                /* [slices] */
-    envmap_lobe work, table; /* rows, and fit->table, as lobes */
+    envmap_lobe table; /* fit->table as a lobe */
+    int rows;          /* of each lobe of the fit: slices, or 1 */
+    int slice, bad;
+    double v[3], theta;
 } envmapi_fitting;
 
-/* One slice of it: view and axes. */
-typedef struct envmapi_fit_view {
-    const envmapi_fitting *fitting;
-    double v[3], theta;
-    int slice, bad;
-} envmapi_fit_view;
+static envmapi_fitting envmapi_fit_of(const void *context, int slice) {
+    envmapi_fitting f = *(const envmapi_fitting *)context;
+    double c = (slice + 0.5) / f.fit->slices;
+    f.v[0] = -sqrt(1 - c * c), f.v[2] = c, f.theta = acos(c), f.slice = slice;
+    return f;
+}
 
-/* A direction at (angle, phi) about the axis that stands at psi from n. */
-static void envmapi_about(double l[3], double psi, double angle, double phi) {
-    double s = sin(angle) * cos(phi), c = cos(angle);
+static double envmapi_fit_psi(const envmapi_fitting *f, int lobe) {
+    return (double)f->fit->axis[lobe * f->fit->slices + f->slice] * f->theta;
+}
+
+/* Lobe i in direction l. */
+static double envmapi_fit_k(const envmapi_fitting *f, int i, const double l[3]) {
+    double psi = envmapi_fit_psi(f, i);
+    int row = i * f->rows + (f->rows > 1 ? f->slice : 0);
+    return envmapi_table_row(&f->table, row, envmapi_acos(l[0] * sin(psi) + l[2] * cos(psi)));
+}
+
+/* Node j of a ring about the axis at psi, of which symmetry asks half: l, and f_r (n.l) there. */
+static void envmapi_fit_node(double f_r[3], double l[3], envmapi_fitting *f, double psi,
+                             double angle, int j) {
+    double phi = ENVMAPI_PI * (j + 0.5) / ENVMAPI_RING, s = sin(angle) * cos(phi), c = cos(angle);
     l[0] = c * sin(psi) + s * cos(psi), l[1] = sin(angle) * sin(phi);
     l[2] = c * cos(psi) - s * sin(psi);
+    envmapi_brdf_cosine(f_r, f->brdf, f->v, l, &f->bad);
 }
 
-static double envmapi_from_axis(double psi, const double l[3]) {
-    return envmapi_acos(l[0] * sin(psi) + l[2] * cos(psi));
-}
-
-static double envmapi_fit_psi(const envmapi_fit_view *view, int lobe) {
-    const envmap_fit *fit = view->fitting->fit;
-    return (double)fit->axis[lobe * fit->slices + view->slice] * view->theta;
-}
-
-/* The mean over channels of f_r (n.l), less the other lobes, on the ring `angle` about psi. */
-static double envmapi_fit_ring(envmapi_fit_view *view, int lobe, double psi, double angle) {
-    const envmap_fit *fit = view->fitting->fit;
-    double sum = 0, l[3], f[3];
+/* The mean over channels, too. */
+static double envmapi_fit_ring(envmapi_fitting *f, int lobe, double psi, double angle) {
+    double sum = 0, l[3], f_r[3];
     for (int j = 0; j < ENVMAPI_RING; ++j) {
-        envmapi_about(l, psi, angle, ENVMAPI_PI * (j + 0.5) / ENVMAPI_RING);
-        envmapi_brdf_cosine(f, view->fitting->brdf, view->v, l, &view->bad);
-        sum += (f[0] + f[1] + f[2]) / 3;
-        for (int other = 0; other < fit->lobes; ++other)
-            if (other != lobe)
-                sum -= envmapi_table_row(&view->fitting->work, other * fit->slices + view->slice,
-                                         envmapi_from_axis(envmapi_fit_psi(view, other), l));
+        envmapi_fit_node(f_r, l, f, psi, angle, j);
+        sum += (f_r[0] + f_r[1] + f_r[2]) / 3;
+        for (int other = 0; other < f->fit->lobes; ++other)
+            if (other != lobe) sum -= envmapi_fit_k(f, other, l);
     }
     return sum > 0 ? sum / ENVMAPI_RING : 0;
 }
 
-/* What a lobe with axis m would take: the integral of its square. */
-static double envmapi_fit_gain(envmapi_fit_view *view, int lobe, double m) {
+static double envmapi_fit_gain(envmapi_fitting *f, int lobe, double m) {
     double gain = 0;
     for (int i = 0; i < 128; ++i) { /* close together where a peak would be */
         double u = (i + 0.5) / 128, angle = ENVMAPI_PI * u * u;
-        double k = envmapi_fit_ring(view, lobe, m * view->theta, angle);
+        double k = envmapi_fit_ring(f, lobe, m * f->theta, angle);
         gain += k * k * sin(angle) * u;
     }
     return gain;
 }
 
-/* The best m within half of where it starts, by golden sections. */
-static void envmapi_fit_axis(envmapi_fit_view *view, int lobe) {
-    const double part = 0.6180339887498949;
-    envmap_fit *fit = view->fitting->fit;
-    double low = 0.5 - lobe, high = 1.5 - lobe, a = high - part, b = low + part;
-    double at_a = envmapi_fit_gain(view, lobe, a), at_b = envmapi_fit_gain(view, lobe, b);
-    while (high - low > 0.01) {
-        if (at_a > at_b) {
-            high = b, b = a, at_b = at_a, a = high - part * (high - low);
-            at_a = envmapi_fit_gain(view, lobe, a);
-        } else {
-            low = a, a = b, at_a = at_b, b = low + part * (high - low);
-            at_b = envmapi_fit_gain(view, lobe, b);
-        }
+/* The best m within half of where it starts, by steps to the better side, each half of the last. */
+static void envmapi_fit_axis(envmapi_fitting *f, int lobe) {
+    double m = 1 - lobe, gain[3] = {0, envmapi_fit_gain(f, lobe, m), 0};
+    for (double step = 0.25; step > 0.005; step /= 2) {
+        gain[0] = envmapi_fit_gain(f, lobe, m - step);
+        gain[2] = envmapi_fit_gain(f, lobe, m + step);
+        int best = gain[0] > gain[1] ? 0 : gain[2] > gain[1] ? 2 : 1;
+        m += (best - 1) * step, gain[1] = gain[best];
     }
-    fit->axis[lobe * fit->slices + view->slice] = (float)((low + high) / 2);
-}
-
-static envmapi_fit_view envmapi_fit_view_of(const envmapi_fitting *fitting, int slice) {
-    double c = (slice + 0.5) / fitting->fit->slices;
-    envmapi_fit_view view = {fitting, {-sqrt(1 - c * c), 0, c}, acos(c), slice, 0};
-    return view;
+    f->fit->axis[lobe * f->fit->slices + f->slice] = (float)m;
 }
 
 static void envmapi_fit_slice(void *context, int slice) {
     static const int order[3] = {1, 0, 2}; /* diffuse first, or gloss would take all of it */
-    const envmapi_fitting *fitting = (const envmapi_fitting *)context;
-    envmap_fit *fit = fitting->fit;
-    envmapi_fit_view view = envmapi_fit_view_of(fitting, slice);
-    for (int turn = 0; turn < (fit->lobes > 1 ? 8 : 1); ++turn)
-        for (int at = 0; at < 3; ++at) {
-            int lobe = order[at];
-            if (lobe >= fit->lobes) continue;
-            float *row = fitting->rows + (lobe * fit->slices + slice) * fit->size;
-            if (turn < 2 && lobe != 1) envmapi_fit_axis(&view, lobe);
-            for (int i = 0; i < fit->size; ++i)
-                row[i] = (float)envmapi_fit_ring(&view, lobe, envmapi_fit_psi(&view, lobe),
-                                                 ENVMAPI_PI * i / (fit->size - 1));
-        }
-    fitting->bad[slice] = view.bad;
+    envmapi_fitting f = envmapi_fit_of(context, slice);
+    envmap_fit *fit = f.fit;
+    for (int at = 0; at < (fit->lobes > 1 ? 24 : 3); ++at) {
+        int lobe = order[at % 3];
+        if (lobe >= fit->lobes) continue;
+        float *row = fit->table + (lobe * fit->slices + slice) * fit->size;
+        if (at < 6 && lobe != 1) envmapi_fit_axis(&f, lobe);
+        for (int i = 0; i < fit->size; ++i)
+            row[i] = (float)envmapi_fit_ring(&f, lobe, envmapi_fit_psi(&f, lobe),
+                                             ENVMAPI_PI * i / (fit->size - 1));
+    }
+    fit->error[slice] = f.bad ? -1 : 0;
 }
 
 /* Normal equations of the factors, channel by channel, gram x = right; and all of f_r (n.l). */
 typedef struct envmapi_fit_sums {
     double gram[3][3], right[3][3], whole[3], square;
 } envmapi_fit_sums;
+
+static void envmapi_fit_gather(envmapi_fit_sums *sums, envmapi_fitting *f) {
+    double l[3], f_r[3], k[3], psi = envmapi_fit_psi(f, 0);
+    int rings = f->fit->size - 1, lobes = f->fit->lobes;
+    double node = 2 * ENVMAPI_PI / rings * ENVMAPI_PI / ENVMAPI_RING; /* sr, times w */
+    memset(sums, 0, sizeof *sums);
+    for (int i = 0; i < rings * ENVMAPI_RING; ++i) {
+        double angle = ENVMAPI_PI * (i / ENVMAPI_RING + 0.5) / rings, w = sin(angle);
+        envmapi_fit_node(f_r, l, f, psi, angle, i % ENVMAPI_RING);
+        for (int a = 0; a < lobes; ++a) k[a] = envmapi_fit_k(f, a, l);
+        for (int a = 0; a < lobes; ++a)
+            for (int b = 0; b < lobes; ++b) sums->gram[a][b] += w * k[a] * k[b];
+        for (int c = 0; c < 3; ++c) {
+            for (int a = 0; a < lobes; ++a) sums->right[c][a] += w * f_r[c] * k[a];
+            sums->square += w * f_r[c] * f_r[c];
+            sums->whole[c] += w * f_r[c] * node;
+        }
+    }
+}
 
 /* x >= 0 by coordinate descent, which least squares with so few unknowns allows; then all of them
    together as much as f_r (n.l) reflects, as constant light shows energy and not squares. */
@@ -7045,35 +6954,11 @@ static void envmapi_fit_solve(double x[3], const envmapi_fit_sums *sums, int lob
     for (int i = 0; all > 0 && i < lobes; ++i) x[i] *= sums->whole[channel] / all;
 }
 
-static void envmapi_fit_gather(envmapi_fit_sums *sums, envmapi_fit_view *view) {
-    const envmap_fit *fit = view->fitting->fit;
-    double l[3], f[3], k[3], psi = envmapi_fit_psi(view, 0);
-    memset(sums, 0, sizeof *sums);
-    for (int i = 0; i < (fit->size - 1) * ENVMAPI_RING; ++i) {
-        double angle = ENVMAPI_PI * (i / ENVMAPI_RING + 0.5) / (fit->size - 1), w = sin(angle);
-        envmapi_about(l, psi, angle, ENVMAPI_PI * (i % ENVMAPI_RING + 0.5) / ENVMAPI_RING);
-        envmapi_brdf_cosine(f, view->fitting->brdf, view->v, l, &view->bad);
-        for (int a = 0; a < fit->lobes; ++a) {
-            int row = fit->flat ? a : a * fit->slices + view->slice;
-            k[a] = envmapi_table_row(&view->fitting->table, row,
-                                     envmapi_from_axis(envmapi_fit_psi(view, a), l));
-            for (int b = 0; b <= a; ++b) sums->gram[a][b] += w * k[a] * k[b];
-            for (int c = 0; c < 3; ++c) sums->right[c][a] += w * f[c] * k[a];
-        }
-        for (int c = 0; c < 3; ++c) sums->square += w * f[c] * f[c], sums->whole[c] += w * f[c];
-    }
-    for (int c = 0; c < 3; ++c) /* from the half sphere's nodes to sr */
-        sums->whole[c] *= 2 * ENVMAPI_PI / (fit->size - 1) * ENVMAPI_PI / ENVMAPI_RING;
-    for (int a = 0; a < 3; ++a)
-        for (int b = a + 1; b < 3; ++b) sums->gram[a][b] = sums->gram[b][a];
-}
-
 static void envmapi_fit_factors(void *context, int slice) {
-    const envmapi_fitting *fitting = (const envmapi_fitting *)context;
-    envmap_fit *fit = fitting->fit;
-    envmapi_fit_view view = envmapi_fit_view_of(fitting, slice);
+    envmapi_fitting f = envmapi_fit_of(context, slice);
+    envmap_fit *fit = f.fit;
     envmapi_fit_sums sums;
-    envmapi_fit_gather(&sums, &view);
+    envmapi_fit_gather(&sums, &f);
     double left = sums.square, x[3];
     for (int c = 0; c < 3; ++c) {
         envmapi_fit_solve(x, &sums, fit->lobes, c);
@@ -7083,21 +6968,21 @@ static void envmapi_fit_factors(void *context, int slice) {
             for (int b = 0; b < fit->lobes; ++b) left += x[a] * x[b] * sums.gram[a][b];
         }
     }
+    if (fit->error[slice] < 0) return; /* bad */
     fit->error[slice] = sums.square > 0 ? (float)sqrt(left > 0 ? left / sums.square : 0) : 0;
 }
 
 /* A row of the table: the sum of `count` rows, its integral 1; uniform where there is nothing. */
 static void envmapi_fit_normalise(float *to, const float *rows, int size, int count) {
     envmap_lobe lobe = envmap_lobe_table(to, size, 1, 0, 0);
-    double sum;
     for (int i = 0; i < size; ++i) {
-        sum = 0;
+        double sum = 0;
         for (int r = 0; r < count; ++r) sum += (double)rows[r * size + i];
         to[i] = (float)sum;
     }
-    sum = envmapi_lobe_integral(&lobe, 0);
+    double integral = envmapi_lobe_integral(&lobe, 0);
     for (int i = 0; i < size; ++i)
-        to[i] = (float)(sum > 0 ? (double)to[i] / sum : 1 / (4 * ENVMAPI_PI));
+        to[i] = (float)(integral > 0 ? (double)to[i] / integral : 1 / (4 * ENVMAPI_PI));
 }
 
 static int envmapi_fit_fields_ok(const envmap_fit *fit) {
@@ -7105,17 +6990,28 @@ static int envmapi_fit_fields_ok(const envmap_fit *fit) {
            fit->size >= 16 && fit->size <= 65536 && (fit->flat == 0 || fit->flat == 1);
 }
 
-static void envmapi_fit_run(envmapi_fitting *fitting, const envmap_work *work) {
-    envmap_fit *fit = fitting->fit;
-    int all = fit->lobes * fit->slices, merged = fit->flat ? fit->slices : 1;
-    for (int i = 0; i < all; ++i) fit->axis[i] = (float)(1 - i / fit->slices);
-    fitting->work = envmap_lobe_table(fitting->rows, fit->size, all, 0, 1);
-    fitting->table = envmap_lobe_table(fit->table, fit->size, all / merged, 0, 1);
-    envmapi_run_all(work, envmapi_fit_slice, fitting, fit->slices);
-    for (int row = 0; row < all / merged; ++row)
-        envmapi_fit_normalise(fit->table + row * fit->size,
-                              fitting->rows + row * merged * fit->size, fit->size, merged);
-    envmapi_run_all(work, envmapi_fit_factors, fitting, fit->slices);
+/* `lobes`: room for the lobes on their way, a row a slice, in the place of fit->table. */
+static envmap_result envmapi_fit_run(envmap_fit *fit, float *lobes, const envmap_brdf *brdf,
+                                     const envmap_work *work) {
+    int n = fit->slices, all = fit->lobes * n, merged = fit->flat ? n : 1;
+    float *table = fit->table;
+    double sum = 0;
+    envmapi_fitting f;
+    memset(&f, 0, sizeof f);
+    f.brdf = brdf, f.fit = fit, f.rows = n;
+    f.table = envmap_lobe_table(lobes, fit->size, all, 0, 1);
+    fit->table = lobes;
+    for (int i = 0; i < all; ++i) fit->axis[i] = (float)(1 - i / n);
+    envmapi_run_all(work, envmapi_fit_slice, &f, n);
+    fit->table = table;
+    for (int i = 0; i < all / merged; ++i)
+        envmapi_fit_normalise(table + i * fit->size, lobes + i * merged * fit->size, fit->size,
+                              merged);
+    f.table = envmap_lobe_table(table, fit->size, all / merged, 0, 1), f.rows = n / merged;
+    envmapi_run_all(work, envmapi_fit_factors, &f, n);
+    for (int i = 0; i < 3 * all; ++i) sum += (double)fit->factor[i];
+    for (int k = 0; k < n; ++k) sum = fit->error[k] < 0 ? 0 : sum;
+    return envmapi_finite(sum) && sum > 0 ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
 }
 
 ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
@@ -7128,27 +7024,17 @@ ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *b
     if (!out.size) out.size = 257;
     if (!envmapi_fit_fields_ok(&out)) return ENVMAP_ERROR_ARGUMENT;
     size_t n = (size_t)out.slices, all = (size_t)out.lobes * n, size = (size_t)out.size;
-    size_t rows = out.flat ? (size_t)out.lobes : all;
-    /* one block for the results; the lobes on their way in another */
-    float *block = (float *)ENVMAP_MALLOC(out.memory, (rows * size + 4 * all + n) * sizeof(float));
-    float *scratch =
-        (float *)ENVMAP_MALLOC(out.memory, all * size * sizeof(float) + n * sizeof(int));
-    envmap_result result = block && scratch ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
+    size_t table = (out.flat ? (size_t)out.lobes : all) * size;
+    float *block = (float *)ENVMAP_MALLOC(out.memory, (table + 4 * all + n) * sizeof(float));
+    float *lobes = (float *)ENVMAP_MALLOC(out.memory, all * size * sizeof(float));
+    envmap_result result = block && lobes ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
     if (!result) {
-        envmapi_fitting fitting;
-        memset(&fitting, 0, sizeof fitting);
-        fitting.brdf = brdf, fitting.fit = &out;
-        fitting.rows = scratch, fitting.bad = (int *)(void *)(scratch + all * size);
-        out.table = block, out.axis = block + rows * size, out.factor = out.axis + all;
-        out.error = out.factor + 3 * all;
-        memset(scratch, 0, all * size * sizeof(float));
-        envmapi_fit_run(&fitting, &how);
-        double sum = 0;
-        for (size_t i = 0; i < 3 * all; ++i) sum += (double)out.factor[i];
-        for (size_t k = 0; k < n; ++k) sum = fitting.bad[k] ? 0 : sum;
-        if (!envmapi_finite(sum) || !(sum > 0)) result = ENVMAP_ERROR_LOBE;
+        memset(lobes, 0, all * size * sizeof(float));
+        out.table = block, out.axis = block + table;
+        out.factor = out.axis + all, out.error = out.factor + 3 * all;
+        result = envmapi_fit_run(&out, lobes, brdf, &how);
     }
-    if (scratch) ENVMAP_FREE(out.memory, scratch);
+    if (lobes) ENVMAP_FREE(out.memory, lobes);
     if (result && block) ENVMAP_FREE(out.memory, block);
     if (!result) *fit = out;
     return result;
@@ -7167,61 +7053,61 @@ ENVMAPI_BODY envmap_lobe envmap_fit_lobe(const envmap_fit *fit, int i) {
                              bad ? 0 : fit->size, rows, 0, rows > 1 ? 1.0f : 0.0f);
 }
 
+/* Entry s of a row of numbers `stride` apart, linear between two. */
+static double envmapi_entry(const float *row, int stride, double s) {
+    const float *low = row + stride * (int)s;
+    return (double)low[0] + (s > (int)s ? (s - (int)s) * (double)(low[stride] - low[0]) : 0);
+}
+
 ENVMAPI_BODY void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const envmap *maps,
                                     const float n[3], const float v[3]) {
     double N[3], V[3], sum[3] = {0, 0, 0};
     if (!rgb) return;
     rgb[0] = rgb[1] = rgb[2] = 0;
-    if (!envmapi_fit_fields_ok(fit) || !fit->table || !maps || !n || !v || !envmapi_vector_ok(n) ||
-        !envmapi_vector_ok(v))
-        return;
-    envmapi_unit_float(N, n);
-    envmapi_unit_float(V, v);
+    if (!envmapi_fit_fields_ok(fit) || !fit->table || !maps || !envmapi_surface(N, V, n, v)) return;
     double c = envmapi_dot(N, V), theta = envmapi_angle(N, V), s = sin(theta);
+    double at = envmapi_slice_at(c, 0, 1, fit->slices);
     if (!(c > 0)) return;
-    double at = envmapi_clamp(c * fit->slices - 0.5, 0, fit->slices - 1);
-    int k = (int)at, next = k + 1 < fit->slices ? k + 1 : k;
     for (int i = 0; i < fit->lobes; ++i) {
-        const float *m = fit->axis + i * fit->slices, *f = fit->factor + 3 * i * fit->slices;
-        double psi = theta * ((double)m[k] + (at - k) * ((double)m[next] - (double)m[k]));
-        float dir[3], light[3]; /* cos psi n + sin psi (the unit vector in the plane, off v) */
-        for (int j = 0; j < 3; ++j)
-            dir[j] = (float)(s > 1e-9 ? cos(psi) * N[j] + sin(psi) * (c * N[j] - V[j]) / s : N[j]);
+        const float *factor = fit->factor + 3 * i * fit->slices;
+        double psi = theta * envmapi_entry(fit->axis + i * fit->slices, 1, at);
+        double off = s > 1e-9 ? sin(psi) / s : 0; /* axis: in the plane of n and v, away from v */
+        float dir[3], light[3];
+        for (int j = 0; j < 3; ++j) dir[j] = (float)(cos(psi) * N[j] + off * (c * N[j] - V[j]));
         envmap_lookup_slice(light, maps + i, dir, (float)c, 0);
-        for (int j = 0; j < 3; ++j)
-            sum[j] += (double)light[j] *
-                      ((double)f[3 * k + j] + (at - k) * (double)(f[3 * next + j] - f[3 * k + j]));
+        for (int j = 0; j < 3; ++j) sum[j] += (double)light[j] * envmapi_entry(factor + j, 3, at);
     }
     for (int j = 0; j < 3; ++j) rgb[j] = envmapi_to_float(sum[j]);
 }
 
 /* ---- GGX: the normals of visible facets are half vectors of v and a spherical cap, squeezed
    [DB23]; h = squeeze(u + d), u = v squeezed, d = (zeta, phi) in the cap d_z > -u_z. With
-   zeta = (pi - acos u_z)(1 - t^2), nodes lie close at the cap's edge, where v.h runs off; the parts
-   of every column with reflections above the horizon are integrated one by one. ---- */
+   zeta = (pi - acos u_z)(1 - t^2), nodes lie close at the cap's edge, where v.h runs off. The light
+   l is v reflected at h (_ggx_reflect); the parts of every column with l above the horizon
+   (_ggx_column) are integrated one by one (_ggx_part). ---- */
 
 typedef struct envmapi_ggx {
     double v[3], u[3], alpha, edge;
+    double cosine, sine; /* of the column's phi */
 } envmapi_ggx;
 
 /* l_z of the reflection, and v.h. */
-static double envmapi_ggx_reflect(double *vh, const envmapi_ggx *g, double t, double phi) {
+static double envmapi_ggx_reflect(double *vh, const envmapi_ggx *g, double t) {
     double zeta = g->edge * (1 - t * t), r = sin(zeta);
-    double h[3] = {g->alpha * (r * cos(phi) + g->u[0]), g->alpha * r * sin(phi),
-                   cos(zeta) + g->u[2]};
-    envmapi_unit(h, h);
-    *vh = envmapi_dot(g->v, h);
-    return 2 * *vh * h[2] - g->v[2];
+    double x = g->alpha * (r * g->cosine + g->u[0]), y = g->alpha * r * g->sine;
+    double z = cos(zeta) + g->u[2], hh = x * x + y * y + z * z;
+    double v = g->v[0] * x + g->v[2] * z; /* v.h and h_z, but for h's length */
+    *vh = v / sqrt(hh);
+    return 2 * v * z / hh - g->v[2];
 }
 
 /* Adds G2/G1, times 1 - (1-v.h)^5 and (1-v.h)^5, over t in [from, to]. */
-static void envmapi_ggx_part(double sums[2], const envmapi_ggx *g, double phi, double from,
-                             double to) {
+static void envmapi_ggx_part(double sums[2], const envmapi_ggx *g, double from, double to) {
     double x, vh, aa = g->alpha * g->alpha, c = g->v[2], to_v = c + sqrt(aa + (1 - aa) * c * c);
     for (int i = 0; i < 24; ++i) {
         double w = envmapi_gauss(&x, i & 7, (i >> 3) / 3.0, ((i >> 3) + 1) / 3.0);
         double t = from + (to - from) * x * x * (3 - 2 * x);
-        double l = envmapi_ggx_reflect(&vh, g, t, phi), m = 1 - vh, fresnel = m * m * m * m * m;
+        double l = envmapi_ggx_reflect(&vh, g, t), m = 1 - vh, fresnel = m * m * m * m * m;
         if (!(l > 0)) continue;
         double to_l = sqrt(aa + (1 - aa) * l * l) - l;
         w *= (to - from) * 6 * x * (1 - x) * 2 * t * g->edge * sin(g->edge * (1 - t * t));
@@ -7230,21 +7116,19 @@ static void envmapi_ggx_part(double sums[2], const envmapi_ggx *g, double phi, d
     }
 }
 
-static void envmapi_ggx_column(double sums[2], const envmapi_ggx *g, double phi) {
+static void envmapi_ggx_column(double sums[2], const envmapi_ggx *g) {
     double from = 0, vh;
     int above = 0;
     for (int i = 0; i <= 32; ++i) {
         double low = (i - 1) / 32.0, high = i / 32.0;
-        int next = envmapi_ggx_reflect(&vh, g, high, phi) > 0;
+        int next = envmapi_ggx_reflect(&vh, g, high) > 0;
         for (int k = 0; next != above && i > 0 && k < 40; ++k) { /* where l meets the horizon */
             double t = (low + high) / 2;
-            if ((envmapi_ggx_reflect(&vh, g, t, phi) > 0) == above)
-                low = t;
-            else
-                high = t;
+            if ((envmapi_ggx_reflect(&vh, g, t) > 0) == above) low = t;
+            else high = t;
         }
         if (next && !above) from = high;
-        if (above && (!next || i == 32)) envmapi_ggx_part(sums, g, phi, from, high);
+        if (above && (!next || i == 32)) envmapi_ggx_part(sums, g, from, high);
         above = next;
     }
 }
@@ -7253,13 +7137,14 @@ ENVMAPI_BODY void envmap_ggx_split_sum(double *scale, double *bias, double cosin
     double sums[2] = {0, 0}, phi;
     if (envmapi_finite(cosine) && envmapi_finite(alpha)) {
         double c = envmapi_clamp(cosine, 0, 1), a = envmapi_clamp(alpha, 1e-4, 1);
-        envmapi_ggx g = {{sqrt(1 - c * c), 0, c}, {a * sqrt(1 - c * c), 0, c}, a, 0};
+        envmapi_ggx g = {{sqrt(1 - c * c), 0, c}, {a * sqrt(1 - c * c), 0, c}, a, 0, 0, 0};
         envmapi_unit(g.u, g.u);
         g.edge = ENVMAPI_PI - envmapi_acos(g.u[2]);
         for (int i = 0; i < 64; ++i) {
             double part[2] = {0, 0};
             double w = envmapi_gauss(&phi, i & 7, (i >> 3) / 8.0, ((i >> 3) + 1) / 8.0);
-            envmapi_ggx_column(part, &g, ENVMAPI_PI * phi);
+            g.cosine = cos(ENVMAPI_PI * phi), g.sine = sin(ENVMAPI_PI * phi);
+            envmapi_ggx_column(part, &g);
             for (int k = 0; k < 2; ++k) sums[k] += w * part[k] / (1 + g.u[2]);
         }
     }
@@ -7310,26 +7195,25 @@ ENVMAPI_BODY double envmap_level_roughness(double level, int levels, double bend
     return 2 * y / (1 + q + sqrt(root > 0 ? root : 0));
 }
 
-/* A comb of Gaussian weights, variance s^2, spacing h, under a Gaussian lobe: by Poisson's sum its
-   first alias is exp(-2 pi^2 u^2 / h^2) of the wanted Gaussian at every point, twice. */
+/* ---- fans: a comb of Gaussian weights, variance s^2, spacing h, under a Gaussian lobe. By
+   Poisson's sum its first alias is exp(-2 pi^2 u^2 / h^2) of the wanted Gaussian at every point,
+   twice. ---- */
+
 ENVMAPI_BODY int envmap_fan(float *offsets, float *weights, int room, double along, double across,
                             double tolerance) {
     if (!(along > 0 && along <= 1.5 && across > 0 && across <= 1e9) ||
         !(tolerance >= 1e-6 && tolerance <= 0.5))
         return 0;
     double s = along > across ? sqrt(along * along - across * across) : 0, sum = 0;
-    double reach = sqrt(2 * log(2 / tolerance)), h = 2 * ENVMAPI_PI * s * across / (along * reach);
-    double half = s > 1e-3 * across ? ceil(reach * s / h) : 0; /* taps on each side */
+    double reach = sqrt(2 * log(2 / tolerance));              /* in s */
+    double step = 2 * ENVMAPI_PI * across / (along * reach);  /* h / s */
+    double half = s > 1e-3 * across ? ceil(reach / step) : 0; /* taps on each side */
     if (half > 1e6) return 0;
     int count = 1 + 2 * (int)half;
-    for (int i = 0; i < count; ++i) {
-        double at = half > 0 ? (i - half) * h / s : 0;
-        sum += exp(-at * at / 2);
-    }
+    for (int i = 0; i < count; ++i) sum += exp(-pow((i - half) * step, 2) / 2);
     for (int i = 0; i < count && i < room; ++i) {
-        double at = half > 0 ? (i - half) * h / s : 0;
-        if (offsets) offsets[i] = (float)(at * s);
-        if (weights) weights[i] = (float)(exp(-at * at / 2) / sum);
+        if (offsets) offsets[i] = (float)((i - half) * step * s);
+        if (weights) weights[i] = (float)(exp(-pow((i - half) * step, 2) / 2) / sum);
     }
     return count;
 }
@@ -7340,10 +7224,7 @@ ENVMAPI_BODY void envmap_lookup_fan(float rgb[3], const envmap *map, const float
     double N[3], T[3], B[3], V[3], sum[3] = {0, 0, 0};
     if (!rgb) return;
     rgb[0] = rgb[1] = rgb[2] = 0;
-    if (!n || !t || !v || !offsets || !weights || !envmapi_vector_ok(n) || !envmapi_vector_ok(v))
-        return;
-    envmapi_unit_float(N, n);
-    envmapi_unit_float(V, v);
+    if (!t || !offsets || !weights || !envmapi_surface(N, V, n, v)) return;
     envmapi_tangents(T, B, N, t);
     for (int i = 0; i < count; ++i) {
         double h[3], half = (double)offsets[i] / 2;
@@ -7358,49 +7239,25 @@ ENVMAPI_BODY void envmap_lookup_fan(float rgb[3], const envmap *map, const float
 }
 
 /* --------------------------------------------------------------------------------- >>compare --
-   Two passes over the level: the mean of b, then the sums and the worst texel.
-   Tests: tests/test_compare.c. */
+   In: a map a and the truth b, of one shape. Out: over the texels that have a solid angle w
+     rms   = sqrt(sum w |a-b|^2 / sum w |b|^2)      envmapi_compare_sums, in a first pass
+     bias  = sum w (a-b) / sum w b
+     worst = max over texels of max_c |a_c-b_c| / max(max_c b_c, 1e-3 mean b)
+                                                    envmapi_compare_error, in a second
+   Tests: tests/test_compare.c; differences_of_six_texels_are_those_worked_out_by_hand. */
 
-static double envmapi_mean(const envmap *map, int level) {
-    int edge = envmapi_edge(map->size, level), width = envmapi_width(map->mapping, edge);
-    int images = envmap_faces(map->mapping) * map->slices;
-    const float *texels = envmapi_image(map, level, 0, 0);
-    size_t area = envmapi_area(map->mapping, edge);
-    double sum = 0, weights = 0;
-    for (size_t t = 0; t < area; ++t) {
-        double w = envmapi_texel_cell(NULL, map->mapping, edge, (int)(t % (size_t)width),
-                                      (int)(t / (size_t)width));
-        for (int image = 0; image < images; ++image, weights += 3 * w)
-            for (int c = 0; c < 3; ++c)
-                sum += w * (double)texels[3 * ((size_t)image * area + t) + (size_t)c];
-    }
-    return sum / weights;
-}
-
-/* Sums while comparing. */
 typedef struct envmapi_comparison {
-    double mean, difference, square, error, total;
-    envmap_difference out;
+    double weight, difference, total, error, square;
     int bad;
 } envmapi_comparison;
 
-static void envmapi_compare_texel(envmapi_comparison *sums, const float *a, const float *b,
-                                  double w, int image, int faces, int x, int y) {
-    double error = 0, peak = 0, worst = 0;
+static void envmapi_compare_sums(envmapi_comparison *sums, const float *a, const float *b,
+                                 double w) {
     for (int c = 0; c < 3; ++c) {
         double truth = (double)b[c], off = (double)a[c] - truth;
         sums->bad |= !envmapi_finite(truth) || !envmapi_finite((double)a[c]);
-        sums->difference += w * off, sums->total += w * truth;
+        sums->weight += w, sums->difference += w * off, sums->total += w * truth;
         sums->error += w * off * off, sums->square += w * truth * truth;
-        if (fabs(off) > error) error = fabs(off);
-        if (truth > peak) peak = truth;
-    }
-    if (peak < 1e-3 * sums->mean) peak = 1e-3 * sums->mean;
-    if (error > 0) worst = peak > 0 ? error / peak : HUGE_VAL;
-    if (worst > sums->out.worst) {
-        sums->out.worst = worst;
-        sums->out.slice = image / faces, sums->out.face = image % faces;
-        sums->out.x = x, sums->out.y = y;
     }
 }
 
@@ -7409,31 +7266,44 @@ static double envmapi_ratio(double a, double b) {
     return b > 0 || b < 0 ? a / b : a > 0 ? HUGE_VAL : a < 0 ? -HUGE_VAL : 0;
 }
 
+static double envmapi_compare_error(const float *a, const float *b, double least) {
+    double error = 0, peak = least > 0 ? least : 0;
+    for (int c = 0; c < 3; ++c) {
+        double truth = (double)b[c], off = fabs((double)a[c] - truth);
+        if (off > error) error = off;
+        if (truth > peak) peak = truth;
+    }
+    return envmapi_ratio(error, peak);
+}
+
 ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
                                           const envmap *b, int level) {
-    envmapi_comparison sums;
+    envmapi_comparison sums = {0, 0, 0, 0, 0, 0};
+    envmap_difference out = {0, 0, 0, 0, 0, 0, 0};
+    double least = 0, error = 0;
     if (!difference || !envmapi_valid(a) || !envmapi_valid(b) || a->mapping != b->mapping ||
         a->slices != b->slices || level < 0 || level >= a->levels || level >= b->levels ||
         envmapi_edge(a->size, level) != envmapi_edge(b->size, level))
         return ENVMAP_ERROR_ARGUMENT;
     int edge = envmapi_edge(a->size, level), width = envmapi_width(a->mapping, edge);
-    int faces = envmap_faces(a->mapping);
-    size_t area = envmapi_area(a->mapping, edge);
-    memset(&sums, 0, sizeof sums);
-    sums.mean = envmapi_mean(b, level);
-    for (size_t t = 0; t < area; ++t) {
-        int x = (int)(t % (size_t)width), y = (int)(t / (size_t)width);
-        double w = envmapi_texel_cell(NULL, a->mapping, edge, x, y);
-        for (int image = 0; w > 0 && image < faces * a->slices; ++image) {
-            size_t at = 3 * ((size_t)image * area + t);
-            envmapi_compare_texel(&sums, envmapi_image(a, level, 0, 0) + at,
-                                  envmapi_image(b, level, 0, 0) + at, w, image, faces, x, y);
+    int faces = envmap_faces(a->mapping), area = width * edge;
+    const float *from_a = envmapi_image(a, level, 0, 0), *from_b = envmapi_image(b, level, 0, 0);
+    for (int pass = 0; pass < 2; ++pass, least = 1e-3 * sums.total / sums.weight)
+        for (int i = 0; i < area; ++i) {
+            double w = envmapi_texel_cell(NULL, a->mapping, edge, i % width, i / width);
+            for (int image = 0; w > 0 && image < faces * a->slices; ++image) {
+                size_t at = 3 * ((size_t)image * (size_t)area + (size_t)i);
+                if (pass == 0) envmapi_compare_sums(&sums, from_a + at, from_b + at, w);
+                else error = envmapi_compare_error(from_a + at, from_b + at, least);
+                if (!(error > out.worst)) continue;
+                out.slice = image / faces, out.face = image % faces;
+                out.x = i % width, out.y = i / width, out.worst = error;
+            }
         }
-    }
     if (sums.bad) return ENVMAP_ERROR_RADIANCE;
-    sums.out.rms = sqrt(envmapi_ratio(sums.error, sums.square));
-    sums.out.bias = envmapi_ratio(sums.difference, sums.total);
-    *difference = sums.out;
+    out.rms = sqrt(envmapi_ratio(sums.error, sums.square));
+    out.bias = envmapi_ratio(sums.difference, sums.total);
+    *difference = out;
     return ENVMAP_OK;
 }
 
