@@ -3195,6 +3195,7 @@ typedef struct envmapi_transform {
     envmapi_point *points;   /* where the nodes are, then the cut texels; */
     float *values;           /* and what is there: [count][4], RGB and solid angle */
     size_t count;
+    int back;  /* analysis 0, synthesis 1; solve along columns 0, along rows 1 */
     double *a; /* coefficients, of a_bands >= rings.bands */
     int a_bands;
     const double *lambda;  /* per band, for the way back */
@@ -3255,52 +3256,42 @@ static void envmapi_task_interpolate(void *context, int task) {
     envmapi_rings_interpolate(&t->rings, t->points + from, t->values + 4 * from, to - from);
 }
 
-static void envmapi_task_fft_out(void *context, int task) {
+static void envmapi_task_fft(void *context, int task) {
     envmapi_transform *t = (envmapi_transform *)context;
     double *z = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
     for (int block = task; block < t->rings.M / 4; block += t->tasks) {
-        envmapi_rings_block(&t->rings, block, z, 0);
-        envmapi_fft(&t->rings, z, -1);
-        envmapi_rings_unpack(&t->rings, block, z);
+        if (t->back) envmapi_rings_pack(&t->rings, block, z);
+        else envmapi_rings_block(&t->rings, block, z, 0);
+        envmapi_fft(&t->rings, z, t->back ? 1 : -1);
+        if (t->back) envmapi_rings_block(&t->rings, block, z, 1);
+        else envmapi_rings_unpack(&t->rings, block, z);
     }
 }
 
-static void envmapi_task_fft_back(void *context, int task) {
+static void envmapi_task_legendre(void *context, int task) {
     envmapi_transform *t = (envmapi_transform *)context;
-    double *z = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
-    for (int block = task; block < t->rings.M / 4; block += t->tasks) {
-        envmapi_rings_pack(&t->rings, block, z);
-        envmapi_fft(&t->rings, z, 1);
-        envmapi_rings_block(&t->rings, block, z, 1);
+    double *work = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
+    for (int m = task; m < t->rings.bands; m += t->tasks) {
+        double *a = t->a + envmapi_triangle(t->a_bands, m);
+        if (t->back) envmapi_legendre_synthesise(&t->rings, a, t->lambda, m, work);
+        else envmapi_legendre_analyse(&t->rings, a, m, work);
     }
-}
-
-static void envmapi_task_analyse(void *context, int task) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    for (int m = task; m < t->rings.bands; m += t->tasks)
-        envmapi_legendre_analyse(&t->rings, t->a + envmapi_triangle(t->a_bands, m), m,
-                                 t->work + (size_t)task * envmapi_rings_work(t->rings.M));
-}
-
-static void envmapi_task_synthesise(void *context, int task) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    for (int m = task; m < t->rings.bands; m += t->tasks)
-        envmapi_legendre_synthesise(&t->rings, t->a + envmapi_triangle(t->a_bands, m), t->lambda, m,
-                                    t->work + (size_t)task * envmapi_rings_work(t->rings.M));
 }
 
 /* points, values -> a */
 static void envmapi_analyse(envmapi_transform *t, const envmap_work *work) {
+    t->back = 0;
     envmapi_run_all(work, envmapi_task_spread, t, envmapi_spread_tasks(t));
     envmapi_rings_poles(&t->rings, 1);
-    envmapi_run_all(work, envmapi_task_fft_out, t, t->tasks);
-    envmapi_run_all(work, envmapi_task_analyse, t, t->tasks);
+    envmapi_run_all(work, envmapi_task_fft, t, t->tasks);
+    envmapi_run_all(work, envmapi_task_legendre, t, t->tasks);
 }
 
 /* a, lambda -> values at points */
 static void envmapi_synthesise(envmapi_transform *t, const envmap_work *work) {
-    envmapi_run_all(work, envmapi_task_synthesise, t, t->tasks);
-    envmapi_run_all(work, envmapi_task_fft_back, t, t->tasks);
+    t->back = 1;
+    envmapi_run_all(work, envmapi_task_legendre, t, t->tasks);
+    envmapi_run_all(work, envmapi_task_fft, t, t->tasks);
     envmapi_rings_poles(&t->rings, 0);
     envmapi_run_all(work, envmapi_task_interpolate, t, t->tasks);
 }
@@ -3390,33 +3381,24 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
 }
 
 /* Samples to spline coefficients; its own adjoint. Tasks: strips of a face's columns, then rows. */
-static void envmapi_task_solve_columns(void *context, int task) {
+static void envmapi_task_solve(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
-    int height = t->grid.height, x = t->grid.width * (task % t->strips) / t->strips;
-    int to = t->grid.width * (task % t->strips + 1) / t->strips;
-    size_t row = 4 * (size_t)t->grid.width;
-    float *nodes = t->values + (size_t)(task / t->strips) * (size_t)height * row;
-    for (; x + 8 <= to; x += 8)
-        envmapi_float16_solve(nodes + 4 * x, height, row, 2, 16, t->factors);
-    for (; x < to; ++x) envmapi_float4_solve(nodes + 4 * x, height, row, 1, 0, t->factors);
-}
-
-static void envmapi_task_solve_rows(void *context, int task) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    int width = t->grid.width, y = t->grid.height * (task % t->strips) / t->strips;
-    int to = t->grid.height * (task % t->strips + 1) / t->strips;
-    size_t row = 4 * (size_t)width;
-    float *nodes = t->values + (size_t)(task / t->strips) * (size_t)t->grid.height * row;
-    double(*factors)[3] = t->factors + t->grid.height + 2;
-    for (; y + 4 <= to; y += 4)
-        envmapi_float4_solve(nodes + (size_t)y * row, width, 4, 4, row, factors);
-    for (; y < to; ++y) envmapi_float4_solve(nodes + (size_t)y * row, width, 4, 1, 0, factors);
+    const envmapi_grid *grid = &t->grid;
+    int lines = t->back ? grid->height : grid->width, n = t->back ? grid->width : grid->height;
+    int line = lines * (task % t->strips) / t->strips,
+        to = lines * (task % t->strips + 1) / t->strips;
+    size_t row = 4 * (size_t)grid->width, step = t->back ? 4 : row, apart = t->back ? row : 4;
+    float *nodes = t->values + (size_t)(task / t->strips) * (size_t)grid->height * row;
+    double(*factors)[3] = t->back ? t->factors + grid->height + 2 : t->factors;
+    for (; line + 4 <= to; line += 4)
+        envmapi_float4_solve(nodes + (size_t)line * apart, n, step, 4, apart, factors);
+    for (; line < to; ++line)
+        envmapi_float4_solve(nodes + (size_t)line * apart, n, step, 1, 0, factors);
 }
 
 static void envmapi_grid_solve(envmapi_transform *t, const envmap_work *work) {
-    if (t->grid.identity) return;
-    envmapi_run_all(work, envmapi_task_solve_columns, t, t->grid.faces * t->strips);
-    envmapi_run_all(work, envmapi_task_solve_rows, t, t->grid.faces * t->strips);
+    for (t->back = 0; t->back < 2 && !t->grid.identity; ++t->back)
+        envmapi_run_all(work, envmapi_task_solve, t, t->grid.faces * t->strips);
 }
 
 /* ---- project: texels -> a_lm */
@@ -3431,9 +3413,18 @@ typedef struct envmapi_rows {
     int rows;
 } envmapi_rows;
 
+/* What a look at the rows notes beside: the sum of squares, and the bits of x. */
+typedef struct envmapi_rows_notes {
+    envmapi_float16 squares;
+    envmapi_bits16 bits;
+} envmapi_rows_notes;
+
 ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, const envmapi_rows *in,
-                                      int product, size_t at, size_t bytes) {
-    envmapi_float16 acc[6], light, texel, omega;
+                                      int product, envmapi_rows_notes *notes, size_t at,
+                                      size_t bytes) {
+    envmapi_float16 acc[6], light, texel, omega, squares;
+    envmapi_bits16 bits, all;
+    if (notes) squares = notes->squares, all = notes->bits;
     memset(acc, 0, sizeof acc), memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega);
     for (int j = 0; j < taps; ++j) memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
     for (int r = 0; r < in->rows; ++r) {
@@ -3443,16 +3434,23 @@ ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, cons
             memcpy(&omega, in->y[r] + at, bytes), memset(&light, 0, sizeof light);
             envmapi_float16_mad(&light, &texel, &omega);
         }
+        if (notes) {
+            memcpy(&bits, &texel, sizeof bits);
+            ENVMAPI_OR_LANES(&all, &bits);
+            envmapi_float16_mad(&squares, &light, &light);
+        }
         for (int j = 0; j < taps; ++j) envmapi_float16_add(acc + j, in->w[r][j], &light);
     }
     for (int j = 0; j < taps; ++j) memcpy(sums + (size_t)j * stride + at, acc + j, bytes);
+    if (notes) notes->squares = squares, notes->bits = all;
 }
 
 ENVMAPI_INLINE void envmapi_rows_add(float *sums, size_t stride, int taps, const envmapi_rows *in,
-                                     int product, size_t n) {
+                                     int product, envmapi_rows_notes *notes, size_t n) {
     size_t i = 0;
-    for (; i + 16 <= n; i += 16) envmapi_rows_part(sums, stride, taps, in, product, i, 64);
-    if (i < n) envmapi_rows_part(sums, stride, taps, in, product, i, (n - i) * sizeof(float));
+    for (; i + 16 <= n; i += 16) envmapi_rows_part(sums, stride, taps, in, product, notes, i, 64);
+    if (i < n)
+        envmapi_rows_part(sums, stride, taps, in, product, notes, i, (n - i) * sizeof(float));
 }
 
 /* A finished row of texels -> a row of nodes: a run of texels between the same nodes is gathered in
@@ -3503,9 +3501,9 @@ static void envmapi_task_reduce(void *context, int task) {
             in.y[in.rows] = envmapi_omega_row(t->in, k);
             for (int i = 0; i < 6; ++i) in.w[in.rows][(next + i) % 6] = t->v[k].w[i];
         }
-        envmapi_rows_add(rows, W, 6, &in, 1, 3 * width);
+        envmapi_rows_add(rows, W, 6, &in, 1, NULL, 3 * width);
         for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + 3 * width;
-        if (face == 0) envmapi_rows_add(rows + 3 * width, W, 6, &in, 0, width);
+        if (face == 0) envmapi_rows_add(rows + 3 * width, W, 6, &in, 0, NULL, width);
     }
 }
 
@@ -3641,12 +3639,12 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_transfo
     int rings =
         t->lobe && t->lobe->kind < ENVMAP_LOBE_FUNCTION; /* below zero, beside lamps on black */
     memset(out, 0, 3 * (size_t)width * sizeof *out);
-    envmapi_rows_add(out, 0, 1, in, 0, 3 * (size_t)width);
+    envmapi_rows_add(out, 0, 1, in, 0, NULL, 3 * (size_t)width);
     for (int i = 0; i < 3 * width && rings; ++i) out[i] = out[i] > 0 ? out[i] : 0;
     if (!t->light_count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width;
     memset(norm, 0, (size_t)width * sizeof *norm);
-    envmapi_rows_add(norm, 0, 1, in, 0, (size_t)width);
+    envmapi_rows_add(norm, 0, 1, in, 0, NULL, (size_t)width);
     for (int x = 0; x < width; x += ENVMAPI_CHUNK)
         envmapi_add_lights(out + 3 * x, norm + x, t, face, x, y,
                            width - x < ENVMAPI_CHUNK ? width - x : ENVMAPI_CHUNK);
@@ -5044,40 +5042,16 @@ typedef struct envmapi_scene {
     int round, axes, detail; /* detail: with squares */
 } envmapi_scene;
 
-/* sums += x y over some rows, squares += (x y)^2, signs |= the bits of x, in up to 16 lanes. */
-ENVMAPI_INLINE void envmapi_scene_part(float *sums, envmapi_float16 *squares, envmapi_bits16 *signs,
-                                       const envmapi_rows *in, size_t at, size_t bytes) {
-    envmapi_float16 sum, texel, omega, light, square = *squares;
-    envmapi_bits16 bits, all = *signs;
-    memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega), memset(&sum, 0, sizeof sum);
-    memcpy(&sum, sums + at, bytes);
-    for (int r = 0; r < in->rows; ++r) {
-        ENVMAPI_PREFETCH(in->x[r] + at + 64);
-        memset(&light, 0, sizeof light);
-        memcpy(&texel, in->x[r] + at, bytes), memcpy(&omega, in->y[r] + at, bytes);
-        memcpy(&bits, &texel, sizeof bits);
-        ENVMAPI_OR_LANES(&all, &bits);
-        envmapi_float16_mad(&light, &texel, &omega);
-        envmapi_float16_mad(&square, &light, &light);
-        envmapi_float16_add(&sum, 1, &light);
-    }
-    memcpy(sums + at, &sum, bytes);
-    *squares = square, *signs = all;
-}
-
 /* Returns the sum of the squares; whether a number has its sign bit set. */
 static double envmapi_scene_rows(float *sums, const envmapi_rows *in, size_t n, int *negative) {
-    envmapi_float16 squares;
-    envmapi_bits16 signs;
+    envmapi_rows_notes notes;
     uint32_t bits[16], any = 0;
-    float lanes[16];
+    float squares[16];
     double sum = 0;
-    size_t i = 0;
-    memset(&squares, 0, sizeof squares), memset(&signs, 0, sizeof signs);
-    for (; i + 16 <= n; i += 16) envmapi_scene_part(sums, &squares, &signs, in, i, 64);
-    if (i < n) envmapi_scene_part(sums, &squares, &signs, in, i, (n - i) * sizeof(float));
-    memcpy(lanes, &squares, sizeof lanes), memcpy(bits, &signs, sizeof bits);
-    for (int v = 0; v < 16; ++v) sum += (double)lanes[v], any |= bits[v];
+    memset(&notes, 0, sizeof notes);
+    envmapi_rows_add(sums, 0, 1, in, 1, &notes, n);
+    memcpy(squares, &notes.squares, sizeof squares), memcpy(bits, &notes.bits, sizeof bits);
+    for (int v = 0; v < 16; ++v) sum += (double)squares[v], any |= bits[v];
     *negative |= any >> 31 != 0;
     return sum;
 }
@@ -5104,7 +5078,7 @@ static void envmapi_task_scene(void *context, int task) {
             }
             s->rows[2 * i] += envmapi_scene_rows(row, &in, W, &negative);
             for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + W;
-            if (i < s->nv) envmapi_rows_add(row + W, 0, 1, &in, 0, width);
+            if (i < s->nv) envmapi_rows_add(row + W, 0, 1, &in, 0, NULL, width);
         }
         for (size_t x = 0, end; x < width; x = end, block += 4) {
             envmapi_float4 sum; /* of RGB, and the red beside it */
