@@ -5437,333 +5437,6 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmap
     return result;
 }
 
-/* ------------------------------------------------------------------------------------- >>fast --
-   filter = fill . lambda . project: a lobe makes a result with nothing finer than its bands, and
-   sees nothing finer in the source, so all work is done on grids that are no finer than the lobe.
-     in     slices of a source that were looked at, lobes, a tolerance       out    slices of results
-       how many bands, how fine a grid      _spec_fit          once for every lobe and scene
-       texels -> a_lm                       _fast_analyse      once for smooth lobes, once for others
-       a_lm -> lambda_l a_lm -> texels      _fast_synthesise   once for every slice of a result
-   What is lost of band l is e(l) (_band_error) on a grid of spacing h, and everything from the last
-   band L on. A band holds at most kappa_l^2 times what one light of all the energy puts there. So:
-     rms     sum_(l>=L) kappa_l^2 (2l+1) lambda_l^2 <= (tolerance/2)^2 R,            _look_bands
-             kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/4)^2 R,          _spacing_holds
-             R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
-     texels  of what is lost at the angle t from a light, d(t) = sum (2l+1) lambda_l P_l(cos t) over
-             l >= L or times e(l), a share of the light itself is allowed, and beyond that share
-             q(t) = max(|d(t)| - share k(t), 0):                                     _look_allows
-             epsilon q(t) <= share D lambda_0          the brightest spot, wherever it is
-             sqrt(kappa^2 - epsilon^2) rms(q) <= share D lambda_0       all others together
-   A lobe with a kink (diffuse, Banks) has bands that end slowly. There lights are summed apart, and
-   D is the least that one of 54 axes gets. Narrow ones (sigma <= 1/2) are held to what each of 150
-   axes a sees of light and of contrast, L(a) being the light that it gets:            _look_sees
-             kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
-             1.6 epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
-   up to 256 bands, beyond which only rms is asked for; where an axis sees black, it goes on and
-   next to nothing stands for L(a).
-   Of Banks' slices those at c and -c are each other's antipodes; slices of as many bands share a
-   grid.
-   The first bound is proved but for kappa; the others are models of how errors meet, and measured:
-   the worst texel of all tests stays below 20 tolerances.  Tests: tests/test_fast.c. */
-
-#define ENVMAPI_SAMPLED 16 /* slices that are looked at, at most: the ends and between */
-
-/* A slice that is looked at. What its scene says: the result's mean; what the axes get, over the
-   strongest channel's energy; and of those at an angle from the brightest spot at a scale, the least.
-   Of the bands that are known: k at the angles, and the largest |k|; the result's power. */
-typedef struct envmapi_look {
-    int slice, black; /* black: some axis gets next to nothing */
-    double mean, darkest, result[ENVMAPI_AXES], dark[ENVMAPI_SCALES][ENVMAPI_ANGLES];
-    double k[ENVMAPI_ANGLES], most, power;
-} envmapi_look;
-
-/* What a lobe asks of a scene: lambda_l of every slice, the bands L that it needs, and the grid's
-   spacing h for them. */
-typedef struct envmapi_spec {
-    const envmap_lobe *lobe;
-    envmap *dst;
-    int slices, mirrored; /* mirrored: half of dst's slices; those at -p are theirs */
-    int known;            /* bands of which lambda_l is known */
-    double *lambda;       /* [slices][known] */
-    double *tail;         /* [slices]: sum (2l+1) lambda_l^2 beyond them */
-    int *slice_L, L;      /* of every slice; the most */
-    double *slice_h, h;   /* of every slice; the least */
-    envmapi_look *looks;  /* at the slices that are looked at */
-    double tolerance, sigma;
-    double brightest; /* the largest |lambda_0| of a slice */
-    double dark;      /* the darkest of the result over its mean, of a smooth lobe */
-    double midpoint;  /* what a texel's midpoint loses of its side, side^2/24 */
-    int kinked;
-} envmapi_spec;
-
-#define ENVMAPI_FAST_BANDS 768
-#define ENVMAPI_KINK_BANDS 256 /* that axes ask for at most, at a tolerance of 1e-3 */
-
-/* sum_l (2l+1) lambda_l^2 e^2 over from <= l < to of one slice, e the spline's error on a grid of
-   h, or 1. */
-static double envmapi_spec_power(const envmapi_spec *spec, int slice, int from, int to, double h) {
-    const double *lambda = spec->lambda + (size_t)slice * (size_t)spec->known;
-    double sum = 0;
-    for (int l = from; l < to; ++l) {
-        double e = h > 0 ? envmapi_band_error(l, h) : 1;
-        sum += (2 * l + 1) * lambda[l] * lambda[l] * e * e;
-    }
-    return sum;
-}
-
-/* lambda_0, or where a slice is much darker than others a tenth of theirs. */
-static double envmapi_spec_mean(const envmapi_spec *spec, int slice) {
-    return fmax(fabs(spec->lambda[(size_t)slice * (size_t)spec->known]), spec->brightest / 10);
-}
-
-/* A slice's p. */
-static double envmapi_spec_p(const envmapi_spec *spec, int k) {
-    return envmapi_slice_p(spec->lobe, k, spec->mirrored ? spec->dst->slices : spec->slices);
-}
-
-/* Slices that are looked at. */
-static int envmapi_spec_sampled(const envmapi_spec *spec) {
-    return spec->slices < ENVMAPI_SAMPLED ? spec->slices : ENVMAPI_SAMPLED;
-}
-
-static int envmapi_spec_slice(const envmapi_spec *spec, int i) {
-    size_t last = (size_t)spec->slices - 1, steps = ENVMAPI_SAMPLED - 1;
-    return last <= steps ? i : (int)((size_t)i * last / steps);
-}
-
-/* (2l+1) P_l at the angles, one l after the other. */
-typedef struct envmapi_series {
-    int l;
-    double x[ENVMAPI_ANGLES], P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
-} envmapi_series;
-
-static double envmapi_angle_at(int j) {
-    double t = (j + 0.5) / ENVMAPI_ANGLES;
-    return ENVMAPI_PI * t * t;
-}
-
-static void envmapi_series_begin(envmapi_series *series) {
-    series->l = 0;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j)
-        series->x[j] = cos(envmapi_angle_at(j)), series->P[j] = 1, series->before[j] = 0;
-}
-
-/* sum += weight (2l+1) P_l; l goes on. */
-static void envmapi_series_add(envmapi_series *series, double *sum, double weight) {
-    double a = (2 * series->l + 1.0) / (series->l + 1), b = series->l / (series->l + 1.0);
-    weight *= 2 * series->l + 1;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double P = series->P[j], next = a * series->x[j] * P - b * series->before[j];
-        sum[j] += weight * P;
-        series->before[j] = P, series->P[j] = next;
-    }
-    ++series->l;
-}
-
-/* sum_j w_j of all that an axis sees. */
-static void envmapi_histogram_sum(float sums[3 + ENVMAPI_SCALES],
-                                  const envmapi_histogram *histogram, const double *w) {
-    envmapi_float16 even, odd;
-    memset(&even, 0, sizeof even), memset(&odd, 0, sizeof odd);
-    for (int j = 0; j < ENVMAPI_ANGLES; j += 2) {
-        envmapi_float16_add(&even, (float)w[j], envmapi_float16_at(histogram->seen[j]));
-        envmapi_float16_add(&odd, (float)w[j + 1], envmapi_float16_at(histogram->seen[j + 1]));
-    }
-    envmapi_float16_add(&even, 1, &odd);
-    memcpy(sums, &even, sizeof even);
-}
-
-/* Where the lobe has a kink: what axes get of the whole scene. */
-static void envmapi_look_round(envmapi_look *look, const envmapi_spec *spec, const envmapi_scene *s,
-                               const double *x, double lambda_0) {
-    double k[ENVMAPI_ANGLES], p = envmapi_spec_p(spec, look->slice);
-    double scale = 4 * ENVMAPI_PI * fabs(lambda_0) / envmapi_lobe_integral(spec->lobe, p);
-    envmapi_k_many(k, x, ENVMAPI_ANGLES, spec->lobe, p);
-    for (int a = 0; a < s->axes; ++a) {
-        float rgb[3 + ENVMAPI_SCALES];
-        envmapi_histogram_sum(rgb, s->histograms + a, k);
-        double most = fmax(fmax((double)rgb[0], (double)rgb[1]), (double)rgb[2]);
-        look->result[a] = fmax(scale * most, 5e-4 * look->mean);
-        look->darkest = fmin(look->darkest, look->result[a]);
-    }
-    for (int i = 0; i < s->scales && s->detail; ++i) {
-        for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->dark[i][j] = HUGE_VAL;
-        for (int a = 0; a < s->axes; ++a) {
-            double t =
-                envmapi_acos(envmapi_dot(s->histograms[a].axis, s->histograms[s->round + i].axis));
-            double from = sqrt(fmax(t - 0.3, 0) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
-            double to = sqrt((t + 0.3) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
-            for (int j = (int)ceil(from); j <= to && j < ENVMAPI_ANGLES; ++j)
-                look->dark[i][j] = fmin(look->dark[i][j], look->result[a]);
-        }
-    }
-}
-
-static void envmapi_look_create(envmapi_look *look, const envmapi_spec *spec, int n,
-                                const envmapi_scene *s) {
-    envmapi_series series;
-    envmapi_series_begin(&series);
-    look->slice = envmapi_spec_slice(spec, n);
-    look->mean = envmapi_spec_mean(spec, look->slice);
-    look->darkest = look->mean * (spec->kinked ? 1 : 2 * spec->dark);
-    if (spec->kinked)
-        envmapi_look_round(look, spec, s, series.x,
-                           spec->lambda[(size_t)look->slice * (size_t)spec->known]);
-    look->black = look->darkest < 3e-3 * look->mean;
-}
-
-/* What more bands say. */
-static void envmapi_look_update(envmapi_look *look, const envmapi_spec *spec) {
-    const double *lambda = spec->lambda + (size_t)look->slice * (size_t)spec->known;
-    envmapi_series series;
-    envmapi_series_begin(&series);
-    memset(look->k, 0, sizeof look->k), look->most = 0;
-    for (int l = 0; l < spec->known; ++l) envmapi_series_add(&series, look->k, lambda[l]);
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->most = fmax(look->most, fabs(look->k[j]));
-    look->power =
-        spec->tail[look->slice] + envmapi_spec_power(spec, look->slice, 0, spec->known, 0);
-}
-
-/* May an error q(t) of every light be, as far as axes see? Of what an axis gets, the rms of all
-   together must stay below that share; and 1.6 times what the brightest spot does below that share
-   of what the darkest axis gets that is as far off, or where there is black, of next to nothing. */
-static int envmapi_look_sees(const envmapi_look *look, const envmapi_scene *s, const double *q,
-                             double share, int l) {
-    envmapi_contrast contrast = envmapi_contrast_at(s, l);
-    double squares[ENVMAPI_ANGLES];
-    float sums[3 + ENVMAPI_SCALES];
-    int i = envmapi_scale_at(s, l);
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double least = look->black ? 5e-4 * look->mean : look->dark[i][j] / 1.6;
-        if (contrast.epsilon * q[j] > share * least) return 0;
-        squares[j] = q[j] * q[j];
-    }
-    for (int a = 0; a < s->round; ++a) {
-        double limit = share * look->result[a];
-        envmapi_histogram_sum(sums, s->histograms + a, squares);
-        if (contrast.kappa * sqrt((double)sums[3 + i]) > limit) return 0;
-    }
-    return 1;
-}
-
-/* May an error d(t) of one light be, where k(t) is the light itself? Of d what exceeds `share` of k
-   counts: the brightest light's must stay below that share of the dark, and so must the rms of what
-   all others make of it together, of which a texel may see thrice as much; a lobe with a kink asks
-   the axes. A uniform scene's and the norm's counts too: the grain of texels, whose solid angles
-   are lumps. slack: what rounding leaves of d; l: its lowest band. */
-static int envmapi_look_allows(const envmapi_look *look, const envmapi_spec *spec,
-                               const envmapi_scene *s, const double *d, double share, double slack,
-                               int l) {
-    envmapi_contrast c = envmapi_contrast_at(s, l);
-    double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
-    double dark = fmax(look->darkest / 2, 1e-3 * look->mean);
-    double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double over = fabs(d[j]) - share * fabs(look->k[j]) - slack;
-        excess[j] = over > 0 ? over : 0;
-        most = excess[j] > most ? excess[j] : most;
-        squares += excess[j] * excess[j] * sin(envmapi_angle_at(j)) * ENVMAPI_PI * (j + 0.5) /
-                   (ENVMAPI_ANGLES * ENVMAPI_ANGLES); /* sin t dt/2, dt = 2 pi (j + 1/2)/64^2 */
-    }
-    if (8 * spec->midpoint * most > share * look->mean) return 0;
-    if (spec->kinked && s->detail) return envmapi_look_sees(look, s, excess, 1.5 * share, l);
-    return c.epsilon * most <= share * dark && others * squares <= share * share * dark * dark;
-}
-
-/* The fewest bands that keep the bounds, or only the one on rms. They are tried one by one where
-   they are few, else a few at a time; where axes look, which are few, an eighth more are taken. */
-static int envmapi_look_bands(const envmapi_look *look, const envmapi_spec *spec,
-                              const envmapi_scene *s, int texels) {
-    const double *lambda = spec->lambda + (size_t)look->slice * (size_t)spec->known;
-    double mean = look->mean, tail = spec->tail[look->slice] * envmapi_kappa2(s, spec->known);
-    double tolerance = spec->tolerance, lost[ENVMAPI_ANGLES];
-    int L = spec->known, last = spec->known - 1;
-    for (; L > 1; --L) {
-        double c2 = envmapi_kappa2(s, L);
-        tail += c2 * (2 * L - 1) * lambda[L - 1] * lambda[L - 1];
-        if (4 * tail > tolerance * tolerance * ((1 - c2) * mean * mean + c2 * look->power)) break;
-    }
-    if (!texels) return L;
-    envmapi_series series;
-    envmapi_series_begin(&series);
-    memcpy(lost, look->k, sizeof lost);
-    int few = spec->kinked && s->detail;
-    if (few && !look->black)
-        last = (int)fmin(last, ENVMAPI_KINK_BANDS * fmax(pow(1e-3 / tolerance, 2.0 / 3), 1));
-    for (int l = 0, next = L; l < last && l < 3 * L; ++l) {
-        if (l == next) {
-            next += 1 + l / 32;
-            if (!envmapi_look_allows(look, spec, s, lost, 4 * tolerance, 1e-12 * look->most, l + 1))
-                L = l + 1 + l / (few ? 8 : 32);
-        }
-        envmapi_series_add(&series, lost, -lambda[l]);
-    }
-    return L < spec->known ? L : spec->known;
-}
-
-/* Do grids whose spacing is 0.96^n of the widest keep the bounds? Their spline errors meet those of
-   the bands. */
-typedef struct envmapi_spacing {
-    const envmapi_look *look;
-    const envmapi_spec *spec;
-    const envmapi_scene *scene;
-    int bands;
-} envmapi_spacing;
-
-static double envmapi_spacing_of(int bands, int n) {
-    return envmapi_widest_spacing(bands) * pow(0.96, n - 1);
-}
-
-static int envmapi_spacing_holds(void *user, int n) {
-    const envmapi_spacing *test = (const envmapi_spacing *)user;
-    const envmapi_look *look = test->look;
-    const envmapi_spec *spec = test->spec;
-    const double *lambda = spec->lambda + (size_t)look->slice * (size_t)spec->known;
-    double h = envmapi_spacing_of(test->bands, n), tolerance = spec->tolerance;
-    double c2 = fmax(envmapi_kappa2(test->scene, test->bands / 2 + 1), 1e-4);
-    double lost[ENVMAPI_ANGLES] = {0}, d = envmapi_spec_power(spec, look->slice, 0, test->bands, h);
-    envmapi_series series;
-    if (16 * c2 * d >
-        tolerance * tolerance * ((1 - c2) * look->mean * look->mean + c2 * look->power))
-        return 0;
-    envmapi_series_begin(&series);
-    for (int l = 0; l < test->bands; ++l)
-        envmapi_series_add(&series, lost, lambda[l] * envmapi_band_error(l, h));
-    return envmapi_look_allows(look, spec, test->scene, lost, 2 * tolerance, 0,
-                               test->bands / 2 + 1);
-}
-
-/* The widest grid whose spline errors stay within the bounds, to 4 %; its nodes keep all bands
-   apart also where a scene asks for nothing, for the solid angle goes over the same grid. */
-static double envmapi_look_spacing(const envmapi_look *look, const envmapi_spec *spec,
-                                   const envmapi_scene *s, int bands) {
-    envmapi_spacing test = {look, spec, s, bands};
-    int steps = 1 + (int)ceil(log(envmapi_widest_spacing(bands) / 1e-3) / -log(0.96));
-    return envmapi_spacing_of(bands, envmapi_least(steps, envmapi_spacing_holds, &test));
-}
-
-/* lambda_l of the slices that are looked at for `bands` bands, and the power beyond them by
-   Parseval: sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2) / norm^2; or of all the others. */
-static int envmapi_spec_lambda(envmapi_spec *spec, int bands, int others) {
-    const envmap_lobe *lobe = spec->lobe;
-    spec->known = bands;
-    for (int k = 0, n = 0; k < spec->slices; ++k) {
-        int looked_at = n < envmapi_spec_sampled(spec) && k == envmapi_spec_slice(spec, n);
-        n += looked_at;
-        if (looked_at == others) continue;
-        double p = envmapi_spec_p(spec, k), norm = envmapi_lobe_norm(lobe);
-        double *lambda = spec->lambda + (size_t)k * (size_t)bands;
-        if (!envmapi_zonal(lambda, others ? spec->L : bands, lobe, p)) return 0;
-        if (others) continue;
-        if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, p);
-        double power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2) / (norm * norm);
-        double rest = power - envmapi_spec_power(spec, k, 0, bands, 0);
-        if (!envmapi_finite(rest)) return 0;
-        spec->tail[k] = rest > 1e-11 * power ? rest : 0;
-    }
-    return 1;
-}
-
 /* D, from blocks no wider than the lobe: no mean of blocks is darker than the darkest. Half of
    that, for what lies between. */
 static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
@@ -5779,19 +5452,316 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
     return mean > 0 ? envmapi_clamp(dark / mean / 2, 1e-3, 1) : 1;
 }
 
-/* A sum over texels sees their lattice where lambda_l has not ended by then: that no few bands
-   hold. */
+/* ------------------------------------------------------------------------------------- >>fast --
+   filter = fill . lambda . project: a lobe makes a result with nothing finer than its bands, and
+   sees nothing finer in the source, so all work is done on grids that are no finer than the lobe.
+     in     slices of a source that were looked at, lobes, a tolerance       out    slices of results
+       how many bands, how fine a grid      _spec_fit          once for every lobe and scene
+       texels -> a_lm                       _fast_analyse      once for smooth lobes, once for others
+       a_lm -> lambda_l a_lm -> texels      _fast_synthesise   once for every slice of a result
+   What is lost of band l is e(l) (_band_error) on a grid of spacing h, and everything from the last
+   band L on. A band holds at most kappa_l^2 times what one light of all the energy puts there. So:
+     rms     sum_(l>=L) kappa_l^2 (2l+1) lambda_l^2 <= (tolerance/2)^2 R,            _slice_bands
+             kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/4)^2 R,          _spacing_holds
+             R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
+     texels  of what is lost at the angle t from a light, d(t) = sum (2l+1) lambda_l P_l(cos t) over
+             l >= L or times e(l), a share of the light itself is allowed, and beyond that share
+             q(t) = max(|d(t)| - share k(t), 0):                                     _slice_allows
+             epsilon q(t) <= share D lambda_0          the brightest spot, wherever it is
+             sqrt(kappa^2 - epsilon^2) rms(q) <= share D lambda_0       all others together
+   A lobe with a kink (diffuse, Banks) has bands that end slowly. There lights are summed apart, and
+   D is the least that one of 54 axes gets. Narrow ones (sigma <= 1/2) are held to what each of 150
+   axes a sees of light and of contrast, L(a) being the light that it gets:            _slice_sees
+             kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
+             1.6 epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
+   up to 256 bands, beyond which only rms is asked for; where an axis sees black, it goes on and
+   next to nothing stands for L(a).
+   Of Banks' slices those at c and -c are each other's antipodes; slices of as many bands share a
+   grid.
+   The first bound is proved but for kappa; the others are models of how errors meet, and measured:
+   the worst texel of all tests stays below 20 tolerances.  Tests: tests/test_fast.c. */
+
+/* Tuned on the three generated scenes, five real maps, and softboxes on black at 32^2 and 48^2; what
+   each holds is in tests/test_fast.c and tests/test_scenes.c. */
+#define ENVMAPI_FAST_BANDS 768  /* the most that there are */
+#define ENVMAPI_SMOOTH     8.0  /* lobes of no more than this over sigma bands, or 24, are smooth */
+#define ENVMAPI_KINK_BANDS 256  /* that axes ask for at most, at a tolerance of 1e-3 */
+#define ENVMAPI_SHARE      2.0  /* tolerances at a texel for each of four splines; the bands: two */
+#define ENVMAPI_SEES       1.5  /* times that where axes look, as they look at what is there */
+#define ENVMAPI_SPOT       1.6  /* the brightest spot, over what a block of it says */
+#define ENVMAPI_BLACK      3e-3 /* of the mean: an axis that gets less sees black, */
+#define ENVMAPI_NOTHING    5e-4 /* and this stands for what it gets */
+#define ENVMAPI_BESIDE     0.3  /* rad: how far an axis stands for the angles beside it */
+#define ENVMAPI_LATTICE    0.8 /* of the texels' lattice's first wave: from there on, a quarter more */
+
+/* A slice of a result: lambda_l as far as it is known, the power beyond, the bands L and the grid's
+   spacing h that it needs. What the scene says of it: the result's mean; what the axes get, over the
+   strongest channel's energy; and of those at an angle from the brightest spot at a scale, the least.
+   Of the bands that are known: k at the angles, and the largest |k|; the result's power. */
+typedef struct envmapi_slice {
+    double p, *lambda, tail, h;
+    int L, black; /* black: some axis gets next to nothing */
+    double mean, darkest, result[ENVMAPI_AXES], dark[ENVMAPI_SCALES][ENVMAPI_ANGLES];
+    double k[ENVMAPI_ANGLES], most, power;
+} envmapi_slice;
+
+/* What a lobe asks of a scene, slice by slice; L: the most bands, h: the finest grid. */
+typedef struct envmapi_spec {
+    const envmap_lobe *lobe;
+    envmap *dst;
+    envmapi_slice *slice;
+    int slices, mirrored; /* mirrored: half of dst's slices; those at -p are theirs */
+    int known, L, kinked; /* known: bands of which lambda_l is known */
+    double h, tolerance, sigma;
+    double brightest; /* the largest |lambda_0| of a slice */
+    double dark;      /* D, the darkest of the result over its mean, of a smooth lobe */
+    double midpoint;  /* what a texel's midpoint loses of its side, side^2/24 */
+} envmapi_spec;
+
+/* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
+static double envmapi_slice_power(const envmapi_slice *slice, int to, double h) {
+    double sum = 0;
+    for (int l = 0; l < to; ++l) {
+        double e = h > 0 ? envmapi_band_error(l, h) : 1;
+        sum += (2 * l + 1) * slice->lambda[l] * slice->lambda[l] * e * e;
+    }
+    return sum;
+}
+
+/* (2l+1) P_l at the angles, one l after the other. */
+typedef struct envmapi_series {
+    int l;
+    double x[ENVMAPI_ANGLES], P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
+} envmapi_series;
+
+static double envmapi_angle_at(int j) {
+    double t = (j + 0.5) / ENVMAPI_ANGLES;
+    return ENVMAPI_PI * t * t;
+}
+
+static envmapi_series envmapi_series_of(void) {
+    envmapi_series series;
+    series.l = 0;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j)
+        series.x[j] = cos(envmapi_angle_at(j)), series.P[j] = 1, series.before[j] = 0;
+    return series;
+}
+
+/* sum += weight (2l+1) P_l; l goes on. */
+static void envmapi_series_add(envmapi_series *series, double *sum, double weight) {
+    double a = (2 * series->l + 1.0) / (series->l + 1), b = series->l / (series->l + 1.0);
+    weight *= 2 * series->l + 1;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double P = series->P[j], next = a * series->x[j] * P - b * series->before[j];
+        sum[j] += weight * P;
+        series->before[j] = P, series->P[j] = next;
+    }
+    ++series->l;
+}
+
+/* lambda_l for `bands` bands, and the power beyond them by Parseval: sum (2l+1) lambda_l^2 =
+   4 pi (2 pi integral of k^2) / norm^2; 0 where that is not finite. */
+static int envmapi_slice_lambda(envmapi_slice *slice, const envmap_lobe *lobe, int bands) {
+    double norm = envmapi_lobe_norm(lobe);
+    envmapi_series series = envmapi_series_of();
+    if (!envmapi_zonal(slice->lambda, bands, lobe, slice->p)) return 0;
+    if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, slice->p);
+    slice->power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, slice->p, 2) / (norm * norm);
+    slice->tail = slice->power - envmapi_slice_power(slice, bands, 0);
+    if (!envmapi_finite(slice->tail)) return 0;
+    if (!(slice->tail > 1e-11 * slice->power)) slice->power -= slice->tail, slice->tail = 0;
+    memset(slice->k, 0, sizeof slice->k), slice->most = 0;
+    for (int l = 0; l < bands; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) slice->most = fmax(slice->most, fabs(slice->k[j]));
+    return 1;
+}
+
+/* sum_j w_j of all that an axis sees. */
+static void envmapi_histogram_sum(float sums[3 + ENVMAPI_SCALES],
+                                  const envmapi_histogram *histogram, const double *w) {
+    envmapi_float16 even, odd;
+    memset(&even, 0, sizeof even), memset(&odd, 0, sizeof odd);
+    for (int j = 0; j < ENVMAPI_ANGLES; j += 2) {
+        envmapi_float16_add(&even, (float)w[j], envmapi_float16_at(histogram->seen[j]));
+        envmapi_float16_add(&odd, (float)w[j + 1], envmapi_float16_at(histogram->seen[j + 1]));
+    }
+    envmapi_float16_add(&even, 1, &odd);
+    memcpy(sums, &even, sizeof even);
+}
+
+/* What axes get of the whole scene: of lobes with a kink. */
+static void envmapi_slice_axes(envmapi_slice *slice, const envmapi_spec *spec,
+                               const envmapi_scene *s) {
+    envmapi_series angles = envmapi_series_of();
+    double k[ENVMAPI_ANGLES], integral = envmapi_lobe_integral(spec->lobe, slice->p);
+    double scale = 4 * ENVMAPI_PI * fabs(slice->lambda[0]) / integral;
+    envmapi_k_many(k, angles.x, ENVMAPI_ANGLES, spec->lobe, slice->p);
+    for (int a = 0; a < s->axes; ++a) {
+        float rgb[3 + ENVMAPI_SCALES];
+        envmapi_histogram_sum(rgb, s->histograms + a, k);
+        double most = fmax(fmax((double)rgb[0], (double)rgb[1]), (double)rgb[2]);
+        slice->result[a] = fmax(scale * most, ENVMAPI_NOTHING * slice->mean);
+        slice->darkest = fmin(slice->darkest, slice->result[a]);
+    }
+    for (int i = 0; i < s->scales && s->detail; ++i) {
+        const double *spot = s->histograms[s->round + i].axis;
+        for (int j = 0; j < ENVMAPI_ANGLES; ++j) slice->dark[i][j] = HUGE_VAL;
+        for (int a = 0; a < s->axes; ++a) {
+            double t = envmapi_acos(envmapi_dot(s->histograms[a].axis, spot)), b = ENVMAPI_BESIDE;
+            double from = sqrt(fmax(t - b, 0) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
+            double to = sqrt((t + b) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
+            for (int j = (int)ceil(from); j <= to && j < ENVMAPI_ANGLES; ++j)
+                slice->dark[i][j] = fmin(slice->dark[i][j], slice->result[a]);
+        }
+    }
+}
+
+/* Looks at the scene. The mean is lambda_0, or where a slice is much darker than others a tenth of
+   theirs. */
+static void envmapi_slice_look(envmapi_slice *slice, const envmapi_spec *spec,
+                               const envmapi_scene *s) {
+    slice->mean = fmax(fabs(slice->lambda[0]), spec->brightest / 10);
+    slice->darkest = slice->mean;
+    if (spec->kinked) envmapi_slice_axes(slice, spec, s);
+    else slice->darkest *= 2 * spec->dark;
+    slice->black = slice->darkest < ENVMAPI_BLACK * slice->mean;
+}
+
+/* May an error q(t) of every light be, as far as axes see? Of what an axis gets, the rms of all
+   together must stay below that share; and so must what the brightest spot does, of what the darkest
+   axis gets that is as far off, or where there is black, of next to nothing. */
+static int envmapi_slice_sees(const envmapi_slice *slice, const envmapi_scene *s, const double *q,
+                              double share, int l) {
+    envmapi_contrast contrast = envmapi_contrast_at(s, l);
+    double squares[ENVMAPI_ANGLES];
+    float sums[3 + ENVMAPI_SCALES];
+    int i = envmapi_scale_at(s, l);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double nothing = ENVMAPI_NOTHING * slice->mean;
+        double least = slice->black ? nothing : slice->dark[i][j] / ENVMAPI_SPOT;
+        if (contrast.epsilon * q[j] > share * least) return 0;
+        squares[j] = q[j] * q[j];
+    }
+    for (int a = 0; a < s->round; ++a) {
+        envmapi_histogram_sum(sums, s->histograms + a, squares);
+        if (contrast.kappa * sqrt((double)sums[3 + i]) > share * slice->result[a]) return 0;
+    }
+    return 1;
+}
+
+/* May an error d(t) of one light be, where k(t) is the light itself? Of d what exceeds `share` of k
+   counts: the brightest light's must stay below that share of the dark, and so must the rms of what
+   all others make of it together, of which a texel may see thrice as much; a lobe with a kink asks
+   the axes. The denominator is filtered on the same grid. Solid angles change from texel to texel,
+   so it has an error of its own; it must stay below share * mean / 8. slack: what rounding leaves of
+   d; l: its lowest band. */
+static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *spec,
+                                const envmapi_scene *s, const double *d, double share, double slack,
+                                int l) {
+    envmapi_contrast c = envmapi_contrast_at(s, l);
+    double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
+    double dark = share * fmax(slice->darkest / 2, 1e-3 * slice->mean);
+    double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double over = fabs(d[j]) - share * fabs(slice->k[j]) - slack;
+        excess[j] = over > 0 ? over : 0;
+        most = excess[j] > most ? excess[j] : most;
+        squares += excess[j] * excess[j] * sin(envmapi_angle_at(j)) * ENVMAPI_PI * (j + 0.5) /
+                   (ENVMAPI_ANGLES * ENVMAPI_ANGLES); /* sin t dt/2, dt = 2 pi (j + 1/2)/64^2 */
+    }
+    if (8 * spec->midpoint * most > share * slice->mean) return 0;
+    if (spec->kinked && s->detail)
+        return envmapi_slice_sees(slice, s, excess, ENVMAPI_SEES * share, l);
+    return c.epsilon * most <= dark && others * squares <= dark * dark;
+}
+
+/* Does an error of this power stay below that part of the tolerance, in rms? */
+static int envmapi_slice_rms(const envmapi_slice *slice, const envmapi_spec *spec, double error,
+                             double c2, double part) {
+    double result = (1 - c2) * slice->mean * slice->mean + c2 * slice->power;
+    return error <= pow(spec->tolerance * part, 2) * result;
+}
+
+/* The fewest bands that keep the bounds, or only the one on rms. They are tried one by one where
+   they are few, else a few at a time; where axes look, which are few, an eighth more are taken. */
+static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *spec,
+                               const envmapi_scene *s, int texels) {
+    double tail = slice->tail * envmapi_kappa2(s, spec->known), lost[ENVMAPI_ANGLES];
+    int L = spec->known, last = spec->known - 1, few = spec->kinked && s->detail;
+    envmapi_series series = envmapi_series_of();
+    for (; L > 1; --L) {
+        double c2 = envmapi_kappa2(s, L);
+        tail += c2 * (2 * L - 1) * slice->lambda[L - 1] * slice->lambda[L - 1];
+        if (!envmapi_slice_rms(slice, spec, tail, c2, 0.5)) break;
+    }
+    if (!texels) return L;
+    memcpy(lost, slice->k, sizeof lost);
+    if (few && !slice->black)
+        last = (int)fmin(last, ENVMAPI_KINK_BANDS * fmax(pow(1e-3 / spec->tolerance, 2.0 / 3), 1));
+    for (int l = 0, next = L; l < last && l < 3 * L; ++l) {
+        if (l == next) {
+            next += 1 + l / 32;
+            if (!envmapi_slice_allows(slice, spec, s, lost, 2 * ENVMAPI_SHARE * spec->tolerance,
+                                      1e-12 * slice->most, l + 1))
+                L = l + 1 + l / (few ? 8 : 32);
+        }
+        envmapi_series_add(&series, lost, -slice->lambda[l]);
+    }
+    return L < spec->known ? L : spec->known;
+}
+
+/* Do grids whose spacing is 0.96^(n-1) of the widest keep the bounds? */
+typedef struct envmapi_spacing {
+    const envmapi_slice *slice;
+    const envmapi_spec *spec;
+    const envmapi_scene *scene;
+} envmapi_spacing;
+
+static double envmapi_spacing_of(int bands, int n) {
+    return envmapi_widest_spacing(bands) * pow(0.96, n - 1);
+}
+
+static int envmapi_spacing_holds(void *user, int n) {
+    const envmapi_spacing *test = (const envmapi_spacing *)user;
+    const envmapi_slice *slice = test->slice;
+    const envmapi_spec *spec = test->spec;
+    int middle = slice->L / 2 + 1;
+    double h = envmapi_spacing_of(slice->L, n), lost[ENVMAPI_ANGLES] = {0};
+    double c2 = fmax(envmapi_kappa2(test->scene, middle), 1e-4);
+    envmapi_series series = envmapi_series_of();
+    if (!envmapi_slice_rms(slice, spec, c2 * envmapi_slice_power(slice, slice->L, h), c2, 0.25))
+        return 0;
+    for (int l = 0; l < slice->L; ++l)
+        envmapi_series_add(&series, lost, slice->lambda[l] * envmapi_band_error(l, h));
+    return envmapi_slice_allows(slice, spec, test->scene, lost, ENVMAPI_SHARE * spec->tolerance, 0,
+                                middle);
+}
+
+/* The widest grid whose spline errors stay within the bounds, to 4 %. */
+static double envmapi_slice_spacing(const envmapi_slice *slice, const envmapi_spec *spec,
+                                    const envmapi_scene *s) {
+    envmapi_spacing test = {slice, spec, s};
+    int steps = 1 + (int)ceil(log(envmapi_widest_spacing(slice->L) / 1e-3) / -log(0.96));
+    return envmapi_spacing_of(slice->L, envmapi_least(steps, envmapi_spacing_holds, &test));
+}
+
+static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
+    for (int k = 0; k < spec->slices && bands > spec->known; ++k)
+        if (!envmapi_slice_lambda(spec->slice + k, spec->lobe, bands)) return 0;
+    if (bands > spec->known) spec->known = bands;
+    return 1;
+}
+
+/* A sum over texel centres shows the texels' lattice if lambda_l has not decayed by the lattice's
+   frequency. No band limit below that one can represent it. */
 static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmap *map) {
     double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);
-    int l = (int)(0.8 * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
+    int l = (int)(ENVMAPI_LATTICE * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
     if (bands > ENVMAPI_FAST_BANDS) return 1;
-    if (bands > spec->known && !envmapi_spec_lambda(spec, bands, 0)) return 0;
-    for (; l < bands; ++l)
-        for (int k = 0; k < envmapi_spec_sampled(spec); ++k) {
-            int slice = envmapi_spec_slice(spec, k);
-            double lambda = spec->lambda[(size_t)slice * (size_t)spec->known + (size_t)l];
-            if (4 * fabs(lambda) > spec->tolerance * envmapi_spec_mean(spec, slice)) return 0;
-        }
+    if (!envmapi_spec_lambda(spec, bands)) return 0;
+    for (const envmapi_slice *s = spec->slice; s < spec->slice + spec->slices; ++s)
+        for (int i = l; i < bands; ++i)
+            if (4 * fabs(s->lambda[i]) > spec->tolerance * s->mean) return 0;
     return 1;
 }
 
@@ -5800,110 +5770,78 @@ static int envmapi_spec_enough(const envmapi_spec *spec) {
     return spec->L <= spec->known - spec->known / 8;
 }
 
-/* Bands of every slice, the most, unless there are not bands enough; between slices that are looked
-   at, the greater number. */
+/* Bands of every slice, and the most, unless there are not bands enough. */
 static void envmapi_spec_bands(envmapi_spec *spec, const envmapi_scene *s, int texels) {
     spec->L = 1;
-    for (int n = 0, from = 0; n < envmapi_spec_sampled(spec); ++n) {
-        const envmapi_look *look = spec->looks + n;
-        int at = look->slice, L = envmapi_look_bands(look, spec, s, texels);
-        for (int i = from + 1; i <= at; ++i)
-            spec->slice_L[i] = i < at && spec->slice_L[from] > L ? spec->slice_L[from] : L;
-        spec->slice_L[at] = L, from = at;
-        if (L > spec->L) spec->L = L;
+    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
+        slice->L = envmapi_slice_bands(slice, spec, s, texels);
+        if (slice->L > spec->L) spec->L = slice->L;
         if (!envmapi_spec_enough(spec) && spec->known < ENVMAPI_FAST_BANDS) return;
     }
 }
 
-/* The spacing of every slice's grid, and the least; between slices that are looked at, the finer. */
-static void envmapi_spec_spacings(envmapi_spec *spec, const envmapi_scene *s) {
-    spec->h = HUGE_VAL;
-    for (int n = 0, from = 0; n < envmapi_spec_sampled(spec); ++n) {
-        int at = spec->looks[n].slice;
-        double h = envmapi_look_spacing(spec->looks + n, spec, s, spec->slice_L[at]);
-        for (int i = from + 1; i <= at; ++i)
-            spec->slice_h[i] = i < at && spec->slice_h[from] < h ? spec->slice_h[from] : h;
-        spec->slice_h[at] = h, from = at;
-        spec->h = fmin(spec->h, h);
-    }
-}
-
-/* Rows `row` .. returned - 1 need about as many bands, `need` at most, and a grid of h. */
-static int envmapi_spec_run(int *need, double *h, const envmapi_spec *spec, int row) {
-    int most = spec->slice_L[row], least = most;
-    *h = spec->slice_h[row];
-    for (; row < spec->slices; ++row) {
-        int L = spec->slice_L[row];
-        if (4 * (L > most ? L : most) > 5 * (L < least ? L : least)) break;
-        most = L > most ? L : most, least = L < least ? L : least;
-        *h = fmin(*h, spec->slice_h[row]);
-    }
-    *need = most;
-    return row;
-}
-
-/* Bands and spacing for this scene; need 0 where there are not enough, or more than `most`. */
-static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
-    int looked = 0;
-    spec->dark = envmapi_scene_dark(scene, spec->sigma);
+/* Bands for this scene; 0 where there are not enough, or more than `most`. */
+static int envmapi_spec_search(envmapi_spec *spec, const envmapi_scene *scene, double most) {
     for (int bands = spec->known > 24 ? spec->known : 24;; bands = bands < 96 ? 96 : 2 * bands) {
         if (bands > ENVMAPI_FAST_BANDS) bands = ENVMAPI_FAST_BANDS;
-        if (bands > spec->known && !envmapi_spec_lambda(spec, bands, 0)) return spec->L = 0;
-        for (int n = 0; n < envmapi_spec_sampled(spec); ++n) {
-            if (!looked) envmapi_look_create(spec->looks + n, spec, n, scene);
-            envmapi_look_update(spec->looks + n, spec);
-        }
-        looked = 1;
+        if (!envmapi_spec_lambda(spec, bands)) return 0;
+        for (int k = 0; k < spec->slices && !spec->L; ++k)
+            envmapi_slice_look(spec->slice + k, spec, scene);
         envmapi_spec_bands(spec, scene, 1);
-        if (envmapi_spec_enough(spec)) break;
-        if (spec->L > most || (bands >= ENVMAPI_FAST_BANDS && bands < 8 / spec->sigma))
-            return spec->L = 0;
-        if (bands >= ENVMAPI_FAST_BANDS) { /* a kink beside nothing but dark: at least the rms */
-            envmapi_spec_bands(spec, scene, 0);
-            if (spec->L > spec->known / 2) return spec->L = 0;
-            envmapi_spec_bands(spec, scene, 1);
-            spec->L = spec->known / 2;
-            for (int k = 0; k < spec->slices; ++k)
-                if (spec->slice_L[k] > spec->L) spec->slice_L[k] = spec->L;
-            break;
-        }
+        if (envmapi_spec_enough(spec)) return spec->L <= most;
+        if (spec->L > most) return 0;
+        if (bands < ENVMAPI_FAST_BANDS) continue;
+        if (bands < ENVMAPI_SMOOTH / spec->sigma) return 0;
+        envmapi_spec_bands(spec, scene, 0); /* a kink beside nothing but dark: at least the rms */
+        if (spec->L > spec->known / 2) return 0;
+        envmapi_spec_bands(spec, scene, 1);
+        spec->L = spec->known / 2;
+        for (int k = 0; k < spec->slices; ++k)
+            if (spec->slice[k].L > spec->L) spec->slice[k].L = spec->L;
+        return spec->L <= most;
     }
-    if (spec->L > most || !envmapi_spec_lattice_holds(spec, scene->in.map)) return spec->L = 0;
-    envmapi_spec_spacings(spec, scene);
-    return envmapi_spec_lambda(spec, spec->known, 1);
 }
 
-/* Sets up a plan; 0 when the lobe is sharper than src's texels, or than all bands. */
+/* Bands and spacing for this scene; L 0 where that cannot be. */
+static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
+    spec->L = 0, spec->h = HUGE_VAL, spec->dark = envmapi_scene_dark(scene, spec->sigma);
+    if (!envmapi_spec_search(spec, scene, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
+        return spec->L = 0;
+    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
+        slice->h = envmapi_slice_spacing(slice, spec, scene);
+        spec->h = fmin(spec->h, slice->h);
+    }
+    return spec->L;
+}
+
+/* Sets up a specification; 0 when the lobe is sharper than src's texels. */
 static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lobe *lobe,
                                const envmap *src, double tolerance, envmapi_pool *pool,
                                envmap_result *result) {
-    int varied = lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1;
+    int varied = lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1, all = varied ? dst->slices : 1;
+    double side = envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size);
     memset(spec, 0, sizeof *spec);
     spec->lobe = lobe, spec->dst = dst, spec->tolerance = tolerance;
+    spec->sigma = ENVMAPI_PI, spec->midpoint = side * side / 24;
     /* Banks' ring at -c is that at c about -t. */
     spec->mirrored = lobe->kind == ENVMAP_LOBE_BANKS && varied && !(lobe->p0 + lobe->p1 < 0) &&
                      !(lobe->p0 + lobe->p1 > 0);
-    spec->slices = spec->mirrored ? (dst->slices + 1) / 2 : varied ? dst->slices : 1;
-    spec->sigma = ENVMAPI_PI;
-    spec->midpoint =
-        pow(envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size), 2) / 24;
+    spec->slices = spec->mirrored ? (all + 1) / 2 : all;
     for (int k = 0; k < spec->slices; ++k)
-        spec->sigma = fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_spec_p(spec, k)));
+        spec->sigma = fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, all)));
     if (spec->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)spec->slices;
-    spec->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 3) * n, sizeof(double));
-    spec->looks = (envmapi_look *)envmapi_pool_get(pool, (size_t)envmapi_spec_sampled(spec),
-                                                   sizeof(envmapi_look));
-    if (!spec->lambda || !spec->looks) *result = ENVMAP_ERROR_MEMORY;
-    if (*result) return 0;
-    spec->tail = spec->lambda + ENVMAPI_FAST_BANDS * n, spec->slice_h = spec->tail + n;
-    spec->slice_L = (int *)(spec->slice_h + n);
-    for (int k = 0; k < spec->slices; ++k) {
-        double first = 0;
-        envmapi_zonal(&first, 1, lobe, envmapi_spec_p(spec, k));
-        spec->brightest = fmax(spec->brightest, fabs(first));
+    spec->slice = (envmapi_slice *)envmapi_pool_get(pool, n, sizeof(envmapi_slice));
+    double *lambda = (double *)envmapi_pool_get(pool, ENVMAPI_FAST_BANDS * n, sizeof(double));
+    if (!spec->slice || !lambda) *result = ENVMAP_ERROR_MEMORY;
+    for (int k = 0; k < spec->slices && !*result; ++k) {
+        envmapi_slice *slice = spec->slice + k;
+        slice->p = envmapi_slice_p(lobe, k, all);
+        slice->lambda = lambda + (size_t)k * ENVMAPI_FAST_BANDS;
+        if (!envmapi_zonal(slice->lambda, 1, lobe, slice->p)) slice->lambda[0] = 0;
+        spec->brightest = fmax(spec->brightest, fabs(slice->lambda[0]));
     }
-    return 1;
+    return !*result;
 }
 
 /* A slice as it is, and what its lights leave (unlit.lights NULL: not known yet). */
@@ -5915,73 +5853,58 @@ typedef struct envmapi_scenes {
 static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_scenes *scenes,
                                        envmapi_pool *pool) {
     int kinked = 0;
-    double extent = envmapi_texel_extent(scenes->whole.in.map);
-    double sigma = ENVMAPI_PI;
+    double extent = envmapi_texel_extent(scenes->whole.in.map), sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
-    for (int i = 0; i < count; ++i) {
-        specs[i].kinked = 0;
-        kinked += specs[i].kinked =
-            !envmapi_spec_fit(specs + i, &scenes->whole, fmax(24, 8 / specs[i].sigma));
-        if (specs[i].kinked) sigma = fmin(sigma, specs[i].sigma);
+    for (envmapi_spec *spec = specs; spec < specs + count; ++spec) {
+        spec->kinked = 0;
+        spec->kinked =
+            !envmapi_spec_fit(spec, &scenes->whole, fmax(24, ENVMAPI_SMOOTH / spec->sigma));
+        kinked += spec->kinked;
+        if (spec->kinked) sigma = fmin(sigma, spec->sigma);
     }
     if (kinked && !scenes->unlit.lights) {
         scenes->unlit = scenes->whole;
         result = envmapi_scene_lights(&scenes->unlit, sigma, pool);
     }
-    for (int i = 0; i < count && !result; ++i)
+    for (envmapi_spec *spec = specs; spec < specs + count && !result; ++spec)
         /* A kink sees the lattice of few, large texels, which no band holds. */
-        if (specs[i].kinked &&
-            (extent >= 0.05 || !envmapi_spec_fit(specs + i, &scenes->unlit, ENVMAPI_FAST_BANDS)))
-            specs[i].L = 0;
+        if (spec->kinked && extent < 0.05)
+            envmapi_spec_fit(spec, &scenes->unlit, ENVMAPI_FAST_BANDS);
     return result;
 }
 
+/* ---- source to a_lm to results */
+
 /* What the source side hands to the result side. */
 typedef struct envmapi_spectrum {
-    double *a;       /* a_lm */
-    int bands, kept; /* kept: the source's grid is still there */
+    double *a; /* a_lm */
+    int kept;  /* the source's grid is still there: a result of the same shape takes it over */
     double h;
-    const envmapi_light *lights;
-    int light_count;
-    envmapi_transform f; /* the source's grid: a result of the same shape takes it over */
+    envmapi_transform t;
 } envmapi_spectrum;
 
-/* A surveyed slice -> the spectrum that all specs of one kind can do with. */
+/* A scene -> the spectrum that all specs of one kind can do with. */
 static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_spec *specs,
                                           int count, int kinked, const envmapi_scene *scene,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
-    envmapi_transform *f = &out->f;
+    envmapi_transform *t = &out->t;
+    int bands = 1;
     memset(out, 0, sizeof *out);
-    out->bands = 1, out->h = 1, out->kept = 1;
-    for (int i = 0; i < count; ++i) {
-        if (specs[i].kinked != kinked || !specs[i].L) continue;
-        if (specs[i].L > out->bands) out->bands = specs[i].L;
-        out->h = fmin(out->h, specs[i].h);
+    out->h = 1, out->kept = 1;
+    for (const envmapi_spec *spec = specs; spec < specs + count; ++spec) {
+        if (spec->kinked != kinked || !spec->L) continue;
+        if (spec->L > bands) bands = spec->L;
+        out->h = fmin(out->h, spec->h);
     }
-    out->a =
-        (double *)envmapi_pool_get(pool, envmapi_triangle(out->bands, out->bands), sizeof(double));
+    out->a = (double *)envmapi_pool_get(pool, envmapi_triangle(bands, bands), sizeof(double));
     if (!out->a ||
-        envmapi_transform_create(f, scene->in.map, out->h, out->bands, (double)desc->tolerance,
+        envmapi_transform_create(t, scene->in.map, out->h, bands, (double)desc->tolerance,
                                  &scene->in, NULL, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
-    f->lights = out->lights = kinked ? scene->lights : NULL;
-    f->light_count = out->light_count = kinked ? scene->light_count : 0;
-    f->a = out->a, f->a_bands = out->bands;
-    envmapi_project_texels(f, &desc->work);
+    if (kinked) t->lights = scene->lights, t->light_count = scene->light_count;
+    t->a = out->a, t->a_bands = bands;
+    envmapi_project_texels(t, &desc->work);
     return ENVMAP_OK;
-}
-
-/* A slice of a result from a spectrum, on its grid. */
-static envmap_result envmapi_fast_slice(envmapi_transform *f, const envmapi_spec *spec, int k,
-                                        const double *lambda, const envmap_work *work) {
-    const envmap *dst = spec->dst;
-    f->lambda = lambda;
-    f->out = envmapi_image(dst, 0, k, 0);
-    f->p = envmapi_slice_p(spec->lobe, k, dst->slices);
-    f->norm = envmapi_lobe_norm(spec->lobe);
-    if (f->divide) f->norm = envmapi_lobe_integral(spec->lobe, f->p);
-    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
-    return envmapi_fill_texels(f, work) ? envmapi_tell(&work->progress, 1) : ENVMAP_ERROR_LOBE;
 }
 
 /* dst(d) = src(-d), where texels have texels opposite: not on sphere and angular maps. */
@@ -6001,58 +5924,79 @@ static int envmapi_antipodes(float *dst, const float *src, int mapping, int edge
     return 1;
 }
 
-/* One row of a plan: its slice, and that at -p, lambda_l of which is (-1)^l times as much; as far
-   as they are among first .. first+slices-1. */
-static envmap_result envmapi_fast_pair(envmapi_transform *f, const envmapi_spec *spec, int row,
+/* Slice k of a result, at the slice's p or at -p, where lambda_l is (-1)^l times as much. */
+static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec *spec,
+                                       const envmapi_slice *slice, int k, int opposite,
+                                       const envmap_work *work) {
+    double lambda[ENVMAPI_FAST_BANDS];
+    for (int l = 0; l < spec->L; ++l)
+        lambda[l] = opposite && l % 2 ? -slice->lambda[l] : slice->lambda[l];
+    t->lambda = lambda, t->lobe = spec->lobe;
+    t->out = envmapi_image(spec->dst, 0, k, 0);
+    t->p = opposite ? -slice->p : slice->p;
+    t->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
+    t->norm = t->divide ? envmapi_lobe_integral(spec->lobe, t->p) : envmapi_lobe_norm(spec->lobe);
+    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
+    return envmapi_fill_texels(t, work) ? envmapi_tell(&work->progress, 1) : ENVMAP_ERROR_LOBE;
+}
+
+/* A slice of a specification, and that at -p, as far as they are among first .. first+slices-1. */
+static envmap_result envmapi_fast_pair(envmapi_transform *t, const envmapi_spec *spec, int row,
                                        int first, int slices, const envmap_work *work) {
     const envmap *dst = spec->dst;
-    double *lambda = spec->lambda + (size_t)row * (size_t)spec->known;
-    int last = first + slices, slice = spec->slices > 1 || spec->mirrored ? row : first;
-    int other = spec->mirrored ? dst->slices - 1 - row : slice;
-    int here = slice >= first && slice < last;
-    envmap_result result = here ? envmapi_fast_slice(f, spec, slice, lambda, work) : ENVMAP_OK;
-    if (result || other == slice || other < first || other >= last) return result;
-    if (here && envmapi_antipodes(envmapi_image(dst, 0, other, 0), envmapi_image(dst, 0, slice, 0),
+    const envmapi_slice *slice = spec->slice + row;
+    int last = first + slices, k = spec->slices > 1 || spec->mirrored ? row : first;
+    int other = spec->mirrored ? dst->slices - 1 - row : k, here = k >= first && k < last;
+    envmap_result result = here ? envmapi_fast_fill(t, spec, slice, k, 0, work) : ENVMAP_OK;
+    if (result || other == k || other < first || other >= last) return result;
+    if (here && envmapi_antipodes(envmapi_image(dst, 0, other, 0), envmapi_image(dst, 0, k, 0),
                                   dst->mapping, dst->size))
         return ENVMAP_OK;
-    for (int l = 1; l < spec->L; l += 2) lambda[l] = -lambda[l];
-    result = envmapi_fast_slice(f, spec, other, lambda, work);
-    for (int l = 1; l < spec->L; l += 2) lambda[l] = -lambda[l];
-    return result;
+    return envmapi_fast_fill(t, spec, slice, other, 1, work);
+}
+
+/* Slices from `row` on that need about as many bands, L at most, and a grid of h: up to which. */
+static int envmapi_spec_run(int *L, double *h, const envmapi_spec *spec, int row) {
+    int least = spec->slice[row].L;
+    for (*L = least, *h = HUGE_VAL; row < spec->slices; ++row) {
+        int one = spec->slice[row].L, most = one > *L ? one : *L,
+            fewest = one < least ? one : least;
+        if (4 * most > 5 * fewest) break;
+        *L = most, least = fewest, *h = fmin(*h, spec->slice[row].h);
+    }
+    return row;
 }
 
 /* A spectrum -> slices of a result, from `first` on; slices of as many bands share a grid. The
    source's serves again where it is not much finer than need be. */
 static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_spectrum *spectrum,
-                                             const envmapi_scene *scene, int first, int slices,
-                                             const envmap_filter_desc *desc, envmapi_pool *pool) {
-    const envmap *dst = spec->dst, *src = scene->in.map;
-    int kept = pool->count, need;
-    double h;
+                                             int first, int slices, const envmap_filter_desc *desc,
+                                             envmapi_pool *pool) {
+    const envmap *dst = spec->dst, *src = spectrum->t.grid.map;
     envmap_result result = ENVMAP_OK;
-    for (int row = 0, end; row < spec->slices; row = end) {
-        envmapi_transform own, *f = &spectrum->f;
-        end = envmapi_spec_run(&need, &h, spec, row);
+    for (int row = 0, end, L, kept = pool->count; row < spec->slices; row = end) {
+        double h;
+        envmapi_transform own, *t = &spectrum->t;
+        end = envmapi_spec_run(&L, &h, spec, row);
         int here = row < first + slices && end > first, n = dst->slices;
         int there = spec->mirrored && n - end < first + slices && n - row > first;
         if (!here && !there && spec->slices > 1) continue;
         if (!spectrum->kept || dst->mapping != src->mapping || dst->size != src->size ||
-            h > 1.2 * spectrum->h)
-            result =
-                envmapi_transform_create(f = &own, dst, h, need, (double)desc->tolerance, NULL,
-                                         spectrum->kept ? &spectrum->f : NULL, &desc->work, pool);
-        if (result) return result;
-        f->a = spectrum->a, f->a_bands = spectrum->bands;
-        f->lights = spectrum->lights, f->light_count = spectrum->light_count;
-        f->rings.bands = need;
-        f->lobe = spec->lobe;
-        f->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
-        for (; row < end; ++row) {
+            h > 1.2 * spectrum->h) {
+            result = envmapi_transform_create(&own, dst, h, L, (double)desc->tolerance, NULL,
+                                              spectrum->kept ? t : NULL, &desc->work, pool);
+            own.a = t->a, own.a_bands = t->a_bands;
+            own.lights = t->lights, own.light_count = t->light_count;
+            t = &own;
+        }
+        t->rings.bands = L;
+        for (; row < end && !result; ++row) {
             envmapi_part part;
             envmap_work one = envmapi_work_part(&part, &desc->work, row, 1, spec->slices);
-            if ((result = envmapi_fast_pair(f, spec, row, first, slices, &one))) return result;
+            result = envmapi_fast_pair(t, spec, row, first, slices, &one);
         }
         envmapi_pool_free(pool, kept);
+        if (result) return result;
     }
     if (spec->slices == 1 && !spec->mirrored) envmapi_copy_slices(dst, first, slices);
     return ENVMAP_OK;
@@ -6064,12 +6008,12 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
     int serves = spectrum->a != NULL;
     for (int i = 0; i < count; ++i)
         if (specs[i].kinked == kinked && specs[i].L)
-            serves &= specs[i].L <= spectrum->bands && specs[i].h >= 0.999 * spectrum->h;
+            serves &= specs[i].L <= spectrum->t.a_bands && specs[i].h >= 0.999 * spectrum->h;
     return serves;
 }
 
-/* All specs for one surveyed slice: smooth lobes share one spectrum, those with kinks another,
-   which has the lights taken out; ready: spectra that are there already, or NULL. Plan 0 comes
+/* All specs for one slice of a source: smooth lobes share one spectrum, those with kinks another,
+   which has the lights taken out; ready: spectra that are there already, or NULL. The first comes
    last: its result is final as soon as it is written. */
 static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
                                          const envmapi_scenes *scenes,
@@ -6077,8 +6021,8 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
     envmap_result result = ENVMAP_OK;
     int kept = pool->count, done = 0;
-    for (int turn = 0; turn < 2; ++turn) {
-        int kinked = turn ? specs[0].kinked : !specs[0].kinked, any = 0;
+    for (int pass = 0; pass < 2 && !result; ++pass) {
+        int kinked = pass ? specs[0].kinked : !specs[0].kinked, any = 0;
         const envmapi_scene *scene = kinked ? &scenes->unlit : &scenes->whole;
         envmapi_spectrum spectrum;
         for (int i = 0; i < count; ++i) any += specs[i].kinked == kinked && specs[i].L;
@@ -6086,24 +6030,19 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             spectrum = ready[kinked];
         else if (any)
             result = envmapi_fast_analyse(&spectrum, specs, count, kinked, scene, desc, pool);
-        for (int i = count - 1; i >= 0 && !result; --i) {
+        for (const envmapi_spec *spec = specs + count; spec-- > specs && !result;) {
             envmapi_part part;
-            envmap_filter_desc part_desc = *desc;
-            part_desc.work = envmapi_work_part(&part, &desc->work, done, 1, count);
-            if (specs[i].kinked != kinked) continue;
-            ++done;
-            if (specs[i].L)
-                result = envmapi_fast_synthesise(specs + i, &spectrum, scene, first, slices,
-                                                 &part_desc, pool);
+            envmap_filter_desc one = *desc;
+            if (spec->kinked != kinked) continue;
+            one.work = envmapi_work_part(&part, &desc->work, done++, 1, count);
+            if (spec->L)
+                result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
             else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
-            else
-                result = envmapi_filter_reference(specs[i].dst, scene->in.map, specs[i].lobe,
-                                                  &part_desc);
+            else result = envmapi_filter_reference(spec->dst, scene->in.map, spec->lobe, &one);
         }
         envmapi_pool_free(pool, kept);
-        if (result) return result;
     }
-    return ENVMAP_OK;
+    return result;
 }
 
 /* ---------------------------------------------------------------------------------- >>filters --
@@ -6390,7 +6329,7 @@ static void envmapi_power_of(double *scene, int known, const envmapi_spectrum *s
     for (int l = 0; l < known; ++l) {
         double sum = 0;
         for (int m = 0; m <= l; ++m) {
-            const double *a = spectrum->a + envmapi_triangle(spectrum->bands, m) + 8 * (l - m);
+            const double *a = spectrum->a + envmapi_triangle(spectrum->t.a_bands, m) + 8 * (l - m);
             for (int c = 0; c < 3; ++c) sum += (m ? 2 : 1) * (a[c] * a[c] + a[c + 4] * a[c + 4]);
         }
         scene[l] = sum / (2 * l + 1);
