@@ -71,7 +71,7 @@
    CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/.
      >>base        results, executor, progress
      >>directions  direction <-> (face, u, v), matrices
-     >>maps        create, texel, solid angle, lookups
+     >>maps        create, texel, solid angle, lookups, cleaning
      >>resample    a map in another parameterization and size
      >>pfm         read and write float pictures
      >>mips        levels weighted by solid angle; level of a footprint, and probes along it
@@ -234,16 +234,6 @@ ENVMAP_API void envmap_lookup(float rgb[3], const envmap *map, const float dir[3
 ENVMAP_API void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
                                     float level);
 
-/* -------------------------------------------------------------------------------- >>resample -- */
-
-/* dst level 0 = src level 0 in dst's parameterization and size, slice by slice (src may have one
-   slice for all). Each texel is the solid-angle-weighted mean of bilinear src over the texel,
-   taken at a grid of points three times finer than src's texels: a box prefilter when shrinking,
-   bilinear interpolation when not. Same mapping and size: the same texels.
-   Errors: ARGUMENT, RADIANCE (NaN, Inf).  O(max(texels)), allocates nothing.
-   Test: resampling_* . */
-ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src);
-
 /* What a cleaning found and took, in numbers (three a texel) and as shares. */
 typedef struct envmap_cleaned {
     int nan, infinite, negative, limited;
@@ -260,6 +250,16 @@ typedef struct envmap_cleaned {
    Errors: ARGUMENT; nothing is changed then.  O(texels), allocates nothing.
    Test: cleaning_* . */
 ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned);
+
+/* -------------------------------------------------------------------------------- >>resample -- */
+
+/* dst level 0 = src level 0 in dst's parameterization and size, slice by slice (src may have one
+   slice for all). Each texel is the solid-angle-weighted mean of bilinear src over the texel,
+   taken at a grid of points three times finer than src's texels: a box prefilter when shrinking,
+   bilinear interpolation when not. Same mapping and size: the same texels.
+   Errors: ARGUMENT, RADIANCE (NaN, Inf).  O(max(texels)), allocates nothing.
+   Test: resampling_* . */
+ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src);
 
 /* ------------------------------------------------------------------------------------- >>pfm -- */
 
@@ -1206,6 +1206,7 @@ ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const floa
      envmapi_add_lookup    one face; near the paraboloids' rim both
      envmapi_add_bilinear  2 x 2 texels; a lat-long pole is the mean of its row
      envmapi_add_tap       one texel, of the neighbour where (x,y) lies beyond an edge
+   envmap_clean makes level 0 fit to filter, number by number (_clean_number).
    Tests: tests/test_maps.c; solid_angles_sum_to_4_pi, solid_angles_are_the_integral_over_the_texel,
    lookups_are_of_second_order, lookups_are_continuous_across_seams. */
 
@@ -1536,6 +1537,44 @@ ENVMAPI_BODY void envmap_lookup_slice(float rgb[3], const envmap *map, const flo
     envmapi_lookup(rgb, map, dir, s, level);
 }
 
+/* ---- cleaning ---- */
+
+/* One number; tells in *energy what the limit takes of it, and whether it was fit to filter. */
+static int envmapi_clean_number(float *number, double limit, envmap_cleaned *out, double energy[2],
+                                double w) {
+    double value = (double)*number, kept = value > 0 ? fmin(value, limit) : 0;
+    int finite = envmapi_finite(value), infinite = !finite && envmapi_finite(1 / value);
+    if (infinite && value > 0) kept = limit;
+    out->infinite += infinite, out->nan += !finite && !infinite,
+        out->negative += finite && value < 0;
+    out->limited += finite && value > limit;
+    if (finite && value > 0) energy[0] += w * value, energy[1] += w * (value - kept);
+    *number = (float)kept;
+    return finite && !(value < 0);
+}
+
+ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned) {
+    envmap_cleaned out;
+    double energy[2] = {0, 0}, solid = 0, replaced = 0, most = (double)limit;
+    if (!envmapi_valid(map) || !envmapi_finite(most) || most < 0) return ENVMAP_ERROR_ARGUMENT;
+    size_t area = envmapi_area(map->mapping, map->size), width = area / (size_t)map->size;
+    size_t count = area * (size_t)(envmap_faces(map->mapping) * map->slices);
+    memset(&out, 0, sizeof out);
+    for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
+        if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
+    for (size_t i = 0; i < count; ++i) {
+        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(i % area % width),
+                                      (int)(i % area / width));
+        int fit = 1;
+        for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
+            fit &= envmapi_clean_number(number, most, &out, energy, w);
+        solid += w, replaced += fit ? 0 : w;
+    }
+    out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
+    if (cleaned) *cleaned = out;
+    return ENVMAP_OK;
+}
+
 /* -------------------------------------------------------------------------------- >>resample --
    In: a map src. Out: dst, the same radiance in another mapping and size. A texel of dst is
      sum over i of rho_i src(d_i) / sum over i of rho_i    envmapi_resample_texel
@@ -1614,51 +1653,12 @@ static void envmapi_resample_slice(envmap *dst, const envmap *src, int slice) {
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
     if (!envmapi_pair_ok(dst, src)) return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
-    int alike = dst->mapping == src->mapping && dst->size == src->size;
-    for (int slice = 0; slice < dst->slices; ++slice) {
-        const float *same = slice > 0 && src->slices == 1 ? dst->texels : NULL;
-        if (alike) same = envmapi_level_of(src, 0, slice).texels;
-        if (same)
-            memcpy(envmapi_image(dst, 0, slice, 0), same,
+    for (int slice = 0; slice < src->slices; ++slice)
+        if (dst->mapping == src->mapping && dst->size == src->size)
+            memcpy(envmapi_image(dst, 0, slice, 0), envmapi_image(src, 0, slice, 0),
                    envmapi_slice_floats(dst, 0) * sizeof(float));
         else envmapi_resample_slice(dst, src, slice);
-    }
-    return ENVMAP_OK;
-}
-
-/* One number; tells in *energy what the limit takes of it, and whether it was fit to filter. */
-static int envmapi_clean_number(float *number, double limit, envmap_cleaned *out, double energy[2],
-                                double w) {
-    double value = (double)*number, kept = value > 0 ? fmin(value, limit) : 0;
-    int finite = envmapi_finite(value), infinite = !finite && envmapi_finite(1 / value);
-    if (infinite && value > 0) kept = limit;
-    out->infinite += infinite, out->nan += !finite && !infinite,
-        out->negative += finite && value < 0;
-    out->limited += finite && value > limit;
-    if (finite && value > 0) energy[0] += w * value, energy[1] += w * (value - kept);
-    *number = (float)kept;
-    return finite && !(value < 0);
-}
-
-ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned) {
-    envmap_cleaned out;
-    double energy[2] = {0, 0}, solid = 0, replaced = 0, most = (double)limit;
-    if (!envmapi_valid(map) || !envmapi_finite(most) || most < 0) return ENVMAP_ERROR_ARGUMENT;
-    size_t area = envmapi_area(map->mapping, map->size), width = area / (size_t)map->size;
-    size_t count = area * (size_t)(envmap_faces(map->mapping) * map->slices);
-    memset(&out, 0, sizeof out);
-    for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
-        if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
-    for (size_t i = 0; i < count; ++i) {
-        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(i % area % width),
-                                      (int)(i % area / width));
-        int fit = 1;
-        for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
-            fit &= envmapi_clean_number(number, most, &out, energy, w);
-        solid += w, replaced += fit ? 0 : w;
-    }
-    out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
-    if (cleaned) *cleaned = out;
+    if (src->slices == 1) envmapi_copy_slices(dst, 0, dst->slices);
     return ENVMAP_OK;
 }
 
