@@ -4314,18 +4314,27 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
     return ENVMAP_OK;
 }
 
-/* -------------------------------------------------------------------------------- >>reference --
-   REFERENCE, the definition: for every axis a
-       L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1
-   in double, i over all texels of src with w_i > 0. It is second order in the texel while the
-   lobe is wide: sigma >= 2 mean texels. Below that each texel spreads with a tent of width
-   t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
+/* ------------------------------------------------------------------------------- >>reference --
+   The definition: every other method is held to this sum. In: a slice of src, a lobe, the slice's
+   parameter p. Out: a slice of dst. For every axis a, in double,
+       L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1 for raw
+   over all texels i of src with a solid angle w_i > 0. The error of this sum is of second order in
+   the texel while the lobe is wide: sigma >= 2 mean texels. Below that each texel is spread by a
+   tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
-       t = 1       the spread texels are the bilinear radiance: its integral against k by
-                   quadrature in polar coordinates about a, within 12 texels or 8 sigma; a lobe's
-                   wider tail (GGX) is smooth at a texel's scale and stays a sum over texels, the
-                   two joined by a smooth step
-   so N -> infinity is the bilinear lookup.  Tests: tests/test_filters.c. */
+       t = 1       the spread texels are the bilinear radiance. Its integral against k is taken in
+                   polar coordinates about a, within 12 texels or 8 sigma. What a lobe has beyond
+                   (the tail of GGX) is smooth at a texel's scale and stays a sum over texels.
+   A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
+   result is continuous in sigma, and N -> infinity is the bilinear lookup.
+       l_i, w_i, L_i w_i           envmapi_source_create, once for all axes
+       sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
+       the bilinear radiance       envmapi_axis_polar
+       which of them, how much     envmapi_axes_aim, envmapi_axis_filter
+       / norm, and all axes        envmapi_axes_row, envmapi_axes_run
+   Called by filters for REFERENCE and for what FAST leaves; hierarchical shares envmapi_axes, materials
+   the source.  Source: convention, ours below two texels.
+   Tests: tests/test_filters.c, tests/test_stability_filters.c. */
 
 /* The side of src's mean texel, rad. */
 static double envmapi_texel_extent(const envmap *src) {
@@ -4334,20 +4343,21 @@ static double envmapi_texel_extent(const envmap *src) {
     return sqrt(4 * ENVMAPI_PI / texels);
 }
 
-#define ENVMAPI_TILE 16
-
-/* The texels that count, one array a quantity, tile by tile. */
+/* The texels that count, one array a quantity, in Z-order: a face is four squares, each of them
+   four ... So 4^n texels in a row are near each other, and what a lobe does not reach is passed by
+   256 (a tile) at a time. */
+#define ENVMAPI_TILE 256
 typedef struct envmapi_source {
     const envmap *map;
     size_t count, tiles;
-    double (*centre)[3];   /* of tiles: unit means of their texels */
-    double radius;         /* of the widest tile */
-    size_t *first;         /* texel of a tile; [tiles] is count */
-    double *x, *y, *z, *w; /* direction and solid angle */
-    double *u, *v;         /* where on the face: a centre, or a centroid at a rim */
-    double *r, *g, *b;     /* radiance times solid angle */
-    int *texel;            /* index in the face order of the image, for the tent */
-    void *block;           /* all of the above */
+    double *x, *y, *z, *w; /* [count] direction and solid angle */
+    double *r, *g, *b;     /* [count] radiance times solid angle */
+    uint32_t *code;        /* [count] face, then the bits of y and x in turn, 2 bits of them */
+    int bits;              /* of y and x each */
+    double (*centre)[3];   /* [tiles] unit mean of a tile's texels */
+    size_t *first;         /* [tiles + 1] first texel of a tile */
+    double radius;         /* of the widest tile, rad */
+    void *block;           /* the memory of all of the above */
 } envmapi_source;
 
 static void envmapi_source_free(envmapi_source *source, void *memory) {
@@ -4355,98 +4365,76 @@ static void envmapi_source_free(envmapi_source *source, void *memory) {
     source->block = NULL;
 }
 
-/* Appends the texels of a tile, and the tile. */
-static void envmapi_source_tile(envmapi_source *source, const float *texels, int face, int x0,
-                                int y0) {
-    const envmap *map = source->map;
-    int edge = map->size, width = envmapi_width(map->mapping, edge);
-    double *centre = source->centre[source->tiles];
-    source->first[source->tiles] = source->count;
-    centre[0] = centre[1] = centre[2] = 0;
-    for (int y = y0; y < y0 + ENVMAPI_TILE && y < edge; ++y)
-        for (int x = x0; x < x0 + ENVMAPI_TILE && x < width; ++x) {
-            double at[2], d[3], w = envmapi_texel_cell(at, map->mapping, edge, x, y);
-            size_t i = source->count;
-            size_t texel = ((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x;
-            if (!(w > 0)) continue;
-            envmapi_direction(d, map->mapping, face, at[0], at[1]);
-            source->x[i] = d[0], source->y[i] = d[1], source->z[i] = d[2], source->w[i] = w;
-            source->r[i] = w * (double)texels[3 * texel];
-            source->g[i] = w * (double)texels[3 * texel + 1];
-            source->b[i] = w * (double)texels[3 * texel + 2];
-            source->u[i] = at[0], source->v[i] = at[1];
-            source->texel[i] = (int)texel;
-            for (int c = 0; c < 3; ++c) centre[c] += d[c];
-            ++source->count;
-        }
-    envmapi_unit(centre, centre);
-    for (size_t i = source->first[source->tiles]; i < source->count; ++i) {
-        double d[3] = {source->x[i], source->y[i], source->z[i]};
-        source->radius = fmax(source->radius, envmapi_angle(d, centre));
-    }
-    source->first[++source->tiles] = source->count;
+/* x of the n-th place in Z-order; y is that of n >> 1. */
+static int envmapi_unzip(uint32_t n, int bits) {
+    uint32_t x = 0;
+    for (int bit = 0; bit < bits; ++bit) x |= (n >> 2 * bit & 1) << bit;
+    return (int)x;
 }
 
-static envmap_result envmapi_source_create(envmapi_source *source, const envmap *map, int slice,
+/* Appends the texels whose codes start at `from`, and their tile. */
+static void envmapi_source_tile(envmapi_source *s, int slice, uint32_t from) {
+    int mapping = s->map->mapping, edge = s->map->size, width = envmapi_width(mapping, edge);
+    int face = (int)(from >> 2 * s->bits);
+    int x0 = envmapi_unzip(from, s->bits), y0 = envmapi_unzip(from >> 1, s->bits);
+    const float *image = envmapi_image(s->map, 0, slice, face);
+    double sum[3] = {0, 0, 0}, at[2], d[3];
+    for (uint32_t n = 0; n < ENVMAPI_TILE; ++n) {
+        int x = x0 + envmapi_unzip(n, 4), y = y0 + envmapi_unzip(n >> 1, 4);
+        double w = x < width && y < edge ? envmapi_texel_cell(at, mapping, edge, x, y) : 0;
+        if (!(w > 0)) continue;
+        const float *rgb = image + 3 * ((size_t)y * (size_t)width + (size_t)x);
+        size_t i = s->count++;
+        envmapi_direction(d, mapping, face, at[0], at[1]);
+        s->x[i] = d[0], s->y[i] = d[1], s->z[i] = d[2], s->w[i] = w, s->code[i] = from + n;
+        s->r[i] = w * (double)rgb[0], s->g[i] = w * (double)rgb[1], s->b[i] = w * (double)rgb[2];
+        for (int c = 0; c < 3; ++c) sum[c] += d[c];
+    }
+    envmapi_unit(s->centre[s->tiles], sum);
+    for (size_t i = s->first[s->tiles]; i < s->count; ++i) {
+        d[0] = s->x[i], d[1] = s->y[i], d[2] = s->z[i];
+        s->radius = fmax(s->radius, envmapi_angle(d, s->centre[s->tiles]));
+    }
+    s->first[++s->tiles] = s->count;
+}
+
+/* On failure there is nothing to free. */
+static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map, int slice,
                                            void *memory) {
-    int edge = map->size, width = envmapi_width(map->mapping, edge);
-    size_t n = envmapi_area(map->mapping, edge) * (size_t)envmap_faces(map->mapping);
-    size_t across = (size_t)(width + ENVMAPI_TILE - 1) / ENVMAPI_TILE;
-    size_t down = (size_t)(edge + ENVMAPI_TILE - 1) / ENVMAPI_TILE;
-    size_t tiles = across * down * (size_t)envmap_faces(map->mapping);
-    memset(source, 0, sizeof *source);
-    source->map = map;
+    int faces = envmap_faces(map->mapping), width = envmapi_width(map->mapping, map->size);
+    size_t n = envmapi_area(map->mapping, map->size) * (size_t)faces;
+    size_t tiles = (size_t)((width + 15) / 16) * (size_t)((map->size + 15) / 16) * (size_t)faces;
+    memset(s, 0, sizeof *s);
     if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
-    double *block =
-        (double *)ENVMAP_MALLOC(memory, (9 * n + 3 * tiles) * sizeof(double) +
-                                            (tiles + 1) * sizeof(size_t) + n * sizeof(int));
+    size_t bytes = n * (7 * sizeof *s->x + sizeof *s->code);
+    bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
+    double *block = (double *)ENVMAP_MALLOC(memory, bytes);
     if (!block) return ENVMAP_ERROR_MEMORY;
-    source->block = block;
-    source->x = block, source->y = block + n, source->z = block + 2 * n, source->w = block + 3 * n;
-    source->r = block + 4 * n, source->g = block + 5 * n, source->b = block + 6 * n;
-    source->u = block + 7 * n, source->v = block + 8 * n;
-    source->centre = (double(*)[3])(block + 9 * n);
-    source->first = (size_t *)(block + 9 * n + 3 * tiles);
-    source->texel = (int *)(source->first + tiles + 1);
-    const float *texels = envmapi_image(map, 0, slice, 0);
-    for (int face = 0; face < envmap_faces(map->mapping); ++face)
-        for (int y = 0; y < edge; y += ENVMAPI_TILE)
-            for (int x = 0; x < width; x += ENVMAPI_TILE)
-                envmapi_source_tile(source, texels, face, x, y);
+    s->map = map, s->block = block, s->bits = 4;
+    while (1 << s->bits < width) ++s->bits;
+    s->x = block, s->y = block + n, s->z = block + 2 * n, s->w = block + 3 * n;
+    s->r = block + 4 * n, s->g = block + 5 * n, s->b = block + 6 * n;
+    s->centre = (double(*)[3])(block + 7 * n);
+    s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
+    s->code = (uint32_t *)(s->first + tiles + 1);
+    for (uint32_t code = 0; code >> 2 * s->bits < (uint32_t)faces; code += ENVMAPI_TILE)
+        if (envmapi_unzip(code, s->bits) < width && envmapi_unzip(code >> 1, s->bits) < map->size)
+            envmapi_source_tile(s, slice, code);
     return ENVMAP_OK;
 }
 
-/* One axis of a filter: where, which lobe, and the sums so far. */
+/* One axis, what its lobe is to this source, and the sums so far. */
 typedef struct envmapi_axis {
     const envmapi_source *source;
     const envmap_lobe *lobe;
     envmapi_level level; /* of the source, for lookups */
-    double a[3], p, sigma, texel;
-    double from, to; /* support of the lobe */
-    double rgb[3], norm;
+    double a[3], p;
+    double from, to;    /* support of the lobe, rad: below 1e-12 of the peak outside */
+    double texel, tent; /* side of the mean texel, rad; t of the card */
+    double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
+    double reach;       /* rad: up to here the lobe may be sharp */
+    double sum[4];      /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
 } envmapi_axis;
-
-static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
-    const envmapi_source *s = axis->source;
-    axis->rgb[0] += k * s->r[i], axis->rgb[1] += k * s->g[i], axis->rgb[2] += k * s->b[i];
-    axis->norm += k * s->w[i];
-}
-
-static double envmapi_axis_cosine(const envmapi_axis *axis, size_t i) {
-    const envmapi_source *s = axis->source;
-    return axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i];
-}
-
-/* The next tile, from *tile on, with texels closer than `end`; *tile goes past it, 0 where there is
-   none. */
-static int envmapi_axis_tile(const envmapi_axis *axis, size_t *tile, double end) {
-    const envmapi_source *s = axis->source;
-    end += s->radius + 1e-6;
-    double x = end < ENVMAPI_PI ? cos(end) : -2;
-    while (*tile < s->tiles)
-        if (envmapi_dot(axis->a, s->centre[(*tile)++]) >= x) return 1;
-    return 0;
-}
 
 /* 0 up to from, 1 beyond to, smooth between. */
 static double envmapi_smooth_step(double value, double from, double to) {
@@ -4454,367 +4442,296 @@ static double envmapi_smooth_step(double value, double from, double to) {
     return t * t * (3 - 2 * t);
 }
 
-/* The definition; with `beyond` > 0 only what lies farther than about that angle. */
-static void envmapi_axis_sum(envmapi_axis *axis, double beyond) {
-    double end = axis->to < 1.5 ? cos(axis->to) : -2; /* below 1e-12 of the peak from there on */
-    size_t tile = 0;
-    while (envmapi_axis_tile(axis, &tile, axis->to < 1.5 ? axis->to : ENVMAPI_PI))
-        for (size_t i = axis->source->first[tile - 1]; i < axis->source->first[tile]; ++i) {
-            double x = envmapi_axis_cosine(axis, i), step = 1;
-            if (x < end) continue;
-            if (beyond > 0) {
-                step = envmapi_smooth_step(envmapi_acos(x), beyond / 2, beyond);
-                if (!(step > 0)) continue;
-            }
-            double k = step * envmapi_k(axis->lobe, x, axis->p);
-            if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
-        }
+/* The cosine of an angle that may be none: below and above all cosines there. */
+static double envmapi_cosine(double angle) {
+    return angle > ENVMAPI_PI ? -2 : angle < 0 ? 2 : cos(angle);
 }
 
-/* k averaged over texel i spread with a tent of half-width `tent` texels. */
-static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i, double tent) {
+/* k averaged over texel i spread by the tent. */
+static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
     static const double at[4] = {-0.64494897, -0.15505103, 0.15505103, 0.64494897};
     static const double weight[4] = {0.18195861, 0.31804139, 0.31804139, 0.18195861};
-    const envmapi_level *level = &axis->level;
-    int area = level->width * level->edge;
-    double sum = 0, d[3];
+    const envmapi_source *s = axis->source;
+    int mapping = s->map->mapping, width = axis->level.width, edge = axis->level.edge;
+    int face = (int)(s->code[i] >> 2 * s->bits);
+    double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0;
+    envmapi_project(uv, mapping, face, d);
     for (int j = 0; j < 16; ++j) {
-        double u = axis->source->u[i] + tent * at[j & 3] / level->width;
-        double v = axis->source->v[i] + tent * at[j >> 2] / level->edge;
-        envmapi_direction(d, level->mapping, axis->source->texel[i] / area, u, v);
+        double u = uv[0] + axis->tent * at[j & 3] / width;
+        double v = uv[1] + axis->tent * at[j >> 2] / edge;
+        envmapi_direction(d, mapping, face, u, v);
         sum += weight[j & 3] * weight[j >> 2] *
                envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
     }
     return sum;
 }
 
-/* Tents where the lobe is sharp, which is near its axis or its ring; centres elsewhere. */
-static void envmapi_axis_tents(envmapi_axis *axis, double tent, double reach) {
-    double x_from = cos(axis->from - 2 * axis->texel > 0 ? axis->from - 2 * axis->texel : 0);
-    double end = (axis->from > 0 || axis->to < reach ? axis->to : reach) + 2 * axis->texel;
-    double x_to = cos(end < ENVMAPI_PI ? end : ENVMAPI_PI);
-    double last = axis->to < ENVMAPI_PI - 2 * axis->texel ? cos(axis->to + 2 * axis->texel) : -2;
-    size_t tile = 0;
-    while (envmapi_axis_tile(axis, &tile, axis->to + 2 * axis->texel))
-        for (size_t i = axis->source->first[tile - 1]; i < axis->source->first[tile]; ++i) {
-            double x = envmapi_axis_cosine(axis, i);
+/* Adds the sum over texels, times `share`. Tents where the lobe is sharp, which is near its axis or
+   its ring; centres elsewhere. tail: centres only, and only what lies beyond the reach. */
+static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
+    const envmapi_source *s = axis->source;
+    double margin = axis->tent > 0 && !tail ? 2 * axis->texel : 0, end = axis->to + margin + 1e-9;
+    double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
+    double sharp_from = envmapi_cosine(axis->from - margin);
+    double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
+    for (size_t tile = 0; tile < s->tiles; ++tile) {
+        if (envmapi_dot(axis->a, s->centre[tile]) < last_tile) continue;
+        for (size_t i = s->first[tile]; i < s->first[tile + 1]; ++i) {
+            double x = axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i];
             if (x < last) continue;
-            double k = x > x_to && x <= x_from ? envmapi_axis_tent_k(axis, i, tent)
-                                               : envmapi_k(axis->lobe, x, axis->p);
-            if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
+            double step =
+                tail ? envmapi_smooth_step(envmapi_acos(x), axis->reach / 2, axis->reach) : 1;
+            if (!(step > 0)) continue;
+            double k = x > sharp_to && x <= sharp_from ? envmapi_axis_tent_k(axis, i)
+                                                       : envmapi_k(axis->lobe, x, axis->p);
+            if (k >= 0 && k <= 0) continue; /* NaN goes on: it must be seen */
+            k *= share * step;
+            axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
+            axis->sum[3] += k * s->w[i];
         }
+    }
 }
 
-/* The bilinear radiance around a, ring by ring, out to about `reach`. */
-static void envmapi_axis_polar(envmapi_axis *axis, double reach) {
+/* Adds the bilinear radiance around a, ring by ring, out to about `reach`, times `share`. */
+static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     envmapi_walk walk = envmapi_walk_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
-    double t[3] = {0, 0, 0}, b[3], theta, weight;
-    int least = fabs(axis->a[0]) < 0.6 ? 0 : fabs(axis->a[1]) < 0.6 ? 1 : 2;
-    for (int i = 0; i < 3; ++i) t[i] = (i == least) - axis->a[least] * axis->a[i];
+    const double *a = axis->a;
+    double t[3], theta, weight, d[3];
+    int least = fabs(a[0]) < 0.6 ? 0 : fabs(a[1]) < 0.6 ? 1 : 2;
+    for (int i = 0; i < 3; ++i) t[i] = (i == least) - a[least] * a[i];
     envmapi_unit(t, t);
-    b[0] = axis->a[1] * t[2] - axis->a[2] * t[1];
-    b[1] = axis->a[2] * t[0] - axis->a[0] * t[2];
-    b[2] = axis->a[0] * t[1] - axis->a[1] * t[0];
+    double b[3] = {a[1] * t[2] - a[2] * t[1], a[2] * t[0] - a[0] * t[2], a[0] * t[1] - a[1] * t[0]};
     while (envmapi_walk_next(&walk, &theta, &weight)) {
         double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
         if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
         int n = (int)envmapi_clamp(8 * ENVMAPI_PI * sin(theta) / axis->texel, 16, 65536);
         double sum[3] = {0, 0, 0};
         for (int i = 0; i < n; ++i) {
-            double phi = 2 * ENVMAPI_PI * (i + 0.5) / n, d[3];
+            double phi = 2 * ENVMAPI_PI * (i + 0.5) / n;
             for (int j = 0; j < 3; ++j)
-                d[j] = cos(theta) * axis->a[j] + sin(theta) * (cos(phi) * t[j] + sin(phi) * b[j]);
+                d[j] = cos(theta) * a[j] + sin(theta) * (cos(phi) * t[j] + sin(phi) * b[j]);
             envmapi_add_lookup(sum, &axis->level, d, 1.0 / n);
         }
-        for (int c = 0; c < 3; ++c) axis->rgb[c] += 2 * ENVMAPI_PI * k * sum[c];
-        axis->norm += 2 * ENVMAPI_PI * k;
+        k *= 2 * ENVMAPI_PI * share;
+        for (int c = 0; c < 3; ++c) axis->sum[c] += k * sum[c];
+        axis->sum[3] += k;
     }
 }
 
-static void envmapi_axis_filter(envmapi_axis *axis) {
-    axis->texel = envmapi_texel_extent(axis->source->map);
-    double tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
-    double reach = 12 * axis->texel > 8 * axis->sigma ? 12 * axis->texel : 8 * axis->sigma;
-    if (!(tent > 0)) {
-        envmapi_axis_sum(axis, 0);
-    } else { /* from tents at t = 1/2 over to the bilinear radiance at t = 1 */
-        double bilinear = envmapi_smooth_step(tent, 0.5, 1), rgb[3] = {0, 0, 0}, norm = 0;
-        if (bilinear < 1) {
-            envmapi_axis_tents(axis, tent, reach);
-            for (int c = 0; c < 3; ++c) rgb[c] = (1 - bilinear) * axis->rgb[c], axis->rgb[c] = 0;
-            norm = (1 - bilinear) * axis->norm, axis->norm = 0;
-        }
-        if (bilinear > 0) {
-            if (axis->from > 0 || reach > axis->to) reach = axis->to; /* all of it */
-            envmapi_axis_polar(axis, reach);
-            if (axis->to > reach) envmapi_axis_sum(axis, reach);
-        }
-        for (int c = 0; c < 3; ++c) axis->rgb[c] = rgb[c] + bilinear * axis->rgb[c];
-        axis->norm = norm + bilinear * axis->norm;
-    }
+static void envmapi_axis_filter(envmapi_axis *axis, const void *method) {
+    (void)method;
+    if (axis->bilinear < 1) envmapi_axis_sum(axis, 1 - axis->bilinear, 0);
+    if (!(axis->bilinear > 0)) return;
+    envmapi_axis_polar(axis, axis->bilinear, axis->reach);
+    if (axis->to > axis->reach) envmapi_axis_sum(axis, axis->bilinear, 1);
 }
 
-/* One filter call on one level: a task is a row of one face of one slice. */
-typedef struct envmapi_reference {
-    const envmapi_source *source;
+/* A method that fills slices axis by axis: a task is a row of a face of one slice. */
+typedef struct envmapi_axes {
     const envmap *dst;
-    const envmap_lobe *lobe;
+    envmapi_axis axis; /* what every axis of the slice starts from */
     double norm;
-    int first_slice;
-} envmapi_reference;
+    int slice;
+    void *method; /* the method's own; then what it needs of a slice (NULL: nothing), and an axis */
+    envmap_result (*prepare)(void *method, const envmapi_axis *axis, int new_source, void *memory);
+    void (*filter)(envmapi_axis *axis, const void *method);
+} envmapi_axes;
+
+/* Makes ready for a slice. */
+static void envmapi_axes_aim(envmapi_axes *axes, const envmapi_source *source, int slice) {
+    envmapi_axis *axis = &axes->axis;
+    axes->slice = slice, axis->source = source;
+    axis->level = envmapi_level_of(source->map, 0, source->map->slices > 1 ? slice : 0);
+    axis->p = envmapi_slice_p(axis->lobe, slice, axes->dst->slices);
+    double sigma = envmap_lobe_sigma(axis->lobe, axis->p);
+    envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
+    axis->texel = envmapi_texel_extent(source->map);
+    axis->tent = envmapi_clamp(2 - sigma / axis->texel, 0, 1);
+    axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
+    axis->reach = fmax(12 * axis->texel, 8 * sigma);
+    if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
+}
 
 /* Sums may exceed what a float holds; NaN stays to tell of a lobe that failed. */
 static float envmapi_to_float(double value) {
     return (float)(value > 3.4e38 ? 3.4e38 : value < -3.4e38 ? -3.4e38 : value);
 }
 
-static void envmapi_reference_row(void *context, int task) {
-    const envmapi_reference *job = (const envmapi_reference *)context;
-    const envmap *dst = job->dst;
-    int faces = envmap_faces(dst->mapping), y = task % dst->size, face = task / dst->size % faces;
-    int slice = job->first_slice + task / dst->size / faces;
-    float *out = envmap_texel(dst, 0, slice, face, 0, y);
-    envmapi_axis axis;
-    memset(&axis, 0, sizeof axis);
-    axis.source = job->source, axis.lobe = job->lobe;
-    axis.level = envmapi_level_of(job->source->map, 0, job->source->map->slices > 1 ? slice : 0);
-    axis.p = envmapi_slice_p(job->lobe, slice, dst->slices);
-    axis.sigma = envmap_lobe_sigma(job->lobe, axis.p);
-    envmap_lobe_support(&axis.from, &axis.to, job->lobe, axis.p);
+static void envmapi_axes_row(void *context, int task) {
+    const envmapi_axes *axes = (const envmapi_axes *)context;
+    const envmap *dst = axes->dst;
+    int face = task / dst->size, y = task % dst->size;
+    float *out = envmap_texel(dst, 0, axes->slice, face, 0, y);
+    envmapi_axis axis = axes->axis;
     for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x, out += 3) {
         envmapi_texel_direction(axis.a, dst->mapping, face, dst->size, x, y);
-        axis.rgb[0] = axis.rgb[1] = axis.rgb[2] = axis.norm = 0;
-        envmapi_axis_filter(&axis);
-        double norm = job->lobe->raw || job->norm > 0 ? job->norm : axis.norm;
-        for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(axis.rgb[c] / norm);
+        memset(axis.sum, 0, sizeof axis.sum);
+        axes->filter(&axis, axes->method);
+        double norm = axis.lobe->raw || axes->norm > 0 ? axes->norm : axis.sum[3];
+        for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(axis.sum[c] / norm);
     }
 }
 
 /* Every slice k of src into slice k of dst, or src's only one into all. */
-static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
-                                              const envmap_lobe *lobe,
-                                              const envmap_filter_desc *desc) {
+static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
+                                      const envmap_filter_desc *desc) {
     envmapi_source source;
-    envmapi_reference job = {&source, dst, lobe, envmapi_lobe_norm(lobe), 0};
-    int rows = dst->size * envmap_faces(dst->mapping),
-        alike = src->slices == 1 && lobe->p0 == lobe->p1;
-    int together = src->slices > 1 || alike ? 1 : dst->slices;
-    int runs = src->slices > 1 ? dst->slices : 1;
-    for (int run = 0; run < runs; ++run) {
+    const envmap_lobe *lobe = axes->axis.lobe;
+    int count = axes->dst->size * envmap_faces(axes->dst->mapping);
+    int alike = src->slices == 1 && lobe->p0 == lobe->p1, runs = alike ? 1 : axes->dst->slices;
+    envmap_result result = ENVMAP_OK;
+    memset(&source, 0, sizeof source);
+    axes->norm = envmapi_lobe_norm(lobe);
+    for (int run = 0; !result && run < runs; ++run) {
         envmapi_part part;
         envmap_work work = envmapi_work_part(&part, &desc->work, run, 1, runs);
-        job.first_slice = run;
-        envmap_result result = envmapi_source_create(&source, src, run, desc->work.memory);
-        if (!result) result = envmapi_run(&work, envmapi_reference_row, &job, rows * together);
-        envmapi_source_free(&source, desc->work.memory);
-        if (result) return result;
+        int new_source = run == 0 || src->slices > 1;
+        if (new_source) {
+            envmapi_source_free(&source, desc->work.memory);
+            result = envmapi_source_create(&source, src, run, desc->work.memory);
+        }
+        if (result) break;
+        envmapi_axes_aim(axes, &source, run);
+        if (axes->prepare)
+            result = axes->prepare(axes->method, &axes->axis, new_source, desc->work.memory);
+        if (!result) result = envmapi_run(&work, envmapi_axes_row, axes, count);
     }
-    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
-    for (int slice = 1; alike && slice < dst->slices; ++slice)
-        memcpy(dst->texels + floats * (size_t)slice, dst->texels, floats * sizeof(float));
-    return ENVMAP_OK;
-}
-
-/* HIERARCHICAL: [KVHS00] 5.1, two mip-maps that are walked together.
-       L(a) = sum over accepted nodes n of k_n(a) E_n / norm,   E_n = sum of L_i w_i, w_i under n
-   The environment's mip-map holds E and w, summed over 2x2 children: the solid angle is carried
-   there and not by k. The lobe's is made anew for every axis: sampled at the nodes of level 2
-   (4x4 texels), averaged upward by 2x2 boxes, and evaluated at levels 1 and 0 only where opened.
-   A node serves in place of its four children where their lobe values differ from its own by no
-   more than threshold * peak of k; normalised results divide by sum k_n w_n over the same nodes.
-   Ours: a node is sampled at the centroid of its solid angle, so rims and sizes that are no powers
-   of two need no padding texels; a cone about every node keeps the walk off what lies outside the
-   lobe's support; Phong and Gaussian come from a table of cubics (1e-8); levels are walked from
-   below, so that the lobe need not be stored, and a node serves only where all its children do:
-   four equal means about a peak in their middle are no reason not to look at it. An axis that no
-   sample of the lobe falls on takes the bilinear radiance.
-   The rule compares lobe values alone: it keeps a sun no better than the dark, and a lobe thinner
-   than 4 texels slips between samples.
-   Invariants: negative threshold = the sum over texel centres; constants stay.
-   Tests: tests/test_hierarchical.c; figures: `make table1`. */
-
-/* Four siblings. */
-typedef struct envmapi_quad {
-    double x[4], y[4], z[4]; /* centroids, unit */
-    double e[4][4];          /* r, g, b times solid angle, and the solid angle */
-} envmapi_quad;
-
-/* A node of level 2: its 4 children and their 16. */
-typedef struct envmapi_hier_block {
-    envmapi_quad one, zero[4];
-} envmapi_hier_block;
-
-/* A node of level 3 (children are blocks) and more (children are nodes). */
-typedef struct envmapi_hier_node {
-    envmapi_quad quad;
-    double share[4];        /* of the node's texels; 0: no such child */
-    double radius[4];       /* angle from a child's centroid that holds all centroids below it */
-    double low[4], high[4]; /* cosines between which the child meets the lobe's support */
-    int child[4];
-} envmapi_hier_node;
-
-/* What a parent needs to know of a child. */
-typedef struct envmapi_hier_part {
-    double e[4], moment[3]; /* moment: sum of w d */
-    double centre[3], radius;
-    int texels;
-} envmapi_hier_part;
-
-typedef struct envmapi_hier_tree {
-    envmapi_hier_block *blocks;
-    envmapi_hier_node *nodes;
-    int *texel; /* face order -> index in the source, -1: does not count; NULL once built */
-    int block_count, node_count, levels, root[6];
-    void *block; /* all of the above but texel */
-} envmapi_hier_tree;
-
-/* Four siblings become a quad and their parent. */
-static void envmapi_hier_join(envmapi_hier_part *out, envmapi_quad *quad,
-                              const envmapi_hier_part in[4]) {
-    memset(out, 0, sizeof *out);
-    for (int j = 0; j < 4; ++j) {
-        for (int c = 0; c < 4; ++c) out->e[c] += in[j].e[c], quad->e[j][c] = in[j].e[c];
-        for (int c = 0; c < 3; ++c) out->moment[c] += in[j].moment[c];
-        out->texels += in[j].texels;
-    }
-    envmapi_unit(out->centre, out->moment);
-    for (int j = 0; j < 4; ++j) {
-        const double *d = in[j].texels ? in[j].centre : out->centre;
-        double radius = envmapi_angle(out->centre, d) + in[j].radius;
-        if (radius > out->radius) out->radius = radius;
-        quad->x[j] = d[0], quad->y[j] = d[1], quad->z[j] = d[2];
-    }
-}
-
-/* Texel (x,y) of a face as a part; without texels where there is none that counts. */
-static void envmapi_hier_texel(envmapi_hier_part *part, const envmapi_hier_tree *tree,
-                               const envmapi_source *source, int face, int x, int y) {
-    int edge = source->map->size, width = envmapi_width(source->map->mapping, edge);
-    memset(part, 0, sizeof *part);
-    if (x >= width || y >= edge) return;
-    int i = tree->texel[((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x];
-    if (i < 0) return;
-    double w = source->w[i];
-    part->e[0] = source->r[i], part->e[1] = source->g[i], part->e[2] = source->b[i];
-    part->e[3] = w, part->texels = 1;
-    part->centre[0] = source->x[i], part->centre[1] = source->y[i], part->centre[2] = source->z[i];
-    for (int c = 0; c < 3; ++c) part->moment[c] = w * part->centre[c];
-}
-
-/* The 4x4 texels from (x,y) on. */
-static int envmapi_hier_leaf(envmapi_hier_part *out, envmapi_hier_tree *tree,
-                             const envmapi_source *source, int face, int x, int y) {
-    envmapi_hier_block *block = tree->blocks + tree->block_count;
-    envmapi_hier_part ones[4], zeros[4];
-    for (int j = 0; j < 4; ++j) {
-        int x1 = x + 2 * (j & 1), y1 = y + 2 * (j >> 1);
-        for (int i = 0; i < 4; ++i)
-            envmapi_hier_texel(zeros + i, tree, source, face, x1 + (i & 1), y1 + (i >> 1));
-        envmapi_hier_join(ones + j, block->zero + j, zeros);
-    }
-    envmapi_hier_join(out, &block->one, ones);
-    return out->texels ? tree->block_count++ : -1;
-}
-
-/* The node of a level whose first texel is (x,y), and all below it; -1 where there is nothing. */
-static int envmapi_hier_plant(envmapi_hier_part *out, envmapi_hier_tree *tree,
-                              const envmapi_source *source, int face, int level, int x, int y) {
-    int edge = source->map->size;
-    memset(out, 0, sizeof *out);
-    if (x >= envmapi_width(source->map->mapping, edge) || y >= edge) return -1;
-    if (level == 2) return envmapi_hier_leaf(out, tree, source, face, x, y);
-    int at = tree->node_count++;
-    envmapi_hier_node *node = tree->nodes + at;
-    envmapi_hier_part parts[4];
-    for (int j = 0; j < 4; ++j) {
-        int side = 1 << (level - 1);
-        node->child[j] = envmapi_hier_plant(parts + j, tree, source, face, level - 1,
-                                            x + side * (j & 1), y + side * (j >> 1));
-    }
-    envmapi_hier_join(out, &node->quad, parts);
-    if (!out->texels) {
-        tree->node_count = at; /* nothing was planted below it */
-        return -1;
-    }
-    for (int j = 0; j < 4; ++j) {
-        node->share[j] = (double)parts[j].texels / out->texels;
-        node->radius[j] = parts[j].radius;
-    }
-    return at;
-}
-
-static void envmapi_hier_free(envmapi_hier_tree *tree, void *memory) {
-    if (tree->block) ENVMAP_FREE(memory, tree->block);
-    tree->block = NULL;
-}
-
-/* Room for every block and node there can be, and for the texels' indices while planting. */
-static envmap_result envmapi_hier_reserve(envmapi_hier_tree *tree, const envmap *map,
-                                          void *memory) {
-    size_t faces = (size_t)envmap_faces(map->mapping), blocks = 0, nodes = 0;
-    size_t width = (size_t)envmapi_width(map->mapping, map->size), edge = (size_t)map->size;
-    memset(tree, 0, sizeof *tree);
-    for (size_t side = 4; tree->levels < 3 || side / 2 < width; side *= 2) {
-        size_t count = faces * ((width + side - 1) / side) * ((edge + side - 1) / side);
-        if (side == 4) blocks = count, tree->levels = 2;
-        else nodes += count, ++tree->levels;
-    }
-    if (blocks > SIZE_MAX / 4096) return ENVMAP_ERROR_MEMORY;
-    size_t bytes = blocks * sizeof *tree->blocks + nodes * sizeof *tree->nodes;
-    tree->block = ENVMAP_MALLOC(memory, bytes);
-    if (!tree->block) return ENVMAP_ERROR_MEMORY;
-    tree->blocks = (envmapi_hier_block *)tree->block;
-    tree->nodes = (envmapi_hier_node *)(void *)(tree->blocks + blocks);
-    size_t texels = faces * width * edge;
-    tree->texel = (int *)ENVMAP_MALLOC(memory, texels * sizeof(int));
-    if (!tree->texel) return ENVMAP_ERROR_MEMORY;
-    for (size_t i = 0; i < texels; ++i) tree->texel[i] = -1;
-    return ENVMAP_OK;
-}
-
-/* The environment's mip-map of one slice. On failure nothing is left behind. */
-static envmap_result envmapi_hier_create(envmapi_hier_tree *tree, const envmap *map, int slice,
-                                         void *memory) {
-    envmapi_source source;
-    envmapi_hier_part whole;
-    envmap_result result = envmapi_hier_reserve(tree, map, memory);
-    if (!result) result = envmapi_source_create(&source, map, slice, memory);
-    if (!result) {
-        for (size_t i = 0; i < source.count; ++i) tree->texel[source.texel[i]] = (int)i;
-        for (int face = 0; face < envmap_faces(map->mapping); ++face)
-            tree->root[face] = envmapi_hier_plant(&whole, tree, &source, face, tree->levels, 0, 0);
-        envmapi_source_free(&source, memory);
-    }
-    if (tree->texel) ENVMAP_FREE(memory, tree->texel);
-    tree->texel = NULL;
-    if (result) envmapi_hier_free(tree, memory);
+    envmapi_source_free(&source, desc->work.memory);
+    if (!result && alike) envmapi_copy_slices(axes->dst, 0, axes->dst->slices);
     return result;
 }
 
-#define ENVMAPI_HIER_STEPS 512
+static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
+                                              const envmap_lobe *lobe,
+                                              const envmap_filter_desc *desc) {
+    envmapi_axes axes;
+    memset(&axes, 0, sizeof axes);
+    axes.dst = dst, axes.axis.lobe = lobe, axes.filter = envmapi_axis_filter;
+    return envmapi_axes_run(&axes, src, desc);
+}
 
-/* One slice of one filter call: a task is a row of a face. */
+/* ---------------------------------------------------------------------------- >>hierarchical --
+   The method of [KVHS00] 5.1, as published: two mip-maps that are walked together. In and out are
+   those of the reference.
+       L(a) = sum over accepted nodes n of k_n(a) E_n / norm,   E_n = sum of L_i w_i, i below n
+   A node of level l stands for 2^l x 2^l texels of a face and has up to four children.
+       E_n, w_n      envmapi_tree_create: the environment's mip-map, summed once for all axes. The
+                     solid angle is in E_n and not in k_n.
+       k_n           the lobe's mip-map, anew for every axis: sampled at the nodes of level 2 (4x4
+                     texels) and averaged upward by 2x2 boxes (envmapi_hier_visit), sampled at
+                     levels 1 and 0 only where a node is opened (envmapi_hier_open)
+       accepted      |k_child - k_n| <= threshold * peak of k for every child (envmapi_hier_alike),
+                     and all children are accepted themselves
+       norm          as the reference's: sum k_n w_n over the same nodes, so constants stay
+   With a negative threshold the result is the sum over texel centres.
+   Ours: a node stands at the centroid of its solid angle, so rims and odd sizes need no padding.
+   A cone about every node keeps the walk off what lies outside the lobe's support. Phong and
+   Gaussian come from a table of cubics (error 1e-8). A node's children have to be accepted too,
+   because four equal means around a peak in their middle would hide it. An axis for which no sample
+   of the lobe falls on a texel takes the bilinear radiance.
+   Where it fails: the rule sees lobe values and not what they multiply, so a sun is kept no better
+   than the dark; and a lobe thinner than 4 texels slips between samples.
+   Called by filters for HIERARCHICAL.
+   Tests: tests/test_hierarchical.c; speed: tests/bench_table1.c. */
+
+/* A node of any level from 1 on: what is known of its children, which are texels at level 1. */
+typedef struct envmapi_node {
+    double x[4], y[4], z[4];   /* their centroids, unit; the node's own where there is no child */
+    double e[4][4];            /* r, g, b times solid angle, and the solid angle; 0: no child */
+    double cosine[4], sine[4]; /* of the angle about the centroid within which lies all below it */
+    uint32_t code;             /* that of its texels, without the last 2 bits a level */
+    int first, children;       /* of the level below, side by side because texels are in Z-order */
+} envmapi_node;
+
+typedef struct envmapi_tree {
+    envmapi_node *level[17]; /* at `last` a node is a face */
+    int count[17], last;
+} envmapi_tree;
+
+static void envmapi_tree_free(envmapi_tree *tree, void *memory) {
+    for (int level = 1; level <= tree->last; ++level) ENVMAP_FREE(memory, tree->level[level]);
+    memset(tree, 0, sizeof *tree);
+}
+
+/* A node whose children are all there as a child: its centroid d, E and w, and the angle about d
+   within which lies all below it. */
+static double envmapi_node_join(double d[3], double e[4], envmapi_node *node) {
+    double moment[3] = {0, 0, 0}, radius = 0;
+    memset(e, 0, 4 * sizeof *e);
+    for (int j = 0; j < node->children; ++j) {
+        double w = node->e[j][3];
+        moment[0] += w * node->x[j], moment[1] += w * node->y[j], moment[2] += w * node->z[j];
+        for (int c = 0; c < 4; ++c) e[c] += node->e[j][c];
+    }
+    envmapi_unit(d, moment);
+    for (int j = 0; j < node->children; ++j) {
+        double child[3] = {node->x[j], node->y[j], node->z[j]};
+        radius = fmax(radius, envmapi_angle(d, child) + atan2(node->sine[j], node->cosine[j]));
+    }
+    for (int j = node->children; j < 4; ++j)
+        node->x[j] = d[0], node->y[j] = d[1], node->z[j] = d[2];
+    return radius < ENVMAPI_PI ? radius : ENVMAPI_PI;
+}
+
+/* A level from the one below it. */
+static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int level) {
+    int below = level > 1 ? tree->count[level - 1] : (int)s->count;
+    envmapi_node *node = tree->level[level];
+    for (int i = 0; i < below; ++i) {
+        envmapi_node *child = level > 1 ? tree->level[level - 1] + i : NULL;
+        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {s->r[i], s->g[i], s->b[i], s->w[i]};
+        double radius = child ? envmapi_node_join(d, e, child) : 0;
+        uint32_t code = (child ? child->code : s->code[i]) >> 2;
+        if (node->children && node->code != code) ++node;
+        if (!node->children) node->code = code, node->first = i;
+        int j = node->children++;
+        node->x[j] = d[0], node->y[j] = d[1], node->z[j] = d[2];
+        node->cosine[j] = cos(radius), node->sine[j] = sin(radius);
+        memcpy(node->e[j], e, sizeof e);
+    }
+}
+
+/* Levels, three at least, until a node is a face. On failure, too, the caller frees the tree. */
+static envmap_result envmapi_tree_create(envmapi_tree *tree, const envmapi_source *s,
+                                         void *memory) {
+    int width = envmapi_width(s->map->mapping, s->map->size);
+    for (int level = 1; level <= 3 || 1 << (level - 1) < width; ++level) {
+        int count = 0;
+        for (size_t i = 0; i < s->count; ++i)
+            count += !i || s->code[i] >> 2 * level != s->code[i - 1] >> 2 * level;
+        if ((size_t)count > SIZE_MAX / sizeof(envmapi_node)) return ENVMAP_ERROR_MEMORY;
+        size_t bytes = (size_t)count * sizeof(envmapi_node);
+        tree->level[level] = (envmapi_node *)ENVMAP_MALLOC(memory, bytes);
+        if (!tree->level[level]) return ENVMAP_ERROR_MEMORY;
+        memset(tree->level[level], 0, bytes);
+        tree->count[level] = count, tree->last = level;
+        envmapi_tree_raise(tree, s, level);
+    }
+    return ENVMAP_OK;
+}
+
+/* A filter call: the tree of a slice of src, and the lobe of a slice of dst. */
+#define ENVMAPI_HIER_STEPS 512
 typedef struct envmapi_hier {
-    const envmap *dst, *src;
-    const envmap_lobe *lobe;
-    envmapi_hier_tree tree;
-    double p, norm, peak, threshold, from, to;
-    double steps; /* of the table, per unit of 1 - x; 0: no table */
-    double table[ENVMAPI_HIER_STEPS][4];
-    int slice;
+    envmapi_tree tree;
+    double peak, threshold;                    /* largest |k|; in units of k, negative: never met */
+    double cos_from, sin_from, cos_to, sin_to; /* of the ends of the lobe's support */
+    double steps;                              /* of the table, per unit of 1 - x; 0: no table */
+    double table[ENVMAPI_HIER_STEPS + 1][4];   /* the last: 0, for all beyond the support */
+    float asked;                               /* the caller's threshold */
 } envmapi_hier;
 
 /* Cubics in f = [0,1] through four values of k on every step: exact for N = 1, 2, 3. */
-static void envmapi_hier_tabulate(envmapi_hier *job) {
-    double end = 1 - cos(job->to), n = (double)job->lobe->parameter, y[4];
-    int phong = job->lobe->kind == ENVMAP_LOBE_PHONG && n > 0 && (n >= 3 || !(floor(n) < n));
-    job->steps = 0;
-    if (!phong && job->lobe->kind != ENVMAP_LOBE_GAUSSIAN) return;
-    job->steps = ENVMAPI_HIER_STEPS / end;
+static void envmapi_hier_tabulate(envmapi_hier *h, const envmap_lobe *lobe, double to) {
+    double end = 1 - cos(to), n = (double)lobe->parameter, y[4];
+    int phong = lobe->kind == ENVMAP_LOBE_PHONG && n > 0 && (n >= 3 || !(floor(n) < n));
+    h->steps = 0;
+    if (!phong && lobe->kind != ENVMAP_LOBE_GAUSSIAN) return;
+    h->steps = ENVMAPI_HIER_STEPS / end;
     for (int i = 0; i < ENVMAPI_HIER_STEPS; ++i) {
-        double *c = job->table[i];
+        double *c = h->table[i];
         for (int j = 0; j < 4; ++j)
-            y[j] = envmapi_k(job->lobe, 1 - end * (3 * i + j) / (3 * ENVMAPI_HIER_STEPS), job->p);
+            y[j] = envmapi_k(lobe, 1 - end * (3 * i + j) / (3 * ENVMAPI_HIER_STEPS), 0);
         c[0] = y[0];
         c[1] = -5.5 * y[0] + 9 * y[1] - 4.5 * y[2] + y[3];
         c[2] = 9 * y[0] - 22.5 * y[1] + 18 * y[2] - 4.5 * y[3];
@@ -4822,48 +4739,40 @@ static void envmapi_hier_tabulate(envmapi_hier *job) {
     }
 }
 
-static double envmapi_hier_peak(const envmap_lobe *lobe, double p) {
-    envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1);
-    double peak = fabs(envmapi_k(lobe, 1, p)), theta, weight;
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
-        double k = fabs(envmapi_k(lobe, cos(theta), p));
-        if (k > peak) peak = k;
-    }
-    return peak;
+/* Makes ready for a slice. */
+static envmap_result envmapi_hier_prepare(void *method, const envmapi_axis *axis, int new_source,
+                                          void *memory) {
+    envmapi_hier *h = (envmapi_hier *)method;
+    envmapi_walk walk = envmapi_walk_of(axis->lobe, axis->p, 0, ENVMAPI_PI, 1);
+    double theta, weight;
+    h->peak = fabs(envmapi_k(axis->lobe, 1, axis->p));
+    while (envmapi_walk_next(&walk, &theta, &weight))
+        h->peak = fmax(h->peak, fabs(envmapi_k(axis->lobe, cos(theta), axis->p)));
+    h->threshold = h->asked < 0 ? -1 : h->peak * (h->asked > 0 ? (double)h->asked : 1e-3);
+    h->cos_from = cos(axis->from), h->sin_from = sin(axis->from);
+    h->cos_to = cos(axis->to), h->sin_to = sin(axis->to);
+    envmapi_hier_tabulate(h, axis->lobe, axis->to);
+    if (!new_source) return ENVMAP_OK;
+    envmapi_tree_free(&h->tree, memory);
+    return envmapi_tree_create(&h->tree, axis->source, memory);
 }
 
-/* Makes ready for a slice: the support, in cosines about every node, and the lobe's table. */
-static void envmapi_hier_aim(envmapi_hier *job, int slice, double threshold) {
-    job->slice = slice, job->p = envmapi_slice_p(job->lobe, slice, job->dst->slices);
-    job->peak = envmapi_hier_peak(job->lobe, job->p);
-    job->threshold = threshold < 0 ? -1 : job->peak * (threshold > 0 ? threshold : 1e-3);
-    envmap_lobe_support(&job->from, &job->to, job->lobe, job->p);
-    envmapi_hier_tabulate(job);
-    for (int i = 0; i < job->tree.node_count; ++i) {
-        envmapi_hier_node *node = job->tree.nodes + i;
-        for (int j = 0; j < 4; ++j) {
-            double inner = job->from - node->radius[j], outer = job->to + node->radius[j];
-            node->low[j] = outer < ENVMAPI_PI ? cos(outer) - 1e-12 : -2;
-            node->high[j] = inner > 0 ? cos(inner) + 1e-12 : 2;
-        }
-    }
-}
-
-/* The lobe about axis a at four siblings. */
-static void envmapi_hier_k(double k[4], const envmapi_hier *job, const double a[3],
-                           const envmapi_quad *quad) {
+/* The lobe about the axis at the four children of a node. */
+static void envmapi_hier_k(double k[4], const envmapi_hier *h, const envmapi_axis *axis,
+                           const envmapi_node *node) {
     double x[4];
-    for (int i = 0; i < 4; ++i) x[i] = a[0] * quad->x[i] + a[1] * quad->y[i] + a[2] * quad->z[i];
-    if (!(job->steps > 0)) {
-        for (int i = 0; i < 4; ++i) k[i] = envmapi_k(job->lobe, x[i], job->p);
+    for (int i = 0; i < 4; ++i)
+        x[i] = axis->a[0] * node->x[i] + axis->a[1] * node->y[i] + axis->a[2] * node->z[i];
+    if (!(h->steps > 0)) {
+        envmapi_k_many(k, x, 4, axis->lobe, axis->p);
         return;
     }
     for (int i = 0; i < 4; ++i) {
-        double t = (1 - x[i]) * job->steps;
-        int step = t < ENVMAPI_HIER_STEPS ? (int)t : 0;
-        const double *c = job->table[step];
-        double f = t - step, value = c[0] + f * (c[1] + f * (c[2] + f * c[3]));
-        k[i] = t < ENVMAPI_HIER_STEPS ? value : 0;
+        double t = (1 - x[i]) * h->steps;
+        t = t < ENVMAPI_HIER_STEPS ? t : ENVMAPI_HIER_STEPS;
+        int step = (int)t;
+        const double *c = h->table[step], f = t - step;
+        k[i] = c[0] + f * (c[1] + f * (c[2] + f * c[3]));
     }
 }
 
@@ -4877,108 +4786,82 @@ static void envmapi_hier_add(double sum[4], double k, const double e[4]) {
     for (int c = 0; c < 4; ++c) sum[c] += k * e[c];
 }
 
-/* Adds a node of level 2, where the lobe is k2. */
-static void envmapi_hier_open(double sum[4], const envmapi_hier *job, const double a[3],
-                              const envmapi_hier_block *block, double k2, const double e[4]) {
-    double k1[4], k0[4];
-    envmapi_hier_k(k1, job, a, &block->one);
-    if (envmapi_hier_alike(k1, k2, job->threshold)) {
-        envmapi_hier_add(sum, k2, e);
+/* Adds a node of level 2, where the lobe is k2, or its children, or theirs. */
+static void envmapi_hier_open(const envmapi_hier *h, envmapi_axis *axis, const envmapi_node *two,
+                              double k2, const double e2[4]) {
+    double k1[4], k0[4], sum[4] = {0, 0, 0, 0};
+    envmapi_hier_k(k1, h, axis, two);
+    if (envmapi_hier_alike(k1, k2, h->threshold)) {
+        envmapi_hier_add(axis->sum, k2, e2);
         return;
     }
-    for (int j = 0; j < 4; ++j) {
-        envmapi_hier_k(k0, job, a, block->zero + j);
-        if (envmapi_hier_alike(k0, k1[j], job->threshold))
-            envmapi_hier_add(sum, k1[j], block->one.e[j]);
+    const envmapi_node *one = h->tree.level[1] + two->first;
+    for (int j = 0; j < two->children; ++j, ++one) {
+        envmapi_hier_k(k0, h, axis, one);
+        if (envmapi_hier_alike(k0, k1[j], h->threshold)) envmapi_hier_add(sum, k1[j], two->e[j]);
         else
-            for (int i = 0; i < 4; ++i) envmapi_hier_add(sum, k0[i], block->zero[j].e[i]);
+            for (int i = 0; i < 4; ++i) envmapi_hier_add(sum, k0[i], one->e[i]);
     }
+    envmapi_hier_add(axis->sum, 1, sum);
 }
 
-/* Adds a node of level 3 or more to sum and returns the mean of the lobe over it; counts those that
-   were opened, for their ancestors must be too. e NULL: the top, which is always opened. */
-static double envmapi_hier_visit(double sum[4], int *opened, const envmapi_hier *job,
-                                 const double a[3], int level, int at, const double *e) {
-    const envmapi_hier_node *node = job->tree.nodes + at;
-    const envmapi_quad *quad = &node->quad;
-    double k[4] = {0, 0, 0, 0}, part[4] = {0, 0, 0, 0}, mean = 0;
-    int before = *opened;
-    if (level == 3) envmapi_hier_k(k, job, a, quad);
-    for (int j = 0; level > 3 && j < 4; ++j) {
-        double x = a[0] * quad->x[j] + a[1] * quad->y[j] + a[2] * quad->z[j];
-        if (node->share[j] > 0 && x >= node->low[j] && x <= node->high[j])
-            k[j] = envmapi_hier_visit(part, opened, job, a, level - 1, node->child[j], quad->e[j]);
-    }
-    for (int j = 0; j < 4; ++j) mean += node->share[j] * k[j];
-    for (int j = 0; j < 4; ++j)
-        if (!(node->share[j] > 0)) k[j] = mean;
-    if (e && *opened == before && envmapi_hier_alike(k, mean, job->threshold)) {
-        envmapi_hier_add(sum, mean, e);
-        return mean;
-    }
-    ++*opened;
-    for (int j = 0; level == 3 && j < 4; ++j)
-        if (node->share[j] > 0)
-            envmapi_hier_open(part, job, a, job->tree.blocks + node->child[j], k[j], quad->e[j]);
-    envmapi_hier_add(sum, 1, part);
-    return mean;
+/* Is a part of what lies below child j in the lobe's support? That is, its centroid at an angle
+   from - radius .. to + radius from the axis, where these are within 0 .. pi. */
+static int envmapi_hier_meets(const envmapi_hier *h, const envmapi_axis *axis,
+                              const envmapi_node *node, int j) {
+    double x = axis->a[0] * node->x[j] + axis->a[1] * node->y[j] + axis->a[2] * node->z[j];
+    double c = node->cosine[j], s = node->sine[j];
+    return (c <= h->cos_from || x <= h->cos_from * c + h->sin_from * s + 1e-12) &&
+           (c <= -h->cos_to || x >= h->cos_to * c - h->sin_to * s - 1e-12);
 }
 
-/* Where no sample of the lobe fell on a texel: the bilinear radiance. */
-static void envmapi_hier_between(double sum[4], const envmapi_hier *job, const double a[3]) {
-    envmapi_axis axis;
-    memset(&axis, 0, sizeof axis);
-    axis.lobe = job->lobe, axis.p = job->p, axis.from = job->from, axis.to = job->to;
-    axis.level = envmapi_level_of(job->src, 0, job->src->slices > 1 ? job->slice : 0);
-    memcpy(axis.a, a, sizeof axis.a);
-    axis.texel = envmapi_texel_extent(job->src);
-    envmapi_axis_polar(&axis, axis.to);
-    for (int c = 0; c < 3; ++c) sum[c] = axis.rgb[c];
-    sum[3] = axis.norm;
-}
-
-static void envmapi_hier_row(void *context, int task) {
-    const envmapi_hier *job = (const envmapi_hier *)context;
-    const envmap *dst = job->dst;
-    int face = task / dst->size, y = task % dst->size;
-    float *out = envmap_texel(dst, 0, job->slice, face, 0, y);
-    for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x, out += 3) {
-        double a[3], sum[4] = {0, 0, 0, 0};
-        int opened = 0;
-        envmapi_texel_direction(a, dst->mapping, face, dst->size, x, y);
-        for (int f = 0; f < envmap_faces(job->src->mapping); ++f)
-            envmapi_hier_visit(sum, &opened, job, a, job->tree.levels, job->tree.root[f], NULL);
-        if (fabs(sum[3]) <= 1e-100 * job->peak) envmapi_hier_between(sum, job, a);
-        double norm = job->lobe->raw || job->norm > 0 ? job->norm : sum[3];
-        for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(sum[c] / norm);
+/* Node i of level 3 or more: 1 and the mean of the lobe over it, if that may stand for it; else 0,
+   and what lies below it has been added. The last level is always opened. */
+static int envmapi_hier_visit(double *mean, const envmapi_hier *h, envmapi_axis *axis, int level,
+                              int i) {
+    const envmapi_node *node = h->tree.level[level] + i;
+    double k[4] = {0, 0, 0, 0}, sum = 0;
+    int accepted[4], all = level < h->tree.last;
+    if (level == 3) envmapi_hier_k(k, h, axis, node);
+    for (int j = 0; j < node->children; ++j) {
+        accepted[j] = 1;
+        if (level > 3 && envmapi_hier_meets(h, axis, node, j))
+            accepted[j] = envmapi_hier_visit(k + j, h, axis, level - 1, node->first + j);
+        all &= accepted[j];
+        sum += k[j];
     }
+    *mean = sum / node->children;
+    for (int j = node->children; j < 4; ++j) k[j] = *mean;
+    if (all && envmapi_hier_alike(k, *mean, h->threshold)) return 1;
+    for (int j = 0; j < node->children; ++j)
+        if (level == 3)
+            envmapi_hier_open(h, axis, h->tree.level[2] + node->first + j, k[j], node->e[j]);
+        else if (accepted[j])
+            for (int c = 0; c < 4; ++c) axis->sum[c] += k[j] * node->e[j][c];
+    return 0;
 }
 
-/* Every slice k of src into slice k of dst, or src's only one into all. */
+static void envmapi_hier_filter(envmapi_axis *axis, const void *method) {
+    const envmapi_hier *h = (const envmapi_hier *)method;
+    double mean;
+    for (int face = 0; face < h->tree.count[h->tree.last]; ++face)
+        envmapi_hier_visit(&mean, h, axis, h->tree.last, face);
+    if (fabs(axis->sum[3]) > 1e-100 * h->peak) return;
+    memset(axis->sum, 0, sizeof axis->sum); /* no sample of the lobe fell on a texel */
+    envmapi_axis_polar(axis, 1, axis->to);
+}
+
 static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
                                                  const envmap_lobe *lobe,
                                                  const envmap_filter_desc *desc) {
-    envmapi_hier job;
-    int faces = envmap_faces(dst->mapping), alike = src->slices == 1 && lobe->p0 == lobe->p1;
-    int runs = alike ? 1 : dst->slices;
-    envmap_result result = ENVMAP_OK;
-    memset(&job, 0, sizeof job);
-    job.dst = dst, job.src = src, job.lobe = lobe, job.norm = envmapi_lobe_norm(lobe);
-    for (int run = 0; !result && run < runs; ++run) {
-        envmapi_part part;
-        envmap_work work = envmapi_work_part(&part, &desc->work, run, 1, runs);
-        if (run == 0 || src->slices > 1) {
-            envmapi_hier_free(&job.tree, desc->work.memory);
-            result = envmapi_hier_create(&job.tree, src, run, desc->work.memory);
-        }
-        if (result) break;
-        envmapi_hier_aim(&job, run, (double)desc->threshold);
-        result = envmapi_run(&work, envmapi_hier_row, &job, dst->size * faces);
-    }
-    envmapi_hier_free(&job.tree, desc->work.memory);
-    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)faces;
-    for (int slice = 1; !result && alike && slice < dst->slices; ++slice)
-        memcpy(dst->texels + floats * (size_t)slice, dst->texels, floats * sizeof(float));
+    envmapi_hier h;
+    envmapi_axes axes;
+    memset(&h, 0, sizeof h), memset(&axes, 0, sizeof axes);
+    h.asked = desc->threshold;
+    axes.dst = dst, axes.axis.lobe = lobe, axes.method = &h;
+    axes.prepare = envmapi_hier_prepare, axes.filter = envmapi_hier_filter;
+    envmap_result result = envmapi_axes_run(&axes, src, desc);
+    envmapi_tree_free(&h.tree, desc->work.memory);
     return result;
 }
 
