@@ -2514,113 +2514,26 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
     return (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * (k + 0.5) / n;
 }
 
-/* ------------------------------------------------------------------------------- >>transform --
-   Texels <-> nodes of a grid <-> rings <-> a_lm: the only spherical harmonic transform here.
-     in     one slice of a source, or coefficients a_lm       out    a_lm, or a slice of a result
-   Coefficients come from texels i, with solid angles w_i:   a_lm = sum_i L_i w_i Y_lm(d_i)
-       texels -> nodes   the adjoint of quintic spline interpolation on a face's grid  _task_reduce
-       nodes -> rings    the same from nodes, which are points anywhere, to the rings  _rings_spread
-       in phi            FFT, and divide by the spline's response,
-                         (66 + 52 cos w + 2 cos 2w)/120 for w = pi m/M               _task_fft_out
-       in theta          solve (1, 26, 66, 26, 1)/120 c = f; ring -1 is ring 0 half a turn on: (-1)^m
-       Legendre          a_lm = sum_j P_lm(theta_j) F_m(theta_j)              _legendre_analyse
-   and texels come from coefficients by the same steps in reverse order. A grid lies in a face's own
-   (u,v), no finer than the bands, padded past the face's edges: a node there is simply a direction.
-   There are M rings of 2M points, theta_j = (j+1/2) pi/M, phi_k = k pi/M. Splines and FFT are never
-   inverted approximately, so all that is lost is what a spline loses of a wave of f cycles a node,
-   about 2.4 f^6 (_band_error), and the bands left out. Four channels: RGB and solid angle.
+/* ------------------------------------------------------------------------------------ >>rings --
+   Points of light <-> rings <-> a_lm: the only spherical harmonic transform here.
+     in     points d_i with values e_i, or coefficients      out    a_lm, or values at points
+       a_lm = sum_i e_i Y_lm(d_i)     and its adjoint     e_i = sum_lm lambda_l a_lm Y_lm(d_i)
+   There are M rings of 2M samples, theta_j = (j+1/2) pi/M, phi_k = k pi/M:
+       spread        each point on 6 x 6 samples by quintic B-splines, the adjoint of interpolation
+                     _rings_spread, _rings_interpolate
+       in phi        FFT, and divide by the spline's response, (66 + 52 cos w + 2 cos 2w)/120 for
+                     w = pi m/M     _fft, _rings_unpack, _rings_pack
+       in theta      solve (1, 26, 66, 26, 1)/120 c = f; ring -1 is ring 0 half a turn on: (-1)^m
+                     _rings_solve
+       Legendre      a_lm = sum_j P_lm(theta_j) F_m(theta_j)
+                     _legendre_analyse, _legendre_synthesise
+   and back by the same steps in reverse order. Spline and FFT are never inverted approximately, so
+   all that is lost is what a spline loses of a wave of f cycles a sample, about 2.4 f^6
+   (_spline_error), and the bands left out. Four channels: RGB and solid angle.
    Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre; F_m
    takes the place of the rings it was made from, so that there is one grid of rings, no more.
-   Used by >>harmonics (envmap_sh_project, envmap_sh_fill) and >>fast.
-   Source [Swarztrauber79] for e and o; splines [Unser91].  Tests: tests/test_harmonics.c. */
-
-/* ---- what is read: a slice of a source */
-
-/* A point of light: a texel that is summed by itself, exactly. */
-typedef struct envmapi_light {
-    size_t texel;
-    double d[3], value[4]; /* RGB times solid angle, solid angle */
-} envmapi_light;
-
-typedef struct envmapi_input {
-    const envmap *map;
-    const float *texels; /* of the slice */
-    float *omega; /* [(size+1)/2][4 width]: the solid angles of row y, of size-1-y too, thrice each
-                     as RGB has it, then once each; 0 where a rim cuts */
-    float *spare; /* what was asked for beside these */
-    envmapi_light *rim; /* texels that a rim cuts, at their centroids */
-    int rim_count;
-} envmapi_input;
-
-/* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
-   averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
-static void envmapi_task_omega(void *context, int y) {
-    const envmapi_input *in = (const envmapi_input *)context;
-    int mapping = in->map->mapping, edge = in->map->size, width = envmapi_width(mapping, edge);
-    float *omega = in->omega + (size_t)y * 4 * (size_t)width, *once = omega + 3 * width;
-    double side = 2.0 / width, Y = (2 * y + 1.0) / edge - 1, area = side * side;
-    int cube = mapping == ENVMAP_CUBE,
-        smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
-    double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
-    for (int x = 0; smooth && x < (width + 1) / 2; ++x) {
-        double X = (2 * x + 1.0) * (1.0 / width) - 1, q = 1 + X * X + Y * Y;
-        double r = envmapi_inverse_root(q), i = r * r * r * r, rho = cube ? r * r * r : 4 * i;
-        once[x] =
-            (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
-    }
-    for (int x = 0; !smooth && x < (width + 1) / 2; ++x)
-        once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
-    for (int x = 0; envmapi_is_disc(mapping) && x < (width + 1) / 2; ++x) { /* cut by the rim */
-        double X = fabs((2 * x + 1.0) / width - 1) + side / 2, y_end = fabs(Y) + side / 2;
-        if (X * X + y_end * y_end > 1) once[x] = 0;
-    }
-    for (int x = (width + 1) / 2; x < width; ++x) once[x] = once[width - 1 - x];
-    for (int x = 0; x < width; ++x) omega[3 * x] = omega[3 * x + 1] = omega[3 * x + 2] = once[x];
-}
-
-static const float *envmapi_omega_row(const envmapi_input *in, int y) {
-    int edge = in->map->size, row = y < edge - 1 - y ? y : edge - 1 - y;
-    return in->omega + (size_t)row * 4 * (size_t)envmapi_width(in->map->mapping, edge);
-}
-
-/* Lists the texels that a rim cuts: the same on every face. */
-static void envmapi_input_rim(envmapi_input *in, int room) {
-    const envmap *map = in->map;
-    size_t area = envmapi_area(map->mapping, map->size);
-    for (size_t t = 0; t < area && room; ++t) {
-        int x = (int)(t % (size_t)map->size), y = (int)(t / (size_t)map->size);
-        double X = fabs((2 * x + 1.0) / map->size - 1) - 1.0 / map->size, at[2];
-        double Y = fabs((2 * y + 1.0) / map->size - 1) - 1.0 / map->size;
-        if (envmapi_omega_row(in, y)[3 * x] > 0 || X * X + Y * Y > 1) continue;
-        double w = envmapi_texel_cell(at, map->mapping, map->size, x, y);
-        for (int face = 0; w > 0 && face < envmap_faces(map->mapping); ++face) {
-            if (in->rim_count >= room) return;
-            envmapi_light *light = in->rim + in->rim_count++;
-            light->texel = (size_t)face * area + t;
-            envmapi_direction(light->d, map->mapping, face, at[0], at[1]);
-            for (size_t c = 0; c < 4; ++c)
-                light->value[c] = w * (c < 3 ? (double)in->texels[3 * light->texel + c] : 1.0);
-        }
-    }
-}
-
-/* With room for `spare` more floats in the same block: glibc's malloc gives the heap's end back
-   after each call in which no block is half of all, and the next call has it mapped anew. */
-static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, int slice,
-                                          size_t spare, const envmap_work *work,
-                                          envmapi_pool *pool) {
-    int room = envmapi_is_disc(map->mapping) ? 16 * map->size + 64 : 0, rows = (map->size + 1) / 2;
-    size_t width = (size_t)envmapi_width(map->mapping, map->size);
-    in->map = map, in->texels = envmapi_image(map, 0, slice, 0), in->rim_count = 0;
-    size_t omega = (4 * width * (size_t)rows + 15) / 16 * 16;
-    in->omega = (float *)envmapi_pool_get(pool, omega + spare, sizeof(float));
-    in->rim = (envmapi_light *)envmapi_pool_get(pool, (size_t)room + 1, sizeof(envmapi_light));
-    if (!in->omega || !in->rim) return ENVMAP_ERROR_MEMORY;
-    in->spare = in->omega + omega;
-    envmapi_run_all(work, envmapi_task_omega, in, rows);
-    envmapi_input_rim(in, room);
-    return ENVMAP_OK;
-}
+   Used by >>transform.  Source [Swarztrauber79] for e and o; splines [Unser91].
+   Tests: tests/test_harmonics.c. */
 
 /* ---- splines */
 
@@ -2699,6 +2612,12 @@ static void envmapi_polar(double *angle, double *length, const double *y, const 
     }
 }
 
+/* Where a point falls: the grid point before it, and how far past that. */
+typedef struct envmapi_point {
+    short k, j;
+    float f_k, f_j;
+} envmapi_point;
+
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
     size_t row;       /* doubles a row of G: rings -3 .. M+2, 4 channels */
@@ -2709,13 +2628,17 @@ typedef struct envmapi_rings {
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
     int *reversed;               /* where the FFT leaves frequency m: its digits in reverse */
     double (*factors)[3]; /* of the solve down the rings, [4][M/2+2]: even m and odd; e and o */
+    /* the points, and what is there: RGB and solid angle */
+    envmapi_point *points;
+    float *values; /* [count][4] */
+    size_t count, room;
+    double *a;                /* coefficients, of a_bands >= bands */
+    int a_bands, tasks, back; /* back: synthesis */
+    const double *lambda;     /* per band, for the way back */
+    double *work;             /* a task's part: envmapi_rings_work */
+    unsigned short *reach;    /* the spreading tasks that each line of points concerns; NULL: one */
+    size_t line, lines;       /* lines of so many points; others follow */
 } envmapi_rings;
-
-/* Where a point falls: the grid point before it, and how far past that. */
-typedef struct envmapi_point {
-    short k, j;
-    float f_k, f_j;
-} envmapi_point;
 
 /* The next M >= least, a multiple of 4 (so that blocks of 2 ring pairs are whole), for which
    2M = 2^a 3^b. */
@@ -2761,19 +2684,31 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
         envmapi_spline_factor(rings->factors + i * (H + 2), H, i & 2 ? -1 : 1, i & 1 ? -1 : 1);
 }
 
-/* G: room for it that others have left, or NULL. */
-static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, double *G,
+/* What a task of these needs: the FFT's block, or the rings of one m with their tables. */
+static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
+
+/* Rings for `room` points; G and values are those of `done`, whose work is done, where there is one
+   and they are large enough. */
+static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t room,
+                                          int tasks, const envmapi_rings *done,
                                           envmapi_pool *pool) {
     size_t n = 2 * (size_t)M, H = (size_t)M / 2, L = (size_t)bands;
     memset(rings, 0, sizeof *rings);
-    rings->M = M, rings->bands = bands, rings->row = 4 * ((size_t)M + 6);
-    rings->G = G ? G : (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
-    double *tables = (double *)envmapi_pool_get(pool, 2 * n + 2 * L + 14 * H + 24, sizeof(double));
+    rings->M = M, rings->bands = bands, rings->tasks = tasks, rings->row = 4 * ((size_t)M + 6);
+    rings->room = room;
+    if (done && done->M >= M) rings->G = done->G;
+    else rings->G = (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
+    if (done && done->room >= room) rings->values = done->values;
+    else rings->values = (float *)envmapi_pool_get(pool, 4 * room, sizeof(float));
+    rings->points = (envmapi_point *)envmapi_pool_get(pool, room, sizeof(envmapi_point));
     rings->reversed = (int *)envmapi_pool_get(pool, n, sizeof(int));
-    if (!rings->G || !tables || !rings->reversed) return ENVMAP_ERROR_MEMORY;
-    rings->twiddles = tables, rings->response = tables + 2 * n, rings->norms = rings->response + L;
+    size_t tables = 2 * n + 2 * L + 14 * H + 24, work = envmapi_rings_work(M) * (size_t)tasks;
+    rings->twiddles = (double *)envmapi_pool_get(pool, tables + work, sizeof(double));
+    if (!rings->G || !rings->values || !rings->points || !rings->reversed || !rings->twiddles)
+        return ENVMAP_ERROR_MEMORY;
+    rings->response = rings->twiddles + 2 * n, rings->norms = rings->response + L;
     rings->x = rings->norms + L, rings->log_sin = rings->x + H;
-    rings->factors = (double(*)[3])(rings->log_sin + H);
+    rings->factors = (double(*)[3])(rings->log_sin + H), rings->work = rings->twiddles + tables;
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
 }
@@ -3045,9 +2980,6 @@ static size_t envmapi_triangle(int bands, int m) {
     return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
 }
 
-/* What a task of these needs: the FFT's block, or the rings of one m with their tables. */
-static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
-
 typedef struct envmapi_legendre_work {
     double *A, *B, *P, *f, *a; /* f: F_m, [H][16]: e re, e im, o re, o im */
 } envmapi_legendre_work;
@@ -3136,6 +3068,189 @@ static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double
     envmapi_rings_copy(rings, w.f, m, 1);
 }
 
+/* ---- as tasks, each a part that the data alone defines */
+
+/* Tasks that spread, each for some points along all rings: a power of two, so that few are at
+   their borders. */
+static int envmapi_spread_tasks(const envmapi_rings *r) {
+    int tasks = 1;
+    while (2 * tasks <= r->tasks && 48 * tasks <= 2 * r->M) tasks *= 2;
+    return tasks;
+}
+
+/* The tasks that a line of points concerns. */
+static unsigned short envmapi_reached(const envmapi_rings *r, const envmapi_point *points,
+                                      size_t count) {
+    int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
+    unsigned all = (1u << tasks) - 1, mask = 0;
+    for (size_t i = 0; i < count && mask < all; ++i)
+        for (int end = -2; end <= 3; end += 5) { /* the first k with k n/tasks > it, less one */
+            int k = envmapi_wrap(points[i].k + end, n);
+            mask |= 1u << (((k + 1) * tasks + n - 1) / n - 1);
+        }
+    return (unsigned short)mask;
+}
+
+static void envmapi_task_spread(void *context, int task) {
+    envmapi_rings *r = (envmapi_rings *)context;
+    int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
+    int from = n * task / tasks, to = n * (task + 1) / tasks;
+    size_t done = r->reach ? r->line * r->lines : 0;
+    memset(r->G + (size_t)from * r->row, 0, (size_t)(to - from) * r->row * sizeof(double));
+    for (size_t i = 0; i < done; i += r->line)
+        if (r->reach[i / r->line] >> task & 1)
+            envmapi_rings_spread(r, r->points + i, r->values + 4 * i, r->line, from, to);
+    envmapi_rings_spread(r, r->points + done, r->values + 4 * done, r->count - done, from, to);
+}
+
+static void envmapi_task_interpolate(void *context, int task) {
+    const envmapi_rings *r = (const envmapi_rings *)context;
+    size_t from = r->count * (size_t)task / (size_t)r->tasks;
+    size_t to = r->count * ((size_t)task + 1) / (size_t)r->tasks;
+    envmapi_rings_interpolate(r, r->points + from, r->values + 4 * from, to - from);
+}
+
+static void envmapi_task_fft(void *context, int task) {
+    envmapi_rings *r = (envmapi_rings *)context;
+    double *z = r->work + (size_t)task * envmapi_rings_work(r->M);
+    for (int block = task; block < r->M / 4; block += r->tasks) {
+        if (r->back) envmapi_rings_pack(r, block, z);
+        else envmapi_rings_block(r, block, z, 0);
+        envmapi_fft(r, z, r->back ? 1 : -1);
+        if (r->back) envmapi_rings_block(r, block, z, 1);
+        else envmapi_rings_unpack(r, block, z);
+    }
+}
+
+static void envmapi_task_legendre(void *context, int task) {
+    envmapi_rings *r = (envmapi_rings *)context;
+    double *work = r->work + (size_t)task * envmapi_rings_work(r->M);
+    for (int m = task; m < r->bands; m += r->tasks) {
+        double *a = r->a + envmapi_triangle(r->a_bands, m);
+        if (r->back) envmapi_legendre_synthesise(r, a, r->lambda, m, work);
+        else envmapi_legendre_analyse(r, a, m, work);
+    }
+}
+
+/* points, values -> a */
+static void envmapi_analyse(envmapi_rings *r, const envmap_work *work) {
+    r->back = 0;
+    envmapi_run_all(work, envmapi_task_spread, r, envmapi_spread_tasks(r));
+    envmapi_rings_poles(r, 1);
+    envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
+    envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
+}
+
+/* a, lambda -> values at points */
+static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
+    r->back = 1;
+    envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
+    envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
+    envmapi_rings_poles(r, 0);
+    envmapi_run_all(work, envmapi_task_interpolate, r, r->tasks);
+}
+
+/* -------------------------------------------------------------------------------- >>transform --
+   Texels <-> nodes of a grid -> rings: project and fill, the two halves of every fast filter.
+     in     a slice of a source, or a_lm and lambda_l       out    a_lm, or a slice of a result
+       project   a_lm = sum_i L_i w_i Y_lm(d_i), texels i with solid angles w_i   _project_texels
+       fill      L_i = sum_lm lambda_l a_lm Y_lm(d_i)                             _fill_texels
+   A grid lies in a face's own (u,v), no finer than the bands, padded past the face's edges: a node
+   there is simply a direction, and a point for the rings. Texels go to nodes by the adjoint of
+   quintic spline interpolation (_task_reduce), and come from them by interpolation (_task_expand);
+   sphere and angular maps have no grid, their texels are the points. Texels that a rim cuts are
+   points of their own, and lights are summed apart, exactly (_add_lights).
+   Used by >>harmonics (envmap_sh_project, envmap_sh_fill) and >>fast.  Tests: tests/test_fast.c,
+   tests/test_sh.c. */
+
+/* ---- what is read: a slice of a source */
+
+/* A point of light: a texel that is summed by itself, exactly. */
+typedef struct envmapi_light {
+    size_t texel;
+    double d[3], value[4]; /* RGB times solid angle, solid angle */
+} envmapi_light;
+
+typedef struct envmapi_input {
+    const envmap *map;
+    const float *texels; /* of the slice */
+    float *omega; /* [(size+1)/2][4 width]: the solid angles of row y, of size-1-y too, thrice each
+                     as RGB has it, then once each; 0 where a rim cuts */
+    float *spare; /* what was asked for beside these */
+    envmapi_light *rim; /* texels that a rim cuts, at their centroids */
+    int rim_count;
+} envmapi_input;
+
+/* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
+   averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
+static void envmapi_task_omega(void *context, int y) {
+    const envmapi_input *in = (const envmapi_input *)context;
+    int mapping = in->map->mapping, edge = in->map->size, width = envmapi_width(mapping, edge);
+    float *omega = in->omega + (size_t)y * 4 * (size_t)width, *once = omega + 3 * width;
+    double side = 2.0 / width, Y = (2 * y + 1.0) / edge - 1, area = side * side;
+    int cube = mapping == ENVMAP_CUBE,
+        smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
+    double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
+    for (int x = 0; smooth && x < (width + 1) / 2; ++x) {
+        double X = (2 * x + 1.0) * (1.0 / width) - 1, q = 1 + X * X + Y * Y;
+        double r = envmapi_inverse_root(q), i = r * r * r * r, rho = cube ? r * r * r : 4 * i;
+        once[x] =
+            (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
+    }
+    for (int x = 0; !smooth && x < (width + 1) / 2; ++x)
+        once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
+    for (int x = 0; envmapi_is_disc(mapping) && x < (width + 1) / 2; ++x) { /* cut by the rim */
+        double X = fabs((2 * x + 1.0) / width - 1) + side / 2, y_end = fabs(Y) + side / 2;
+        if (X * X + y_end * y_end > 1) once[x] = 0;
+    }
+    for (int x = (width + 1) / 2; x < width; ++x) once[x] = once[width - 1 - x];
+    for (int x = 0; x < width; ++x) omega[3 * x] = omega[3 * x + 1] = omega[3 * x + 2] = once[x];
+}
+
+static const float *envmapi_omega_row(const envmapi_input *in, int y) {
+    int edge = in->map->size, row = y < edge - 1 - y ? y : edge - 1 - y;
+    return in->omega + (size_t)row * 4 * (size_t)envmapi_width(in->map->mapping, edge);
+}
+
+/* Lists the texels that a rim cuts: the same on every face. */
+static void envmapi_input_rim(envmapi_input *in, int room) {
+    const envmap *map = in->map;
+    size_t area = envmapi_area(map->mapping, map->size);
+    for (size_t t = 0; t < area && room; ++t) {
+        int x = (int)(t % (size_t)map->size), y = (int)(t / (size_t)map->size);
+        double X = fabs((2 * x + 1.0) / map->size - 1) - 1.0 / map->size, at[2];
+        double Y = fabs((2 * y + 1.0) / map->size - 1) - 1.0 / map->size;
+        if (envmapi_omega_row(in, y)[3 * x] > 0 || X * X + Y * Y > 1) continue;
+        double w = envmapi_texel_cell(at, map->mapping, map->size, x, y);
+        for (int face = 0; w > 0 && face < envmap_faces(map->mapping); ++face) {
+            if (in->rim_count >= room) return;
+            envmapi_light *light = in->rim + in->rim_count++;
+            light->texel = (size_t)face * area + t;
+            envmapi_direction(light->d, map->mapping, face, at[0], at[1]);
+            for (size_t c = 0; c < 4; ++c)
+                light->value[c] = w * (c < 3 ? (double)in->texels[3 * light->texel + c] : 1.0);
+        }
+    }
+}
+
+/* With room for `spare` more floats in the same block: glibc's malloc gives the heap's end back
+   after each call in which no block is half of all, and the next call has it mapped anew. */
+static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, int slice,
+                                          size_t spare, const envmap_work *work,
+                                          envmapi_pool *pool) {
+    int room = envmapi_is_disc(map->mapping) ? 16 * map->size + 64 : 0, rows = (map->size + 1) / 2;
+    size_t width = (size_t)envmapi_width(map->mapping, map->size);
+    in->map = map, in->texels = envmapi_image(map, 0, slice, 0), in->rim_count = 0;
+    size_t omega = (4 * width * (size_t)rows + 15) / 16 * 16;
+    in->omega = (float *)envmapi_pool_get(pool, omega + spare, sizeof(float));
+    in->rim = (envmapi_light *)envmapi_pool_get(pool, (size_t)room + 1, sizeof(envmapi_light));
+    if (!in->omega || !in->rim) return ENVMAP_ERROR_MEMORY;
+    in->spare = in->omega + omega;
+    envmapi_run_all(work, envmapi_task_omega, in, rows);
+    envmapi_input_rim(in, room);
+    return ENVMAP_OK;
+}
+
 /* ---- the grid of a face, and a whole transform */
 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels (identity). */
@@ -3190,22 +3305,13 @@ static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, int pad
 /* One map's grid at work, and the rings behind it. A task is a part that the data alone defines. */
 typedef struct envmapi_transform {
     envmapi_grid grid;
-    envmapi_rings rings;
-    const envmapi_input *in; /* of a source */
-    envmapi_point *points;   /* where the nodes are, then the cut texels; */
-    float *values;           /* and what is there: [count][4], RGB and solid angle */
-    size_t count;
-    int back;  /* analysis 0, synthesis 1; solve along columns 0, along rows 1 */
-    double *a; /* coefficients, of a_bands >= rings.bands */
-    int a_bands;
-    const double *lambda;  /* per band, for the way back */
-    envmapi_taps *u, *v;   /* of the texels */
-    double (*factors)[3];  /* of the solve along columns, then along rows */
-    double *work;          /* a task's part: envmapi_rings_work */
-    float *rows;           /* a task's rows of texels */
-    unsigned short *reach; /* the spreading tasks that each row of nodes concerns; NULL: one */
-    int tasks, strips;     /* strips: horizontal, of a face's grid: one a task */
-    int *finite;           /* are a strip's nodes? */
+    envmapi_rings rings;         /* their points: the nodes, then the cut texels */
+    const envmapi_input *in;     /* of a source */
+    envmapi_taps *u, *v;         /* of the texels */
+    double (*factors)[3];        /* of the solve along columns, then along rows */
+    float *rows;                 /* a task's rows of texels */
+    int strips, along;           /* strips: of a face's grid, one a task; solve along rows */
+    int *finite;                 /* are a strip's nodes? */
     const envmapi_light *lights; /* summed apart */
     int light_count;
     float *out;              /* a result's slice */
@@ -3213,88 +3319,6 @@ typedef struct envmapi_transform {
     double p, norm;
     int divide; /* by the fourth channel */
 } envmapi_transform;
-
-/* Tasks that spread, each for some points along all rings: a power of two, so that few are at
-   their borders. */
-static int envmapi_spread_tasks(const envmapi_transform *t) {
-    int tasks = 1;
-    while (2 * tasks <= t->tasks && 48 * tasks <= 2 * t->rings.M) tasks *= 2;
-    return tasks;
-}
-
-/* The tasks that a row of points concerns. */
-static unsigned short envmapi_reached(const envmapi_transform *t, const envmapi_point *points,
-                                      size_t count) {
-    int n = 2 * t->rings.M, tasks = envmapi_spread_tasks(t);
-    unsigned all = (1u << tasks) - 1, mask = 0;
-    for (size_t i = 0; i < count && mask < all; ++i)
-        for (int end = -2; end <= 3; end += 5) { /* the first k with k n/tasks > it, less one */
-            int k = envmapi_wrap(points[i].k + end, n);
-            mask |= 1u << (((k + 1) * tasks + n - 1) / n - 1);
-        }
-    return (unsigned short)mask;
-}
-
-static void envmapi_task_spread(void *context, int task) {
-    envmapi_transform *t = (envmapi_transform *)context;
-    int n = 2 * t->rings.M, tasks = envmapi_spread_tasks(t);
-    int from = n * task / tasks, to = n * (task + 1) / tasks;
-    size_t row = (size_t)t->grid.width, done = t->reach ? t->grid.count : 0;
-    memset(t->rings.G + (size_t)from * t->rings.row, 0,
-           (size_t)(to - from) * t->rings.row * sizeof(double));
-    for (size_t i = 0; i < done; i += row)
-        if (t->reach[i / row] >> task & 1)
-            envmapi_rings_spread(&t->rings, t->points + i, t->values + 4 * i, row, from, to);
-    envmapi_rings_spread(&t->rings, t->points + done, t->values + 4 * done, t->count - done, from,
-                         to);
-}
-
-static void envmapi_task_interpolate(void *context, int task) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    size_t from = t->count * (size_t)task / (size_t)t->tasks;
-    size_t to = t->count * ((size_t)task + 1) / (size_t)t->tasks;
-    envmapi_rings_interpolate(&t->rings, t->points + from, t->values + 4 * from, to - from);
-}
-
-static void envmapi_task_fft(void *context, int task) {
-    envmapi_transform *t = (envmapi_transform *)context;
-    double *z = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
-    for (int block = task; block < t->rings.M / 4; block += t->tasks) {
-        if (t->back) envmapi_rings_pack(&t->rings, block, z);
-        else envmapi_rings_block(&t->rings, block, z, 0);
-        envmapi_fft(&t->rings, z, t->back ? 1 : -1);
-        if (t->back) envmapi_rings_block(&t->rings, block, z, 1);
-        else envmapi_rings_unpack(&t->rings, block, z);
-    }
-}
-
-static void envmapi_task_legendre(void *context, int task) {
-    envmapi_transform *t = (envmapi_transform *)context;
-    double *work = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
-    for (int m = task; m < t->rings.bands; m += t->tasks) {
-        double *a = t->a + envmapi_triangle(t->a_bands, m);
-        if (t->back) envmapi_legendre_synthesise(&t->rings, a, t->lambda, m, work);
-        else envmapi_legendre_analyse(&t->rings, a, m, work);
-    }
-}
-
-/* points, values -> a */
-static void envmapi_analyse(envmapi_transform *t, const envmap_work *work) {
-    t->back = 0;
-    envmapi_run_all(work, envmapi_task_spread, t, envmapi_spread_tasks(t));
-    envmapi_rings_poles(&t->rings, 1);
-    envmapi_run_all(work, envmapi_task_fft, t, t->tasks);
-    envmapi_run_all(work, envmapi_task_legendre, t, t->tasks);
-}
-
-/* a, lambda -> values at points */
-static void envmapi_synthesise(envmapi_transform *t, const envmap_work *work) {
-    t->back = 1;
-    envmapi_run_all(work, envmapi_task_legendre, t, t->tasks);
-    envmapi_run_all(work, envmapi_task_fft, t, t->tasks);
-    envmapi_rings_poles(&t->rings, 0);
-    envmapi_run_all(work, envmapi_task_interpolate, t, t->tasks);
-}
 
 /* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
 static void envmapi_rays(double d[3][ENVMAPI_CHUNK], int at, int n, int mapping, int face, double u,
@@ -3328,19 +3352,19 @@ static void envmapi_task_points(void *context, int y) {
         envmapi_rings_points(points, &t->rings, d, next - first);
         for (int k = first; k < next; ++k) {
             size_t row = (size_t)(k / width) * (size_t)grid->height + (size_t)y;
-            t->points[row * (size_t)width + (size_t)(k % width)] = points[k - first];
+            t->rings.points[row * (size_t)width + (size_t)(k % width)] = points[k - first];
         }
         first = next;
     }
-    for (int face = 0; face < grid->faces && t->reach; ++face) {
+    for (int face = 0; face < grid->faces && t->rings.reach; ++face) {
         size_t row = (size_t)face * (size_t)grid->height + (size_t)y;
-        t->reach[row] =
-            envmapi_reached(t, t->points + row * (size_t)grid->width, (size_t)grid->width);
+        t->rings.reach[row] = envmapi_reached(
+            &t->rings, t->rings.points + row * (size_t)grid->width, (size_t)grid->width);
     }
 }
 
-/* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them: that
-   of `done`, whose work is done, where there is one and it is large enough. in: NULL for results. */
+/* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them. in:
+   NULL for results; done: another one, whose memory may be used, or NULL. */
 static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap *map, double h,
                                               int bands, double tolerance, const envmapi_input *in,
                                               const envmapi_transform *done,
@@ -3348,29 +3372,24 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     memset(t, 0, sizeof *t);
     t->grid = envmapi_grid_of(map, h, tolerance), t->in = in;
     t->strips = t->grid.faces == 6 ? 1 : 8 / t->grid.faces;
-    t->tasks = envmapi_tasks(work);
     size_t width = (size_t)envmapi_width(map->mapping, map->size), size = (size_t)map->size;
-    size_t n = t->grid.count + (size_t)(in ? in->rim_count : 0);
-    size_t strips = (size_t)(t->grid.faces * t->strips);
-    size_t lines = (size_t)(t->grid.height + t->grid.width);
+    size_t strips = (size_t)(t->grid.faces * t->strips), high = (size_t)t->grid.height;
+    size_t wide = (size_t)t->grid.width, rim = (size_t)(in ? in->rim_count : 0);
     int M = envmapi_rings_size((int)fmax(ENVMAPI_PI / h, bands + 2));
-    if (done && done->grid.count >= n) t->values = done->values;
-    else t->values = (float *)envmapi_pool_get(pool, 4 * n, sizeof(float));
-    t->points = (envmapi_point *)envmapi_pool_get(pool, n, sizeof(envmapi_point));
     t->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
-    t->factors = (double(*)[3])envmapi_pool_get(pool, lines + 4, 3 * sizeof(double));
+    t->factors = (double(*)[3])envmapi_pool_get(pool, high + wide + 4, 3 * sizeof(double));
     t->finite = (int *)envmapi_pool_get(pool, strips, sizeof(int));
-    t->work =
-        (double *)envmapi_pool_get(pool, envmapi_rings_work(M) * (size_t)t->tasks, sizeof(double));
-    if (t->tasks > 1) /* else all rows concern the one task */
-        t->reach = (unsigned short *)envmapi_pool_get(
-            pool, (size_t)(t->grid.faces * t->grid.height), sizeof *t->reach);
-    if (!t->values || !t->points || !t->u || !t->rows || !t->factors || !t->finite || !t->work ||
-        (t->tasks > 1 && !t->reach) ||
-        envmapi_rings_create(&t->rings, M, bands, done && done->rings.M >= M ? done->rings.G : NULL,
-                             pool))
+    if (!t->u || !t->rows || !t->factors || !t->finite ||
+        envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_tasks(work),
+                             done ? &done->rings : NULL, pool))
         return ENVMAP_ERROR_MEMORY;
+    t->rings.line = wide, t->rings.lines = (size_t)t->grid.faces * high;
+    if (t->rings.tasks > 1) { /* else all lines concern the one task */
+        t->rings.reach =
+            (unsigned short *)envmapi_pool_get(pool, t->rings.lines, sizeof *t->rings.reach);
+        if (!t->rings.reach) return ENVMAP_ERROR_MEMORY;
+    }
     t->v = t->u + width;
     envmapi_taps_fill(t->u, (int)width, t->grid.nu, t->grid.pad);
     envmapi_taps_fill(t->v, map->size, t->grid.nv, t->grid.pad);
@@ -3384,12 +3403,12 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
 static void envmapi_task_solve(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     const envmapi_grid *grid = &t->grid;
-    int lines = t->back ? grid->height : grid->width, n = t->back ? grid->width : grid->height;
+    int lines = t->along ? grid->height : grid->width, n = t->along ? grid->width : grid->height;
     int line = lines * (task % t->strips) / t->strips,
         to = lines * (task % t->strips + 1) / t->strips;
-    size_t row = 4 * (size_t)grid->width, step = t->back ? 4 : row, apart = t->back ? row : 4;
-    float *nodes = t->values + (size_t)(task / t->strips) * (size_t)grid->height * row;
-    double(*factors)[3] = t->back ? t->factors + grid->height + 2 : t->factors;
+    size_t row = 4 * (size_t)grid->width, step = t->along ? 4 : row, apart = t->along ? row : 4;
+    float *nodes = t->rings.values + (size_t)(task / t->strips) * (size_t)grid->height * row;
+    double(*factors)[3] = t->along ? t->factors + grid->height + 2 : t->factors;
     for (; line + 4 <= to; line += 4)
         envmapi_float4_solve(nodes + (size_t)line * apart, n, step, 4, apart, factors);
     for (; line < to; ++line)
@@ -3397,7 +3416,7 @@ static void envmapi_task_solve(void *context, int task) {
 }
 
 static void envmapi_grid_solve(envmapi_transform *t, const envmap_work *work) {
-    for (t->back = 0; t->back < 2 && !t->grid.identity; ++t->back)
+    for (t->along = 0; t->along < 2 && !t->grid.identity; ++t->along)
         envmapi_run_all(work, envmapi_task_solve, t, t->grid.faces * t->strips);
 }
 
@@ -3482,7 +3501,7 @@ static void envmapi_task_reduce(void *context, int task) {
     size_t width = (size_t)envmapi_width(grid->map->mapping, size), W = 4 * width;
     size_t floats = 4 * (size_t)grid->width;
     const float *texels = t->in->texels + 3 * (size_t)face * width * (size_t)size;
-    float *nodes = t->values + (size_t)face * (size_t)grid->height * floats;
+    float *nodes = t->rings.values + (size_t)face * (size_t)grid->height * floats;
     float *rows = t->rows + (size_t)task * 6 * W;
     envmapi_rows in;
     memset(nodes + (size_t)from * floats, 0, (size_t)(to - from) * floats * sizeof(float));
@@ -3512,7 +3531,7 @@ static void envmapi_task_copy(void *context, int face) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     size_t width = (size_t)t->grid.width, size = (size_t)t->grid.height;
     const float *texel = t->in->texels + 3 * (size_t)face * width * size;
-    float *node = t->values + 4 * (size_t)face * width * size;
+    float *node = t->rings.values + 4 * (size_t)face * width * size;
     for (size_t y = 0; y < size; ++y) {
         const float *once = envmapi_omega_row(t->in, (int)y) + 3 * width;
         for (size_t x = 0; x < width; ++x, texel += 3, node += 4) {
@@ -3534,7 +3553,8 @@ static void envmapi_light_out(envmapi_transform *t, const envmapi_light *light) 
         size_t at = row * (size_t)t->grid.width + (size_t)(t->u[x].start + k % 6);
         float tap = t->grid.identity ? 1 : t->v[y].w[k / 6] * t->u[x].w[k % 6];
         if (t->grid.identity) at = light->texel;
-        for (int c = 0; c < 3; ++c) t->values[4 * at + (size_t)c] -= tap * (float)light->value[c];
+        for (int c = 0; c < 3; ++c)
+            t->rings.values[4 * at + (size_t)c] -= tap * (float)light->value[c];
     }
 }
 
@@ -3547,23 +3567,23 @@ static size_t envmapi_rim_points(envmapi_transform *t) {
         for (int k = 0; k < t->light_count && !out; ++k) out = t->lights[k].texel == cut->texel;
         for (int c = 0; c < 3; ++c) d[c][0] = cut->d[c];
         for (int c = 0; c < 4; ++c)
-            t->values[4 * n + (size_t)c] = out && c < 3 ? 0 : (float)cut->value[c];
-        envmapi_rings_points(t->points + n++, &t->rings, d, 1);
+            t->rings.values[4 * n + (size_t)c] = out && c < 3 ? 0 : (float)cut->value[c];
+        envmapi_rings_points(t->rings.points + n++, &t->rings, d, 1);
     }
     return n - t->grid.count;
 }
 
-/* All texels but the lights -> t->a. */
+/* All texels but the lights -> t->rings.a. */
 static void envmapi_project_texels(envmapi_transform *t, const envmap_work *work) {
     size_t face = t->grid.count / (size_t)t->grid.faces;
     if (t->grid.identity) envmapi_run_all(work, envmapi_task_copy, t, t->grid.faces);
     else envmapi_run_all(work, envmapi_task_reduce, t, t->grid.faces * t->strips);
     for (size_t i = 0; i + face < t->grid.count && !t->grid.identity; ++i)
-        t->values[4 * (i + face) + 3] = t->values[4 * i + 3];
+        t->rings.values[4 * (i + face) + 3] = t->rings.values[4 * i + 3];
     for (int i = 0; i < t->light_count; ++i) envmapi_light_out(t, t->lights + i);
     envmapi_grid_solve(t, work);
-    t->count = t->grid.count + envmapi_rim_points(t);
-    envmapi_analyse(t, work);
+    t->rings.count = t->grid.count + envmapi_rim_points(t);
+    envmapi_analyse(&t->rings, work);
 }
 
 /* ---- fill: a_lm -> texels */
@@ -3575,7 +3595,7 @@ static void envmapi_task_norm(void *context, int task) {
     size_t parts = (size_t)(t->grid.faces * t->strips), part = (size_t)task;
     size_t from = t->grid.count * part / parts, to = t->grid.count * (part + 1) / parts;
     uint32_t bits, finite = 1;
-    for (float *node = t->values + 4 * from; node < t->values + 4 * to; node += 4) {
+    for (float *node = t->rings.values + 4 * from; node < t->rings.values + 4 * to; node += 4) {
         float scale = t->divide ? 1 / node[3] : 1;
         for (int c = 0; c < 4; ++c) {
             float value = c < 3 ? node[c] * scale : node[c];
@@ -3658,7 +3678,7 @@ static void envmapi_task_expand(void *context, int task) {
     int size = grid->map->size, face = task / t->strips, strip = task % t->strips, done = -1;
     size_t width = (size_t)envmapi_width(grid->map->mapping, size),
            floats = 4 * (size_t)grid->width;
-    const float *nodes = t->values + (size_t)face * (size_t)grid->height * floats;
+    const float *nodes = t->rings.values + (size_t)face * (size_t)grid->height * floats;
     float *rows = t->rows + (size_t)task * 28 * width, *norm = rows + 24 * width,
           *out = t->out + 3 * (size_t)face * width * (size_t)size;
     envmapi_rows in;
@@ -3675,11 +3695,11 @@ static void envmapi_task_expand(void *context, int task) {
     }
 }
 
-/* t->a -> t->out; 0 where something is not finite, which is told before a texel is written. */
+/* t->rings.a -> t->out; 0 where something is not finite, which is told before a texel is written. */
 static int envmapi_fill_texels(envmapi_transform *t, const envmap_work *work) {
     int finite = 1, strips = t->grid.faces * t->strips;
-    t->count = t->grid.count;
-    envmapi_synthesise(t, work);
+    t->rings.count = t->grid.count;
+    envmapi_synthesise(&t->rings, work);
     envmapi_run_all(work, envmapi_task_norm, t, strips);
     for (int i = 0; i < strips; ++i) finite &= t->finite[i];
     if (!finite) return 0;
@@ -3947,7 +3967,7 @@ static envmap_result envmapi_project_fast(double *sh, int bands, const envmap *m
         envmapi_transform_create(&t, map, envmapi_sh_spacing(bands, tolerance), bands, tolerance,
                                  &in, NULL, work, pool))
         return ENVMAP_ERROR_MEMORY;
-    t.a = a, t.a_bands = bands;
+    t.rings.a = a, t.rings.a_bands = bands;
     if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
     envmapi_project_texels(&t, work);
     envmapi_sh_of(sh, a, bands);
@@ -4014,7 +4034,7 @@ static envmap_result envmapi_fill_fast(float *texels, const envmap *map, const d
         return ENVMAP_ERROR_MEMORY;
     envmapi_triangle_of(a, sh, bands);
     for (int l = 0; l < bands; ++l) lambda[l] = 1;
-    t.a = a, t.a_bands = bands, t.lambda = lambda, t.out = texels;
+    t.rings.a = a, t.rings.a_bands = bands, t.rings.lambda = lambda, t.out = texels;
     if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
     return envmapi_fill_texels(&t, work) ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
 }
@@ -5785,7 +5805,7 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_s
                                  &scene->in, NULL, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     if (kinked) t->lights = scene->lights, t->light_count = scene->light_count;
-    t->a = out->a, t->a_bands = bands;
+    t->rings.a = out->a, t->rings.a_bands = bands;
     envmapi_project_texels(t, &desc->work);
     return ENVMAP_OK;
 }
@@ -5814,7 +5834,7 @@ static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec 
     double lambda[ENVMAPI_FAST_BANDS];
     for (int l = 0; l < spec->L; ++l)
         lambda[l] = opposite && l % 2 ? -slice->lambda[l] : slice->lambda[l];
-    t->lambda = lambda, t->lobe = spec->lobe;
+    t->rings.lambda = lambda, t->lobe = spec->lobe;
     t->out = envmapi_image(spec->dst, 0, k, 0);
     t->p = opposite ? -slice->p : slice->p;
     t->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
@@ -5868,7 +5888,7 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
             h > 1.2 * spectrum->h) {
             result = envmapi_transform_create(&own, dst, h, L, (double)desc->tolerance, NULL,
                                               spectrum->kept ? t : NULL, &desc->work, pool);
-            own.a = t->a, own.a_bands = t->a_bands;
+            own.rings.a = t->rings.a, own.rings.a_bands = t->rings.a_bands;
             own.lights = t->lights, own.light_count = t->light_count;
             t = &own;
         }
@@ -5891,7 +5911,7 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
     int serves = spectrum->a != NULL;
     for (int i = 0; i < count; ++i)
         if (specs[i].kinked == kinked && specs[i].L)
-            serves &= specs[i].L <= spectrum->t.a_bands && specs[i].h >= 0.999 * spectrum->h;
+            serves &= specs[i].L <= spectrum->t.rings.a_bands && specs[i].h >= 0.999 * spectrum->h;
     return serves;
 }
 
@@ -6212,7 +6232,8 @@ static void envmapi_power_of(double *scene, int known, const envmapi_spectrum *s
     for (int l = 0; l < known; ++l) {
         double sum = 0;
         for (int m = 0; m <= l; ++m) {
-            const double *a = spectrum->a + envmapi_triangle(spectrum->t.a_bands, m) + 8 * (l - m);
+            const double *a =
+                spectrum->a + envmapi_triangle(spectrum->t.rings.a_bands, m) + 8 * (l - m);
             for (int c = 0; c < 3; ++c) sum += (m ? 2 : 1) * (a[c] * a[c] + a[c + 4] * a[c + 4]);
         }
         scene[l] = sum / (2 * l + 1);
