@@ -3212,6 +3212,14 @@ static const float *envmapi_omega_row(const envmapi_input *in, int y) {
     return in->omega + (size_t)row * 4 * (size_t)envmapi_width(in->map->mapping, edge);
 }
 
+static envmapi_light envmapi_light_of(const envmapi_input *in, size_t texel, double w) {
+    envmapi_light light;
+    memset(&light, 0, sizeof light);
+    light.texel = texel, light.value[3] = w;
+    for (size_t c = 0; c < 3; ++c) light.value[c] = w * (double)in->texels[3 * texel + c];
+    return light;
+}
+
 /* Lists the texels that a rim cuts: the same on every face. */
 static void envmapi_input_rim(envmapi_input *in, int room) {
     const envmap *map = in->map;
@@ -3225,10 +3233,8 @@ static void envmapi_input_rim(envmapi_input *in, int room) {
         for (int face = 0; w > 0 && face < envmap_faces(map->mapping); ++face) {
             if (in->rim_count >= room) return;
             envmapi_light *light = in->rim + in->rim_count++;
-            light->texel = (size_t)face * area + t;
+            *light = envmapi_light_of(in, (size_t)face * area + t, w);
             envmapi_direction(light->d, map->mapping, face, at[0], at[1]);
-            for (size_t c = 0; c < 4; ++c)
-                light->value[c] = w * (c < 3 ? (double)in->texels[3 * light->texel + c] : 1.0);
         }
     }
 }
@@ -4911,6 +4917,12 @@ typedef struct envmapi_contrast {
     size_t spot; /* the brightest one's block */
 } envmapi_contrast;
 
+/* Blocks of one width: how many along u and v, in all, and where they begin in `sums`. */
+typedef struct envmapi_blocks {
+    int nu, nv;
+    size_t count, at;
+} envmapi_blocks;
+
 #define ENVMAPI_ROUND  150
 #define ENVMAPI_AXES   (ENVMAPI_ROUND + ENVMAPI_SCALES)
 #define ENVMAPI_ANGLES 64 /* more densely towards the axis, where sharp lobes end */
@@ -4925,10 +4937,11 @@ typedef struct envmapi_histogram {
 /* One look at a slice of the source. */
 typedef struct envmapi_scene {
     envmapi_input in;
-    float *sums;             /* blocks of texels, [faces][nv][nu][4], then twice as wide, ... */
+    float *sums;             /* blocks of texels, [count][4], then twice as wide, ... */
     double *rows;            /* of each row of blocks: sum of squared energies, a sign bit is set */
     float *work;             /* a row of texels a task */
-    int tasks, edge, nu, nv; /* edge of a block in texels; blocks a face */
+    int tasks, edge, scales; /* edge of a block in texels, which doubles from scale to scale */
+    envmapi_blocks blocks[ENVMAPI_SCALES];
     double all, energy, solid; /* all channels; energy: without the lights */
     double sum[3], strongest;  /* energy of the channels; the largest */
     double mean[3];            /* radiance, without the lights */
@@ -4936,8 +4949,7 @@ typedef struct envmapi_scene {
     double squares;            /* of the texels' energies */
     envmapi_contrast texel;    /* of single texels, at most */
     envmapi_contrast scale[ENVMAPI_SCALES]; /* of blocks of edge << i */
-    int scales;
-    envmapi_light *lights; /* taken out */
+    envmapi_light *lights;                  /* taken out */
     int light_count;
     envmapi_histogram
         *histograms;         /* [axes]: `round` all round, then one at each scale's brightest spot;
@@ -4964,11 +4976,12 @@ static void envmapi_task_scene(void *context, int task) {
     const envmapi_scene *s = (const envmapi_scene *)context;
     int edge = s->in.map->size, faces = envmap_faces(s->in.map->mapping);
     size_t width = (size_t)envmapi_width(s->in.map->mapping, edge), W = 3 * width;
+    int nu = s->blocks[0].nu, nv = s->blocks[0].nv;
     float *row = s->work + (size_t)task * 4 * width;
-    for (int i = task; i < faces * s->nv; i += s->tasks) {
-        int from = i % s->nv * s->edge, to = from + s->edge < edge ? from + s->edge : edge;
-        const float *texels = s->in.texels + (size_t)(i / s->nv) * W * (size_t)edge;
-        float *block = s->sums + 4 * (size_t)i * (size_t)s->nu;
+    for (int i = task; i < faces * nv; i += s->tasks) {
+        int from = i % nv * s->edge, to = from + s->edge < edge ? from + s->edge : edge;
+        const float *texels = s->in.texels + (size_t)(i / nv) * W * (size_t)edge;
+        float *block = s->sums + 4 * (size_t)i * (size_t)nu;
         envmapi_rows in;
         int negative = 0;
         s->rows[2 * i] = 0;
@@ -4981,7 +4994,7 @@ static void envmapi_task_scene(void *context, int task) {
             }
             s->rows[2 * i] += envmapi_scene_rows(row, &in, W, &negative);
             for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + W;
-            if (i < s->nv) envmapi_rows_add(row + W, 0, 1, &in, 0, NULL, width);
+            if (i < nv) envmapi_rows_add(row + W, 0, 1, &in, 0, NULL, width);
         }
         for (size_t x = 0, end; x < width; x = end, block += 4) {
             envmapi_float4 sum; /* of RGB, and the red beside it */
@@ -4997,24 +5010,17 @@ static void envmapi_task_scene(void *context, int task) {
     }
 }
 
-/* Blocks at scale i: how many along u and v, and where they begin in `sums`. */
-static size_t envmapi_scene_scale(int *nu, int *nv, const envmapi_scene *s, int i) {
-    size_t at = 0;
-    for (*nu = s->nu, *nv = s->nv; i > 0; --i, *nu = (*nu + 1) / 2, *nv = (*nv + 1) / 2)
-        at += 4 * (size_t)*nu * (size_t)*nv * (size_t)envmap_faces(s->in.map->mapping);
-    return at;
-}
-
-/* Blocks into twice as wide ones. */
-static void envmapi_scene_halve(float *next, const float *blocks, int nu, int nv, int faces) {
-    size_t wide = (size_t)(nu + 1) / 2, high = (size_t)(nv + 1) / 2;
-    memset(next, 0, 4 * wide * high * (size_t)faces * sizeof *next);
-    for (int face = 0; face < faces; ++face, next += 4 * wide * high)
-        for (int y = 0; y < nv; ++y)
-            for (int x = 0; x < nu; ++x, blocks += 4) {
-                float *parent = next + 4 * ((size_t)(y / 2) * wide + (size_t)(x / 2));
-                for (int c = 0; c < 4; ++c) parent[c] += blocks[c];
-            }
+/* Blocks at scale i into those at the next, twice as wide. */
+static void envmapi_scene_halve(const envmapi_scene *s, float *sums, int i) {
+    const envmapi_blocks *from = s->blocks + i, *to = from + 1;
+    const float *block = sums + from->at;
+    memset(sums + to->at, 0, 4 * to->count * sizeof *sums);
+    for (int row = 0; row < envmap_faces(s->in.map->mapping) * from->nv; ++row) {
+        int line = row / from->nv * to->nv + row % from->nv / 2;
+        float *parents = sums + to->at + 4 * (size_t)(line * to->nu);
+        for (int x = 0; x < from->nu; ++x, block += 4)
+            for (int c = 0; c < 4; ++c) parents[4 * (x / 2) + c] += block[c];
+    }
 }
 
 /* (E - m w)^2 of a block whose parent, twice as wide, or NULL, has the mean m. A light in a block
@@ -5036,24 +5042,20 @@ static double envmapi_block_square(const envmapi_scene *s, const float *block,
    exceeds *most, and its block. */
 static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
                                     const envmapi_scene *s, const float *sums, int i, int to) {
-    int nu, nv, wide, high, parents_wide = 0, parents_high = 0;
-    int faces = envmap_faces(s->in.map->mapping);
-    const float *parents = NULL, *block;
+    const envmapi_blocks *from = s->blocks + i, *next = from + 1, *wide = s->blocks + to;
+    const float *block = sums + from->at, *parents = i + 1 < s->scales ? sums + next->at : NULL;
     double sum = 0;
-    if (i + 1 < s->scales)
-        parents = sums + envmapi_scene_scale(&parents_wide, &parents_high, s, i + 1);
-    envmapi_scene_scale(&wide, &high, s, to);
-    block = sums + envmapi_scene_scale(&nu, &nv, s, i);
-    for (int row = 0; row < faces * nv; ++row) {
-        int face = row / nv, y = row % nv;
-        size_t at = (size_t)(face * high + (y >> (to - i))) * (size_t)wide;
-        const float *p = NULL;
-        if (parents) p = parents + 4 * (size_t)(face * parents_high + y / 2) * (size_t)parents_wide;
-        for (int x = 0; x < nu; ++x, block += 4) {
-            double square = envmapi_block_square(s, block, p ? p + 4 * (x / 2) : NULL);
-            if (squares) squares[at + (size_t)(x >> (to - i))] += square;
+    size_t b = 0;
+    for (int row = 0; b < from->count; ++row) {
+        int face = row / from->nv, y = row % from->nv,
+            parent = (face * next->nv + y / 2) * next->nu;
+        double *into = squares ? squares + (face * wide->nv + (y >> (to - i))) * wide->nu : NULL;
+        for (int x = 0; x < from->nu; ++x, ++b, block += 4) {
+            double square =
+                envmapi_block_square(s, block, parents ? parents + 4 * (parent + x / 2) : NULL);
+            if (into) into[x >> (to - i)] += square;
             sum += square;
-            if (square > *most) *most = square, *spot = (size_t)row * (size_t)nu + (size_t)x;
+            if (square > *most) *most = square, *spot = b;
         }
     }
     return sum;
@@ -5063,16 +5065,11 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
    blocks. An edge along the borders of blocks shows at the scales where it runs through one; at the
    others it is l^-1.5 of that, as edges are. */
 static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
-    int nu, nv, faces = envmap_faces(s->in.map->mapping), last = s->scales - 1;
+    int last = s->scales - 1;
     double mean[4] = {0, 0, 0, 0};
-    for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces; ++b)
-        for (size_t c = 0; c < 4; ++c) mean[c] += (double)sums[4 * b + c];
+    for (size_t b = 0; b < 4 * s->blocks[0].count; ++b) mean[b % 4] += (double)sums[b];
     for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
-    for (int i = 0; i < last; ++i) {
-        float *blocks = sums + envmapi_scene_scale(&nu, &nv, s, i);
-        envmapi_scene_halve(blocks + 4 * (size_t)nu * (size_t)nv * (size_t)faces, blocks, nu, nv,
-                            faces);
-    }
+    for (int i = 0; i < last; ++i) envmapi_scene_halve(s, sums, i);
     for (int i = last; i >= 0; --i) {
         double most = off;
         double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
@@ -5087,12 +5084,11 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
 /* The contrast of single texels, from the sum of their squares: what evenly lit blocks, E^2 of each
    over its texels, do not explain. */
 static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squares) {
-    size_t count = (size_t)s->nu * (size_t)s->nv * (size_t)envmap_faces(s->in.map->mapping);
     double even = 0;
     s->texel = s->scale[0];
     if (!(s->norm > 1e-12 && s->norm < 1e15)) return; /* their squares are no floats */
-    for (size_t b = 0; b < count; ++b)
-        for (size_t c = 0; c < 3; ++c) even += (double)sums[4 * b + c] * (double)sums[4 * b + c];
+    for (size_t b = 0; b < 4 * s->blocks[0].count; ++b)
+        if (b % 4 < 3) even += (double)sums[b] * (double)sums[b];
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares); /* sums of floats */
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
 }
@@ -5139,44 +5135,53 @@ static double envmapi_light_square(const envmapi_light *light) {
     return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
 }
 
+/* How many blocks there are at every scale; returns the floats of all. */
+static size_t envmapi_scene_layout(envmapi_scene *s) {
+    const envmap *map = s->in.map;
+    int nu = (envmapi_width(map->mapping, map->size) + s->edge - 1) / s->edge;
+    int nv = (map->size + s->edge - 1) / s->edge;
+    size_t at = 0;
+    for (int high = nv; s->scales < ENVMAPI_SCALES && (high > 0 || !s->scales); high /= 2) {
+        envmapi_blocks *blocks = s->blocks + s->scales++;
+        blocks->nu = nu, blocks->nv = nv, blocks->at = at;
+        blocks->count = (size_t)(nu * nv * envmap_faces(map->mapping)), at += 4 * blocks->count;
+        nu = (nu + 1) / 2, nv = (nv + 1) / 2;
+    }
+    return at;
+}
+
 /* Looks at a slice, in blocks of 8 x 8 texels, or of 4 x 4 for lobes sharper than 32 texels.
    Errors: MEMORY, RADIANCE. */
 static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, int slice,
                                           double sigma, const envmap_work *work,
                                           envmapi_pool *pool) {
-    int faces = envmap_faces(map->mapping), width = envmapi_width(map->mapping, map->size);
-    int negative = 0;
+    size_t faces = (size_t)envmap_faces(map->mapping), at = 0, rows;
+    size_t W = 4 * (size_t)envmapi_width(map->mapping, map->size);
     double squares = 0, off = 0, *energy = s->sum;
+    int negative = 0;
     memset(s, 0, sizeof *s);
-    s->tasks = envmapi_tasks(work);
+    s->in.map = map, s->tasks = envmapi_tasks(work);
     s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
-    s->nu = (width + s->edge - 1) / s->edge, s->nv = (map->size + s->edge - 1) / s->edge;
-    for (s->scales = 1; s->nv >> s->scales && s->scales < ENVMAPI_SCALES; ++s->scales) {}
-    size_t blocks = (size_t)s->nu * (size_t)s->nv * (size_t)faces, W = 4 * (size_t)width;
-    blocks = 2 * blocks + 64 * (size_t)faces; /* and the coarser scales */
-    size_t floats = W * (size_t)s->tasks + 4 * blocks, rows = 2 * (size_t)(faces * s->nv);
-    if (envmapi_input_create(&s->in, map, slice, 2 * rows + floats, work, pool))
+    at = envmapi_scene_layout(s), rows = 2 * faces * (size_t)s->blocks[0].nv;
+    if (envmapi_input_create(&s->in, map, slice, 2 * rows + at + W * (size_t)s->tasks, work, pool))
         return ENVMAP_ERROR_MEMORY;
     s->rows = (double *)(void *)s->in.spare;
-    s->sums = (float *)(s->rows + rows), s->work = s->sums + 4 * blocks;
+    s->sums = (float *)(s->rows + rows), s->work = s->sums + at;
     envmapi_run_all(work, envmapi_task_scene, s, s->tasks);
-    for (size_t i = 0, n = (size_t)s->nu * (size_t)s->nv; i + n < n * (size_t)faces; ++i)
-        s->sums[4 * (i + n) + 3] = s->sums[4 * i + 3];
-    for (int i = 0; i < faces * s->nv; ++i) {
-        const float *block = s->sums + 4 * (size_t)i * (size_t)s->nu;
-        for (int x = 0; x < s->nu; ++x, block += 4) {
-            for (int c = 0; c < 3; ++c) energy[c] += (double)block[c];
-            s->solid += (double)block[3];
-        }
-        squares += s->rows[2 * i], negative |= s->rows[2 * i + 1] > 0;
+    for (size_t b = 0, n = s->blocks[0].count / faces; b < s->blocks[0].count; ++b) {
+        float *block = s->sums + 4 * b;
+        block[3] = s->sums[4 * (b % n) + 3]; /* alike on all faces */
+        for (int c = 0; c < 3; ++c) energy[c] += (double)block[c];
+        s->solid += (double)block[3];
     }
+    for (size_t i = 0; i < rows; i += 2) squares += s->rows[i], negative |= s->rows[i + 1] > 0;
     for (int i = 0; i < s->in.rim_count; ++i) {
         for (int c = 0; c < 3; ++c) energy[c] += s->in.rim[i].value[c];
         s->solid += s->in.rim[i].value[3], off += envmapi_light_square(s->in.rim + i);
     }
     s->squares = squares + off, s->all = s->energy = energy[0] + energy[1] + energy[2];
     s->strongest = fmax(fmax(energy[0], energy[1]), energy[2]);
-    s->norm = sqrt(energy[0] * energy[0] + energy[1] * energy[1] + energy[2] * energy[2]);
+    s->norm = sqrt(envmapi_dot(energy, energy));
     if ((negative || !envmapi_finite(s->energy)) && !envmapi_radiance_ok(map, 0))
         return ENVMAP_ERROR_RADIANCE;
     envmapi_scene_scales(s, s->sums, off);
@@ -5194,17 +5199,14 @@ static int envmapi_light_add(envmapi_scene *s, const envmapi_light *light) {
 /* The texels of one block that hold more than `limit` become lights, until there are too many. */
 static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
     const envmap *map = s->in.map;
-    int x0 = (int)(block % (size_t)s->nu) * s->edge, row = (int)(block / (size_t)s->nu);
-    int y0 = row % s->nv * s->edge, face = row / s->nv;
+    int nu = s->blocks[0].nu, nv = s->blocks[0].nv, row = (int)(block / (size_t)nu);
+    int x0 = (int)(block % (size_t)nu) * s->edge, y0 = row % nv * s->edge, face = row / nv;
     int width = envmapi_width(map->mapping, map->size);
     for (int y = y0; y < y0 + s->edge && y < map->size; ++y)
         for (int x = x0; x < x0 + s->edge && x < width; ++x) {
-            double w = (double)envmapi_omega_row(&s->in, y)[3 * x];
-            envmapi_light light;
-            light.texel =
-                ((size_t)face * (size_t)map->size + (size_t)y) * (size_t)width + (size_t)x;
-            for (size_t c = 0; c < 4; ++c)
-                light.value[c] = w * (c < 3 ? (double)s->in.texels[3 * light.texel + c] : 1.0);
+            size_t texel = (size_t)(face * map->size + y) * (size_t)width + (size_t)x;
+            envmapi_light light =
+                envmapi_light_of(&s->in, texel, (double)envmapi_omega_row(&s->in, y)[3 * x]);
             if (!(envmapi_light_energy(&light) > limit)) continue;
             envmapi_texel_direction(light.d, map->mapping, face, map->size, x, y);
             if (!envmapi_light_add(s, &light)) return 0;
@@ -5215,16 +5217,16 @@ static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
 /* The contrast of what the lights leave, no texel of it with more than `limit` of all energy; rest:
    room for the blocks without them. */
 static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
-    int edge = s->in.map->size, faces = envmap_faces(s->in.map->mapping);
-    size_t width = (size_t)envmapi_width(s->in.map->mapping, edge), size = (size_t)edge;
+    size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
+    size_t size = (size_t)s->in.map->size, nu = (size_t)s->blocks[0].nu;
     double squares = s->squares, off = 0;
-    memcpy(rest, s->sums, 4 * (size_t)s->nu * (size_t)s->nv * (size_t)faces * sizeof *rest);
+    memcpy(rest, s->sums, 4 * s->blocks[0].count * sizeof *rest);
     for (int i = 0; i < s->in.rim_count; ++i) off += envmapi_light_square(s->in.rim + i);
     for (int i = 0; i < s->light_count; ++i) {
         const double *v = s->lights[i].value, square = envmapi_light_square(s->lights + i);
         size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
-        size_t row = y / size * (size_t)s->nv + y % size / (size_t)s->edge;
-        float *sum = rest + 4 * (row * (size_t)s->nu + x / (size_t)s->edge);
+        size_t row = y / size * (size_t)s->blocks[0].nv + y % size / (size_t)s->edge;
+        float *sum = rest + 4 * (row * nu + x / (size_t)s->edge);
         int cut = !(envmapi_omega_row(&s->in, (int)(y % size))[3 * x] > 0);
         for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
         s->energy -= envmapi_light_energy(s->lights + i), squares -= square;
@@ -5240,8 +5242,8 @@ static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
 
 /* The middle of block b at scale i. */
 static void envmapi_block_direction(double d[3], const envmapi_scene *s, int i, size_t b) {
-    int nu, nv, mapping = s->in.map->mapping, wide = s->edge << i;
-    envmapi_scene_scale(&nu, &nv, s, i);
+    int nu = s->blocks[i].nu, nv = s->blocks[i].nv, mapping = s->in.map->mapping;
+    int wide = s->edge << i;
     int x = (int)(b % (size_t)nu), y = (int)(b / (size_t)nu), face = y / nv;
     envmapi_direction(d, mapping, face,
                       fmin((x + 0.5) * wide / envmapi_width(mapping, s->in.map->size), 1),
@@ -5252,24 +5254,23 @@ static void envmapi_block_direction(double d[3], const envmapi_scene *s, int i, 
    `rest` of the scales from `from` to j. squares: room for (j-from+1) times the blocks. */
 static void envmapi_histograms_add(envmapi_scene *s, const float *rest, int from, int j,
                                    double *squares, const unsigned char *angle) {
-    int nu, nv, faces = envmap_faces(s->in.map->mapping);
-    const float *sums = s->sums + envmapi_scene_scale(&nu, &nv, s, j);
-    int count = nu * nv * faces;
-    memset(squares, 0, (size_t)(j - from + 1) * (size_t)count * sizeof *squares);
+    const float *sums = s->sums + s->blocks[j].at;
+    size_t count = s->blocks[j].count;
+    memset(squares, 0, (size_t)(j - from + 1) * count * sizeof *squares);
     for (int i = from; i <= j && s->detail; ++i) {
         size_t spot;
-        double most = 0, *part = squares + (size_t)(i - from) * (size_t)count;
+        double most = 0, *part = squares + (size_t)(i - from) * count;
         double total = envmapi_scene_squares(part, &most, &spot, s, rest, i, j);
-        for (int b = 0; b < count && total > 0; ++b) part[b] /= total;
+        for (size_t b = 0; b < count && total > 0; ++b) part[b] /= total;
     }
-    for (int b = 0; b < count; ++b) {
+    for (size_t b = 0; b < count; ++b) {
         float values[3 + ENVMAPI_SCALES] = {0};
         double d[3];
-        envmapi_block_direction(d, s, j, (size_t)b);
+        envmapi_block_direction(d, s, j, b);
         for (int c = 0; c < 3 && !from; ++c)
-            values[c] = (float)((double)sums[4 * b + c] / s->strongest);
+            values[c] = (float)((double)sums[4 * b + (size_t)c] / s->strongest);
         for (int i = from; i <= j; ++i)
-            values[3 + i] = (float)squares[(size_t)(i - from) * (size_t)count + (size_t)b];
+            values[3 + i] = (float)squares[(size_t)(i - from) * count + b];
         for (envmapi_histogram *a = s->histograms; a < s->histograms + s->axes; ++a) {
             float *seen = a->seen[angle[(int)(512.5 - 512 * envmapi_dot(a->axis, d))]];
             envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(values));
@@ -5282,14 +5283,13 @@ static void envmapi_histograms_add(envmapi_scene *s, const float *rest, int from
    bands are few, can do without detail. */
 static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, const float *rest,
                                               envmapi_pool *pool) {
-    int nu, nv, j = 0, edge = s->detail ? 5 : 3, faces = envmap_faces(s->in.map->mapping);
+    int j = 0, edge = s->detail ? 5 : 3;
     double extent = s->edge * envmapi_texel_extent(s->in.map), t;
     unsigned char angle[1026];
-    for (envmapi_scene_scale(&nu, &nv, s, 0);
-         j + 1 < s->scales && (4 * extent <= sigma || nu * nv * faces > 2048); extent *= 2)
-        envmapi_scene_scale(&nu, &nv, s, ++j);
+    for (; j + 1 < s->scales && (4 * extent <= sigma || s->blocks[j].count > 2048); extent *= 2)
+        ++j;
     double *squares =
-        (double *)envmapi_pool_get(pool, (size_t)((j + 1) * nu * nv * faces), sizeof *squares);
+        (double *)envmapi_pool_get(pool, (size_t)(j + 1) * s->blocks[j].count, sizeof *squares);
     if (!squares) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < 1026; ++i) {
         t = sqrt(acos(envmapi_clamp(1 - i / 512.0, -1, 1)) / ENVMAPI_PI) * ENVMAPI_ANGLES;
@@ -5310,16 +5310,15 @@ static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, co
    for all; kappa is then what they leave, and axes look at it for lobes of sigma. The blocks stay
    whole. */
 static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmapi_pool *pool) {
-    int nu, nv, fits = 0, kept = pool->count, faces = envmap_faces(s->in.map->mapping);
-    size_t blocks = envmapi_scene_scale(&nu, &nv, s, s->scales) / 4;
+    const envmapi_blocks *last = s->blocks + s->scales - 1;
+    int fits = 0, kept, edge = sigma <= 0.5 ? 5 : 3;
     s->lights = (envmapi_light *)envmapi_pool_get(pool, ENVMAPI_LIGHTS, sizeof(envmapi_light));
-    int edge = sigma <= 0.5 ? 5 : 3;
     s->detail = sigma <= 0.5;
     s->round = 6 * edge * edge, s->axes = s->round + (s->detail ? s->scales : 0);
     s->histograms =
         (envmapi_histogram *)envmapi_pool_get(pool, (size_t)s->axes, sizeof(envmapi_histogram));
     kept = pool->count;
-    float *rest = (float *)envmapi_pool_get(pool, 4 * blocks, sizeof(float));
+    float *rest = (float *)envmapi_pool_get(pool, last->at + 4 * last->count, sizeof(float));
     if (!s->lights || !s->histograms || !rest) return ENVMAP_ERROR_MEMORY;
     double limit = s->energy / 4000;
     while (!fits) {
@@ -5327,7 +5326,7 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmap
         for (int i = 0; i < s->in.rim_count; ++i)
             if (envmapi_light_energy(s->in.rim + i) > limit)
                 fits &= envmapi_light_add(s, s->in.rim + i);
-        for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces && fits; ++b) {
+        for (size_t b = 0; b < s->blocks[0].count && fits; ++b) {
             const float *sum = s->sums + 4 * b;
             if ((double)sum[0] + (double)sum[1] + (double)sum[2] > limit)
                 fits = envmapi_block_lights(s, b, limit);
@@ -5343,12 +5342,12 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmap
 /* D, from blocks no wider than the lobe: no mean of blocks is darker than the darkest. Half of
    that, for what lies between. */
 static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
-    int i = 0, nu, nv;
+    int i = 0;
     double extent = s->edge * envmapi_texel_extent(s->in.map), mean = s->all / s->solid / 3;
     double dark = HUGE_VAL;
     while (i + 1 < s->scales && 2 * extent <= sigma) ++i, extent *= 2;
-    const float *block = s->sums + envmapi_scene_scale(&nu, &nv, s, i);
-    for (int b = 0; b < nu * nv * envmap_faces(s->in.map->mapping); ++b, block += 4) {
+    for (size_t b = 0; b < s->blocks[i].count; ++b) {
+        const float *block = s->sums + s->blocks[i].at + 4 * b;
         double most = fmax(fmax((double)block[0], (double)block[1]), (double)block[2]);
         if (block[3] > 0) dark = fmin(dark, most / (double)block[3]);
     }
