@@ -45,7 +45,7 @@ static inline float stage_sharpest(const stage *st) {
 }
 
 /* A map of the environment through a lobe, as a texture. */
-static inline envmap_result stage_filter(GLuint *out, const stage *st, envmap_mapping mapping,
+static inline envmap_result stage_filter(GLuint *out, const stage *st, int mapping,
                                          int size, const envmap_lobe *lobe) {
     envmap map;
     envmap_result result;

@@ -39,7 +39,7 @@ typedef struct viewer {
 
 /* What the materials look up: a map of this shape, through this lobe. */
 typedef struct recipe {
-    envmap_mapping mapping;
+    int mapping;
     int size, levels, slices;
     envmap_lobe lobes[CHAIN];
 } recipe;

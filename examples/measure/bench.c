@@ -267,7 +267,7 @@ static int make_source(bench *b, shape s) {
     envmap_free(&b->source);
     free(b->texels.at);
     b->texels.at = NULL;
-    if (envmap_create(&b->source, (envmap_mapping)s.mapping, s.size, 1, 1)) return 0;
+    if (envmap_create(&b->source, s.mapping, s.size, 1, 1)) return 0;
     if (envmap_resample(&b->source, &b->sky)) return 0;
     measure_list(&b->texels, &b->source);
     return 1;
@@ -514,8 +514,8 @@ static double make_row(bench *b, const work *w, int method) {
     r.work = w, r.method = method, r.ms = r.copies = r.rms = r.worst = r.truth = r.memory = -1;
     fprintf(stderr, "\r%-10s %-24s %-48s", b->scene, w->name, "");
     if (!make_source(b, w->from) ||
-        envmap_create(&dst, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices) ||
-        envmap_create(&truth, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices)) {
+        envmap_create(&dst, w->to.mapping, w->to.size, w->levels, w->slices) ||
+        envmap_create(&truth, w->to.mapping, w->to.size, w->levels, w->slices)) {
         complain(b, w->name, "out of memory");
     } else {
         double start = measure_now();
@@ -544,8 +544,8 @@ static void verify_small(bench *b, const work *w) {
     envmap_result result = ENVMAP_ERROR_MEMORY;
     fprintf(stderr, "\r%-10s %-24s %-48s", b->scene, w->name, "against the definition");
     if (make_source(b, w->from) &&
-        !envmap_create(&dst, (envmap_mapping)w->to.mapping, w->to.size, 1, w->slices) &&
-        !envmap_create(&truth, (envmap_mapping)w->to.mapping, w->to.size, 1, w->slices) &&
+        !envmap_create(&dst, w->to.mapping, w->to.size, 1, w->slices) &&
+        !envmap_create(&truth, w->to.mapping, w->to.size, 1, w->slices) &&
         !(result = run_work(b, &truth, w, ENVMAP_METHOD_REFERENCE, 1e-6, CREW_THREADS, NULL)) &&
         !(result =
               run_work(b, &dst, w, ENVMAP_METHOD_FAST, (double)w->tolerance, CREW_THREADS, NULL)))
@@ -581,8 +581,8 @@ static void thread_row(bench *b, const work *w, double possible) {
     envmap one = {0}, two = {0};
     double best[2] = {1e30, 1e30}, bar = 1.8;
     if (make_source(b, w->from) &&
-        !envmap_create(&one, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices) &&
-        !envmap_create(&two, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices)) {
+        !envmap_create(&one, w->to.mapping, w->to.size, w->levels, w->slices) &&
+        !envmap_create(&two, w->to.mapping, w->to.size, w->levels, w->slices)) {
         for (int i = 0; i < 10; ++i)
             for (int k = 0; k < 2; ++k) {
                 double t = time_work(b, k ? &two : &one, w, ENVMAP_METHOD_FAST, k + 1, 1);

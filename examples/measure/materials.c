@@ -45,7 +45,7 @@ static void must(envmap_result result, const char *what) {
     exit(1);
 }
 
-static void make(envmap *map, envmap_mapping mapping, int size, int slices) {
+static void make(envmap *map, int mapping, int size, int slices) {
     memset(map, 0, sizeof *map);
     must(envmap_create(map, mapping, size, 1, slices), "a map");
 }
@@ -255,7 +255,7 @@ static void by_views(float rgb[3], const envmap_frame *f, const void *user) {
     cabral_lookup(rgb, &((const looks *)user)->views, f->n, f->v);
 }
 
-static void prefilter(envmap *map, envmap_mapping mapping, int size, int slices, envmap_lobe lobe) {
+static void prefilter(envmap *map, int mapping, int size, int slices, envmap_lobe lobe) {
     envmap_filter_desc set = desc;
     set.method = ENVMAP_METHOD_REFERENCE; /* the source is small */
     make(map, mapping, size, slices);

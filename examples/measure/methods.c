@@ -410,11 +410,11 @@ static void footprint_box(float rgb[3], const summed_area *sums, const envmap *m
                           float place[3][3]) {
     float u, v, half[2] = {0, 0};
     int face, other;
-    envmap_coordinates(&face, &u, &v, (envmap_mapping)map->mapping, place[0]);
+    envmap_coordinates(&face, &u, &v, map->mapping, place[0]);
     for (int side = 1; side < 3; ++side) {
         float d[3], a, b;
         for (int c = 0; c < 3; ++c) d[c] = place[0][c] + 0.5f * place[side][c];
-        envmap_coordinates(&other, &a, &b, (envmap_mapping)map->mapping, d);
+        envmap_coordinates(&other, &a, &b, map->mapping, d);
         a -= u, b -= v;
         if (sums->wraps) a -= floorf(a + 0.5f);
         half[0] += fabsf(a), half[1] += fabsf(b);

@@ -324,7 +324,7 @@ static int density_point(float rgb[3], double s, double t, const density_ball *b
     for (int k = 0; k < 3; ++k) d[k] = x * b->right[k] + y * b->up[k] + sqrt(1 - r2) * b->from[k];
     double density = 1 / texel_sides(&longer, &shorter, b->mapping, d);
     for (int k = 0; k < 3; ++k) dir[k] = (float)d[k];
-    envmap_coordinates(&face, uv, uv + 1, (envmap_mapping)b->mapping, dir);
+    envmap_coordinates(&face, uv, uv + 1, b->mapping, dir);
     for (int k = 0; k < 2; ++k) { /* the distance to the next line, in texels */
         double at = (double)uv[k] * (b->mapping == ENVMAP_LATLONG && !k ? 24 : 12);
         edge = fmin(edge, fabs(at - floor(at + 0.5)));
@@ -401,8 +401,8 @@ static double round_trip(int mapping, double sign, double delta) {
                       (float)(sign * cos(delta))},
               back[3], u, v;
         int face;
-        envmap_coordinates(&face, &u, &v, (envmap_mapping)mapping, d);
-        envmap_direction(back, (envmap_mapping)mapping, face, u, v);
+        envmap_coordinates(&face, &u, &v, mapping, d);
+        envmap_direction(back, mapping, face, u, v);
         worst = fmax(worst, angle_of(d, back));
     }
     return worst;
@@ -457,7 +457,7 @@ static double interpolation_error(int mapping, double edge) {
         weight[0] = (float)at_random(&state),
         weight[1] = (1 - weight[0]) * (float)at_random(&state);
         weight[2] = 1 - weight[0] - weight[1];
-        fault_interpolated(wrong, (envmap_mapping)mapping, (const float(*)[3])corner, weight);
+        fault_interpolated(wrong, mapping, (const float(*)[3])corner, weight);
         for (int c = 0; c < 3; ++c)
             right[c] =
                 weight[0] * corner[0][c] + weight[1] * corner[1][c] + weight[2] * corner[2][c];
@@ -499,7 +499,7 @@ static int triangle_point(float rgb[3], float s, float t, const void *user) {
         dir[c] = weight[0] * tri->corner[0][c] + weight[1] * tri->corner[1][c] +
                  weight[2] * tri->corner[2][c];
     if (tri->mapping >= 0)
-        fault_interpolated(dir, (envmap_mapping)tri->mapping, tri->corner, weight);
+        fault_interpolated(dir, tri->mapping, tri->corner, weight);
     envmap_lookup(rgb, tri->map, dir, 0);
     return 1;
 }
@@ -1588,7 +1588,7 @@ static void files_table(void) {
         size_t bytes = strlen(files[i].header);
         memcpy(data, files[i].header, bytes);
         envmap_result result = envmap_pfm_read(&map, data, bytes + (size_t)files[i].samples,
-                                               (envmap_mapping)files[i].mapping);
+                                               files[i].mapping);
         fprintf(out, "| %s | %s |\n", files[i].what, envmap_result_text(result));
         envmap_free(&map);
     }

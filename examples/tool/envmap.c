@@ -342,11 +342,11 @@ static int map_width(const envmap *map) {
 /* Reads a PFM. Without --mapping its shape tells: 2:1 lat-long, 1:6 cube, 1:2 paraboloids; a square
    could be two things, and a taller strip has slices of who knows what. */
 static int load(envmap *map, const char *path, int mapping) {
-    static const envmap_mapping guesses[] = {ENVMAP_LATLONG, ENVMAP_CUBE, ENVMAP_PARABOLOID};
+    static const int guesses[] = {ENVMAP_LATLONG, ENVMAP_CUBE, ENVMAP_PARABOLOID};
     envmap_result result = ENVMAP_ERROR_SHAPE;
     int k;
     *map = no_map;
-    if (mapping >= 0) return check(envmap_pfm_load(map, path, (envmap_mapping)mapping), path);
+    if (mapping >= 0) return check(envmap_pfm_load(map, path, mapping), path);
     for (k = 0; k < 3 && result == ENVMAP_ERROR_SHAPE; k++) {
         result = envmap_pfm_load(map, path, guesses[k]);
         if (!result && map->slices > 1) envmap_free(map), result = ENVMAP_ERROR_SHAPE;
@@ -516,7 +516,7 @@ static int create_output(envmap *dst, const envmap *src, const options *o, int l
     int size = o->size > 0 ? o->size : natural_size(src, to);
     *dst = no_map;
     return check(
-        envmap_create(dst, (envmap_mapping)to, size, levels ? levels : envmap_levels(size), slices),
+        envmap_create(dst, to, size, levels ? levels : envmap_levels(size), slices),
         "output");
 }
 
@@ -677,7 +677,7 @@ static double filter_seconds(const envmap *in, const options *asked, int method,
     double t = -1;
     memset(&desc, 0, sizeof desc);
     desc.method = method, desc.tolerance = (float)asked->tolerance;
-    if (!envmap_create(&out, (envmap_mapping)asked->to, size, 1, asked->slices)) {
+    if (!envmap_create(&out, asked->to, size, 1, asked->slices)) {
         t = seconds();
         t = envmap_filter(&out, in, &lobe, &desc) ? -1 : seconds() - t;
     }
@@ -832,7 +832,7 @@ static int run_sh(const options *o) {
 
 static void print_difference(const envmap_difference *d, const envmap *map) {
     float dir[3];
-    envmap_direction(dir, (envmap_mapping)map->mapping, d->face,
+    envmap_direction(dir, map->mapping, d->face,
                      ((float)d->x + 0.5f) / (float)map_width(map),
                      ((float)d->y + 0.5f) / (float)map->size);
     printf("rms    %.6g (relative to the second map)\n", d->rms);
@@ -867,7 +867,7 @@ static int run_generate(const options *o) {
         return fail(USAGE_ERROR, o->files[0], "is no scene", "overcast, studio or sun");
     if (status) return status;
     status =
-        check(envmap_create(&map, (envmap_mapping)to, o->size > 0 ? o->size : 256, 1, 1), "output");
+        check(envmap_create(&map, to, o->size > 0 ? o->size : 256, 1, 1), "output");
     if (status) return status;
     scene_fill(&map, scene);
     status = save(&map, o->files[1], o->exposure);

@@ -84,7 +84,7 @@ static inline envmap_result gallery_filter(gallery *g, envmap *map, const envmap
                                            const gallery_look *look) {
     envmap_lobe lobe = gallery_lobe(look);
     envmap_result result =
-        envmap_create(map, (envmap_mapping)look->mapping, look->size, 1, look->slices);
+        envmap_create(map, look->mapping, look->size, 1, look->slices);
     g->desc.tolerance = look->tolerance;
     if (!result) result = envmap_filter(map, environment, &lobe, &g->desc);
     g->job++;
@@ -292,7 +292,7 @@ static inline int gallery_signed_point(float rgb[3], float s, float t, const voi
 
 /* One face with its caption, and whether it is a mirrored picture. */
 static inline void gallery_face(picture *p, int x, int y, int edge, const envmap *map,
-                                envmap_mapping mapping, int face, const char *caption,
+                                int mapping, int face, const char *caption,
                                 int mirrored) {
     picture_face f;
     int width = mapping == ENVMAP_LATLONG ? 2 * edge : edge;

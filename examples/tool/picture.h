@@ -324,7 +324,7 @@ static inline void picture_draw(picture *p, int x, int y, int width, int height,
 /* A map shown in any parameterization, its own or another. */
 typedef struct picture_face {
     const envmap *map;
-    envmap_mapping mapping;
+    int mapping;
     int face;
 } picture_face;
 
@@ -338,7 +338,7 @@ static inline int picture_face_point(float rgb[3], float s, float t, const void 
 }
 
 static inline void picture_map(picture *p, int x, int y, int width, int height, float exposure,
-                               const envmap *map, envmap_mapping mapping, int face) {
+                               const envmap *map, int mapping, int face) {
     picture_face f;
     f.map = map, f.mapping = mapping, f.face = face;
     picture_draw(p, x, y, width, height, exposure, picture_face_point, &f);

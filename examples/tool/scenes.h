@@ -544,7 +544,7 @@ static inline void scene_texel(float *texel, const envmap *fine, int face, int x
         int i = x * SCENE_SAMPLES + k % SCENE_SAMPLES, j = y * SCENE_SAMPLES + k / SCENE_SAMPLES;
         double w = envmap_solid_angle(fine, 0, face, i, j);
         float d[3], rgb[3];
-        envmap_direction(d, (envmap_mapping)fine->mapping, face,
+        envmap_direction(d, fine->mapping, face,
                          ((float)i + 0.5f) / (float)(width * fine->size),
                          ((float)j + 0.5f) / (float)fine->size);
         scene_radiance(rgb, d, scene);
@@ -569,7 +569,7 @@ static inline void scene_add_sun(envmap *map) {
         int face, x, y;
         for (c = 0; c < 3; c++)
             d[c] = s[c] + r * ((float)cos(angle) * right[c] + (float)sin(angle) * up[c]);
-        envmap_coordinates(&face, &u, &v, (envmap_mapping)map->mapping, d);
+        envmap_coordinates(&face, &u, &v, map->mapping, d);
         x = (int)(u * (float)width), y = (int)(v * (float)map->size);
         x = x < width ? x : width - 1, y = y < map->size ? y : map->size - 1;
         w = 128 * 128 * envmap_solid_angle(map, 0, face, x, y);
