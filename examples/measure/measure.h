@@ -127,8 +127,7 @@ static inline int measure_width(const envmap *map, int level) {
 static inline void measure_direction(double d[3], const envmap *map, int level, int face, int x,
                                      int y) {
     float dir[3];
-    envmap_direction(dir, map->mapping, face,
-                     ((float)x + 0.5f) / (float)measure_width(map, level),
+    envmap_direction(dir, map->mapping, face, ((float)x + 0.5f) / (float)measure_width(map, level),
                      ((float)y + 0.5f) / (float)measure_height(map, level));
     measure_unit_float(d, dir);
 }

@@ -152,8 +152,7 @@ static inline int method_size_for(const envmap *src, int mapping) {
 }
 
 /* A copy of src in a parameterization, with all its levels; `plain`: with plain_levels. */
-static inline envmap_result method_levels(envmap *out, const envmap *src, int mapping,
-                                          int plain) {
+static inline envmap_result method_levels(envmap *out, const envmap *src, int mapping, int plain) {
     int size = method_size_for(src, mapping);
     envmap_result result;
     memset(out, 0, sizeof *out);
@@ -236,10 +235,8 @@ static inline double method_quantile(const double *cdf, double part) {
     double f, a, b;
     while (to - from > 1) {
         int half = (from + to) / 2;
-        if (cdf[half] <= part)
-            from = half;
-        else
-            to = half;
+        if (cdf[half] <= part) from = half;
+        else to = half;
     }
     f = cdf[to] > cdf[from] ? (part - cdf[from]) / (cdf[to] - cdf[from]) : 0;
     a = (double)from * from, b = (double)to * to;
@@ -294,8 +291,7 @@ static inline void method_fill(envmap *dst, const envmap_lobe *lobe, double scal
             float *to = envmap_texel(dst, 0, 0, f, 0, y);
             for (x = 0; x < width; ++x, to += 3) {
                 float dir[3], rgb[3];
-                envmap_direction(dir, dst->mapping, f,
-                                 ((float)x + 0.5f) / (float)width,
+                envmap_direction(dir, dst->mapping, f, ((float)x + 0.5f) / (float)width,
                                  ((float)y + 0.5f) / (float)dst->size);
                 value(rgb, dir, user);
                 for (c = 0; c < 3; ++c) to[c] = (float)(scale * (double)rgb[c]);

@@ -466,10 +466,8 @@ static inline int picture_huffman(unsigned char *lengths, const unsigned *counts
         int a = -1, b = -1; /* the lightest and the next */
         for (i = 0; i < top; i++) {
             if (!weight[i]) continue;
-            if (a < 0 || weight[i] < weight[a])
-                b = a, a = i;
-            else if (b < 0 || weight[i] < weight[b])
-                b = i;
+            if (a < 0 || weight[i] < weight[a]) b = a, a = i;
+            else if (b < 0 || weight[i] < weight[b]) b = i;
         }
         if (b < 0) break;
         weight[top] = weight[a] + weight[b];
@@ -543,10 +541,8 @@ static inline void picture_block(picture_deflate *d, int last) {
     picture_block_header(d, last, bits, far_bits);
     for (i = 0; i < d->token_count; i++) {
         unsigned token = d->tokens[i];
-        if (token < 256)
-            picture_put(d, codes[token], bits[token]);
-        else
-            picture_match_put(d, token, codes, bits, far_codes, far_bits);
+        if (token < 256) picture_put(d, codes[token], bits[token]);
+        else picture_match_put(d, token, codes, bits, far_codes, far_bits);
     }
     picture_put(d, codes[256], bits[256]);
     memset(d->literals, 0, sizeof d->literals);
@@ -621,16 +617,11 @@ static inline int picture_predict(int kind, int left, int above, int corner) {
     int p = left + above - corner;
     int dl = abs(p - left), da = abs(p - above), dc = abs(p - corner);
     switch (kind) {
-    case 1:
-        return left;
-    case 2:
-        return above;
-    case 3:
-        return (left + above) / 2;
-    case 4:
-        return dl <= da && dl <= dc ? left : da <= dc ? above : corner; /* Paeth */
-    default:
-        return 0;
+    case 1: return left;
+    case 2: return above;
+    case 3: return (left + above) / 2;
+    case 4: return dl <= da && dl <= dc ? left : da <= dc ? above : corner; /* Paeth */
+    default: return 0;
     }
 }
 
