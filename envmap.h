@@ -71,7 +71,7 @@
    CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/.
      >>base        results, executor, progress
      >>directions  direction <-> (face, u, v), matrices
-     >>maps        create, texel, solid angle, lookups
+     >>maps        create, texel, solid angle, lookups, cleaning
      >>resample    a map in another parameterization and size
      >>pfm         read and write float pictures
      >>mips        levels weighted by solid angle; level of a footprint, and probes along it
@@ -234,16 +234,6 @@ ENVMAP_API void envmap_lookup(float rgb[3], const envmap *map, const float dir[3
 ENVMAP_API void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
                                     float level);
 
-/* -------------------------------------------------------------------------------- >>resample -- */
-
-/* dst level 0 = src level 0 in dst's parameterization and size, slice by slice (src may have one
-   slice for all). Each texel is the solid-angle-weighted mean of bilinear src over the texel,
-   taken at a grid of points three times finer than src's texels: a box prefilter when shrinking,
-   bilinear interpolation when not. Same mapping and size: the same texels.
-   Errors: ARGUMENT, RADIANCE (NaN, Inf).  O(max(texels)), allocates nothing.
-   Test: resampling_* . */
-ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src);
-
 /* What a cleaning found and took, in numbers (three a texel) and as shares. */
 typedef struct envmap_cleaned {
     int nan, infinite, negative, limited;
@@ -260,6 +250,16 @@ typedef struct envmap_cleaned {
    Errors: ARGUMENT; nothing is changed then.  O(texels), allocates nothing.
    Test: cleaning_* . */
 ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned);
+
+/* -------------------------------------------------------------------------------- >>resample -- */
+
+/* dst level 0 = src level 0 in dst's parameterization and size, slice by slice (src may have one
+   slice for all). Each texel is the solid-angle-weighted mean of bilinear src over the texel,
+   taken at a grid of points three times finer than src's texels: a box prefilter when shrinking,
+   bilinear interpolation when not. Same mapping and size: the same texels.
+   Errors: ARGUMENT, RADIANCE (NaN, Inf).  O(max(texels)), allocates nothing.
+   Test: resampling_* . */
+ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src);
 
 /* ------------------------------------------------------------------------------------- >>pfm -- */
 
@@ -1206,6 +1206,7 @@ ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const floa
      envmapi_add_lookup    one face; near the paraboloids' rim both
      envmapi_add_bilinear  2 x 2 texels; a lat-long pole is the mean of its row
      envmapi_add_tap       one texel, of the neighbour where (x,y) lies beyond an edge
+   envmap_clean makes level 0 fit to filter, number by number (_clean_number).
    Tests: tests/test_maps.c; solid_angles_sum_to_4_pi, solid_angles_are_the_integral_over_the_texel,
    lookups_are_of_second_order, lookups_are_continuous_across_seams. */
 
@@ -1536,6 +1537,44 @@ ENVMAPI_BODY void envmap_lookup_slice(float rgb[3], const envmap *map, const flo
     envmapi_lookup(rgb, map, dir, s, level);
 }
 
+/* ---- cleaning ---- */
+
+/* One number; tells in *energy what the limit takes of it, and whether it was fit to filter. */
+static int envmapi_clean_number(float *number, double limit, envmap_cleaned *out, double energy[2],
+                                double w) {
+    double value = (double)*number, kept = value > 0 ? fmin(value, limit) : 0;
+    int finite = envmapi_finite(value), infinite = !finite && envmapi_finite(1 / value);
+    if (infinite && value > 0) kept = limit;
+    out->infinite += infinite, out->nan += !finite && !infinite,
+        out->negative += finite && value < 0;
+    out->limited += finite && value > limit;
+    if (finite && value > 0) energy[0] += w * value, energy[1] += w * (value - kept);
+    *number = (float)kept;
+    return finite && !(value < 0);
+}
+
+ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned) {
+    envmap_cleaned out;
+    double energy[2] = {0, 0}, solid = 0, replaced = 0, most = (double)limit;
+    if (!envmapi_valid(map) || !envmapi_finite(most) || most < 0) return ENVMAP_ERROR_ARGUMENT;
+    size_t area = envmapi_area(map->mapping, map->size), width = area / (size_t)map->size;
+    size_t count = area * (size_t)(envmap_faces(map->mapping) * map->slices);
+    memset(&out, 0, sizeof out);
+    for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
+        if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
+    for (size_t i = 0; i < count; ++i) {
+        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(i % area % width),
+                                      (int)(i % area / width));
+        int fit = 1;
+        for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
+            fit &= envmapi_clean_number(number, most, &out, energy, w);
+        solid += w, replaced += fit ? 0 : w;
+    }
+    out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
+    if (cleaned) *cleaned = out;
+    return ENVMAP_OK;
+}
+
 /* -------------------------------------------------------------------------------- >>resample --
    In: a map src. Out: dst, the same radiance in another mapping and size. A texel of dst is
      sum over i of rho_i src(d_i) / sum over i of rho_i    envmapi_resample_texel
@@ -1614,51 +1653,12 @@ static void envmapi_resample_slice(envmap *dst, const envmap *src, int slice) {
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
     if (!envmapi_pair_ok(dst, src)) return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
-    int alike = dst->mapping == src->mapping && dst->size == src->size;
-    for (int slice = 0; slice < dst->slices; ++slice) {
-        const float *same = slice > 0 && src->slices == 1 ? dst->texels : NULL;
-        if (alike) same = envmapi_level_of(src, 0, slice).texels;
-        if (same)
-            memcpy(envmapi_image(dst, 0, slice, 0), same,
+    for (int slice = 0; slice < src->slices; ++slice)
+        if (dst->mapping == src->mapping && dst->size == src->size)
+            memcpy(envmapi_image(dst, 0, slice, 0), envmapi_image(src, 0, slice, 0),
                    envmapi_slice_floats(dst, 0) * sizeof(float));
         else envmapi_resample_slice(dst, src, slice);
-    }
-    return ENVMAP_OK;
-}
-
-/* One number; tells in *energy what the limit takes of it, and whether it was fit to filter. */
-static int envmapi_clean_number(float *number, double limit, envmap_cleaned *out, double energy[2],
-                                double w) {
-    double value = (double)*number, kept = value > 0 ? fmin(value, limit) : 0;
-    int finite = envmapi_finite(value), infinite = !finite && envmapi_finite(1 / value);
-    if (infinite && value > 0) kept = limit;
-    out->infinite += infinite, out->nan += !finite && !infinite,
-        out->negative += finite && value < 0;
-    out->limited += finite && value > limit;
-    if (finite && value > 0) energy[0] += w * value, energy[1] += w * (value - kept);
-    *number = (float)kept;
-    return finite && !(value < 0);
-}
-
-ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned) {
-    envmap_cleaned out;
-    double energy[2] = {0, 0}, solid = 0, replaced = 0, most = (double)limit;
-    if (!envmapi_valid(map) || !envmapi_finite(most) || most < 0) return ENVMAP_ERROR_ARGUMENT;
-    size_t area = envmapi_area(map->mapping, map->size), width = area / (size_t)map->size;
-    size_t count = area * (size_t)(envmap_faces(map->mapping) * map->slices);
-    memset(&out, 0, sizeof out);
-    for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
-        if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
-    for (size_t i = 0; i < count; ++i) {
-        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(i % area % width),
-                                      (int)(i % area / width));
-        int fit = 1;
-        for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
-            fit &= envmapi_clean_number(number, most, &out, energy, w);
-        solid += w, replaced += fit ? 0 : w;
-    }
-    out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
-    if (cleaned) *cleaned = out;
+    if (src->slices == 1) envmapi_copy_slices(dst, 0, dst->slices);
     return ENVMAP_OK;
 }
 
@@ -3195,6 +3195,7 @@ typedef struct envmapi_transform {
     envmapi_point *points;   /* where the nodes are, then the cut texels; */
     float *values;           /* and what is there: [count][4], RGB and solid angle */
     size_t count;
+    int back;  /* analysis 0, synthesis 1; solve along columns 0, along rows 1 */
     double *a; /* coefficients, of a_bands >= rings.bands */
     int a_bands;
     const double *lambda;  /* per band, for the way back */
@@ -3255,52 +3256,42 @@ static void envmapi_task_interpolate(void *context, int task) {
     envmapi_rings_interpolate(&t->rings, t->points + from, t->values + 4 * from, to - from);
 }
 
-static void envmapi_task_fft_out(void *context, int task) {
+static void envmapi_task_fft(void *context, int task) {
     envmapi_transform *t = (envmapi_transform *)context;
     double *z = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
     for (int block = task; block < t->rings.M / 4; block += t->tasks) {
-        envmapi_rings_block(&t->rings, block, z, 0);
-        envmapi_fft(&t->rings, z, -1);
-        envmapi_rings_unpack(&t->rings, block, z);
+        if (t->back) envmapi_rings_pack(&t->rings, block, z);
+        else envmapi_rings_block(&t->rings, block, z, 0);
+        envmapi_fft(&t->rings, z, t->back ? 1 : -1);
+        if (t->back) envmapi_rings_block(&t->rings, block, z, 1);
+        else envmapi_rings_unpack(&t->rings, block, z);
     }
 }
 
-static void envmapi_task_fft_back(void *context, int task) {
+static void envmapi_task_legendre(void *context, int task) {
     envmapi_transform *t = (envmapi_transform *)context;
-    double *z = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
-    for (int block = task; block < t->rings.M / 4; block += t->tasks) {
-        envmapi_rings_pack(&t->rings, block, z);
-        envmapi_fft(&t->rings, z, 1);
-        envmapi_rings_block(&t->rings, block, z, 1);
+    double *work = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
+    for (int m = task; m < t->rings.bands; m += t->tasks) {
+        double *a = t->a + envmapi_triangle(t->a_bands, m);
+        if (t->back) envmapi_legendre_synthesise(&t->rings, a, t->lambda, m, work);
+        else envmapi_legendre_analyse(&t->rings, a, m, work);
     }
-}
-
-static void envmapi_task_analyse(void *context, int task) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    for (int m = task; m < t->rings.bands; m += t->tasks)
-        envmapi_legendre_analyse(&t->rings, t->a + envmapi_triangle(t->a_bands, m), m,
-                                 t->work + (size_t)task * envmapi_rings_work(t->rings.M));
-}
-
-static void envmapi_task_synthesise(void *context, int task) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    for (int m = task; m < t->rings.bands; m += t->tasks)
-        envmapi_legendre_synthesise(&t->rings, t->a + envmapi_triangle(t->a_bands, m), t->lambda, m,
-                                    t->work + (size_t)task * envmapi_rings_work(t->rings.M));
 }
 
 /* points, values -> a */
 static void envmapi_analyse(envmapi_transform *t, const envmap_work *work) {
+    t->back = 0;
     envmapi_run_all(work, envmapi_task_spread, t, envmapi_spread_tasks(t));
     envmapi_rings_poles(&t->rings, 1);
-    envmapi_run_all(work, envmapi_task_fft_out, t, t->tasks);
-    envmapi_run_all(work, envmapi_task_analyse, t, t->tasks);
+    envmapi_run_all(work, envmapi_task_fft, t, t->tasks);
+    envmapi_run_all(work, envmapi_task_legendre, t, t->tasks);
 }
 
 /* a, lambda -> values at points */
 static void envmapi_synthesise(envmapi_transform *t, const envmap_work *work) {
-    envmapi_run_all(work, envmapi_task_synthesise, t, t->tasks);
-    envmapi_run_all(work, envmapi_task_fft_back, t, t->tasks);
+    t->back = 1;
+    envmapi_run_all(work, envmapi_task_legendre, t, t->tasks);
+    envmapi_run_all(work, envmapi_task_fft, t, t->tasks);
     envmapi_rings_poles(&t->rings, 0);
     envmapi_run_all(work, envmapi_task_interpolate, t, t->tasks);
 }
@@ -3390,33 +3381,24 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
 }
 
 /* Samples to spline coefficients; its own adjoint. Tasks: strips of a face's columns, then rows. */
-static void envmapi_task_solve_columns(void *context, int task) {
+static void envmapi_task_solve(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
-    int height = t->grid.height, x = t->grid.width * (task % t->strips) / t->strips;
-    int to = t->grid.width * (task % t->strips + 1) / t->strips;
-    size_t row = 4 * (size_t)t->grid.width;
-    float *nodes = t->values + (size_t)(task / t->strips) * (size_t)height * row;
-    for (; x + 8 <= to; x += 8)
-        envmapi_float16_solve(nodes + 4 * x, height, row, 2, 16, t->factors);
-    for (; x < to; ++x) envmapi_float4_solve(nodes + 4 * x, height, row, 1, 0, t->factors);
-}
-
-static void envmapi_task_solve_rows(void *context, int task) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    int width = t->grid.width, y = t->grid.height * (task % t->strips) / t->strips;
-    int to = t->grid.height * (task % t->strips + 1) / t->strips;
-    size_t row = 4 * (size_t)width;
-    float *nodes = t->values + (size_t)(task / t->strips) * (size_t)t->grid.height * row;
-    double(*factors)[3] = t->factors + t->grid.height + 2;
-    for (; y + 4 <= to; y += 4)
-        envmapi_float4_solve(nodes + (size_t)y * row, width, 4, 4, row, factors);
-    for (; y < to; ++y) envmapi_float4_solve(nodes + (size_t)y * row, width, 4, 1, 0, factors);
+    const envmapi_grid *grid = &t->grid;
+    int lines = t->back ? grid->height : grid->width, n = t->back ? grid->width : grid->height;
+    int line = lines * (task % t->strips) / t->strips,
+        to = lines * (task % t->strips + 1) / t->strips;
+    size_t row = 4 * (size_t)grid->width, step = t->back ? 4 : row, apart = t->back ? row : 4;
+    float *nodes = t->values + (size_t)(task / t->strips) * (size_t)grid->height * row;
+    double(*factors)[3] = t->back ? t->factors + grid->height + 2 : t->factors;
+    for (; line + 4 <= to; line += 4)
+        envmapi_float4_solve(nodes + (size_t)line * apart, n, step, 4, apart, factors);
+    for (; line < to; ++line)
+        envmapi_float4_solve(nodes + (size_t)line * apart, n, step, 1, 0, factors);
 }
 
 static void envmapi_grid_solve(envmapi_transform *t, const envmap_work *work) {
-    if (t->grid.identity) return;
-    envmapi_run_all(work, envmapi_task_solve_columns, t, t->grid.faces * t->strips);
-    envmapi_run_all(work, envmapi_task_solve_rows, t, t->grid.faces * t->strips);
+    for (t->back = 0; t->back < 2 && !t->grid.identity; ++t->back)
+        envmapi_run_all(work, envmapi_task_solve, t, t->grid.faces * t->strips);
 }
 
 /* ---- project: texels -> a_lm */
@@ -3431,9 +3413,18 @@ typedef struct envmapi_rows {
     int rows;
 } envmapi_rows;
 
+/* What a look at the rows notes beside: the sum of squares, and the bits of x. */
+typedef struct envmapi_rows_notes {
+    envmapi_float16 squares;
+    envmapi_bits16 bits;
+} envmapi_rows_notes;
+
 ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, const envmapi_rows *in,
-                                      int product, size_t at, size_t bytes) {
-    envmapi_float16 acc[6], light, texel, omega;
+                                      int product, envmapi_rows_notes *notes, size_t at,
+                                      size_t bytes) {
+    envmapi_float16 acc[6], light, texel, omega, squares;
+    envmapi_bits16 bits, all;
+    if (notes) squares = notes->squares, all = notes->bits;
     memset(acc, 0, sizeof acc), memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega);
     for (int j = 0; j < taps; ++j) memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
     for (int r = 0; r < in->rows; ++r) {
@@ -3443,16 +3434,23 @@ ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, cons
             memcpy(&omega, in->y[r] + at, bytes), memset(&light, 0, sizeof light);
             envmapi_float16_mad(&light, &texel, &omega);
         }
+        if (notes) {
+            memcpy(&bits, &texel, sizeof bits);
+            ENVMAPI_OR_LANES(&all, &bits);
+            envmapi_float16_mad(&squares, &light, &light);
+        }
         for (int j = 0; j < taps; ++j) envmapi_float16_add(acc + j, in->w[r][j], &light);
     }
     for (int j = 0; j < taps; ++j) memcpy(sums + (size_t)j * stride + at, acc + j, bytes);
+    if (notes) notes->squares = squares, notes->bits = all;
 }
 
 ENVMAPI_INLINE void envmapi_rows_add(float *sums, size_t stride, int taps, const envmapi_rows *in,
-                                     int product, size_t n) {
+                                     int product, envmapi_rows_notes *notes, size_t n) {
     size_t i = 0;
-    for (; i + 16 <= n; i += 16) envmapi_rows_part(sums, stride, taps, in, product, i, 64);
-    if (i < n) envmapi_rows_part(sums, stride, taps, in, product, i, (n - i) * sizeof(float));
+    for (; i + 16 <= n; i += 16) envmapi_rows_part(sums, stride, taps, in, product, notes, i, 64);
+    if (i < n)
+        envmapi_rows_part(sums, stride, taps, in, product, notes, i, (n - i) * sizeof(float));
 }
 
 /* A finished row of texels -> a row of nodes: a run of texels between the same nodes is gathered in
@@ -3503,9 +3501,9 @@ static void envmapi_task_reduce(void *context, int task) {
             in.y[in.rows] = envmapi_omega_row(t->in, k);
             for (int i = 0; i < 6; ++i) in.w[in.rows][(next + i) % 6] = t->v[k].w[i];
         }
-        envmapi_rows_add(rows, W, 6, &in, 1, 3 * width);
+        envmapi_rows_add(rows, W, 6, &in, 1, NULL, 3 * width);
         for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + 3 * width;
-        if (face == 0) envmapi_rows_add(rows + 3 * width, W, 6, &in, 0, width);
+        if (face == 0) envmapi_rows_add(rows + 3 * width, W, 6, &in, 0, NULL, width);
     }
 }
 
@@ -3641,12 +3639,12 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_transfo
     int rings =
         t->lobe && t->lobe->kind < ENVMAP_LOBE_FUNCTION; /* below zero, beside lamps on black */
     memset(out, 0, 3 * (size_t)width * sizeof *out);
-    envmapi_rows_add(out, 0, 1, in, 0, 3 * (size_t)width);
+    envmapi_rows_add(out, 0, 1, in, 0, NULL, 3 * (size_t)width);
     for (int i = 0; i < 3 * width && rings; ++i) out[i] = out[i] > 0 ? out[i] : 0;
     if (!t->light_count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width;
     memset(norm, 0, (size_t)width * sizeof *norm);
-    envmapi_rows_add(norm, 0, 1, in, 0, (size_t)width);
+    envmapi_rows_add(norm, 0, 1, in, 0, NULL, (size_t)width);
     for (int x = 0; x < width; x += ENVMAPI_CHUNK)
         envmapi_add_lights(out + 3 * x, norm + x, t, face, x, y,
                            width - x < ENVMAPI_CHUNK ? width - x : ENVMAPI_CHUNK);
@@ -4316,18 +4314,27 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
     return ENVMAP_OK;
 }
 
-/* -------------------------------------------------------------------------------- >>reference --
-   REFERENCE, the definition: for every axis a
-       L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1
-   in double, i over all texels of src with w_i > 0. It is second order in the texel while the
-   lobe is wide: sigma >= 2 mean texels. Below that each texel spreads with a tent of width
-   t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
+/* ------------------------------------------------------------------------------- >>reference --
+   The definition: every other method is held to this sum. In: a slice of src, a lobe, the slice's
+   parameter p. Out: a slice of dst. For every axis a, in double,
+       L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1 for raw
+   over all texels i of src with a solid angle w_i > 0. The error of this sum is of second order in
+   the texel while the lobe is wide: sigma >= 2 mean texels. Below that each texel is spread by a
+   tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
-       t = 1       the spread texels are the bilinear radiance: its integral against k by
-                   quadrature in polar coordinates about a, within 12 texels or 8 sigma; a lobe's
-                   wider tail (GGX) is smooth at a texel's scale and stays a sum over texels, the
-                   two joined by a smooth step
-   so N -> infinity is the bilinear lookup.  Tests: tests/test_filters.c. */
+       t = 1       the spread texels are the bilinear radiance. Its integral against k is taken in
+                   polar coordinates about a, within 12 texels or 8 sigma. What a lobe has beyond
+                   (the tail of GGX) is smooth at a texel's scale and stays a sum over texels.
+   A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
+   result is continuous in sigma, and N -> infinity is the bilinear lookup.
+       l_i, w_i, L_i w_i           envmapi_source_create, once for all axes
+       sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
+       the bilinear radiance       envmapi_axis_polar
+       which of them, how much     envmapi_axes_aim, envmapi_axis_filter
+       / norm, and all axes        envmapi_axes_row, envmapi_axes_run
+   Called by filters for REFERENCE and for what FAST leaves; hierarchical shares envmapi_axes, materials
+   the source.  Source: convention, ours below two texels.
+   Tests: tests/test_filters.c, tests/test_stability_filters.c. */
 
 /* The side of src's mean texel, rad. */
 static double envmapi_texel_extent(const envmap *src) {
@@ -4336,20 +4343,21 @@ static double envmapi_texel_extent(const envmap *src) {
     return sqrt(4 * ENVMAPI_PI / texels);
 }
 
-#define ENVMAPI_TILE 16
-
-/* The texels that count, one array a quantity, tile by tile. */
+/* The texels that count, one array a quantity, in Z-order: a face is four squares, each of them
+   four ... So 4^n texels in a row are near each other, and what a lobe does not reach is passed by
+   256 (a tile) at a time. */
+#define ENVMAPI_TILE 256
 typedef struct envmapi_source {
     const envmap *map;
     size_t count, tiles;
-    double (*centre)[3];   /* of tiles: unit means of their texels */
-    double radius;         /* of the widest tile */
-    size_t *first;         /* texel of a tile; [tiles] is count */
-    double *x, *y, *z, *w; /* direction and solid angle */
-    double *u, *v;         /* where on the face: a centre, or a centroid at a rim */
-    double *r, *g, *b;     /* radiance times solid angle */
-    int *texel;            /* index in the face order of the image, for the tent */
-    void *block;           /* all of the above */
+    double *x, *y, *z, *w; /* [count] direction and solid angle */
+    double *r, *g, *b;     /* [count] radiance times solid angle */
+    uint32_t *code;        /* [count] face, then the bits of y and x in turn, 2 bits of them */
+    int bits;              /* of y and x each */
+    double (*centre)[3];   /* [tiles] unit mean of a tile's texels */
+    size_t *first;         /* [tiles + 1] first texel of a tile */
+    double radius;         /* of the widest tile, rad */
+    void *block;           /* the memory of all of the above */
 } envmapi_source;
 
 static void envmapi_source_free(envmapi_source *source, void *memory) {
@@ -4357,98 +4365,76 @@ static void envmapi_source_free(envmapi_source *source, void *memory) {
     source->block = NULL;
 }
 
-/* Appends the texels of a tile, and the tile. */
-static void envmapi_source_tile(envmapi_source *source, const float *texels, int face, int x0,
-                                int y0) {
-    const envmap *map = source->map;
-    int edge = map->size, width = envmapi_width(map->mapping, edge);
-    double *centre = source->centre[source->tiles];
-    source->first[source->tiles] = source->count;
-    centre[0] = centre[1] = centre[2] = 0;
-    for (int y = y0; y < y0 + ENVMAPI_TILE && y < edge; ++y)
-        for (int x = x0; x < x0 + ENVMAPI_TILE && x < width; ++x) {
-            double at[2], d[3], w = envmapi_texel_cell(at, map->mapping, edge, x, y);
-            size_t i = source->count;
-            size_t texel = ((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x;
-            if (!(w > 0)) continue;
-            envmapi_direction(d, map->mapping, face, at[0], at[1]);
-            source->x[i] = d[0], source->y[i] = d[1], source->z[i] = d[2], source->w[i] = w;
-            source->r[i] = w * (double)texels[3 * texel];
-            source->g[i] = w * (double)texels[3 * texel + 1];
-            source->b[i] = w * (double)texels[3 * texel + 2];
-            source->u[i] = at[0], source->v[i] = at[1];
-            source->texel[i] = (int)texel;
-            for (int c = 0; c < 3; ++c) centre[c] += d[c];
-            ++source->count;
-        }
-    envmapi_unit(centre, centre);
-    for (size_t i = source->first[source->tiles]; i < source->count; ++i) {
-        double d[3] = {source->x[i], source->y[i], source->z[i]};
-        source->radius = fmax(source->radius, envmapi_angle(d, centre));
-    }
-    source->first[++source->tiles] = source->count;
+/* x of the n-th place in Z-order; y is that of n >> 1. */
+static int envmapi_unzip(uint32_t n, int bits) {
+    uint32_t x = 0;
+    for (int bit = 0; bit < bits; ++bit) x |= (n >> 2 * bit & 1) << bit;
+    return (int)x;
 }
 
-static envmap_result envmapi_source_create(envmapi_source *source, const envmap *map, int slice,
+/* Appends the texels whose codes start at `from`, and their tile. */
+static void envmapi_source_tile(envmapi_source *s, int slice, uint32_t from) {
+    int mapping = s->map->mapping, edge = s->map->size, width = envmapi_width(mapping, edge);
+    int face = (int)(from >> 2 * s->bits);
+    int x0 = envmapi_unzip(from, s->bits), y0 = envmapi_unzip(from >> 1, s->bits);
+    const float *image = envmapi_image(s->map, 0, slice, face);
+    double sum[3] = {0, 0, 0}, at[2], d[3];
+    for (uint32_t n = 0; n < ENVMAPI_TILE; ++n) {
+        int x = x0 + envmapi_unzip(n, 4), y = y0 + envmapi_unzip(n >> 1, 4);
+        double w = x < width && y < edge ? envmapi_texel_cell(at, mapping, edge, x, y) : 0;
+        if (!(w > 0)) continue;
+        const float *rgb = image + 3 * ((size_t)y * (size_t)width + (size_t)x);
+        size_t i = s->count++;
+        envmapi_direction(d, mapping, face, at[0], at[1]);
+        s->x[i] = d[0], s->y[i] = d[1], s->z[i] = d[2], s->w[i] = w, s->code[i] = from + n;
+        s->r[i] = w * (double)rgb[0], s->g[i] = w * (double)rgb[1], s->b[i] = w * (double)rgb[2];
+        for (int c = 0; c < 3; ++c) sum[c] += d[c];
+    }
+    envmapi_unit(s->centre[s->tiles], sum);
+    for (size_t i = s->first[s->tiles]; i < s->count; ++i) {
+        d[0] = s->x[i], d[1] = s->y[i], d[2] = s->z[i];
+        s->radius = fmax(s->radius, envmapi_angle(d, s->centre[s->tiles]));
+    }
+    s->first[++s->tiles] = s->count;
+}
+
+/* On failure there is nothing to free. */
+static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map, int slice,
                                            void *memory) {
-    int edge = map->size, width = envmapi_width(map->mapping, edge);
-    size_t n = envmapi_area(map->mapping, edge) * (size_t)envmap_faces(map->mapping);
-    size_t across = (size_t)(width + ENVMAPI_TILE - 1) / ENVMAPI_TILE;
-    size_t down = (size_t)(edge + ENVMAPI_TILE - 1) / ENVMAPI_TILE;
-    size_t tiles = across * down * (size_t)envmap_faces(map->mapping);
-    memset(source, 0, sizeof *source);
-    source->map = map;
+    int faces = envmap_faces(map->mapping), width = envmapi_width(map->mapping, map->size);
+    size_t n = envmapi_area(map->mapping, map->size) * (size_t)faces;
+    size_t tiles = (size_t)((width + 15) / 16) * (size_t)((map->size + 15) / 16) * (size_t)faces;
+    memset(s, 0, sizeof *s);
     if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
-    double *block =
-        (double *)ENVMAP_MALLOC(memory, (9 * n + 3 * tiles) * sizeof(double) +
-                                            (tiles + 1) * sizeof(size_t) + n * sizeof(int));
+    size_t bytes = n * (7 * sizeof *s->x + sizeof *s->code);
+    bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
+    double *block = (double *)ENVMAP_MALLOC(memory, bytes);
     if (!block) return ENVMAP_ERROR_MEMORY;
-    source->block = block;
-    source->x = block, source->y = block + n, source->z = block + 2 * n, source->w = block + 3 * n;
-    source->r = block + 4 * n, source->g = block + 5 * n, source->b = block + 6 * n;
-    source->u = block + 7 * n, source->v = block + 8 * n;
-    source->centre = (double(*)[3])(block + 9 * n);
-    source->first = (size_t *)(block + 9 * n + 3 * tiles);
-    source->texel = (int *)(source->first + tiles + 1);
-    const float *texels = envmapi_image(map, 0, slice, 0);
-    for (int face = 0; face < envmap_faces(map->mapping); ++face)
-        for (int y = 0; y < edge; y += ENVMAPI_TILE)
-            for (int x = 0; x < width; x += ENVMAPI_TILE)
-                envmapi_source_tile(source, texels, face, x, y);
+    s->map = map, s->block = block, s->bits = 4;
+    while (1 << s->bits < width) ++s->bits;
+    s->x = block, s->y = block + n, s->z = block + 2 * n, s->w = block + 3 * n;
+    s->r = block + 4 * n, s->g = block + 5 * n, s->b = block + 6 * n;
+    s->centre = (double(*)[3])(block + 7 * n);
+    s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
+    s->code = (uint32_t *)(s->first + tiles + 1);
+    for (uint32_t code = 0; code >> 2 * s->bits < (uint32_t)faces; code += ENVMAPI_TILE)
+        if (envmapi_unzip(code, s->bits) < width && envmapi_unzip(code >> 1, s->bits) < map->size)
+            envmapi_source_tile(s, slice, code);
     return ENVMAP_OK;
 }
 
-/* One axis of a filter: where, which lobe, and the sums so far. */
+/* One axis, what its lobe is to this source, and the sums so far. */
 typedef struct envmapi_axis {
     const envmapi_source *source;
     const envmap_lobe *lobe;
     envmapi_level level; /* of the source, for lookups */
-    double a[3], p, sigma, texel;
-    double from, to; /* support of the lobe */
-    double rgb[3], norm;
+    double a[3], p;
+    double from, to;    /* support of the lobe, rad: below 1e-12 of the peak outside */
+    double texel, tent; /* side of the mean texel, rad; t of the card */
+    double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
+    double reach;       /* rad: up to here the lobe may be sharp */
+    double sum[4];      /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
 } envmapi_axis;
-
-static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
-    const envmapi_source *s = axis->source;
-    axis->rgb[0] += k * s->r[i], axis->rgb[1] += k * s->g[i], axis->rgb[2] += k * s->b[i];
-    axis->norm += k * s->w[i];
-}
-
-static double envmapi_axis_cosine(const envmapi_axis *axis, size_t i) {
-    const envmapi_source *s = axis->source;
-    return axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i];
-}
-
-/* The next tile, from *tile on, with texels closer than `end`; *tile goes past it, 0 where there is
-   none. */
-static int envmapi_axis_tile(const envmapi_axis *axis, size_t *tile, double end) {
-    const envmapi_source *s = axis->source;
-    end += s->radius + 1e-6;
-    double x = end < ENVMAPI_PI ? cos(end) : -2;
-    while (*tile < s->tiles)
-        if (envmapi_dot(axis->a, s->centre[(*tile)++]) >= x) return 1;
-    return 0;
-}
 
 /* 0 up to from, 1 beyond to, smooth between. */
 static double envmapi_smooth_step(double value, double from, double to) {
@@ -4456,367 +4442,296 @@ static double envmapi_smooth_step(double value, double from, double to) {
     return t * t * (3 - 2 * t);
 }
 
-/* The definition; with `beyond` > 0 only what lies farther than about that angle. */
-static void envmapi_axis_sum(envmapi_axis *axis, double beyond) {
-    double end = axis->to < 1.5 ? cos(axis->to) : -2; /* below 1e-12 of the peak from there on */
-    size_t tile = 0;
-    while (envmapi_axis_tile(axis, &tile, axis->to < 1.5 ? axis->to : ENVMAPI_PI))
-        for (size_t i = axis->source->first[tile - 1]; i < axis->source->first[tile]; ++i) {
-            double x = envmapi_axis_cosine(axis, i), step = 1;
-            if (x < end) continue;
-            if (beyond > 0) {
-                step = envmapi_smooth_step(envmapi_acos(x), beyond / 2, beyond);
-                if (!(step > 0)) continue;
-            }
-            double k = step * envmapi_k(axis->lobe, x, axis->p);
-            if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
-        }
+/* The cosine of an angle that may be none: below and above all cosines there. */
+static double envmapi_cosine(double angle) {
+    return angle > ENVMAPI_PI ? -2 : angle < 0 ? 2 : cos(angle);
 }
 
-/* k averaged over texel i spread with a tent of half-width `tent` texels. */
-static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i, double tent) {
+/* k averaged over texel i spread by the tent. */
+static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
     static const double at[4] = {-0.64494897, -0.15505103, 0.15505103, 0.64494897};
     static const double weight[4] = {0.18195861, 0.31804139, 0.31804139, 0.18195861};
-    const envmapi_level *level = &axis->level;
-    int area = level->width * level->edge;
-    double sum = 0, d[3];
+    const envmapi_source *s = axis->source;
+    int mapping = s->map->mapping, width = axis->level.width, edge = axis->level.edge;
+    int face = (int)(s->code[i] >> 2 * s->bits);
+    double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0;
+    envmapi_project(uv, mapping, face, d);
     for (int j = 0; j < 16; ++j) {
-        double u = axis->source->u[i] + tent * at[j & 3] / level->width;
-        double v = axis->source->v[i] + tent * at[j >> 2] / level->edge;
-        envmapi_direction(d, level->mapping, axis->source->texel[i] / area, u, v);
+        double u = uv[0] + axis->tent * at[j & 3] / width;
+        double v = uv[1] + axis->tent * at[j >> 2] / edge;
+        envmapi_direction(d, mapping, face, u, v);
         sum += weight[j & 3] * weight[j >> 2] *
                envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
     }
     return sum;
 }
 
-/* Tents where the lobe is sharp, which is near its axis or its ring; centres elsewhere. */
-static void envmapi_axis_tents(envmapi_axis *axis, double tent, double reach) {
-    double x_from = cos(axis->from - 2 * axis->texel > 0 ? axis->from - 2 * axis->texel : 0);
-    double end = (axis->from > 0 || axis->to < reach ? axis->to : reach) + 2 * axis->texel;
-    double x_to = cos(end < ENVMAPI_PI ? end : ENVMAPI_PI);
-    double last = axis->to < ENVMAPI_PI - 2 * axis->texel ? cos(axis->to + 2 * axis->texel) : -2;
-    size_t tile = 0;
-    while (envmapi_axis_tile(axis, &tile, axis->to + 2 * axis->texel))
-        for (size_t i = axis->source->first[tile - 1]; i < axis->source->first[tile]; ++i) {
-            double x = envmapi_axis_cosine(axis, i);
+/* Adds the sum over texels, times `share`. Tents where the lobe is sharp, which is near its axis or
+   its ring; centres elsewhere. tail: centres only, and only what lies beyond the reach. */
+static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
+    const envmapi_source *s = axis->source;
+    double margin = axis->tent > 0 && !tail ? 2 * axis->texel : 0, end = axis->to + margin + 1e-9;
+    double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
+    double sharp_from = envmapi_cosine(axis->from - margin);
+    double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
+    for (size_t tile = 0; tile < s->tiles; ++tile) {
+        if (envmapi_dot(axis->a, s->centre[tile]) < last_tile) continue;
+        for (size_t i = s->first[tile]; i < s->first[tile + 1]; ++i) {
+            double x = axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i];
             if (x < last) continue;
-            double k = x > x_to && x <= x_from ? envmapi_axis_tent_k(axis, i, tent)
-                                               : envmapi_k(axis->lobe, x, axis->p);
-            if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
+            double step =
+                tail ? envmapi_smooth_step(envmapi_acos(x), axis->reach / 2, axis->reach) : 1;
+            if (!(step > 0)) continue;
+            double k = x > sharp_to && x <= sharp_from ? envmapi_axis_tent_k(axis, i)
+                                                       : envmapi_k(axis->lobe, x, axis->p);
+            if (k >= 0 && k <= 0) continue; /* NaN goes on: it must be seen */
+            k *= share * step;
+            axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
+            axis->sum[3] += k * s->w[i];
         }
+    }
 }
 
-/* The bilinear radiance around a, ring by ring, out to about `reach`. */
-static void envmapi_axis_polar(envmapi_axis *axis, double reach) {
+/* Adds the bilinear radiance around a, ring by ring, out to about `reach`, times `share`. */
+static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     envmapi_walk walk = envmapi_walk_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
-    double t[3] = {0, 0, 0}, b[3], theta, weight;
-    int least = fabs(axis->a[0]) < 0.6 ? 0 : fabs(axis->a[1]) < 0.6 ? 1 : 2;
-    for (int i = 0; i < 3; ++i) t[i] = (i == least) - axis->a[least] * axis->a[i];
+    const double *a = axis->a;
+    double t[3], theta, weight, d[3];
+    int least = fabs(a[0]) < 0.6 ? 0 : fabs(a[1]) < 0.6 ? 1 : 2;
+    for (int i = 0; i < 3; ++i) t[i] = (i == least) - a[least] * a[i];
     envmapi_unit(t, t);
-    b[0] = axis->a[1] * t[2] - axis->a[2] * t[1];
-    b[1] = axis->a[2] * t[0] - axis->a[0] * t[2];
-    b[2] = axis->a[0] * t[1] - axis->a[1] * t[0];
+    double b[3] = {a[1] * t[2] - a[2] * t[1], a[2] * t[0] - a[0] * t[2], a[0] * t[1] - a[1] * t[0]};
     while (envmapi_walk_next(&walk, &theta, &weight)) {
         double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
         if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
         int n = (int)envmapi_clamp(8 * ENVMAPI_PI * sin(theta) / axis->texel, 16, 65536);
         double sum[3] = {0, 0, 0};
         for (int i = 0; i < n; ++i) {
-            double phi = 2 * ENVMAPI_PI * (i + 0.5) / n, d[3];
+            double phi = 2 * ENVMAPI_PI * (i + 0.5) / n;
             for (int j = 0; j < 3; ++j)
-                d[j] = cos(theta) * axis->a[j] + sin(theta) * (cos(phi) * t[j] + sin(phi) * b[j]);
+                d[j] = cos(theta) * a[j] + sin(theta) * (cos(phi) * t[j] + sin(phi) * b[j]);
             envmapi_add_lookup(sum, &axis->level, d, 1.0 / n);
         }
-        for (int c = 0; c < 3; ++c) axis->rgb[c] += 2 * ENVMAPI_PI * k * sum[c];
-        axis->norm += 2 * ENVMAPI_PI * k;
+        k *= 2 * ENVMAPI_PI * share;
+        for (int c = 0; c < 3; ++c) axis->sum[c] += k * sum[c];
+        axis->sum[3] += k;
     }
 }
 
-static void envmapi_axis_filter(envmapi_axis *axis) {
-    axis->texel = envmapi_texel_extent(axis->source->map);
-    double tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
-    double reach = 12 * axis->texel > 8 * axis->sigma ? 12 * axis->texel : 8 * axis->sigma;
-    if (!(tent > 0)) {
-        envmapi_axis_sum(axis, 0);
-    } else { /* from tents at t = 1/2 over to the bilinear radiance at t = 1 */
-        double bilinear = envmapi_smooth_step(tent, 0.5, 1), rgb[3] = {0, 0, 0}, norm = 0;
-        if (bilinear < 1) {
-            envmapi_axis_tents(axis, tent, reach);
-            for (int c = 0; c < 3; ++c) rgb[c] = (1 - bilinear) * axis->rgb[c], axis->rgb[c] = 0;
-            norm = (1 - bilinear) * axis->norm, axis->norm = 0;
-        }
-        if (bilinear > 0) {
-            if (axis->from > 0 || reach > axis->to) reach = axis->to; /* all of it */
-            envmapi_axis_polar(axis, reach);
-            if (axis->to > reach) envmapi_axis_sum(axis, reach);
-        }
-        for (int c = 0; c < 3; ++c) axis->rgb[c] = rgb[c] + bilinear * axis->rgb[c];
-        axis->norm = norm + bilinear * axis->norm;
-    }
+static void envmapi_axis_filter(envmapi_axis *axis, const void *method) {
+    (void)method;
+    if (axis->bilinear < 1) envmapi_axis_sum(axis, 1 - axis->bilinear, 0);
+    if (!(axis->bilinear > 0)) return;
+    envmapi_axis_polar(axis, axis->bilinear, axis->reach);
+    if (axis->to > axis->reach) envmapi_axis_sum(axis, axis->bilinear, 1);
 }
 
-/* One filter call on one level: a task is a row of one face of one slice. */
-typedef struct envmapi_reference {
-    const envmapi_source *source;
+/* A method that fills slices axis by axis: a task is a row of a face of one slice. */
+typedef struct envmapi_axes {
     const envmap *dst;
-    const envmap_lobe *lobe;
+    envmapi_axis axis; /* what every axis of the slice starts from */
     double norm;
-    int first_slice;
-} envmapi_reference;
+    int slice;
+    void *method; /* the method's own; then what it needs of a slice (NULL: nothing), and an axis */
+    envmap_result (*prepare)(void *method, const envmapi_axis *axis, int new_source, void *memory);
+    void (*filter)(envmapi_axis *axis, const void *method);
+} envmapi_axes;
+
+/* Makes ready for a slice. */
+static void envmapi_axes_aim(envmapi_axes *axes, const envmapi_source *source, int slice) {
+    envmapi_axis *axis = &axes->axis;
+    axes->slice = slice, axis->source = source;
+    axis->level = envmapi_level_of(source->map, 0, source->map->slices > 1 ? slice : 0);
+    axis->p = envmapi_slice_p(axis->lobe, slice, axes->dst->slices);
+    double sigma = envmap_lobe_sigma(axis->lobe, axis->p);
+    envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
+    axis->texel = envmapi_texel_extent(source->map);
+    axis->tent = envmapi_clamp(2 - sigma / axis->texel, 0, 1);
+    axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
+    axis->reach = fmax(12 * axis->texel, 8 * sigma);
+    if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
+}
 
 /* Sums may exceed what a float holds; NaN stays to tell of a lobe that failed. */
 static float envmapi_to_float(double value) {
     return (float)(value > 3.4e38 ? 3.4e38 : value < -3.4e38 ? -3.4e38 : value);
 }
 
-static void envmapi_reference_row(void *context, int task) {
-    const envmapi_reference *job = (const envmapi_reference *)context;
-    const envmap *dst = job->dst;
-    int faces = envmap_faces(dst->mapping), y = task % dst->size, face = task / dst->size % faces;
-    int slice = job->first_slice + task / dst->size / faces;
-    float *out = envmap_texel(dst, 0, slice, face, 0, y);
-    envmapi_axis axis;
-    memset(&axis, 0, sizeof axis);
-    axis.source = job->source, axis.lobe = job->lobe;
-    axis.level = envmapi_level_of(job->source->map, 0, job->source->map->slices > 1 ? slice : 0);
-    axis.p = envmapi_slice_p(job->lobe, slice, dst->slices);
-    axis.sigma = envmap_lobe_sigma(job->lobe, axis.p);
-    envmap_lobe_support(&axis.from, &axis.to, job->lobe, axis.p);
+static void envmapi_axes_row(void *context, int task) {
+    const envmapi_axes *axes = (const envmapi_axes *)context;
+    const envmap *dst = axes->dst;
+    int face = task / dst->size, y = task % dst->size;
+    float *out = envmap_texel(dst, 0, axes->slice, face, 0, y);
+    envmapi_axis axis = axes->axis;
     for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x, out += 3) {
         envmapi_texel_direction(axis.a, dst->mapping, face, dst->size, x, y);
-        axis.rgb[0] = axis.rgb[1] = axis.rgb[2] = axis.norm = 0;
-        envmapi_axis_filter(&axis);
-        double norm = job->lobe->raw || job->norm > 0 ? job->norm : axis.norm;
-        for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(axis.rgb[c] / norm);
+        memset(axis.sum, 0, sizeof axis.sum);
+        axes->filter(&axis, axes->method);
+        double norm = axis.lobe->raw || axes->norm > 0 ? axes->norm : axis.sum[3];
+        for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(axis.sum[c] / norm);
     }
 }
 
 /* Every slice k of src into slice k of dst, or src's only one into all. */
-static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
-                                              const envmap_lobe *lobe,
-                                              const envmap_filter_desc *desc) {
+static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
+                                      const envmap_filter_desc *desc) {
     envmapi_source source;
-    envmapi_reference job = {&source, dst, lobe, envmapi_lobe_norm(lobe), 0};
-    int rows = dst->size * envmap_faces(dst->mapping),
-        alike = src->slices == 1 && lobe->p0 == lobe->p1;
-    int together = src->slices > 1 || alike ? 1 : dst->slices;
-    int runs = src->slices > 1 ? dst->slices : 1;
-    for (int run = 0; run < runs; ++run) {
+    const envmap_lobe *lobe = axes->axis.lobe;
+    int count = axes->dst->size * envmap_faces(axes->dst->mapping);
+    int alike = src->slices == 1 && lobe->p0 == lobe->p1, runs = alike ? 1 : axes->dst->slices;
+    envmap_result result = ENVMAP_OK;
+    memset(&source, 0, sizeof source);
+    axes->norm = envmapi_lobe_norm(lobe);
+    for (int run = 0; !result && run < runs; ++run) {
         envmapi_part part;
         envmap_work work = envmapi_work_part(&part, &desc->work, run, 1, runs);
-        job.first_slice = run;
-        envmap_result result = envmapi_source_create(&source, src, run, desc->work.memory);
-        if (!result) result = envmapi_run(&work, envmapi_reference_row, &job, rows * together);
-        envmapi_source_free(&source, desc->work.memory);
-        if (result) return result;
+        int new_source = run == 0 || src->slices > 1;
+        if (new_source) {
+            envmapi_source_free(&source, desc->work.memory);
+            result = envmapi_source_create(&source, src, run, desc->work.memory);
+        }
+        if (result) break;
+        envmapi_axes_aim(axes, &source, run);
+        if (axes->prepare)
+            result = axes->prepare(axes->method, &axes->axis, new_source, desc->work.memory);
+        if (!result) result = envmapi_run(&work, envmapi_axes_row, axes, count);
     }
-    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
-    for (int slice = 1; alike && slice < dst->slices; ++slice)
-        memcpy(dst->texels + floats * (size_t)slice, dst->texels, floats * sizeof(float));
-    return ENVMAP_OK;
-}
-
-/* HIERARCHICAL: [KVHS00] 5.1, two mip-maps that are walked together.
-       L(a) = sum over accepted nodes n of k_n(a) E_n / norm,   E_n = sum of L_i w_i, w_i under n
-   The environment's mip-map holds E and w, summed over 2x2 children: the solid angle is carried
-   there and not by k. The lobe's is made anew for every axis: sampled at the nodes of level 2
-   (4x4 texels), averaged upward by 2x2 boxes, and evaluated at levels 1 and 0 only where opened.
-   A node serves in place of its four children where their lobe values differ from its own by no
-   more than threshold * peak of k; normalised results divide by sum k_n w_n over the same nodes.
-   Ours: a node is sampled at the centroid of its solid angle, so rims and sizes that are no powers
-   of two need no padding texels; a cone about every node keeps the walk off what lies outside the
-   lobe's support; Phong and Gaussian come from a table of cubics (1e-8); levels are walked from
-   below, so that the lobe need not be stored, and a node serves only where all its children do:
-   four equal means about a peak in their middle are no reason not to look at it. An axis that no
-   sample of the lobe falls on takes the bilinear radiance.
-   The rule compares lobe values alone: it keeps a sun no better than the dark, and a lobe thinner
-   than 4 texels slips between samples.
-   Invariants: negative threshold = the sum over texel centres; constants stay.
-   Tests: tests/test_hierarchical.c; figures: `make table1`. */
-
-/* Four siblings. */
-typedef struct envmapi_quad {
-    double x[4], y[4], z[4]; /* centroids, unit */
-    double e[4][4];          /* r, g, b times solid angle, and the solid angle */
-} envmapi_quad;
-
-/* A node of level 2: its 4 children and their 16. */
-typedef struct envmapi_hier_block {
-    envmapi_quad one, zero[4];
-} envmapi_hier_block;
-
-/* A node of level 3 (children are blocks) and more (children are nodes). */
-typedef struct envmapi_hier_node {
-    envmapi_quad quad;
-    double share[4];        /* of the node's texels; 0: no such child */
-    double radius[4];       /* angle from a child's centroid that holds all centroids below it */
-    double low[4], high[4]; /* cosines between which the child meets the lobe's support */
-    int child[4];
-} envmapi_hier_node;
-
-/* What a parent needs to know of a child. */
-typedef struct envmapi_hier_part {
-    double e[4], moment[3]; /* moment: sum of w d */
-    double centre[3], radius;
-    int texels;
-} envmapi_hier_part;
-
-typedef struct envmapi_hier_tree {
-    envmapi_hier_block *blocks;
-    envmapi_hier_node *nodes;
-    int *texel; /* face order -> index in the source, -1: does not count; NULL once built */
-    int block_count, node_count, levels, root[6];
-    void *block; /* all of the above but texel */
-} envmapi_hier_tree;
-
-/* Four siblings become a quad and their parent. */
-static void envmapi_hier_join(envmapi_hier_part *out, envmapi_quad *quad,
-                              const envmapi_hier_part in[4]) {
-    memset(out, 0, sizeof *out);
-    for (int j = 0; j < 4; ++j) {
-        for (int c = 0; c < 4; ++c) out->e[c] += in[j].e[c], quad->e[j][c] = in[j].e[c];
-        for (int c = 0; c < 3; ++c) out->moment[c] += in[j].moment[c];
-        out->texels += in[j].texels;
-    }
-    envmapi_unit(out->centre, out->moment);
-    for (int j = 0; j < 4; ++j) {
-        const double *d = in[j].texels ? in[j].centre : out->centre;
-        double radius = envmapi_angle(out->centre, d) + in[j].radius;
-        if (radius > out->radius) out->radius = radius;
-        quad->x[j] = d[0], quad->y[j] = d[1], quad->z[j] = d[2];
-    }
-}
-
-/* Texel (x,y) of a face as a part; without texels where there is none that counts. */
-static void envmapi_hier_texel(envmapi_hier_part *part, const envmapi_hier_tree *tree,
-                               const envmapi_source *source, int face, int x, int y) {
-    int edge = source->map->size, width = envmapi_width(source->map->mapping, edge);
-    memset(part, 0, sizeof *part);
-    if (x >= width || y >= edge) return;
-    int i = tree->texel[((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x];
-    if (i < 0) return;
-    double w = source->w[i];
-    part->e[0] = source->r[i], part->e[1] = source->g[i], part->e[2] = source->b[i];
-    part->e[3] = w, part->texels = 1;
-    part->centre[0] = source->x[i], part->centre[1] = source->y[i], part->centre[2] = source->z[i];
-    for (int c = 0; c < 3; ++c) part->moment[c] = w * part->centre[c];
-}
-
-/* The 4x4 texels from (x,y) on. */
-static int envmapi_hier_leaf(envmapi_hier_part *out, envmapi_hier_tree *tree,
-                             const envmapi_source *source, int face, int x, int y) {
-    envmapi_hier_block *block = tree->blocks + tree->block_count;
-    envmapi_hier_part ones[4], zeros[4];
-    for (int j = 0; j < 4; ++j) {
-        int x1 = x + 2 * (j & 1), y1 = y + 2 * (j >> 1);
-        for (int i = 0; i < 4; ++i)
-            envmapi_hier_texel(zeros + i, tree, source, face, x1 + (i & 1), y1 + (i >> 1));
-        envmapi_hier_join(ones + j, block->zero + j, zeros);
-    }
-    envmapi_hier_join(out, &block->one, ones);
-    return out->texels ? tree->block_count++ : -1;
-}
-
-/* The node of a level whose first texel is (x,y), and all below it; -1 where there is nothing. */
-static int envmapi_hier_plant(envmapi_hier_part *out, envmapi_hier_tree *tree,
-                              const envmapi_source *source, int face, int level, int x, int y) {
-    int edge = source->map->size;
-    memset(out, 0, sizeof *out);
-    if (x >= envmapi_width(source->map->mapping, edge) || y >= edge) return -1;
-    if (level == 2) return envmapi_hier_leaf(out, tree, source, face, x, y);
-    int at = tree->node_count++;
-    envmapi_hier_node *node = tree->nodes + at;
-    envmapi_hier_part parts[4];
-    for (int j = 0; j < 4; ++j) {
-        int side = 1 << (level - 1);
-        node->child[j] = envmapi_hier_plant(parts + j, tree, source, face, level - 1,
-                                            x + side * (j & 1), y + side * (j >> 1));
-    }
-    envmapi_hier_join(out, &node->quad, parts);
-    if (!out->texels) {
-        tree->node_count = at; /* nothing was planted below it */
-        return -1;
-    }
-    for (int j = 0; j < 4; ++j) {
-        node->share[j] = (double)parts[j].texels / out->texels;
-        node->radius[j] = parts[j].radius;
-    }
-    return at;
-}
-
-static void envmapi_hier_free(envmapi_hier_tree *tree, void *memory) {
-    if (tree->block) ENVMAP_FREE(memory, tree->block);
-    tree->block = NULL;
-}
-
-/* Room for every block and node there can be, and for the texels' indices while planting. */
-static envmap_result envmapi_hier_reserve(envmapi_hier_tree *tree, const envmap *map,
-                                          void *memory) {
-    size_t faces = (size_t)envmap_faces(map->mapping), blocks = 0, nodes = 0;
-    size_t width = (size_t)envmapi_width(map->mapping, map->size), edge = (size_t)map->size;
-    memset(tree, 0, sizeof *tree);
-    for (size_t side = 4; tree->levels < 3 || side / 2 < width; side *= 2) {
-        size_t count = faces * ((width + side - 1) / side) * ((edge + side - 1) / side);
-        if (side == 4) blocks = count, tree->levels = 2;
-        else nodes += count, ++tree->levels;
-    }
-    if (blocks > SIZE_MAX / 4096) return ENVMAP_ERROR_MEMORY;
-    size_t bytes = blocks * sizeof *tree->blocks + nodes * sizeof *tree->nodes;
-    tree->block = ENVMAP_MALLOC(memory, bytes);
-    if (!tree->block) return ENVMAP_ERROR_MEMORY;
-    tree->blocks = (envmapi_hier_block *)tree->block;
-    tree->nodes = (envmapi_hier_node *)(void *)(tree->blocks + blocks);
-    size_t texels = faces * width * edge;
-    tree->texel = (int *)ENVMAP_MALLOC(memory, texels * sizeof(int));
-    if (!tree->texel) return ENVMAP_ERROR_MEMORY;
-    for (size_t i = 0; i < texels; ++i) tree->texel[i] = -1;
-    return ENVMAP_OK;
-}
-
-/* The environment's mip-map of one slice. On failure nothing is left behind. */
-static envmap_result envmapi_hier_create(envmapi_hier_tree *tree, const envmap *map, int slice,
-                                         void *memory) {
-    envmapi_source source;
-    envmapi_hier_part whole;
-    envmap_result result = envmapi_hier_reserve(tree, map, memory);
-    if (!result) result = envmapi_source_create(&source, map, slice, memory);
-    if (!result) {
-        for (size_t i = 0; i < source.count; ++i) tree->texel[source.texel[i]] = (int)i;
-        for (int face = 0; face < envmap_faces(map->mapping); ++face)
-            tree->root[face] = envmapi_hier_plant(&whole, tree, &source, face, tree->levels, 0, 0);
-        envmapi_source_free(&source, memory);
-    }
-    if (tree->texel) ENVMAP_FREE(memory, tree->texel);
-    tree->texel = NULL;
-    if (result) envmapi_hier_free(tree, memory);
+    envmapi_source_free(&source, desc->work.memory);
+    if (!result && alike) envmapi_copy_slices(axes->dst, 0, axes->dst->slices);
     return result;
 }
 
-#define ENVMAPI_HIER_STEPS 512
+static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
+                                              const envmap_lobe *lobe,
+                                              const envmap_filter_desc *desc) {
+    envmapi_axes axes;
+    memset(&axes, 0, sizeof axes);
+    axes.dst = dst, axes.axis.lobe = lobe, axes.filter = envmapi_axis_filter;
+    return envmapi_axes_run(&axes, src, desc);
+}
 
-/* One slice of one filter call: a task is a row of a face. */
+/* ---------------------------------------------------------------------------- >>hierarchical --
+   The method of [KVHS00] 5.1, as published: two mip-maps that are walked together. In and out are
+   those of the reference.
+       L(a) = sum over accepted nodes n of k_n(a) E_n / norm,   E_n = sum of L_i w_i, i below n
+   A node of level l stands for 2^l x 2^l texels of a face and has up to four children.
+       E_n, w_n      envmapi_tree_create: the environment's mip-map, summed once for all axes. The
+                     solid angle is in E_n and not in k_n.
+       k_n           the lobe's mip-map, anew for every axis: sampled at the nodes of level 2 (4x4
+                     texels) and averaged upward by 2x2 boxes (envmapi_hier_visit), sampled at
+                     levels 1 and 0 only where a node is opened (envmapi_hier_open)
+       accepted      |k_child - k_n| <= threshold * peak of k for every child (envmapi_hier_alike),
+                     and all children are accepted themselves
+       norm          as the reference's: sum k_n w_n over the same nodes, so constants stay
+   With a negative threshold the result is the sum over texel centres.
+   Ours: a node stands at the centroid of its solid angle, so rims and odd sizes need no padding.
+   A cone about every node keeps the walk off what lies outside the lobe's support. Phong and
+   Gaussian come from a table of cubics (error 1e-8). A node's children have to be accepted too,
+   because four equal means around a peak in their middle would hide it. An axis for which no sample
+   of the lobe falls on a texel takes the bilinear radiance.
+   Where it fails: the rule sees lobe values and not what they multiply, so a sun is kept no better
+   than the dark; and a lobe thinner than 4 texels slips between samples.
+   Called by filters for HIERARCHICAL.
+   Tests: tests/test_hierarchical.c; speed: tests/bench_table1.c. */
+
+/* A node of any level from 1 on: what is known of its children, which are texels at level 1. */
+typedef struct envmapi_node {
+    double x[4], y[4], z[4];   /* their centroids, unit; the node's own where there is no child */
+    double e[4][4];            /* r, g, b times solid angle, and the solid angle; 0: no child */
+    double cosine[4], sine[4]; /* of the angle about the centroid within which lies all below it */
+    uint32_t code;             /* that of its texels, without the last 2 bits a level */
+    int first, children;       /* of the level below, side by side because texels are in Z-order */
+} envmapi_node;
+
+typedef struct envmapi_tree {
+    envmapi_node *level[17]; /* at `last` a node is a face */
+    int count[17], last;
+} envmapi_tree;
+
+static void envmapi_tree_free(envmapi_tree *tree, void *memory) {
+    for (int level = 1; level <= tree->last; ++level) ENVMAP_FREE(memory, tree->level[level]);
+    memset(tree, 0, sizeof *tree);
+}
+
+/* A node whose children are all there as a child: its centroid d, E and w, and the angle about d
+   within which lies all below it. */
+static double envmapi_node_join(double d[3], double e[4], envmapi_node *node) {
+    double moment[3] = {0, 0, 0}, radius = 0;
+    memset(e, 0, 4 * sizeof *e);
+    for (int j = 0; j < node->children; ++j) {
+        double w = node->e[j][3];
+        moment[0] += w * node->x[j], moment[1] += w * node->y[j], moment[2] += w * node->z[j];
+        for (int c = 0; c < 4; ++c) e[c] += node->e[j][c];
+    }
+    envmapi_unit(d, moment);
+    for (int j = 0; j < node->children; ++j) {
+        double child[3] = {node->x[j], node->y[j], node->z[j]};
+        radius = fmax(radius, envmapi_angle(d, child) + atan2(node->sine[j], node->cosine[j]));
+    }
+    for (int j = node->children; j < 4; ++j)
+        node->x[j] = d[0], node->y[j] = d[1], node->z[j] = d[2];
+    return radius < ENVMAPI_PI ? radius : ENVMAPI_PI;
+}
+
+/* A level from the one below it. */
+static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int level) {
+    int below = level > 1 ? tree->count[level - 1] : (int)s->count;
+    envmapi_node *node = tree->level[level];
+    for (int i = 0; i < below; ++i) {
+        envmapi_node *child = level > 1 ? tree->level[level - 1] + i : NULL;
+        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {s->r[i], s->g[i], s->b[i], s->w[i]};
+        double radius = child ? envmapi_node_join(d, e, child) : 0;
+        uint32_t code = (child ? child->code : s->code[i]) >> 2;
+        if (node->children && node->code != code) ++node;
+        if (!node->children) node->code = code, node->first = i;
+        int j = node->children++;
+        node->x[j] = d[0], node->y[j] = d[1], node->z[j] = d[2];
+        node->cosine[j] = cos(radius), node->sine[j] = sin(radius);
+        memcpy(node->e[j], e, sizeof e);
+    }
+}
+
+/* Levels, three at least, until a node is a face. On failure, too, the caller frees the tree. */
+static envmap_result envmapi_tree_create(envmapi_tree *tree, const envmapi_source *s,
+                                         void *memory) {
+    int width = envmapi_width(s->map->mapping, s->map->size);
+    for (int level = 1; level <= 3 || 1 << (level - 1) < width; ++level) {
+        int count = 0;
+        for (size_t i = 0; i < s->count; ++i)
+            count += !i || s->code[i] >> 2 * level != s->code[i - 1] >> 2 * level;
+        if ((size_t)count > SIZE_MAX / sizeof(envmapi_node)) return ENVMAP_ERROR_MEMORY;
+        size_t bytes = (size_t)count * sizeof(envmapi_node);
+        tree->level[level] = (envmapi_node *)ENVMAP_MALLOC(memory, bytes);
+        if (!tree->level[level]) return ENVMAP_ERROR_MEMORY;
+        memset(tree->level[level], 0, bytes);
+        tree->count[level] = count, tree->last = level;
+        envmapi_tree_raise(tree, s, level);
+    }
+    return ENVMAP_OK;
+}
+
+/* A filter call: the tree of a slice of src, and the lobe of a slice of dst. */
+#define ENVMAPI_HIER_STEPS 512
 typedef struct envmapi_hier {
-    const envmap *dst, *src;
-    const envmap_lobe *lobe;
-    envmapi_hier_tree tree;
-    double p, norm, peak, threshold, from, to;
-    double steps; /* of the table, per unit of 1 - x; 0: no table */
-    double table[ENVMAPI_HIER_STEPS][4];
-    int slice;
+    envmapi_tree tree;
+    double peak, threshold;                    /* largest |k|; in units of k, negative: never met */
+    double cos_from, sin_from, cos_to, sin_to; /* of the ends of the lobe's support */
+    double steps;                              /* of the table, per unit of 1 - x; 0: no table */
+    double table[ENVMAPI_HIER_STEPS + 1][4];   /* the last: 0, for all beyond the support */
+    float asked;                               /* the caller's threshold */
 } envmapi_hier;
 
 /* Cubics in f = [0,1] through four values of k on every step: exact for N = 1, 2, 3. */
-static void envmapi_hier_tabulate(envmapi_hier *job) {
-    double end = 1 - cos(job->to), n = (double)job->lobe->parameter, y[4];
-    int phong = job->lobe->kind == ENVMAP_LOBE_PHONG && n > 0 && (n >= 3 || !(floor(n) < n));
-    job->steps = 0;
-    if (!phong && job->lobe->kind != ENVMAP_LOBE_GAUSSIAN) return;
-    job->steps = ENVMAPI_HIER_STEPS / end;
+static void envmapi_hier_tabulate(envmapi_hier *h, const envmap_lobe *lobe, double to) {
+    double end = 1 - cos(to), n = (double)lobe->parameter, y[4];
+    int phong = lobe->kind == ENVMAP_LOBE_PHONG && n > 0 && (n >= 3 || !(floor(n) < n));
+    h->steps = 0;
+    if (!phong && lobe->kind != ENVMAP_LOBE_GAUSSIAN) return;
+    h->steps = ENVMAPI_HIER_STEPS / end;
     for (int i = 0; i < ENVMAPI_HIER_STEPS; ++i) {
-        double *c = job->table[i];
+        double *c = h->table[i];
         for (int j = 0; j < 4; ++j)
-            y[j] = envmapi_k(job->lobe, 1 - end * (3 * i + j) / (3 * ENVMAPI_HIER_STEPS), job->p);
+            y[j] = envmapi_k(lobe, 1 - end * (3 * i + j) / (3 * ENVMAPI_HIER_STEPS), 0);
         c[0] = y[0];
         c[1] = -5.5 * y[0] + 9 * y[1] - 4.5 * y[2] + y[3];
         c[2] = 9 * y[0] - 22.5 * y[1] + 18 * y[2] - 4.5 * y[3];
@@ -4824,48 +4739,40 @@ static void envmapi_hier_tabulate(envmapi_hier *job) {
     }
 }
 
-static double envmapi_hier_peak(const envmap_lobe *lobe, double p) {
-    envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1);
-    double peak = fabs(envmapi_k(lobe, 1, p)), theta, weight;
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
-        double k = fabs(envmapi_k(lobe, cos(theta), p));
-        if (k > peak) peak = k;
-    }
-    return peak;
+/* Makes ready for a slice. */
+static envmap_result envmapi_hier_prepare(void *method, const envmapi_axis *axis, int new_source,
+                                          void *memory) {
+    envmapi_hier *h = (envmapi_hier *)method;
+    envmapi_walk walk = envmapi_walk_of(axis->lobe, axis->p, 0, ENVMAPI_PI, 1);
+    double theta, weight;
+    h->peak = fabs(envmapi_k(axis->lobe, 1, axis->p));
+    while (envmapi_walk_next(&walk, &theta, &weight))
+        h->peak = fmax(h->peak, fabs(envmapi_k(axis->lobe, cos(theta), axis->p)));
+    h->threshold = h->asked < 0 ? -1 : h->peak * (h->asked > 0 ? (double)h->asked : 1e-3);
+    h->cos_from = cos(axis->from), h->sin_from = sin(axis->from);
+    h->cos_to = cos(axis->to), h->sin_to = sin(axis->to);
+    envmapi_hier_tabulate(h, axis->lobe, axis->to);
+    if (!new_source) return ENVMAP_OK;
+    envmapi_tree_free(&h->tree, memory);
+    return envmapi_tree_create(&h->tree, axis->source, memory);
 }
 
-/* Makes ready for a slice: the support, in cosines about every node, and the lobe's table. */
-static void envmapi_hier_aim(envmapi_hier *job, int slice, double threshold) {
-    job->slice = slice, job->p = envmapi_slice_p(job->lobe, slice, job->dst->slices);
-    job->peak = envmapi_hier_peak(job->lobe, job->p);
-    job->threshold = threshold < 0 ? -1 : job->peak * (threshold > 0 ? threshold : 1e-3);
-    envmap_lobe_support(&job->from, &job->to, job->lobe, job->p);
-    envmapi_hier_tabulate(job);
-    for (int i = 0; i < job->tree.node_count; ++i) {
-        envmapi_hier_node *node = job->tree.nodes + i;
-        for (int j = 0; j < 4; ++j) {
-            double inner = job->from - node->radius[j], outer = job->to + node->radius[j];
-            node->low[j] = outer < ENVMAPI_PI ? cos(outer) - 1e-12 : -2;
-            node->high[j] = inner > 0 ? cos(inner) + 1e-12 : 2;
-        }
-    }
-}
-
-/* The lobe about axis a at four siblings. */
-static void envmapi_hier_k(double k[4], const envmapi_hier *job, const double a[3],
-                           const envmapi_quad *quad) {
+/* The lobe about the axis at the four children of a node. */
+static void envmapi_hier_k(double k[4], const envmapi_hier *h, const envmapi_axis *axis,
+                           const envmapi_node *node) {
     double x[4];
-    for (int i = 0; i < 4; ++i) x[i] = a[0] * quad->x[i] + a[1] * quad->y[i] + a[2] * quad->z[i];
-    if (!(job->steps > 0)) {
-        for (int i = 0; i < 4; ++i) k[i] = envmapi_k(job->lobe, x[i], job->p);
+    for (int i = 0; i < 4; ++i)
+        x[i] = axis->a[0] * node->x[i] + axis->a[1] * node->y[i] + axis->a[2] * node->z[i];
+    if (!(h->steps > 0)) {
+        envmapi_k_many(k, x, 4, axis->lobe, axis->p);
         return;
     }
     for (int i = 0; i < 4; ++i) {
-        double t = (1 - x[i]) * job->steps;
-        int step = t < ENVMAPI_HIER_STEPS ? (int)t : 0;
-        const double *c = job->table[step];
-        double f = t - step, value = c[0] + f * (c[1] + f * (c[2] + f * c[3]));
-        k[i] = t < ENVMAPI_HIER_STEPS ? value : 0;
+        double t = (1 - x[i]) * h->steps;
+        t = t < ENVMAPI_HIER_STEPS ? t : ENVMAPI_HIER_STEPS;
+        int step = (int)t;
+        const double *c = h->table[step], f = t - step;
+        k[i] = c[0] + f * (c[1] + f * (c[2] + f * c[3]));
     }
 }
 
@@ -4879,108 +4786,82 @@ static void envmapi_hier_add(double sum[4], double k, const double e[4]) {
     for (int c = 0; c < 4; ++c) sum[c] += k * e[c];
 }
 
-/* Adds a node of level 2, where the lobe is k2. */
-static void envmapi_hier_open(double sum[4], const envmapi_hier *job, const double a[3],
-                              const envmapi_hier_block *block, double k2, const double e[4]) {
-    double k1[4], k0[4];
-    envmapi_hier_k(k1, job, a, &block->one);
-    if (envmapi_hier_alike(k1, k2, job->threshold)) {
-        envmapi_hier_add(sum, k2, e);
+/* Adds a node of level 2, where the lobe is k2, or its children, or theirs. */
+static void envmapi_hier_open(const envmapi_hier *h, envmapi_axis *axis, const envmapi_node *two,
+                              double k2, const double e2[4]) {
+    double k1[4], k0[4], sum[4] = {0, 0, 0, 0};
+    envmapi_hier_k(k1, h, axis, two);
+    if (envmapi_hier_alike(k1, k2, h->threshold)) {
+        envmapi_hier_add(axis->sum, k2, e2);
         return;
     }
-    for (int j = 0; j < 4; ++j) {
-        envmapi_hier_k(k0, job, a, block->zero + j);
-        if (envmapi_hier_alike(k0, k1[j], job->threshold))
-            envmapi_hier_add(sum, k1[j], block->one.e[j]);
+    const envmapi_node *one = h->tree.level[1] + two->first;
+    for (int j = 0; j < two->children; ++j, ++one) {
+        envmapi_hier_k(k0, h, axis, one);
+        if (envmapi_hier_alike(k0, k1[j], h->threshold)) envmapi_hier_add(sum, k1[j], two->e[j]);
         else
-            for (int i = 0; i < 4; ++i) envmapi_hier_add(sum, k0[i], block->zero[j].e[i]);
+            for (int i = 0; i < 4; ++i) envmapi_hier_add(sum, k0[i], one->e[i]);
     }
+    envmapi_hier_add(axis->sum, 1, sum);
 }
 
-/* Adds a node of level 3 or more to sum and returns the mean of the lobe over it; counts those that
-   were opened, for their ancestors must be too. e NULL: the top, which is always opened. */
-static double envmapi_hier_visit(double sum[4], int *opened, const envmapi_hier *job,
-                                 const double a[3], int level, int at, const double *e) {
-    const envmapi_hier_node *node = job->tree.nodes + at;
-    const envmapi_quad *quad = &node->quad;
-    double k[4] = {0, 0, 0, 0}, part[4] = {0, 0, 0, 0}, mean = 0;
-    int before = *opened;
-    if (level == 3) envmapi_hier_k(k, job, a, quad);
-    for (int j = 0; level > 3 && j < 4; ++j) {
-        double x = a[0] * quad->x[j] + a[1] * quad->y[j] + a[2] * quad->z[j];
-        if (node->share[j] > 0 && x >= node->low[j] && x <= node->high[j])
-            k[j] = envmapi_hier_visit(part, opened, job, a, level - 1, node->child[j], quad->e[j]);
-    }
-    for (int j = 0; j < 4; ++j) mean += node->share[j] * k[j];
-    for (int j = 0; j < 4; ++j)
-        if (!(node->share[j] > 0)) k[j] = mean;
-    if (e && *opened == before && envmapi_hier_alike(k, mean, job->threshold)) {
-        envmapi_hier_add(sum, mean, e);
-        return mean;
-    }
-    ++*opened;
-    for (int j = 0; level == 3 && j < 4; ++j)
-        if (node->share[j] > 0)
-            envmapi_hier_open(part, job, a, job->tree.blocks + node->child[j], k[j], quad->e[j]);
-    envmapi_hier_add(sum, 1, part);
-    return mean;
+/* Is a part of what lies below child j in the lobe's support? That is, its centroid at an angle
+   from - radius .. to + radius from the axis, where these are within 0 .. pi. */
+static int envmapi_hier_meets(const envmapi_hier *h, const envmapi_axis *axis,
+                              const envmapi_node *node, int j) {
+    double x = axis->a[0] * node->x[j] + axis->a[1] * node->y[j] + axis->a[2] * node->z[j];
+    double c = node->cosine[j], s = node->sine[j];
+    return (c <= h->cos_from || x <= h->cos_from * c + h->sin_from * s + 1e-12) &&
+           (c <= -h->cos_to || x >= h->cos_to * c - h->sin_to * s - 1e-12);
 }
 
-/* Where no sample of the lobe fell on a texel: the bilinear radiance. */
-static void envmapi_hier_between(double sum[4], const envmapi_hier *job, const double a[3]) {
-    envmapi_axis axis;
-    memset(&axis, 0, sizeof axis);
-    axis.lobe = job->lobe, axis.p = job->p, axis.from = job->from, axis.to = job->to;
-    axis.level = envmapi_level_of(job->src, 0, job->src->slices > 1 ? job->slice : 0);
-    memcpy(axis.a, a, sizeof axis.a);
-    axis.texel = envmapi_texel_extent(job->src);
-    envmapi_axis_polar(&axis, axis.to);
-    for (int c = 0; c < 3; ++c) sum[c] = axis.rgb[c];
-    sum[3] = axis.norm;
-}
-
-static void envmapi_hier_row(void *context, int task) {
-    const envmapi_hier *job = (const envmapi_hier *)context;
-    const envmap *dst = job->dst;
-    int face = task / dst->size, y = task % dst->size;
-    float *out = envmap_texel(dst, 0, job->slice, face, 0, y);
-    for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x, out += 3) {
-        double a[3], sum[4] = {0, 0, 0, 0};
-        int opened = 0;
-        envmapi_texel_direction(a, dst->mapping, face, dst->size, x, y);
-        for (int f = 0; f < envmap_faces(job->src->mapping); ++f)
-            envmapi_hier_visit(sum, &opened, job, a, job->tree.levels, job->tree.root[f], NULL);
-        if (fabs(sum[3]) <= 1e-100 * job->peak) envmapi_hier_between(sum, job, a);
-        double norm = job->lobe->raw || job->norm > 0 ? job->norm : sum[3];
-        for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(sum[c] / norm);
+/* Node i of level 3 or more: 1 and the mean of the lobe over it, if that may stand for it; else 0,
+   and what lies below it has been added. The last level is always opened. */
+static int envmapi_hier_visit(double *mean, const envmapi_hier *h, envmapi_axis *axis, int level,
+                              int i) {
+    const envmapi_node *node = h->tree.level[level] + i;
+    double k[4] = {0, 0, 0, 0}, sum = 0;
+    int accepted[4], all = level < h->tree.last;
+    if (level == 3) envmapi_hier_k(k, h, axis, node);
+    for (int j = 0; j < node->children; ++j) {
+        accepted[j] = 1;
+        if (level > 3 && envmapi_hier_meets(h, axis, node, j))
+            accepted[j] = envmapi_hier_visit(k + j, h, axis, level - 1, node->first + j);
+        all &= accepted[j];
+        sum += k[j];
     }
+    *mean = sum / node->children;
+    for (int j = node->children; j < 4; ++j) k[j] = *mean;
+    if (all && envmapi_hier_alike(k, *mean, h->threshold)) return 1;
+    for (int j = 0; j < node->children; ++j)
+        if (level == 3)
+            envmapi_hier_open(h, axis, h->tree.level[2] + node->first + j, k[j], node->e[j]);
+        else if (accepted[j])
+            for (int c = 0; c < 4; ++c) axis->sum[c] += k[j] * node->e[j][c];
+    return 0;
 }
 
-/* Every slice k of src into slice k of dst, or src's only one into all. */
+static void envmapi_hier_filter(envmapi_axis *axis, const void *method) {
+    const envmapi_hier *h = (const envmapi_hier *)method;
+    double mean;
+    for (int face = 0; face < h->tree.count[h->tree.last]; ++face)
+        envmapi_hier_visit(&mean, h, axis, h->tree.last, face);
+    if (fabs(axis->sum[3]) > 1e-100 * h->peak) return;
+    memset(axis->sum, 0, sizeof axis->sum); /* no sample of the lobe fell on a texel */
+    envmapi_axis_polar(axis, 1, axis->to);
+}
+
 static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
                                                  const envmap_lobe *lobe,
                                                  const envmap_filter_desc *desc) {
-    envmapi_hier job;
-    int faces = envmap_faces(dst->mapping), alike = src->slices == 1 && lobe->p0 == lobe->p1;
-    int runs = alike ? 1 : dst->slices;
-    envmap_result result = ENVMAP_OK;
-    memset(&job, 0, sizeof job);
-    job.dst = dst, job.src = src, job.lobe = lobe, job.norm = envmapi_lobe_norm(lobe);
-    for (int run = 0; !result && run < runs; ++run) {
-        envmapi_part part;
-        envmap_work work = envmapi_work_part(&part, &desc->work, run, 1, runs);
-        if (run == 0 || src->slices > 1) {
-            envmapi_hier_free(&job.tree, desc->work.memory);
-            result = envmapi_hier_create(&job.tree, src, run, desc->work.memory);
-        }
-        if (result) break;
-        envmapi_hier_aim(&job, run, (double)desc->threshold);
-        result = envmapi_run(&work, envmapi_hier_row, &job, dst->size * faces);
-    }
-    envmapi_hier_free(&job.tree, desc->work.memory);
-    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)faces;
-    for (int slice = 1; !result && alike && slice < dst->slices; ++slice)
-        memcpy(dst->texels + floats * (size_t)slice, dst->texels, floats * sizeof(float));
+    envmapi_hier h;
+    envmapi_axes axes;
+    memset(&h, 0, sizeof h), memset(&axes, 0, sizeof axes);
+    h.asked = desc->threshold;
+    axes.dst = dst, axes.axis.lobe = lobe, axes.method = &h;
+    axes.prepare = envmapi_hier_prepare, axes.filter = envmapi_hier_filter;
+    envmap_result result = envmapi_axes_run(&axes, src, desc);
+    envmapi_tree_free(&h.tree, desc->work.memory);
     return result;
 }
 
@@ -5044,40 +4925,16 @@ typedef struct envmapi_scene {
     int round, axes, detail; /* detail: with squares */
 } envmapi_scene;
 
-/* sums += x y over some rows, squares += (x y)^2, signs |= the bits of x, in up to 16 lanes. */
-ENVMAPI_INLINE void envmapi_scene_part(float *sums, envmapi_float16 *squares, envmapi_bits16 *signs,
-                                       const envmapi_rows *in, size_t at, size_t bytes) {
-    envmapi_float16 sum, texel, omega, light, square = *squares;
-    envmapi_bits16 bits, all = *signs;
-    memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega), memset(&sum, 0, sizeof sum);
-    memcpy(&sum, sums + at, bytes);
-    for (int r = 0; r < in->rows; ++r) {
-        ENVMAPI_PREFETCH(in->x[r] + at + 64);
-        memset(&light, 0, sizeof light);
-        memcpy(&texel, in->x[r] + at, bytes), memcpy(&omega, in->y[r] + at, bytes);
-        memcpy(&bits, &texel, sizeof bits);
-        ENVMAPI_OR_LANES(&all, &bits);
-        envmapi_float16_mad(&light, &texel, &omega);
-        envmapi_float16_mad(&square, &light, &light);
-        envmapi_float16_add(&sum, 1, &light);
-    }
-    memcpy(sums + at, &sum, bytes);
-    *squares = square, *signs = all;
-}
-
 /* Returns the sum of the squares; whether a number has its sign bit set. */
 static double envmapi_scene_rows(float *sums, const envmapi_rows *in, size_t n, int *negative) {
-    envmapi_float16 squares;
-    envmapi_bits16 signs;
+    envmapi_rows_notes notes;
     uint32_t bits[16], any = 0;
-    float lanes[16];
+    float squares[16];
     double sum = 0;
-    size_t i = 0;
-    memset(&squares, 0, sizeof squares), memset(&signs, 0, sizeof signs);
-    for (; i + 16 <= n; i += 16) envmapi_scene_part(sums, &squares, &signs, in, i, 64);
-    if (i < n) envmapi_scene_part(sums, &squares, &signs, in, i, (n - i) * sizeof(float));
-    memcpy(lanes, &squares, sizeof lanes), memcpy(bits, &signs, sizeof bits);
-    for (int v = 0; v < 16; ++v) sum += (double)lanes[v], any |= bits[v];
+    memset(&notes, 0, sizeof notes);
+    envmapi_rows_add(sums, 0, 1, in, 1, &notes, n);
+    memcpy(squares, &notes.squares, sizeof squares), memcpy(bits, &notes.bits, sizeof bits);
+    for (int v = 0; v < 16; ++v) sum += (double)squares[v], any |= bits[v];
     *negative |= any >> 31 != 0;
     return sum;
 }
@@ -5104,7 +4961,7 @@ static void envmapi_task_scene(void *context, int task) {
             }
             s->rows[2 * i] += envmapi_scene_rows(row, &in, W, &negative);
             for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + W;
-            if (i < s->nv) envmapi_rows_add(row + W, 0, 1, &in, 0, width);
+            if (i < s->nv) envmapi_rows_add(row + W, 0, 1, &in, 0, NULL, width);
         }
         for (size_t x = 0, end; x < width; x = end, block += 4) {
             envmapi_float4 sum; /* of RGB, and the red beside it */
@@ -5463,333 +5320,6 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmap
     return result;
 }
 
-/* ------------------------------------------------------------------------------------- >>fast --
-   filter = fill . lambda . project: a lobe makes a result with nothing finer than its bands, and
-   sees nothing finer in the source, so all work is done on grids that are no finer than the lobe.
-     in     slices of a source that were looked at, lobes, a tolerance       out    slices of results
-       how many bands, how fine a grid      _spec_fit          once for every lobe and scene
-       texels -> a_lm                       _fast_analyse      once for smooth lobes, once for others
-       a_lm -> lambda_l a_lm -> texels      _fast_synthesise   once for every slice of a result
-   What is lost of band l is e(l) (_band_error) on a grid of spacing h, and everything from the last
-   band L on. A band holds at most kappa_l^2 times what one light of all the energy puts there. So:
-     rms     sum_(l>=L) kappa_l^2 (2l+1) lambda_l^2 <= (tolerance/2)^2 R,            _look_bands
-             kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/4)^2 R,          _spacing_holds
-             R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
-     texels  of what is lost at the angle t from a light, d(t) = sum (2l+1) lambda_l P_l(cos t) over
-             l >= L or times e(l), a share of the light itself is allowed, and beyond that share
-             q(t) = max(|d(t)| - share k(t), 0):                                     _look_allows
-             epsilon q(t) <= share D lambda_0          the brightest spot, wherever it is
-             sqrt(kappa^2 - epsilon^2) rms(q) <= share D lambda_0       all others together
-   A lobe with a kink (diffuse, Banks) has bands that end slowly. There lights are summed apart, and
-   D is the least that one of 54 axes gets. Narrow ones (sigma <= 1/2) are held to what each of 150
-   axes a sees of light and of contrast, L(a) being the light that it gets:            _look_sees
-             kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
-             1.6 epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
-   up to 256 bands, beyond which only rms is asked for; where an axis sees black, it goes on and
-   next to nothing stands for L(a).
-   Of Banks' slices those at c and -c are each other's antipodes; slices of as many bands share a
-   grid.
-   The first bound is proved but for kappa; the others are models of how errors meet, and measured:
-   the worst texel of all tests stays below 20 tolerances.  Tests: tests/test_fast.c. */
-
-#define ENVMAPI_SAMPLED 16 /* slices that are looked at, at most: the ends and between */
-
-/* A slice that is looked at. What its scene says: the result's mean; what the axes get, over the
-   strongest channel's energy; and of those at an angle from the brightest spot at a scale, the least.
-   Of the bands that are known: k at the angles, and the largest |k|; the result's power. */
-typedef struct envmapi_look {
-    int slice, black; /* black: some axis gets next to nothing */
-    double mean, darkest, result[ENVMAPI_AXES], dark[ENVMAPI_SCALES][ENVMAPI_ANGLES];
-    double k[ENVMAPI_ANGLES], most, power;
-} envmapi_look;
-
-/* What a lobe asks of a scene: lambda_l of every slice, the bands L that it needs, and the grid's
-   spacing h for them. */
-typedef struct envmapi_spec {
-    const envmap_lobe *lobe;
-    envmap *dst;
-    int slices, mirrored; /* mirrored: half of dst's slices; those at -p are theirs */
-    int known;            /* bands of which lambda_l is known */
-    double *lambda;       /* [slices][known] */
-    double *tail;         /* [slices]: sum (2l+1) lambda_l^2 beyond them */
-    int *slice_L, L;      /* of every slice; the most */
-    double *slice_h, h;   /* of every slice; the least */
-    envmapi_look *looks;  /* at the slices that are looked at */
-    double tolerance, sigma;
-    double brightest; /* the largest |lambda_0| of a slice */
-    double dark;      /* the darkest of the result over its mean, of a smooth lobe */
-    double midpoint;  /* what a texel's midpoint loses of its side, side^2/24 */
-    int kinked;
-} envmapi_spec;
-
-#define ENVMAPI_FAST_BANDS 768
-#define ENVMAPI_KINK_BANDS 256 /* that axes ask for at most, at a tolerance of 1e-3 */
-
-/* sum_l (2l+1) lambda_l^2 e^2 over from <= l < to of one slice, e the spline's error on a grid of
-   h, or 1. */
-static double envmapi_spec_power(const envmapi_spec *spec, int slice, int from, int to, double h) {
-    const double *lambda = spec->lambda + (size_t)slice * (size_t)spec->known;
-    double sum = 0;
-    for (int l = from; l < to; ++l) {
-        double e = h > 0 ? envmapi_band_error(l, h) : 1;
-        sum += (2 * l + 1) * lambda[l] * lambda[l] * e * e;
-    }
-    return sum;
-}
-
-/* lambda_0, or where a slice is much darker than others a tenth of theirs. */
-static double envmapi_spec_mean(const envmapi_spec *spec, int slice) {
-    return fmax(fabs(spec->lambda[(size_t)slice * (size_t)spec->known]), spec->brightest / 10);
-}
-
-/* A slice's p. */
-static double envmapi_spec_p(const envmapi_spec *spec, int k) {
-    return envmapi_slice_p(spec->lobe, k, spec->mirrored ? spec->dst->slices : spec->slices);
-}
-
-/* Slices that are looked at. */
-static int envmapi_spec_sampled(const envmapi_spec *spec) {
-    return spec->slices < ENVMAPI_SAMPLED ? spec->slices : ENVMAPI_SAMPLED;
-}
-
-static int envmapi_spec_slice(const envmapi_spec *spec, int i) {
-    size_t last = (size_t)spec->slices - 1, steps = ENVMAPI_SAMPLED - 1;
-    return last <= steps ? i : (int)((size_t)i * last / steps);
-}
-
-/* (2l+1) P_l at the angles, one l after the other. */
-typedef struct envmapi_series {
-    int l;
-    double x[ENVMAPI_ANGLES], P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
-} envmapi_series;
-
-static double envmapi_angle_at(int j) {
-    double t = (j + 0.5) / ENVMAPI_ANGLES;
-    return ENVMAPI_PI * t * t;
-}
-
-static void envmapi_series_begin(envmapi_series *series) {
-    series->l = 0;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j)
-        series->x[j] = cos(envmapi_angle_at(j)), series->P[j] = 1, series->before[j] = 0;
-}
-
-/* sum += weight (2l+1) P_l; l goes on. */
-static void envmapi_series_add(envmapi_series *series, double *sum, double weight) {
-    double a = (2 * series->l + 1.0) / (series->l + 1), b = series->l / (series->l + 1.0);
-    weight *= 2 * series->l + 1;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double P = series->P[j], next = a * series->x[j] * P - b * series->before[j];
-        sum[j] += weight * P;
-        series->before[j] = P, series->P[j] = next;
-    }
-    ++series->l;
-}
-
-/* sum_j w_j of all that an axis sees. */
-static void envmapi_histogram_sum(float sums[3 + ENVMAPI_SCALES],
-                                  const envmapi_histogram *histogram, const double *w) {
-    envmapi_float16 even, odd;
-    memset(&even, 0, sizeof even), memset(&odd, 0, sizeof odd);
-    for (int j = 0; j < ENVMAPI_ANGLES; j += 2) {
-        envmapi_float16_add(&even, (float)w[j], envmapi_float16_at(histogram->seen[j]));
-        envmapi_float16_add(&odd, (float)w[j + 1], envmapi_float16_at(histogram->seen[j + 1]));
-    }
-    envmapi_float16_add(&even, 1, &odd);
-    memcpy(sums, &even, sizeof even);
-}
-
-/* Where the lobe has a kink: what axes get of the whole scene. */
-static void envmapi_look_round(envmapi_look *look, const envmapi_spec *spec, const envmapi_scene *s,
-                               const double *x, double lambda_0) {
-    double k[ENVMAPI_ANGLES], p = envmapi_spec_p(spec, look->slice);
-    double scale = 4 * ENVMAPI_PI * fabs(lambda_0) / envmapi_lobe_integral(spec->lobe, p);
-    envmapi_k_many(k, x, ENVMAPI_ANGLES, spec->lobe, p);
-    for (int a = 0; a < s->axes; ++a) {
-        float rgb[3 + ENVMAPI_SCALES];
-        envmapi_histogram_sum(rgb, s->histograms + a, k);
-        double most = fmax(fmax((double)rgb[0], (double)rgb[1]), (double)rgb[2]);
-        look->result[a] = fmax(scale * most, 5e-4 * look->mean);
-        look->darkest = fmin(look->darkest, look->result[a]);
-    }
-    for (int i = 0; i < s->scales && s->detail; ++i) {
-        for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->dark[i][j] = HUGE_VAL;
-        for (int a = 0; a < s->axes; ++a) {
-            double t =
-                envmapi_acos(envmapi_dot(s->histograms[a].axis, s->histograms[s->round + i].axis));
-            double from = sqrt(fmax(t - 0.3, 0) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
-            double to = sqrt((t + 0.3) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
-            for (int j = (int)ceil(from); j <= to && j < ENVMAPI_ANGLES; ++j)
-                look->dark[i][j] = fmin(look->dark[i][j], look->result[a]);
-        }
-    }
-}
-
-static void envmapi_look_create(envmapi_look *look, const envmapi_spec *spec, int n,
-                                const envmapi_scene *s) {
-    envmapi_series series;
-    envmapi_series_begin(&series);
-    look->slice = envmapi_spec_slice(spec, n);
-    look->mean = envmapi_spec_mean(spec, look->slice);
-    look->darkest = look->mean * (spec->kinked ? 1 : 2 * spec->dark);
-    if (spec->kinked)
-        envmapi_look_round(look, spec, s, series.x,
-                           spec->lambda[(size_t)look->slice * (size_t)spec->known]);
-    look->black = look->darkest < 3e-3 * look->mean;
-}
-
-/* What more bands say. */
-static void envmapi_look_update(envmapi_look *look, const envmapi_spec *spec) {
-    const double *lambda = spec->lambda + (size_t)look->slice * (size_t)spec->known;
-    envmapi_series series;
-    envmapi_series_begin(&series);
-    memset(look->k, 0, sizeof look->k), look->most = 0;
-    for (int l = 0; l < spec->known; ++l) envmapi_series_add(&series, look->k, lambda[l]);
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) look->most = fmax(look->most, fabs(look->k[j]));
-    look->power =
-        spec->tail[look->slice] + envmapi_spec_power(spec, look->slice, 0, spec->known, 0);
-}
-
-/* May an error q(t) of every light be, as far as axes see? Of what an axis gets, the rms of all
-   together must stay below that share; and 1.6 times what the brightest spot does below that share
-   of what the darkest axis gets that is as far off, or where there is black, of next to nothing. */
-static int envmapi_look_sees(const envmapi_look *look, const envmapi_scene *s, const double *q,
-                             double share, int l) {
-    envmapi_contrast contrast = envmapi_contrast_at(s, l);
-    double squares[ENVMAPI_ANGLES];
-    float sums[3 + ENVMAPI_SCALES];
-    int i = envmapi_scale_at(s, l);
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double least = look->black ? 5e-4 * look->mean : look->dark[i][j] / 1.6;
-        if (contrast.epsilon * q[j] > share * least) return 0;
-        squares[j] = q[j] * q[j];
-    }
-    for (int a = 0; a < s->round; ++a) {
-        double limit = share * look->result[a];
-        envmapi_histogram_sum(sums, s->histograms + a, squares);
-        if (contrast.kappa * sqrt((double)sums[3 + i]) > limit) return 0;
-    }
-    return 1;
-}
-
-/* May an error d(t) of one light be, where k(t) is the light itself? Of d what exceeds `share` of k
-   counts: the brightest light's must stay below that share of the dark, and so must the rms of what
-   all others make of it together, of which a texel may see thrice as much; a lobe with a kink asks
-   the axes. A uniform scene's and the norm's counts too: the grain of texels, whose solid angles
-   are lumps. slack: what rounding leaves of d; l: its lowest band. */
-static int envmapi_look_allows(const envmapi_look *look, const envmapi_spec *spec,
-                               const envmapi_scene *s, const double *d, double share, double slack,
-                               int l) {
-    envmapi_contrast c = envmapi_contrast_at(s, l);
-    double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
-    double dark = fmax(look->darkest / 2, 1e-3 * look->mean);
-    double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double over = fabs(d[j]) - share * fabs(look->k[j]) - slack;
-        excess[j] = over > 0 ? over : 0;
-        most = excess[j] > most ? excess[j] : most;
-        squares += excess[j] * excess[j] * sin(envmapi_angle_at(j)) * ENVMAPI_PI * (j + 0.5) /
-                   (ENVMAPI_ANGLES * ENVMAPI_ANGLES); /* sin t dt/2, dt = 2 pi (j + 1/2)/64^2 */
-    }
-    if (8 * spec->midpoint * most > share * look->mean) return 0;
-    if (spec->kinked && s->detail) return envmapi_look_sees(look, s, excess, 1.5 * share, l);
-    return c.epsilon * most <= share * dark && others * squares <= share * share * dark * dark;
-}
-
-/* The fewest bands that keep the bounds, or only the one on rms. They are tried one by one where
-   they are few, else a few at a time; where axes look, which are few, an eighth more are taken. */
-static int envmapi_look_bands(const envmapi_look *look, const envmapi_spec *spec,
-                              const envmapi_scene *s, int texels) {
-    const double *lambda = spec->lambda + (size_t)look->slice * (size_t)spec->known;
-    double mean = look->mean, tail = spec->tail[look->slice] * envmapi_kappa2(s, spec->known);
-    double tolerance = spec->tolerance, lost[ENVMAPI_ANGLES];
-    int L = spec->known, last = spec->known - 1;
-    for (; L > 1; --L) {
-        double c2 = envmapi_kappa2(s, L);
-        tail += c2 * (2 * L - 1) * lambda[L - 1] * lambda[L - 1];
-        if (4 * tail > tolerance * tolerance * ((1 - c2) * mean * mean + c2 * look->power)) break;
-    }
-    if (!texels) return L;
-    envmapi_series series;
-    envmapi_series_begin(&series);
-    memcpy(lost, look->k, sizeof lost);
-    int few = spec->kinked && s->detail;
-    if (few && !look->black)
-        last = (int)fmin(last, ENVMAPI_KINK_BANDS * fmax(pow(1e-3 / tolerance, 2.0 / 3), 1));
-    for (int l = 0, next = L; l < last && l < 3 * L; ++l) {
-        if (l == next) {
-            next += 1 + l / 32;
-            if (!envmapi_look_allows(look, spec, s, lost, 4 * tolerance, 1e-12 * look->most, l + 1))
-                L = l + 1 + l / (few ? 8 : 32);
-        }
-        envmapi_series_add(&series, lost, -lambda[l]);
-    }
-    return L < spec->known ? L : spec->known;
-}
-
-/* Do grids whose spacing is 0.96^n of the widest keep the bounds? Their spline errors meet those of
-   the bands. */
-typedef struct envmapi_spacing {
-    const envmapi_look *look;
-    const envmapi_spec *spec;
-    const envmapi_scene *scene;
-    int bands;
-} envmapi_spacing;
-
-static double envmapi_spacing_of(int bands, int n) {
-    return envmapi_widest_spacing(bands) * pow(0.96, n - 1);
-}
-
-static int envmapi_spacing_holds(void *user, int n) {
-    const envmapi_spacing *test = (const envmapi_spacing *)user;
-    const envmapi_look *look = test->look;
-    const envmapi_spec *spec = test->spec;
-    const double *lambda = spec->lambda + (size_t)look->slice * (size_t)spec->known;
-    double h = envmapi_spacing_of(test->bands, n), tolerance = spec->tolerance;
-    double c2 = fmax(envmapi_kappa2(test->scene, test->bands / 2 + 1), 1e-4);
-    double lost[ENVMAPI_ANGLES] = {0}, d = envmapi_spec_power(spec, look->slice, 0, test->bands, h);
-    envmapi_series series;
-    if (16 * c2 * d >
-        tolerance * tolerance * ((1 - c2) * look->mean * look->mean + c2 * look->power))
-        return 0;
-    envmapi_series_begin(&series);
-    for (int l = 0; l < test->bands; ++l)
-        envmapi_series_add(&series, lost, lambda[l] * envmapi_band_error(l, h));
-    return envmapi_look_allows(look, spec, test->scene, lost, 2 * tolerance, 0,
-                               test->bands / 2 + 1);
-}
-
-/* The widest grid whose spline errors stay within the bounds, to 4 %; its nodes keep all bands
-   apart also where a scene asks for nothing, for the solid angle goes over the same grid. */
-static double envmapi_look_spacing(const envmapi_look *look, const envmapi_spec *spec,
-                                   const envmapi_scene *s, int bands) {
-    envmapi_spacing test = {look, spec, s, bands};
-    int steps = 1 + (int)ceil(log(envmapi_widest_spacing(bands) / 1e-3) / -log(0.96));
-    return envmapi_spacing_of(bands, envmapi_least(steps, envmapi_spacing_holds, &test));
-}
-
-/* lambda_l of the slices that are looked at for `bands` bands, and the power beyond them by
-   Parseval: sum (2l+1) lambda_l^2 = 4 pi (2 pi integral of k^2) / norm^2; or of all the others. */
-static int envmapi_spec_lambda(envmapi_spec *spec, int bands, int others) {
-    const envmap_lobe *lobe = spec->lobe;
-    spec->known = bands;
-    for (int k = 0, n = 0; k < spec->slices; ++k) {
-        int looked_at = n < envmapi_spec_sampled(spec) && k == envmapi_spec_slice(spec, n);
-        n += looked_at;
-        if (looked_at == others) continue;
-        double p = envmapi_spec_p(spec, k), norm = envmapi_lobe_norm(lobe);
-        double *lambda = spec->lambda + (size_t)k * (size_t)bands;
-        if (!envmapi_zonal(lambda, others ? spec->L : bands, lobe, p)) return 0;
-        if (others) continue;
-        if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, p);
-        double power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2) / (norm * norm);
-        double rest = power - envmapi_spec_power(spec, k, 0, bands, 0);
-        if (!envmapi_finite(rest)) return 0;
-        spec->tail[k] = rest > 1e-11 * power ? rest : 0;
-    }
-    return 1;
-}
-
 /* D, from blocks no wider than the lobe: no mean of blocks is darker than the darkest. Half of
    that, for what lies between. */
 static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
@@ -5805,19 +5335,316 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
     return mean > 0 ? envmapi_clamp(dark / mean / 2, 1e-3, 1) : 1;
 }
 
-/* A sum over texels sees their lattice where lambda_l has not ended by then: that no few bands
-   hold. */
+/* ------------------------------------------------------------------------------------- >>fast --
+   filter = fill . lambda . project: a lobe makes a result with nothing finer than its bands, and
+   sees nothing finer in the source, so all work is done on grids that are no finer than the lobe.
+     in     slices of a source that were looked at, lobes, a tolerance       out    slices of results
+       how many bands, how fine a grid      _spec_fit          once for every lobe and scene
+       texels -> a_lm                       _fast_analyse      once for smooth lobes, once for others
+       a_lm -> lambda_l a_lm -> texels      _fast_synthesise   once for every slice of a result
+   What is lost of band l is e(l) (_band_error) on a grid of spacing h, and everything from the last
+   band L on. A band holds at most kappa_l^2 times what one light of all the energy puts there. So:
+     rms     sum_(l>=L) kappa_l^2 (2l+1) lambda_l^2 <= (tolerance/2)^2 R,            _slice_bands
+             kappa^2 sum_l (2l+1) lambda_l^2 e(l)^2 <= (tolerance/4)^2 R,          _spacing_holds
+             R = (1-kappa^2) lambda_0^2 + kappa^2 sum_l (2l+1) lambda_l^2, the result's power
+     texels  of what is lost at the angle t from a light, d(t) = sum (2l+1) lambda_l P_l(cos t) over
+             l >= L or times e(l), a share of the light itself is allowed, and beyond that share
+             q(t) = max(|d(t)| - share k(t), 0):                                     _slice_allows
+             epsilon q(t) <= share D lambda_0          the brightest spot, wherever it is
+             sqrt(kappa^2 - epsilon^2) rms(q) <= share D lambda_0       all others together
+   A lobe with a kink (diffuse, Banks) has bands that end slowly. There lights are summed apart, and
+   D is the least that one of 54 axes gets. Narrow ones (sigma <= 1/2) are held to what each of 150
+   axes a sees of light and of contrast, L(a) being the light that it gets:            _slice_sees
+             kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
+             1.6 epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
+   up to 256 bands, beyond which only rms is asked for; where an axis sees black, it goes on and
+   next to nothing stands for L(a).
+   Of Banks' slices those at c and -c are each other's antipodes; slices of as many bands share a
+   grid.
+   The first bound is proved but for kappa; the others are models of how errors meet, and measured:
+   the worst texel of all tests stays below 20 tolerances.  Tests: tests/test_fast.c. */
+
+/* Tuned on the three generated scenes, five real maps, and softboxes on black at 32^2 and 48^2; what
+   each holds is in tests/test_fast.c and tests/test_scenes.c. */
+#define ENVMAPI_FAST_BANDS 768  /* the most that there are */
+#define ENVMAPI_SMOOTH     8.0  /* lobes of no more than this over sigma bands, or 24, are smooth */
+#define ENVMAPI_KINK_BANDS 256  /* that axes ask for at most, at a tolerance of 1e-3 */
+#define ENVMAPI_SHARE      2.0  /* tolerances at a texel for each of four splines; the bands: two */
+#define ENVMAPI_SEES       1.5  /* times that where axes look, as they look at what is there */
+#define ENVMAPI_SPOT       1.6  /* the brightest spot, over what a block of it says */
+#define ENVMAPI_BLACK      3e-3 /* of the mean: an axis that gets less sees black, */
+#define ENVMAPI_NOTHING    5e-4 /* and this stands for what it gets */
+#define ENVMAPI_BESIDE     0.3  /* rad: how far an axis stands for the angles beside it */
+#define ENVMAPI_LATTICE    0.8 /* of the texels' lattice's first wave: from there on, a quarter more */
+
+/* A slice of a result: lambda_l as far as it is known, the power beyond, the bands L and the grid's
+   spacing h that it needs. What the scene says of it: the result's mean; what the axes get, over the
+   strongest channel's energy; and of those at an angle from the brightest spot at a scale, the least.
+   Of the bands that are known: k at the angles, and the largest |k|; the result's power. */
+typedef struct envmapi_slice {
+    double p, *lambda, tail, h;
+    int L, black; /* black: some axis gets next to nothing */
+    double mean, darkest, result[ENVMAPI_AXES], dark[ENVMAPI_SCALES][ENVMAPI_ANGLES];
+    double k[ENVMAPI_ANGLES], most, power;
+} envmapi_slice;
+
+/* What a lobe asks of a scene, slice by slice; L: the most bands, h: the finest grid. */
+typedef struct envmapi_spec {
+    const envmap_lobe *lobe;
+    envmap *dst;
+    envmapi_slice *slice;
+    int slices, mirrored; /* mirrored: half of dst's slices; those at -p are theirs */
+    int known, L, kinked; /* known: bands of which lambda_l is known */
+    double h, tolerance, sigma;
+    double brightest; /* the largest |lambda_0| of a slice */
+    double dark;      /* D, the darkest of the result over its mean, of a smooth lobe */
+    double midpoint;  /* what a texel's midpoint loses of its side, side^2/24 */
+} envmapi_spec;
+
+/* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
+static double envmapi_slice_power(const envmapi_slice *slice, int to, double h) {
+    double sum = 0;
+    for (int l = 0; l < to; ++l) {
+        double e = h > 0 ? envmapi_band_error(l, h) : 1;
+        sum += (2 * l + 1) * slice->lambda[l] * slice->lambda[l] * e * e;
+    }
+    return sum;
+}
+
+/* (2l+1) P_l at the angles, one l after the other. */
+typedef struct envmapi_series {
+    int l;
+    double x[ENVMAPI_ANGLES], P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
+} envmapi_series;
+
+static double envmapi_angle_at(int j) {
+    double t = (j + 0.5) / ENVMAPI_ANGLES;
+    return ENVMAPI_PI * t * t;
+}
+
+static envmapi_series envmapi_series_of(void) {
+    envmapi_series series;
+    series.l = 0;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j)
+        series.x[j] = cos(envmapi_angle_at(j)), series.P[j] = 1, series.before[j] = 0;
+    return series;
+}
+
+/* sum += weight (2l+1) P_l; l goes on. */
+static void envmapi_series_add(envmapi_series *series, double *sum, double weight) {
+    double a = (2 * series->l + 1.0) / (series->l + 1), b = series->l / (series->l + 1.0);
+    weight *= 2 * series->l + 1;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double P = series->P[j], next = a * series->x[j] * P - b * series->before[j];
+        sum[j] += weight * P;
+        series->before[j] = P, series->P[j] = next;
+    }
+    ++series->l;
+}
+
+/* lambda_l for `bands` bands, and the power beyond them by Parseval: sum (2l+1) lambda_l^2 =
+   4 pi (2 pi integral of k^2) / norm^2; 0 where that is not finite. */
+static int envmapi_slice_lambda(envmapi_slice *slice, const envmap_lobe *lobe, int bands) {
+    double norm = envmapi_lobe_norm(lobe);
+    envmapi_series series = envmapi_series_of();
+    if (!envmapi_zonal(slice->lambda, bands, lobe, slice->p)) return 0;
+    if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, slice->p);
+    slice->power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, slice->p, 2) / (norm * norm);
+    slice->tail = slice->power - envmapi_slice_power(slice, bands, 0);
+    if (!envmapi_finite(slice->tail)) return 0;
+    if (!(slice->tail > 1e-11 * slice->power)) slice->power -= slice->tail, slice->tail = 0;
+    memset(slice->k, 0, sizeof slice->k), slice->most = 0;
+    for (int l = 0; l < bands; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) slice->most = fmax(slice->most, fabs(slice->k[j]));
+    return 1;
+}
+
+/* sum_j w_j of all that an axis sees. */
+static void envmapi_histogram_sum(float sums[3 + ENVMAPI_SCALES],
+                                  const envmapi_histogram *histogram, const double *w) {
+    envmapi_float16 even, odd;
+    memset(&even, 0, sizeof even), memset(&odd, 0, sizeof odd);
+    for (int j = 0; j < ENVMAPI_ANGLES; j += 2) {
+        envmapi_float16_add(&even, (float)w[j], envmapi_float16_at(histogram->seen[j]));
+        envmapi_float16_add(&odd, (float)w[j + 1], envmapi_float16_at(histogram->seen[j + 1]));
+    }
+    envmapi_float16_add(&even, 1, &odd);
+    memcpy(sums, &even, sizeof even);
+}
+
+/* What axes get of the whole scene: of lobes with a kink. */
+static void envmapi_slice_axes(envmapi_slice *slice, const envmapi_spec *spec,
+                               const envmapi_scene *s) {
+    envmapi_series angles = envmapi_series_of();
+    double k[ENVMAPI_ANGLES], integral = envmapi_lobe_integral(spec->lobe, slice->p);
+    double scale = 4 * ENVMAPI_PI * fabs(slice->lambda[0]) / integral;
+    envmapi_k_many(k, angles.x, ENVMAPI_ANGLES, spec->lobe, slice->p);
+    for (int a = 0; a < s->axes; ++a) {
+        float rgb[3 + ENVMAPI_SCALES];
+        envmapi_histogram_sum(rgb, s->histograms + a, k);
+        double most = fmax(fmax((double)rgb[0], (double)rgb[1]), (double)rgb[2]);
+        slice->result[a] = fmax(scale * most, ENVMAPI_NOTHING * slice->mean);
+        slice->darkest = fmin(slice->darkest, slice->result[a]);
+    }
+    for (int i = 0; i < s->scales && s->detail; ++i) {
+        const double *spot = s->histograms[s->round + i].axis;
+        for (int j = 0; j < ENVMAPI_ANGLES; ++j) slice->dark[i][j] = HUGE_VAL;
+        for (int a = 0; a < s->axes; ++a) {
+            double t = envmapi_acos(envmapi_dot(s->histograms[a].axis, spot)), b = ENVMAPI_BESIDE;
+            double from = sqrt(fmax(t - b, 0) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
+            double to = sqrt((t + b) / ENVMAPI_PI) * ENVMAPI_ANGLES - 0.5;
+            for (int j = (int)ceil(from); j <= to && j < ENVMAPI_ANGLES; ++j)
+                slice->dark[i][j] = fmin(slice->dark[i][j], slice->result[a]);
+        }
+    }
+}
+
+/* Looks at the scene. The mean is lambda_0, or where a slice is much darker than others a tenth of
+   theirs. */
+static void envmapi_slice_look(envmapi_slice *slice, const envmapi_spec *spec,
+                               const envmapi_scene *s) {
+    slice->mean = fmax(fabs(slice->lambda[0]), spec->brightest / 10);
+    slice->darkest = slice->mean;
+    if (spec->kinked) envmapi_slice_axes(slice, spec, s);
+    else slice->darkest *= 2 * spec->dark;
+    slice->black = slice->darkest < ENVMAPI_BLACK * slice->mean;
+}
+
+/* May an error q(t) of every light be, as far as axes see? Of what an axis gets, the rms of all
+   together must stay below that share; and so must what the brightest spot does, of what the darkest
+   axis gets that is as far off, or where there is black, of next to nothing. */
+static int envmapi_slice_sees(const envmapi_slice *slice, const envmapi_scene *s, const double *q,
+                              double share, int l) {
+    envmapi_contrast contrast = envmapi_contrast_at(s, l);
+    double squares[ENVMAPI_ANGLES];
+    float sums[3 + ENVMAPI_SCALES];
+    int i = envmapi_scale_at(s, l);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double nothing = ENVMAPI_NOTHING * slice->mean;
+        double least = slice->black ? nothing : slice->dark[i][j] / ENVMAPI_SPOT;
+        if (contrast.epsilon * q[j] > share * least) return 0;
+        squares[j] = q[j] * q[j];
+    }
+    for (int a = 0; a < s->round; ++a) {
+        envmapi_histogram_sum(sums, s->histograms + a, squares);
+        if (contrast.kappa * sqrt((double)sums[3 + i]) > share * slice->result[a]) return 0;
+    }
+    return 1;
+}
+
+/* May an error d(t) of one light be, where k(t) is the light itself? Of d what exceeds `share` of k
+   counts: the brightest light's must stay below that share of the dark, and so must the rms of what
+   all others make of it together, of which a texel may see thrice as much; a lobe with a kink asks
+   the axes. The denominator is filtered on the same grid. Solid angles change from texel to texel,
+   so it has an error of its own; it must stay below share * mean / 8. slack: what rounding leaves of
+   d; l: its lowest band. */
+static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *spec,
+                                const envmapi_scene *s, const double *d, double share, double slack,
+                                int l) {
+    envmapi_contrast c = envmapi_contrast_at(s, l);
+    double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
+    double dark = share * fmax(slice->darkest / 2, 1e-3 * slice->mean);
+    double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double over = fabs(d[j]) - share * fabs(slice->k[j]) - slack;
+        excess[j] = over > 0 ? over : 0;
+        most = excess[j] > most ? excess[j] : most;
+        squares += excess[j] * excess[j] * sin(envmapi_angle_at(j)) * ENVMAPI_PI * (j + 0.5) /
+                   (ENVMAPI_ANGLES * ENVMAPI_ANGLES); /* sin t dt/2, dt = 2 pi (j + 1/2)/64^2 */
+    }
+    if (8 * spec->midpoint * most > share * slice->mean) return 0;
+    if (spec->kinked && s->detail)
+        return envmapi_slice_sees(slice, s, excess, ENVMAPI_SEES * share, l);
+    return c.epsilon * most <= dark && others * squares <= dark * dark;
+}
+
+/* Does an error of this power stay below that part of the tolerance, in rms? */
+static int envmapi_slice_rms(const envmapi_slice *slice, const envmapi_spec *spec, double error,
+                             double c2, double part) {
+    double result = (1 - c2) * slice->mean * slice->mean + c2 * slice->power;
+    return error <= pow(spec->tolerance * part, 2) * result;
+}
+
+/* The fewest bands that keep the bounds, or only the one on rms. They are tried one by one where
+   they are few, else a few at a time; where axes look, which are few, an eighth more are taken. */
+static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *spec,
+                               const envmapi_scene *s, int texels) {
+    double tail = slice->tail * envmapi_kappa2(s, spec->known), lost[ENVMAPI_ANGLES];
+    int L = spec->known, last = spec->known - 1, few = spec->kinked && s->detail;
+    envmapi_series series = envmapi_series_of();
+    for (; L > 1; --L) {
+        double c2 = envmapi_kappa2(s, L);
+        tail += c2 * (2 * L - 1) * slice->lambda[L - 1] * slice->lambda[L - 1];
+        if (!envmapi_slice_rms(slice, spec, tail, c2, 0.5)) break;
+    }
+    if (!texels) return L;
+    memcpy(lost, slice->k, sizeof lost);
+    if (few && !slice->black)
+        last = (int)fmin(last, ENVMAPI_KINK_BANDS * fmax(pow(1e-3 / spec->tolerance, 2.0 / 3), 1));
+    for (int l = 0, next = L; l < last && l < 3 * L; ++l) {
+        if (l == next) {
+            next += 1 + l / 32;
+            if (!envmapi_slice_allows(slice, spec, s, lost, 2 * ENVMAPI_SHARE * spec->tolerance,
+                                      1e-12 * slice->most, l + 1))
+                L = l + 1 + l / (few ? 8 : 32);
+        }
+        envmapi_series_add(&series, lost, -slice->lambda[l]);
+    }
+    return L < spec->known ? L : spec->known;
+}
+
+/* Do grids whose spacing is 0.96^(n-1) of the widest keep the bounds? */
+typedef struct envmapi_spacing {
+    const envmapi_slice *slice;
+    const envmapi_spec *spec;
+    const envmapi_scene *scene;
+} envmapi_spacing;
+
+static double envmapi_spacing_of(int bands, int n) {
+    return envmapi_widest_spacing(bands) * pow(0.96, n - 1);
+}
+
+static int envmapi_spacing_holds(void *user, int n) {
+    const envmapi_spacing *test = (const envmapi_spacing *)user;
+    const envmapi_slice *slice = test->slice;
+    const envmapi_spec *spec = test->spec;
+    int middle = slice->L / 2 + 1;
+    double h = envmapi_spacing_of(slice->L, n), lost[ENVMAPI_ANGLES] = {0};
+    double c2 = fmax(envmapi_kappa2(test->scene, middle), 1e-4);
+    envmapi_series series = envmapi_series_of();
+    if (!envmapi_slice_rms(slice, spec, c2 * envmapi_slice_power(slice, slice->L, h), c2, 0.25))
+        return 0;
+    for (int l = 0; l < slice->L; ++l)
+        envmapi_series_add(&series, lost, slice->lambda[l] * envmapi_band_error(l, h));
+    return envmapi_slice_allows(slice, spec, test->scene, lost, ENVMAPI_SHARE * spec->tolerance, 0,
+                                middle);
+}
+
+/* The widest grid whose spline errors stay within the bounds, to 4 %. */
+static double envmapi_slice_spacing(const envmapi_slice *slice, const envmapi_spec *spec,
+                                    const envmapi_scene *s) {
+    envmapi_spacing test = {slice, spec, s};
+    int steps = 1 + (int)ceil(log(envmapi_widest_spacing(slice->L) / 1e-3) / -log(0.96));
+    return envmapi_spacing_of(slice->L, envmapi_least(steps, envmapi_spacing_holds, &test));
+}
+
+static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
+    for (int k = 0; k < spec->slices && bands > spec->known; ++k)
+        if (!envmapi_slice_lambda(spec->slice + k, spec->lobe, bands)) return 0;
+    if (bands > spec->known) spec->known = bands;
+    return 1;
+}
+
+/* A sum over texel centres shows the texels' lattice if lambda_l has not decayed by the lattice's
+   frequency. No band limit below that one can represent it. */
 static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmap *map) {
     double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);
-    int l = (int)(0.8 * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
+    int l = (int)(ENVMAPI_LATTICE * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
     if (bands > ENVMAPI_FAST_BANDS) return 1;
-    if (bands > spec->known && !envmapi_spec_lambda(spec, bands, 0)) return 0;
-    for (; l < bands; ++l)
-        for (int k = 0; k < envmapi_spec_sampled(spec); ++k) {
-            int slice = envmapi_spec_slice(spec, k);
-            double lambda = spec->lambda[(size_t)slice * (size_t)spec->known + (size_t)l];
-            if (4 * fabs(lambda) > spec->tolerance * envmapi_spec_mean(spec, slice)) return 0;
-        }
+    if (!envmapi_spec_lambda(spec, bands)) return 0;
+    for (const envmapi_slice *s = spec->slice; s < spec->slice + spec->slices; ++s)
+        for (int i = l; i < bands; ++i)
+            if (4 * fabs(s->lambda[i]) > spec->tolerance * s->mean) return 0;
     return 1;
 }
 
@@ -5826,110 +5653,78 @@ static int envmapi_spec_enough(const envmapi_spec *spec) {
     return spec->L <= spec->known - spec->known / 8;
 }
 
-/* Bands of every slice, the most, unless there are not bands enough; between slices that are looked
-   at, the greater number. */
+/* Bands of every slice, and the most, unless there are not bands enough. */
 static void envmapi_spec_bands(envmapi_spec *spec, const envmapi_scene *s, int texels) {
     spec->L = 1;
-    for (int n = 0, from = 0; n < envmapi_spec_sampled(spec); ++n) {
-        const envmapi_look *look = spec->looks + n;
-        int at = look->slice, L = envmapi_look_bands(look, spec, s, texels);
-        for (int i = from + 1; i <= at; ++i)
-            spec->slice_L[i] = i < at && spec->slice_L[from] > L ? spec->slice_L[from] : L;
-        spec->slice_L[at] = L, from = at;
-        if (L > spec->L) spec->L = L;
+    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
+        slice->L = envmapi_slice_bands(slice, spec, s, texels);
+        if (slice->L > spec->L) spec->L = slice->L;
         if (!envmapi_spec_enough(spec) && spec->known < ENVMAPI_FAST_BANDS) return;
     }
 }
 
-/* The spacing of every slice's grid, and the least; between slices that are looked at, the finer. */
-static void envmapi_spec_spacings(envmapi_spec *spec, const envmapi_scene *s) {
-    spec->h = HUGE_VAL;
-    for (int n = 0, from = 0; n < envmapi_spec_sampled(spec); ++n) {
-        int at = spec->looks[n].slice;
-        double h = envmapi_look_spacing(spec->looks + n, spec, s, spec->slice_L[at]);
-        for (int i = from + 1; i <= at; ++i)
-            spec->slice_h[i] = i < at && spec->slice_h[from] < h ? spec->slice_h[from] : h;
-        spec->slice_h[at] = h, from = at;
-        spec->h = fmin(spec->h, h);
-    }
-}
-
-/* Rows `row` .. returned - 1 need about as many bands, `need` at most, and a grid of h. */
-static int envmapi_spec_run(int *need, double *h, const envmapi_spec *spec, int row) {
-    int most = spec->slice_L[row], least = most;
-    *h = spec->slice_h[row];
-    for (; row < spec->slices; ++row) {
-        int L = spec->slice_L[row];
-        if (4 * (L > most ? L : most) > 5 * (L < least ? L : least)) break;
-        most = L > most ? L : most, least = L < least ? L : least;
-        *h = fmin(*h, spec->slice_h[row]);
-    }
-    *need = most;
-    return row;
-}
-
-/* Bands and spacing for this scene; need 0 where there are not enough, or more than `most`. */
-static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
-    int looked = 0;
-    spec->dark = envmapi_scene_dark(scene, spec->sigma);
+/* Bands for this scene; 0 where there are not enough, or more than `most`. */
+static int envmapi_spec_search(envmapi_spec *spec, const envmapi_scene *scene, double most) {
     for (int bands = spec->known > 24 ? spec->known : 24;; bands = bands < 96 ? 96 : 2 * bands) {
         if (bands > ENVMAPI_FAST_BANDS) bands = ENVMAPI_FAST_BANDS;
-        if (bands > spec->known && !envmapi_spec_lambda(spec, bands, 0)) return spec->L = 0;
-        for (int n = 0; n < envmapi_spec_sampled(spec); ++n) {
-            if (!looked) envmapi_look_create(spec->looks + n, spec, n, scene);
-            envmapi_look_update(spec->looks + n, spec);
-        }
-        looked = 1;
+        if (!envmapi_spec_lambda(spec, bands)) return 0;
+        for (int k = 0; k < spec->slices && !spec->L; ++k)
+            envmapi_slice_look(spec->slice + k, spec, scene);
         envmapi_spec_bands(spec, scene, 1);
-        if (envmapi_spec_enough(spec)) break;
-        if (spec->L > most || (bands >= ENVMAPI_FAST_BANDS && bands < 8 / spec->sigma))
-            return spec->L = 0;
-        if (bands >= ENVMAPI_FAST_BANDS) { /* a kink beside nothing but dark: at least the rms */
-            envmapi_spec_bands(spec, scene, 0);
-            if (spec->L > spec->known / 2) return spec->L = 0;
-            envmapi_spec_bands(spec, scene, 1);
-            spec->L = spec->known / 2;
-            for (int k = 0; k < spec->slices; ++k)
-                if (spec->slice_L[k] > spec->L) spec->slice_L[k] = spec->L;
-            break;
-        }
+        if (envmapi_spec_enough(spec)) return spec->L <= most;
+        if (spec->L > most) return 0;
+        if (bands < ENVMAPI_FAST_BANDS) continue;
+        if (bands < ENVMAPI_SMOOTH / spec->sigma) return 0;
+        envmapi_spec_bands(spec, scene, 0); /* a kink beside nothing but dark: at least the rms */
+        if (spec->L > spec->known / 2) return 0;
+        envmapi_spec_bands(spec, scene, 1);
+        spec->L = spec->known / 2;
+        for (int k = 0; k < spec->slices; ++k)
+            if (spec->slice[k].L > spec->L) spec->slice[k].L = spec->L;
+        return spec->L <= most;
     }
-    if (spec->L > most || !envmapi_spec_lattice_holds(spec, scene->in.map)) return spec->L = 0;
-    envmapi_spec_spacings(spec, scene);
-    return envmapi_spec_lambda(spec, spec->known, 1);
 }
 
-/* Sets up a plan; 0 when the lobe is sharper than src's texels, or than all bands. */
+/* Bands and spacing for this scene; L 0 where that cannot be. */
+static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
+    spec->L = 0, spec->h = HUGE_VAL, spec->dark = envmapi_scene_dark(scene, spec->sigma);
+    if (!envmapi_spec_search(spec, scene, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
+        return spec->L = 0;
+    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
+        slice->h = envmapi_slice_spacing(slice, spec, scene);
+        spec->h = fmin(spec->h, slice->h);
+    }
+    return spec->L;
+}
+
+/* Sets up a specification; 0 when the lobe is sharper than src's texels. */
 static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lobe *lobe,
                                const envmap *src, double tolerance, envmapi_pool *pool,
                                envmap_result *result) {
-    int varied = lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1;
+    int varied = lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1, all = varied ? dst->slices : 1;
+    double side = envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size);
     memset(spec, 0, sizeof *spec);
     spec->lobe = lobe, spec->dst = dst, spec->tolerance = tolerance;
+    spec->sigma = ENVMAPI_PI, spec->midpoint = side * side / 24;
     /* Banks' ring at -c is that at c about -t. */
     spec->mirrored = lobe->kind == ENVMAP_LOBE_BANKS && varied && !(lobe->p0 + lobe->p1 < 0) &&
                      !(lobe->p0 + lobe->p1 > 0);
-    spec->slices = spec->mirrored ? (dst->slices + 1) / 2 : varied ? dst->slices : 1;
-    spec->sigma = ENVMAPI_PI;
-    spec->midpoint =
-        pow(envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size), 2) / 24;
+    spec->slices = spec->mirrored ? (all + 1) / 2 : all;
     for (int k = 0; k < spec->slices; ++k)
-        spec->sigma = fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_spec_p(spec, k)));
+        spec->sigma = fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, all)));
     if (spec->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)spec->slices;
-    spec->lambda = (double *)envmapi_pool_get(pool, (ENVMAPI_FAST_BANDS + 3) * n, sizeof(double));
-    spec->looks = (envmapi_look *)envmapi_pool_get(pool, (size_t)envmapi_spec_sampled(spec),
-                                                   sizeof(envmapi_look));
-    if (!spec->lambda || !spec->looks) *result = ENVMAP_ERROR_MEMORY;
-    if (*result) return 0;
-    spec->tail = spec->lambda + ENVMAPI_FAST_BANDS * n, spec->slice_h = spec->tail + n;
-    spec->slice_L = (int *)(spec->slice_h + n);
-    for (int k = 0; k < spec->slices; ++k) {
-        double first = 0;
-        envmapi_zonal(&first, 1, lobe, envmapi_spec_p(spec, k));
-        spec->brightest = fmax(spec->brightest, fabs(first));
+    spec->slice = (envmapi_slice *)envmapi_pool_get(pool, n, sizeof(envmapi_slice));
+    double *lambda = (double *)envmapi_pool_get(pool, ENVMAPI_FAST_BANDS * n, sizeof(double));
+    if (!spec->slice || !lambda) *result = ENVMAP_ERROR_MEMORY;
+    for (int k = 0; k < spec->slices && !*result; ++k) {
+        envmapi_slice *slice = spec->slice + k;
+        slice->p = envmapi_slice_p(lobe, k, all);
+        slice->lambda = lambda + (size_t)k * ENVMAPI_FAST_BANDS;
+        if (!envmapi_zonal(slice->lambda, 1, lobe, slice->p)) slice->lambda[0] = 0;
+        spec->brightest = fmax(spec->brightest, fabs(slice->lambda[0]));
     }
-    return 1;
+    return !*result;
 }
 
 /* A slice as it is, and what its lights leave (unlit.lights NULL: not known yet). */
@@ -5941,73 +5736,58 @@ typedef struct envmapi_scenes {
 static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_scenes *scenes,
                                        envmapi_pool *pool) {
     int kinked = 0;
-    double extent = envmapi_texel_extent(scenes->whole.in.map);
-    double sigma = ENVMAPI_PI;
+    double extent = envmapi_texel_extent(scenes->whole.in.map), sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
-    for (int i = 0; i < count; ++i) {
-        specs[i].kinked = 0;
-        kinked += specs[i].kinked =
-            !envmapi_spec_fit(specs + i, &scenes->whole, fmax(24, 8 / specs[i].sigma));
-        if (specs[i].kinked) sigma = fmin(sigma, specs[i].sigma);
+    for (envmapi_spec *spec = specs; spec < specs + count; ++spec) {
+        spec->kinked = 0;
+        spec->kinked =
+            !envmapi_spec_fit(spec, &scenes->whole, fmax(24, ENVMAPI_SMOOTH / spec->sigma));
+        kinked += spec->kinked;
+        if (spec->kinked) sigma = fmin(sigma, spec->sigma);
     }
     if (kinked && !scenes->unlit.lights) {
         scenes->unlit = scenes->whole;
         result = envmapi_scene_lights(&scenes->unlit, sigma, pool);
     }
-    for (int i = 0; i < count && !result; ++i)
+    for (envmapi_spec *spec = specs; spec < specs + count && !result; ++spec)
         /* A kink sees the lattice of few, large texels, which no band holds. */
-        if (specs[i].kinked &&
-            (extent >= 0.05 || !envmapi_spec_fit(specs + i, &scenes->unlit, ENVMAPI_FAST_BANDS)))
-            specs[i].L = 0;
+        if (spec->kinked && extent < 0.05)
+            envmapi_spec_fit(spec, &scenes->unlit, ENVMAPI_FAST_BANDS);
     return result;
 }
 
+/* ---- source to a_lm to results */
+
 /* What the source side hands to the result side. */
 typedef struct envmapi_spectrum {
-    double *a;       /* a_lm */
-    int bands, kept; /* kept: the source's grid is still there */
+    double *a; /* a_lm */
+    int kept;  /* the source's grid is still there: a result of the same shape takes it over */
     double h;
-    const envmapi_light *lights;
-    int light_count;
-    envmapi_transform f; /* the source's grid: a result of the same shape takes it over */
+    envmapi_transform t;
 } envmapi_spectrum;
 
-/* A surveyed slice -> the spectrum that all specs of one kind can do with. */
+/* A scene -> the spectrum that all specs of one kind can do with. */
 static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_spec *specs,
                                           int count, int kinked, const envmapi_scene *scene,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
-    envmapi_transform *f = &out->f;
+    envmapi_transform *t = &out->t;
+    int bands = 1;
     memset(out, 0, sizeof *out);
-    out->bands = 1, out->h = 1, out->kept = 1;
-    for (int i = 0; i < count; ++i) {
-        if (specs[i].kinked != kinked || !specs[i].L) continue;
-        if (specs[i].L > out->bands) out->bands = specs[i].L;
-        out->h = fmin(out->h, specs[i].h);
+    out->h = 1, out->kept = 1;
+    for (const envmapi_spec *spec = specs; spec < specs + count; ++spec) {
+        if (spec->kinked != kinked || !spec->L) continue;
+        if (spec->L > bands) bands = spec->L;
+        out->h = fmin(out->h, spec->h);
     }
-    out->a =
-        (double *)envmapi_pool_get(pool, envmapi_triangle(out->bands, out->bands), sizeof(double));
+    out->a = (double *)envmapi_pool_get(pool, envmapi_triangle(bands, bands), sizeof(double));
     if (!out->a ||
-        envmapi_transform_create(f, scene->in.map, out->h, out->bands, (double)desc->tolerance,
+        envmapi_transform_create(t, scene->in.map, out->h, bands, (double)desc->tolerance,
                                  &scene->in, NULL, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
-    f->lights = out->lights = kinked ? scene->lights : NULL;
-    f->light_count = out->light_count = kinked ? scene->light_count : 0;
-    f->a = out->a, f->a_bands = out->bands;
-    envmapi_project_texels(f, &desc->work);
+    if (kinked) t->lights = scene->lights, t->light_count = scene->light_count;
+    t->a = out->a, t->a_bands = bands;
+    envmapi_project_texels(t, &desc->work);
     return ENVMAP_OK;
-}
-
-/* A slice of a result from a spectrum, on its grid. */
-static envmap_result envmapi_fast_slice(envmapi_transform *f, const envmapi_spec *spec, int k,
-                                        const double *lambda, const envmap_work *work) {
-    const envmap *dst = spec->dst;
-    f->lambda = lambda;
-    f->out = envmapi_image(dst, 0, k, 0);
-    f->p = envmapi_slice_p(spec->lobe, k, dst->slices);
-    f->norm = envmapi_lobe_norm(spec->lobe);
-    if (f->divide) f->norm = envmapi_lobe_integral(spec->lobe, f->p);
-    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
-    return envmapi_fill_texels(f, work) ? envmapi_tell(&work->progress, 1) : ENVMAP_ERROR_LOBE;
 }
 
 /* dst(d) = src(-d), where texels have texels opposite: not on sphere and angular maps. */
@@ -6027,58 +5807,79 @@ static int envmapi_antipodes(float *dst, const float *src, int mapping, int edge
     return 1;
 }
 
-/* One row of a plan: its slice, and that at -p, lambda_l of which is (-1)^l times as much; as far
-   as they are among first .. first+slices-1. */
-static envmap_result envmapi_fast_pair(envmapi_transform *f, const envmapi_spec *spec, int row,
+/* Slice k of a result, at the slice's p or at -p, where lambda_l is (-1)^l times as much. */
+static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec *spec,
+                                       const envmapi_slice *slice, int k, int opposite,
+                                       const envmap_work *work) {
+    double lambda[ENVMAPI_FAST_BANDS];
+    for (int l = 0; l < spec->L; ++l)
+        lambda[l] = opposite && l % 2 ? -slice->lambda[l] : slice->lambda[l];
+    t->lambda = lambda, t->lobe = spec->lobe;
+    t->out = envmapi_image(spec->dst, 0, k, 0);
+    t->p = opposite ? -slice->p : slice->p;
+    t->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
+    t->norm = t->divide ? envmapi_lobe_integral(spec->lobe, t->p) : envmapi_lobe_norm(spec->lobe);
+    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
+    return envmapi_fill_texels(t, work) ? envmapi_tell(&work->progress, 1) : ENVMAP_ERROR_LOBE;
+}
+
+/* A slice of a specification, and that at -p, as far as they are among first .. first+slices-1. */
+static envmap_result envmapi_fast_pair(envmapi_transform *t, const envmapi_spec *spec, int row,
                                        int first, int slices, const envmap_work *work) {
     const envmap *dst = spec->dst;
-    double *lambda = spec->lambda + (size_t)row * (size_t)spec->known;
-    int last = first + slices, slice = spec->slices > 1 || spec->mirrored ? row : first;
-    int other = spec->mirrored ? dst->slices - 1 - row : slice;
-    int here = slice >= first && slice < last;
-    envmap_result result = here ? envmapi_fast_slice(f, spec, slice, lambda, work) : ENVMAP_OK;
-    if (result || other == slice || other < first || other >= last) return result;
-    if (here && envmapi_antipodes(envmapi_image(dst, 0, other, 0), envmapi_image(dst, 0, slice, 0),
+    const envmapi_slice *slice = spec->slice + row;
+    int last = first + slices, k = spec->slices > 1 || spec->mirrored ? row : first;
+    int other = spec->mirrored ? dst->slices - 1 - row : k, here = k >= first && k < last;
+    envmap_result result = here ? envmapi_fast_fill(t, spec, slice, k, 0, work) : ENVMAP_OK;
+    if (result || other == k || other < first || other >= last) return result;
+    if (here && envmapi_antipodes(envmapi_image(dst, 0, other, 0), envmapi_image(dst, 0, k, 0),
                                   dst->mapping, dst->size))
         return ENVMAP_OK;
-    for (int l = 1; l < spec->L; l += 2) lambda[l] = -lambda[l];
-    result = envmapi_fast_slice(f, spec, other, lambda, work);
-    for (int l = 1; l < spec->L; l += 2) lambda[l] = -lambda[l];
-    return result;
+    return envmapi_fast_fill(t, spec, slice, other, 1, work);
+}
+
+/* Slices from `row` on that need about as many bands, L at most, and a grid of h: up to which. */
+static int envmapi_spec_run(int *L, double *h, const envmapi_spec *spec, int row) {
+    int least = spec->slice[row].L;
+    for (*L = least, *h = HUGE_VAL; row < spec->slices; ++row) {
+        int one = spec->slice[row].L, most = one > *L ? one : *L,
+            fewest = one < least ? one : least;
+        if (4 * most > 5 * fewest) break;
+        *L = most, least = fewest, *h = fmin(*h, spec->slice[row].h);
+    }
+    return row;
 }
 
 /* A spectrum -> slices of a result, from `first` on; slices of as many bands share a grid. The
    source's serves again where it is not much finer than need be. */
 static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_spectrum *spectrum,
-                                             const envmapi_scene *scene, int first, int slices,
-                                             const envmap_filter_desc *desc, envmapi_pool *pool) {
-    const envmap *dst = spec->dst, *src = scene->in.map;
-    int kept = pool->count, need;
-    double h;
+                                             int first, int slices, const envmap_filter_desc *desc,
+                                             envmapi_pool *pool) {
+    const envmap *dst = spec->dst, *src = spectrum->t.grid.map;
     envmap_result result = ENVMAP_OK;
-    for (int row = 0, end; row < spec->slices; row = end) {
-        envmapi_transform own, *f = &spectrum->f;
-        end = envmapi_spec_run(&need, &h, spec, row);
+    for (int row = 0, end, L, kept = pool->count; row < spec->slices; row = end) {
+        double h;
+        envmapi_transform own, *t = &spectrum->t;
+        end = envmapi_spec_run(&L, &h, spec, row);
         int here = row < first + slices && end > first, n = dst->slices;
         int there = spec->mirrored && n - end < first + slices && n - row > first;
         if (!here && !there && spec->slices > 1) continue;
         if (!spectrum->kept || dst->mapping != src->mapping || dst->size != src->size ||
-            h > 1.2 * spectrum->h)
-            result =
-                envmapi_transform_create(f = &own, dst, h, need, (double)desc->tolerance, NULL,
-                                         spectrum->kept ? &spectrum->f : NULL, &desc->work, pool);
-        if (result) return result;
-        f->a = spectrum->a, f->a_bands = spectrum->bands;
-        f->lights = spectrum->lights, f->light_count = spectrum->light_count;
-        f->rings.bands = need;
-        f->lobe = spec->lobe;
-        f->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
-        for (; row < end; ++row) {
+            h > 1.2 * spectrum->h) {
+            result = envmapi_transform_create(&own, dst, h, L, (double)desc->tolerance, NULL,
+                                              spectrum->kept ? t : NULL, &desc->work, pool);
+            own.a = t->a, own.a_bands = t->a_bands;
+            own.lights = t->lights, own.light_count = t->light_count;
+            t = &own;
+        }
+        t->rings.bands = L;
+        for (; row < end && !result; ++row) {
             envmapi_part part;
             envmap_work one = envmapi_work_part(&part, &desc->work, row, 1, spec->slices);
-            if ((result = envmapi_fast_pair(f, spec, row, first, slices, &one))) return result;
+            result = envmapi_fast_pair(t, spec, row, first, slices, &one);
         }
         envmapi_pool_free(pool, kept);
+        if (result) return result;
     }
     if (spec->slices == 1 && !spec->mirrored) envmapi_copy_slices(dst, first, slices);
     return ENVMAP_OK;
@@ -6090,12 +5891,12 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
     int serves = spectrum->a != NULL;
     for (int i = 0; i < count; ++i)
         if (specs[i].kinked == kinked && specs[i].L)
-            serves &= specs[i].L <= spectrum->bands && specs[i].h >= 0.999 * spectrum->h;
+            serves &= specs[i].L <= spectrum->t.a_bands && specs[i].h >= 0.999 * spectrum->h;
     return serves;
 }
 
-/* All specs for one surveyed slice: smooth lobes share one spectrum, those with kinks another,
-   which has the lights taken out; ready: spectra that are there already, or NULL. Plan 0 comes
+/* All specs for one slice of a source: smooth lobes share one spectrum, those with kinks another,
+   which has the lights taken out; ready: spectra that are there already, or NULL. The first comes
    last: its result is final as soon as it is written. */
 static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
                                          const envmapi_scenes *scenes,
@@ -6103,8 +5904,8 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
     envmap_result result = ENVMAP_OK;
     int kept = pool->count, done = 0;
-    for (int turn = 0; turn < 2; ++turn) {
-        int kinked = turn ? specs[0].kinked : !specs[0].kinked, any = 0;
+    for (int pass = 0; pass < 2 && !result; ++pass) {
+        int kinked = pass ? specs[0].kinked : !specs[0].kinked, any = 0;
         const envmapi_scene *scene = kinked ? &scenes->unlit : &scenes->whole;
         envmapi_spectrum spectrum;
         for (int i = 0; i < count; ++i) any += specs[i].kinked == kinked && specs[i].L;
@@ -6112,24 +5913,19 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             spectrum = ready[kinked];
         else if (any)
             result = envmapi_fast_analyse(&spectrum, specs, count, kinked, scene, desc, pool);
-        for (int i = count - 1; i >= 0 && !result; --i) {
+        for (const envmapi_spec *spec = specs + count; spec-- > specs && !result;) {
             envmapi_part part;
-            envmap_filter_desc part_desc = *desc;
-            part_desc.work = envmapi_work_part(&part, &desc->work, done, 1, count);
-            if (specs[i].kinked != kinked) continue;
-            ++done;
-            if (specs[i].L)
-                result = envmapi_fast_synthesise(specs + i, &spectrum, scene, first, slices,
-                                                 &part_desc, pool);
+            envmap_filter_desc one = *desc;
+            if (spec->kinked != kinked) continue;
+            one.work = envmapi_work_part(&part, &desc->work, done++, 1, count);
+            if (spec->L)
+                result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
             else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
-            else
-                result = envmapi_filter_reference(specs[i].dst, scene->in.map, specs[i].lobe,
-                                                  &part_desc);
+            else result = envmapi_filter_reference(spec->dst, scene->in.map, spec->lobe, &one);
         }
         envmapi_pool_free(pool, kept);
-        if (result) return result;
     }
-    return ENVMAP_OK;
+    return result;
 }
 
 /* ---------------------------------------------------------------------------------- >>filters --
@@ -6416,7 +6212,7 @@ static void envmapi_power_of(double *scene, int known, const envmapi_spectrum *s
     for (int l = 0; l < known; ++l) {
         double sum = 0;
         for (int m = 0; m <= l; ++m) {
-            const double *a = spectrum->a + envmapi_triangle(spectrum->bands, m) + 8 * (l - m);
+            const double *a = spectrum->a + envmapi_triangle(spectrum->t.a_bands, m) + 8 * (l - m);
             for (int c = 0; c < 3; ++c) sum += (m ? 2 : 1) * (a[c] * a[c] + a[c + 4] * a[c + 4]);
         }
         scene[l] = sum / (2 * l + 1);
