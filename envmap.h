@@ -122,7 +122,7 @@ typedef enum envmap_result {
 
 /* A sentence for a result, without a full stop. Never NULL, also for unknown numbers.
    Thread-safe.  Test: every_result_has_its_own_text. */
-ENVMAP_API const char *envmap_result_text(int result);
+ENVMAP_API const char *envmap_result_text(envmap_result result);
 
 /* Runs task(context, i) for i = 0 .. count-1, in any order, on any threads, and returns when all
    are done. The library starts no thread itself; `run` NULL means serial. Tasks are cut by the
@@ -762,7 +762,7 @@ ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const env
 
 #define ENVMAPI_PI 3.14159265358979323846
 
-ENVMAPI_BODY const char *envmap_result_text(int result) {
+ENVMAPI_BODY const char *envmap_result_text(envmap_result result) {
 #define ENVMAPI_RESULT_TEXT(name, text) text,
     static const char *const texts[] = {ENVMAP_RESULTS(ENVMAPI_RESULT_TEXT)};
     return (unsigned)result < ENVMAP_RESULT_COUNT ? texts[(unsigned)result] : "unknown result";

@@ -641,7 +641,7 @@ static void axes_see_all_light_at_its_angle(void) {
             float d[3] = {0, 0, 0}, u, v;
             int face, width = oracle_width(mapping, 64);
             d[i / 2] = i & 1 ? -0.8f : 0.8f, d[(i / 2 + 1) % 3] = 0.5f, d[(i / 2 + 2) % 3] = 0.3f;
-            envmap_coordinates(&face, &u, &v, (envmap_mapping)mapping, d);
+            envmap_coordinates(&face, &u, &v, mapping, d);
             int x = (int)(u * (float)width), y = (int)(v * 64);
             envmap_texel(&map, 0, 0, face, x, y)[1] = 1e7f;
             envmapi_scene s = survey_of(&map);

@@ -589,10 +589,8 @@ static void open_down(opened *o, int level, int x, int y, double k) {
         return;
     }
     for (int i = 0; i < 4; ++i) {
-        if (level > 1)
-            open_down(o, level - 1, x + i % 2 * half, y + i / 2 * half, values[i]);
-        else
-            paint(o, 0, x + i % 2, y + i / 2);
+        if (level > 1) open_down(o, level - 1, x + i % 2 * half, y + i / 2 * half, values[i]);
+        else paint(o, 0, x + i % 2, y + i / 2);
     }
 }
 

@@ -116,8 +116,7 @@ static inline void svg_dot(FILE *f, const svg_axes *a, double x, double y, doubl
 
 static inline void svg_bar(FILE *f, double x, double y, double width, double height,
                            const char *colour) {
-    fprintf(f,
-            "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"%s\"/>\n", x, y,
+    fprintf(f, "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"%s\"/>\n", x, y,
             fmax(width, 0.5), height, colour);
 }
 
