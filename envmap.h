@@ -117,12 +117,13 @@
 
 #define ENVMAPI_RESULT_ENUM(name, text) name,
 typedef enum envmap_result {
-    ENVMAP_RESULTS(ENVMAPI_RESULT_ENUM) ENVMAP_RESULT_COUNT
+    ENVMAP_RESULTS(ENVMAPI_RESULT_ENUM) ENVMAP_RESULT_COUNT,
+    ENVMAPI_RESULT_IS_INT = -1 /* signed, so that passing it as an int warns nobody */
 } envmap_result;
 
 /* A sentence for a result, without a full stop. Never NULL, also for unknown numbers.
    Thread-safe.  Test: every_result_has_its_own_text. */
-ENVMAP_API const char *envmap_result_text(envmap_result result);
+ENVMAP_API const char *envmap_result_text(int result);
 
 /* Runs task(context, i) for i = 0 .. count-1, in any order, on any threads, and returns when all
    are done. The library starts no thread itself; `run` NULL means serial. Tasks are cut by the
@@ -157,7 +158,8 @@ typedef enum envmap_mapping {
     ENVMAP_SPHERE,     /* 1 face, constant solid angle, singular at -z                            */
     ENVMAP_LATLONG,    /* 1 face, twice as wide as high, unbounded at the poles                   */
     ENVMAP_ANGULAR,    /* 1 face, unbounded at the rim (+z)                                       */
-    ENVMAP_MAPPING_COUNT
+    ENVMAP_MAPPING_COUNT,
+    ENVMAPI_MAPPING_IS_INT = -1
 } envmap_mapping;
 
 /* Faces of a mapping: 6, 2, 1, 1, 1; 0 for anything else. */
@@ -762,7 +764,7 @@ ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const env
 
 #define ENVMAPI_PI 3.14159265358979323846
 
-ENVMAPI_BODY const char *envmap_result_text(envmap_result result) {
+ENVMAPI_BODY const char *envmap_result_text(int result) {
 #define ENVMAPI_RESULT_TEXT(name, text) text,
     static const char *const texts[] = {ENVMAP_RESULTS(ENVMAPI_RESULT_TEXT)};
     return (unsigned)result < ENVMAP_RESULT_COUNT ? texts[(unsigned)result] : "unknown result";
