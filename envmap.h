@@ -1665,10 +1665,14 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
 }
 
 /* ------------------------------------------------------------------------------------- >>pfm --
-   "PF" or "Pf", width, height, scale, one white space, then rows from the bottom up. Upside up,
-   the strip of slices and faces is the memory order itself. Numbers are parsed and bytes put
-   together here, so that neither locale nor host matters; sizes are checked before anything is
-   allocated.  Tests: tests/test_pfm.c. */
+   A float picture, in memory or a file, to one level of a map and back.
+       picture    "PF" (RGB) or "Pf" (grey), white space, width, height, scale, one white space,
+                  then rows of 4-byte floats from the bottom up; scale < 0: lowest byte first
+       radiance = |scale| sample         envmapi_pfm_sample; back, with scale 1: envmapi_pfm_encode
+   Upside up, the strip of slices and faces is the memory order itself (envmapi_pfm_shape).
+   Numbers are parsed and bytes put together here, so that neither locale nor host matters; sizes
+   are checked before anything is allocated (envmapi_pfm_header).
+   Called by users alone.  Source: pfm(5) of netpbm.  Tests: tests/test_pfm.c, tests/fuzz_pfm.c. */
 
 typedef struct envmapi_reader {
     const unsigned char *data;
@@ -1806,24 +1810,20 @@ ENVMAPI_BODY envmap_result envmap_pfm_read(envmap *map, const void *data, size_t
     return ENVMAP_OK;
 }
 
-static size_t envmapi_pfm_decimal(char *out, size_t at, size_t value) {
-    char digits[24];
-    size_t n = 0;
-    do digits[n++] = (char)('0' + value % 10);
-    while (value /= 10);
-    while (n) out[at++] = digits[--n];
-    return at;
+static char *envmapi_pfm_decimal(char *out, size_t value) {
+    if (value > 9) out = envmapi_pfm_decimal(out, value / 10);
+    *out = (char)('0' + value % 10);
+    return out + 1;
 }
 
 /* The header of a picture; returns its length, below 64. */
 static size_t envmapi_pfm_title(char title[64], size_t width, size_t height) {
-    size_t at = 3;
     memcpy(title, "PF\n", 3);
-    at = envmapi_pfm_decimal(title, at, width);
-    title[at++] = ' ';
-    at = envmapi_pfm_decimal(title, at, height);
-    memcpy(title + at, "\n-1.0\n", 6);
-    return at + 6;
+    char *at = envmapi_pfm_decimal(title + 3, width);
+    *at++ = ' ';
+    at = envmapi_pfm_decimal(at, height);
+    memcpy(at, "\n-1.0\n", 6);
+    return (size_t)(at + 6 - title);
 }
 
 static void envmapi_pfm_encode(unsigned char *out, const float *samples, size_t count) {
@@ -1868,15 +1868,16 @@ ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int ma
     FILE *file = fopen(path, "rb");
     if (!file) return ENVMAP_ERROR_FILE;
     long bytes = fseek(file, 0, SEEK_END) ? -1 : ftell(file);
+    void *data = NULL;
     if (bytes >= 0 && bytes < LONG_MAX && !fseek(file, 0, SEEK_SET)) {
-        /* one byte more, so that an empty file is not a failed allocation */
-        void *data = (uint64_t)bytes > 2 * ENVMAPI_BYTE_LIMIT
-                         ? NULL
-                         : ENVMAP_MALLOC(map->memory, (size_t)bytes + 1);
-        if (!data) result = ENVMAP_ERROR_MEMORY;
-        else if (fread(data, 1, (size_t)bytes, file) == (size_t)bytes)
-            result = envmap_pfm_read(map, data, (size_t)bytes, mapping);
-        if (data) ENVMAP_FREE(map->memory, data);
+        result = ENVMAP_ERROR_MEMORY; /* one byte more: an empty file is no failed allocation */
+        if ((uint64_t)bytes <= 2 * ENVMAPI_BYTE_LIMIT)
+            data = ENVMAP_MALLOC(map->memory, (size_t)bytes + 1);
+    }
+    if (data) {
+        int whole = fread(data, 1, (size_t)bytes, file) == (size_t)bytes;
+        result = whole ? envmap_pfm_read(map, data, (size_t)bytes, mapping) : ENVMAP_ERROR_FILE;
+        ENVMAP_FREE(map->memory, data);
     }
     fclose(file);
     return result;
@@ -1919,37 +1920,32 @@ ENVMAPI_BODY envmap_result envmap_pfm_save(const envmap *map, const char *path, 
 #endif
 
 /* ------------------------------------------------------------------------------------ >>mips --
-   parent = sum over children of w(overlap) child / sum w(overlap), w the solid angle of the
-   overlap of the nested texels: so w(parent) parent = sum w(child) child, and every level carries
-   the same energy. A parent wholly outside a rim takes the plain mean of what lies under it.
-   Tests: tests/test_mips.c. */
-
-/* The children of parent texel i along one side, with the ends of their overlap in [0,1]. */
-static int envmapi_nested(double ends[5], int *first, int i, int parents, int children) {
-    double from = (double)i / parents, to = (double)(i + 1) / parents;
-    int n = 0;
-    /* integers decide which child is first and last: no rounding */
-    *first = (int)((int64_t)i * children / parents);
-    int last = (int)(((int64_t)(i + 1) * children + parents - 1) / parents);
-    for (int j = *first; j < last && n < 4; ++j, ++n) {
-        ends[n] = j == *first ? from : (double)j / children;
-        ends[n + 1] = j + 1 == last ? to : (double)(j + 1) / children;
-    }
-    return n;
-}
+   Coarser levels from level 0, and what to read of them for a footprint.
+       parent = sum over children of w(overlap) child / sum w(overlap)      envmapi_mip_texel
+       level  = log2 of the footprint's longer side in texels of level 0    envmap_footprint_level
+       probes along the longer axis of the footprint's ellipse              envmapi_footprint_axes
+   w is the solid angle of the overlap of the nested texels. So w(parent) parent = sum w(child)
+   child, and every level carries the same energy. A parent wholly outside a rim takes the plain
+   mean of what lies under it. Texels of edge 1 have the same w, and all become their mean, which is
+   that of the sphere (envmapi_mip_top).
+   Called by users alone. Source: [KVHS00] 5.1, [Williams83], [SKS96]. Tests: tests/test_mips.c. */
 
 /* Texel (x,y) of every face and slice of a level, from the level above. */
 static void envmapi_mip_texel(envmap *map, int level, int x, int y) {
     int mapping = map->mapping, child = envmapi_edge(map->size, level - 1);
-    int edge = envmapi_edge(map->size, level), x0, y0;
+    int edge = envmapi_edge(map->size, level);
     int width = envmapi_width(mapping, edge), above = envmapi_width(mapping, child);
-    double ends_u[5], ends_v[5], weights[16], sum = 0, inside = 0;
-    int n_u = envmapi_nested(ends_u, &x0, x, width, above);
-    int n_v = envmapi_nested(ends_v, &y0, y, edge, child), n = n_u * n_v;
+    /* integers decide which child is first and last: no rounding */
+    int x0 = x * above / width, n_u = ((x + 1) * above + width - 1) / width - x0;
+    int y0 = y * child / edge, n = n_u * (((y + 1) * child + edge - 1) / edge - y0);
+    double weights[16], sum = 0, inside = 0;
     for (int pass = 0; pass < 2 && !(inside > 0); ++pass, sum = inside)
         for (int i = 0; i < n; ++i) {
-            double u0 = ends_u[i % n_u], u1 = ends_u[i % n_u + 1];
-            double v0 = ends_v[i / n_u], v1 = ends_v[i / n_u + 1];
+            int a = x0 + i % n_u, b = y0 + i / n_u;
+            double u0 = fmax((double)x / width, (double)a / above);
+            double v0 = fmax((double)y / edge, (double)b / child);
+            double u1 = fmin((x + 1.0) / width, (a + 1.0) / above);
+            double v1 = fmin((y + 1.0) / edge, (b + 1.0) / child);
             weights[i] = pass ? (u1 - u0) * (v1 - v0) : envmapi_cell(NULL, mapping, u0, v0, u1, v1);
             inside += weights[i];
         }
@@ -1968,32 +1964,22 @@ static void envmapi_mip_texel(envmap *map, int level, int x, int y) {
     }
 }
 
-/* The mean of the sphere from one level of a slice, written to every texel of the next. */
+/* The texels of a level of edge 1: all the same. */
 static void envmapi_mip_top(envmap *map, int level, int slice) {
-    int edge = envmapi_edge(map->size, level - 1), width = envmapi_width(map->mapping, edge);
-    int faces = envmap_faces(map->mapping);
-    const float *from = envmapi_image(map, level - 1, slice, 0);
-    float *to = envmapi_image(map, level, slice, 0);
-    double rgb[3] = {0, 0, 0}, sum = 0;
-    for (int i = 0; i < width * edge; ++i) {
-        double w = envmapi_texel_cell(NULL, map->mapping, edge, i % width, i / width);
-        for (int face = 0; face < faces; ++face, sum += w)
-            for (int c = 0; c < 3; ++c)
-                rgb[c] += w * (double)from[3 * (face * width * edge + i) + c];
-    }
-    for (int i = 0; i < faces * envmapi_width(map->mapping, 1); ++i)
-        for (int c = 0; c < 3; ++c) to[3 * i + c] = (float)(rgb[c] / sum);
+    int texels = envmap_faces(map->mapping) * envmapi_width(map->mapping, 1);
+    float *top = envmapi_image(map, level, slice, 0);
+    double rgb[3] = {0, 0, 0};
+    for (int i = 0; i < 3 * texels; ++i) rgb[i % 3] += (double)top[i];
+    for (int i = 0; i < 3 * texels; ++i) top[i] = (float)(rgb[i % 3] / texels);
 }
 
 ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
     if (!envmapi_valid(map)) return ENVMAP_ERROR_ARGUMENT;
     for (int level = 1; level < map->levels; ++level) {
         int edge = envmapi_edge(map->size, level), width = envmapi_width(map->mapping, edge);
-        if (edge == 1)
-            for (int slice = 0; slice < map->slices; ++slice) envmapi_mip_top(map, level, slice);
-        else
-            for (int i = 0; i < width * edge; ++i)
-                envmapi_mip_texel(map, level, i % width, i / width);
+        for (int i = 0; i < width * edge; ++i) envmapi_mip_texel(map, level, i % width, i / width);
+        for (int slice = 0; edge == 1 && slice < map->slices; ++slice)
+            envmapi_mip_top(map, level, slice);
     }
     return ENVMAP_OK;
 }
@@ -4360,8 +4346,8 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        the bilinear radiance       envmapi_axis_polar
        which of them, how much     envmapi_axes_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
-   Called by filters for REFERENCE and for what FAST leaves; hierarchical shares envmapi_axes, materials
-   the source.  Source: convention, ours below two texels.
+   Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
+   materials the source.  Source: ours.
    Tests: tests/test_filters.c, tests/test_stability_filters.c. */
 
 /* The side of src's mean texel, rad. */
