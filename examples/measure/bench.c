@@ -507,7 +507,7 @@ static void time_row(bench *b, row *r, envmap *dst, double first) {
 static double make_row(bench *b, const work *w, int method) {
     row r = {0};
     envmap dst = {0}, truth = {0};
-    measure_meter m = {0, 0};
+    measure_meter m = {0, 0, NULL};
     r.bands = most_bands(w);
     r.work = w, r.method = method, r.ms = r.copies = r.rms = r.worst = r.truth = r.memory = -1;
     fprintf(stderr, "\r%-10s %-24s %-48s", b->scene, w->name, "");

@@ -202,7 +202,7 @@ static void measure_work(figure *f, const envmap *src, const work *w) {
     static truth t;
     envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
     envmap_filter_desc desc;
-    measure_meter m = {0, 0};
+    measure_meter m = {0, 0, NULL};
     double best = 1e9, spent = 0;
     memset(&desc, 0, sizeof desc);
     desc.method = ENVMAP_METHOD_FAST, desc.work.memory = &m;

@@ -30,6 +30,7 @@
 
 typedef struct measure_meter {
     size_t now, most;
+    void (*note)(size_t bytes); /* NULL, or told the size of every block that is asked for */
 } measure_meter;
 
 #define MEASURE_HEAD 64 /* keeps malloc's alignment */
@@ -41,6 +42,7 @@ static inline void *measure_malloc(void *context, size_t bytes) {
     memcpy(block, &bytes, sizeof bytes);
     if (m) m->now += bytes;
     if (m && m->now > m->most) m->most = m->now;
+    if (m && m->note) m->note(bytes);
     return block + MEASURE_HEAD;
 }
 
