@@ -1263,16 +1263,20 @@ static float *envmapi_image(const envmap *map, int level, int slice, int face) {
            3 * (size_t)face * area;
 }
 
-/* NaN and Inf, and negative numbers unless they are allowed, have no place in level 0. */
-static int envmapi_radiance_ok(const envmap *map, int negative_too) {
-    size_t count = (size_t)map->slices * envmapi_slice_floats(map, 0);
+/* No NaN, no Inf, and no negative number unless they are allowed. */
+static int envmapi_floats_ok(const float *floats, size_t count, int negative_too) {
     int bad = 0;
     for (size_t i = 0; i < count; ++i) {
         uint32_t bits;
-        memcpy(&bits, map->texels + i, sizeof bits);
+        memcpy(&bits, floats + i, sizeof bits);
         bad |= (bits & 0x7F800000u) == 0x7F800000u || (!negative_too && bits > 0x80000000u);
     }
     return !bad;
+}
+
+static int envmapi_radiance_ok(const envmap *map, int negative_too) {
+    return envmapi_floats_ok(map->texels, (size_t)map->slices * envmapi_slice_floats(map, 0),
+                             negative_too);
 }
 
 /* Level 0 of slice `first` into that of the following ones, count of all of them. */
@@ -3247,10 +3251,11 @@ static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, 
 
 /* ---- the grid of a face, and a whole transform */
 
-/* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels (identity). */
+/* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels
+   (identity), which have one tap each. */
 typedef struct envmapi_grid {
     const envmap *map;
-    int faces, width, height, nu, nv, pad, identity;
+    int faces, width, height, nu, nv, pad, identity, taps;
     size_t count; /* nodes */
 } envmapi_grid;
 
@@ -3273,6 +3278,7 @@ static envmapi_grid envmapi_grid_of(const envmap *map, double h, double toleranc
     double nodes = (n + 2 * grid.pad) * (n / aspect + 2 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
                     nodes > 0.8 * width * map->size;
+    grid.taps = grid.identity ? 1 : 6;
     if (grid.identity) grid.pad = 0, n = width;
     grid.nu = n < 4 ? 4 : (int)n;
     grid.nv = grid.identity ? map->size : (int)ceil(grid.nu / aspect);
@@ -3288,11 +3294,12 @@ typedef struct envmapi_taps {
     float w[6];
 } envmapi_taps;
 
-static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, int pad) {
+static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, int pad, int identity) {
     for (int x = 0; x < texels; ++x) {
         double at = (x + 0.5) / texels * nodes - 0.5 + pad, before = floor(at);
         taps[x].start = (int)before - 2;
         envmapi_spline(taps[x].w, (float)(at - before));
+        if (identity) memset(taps[x].w, 0, sizeof taps[x].w), taps[x].w[0] = 1, taps[x].start = x;
     }
 }
 
@@ -3305,7 +3312,6 @@ typedef struct envmapi_transform {
     double (*factors)[3];        /* of the solve along columns, then along rows */
     float *rows;                 /* a task's rows of texels */
     int strips, along;           /* strips: of a face's grid, one a task; solve along rows */
-    int *finite;                 /* are a strip's nodes? */
     const envmapi_light *lights; /* summed apart */
     int light_count;
     float *out;              /* a result's slice */
@@ -3373,8 +3379,7 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     t->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
     t->factors = (double(*)[3])envmapi_pool_get(pool, high + wide + 4, 3 * sizeof(double));
-    t->finite = (int *)envmapi_pool_get(pool, strips, sizeof(int));
-    if (!t->u || !t->rows || !t->factors || !t->finite ||
+    if (!t->u || !t->rows || !t->factors ||
         envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_tasks(work),
                              done ? &done->rings : NULL, pool))
         return ENVMAP_ERROR_MEMORY;
@@ -3385,8 +3390,8 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
         if (!t->rings.reach) return ENVMAP_ERROR_MEMORY;
     }
     t->v = t->u + width;
-    envmapi_taps_fill(t->u, (int)width, t->grid.nu, t->grid.pad);
-    envmapi_taps_fill(t->v, map->size, t->grid.nv, t->grid.pad);
+    envmapi_taps_fill(t->u, (int)width, t->grid.nu, t->grid.pad, t->grid.identity);
+    envmapi_taps_fill(t->v, map->size, t->grid.nv, t->grid.pad, t->grid.identity);
     envmapi_spline_factor(t->factors, t->grid.height, 1, 1);
     envmapi_spline_factor(t->factors + t->grid.height + 2, t->grid.width, 1, 1);
     envmapi_run_all(work, envmapi_task_points, t, t->grid.height);
@@ -3469,7 +3474,7 @@ ENVMAPI_INLINE void envmapi_rows_add(float *sums, size_t stride, int taps, const
 /* A finished row of texels -> a row of nodes: a run of texels between the same nodes is gathered in
    registers first. */
 static void envmapi_reduce_row(float *nodes, const envmapi_transform *t, const float *row) {
-    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
+    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size), taps = t->grid.taps;
     const float *solid = row + 3 * width;
     for (int x = 0; x < width;) {
         int start = t->u[x].start;
@@ -3477,10 +3482,10 @@ static void envmapi_reduce_row(float *nodes, const envmapi_transform *t, const f
         memset(sums, 0, sizeof sums);
         for (; x < width && t->u[x].start == start; ++x) {
             float light[4] = {row[3 * x], row[3 * x + 1], row[3 * x + 2], solid[x]};
-            for (int i = 0; i < 6; ++i)
+            for (int i = 0; i < 6; ++i) /* of one tap, five are zero */
                 envmapi_float4_add(sums + i, t->u[x].w[i], envmapi_float4_at(light));
         }
-        for (int i = 0; i < 6; ++i) envmapi_float4_add(node + i, 1, sums + i);
+        for (int i = 0; i < taps; ++i) envmapi_float4_add(node + i, 1, sums + i);
     }
 }
 
@@ -3491,6 +3496,7 @@ static void envmapi_task_reduce(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     const envmapi_grid *grid = &t->grid;
     int face = task / t->strips, strip = task % t->strips, size = grid->map->size, open;
+    int taps = grid->taps;
     int from = grid->height * strip / t->strips, to = grid->height * (strip + 1) / t->strips, y = 0;
     size_t width = (size_t)envmapi_width(grid->map->mapping, size), W = 4 * width;
     size_t floats = 4 * (size_t)grid->width;
@@ -3500,7 +3506,7 @@ static void envmapi_task_reduce(void *context, int task) {
     envmapi_rows in;
     memset(nodes + (size_t)from * floats, 0, (size_t)(to - from) * floats * sizeof(float));
     memset(rows, 0, 6 * W * sizeof(float));
-    while (y < size && t->v[y].start + 5 < from) ++y;
+    while (y < size && t->v[y].start + taps <= from) ++y;
     for (open = y < size ? t->v[y].start : to; open < to; y += in.rows) {
         int next = y < size ? t->v[y].start : to;
         for (in.rows = 0; open < next && open < to; ++open) {
@@ -3512,26 +3518,14 @@ static void envmapi_task_reduce(void *context, int task) {
              ++k, ++in.rows) {
             in.x[in.rows] = texels + 3 * (size_t)k * width;
             in.y[in.rows] = envmapi_omega_row(t->in, k);
-            for (int i = 0; i < 6; ++i) in.w[in.rows][(next + i) % 6] = t->v[k].w[i];
+            for (int i = 0; i < taps; ++i)
+                in.w[in.rows][taps == 6 ? (next + i) % 6 : 0] = t->v[k].w[i];
         }
-        envmapi_rows_add(rows, W, 6, &in, 1, NULL, 3 * width);
+        float *into = taps == 6 ? rows : rows + (size_t)(next % 6) * W;
+        if (taps == 6) envmapi_rows_add(into, W, 6, &in, 1, NULL, 3 * width);
+        else envmapi_rows_add(into, W, 1, &in, 1, NULL, 3 * width);
         for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + 3 * width;
-        if (face == 0) envmapi_rows_add(rows + 3 * width, W, 6, &in, 0, NULL, width);
-    }
-}
-
-/* The same where the nodes are the texels. Task: a face. */
-static void envmapi_task_copy(void *context, int face) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    size_t width = (size_t)t->grid.width, size = (size_t)t->grid.height;
-    const float *texel = t->in->texels + 3 * (size_t)face * width * size;
-    float *node = t->rings.values + 4 * (size_t)face * width * size;
-    for (size_t y = 0; y < size; ++y) {
-        const float *once = envmapi_omega_row(t->in, (int)y) + 3 * width;
-        for (size_t x = 0; x < width; ++x, texel += 3, node += 4) {
-            for (int c = 0; c < 3; ++c) node[c] = once[x] * texel[c];
-            node[3] = once[x];
-        }
+        if (face == 0) envmapi_rows_add(into + 3 * width, W, taps, &in, 0, NULL, width);
     }
 }
 
@@ -3540,13 +3534,12 @@ static void envmapi_light_out(envmapi_transform *t, const envmapi_light *light) 
     size_t width = (size_t)envmapi_width(t->grid.map->mapping, t->grid.map->size);
     size_t x = light->texel % width, line = light->texel / width, size = (size_t)t->grid.map->size;
     size_t face = line / size, y = line % size;
-    int taps = t->grid.identity ? 1 : 36;
+    int taps = t->grid.taps;
     if (!(envmapi_omega_row(t->in, (int)y)[3 * x] > 0)) return; /* a cut one is not there */
-    for (int k = 0; k < taps; ++k) {
-        size_t row = face * (size_t)t->grid.height + (size_t)(t->v[y].start + k / 6);
-        size_t at = row * (size_t)t->grid.width + (size_t)(t->u[x].start + k % 6);
-        float tap = t->grid.identity ? 1 : t->v[y].w[k / 6] * t->u[x].w[k % 6];
-        if (t->grid.identity) at = light->texel;
+    for (int k = 0; k < taps * taps; ++k) {
+        size_t row = face * (size_t)t->grid.height + (size_t)(t->v[y].start + k / taps);
+        size_t at = row * (size_t)t->grid.width + (size_t)(t->u[x].start + k % taps);
+        float tap = t->v[y].w[k / taps] * t->u[x].w[k % taps];
         for (int c = 0; c < 3; ++c)
             t->rings.values[4 * at + (size_t)c] -= tap * (float)light->value[c];
     }
@@ -3570,9 +3563,8 @@ static size_t envmapi_rim_points(envmapi_transform *t) {
 /* All texels but the lights -> t->rings.a. */
 static void envmapi_project_texels(envmapi_transform *t, const envmap_work *work) {
     size_t face = t->grid.count / (size_t)t->grid.faces;
-    if (t->grid.identity) envmapi_run_all(work, envmapi_task_copy, t, t->grid.faces);
-    else envmapi_run_all(work, envmapi_task_reduce, t, t->grid.faces * t->strips);
-    for (size_t i = 0; i + face < t->grid.count && !t->grid.identity; ++i)
+    envmapi_run_all(work, envmapi_task_reduce, t, t->grid.faces * t->strips);
+    for (size_t i = 0; i + face < t->grid.count; ++i)
         t->rings.values[4 * (i + face) + 3] = t->rings.values[4 * i + 3];
     for (int i = 0; i < t->light_count; ++i) envmapi_light_out(t, t->lights + i);
     envmapi_grid_solve(t, work);
@@ -3583,21 +3575,15 @@ static void envmapi_project_texels(envmapi_transform *t, const envmap_work *work
 /* ---- fill: a_lm -> texels */
 
 /* RGB over what the lobe makes of the solid angles, already at the nodes: that varies by so little
-   that the ratio is as smooth. Task: a part of the nodes; notes what is not finite. */
+   that the ratio is as smooth. Task: a strip of the nodes. */
 static void envmapi_task_norm(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     size_t parts = (size_t)(t->grid.faces * t->strips), part = (size_t)task;
     size_t from = t->grid.count * part / parts, to = t->grid.count * (part + 1) / parts;
-    uint32_t bits, finite = 1;
     for (float *node = t->rings.values + 4 * from; node < t->rings.values + 4 * to; node += 4) {
-        float scale = t->divide ? 1 / node[3] : 1;
-        for (int c = 0; c < 4; ++c) {
-            float value = c < 3 ? node[c] * scale : node[c];
-            memcpy(&bits, &value, sizeof bits);
-            node[c] = value, finite &= (bits & 0x7F800000u) != 0x7F800000u;
-        }
+        float scale = 1 / node[3];
+        for (int c = 0; c < 3; ++c) node[c] *= scale;
     }
-    t->finite[task] = (int)finite;
 }
 
 /* sums += what the lights, which the bands leave out, send to n <= 64 texels from (x,y) on, over
@@ -3677,12 +3663,12 @@ static void envmapi_task_expand(void *context, int task) {
           *out = t->out + 3 * (size_t)face * width * (size_t)size;
     envmapi_rows in;
     for (int y = size * strip / t->strips; y < size * (strip + 1) / t->strips; ++y) {
-        int start = grid->identity ? y : t->v[y].start, taps = grid->identity ? 1 : 6;
+        int start = t->v[y].start, taps = grid->identity ? 1 : 6; /* constants: unrolled */
         for (int i = done < start ? start : done; i < start + taps; ++i)
             envmapi_expand_row(rows + (size_t)(i % 6) * 4 * width, t, nodes + (size_t)i * floats);
         for (int i = 0; i < taps; ++i) {
             in.x[i] = rows + (size_t)((start + i) % 6) * 4 * width;
-            in.w[i][0] = grid->identity ? 1 : t->v[y].w[i];
+            in.w[i][0] = t->v[y].w[i];
         }
         done = start + taps, in.rows = taps;
         envmapi_expand_texels(out + 3 * (size_t)y * width, norm, t, &in, face, y);
@@ -3691,12 +3677,11 @@ static void envmapi_task_expand(void *context, int task) {
 
 /* t->rings.a -> t->out; 0 where something is not finite, which is told before a texel is written. */
 static int envmapi_fill_texels(envmapi_transform *t, const envmap_work *work) {
-    int finite = 1, strips = t->grid.faces * t->strips;
+    int strips = t->grid.faces * t->strips;
     t->rings.count = t->grid.count;
     envmapi_synthesise(&t->rings, work);
-    envmapi_run_all(work, envmapi_task_norm, t, strips);
-    for (int i = 0; i < strips; ++i) finite &= t->finite[i];
-    if (!finite) return 0;
+    if (t->divide) envmapi_run_all(work, envmapi_task_norm, t, strips);
+    if (!envmapi_floats_ok(t->rings.values, 4 * t->grid.count, 1)) return 0;
     envmapi_grid_solve(t, work);
     envmapi_run_all(work, envmapi_task_expand, t, strips);
     return 1;
