@@ -4638,8 +4638,9 @@ typedef struct envmapi_node {
     double x[4], y[4], z[4];   /* their centroids, unit; the node's own where there is no child */
     double e[4][4];            /* r, g, b times solid angle, and the solid angle; 0: no child */
     double cosine[4], sine[4]; /* of the angle about the centroid within which lies all below it */
-    uint32_t code;             /* that of its texels, without the last 2 bits a level */
-    int first, children;       /* of the level below, side by side because texels are in Z-order */
+    double texels[4];    /* how many texels lie below each child, without those outside a rim */
+    uint32_t code;       /* that of its texels, without the last 2 bits a level */
+    int first, children; /* of the level below, side by side because texels are in Z-order */
 } envmapi_node;
 
 typedef struct envmapi_tree {
@@ -4687,6 +4688,8 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
         node->x[j] = d[0], node->y[j] = d[1], node->z[j] = d[2];
         node->cosine[j] = cos(radius), node->sine[j] = sin(radius);
         memcpy(node->e[j], e, sizeof e);
+        node->texels[j] =
+            child ? child->texels[0] + child->texels[1] + child->texels[2] + child->texels[3] : 1;
     }
 }
 
@@ -4819,7 +4822,7 @@ static int envmapi_hier_meets(const envmapi_hier *h, const envmapi_axis *axis,
 static int envmapi_hier_visit(double *mean, const envmapi_hier *h, envmapi_axis *axis, int level,
                               int i) {
     const envmapi_node *node = h->tree.level[level] + i;
-    double k[4] = {0, 0, 0, 0}, sum = 0;
+    double k[4] = {0, 0, 0, 0}, sum = 0, texels = 0;
     int accepted[4], all = level < h->tree.last;
     if (level == 3) envmapi_hier_k(k, h, axis, node);
     for (int j = 0; j < node->children; ++j) {
@@ -4827,9 +4830,9 @@ static int envmapi_hier_visit(double *mean, const envmapi_hier *h, envmapi_axis 
         if (level > 3 && envmapi_hier_meets(h, axis, node, j))
             accepted[j] = envmapi_hier_visit(k + j, h, axis, level - 1, node->first + j);
         all &= accepted[j];
-        sum += k[j];
+        sum += node->texels[j] * k[j], texels += node->texels[j];
     }
-    *mean = sum / node->children;
+    *mean = sum / texels;
     for (int j = node->children; j < 4; ++j) k[j] = *mean;
     if (all && envmapi_hier_alike(k, *mean, h->threshold)) return 1;
     for (int j = 0; j < node->children; ++j)
