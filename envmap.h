@@ -5063,8 +5063,8 @@ static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squa
     double even = 0;
     s->texel = s->scale[0];
     if (!(s->norm > 1e-12 && s->norm < 1e15)) return; /* their squares are no floats */
-    for (size_t b = 0; b < 4 * s->blocks[0].count; ++b)
-        if (b % 4 < 3) even += (double)sums[b] * (double)sums[b];
+    for (size_t b = 0; b < s->blocks[0].count; ++b)
+        for (size_t c = 0; c < 3; ++c) even += (double)sums[4 * b + c] * (double)sums[4 * b + c];
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares); /* sums of floats */
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
 }
@@ -5144,9 +5144,9 @@ static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, i
     s->rows = (double *)(void *)s->in.spare;
     s->sums = (float *)(s->rows + rows), s->work = s->sums + at;
     envmapi_run_all(work, envmapi_task_scene, s, s->tasks);
-    for (size_t b = 0, n = s->blocks[0].count / faces; b < s->blocks[0].count; ++b) {
-        float *block = s->sums + 4 * b;
-        block[3] = s->sums[4 * (b % n) + 3]; /* alike on all faces */
+    float *block = s->sums, *end = block + 4 * s->blocks[0].count;
+    for (size_t n = 4 * s->blocks[0].count / faces; block < end; block += 4) {
+        if (block >= s->sums + n) block[3] = (block - n)[3]; /* alike on all faces */
         for (int c = 0; c < 3; ++c) energy[c] += (double)block[c];
         s->solid += (double)block[3];
     }
@@ -5372,6 +5372,19 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_BESIDE     0.3  /* rad: how far an axis stands for the angles beside it */
 #define ENVMAPI_LATTICE    0.8 /* of the texels' lattice's first wave: from there on, a quarter more */
 
+/* The angles of histograms: their cosines, and sin t dt / 2. */
+typedef struct envmapi_angles {
+    double x[ENVMAPI_ANGLES], area[ENVMAPI_ANGLES];
+} envmapi_angles;
+
+static void envmapi_angles_fill(envmapi_angles *angles) {
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double t = (j + 0.5) / ENVMAPI_ANGLES; /* dt = 2 pi t/64 */
+        angles->x[j] = cos(ENVMAPI_PI * t * t);
+        angles->area[j] = sin(ENVMAPI_PI * t * t) * ENVMAPI_PI * t / ENVMAPI_ANGLES;
+    }
+}
+
 /* A slice of a result: lambda_l as far as it is known, the power beyond, the bands L and the grid's
    spacing h that it needs. What the scene says of it: the result's mean; what the axes get, over the
    strongest channel's energy; and of those at an angle from the brightest spot at a scale, the least.
@@ -5388,6 +5401,7 @@ typedef struct envmapi_spec {
     const envmap_lobe *lobe;
     envmap *dst;
     envmapi_slice *slice;
+    envmapi_angles *angles;
     int slices, mirrored; /* mirrored: half of dst's slices; those at -p are theirs */
     int known, L, kinked; /* known: bands of which lambda_l is known */
     double h, tolerance, sigma;
@@ -5409,20 +5423,13 @@ static double envmapi_slice_power(const envmapi_slice *slice, int to, double h) 
 /* (2l+1) P_l at the angles, one l after the other. */
 typedef struct envmapi_series {
     int l;
-    double x[ENVMAPI_ANGLES], P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
+    const double *x;
+    double P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
 } envmapi_series;
 
-static double envmapi_angle_at(int j) {
-    double t = (j + 0.5) / ENVMAPI_ANGLES;
-    return ENVMAPI_PI * t * t;
-}
-
-static envmapi_series envmapi_series_of(void) {
-    envmapi_series series;
-    series.l = 0;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j)
-        series.x[j] = cos(envmapi_angle_at(j)), series.P[j] = 1, series.before[j] = 0;
-    return series;
+static void envmapi_series_begin(envmapi_series *series, const envmapi_angles *angles) {
+    series->l = 0, series->x = angles->x;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) series->P[j] = 1, series->before[j] = 0;
 }
 
 /* sum += weight (2l+1) P_l; l goes on. */
@@ -5439,9 +5446,10 @@ static void envmapi_series_add(envmapi_series *series, double *sum, double weigh
 
 /* lambda_l for `bands` bands, and the power beyond them by Parseval: sum (2l+1) lambda_l^2 =
    4 pi (2 pi integral of k^2) / norm^2; 0 where that is not finite. */
-static int envmapi_slice_lambda(envmapi_slice *slice, const envmap_lobe *lobe, int bands) {
+static int envmapi_slice_lambda(envmapi_slice *slice, const envmapi_spec *spec, int bands) {
+    const envmap_lobe *lobe = spec->lobe;
     double norm = envmapi_lobe_norm(lobe);
-    envmapi_series series = envmapi_series_of();
+    envmapi_series series;
     if (!envmapi_zonal(slice->lambda, bands, lobe, slice->p)) return 0;
     if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, slice->p);
     slice->power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, slice->p, 2) / (norm * norm);
@@ -5449,6 +5457,7 @@ static int envmapi_slice_lambda(envmapi_slice *slice, const envmap_lobe *lobe, i
     if (!envmapi_finite(slice->tail)) return 0;
     if (!(slice->tail > 1e-11 * slice->power)) slice->power -= slice->tail, slice->tail = 0;
     memset(slice->k, 0, sizeof slice->k), slice->most = 0;
+    envmapi_series_begin(&series, spec->angles);
     for (int l = 0; l < bands; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) slice->most = fmax(slice->most, fabs(slice->k[j]));
     return 1;
@@ -5470,10 +5479,9 @@ static void envmapi_histogram_sum(float sums[3 + ENVMAPI_SCALES],
 /* What axes get of the whole scene: of lobes with a kink. */
 static void envmapi_slice_axes(envmapi_slice *slice, const envmapi_spec *spec,
                                const envmapi_scene *s) {
-    envmapi_series angles = envmapi_series_of();
     double k[ENVMAPI_ANGLES], integral = envmapi_lobe_integral(spec->lobe, slice->p);
     double scale = 4 * ENVMAPI_PI * fabs(slice->lambda[0]) / integral;
-    envmapi_k_many(k, angles.x, ENVMAPI_ANGLES, spec->lobe, slice->p);
+    envmapi_k_many(k, spec->angles->x, ENVMAPI_ANGLES, spec->lobe, slice->p);
     for (int a = 0; a < s->axes; ++a) {
         float rgb[3 + ENVMAPI_SCALES];
         envmapi_histogram_sum(rgb, s->histograms + a, k);
@@ -5544,8 +5552,7 @@ static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *
         double over = fabs(d[j]) - share * fabs(slice->k[j]) - slack;
         excess[j] = over > 0 ? over : 0;
         most = excess[j] > most ? excess[j] : most;
-        squares += excess[j] * excess[j] * sin(envmapi_angle_at(j)) * ENVMAPI_PI * (j + 0.5) /
-                   (ENVMAPI_ANGLES * ENVMAPI_ANGLES); /* sin t dt/2, dt = 2 pi (j + 1/2)/64^2 */
+        squares += excess[j] * excess[j] * spec->angles->area[j];
     }
     if (8 * spec->midpoint * most > share * slice->mean) return 0;
     if (spec->kinked && s->detail)
@@ -5566,13 +5573,14 @@ static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *s
                                const envmapi_scene *s, int texels) {
     double tail = slice->tail * envmapi_kappa2(s, spec->known), lost[ENVMAPI_ANGLES];
     int L = spec->known, last = spec->known - 1, few = spec->kinked && s->detail;
-    envmapi_series series = envmapi_series_of();
+    envmapi_series series;
     for (; L > 1; --L) {
         double c2 = envmapi_kappa2(s, L);
         tail += c2 * (2 * L - 1) * slice->lambda[L - 1] * slice->lambda[L - 1];
         if (!envmapi_slice_rms(slice, spec, tail, c2, 0.5)) break;
     }
     if (!texels) return L;
+    envmapi_series_begin(&series, spec->angles);
     memcpy(lost, slice->k, sizeof lost);
     if (few && !slice->black)
         last = (int)fmin(last, ENVMAPI_KINK_BANDS * fmax(pow(1e-3 / spec->tolerance, 2.0 / 3), 1));
@@ -5606,9 +5614,10 @@ static int envmapi_spacing_holds(void *user, int n) {
     int middle = slice->L / 2 + 1;
     double h = envmapi_spacing_of(slice->L, n), lost[ENVMAPI_ANGLES] = {0};
     double c2 = fmax(envmapi_kappa2(test->scene, middle), 1e-4);
-    envmapi_series series = envmapi_series_of();
+    envmapi_series series;
     if (!envmapi_slice_rms(slice, spec, c2 * envmapi_slice_power(slice, slice->L, h), c2, 0.25))
         return 0;
+    envmapi_series_begin(&series, spec->angles);
     for (int l = 0; l < slice->L; ++l)
         envmapi_series_add(&series, lost, slice->lambda[l] * envmapi_band_error(l, h));
     return envmapi_slice_allows(slice, spec, test->scene, lost, ENVMAPI_SHARE * spec->tolerance, 0,
@@ -5625,7 +5634,7 @@ static double envmapi_slice_spacing(const envmapi_slice *slice, const envmapi_sp
 
 static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
     for (int k = 0; k < spec->slices && bands > spec->known; ++k)
-        if (!envmapi_slice_lambda(spec->slice + k, spec->lobe, bands)) return 0;
+        if (!envmapi_slice_lambda(spec->slice + k, spec, bands)) return 0;
     if (bands > spec->known) spec->known = bands;
     return 1;
 }
@@ -5711,7 +5720,9 @@ static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lob
     size_t n = (size_t)spec->slices;
     spec->slice = (envmapi_slice *)envmapi_pool_get(pool, n, sizeof(envmapi_slice));
     double *lambda = (double *)envmapi_pool_get(pool, ENVMAPI_FAST_BANDS * n, sizeof(double));
-    if (!spec->slice || !lambda) *result = ENVMAP_ERROR_MEMORY;
+    spec->angles = (envmapi_angles *)envmapi_pool_get(pool, 1, sizeof(envmapi_angles));
+    if (!spec->slice || !lambda || !spec->angles) *result = ENVMAP_ERROR_MEMORY;
+    if (!*result) envmapi_angles_fill(spec->angles);
     for (int k = 0; k < spec->slices && !*result; ++k) {
         envmapi_slice *slice = spec->slice + k;
         slice->p = envmapi_slice_p(lobe, k, all);
