@@ -109,6 +109,7 @@ fuzz: ## libFuzzer on the PFM reader, half a minute
 # tables, charts and pictures there; most take MAP=sky.pfm, or several lat-long maps, and print.
 # BENCH=-O2 is built with these flags instead.
 MAPS = $(foreach m,$(MAP),'$(m)')
+architecture: ARGS = docs ## the rooms of envmap.h and a texel's way through them: docs/architecture.md
 bench: ARGS = $(MAPS:%=--map %) $(BENCHARGS) ## verify, then time the filter; takes MAP, BENCH and BENCHARGS=--quick
 chart: ARGS = $(if $(MAP),$(BUILD) $(MAPS),docs) ## speed against accuracy of every method: docs/accuracy-speed.md; MAP: build/charts
 filters: ARGS = docs ## what is in the filters, what they cost and lose: docs/filters.md

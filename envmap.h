@@ -117,7 +117,8 @@
 
 #define ENVMAPI_RESULT_ENUM(name, text) name,
 typedef enum envmap_result {
-    ENVMAP_RESULTS(ENVMAPI_RESULT_ENUM) ENVMAP_RESULT_COUNT
+    ENVMAP_RESULTS(ENVMAPI_RESULT_ENUM) ENVMAP_RESULT_COUNT,
+    ENVMAPI_RESULT_IS_INT = -1 /* signed, so that passing it as an int warns nobody */
 } envmap_result;
 
 /* A sentence for a result, without a full stop. Never NULL, also for unknown numbers.
@@ -157,7 +158,8 @@ typedef enum envmap_mapping {
     ENVMAP_SPHERE,     /* 1 face, constant solid angle, singular at -z                            */
     ENVMAP_LATLONG,    /* 1 face, twice as wide as high, unbounded at the poles                   */
     ENVMAP_ANGULAR,    /* 1 face, unbounded at the rim (+z)                                       */
-    ENVMAP_MAPPING_COUNT
+    ENVMAP_MAPPING_COUNT,
+    ENVMAPI_MAPPING_IS_INT = -1
 } envmap_mapping;
 
 /* Faces of a mapping: 6, 2, 1, 1, 1; 0 for anything else. */
@@ -1663,10 +1665,14 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
 }
 
 /* ------------------------------------------------------------------------------------- >>pfm --
-   "PF" or "Pf", width, height, scale, one white space, then rows from the bottom up. Upside up,
-   the strip of slices and faces is the memory order itself. Numbers are parsed and bytes put
-   together here, so that neither locale nor host matters; sizes are checked before anything is
-   allocated.  Tests: tests/test_pfm.c. */
+   A float picture, in memory or a file, to one level of a map and back.
+       picture    "PF" (RGB) or "Pf" (grey), white space, width, height, scale, one white space,
+                  then rows of 4-byte floats from the bottom up; scale < 0: lowest byte first
+       radiance = |scale| sample         envmapi_pfm_sample; back, with scale 1: envmapi_pfm_encode
+   Upside up, the strip of slices and faces is the memory order itself (envmapi_pfm_shape).
+   Numbers are parsed and bytes put together here, so that neither locale nor host matters; sizes
+   are checked before anything is allocated (envmapi_pfm_header).
+   Called by users alone.  Source: pfm(5) of netpbm.  Tests: tests/test_pfm.c, tests/fuzz_pfm.c. */
 
 typedef struct envmapi_reader {
     const unsigned char *data;
@@ -1804,24 +1810,20 @@ ENVMAPI_BODY envmap_result envmap_pfm_read(envmap *map, const void *data, size_t
     return ENVMAP_OK;
 }
 
-static size_t envmapi_pfm_decimal(char *out, size_t at, size_t value) {
-    char digits[24];
-    size_t n = 0;
-    do digits[n++] = (char)('0' + value % 10);
-    while (value /= 10);
-    while (n) out[at++] = digits[--n];
-    return at;
+static char *envmapi_pfm_decimal(char *out, size_t value) {
+    if (value > 9) out = envmapi_pfm_decimal(out, value / 10);
+    *out = (char)('0' + value % 10);
+    return out + 1;
 }
 
 /* The header of a picture; returns its length, below 64. */
 static size_t envmapi_pfm_title(char title[64], size_t width, size_t height) {
-    size_t at = 3;
     memcpy(title, "PF\n", 3);
-    at = envmapi_pfm_decimal(title, at, width);
-    title[at++] = ' ';
-    at = envmapi_pfm_decimal(title, at, height);
-    memcpy(title + at, "\n-1.0\n", 6);
-    return at + 6;
+    char *at = envmapi_pfm_decimal(title + 3, width);
+    *at++ = ' ';
+    at = envmapi_pfm_decimal(at, height);
+    memcpy(at, "\n-1.0\n", 6);
+    return (size_t)(at + 6 - title);
 }
 
 static void envmapi_pfm_encode(unsigned char *out, const float *samples, size_t count) {
@@ -1866,15 +1868,16 @@ ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int ma
     FILE *file = fopen(path, "rb");
     if (!file) return ENVMAP_ERROR_FILE;
     long bytes = fseek(file, 0, SEEK_END) ? -1 : ftell(file);
+    void *data = NULL;
     if (bytes >= 0 && bytes < LONG_MAX && !fseek(file, 0, SEEK_SET)) {
-        /* one byte more, so that an empty file is not a failed allocation */
-        void *data = (uint64_t)bytes > 2 * ENVMAPI_BYTE_LIMIT
-                         ? NULL
-                         : ENVMAP_MALLOC(map->memory, (size_t)bytes + 1);
-        if (!data) result = ENVMAP_ERROR_MEMORY;
-        else if (fread(data, 1, (size_t)bytes, file) == (size_t)bytes)
-            result = envmap_pfm_read(map, data, (size_t)bytes, mapping);
-        if (data) ENVMAP_FREE(map->memory, data);
+        result = ENVMAP_ERROR_MEMORY; /* one byte more: an empty file is no failed allocation */
+        if ((uint64_t)bytes <= 2 * ENVMAPI_BYTE_LIMIT)
+            data = ENVMAP_MALLOC(map->memory, (size_t)bytes + 1);
+    }
+    if (data) {
+        int whole = fread(data, 1, (size_t)bytes, file) == (size_t)bytes;
+        result = whole ? envmap_pfm_read(map, data, (size_t)bytes, mapping) : ENVMAP_ERROR_FILE;
+        ENVMAP_FREE(map->memory, data);
     }
     fclose(file);
     return result;
@@ -1917,37 +1920,32 @@ ENVMAPI_BODY envmap_result envmap_pfm_save(const envmap *map, const char *path, 
 #endif
 
 /* ------------------------------------------------------------------------------------ >>mips --
-   parent = sum over children of w(overlap) child / sum w(overlap), w the solid angle of the
-   overlap of the nested texels: so w(parent) parent = sum w(child) child, and every level carries
-   the same energy. A parent wholly outside a rim takes the plain mean of what lies under it.
-   Tests: tests/test_mips.c. */
-
-/* The children of parent texel i along one side, with the ends of their overlap in [0,1]. */
-static int envmapi_nested(double ends[5], int *first, int i, int parents, int children) {
-    double from = (double)i / parents, to = (double)(i + 1) / parents;
-    int n = 0;
-    /* integers decide which child is first and last: no rounding */
-    *first = (int)((int64_t)i * children / parents);
-    int last = (int)(((int64_t)(i + 1) * children + parents - 1) / parents);
-    for (int j = *first; j < last && n < 4; ++j, ++n) {
-        ends[n] = j == *first ? from : (double)j / children;
-        ends[n + 1] = j + 1 == last ? to : (double)(j + 1) / children;
-    }
-    return n;
-}
+   Coarser levels from level 0, and what to read of them for a footprint.
+       parent = sum over children of w(overlap) child / sum w(overlap)      envmapi_mip_texel
+       level  = log2 of the footprint's longer side in texels of level 0    envmap_footprint_level
+       probes along the longer axis of the footprint's ellipse              envmapi_footprint_axes
+   w is the solid angle of the overlap of the nested texels. So w(parent) parent = sum w(child)
+   child, and every level carries the same energy. A parent wholly outside a rim takes the plain
+   mean of what lies under it. Texels of edge 1 have the same w, and all become their mean, which is
+   that of the sphere (envmapi_mip_top).
+   Called by users alone. Source: [KVHS00] 5.1, [Williams83], [SKS96]. Tests: tests/test_mips.c. */
 
 /* Texel (x,y) of every face and slice of a level, from the level above. */
 static void envmapi_mip_texel(envmap *map, int level, int x, int y) {
     int mapping = map->mapping, child = envmapi_edge(map->size, level - 1);
-    int edge = envmapi_edge(map->size, level), x0, y0;
+    int edge = envmapi_edge(map->size, level);
     int width = envmapi_width(mapping, edge), above = envmapi_width(mapping, child);
-    double ends_u[5], ends_v[5], weights[16], sum = 0, inside = 0;
-    int n_u = envmapi_nested(ends_u, &x0, x, width, above);
-    int n_v = envmapi_nested(ends_v, &y0, y, edge, child), n = n_u * n_v;
+    /* integers decide which child is first and last: no rounding */
+    int x0 = x * above / width, n_u = ((x + 1) * above + width - 1) / width - x0;
+    int y0 = y * child / edge, n = n_u * (((y + 1) * child + edge - 1) / edge - y0);
+    double weights[16], sum = 0, inside = 0;
     for (int pass = 0; pass < 2 && !(inside > 0); ++pass, sum = inside)
         for (int i = 0; i < n; ++i) {
-            double u0 = ends_u[i % n_u], u1 = ends_u[i % n_u + 1];
-            double v0 = ends_v[i / n_u], v1 = ends_v[i / n_u + 1];
+            int a = x0 + i % n_u, b = y0 + i / n_u;
+            double u0 = fmax((double)x / width, (double)a / above);
+            double v0 = fmax((double)y / edge, (double)b / child);
+            double u1 = fmin((x + 1.0) / width, (a + 1.0) / above);
+            double v1 = fmin((y + 1.0) / edge, (b + 1.0) / child);
             weights[i] = pass ? (u1 - u0) * (v1 - v0) : envmapi_cell(NULL, mapping, u0, v0, u1, v1);
             inside += weights[i];
         }
@@ -1966,32 +1964,22 @@ static void envmapi_mip_texel(envmap *map, int level, int x, int y) {
     }
 }
 
-/* The mean of the sphere from one level of a slice, written to every texel of the next. */
+/* The texels of a level of edge 1: all the same. */
 static void envmapi_mip_top(envmap *map, int level, int slice) {
-    int edge = envmapi_edge(map->size, level - 1), width = envmapi_width(map->mapping, edge);
-    int faces = envmap_faces(map->mapping);
-    const float *from = envmapi_image(map, level - 1, slice, 0);
-    float *to = envmapi_image(map, level, slice, 0);
-    double rgb[3] = {0, 0, 0}, sum = 0;
-    for (int i = 0; i < width * edge; ++i) {
-        double w = envmapi_texel_cell(NULL, map->mapping, edge, i % width, i / width);
-        for (int face = 0; face < faces; ++face, sum += w)
-            for (int c = 0; c < 3; ++c)
-                rgb[c] += w * (double)from[3 * (face * width * edge + i) + c];
-    }
-    for (int i = 0; i < faces * envmapi_width(map->mapping, 1); ++i)
-        for (int c = 0; c < 3; ++c) to[3 * i + c] = (float)(rgb[c] / sum);
+    int texels = envmap_faces(map->mapping) * envmapi_width(map->mapping, 1);
+    float *top = envmapi_image(map, level, slice, 0);
+    double rgb[3] = {0, 0, 0};
+    for (int i = 0; i < 3 * texels; ++i) rgb[i % 3] += (double)top[i];
+    for (int i = 0; i < 3 * texels; ++i) top[i] = (float)(rgb[i % 3] / texels);
 }
 
 ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
     if (!envmapi_valid(map)) return ENVMAP_ERROR_ARGUMENT;
     for (int level = 1; level < map->levels; ++level) {
         int edge = envmapi_edge(map->size, level), width = envmapi_width(map->mapping, edge);
-        if (edge == 1)
-            for (int slice = 0; slice < map->slices; ++slice) envmapi_mip_top(map, level, slice);
-        else
-            for (int i = 0; i < width * edge; ++i)
-                envmapi_mip_texel(map, level, i % width, i / width);
+        for (int i = 0; i < width * edge; ++i) envmapi_mip_texel(map, level, i % width, i / width);
+        for (int slice = 0; edge == 1 && slice < map->slices; ++slice)
+            envmapi_mip_top(map, level, slice);
     }
     return ENVMAP_OK;
 }
@@ -2514,113 +2502,26 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
     return (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * (k + 0.5) / n;
 }
 
-/* ------------------------------------------------------------------------------- >>transform --
-   Texels <-> nodes of a grid <-> rings <-> a_lm: the only spherical harmonic transform here.
-     in     one slice of a source, or coefficients a_lm       out    a_lm, or a slice of a result
-   Coefficients come from texels i, with solid angles w_i:   a_lm = sum_i L_i w_i Y_lm(d_i)
-       texels -> nodes   the adjoint of quintic spline interpolation on a face's grid  _task_reduce
-       nodes -> rings    the same from nodes, which are points anywhere, to the rings  _rings_spread
-       in phi            FFT, and divide by the spline's response,
-                         (66 + 52 cos w + 2 cos 2w)/120 for w = pi m/M               _task_fft_out
-       in theta          solve (1, 26, 66, 26, 1)/120 c = f; ring -1 is ring 0 half a turn on: (-1)^m
-       Legendre          a_lm = sum_j P_lm(theta_j) F_m(theta_j)              _legendre_analyse
-   and texels come from coefficients by the same steps in reverse order. A grid lies in a face's own
-   (u,v), no finer than the bands, padded past the face's edges: a node there is simply a direction.
-   There are M rings of 2M points, theta_j = (j+1/2) pi/M, phi_k = k pi/M. Splines and FFT are never
-   inverted approximately, so all that is lost is what a spline loses of a wave of f cycles a node,
-   about 2.4 f^6 (_band_error), and the bands left out. Four channels: RGB and solid angle.
+/* ------------------------------------------------------------------------------------ >>rings --
+   Points of light <-> rings <-> a_lm: the only spherical harmonic transform here.
+     in     points d_i with values e_i, or coefficients      out    a_lm, or values at points
+       a_lm = sum_i e_i Y_lm(d_i)     and its adjoint     e_i = sum_lm lambda_l a_lm Y_lm(d_i)
+   There are M rings of 2M samples, theta_j = (j+1/2) pi/M, phi_k = k pi/M:
+       spread        each point on 6 x 6 samples by quintic B-splines, the adjoint of interpolation
+                     _rings_spread, _rings_interpolate
+       in phi        FFT, and divide by the spline's response, (66 + 52 cos w + 2 cos 2w)/120 for
+                     w = pi m/M     _fft, _rings_unpack, _rings_pack
+       in theta      solve (1, 26, 66, 26, 1)/120 c = f; ring -1 is ring 0 half a turn on: (-1)^m
+                     _rings_solve
+       Legendre      a_lm = sum_j P_lm(theta_j) F_m(theta_j)
+                     _legendre_analyse, _legendre_synthesise
+   and back by the same steps in reverse order. Spline and FFT are never inverted approximately, so
+   all that is lost is what a spline loses of a wave of f cycles a sample, about 2.4 f^6
+   (_spline_error), and the bands left out. Four channels: RGB and solid angle.
    Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre; F_m
    takes the place of the rings it was made from, so that there is one grid of rings, no more.
-   Used by >>harmonics (envmap_sh_project, envmap_sh_fill) and >>fast.
-   Source [Swarztrauber79] for e and o; splines [Unser91].  Tests: tests/test_harmonics.c. */
-
-/* ---- what is read: a slice of a source */
-
-/* A point of light: a texel that is summed by itself, exactly. */
-typedef struct envmapi_light {
-    size_t texel;
-    double d[3], value[4]; /* RGB times solid angle, solid angle */
-} envmapi_light;
-
-typedef struct envmapi_input {
-    const envmap *map;
-    const float *texels; /* of the slice */
-    float *omega; /* [(size+1)/2][4 width]: the solid angles of row y, of size-1-y too, thrice each
-                     as RGB has it, then once each; 0 where a rim cuts */
-    float *spare; /* what was asked for beside these */
-    envmapi_light *rim; /* texels that a rim cuts, at their centroids */
-    int rim_count;
-} envmapi_input;
-
-/* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
-   averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
-static void envmapi_task_omega(void *context, int y) {
-    const envmapi_input *in = (const envmapi_input *)context;
-    int mapping = in->map->mapping, edge = in->map->size, width = envmapi_width(mapping, edge);
-    float *omega = in->omega + (size_t)y * 4 * (size_t)width, *once = omega + 3 * width;
-    double side = 2.0 / width, Y = (2 * y + 1.0) / edge - 1, area = side * side;
-    int cube = mapping == ENVMAP_CUBE,
-        smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
-    double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
-    for (int x = 0; smooth && x < (width + 1) / 2; ++x) {
-        double X = (2 * x + 1.0) * (1.0 / width) - 1, q = 1 + X * X + Y * Y;
-        double r = envmapi_inverse_root(q), i = r * r * r * r, rho = cube ? r * r * r : 4 * i;
-        once[x] =
-            (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
-    }
-    for (int x = 0; !smooth && x < (width + 1) / 2; ++x)
-        once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
-    for (int x = 0; envmapi_is_disc(mapping) && x < (width + 1) / 2; ++x) { /* cut by the rim */
-        double X = fabs((2 * x + 1.0) / width - 1) + side / 2, y_end = fabs(Y) + side / 2;
-        if (X * X + y_end * y_end > 1) once[x] = 0;
-    }
-    for (int x = (width + 1) / 2; x < width; ++x) once[x] = once[width - 1 - x];
-    for (int x = 0; x < width; ++x) omega[3 * x] = omega[3 * x + 1] = omega[3 * x + 2] = once[x];
-}
-
-static const float *envmapi_omega_row(const envmapi_input *in, int y) {
-    int edge = in->map->size, row = y < edge - 1 - y ? y : edge - 1 - y;
-    return in->omega + (size_t)row * 4 * (size_t)envmapi_width(in->map->mapping, edge);
-}
-
-/* Lists the texels that a rim cuts: the same on every face. */
-static void envmapi_input_rim(envmapi_input *in, int room) {
-    const envmap *map = in->map;
-    size_t area = envmapi_area(map->mapping, map->size);
-    for (size_t t = 0; t < area && room; ++t) {
-        int x = (int)(t % (size_t)map->size), y = (int)(t / (size_t)map->size);
-        double X = fabs((2 * x + 1.0) / map->size - 1) - 1.0 / map->size, at[2];
-        double Y = fabs((2 * y + 1.0) / map->size - 1) - 1.0 / map->size;
-        if (envmapi_omega_row(in, y)[3 * x] > 0 || X * X + Y * Y > 1) continue;
-        double w = envmapi_texel_cell(at, map->mapping, map->size, x, y);
-        for (int face = 0; w > 0 && face < envmap_faces(map->mapping); ++face) {
-            if (in->rim_count >= room) return;
-            envmapi_light *light = in->rim + in->rim_count++;
-            light->texel = (size_t)face * area + t;
-            envmapi_direction(light->d, map->mapping, face, at[0], at[1]);
-            for (size_t c = 0; c < 4; ++c)
-                light->value[c] = w * (c < 3 ? (double)in->texels[3 * light->texel + c] : 1.0);
-        }
-    }
-}
-
-/* With room for `spare` more floats in the same block: glibc's malloc gives the heap's end back
-   after each call in which no block is half of all, and the next call has it mapped anew. */
-static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, int slice,
-                                          size_t spare, const envmap_work *work,
-                                          envmapi_pool *pool) {
-    int room = envmapi_is_disc(map->mapping) ? 16 * map->size + 64 : 0, rows = (map->size + 1) / 2;
-    size_t width = (size_t)envmapi_width(map->mapping, map->size);
-    in->map = map, in->texels = envmapi_image(map, 0, slice, 0), in->rim_count = 0;
-    size_t omega = (4 * width * (size_t)rows + 15) / 16 * 16;
-    in->omega = (float *)envmapi_pool_get(pool, omega + spare, sizeof(float));
-    in->rim = (envmapi_light *)envmapi_pool_get(pool, (size_t)room + 1, sizeof(envmapi_light));
-    if (!in->omega || !in->rim) return ENVMAP_ERROR_MEMORY;
-    in->spare = in->omega + omega;
-    envmapi_run_all(work, envmapi_task_omega, in, rows);
-    envmapi_input_rim(in, room);
-    return ENVMAP_OK;
-}
+   Used by >>transform.  Source [Swarztrauber79] for e and o; splines [Unser91].
+   Tests: tests/test_harmonics.c. */
 
 /* ---- splines */
 
@@ -2699,6 +2600,12 @@ static void envmapi_polar(double *angle, double *length, const double *y, const 
     }
 }
 
+/* Where a point falls: the grid point before it, and how far past that. */
+typedef struct envmapi_point {
+    short k, j;
+    float f_k, f_j;
+} envmapi_point;
+
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
     size_t row;       /* doubles a row of G: rings -3 .. M+2, 4 channels */
@@ -2709,13 +2616,17 @@ typedef struct envmapi_rings {
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
     int *reversed;               /* where the FFT leaves frequency m: its digits in reverse */
     double (*factors)[3]; /* of the solve down the rings, [4][M/2+2]: even m and odd; e and o */
+    /* the points, and what is there: RGB and solid angle */
+    envmapi_point *points;
+    float *values; /* [count][4] */
+    size_t count, room;
+    double *a;                /* coefficients, of a_bands >= bands */
+    int a_bands, tasks, back; /* back: synthesis */
+    const double *lambda;     /* per band, for the way back */
+    double *work;             /* a task's part: envmapi_rings_work */
+    unsigned short *reach;    /* the spreading tasks that each line of points concerns; NULL: one */
+    size_t line, lines;       /* lines of so many points; others follow */
 } envmapi_rings;
-
-/* Where a point falls: the grid point before it, and how far past that. */
-typedef struct envmapi_point {
-    short k, j;
-    float f_k, f_j;
-} envmapi_point;
 
 /* The next M >= least, a multiple of 4 (so that blocks of 2 ring pairs are whole), for which
    2M = 2^a 3^b. */
@@ -2761,19 +2672,31 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
         envmapi_spline_factor(rings->factors + i * (H + 2), H, i & 2 ? -1 : 1, i & 1 ? -1 : 1);
 }
 
-/* G: room for it that others have left, or NULL. */
-static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, double *G,
+/* What a task of these needs: the FFT's block, or the rings of one m with their tables. */
+static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
+
+/* Rings for `room` points; G and values are those of `done`, whose work is done, where there is one
+   and they are large enough. */
+static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t room,
+                                          int tasks, const envmapi_rings *done,
                                           envmapi_pool *pool) {
     size_t n = 2 * (size_t)M, H = (size_t)M / 2, L = (size_t)bands;
     memset(rings, 0, sizeof *rings);
-    rings->M = M, rings->bands = bands, rings->row = 4 * ((size_t)M + 6);
-    rings->G = G ? G : (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
-    double *tables = (double *)envmapi_pool_get(pool, 2 * n + 2 * L + 14 * H + 24, sizeof(double));
+    rings->M = M, rings->bands = bands, rings->tasks = tasks, rings->row = 4 * ((size_t)M + 6);
+    rings->room = room;
+    if (done && done->M >= M) rings->G = done->G;
+    else rings->G = (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
+    if (done && done->room >= room) rings->values = done->values;
+    else rings->values = (float *)envmapi_pool_get(pool, 4 * room, sizeof(float));
+    rings->points = (envmapi_point *)envmapi_pool_get(pool, room, sizeof(envmapi_point));
     rings->reversed = (int *)envmapi_pool_get(pool, n, sizeof(int));
-    if (!rings->G || !tables || !rings->reversed) return ENVMAP_ERROR_MEMORY;
-    rings->twiddles = tables, rings->response = tables + 2 * n, rings->norms = rings->response + L;
+    size_t tables = 2 * n + 2 * L + 14 * H + 24, work = envmapi_rings_work(M) * (size_t)tasks;
+    rings->twiddles = (double *)envmapi_pool_get(pool, tables + work, sizeof(double));
+    if (!rings->G || !rings->values || !rings->points || !rings->reversed || !rings->twiddles)
+        return ENVMAP_ERROR_MEMORY;
+    rings->response = rings->twiddles + 2 * n, rings->norms = rings->response + L;
     rings->x = rings->norms + L, rings->log_sin = rings->x + H;
-    rings->factors = (double(*)[3])(rings->log_sin + H);
+    rings->factors = (double(*)[3])(rings->log_sin + H), rings->work = rings->twiddles + tables;
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
 }
@@ -3045,9 +2968,6 @@ static size_t envmapi_triangle(int bands, int m) {
     return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
 }
 
-/* What a task of these needs: the FFT's block, or the rings of one m with their tables. */
-static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
-
 typedef struct envmapi_legendre_work {
     double *A, *B, *P, *f, *a; /* f: F_m, [H][16]: e re, e im, o re, o im */
 } envmapi_legendre_work;
@@ -3136,6 +3056,195 @@ static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double
     envmapi_rings_copy(rings, w.f, m, 1);
 }
 
+/* ---- as tasks, each a part that the data alone defines */
+
+/* Tasks that spread, each for some points along all rings: a power of two, so that few are at
+   their borders. */
+static int envmapi_spread_tasks(const envmapi_rings *r) {
+    int tasks = 1;
+    while (2 * tasks <= r->tasks && 48 * tasks <= 2 * r->M) tasks *= 2;
+    return tasks;
+}
+
+/* The tasks that a line of points concerns. */
+static unsigned short envmapi_reached(const envmapi_rings *r, const envmapi_point *points,
+                                      size_t count) {
+    int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
+    unsigned all = (1u << tasks) - 1, mask = 0;
+    for (size_t i = 0; i < count && mask < all; ++i)
+        for (int end = -2; end <= 3; end += 5) { /* the first k with k n/tasks > it, less one */
+            int k = envmapi_wrap(points[i].k + end, n);
+            mask |= 1u << (((k + 1) * tasks + n - 1) / n - 1);
+        }
+    return (unsigned short)mask;
+}
+
+static void envmapi_task_spread(void *context, int task) {
+    envmapi_rings *r = (envmapi_rings *)context;
+    int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
+    int from = n * task / tasks, to = n * (task + 1) / tasks;
+    size_t done = r->reach ? r->line * r->lines : 0;
+    memset(r->G + (size_t)from * r->row, 0, (size_t)(to - from) * r->row * sizeof(double));
+    for (size_t i = 0; i < done; i += r->line)
+        if (r->reach[i / r->line] >> task & 1)
+            envmapi_rings_spread(r, r->points + i, r->values + 4 * i, r->line, from, to);
+    envmapi_rings_spread(r, r->points + done, r->values + 4 * done, r->count - done, from, to);
+}
+
+static void envmapi_task_interpolate(void *context, int task) {
+    const envmapi_rings *r = (const envmapi_rings *)context;
+    size_t from = r->count * (size_t)task / (size_t)r->tasks;
+    size_t to = r->count * ((size_t)task + 1) / (size_t)r->tasks;
+    envmapi_rings_interpolate(r, r->points + from, r->values + 4 * from, to - from);
+}
+
+static void envmapi_task_fft(void *context, int task) {
+    envmapi_rings *r = (envmapi_rings *)context;
+    double *z = r->work + (size_t)task * envmapi_rings_work(r->M);
+    for (int block = task; block < r->M / 4; block += r->tasks) {
+        if (r->back) envmapi_rings_pack(r, block, z);
+        else envmapi_rings_block(r, block, z, 0);
+        envmapi_fft(r, z, r->back ? 1 : -1);
+        if (r->back) envmapi_rings_block(r, block, z, 1);
+        else envmapi_rings_unpack(r, block, z);
+    }
+}
+
+static void envmapi_task_legendre(void *context, int task) {
+    envmapi_rings *r = (envmapi_rings *)context;
+    double *work = r->work + (size_t)task * envmapi_rings_work(r->M);
+    for (int m = task; m < r->bands; m += r->tasks) {
+        double *a = r->a + envmapi_triangle(r->a_bands, m);
+        if (r->back) envmapi_legendre_synthesise(r, a, r->lambda, m, work);
+        else envmapi_legendre_analyse(r, a, m, work);
+    }
+}
+
+/* points, values -> a */
+static void envmapi_analyse(envmapi_rings *r, const envmap_work *work) {
+    r->back = 0;
+    envmapi_run_all(work, envmapi_task_spread, r, envmapi_spread_tasks(r));
+    envmapi_rings_poles(r, 1);
+    envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
+    envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
+}
+
+/* a, lambda -> values at points */
+static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
+    r->back = 1;
+    envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
+    envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
+    envmapi_rings_poles(r, 0);
+    envmapi_run_all(work, envmapi_task_interpolate, r, r->tasks);
+}
+
+/* -------------------------------------------------------------------------------- >>transform --
+   Texels <-> nodes of a grid -> rings: project and fill, the two halves of every fast filter.
+     in     a slice of a source, or a_lm and lambda_l       out    a_lm, or a slice of a result
+       project   a_lm = sum_i L_i w_i Y_lm(d_i), texels i with solid angles w_i   _project_texels
+       fill      L_i = sum_lm lambda_l a_lm Y_lm(d_i)                             _fill_texels
+   A grid lies in a face's own (u,v), no finer than the bands, padded past the face's edges: a node
+   there is simply a direction, and a point for the rings. Texels go to nodes by the adjoint of
+   quintic spline interpolation (_task_reduce), and come from them by interpolation (_task_expand);
+   sphere and angular maps have no grid, their texels are the points. Texels that a rim cuts are
+   points of their own, and lights are summed apart, exactly (_add_lights).
+   Used by >>harmonics (envmap_sh_project, envmap_sh_fill) and >>fast.  Tests: tests/test_fast.c,
+   tests/test_sh.c. */
+
+/* ---- what is read: a slice of a source */
+
+/* A point of light: a texel that is summed by itself, exactly. */
+typedef struct envmapi_light {
+    size_t texel;
+    double d[3], value[4]; /* RGB times solid angle, solid angle */
+} envmapi_light;
+
+typedef struct envmapi_input {
+    const envmap *map;
+    const float *texels; /* of the slice */
+    float *omega; /* [(size+1)/2][4 width]: the solid angles of row y, of size-1-y too, thrice each
+                     as RGB has it, then once each; 0 where a rim cuts */
+    float *spare; /* what was asked for beside these */
+    envmapi_light *rim; /* texels that a rim cuts, at their centroids */
+    int rim_count;
+} envmapi_input;
+
+/* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
+   averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
+static void envmapi_task_omega(void *context, int y) {
+    const envmapi_input *in = (const envmapi_input *)context;
+    int mapping = in->map->mapping, edge = in->map->size, width = envmapi_width(mapping, edge);
+    float *omega = in->omega + (size_t)y * 4 * (size_t)width, *once = omega + 3 * width;
+    double side = 2.0 / width, Y = (2 * y + 1.0) / edge - 1, area = side * side;
+    int cube = mapping == ENVMAP_CUBE,
+        smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
+    double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
+    for (int x = 0; smooth && x < (width + 1) / 2; ++x) {
+        double X = (2 * x + 1.0) * (1.0 / width) - 1, q = 1 + X * X + Y * Y;
+        double r = envmapi_inverse_root(q), i = r * r * r * r, rho = cube ? r * r * r : 4 * i;
+        once[x] =
+            (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
+    }
+    for (int x = 0; !smooth && x < (width + 1) / 2; ++x)
+        once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
+    for (int x = 0; envmapi_is_disc(mapping) && x < (width + 1) / 2; ++x) { /* cut by the rim */
+        double X = fabs((2 * x + 1.0) / width - 1) + side / 2, y_end = fabs(Y) + side / 2;
+        if (X * X + y_end * y_end > 1) once[x] = 0;
+    }
+    for (int x = (width + 1) / 2; x < width; ++x) once[x] = once[width - 1 - x];
+    for (int x = 0; x < width; ++x) omega[3 * x] = omega[3 * x + 1] = omega[3 * x + 2] = once[x];
+}
+
+static const float *envmapi_omega_row(const envmapi_input *in, int y) {
+    int edge = in->map->size, row = y < edge - 1 - y ? y : edge - 1 - y;
+    return in->omega + (size_t)row * 4 * (size_t)envmapi_width(in->map->mapping, edge);
+}
+
+static envmapi_light envmapi_light_of(const envmapi_input *in, size_t texel, double w) {
+    envmapi_light light;
+    memset(&light, 0, sizeof light);
+    light.texel = texel, light.value[3] = w;
+    for (size_t c = 0; c < 3; ++c) light.value[c] = w * (double)in->texels[3 * texel + c];
+    return light;
+}
+
+/* Lists the texels that a rim cuts: the same on every face. */
+static void envmapi_input_rim(envmapi_input *in, int room) {
+    const envmap *map = in->map;
+    size_t area = envmapi_area(map->mapping, map->size);
+    for (size_t t = 0; t < area && room; ++t) {
+        int x = (int)(t % (size_t)map->size), y = (int)(t / (size_t)map->size);
+        double X = fabs((2 * x + 1.0) / map->size - 1) - 1.0 / map->size, at[2];
+        double Y = fabs((2 * y + 1.0) / map->size - 1) - 1.0 / map->size;
+        if (envmapi_omega_row(in, y)[3 * x] > 0 || X * X + Y * Y > 1) continue;
+        double w = envmapi_texel_cell(at, map->mapping, map->size, x, y);
+        for (int face = 0; w > 0 && face < envmap_faces(map->mapping); ++face) {
+            if (in->rim_count >= room) return;
+            envmapi_light *light = in->rim + in->rim_count++;
+            *light = envmapi_light_of(in, (size_t)face * area + t, w);
+            envmapi_direction(light->d, map->mapping, face, at[0], at[1]);
+        }
+    }
+}
+
+/* With room for `spare` more floats in the same block: glibc's malloc gives the heap's end back
+   after each call in which no block is half of all, and the next call has it mapped anew. */
+static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, int slice,
+                                          size_t spare, const envmap_work *work,
+                                          envmapi_pool *pool) {
+    int room = envmapi_is_disc(map->mapping) ? 16 * map->size + 64 : 0, rows = (map->size + 1) / 2;
+    size_t width = (size_t)envmapi_width(map->mapping, map->size);
+    in->map = map, in->texels = envmapi_image(map, 0, slice, 0), in->rim_count = 0;
+    size_t omega = (4 * width * (size_t)rows + 15) / 16 * 16;
+    in->omega = (float *)envmapi_pool_get(pool, omega + spare, sizeof(float));
+    in->rim = (envmapi_light *)envmapi_pool_get(pool, (size_t)room + 1, sizeof(envmapi_light));
+    if (!in->omega || !in->rim) return ENVMAP_ERROR_MEMORY;
+    in->spare = in->omega + omega;
+    envmapi_run_all(work, envmapi_task_omega, in, rows);
+    envmapi_input_rim(in, room);
+    return ENVMAP_OK;
+}
+
 /* ---- the grid of a face, and a whole transform */
 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels (identity). */
@@ -3190,22 +3299,13 @@ static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, int pad
 /* One map's grid at work, and the rings behind it. A task is a part that the data alone defines. */
 typedef struct envmapi_transform {
     envmapi_grid grid;
-    envmapi_rings rings;
-    const envmapi_input *in; /* of a source */
-    envmapi_point *points;   /* where the nodes are, then the cut texels; */
-    float *values;           /* and what is there: [count][4], RGB and solid angle */
-    size_t count;
-    int back;  /* analysis 0, synthesis 1; solve along columns 0, along rows 1 */
-    double *a; /* coefficients, of a_bands >= rings.bands */
-    int a_bands;
-    const double *lambda;  /* per band, for the way back */
-    envmapi_taps *u, *v;   /* of the texels */
-    double (*factors)[3];  /* of the solve along columns, then along rows */
-    double *work;          /* a task's part: envmapi_rings_work */
-    float *rows;           /* a task's rows of texels */
-    unsigned short *reach; /* the spreading tasks that each row of nodes concerns; NULL: one */
-    int tasks, strips;     /* strips: horizontal, of a face's grid: one a task */
-    int *finite;           /* are a strip's nodes? */
+    envmapi_rings rings;         /* their points: the nodes, then the cut texels */
+    const envmapi_input *in;     /* of a source */
+    envmapi_taps *u, *v;         /* of the texels */
+    double (*factors)[3];        /* of the solve along columns, then along rows */
+    float *rows;                 /* a task's rows of texels */
+    int strips, along;           /* strips: of a face's grid, one a task; solve along rows */
+    int *finite;                 /* are a strip's nodes? */
     const envmapi_light *lights; /* summed apart */
     int light_count;
     float *out;              /* a result's slice */
@@ -3213,88 +3313,6 @@ typedef struct envmapi_transform {
     double p, norm;
     int divide; /* by the fourth channel */
 } envmapi_transform;
-
-/* Tasks that spread, each for some points along all rings: a power of two, so that few are at
-   their borders. */
-static int envmapi_spread_tasks(const envmapi_transform *t) {
-    int tasks = 1;
-    while (2 * tasks <= t->tasks && 48 * tasks <= 2 * t->rings.M) tasks *= 2;
-    return tasks;
-}
-
-/* The tasks that a row of points concerns. */
-static unsigned short envmapi_reached(const envmapi_transform *t, const envmapi_point *points,
-                                      size_t count) {
-    int n = 2 * t->rings.M, tasks = envmapi_spread_tasks(t);
-    unsigned all = (1u << tasks) - 1, mask = 0;
-    for (size_t i = 0; i < count && mask < all; ++i)
-        for (int end = -2; end <= 3; end += 5) { /* the first k with k n/tasks > it, less one */
-            int k = envmapi_wrap(points[i].k + end, n);
-            mask |= 1u << (((k + 1) * tasks + n - 1) / n - 1);
-        }
-    return (unsigned short)mask;
-}
-
-static void envmapi_task_spread(void *context, int task) {
-    envmapi_transform *t = (envmapi_transform *)context;
-    int n = 2 * t->rings.M, tasks = envmapi_spread_tasks(t);
-    int from = n * task / tasks, to = n * (task + 1) / tasks;
-    size_t row = (size_t)t->grid.width, done = t->reach ? t->grid.count : 0;
-    memset(t->rings.G + (size_t)from * t->rings.row, 0,
-           (size_t)(to - from) * t->rings.row * sizeof(double));
-    for (size_t i = 0; i < done; i += row)
-        if (t->reach[i / row] >> task & 1)
-            envmapi_rings_spread(&t->rings, t->points + i, t->values + 4 * i, row, from, to);
-    envmapi_rings_spread(&t->rings, t->points + done, t->values + 4 * done, t->count - done, from,
-                         to);
-}
-
-static void envmapi_task_interpolate(void *context, int task) {
-    const envmapi_transform *t = (const envmapi_transform *)context;
-    size_t from = t->count * (size_t)task / (size_t)t->tasks;
-    size_t to = t->count * ((size_t)task + 1) / (size_t)t->tasks;
-    envmapi_rings_interpolate(&t->rings, t->points + from, t->values + 4 * from, to - from);
-}
-
-static void envmapi_task_fft(void *context, int task) {
-    envmapi_transform *t = (envmapi_transform *)context;
-    double *z = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
-    for (int block = task; block < t->rings.M / 4; block += t->tasks) {
-        if (t->back) envmapi_rings_pack(&t->rings, block, z);
-        else envmapi_rings_block(&t->rings, block, z, 0);
-        envmapi_fft(&t->rings, z, t->back ? 1 : -1);
-        if (t->back) envmapi_rings_block(&t->rings, block, z, 1);
-        else envmapi_rings_unpack(&t->rings, block, z);
-    }
-}
-
-static void envmapi_task_legendre(void *context, int task) {
-    envmapi_transform *t = (envmapi_transform *)context;
-    double *work = t->work + (size_t)task * envmapi_rings_work(t->rings.M);
-    for (int m = task; m < t->rings.bands; m += t->tasks) {
-        double *a = t->a + envmapi_triangle(t->a_bands, m);
-        if (t->back) envmapi_legendre_synthesise(&t->rings, a, t->lambda, m, work);
-        else envmapi_legendre_analyse(&t->rings, a, m, work);
-    }
-}
-
-/* points, values -> a */
-static void envmapi_analyse(envmapi_transform *t, const envmap_work *work) {
-    t->back = 0;
-    envmapi_run_all(work, envmapi_task_spread, t, envmapi_spread_tasks(t));
-    envmapi_rings_poles(&t->rings, 1);
-    envmapi_run_all(work, envmapi_task_fft, t, t->tasks);
-    envmapi_run_all(work, envmapi_task_legendre, t, t->tasks);
-}
-
-/* a, lambda -> values at points */
-static void envmapi_synthesise(envmapi_transform *t, const envmap_work *work) {
-    t->back = 1;
-    envmapi_run_all(work, envmapi_task_legendre, t, t->tasks);
-    envmapi_run_all(work, envmapi_task_fft, t, t->tasks);
-    envmapi_rings_poles(&t->rings, 0);
-    envmapi_run_all(work, envmapi_task_interpolate, t, t->tasks);
-}
 
 /* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
 static void envmapi_rays(double d[3][ENVMAPI_CHUNK], int at, int n, int mapping, int face, double u,
@@ -3328,19 +3346,19 @@ static void envmapi_task_points(void *context, int y) {
         envmapi_rings_points(points, &t->rings, d, next - first);
         for (int k = first; k < next; ++k) {
             size_t row = (size_t)(k / width) * (size_t)grid->height + (size_t)y;
-            t->points[row * (size_t)width + (size_t)(k % width)] = points[k - first];
+            t->rings.points[row * (size_t)width + (size_t)(k % width)] = points[k - first];
         }
         first = next;
     }
-    for (int face = 0; face < grid->faces && t->reach; ++face) {
+    for (int face = 0; face < grid->faces && t->rings.reach; ++face) {
         size_t row = (size_t)face * (size_t)grid->height + (size_t)y;
-        t->reach[row] =
-            envmapi_reached(t, t->points + row * (size_t)grid->width, (size_t)grid->width);
+        t->rings.reach[row] = envmapi_reached(
+            &t->rings, t->rings.points + row * (size_t)grid->width, (size_t)grid->width);
     }
 }
 
-/* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them: that
-   of `done`, whose work is done, where there is one and it is large enough. in: NULL for results. */
+/* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them. in:
+   NULL for results; done: another one, whose memory may be used, or NULL. */
 static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap *map, double h,
                                               int bands, double tolerance, const envmapi_input *in,
                                               const envmapi_transform *done,
@@ -3348,29 +3366,24 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     memset(t, 0, sizeof *t);
     t->grid = envmapi_grid_of(map, h, tolerance), t->in = in;
     t->strips = t->grid.faces == 6 ? 1 : 8 / t->grid.faces;
-    t->tasks = envmapi_tasks(work);
     size_t width = (size_t)envmapi_width(map->mapping, map->size), size = (size_t)map->size;
-    size_t n = t->grid.count + (size_t)(in ? in->rim_count : 0);
-    size_t strips = (size_t)(t->grid.faces * t->strips);
-    size_t lines = (size_t)(t->grid.height + t->grid.width);
+    size_t strips = (size_t)(t->grid.faces * t->strips), high = (size_t)t->grid.height;
+    size_t wide = (size_t)t->grid.width, rim = (size_t)(in ? in->rim_count : 0);
     int M = envmapi_rings_size((int)fmax(ENVMAPI_PI / h, bands + 2));
-    if (done && done->grid.count >= n) t->values = done->values;
-    else t->values = (float *)envmapi_pool_get(pool, 4 * n, sizeof(float));
-    t->points = (envmapi_point *)envmapi_pool_get(pool, n, sizeof(envmapi_point));
     t->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
-    t->factors = (double(*)[3])envmapi_pool_get(pool, lines + 4, 3 * sizeof(double));
+    t->factors = (double(*)[3])envmapi_pool_get(pool, high + wide + 4, 3 * sizeof(double));
     t->finite = (int *)envmapi_pool_get(pool, strips, sizeof(int));
-    t->work =
-        (double *)envmapi_pool_get(pool, envmapi_rings_work(M) * (size_t)t->tasks, sizeof(double));
-    if (t->tasks > 1) /* else all rows concern the one task */
-        t->reach = (unsigned short *)envmapi_pool_get(
-            pool, (size_t)(t->grid.faces * t->grid.height), sizeof *t->reach);
-    if (!t->values || !t->points || !t->u || !t->rows || !t->factors || !t->finite || !t->work ||
-        (t->tasks > 1 && !t->reach) ||
-        envmapi_rings_create(&t->rings, M, bands, done && done->rings.M >= M ? done->rings.G : NULL,
-                             pool))
+    if (!t->u || !t->rows || !t->factors || !t->finite ||
+        envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_tasks(work),
+                             done ? &done->rings : NULL, pool))
         return ENVMAP_ERROR_MEMORY;
+    t->rings.line = wide, t->rings.lines = (size_t)t->grid.faces * high;
+    if (t->rings.tasks > 1) { /* else all lines concern the one task */
+        t->rings.reach =
+            (unsigned short *)envmapi_pool_get(pool, t->rings.lines, sizeof *t->rings.reach);
+        if (!t->rings.reach) return ENVMAP_ERROR_MEMORY;
+    }
     t->v = t->u + width;
     envmapi_taps_fill(t->u, (int)width, t->grid.nu, t->grid.pad);
     envmapi_taps_fill(t->v, map->size, t->grid.nv, t->grid.pad);
@@ -3384,12 +3397,12 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
 static void envmapi_task_solve(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     const envmapi_grid *grid = &t->grid;
-    int lines = t->back ? grid->height : grid->width, n = t->back ? grid->width : grid->height;
+    int lines = t->along ? grid->height : grid->width, n = t->along ? grid->width : grid->height;
     int line = lines * (task % t->strips) / t->strips,
         to = lines * (task % t->strips + 1) / t->strips;
-    size_t row = 4 * (size_t)grid->width, step = t->back ? 4 : row, apart = t->back ? row : 4;
-    float *nodes = t->values + (size_t)(task / t->strips) * (size_t)grid->height * row;
-    double(*factors)[3] = t->back ? t->factors + grid->height + 2 : t->factors;
+    size_t row = 4 * (size_t)grid->width, step = t->along ? 4 : row, apart = t->along ? row : 4;
+    float *nodes = t->rings.values + (size_t)(task / t->strips) * (size_t)grid->height * row;
+    double(*factors)[3] = t->along ? t->factors + grid->height + 2 : t->factors;
     for (; line + 4 <= to; line += 4)
         envmapi_float4_solve(nodes + (size_t)line * apart, n, step, 4, apart, factors);
     for (; line < to; ++line)
@@ -3397,7 +3410,7 @@ static void envmapi_task_solve(void *context, int task) {
 }
 
 static void envmapi_grid_solve(envmapi_transform *t, const envmap_work *work) {
-    for (t->back = 0; t->back < 2 && !t->grid.identity; ++t->back)
+    for (t->along = 0; t->along < 2 && !t->grid.identity; ++t->along)
         envmapi_run_all(work, envmapi_task_solve, t, t->grid.faces * t->strips);
 }
 
@@ -3482,7 +3495,7 @@ static void envmapi_task_reduce(void *context, int task) {
     size_t width = (size_t)envmapi_width(grid->map->mapping, size), W = 4 * width;
     size_t floats = 4 * (size_t)grid->width;
     const float *texels = t->in->texels + 3 * (size_t)face * width * (size_t)size;
-    float *nodes = t->values + (size_t)face * (size_t)grid->height * floats;
+    float *nodes = t->rings.values + (size_t)face * (size_t)grid->height * floats;
     float *rows = t->rows + (size_t)task * 6 * W;
     envmapi_rows in;
     memset(nodes + (size_t)from * floats, 0, (size_t)(to - from) * floats * sizeof(float));
@@ -3512,7 +3525,7 @@ static void envmapi_task_copy(void *context, int face) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     size_t width = (size_t)t->grid.width, size = (size_t)t->grid.height;
     const float *texel = t->in->texels + 3 * (size_t)face * width * size;
-    float *node = t->values + 4 * (size_t)face * width * size;
+    float *node = t->rings.values + 4 * (size_t)face * width * size;
     for (size_t y = 0; y < size; ++y) {
         const float *once = envmapi_omega_row(t->in, (int)y) + 3 * width;
         for (size_t x = 0; x < width; ++x, texel += 3, node += 4) {
@@ -3534,7 +3547,8 @@ static void envmapi_light_out(envmapi_transform *t, const envmapi_light *light) 
         size_t at = row * (size_t)t->grid.width + (size_t)(t->u[x].start + k % 6);
         float tap = t->grid.identity ? 1 : t->v[y].w[k / 6] * t->u[x].w[k % 6];
         if (t->grid.identity) at = light->texel;
-        for (int c = 0; c < 3; ++c) t->values[4 * at + (size_t)c] -= tap * (float)light->value[c];
+        for (int c = 0; c < 3; ++c)
+            t->rings.values[4 * at + (size_t)c] -= tap * (float)light->value[c];
     }
 }
 
@@ -3547,23 +3561,23 @@ static size_t envmapi_rim_points(envmapi_transform *t) {
         for (int k = 0; k < t->light_count && !out; ++k) out = t->lights[k].texel == cut->texel;
         for (int c = 0; c < 3; ++c) d[c][0] = cut->d[c];
         for (int c = 0; c < 4; ++c)
-            t->values[4 * n + (size_t)c] = out && c < 3 ? 0 : (float)cut->value[c];
-        envmapi_rings_points(t->points + n++, &t->rings, d, 1);
+            t->rings.values[4 * n + (size_t)c] = out && c < 3 ? 0 : (float)cut->value[c];
+        envmapi_rings_points(t->rings.points + n++, &t->rings, d, 1);
     }
     return n - t->grid.count;
 }
 
-/* All texels but the lights -> t->a. */
+/* All texels but the lights -> t->rings.a. */
 static void envmapi_project_texels(envmapi_transform *t, const envmap_work *work) {
     size_t face = t->grid.count / (size_t)t->grid.faces;
     if (t->grid.identity) envmapi_run_all(work, envmapi_task_copy, t, t->grid.faces);
     else envmapi_run_all(work, envmapi_task_reduce, t, t->grid.faces * t->strips);
     for (size_t i = 0; i + face < t->grid.count && !t->grid.identity; ++i)
-        t->values[4 * (i + face) + 3] = t->values[4 * i + 3];
+        t->rings.values[4 * (i + face) + 3] = t->rings.values[4 * i + 3];
     for (int i = 0; i < t->light_count; ++i) envmapi_light_out(t, t->lights + i);
     envmapi_grid_solve(t, work);
-    t->count = t->grid.count + envmapi_rim_points(t);
-    envmapi_analyse(t, work);
+    t->rings.count = t->grid.count + envmapi_rim_points(t);
+    envmapi_analyse(&t->rings, work);
 }
 
 /* ---- fill: a_lm -> texels */
@@ -3575,7 +3589,7 @@ static void envmapi_task_norm(void *context, int task) {
     size_t parts = (size_t)(t->grid.faces * t->strips), part = (size_t)task;
     size_t from = t->grid.count * part / parts, to = t->grid.count * (part + 1) / parts;
     uint32_t bits, finite = 1;
-    for (float *node = t->values + 4 * from; node < t->values + 4 * to; node += 4) {
+    for (float *node = t->rings.values + 4 * from; node < t->rings.values + 4 * to; node += 4) {
         float scale = t->divide ? 1 / node[3] : 1;
         for (int c = 0; c < 4; ++c) {
             float value = c < 3 ? node[c] * scale : node[c];
@@ -3658,7 +3672,7 @@ static void envmapi_task_expand(void *context, int task) {
     int size = grid->map->size, face = task / t->strips, strip = task % t->strips, done = -1;
     size_t width = (size_t)envmapi_width(grid->map->mapping, size),
            floats = 4 * (size_t)grid->width;
-    const float *nodes = t->values + (size_t)face * (size_t)grid->height * floats;
+    const float *nodes = t->rings.values + (size_t)face * (size_t)grid->height * floats;
     float *rows = t->rows + (size_t)task * 28 * width, *norm = rows + 24 * width,
           *out = t->out + 3 * (size_t)face * width * (size_t)size;
     envmapi_rows in;
@@ -3675,11 +3689,11 @@ static void envmapi_task_expand(void *context, int task) {
     }
 }
 
-/* t->a -> t->out; 0 where something is not finite, which is told before a texel is written. */
+/* t->rings.a -> t->out; 0 where something is not finite, which is told before a texel is written. */
 static int envmapi_fill_texels(envmapi_transform *t, const envmap_work *work) {
     int finite = 1, strips = t->grid.faces * t->strips;
-    t->count = t->grid.count;
-    envmapi_synthesise(t, work);
+    t->rings.count = t->grid.count;
+    envmapi_synthesise(&t->rings, work);
     envmapi_run_all(work, envmapi_task_norm, t, strips);
     for (int i = 0; i < strips; ++i) finite &= t->finite[i];
     if (!finite) return 0;
@@ -3947,7 +3961,7 @@ static envmap_result envmapi_project_fast(double *sh, int bands, const envmap *m
         envmapi_transform_create(&t, map, envmapi_sh_spacing(bands, tolerance), bands, tolerance,
                                  &in, NULL, work, pool))
         return ENVMAP_ERROR_MEMORY;
-    t.a = a, t.a_bands = bands;
+    t.rings.a = a, t.rings.a_bands = bands;
     if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
     envmapi_project_texels(&t, work);
     envmapi_sh_of(sh, a, bands);
@@ -4014,7 +4028,7 @@ static envmap_result envmapi_fill_fast(float *texels, const envmap *map, const d
         return ENVMAP_ERROR_MEMORY;
     envmapi_triangle_of(a, sh, bands);
     for (int l = 0; l < bands; ++l) lambda[l] = 1;
-    t.a = a, t.a_bands = bands, t.lambda = lambda, t.out = texels;
+    t.rings.a = a, t.rings.a_bands = bands, t.rings.lambda = lambda, t.out = texels;
     if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
     return envmapi_fill_texels(&t, work) ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
 }
@@ -4314,18 +4328,27 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
     return ENVMAP_OK;
 }
 
-/* -------------------------------------------------------------------------------- >>reference --
-   REFERENCE, the definition: for every axis a
-       L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1
-   in double, i over all texels of src with w_i > 0. It is second order in the texel while the
-   lobe is wide: sigma >= 2 mean texels. Below that each texel spreads with a tent of width
-   t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
+/* ------------------------------------------------------------------------------- >>reference --
+   The definition: every other method is held to this sum. In: a slice of src, a lobe, the slice's
+   parameter p. Out: a slice of dst. For every axis a, in double,
+       L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1 for raw
+   over all texels i of src with a solid angle w_i > 0. The error of this sum is of second order in
+   the texel while the lobe is wide: sigma >= 2 mean texels. Below that each texel is spread by a
+   tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
-       t = 1       the spread texels are the bilinear radiance: its integral against k by
-                   quadrature in polar coordinates about a, within 12 texels or 8 sigma; a lobe's
-                   wider tail (GGX) is smooth at a texel's scale and stays a sum over texels, the
-                   two joined by a smooth step
-   so N -> infinity is the bilinear lookup.  Tests: tests/test_filters.c. */
+       t = 1       the spread texels are the bilinear radiance. Its integral against k is taken in
+                   polar coordinates about a, within 12 texels or 8 sigma. What a lobe has beyond
+                   (the tail of GGX) is smooth at a texel's scale and stays a sum over texels.
+   A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
+   result is continuous in sigma, and N -> infinity is the bilinear lookup.
+       l_i, w_i, L_i w_i           envmapi_source_create, once for all axes
+       sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
+       the bilinear radiance       envmapi_axis_polar
+       which of them, how much     envmapi_axes_aim, envmapi_axis_filter
+       / norm, and all axes        envmapi_axes_row, envmapi_axes_run
+   Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
+   materials the source.  Source: ours.
+   Tests: tests/test_filters.c, tests/test_stability_filters.c. */
 
 /* The side of src's mean texel, rad. */
 static double envmapi_texel_extent(const envmap *src) {
@@ -4334,20 +4357,21 @@ static double envmapi_texel_extent(const envmap *src) {
     return sqrt(4 * ENVMAPI_PI / texels);
 }
 
-#define ENVMAPI_TILE 16
-
-/* The texels that count, one array a quantity, tile by tile. */
+/* The texels that count, one array a quantity, in Z-order: a face is four squares, each of them
+   four ... So 4^n texels in a row are near each other, and what a lobe does not reach is passed by
+   256 (a tile) at a time. */
+#define ENVMAPI_TILE 256
 typedef struct envmapi_source {
     const envmap *map;
     size_t count, tiles;
-    double (*centre)[3];   /* of tiles: unit means of their texels */
-    double radius;         /* of the widest tile */
-    size_t *first;         /* texel of a tile; [tiles] is count */
-    double *x, *y, *z, *w; /* direction and solid angle */
-    double *u, *v;         /* where on the face: a centre, or a centroid at a rim */
-    double *r, *g, *b;     /* radiance times solid angle */
-    int *texel;            /* index in the face order of the image, for the tent */
-    void *block;           /* all of the above */
+    double *x, *y, *z, *w; /* [count] direction and solid angle */
+    double *r, *g, *b;     /* [count] radiance times solid angle */
+    uint32_t *code;        /* [count] face, then the bits of y and x in turn, 2 bits of them */
+    int bits;              /* of y and x each */
+    double (*centre)[3];   /* [tiles] unit mean of a tile's texels */
+    size_t *first;         /* [tiles + 1] first texel of a tile */
+    double radius;         /* of the widest tile, rad */
+    void *block;           /* the memory of all of the above */
 } envmapi_source;
 
 static void envmapi_source_free(envmapi_source *source, void *memory) {
@@ -4355,98 +4379,76 @@ static void envmapi_source_free(envmapi_source *source, void *memory) {
     source->block = NULL;
 }
 
-/* Appends the texels of a tile, and the tile. */
-static void envmapi_source_tile(envmapi_source *source, const float *texels, int face, int x0,
-                                int y0) {
-    const envmap *map = source->map;
-    int edge = map->size, width = envmapi_width(map->mapping, edge);
-    double *centre = source->centre[source->tiles];
-    source->first[source->tiles] = source->count;
-    centre[0] = centre[1] = centre[2] = 0;
-    for (int y = y0; y < y0 + ENVMAPI_TILE && y < edge; ++y)
-        for (int x = x0; x < x0 + ENVMAPI_TILE && x < width; ++x) {
-            double at[2], d[3], w = envmapi_texel_cell(at, map->mapping, edge, x, y);
-            size_t i = source->count;
-            size_t texel = ((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x;
-            if (!(w > 0)) continue;
-            envmapi_direction(d, map->mapping, face, at[0], at[1]);
-            source->x[i] = d[0], source->y[i] = d[1], source->z[i] = d[2], source->w[i] = w;
-            source->r[i] = w * (double)texels[3 * texel];
-            source->g[i] = w * (double)texels[3 * texel + 1];
-            source->b[i] = w * (double)texels[3 * texel + 2];
-            source->u[i] = at[0], source->v[i] = at[1];
-            source->texel[i] = (int)texel;
-            for (int c = 0; c < 3; ++c) centre[c] += d[c];
-            ++source->count;
-        }
-    envmapi_unit(centre, centre);
-    for (size_t i = source->first[source->tiles]; i < source->count; ++i) {
-        double d[3] = {source->x[i], source->y[i], source->z[i]};
-        source->radius = fmax(source->radius, envmapi_angle(d, centre));
-    }
-    source->first[++source->tiles] = source->count;
+/* x of the n-th place in Z-order; y is that of n >> 1. */
+static int envmapi_unzip(uint32_t n, int bits) {
+    uint32_t x = 0;
+    for (int bit = 0; bit < bits; ++bit) x |= (n >> 2 * bit & 1) << bit;
+    return (int)x;
 }
 
-static envmap_result envmapi_source_create(envmapi_source *source, const envmap *map, int slice,
+/* Appends the texels whose codes start at `from`, and their tile. */
+static void envmapi_source_tile(envmapi_source *s, int slice, uint32_t from) {
+    int mapping = s->map->mapping, edge = s->map->size, width = envmapi_width(mapping, edge);
+    int face = (int)(from >> 2 * s->bits);
+    int x0 = envmapi_unzip(from, s->bits), y0 = envmapi_unzip(from >> 1, s->bits);
+    const float *image = envmapi_image(s->map, 0, slice, face);
+    double sum[3] = {0, 0, 0}, at[2], d[3];
+    for (uint32_t n = 0; n < ENVMAPI_TILE; ++n) {
+        int x = x0 + envmapi_unzip(n, 4), y = y0 + envmapi_unzip(n >> 1, 4);
+        double w = x < width && y < edge ? envmapi_texel_cell(at, mapping, edge, x, y) : 0;
+        if (!(w > 0)) continue;
+        const float *rgb = image + 3 * ((size_t)y * (size_t)width + (size_t)x);
+        size_t i = s->count++;
+        envmapi_direction(d, mapping, face, at[0], at[1]);
+        s->x[i] = d[0], s->y[i] = d[1], s->z[i] = d[2], s->w[i] = w, s->code[i] = from + n;
+        s->r[i] = w * (double)rgb[0], s->g[i] = w * (double)rgb[1], s->b[i] = w * (double)rgb[2];
+        for (int c = 0; c < 3; ++c) sum[c] += d[c];
+    }
+    envmapi_unit(s->centre[s->tiles], sum);
+    for (size_t i = s->first[s->tiles]; i < s->count; ++i) {
+        d[0] = s->x[i], d[1] = s->y[i], d[2] = s->z[i];
+        s->radius = fmax(s->radius, envmapi_angle(d, s->centre[s->tiles]));
+    }
+    s->first[++s->tiles] = s->count;
+}
+
+/* On failure there is nothing to free. */
+static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map, int slice,
                                            void *memory) {
-    int edge = map->size, width = envmapi_width(map->mapping, edge);
-    size_t n = envmapi_area(map->mapping, edge) * (size_t)envmap_faces(map->mapping);
-    size_t across = (size_t)(width + ENVMAPI_TILE - 1) / ENVMAPI_TILE;
-    size_t down = (size_t)(edge + ENVMAPI_TILE - 1) / ENVMAPI_TILE;
-    size_t tiles = across * down * (size_t)envmap_faces(map->mapping);
-    memset(source, 0, sizeof *source);
-    source->map = map;
+    int faces = envmap_faces(map->mapping), width = envmapi_width(map->mapping, map->size);
+    size_t n = envmapi_area(map->mapping, map->size) * (size_t)faces;
+    size_t tiles = (size_t)((width + 15) / 16) * (size_t)((map->size + 15) / 16) * (size_t)faces;
+    memset(s, 0, sizeof *s);
     if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
-    double *block =
-        (double *)ENVMAP_MALLOC(memory, (9 * n + 3 * tiles) * sizeof(double) +
-                                            (tiles + 1) * sizeof(size_t) + n * sizeof(int));
+    size_t bytes = n * (7 * sizeof *s->x + sizeof *s->code);
+    bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
+    double *block = (double *)ENVMAP_MALLOC(memory, bytes);
     if (!block) return ENVMAP_ERROR_MEMORY;
-    source->block = block;
-    source->x = block, source->y = block + n, source->z = block + 2 * n, source->w = block + 3 * n;
-    source->r = block + 4 * n, source->g = block + 5 * n, source->b = block + 6 * n;
-    source->u = block + 7 * n, source->v = block + 8 * n;
-    source->centre = (double(*)[3])(block + 9 * n);
-    source->first = (size_t *)(block + 9 * n + 3 * tiles);
-    source->texel = (int *)(source->first + tiles + 1);
-    const float *texels = envmapi_image(map, 0, slice, 0);
-    for (int face = 0; face < envmap_faces(map->mapping); ++face)
-        for (int y = 0; y < edge; y += ENVMAPI_TILE)
-            for (int x = 0; x < width; x += ENVMAPI_TILE)
-                envmapi_source_tile(source, texels, face, x, y);
+    s->map = map, s->block = block, s->bits = 4;
+    while (1 << s->bits < width) ++s->bits;
+    s->x = block, s->y = block + n, s->z = block + 2 * n, s->w = block + 3 * n;
+    s->r = block + 4 * n, s->g = block + 5 * n, s->b = block + 6 * n;
+    s->centre = (double(*)[3])(block + 7 * n);
+    s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
+    s->code = (uint32_t *)(s->first + tiles + 1);
+    for (uint32_t code = 0; code >> 2 * s->bits < (uint32_t)faces; code += ENVMAPI_TILE)
+        if (envmapi_unzip(code, s->bits) < width && envmapi_unzip(code >> 1, s->bits) < map->size)
+            envmapi_source_tile(s, slice, code);
     return ENVMAP_OK;
 }
 
-/* One axis of a filter: where, which lobe, and the sums so far. */
+/* One axis, what its lobe is to this source, and the sums so far. */
 typedef struct envmapi_axis {
     const envmapi_source *source;
     const envmap_lobe *lobe;
     envmapi_level level; /* of the source, for lookups */
-    double a[3], p, sigma, texel;
-    double from, to; /* support of the lobe */
-    double rgb[3], norm;
+    double a[3], p;
+    double from, to;    /* support of the lobe, rad: below 1e-12 of the peak outside */
+    double texel, tent; /* side of the mean texel, rad; t of the card */
+    double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
+    double reach;       /* rad: up to here the lobe may be sharp */
+    double sum[4];      /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
 } envmapi_axis;
-
-static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
-    const envmapi_source *s = axis->source;
-    axis->rgb[0] += k * s->r[i], axis->rgb[1] += k * s->g[i], axis->rgb[2] += k * s->b[i];
-    axis->norm += k * s->w[i];
-}
-
-static double envmapi_axis_cosine(const envmapi_axis *axis, size_t i) {
-    const envmapi_source *s = axis->source;
-    return axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i];
-}
-
-/* The next tile, from *tile on, with texels closer than `end`; *tile goes past it, 0 where there is
-   none. */
-static int envmapi_axis_tile(const envmapi_axis *axis, size_t *tile, double end) {
-    const envmapi_source *s = axis->source;
-    end += s->radius + 1e-6;
-    double x = end < ENVMAPI_PI ? cos(end) : -2;
-    while (*tile < s->tiles)
-        if (envmapi_dot(axis->a, s->centre[(*tile)++]) >= x) return 1;
-    return 0;
-}
 
 /* 0 up to from, 1 beyond to, smooth between. */
 static double envmapi_smooth_step(double value, double from, double to) {
@@ -4454,367 +4456,296 @@ static double envmapi_smooth_step(double value, double from, double to) {
     return t * t * (3 - 2 * t);
 }
 
-/* The definition; with `beyond` > 0 only what lies farther than about that angle. */
-static void envmapi_axis_sum(envmapi_axis *axis, double beyond) {
-    double end = axis->to < 1.5 ? cos(axis->to) : -2; /* below 1e-12 of the peak from there on */
-    size_t tile = 0;
-    while (envmapi_axis_tile(axis, &tile, axis->to < 1.5 ? axis->to : ENVMAPI_PI))
-        for (size_t i = axis->source->first[tile - 1]; i < axis->source->first[tile]; ++i) {
-            double x = envmapi_axis_cosine(axis, i), step = 1;
-            if (x < end) continue;
-            if (beyond > 0) {
-                step = envmapi_smooth_step(envmapi_acos(x), beyond / 2, beyond);
-                if (!(step > 0)) continue;
-            }
-            double k = step * envmapi_k(axis->lobe, x, axis->p);
-            if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
-        }
+/* The cosine of an angle that may be none: below and above all cosines there. */
+static double envmapi_cosine(double angle) {
+    return angle > ENVMAPI_PI ? -2 : angle < 0 ? 2 : cos(angle);
 }
 
-/* k averaged over texel i spread with a tent of half-width `tent` texels. */
-static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i, double tent) {
+/* k averaged over texel i spread by the tent. */
+static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
     static const double at[4] = {-0.64494897, -0.15505103, 0.15505103, 0.64494897};
     static const double weight[4] = {0.18195861, 0.31804139, 0.31804139, 0.18195861};
-    const envmapi_level *level = &axis->level;
-    int area = level->width * level->edge;
-    double sum = 0, d[3];
+    const envmapi_source *s = axis->source;
+    int mapping = s->map->mapping, width = axis->level.width, edge = axis->level.edge;
+    int face = (int)(s->code[i] >> 2 * s->bits);
+    double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0;
+    envmapi_project(uv, mapping, face, d);
     for (int j = 0; j < 16; ++j) {
-        double u = axis->source->u[i] + tent * at[j & 3] / level->width;
-        double v = axis->source->v[i] + tent * at[j >> 2] / level->edge;
-        envmapi_direction(d, level->mapping, axis->source->texel[i] / area, u, v);
+        double u = uv[0] + axis->tent * at[j & 3] / width;
+        double v = uv[1] + axis->tent * at[j >> 2] / edge;
+        envmapi_direction(d, mapping, face, u, v);
         sum += weight[j & 3] * weight[j >> 2] *
                envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
     }
     return sum;
 }
 
-/* Tents where the lobe is sharp, which is near its axis or its ring; centres elsewhere. */
-static void envmapi_axis_tents(envmapi_axis *axis, double tent, double reach) {
-    double x_from = cos(axis->from - 2 * axis->texel > 0 ? axis->from - 2 * axis->texel : 0);
-    double end = (axis->from > 0 || axis->to < reach ? axis->to : reach) + 2 * axis->texel;
-    double x_to = cos(end < ENVMAPI_PI ? end : ENVMAPI_PI);
-    double last = axis->to < ENVMAPI_PI - 2 * axis->texel ? cos(axis->to + 2 * axis->texel) : -2;
-    size_t tile = 0;
-    while (envmapi_axis_tile(axis, &tile, axis->to + 2 * axis->texel))
-        for (size_t i = axis->source->first[tile - 1]; i < axis->source->first[tile]; ++i) {
-            double x = envmapi_axis_cosine(axis, i);
+/* Adds the sum over texels, times `share`. Tents where the lobe is sharp, which is near its axis or
+   its ring; centres elsewhere. tail: centres only, and only what lies beyond the reach. */
+static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
+    const envmapi_source *s = axis->source;
+    double margin = axis->tent > 0 && !tail ? 2 * axis->texel : 0, end = axis->to + margin + 1e-9;
+    double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
+    double sharp_from = envmapi_cosine(axis->from - margin);
+    double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
+    for (size_t tile = 0; tile < s->tiles; ++tile) {
+        if (envmapi_dot(axis->a, s->centre[tile]) < last_tile) continue;
+        for (size_t i = s->first[tile]; i < s->first[tile + 1]; ++i) {
+            double x = axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i];
             if (x < last) continue;
-            double k = x > x_to && x <= x_from ? envmapi_axis_tent_k(axis, i, tent)
-                                               : envmapi_k(axis->lobe, x, axis->p);
-            if (!(k >= 0 && k <= 0)) envmapi_axis_add(axis, i, k); /* NaN too: it must be seen */
+            double step =
+                tail ? envmapi_smooth_step(envmapi_acos(x), axis->reach / 2, axis->reach) : 1;
+            if (!(step > 0)) continue;
+            double k = x > sharp_to && x <= sharp_from ? envmapi_axis_tent_k(axis, i)
+                                                       : envmapi_k(axis->lobe, x, axis->p);
+            if (k >= 0 && k <= 0) continue; /* NaN goes on: it must be seen */
+            k *= share * step;
+            axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
+            axis->sum[3] += k * s->w[i];
         }
+    }
 }
 
-/* The bilinear radiance around a, ring by ring, out to about `reach`. */
-static void envmapi_axis_polar(envmapi_axis *axis, double reach) {
+/* Adds the bilinear radiance around a, ring by ring, out to about `reach`, times `share`. */
+static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     envmapi_walk walk = envmapi_walk_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
-    double t[3] = {0, 0, 0}, b[3], theta, weight;
-    int least = fabs(axis->a[0]) < 0.6 ? 0 : fabs(axis->a[1]) < 0.6 ? 1 : 2;
-    for (int i = 0; i < 3; ++i) t[i] = (i == least) - axis->a[least] * axis->a[i];
+    const double *a = axis->a;
+    double t[3], theta, weight, d[3];
+    int least = fabs(a[0]) < 0.6 ? 0 : fabs(a[1]) < 0.6 ? 1 : 2;
+    for (int i = 0; i < 3; ++i) t[i] = (i == least) - a[least] * a[i];
     envmapi_unit(t, t);
-    b[0] = axis->a[1] * t[2] - axis->a[2] * t[1];
-    b[1] = axis->a[2] * t[0] - axis->a[0] * t[2];
-    b[2] = axis->a[0] * t[1] - axis->a[1] * t[0];
+    double b[3] = {a[1] * t[2] - a[2] * t[1], a[2] * t[0] - a[0] * t[2], a[0] * t[1] - a[1] * t[0]};
     while (envmapi_walk_next(&walk, &theta, &weight)) {
         double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
         if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
         int n = (int)envmapi_clamp(8 * ENVMAPI_PI * sin(theta) / axis->texel, 16, 65536);
         double sum[3] = {0, 0, 0};
         for (int i = 0; i < n; ++i) {
-            double phi = 2 * ENVMAPI_PI * (i + 0.5) / n, d[3];
+            double phi = 2 * ENVMAPI_PI * (i + 0.5) / n;
             for (int j = 0; j < 3; ++j)
-                d[j] = cos(theta) * axis->a[j] + sin(theta) * (cos(phi) * t[j] + sin(phi) * b[j]);
+                d[j] = cos(theta) * a[j] + sin(theta) * (cos(phi) * t[j] + sin(phi) * b[j]);
             envmapi_add_lookup(sum, &axis->level, d, 1.0 / n);
         }
-        for (int c = 0; c < 3; ++c) axis->rgb[c] += 2 * ENVMAPI_PI * k * sum[c];
-        axis->norm += 2 * ENVMAPI_PI * k;
+        k *= 2 * ENVMAPI_PI * share;
+        for (int c = 0; c < 3; ++c) axis->sum[c] += k * sum[c];
+        axis->sum[3] += k;
     }
 }
 
-static void envmapi_axis_filter(envmapi_axis *axis) {
-    axis->texel = envmapi_texel_extent(axis->source->map);
-    double tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
-    double reach = 12 * axis->texel > 8 * axis->sigma ? 12 * axis->texel : 8 * axis->sigma;
-    if (!(tent > 0)) {
-        envmapi_axis_sum(axis, 0);
-    } else { /* from tents at t = 1/2 over to the bilinear radiance at t = 1 */
-        double bilinear = envmapi_smooth_step(tent, 0.5, 1), rgb[3] = {0, 0, 0}, norm = 0;
-        if (bilinear < 1) {
-            envmapi_axis_tents(axis, tent, reach);
-            for (int c = 0; c < 3; ++c) rgb[c] = (1 - bilinear) * axis->rgb[c], axis->rgb[c] = 0;
-            norm = (1 - bilinear) * axis->norm, axis->norm = 0;
-        }
-        if (bilinear > 0) {
-            if (axis->from > 0 || reach > axis->to) reach = axis->to; /* all of it */
-            envmapi_axis_polar(axis, reach);
-            if (axis->to > reach) envmapi_axis_sum(axis, reach);
-        }
-        for (int c = 0; c < 3; ++c) axis->rgb[c] = rgb[c] + bilinear * axis->rgb[c];
-        axis->norm = norm + bilinear * axis->norm;
-    }
+static void envmapi_axis_filter(envmapi_axis *axis, const void *method) {
+    (void)method;
+    if (axis->bilinear < 1) envmapi_axis_sum(axis, 1 - axis->bilinear, 0);
+    if (!(axis->bilinear > 0)) return;
+    envmapi_axis_polar(axis, axis->bilinear, axis->reach);
+    if (axis->to > axis->reach) envmapi_axis_sum(axis, axis->bilinear, 1);
 }
 
-/* One filter call on one level: a task is a row of one face of one slice. */
-typedef struct envmapi_reference {
-    const envmapi_source *source;
+/* A method that fills slices axis by axis: a task is a row of a face of one slice. */
+typedef struct envmapi_axes {
     const envmap *dst;
-    const envmap_lobe *lobe;
+    envmapi_axis axis; /* what every axis of the slice starts from */
     double norm;
-    int first_slice;
-} envmapi_reference;
+    int slice;
+    void *method; /* the method's own; then what it needs of a slice (NULL: nothing), and an axis */
+    envmap_result (*prepare)(void *method, const envmapi_axis *axis, int new_source, void *memory);
+    void (*filter)(envmapi_axis *axis, const void *method);
+} envmapi_axes;
+
+/* Makes ready for a slice. */
+static void envmapi_axes_aim(envmapi_axes *axes, const envmapi_source *source, int slice) {
+    envmapi_axis *axis = &axes->axis;
+    axes->slice = slice, axis->source = source;
+    axis->level = envmapi_level_of(source->map, 0, source->map->slices > 1 ? slice : 0);
+    axis->p = envmapi_slice_p(axis->lobe, slice, axes->dst->slices);
+    double sigma = envmap_lobe_sigma(axis->lobe, axis->p);
+    envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
+    axis->texel = envmapi_texel_extent(source->map);
+    axis->tent = envmapi_clamp(2 - sigma / axis->texel, 0, 1);
+    axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
+    axis->reach = fmax(12 * axis->texel, 8 * sigma);
+    if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
+}
 
 /* Sums may exceed what a float holds; NaN stays to tell of a lobe that failed. */
 static float envmapi_to_float(double value) {
     return (float)(value > 3.4e38 ? 3.4e38 : value < -3.4e38 ? -3.4e38 : value);
 }
 
-static void envmapi_reference_row(void *context, int task) {
-    const envmapi_reference *job = (const envmapi_reference *)context;
-    const envmap *dst = job->dst;
-    int faces = envmap_faces(dst->mapping), y = task % dst->size, face = task / dst->size % faces;
-    int slice = job->first_slice + task / dst->size / faces;
-    float *out = envmap_texel(dst, 0, slice, face, 0, y);
-    envmapi_axis axis;
-    memset(&axis, 0, sizeof axis);
-    axis.source = job->source, axis.lobe = job->lobe;
-    axis.level = envmapi_level_of(job->source->map, 0, job->source->map->slices > 1 ? slice : 0);
-    axis.p = envmapi_slice_p(job->lobe, slice, dst->slices);
-    axis.sigma = envmap_lobe_sigma(job->lobe, axis.p);
-    envmap_lobe_support(&axis.from, &axis.to, job->lobe, axis.p);
+static void envmapi_axes_row(void *context, int task) {
+    const envmapi_axes *axes = (const envmapi_axes *)context;
+    const envmap *dst = axes->dst;
+    int face = task / dst->size, y = task % dst->size;
+    float *out = envmap_texel(dst, 0, axes->slice, face, 0, y);
+    envmapi_axis axis = axes->axis;
     for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x, out += 3) {
         envmapi_texel_direction(axis.a, dst->mapping, face, dst->size, x, y);
-        axis.rgb[0] = axis.rgb[1] = axis.rgb[2] = axis.norm = 0;
-        envmapi_axis_filter(&axis);
-        double norm = job->lobe->raw || job->norm > 0 ? job->norm : axis.norm;
-        for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(axis.rgb[c] / norm);
+        memset(axis.sum, 0, sizeof axis.sum);
+        axes->filter(&axis, axes->method);
+        double norm = axis.lobe->raw || axes->norm > 0 ? axes->norm : axis.sum[3];
+        for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(axis.sum[c] / norm);
     }
 }
 
 /* Every slice k of src into slice k of dst, or src's only one into all. */
-static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
-                                              const envmap_lobe *lobe,
-                                              const envmap_filter_desc *desc) {
+static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
+                                      const envmap_filter_desc *desc) {
     envmapi_source source;
-    envmapi_reference job = {&source, dst, lobe, envmapi_lobe_norm(lobe), 0};
-    int rows = dst->size * envmap_faces(dst->mapping),
-        alike = src->slices == 1 && lobe->p0 == lobe->p1;
-    int together = src->slices > 1 || alike ? 1 : dst->slices;
-    int runs = src->slices > 1 ? dst->slices : 1;
-    for (int run = 0; run < runs; ++run) {
+    const envmap_lobe *lobe = axes->axis.lobe;
+    int count = axes->dst->size * envmap_faces(axes->dst->mapping);
+    int alike = src->slices == 1 && lobe->p0 == lobe->p1, runs = alike ? 1 : axes->dst->slices;
+    envmap_result result = ENVMAP_OK;
+    memset(&source, 0, sizeof source);
+    axes->norm = envmapi_lobe_norm(lobe);
+    for (int run = 0; !result && run < runs; ++run) {
         envmapi_part part;
         envmap_work work = envmapi_work_part(&part, &desc->work, run, 1, runs);
-        job.first_slice = run;
-        envmap_result result = envmapi_source_create(&source, src, run, desc->work.memory);
-        if (!result) result = envmapi_run(&work, envmapi_reference_row, &job, rows * together);
-        envmapi_source_free(&source, desc->work.memory);
-        if (result) return result;
+        int new_source = run == 0 || src->slices > 1;
+        if (new_source) {
+            envmapi_source_free(&source, desc->work.memory);
+            result = envmapi_source_create(&source, src, run, desc->work.memory);
+        }
+        if (result) break;
+        envmapi_axes_aim(axes, &source, run);
+        if (axes->prepare)
+            result = axes->prepare(axes->method, &axes->axis, new_source, desc->work.memory);
+        if (!result) result = envmapi_run(&work, envmapi_axes_row, axes, count);
     }
-    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)envmap_faces(dst->mapping);
-    for (int slice = 1; alike && slice < dst->slices; ++slice)
-        memcpy(dst->texels + floats * (size_t)slice, dst->texels, floats * sizeof(float));
-    return ENVMAP_OK;
-}
-
-/* HIERARCHICAL: [KVHS00] 5.1, two mip-maps that are walked together.
-       L(a) = sum over accepted nodes n of k_n(a) E_n / norm,   E_n = sum of L_i w_i, w_i under n
-   The environment's mip-map holds E and w, summed over 2x2 children: the solid angle is carried
-   there and not by k. The lobe's is made anew for every axis: sampled at the nodes of level 2
-   (4x4 texels), averaged upward by 2x2 boxes, and evaluated at levels 1 and 0 only where opened.
-   A node serves in place of its four children where their lobe values differ from its own by no
-   more than threshold * peak of k; normalised results divide by sum k_n w_n over the same nodes.
-   Ours: a node is sampled at the centroid of its solid angle, so rims and sizes that are no powers
-   of two need no padding texels; a cone about every node keeps the walk off what lies outside the
-   lobe's support; Phong and Gaussian come from a table of cubics (1e-8); levels are walked from
-   below, so that the lobe need not be stored, and a node serves only where all its children do:
-   four equal means about a peak in their middle are no reason not to look at it. An axis that no
-   sample of the lobe falls on takes the bilinear radiance.
-   The rule compares lobe values alone: it keeps a sun no better than the dark, and a lobe thinner
-   than 4 texels slips between samples.
-   Invariants: negative threshold = the sum over texel centres; constants stay.
-   Tests: tests/test_hierarchical.c; figures: `make table1`. */
-
-/* Four siblings. */
-typedef struct envmapi_quad {
-    double x[4], y[4], z[4]; /* centroids, unit */
-    double e[4][4];          /* r, g, b times solid angle, and the solid angle */
-} envmapi_quad;
-
-/* A node of level 2: its 4 children and their 16. */
-typedef struct envmapi_hier_block {
-    envmapi_quad one, zero[4];
-} envmapi_hier_block;
-
-/* A node of level 3 (children are blocks) and more (children are nodes). */
-typedef struct envmapi_hier_node {
-    envmapi_quad quad;
-    double share[4];        /* of the node's texels; 0: no such child */
-    double radius[4];       /* angle from a child's centroid that holds all centroids below it */
-    double low[4], high[4]; /* cosines between which the child meets the lobe's support */
-    int child[4];
-} envmapi_hier_node;
-
-/* What a parent needs to know of a child. */
-typedef struct envmapi_hier_part {
-    double e[4], moment[3]; /* moment: sum of w d */
-    double centre[3], radius;
-    int texels;
-} envmapi_hier_part;
-
-typedef struct envmapi_hier_tree {
-    envmapi_hier_block *blocks;
-    envmapi_hier_node *nodes;
-    int *texel; /* face order -> index in the source, -1: does not count; NULL once built */
-    int block_count, node_count, levels, root[6];
-    void *block; /* all of the above but texel */
-} envmapi_hier_tree;
-
-/* Four siblings become a quad and their parent. */
-static void envmapi_hier_join(envmapi_hier_part *out, envmapi_quad *quad,
-                              const envmapi_hier_part in[4]) {
-    memset(out, 0, sizeof *out);
-    for (int j = 0; j < 4; ++j) {
-        for (int c = 0; c < 4; ++c) out->e[c] += in[j].e[c], quad->e[j][c] = in[j].e[c];
-        for (int c = 0; c < 3; ++c) out->moment[c] += in[j].moment[c];
-        out->texels += in[j].texels;
-    }
-    envmapi_unit(out->centre, out->moment);
-    for (int j = 0; j < 4; ++j) {
-        const double *d = in[j].texels ? in[j].centre : out->centre;
-        double radius = envmapi_angle(out->centre, d) + in[j].radius;
-        if (radius > out->radius) out->radius = radius;
-        quad->x[j] = d[0], quad->y[j] = d[1], quad->z[j] = d[2];
-    }
-}
-
-/* Texel (x,y) of a face as a part; without texels where there is none that counts. */
-static void envmapi_hier_texel(envmapi_hier_part *part, const envmapi_hier_tree *tree,
-                               const envmapi_source *source, int face, int x, int y) {
-    int edge = source->map->size, width = envmapi_width(source->map->mapping, edge);
-    memset(part, 0, sizeof *part);
-    if (x >= width || y >= edge) return;
-    int i = tree->texel[((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x];
-    if (i < 0) return;
-    double w = source->w[i];
-    part->e[0] = source->r[i], part->e[1] = source->g[i], part->e[2] = source->b[i];
-    part->e[3] = w, part->texels = 1;
-    part->centre[0] = source->x[i], part->centre[1] = source->y[i], part->centre[2] = source->z[i];
-    for (int c = 0; c < 3; ++c) part->moment[c] = w * part->centre[c];
-}
-
-/* The 4x4 texels from (x,y) on. */
-static int envmapi_hier_leaf(envmapi_hier_part *out, envmapi_hier_tree *tree,
-                             const envmapi_source *source, int face, int x, int y) {
-    envmapi_hier_block *block = tree->blocks + tree->block_count;
-    envmapi_hier_part ones[4], zeros[4];
-    for (int j = 0; j < 4; ++j) {
-        int x1 = x + 2 * (j & 1), y1 = y + 2 * (j >> 1);
-        for (int i = 0; i < 4; ++i)
-            envmapi_hier_texel(zeros + i, tree, source, face, x1 + (i & 1), y1 + (i >> 1));
-        envmapi_hier_join(ones + j, block->zero + j, zeros);
-    }
-    envmapi_hier_join(out, &block->one, ones);
-    return out->texels ? tree->block_count++ : -1;
-}
-
-/* The node of a level whose first texel is (x,y), and all below it; -1 where there is nothing. */
-static int envmapi_hier_plant(envmapi_hier_part *out, envmapi_hier_tree *tree,
-                              const envmapi_source *source, int face, int level, int x, int y) {
-    int edge = source->map->size;
-    memset(out, 0, sizeof *out);
-    if (x >= envmapi_width(source->map->mapping, edge) || y >= edge) return -1;
-    if (level == 2) return envmapi_hier_leaf(out, tree, source, face, x, y);
-    int at = tree->node_count++;
-    envmapi_hier_node *node = tree->nodes + at;
-    envmapi_hier_part parts[4];
-    for (int j = 0; j < 4; ++j) {
-        int side = 1 << (level - 1);
-        node->child[j] = envmapi_hier_plant(parts + j, tree, source, face, level - 1,
-                                            x + side * (j & 1), y + side * (j >> 1));
-    }
-    envmapi_hier_join(out, &node->quad, parts);
-    if (!out->texels) {
-        tree->node_count = at; /* nothing was planted below it */
-        return -1;
-    }
-    for (int j = 0; j < 4; ++j) {
-        node->share[j] = (double)parts[j].texels / out->texels;
-        node->radius[j] = parts[j].radius;
-    }
-    return at;
-}
-
-static void envmapi_hier_free(envmapi_hier_tree *tree, void *memory) {
-    if (tree->block) ENVMAP_FREE(memory, tree->block);
-    tree->block = NULL;
-}
-
-/* Room for every block and node there can be, and for the texels' indices while planting. */
-static envmap_result envmapi_hier_reserve(envmapi_hier_tree *tree, const envmap *map,
-                                          void *memory) {
-    size_t faces = (size_t)envmap_faces(map->mapping), blocks = 0, nodes = 0;
-    size_t width = (size_t)envmapi_width(map->mapping, map->size), edge = (size_t)map->size;
-    memset(tree, 0, sizeof *tree);
-    for (size_t side = 4; tree->levels < 3 || side / 2 < width; side *= 2) {
-        size_t count = faces * ((width + side - 1) / side) * ((edge + side - 1) / side);
-        if (side == 4) blocks = count, tree->levels = 2;
-        else nodes += count, ++tree->levels;
-    }
-    if (blocks > SIZE_MAX / 4096) return ENVMAP_ERROR_MEMORY;
-    size_t bytes = blocks * sizeof *tree->blocks + nodes * sizeof *tree->nodes;
-    tree->block = ENVMAP_MALLOC(memory, bytes);
-    if (!tree->block) return ENVMAP_ERROR_MEMORY;
-    tree->blocks = (envmapi_hier_block *)tree->block;
-    tree->nodes = (envmapi_hier_node *)(void *)(tree->blocks + blocks);
-    size_t texels = faces * width * edge;
-    tree->texel = (int *)ENVMAP_MALLOC(memory, texels * sizeof(int));
-    if (!tree->texel) return ENVMAP_ERROR_MEMORY;
-    for (size_t i = 0; i < texels; ++i) tree->texel[i] = -1;
-    return ENVMAP_OK;
-}
-
-/* The environment's mip-map of one slice. On failure nothing is left behind. */
-static envmap_result envmapi_hier_create(envmapi_hier_tree *tree, const envmap *map, int slice,
-                                         void *memory) {
-    envmapi_source source;
-    envmapi_hier_part whole;
-    envmap_result result = envmapi_hier_reserve(tree, map, memory);
-    if (!result) result = envmapi_source_create(&source, map, slice, memory);
-    if (!result) {
-        for (size_t i = 0; i < source.count; ++i) tree->texel[source.texel[i]] = (int)i;
-        for (int face = 0; face < envmap_faces(map->mapping); ++face)
-            tree->root[face] = envmapi_hier_plant(&whole, tree, &source, face, tree->levels, 0, 0);
-        envmapi_source_free(&source, memory);
-    }
-    if (tree->texel) ENVMAP_FREE(memory, tree->texel);
-    tree->texel = NULL;
-    if (result) envmapi_hier_free(tree, memory);
+    envmapi_source_free(&source, desc->work.memory);
+    if (!result && alike) envmapi_copy_slices(axes->dst, 0, axes->dst->slices);
     return result;
 }
 
-#define ENVMAPI_HIER_STEPS 512
+static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
+                                              const envmap_lobe *lobe,
+                                              const envmap_filter_desc *desc) {
+    envmapi_axes axes;
+    memset(&axes, 0, sizeof axes);
+    axes.dst = dst, axes.axis.lobe = lobe, axes.filter = envmapi_axis_filter;
+    return envmapi_axes_run(&axes, src, desc);
+}
 
-/* One slice of one filter call: a task is a row of a face. */
+/* ---------------------------------------------------------------------------- >>hierarchical --
+   The method of [KVHS00] 5.1, as published: two mip-maps that are walked together. In and out are
+   those of the reference.
+       L(a) = sum over accepted nodes n of k_n(a) E_n / norm,   E_n = sum of L_i w_i, i below n
+   A node of level l stands for 2^l x 2^l texels of a face and has up to four children.
+       E_n, w_n      envmapi_tree_create: the environment's mip-map, summed once for all axes. The
+                     solid angle is in E_n and not in k_n.
+       k_n           the lobe's mip-map, anew for every axis: sampled at the nodes of level 2 (4x4
+                     texels) and averaged upward by 2x2 boxes (envmapi_hier_visit), sampled at
+                     levels 1 and 0 only where a node is opened (envmapi_hier_open)
+       accepted      |k_child - k_n| <= threshold * peak of k for every child (envmapi_hier_alike),
+                     and all children are accepted themselves
+       norm          as the reference's: sum k_n w_n over the same nodes, so constants stay
+   With a negative threshold the result is the sum over texel centres.
+   Ours: a node stands at the centroid of its solid angle, so rims and odd sizes need no padding.
+   A cone about every node keeps the walk off what lies outside the lobe's support. Phong and
+   Gaussian come from a table of cubics (error 1e-8). A node's children have to be accepted too,
+   because four equal means around a peak in their middle would hide it. An axis for which no sample
+   of the lobe falls on a texel takes the bilinear radiance.
+   Where it fails: the rule sees lobe values and not what they multiply, so a sun is kept no better
+   than the dark; and a lobe thinner than 4 texels slips between samples.
+   Called by filters for HIERARCHICAL.
+   Tests: tests/test_hierarchical.c; speed: tests/bench_table1.c. */
+
+/* A node of any level from 1 on: what is known of its children, which are texels at level 1. */
+typedef struct envmapi_node {
+    double x[4], y[4], z[4];   /* their centroids, unit; the node's own where there is no child */
+    double e[4][4];            /* r, g, b times solid angle, and the solid angle; 0: no child */
+    double cosine[4], sine[4]; /* of the angle about the centroid within which lies all below it */
+    uint32_t code;             /* that of its texels, without the last 2 bits a level */
+    int first, children;       /* of the level below, side by side because texels are in Z-order */
+} envmapi_node;
+
+typedef struct envmapi_tree {
+    envmapi_node *level[17]; /* at `last` a node is a face */
+    int count[17], last;
+} envmapi_tree;
+
+static void envmapi_tree_free(envmapi_tree *tree, void *memory) {
+    for (int level = 1; level <= tree->last; ++level) ENVMAP_FREE(memory, tree->level[level]);
+    memset(tree, 0, sizeof *tree);
+}
+
+/* A node whose children are all there as a child: its centroid d, E and w, and the angle about d
+   within which lies all below it. */
+static double envmapi_node_join(double d[3], double e[4], envmapi_node *node) {
+    double moment[3] = {0, 0, 0}, radius = 0;
+    memset(e, 0, 4 * sizeof *e);
+    for (int j = 0; j < node->children; ++j) {
+        double w = node->e[j][3];
+        moment[0] += w * node->x[j], moment[1] += w * node->y[j], moment[2] += w * node->z[j];
+        for (int c = 0; c < 4; ++c) e[c] += node->e[j][c];
+    }
+    envmapi_unit(d, moment);
+    for (int j = 0; j < node->children; ++j) {
+        double child[3] = {node->x[j], node->y[j], node->z[j]};
+        radius = fmax(radius, envmapi_angle(d, child) + atan2(node->sine[j], node->cosine[j]));
+    }
+    for (int j = node->children; j < 4; ++j)
+        node->x[j] = d[0], node->y[j] = d[1], node->z[j] = d[2];
+    return radius < ENVMAPI_PI ? radius : ENVMAPI_PI;
+}
+
+/* A level from the one below it. */
+static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int level) {
+    int below = level > 1 ? tree->count[level - 1] : (int)s->count;
+    envmapi_node *node = tree->level[level];
+    for (int i = 0; i < below; ++i) {
+        envmapi_node *child = level > 1 ? tree->level[level - 1] + i : NULL;
+        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {s->r[i], s->g[i], s->b[i], s->w[i]};
+        double radius = child ? envmapi_node_join(d, e, child) : 0;
+        uint32_t code = (child ? child->code : s->code[i]) >> 2;
+        if (node->children && node->code != code) ++node;
+        if (!node->children) node->code = code, node->first = i;
+        int j = node->children++;
+        node->x[j] = d[0], node->y[j] = d[1], node->z[j] = d[2];
+        node->cosine[j] = cos(radius), node->sine[j] = sin(radius);
+        memcpy(node->e[j], e, sizeof e);
+    }
+}
+
+/* Levels, three at least, until a node is a face. On failure, too, the caller frees the tree. */
+static envmap_result envmapi_tree_create(envmapi_tree *tree, const envmapi_source *s,
+                                         void *memory) {
+    int width = envmapi_width(s->map->mapping, s->map->size);
+    for (int level = 1; level <= 3 || 1 << (level - 1) < width; ++level) {
+        int count = 0;
+        for (size_t i = 0; i < s->count; ++i)
+            count += !i || s->code[i] >> 2 * level != s->code[i - 1] >> 2 * level;
+        if ((size_t)count > SIZE_MAX / sizeof(envmapi_node)) return ENVMAP_ERROR_MEMORY;
+        size_t bytes = (size_t)count * sizeof(envmapi_node);
+        tree->level[level] = (envmapi_node *)ENVMAP_MALLOC(memory, bytes);
+        if (!tree->level[level]) return ENVMAP_ERROR_MEMORY;
+        memset(tree->level[level], 0, bytes);
+        tree->count[level] = count, tree->last = level;
+        envmapi_tree_raise(tree, s, level);
+    }
+    return ENVMAP_OK;
+}
+
+/* A filter call: the tree of a slice of src, and the lobe of a slice of dst. */
+#define ENVMAPI_HIER_STEPS 512
 typedef struct envmapi_hier {
-    const envmap *dst, *src;
-    const envmap_lobe *lobe;
-    envmapi_hier_tree tree;
-    double p, norm, peak, threshold, from, to;
-    double steps; /* of the table, per unit of 1 - x; 0: no table */
-    double table[ENVMAPI_HIER_STEPS][4];
-    int slice;
+    envmapi_tree tree;
+    double peak, threshold;                    /* largest |k|; in units of k, negative: never met */
+    double cos_from, sin_from, cos_to, sin_to; /* of the ends of the lobe's support */
+    double steps;                              /* of the table, per unit of 1 - x; 0: no table */
+    double table[ENVMAPI_HIER_STEPS + 1][4];   /* the last: 0, for all beyond the support */
+    float asked;                               /* the caller's threshold */
 } envmapi_hier;
 
 /* Cubics in f = [0,1] through four values of k on every step: exact for N = 1, 2, 3. */
-static void envmapi_hier_tabulate(envmapi_hier *job) {
-    double end = 1 - cos(job->to), n = (double)job->lobe->parameter, y[4];
-    int phong = job->lobe->kind == ENVMAP_LOBE_PHONG && n > 0 && (n >= 3 || !(floor(n) < n));
-    job->steps = 0;
-    if (!phong && job->lobe->kind != ENVMAP_LOBE_GAUSSIAN) return;
-    job->steps = ENVMAPI_HIER_STEPS / end;
+static void envmapi_hier_tabulate(envmapi_hier *h, const envmap_lobe *lobe, double to) {
+    double end = 1 - cos(to), n = (double)lobe->parameter, y[4];
+    int phong = lobe->kind == ENVMAP_LOBE_PHONG && n > 0 && (n >= 3 || !(floor(n) < n));
+    h->steps = 0;
+    if (!phong && lobe->kind != ENVMAP_LOBE_GAUSSIAN) return;
+    h->steps = ENVMAPI_HIER_STEPS / end;
     for (int i = 0; i < ENVMAPI_HIER_STEPS; ++i) {
-        double *c = job->table[i];
+        double *c = h->table[i];
         for (int j = 0; j < 4; ++j)
-            y[j] = envmapi_k(job->lobe, 1 - end * (3 * i + j) / (3 * ENVMAPI_HIER_STEPS), job->p);
+            y[j] = envmapi_k(lobe, 1 - end * (3 * i + j) / (3 * ENVMAPI_HIER_STEPS), 0);
         c[0] = y[0];
         c[1] = -5.5 * y[0] + 9 * y[1] - 4.5 * y[2] + y[3];
         c[2] = 9 * y[0] - 22.5 * y[1] + 18 * y[2] - 4.5 * y[3];
@@ -4822,48 +4753,40 @@ static void envmapi_hier_tabulate(envmapi_hier *job) {
     }
 }
 
-static double envmapi_hier_peak(const envmap_lobe *lobe, double p) {
-    envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1);
-    double peak = fabs(envmapi_k(lobe, 1, p)), theta, weight;
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
-        double k = fabs(envmapi_k(lobe, cos(theta), p));
-        if (k > peak) peak = k;
-    }
-    return peak;
+/* Makes ready for a slice. */
+static envmap_result envmapi_hier_prepare(void *method, const envmapi_axis *axis, int new_source,
+                                          void *memory) {
+    envmapi_hier *h = (envmapi_hier *)method;
+    envmapi_walk walk = envmapi_walk_of(axis->lobe, axis->p, 0, ENVMAPI_PI, 1);
+    double theta, weight;
+    h->peak = fabs(envmapi_k(axis->lobe, 1, axis->p));
+    while (envmapi_walk_next(&walk, &theta, &weight))
+        h->peak = fmax(h->peak, fabs(envmapi_k(axis->lobe, cos(theta), axis->p)));
+    h->threshold = h->asked < 0 ? -1 : h->peak * (h->asked > 0 ? (double)h->asked : 1e-3);
+    h->cos_from = cos(axis->from), h->sin_from = sin(axis->from);
+    h->cos_to = cos(axis->to), h->sin_to = sin(axis->to);
+    envmapi_hier_tabulate(h, axis->lobe, axis->to);
+    if (!new_source) return ENVMAP_OK;
+    envmapi_tree_free(&h->tree, memory);
+    return envmapi_tree_create(&h->tree, axis->source, memory);
 }
 
-/* Makes ready for a slice: the support, in cosines about every node, and the lobe's table. */
-static void envmapi_hier_aim(envmapi_hier *job, int slice, double threshold) {
-    job->slice = slice, job->p = envmapi_slice_p(job->lobe, slice, job->dst->slices);
-    job->peak = envmapi_hier_peak(job->lobe, job->p);
-    job->threshold = threshold < 0 ? -1 : job->peak * (threshold > 0 ? threshold : 1e-3);
-    envmap_lobe_support(&job->from, &job->to, job->lobe, job->p);
-    envmapi_hier_tabulate(job);
-    for (int i = 0; i < job->tree.node_count; ++i) {
-        envmapi_hier_node *node = job->tree.nodes + i;
-        for (int j = 0; j < 4; ++j) {
-            double inner = job->from - node->radius[j], outer = job->to + node->radius[j];
-            node->low[j] = outer < ENVMAPI_PI ? cos(outer) - 1e-12 : -2;
-            node->high[j] = inner > 0 ? cos(inner) + 1e-12 : 2;
-        }
-    }
-}
-
-/* The lobe about axis a at four siblings. */
-static void envmapi_hier_k(double k[4], const envmapi_hier *job, const double a[3],
-                           const envmapi_quad *quad) {
+/* The lobe about the axis at the four children of a node. */
+static void envmapi_hier_k(double k[4], const envmapi_hier *h, const envmapi_axis *axis,
+                           const envmapi_node *node) {
     double x[4];
-    for (int i = 0; i < 4; ++i) x[i] = a[0] * quad->x[i] + a[1] * quad->y[i] + a[2] * quad->z[i];
-    if (!(job->steps > 0)) {
-        for (int i = 0; i < 4; ++i) k[i] = envmapi_k(job->lobe, x[i], job->p);
+    for (int i = 0; i < 4; ++i)
+        x[i] = axis->a[0] * node->x[i] + axis->a[1] * node->y[i] + axis->a[2] * node->z[i];
+    if (!(h->steps > 0)) {
+        envmapi_k_many(k, x, 4, axis->lobe, axis->p);
         return;
     }
     for (int i = 0; i < 4; ++i) {
-        double t = (1 - x[i]) * job->steps;
-        int step = t < ENVMAPI_HIER_STEPS ? (int)t : 0;
-        const double *c = job->table[step];
-        double f = t - step, value = c[0] + f * (c[1] + f * (c[2] + f * c[3]));
-        k[i] = t < ENVMAPI_HIER_STEPS ? value : 0;
+        double t = (1 - x[i]) * h->steps;
+        t = t < ENVMAPI_HIER_STEPS ? t : ENVMAPI_HIER_STEPS;
+        int step = (int)t;
+        const double *c = h->table[step], f = t - step;
+        k[i] = c[0] + f * (c[1] + f * (c[2] + f * c[3]));
     }
 }
 
@@ -4877,108 +4800,82 @@ static void envmapi_hier_add(double sum[4], double k, const double e[4]) {
     for (int c = 0; c < 4; ++c) sum[c] += k * e[c];
 }
 
-/* Adds a node of level 2, where the lobe is k2. */
-static void envmapi_hier_open(double sum[4], const envmapi_hier *job, const double a[3],
-                              const envmapi_hier_block *block, double k2, const double e[4]) {
-    double k1[4], k0[4];
-    envmapi_hier_k(k1, job, a, &block->one);
-    if (envmapi_hier_alike(k1, k2, job->threshold)) {
-        envmapi_hier_add(sum, k2, e);
+/* Adds a node of level 2, where the lobe is k2, or its children, or theirs. */
+static void envmapi_hier_open(const envmapi_hier *h, envmapi_axis *axis, const envmapi_node *two,
+                              double k2, const double e2[4]) {
+    double k1[4], k0[4], sum[4] = {0, 0, 0, 0};
+    envmapi_hier_k(k1, h, axis, two);
+    if (envmapi_hier_alike(k1, k2, h->threshold)) {
+        envmapi_hier_add(axis->sum, k2, e2);
         return;
     }
-    for (int j = 0; j < 4; ++j) {
-        envmapi_hier_k(k0, job, a, block->zero + j);
-        if (envmapi_hier_alike(k0, k1[j], job->threshold))
-            envmapi_hier_add(sum, k1[j], block->one.e[j]);
+    const envmapi_node *one = h->tree.level[1] + two->first;
+    for (int j = 0; j < two->children; ++j, ++one) {
+        envmapi_hier_k(k0, h, axis, one);
+        if (envmapi_hier_alike(k0, k1[j], h->threshold)) envmapi_hier_add(sum, k1[j], two->e[j]);
         else
-            for (int i = 0; i < 4; ++i) envmapi_hier_add(sum, k0[i], block->zero[j].e[i]);
+            for (int i = 0; i < 4; ++i) envmapi_hier_add(sum, k0[i], one->e[i]);
     }
+    envmapi_hier_add(axis->sum, 1, sum);
 }
 
-/* Adds a node of level 3 or more to sum and returns the mean of the lobe over it; counts those that
-   were opened, for their ancestors must be too. e NULL: the top, which is always opened. */
-static double envmapi_hier_visit(double sum[4], int *opened, const envmapi_hier *job,
-                                 const double a[3], int level, int at, const double *e) {
-    const envmapi_hier_node *node = job->tree.nodes + at;
-    const envmapi_quad *quad = &node->quad;
-    double k[4] = {0, 0, 0, 0}, part[4] = {0, 0, 0, 0}, mean = 0;
-    int before = *opened;
-    if (level == 3) envmapi_hier_k(k, job, a, quad);
-    for (int j = 0; level > 3 && j < 4; ++j) {
-        double x = a[0] * quad->x[j] + a[1] * quad->y[j] + a[2] * quad->z[j];
-        if (node->share[j] > 0 && x >= node->low[j] && x <= node->high[j])
-            k[j] = envmapi_hier_visit(part, opened, job, a, level - 1, node->child[j], quad->e[j]);
-    }
-    for (int j = 0; j < 4; ++j) mean += node->share[j] * k[j];
-    for (int j = 0; j < 4; ++j)
-        if (!(node->share[j] > 0)) k[j] = mean;
-    if (e && *opened == before && envmapi_hier_alike(k, mean, job->threshold)) {
-        envmapi_hier_add(sum, mean, e);
-        return mean;
-    }
-    ++*opened;
-    for (int j = 0; level == 3 && j < 4; ++j)
-        if (node->share[j] > 0)
-            envmapi_hier_open(part, job, a, job->tree.blocks + node->child[j], k[j], quad->e[j]);
-    envmapi_hier_add(sum, 1, part);
-    return mean;
+/* Is a part of what lies below child j in the lobe's support? That is, its centroid at an angle
+   from - radius .. to + radius from the axis, where these are within 0 .. pi. */
+static int envmapi_hier_meets(const envmapi_hier *h, const envmapi_axis *axis,
+                              const envmapi_node *node, int j) {
+    double x = axis->a[0] * node->x[j] + axis->a[1] * node->y[j] + axis->a[2] * node->z[j];
+    double c = node->cosine[j], s = node->sine[j];
+    return (c <= h->cos_from || x <= h->cos_from * c + h->sin_from * s + 1e-12) &&
+           (c <= -h->cos_to || x >= h->cos_to * c - h->sin_to * s - 1e-12);
 }
 
-/* Where no sample of the lobe fell on a texel: the bilinear radiance. */
-static void envmapi_hier_between(double sum[4], const envmapi_hier *job, const double a[3]) {
-    envmapi_axis axis;
-    memset(&axis, 0, sizeof axis);
-    axis.lobe = job->lobe, axis.p = job->p, axis.from = job->from, axis.to = job->to;
-    axis.level = envmapi_level_of(job->src, 0, job->src->slices > 1 ? job->slice : 0);
-    memcpy(axis.a, a, sizeof axis.a);
-    axis.texel = envmapi_texel_extent(job->src);
-    envmapi_axis_polar(&axis, axis.to);
-    for (int c = 0; c < 3; ++c) sum[c] = axis.rgb[c];
-    sum[3] = axis.norm;
-}
-
-static void envmapi_hier_row(void *context, int task) {
-    const envmapi_hier *job = (const envmapi_hier *)context;
-    const envmap *dst = job->dst;
-    int face = task / dst->size, y = task % dst->size;
-    float *out = envmap_texel(dst, 0, job->slice, face, 0, y);
-    for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x, out += 3) {
-        double a[3], sum[4] = {0, 0, 0, 0};
-        int opened = 0;
-        envmapi_texel_direction(a, dst->mapping, face, dst->size, x, y);
-        for (int f = 0; f < envmap_faces(job->src->mapping); ++f)
-            envmapi_hier_visit(sum, &opened, job, a, job->tree.levels, job->tree.root[f], NULL);
-        if (fabs(sum[3]) <= 1e-100 * job->peak) envmapi_hier_between(sum, job, a);
-        double norm = job->lobe->raw || job->norm > 0 ? job->norm : sum[3];
-        for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(sum[c] / norm);
+/* Node i of level 3 or more: 1 and the mean of the lobe over it, if that may stand for it; else 0,
+   and what lies below it has been added. The last level is always opened. */
+static int envmapi_hier_visit(double *mean, const envmapi_hier *h, envmapi_axis *axis, int level,
+                              int i) {
+    const envmapi_node *node = h->tree.level[level] + i;
+    double k[4] = {0, 0, 0, 0}, sum = 0;
+    int accepted[4], all = level < h->tree.last;
+    if (level == 3) envmapi_hier_k(k, h, axis, node);
+    for (int j = 0; j < node->children; ++j) {
+        accepted[j] = 1;
+        if (level > 3 && envmapi_hier_meets(h, axis, node, j))
+            accepted[j] = envmapi_hier_visit(k + j, h, axis, level - 1, node->first + j);
+        all &= accepted[j];
+        sum += k[j];
     }
+    *mean = sum / node->children;
+    for (int j = node->children; j < 4; ++j) k[j] = *mean;
+    if (all && envmapi_hier_alike(k, *mean, h->threshold)) return 1;
+    for (int j = 0; j < node->children; ++j)
+        if (level == 3)
+            envmapi_hier_open(h, axis, h->tree.level[2] + node->first + j, k[j], node->e[j]);
+        else if (accepted[j])
+            for (int c = 0; c < 4; ++c) axis->sum[c] += k[j] * node->e[j][c];
+    return 0;
 }
 
-/* Every slice k of src into slice k of dst, or src's only one into all. */
+static void envmapi_hier_filter(envmapi_axis *axis, const void *method) {
+    const envmapi_hier *h = (const envmapi_hier *)method;
+    double mean;
+    for (int face = 0; face < h->tree.count[h->tree.last]; ++face)
+        envmapi_hier_visit(&mean, h, axis, h->tree.last, face);
+    if (fabs(axis->sum[3]) > 1e-100 * h->peak) return;
+    memset(axis->sum, 0, sizeof axis->sum); /* no sample of the lobe fell on a texel */
+    envmapi_axis_polar(axis, 1, axis->to);
+}
+
 static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
                                                  const envmap_lobe *lobe,
                                                  const envmap_filter_desc *desc) {
-    envmapi_hier job;
-    int faces = envmap_faces(dst->mapping), alike = src->slices == 1 && lobe->p0 == lobe->p1;
-    int runs = alike ? 1 : dst->slices;
-    envmap_result result = ENVMAP_OK;
-    memset(&job, 0, sizeof job);
-    job.dst = dst, job.src = src, job.lobe = lobe, job.norm = envmapi_lobe_norm(lobe);
-    for (int run = 0; !result && run < runs; ++run) {
-        envmapi_part part;
-        envmap_work work = envmapi_work_part(&part, &desc->work, run, 1, runs);
-        if (run == 0 || src->slices > 1) {
-            envmapi_hier_free(&job.tree, desc->work.memory);
-            result = envmapi_hier_create(&job.tree, src, run, desc->work.memory);
-        }
-        if (result) break;
-        envmapi_hier_aim(&job, run, (double)desc->threshold);
-        result = envmapi_run(&work, envmapi_hier_row, &job, dst->size * faces);
-    }
-    envmapi_hier_free(&job.tree, desc->work.memory);
-    size_t floats = 3 * envmapi_area(dst->mapping, dst->size) * (size_t)faces;
-    for (int slice = 1; !result && alike && slice < dst->slices; ++slice)
-        memcpy(dst->texels + floats * (size_t)slice, dst->texels, floats * sizeof(float));
+    envmapi_hier h;
+    envmapi_axes axes;
+    memset(&h, 0, sizeof h), memset(&axes, 0, sizeof axes);
+    h.asked = desc->threshold;
+    axes.dst = dst, axes.axis.lobe = lobe, axes.method = &h;
+    axes.prepare = envmapi_hier_prepare, axes.filter = envmapi_hier_filter;
+    envmap_result result = envmapi_axes_run(&axes, src, desc);
+    envmapi_tree_free(&h.tree, desc->work.memory);
     return result;
 }
 
@@ -5008,6 +4905,12 @@ typedef struct envmapi_contrast {
     size_t spot; /* the brightest one's block */
 } envmapi_contrast;
 
+/* Blocks of one width: how many along u and v, in all, and where they begin in `sums`. */
+typedef struct envmapi_blocks {
+    int nu, nv;
+    size_t count, at;
+} envmapi_blocks;
+
 #define ENVMAPI_ROUND  150
 #define ENVMAPI_AXES   (ENVMAPI_ROUND + ENVMAPI_SCALES)
 #define ENVMAPI_ANGLES 64 /* more densely towards the axis, where sharp lobes end */
@@ -5022,10 +4925,11 @@ typedef struct envmapi_histogram {
 /* One look at a slice of the source. */
 typedef struct envmapi_scene {
     envmapi_input in;
-    float *sums;             /* blocks of texels, [faces][nv][nu][4], then twice as wide, ... */
+    float *sums;             /* blocks of texels, [count][4], then twice as wide, ... */
     double *rows;            /* of each row of blocks: sum of squared energies, a sign bit is set */
     float *work;             /* a row of texels a task */
-    int tasks, edge, nu, nv; /* edge of a block in texels; blocks a face */
+    int tasks, edge, scales; /* edge of a block in texels, which doubles from scale to scale */
+    envmapi_blocks blocks[ENVMAPI_SCALES];
     double all, energy, solid; /* all channels; energy: without the lights */
     double sum[3], strongest;  /* energy of the channels; the largest */
     double mean[3];            /* radiance, without the lights */
@@ -5033,8 +4937,7 @@ typedef struct envmapi_scene {
     double squares;            /* of the texels' energies */
     envmapi_contrast texel;    /* of single texels, at most */
     envmapi_contrast scale[ENVMAPI_SCALES]; /* of blocks of edge << i */
-    int scales;
-    envmapi_light *lights; /* taken out */
+    envmapi_light *lights;                  /* taken out */
     int light_count;
     envmapi_histogram
         *histograms;         /* [axes]: `round` all round, then one at each scale's brightest spot;
@@ -5061,11 +4964,12 @@ static void envmapi_task_scene(void *context, int task) {
     const envmapi_scene *s = (const envmapi_scene *)context;
     int edge = s->in.map->size, faces = envmap_faces(s->in.map->mapping);
     size_t width = (size_t)envmapi_width(s->in.map->mapping, edge), W = 3 * width;
+    int nu = s->blocks[0].nu, nv = s->blocks[0].nv;
     float *row = s->work + (size_t)task * 4 * width;
-    for (int i = task; i < faces * s->nv; i += s->tasks) {
-        int from = i % s->nv * s->edge, to = from + s->edge < edge ? from + s->edge : edge;
-        const float *texels = s->in.texels + (size_t)(i / s->nv) * W * (size_t)edge;
-        float *block = s->sums + 4 * (size_t)i * (size_t)s->nu;
+    for (int i = task; i < faces * nv; i += s->tasks) {
+        int from = i % nv * s->edge, to = from + s->edge < edge ? from + s->edge : edge;
+        const float *texels = s->in.texels + (size_t)(i / nv) * W * (size_t)edge;
+        float *block = s->sums + 4 * (size_t)i * (size_t)nu;
         envmapi_rows in;
         int negative = 0;
         s->rows[2 * i] = 0;
@@ -5078,7 +4982,7 @@ static void envmapi_task_scene(void *context, int task) {
             }
             s->rows[2 * i] += envmapi_scene_rows(row, &in, W, &negative);
             for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + W;
-            if (i < s->nv) envmapi_rows_add(row + W, 0, 1, &in, 0, NULL, width);
+            if (i < nv) envmapi_rows_add(row + W, 0, 1, &in, 0, NULL, width);
         }
         for (size_t x = 0, end; x < width; x = end, block += 4) {
             envmapi_float4 sum; /* of RGB, and the red beside it */
@@ -5094,24 +4998,17 @@ static void envmapi_task_scene(void *context, int task) {
     }
 }
 
-/* Blocks at scale i: how many along u and v, and where they begin in `sums`. */
-static size_t envmapi_scene_scale(int *nu, int *nv, const envmapi_scene *s, int i) {
-    size_t at = 0;
-    for (*nu = s->nu, *nv = s->nv; i > 0; --i, *nu = (*nu + 1) / 2, *nv = (*nv + 1) / 2)
-        at += 4 * (size_t)*nu * (size_t)*nv * (size_t)envmap_faces(s->in.map->mapping);
-    return at;
-}
-
-/* Blocks into twice as wide ones. */
-static void envmapi_scene_halve(float *next, const float *blocks, int nu, int nv, int faces) {
-    size_t wide = (size_t)(nu + 1) / 2, high = (size_t)(nv + 1) / 2;
-    memset(next, 0, 4 * wide * high * (size_t)faces * sizeof *next);
-    for (int face = 0; face < faces; ++face, next += 4 * wide * high)
-        for (int y = 0; y < nv; ++y)
-            for (int x = 0; x < nu; ++x, blocks += 4) {
-                float *parent = next + 4 * ((size_t)(y / 2) * wide + (size_t)(x / 2));
-                for (int c = 0; c < 4; ++c) parent[c] += blocks[c];
-            }
+/* Blocks at scale i into those at the next, twice as wide. */
+static void envmapi_scene_halve(const envmapi_scene *s, float *sums, int i) {
+    const envmapi_blocks *from = s->blocks + i, *to = from + 1;
+    const float *block = sums + from->at;
+    memset(sums + to->at, 0, 4 * to->count * sizeof *sums);
+    for (int row = 0; row < envmap_faces(s->in.map->mapping) * from->nv; ++row) {
+        int line = row / from->nv * to->nv + row % from->nv / 2;
+        float *parents = sums + to->at + 4 * (size_t)(line * to->nu);
+        for (int x = 0; x < from->nu; ++x, block += 4)
+            for (int c = 0; c < 4; ++c) parents[4 * (x / 2) + c] += block[c];
+    }
 }
 
 /* (E - m w)^2 of a block whose parent, twice as wide, or NULL, has the mean m. A light in a block
@@ -5133,24 +5030,20 @@ static double envmapi_block_square(const envmapi_scene *s, const float *block,
    exceeds *most, and its block. */
 static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
                                     const envmapi_scene *s, const float *sums, int i, int to) {
-    int nu, nv, wide, high, parents_wide = 0, parents_high = 0;
-    int faces = envmap_faces(s->in.map->mapping);
-    const float *parents = NULL, *block;
+    const envmapi_blocks *from = s->blocks + i, *next = from + 1, *wide = s->blocks + to;
+    const float *block = sums + from->at, *parents = i + 1 < s->scales ? sums + next->at : NULL;
     double sum = 0;
-    if (i + 1 < s->scales)
-        parents = sums + envmapi_scene_scale(&parents_wide, &parents_high, s, i + 1);
-    envmapi_scene_scale(&wide, &high, s, to);
-    block = sums + envmapi_scene_scale(&nu, &nv, s, i);
-    for (int row = 0; row < faces * nv; ++row) {
-        int face = row / nv, y = row % nv;
-        size_t at = (size_t)(face * high + (y >> (to - i))) * (size_t)wide;
-        const float *p = NULL;
-        if (parents) p = parents + 4 * (size_t)(face * parents_high + y / 2) * (size_t)parents_wide;
-        for (int x = 0; x < nu; ++x, block += 4) {
-            double square = envmapi_block_square(s, block, p ? p + 4 * (x / 2) : NULL);
-            if (squares) squares[at + (size_t)(x >> (to - i))] += square;
+    size_t b = 0;
+    for (int row = 0; b < from->count; ++row) {
+        int face = row / from->nv, y = row % from->nv,
+            parent = (face * next->nv + y / 2) * next->nu;
+        double *into = squares ? squares + (face * wide->nv + (y >> (to - i))) * wide->nu : NULL;
+        for (int x = 0; x < from->nu; ++x, ++b, block += 4) {
+            double square =
+                envmapi_block_square(s, block, parents ? parents + 4 * (parent + x / 2) : NULL);
+            if (into) into[x >> (to - i)] += square;
             sum += square;
-            if (square > *most) *most = square, *spot = (size_t)row * (size_t)nu + (size_t)x;
+            if (square > *most) *most = square, *spot = b;
         }
     }
     return sum;
@@ -5160,16 +5053,11 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
    blocks. An edge along the borders of blocks shows at the scales where it runs through one; at the
    others it is l^-1.5 of that, as edges are. */
 static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
-    int nu, nv, faces = envmap_faces(s->in.map->mapping), last = s->scales - 1;
+    int last = s->scales - 1;
     double mean[4] = {0, 0, 0, 0};
-    for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces; ++b)
-        for (size_t c = 0; c < 4; ++c) mean[c] += (double)sums[4 * b + c];
+    for (size_t b = 0; b < 4 * s->blocks[0].count; ++b) mean[b % 4] += (double)sums[b];
     for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
-    for (int i = 0; i < last; ++i) {
-        float *blocks = sums + envmapi_scene_scale(&nu, &nv, s, i);
-        envmapi_scene_halve(blocks + 4 * (size_t)nu * (size_t)nv * (size_t)faces, blocks, nu, nv,
-                            faces);
-    }
+    for (int i = 0; i < last; ++i) envmapi_scene_halve(s, sums, i);
     for (int i = last; i >= 0; --i) {
         double most = off;
         double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
@@ -5184,12 +5072,11 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
 /* The contrast of single texels, from the sum of their squares: what evenly lit blocks, E^2 of each
    over its texels, do not explain. */
 static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squares) {
-    size_t count = (size_t)s->nu * (size_t)s->nv * (size_t)envmap_faces(s->in.map->mapping);
     double even = 0;
     s->texel = s->scale[0];
     if (!(s->norm > 1e-12 && s->norm < 1e15)) return; /* their squares are no floats */
-    for (size_t b = 0; b < count; ++b)
-        for (size_t c = 0; c < 3; ++c) even += (double)sums[4 * b + c] * (double)sums[4 * b + c];
+    for (size_t b = 0; b < 4 * s->blocks[0].count; ++b)
+        if (b % 4 < 3) even += (double)sums[b] * (double)sums[b];
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares); /* sums of floats */
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
 }
@@ -5236,44 +5123,53 @@ static double envmapi_light_square(const envmapi_light *light) {
     return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
 }
 
+/* How many blocks there are at every scale; returns the floats of all. */
+static size_t envmapi_scene_layout(envmapi_scene *s) {
+    const envmap *map = s->in.map;
+    int nu = (envmapi_width(map->mapping, map->size) + s->edge - 1) / s->edge;
+    int nv = (map->size + s->edge - 1) / s->edge;
+    size_t at = 0;
+    for (int high = nv; s->scales < ENVMAPI_SCALES && (high > 0 || !s->scales); high /= 2) {
+        envmapi_blocks *blocks = s->blocks + s->scales++;
+        blocks->nu = nu, blocks->nv = nv, blocks->at = at;
+        blocks->count = (size_t)(nu * nv * envmap_faces(map->mapping)), at += 4 * blocks->count;
+        nu = (nu + 1) / 2, nv = (nv + 1) / 2;
+    }
+    return at;
+}
+
 /* Looks at a slice, in blocks of 8 x 8 texels, or of 4 x 4 for lobes sharper than 32 texels.
    Errors: MEMORY, RADIANCE. */
 static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, int slice,
                                           double sigma, const envmap_work *work,
                                           envmapi_pool *pool) {
-    int faces = envmap_faces(map->mapping), width = envmapi_width(map->mapping, map->size);
-    int negative = 0;
+    size_t faces = (size_t)envmap_faces(map->mapping), at = 0, rows;
+    size_t W = 4 * (size_t)envmapi_width(map->mapping, map->size);
     double squares = 0, off = 0, *energy = s->sum;
+    int negative = 0;
     memset(s, 0, sizeof *s);
-    s->tasks = envmapi_tasks(work);
+    s->in.map = map, s->tasks = envmapi_tasks(work);
     s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
-    s->nu = (width + s->edge - 1) / s->edge, s->nv = (map->size + s->edge - 1) / s->edge;
-    for (s->scales = 1; s->nv >> s->scales && s->scales < ENVMAPI_SCALES; ++s->scales) {}
-    size_t blocks = (size_t)s->nu * (size_t)s->nv * (size_t)faces, W = 4 * (size_t)width;
-    blocks = 2 * blocks + 64 * (size_t)faces; /* and the coarser scales */
-    size_t floats = W * (size_t)s->tasks + 4 * blocks, rows = 2 * (size_t)(faces * s->nv);
-    if (envmapi_input_create(&s->in, map, slice, 2 * rows + floats, work, pool))
+    at = envmapi_scene_layout(s), rows = 2 * faces * (size_t)s->blocks[0].nv;
+    if (envmapi_input_create(&s->in, map, slice, 2 * rows + at + W * (size_t)s->tasks, work, pool))
         return ENVMAP_ERROR_MEMORY;
     s->rows = (double *)(void *)s->in.spare;
-    s->sums = (float *)(s->rows + rows), s->work = s->sums + 4 * blocks;
+    s->sums = (float *)(s->rows + rows), s->work = s->sums + at;
     envmapi_run_all(work, envmapi_task_scene, s, s->tasks);
-    for (size_t i = 0, n = (size_t)s->nu * (size_t)s->nv; i + n < n * (size_t)faces; ++i)
-        s->sums[4 * (i + n) + 3] = s->sums[4 * i + 3];
-    for (int i = 0; i < faces * s->nv; ++i) {
-        const float *block = s->sums + 4 * (size_t)i * (size_t)s->nu;
-        for (int x = 0; x < s->nu; ++x, block += 4) {
-            for (int c = 0; c < 3; ++c) energy[c] += (double)block[c];
-            s->solid += (double)block[3];
-        }
-        squares += s->rows[2 * i], negative |= s->rows[2 * i + 1] > 0;
+    for (size_t b = 0, n = s->blocks[0].count / faces; b < s->blocks[0].count; ++b) {
+        float *block = s->sums + 4 * b;
+        block[3] = s->sums[4 * (b % n) + 3]; /* alike on all faces */
+        for (int c = 0; c < 3; ++c) energy[c] += (double)block[c];
+        s->solid += (double)block[3];
     }
+    for (size_t i = 0; i < rows; i += 2) squares += s->rows[i], negative |= s->rows[i + 1] > 0;
     for (int i = 0; i < s->in.rim_count; ++i) {
         for (int c = 0; c < 3; ++c) energy[c] += s->in.rim[i].value[c];
         s->solid += s->in.rim[i].value[3], off += envmapi_light_square(s->in.rim + i);
     }
     s->squares = squares + off, s->all = s->energy = energy[0] + energy[1] + energy[2];
     s->strongest = fmax(fmax(energy[0], energy[1]), energy[2]);
-    s->norm = sqrt(energy[0] * energy[0] + energy[1] * energy[1] + energy[2] * energy[2]);
+    s->norm = sqrt(envmapi_dot(energy, energy));
     if ((negative || !envmapi_finite(s->energy)) && !envmapi_radiance_ok(map, 0))
         return ENVMAP_ERROR_RADIANCE;
     envmapi_scene_scales(s, s->sums, off);
@@ -5291,17 +5187,14 @@ static int envmapi_light_add(envmapi_scene *s, const envmapi_light *light) {
 /* The texels of one block that hold more than `limit` become lights, until there are too many. */
 static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
     const envmap *map = s->in.map;
-    int x0 = (int)(block % (size_t)s->nu) * s->edge, row = (int)(block / (size_t)s->nu);
-    int y0 = row % s->nv * s->edge, face = row / s->nv;
+    int nu = s->blocks[0].nu, nv = s->blocks[0].nv, row = (int)(block / (size_t)nu);
+    int x0 = (int)(block % (size_t)nu) * s->edge, y0 = row % nv * s->edge, face = row / nv;
     int width = envmapi_width(map->mapping, map->size);
     for (int y = y0; y < y0 + s->edge && y < map->size; ++y)
         for (int x = x0; x < x0 + s->edge && x < width; ++x) {
-            double w = (double)envmapi_omega_row(&s->in, y)[3 * x];
-            envmapi_light light;
-            light.texel =
-                ((size_t)face * (size_t)map->size + (size_t)y) * (size_t)width + (size_t)x;
-            for (size_t c = 0; c < 4; ++c)
-                light.value[c] = w * (c < 3 ? (double)s->in.texels[3 * light.texel + c] : 1.0);
+            size_t texel = (size_t)(face * map->size + y) * (size_t)width + (size_t)x;
+            envmapi_light light =
+                envmapi_light_of(&s->in, texel, (double)envmapi_omega_row(&s->in, y)[3 * x]);
             if (!(envmapi_light_energy(&light) > limit)) continue;
             envmapi_texel_direction(light.d, map->mapping, face, map->size, x, y);
             if (!envmapi_light_add(s, &light)) return 0;
@@ -5312,16 +5205,16 @@ static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
 /* The contrast of what the lights leave, no texel of it with more than `limit` of all energy; rest:
    room for the blocks without them. */
 static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
-    int edge = s->in.map->size, faces = envmap_faces(s->in.map->mapping);
-    size_t width = (size_t)envmapi_width(s->in.map->mapping, edge), size = (size_t)edge;
+    size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
+    size_t size = (size_t)s->in.map->size, nu = (size_t)s->blocks[0].nu;
     double squares = s->squares, off = 0;
-    memcpy(rest, s->sums, 4 * (size_t)s->nu * (size_t)s->nv * (size_t)faces * sizeof *rest);
+    memcpy(rest, s->sums, 4 * s->blocks[0].count * sizeof *rest);
     for (int i = 0; i < s->in.rim_count; ++i) off += envmapi_light_square(s->in.rim + i);
     for (int i = 0; i < s->light_count; ++i) {
         const double *v = s->lights[i].value, square = envmapi_light_square(s->lights + i);
         size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
-        size_t row = y / size * (size_t)s->nv + y % size / (size_t)s->edge;
-        float *sum = rest + 4 * (row * (size_t)s->nu + x / (size_t)s->edge);
+        size_t row = y / size * (size_t)s->blocks[0].nv + y % size / (size_t)s->edge;
+        float *sum = rest + 4 * (row * nu + x / (size_t)s->edge);
         int cut = !(envmapi_omega_row(&s->in, (int)(y % size))[3 * x] > 0);
         for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
         s->energy -= envmapi_light_energy(s->lights + i), squares -= square;
@@ -5337,8 +5230,8 @@ static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
 
 /* The middle of block b at scale i. */
 static void envmapi_block_direction(double d[3], const envmapi_scene *s, int i, size_t b) {
-    int nu, nv, mapping = s->in.map->mapping, wide = s->edge << i;
-    envmapi_scene_scale(&nu, &nv, s, i);
+    int nu = s->blocks[i].nu, nv = s->blocks[i].nv, mapping = s->in.map->mapping;
+    int wide = s->edge << i;
     int x = (int)(b % (size_t)nu), y = (int)(b / (size_t)nu), face = y / nv;
     envmapi_direction(d, mapping, face,
                       fmin((x + 0.5) * wide / envmapi_width(mapping, s->in.map->size), 1),
@@ -5349,24 +5242,23 @@ static void envmapi_block_direction(double d[3], const envmapi_scene *s, int i, 
    `rest` of the scales from `from` to j. squares: room for (j-from+1) times the blocks. */
 static void envmapi_histograms_add(envmapi_scene *s, const float *rest, int from, int j,
                                    double *squares, const unsigned char *angle) {
-    int nu, nv, faces = envmap_faces(s->in.map->mapping);
-    const float *sums = s->sums + envmapi_scene_scale(&nu, &nv, s, j);
-    int count = nu * nv * faces;
-    memset(squares, 0, (size_t)(j - from + 1) * (size_t)count * sizeof *squares);
+    const float *sums = s->sums + s->blocks[j].at;
+    size_t count = s->blocks[j].count;
+    memset(squares, 0, (size_t)(j - from + 1) * count * sizeof *squares);
     for (int i = from; i <= j && s->detail; ++i) {
         size_t spot;
-        double most = 0, *part = squares + (size_t)(i - from) * (size_t)count;
+        double most = 0, *part = squares + (size_t)(i - from) * count;
         double total = envmapi_scene_squares(part, &most, &spot, s, rest, i, j);
-        for (int b = 0; b < count && total > 0; ++b) part[b] /= total;
+        for (size_t b = 0; b < count && total > 0; ++b) part[b] /= total;
     }
-    for (int b = 0; b < count; ++b) {
+    for (size_t b = 0; b < count; ++b) {
         float values[3 + ENVMAPI_SCALES] = {0};
         double d[3];
-        envmapi_block_direction(d, s, j, (size_t)b);
+        envmapi_block_direction(d, s, j, b);
         for (int c = 0; c < 3 && !from; ++c)
-            values[c] = (float)((double)sums[4 * b + c] / s->strongest);
+            values[c] = (float)((double)sums[4 * b + (size_t)c] / s->strongest);
         for (int i = from; i <= j; ++i)
-            values[3 + i] = (float)squares[(size_t)(i - from) * (size_t)count + (size_t)b];
+            values[3 + i] = (float)squares[(size_t)(i - from) * count + b];
         for (envmapi_histogram *a = s->histograms; a < s->histograms + s->axes; ++a) {
             float *seen = a->seen[angle[(int)(512.5 - 512 * envmapi_dot(a->axis, d))]];
             envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(values));
@@ -5379,14 +5271,13 @@ static void envmapi_histograms_add(envmapi_scene *s, const float *rest, int from
    bands are few, can do without detail. */
 static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, const float *rest,
                                               envmapi_pool *pool) {
-    int nu, nv, j = 0, edge = s->detail ? 5 : 3, faces = envmap_faces(s->in.map->mapping);
+    int j = 0, edge = s->detail ? 5 : 3;
     double extent = s->edge * envmapi_texel_extent(s->in.map), t;
     unsigned char angle[1026];
-    for (envmapi_scene_scale(&nu, &nv, s, 0);
-         j + 1 < s->scales && (4 * extent <= sigma || nu * nv * faces > 2048); extent *= 2)
-        envmapi_scene_scale(&nu, &nv, s, ++j);
+    for (; j + 1 < s->scales && (4 * extent <= sigma || s->blocks[j].count > 2048); extent *= 2)
+        ++j;
     double *squares =
-        (double *)envmapi_pool_get(pool, (size_t)((j + 1) * nu * nv * faces), sizeof *squares);
+        (double *)envmapi_pool_get(pool, (size_t)(j + 1) * s->blocks[j].count, sizeof *squares);
     if (!squares) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < 1026; ++i) {
         t = sqrt(acos(envmapi_clamp(1 - i / 512.0, -1, 1)) / ENVMAPI_PI) * ENVMAPI_ANGLES;
@@ -5407,16 +5298,15 @@ static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, co
    for all; kappa is then what they leave, and axes look at it for lobes of sigma. The blocks stay
    whole. */
 static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmapi_pool *pool) {
-    int nu, nv, fits = 0, kept = pool->count, faces = envmap_faces(s->in.map->mapping);
-    size_t blocks = envmapi_scene_scale(&nu, &nv, s, s->scales) / 4;
+    const envmapi_blocks *last = s->blocks + s->scales - 1;
+    int fits = 0, kept, edge = sigma <= 0.5 ? 5 : 3;
     s->lights = (envmapi_light *)envmapi_pool_get(pool, ENVMAPI_LIGHTS, sizeof(envmapi_light));
-    int edge = sigma <= 0.5 ? 5 : 3;
     s->detail = sigma <= 0.5;
     s->round = 6 * edge * edge, s->axes = s->round + (s->detail ? s->scales : 0);
     s->histograms =
         (envmapi_histogram *)envmapi_pool_get(pool, (size_t)s->axes, sizeof(envmapi_histogram));
     kept = pool->count;
-    float *rest = (float *)envmapi_pool_get(pool, 4 * blocks, sizeof(float));
+    float *rest = (float *)envmapi_pool_get(pool, last->at + 4 * last->count, sizeof(float));
     if (!s->lights || !s->histograms || !rest) return ENVMAP_ERROR_MEMORY;
     double limit = s->energy / 4000;
     while (!fits) {
@@ -5424,7 +5314,7 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmap
         for (int i = 0; i < s->in.rim_count; ++i)
             if (envmapi_light_energy(s->in.rim + i) > limit)
                 fits &= envmapi_light_add(s, s->in.rim + i);
-        for (size_t b = 0; b < (size_t)s->nu * (size_t)s->nv * (size_t)faces && fits; ++b) {
+        for (size_t b = 0; b < s->blocks[0].count && fits; ++b) {
             const float *sum = s->sums + 4 * b;
             if ((double)sum[0] + (double)sum[1] + (double)sum[2] > limit)
                 fits = envmapi_block_lights(s, b, limit);
@@ -5440,12 +5330,12 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmap
 /* D, from blocks no wider than the lobe: no mean of blocks is darker than the darkest. Half of
    that, for what lies between. */
 static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
-    int i = 0, nu, nv;
+    int i = 0;
     double extent = s->edge * envmapi_texel_extent(s->in.map), mean = s->all / s->solid / 3;
     double dark = HUGE_VAL;
     while (i + 1 < s->scales && 2 * extent <= sigma) ++i, extent *= 2;
-    const float *block = s->sums + envmapi_scene_scale(&nu, &nv, s, i);
-    for (int b = 0; b < nu * nv * envmap_faces(s->in.map->mapping); ++b, block += 4) {
+    for (size_t b = 0; b < s->blocks[i].count; ++b) {
+        const float *block = s->sums + s->blocks[i].at + 4 * b;
         double most = fmax(fmax((double)block[0], (double)block[1]), (double)block[2]);
         if (block[3] > 0) dark = fmin(dark, most / (double)block[3]);
     }
@@ -5902,7 +5792,7 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_s
                                  &scene->in, NULL, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     if (kinked) t->lights = scene->lights, t->light_count = scene->light_count;
-    t->a = out->a, t->a_bands = bands;
+    t->rings.a = out->a, t->rings.a_bands = bands;
     envmapi_project_texels(t, &desc->work);
     return ENVMAP_OK;
 }
@@ -5931,7 +5821,7 @@ static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec 
     double lambda[ENVMAPI_FAST_BANDS];
     for (int l = 0; l < spec->L; ++l)
         lambda[l] = opposite && l % 2 ? -slice->lambda[l] : slice->lambda[l];
-    t->lambda = lambda, t->lobe = spec->lobe;
+    t->rings.lambda = lambda, t->lobe = spec->lobe;
     t->out = envmapi_image(spec->dst, 0, k, 0);
     t->p = opposite ? -slice->p : slice->p;
     t->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
@@ -5985,7 +5875,7 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
             h > 1.2 * spectrum->h) {
             result = envmapi_transform_create(&own, dst, h, L, (double)desc->tolerance, NULL,
                                               spectrum->kept ? t : NULL, &desc->work, pool);
-            own.a = t->a, own.a_bands = t->a_bands;
+            own.rings.a = t->rings.a, own.rings.a_bands = t->rings.a_bands;
             own.lights = t->lights, own.light_count = t->light_count;
             t = &own;
         }
@@ -6008,7 +5898,7 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
     int serves = spectrum->a != NULL;
     for (int i = 0; i < count; ++i)
         if (specs[i].kinked == kinked && specs[i].L)
-            serves &= specs[i].L <= spectrum->t.a_bands && specs[i].h >= 0.999 * spectrum->h;
+            serves &= specs[i].L <= spectrum->t.rings.a_bands && specs[i].h >= 0.999 * spectrum->h;
     return serves;
 }
 

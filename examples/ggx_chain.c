@@ -74,10 +74,8 @@ int main(int argc, char **argv) {
     const char *folder = argc > 2 ? argv[2] : "build";
     envmap sky = {0}, chain = {0};
     char path[4096];
-    if (argc > 1)
-        must(envmap_pfm_load(&sky, argv[1], ENVMAP_LATLONG), argv[1]);
-    else
-        make_sky(&sky);
+    if (argc > 1) must(envmap_pfm_load(&sky, argv[1], ENVMAP_LATLONG), argv[1]);
+    else make_sky(&sky);
     make_chain(&chain, &sky);
     make_diffuse(packed, &sky);
     must(envmap_ggx_table(table, TABLE, NULL), "table");

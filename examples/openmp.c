@@ -68,8 +68,8 @@ static int compare(envmap *one, envmap *all, const envmap *sky) {
     double parallel = time_chain(all, sky, &desc);
     if (serial < 0 || parallel < 0) return 0;
     const float *end = envmap_texel(one, LEVELS - 1, 0, 5, 0, 0);
-    size_t floats = (size_t)(end - one->texels) + 3 * (size_t)(one->size >> (LEVELS - 1)) *
-                                                      (size_t)(one->size >> (LEVELS - 1));
+    size_t floats = (size_t)(end - one->texels) +
+                    3 * (size_t)(one->size >> (LEVELS - 1)) * (size_t)(one->size >> (LEVELS - 1));
     int same = !memcmp(one->texels, all->texels, floats * sizeof(float));
     printf("serial %.1f ms; %d thread%s %.1f ms, %.2f times as fast; %s\n", serial, threads,
            threads == 1 ? "" : "s", parallel, serial / parallel,

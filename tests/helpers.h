@@ -13,7 +13,7 @@
 
 static inline envmap black(int mapping, int size, int levels, int slices) {
     envmap map = {0, 0, 0, 0, 0, 0, 0, 0};
-    if (!CHECK(envmap_create(&map, (envmap_mapping)mapping, size, levels, slices) == ENVMAP_OK)) {
+    if (!CHECK(envmap_create(&map, mapping, size, levels, slices) == ENVMAP_OK)) {
         printf("    no map to test with\n");
         exit(1);
     }

@@ -3,11 +3,11 @@
    seams, poles, rims, axes and corners; the paraboloid's texture matrix against the mapping. */
 #include "oracle.h"
 
-static const envmap_mapping mappings[] = {ENVMAP_CUBE, ENVMAP_PARABOLOID, ENVMAP_SPHERE,
+static const int mappings[] = {ENVMAP_CUBE, ENVMAP_PARABOLOID, ENVMAP_SPHERE,
                                           ENVMAP_LATLONG, ENVMAP_ANGULAR};
 
 /* Angle between dir and what its coordinates map back to. */
-static double round_trip(envmap_mapping m, const float dir[3]) {
+static double round_trip(int m, const float dir[3]) {
     int face = -1;
     float u = -1, v = -1, back[3] = {9, 9, 9};
     envmap_coordinates(&face, &u, &v, m, dir);
@@ -152,7 +152,7 @@ static void cube_faces_are_labelled_and_turned_as_in_opengl(void) {
 /* Where +x, +y, +z and their opposites lie on the other mappings, from the conventions. */
 static void axes_lie_where_the_conventions_say(void) {
     static const struct {
-        envmap_mapping mapping;
+        int mapping;
         float d[3];
         int face;
         double u, v;

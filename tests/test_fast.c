@@ -88,7 +88,7 @@ static void add_sun(envmap *map, double x, double y, double z) {
     float d[3] = {(float)x, (float)y, (float)z}, u, v;
     double mean = mean_of(map);
     int face, width = oracle_width(map->mapping, map->size);
-    envmap_coordinates(&face, &u, &v, (envmap_mapping)map->mapping, d);
+    envmap_coordinates(&face, &u, &v, map->mapping, d);
     int i = (int)(u * (float)width), j = (int)(v * (float)map->size);
     float *texel =
         envmap_texel(map, 0, 0, face, i < width ? i : width - 1, j < map->size ? j : map->size - 1);

@@ -3,13 +3,13 @@
    between all 25 pairs of parameterizations. */
 #include "oracle.h"
 
-static const envmap_mapping mappings[] = {ENVMAP_CUBE, ENVMAP_PARABOLOID, ENVMAP_SPHERE,
+static const int mappings[] = {ENVMAP_CUBE, ENVMAP_PARABOLOID, ENVMAP_SPHERE,
                                           ENVMAP_LATLONG, ENVMAP_ANGULAR};
 
 /* A map or the end of the program: what follows makes no sense without it. */
 static envmap make(int mapping, int size, int levels, int slices) {
     envmap map = {0};
-    if (envmap_create(&map, (envmap_mapping)mapping, size, levels, slices)) {
+    if (envmap_create(&map, mapping, size, levels, slices)) {
         printf("    cannot create a %s map of %d\n", oracle_name[mapping], size);
         exit(1);
     }
@@ -76,14 +76,14 @@ static void sizes_beyond_the_limits_are_refused_before_any_allocation(void) {
     memcpy(&before, &map, sizeof map);
     oracle_calls = 0;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
-        envmap_result r = envmap_create(&map, (envmap_mapping)bad[i].mapping, bad[i].size,
+        envmap_result r = envmap_create(&map, bad[i].mapping, bad[i].size,
                                         bad[i].levels, bad[i].slices);
         CHECK(r == ENVMAP_ERROR_ARGUMENT || r == ENVMAP_ERROR_LIMIT);
         CHECK(!memcmp(&before, &map, sizeof map));
     }
     CHECK(envmap_create(&map, ENVMAP_CUBE, 16384, 1, 1) == ENVMAP_ERROR_LIMIT);
     CHECK(envmap_create(&map, ENVMAP_CUBE, 16385, 1, 1) == ENVMAP_ERROR_LIMIT);
-    CHECK(envmap_create(&map, (envmap_mapping)7, 8, 1, 1) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_create(&map, 7, 8, 1, 1) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_create(NULL, ENVMAP_CUBE, 8, 1, 1) == ENVMAP_ERROR_ARGUMENT);
     CHECK(oracle_calls == 0);
     /* the largest that is allowed gets as far as the memory, which has only 256 MB */

@@ -9,7 +9,7 @@ static const int sizes[] = {1, 2, 3, 4, 5, 7, 8, 16, 17, 33, 64, 100};
 
 static envmap make(int mapping, int size) {
     envmap map = {0};
-    if (envmap_create(&map, (envmap_mapping)mapping, size, envmap_levels(size), 2)) {
+    if (envmap_create(&map, mapping, size, envmap_levels(size), 2)) {
         printf("    cannot create a %s map of %d\n", oracle_name[mapping], size);
         exit(1);
     }

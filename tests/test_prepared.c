@@ -483,12 +483,11 @@ static void blocks_of_every_scale_carry_all_energy(void) {
             envmapi_scene s = survey_of(&map);
             CHECK(s.scales > 2);
             for (int scale = 0; scale < s.scales; ++scale) {
-                int nu, nv;
-                const float *block = s.sums + envmapi_scene_scale(&nu, &nv, &s, scale);
+                const float *block = s.sums + s.blocks[scale].at;
                 double energy = 0, sphere = 0;
                 for (int k = 0; k < s.in.rim_count; ++k)
                     energy += envmapi_light_energy(s.in.rim + k), sphere += s.in.rim[k].value[3];
-                for (int b = 0; b < nu * nv * envmap_faces(mapping); ++b, block += 4) {
+                for (size_t b = 0; b < s.blocks[scale].count; ++b, block += 4) {
                     energy += (double)block[0] + (double)block[1] + (double)block[2];
                     sphere += (double)block[3];
                 }
@@ -642,7 +641,7 @@ static void axes_see_all_light_at_its_angle(void) {
             float d[3] = {0, 0, 0}, u, v;
             int face, width = oracle_width(mapping, 64);
             d[i / 2] = i & 1 ? -0.8f : 0.8f, d[(i / 2 + 1) % 3] = 0.5f, d[(i / 2 + 2) % 3] = 0.3f;
-            envmap_coordinates(&face, &u, &v, (envmap_mapping)mapping, d);
+            envmap_coordinates(&face, &u, &v, mapping, d);
             int x = (int)(u * (float)width), y = (int)(v * 64);
             envmap_texel(&map, 0, 0, face, x, y)[1] = 1e7f;
             envmapi_scene s = survey_of(&map);

@@ -24,7 +24,7 @@ static double furthest(const double *a, const double *b, int count) {
 static envmap map_of(int mapping, int size) {
     envmap map;
     memset(&map, 0, sizeof map);
-    if (!CHECK(envmap_create(&map, (envmap_mapping)mapping, size, 1, 1) == ENVMAP_OK)) exit(1);
+    if (!CHECK(envmap_create(&map, mapping, size, 1, 1) == ENVMAP_OK)) exit(1);
     return map;
 }
 
@@ -254,7 +254,7 @@ static void filling_evaluates_at_every_texel(void) {
     for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping) {
         envmap map;
         memset(&map, 0, sizeof map);
-        CHECK(envmap_create(&map, (envmap_mapping)mapping, 12, 2, 3) == ENVMAP_OK);
+        CHECK(envmap_create(&map, mapping, 12, 2, 3) == ENVMAP_OK);
         CHECK(envmap_sh_fill(&map, 1, 2, sh, 5, 0, NULL) == ENVMAP_OK);
         for (int face = 0; face < envmap_faces(mapping); ++face)
             for (int y = 0; y < 6; ++y)

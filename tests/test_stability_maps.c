@@ -16,8 +16,8 @@ static double stretch(int mapping, double u, double v) {
     for (int k = 0; k < 2; ++k) {
         float from[3], to[3];
         double du = k ? 0 : mapping == ENVMAP_LATLONG ? h / 2 : h, dv = k ? h : 0;
-        envmap_direction(from, (envmap_mapping)mapping, 0, (float)(u - du), (float)(v - dv));
-        envmap_direction(to, (envmap_mapping)mapping, 0, (float)(u + du), (float)(v + dv));
+        envmap_direction(from, mapping, 0, (float)(u - du), (float)(v - dv));
+        envmap_direction(to, mapping, 0, (float)(u + du), (float)(v + dv));
         for (int c = 0; c < 3; ++c) a[k][c] = (double)to[c] - (double)from[c];
     }
     for (int c = 0; c < 3; ++c)
@@ -105,11 +105,11 @@ static double interpolation_error(int mapping, double edge, int inside) {
                 corner[k][c] = (float)(d[c] + edge / sqrt(3.0) * t[c]);
                 right[c] += weight[k] * corner[k][c];
             }
-            envmap_coordinates(face + k, &u, &v, (envmap_mapping)mapping, corner[k]);
+            envmap_coordinates(face + k, &u, &v, mapping, corner[k]);
             cut |= face[k] != face[0];
         }
         if (cut && inside) continue;
-        fault_interpolated(wrong, (envmap_mapping)mapping, (const float(*)[3])corner, weight);
+        fault_interpolated(wrong, mapping, (const float(*)[3])corner, weight);
         sum += oracle_angle_f(wrong, right), ++used;
     }
     return sum / used;

@@ -797,8 +797,7 @@ static inline void gl_show(gl_app *app) {
 #endif
     } else if (!*app->keys) {
         gl.Finish();
-        if (!gl_shoot(app, &app->shot))
-            gl_errors++;
+        if (!gl_shoot(app, &app->shot)) gl_errors++;
         else
             gl_write(&app->shot, app->caption, 24,
                      app->height - 8 - GL_TEXT_LINE * gl_caption_lines(app->caption, &width));

@@ -45,8 +45,8 @@ static inline float stage_sharpest(const stage *st) {
 }
 
 /* A map of the environment through a lobe, as a texture. */
-static inline envmap_result stage_filter(GLuint *out, const stage *st, envmap_mapping mapping,
-                                         int size, const envmap_lobe *lobe) {
+static inline envmap_result stage_filter(GLuint *out, const stage *st, int mapping, int size,
+                                         const envmap_lobe *lobe) {
     envmap map;
     envmap_result result;
     memset(&map, 0, sizeof map);

@@ -26,8 +26,8 @@ enum { SURFACE_SHOW_COLOUR, SURFACE_SHOW_NORMAL, SURFACE_SHOW_VIEW, SURFACE_SHOW
 #define SURFACE_TAPS 64 /* the most of a fan */
 #define SURFACE_FITS 32 /* the most slices of a fit */
 
-static const envmap_mapping surface_mapping[SURFACE_LOOKUPS] = {ENVMAP_CUBE, ENVMAP_PARABOLOID,
-                                                                ENVMAP_PARABOLOID, ENVMAP_SPHERE};
+static const int surface_mapping[SURFACE_LOOKUPS] = {ENVMAP_CUBE, ENVMAP_PARABOLOID,
+                                                     ENVMAP_PARABOLOID, ENVMAP_SPHERE};
 
 /* Maps are textures of gl_map; those that a look does not need stay 0. */
 typedef struct surface {

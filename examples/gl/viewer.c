@@ -39,7 +39,7 @@ typedef struct viewer {
 
 /* What the materials look up: a map of this shape, through this lobe. */
 typedef struct recipe {
-    envmap_mapping mapping;
+    int mapping;
     int size, levels, slices;
     envmap_lobe lobes[CHAIN];
 } recipe;
@@ -102,8 +102,7 @@ static void refresh(viewer *v) {
     v->s.map = v->s.slices[0] = v->s.slices[1] = 0;
     if (good && map.slices > 1)
         for (i = 0; i < 2; i++) v->s.slices[i] = gl_volume(&map, i);
-    else if (good && map.texels)
-        v->s.map = gl_map(&map);
+    else if (good && map.texels) v->s.map = gl_map(&map);
     envmap_free(&map);
 }
 
@@ -113,26 +112,13 @@ static void refresh(viewer *v) {
 static void step(viewer *v, float by) {
     float *x = &v->number[v->material];
     switch (v->material) {
-    case PHONG:
-        *x = fminf(fmaxf(*x * powf(1.25f, by), 1), stage_sharpest(&v->st));
-        break;
-    case COATED:
-        *x = fminf(fmaxf(*x * powf(1.25f, by), 1.05f), 200);
-        break;
-    case GGX:
-        *x = fminf(fmaxf(*x + 0.05f * by, 0), 1);
-        break;
-    case BANKS:
-        *x = 1 - fminf(fmaxf((1 - *x) * powf(0.8f, by), 0.01f), 1);
-        break;
-    case ELLIPTICAL:
-        *x = fminf(fmaxf(*x * powf(1.25f, by), 0.1f), 0.9f);
-        break;
-    case FITTED:
-        *x = fminf(fmaxf(*x + 0.05f * by, 0.25f), 1);
-        break;
-    default:
-        break;
+    case PHONG: *x = fminf(fmaxf(*x * powf(1.25f, by), 1), stage_sharpest(&v->st)); break;
+    case COATED: *x = fminf(fmaxf(*x * powf(1.25f, by), 1.05f), 200); break;
+    case GGX: *x = fminf(fmaxf(*x + 0.05f * by, 0), 1); break;
+    case BANKS: *x = 1 - fminf(fmaxf((1 - *x) * powf(0.8f, by), 0.01f), 1); break;
+    case ELLIPTICAL: *x = fminf(fmaxf(*x * powf(1.25f, by), 0.1f), 0.9f); break;
+    case FITTED: *x = fminf(fmaxf(*x + 0.05f * by, 0.25f), 1); break;
+    default: break;
     }
     v->stale = v->stale || v->material == PHONG || v->material == BANKS || v->material == FITTED;
 }
@@ -142,10 +128,8 @@ static void press_step(viewer *v, int up) {
     static const float indices[3] = {1.5f, 5, 200};
     float *x = &v->number[COATED];
     int i = *x < 2 ? 0 : *x < 100 ? 1 : 2;
-    if (v->material != COATED)
-        step(v, up ? 1 : -1);
-    else
-        *x = indices[up ? (i < 2 ? i + 1 : 2) : (i > 0 ? i - 1 : 0)];
+    if (v->material != COATED) step(v, up ? 1 : -1);
+    else *x = indices[up ? (i < 2 ? i + 1 : 2) : (i > 0 ? i - 1 : 0)];
 }
 
 /* Whatever follows from another environment. */
@@ -169,41 +153,20 @@ static void light(viewer *v, const char *path) {
 
 static void press(viewer *v, int key) {
     switch (key) {
-    case 'M':
-        v->material = (v->material + 1) % MATERIALS, v->stale = 1;
-        break;
-    case 'L':
-        v->s.lookup = (v->s.lookup + 1) % SURFACE_LOOKUPS, v->stale = 1;
-        break;
-    case 'F':
-        v->s.diffuse = (v->s.diffuse + 1) % 3;
-        break;
-    case 'O':
-        v->object = (v->object + 1) % GL_MESH_COUNT;
-        break;
-    case 'E':
-        light(v, NULL);
-        break;
+    case 'M': v->material = (v->material + 1) % MATERIALS, v->stale = 1; break;
+    case 'L': v->s.lookup = (v->s.lookup + 1) % SURFACE_LOOKUPS, v->stale = 1; break;
+    case 'F': v->s.diffuse = (v->s.diffuse + 1) % 3; break;
+    case 'O': v->object = (v->object + 1) % GL_MESH_COUNT; break;
+    case 'E': light(v, NULL); break;
     case '=':
-    case '-':
-        press_step(v, key == '=');
-        break;
+    case '-': press_step(v, key == '='); break;
     case ',':
-    case '.':
-        v->yaw += key == '.' ? 0.1f : -0.1f;
-        break;
+    case '.': v->yaw += key == '.' ? 0.1f : -0.1f; break;
     case '9':
-    case '0':
-        v->app.exposure *= key == '0' ? 1.15f : 1 / 1.15f;
-        break;
-    case 'B':
-        v->sharp = !v->sharp;
-        break;
-    case 'H':
-        v->hidden = !v->hidden;
-        break;
-    default:
-        break;
+    case '0': v->app.exposure *= key == '0' ? 1.15f : 1 / 1.15f; break;
+    case 'B': v->sharp = !v->sharp; break;
+    case 'H': v->hidden = !v->hidden; break;
+    default: break;
     }
 }
 
@@ -226,8 +189,7 @@ static void words(viewer *v) {
     static double shown, when;
     if (gl_seconds() > when + 0.5) shown = v->app.took, when = gl_seconds(); /* readable */
     snprintf(name, sizeof name, materials[v->material], (double)v->number[v->material]);
-    if (v->hidden)
-        *to = 0;
+    if (v->hidden) *to = 0;
     else if (!v->app.window)
         snprintf(to, room, "%s%s", name, v->material == COATED ? under[v->s.diffuse] : "");
     else

@@ -267,7 +267,7 @@ static int make_source(bench *b, shape s) {
     envmap_free(&b->source);
     free(b->texels.at);
     b->texels.at = NULL;
-    if (envmap_create(&b->source, (envmap_mapping)s.mapping, s.size, 1, 1)) return 0;
+    if (envmap_create(&b->source, s.mapping, s.size, 1, 1)) return 0;
     if (envmap_resample(&b->source, &b->sky)) return 0;
     measure_list(&b->texels, &b->source);
     return 1;
@@ -405,10 +405,8 @@ static const char *verdict(char text[24], double copies, double limit) {
 }
 
 static const char *number(char text[24], const char *format, double value) {
-    if (value < 0)
-        snprintf(text, 24, "-");
-    else
-        snprintf(text, 24, format, value);
+    if (value < 0) snprintf(text, 24, "-");
+    else snprintf(text, 24, format, value);
     return text;
 }
 
@@ -509,13 +507,13 @@ static void time_row(bench *b, row *r, envmap *dst, double first) {
 static double make_row(bench *b, const work *w, int method) {
     row r = {0};
     envmap dst = {0}, truth = {0};
-    measure_meter m = {0, 0};
+    measure_meter m = {0, 0, NULL};
     r.bands = most_bands(w);
     r.work = w, r.method = method, r.ms = r.copies = r.rms = r.worst = r.truth = r.memory = -1;
     fprintf(stderr, "\r%-10s %-24s %-48s", b->scene, w->name, "");
     if (!make_source(b, w->from) ||
-        envmap_create(&dst, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices) ||
-        envmap_create(&truth, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices)) {
+        envmap_create(&dst, w->to.mapping, w->to.size, w->levels, w->slices) ||
+        envmap_create(&truth, w->to.mapping, w->to.size, w->levels, w->slices)) {
         complain(b, w->name, "out of memory");
     } else {
         double start = measure_now();
@@ -543,9 +541,8 @@ static void verify_small(bench *b, const work *w) {
     char from[32], to[32];
     envmap_result result = ENVMAP_ERROR_MEMORY;
     fprintf(stderr, "\r%-10s %-24s %-48s", b->scene, w->name, "against the definition");
-    if (make_source(b, w->from) &&
-        !envmap_create(&dst, (envmap_mapping)w->to.mapping, w->to.size, 1, w->slices) &&
-        !envmap_create(&truth, (envmap_mapping)w->to.mapping, w->to.size, 1, w->slices) &&
+    if (make_source(b, w->from) && !envmap_create(&dst, w->to.mapping, w->to.size, 1, w->slices) &&
+        !envmap_create(&truth, w->to.mapping, w->to.size, 1, w->slices) &&
         !(result = run_work(b, &truth, w, ENVMAP_METHOD_REFERENCE, 1e-6, CREW_THREADS, NULL)) &&
         !(result =
               run_work(b, &dst, w, ENVMAP_METHOD_FAST, (double)w->tolerance, CREW_THREADS, NULL)))
@@ -581,8 +578,8 @@ static void thread_row(bench *b, const work *w, double possible) {
     envmap one = {0}, two = {0};
     double best[2] = {1e30, 1e30}, bar = 1.8;
     if (make_source(b, w->from) &&
-        !envmap_create(&one, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices) &&
-        !envmap_create(&two, (envmap_mapping)w->to.mapping, w->to.size, w->levels, w->slices)) {
+        !envmap_create(&one, w->to.mapping, w->to.size, w->levels, w->slices) &&
+        !envmap_create(&two, w->to.mapping, w->to.size, w->levels, w->slices)) {
         for (int i = 0; i < 10; ++i)
             for (int k = 0; k < 2; ++k) {
                 double t = time_work(b, k ? &two : &one, w, ENVMAP_METHOD_FAST, k + 1, 1);
@@ -655,10 +652,8 @@ static void grow(bench *b, int source) {
     for (int i = 0; i < g->count; ++i) {
         work w = figures[2];
         w.bar = w.aim = 0;
-        if (source)
-            w.from.size = sizes[i];
-        else
-            w.to.size = sizes[i];
+        if (source) w.from.size = sizes[i];
+        else w.to.size = sizes[i];
         g->texels[i] = 6.0 * sizes[i] * sizes[i];
         g->ms[i] = make_row(b, &w, ENVMAP_METHOD_FAST);
     }
@@ -686,12 +681,9 @@ static void join_key(const char *key) {
     int quoted = 0;
     printf("| ");
     for (; *key; ++key) {
-        if (*key == '"')
-            quoted = !quoted;
-        else if (*key == ',' && !quoted)
-            printf(" | ");
-        else
-            putchar(*key);
+        if (*key == '"') quoted = !quoted;
+        else if (*key == ',' && !quoted) printf(" | ");
+        else putchar(*key);
     }
 }
 
@@ -745,15 +737,13 @@ static int options(bench *b, int argc, char **argv) {
             continue;
         }
         if (!value) return 0;
-        if (!strcmp(argv[i], "--scene") && is_scene(value))
-            b->only = value;
+        if (!strcmp(argv[i], "--scene") && is_scene(value)) b->only = value;
         else if (!strcmp(argv[i], "--map") && b->map_count < COUNT(b->maps))
             b->maps[b->map_count++] = value;
         else if (!strcmp(argv[i], "--csv") && (b->csv = fopen(value, "w")) != NULL)
             fprintf(b->csv, "scene,work,source,result,method,tolerance,bands,ms,copies,rms,worst,"
                             "truth,memory,bar,aim\n");
-        else
-            return 0;
+        else return 0;
         ++i;
     }
     return 1;

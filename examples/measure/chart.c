@@ -71,8 +71,19 @@ static envmap_lobe lobe_of(const work *w) {
     return envmap_lobe_phong(w->parameter);
 }
 
-enum { FAST, HARMONICS, HIERARCHICAL, REFERENCE, COEFFICIENTS, BOX, SAMPLING, GAUSSIAN, PARABOLOID,
-       AREAS, METHODS };
+enum {
+    FAST,
+    HARMONICS,
+    HIERARCHICAL,
+    REFERENCE,
+    COEFFICIENTS,
+    BOX,
+    SAMPLING,
+    GAUSSIAN,
+    PARABOLOID,
+    AREAS,
+    METHODS
+};
 
 static const struct {
     const char *csv, *name, *colour;
@@ -101,8 +112,10 @@ typedef struct trial {
 } trial;
 
 /*  form cut limit one lossy level kernel samples half discs strips */
-#define PLAIN {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
-#define PUBLISHED {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define PLAIN                                                                                      \
+    { 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
+#define PUBLISHED                                                                                  \
+    { 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 static const trial trials[] = {
     {FAST, 1, "tolerance=0.1", 0.1, PLAIN},
     {FAST, 1, "tolerance=0.03", 0.03, PLAIN},
@@ -226,8 +239,9 @@ static int constant_stays(const work *w, const trial *t) {
     measure_flat(&src, 2);
     envmap_result result = run_trial(&dst, &src, &lobe, t, 1);
     int ok = result ? result == ENVMAP_ERROR_METHOD : measure_is_flat(&dst, 2, 2e-3f);
-    if (!ok) fprintf(stderr, "\n%s, %s %s: a constant does not stay itself: %s\n", w->name,
-                     methods[t->method].name, t->text, envmap_result_text(result));
+    if (!ok)
+        fprintf(stderr, "\n%s, %s %s: a constant does not stay itself: %s\n", w->name,
+                methods[t->method].name, t->text, envmap_result_text(result));
     envmap_free(&src);
     envmap_free(&dst);
     return ok;
@@ -392,11 +406,13 @@ static void other_sources(int scene, const work *w) {
 
 /* The other parameterizations, with about as many texels: Phong N = 100. */
 static void other_mappings(int scene) {
-    static const int sizes[][3] = {{ENVMAP_PARABOLOID, 222, 21}, {ENVMAP_LATLONG, 222, 21},
-                                   {ENVMAP_SPHERE, 314, 29}, {ENVMAP_ANGULAR, 314, 29}};
+    static const int sizes[][3] = {{ENVMAP_PARABOLOID, 222, 21},
+                                   {ENVMAP_LATLONG, 222, 21},
+                                   {ENVMAP_SPHERE, 314, 29},
+                                   {ENVMAP_ANGULAR, 314, 29}};
     static const int methods_of[] = {FAST, FAST, FAST, HIERARCHICAL, BOX, REFERENCE};
     static const char *const settings[] = {"tolerance=0.01", "tolerance=0.001", "tolerance=0.0001",
-                                           "threshold=0.01", "bias=0", "every-texel"};
+                                           "threshold=0.01", "bias=0",          "every-texel"};
     const work *w = works + PHONG_100;
     for (int m = 0; m < COUNT(sizes); ++m) {
         exact e;
@@ -521,8 +537,9 @@ static void draw_panel(FILE *f, const svg_axes *a, const char *title, const spot
     svg_frame(f, a);
     fprintf(f, "<path d=\"M%.1f %.1fV%.1f\" stroke=\"#111\" stroke-width=\"1.5\"/>\n", svg_x(a, 1),
             a->top, a->bottom);
-    fprintf(f, "<path d=\"M%.1f %.1fH%.1f\" stroke=\"#111\" stroke-width=\"1\" "
-               "stroke-dasharray=\"6 4\"/>\n",
+    fprintf(f,
+            "<path d=\"M%.1f %.1fH%.1f\" stroke=\"#111\" stroke-width=\"1\" "
+            "stroke-dasharray=\"6 4\"/>\n",
             a->left, svg_y(a, eight_bits()), a->right);
     svg_text(f, svg_x(a, 1) + 4, a->bottom - 5, 10, "start", "#111", "1 copy");
     svg_text(f, svg_x(a, 1) + 4, svg_y(a, eight_bits()) + 12, 10, "start", "#111", "8 bits");
@@ -648,8 +665,8 @@ static void table_of_methods(void) {
             }
             lobes += found > 0, all += found;
         }
-        fprintf(out, "| %s | %d of %d | %.2g … %.2g | %.1g … %.1g | %d of %d |\n",
-                methods[m].name, lobes, WORKS, cost[0], cost[1], error[1], error[0], front, all);
+        fprintf(out, "| %s | %d of %d | %.2g … %.2g | %.1g … %.1g | %d of %d |\n", methods[m].name,
+                lobes, WORKS, cost[0], cost[1], error[1], error[0], front, all);
     }
     measure_end(&document, out, 1);
 }
@@ -660,8 +677,8 @@ static void table_of_machine(void) {
     FILE *out = measure_begin(&document, "machine");
     envmap dst = measure_map(ENVMAP_CUBE, RATIO * TRUTH, 1, 1);
     envmap src = measure_map(ENVMAP_CUBE, 128, 1, 1);
-    fprintf(out, "%s, %s, one thread. One copy (6 × 128² to 6 × %d² texels) took %.3g ms.\n",
-            cpu, compiler, RATIO * TRUTH, 1e3 * measure_copy(&src, &dst, 1, measure_seconds));
+    fprintf(out, "%s, %s, one thread. One copy (6 × 128² to 6 × %d² texels) took %.3g ms.\n", cpu,
+            compiler, RATIO * TRUTH, 1e3 * measure_copy(&src, &dst, 1, measure_seconds));
     envmap_free(&src);
     envmap_free(&dst);
     measure_end(&document, out, 1);
@@ -678,9 +695,9 @@ typedef struct growth {
 } growth;
 
 static double slope(const growth *g) {
-    return g->count < 2 ? 0
-                        : log(g->ms[g->count - 1] / g->ms[0]) /
-                              log(g->texels[g->count - 1] / g->texels[0]);
+    return g->count < 2
+               ? 0
+               : log(g->ms[g->count - 1] / g->ms[0]) / log(g->texels[g->count - 1] / g->texels[0]);
 }
 
 /* again: such a row is in the CSV already. */
@@ -698,17 +715,44 @@ static void grow(growth *g, int scene, const exact *e, int ratio, double texels,
 
 static growth by_source[] = {
     {"FAST, by the source", "#d01c2a", "", FAST, 0, "tolerance=0.001", {0}, {0}, {0}},
-    {"HIERARCHICAL, by the source", "#3b6ea8", "", HIERARCHICAL, 0, "threshold=0.01",
-     {0}, {0}, {0}},
+    {"HIERARCHICAL, by the source",
+     "#3b6ea8",
+     "",
+     HIERARCHICAL,
+     0,
+     "threshold=0.01",
+     {0},
+     {0},
+     {0}},
     {"box levels, by the source", "#4d8f4d", "", BOX, 0, "bias=0", {0}, {0}, {0}},
     {"REFERENCE, by the source", "#111111", "", REFERENCE, 0, "every-texel", {0}, {0}, {0}}};
-static growth by_result[] = {
-    {"FAST, by the result", "#d01c2a", "stroke-dasharray=\"5 4\"", FAST, 0, "tolerance=0.001",
-     {0}, {0}, {0}},
-    {"HIERARCHICAL, by the result", "#3b6ea8", "stroke-dasharray=\"5 4\"", HIERARCHICAL, 0,
-     "threshold=0.01", {0}, {0}, {0}},
-    {"box levels, by the result", "#4d8f4d", "stroke-dasharray=\"5 4\"", BOX, 0, "bias=0",
-     {0}, {0}, {0}}};
+static growth by_result[] = {{"FAST, by the result",
+                              "#d01c2a",
+                              "stroke-dasharray=\"5 4\"",
+                              FAST,
+                              0,
+                              "tolerance=0.001",
+                              {0},
+                              {0},
+                              {0}},
+                             {"HIERARCHICAL, by the result",
+                              "#3b6ea8",
+                              "stroke-dasharray=\"5 4\"",
+                              HIERARCHICAL,
+                              0,
+                              "threshold=0.01",
+                              {0},
+                              {0},
+                              {0}},
+                             {"box levels, by the result",
+                              "#4d8f4d",
+                              "stroke-dasharray=\"5 4\"",
+                              BOX,
+                              0,
+                              "bias=0",
+                              {0},
+                              {0},
+                              {0}}};
 
 static void measure_growth(int scene) {
     static const int sources[] = {64, 128, 256, 512, 1024}, ratios[] = {1, 3, 9, 15, 27, 43};
@@ -879,9 +923,8 @@ typedef struct published_sizes {
     int exponent, size[2], shrink[2];
 } published_sizes;
 
-static const published_sizes table2[] = {{10, {174, 260}, {32, 64}},
-                                         {50, {78, 136}, {16, 32}},
-                                         {500, {26, 48}, {4, 8}}};
+static const published_sizes table2[] = {
+    {10, {174, 260}, {32, 64}}, {50, {78, 136}, {16, 32}}, {500, {26, 48}, {4, 8}}};
 
 typedef struct rate {
     double per_second[2], rms[2]; /* the convolution, FAST at a tolerance of 1 % */
@@ -966,14 +1009,14 @@ typedef struct pair {
     const char *setting;
 } pair;
 
-static const pair pairs[] = {{"diffuse, FAST", DIFFUSE, FAST, 27, "tolerance=0.001"},
-                             {"Phong 100, FAST", PHONG_100, FAST, 27, "tolerance=0.001"},
-                             {"Phong 500, FAST", PHONG_100 + 2, FAST, 27, "tolerance=0.001"},
-                             {"GGX 0.5, FAST", GGX_05, FAST, 27, "tolerance=0.001"},
-                             {"Banks 0.9, FAST", BANKS_09, FAST, 9, "tolerance=0.001"},
-                             {"Phong 100, HIERARCHICAL", PHONG_100, HIERARCHICAL, 3,
-                              "threshold=0.01"},
-                             {"Phong 500, REFERENCE", PHONG_100 + 2, REFERENCE, 1, "every-texel"}};
+static const pair pairs[] = {
+    {"diffuse, FAST", DIFFUSE, FAST, 27, "tolerance=0.001"},
+    {"Phong 100, FAST", PHONG_100, FAST, 27, "tolerance=0.001"},
+    {"Phong 500, FAST", PHONG_100 + 2, FAST, 27, "tolerance=0.001"},
+    {"GGX 0.5, FAST", GGX_05, FAST, 27, "tolerance=0.001"},
+    {"Banks 0.9, FAST", BANKS_09, FAST, 9, "tolerance=0.001"},
+    {"Phong 100, HIERARCHICAL", PHONG_100, HIERARCHICAL, 3, "threshold=0.01"},
+    {"Phong 500, REFERENCE", PHONG_100 + 2, REFERENCE, 1, "every-texel"}};
 
 /* Wall seconds on one thread and on two, in turn so that both see the same machine. */
 static void time_pair(double best[2], envmap *one, envmap *two, const envmap *src, const pair *q) {

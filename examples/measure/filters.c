@@ -202,7 +202,7 @@ static void measure_work(figure *f, const envmap *src, const work *w) {
     static truth t;
     envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
     envmap_filter_desc desc;
-    measure_meter m = {0, 0};
+    measure_meter m = {0, 0, NULL};
     double best = 1e9, spent = 0;
     memset(&desc, 0, sizeof desc);
     desc.method = ENVMAP_METHOD_FAST, desc.work.memory = &m;
@@ -589,10 +589,8 @@ static void open_down(opened *o, int level, int x, int y, double k) {
         return;
     }
     for (int i = 0; i < 4; ++i) {
-        if (level > 1)
-            open_down(o, level - 1, x + i % 2 * half, y + i / 2 * half, values[i]);
-        else
-            paint(o, 0, x + i % 2, y + i / 2);
+        if (level > 1) open_down(o, level - 1, x + i % 2 * half, y + i / 2 * half, values[i]);
+        else paint(o, 0, x + i % 2, y + i / 2);
     }
 }
 

@@ -97,7 +97,8 @@ static double mean_apart(const envmap *a, const envmap *b) {
 static void table_of_sizes(void) {
     int k, level;
     printf("Nine coefficients from a smaller cube (mip level), every texel: relative rms against "
-           "6 x %d^2\n\n| edge |", EDGE);
+           "6 x %d^2\n\n| edge |",
+           EDGE);
     for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
     printf("\n|---|");
     for (k = 0; k < scene_count; k++) printf("---|");
@@ -145,7 +146,7 @@ static double timed_tolerance, timed_sh[3 * 32 * 32], timed_out[3 * 32 * 32];
 static double one_projection(void) {
     double start = measure_seconds();
     measure_must(envmap_sh_project(timed_sh, timed_bands, &scenes[0].map, 0, timed_tolerance, NULL),
-         "project");
+                 "project");
     return measure_seconds() - start;
 }
 
@@ -171,7 +172,8 @@ static void table_of_tolerances(void) {
     int b, t, k;
     double copy = best_of(25, one_copy);
     printf("Projecting 6 x %d^2 with a tolerance, one thread; a copy is a memcpy of the cube, "
-           "%.2f ms here\n\n| bands | tolerance | copies |", EDGE, copy * 1e3);
+           "%.2f ms here\n\n| bands | tolerance | copies |",
+           EDGE, copy * 1e3);
     for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
     printf("\n|---|---|---|");
     for (k = 0; k < scene_count; k++) printf("---|");
@@ -185,7 +187,7 @@ static void table_of_tolerances(void) {
                 const envmap *map = &scenes[k].map;
                 measure_must(envmap_sh_project(all, bands[b], map, 0, 0, NULL), "project");
                 measure_must(envmap_sh_project(timed_sh, bands[b], map, 0, tolerances[t], NULL),
-                     "project");
+                             "project");
                 printf(" %.0e |", apart(timed_sh, all, bands[b]));
             }
             printf("\n");
@@ -269,10 +271,8 @@ static void table_of_ringing(void) {
         printf("| %d |", bands);
         for (k = -1; k < scene_count; k++) {
             double sh[108], out[108], moved;
-            if (k < 0)
-                light(sh, bands);
-            else
-                measure_must(envmap_sh_project(sh, bands, &scenes[k].map, 0, 0, NULL), "project");
+            if (k < 0) light(sh, bands);
+            else measure_must(envmap_sh_project(sh, bands, &scenes[k].map, 0, 0, NULL), "project");
             measure_must(envmap_sh_window(out, &moved, sh, bands, &diffuse, 0), "window");
             printf(" %+.3f, %+.3f, %.3f |", lowest(sh, bands), lowest(out, bands), moved);
         }
@@ -323,10 +323,8 @@ static void table_of_speed(void) {
         memset(timed_sh, 0, sizeof timed_sh);
         if (bands[b] <= 10) light(timed_sh, bands[b]);
         printf("| %d | %.3f |", bands[b], 1e3 * best_of(5, one_rotation));
-        if (bands[b] <= 10)
-            printf(" %.2f |\n", 1e3 * best_of(3, one_window));
-        else
-            printf(" |\n");
+        if (bands[b] <= 10) printf(" %.2f |\n", 1e3 * best_of(3, one_window));
+        else printf(" |\n");
     }
     printf("\n");
 }
@@ -343,8 +341,10 @@ static void draw_bands(const char *folder) {
     int k, bands, worst;
     for (k = -1; k <= 4; k++) {
         double y = chart_y(pow(10, -k));
-        fprintf(f, "<path d=\"M70 %.1fH550\" stroke=\"#ddd\"/><text x=\"62\" y=\"%.1f\" "
-                   "text-anchor=\"end\">%g %%</text>\n", y, y + 4, 100 * pow(10, -k));
+        fprintf(f,
+                "<path d=\"M70 %.1fH550\" stroke=\"#ddd\"/><text x=\"62\" y=\"%.1f\" "
+                "text-anchor=\"end\">%g %%</text>\n",
+                y, y + 4, 100 * pow(10, -k));
     }
     for (bands = FIRST; bands <= LAST; bands++)
         fprintf(f, "<text x=\"%.1f\" y=\"435\" text-anchor=\"middle\">%d</text>\n", chart_x(bands),
@@ -388,8 +388,8 @@ static void ringing_curve(FILE *f, const double *sh, int bands, const char *colo
 }
 
 static void draw_ringing(const char *folder) {
-    FILE *f = svg_open(folder, "ringing.svg", 600, 350,
-                       "Irradiance of one light, by the angle to it");
+    FILE *f =
+        svg_open(folder, "ringing.svg", 600, 350, "Irradiance of one light, by the angle to it");
     envmap_lobe diffuse = envmap_lobe_diffuse();
     double sh[108], windowed[108];
     int i;

@@ -4,7 +4,7 @@
    What you will see: `materials DOCS` writes DOCS/images/materials.png, a row for each model (the
    truth by eq. 1, the model from its prefiltered maps, and how far they are apart),
    DOCS/images/drawn.png with the maps that are drawn by hand, DOCS/charts/fresnel-out.svg, and
-   the tables at the end of DOCS/materials.md. About a minute; progress goes to stderr.
+   the tables between the marks of DOCS/materials.md. About a minute; progress goes to stderr.
        cc -O3 -std=c99 -I. examples/measure/materials.c -o materials -lm -lpthread
 
    >>tools    the scene, its views, the truth
@@ -15,11 +15,7 @@
    SPDX-License-Identifier: MIT */
 
 #define _POSIX_C_SOURCE 200809L
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
-
-#include <stdio.h>
-#include <stdlib.h>
+#include "measure.h"
 
 #include "../tool/picture.h"
 #include "../tool/scenes.h"
@@ -36,31 +32,21 @@ enum { GRID = 40, BALL = 120, SOURCE = 32, MOST = 17 };
 static envmap scene; /* a small cube of the terrace: eq. 1 sums all of it for every pixel */
 static envmap_filter_desc desc; /* threads */
 static int threads;
-static FILE *page;
+static measure_document document;
+static FILE *page; /* its only section */
 static float exposure = 0.52f;
-
-static void must(envmap_result result, const char *what) {
-    if (!result) return;
-    fprintf(stderr, "materials: %s: %s\n", what, envmap_result_text(result));
-    exit(1);
-}
-
-static void make(envmap *map, envmap_mapping mapping, int size, int slices) {
-    memset(map, 0, sizeof *map);
-    must(envmap_create(map, mapping, size, 1, slices), "a map");
-}
 
 /* The sun's disc is brought down, so that 6 x 32^2 texels are scene enough. */
 static void make_scene(void) {
     envmap wide, fine;
     size_t i;
-    make(&wide, ENVMAP_LATLONG, 256, 1);
-    make(&fine, ENVMAP_CUBE, 128, 1);
-    make(&scene, ENVMAP_CUBE, SOURCE, 1);
+    wide = measure_map(ENVMAP_LATLONG, 256, 1, 1);
+    fine = measure_map(ENVMAP_CUBE, 128, 1, 1);
+    scene = measure_map(ENVMAP_CUBE, SOURCE, 1, 1);
     scene_fill(&wide, SCENE_SUN);
     for (i = 0; i < 3u * 512 * 256; ++i) wide.texels[i] = fminf(wide.texels[i], 200);
-    must(envmap_resample(&fine, &wide), "resample");
-    must(envmap_resample(&scene, &fine), "resample");
+    measure_must(envmap_resample(&fine, &wide), "resample");
+    measure_must(envmap_resample(&scene, &fine), "resample");
     envmap_free(&wide);
     envmap_free(&fine);
 }
@@ -113,7 +99,7 @@ static void shade_exactly(ball *b, const envmap *map, envmap_brdf_function *func
         for (i = 0; i < GRID; ++i)
             n += b->inside[j][i] = ball_frame(frames + n, 2 * ((float)i + 0.5f) / GRID - 1,
                                               1 - 2 * ((float)j + 0.5f) / GRID);
-    must(envmap_radiance(rgb[0], map, &brdf, frames, n, &desc.work), "eq. 1");
+    measure_must(envmap_radiance(rgb[0], map, &brdf, frames, n, &desc.work), "eq. 1");
     n = 0;
     for (j = 0; j < GRID; ++j)
         for (i = 0; i < GRID; ++i) {
@@ -255,11 +241,11 @@ static void by_views(float rgb[3], const envmap_frame *f, const void *user) {
     cabral_lookup(rgb, &((const looks *)user)->views, f->n, f->v);
 }
 
-static void prefilter(envmap *map, envmap_mapping mapping, int size, int slices, envmap_lobe lobe) {
+static void prefilter(envmap *map, int mapping, int size, int slices, envmap_lobe lobe) {
     envmap_filter_desc set = desc;
     set.method = ENVMAP_METHOD_REFERENCE; /* the source is small */
-    make(map, mapping, size, slices);
-    must(envmap_filter(map, &scene, &lobe, &set), "filter");
+    *map = measure_map(mapping, size, 1, slices);
+    measure_must(envmap_filter(map, &scene, &lobe, &set), "filter");
 }
 
 static void fit_of(looks *l, envmap_brdf_function *function, int lobes, int slices, int flat) {
@@ -268,7 +254,7 @@ static void fit_of(looks *l, envmap_brdf_function *function, int lobes, int slic
     brdf.function = function, brdf.user = &l->values;
     memset(&l->fit, 0, sizeof l->fit);
     l->fit.lobes = lobes, l->fit.slices = slices, l->fit.flat = flat, l->fit.size = 129;
-    must(envmap_fit_brdf(&l->fit, &brdf, &desc.work), "fit");
+    measure_must(envmap_fit_brdf(&l->fit, &brdf, &desc.work), "fit");
     for (i = 0; i < lobes; ++i)
         prefilter(l->map + i, ENVMAP_CUBE, 16, flat ? 1 : slices, envmap_fit_lobe(&l->fit, i));
 }
@@ -384,7 +370,7 @@ static void anisotropic_rows(void) {
     l.taps = envmap_fan(l.offset, l.weight, 64, 1.414 * 0.28, 1.414 * 0.07, 0.05);
     prefilter(l.map, ENVMAP_CUBE, 32, 1, envmap_lobe_gaussian((float)(1 / (2 * 0.07 * 0.07))));
     shade_truth(&truth, brdf_ward, &l.values);
-    make(&constant, ENVMAP_CUBE, SOURCE, 1);
+    constant = measure_map(ENVMAP_CUBE, SOURCE, 1, 1);
     for (i = 0; i < 18 * SOURCE * SOURCE; ++i) constant.texels[i] = 1;
     shade_exactly(&factor, &constant, brdf_ward, &l.values);
     sprintf(remark, "2D map, %d taps, factor(v)", l.taps);
@@ -408,7 +394,7 @@ static void cabral_row(void) {
     l.values.alpha = l.values.alpha_y = 0.3;
     brdf.function = brdf_ggx, brdf.user = &l.values;
     shade_truth(&truth, brdf_ggx, &l.values);
-    must(cabral_create(&l.views, &scene, &brdf, 1, 24, &desc), "views");
+    measure_must(cabral_create(&l.views, &scene, &brdf, 1, 24, &desc), "views");
     shade(&b, by_views, &l);
     show("GGX 0.3, Cabral", "seen from one of 6 stored views", &truth, &b);
     release(&l);
@@ -445,7 +431,7 @@ static void fresnel_chart(const char *docs) {
     int i, j;
     snprintf(path, sizeof path, "%s/charts/fresnel-out.svg", docs);
     f = fopen(path, "w");
-    if (!f) must(ENVMAP_ERROR_FILE, path);
+    if (!f) measure_must(ENVMAP_ERROR_FILE, path);
     fprintf(f, "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 400\" "
                "font-family=\"sans-serif\" font-size=\"13\">\n"
                "<rect width=\"640\" height=\"400\" fill=\"#fff\"/>\n<text x=\"70\" y=\"24\" "
@@ -528,7 +514,7 @@ static void lobes_table(void) {
             values.alpha = values.alpha_y = models[i].alpha;
             brdf.function = models[i].function, brdf.user = &values;
             fit.lobes = lobes ? lobes : 1, fit.flat = !lobes, fit.slices = lobes == 1 ? 64 : 8;
-            must(envmap_fit_brdf(&fit, &brdf, &desc.work), "fit");
+            measure_must(envmap_fit_brdf(&fit, &brdf, &desc.work), "fit");
             k = fit.slices / 8;
             fprintf(page, " %.2f, %.2f, %.2f |", (double)fit.error[7 * k + k / 2],
                     (double)fit.error[4 * k + k / 2], (double)fit.error[k + k / 2]);
@@ -556,7 +542,7 @@ static void views_table(void) {
                   "views | rms |\n|---|---|\n");
     for (m = 1; m <= 3; ++m) {
         double off = 0, sum = 0;
-        must(cabral_create(&l.views, &scene, &brdf, m, 24, &desc), "views");
+        measure_must(cabral_create(&l.views, &scene, &brdf, m, 24, &desc), "views");
         for (i = 0; i < 200; ++i) {
             envmap_frame f;
             float rgb[3], truth[3], d[3];
@@ -565,7 +551,7 @@ static void views_table(void) {
                              (float)i * 0.618034f - floorf((float)i * 0.618034f),
                              ((float)i + 0.5f) / 200);
             for (k = 0; k < 3; ++k) f.v[k] = view[k], f.t[k] = 0, f.n[k] = d[k] + 1.1f * view[k];
-            must(envmap_radiance(truth, &scene, &brdf, &f, 1, NULL), "eq. 1");
+            measure_must(envmap_radiance(truth, &scene, &brdf, &f, 1, NULL), "eq. 1");
             cabral_lookup(rgb, &l.views, f.n, f.v);
             for (k = 0; k < 3; ++k)
                 off += (double)((rgb[k] - truth[k]) * (rgb[k] - truth[k])),
@@ -582,14 +568,14 @@ static void drawn(const char *docs) {
     picture p;
     char path[4096];
     int k, l;
-    if (!picture_create(&p, 4 * 220 + 20, 260)) must(ENVMAP_ERROR_MEMORY, "drawn.png");
+    if (!picture_create(&p, 4 * 220 + 20, 260)) measure_must(ENVMAP_ERROR_MEMORY, "drawn.png");
     picture_rectangle(&p, 0, 0, p.width, p.height, 0x5C6068u, 1);
     for (k = 0; k < 4; ++k) {
         envmap map;
         int x = 20 + k * 220;
         memset(&map, 0, sizeof map);
-        must(envmap_create(&map, ENVMAP_SPHERE, 128, 4, 1), "a drawn map");
-        must(npr_example(&map, k), npr_name[k]);
+        measure_must(envmap_create(&map, ENVMAP_SPHERE, 128, 4, 1), "a drawn map");
+        measure_must(npr_example(&map, k), npr_name[k]);
         for (l = 0; l < 4; ++l) { /* each level one texel a pixel, as it is on a screen */
             int edge = 128 >> l, i, j, at_x = x + (l ? 140 : 0),
                 at_y = 60 + (l == 2   ? 70
@@ -611,31 +597,11 @@ static void drawn(const char *docs) {
     }
     picture_text(&p, 20, 20, 12, 0xF3F1ECu, "levels 0 to 3, a texel a pixel");
     snprintf(path, sizeof path, "%s/images/drawn.png", docs);
-    if (!picture_save(&p, path)) must(ENVMAP_ERROR_FILE, path);
+    if (!picture_save(&p, path)) measure_must(ENVMAP_ERROR_FILE, path);
     picture_free(&p);
 }
 
 /* ------------------------------------------------------------------------------------ >>main -- */
-
-/* The page up to its mark stays as it is; the tables follow. */
-static void open_page(const char *docs) {
-    static char text[1 << 16];
-    char path[4096];
-    size_t size;
-    char *mark;
-    snprintf(path, sizeof path, "%s/materials.md", docs);
-    page = fopen(path, "r");
-    if (!page) must(ENVMAP_ERROR_FILE, path);
-    size = fread(text, 1, sizeof text - 1, page);
-    fclose(page);
-    text[size] = 0;
-    mark = strstr(text, "<!-- make materials");
-    if (mark) mark = strchr(mark, '\n');
-    if (mark) mark[1] = 0;
-    page = fopen(path, "w");
-    if (!page) must(ENVMAP_ERROR_FILE, path);
-    fputs(text, page);
-}
 
 int main(int argc, char **argv) {
     char path[4096];
@@ -645,10 +611,10 @@ int main(int argc, char **argv) {
     }
     threads = threads_here();
     desc.work.executor.run = threads_run, desc.work.executor.user = &threads;
-    open_page(argv[1]);
+    page = measure_begin(&document, "tables");
     make_scene();
     if (!picture_create(&sheet, LEFT + 3 * (BALL + 16) + 8, TOP + (MOST - 1) * ROW))
-        must(ENVMAP_ERROR_MEMORY, "sheet");
+        measure_must(ENVMAP_ERROR_MEMORY, "sheet");
     picture_rectangle(&sheet, 0, 0, sheet.width, sheet.height, 0x15171Cu, 1);
     picture_caption(&sheet, LEFT + BALL / 2, 28, 13, 0xF3F1ECu, "eq. 1");
     picture_caption(&sheet, LEFT + BALL * 3 / 2 + 16, 28, 13, 0xF3F1ECu, "from maps");
@@ -668,8 +634,12 @@ int main(int argc, char **argv) {
     fresnel_chart(argv[1]);
     drawn(argv[1]);
     snprintf(path, sizeof path, "%s/images/materials.png", argv[1]);
-    if (!picture_save(&sheet, path)) must(ENVMAP_ERROR_FILE, path);
+    if (!picture_save(&sheet, path)) measure_must(ENVMAP_ERROR_FILE, path);
     picture_free(&sheet);
     envmap_free(&scene);
-    return fclose(page) != 0;
+    measure_end(&document, page, 1);
+    snprintf(path, sizeof path, "%s/materials.md", argv[1]);
+    measure_write(&document, path, "make materials");
+    measure_document_free(&document);
+    return 0;
 }

@@ -30,6 +30,7 @@
 
 typedef struct measure_meter {
     size_t now, most;
+    void (*note)(size_t bytes); /* NULL, or told the size of every block that is asked for */
 } measure_meter;
 
 #define MEASURE_HEAD 64 /* keeps malloc's alignment */
@@ -41,6 +42,7 @@ static inline void *measure_malloc(void *context, size_t bytes) {
     memcpy(block, &bytes, sizeof bytes);
     if (m) m->now += bytes;
     if (m && m->now > m->most) m->most = m->now;
+    if (m && m->note) m->note(bytes);
     return block + MEASURE_HEAD;
 }
 
@@ -111,7 +113,7 @@ static inline void measure_must(envmap_result result, const char *what) {
 static inline envmap measure_map(int mapping, int size, int levels, int slices) {
     envmap map;
     memset(&map, 0, sizeof map);
-    measure_must(envmap_create(&map, (envmap_mapping)mapping, size, levels, slices), "a map");
+    measure_must(envmap_create(&map, mapping, size, levels, slices), "a map");
     return map;
 }
 
@@ -127,8 +129,7 @@ static inline int measure_width(const envmap *map, int level) {
 static inline void measure_direction(double d[3], const envmap *map, int level, int face, int x,
                                      int y) {
     float dir[3];
-    envmap_direction(dir, (envmap_mapping)map->mapping, face,
-                     ((float)x + 0.5f) / (float)measure_width(map, level),
+    envmap_direction(dir, map->mapping, face, ((float)x + 0.5f) / (float)measure_width(map, level),
                      ((float)y + 0.5f) / (float)measure_height(map, level));
     measure_unit_float(d, dir);
 }

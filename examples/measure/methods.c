@@ -30,8 +30,8 @@
 #include "../tool/scenes.h"
 #include "svg.h"
 
-#define SOURCE       128
-#define RESULT       32
+#define SOURCE 128
+#define RESULT 32
 
 /* ----------------------------------------------------------------------------------- >>clock -- */
 
@@ -136,8 +136,8 @@ static void verify_method(bench *b, const row *r, const named_lobe *lobe) {
     envmap src = measure_map(ENVMAP_CUBE, 16, 1, 1), dst = measure_map(ENVMAP_CUBE, 8, 1, 1);
     measure_flat(&src, 2);
     envmap_result result = r->call(&dst, &src, &lobe->lobe, &r->desc);
-    int ok = result ? result == ENVMAP_ERROR_METHOD
-                    : r->desc.lossy || measure_is_flat(&dst, 2, 1e-3f);
+    int ok =
+        result ? result == ENVMAP_ERROR_METHOD : r->desc.lossy || measure_is_flat(&dst, 2, 1e-3f);
     if (!ok) {
         fprintf(stderr, "%s, %s: a constant does not stay itself\n", r->name, lobe->name);
         b->failed = 1;
@@ -250,10 +250,8 @@ static void box_table(bench *b) {
             double from = fmax(own - 1.5, 0.01), to = own + 1, g = 0.6180339887;
             for (int k = 0; k < 9; ++k) {
                 double p = to - g * (to - from), q = from + g * (to - from);
-                if (box_error(b, &lobe.lobe, p, i) < box_error(b, &lobe.lobe, q, i))
-                    to = q;
-                else
-                    from = p;
+                if (box_error(b, &lobe.lobe, p, i) < box_error(b, &lobe.lobe, q, i)) to = q;
+                else from = p;
             }
             double best = (from + to) / 2;
             say(" %.2f | %.2g | %.2g |", best, box_error(b, &lobe.lobe, best, i),
@@ -410,11 +408,11 @@ static void footprint_box(float rgb[3], const summed_area *sums, const envmap *m
                           float place[3][3]) {
     float u, v, half[2] = {0, 0};
     int face, other;
-    envmap_coordinates(&face, &u, &v, (envmap_mapping)map->mapping, place[0]);
+    envmap_coordinates(&face, &u, &v, map->mapping, place[0]);
     for (int side = 1; side < 3; ++side) {
         float d[3], a, b;
         for (int c = 0; c < 3; ++c) d[c] = place[0][c] + 0.5f * place[side][c];
-        envmap_coordinates(&other, &a, &b, (envmap_mapping)map->mapping, d);
+        envmap_coordinates(&other, &a, &b, map->mapping, d);
         a -= u, b -= v;
         if (sums->wraps) a -= floorf(a + 0.5f);
         half[0] += fabsf(a), half[1] += fabsf(b);
@@ -447,10 +445,8 @@ static void footprint_row(const char *what, const envmap *scene, int mapping, co
         }
         footprint_truth(truth, &map, place);
         for (int k = 0; k < 3; ++k) {
-            if (k < 2)
-                envmap_lookup_footprint(rgb, &map, place[0], place[1], place[2], k ? 16 : 1);
-            else
-                footprint_box(rgb, &sums, &map, place);
+            if (k < 2) envmap_lookup_footprint(rgb, &map, place[0], place[1], place[2], k ? 16 : 1);
+            else footprint_box(rgb, &sums, &map, place);
             for (int c = 0; c < 3; ++c)
                 error[k] += ((double)rgb[c] - truth[c]) * ((double)rgb[c] - truth[c]);
         }
@@ -494,10 +490,8 @@ static svg_axes chart_axes(double x0, double x1, double y0, double y1, int logar
 static void chart_tick(FILE *f, const svg_axes *a, int vertical, double value) {
     char label[24];
     snprintf(label, sizeof label, "%g", value);
-    if (vertical)
-        svg_tick_y(f, a, value, label);
-    else
-        svg_tick_x(f, a, value, label);
+    if (vertical) svg_tick_y(f, a, value, label);
+    else svg_tick_x(f, a, value, label);
 }
 
 /* A label's box: x, y, width; twelve high. */
@@ -571,8 +565,10 @@ static void chart_samples(const char *dir) {
 
 static void chart_distortion(const char *dir) {
     static const char *const colours[4] = {"#26a", "#383", "#c80", "#c33"};
-    FILE *f = chart_open(dir, "distortion.svg", "How far a circle's image is off its centre: "
-                         "|a - b| / (a + b)", "distance d from the map's centre", "");
+    FILE *f = chart_open(dir, "distortion.svg",
+                         "How far a circle's image is off its centre: "
+                         "|a - b| / (a + b)",
+                         "distance d from the map's centre", "");
     svg_axes a = chart_axes(0, 1, 0, 0.5, 0);
     double x[65], y[65];
     for (int i = 0; i <= 5; ++i) chart_tick(f, &a, 0, 0.2 * i), chart_tick(f, &a, 1, 0.1 * i);
@@ -607,8 +603,8 @@ static void draw_methods(const char *dir, bench *b) {
         int x = (i + 2) % 3 * w, y = (i + 2) / 3 * (h + gap);
         if (i >= 0)
             measure_must(rows[shown[i]].call(&dst, b->sources + SCENE_STUDIO, &lobe.lobe,
-                                     &rows[shown[i]].desc),
-                 "a picture");
+                                             &rows[shown[i]].desc),
+                         "a picture");
         picture_panorama(&p, x, y + gap, w - 4, h - 4, exposure, map);
         picture_text(&p, (float)x + 4, (float)y + 8, 9, 0x202020,
                      i == -2 ? "studio"
@@ -655,10 +651,8 @@ int main(int argc, char **argv) {
     }
     b.scenes = SCENE_COUNT;
     for (int i = 1; i < argc; ++i) {
-        if (!strcmp(argv[i], "--docs") && i + 1 < argc)
-            docs = argv[++i];
-        else
-            add_file(&b, argv[i]);
+        if (!strcmp(argv[i], "--docs") && i + 1 < argc) docs = argv[++i];
+        else add_file(&b, argv[i]);
     }
     if (docs) document = measure_begin(&page, "tables");
     make_lobes(lobes);

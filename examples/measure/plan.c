@@ -230,7 +230,8 @@ static void table_picks(FILE *out) {
         above += r->fast.error > r->tolerance;
         most = fmax(most, r->fast.error / r->tolerance);
         ++fast_rows;
-        if (r->needs.method == ENVMAP_METHOD_FAST) ratio[rows_of++] = r->fast.error / r->needs.error;
+        if (r->needs.method == ENVMAP_METHOD_FAST)
+            ratio[rows_of++] = r->fast.error / r->needs.error;
     }
     fprintf(out, "| of %d works | |\n|---|--:|\n", row_count);
     fprintf(out, "| what AUTO took was the cheapest that kept the tolerance | %.0f %% |\n",

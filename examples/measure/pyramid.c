@@ -113,10 +113,8 @@ static void from_levels(envmap *dst, const envmap *src, envmap_lobe (*step)(int)
         int edge = finer * SIZE >> i > least ? finer * SIZE >> i : least;
         envmap next = create(edge < SIZE ? edge : SIZE, 1), out = view(dst, i);
         filter(out, &kept, step(i), 0);
-        if (next.size == out.size)
-            memcpy(next.texels, out.texels, floats_of(&out) * sizeof(float));
-        else if (i + 1 < LEVELS)
-            filter(next, &kept, step(i), 0);
+        if (next.size == out.size) memcpy(next.texels, out.texels, floats_of(&out) * sizeof(float));
+        else if (i + 1 < LEVELS) filter(next, &kept, step(i), 0);
         envmap_free(&kept);
         kept = next;
     }

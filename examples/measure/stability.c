@@ -132,10 +132,8 @@ static void chart_ticks(const chart *c, const chart_axis *a, int vertical) {
         double v = a->log ? a->from * pow(10, i) : (a->from * (n - i) + a->to * i) / n;
         char label[32];
         snprintf(label, sizeof label, "%g", fabs(v) < 1e-12 ? 0 : v);
-        if (vertical)
-            svg_tick_y(c->file, &c->axes, v, label);
-        else
-            svg_tick_x(c->file, &c->axes, v, label);
+        if (vertical) svg_tick_y(c->file, &c->axes, v, label);
+        else svg_tick_x(c->file, &c->axes, v, label);
     }
 }
 
@@ -227,16 +225,12 @@ static double texel_sides(double *longer, double *shorter, int mapping, const do
         a = fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2])));
         b = 2 * a * a, a *= 2;
         break;
-    case ENVMAP_PARABOLOID:
-        a = b = 2 * (1 + fabs(d[2]));
-        break;          /* stereographic */
+    case ENVMAP_PARABOLOID: a = b = 2 * (1 + fabs(d[2])); break; /* stereographic */
     case ENVMAP_SPHERE: /* along and across the radius, at half the angle to +z */
         b = sqrt(fmax((1 + d[2]) / 2, 0));
         a = 4 / b, b *= 4;
         break;
-    case ENVMAP_LATLONG:
-        a = PI, b = PI * sqrt(fmax(1 - d[1] * d[1], 0));
-        break;
+    case ENVMAP_LATLONG: a = PI, b = PI * sqrt(fmax(1 - d[1] * d[1], 0)); break;
     default: /* along and across the radius, at the angle to -z */
         angle = acos(fmin(fmax(-d[2], -1), 1));
         a = 2 * PI, b = angle > 0 ? 2 * PI * sin(angle) / angle : 2 * PI;
@@ -324,7 +318,7 @@ static int density_point(float rgb[3], double s, double t, const density_ball *b
     for (int k = 0; k < 3; ++k) d[k] = x * b->right[k] + y * b->up[k] + sqrt(1 - r2) * b->from[k];
     double density = 1 / texel_sides(&longer, &shorter, b->mapping, d);
     for (int k = 0; k < 3; ++k) dir[k] = (float)d[k];
-    envmap_coordinates(&face, uv, uv + 1, (envmap_mapping)b->mapping, dir);
+    envmap_coordinates(&face, uv, uv + 1, b->mapping, dir);
     for (int k = 0; k < 2; ++k) { /* the distance to the next line, in texels */
         double at = (double)uv[k] * (b->mapping == ENVMAP_LATLONG && !k ? 24 : 12);
         edge = fmin(edge, fabs(at - floor(at + 0.5)));
@@ -401,8 +395,8 @@ static double round_trip(int mapping, double sign, double delta) {
                       (float)(sign * cos(delta))},
               back[3], u, v;
         int face;
-        envmap_coordinates(&face, &u, &v, (envmap_mapping)mapping, d);
-        envmap_direction(back, (envmap_mapping)mapping, face, u, v);
+        envmap_coordinates(&face, &u, &v, mapping, d);
+        envmap_direction(back, mapping, face, u, v);
         worst = fmax(worst, angle_of(d, back));
     }
     return worst;
@@ -457,7 +451,7 @@ static double interpolation_error(int mapping, double edge) {
         weight[0] = (float)at_random(&state),
         weight[1] = (1 - weight[0]) * (float)at_random(&state);
         weight[2] = 1 - weight[0] - weight[1];
-        fault_interpolated(wrong, (envmap_mapping)mapping, (const float(*)[3])corner, weight);
+        fault_interpolated(wrong, mapping, (const float(*)[3])corner, weight);
         for (int c = 0; c < 3; ++c)
             right[c] =
                 weight[0] * corner[0][c] + weight[1] * corner[1][c] + weight[2] * corner[2][c];
@@ -498,8 +492,7 @@ static int triangle_point(float rgb[3], float s, float t, const void *user) {
     for (int c = 0; c < 3; ++c)
         dir[c] = weight[0] * tri->corner[0][c] + weight[1] * tri->corner[1][c] +
                  weight[2] * tri->corner[2][c];
-    if (tri->mapping >= 0)
-        fault_interpolated(dir, (envmap_mapping)tri->mapping, tri->corner, weight);
+    if (tri->mapping >= 0) fault_interpolated(dir, tri->mapping, tri->corner, weight);
     envmap_lookup(rgb, tri->map, dir, 0);
     return 1;
 }
@@ -558,10 +551,8 @@ static void poles(void) {
                 double a = 2 * PI * (k + 0.5) / 720;
                 float rgb[3], d[3] = {(float)(sin(x[i]) * cos(a)), (float)cos(x[i]),
                                       (float)(sin(x[i]) * sin(a))};
-                if (mended)
-                    envmap_lookup(rgb, &map, d, 0);
-                else
-                    method_lookup_face(rgb, &map, d, 0, 0);
+                if (mended) envmap_lookup(rgb, &map, d, 0);
+                else method_lookup_face(rgb, &map, d, 0, 0);
                 least = fmin(least, (double)rgb[1]), most = fmax(most, (double)rgb[1]);
             }
             y[mended][i] = 2 * (most - least) / (most + least);
@@ -695,19 +686,15 @@ static void rims(void) {
     for (int mended = 0; mended < 2; ++mended) {
         envmap map = measure_map(ENVMAP_PARABOLOID, 128, 8, 1);
         for (size_t i = 0; i < method_floats(&map); ++i) map.texels[i] = 1;
-        if (!mended)
-            fault_empty_rims(&map), method_plain_levels(&map);
-        else
-            measure_must(envmap_mips_build(&map), "mips");
+        if (!mended) fault_empty_rims(&map), method_plain_levels(&map);
+        else measure_must(envmap_mips_build(&map), "mips");
         for (int l = 0; l < LEVELS; ++l) {
             double least = 1;
             for (int i = 0; i < 1000; ++i) {
                 float a = (float)i * 0.0062831853f, rgb[3];
                 float d[3] = {cosf(a), sinf(a), i % 2 ? 1e-4f : -1e-4f};
-                if (mended)
-                    envmap_lookup(rgb, &map, d, (float)l);
-                else
-                    method_lookup_face(rgb, &map, d, (float)l, 0);
+                if (mended) envmap_lookup(rgb, &map, d, (float)l);
+                else method_lookup_face(rgb, &map, d, (float)l, 0);
                 least = fmin(least, (double)rgb[1]);
             }
             x[l] = l, y[mended][l] = least;
@@ -722,10 +709,8 @@ static void rims(void) {
     picture p = sheet_of(1080, 310);
     for (int mended = 0; mended < 2; ++mended) {
         envmap map = view_of(SCENE_OVERCAST, ENVMAP_PARABOLOID, 128);
-        if (!mended)
-            fault_empty_rims(&map), method_plain_levels(&map);
-        else
-            measure_must(envmap_mips_build(&map), "mips");
+        if (!mended) fault_empty_rims(&map), method_plain_levels(&map);
+        else measure_must(envmap_mips_build(&map), "mips");
         looker l = {mended ? look_across : look_alone, &map, 2, 0};
         picture_draw(&p, 20 + 530 * mended, 20, 510, 255, 0.8f, panorama_point, &l);
         picture_caption(&p, 275 + 530 * (float)mended, 288, 12, ink,
@@ -1170,10 +1155,8 @@ static double separable_error(const envmap *src, double sigma, int form, envmap 
         worst = fmax(worst, fabs((double)dst.texels[i] - (double)truth.texels[i]));
         peak = fmax(peak, (double)truth.texels[i]);
     }
-    if (keep)
-        keep[0] = truth, keep[1] = dst;
-    else
-        envmap_free(&truth), envmap_free(&dst);
+    if (keep) keep[0] = truth, keep[1] = dst;
+    else envmap_free(&truth), envmap_free(&dst);
     return worst / peak;
 }
 
@@ -1233,10 +1216,8 @@ static void fireflies(void) {
         memset(&desc, 0, sizeof desc);
         snprintf(caption, sizeof caption, i < 3 ? "%d samples" : "envmap_filter", samples[i % 3]);
         desc.samples = samples[i % 3];
-        if (i < 3)
-            measure_must(method_importance_sampling(&ball, &src, &lobe, &desc), "sampling");
-        else
-            filter_by(&ball, &src, &lobe, ENVMAP_METHOD_AUTO, 0);
+        if (i < 3) measure_must(method_importance_sampling(&ball, &src, &lobe, &desc), "sampling");
+        else filter_by(&ball, &src, &lobe, ENVMAP_METHOD_AUTO, 0);
         rms[i] = apart(&ball, &truth).rms;
         picture_ball(&p, 32 + 262 * i, 16, 230, 0.35f, &ball, PICTURE_BALL_REFLECTION);
         picture_caption(&p, 147 + 262 * (float)i, 268, 12, ink, caption);
@@ -1434,11 +1415,12 @@ enum {
     COMPARE,
     CALLS
 };
-static const char *const call_name[CALLS] = {"`envmap_pfm_read`",     "`envmap_mips_build`",
-                                             "`envmap_resample`",     "`envmap_filter`, REFERENCE",
-                                             "... HIERARCHICAL",      "... AUTO, FAST, HARMONICS",
-                                             "... after `envmap_clean`", "`envmap_sh_project`",
-                                             "`envmap_radiance`",     "`envmap_compare`"};
+static const char *const call_name[CALLS] = {
+    "`envmap_pfm_read`",        "`envmap_mips_build`",
+    "`envmap_resample`",        "`envmap_filter`, REFERENCE",
+    "... HIERARCHICAL",         "... AUTO, FAST, HARMONICS",
+    "... after `envmap_clean`", "`envmap_sh_project`",
+    "`envmap_radiance`",        "`envmap_compare`"};
 
 static envmap_result read_back(envmap *map, const envmap *src) {
     unsigned char file[4096];
@@ -1463,20 +1445,13 @@ static envmap_result call(int which, envmap *src, envmap *dst) {
                                           : ENVMAP_METHOD_AUTO;
     if (which == LIMITED) envmap_clean(src, 1000, NULL);
     switch (which) {
-    case CREATE:
-        return read_back(dst, src);
-    case MIPS:
-        return envmap_mips_build(src);
-    case RESAMPLE:
-        return envmap_resample(dst, src);
-    case PROJECT:
-        return envmap_sh_project(sh, 2, src, 0, 0, NULL);
-    case RADIANCE:
-        return envmap_radiance(rgb, src, &lambert, &frame, 1, NULL);
-    case COMPARE:
-        return envmap_compare(&difference, src, dst, 0);
-    default:
-        return envmap_filter(dst, src, &lobe, &desc);
+    case CREATE: return read_back(dst, src);
+    case MIPS: return envmap_mips_build(src);
+    case RESAMPLE: return envmap_resample(dst, src);
+    case PROJECT: return envmap_sh_project(sh, 2, src, 0, 0, NULL);
+    case RADIANCE: return envmap_radiance(rgb, src, &lambert, &frame, 1, NULL);
+    case COMPARE: return envmap_compare(&difference, src, dst, 0);
+    default: return envmap_filter(dst, src, &lobe, &desc);
     }
 }
 
@@ -1587,8 +1562,8 @@ static void files_table(void) {
         memset(&map, 0, sizeof map);
         size_t bytes = strlen(files[i].header);
         memcpy(data, files[i].header, bytes);
-        envmap_result result = envmap_pfm_read(&map, data, bytes + (size_t)files[i].samples,
-                                               (envmap_mapping)files[i].mapping);
+        envmap_result result =
+            envmap_pfm_read(&map, data, bytes + (size_t)files[i].samples, files[i].mapping);
         fprintf(out, "| %s | %s |\n", files[i].what, envmap_result_text(result));
         envmap_free(&map);
     }

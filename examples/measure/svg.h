@@ -1,7 +1,8 @@
 /* svg.h - charts: an SVG file, axes that are linear or logarithmic, grids, lines and dots.
 
-   What you will see: nothing by itself. Charts stand on a white sheet of their own, so they read on
-   light and dark pages alike.
+   What you will see: nothing by itself. Charts stand on a sheet of their own, white on light pages
+   and nearly black on dark ones: callers name the colours of the light sheet, and a style in the file
+   has what stands for each of them on the dark one.
 
    SPDX-License-Identifier: MIT */
 
@@ -16,6 +17,26 @@
 static const char *const svg_colours[] = {"#3b6ea8", "#c4732b", "#b03a48", "#4d8f4d", "#7a5aa6",
                                           "#1f8f8f", "#8a6d3b", "#c2559d", "#111111", "#777777"};
 
+/* The sheet, ink, pale ink, grid lines, and the lines' colours: light, dark. Others stay. */
+static const char *const svg_schemes[][2] = {
+    {"#fff", "#14181d"},    {"#000", "#e8e8e8"},    {"#111", "#e8e8e8"},    {"#222", "#e8e8e8"},
+    {"#111111", "#e8e8e8"}, {"#444", "#b9bec5"},    {"#666", "#b9bec5"},    {"#777777", "#a3a8af"},
+    {"#888", "#8b9199"},    {"#ddd", "#3a4048"},    {"#e4e4e4", "#30363d"}, {"#3b6ea8", "#6ea6e0"},
+    {"#c4732b", "#e69a58"}, {"#b03a48", "#ec7582"}, {"#4d8f4d", "#74bd74"}, {"#7a5aa6", "#b093de"},
+    {"#1f8f8f", "#45bdbd"}, {"#8a6d3b", "#c4a468"}, {"#c2559d", "#e586c4"}, {"#d01c2a", "#f4606b"},
+    {"#c33", "#f4606b"},    {"#26a", "#6ea6e0"},    {"#383", "#74bd74"}};
+
+/* Rules are stronger than attributes, so one a colour is all that a dark page needs. */
+static inline void svg_style(FILE *f) {
+    size_t i;
+    fprintf(f, "<style>@media (prefers-color-scheme:dark){\ntext:not([fill]){fill:%s}\n",
+            svg_schemes[1][1]);
+    for (i = 0; i < sizeof svg_schemes / sizeof *svg_schemes; ++i)
+        fprintf(f, "[fill=\"%s\"]{fill:%s}[stroke=\"%s\"]{stroke:%s}\n", svg_schemes[i][0],
+                svg_schemes[i][1], svg_schemes[i][0], svg_schemes[i][1]);
+    fprintf(f, "}</style>\n");
+}
+
 static inline FILE *svg_open(const char *folder, const char *name, int width, int height,
                              const char *title) {
     char path[5000];
@@ -27,10 +48,14 @@ static inline FILE *svg_open(const char *folder, const char *name, int width, in
         exit(2);
     }
     fprintf(f,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" "
-            "font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"%d\" height=\"%d\" "
-            "fill=\"#fff\"/>\n<text x=\"70\" y=\"24\" font-size=\"16\">%s</text>\n",
-            width, height, width, height, title);
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" role=\"img\" "
+            "font-family=\"sans-serif\" font-size=\"13\">\n<title>%s</title>\n",
+            width, height, title);
+    svg_style(f);
+    fprintf(f,
+            "<rect width=\"%d\" height=\"%d\" fill=\"#fff\"/>\n"
+            "<text x=\"70\" y=\"24\" font-size=\"16\">%s</text>\n",
+            width, height, title);
     return f;
 }
 
@@ -116,8 +141,7 @@ static inline void svg_dot(FILE *f, const svg_axes *a, double x, double y, doubl
 
 static inline void svg_bar(FILE *f, double x, double y, double width, double height,
                            const char *colour) {
-    fprintf(f,
-            "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"%s\"/>\n", x, y,
+    fprintf(f, "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"%s\"/>\n", x, y,
             fmax(width, 0.5), height, colour);
 }
 

@@ -39,8 +39,8 @@ static inline void table1_scene(envmap *map, int sun) {
         float d[3], *t = map->texels + 3 * i;
         table1_direction(d, i);
         double x = (double)d[0], y = (double)d[1], z = (double)d[2];
-        double lamp = exp(40 * (0.6 * x + 0.8 * z - 1)) +
-                      2 * exp(90 * (0.48 * y - 0.8 * x - 0.36 * z - 1));
+        double lamp =
+            exp(40 * (0.6 * x + 0.8 * z - 1)) + 2 * exp(90 * (0.48 * y - 0.8 * x - 0.36 * z - 1));
         double ripple = 0.1 * sin(19 * x + 7 * y) * sin(13 * z - 11 * y);
         for (int c = 0; c < 3; ++c)
             t[c] = (float)((y > 0 ? 0.5 + 0.2 * c * y : 0.25 - 0.05 * c) + ripple + 3 * lamp);

@@ -35,10 +35,8 @@ static inline double method_box_level(const envmap_lobe *lobe, int size) {
 
 static inline void method_box_value(float rgb[3], const float dir[3], const void *user) {
     const method_box *box = (const method_box *)user;
-    if (box->published)
-        method_lookup_face(rgb, &box->map, dir, box->level, 0);
-    else
-        envmap_lookup(rgb, &box->map, dir, box->level);
+    if (box->published) method_lookup_face(rgb, &box->map, dir, box->level, 0);
+    else envmap_lookup(rgb, &box->map, dir, box->level);
 }
 
 static inline envmap_result method_box_levels(envmap *dst, const envmap *src,

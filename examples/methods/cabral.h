@@ -95,8 +95,7 @@ static inline envmap_result cabral_shade(cabral *set, int i, const envmap *src,
                 f->t[k] = 0;
             }
         }
-    return envmap_radiance(map->texels, src, brdf, frames, size * size,
-                           desc ? &desc->work : NULL);
+    return envmap_radiance(map->texels, src, brdf, frames, size * size, desc ? &desc->work : NULL);
 }
 
 /* 4 steps^2 + 2 sphere maps of size x size, shaded from src. desc as for envmap_radiance.
@@ -131,10 +130,8 @@ static inline envmap_result cabral_create(cabral *set, const envmap *src, const 
                 if (!result) result = cabral_shade(&made, i, src, brdf, frames, desc);
             }
     if (frames) METHOD_FREE(frames);
-    if (result)
-        cabral_free(&made);
-    else
-        *set = made;
+    if (result) cabral_free(&made);
+    else *set = made;
     return result;
 }
 

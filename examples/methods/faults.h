@@ -47,7 +47,7 @@ static inline int fault_points_create(fault_points *points, const envmap *map) {
     for (i = 0; i < points->count; ++i) {
         int x = i % width, y = i / width % map->size, face = i / width / map->size, k;
         points->w[i] = envmap_solid_angle(map, 0, face, x, y);
-        envmap_direction(d, (envmap_mapping)map->mapping, face, ((float)x + 0.5f) / (float)width,
+        envmap_direction(d, map->mapping, face, ((float)x + 0.5f) / (float)width,
                          ((float)y + 0.5f) / (float)map->size);
         for (k = 0; k < 3; ++k) points->d[i][k] = (double)d[k];
     }
@@ -101,8 +101,8 @@ static inline float fault_float_mean(const float *values, size_t count) {
 
 /* The direction that a rasteriser looks up inside a triangle with coordinates at its corners:
    u and v interpolated, on the face of the first corner. */
-static inline void fault_interpolated(float dir[3], envmap_mapping mapping,
-                                      const float corner[3][3], const float weight[3]) {
+static inline void fault_interpolated(float dir[3], int mapping, const float corner[3][3],
+                                      const float weight[3]) {
     float u = 0, v = 0, at[2];
     int k, face, first = 0;
     for (k = 0; k < 3; ++k) {
@@ -127,10 +127,8 @@ static inline double fault_seam(const envmap *map, float level, int faces_alone)
                 d[axis] = ((float)i - 48) / 48.5f;
                 d[(axis + 1) % 3] = (edge & 1 ? 1.0f : -1.0f) * (1 + beside);
                 d[(axis + 2) % 3] = (edge & 2 ? 1.0f : -1.0f) * (1 - beside);
-                if (faces_alone)
-                    method_lookup_face(rgb[k], map, d, level, 0);
-                else
-                    envmap_lookup(rgb[k], map, d, level);
+                if (faces_alone) method_lookup_face(rgb[k], map, d, level, 0);
+                else envmap_lookup(rgb[k], map, d, level);
             }
             worst = fmax(worst, 2 * fabs((double)rgb[0][1] - (double)rgb[1][1]) /
                                     ((double)rgb[0][1] + (double)rgb[1][1] + 1e-30));

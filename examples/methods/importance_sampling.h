@@ -73,10 +73,8 @@ static inline void method_sampling_value(float rgb[3], const float dir[3], const
         const method_direction *d = s->directions + i;
         for (c = 0; c < 3; ++c) at[c] = d->x * x[c] + d->y * y[c] + d->z * dir[c];
         level = d->level + method_texel_level(&s->map, at);
-        if (s->published || s->shift > 0)
-            method_lookup_face(tap, &s->map, at, level, s->shift);
-        else
-            envmap_lookup(tap, &s->map, at, level);
+        if (s->published || s->shift > 0) method_lookup_face(tap, &s->map, at, level, s->shift);
+        else envmap_lookup(tap, &s->map, at, level);
         for (c = 0; c < 3; ++c) sum[c] += (double)tap[c];
     }
     for (c = 0; c < 3; ++c) rgb[c] = (float)(sum[c] / s->count);
@@ -96,8 +94,7 @@ static inline envmap_result method_importance_sampling(envmap *dst, const envmap
     result = method_cumulate(&cdf, lobe);
     if (result) return result;
     s.directions = (method_direction *)method_alloc((size_t)s.count, sizeof *s.directions);
-    if (!s.directions)
-        result = ENVMAP_ERROR_MEMORY;
+    if (!s.directions) result = ENVMAP_ERROR_MEMORY;
     else
         result =
             method_levels(&s.map, src, s.published ? ENVMAP_PARABOLOID : ENVMAP_CUBE, s.published);

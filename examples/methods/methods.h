@@ -142,7 +142,7 @@ static inline void method_plain_levels(envmap *map) {
 }
 
 /* The edge, a power of two, at which a map of another parameterization loses nothing. */
-static inline int method_size_for(const envmap *src, envmap_mapping mapping) {
+static inline int method_size_for(const envmap *src, int mapping) {
     static const double per_edge[] = {6, 1.5708, 0.7854, 2, 0.7854}; /* texels / edge^2 */
     double texels = per_edge[src->mapping] * src->size * src->size;
     int size = 1;
@@ -152,8 +152,7 @@ static inline int method_size_for(const envmap *src, envmap_mapping mapping) {
 }
 
 /* A copy of src in a parameterization, with all its levels; `plain`: with plain_levels. */
-static inline envmap_result method_levels(envmap *out, const envmap *src, envmap_mapping mapping,
-                                          int plain) {
+static inline envmap_result method_levels(envmap *out, const envmap *src, int mapping, int plain) {
     int size = method_size_for(src, mapping);
     envmap_result result;
     memset(out, 0, sizeof *out);
@@ -177,14 +176,14 @@ static inline void method_lookup_face(float rgb[3], const envmap *map, const flo
     float u, v, sum[3] = {0, 0, 0}, f;
     if (l > map->levels - 1) l = map->levels - 1;
     f = level > (float)l ? level - (float)l : 0;
-    envmap_coordinates(&face, &u, &v, (envmap_mapping)map->mapping, dir);
+    envmap_coordinates(&face, &u, &v, map->mapping, dir);
     for (k = 0; k < 2; ++k) {
         int at = l + k < map->levels ? l + k : l;
         float weight = k ? f : 1 - f, at_dir[3], w = (float)method_width(map, at);
         float h = (float)method_edge(map, at), s = u + shift / w, t = v + shift / h;
         if (!(weight > 0)) continue;
         s = fminf(fmaxf(s, 0.5f / w), 1 - 0.5f / w), t = fminf(fmaxf(t, 0.5f / h), 1 - 0.5f / h);
-        envmap_direction(at_dir, (envmap_mapping)map->mapping, face, s, t);
+        envmap_direction(at_dir, map->mapping, face, s, t);
         envmap_lookup(rgb, map, at_dir, (float)at);
         for (c = 0; c < 3; ++c) sum[c] += weight * rgb[c];
     }
@@ -236,10 +235,8 @@ static inline double method_quantile(const double *cdf, double part) {
     double f, a, b;
     while (to - from > 1) {
         int half = (from + to) / 2;
-        if (cdf[half] <= part)
-            from = half;
-        else
-            to = half;
+        if (cdf[half] <= part) from = half;
+        else to = half;
     }
     f = cdf[to] > cdf[from] ? (part - cdf[from]) / (cdf[to] - cdf[from]) : 0;
     a = (double)from * from, b = (double)to * to;
@@ -294,8 +291,7 @@ static inline void method_fill(envmap *dst, const envmap_lobe *lobe, double scal
             float *to = envmap_texel(dst, 0, 0, f, 0, y);
             for (x = 0; x < width; ++x, to += 3) {
                 float dir[3], rgb[3];
-                envmap_direction(dir, (envmap_mapping)dst->mapping, f,
-                                 ((float)x + 0.5f) / (float)width,
+                envmap_direction(dir, dst->mapping, f, ((float)x + 0.5f) / (float)width,
                                  ((float)y + 0.5f) / (float)dst->size);
                 value(rgb, dir, user);
                 for (c = 0; c < 3; ++c) to[c] = (float)(scale * (double)rgb[c]);

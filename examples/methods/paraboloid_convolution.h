@@ -34,10 +34,8 @@ static inline double paraboloid_angle(const envmap_lobe *lobe, double cut) {
     int i;
     for (i = 0; i < 60; ++i) {
         double half = (from + to) / 2;
-        if (envmap_lobe_value(lobe, cos(half), p) >= cut * peak)
-            from = half;
-        else
-            to = half;
+        if (envmap_lobe_value(lobe, cos(half), p) >= cut * peak) from = half;
+        else to = half;
     }
     return from;
 }
@@ -185,10 +183,8 @@ static inline double paraboloid_stand(const paraboloid_kernel *kernel, double d)
                 x += (double)(w * kernel->weight[i][j] * dir[0]);
                 z += (double)(w * kernel->weight[i][j] * dir[2]);
             }
-        if (atan2(x, z) < want)
-            from = at;
-        else
-            to = at;
+        if (atan2(x, z) < want) from = at;
+        else to = at;
     }
     return from;
 }

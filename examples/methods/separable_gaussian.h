@@ -253,10 +253,8 @@ static inline void separable_pass(separable *s, int axis) {
     int face;
     separable_fill_border(s);
     for (face = 0; face < 6; ++face) {
-        if (face / 2 == axis)
-            separable_pole(s, face);
-        else
-            separable_side(s, face, along_u[face / 2] == axis, along_u[face / 2] != axis);
+        if (face / 2 == axis) separable_pole(s, face);
+        else separable_side(s, face, along_u[face / 2] == axis, along_u[face / 2] != axis);
     }
     s->image = s->other, s->other = swap;
 }

@@ -385,10 +385,8 @@ static inline void grid_store(const grid *g, envmap *map, int level, float scale
     for (y = 0; y < n; ++y) {
         grid_rows(texels, map, level, n, y);
         for (x = 0; x < n; ++x) {
-            if (f > 1)
-                grid_mean(g, knot, x, y, f, scale);
-            else
-                grid_sum(knot, grid_knot(g, x, y), 0, &scale, 0, 1);
+            if (f > 1) grid_mean(g, knot, x, y, f, scale);
+            else grid_sum(knot, grid_knot(g, x, y), 0, &scale, 0, 1);
             for (part = 0; part < GRID_PARTS; ++part)
                 memcpy(texels[part] + (part / 6 % 2 ? 3 * x : -3 * x), knot + 3 * part,
                        3 * sizeof *knot);

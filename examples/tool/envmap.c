@@ -52,41 +52,31 @@ static int fail(int status, const char *where, const char *what, const char *rem
 
 static int status_of(envmap_result result) {
     switch (result) {
-    case ENVMAP_OK:
-        return DONE;
+    case ENVMAP_OK: return DONE;
     case ENVMAP_ERROR_FILE:
     case ENVMAP_ERROR_FORMAT:
     case ENVMAP_ERROR_SHAPE:
     case ENVMAP_ERROR_TRUNCATED:
-    case ENVMAP_ERROR_TRAILING:
-        return FILE_ERROR;
-    default:
-        return RANGE_ERROR;
+    case ENVMAP_ERROR_TRAILING: return FILE_ERROR;
+    default: return RANGE_ERROR;
     }
 }
 
 static const char *remedy_for(envmap_result result) {
     switch (result) {
-    case ENVMAP_ERROR_FILE:
-        return "see that the path exists and may be read or written";
+    case ENVMAP_ERROR_FILE: return "see that the path exists and may be read or written";
     case ENVMAP_ERROR_FORMAT:
         return "only float PFM files are read: 'PF' or 'Pf', size, scale, data";
     case ENVMAP_ERROR_SHAPE:
         return "name its parameterization: --mapping cube|paraboloid|sphere|latlong|angular";
     case ENVMAP_ERROR_TRUNCATED:
-    case ENVMAP_ERROR_TRAILING:
-        return "the file seems damaged; export or copy it again";
-    case ENVMAP_ERROR_RADIANCE:
-        return "`envmap info` counts NaN, infinite and negative samples";
-    case ENVMAP_ERROR_LOBE:
-        return "`envmap filter --help` lists the ranges of lobe parameters";
-    case ENVMAP_ERROR_METHOD:
-        return "--method reference filters with every lobe";
+    case ENVMAP_ERROR_TRAILING: return "the file seems damaged; export or copy it again";
+    case ENVMAP_ERROR_RADIANCE: return "`envmap info` counts NaN, infinite and negative samples";
+    case ENVMAP_ERROR_LOBE: return "`envmap filter --help` lists the ranges of lobe parameters";
+    case ENVMAP_ERROR_METHOD: return "--method reference filters with every lobe";
     case ENVMAP_ERROR_MEMORY:
-    case ENVMAP_ERROR_LIMIT:
-        return "ask for a smaller --size or fewer --slices";
-    default:
-        return NULL;
+    case ENVMAP_ERROR_LIMIT: return "ask for a smaller --size or fewer --slices";
+    default: return NULL;
     }
 }
 
@@ -106,8 +96,8 @@ typedef struct options {
     int raw, glsl, window, progress, help;
 } options;
 
-static const options defaults = {{NULL, NULL}, 0,    -1,  -1, -1, 1, 0, 0, 0, 100,
-                                 100,          0.25, 0.9, 1,  0,  0, 0, 0, 0, 0, 0, 0};
+static const options defaults = {{NULL, NULL}, 0,   -1, -1, -1, 1, 0, 0, 0, 100, 100,
+                                 0.25,         0.9, 1,  0,  0,  0, 0, 0, 0, 0,   0};
 
 static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere",
                                             "latlong", "angular",    NULL};
@@ -198,10 +188,8 @@ static int store_number(options *o, const option_spec *option, const char *text)
     if (value < option->low || value > option->high)
         return fail(RANGE_ERROR, text, "is out of range", remedy);
     whole = option->kind == INTEGER ? (int)value : 0;
-    if (option->kind == INTEGER)
-        memcpy(field, &whole, sizeof whole);
-    else
-        memcpy(field, &value, sizeof value);
+    if (option->kind == INTEGER) memcpy(field, &whole, sizeof whole);
+    else memcpy(field, &value, sizeof value);
     return DONE;
 }
 
@@ -342,11 +330,11 @@ static int map_width(const envmap *map) {
 /* Reads a PFM. Without --mapping its shape tells: 2:1 lat-long, 1:6 cube, 1:2 paraboloids; a square
    could be two things, and a taller strip has slices of who knows what. */
 static int load(envmap *map, const char *path, int mapping) {
-    static const envmap_mapping guesses[] = {ENVMAP_LATLONG, ENVMAP_CUBE, ENVMAP_PARABOLOID};
+    static const int guesses[] = {ENVMAP_LATLONG, ENVMAP_CUBE, ENVMAP_PARABOLOID};
     envmap_result result = ENVMAP_ERROR_SHAPE;
     int k;
     *map = no_map;
-    if (mapping >= 0) return check(envmap_pfm_load(map, path, (envmap_mapping)mapping), path);
+    if (mapping >= 0) return check(envmap_pfm_load(map, path, mapping), path);
     for (k = 0; k < 3 && result == ENVMAP_ERROR_SHAPE; k++) {
         result = envmap_pfm_load(map, path, guesses[k]);
         if (!result && map->slices > 1) envmap_free(map), result = ENVMAP_ERROR_SHAPE;
@@ -435,12 +423,9 @@ static double luminance(const float texel[3], statistics *s) {
     double sum = 0;
     int c;
     for (c = 0; c < 3; c++) {
-        if (isnan(texel[c]))
-            s->nans++;
-        else if (isinf(texel[c]))
-            s->infinities++;
-        else
-            sum += weight[c] * (double)texel[c];
+        if (isnan(texel[c])) s->nans++;
+        else if (isinf(texel[c])) s->infinities++;
+        else sum += weight[c] * (double)texel[c];
         if (texel[c] < 0) s->negatives++;
     }
     return sum;
@@ -515,9 +500,8 @@ static int create_output(envmap *dst, const envmap *src, const options *o, int l
     int to = o->to >= 0 ? o->to : src->mapping;
     int size = o->size > 0 ? o->size : natural_size(src, to);
     *dst = no_map;
-    return check(
-        envmap_create(dst, (envmap_mapping)to, size, levels ? levels : envmap_levels(size), slices),
-        "output");
+    return check(envmap_create(dst, to, size, levels ? levels : envmap_levels(size), slices),
+                 "output");
 }
 
 static int run_convert(const options *o) {
@@ -560,23 +544,12 @@ static int run_mips(const options *o) {
 static envmap_lobe chosen_lobe(const options *o) {
     envmap_lobe lobe = envmap_lobe_mirror();
     switch (o->lobe) {
-    case LOBE_DIFFUSE:
-        lobe = envmap_lobe_diffuse();
-        break;
-    case LOBE_PHONG:
-        lobe = envmap_lobe_phong((float)o->exponent);
-        break;
-    case LOBE_GAUSSIAN:
-        lobe = envmap_lobe_gaussian((float)o->sharpness);
-        break;
-    case LOBE_GGX:
-        lobe = envmap_lobe_ggx((float)o->alpha);
-        break;
-    case LOBE_BANKS:
-        lobe = envmap_lobe_banks((float)o->s);
-        break;
-    default:
-        break;
+    case LOBE_DIFFUSE: lobe = envmap_lobe_diffuse(); break;
+    case LOBE_PHONG: lobe = envmap_lobe_phong((float)o->exponent); break;
+    case LOBE_GAUSSIAN: lobe = envmap_lobe_gaussian((float)o->sharpness); break;
+    case LOBE_GGX: lobe = envmap_lobe_ggx((float)o->alpha); break;
+    case LOBE_BANKS: lobe = envmap_lobe_banks((float)o->s); break;
+    default: break;
     }
     lobe.raw = o->raw;
     lobe.scale = (float)o->scale;
@@ -613,8 +586,7 @@ static const char *lobe_text(char text[64], const options *o) {
                                               : o->s;
     if (names[o->lobe])
         snprintf(text, 64, "%s, %s = %g", lobe_words[o->lobe], names[o->lobe], value);
-    else
-        snprintf(text, 64, "%s", lobe_words[o->lobe]);
+    else snprintf(text, 64, "%s", lobe_words[o->lobe]);
     return text;
 }
 
@@ -629,8 +601,7 @@ static void print_scene(const envmap_plan *n, double tolerance) {
     if (n->nine <= fmax(tolerance, 0.01))
         printf("            nine numbers do it: error %.1g %% (`envmap sh` prints them)\n",
                100 * n->nine);
-    else
-        printf("            nine numbers do not do: error %.2g %%\n", 100 * n->nine);
+    else printf("            nine numbers do not do: error %.2g %%\n", 100 * n->nine);
 }
 
 static void print_size(const envmap_plan *n, const options *asked, const options *o,
@@ -646,12 +617,10 @@ static void print_size(const envmap_plan *n, const options *asked, const options
         "  size      %d: the smallest edge of a %s that loses less than %.2g between its texels,\n"
         "            looked up bilinearly",
         n->size, mapping_words[asked->to], tolerance);
-    if (o->size > 0)
-        printf("; that of %d loses %.2g\n", o->size, n->lookup);
+    if (o->size > 0) printf("; that of %d loses %.2g\n", o->size, n->lookup);
     else if (n->size > natural)
         printf("; %d, as fine as the source, loses %.2g\n", natural, n->lookup);
-    else
-        printf("; that of the source would be %d\n", natural);
+    else printf("; that of the source would be %d\n", natural);
     if (o->lobe == LOBE_BANKS || asked->slices > 1)
         printf("  slices    %d: the fewest that lose less between two of them; here %d\n",
                n->slices, asked->slices);
@@ -677,7 +646,7 @@ static double filter_seconds(const envmap *in, const options *asked, int method,
     double t = -1;
     memset(&desc, 0, sizeof desc);
     desc.method = method, desc.tolerance = (float)asked->tolerance;
-    if (!envmap_create(&out, (envmap_mapping)asked->to, size, 1, asked->slices)) {
+    if (!envmap_create(&out, asked->to, size, 1, asked->slices)) {
         t = seconds();
         t = envmap_filter(&out, in, &lobe, &desc) ? -1 : seconds() - t;
     }
@@ -832,8 +801,7 @@ static int run_sh(const options *o) {
 
 static void print_difference(const envmap_difference *d, const envmap *map) {
     float dir[3];
-    envmap_direction(dir, (envmap_mapping)map->mapping, d->face,
-                     ((float)d->x + 0.5f) / (float)map_width(map),
+    envmap_direction(dir, map->mapping, d->face, ((float)d->x + 0.5f) / (float)map_width(map),
                      ((float)d->y + 0.5f) / (float)map->size);
     printf("rms    %.6g (relative to the second map)\n", d->rms);
     printf("bias   %+.6g\n", d->bias);
@@ -866,8 +834,7 @@ static int run_generate(const options *o) {
     if (scene == SCENE_COUNT)
         return fail(USAGE_ERROR, o->files[0], "is no scene", "overcast, studio or sun");
     if (status) return status;
-    status =
-        check(envmap_create(&map, (envmap_mapping)to, o->size > 0 ? o->size : 256, 1, 1), "output");
+    status = check(envmap_create(&map, to, o->size > 0 ? o->size : 256, 1, 1), "output");
     if (status) return status;
     scene_fill(&map, scene);
     status = save(&map, o->files[1], o->exposure);

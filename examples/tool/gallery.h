@@ -83,8 +83,7 @@ static inline envmap_lobe gallery_lobe(const gallery_look *look) {
 static inline envmap_result gallery_filter(gallery *g, envmap *map, const envmap *environment,
                                            const gallery_look *look) {
     envmap_lobe lobe = gallery_lobe(look);
-    envmap_result result =
-        envmap_create(map, (envmap_mapping)look->mapping, look->size, 1, look->slices);
+    envmap_result result = envmap_create(map, look->mapping, look->size, 1, look->slices);
     g->desc.tolerance = look->tolerance;
     if (!result) result = envmap_filter(map, environment, &lobe, &g->desc);
     g->job++;
@@ -291,9 +290,8 @@ static inline int gallery_signed_point(float rgb[3], float s, float t, const voi
 }
 
 /* One face with its caption, and whether it is a mirrored picture. */
-static inline void gallery_face(picture *p, int x, int y, int edge, const envmap *map,
-                                envmap_mapping mapping, int face, const char *caption,
-                                int mirrored) {
+static inline void gallery_face(picture *p, int x, int y, int edge, const envmap *map, int mapping,
+                                int face, const char *caption, int mirrored) {
     picture_face f;
     int width = mapping == ENVMAP_LATLONG ? 2 * edge : edge;
     float middle = (float)x + 0.5f * (float)width;

@@ -324,7 +324,7 @@ static inline void picture_draw(picture *p, int x, int y, int width, int height,
 /* A map shown in any parameterization, its own or another. */
 typedef struct picture_face {
     const envmap *map;
-    envmap_mapping mapping;
+    int mapping;
     int face;
 } picture_face;
 
@@ -338,7 +338,7 @@ static inline int picture_face_point(float rgb[3], float s, float t, const void 
 }
 
 static inline void picture_map(picture *p, int x, int y, int width, int height, float exposure,
-                               const envmap *map, envmap_mapping mapping, int face) {
+                               const envmap *map, int mapping, int face) {
     picture_face f;
     f.map = map, f.mapping = mapping, f.face = face;
     picture_draw(p, x, y, width, height, exposure, picture_face_point, &f);
@@ -466,10 +466,8 @@ static inline int picture_huffman(unsigned char *lengths, const unsigned *counts
         int a = -1, b = -1; /* the lightest and the next */
         for (i = 0; i < top; i++) {
             if (!weight[i]) continue;
-            if (a < 0 || weight[i] < weight[a])
-                b = a, a = i;
-            else if (b < 0 || weight[i] < weight[b])
-                b = i;
+            if (a < 0 || weight[i] < weight[a]) b = a, a = i;
+            else if (b < 0 || weight[i] < weight[b]) b = i;
         }
         if (b < 0) break;
         weight[top] = weight[a] + weight[b];
@@ -543,10 +541,8 @@ static inline void picture_block(picture_deflate *d, int last) {
     picture_block_header(d, last, bits, far_bits);
     for (i = 0; i < d->token_count; i++) {
         unsigned token = d->tokens[i];
-        if (token < 256)
-            picture_put(d, codes[token], bits[token]);
-        else
-            picture_match_put(d, token, codes, bits, far_codes, far_bits);
+        if (token < 256) picture_put(d, codes[token], bits[token]);
+        else picture_match_put(d, token, codes, bits, far_codes, far_bits);
     }
     picture_put(d, codes[256], bits[256]);
     memset(d->literals, 0, sizeof d->literals);
@@ -621,16 +617,11 @@ static inline int picture_predict(int kind, int left, int above, int corner) {
     int p = left + above - corner;
     int dl = abs(p - left), da = abs(p - above), dc = abs(p - corner);
     switch (kind) {
-    case 1:
-        return left;
-    case 2:
-        return above;
-    case 3:
-        return (left + above) / 2;
-    case 4:
-        return dl <= da && dl <= dc ? left : da <= dc ? above : corner; /* Paeth */
-    default:
-        return 0;
+    case 1: return left;
+    case 2: return above;
+    case 3: return (left + above) / 2;
+    case 4: return dl <= da && dl <= dc ? left : da <= dc ? above : corner; /* Paeth */
+    default: return 0;
     }
 }
 

@@ -242,10 +242,8 @@ static inline int scene_lamp_at(float *x, float *y, const scene_lamp *lamp, cons
     float n[3], right[3], up[3], to[3], k;
     int i;
     scene_unit(n, c[0], c[1], c[2]);
-    if (fabsf(n[1]) > 0.75f)
-        scene_unit(right, 1, 0, 0);
-    else
-        scene_unit(right, -n[2], 0, n[0]);
+    if (fabsf(n[1]) > 0.75f) scene_unit(right, 1, 0, 0);
+    else scene_unit(right, -n[2], 0, n[0]);
     scene_unit(up, right[1] * n[2] - right[2] * n[1], right[2] * n[0] - right[0] * n[2],
                right[0] * n[1] - right[1] * n[0]);
     for (i = 0; i < 3; i++) to[i] = c[i] - from[i];
@@ -524,12 +522,9 @@ static inline void scene_sun(float rgb[3], const float d[3]) {
 
 /* Radiance from direction d (a unit vector), without the sun's disc. */
 static inline void scene_radiance(float rgb[3], const float d[3], int scene) {
-    if (scene == SCENE_OVERCAST)
-        scene_overcast(rgb, d);
-    else if (scene == SCENE_STUDIO)
-        scene_studio(rgb, d);
-    else
-        scene_sun(rgb, d);
+    if (scene == SCENE_OVERCAST) scene_overcast(rgb, d);
+    else if (scene == SCENE_STUDIO) scene_studio(rgb, d);
+    else scene_sun(rgb, d);
 }
 
 #define SCENE_SAMPLES 3 /* per side of a texel */
@@ -544,8 +539,7 @@ static inline void scene_texel(float *texel, const envmap *fine, int face, int x
         int i = x * SCENE_SAMPLES + k % SCENE_SAMPLES, j = y * SCENE_SAMPLES + k / SCENE_SAMPLES;
         double w = envmap_solid_angle(fine, 0, face, i, j);
         float d[3], rgb[3];
-        envmap_direction(d, (envmap_mapping)fine->mapping, face,
-                         ((float)i + 0.5f) / (float)(width * fine->size),
+        envmap_direction(d, fine->mapping, face, ((float)i + 0.5f) / (float)(width * fine->size),
                          ((float)j + 0.5f) / (float)fine->size);
         scene_radiance(rgb, d, scene);
         for (c = 0; c < 3; c++) sum[c] += w * (double)rgb[c], even[c] += (double)rgb[c];
@@ -569,7 +563,7 @@ static inline void scene_add_sun(envmap *map) {
         int face, x, y;
         for (c = 0; c < 3; c++)
             d[c] = s[c] + r * ((float)cos(angle) * right[c] + (float)sin(angle) * up[c]);
-        envmap_coordinates(&face, &u, &v, (envmap_mapping)map->mapping, d);
+        envmap_coordinates(&face, &u, &v, map->mapping, d);
         x = (int)(u * (float)width), y = (int)(v * (float)map->size);
         x = x < width ? x : width - 1, y = y < map->size ? y : map->size - 1;
         w = 128 * 128 * envmap_solid_angle(map, 0, face, x, y);

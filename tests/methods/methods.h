@@ -17,7 +17,7 @@
 static inline envmap tests_map(int mapping, int size, int levels) {
     envmap map;
     memset(&map, 0, sizeof map);
-    if (!CHECK(envmap_create(&map, (envmap_mapping)mapping, size, levels, 1) == ENVMAP_OK)) {
+    if (!CHECK(envmap_create(&map, mapping, size, levels, 1) == ENVMAP_OK)) {
         printf("    no map to test with\n");
         exit(1);
     }
