@@ -68,18 +68,25 @@
      ENVMAP_FREE(ctx, ptr)   (default free(ptr)); define both or neither
      ENVMAP_NO_SIMD          plain loops where GCC and Clang would get vector types
 
-   CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/.
-     >>base        results, executor, progress
-     >>directions  direction <-> (face, u, v), matrices
-     >>maps        create, texel, solid angle, lookups, cleaning
-     >>resample    a map in another parameterization and size
-     >>pfm         read and write float pictures
-     >>mips        levels weighted by solid angle; level of a footprint, and probes along it
-     >>lobes       mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
-     >>harmonics   project, convolve, rotate, window coefficients; transforms on rings
-     >>filters     the filter call: reference, hierarchical, fast; prepared sources; plans
-     >>materials   eq. 1, Fresnel, BRDFs as lobes, GGX as engines use it, fans
-     >>compare     error norms
+   CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/;
+   transform, reference, hierarchical, scene and fast declare nothing.
+     >>base          results, executor, progress
+     >>directions    direction <-> (face, u, v), matrices
+     >>maps          create, texel, solid angle, lookups, cleaning
+     >>resample      a map in another parameterization and size
+     >>pfm           read and write float pictures
+     >>mips          levels weighted by solid angle; level of a footprint, and probes along it
+     >>lobes         mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
+     >>transform     texels <-> spherical harmonics, the only way there is
+     >>harmonics     project, fill, convolve, rotate, window coefficients
+     >>reference     the definition: every texel
+     >>hierarchical  [KVHS00]: lobe and environment as mip-maps
+     >>scene         contrast and lights of a source
+     >>fast          bands and grids for a lobe, a scene and a tolerance
+     >>filters       the filter call, chains, prepared sources
+     >>plan          what a scene needs: size, bands, slices
+     >>materials     eq. 1, Fresnel, BRDFs as lobes, GGX as engines use it, fans
+     >>compare       error norms
    References are listed by their keys at the end, then the changes, then the licence. */
 
 #ifndef ENVMAP_H
@@ -121,14 +128,13 @@ typedef enum envmap_result {
     ENVMAPI_RESULT_IS_INT = -1 /* signed, so that passing it as an int warns nobody */
 } envmap_result;
 
-/* A sentence for a result, without a full stop. Never NULL, also for unknown numbers.
-   Thread-safe.  Test: every_result_has_its_own_text. */
+/* A sentence without a full stop, never NULL.  Thread-safe.
+   Test: every_result_has_its_own_text. */
 ENVMAP_API const char *envmap_result_text(int result);
 
 /* Runs task(context, i) for i = 0 .. count-1, in any order, on any threads, and returns when all
-   are done. The library starts no thread itself; `run` NULL means serial. Tasks are cut by the
-   data alone, so results are the same bits for every executor.
-   Test: results_are_the_same_bits_for_any_executor; examples with pthreads in examples/. */
+   are done. Tasks are cut by the data alone, so results are the same bits for every executor.
+   Test: results_are_the_same_bits_for_any_executor; with pthreads: examples/tool/threads.h. */
 typedef void envmap_task(void *context, int i);
 typedef struct envmap_executor {
     void *user;
@@ -142,8 +148,7 @@ typedef struct envmap_progress {
     int (*report)(void *user, float fraction);
 } envmap_progress;
 
-/* How a long call works: its executor, progress and memory. NULL or all zero: serial, silent, the
-   default heap. */
+/* How a long call works. NULL or all zero: serial, silent, the default heap. */
 typedef struct envmap_work {
     envmap_executor executor; /* run NULL: serial                                                 */
     envmap_progress progress; /* report NULL: none                                                */
@@ -165,29 +170,27 @@ typedef enum envmap_mapping {
 /* Faces of a mapping: 6, 2, 1, 1, 1; 0 for anything else. */
 ENVMAP_API int envmap_faces(int mapping);
 
-/* dir = the unit direction at (u,v) of a face.
-   u, v  in [0,1]; beyond: the paraboloids, cube faces and lat-long go on, sphere and angular maps
-         clamp to the rim.
-   Out of range face or mapping, or non-finite u, v: +z.  Thread-safe.
-   Source: CONVENTIONS above; [HS98], [Debevec98].  Test: directions_round_trip. */
+/* dir = the unit direction at (u,v) of a face. Beyond [0,1] paraboloids, cube faces and lat-long go
+   on, sphere and angular maps clamp to the rim. Bad face or mapping, non-finite u, v: +z.
+   Thread-safe.  Source: CONVENTIONS; [HS98], [Debevec98].  Test: directions_round_trip. */
 ENVMAP_API void envmap_direction(float dir[3], int mapping, int face, float u, float v);
 
-/* The inverse: the face that dir belongs to and (u,v) on it, in [0,1]. On an edge, the lower face.
-   dir need not be of unit length; zero or non-finite counts as +z. At the sphere map's -z and the
-   angular map's +z, where every rim point is right, (1, 1/2); at the lat-long poles u = 1/2.
-   Float coordinates: near the sphere map's -z the round trip errs (up to 4e-4 rad at 1e-3 from it).
+/* The inverse: the face that dir belongs to, on an edge the lower one, and (u,v) on it, in [0,1].
+   dir is of any length; zero or non-finite counts as +z. At the sphere map's -z and the angular
+   map's +z, where every rim point is right, (1, 1/2); at the lat-long poles u = 1/2. As u, v are
+   floats, the round trip errs near the sphere map's -z (up to 4e-4 rad at 1e-3 from it).
    Thread-safe.  Test: directions_round_trip. */
 ENVMAP_API void envmap_coordinates(int *face, float *u, float *v, int mapping, const float dir[3]);
 
 /* The texture matrix of a paraboloid map: takes an eye-space reflection vector (r,1), as
    GL_REFLECTION_MAP generates it, to texture coordinates (s,t,r,q); s/q = u, t/q = v.
      matrix = (scale and bias to [0,1]) P S (M_l)^-1
-   matrix     out [16], column-major
-   modelview  [16], column-major: the space of the map -> eye space; only its linear part M_l
-              counts, a rotation times a uniform scale (the scale is divided out)
+   matrix     out, column-major
+   modelview  column-major: the space of the map -> eye space; only its linear part M_l counts, a
+              rotation times a uniform scale (the scale is divided out)
    face       0 front, 1 back. A point is on the face where u, v lie inside the unit disc.
    Errors: ARGUMENT (NULL, face, singular or non-finite M_l).  Thread-safe.
-   Source: [HS98] eqs. 6-9, [HS99]; front S = -I, d = (0,0,-1); back S = -I, d = (0,0,1), then
+   Source: [HS98] eqs. 6-9, [HS99]; S = -I, d = (0,0,-1) in front, (0,0,1) at the back and then
    diag(-1,-1,1,1): the printed S computes d - r where eq. 8 needs d + r.
    Test: the_texture_matrix_agrees_with_the_mapping. */
 ENVMAP_API envmap_result envmap_paraboloid_matrix(float matrix[16], const float modelview[16],
@@ -205,7 +208,7 @@ typedef struct envmap {
     float p0, p1;  /* range of the slices' parameter: -1, 1 until a filter writes its lobe's      */
 } envmap;
 
-/* Number of levels from edge `size` down to edge 1: floor(log2 size) + 1; 0 for size < 1. */
+/* From edge `size` down to edge 1: floor(log2 size) + 1; 0 for size < 1. */
 ENVMAP_API int envmap_levels(int size);
 
 /* A black map. Overwrites *map without freeing; keeps map->memory, so zero-initialise it.
@@ -220,37 +223,34 @@ ENVMAP_API void envmap_free(envmap *map);
    Test: texels_are_where_the_memory_order_says. */
 ENVMAP_API float *envmap_texel(const envmap *map, int level, int slice, int face, int x, int y);
 
-/* Solid angle of a texel, sr: closed form for cube, lat-long, paraboloid and sphere map, line
-   quadrature (1e-13) for the angular map; only the part inside a disc's rim. 0 when out of range.
-   The texels of a level sum to 4 pi.  Thread-safe.  Test: solid_angles_sum_to_4_pi. */
+/* Solid angle of a texel, sr, of its part inside a disc's rim: in closed form, for the angular map
+   by line quadrature (1e-13). 0 when out of range. The texels of a level sum to 4 pi.
+   Thread-safe.  Test: solid_angles_sum_to_4_pi. */
 ENVMAP_API double envmap_solid_angle(const envmap *map, int level, int face, int x, int y);
 
 /* rgb = radiance in direction dir, trilinear: bilinear in two levels, linear between.
-   level  0 .. levels-1, clamped; NaN counts as 0
-   Bilinear across faces: continuous over every cube edge and corner, over the paraboloids' rim
-   (the faces blend in its last half texel), over lat-long's seam and its poles (where the row's
-   mean is the pole). At a texel's centre it gives the texel (at rims: to second order).
-   The slice is 0; envmap_lookup_slice interpolates between slice centres and clamps at the ends.
-   Bad maps give black.  Thread-safe.  Test: lookups_are_continuous_across_seams. */
+   level  clamped to 0 .. levels-1; NaN counts as 0
+   p      linear between slice centres, clamped at the ends; envmap_lookup reads slice 0
+   Continuous over every cube edge and corner, over the paraboloids' rim (the faces blend in its
+   last half texel), over lat-long's seam and its poles (where the row's mean is the pole). At a
+   texel's centre it gives the texel (at rims: to second order). Bad maps give black.
+   Thread-safe.  Test: lookups_are_continuous_across_seams. */
 ENVMAP_API void envmap_lookup(float rgb[3], const envmap *map, const float dir[3], float level);
 ENVMAP_API void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
                                     float level);
 
-/* What a cleaning found and took, in numbers (three a texel) and as shares. */
+/* What a cleaning found, in numbers (three a texel), and took. */
 typedef struct envmap_cleaned {
     int nan, infinite, negative, limited;
-    double
-        energy; /* taken by the limit, over that of all finite and positive radiance            */
-    double
-        replaced; /* share of the sphere whose texels held NaN, Inf or negative numbers           */
+    double energy;   /* that the limit took, over that of all finite and positive radiance        */
+    double replaced; /* share of the sphere whose texels held NaN, Inf or negative numbers        */
 } envmap_cleaned;
 
 /* Level 0 as filters want it, in place: NaN and negative numbers become 0, and Inf and what exceeds
    the limit become the limit.
    limit    > 0; 0: none, and Inf becomes the largest finite number that there is
-   cleaned  NULL, or out
-   Errors: ARGUMENT; nothing is changed then.  O(texels), allocates nothing.
-   Test: cleaning_* . */
+   cleaned  out, or NULL
+   Errors: ARGUMENT; nothing is changed then.  O(texels), allocates nothing.  Test: cleaning_* . */
 ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned);
 
 /* -------------------------------------------------------------------------------- >>resample -- */
@@ -259,51 +259,45 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    slice for all). Each texel is the solid-angle-weighted mean of bilinear src over the texel,
    taken at a grid of points three times finer than src's texels: a box prefilter when shrinking,
    bilinear interpolation when not. Same mapping and size: the same texels.
-   Errors: ARGUMENT, RADIANCE (NaN, Inf).  O(max(texels)), allocates nothing.
-   Test: resampling_* . */
+   Errors: ARGUMENT, RADIANCE (NaN, Inf).  O(max(texels)), no allocation.  Test: resampling_* . */
 ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src);
 
 /* ------------------------------------------------------------------------------------- >>pfm -- */
 
 /* Reads a float PFM: PF (RGB) or Pf (grey, copied to RGB), either byte order, rows bottom to top,
-   samples times |scale|. One map, one level; the slices follow from the height:
+   samples times |scale|. One level; a vertical strip of faces in their order, slices outermost:
      cube  w x 6w*slices     paraboloid  w x 2w*slices     sphere, angular  w x w*slices
      lat-long  2h x h (one slice)
-   A picture of several faces is their vertical strip in face order, slices outermost.
    Radiance is kept as it is, NaN and negative numbers too (filters refuse them).
-   Overwrites *map without freeing, keeps map->memory.
-   Errors: ARGUMENT, FILE, FORMAT (also scale 0, NaN, Inf), SHAPE, LIMIT, TRUNCATED, TRAILING,
-   MEMORY.  *map stays as it was.  No stdio, no locale in envmap_pfm_read.
-   Test: pfm_round_trips, every_truncated_prefix_is_refused. */
+   Overwrites *map without freeing, keeps map->memory.  No stdio, no locale.
+   Errors: ARGUMENT, FORMAT (also scale 0, NaN, Inf), SHAPE, LIMIT, TRUNCATED, TRAILING, MEMORY;
+   *map then stays as it was.  Test: pfm_round_trips, every_truncated_prefix_is_refused. */
 ENVMAP_API envmap_result envmap_pfm_read(envmap *map, const void *data, size_t bytes, int mapping);
 
 /* Writes one level as little-endian PF, scale -1, the same shapes. *bytes is the size of the file
-   in any case but ARGUMENT; data NULL only asks for it.
-   capacity  room at data, bytes
-   Errors: ARGUMENT (bad map or level, lat-long with slices), LIMIT (capacity too small, nothing
+   in any case but ARGUMENT; data NULL only asks for it. capacity is the room at data, bytes.
+   Errors: ARGUMENT (bad map or level, lat-long with slices), LIMIT (too little room, nothing
    written).  Test: pfm_round_trips. */
 ENVMAP_API envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *bytes,
                                           const envmap *map, int level);
 
 #ifndef ENVMAP_NO_STDIO
-/* The same from and to a path. A file that could not be written whole is removed. */
+/* The same from and to a path; FILE too. A file that could not be written whole is removed. */
 ENVMAP_API envmap_result envmap_pfm_load(envmap *map, const char *path, int mapping);
 ENVMAP_API envmap_result envmap_pfm_save(const envmap *map, const char *path, int level);
 #endif
 
 /* ------------------------------------------------------------------------------------ >>mips -- */
 
-/* Fills levels 1 .. levels-1: each texel the mean of the level above it, weighted by the solid
-   angle of the overlap (odd sizes too), so every level carries the energy of level 0; texels of a
-   level of edge 1 are the mean of the whole sphere, the same on every face. NaN and Inf reach the
-   texels above them, no others.
+/* Fills levels 1 .. levels-1: each texel the mean of the finer level's, weighted by the solid angle
+   of the overlap (odd sizes too), so every level carries the energy of level 0. A face of edge 1 is
+   the mean of the whole sphere. NaN and Inf reach the texels that they are part of, no others.
    Errors: ARGUMENT.  O(texels), allocates nothing.  Source [KVHS00] 5.1 with weights added.
    Test: mip_levels_carry_the_same_energy (<= 1e-6; an unweighted box drifts by percents). */
 ENVMAP_API envmap_result envmap_mips_build(envmap *map);
 
-/* The level whose texels match a footprint: log2 of its longer side in texels of level 0,
-   clamped to [0, levels-1].
-   dir  where; dx, dy  the footprint's sides: derivatives of the direction along two screen axes
+/* The level whose texels match a footprint at dir: log2 of its longer side in texels of level 0,
+   clamped to [0, levels-1]. Its sides dx, dy: derivatives of the direction along two screen axes.
    Bad maps or numbers give 0.  Thread-safe.  Source [Williams83], [HS99].
    Test: a_footprint_of_two_texels_is_level_one. */
 ENVMAP_API float envmap_footprint_level(const envmap *map, const float dir[3], const float dx[3],
@@ -313,7 +307,6 @@ ENVMAP_API float envmap_footprint_level(const envmap *map, const float dir[3], c
    of the ellipse that the sides span, each the level of its own part of the footprint:
      rgb = 1/n sum over i of map(dir + major ((i+1/2)/n - 1/2)),   n = ceil(longer / shorter axis)
    in texels of level 0. A level alone makes the footprint a square of its longer side.
-   dir, dx, dy  as above
    probes  the most to take, 1 .. 256 (clamped); 1: one lookup at envmap_footprint_level
    Slice 0; bad maps give black, bad numbers level 0.  O(n) lookups.  Thread-safe.
    Source [SKS96].  Test: assembled_footprints_*. */
@@ -515,23 +508,20 @@ typedef struct envmap_filter_desc {
    for the axis a of every texel of dst, those outside a rim too. Any parameterizations and sizes.
    As a lobe gets thinner than two texels of src, each texel spreads into a tent (bilinear radiance
    at the end), so the result is continuous in N, and N -> infinity is the bilinear mirror.
-   Also writes dst->p0, p1.
-   desc  NULL: defaults: AUTO, which takes FAST, or the reference where texels are few
+   Also writes dst->p0, p1. desc NULL: AUTO, that is FAST, or the reference where texels are few.
    Errors: ARGUMENT (bad map or desc, dst is src), LOBE, RADIANCE (NaN, Inf; negative for all but
    the reference), METHOD, MEMORY, CANCELLED; dst then stays as it was.
-   REFERENCE: O(texels of src * texels and slices of dst). Texels where k is below 1e-12 of its
-   peak are passed over, tile by tile.
+   REFERENCE: O(texels of src * texels and slices of dst). Tiles of texels where k is below 1e-12 of
+   its peak are passed over.
    FAST: O(texels of src + texels of dst + L^3), L the bands that lobe, scene and tolerance need.
    Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
-   Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; beside a lamp
-   on black their darkest texels may exceed 20 tolerances.
-   Thread-safe.
-   Source [KVHS00] sections 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
+   Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; in a black
+   scene with a lamp their darkest texels may be off by more than 20 tolerances.
+   Thread-safe.  Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
 
-/* The same into level i with lobes[i], i = 0 .. count-1; count in 1 .. dst->levels. All levels
-   are written, or none. */
+/* The same into level i with lobes[i], i < count, count in 1 .. dst->levels; all levels or none. */
 ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
                                              const envmap_lobe *lobes, int count,
                                              const envmap_filter_desc *desc);
@@ -540,11 +530,10 @@ ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
    changed or freed meanwhile, take it from there where their lobes need no more bands and no finer
    tolerance than these lobes; others do their own work.
    prepared  its memory context set, or zero; overwritten without freeing
-   lobes     those that will be asked for, or the sharpest of them
-   desc      tolerance, work
+   lobes     1 .. 32: those that will be asked for, or the sharpest of them
+   desc      tolerance, executor
    Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY; *prepared then stays
-   as it was.  One prepared source serves any number of threads.
-   Test: a_prepared_source_gives_the_same_map. */
+   as it was.  It serves any number of threads.  Test: a_prepared_source_gives_the_same_map. */
 ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
                                         const envmap_lobe *lobes, int count,
                                         const envmap_filter_desc *desc);
@@ -552,7 +541,9 @@ ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap 
 /* NULL and twice are fine. */
 ENVMAP_API void envmap_prepared_free(envmap_prepared *prepared);
 
-/* What a scene needs, and what that costs: expected values, from the scene's own harmonics. */
+/* ------------------------------------------------------------------------------------ >>plan -- */
+
+/* What a scene needs: expected values, from its own harmonics. */
 typedef struct envmap_plan {
     int method;      /* what AUTO takes; AUTO for the mirror                                      */
     int size;        /* smallest edge, 1 .. 16384, of dst's mapping that loses no more than the
@@ -567,19 +558,19 @@ typedef struct envmap_plan {
     double error;    /* relative rms of what `method` loses                                       */
 } envmap_plan;
 
-/* What envmap_filter(dst, src, lobe, desc) is expected to cost and to lose, and the smallest dst
-   that would do. With P_l the power of the filtered scene in band l (of level 0 of slice 0):
+/* What envmap_filter(dst, src, lobe, desc) is expected to lose, and the smallest dst that would do.
+   With P_l the power of the filtered scene in band l (of level 0 of slice 0):
      bands   sum_(l >= bands) P_l <= tolerance^2 sum P_l
      size    sum P_l e(l h)^2 <= tolerance^2 sum P_l, in the mean over the map, h the spacing of its
              texels; e(w) -> 0.089 w^2 is the rms of what linear interpolation in u and v loses of
-             a wave of w radians a texel; and what a cube's edges lose; less where one light
-             rules, for it may be where texels are largest
+             a wave of w radians a texel; and what a cube's edges lose. Where one light rules the
+             tolerance is made smaller, for it may be where texels are largest
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
-   desc    tolerance, threshold, limit, executor, memory, prepared; its method is not asked
+   desc    tolerance, work, prepared
    Errors: those of envmap_filter; *plan then stays as it was.
-   Cost: about half of FAST; more for lobes with slices.  Thread-safe.
-   Source: docs/plan.md; costs measured by `make plan`.  Test: tests/test_plan.c. */
+   Cost: about that of FAST; of Phong 100 0.7, more for lobes with slices.  Thread-safe.
+   Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
                                             const envmap_filter_desc *desc);
@@ -6171,13 +6162,13 @@ ENVMAPI_BODY envmap_result envmap_prepare(envmap_prepared *prepared, const envma
      in     a filter call without its result       out    envmap_plan
    The scene's a_lm, projected for as many bands as FAST needs, and lambda_l give P_l, the power of
    the result in band l (_power_create). All else is arithmetic:
-       bands   sum_(l >= bands) P_l <= tolerance^2 sum P_l                                _power_from
-       size    sum P_l e(l h)^2 <= tolerance^2 sum P_l, h the spacing of texels        _lookups_error
-       slices  what lookups lose between two slices, weighted with the scene           _slices_error
-       error   the bands that FAST leaves out and what its splines lose                  _plan_error
+       bands   sum_(l >= bands) P_l <= tolerance^2 sum P_l                               _power_from
+       size    sum P_l e(l h)^2 <= tolerance^2 sum P_l, h the spacing of texels       _lookups_error
+       slices  what lookups lose between two slices, weighted with the scene          _slices_error
+       error   the bands that FAST leaves out and what its splines lose                 _plan_error
    docs/plan.md derives them.  Tests: tests/test_plan.c. */
 
-/* The power P_l of a result, l < bands, and in P[bands] that of all beyond; gain, scene likewise. */
+/* The power P_l of a result, l < bands; P[bands] is that of all beyond; gain and scene likewise. */
 typedef struct envmapi_power {
     const envmap_lobe *lobe;
     double tolerance, *sh, finest; /* sh: the scene's a_lm, l < known; finest: where it ends */
@@ -6222,8 +6213,8 @@ static void envmapi_power_scene(envmapi_power *d) {
 }
 
 /* Where FAST has no specification the definition interpolates between texels, and the scene has
-   nothing finer. A projection's error is that of its last bands, of which smooth lobes leave little;
-   where lights are taken out again, it is to be small beside them. */
+   nothing finer. A projection is least exact in its last bands, of which smooth lobes leave little;
+   where lights are taken out of it again, its error has to be small beside what remains. */
 static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     const envmapi_spec *spec = job->specs;
     double tolerance = !spec->L ? 1e-3 : spec->kinked ? 0.01 : 0.1;
@@ -6266,8 +6257,8 @@ static double envmapi_bilinear_square(double w2) {
     return lost < 5.0 / 3 ? lost : 5.0 / 3;
 }
 
-/* Squares of the texel spacings of a map of edge 1 at 4 x 4 points of a quarter of a face, which the
-   other quarters mirror, with weights: for unequal sides of the one that loses as much,
+/* Texel spacings h of a map of edge 1, squared, at 4 x 4 points of a quarter of a face (the others
+   mirror it), with weights. For unequal sides h is the spacing that loses as much as they do,
    (h_u^4 + h_v^4)/320 + h_u^2 h_v^2/576.
    Over a cube's edge texels do not face each other: beside it, at y along the edge, the neighbour's
    are y h/2 off, which loses 0.0041 l(l+1) / size^3 in the mean square; a sphere map's rim is all
