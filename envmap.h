@@ -68,18 +68,25 @@
      ENVMAP_FREE(ctx, ptr)   (default free(ptr)); define both or neither
      ENVMAP_NO_SIMD          plain loops where GCC and Clang would get vector types
 
-   CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/.
-     >>base        results, executor, progress
-     >>directions  direction <-> (face, u, v), matrices
-     >>maps        create, texel, solid angle, lookups, cleaning
-     >>resample    a map in another parameterization and size
-     >>pfm         read and write float pictures
-     >>mips        levels weighted by solid angle; level of a footprint, and probes along it
-     >>lobes       mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
-     >>harmonics   project, convolve, rotate, window coefficients; transforms on rings
-     >>filters     the filter call: reference, hierarchical, fast; prepared sources; plans
-     >>materials   eq. 1, Fresnel, BRDFs as lobes, GGX as engines use it, fans
-     >>compare     error norms
+   CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/;
+   transform, reference, hierarchical, scene and fast declare nothing.
+     >>base          results, executor, progress
+     >>directions    direction <-> (face, u, v), matrices
+     >>maps          create, texel, solid angle, lookups, cleaning
+     >>resample      a map in another parameterization and size
+     >>pfm           read and write float pictures
+     >>mips          levels weighted by solid angle; level of a footprint, and probes along it
+     >>lobes         mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
+     >>transform     texels <-> spherical harmonics, the only way there is
+     >>harmonics     project, fill, convolve, rotate, window coefficients
+     >>reference     the definition: every texel
+     >>hierarchical  [KVHS00]: lobe and environment as mip-maps
+     >>scene         contrast and lights of a source
+     >>fast          bands and grids for a lobe, a scene and a tolerance
+     >>filters       the filter call, chains, prepared sources
+     >>plan          what a scene needs: size, bands, slices
+     >>materials     eq. 1, Fresnel, BRDFs as lobes, GGX as engines use it, fans
+     >>compare       error norms
    References are listed by their keys at the end, then the changes, then the licence. */
 
 #ifndef ENVMAP_H
@@ -121,14 +128,13 @@ typedef enum envmap_result {
     ENVMAPI_RESULT_IS_INT = -1 /* signed, so that passing it as an int warns nobody */
 } envmap_result;
 
-/* A sentence for a result, without a full stop. Never NULL, also for unknown numbers.
-   Thread-safe.  Test: every_result_has_its_own_text. */
+/* A sentence without a full stop, never NULL.  Thread-safe.
+   Test: every_result_has_its_own_text. */
 ENVMAP_API const char *envmap_result_text(int result);
 
 /* Runs task(context, i) for i = 0 .. count-1, in any order, on any threads, and returns when all
-   are done. The library starts no thread itself; `run` NULL means serial. Tasks are cut by the
-   data alone, so results are the same bits for every executor.
-   Test: results_are_the_same_bits_for_any_executor; examples with pthreads in examples/. */
+   are done. Tasks are cut by the data alone, so results are the same bits for every executor.
+   Test: results_are_the_same_bits_for_any_executor; with pthreads: examples/tool/threads.h. */
 typedef void envmap_task(void *context, int i);
 typedef struct envmap_executor {
     void *user;
@@ -142,8 +148,7 @@ typedef struct envmap_progress {
     int (*report)(void *user, float fraction);
 } envmap_progress;
 
-/* How a long call works: its executor, progress and memory. NULL or all zero: serial, silent, the
-   default heap. */
+/* How a long call works. NULL or all zero: serial, silent, the default heap. */
 typedef struct envmap_work {
     envmap_executor executor; /* run NULL: serial                                                 */
     envmap_progress progress; /* report NULL: none                                                */
@@ -165,29 +170,27 @@ typedef enum envmap_mapping {
 /* Faces of a mapping: 6, 2, 1, 1, 1; 0 for anything else. */
 ENVMAP_API int envmap_faces(int mapping);
 
-/* dir = the unit direction at (u,v) of a face.
-   u, v  in [0,1]; beyond: the paraboloids, cube faces and lat-long go on, sphere and angular maps
-         clamp to the rim.
-   Out of range face or mapping, or non-finite u, v: +z.  Thread-safe.
-   Source: CONVENTIONS above; [HS98], [Debevec98].  Test: directions_round_trip. */
+/* dir = the unit direction at (u,v) of a face. Beyond [0,1] paraboloids, cube faces and lat-long go
+   on, sphere and angular maps clamp to the rim. Bad face or mapping, non-finite u, v: +z.
+   Thread-safe.  Source: CONVENTIONS; [HS98], [Debevec98].  Test: directions_round_trip. */
 ENVMAP_API void envmap_direction(float dir[3], int mapping, int face, float u, float v);
 
-/* The inverse: the face that dir belongs to and (u,v) on it, in [0,1]. On an edge, the lower face.
-   dir need not be of unit length; zero or non-finite counts as +z. At the sphere map's -z and the
-   angular map's +z, where every rim point is right, (1, 1/2); at the lat-long poles u = 1/2.
-   Float coordinates: near the sphere map's -z the round trip errs (up to 4e-4 rad at 1e-3 from it).
+/* The inverse: the face that dir belongs to, on an edge the lower one, and (u,v) on it, in [0,1].
+   dir is of any length; zero or non-finite counts as +z. At the sphere map's -z and the angular
+   map's +z, where every rim point is right, (1, 1/2); at the lat-long poles u = 1/2. As u, v are
+   floats, the round trip errs near the sphere map's -z (up to 4e-4 rad at 1e-3 from it).
    Thread-safe.  Test: directions_round_trip. */
 ENVMAP_API void envmap_coordinates(int *face, float *u, float *v, int mapping, const float dir[3]);
 
 /* The texture matrix of a paraboloid map: takes an eye-space reflection vector (r,1), as
    GL_REFLECTION_MAP generates it, to texture coordinates (s,t,r,q); s/q = u, t/q = v.
      matrix = (scale and bias to [0,1]) P S (M_l)^-1
-   matrix     out [16], column-major
-   modelview  [16], column-major: the space of the map -> eye space; only its linear part M_l
-              counts, a rotation times a uniform scale (the scale is divided out)
+   matrix     out, column-major
+   modelview  column-major: the space of the map -> eye space; only its linear part M_l counts, a
+              rotation times a uniform scale (the scale is divided out)
    face       0 front, 1 back. A point is on the face where u, v lie inside the unit disc.
    Errors: ARGUMENT (NULL, face, singular or non-finite M_l).  Thread-safe.
-   Source: [HS98] eqs. 6-9, [HS99]; front S = -I, d = (0,0,-1); back S = -I, d = (0,0,1), then
+   Source: [HS98] eqs. 6-9, [HS99]; S = -I, d = (0,0,-1) in front, (0,0,1) at the back and then
    diag(-1,-1,1,1): the printed S computes d - r where eq. 8 needs d + r.
    Test: the_texture_matrix_agrees_with_the_mapping. */
 ENVMAP_API envmap_result envmap_paraboloid_matrix(float matrix[16], const float modelview[16],
@@ -205,7 +208,7 @@ typedef struct envmap {
     float p0, p1;  /* range of the slices' parameter: -1, 1 until a filter writes its lobe's      */
 } envmap;
 
-/* Number of levels from edge `size` down to edge 1: floor(log2 size) + 1; 0 for size < 1. */
+/* From edge `size` down to edge 1: floor(log2 size) + 1; 0 for size < 1. */
 ENVMAP_API int envmap_levels(int size);
 
 /* A black map. Overwrites *map without freeing; keeps map->memory, so zero-initialise it.
@@ -220,37 +223,34 @@ ENVMAP_API void envmap_free(envmap *map);
    Test: texels_are_where_the_memory_order_says. */
 ENVMAP_API float *envmap_texel(const envmap *map, int level, int slice, int face, int x, int y);
 
-/* Solid angle of a texel, sr: closed form for cube, lat-long, paraboloid and sphere map, line
-   quadrature (1e-13) for the angular map; only the part inside a disc's rim. 0 when out of range.
-   The texels of a level sum to 4 pi.  Thread-safe.  Test: solid_angles_sum_to_4_pi. */
+/* Solid angle of a texel, sr, of its part inside a disc's rim: in closed form, for the angular map
+   by line quadrature (1e-13). 0 when out of range. The texels of a level sum to 4 pi.
+   Thread-safe.  Test: solid_angles_sum_to_4_pi. */
 ENVMAP_API double envmap_solid_angle(const envmap *map, int level, int face, int x, int y);
 
 /* rgb = radiance in direction dir, trilinear: bilinear in two levels, linear between.
-   level  0 .. levels-1, clamped; NaN counts as 0
-   Bilinear across faces: continuous over every cube edge and corner, over the paraboloids' rim
-   (the faces blend in its last half texel), over lat-long's seam and its poles (where the row's
-   mean is the pole). At a texel's centre it gives the texel (at rims: to second order).
-   The slice is 0; envmap_lookup_slice interpolates between slice centres and clamps at the ends.
-   Bad maps give black.  Thread-safe.  Test: lookups_are_continuous_across_seams. */
+   level  clamped to 0 .. levels-1; NaN counts as 0
+   p      linear between slice centres, clamped at the ends; envmap_lookup reads slice 0
+   Continuous over every cube edge and corner, over the paraboloids' rim (the faces blend in its
+   last half texel), over lat-long's seam and its poles (where the row's mean is the pole). At a
+   texel's centre it gives the texel (at rims: to second order). Bad maps give black.
+   Thread-safe.  Test: lookups_are_continuous_across_seams. */
 ENVMAP_API void envmap_lookup(float rgb[3], const envmap *map, const float dir[3], float level);
 ENVMAP_API void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
                                     float level);
 
-/* What a cleaning found and took, in numbers (three a texel) and as shares. */
+/* What a cleaning found, in numbers (three a texel), and took. */
 typedef struct envmap_cleaned {
     int nan, infinite, negative, limited;
-    double
-        energy; /* taken by the limit, over that of all finite and positive radiance            */
-    double
-        replaced; /* share of the sphere whose texels held NaN, Inf or negative numbers           */
+    double energy;   /* that the limit took, over that of all finite and positive radiance        */
+    double replaced; /* share of the sphere whose texels held NaN, Inf or negative numbers        */
 } envmap_cleaned;
 
 /* Level 0 as filters want it, in place: NaN and negative numbers become 0, and Inf and what exceeds
    the limit become the limit.
    limit    > 0; 0: none, and Inf becomes the largest finite number that there is
-   cleaned  NULL, or out
-   Errors: ARGUMENT; nothing is changed then.  O(texels), allocates nothing.
-   Test: cleaning_* . */
+   cleaned  out, or NULL
+   Errors: ARGUMENT; nothing is changed then.  O(texels), allocates nothing.  Test: cleaning_* . */
 ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned);
 
 /* -------------------------------------------------------------------------------- >>resample -- */
@@ -259,51 +259,45 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    slice for all). Each texel is the solid-angle-weighted mean of bilinear src over the texel,
    taken at a grid of points three times finer than src's texels: a box prefilter when shrinking,
    bilinear interpolation when not. Same mapping and size: the same texels.
-   Errors: ARGUMENT, RADIANCE (NaN, Inf).  O(max(texels)), allocates nothing.
-   Test: resampling_* . */
+   Errors: ARGUMENT, RADIANCE (NaN, Inf).  O(max(texels)), no allocation.  Test: resampling_* . */
 ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src);
 
 /* ------------------------------------------------------------------------------------- >>pfm -- */
 
 /* Reads a float PFM: PF (RGB) or Pf (grey, copied to RGB), either byte order, rows bottom to top,
-   samples times |scale|. One map, one level; the slices follow from the height:
+   samples times |scale|. One level; a vertical strip of faces in their order, slices outermost:
      cube  w x 6w*slices     paraboloid  w x 2w*slices     sphere, angular  w x w*slices
      lat-long  2h x h (one slice)
-   A picture of several faces is their vertical strip in face order, slices outermost.
    Radiance is kept as it is, NaN and negative numbers too (filters refuse them).
-   Overwrites *map without freeing, keeps map->memory.
-   Errors: ARGUMENT, FILE, FORMAT (also scale 0, NaN, Inf), SHAPE, LIMIT, TRUNCATED, TRAILING,
-   MEMORY.  *map stays as it was.  No stdio, no locale in envmap_pfm_read.
-   Test: pfm_round_trips, every_truncated_prefix_is_refused. */
+   Overwrites *map without freeing, keeps map->memory.  No stdio, no locale.
+   Errors: ARGUMENT, FORMAT (also scale 0, NaN, Inf), SHAPE, LIMIT, TRUNCATED, TRAILING, MEMORY;
+   *map then stays as it was.  Test: pfm_round_trips, every_truncated_prefix_is_refused. */
 ENVMAP_API envmap_result envmap_pfm_read(envmap *map, const void *data, size_t bytes, int mapping);
 
 /* Writes one level as little-endian PF, scale -1, the same shapes. *bytes is the size of the file
-   in any case but ARGUMENT; data NULL only asks for it.
-   capacity  room at data, bytes
-   Errors: ARGUMENT (bad map or level, lat-long with slices), LIMIT (capacity too small, nothing
+   in any case but ARGUMENT; data NULL only asks for it. capacity is the room at data, bytes.
+   Errors: ARGUMENT (bad map or level, lat-long with slices), LIMIT (too little room, nothing
    written).  Test: pfm_round_trips. */
 ENVMAP_API envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *bytes,
                                           const envmap *map, int level);
 
 #ifndef ENVMAP_NO_STDIO
-/* The same from and to a path. A file that could not be written whole is removed. */
+/* The same from and to a path; FILE too. A file that could not be written whole is removed. */
 ENVMAP_API envmap_result envmap_pfm_load(envmap *map, const char *path, int mapping);
 ENVMAP_API envmap_result envmap_pfm_save(const envmap *map, const char *path, int level);
 #endif
 
 /* ------------------------------------------------------------------------------------ >>mips -- */
 
-/* Fills levels 1 .. levels-1: each texel the mean of the level above it, weighted by the solid
-   angle of the overlap (odd sizes too), so every level carries the energy of level 0; texels of a
-   level of edge 1 are the mean of the whole sphere, the same on every face. NaN and Inf reach the
-   texels above them, no others.
+/* Fills levels 1 .. levels-1: each texel the mean of the finer level's, weighted by the solid angle
+   of the overlap (odd sizes too), so every level carries the energy of level 0. A face of edge 1 is
+   the mean of the whole sphere. NaN and Inf reach the texels that they are part of, no others.
    Errors: ARGUMENT.  O(texels), allocates nothing.  Source [KVHS00] 5.1 with weights added.
    Test: mip_levels_carry_the_same_energy (<= 1e-6; an unweighted box drifts by percents). */
 ENVMAP_API envmap_result envmap_mips_build(envmap *map);
 
-/* The level whose texels match a footprint: log2 of its longer side in texels of level 0,
-   clamped to [0, levels-1].
-   dir  where; dx, dy  the footprint's sides: derivatives of the direction along two screen axes
+/* The level whose texels match a footprint at dir: log2 of its longer side in texels of level 0,
+   clamped to [0, levels-1]. Its sides dx, dy: derivatives of the direction along two screen axes.
    Bad maps or numbers give 0.  Thread-safe.  Source [Williams83], [HS99].
    Test: a_footprint_of_two_texels_is_level_one. */
 ENVMAP_API float envmap_footprint_level(const envmap *map, const float dir[3], const float dx[3],
@@ -313,7 +307,6 @@ ENVMAP_API float envmap_footprint_level(const envmap *map, const float dir[3], c
    of the ellipse that the sides span, each the level of its own part of the footprint:
      rgb = 1/n sum over i of map(dir + major ((i+1/2)/n - 1/2)),   n = ceil(longer / shorter axis)
    in texels of level 0. A level alone makes the footprint a square of its longer side.
-   dir, dx, dy  as above
    probes  the most to take, 1 .. 256 (clamped); 1: one lookup at envmap_footprint_level
    Slice 0; bad maps give black, bad numbers level 0.  O(n) lookups.  Thread-safe.
    Source [SKS96].  Test: assembled_footprints_*. */
@@ -515,23 +508,20 @@ typedef struct envmap_filter_desc {
    for the axis a of every texel of dst, those outside a rim too. Any parameterizations and sizes.
    As a lobe gets thinner than two texels of src, each texel spreads into a tent (bilinear radiance
    at the end), so the result is continuous in N, and N -> infinity is the bilinear mirror.
-   Also writes dst->p0, p1.
-   desc  NULL: defaults: AUTO, which takes FAST, or the reference where texels are few
+   Also writes dst->p0, p1. desc NULL: AUTO, that is FAST, or the reference where texels are few.
    Errors: ARGUMENT (bad map or desc, dst is src), LOBE, RADIANCE (NaN, Inf; negative for all but
    the reference), METHOD, MEMORY, CANCELLED; dst then stays as it was.
-   REFERENCE: O(texels of src * texels and slices of dst). Texels where k is below 1e-12 of its
-   peak are passed over, tile by tile.
+   REFERENCE: O(texels of src * texels and slices of dst). Tiles of texels where k is below 1e-12 of
+   its peak are passed over.
    FAST: O(texels of src + texels of dst + L^3), L the bands that lobe, scene and tolerance need.
    Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
-   Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; beside a lamp
-   on black their darkest texels may exceed 20 tolerances.
-   Thread-safe.
-   Source [KVHS00] sections 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
+   Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; in a black
+   scene with a lamp their darkest texels may be off by more than 20 tolerances.
+   Thread-safe.  Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
 
-/* The same into level i with lobes[i], i = 0 .. count-1; count in 1 .. dst->levels. All levels
-   are written, or none. */
+/* The same into level i with lobes[i], i < count, count in 1 .. dst->levels; all levels or none. */
 ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
                                              const envmap_lobe *lobes, int count,
                                              const envmap_filter_desc *desc);
@@ -540,11 +530,10 @@ ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
    changed or freed meanwhile, take it from there where their lobes need no more bands and no finer
    tolerance than these lobes; others do their own work.
    prepared  its memory context set, or zero; overwritten without freeing
-   lobes     those that will be asked for, or the sharpest of them
-   desc      tolerance, work
+   lobes     1 .. 32: those that will be asked for, or the sharpest of them
+   desc      tolerance, executor
    Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY; *prepared then stays
-   as it was.  One prepared source serves any number of threads.
-   Test: a_prepared_source_gives_the_same_map. */
+   as it was.  It serves any number of threads.  Test: a_prepared_source_gives_the_same_map. */
 ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
                                         const envmap_lobe *lobes, int count,
                                         const envmap_filter_desc *desc);
@@ -552,7 +541,9 @@ ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap 
 /* NULL and twice are fine. */
 ENVMAP_API void envmap_prepared_free(envmap_prepared *prepared);
 
-/* What a scene needs, and what that costs: expected values, from the scene's own harmonics. */
+/* ------------------------------------------------------------------------------------ >>plan -- */
+
+/* What a scene needs: expected values, from its own harmonics. */
 typedef struct envmap_plan {
     int method;      /* what AUTO takes; AUTO for the mirror                                      */
     int size;        /* smallest edge, 1 .. 16384, of dst's mapping that loses no more than the
@@ -567,19 +558,19 @@ typedef struct envmap_plan {
     double error;    /* relative rms of what `method` loses                                       */
 } envmap_plan;
 
-/* What envmap_filter(dst, src, lobe, desc) is expected to cost and to lose, and the smallest dst
-   that would do. With P_l the power of the filtered scene in band l (of level 0 of slice 0):
+/* What envmap_filter(dst, src, lobe, desc) is expected to lose, and the smallest dst that would do.
+   With P_l the power of the filtered scene in band l (of level 0 of slice 0):
      bands   sum_(l >= bands) P_l <= tolerance^2 sum P_l
      size    sum P_l e(l h)^2 <= tolerance^2 sum P_l, in the mean over the map, h the spacing of its
              texels; e(w) -> 0.089 w^2 is the rms of what linear interpolation in u and v loses of
-             a wave of w radians a texel; and what a cube's edges lose; less where one light
-             rules, for it may be where texels are largest
+             a wave of w radians a texel; and what a cube's edges lose. Where one light rules the
+             tolerance is made smaller, for it may be where texels are largest
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
-   desc    tolerance, threshold, limit, executor, memory, prepared; its method is not asked
+   desc    tolerance, work, prepared
    Errors: those of envmap_filter; *plan then stays as it was.
-   Cost: about half of FAST; more for lobes with slices.  Thread-safe.
-   Source: docs/plan.md; costs measured by `make plan`.  Test: tests/test_plan.c. */
+   Cost: about that of FAST; of Phong 100 0.7, more for lobes with slices.  Thread-safe.
+   Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
                                             const envmap_filter_desc *desc);
@@ -5937,9 +5928,10 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
 /* ---------------------------------------------------------------------------------- >>filters --
    The calls. A job holds what one call works with: every level of the result, and a specification
    for those that go to the fast filter.
-       checks           _desc, _lobe_fits, _prepared_for: once, at the door
-       which method     _job_spec
-       look, then fill  _job_create, _job_run; results lie beside dst until nothing can fail: _job_stage
+     in     maps, lobes, a desc       out    levels of the result, or a source that was looked at
+       checks, which method, a look at the source       _job_open, for every call
+       levels that go by themselves, then FAST's        _job_run
+       beside dst until nothing can fail                _job_stage
    Tests: tests/test_filters.c, tests/test_prepared.c. */
 
 /* desc with defaults filled in; 0 when a field is out of range. */
@@ -5967,55 +5959,51 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
     return 1;
 }
 
-/* Pairs of texels; where they are few, the definition is the fastest method too. */
-static double envmapi_pairs(const envmap *dst, const envmap *src) {
-    double pairs = dst->slices;
-    pairs *= (double)envmapi_area(dst->mapping, dst->size) * envmap_faces(dst->mapping);
-    return pairs * (double)envmapi_area(src->mapping, src->size) * envmap_faces(src->mapping);
+/* Where pairs of texels are few, the definition is the fastest method too. */
+static int envmapi_few_pairs(const envmap *dst, const envmap *src) {
+    double floats = (double)envmapi_slice_floats(dst, 0) * (double)envmapi_slice_floats(src, 0);
+    return dst->slices * floats / 9 < 1e5;
 }
 
-/* All that one call works with: levels, and specs for those that go to the fast filter. */
+/* What one call works with: levels, and specs for those that go to the fast filter. */
 typedef struct envmapi_job {
     const envmap *src;
     const envmap_lobe *lobes;
-    int count, fast, planned[32];
+    int count, fast, planned[32]; /* fast: how many specs; planned: has this level one? */
     envmap views[32];
     envmapi_spec specs[32];
     envmapi_scenes scenes;
-    const envmapi_spectrum *ready;
+    const envmapi_spectrum *ready; /* of a prepared source */
     envmap_filter_desc desc;
     envmapi_pool pool;
 } envmapi_job;
 
-/* What envmap_prepare keeps. */
+/* What envmap_prepare keeps: a job that was looked at, and a_lm of both kinds of lobes. */
 typedef struct envmapi_prepared {
     envmap src;
-    envmapi_scenes scenes;
+    envmapi_job job;
     envmapi_spectrum spectra[2];
-    envmapi_pool pool;
 } envmapi_prepared;
 
 /* Does this level go to the fast filter, which shares the source? Then it has a spec. */
-static envmap_result envmapi_job_plan(envmapi_job *job, int l) {
+static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
     int method = job->desc.method;
-    job->planned[l] = 0;
     if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
         method == ENVMAP_METHOD_HIERARCHICAL ||
-        (method == ENVMAP_METHOD_AUTO && envmapi_pairs(job->views + l, job->src) < 1e5))
+        (method == ENVMAP_METHOD_AUTO && envmapi_few_pairs(job->views + l, job->src)))
         return ENVMAP_OK;
     if (envmapi_texel_extent(job->src) <= 0.1) /* else coarser than any kernel of these */
         job->planned[l] =
             envmapi_spec_create(job->specs + job->fast, job->views + l, job->lobes + l, job->src,
                                 (double)job->desc.tolerance, &job->pool, &result);
     job->fast += job->planned[l];
-    if (!job->planned[l] && !result && method == ENVMAP_METHOD_HARMONICS)
-        result = ENVMAP_ERROR_METHOD;
-    return result;
+    if (job->planned[l] || result || method != ENVMAP_METHOD_HARMONICS) return result;
+    return ENVMAP_ERROR_METHOD;
 }
 
 /* Looks at a slice of the source and fits the specs to it. */
-static envmap_result envmapi_job_scene(envmapi_job *job, int slice) {
+static envmap_result envmapi_job_look(envmapi_job *job, int slice) {
     double sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
     for (int i = 0; i < job->fast; ++i) sigma = fmin(sigma, job->specs[i].sigma);
@@ -6027,45 +6015,60 @@ static envmap_result envmapi_job_scene(envmapi_job *job, int slice) {
     return result ? result : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->pool);
 }
 
-/* What the fast filter makes, slice by slice of the source. */
-static envmap_result envmapi_job_fast(envmapi_job *job) {
-    int slices = job->views[0].slices, runs = job->src->slices > 1 ? slices : 1;
+/* The one door: checks all but what envmapi_desc has checked, and finds out what there is to do. No
+   texel of dst is read. The pool is the caller's to free, also where this fails. */
+static envmap_result envmapi_job_open(envmapi_job *job, const envmap *dst, const envmap *src,
+                                      const envmap_lobe *lobes, int count,
+                                      const envmap_filter_desc *desc) {
+    const envmapi_prepared *ready = NULL;
     envmap_result result = ENVMAP_OK;
-    for (int run = 0; run < runs && !result; ++run) {
+    if (desc->prepared) ready = (const envmapi_prepared *)desc->prepared->state;
+    memset(job, 0, sizeof *job);
+    job->src = src, job->lobes = lobes, job->count = count;
+    job->desc = *desc, job->pool.memory = desc->work.memory;
+    if (!envmapi_pair_ok(dst, src) || !lobes || count < 1 ||
+        (desc->prepared && !(ready && !memcmp(&ready->src, src, sizeof *src))))
+        return ENVMAP_ERROR_ARGUMENT;
+    for (int l = 0; l < count; ++l)
+        if (!envmapi_lobe_fits(lobes + l, dst->slices)) return ENVMAP_ERROR_LOBE;
+    if (ready && ready->job.fast) job->scenes = ready->job.scenes, job->ready = ready->spectra;
+    for (int l = 0; l < count && !result; ++l) {
+        job->views[l] = *dst;
+        job->views[l].size = envmapi_edge(dst->size, l), job->views[l].levels = 1;
+        result = envmapi_job_spec(job, l);
+    }
+    if (!result && (job->fast < count || src->slices > 1) &&
+        !envmapi_radiance_ok(src, desc->method == ENVMAP_METHOD_REFERENCE))
+        result = ENVMAP_ERROR_RADIANCE;
+    return result || !job->fast ? result : envmapi_job_look(job, 0);
+}
+
+/* All levels into the views: first those that go by themselves, then what the fast filter makes,
+   slice by slice of the source. */
+static envmap_result envmapi_job_run(envmapi_job *job) {
+    int slices = job->views[0].slices, runs = job->src->slices > 1 ? slices : 1, done = 0;
+    envmapi_part part;
+    envmap_filter_desc desc = job->desc;
+    envmap_result result = ENVMAP_OK;
+    for (int l = 0; l < job->count && !result; ++l) {
+        const envmap_lobe *lobe = job->lobes + l;
+        if (job->planned[l]) continue;
+        desc.work = envmapi_work_part(&part, &job->desc.work, done++, 1, job->count);
+        if (lobe->kind == ENVMAP_LOBE_MIRROR) result = envmap_resample(job->views + l, job->src);
+        else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
+            result = envmapi_filter_hierarchical(job->views + l, job->src, lobe, &desc);
+        else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
+    }
+    done *= runs;
+    for (int run = 0; run < runs && job->fast && !result; ++run, done += job->fast) {
         int kept = job->pool.count;
-        envmapi_part part;
-        envmap_filter_desc desc = job->desc;
-        desc.work = envmapi_work_part(&part, &job->desc.work, run, 1, runs);
-        if (run) result = envmapi_job_scene(job, run);
+        desc.work = envmapi_work_part(&part, &job->desc.work, done, job->fast, job->count * runs);
+        if (run) result = envmapi_job_look(job, run);
         if (!result)
             result = envmapi_filter_fast(job->specs, job->fast, &job->scenes, job->ready, run,
                                          runs > 1 ? 1 : slices, &desc, &job->pool);
         envmapi_pool_free(&job->pool, kept);
     }
-    return result;
-}
-
-/* All levels into the views: first those that go by themselves. */
-static envmap_result envmapi_job_run(envmapi_job *job) {
-    envmapi_part part;
-    envmap_work whole = job->desc.work;
-    envmap_result result = ENVMAP_OK;
-    for (int l = 0, done = 0; l < job->count && !result; ++l) {
-        envmap_filter_desc desc = job->desc;
-        desc.work = envmapi_work_part(&part, &whole, done, 1, job->count);
-        if (job->planned[l]) continue;
-        ++done;
-        if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR)
-            result = envmap_resample(job->views + l, job->src);
-        else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
-            result = envmapi_filter_hierarchical(job->views + l, job->src, job->lobes + l, &desc);
-        else result = envmapi_filter_reference(job->views + l, job->src, job->lobes + l, &desc);
-    }
-    if (!job->fast || result) return result;
-    job->desc.work =
-        envmapi_work_part(&part, &whole, job->count - job->fast, job->fast, job->count);
-    result = envmapi_job_fast(job);
-    job->desc.work = whole;
     return result;
 }
 
@@ -6089,48 +6092,13 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     return result;
 }
 
-/* A job's levels and specs, and what the specs need to know of src. The pool stays with the caller
-   also where this fails. */
-static envmap_result envmapi_job_create(envmapi_job *job, const envmap *dst, const envmap *src,
-                                        const envmap_lobe *lobes, int count) {
-    envmap_result result = ENVMAP_OK;
-    const envmapi_prepared *prepared =
-        job->desc.prepared ? (const envmapi_prepared *)job->desc.prepared->state : NULL;
-    job->src = src, job->lobes = lobes, job->count = count;
-    if (prepared && prepared->scenes.whole.sums)
-        job->scenes = prepared->scenes, job->ready = prepared->spectra;
-    for (int l = 0; l < count && !result; ++l) {
-        job->views[l] = *dst;
-        job->views[l].size = envmapi_edge(dst->size, l), job->views[l].levels = 1;
-        result = envmapi_job_plan(job, l);
-    }
-    if (result) return result;
-    if ((job->fast < count || src->slices > 1) &&
-        !envmapi_radiance_ok(src, job->desc.method == ENVMAP_METHOD_REFERENCE))
-        return ENVMAP_ERROR_RADIANCE;
-    return job->fast ? envmapi_job_scene(job, 0) : ENVMAP_OK;
-}
-
-/* Is this the source that was prepared, and not to a coarser tolerance? */
-static int envmapi_prepared_for(const envmap_filter_desc *desc, const envmap *src) {
-    if (!desc->prepared) return 1;
-    const envmapi_prepared *p = (const envmapi_prepared *)desc->prepared->state;
-    return p && p->src.texels == src->texels && p->src.mapping == src->mapping &&
-           p->src.size == src->size && src->slices == 1;
-}
-
 ENVMAPI_BODY envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
                                                const envmap_lobe *lobes, int count,
                                                const envmap_filter_desc *desc) {
     envmapi_job job;
-    memset(&job, 0, sizeof job);
-    if (!envmapi_pair_ok(dst, src) || !lobes || count < 1 || count > dst->levels ||
-        !envmapi_desc(&job.desc, desc) || !envmapi_prepared_for(&job.desc, src))
-        return ENVMAP_ERROR_ARGUMENT;
-    for (int l = 0; l < count; ++l)
-        if (!envmapi_lobe_fits(lobes + l, dst->slices)) return ENVMAP_ERROR_LOBE;
-    job.pool.memory = job.desc.work.memory;
-    envmap_result result = envmapi_job_create(&job, dst, src, lobes, count);
+    envmap_filter_desc own;
+    if (!dst || count > dst->levels || !envmapi_desc(&own, desc)) return ENVMAP_ERROR_ARGUMENT;
+    envmap_result result = envmapi_job_open(&job, dst, src, lobes, count, &own);
     if (!result) result = envmapi_job_stage(&job, dst);
     if (!result) dst->p0 = lobes[0].p0, dst->p1 = lobes[0].p1;
     envmapi_pool_free(&job.pool, 0);
@@ -6143,363 +6111,318 @@ ENVMAPI_BODY envmap_result envmap_filter(envmap *dst, const envmap *src, const e
 }
 
 /* Keeps of a spectrum what does not change: a_lm. */
-static envmap_result envmapi_prepared_spectrum(envmapi_job *job, envmapi_spectrum *out,
-                                               int kinked) {
-    int any = 0;
+static envmap_result envmapi_prepared_spectrum(envmapi_prepared *p, int kinked) {
+    envmapi_job *job = &p->job;
+    int any = 0, kept = job->pool.count + 1; /* a_lm comes first */
     for (int i = 0; i < job->fast; ++i) any |= job->specs[i].kinked == kinked && job->specs[i].L;
     if (!any) return ENVMAP_OK;
-    int kept = job->pool.count + 1; /* a_lm comes first */
-    envmap_result result = envmapi_fast_analyse(out, job->specs, job->fast, kinked,
+    envmap_result result = envmapi_fast_analyse(p->spectra + kinked, job->specs, job->fast, kinked,
                                                 kinked ? &job->scenes.unlit : &job->scenes.whole,
                                                 &job->desc, &job->pool);
     if (!result) envmapi_pool_free(&job->pool, kept);
-    out->kept = 0;
+    p->spectra[kinked].kept = 0;
     return result;
-}
-
-ENVMAPI_BODY envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
-                                          const envmap_lobe *lobes, int count,
-                                          const envmap_filter_desc *desc) {
-    envmapi_job job;
-    envmap dst;
-    memset(&job, 0, sizeof job);
-    if (!prepared || !envmapi_valid(src) || src->slices > 1 || !lobes || count < 1 || count > 32 ||
-        !envmapi_desc(&job.desc, desc))
-        return ENVMAP_ERROR_ARGUMENT;
-    dst = *src, dst.slices = 32, dst.levels = 1;
-    job.desc.method = ENVMAP_METHOD_FAST, job.desc.prepared = NULL;
-    for (int l = 0; l < count; ++l)
-        if (!envmapi_lobe_fits(lobes + l, dst.slices)) return ENVMAP_ERROR_LOBE;
-    envmapi_prepared *state = (envmapi_prepared *)ENVMAP_MALLOC(prepared->memory, sizeof *state);
-    if (!state) return ENVMAP_ERROR_MEMORY;
-    memset(state, 0, sizeof *state);
-    job.pool.memory = prepared->memory;
-    envmap_result result = envmapi_job_create(&job, &dst, src, lobes, count);
-    if (!result) result = envmapi_prepared_spectrum(&job, state->spectra, 0);
-    if (!result) result = envmapi_prepared_spectrum(&job, state->spectra + 1, 1);
-    state->src = *src, state->scenes = job.scenes, state->pool = job.pool;
-    if (result) {
-        envmapi_pool_free(&job.pool, 0);
-        ENVMAP_FREE(prepared->memory, state);
-        return result;
-    }
-    state->scenes.whole.in.map = state->scenes.unlit.in.map = &state->src;
-    prepared->state = state;
-    return ENVMAP_OK;
 }
 
 ENVMAPI_BODY void envmap_prepared_free(envmap_prepared *prepared) {
     if (!prepared || !prepared->state) return;
     envmapi_prepared *state = (envmapi_prepared *)prepared->state;
-    envmapi_pool_free(&state->pool, 0);
+    envmapi_pool_free(&state->job.pool, 0);
     ENVMAP_FREE(prepared->memory, state);
     prepared->state = NULL;
+}
+
+ENVMAPI_BODY envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
+                                          const envmap_lobe *lobes, int count,
+                                          const envmap_filter_desc *desc) {
+    envmap_filter_desc own;
+    float none = 0;
+    if (!prepared || !envmapi_valid(src) || src->slices > 1 || count > 32 ||
+        !envmapi_desc(&own, desc))
+        return ENVMAP_ERROR_ARGUMENT;
+    envmap dst = *src;
+    dst.texels = &none, dst.slices = 32, dst.levels = 1;
+    own.method = ENVMAP_METHOD_FAST, own.prepared = NULL, own.work.memory = prepared->memory;
+    envmapi_prepared *state = (envmapi_prepared *)ENVMAP_MALLOC(prepared->memory, sizeof *state);
+    envmap_prepared out = {state, prepared->memory};
+    if (!state) return ENVMAP_ERROR_MEMORY;
+    memset(state, 0, sizeof *state);
+    state->src = *src;
+    envmap_result result = envmapi_job_open(&state->job, &dst, &state->src, lobes, count, &own);
+    for (int kinked = 0; kinked < 2 && !result; ++kinked)
+        result = envmapi_prepared_spectrum(state, kinked);
+    if (result) envmap_prepared_free(&out);
+    else *prepared = out;
+    return result;
 }
 
 /* ------------------------------------------------------------------------------------- >>plan --
    What a lobe, a scene and a tolerance need: as few bands, texels and slices as will do.
      in     a filter call without its result       out    envmap_plan
-   The scene's a_lm are found as FAST finds them, or by projection where FAST cannot (_power_scene);
-   so the power P_l of the result in band l is measured (_power_result), and all else is arithmetic:
-       bands   sum_(l >= bands) P_l <= tolerance^2 sum P_l                                _power_tail
-       size    sum P_l e(l h)^2 <= tolerance^2 sum P_l, h the spacing of texels        _lookups_error
-       slices  what lookups lose between two slices, weighted with the scene           _slices_error
+   The scene's a_lm, projected for as many bands as FAST needs, and lambda_l give P_l, the power of
+   the result in band l (_power_create). All else is arithmetic:
+       bands   sum_(l >= bands) P_l <= tolerance^2 sum P_l                               _power_from
+       size    sum P_l e(l h)^2 <= tolerance^2 sum P_l, h the spacing of texels       _lookups_error
+       slices  what lookups lose between two slices, weighted with the scene          _slices_error
+       error   the bands that FAST leaves out and what its splines lose                 _plan_error
    docs/plan.md derives them.  Tests: tests/test_plan.c. */
 
+/* The power P_l of a result, l < bands; P[bands] is that of all beyond; gain and scene likewise. */
 typedef struct envmapi_power {
-    double scene[ENVMAPI_FAST_BANDS]; /* |a_l|^2 / (2l+1) */
-    double P[ENVMAPI_FAST_BANDS];     /* of the result, the mean of its slices */
-    double rest, total;               /* beyond them; all */
-    int bands;
+    const envmap_lobe *lobe;
+    double tolerance, *sh, finest; /* sh: the scene's a_lm, l < known; finest: where it ends */
+    double scene[ENVMAPI_FAST_BANDS + 1]; /* |a_l|^2 / (2l+1): a light's is the same in all bands */
+    double gain[ENVMAPI_FAST_BANDS + 1];  /* (2l+1) lambda_l^2, the mean of the slices */
+    double P[ENVMAPI_FAST_BANDS + 1];     /* scene times gain */
+    int known, bands, needed;             /* needed: what P_l says; 0: there is no scene */
 } envmapi_power;
 
-/* |a_l|^2 / (2l+1), l < known, of a spectrum: real and imaginary parts, m and -m. */
-static void envmapi_power_of(double *scene, int known, const envmapi_spectrum *spectrum) {
-    for (int l = 0; l < known; ++l) {
-        double sum = 0;
-        for (int m = 0; m <= l; ++m) {
-            const double *a =
-                spectrum->a + envmapi_triangle(spectrum->t.rings.a_bands, m) + 8 * (l - m);
-            for (int c = 0; c < 3; ++c) sum += (m ? 2 : 1) * (a[c] * a[c] + a[c + 4] * a[c + 4]);
-        }
-        scene[l] = sum / (2 * l + 1);
-    }
-}
+static double envmapi_rms(double part, double whole) { return whole > 0 ? sqrt(part / whole) : 0; }
 
-/* The scene's bands, as flat as a light beyond those that are known, up to texels where those are
-   interpolated; rest: without the lights that are summed apart. */
-static envmap_result envmapi_power_scene(envmapi_power *d, envmapi_job *job, int rest) {
-    enum { PROJECTED = 24 };
-    double sh[3 * PROJECTED * PROJECTED], finest = ENVMAPI_PI / envmapi_texel_extent(job->src);
-    int known = PROJECTED, kept = job->pool.count;
-    envmap_result result;
-    if (job->fast && job->specs[0].L) {
-        envmapi_spec spec = job->specs[0];
-        envmapi_spectrum spectrum;
-        known = spec.L = spec.L < 12 ? 12 : spec.L, finest = HUGE_VAL;
-        spec.kinked = rest, spec.h = fmin(spec.h, 1.5 / known);
-        result = envmapi_fast_analyse(&spectrum, &spec, 1, rest,
-                                      rest ? &job->scenes.unlit : &job->scenes.whole, &job->desc,
-                                      &job->pool);
-        if (!result) envmapi_power_of(d->scene, known, &spectrum);
-        envmapi_pool_free(&job->pool, kept);
-    } else {
-        result = envmap_sh_project(sh, known, job->src, 0, 1e-4, &job->desc.work);
-        for (int l = 0; !result && l < known; ++l)
-            d->scene[l] = envmapi_sh_power(sh, known, l) / (2 * l + 1);
-    }
-    double flat = result ? 0 : (d->scene[known - 1] + d->scene[known - 2]) / 2;
-    for (int l = known; l < ENVMAPI_FAST_BANDS; ++l) d->scene[l] = l < finest ? flat : 0;
-    return result;
-}
-
-/* P_l over at most five slices, and the power beyond all bands by Parseval. */
-static int envmapi_power_result(envmapi_power *d, const envmap_lobe *lobe, int slices, int bands) {
-    double lambda[ENVMAPI_FAST_BANDS], norm = envmapi_lobe_norm(lobe);
-    int n = lobe->p0 == lobe->p1 ? 1 : slices < 5 ? slices : 5;
-    memset(d->P, 0, sizeof d->P);
-    d->bands = bands, d->rest = d->total = 0;
-    for (int k = 0; k < n; ++k) {
-        double p = envmapi_slice_p(lobe, k, n), gain = (double)lobe->scale;
-        if (!envmapi_zonal(lambda, bands, lobe, p)) return 0;
-        if (!lobe->raw) gain = 1 / (norm > 0 ? norm : envmapi_lobe_integral(lobe, p));
-        double all = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2) * gain * gain, rest = all;
-        for (int l = 0; l < bands; ++l) {
-            double square = (2 * l + 1) * lambda[l] * lambda[l];
-            d->P[l] += d->scene[l] * square / n, rest -= square;
-        }
-        if (rest > 1e-11 * all) d->rest += d->scene[bands - 1] * rest / n;
-    }
-    d->total = d->rest;
-    for (int l = 0; l < bands; ++l) d->total += d->P[l];
-    return envmapi_finite(d->total);
-}
-
-/* Relative rms of all from band `from` on. */
-static double envmapi_power_tail(const envmapi_power *d, int from) {
-    double sum = d->rest;
+/* The result's power in all bands from `from` on. */
+static double envmapi_power_from(const envmapi_power *d, int from) {
+    double sum = d->P[d->bands];
     for (int l = d->bands - 1; l >= from; --l) sum += d->P[l];
-    return d->total > 0 ? sqrt(sum / d->total) : 0;
+    return sum;
 }
+
+/* What the lobe leaves of each band, over at most five slices; 0 where it fails. */
+static int envmapi_power_lobe(envmapi_power *d, int slices) {
+    double lambda[ENVMAPI_FAST_BANDS];
+    envmapi_slice slice;
+    int n = d->lobe->p0 == d->lobe->p1 ? 1 : slices < 5 ? slices : 5;
+    memset(d->gain, 0, sizeof d->gain), slice.lambda = lambda;
+    for (int k = 0; k < n; ++k) {
+        slice.p = envmapi_slice_p(d->lobe, k, n);
+        if (!envmapi_slice_lambda(&slice, d->lobe, d->bands)) return 0;
+        for (int l = 0; l < d->bands; ++l) d->gain[l] += (2 * l + 1) * lambda[l] * lambda[l] / n;
+        d->gain[d->bands] += slice.tail / n;
+    }
+    return 1;
+}
+
+/* The scene's bands, as flat as a light beyond those that are known. */
+static void envmapi_power_scene(envmapi_power *d) {
+    int known = d->known;
+    for (int l = 0; l <= d->bands; ++l) {
+        if (l < known) d->scene[l] = envmapi_sh_power(d->sh, known, l) / (2 * l + 1);
+        else d->scene[l] = l < d->finest ? (d->scene[known - 1] + d->scene[known - 2]) / 2 : 0;
+        d->P[l] = d->scene[l] * d->gain[l];
+    }
+}
+
+/* Where FAST has no specification the definition interpolates between texels, and the scene has
+   nothing finer. A projection is least exact in its last bands, of which smooth lobes leave little;
+   where lights are taken out of it again, its error has to be small beside what remains. */
+static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
+    const envmapi_spec *spec = job->specs;
+    double tolerance = !spec->L ? 1e-3 : spec->kinked ? 0.01 : 0.1;
+    d->lobe = job->lobes, d->tolerance = (double)job->desc.tolerance;
+    d->known = spec->L ? (int)envmapi_clamp(spec->L, 12, ENVMAPI_SH_BANDS) : 24;
+    d->bands = spec->L ? spec->known : ENVMAPI_FAST_BANDS;
+    d->finest = spec->L ? HUGE_VAL : ENVMAPI_PI / envmapi_texel_extent(job->src);
+    size_t numbers = 3 * (size_t)(d->known * d->known);
+    d->sh = (double *)envmapi_pool_get(&job->pool, numbers, sizeof(double));
+    if (!d->sh) return ENVMAP_ERROR_MEMORY;
+    if (!envmapi_power_lobe(d, job->views[0].slices)) return ENVMAP_ERROR_LOBE;
+    envmap_result result =
+        envmap_sh_project(d->sh, d->known, job->src, 0, tolerance, &job->desc.work);
+    if (result) return result;
+    envmapi_power_scene(d);
+    return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
+}
+
+/* The scene without the lights that are summed apart. */
+static void envmapi_power_unlit(envmapi_power *d, const envmapi_scene *s) {
+    envmapi_sh_points n;
+    n.count = 0;
+    for (int i = 0; i < s->light_count; ++i) {
+        for (int c = 0; c < 3; ++c) n.e[c][n.count] = -s->lights[i].value[c];
+        envmapi_sh_points_add(&n, s->lights[i].d);
+        if (n.count < 64 && i + 1 < s->light_count) continue;
+        envmapi_sh_scatter(d->sh, d->known, &n);
+        n.count = 0;
+    }
+    envmapi_power_scene(d);
+}
+
+/* ---- how many texels */
 
 /* Along one side linear interpolation of exp(i w t) loses, in the mean square over t,
    5/3 + cos w / 3 - 4 (1 - cos w) / w^2 = w^4 / 120 - ..., here as a fraction to 1 % up to w = 3;
    waves of all directions in u and v together 0.96 of that. */
-static double envmapi_bilinear_square(double w) {
-    double w4 = w * w * w * w;
-    return fmin(0.96 * w4 / (120 + 5.24 * w * w + 0.15 * w4), 5.0 / 3);
+static double envmapi_bilinear_square(double w2) {
+    double lost = 0.96 * w2 * w2 / (120 + 5.24 * w2 + 0.15 * w2 * w2);
+    return lost < 5.0 / 3 ? lost : 5.0 / 3;
 }
 
-/* Spacings: log2 of the finest, and steps of a quarter of an octave up from it. */
-#define ENVMAPI_SPACINGS 72
-#define ENVMAPI_FINEST   (-14.0)
-
-/* Texel spacings of a map of edge 1 at 12 x 12 points of a face, with weights: for unequal sides
-   the one that loses as much, (h_u^4 + h_v^4)/320 + h_u^2 h_v^2/576.
+/* Texel spacings h of a map of edge 1, squared, at 4 x 4 points of a quarter of a face (the others
+   mirror it), with weights. For unequal sides h is the spacing that loses as much as they do,
+   (h_u^4 + h_v^4)/320 + h_u^2 h_v^2/576.
    Over a cube's edge texels do not face each other: beside it, at y along the edge, the neighbour's
    are y h/2 off, which loses 0.0041 l(l+1) / size^3 in the mean square; a sphere map's rim is all
    one point, 1.4 l(l+1) / size^2 (measured). */
 typedef struct envmapi_lookups {
-    double lost[ENVMAPI_SPACINGS]; /* sum P_l e(sqrt(l(l+1)) h)^2 for each spacing */
-    double h[144], w[144], total, edges, power;
-    double uneven; /* what a light loses where texels are largest, over the mean; at most 2 */
+    const envmapi_power *power;
+    double h2[16], w[16], edges, falls, allowed; /* edges / size^falls is what edges lose */
 } envmapi_lookups;
 
-static void envmapi_lookups_fill(envmapi_lookups *t, const envmapi_power *d, int mapping) {
-    double solid = 0, step = 1e-4, slopes = 0, most = 0, mean = 0;
-    for (int i = 0; i < ENVMAPI_SPACINGS; ++i) {
-        double h = exp2(ENVMAPI_FINEST + 0.25 * i);
-        t->lost[i] = d->rest * envmapi_bilinear_square(d->bands * h);
-        for (int l = 1; l < d->bands; ++l)
-            t->lost[i] += d->P[l] * envmapi_bilinear_square(sqrt(l * (l + 1.0)) * h);
+/* light: how much one light rules; it may be where texels are largest, twice the mean at most. */
+static void envmapi_lookups_create(envmapi_lookups *t, const envmapi_power *d, int mapping,
+                                   double light) {
+    double solid = 0, step = 1e-4, most = 0, mean = 0;
+    t->power = d, t->edges = 0, t->falls = mapping == ENVMAP_CUBE ? 3 : 2;
+    for (int l = 1; l < d->bands; ++l) t->edges += l * (l + 1.0) * d->P[l];
+    t->edges *= mapping == ENVMAP_CUBE ? 0.0041 : mapping == ENVMAP_SPHERE ? 1.4 : 0;
+    for (int i = 0; i < 16; ++i) {
+        double x = (i % 4 + 0.5) / 8, y = ((i / 4) + 0.5) / 8, a[3], u[3], v[3];
+        envmapi_direction(a, mapping, 0, x, y);
+        envmapi_direction(u, mapping, 0, x + step, y);
+        envmapi_direction(v, mapping, 0, x, y + step);
+        double hu = pow(envmapi_angle(a, u) / step / envmapi_width(mapping, 1), 2);
+        double hv = pow(envmapi_angle(a, v) / step, 2);
+        t->h2[i] = sqrt(((hu * hu + hv * hv) / 320 + hu * hv / 576) / 0.00799);
+        t->w[i] = envmapi_density(mapping, x, y);
+        if (envmapi_is_disc(mapping) && hypot(2 * x - 1, 2 * y - 1) > 1) t->w[i] = 0;
+        else most = fmax(most, t->h2[i]);
+        solid += t->w[i], mean += t->w[i] * t->h2[i] * t->h2[i];
     }
-    for (int l = 1; l < d->bands; ++l) slopes += l * (l + 1.0) * d->P[l];
-    t->edges = slopes * (mapping == ENVMAP_CUBE ? 0.0041 : mapping == ENVMAP_SPHERE ? 1.4 : 0);
-    t->power = mapping == ENVMAP_CUBE ? 3 : 2;
-    for (int i = 0; i < 144; ++i) {
-        double u = (i % 12 + 0.5) / 12, v = ((i / 12) + 0.5) / 12, a[3], b[3], c[3];
-        int outside =
-            envmapi_is_disc(mapping) && (2 * u - 1) * (2 * u - 1) + (2 * v - 1) * (2 * v - 1) > 1;
-        envmapi_direction(a, mapping, 0, u, v);
-        envmapi_direction(b, mapping, 0, u + step, v);
-        envmapi_direction(c, mapping, 0, u, v + step);
-        double hu = envmapi_angle(a, b) / step / envmapi_width(mapping, 1);
-        double hv = envmapi_angle(a, c) / step, q = hu * hu * hv * hv;
-        t->h[i] = sqrt(sqrt(((hu * hu * hu * hu + hv * hv * hv * hv) / 320 + q / 576) / 0.00799));
-        solid += t->w[i] = outside ? 0 : envmapi_density(mapping, u, v);
-        if (!outside) most = fmax(most, t->h[i] * t->h[i]);
-    }
-    for (int i = 0; i < 144; ++i) t->w[i] /= solid, mean += t->w[i] * pow(t->h[i], 4);
-    t->total = d->total, t->uneven = envmapi_clamp(most / sqrt(mean), 1, 2);
+    for (int i = 0; i < 16; ++i) t->w[i] /= solid;
+    most = envmapi_clamp(most / sqrt(mean / solid), 1, 2);
+    t->allowed = d->tolerance / (1 + light * (most - 1));
 }
 
 /* Relative rms of bilinear lookups in a map of this edge. */
 static double envmapi_lookups_error(const envmapi_lookups *t, double size) {
-    double sum = t->edges / pow(size, t->power);
-    for (int i = 0; i < 144; ++i) {
-        double at = 4 * (log2(t->h[i] / size) - ENVMAPI_FINEST);
-        at = envmapi_clamp(at, 0, ENVMAPI_SPACINGS - 1.001);
-        int k = (int)at;
-        sum += t->w[i] * (t->lost[k] + (at - k) * (t->lost[k + 1] - t->lost[k]));
-    }
-    return t->total > 0 ? sqrt(fmin(sum / t->total, 2)) : 0;
+    const envmapi_power *d = t->power;
+    double sum = t->edges / pow(size, t->falls), lost[16] = {0}, total = envmapi_power_from(d, 0);
+    for (int l = 1; l <= d->bands; ++l)
+        for (int i = 0; i < 16; ++i)
+            lost[i] += d->P[l] * envmapi_bilinear_square(l * (l + 1.0) * t->h2[i] / (size * size));
+    for (int i = 0; i < 16; ++i) sum += t->w[i] * lost[i];
+    return envmapi_rms(fmin(sum, 2 * total), total);
 }
-
-typedef struct envmapi_lookups_test {
-    const envmapi_lookups *lookups;
-    double tolerance;
-} envmapi_lookups_test;
 
 static int envmapi_lookups_hold(void *user, int size) {
-    const envmapi_lookups_test *test = (const envmapi_lookups_test *)user;
-    return envmapi_lookups_error(test->lookups, size) <= test->tolerance;
+    const envmapi_lookups *t = (const envmapi_lookups *)user;
+    return envmapi_lookups_error(t, size) <= t->allowed;
 }
 
-#define ENVMAPI_PROFILE 128
+/* ---- how many slices */
 
-/* How many slices a lobe needs: in a scene, or (scene NULL) as a lone light can show. */
-typedef struct envmapi_slices {
-    const envmap_lobe *lobe;
-    const double *scene; /* |a_l|^2 / (2l+1), l < bands */
-    int bands;           /* 1 .. ENVMAPI_PROFILE */
-    double tolerance;
-} envmapi_slices;
+#define ENVMAPI_PROFILE 2048
 
-/* Numbers whose squares add up to the power of the slice at p, as many as returned: the scene's
-   bands, or k at 2048 angles, chunk by chunk. */
-static int envmapi_profile(double *v, const envmapi_slices *s, double p, int chunk) {
+/* Numbers whose squares add up to the power of the slice at p: of as many of the scene's bands as
+   are needed, or where there is no scene, of a lone light at as many angles. Returns how many; 0
+   where the lobe fails. */
+static int envmapi_profile(double *v, const envmapi_power *d, double p) {
     double x[ENVMAPI_PROFILE];
-    if (s->scene) {
-        if (chunk || !envmapi_zonal(v, s->bands, s->lobe, p)) return 0;
-        for (int l = 0; l < s->bands; ++l) v[l] *= sqrt((2 * l + 1) * s->scene[l]);
-        return s->bands;
+    int bands = d->needed < 128 ? d->needed : 128;
+    if (bands) {
+        if (!envmapi_zonal(v, bands, d->lobe, p)) return 0;
+        for (int l = 0; l < bands; ++l) v[l] *= sqrt((2 * l + 1) * d->scene[l]);
+        return bands;
     }
-    for (int j = 0; j < ENVMAPI_PROFILE; ++j)
-        x[j] = cos(ENVMAPI_PI * (chunk * ENVMAPI_PROFILE + j + 0.5) / 2048);
-    envmapi_k_many(v, x, ENVMAPI_PROFILE, s->lobe, p);
+    for (int j = 0; j < ENVMAPI_PROFILE; ++j) x[j] = cos(ENVMAPI_PI * (j + 0.5) / ENVMAPI_PROFILE);
+    envmapi_k_many(v, x, ENVMAPI_PROFILE, d->lobe, p);
     for (int j = 0; j < ENVMAPI_PROFILE; ++j) v[j] *= sqrt(sqrt(1 - x[j] * x[j]));
-    return chunk < 2048 / ENVMAPI_PROFILE ? ENVMAPI_PROFILE : 0;
+    return ENVMAPI_PROFILE;
 }
 
 /* Relative rms, over all p, of what lookups between n slices lose, at values of p that are denser
    towards both ends, where a ring closes and where lookups clamp, and fall in step with no n. */
-static double envmapi_slices_error(const envmapi_slices *s, int n) {
-    int samples = s->scene ? 24 : n < 24 ? 96 : n < 512 ? 4 * n : 2048, count;
+static double envmapi_slices_error(const envmapi_power *d, int n) {
+    const envmap_lobe *lobe = d->lobe;
+    int samples = d->needed ? 24 : n < 24 ? 96 : n < 512 ? 4 * n : 2048;
     double k[ENVMAPI_PROFILE], k_low[ENVMAPI_PROFILE], k_high[ENVMAPI_PROFILE], lost = 0, total = 0;
     for (int i = 0; i < samples; ++i) {
         double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
         double part = 0.5 - 0.5 * cos(t), at = envmapi_clamp(part * n - 0.5, 0, n - 1);
-        int low = (int)at, high = low + 1 < n ? low + 1 : low;
-        double p = (double)s->lobe->p0 + ((double)s->lobe->p1 - (double)s->lobe->p0) * part;
-        for (int chunk = 0; (count = envmapi_profile(k, s, p, chunk)) > 0; ++chunk) {
-            if (!envmapi_profile(k_low, s, envmapi_slice_p(s->lobe, low, n), chunk) ||
-                !envmapi_profile(k_high, s, envmapi_slice_p(s->lobe, high, n), chunk))
-                return 0;
-            for (int j = 0; j < count; ++j) {
-                double off = k[j] - k_low[j] - (at - low) * (k_high[j] - k_low[j]);
-                lost += sin(t) * off * off, total += sin(t) * k[j] * k[j];
-            }
+        double p = (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * part;
+        int low = (int)at, high = low + 1 < n ? low + 1 : low, count = envmapi_profile(k, d, p);
+        if (!envmapi_profile(k_low, d, envmapi_slice_p(lobe, low, n)) ||
+            !envmapi_profile(k_high, d, envmapi_slice_p(lobe, high, n)))
+            return 0;
+        for (int j = 0; j < count; ++j) {
+            double off = k[j] - k_low[j] - (at - low) * (k_high[j] - k_low[j]);
+            lost += sin(t) * off * off, total += sin(t) * k[j] * k[j];
         }
     }
-    return total > 0 ? sqrt(lost / total) : 0;
+    return envmapi_rms(lost, total);
 }
 
 static int envmapi_slices_hold(void *user, int n) {
-    const envmapi_slices *s = (const envmapi_slices *)user;
-    return envmapi_slices_error(s, n) <= s->tolerance;
+    const envmapi_power *d = (const envmapi_power *)user;
+    return envmapi_slices_error(d, n) <= d->tolerance;
 }
 
 ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
-    envmapi_slices s = {lobe, NULL, 0, tolerance};
+    envmapi_power light;
     if (!envmapi_lobe_sound(lobe) || !(tolerance >= 0)) return 0;
     if (lobe->kind == ENVMAP_LOBE_MIRROR || lobe->p0 == lobe->p1) return 1;
-    return envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &s);
+    light.lobe = lobe, light.tolerance = tolerance, light.needed = 0;
+    return envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &light);
 }
 
-/* Bands beyond those that FAST keeps, and what four splines lose of these, of `total`. */
-static double envmapi_fast_error(const envmapi_power *d, const envmapi_spec *spec, double total) {
-    double lost = d->rest;
-    for (int l = 1; l < d->bands; ++l) {
-        double e = envmapi_band_error(l, spec->h);
-        lost += d->P[l] * (l < spec->L ? 4 * e * e : 1);
-    }
-    return total > 0 ? sqrt(lost / total) : 0;
-}
+/* ---- the call */
 
-/* The edge whose texels are no larger than src's. */
-static int envmapi_natural_size(const envmap *dst, const envmap *src) {
-    envmap shape = *dst;
-    shape.size = src->size;
-    double size = ceil(src->size * envmapi_texel_extent(&shape) / envmapi_texel_extent(src) - 1e-6);
-    return (int)envmapi_clamp(size, 1, ENVMAPI_SIZE_LIMIT);
-}
-
-/* A job that AUTO would run, and where that has no spec, one that has if it can. */
-static envmap_result envmapi_plan_job(envmap_plan *out, envmapi_job *job, const envmap *dst,
-                                      const envmap *src, const envmap_lobe *lobe) {
-    job->desc.method = ENVMAP_METHOD_AUTO;
-    envmap_result result = envmapi_job_create(job, dst, src, lobe, 1);
-    out->method = lobe->kind == ENVMAP_LOBE_MIRROR ? ENVMAP_METHOD_AUTO
-                  : job->fast && job->specs[0].L   ? ENVMAP_METHOD_FAST
-                                                   : ENVMAP_METHOD_REFERENCE;
-    if (result || job->fast || !out->method) return result;
-    job->desc.method = ENVMAP_METHOD_FAST, job->fast = 0;
-    return envmapi_job_create(job, dst, src, lobe, 1);
+/* The power of bands beyond those that FAST keeps, and of what four splines lose of these. */
+static double envmapi_plan_error(const envmapi_power *d, const envmapi_spec *spec) {
+    double lost = envmapi_power_from(d, spec->L);
+    for (int l = 0; l < spec->L; ++l) lost += 4 * pow(envmapi_band_error(l, spec->h), 2) * d->P[l];
+    return lost;
 }
 
 static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
+    const envmapi_spec *spec = job->specs;
+    const envmapi_scenes *scenes = &job->scenes;
+    const envmap *dst = job->views;
     envmapi_power d;
     envmapi_lookups lookups;
-    const envmap *dst = job->views, *src = job->src;
-    const envmap_lobe *lobe = job->lobes;
-    double tolerance = (double)job->desc.tolerance;
-    int planned = job->fast && job->specs[0].L;
-    int sharp = !out->method || envmapi_texel_extent(src) * 2 > envmap_lobe_sigma(lobe, 0);
-    out->size = envmapi_natural_size(dst, src), out->slices = 1, out->bands = ENVMAPI_FAST_BANDS;
-    if (!out->method) return ENVMAP_OK;
-    int bands = planned ? job->specs[0].known : ENVMAPI_FAST_BANDS;
-    envmap_result result = envmapi_power_scene(&d, job, 0);
+    envmap_result result = envmapi_power_create(&d, job);
     if (result) return result;
-    if (!envmapi_power_result(&d, lobe, dst->slices, bands)) return ENVMAP_ERROR_LOBE;
-    while (out->bands > 1 && envmapi_power_tail(&d, out->bands - 1) <= tolerance) --out->bands;
-    envmapi_lookups_fill(&lookups, &d, dst->mapping);
-    double light = planned ? envmapi_contrast_at(&job->scenes.whole, out->bands).kappa : 0;
-    envmapi_lookups_test test = {&lookups, tolerance / (1 + light * (lookups.uneven - 1))};
-    if (!sharp) out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &test);
-    envmapi_slices slices = {lobe, d.scene, 0, tolerance};
-    slices.bands = out->bands < ENVMAPI_PROFILE ? out->bands : ENVMAPI_PROFILE;
-    if (lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1)
-        out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &slices);
+    double total = envmapi_power_from(&d, 0);
+    while (out->bands > 1 &&
+           envmapi_rms(envmapi_power_from(&d, out->bands - 1), total) <= d.tolerance)
+        --out->bands;
+    out->nine = envmapi_rms(envmapi_power_from(&d, 3), total);
+    out->contrast = envmapi_rms(envmapi_power_from(&d, 1), d.P[0]);
+    double light = spec->L ? envmapi_contrast_at(&scenes->whole, out->bands).kappa : 0;
+    envmapi_lookups_create(&lookups, &d, dst->mapping, light);
     out->lookup = envmapi_lookups_error(&lookups, dst->size);
-    out->nine = envmapi_power_tail(&d, 3);
-    out->contrast = d.P[0] > 0 ? sqrt((d.total - d.P[0]) / d.P[0]) : 0;
-    double total = d.total;
-    if (!planned) return ENVMAP_OK;
-    if (job->specs[0].kinked && (out->lights = job->scenes.unlit.light_count) > 0) {
-        result = envmapi_power_scene(&d, job, 1);
-        if (!result) envmapi_power_result(&d, lobe, dst->slices, bands);
-    }
-    if (out->method == ENVMAP_METHOD_FAST) out->error = envmapi_fast_error(&d, job->specs, total);
-    return result;
+    if (envmapi_texel_extent(job->src) * 2 <= envmap_lobe_sigma(d.lobe, 0))
+        out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &lookups);
+    d.needed = out->bands;
+    if (d.lobe->p0 < d.lobe->p1 || d.lobe->p0 > d.lobe->p1)
+        out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &d);
+    if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
+    if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
+    out->method = ENVMAP_METHOD_REFERENCE;
+    if (!spec->L || envmapi_few_pairs(dst, job->src)) return ENVMAP_OK;
+    out->method = ENVMAP_METHOD_FAST;
+    out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
+    return ENVMAP_OK;
 }
 
 ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst,
                                               const envmap *src, const envmap_lobe *lobe,
                                               const envmap_filter_desc *desc) {
     envmapi_job job;
+    envmap_filter_desc fast;
     envmap shape;
     envmap_plan out;
-    memset(&job, 0, sizeof job), memset(&out, 0, sizeof out);
-    if (!plan || !dst || !envmapi_valid(src) || !lobe || !envmapi_desc(&job.desc, desc) ||
-        !envmapi_prepared_for(&job.desc, src))
-        return ENVMAP_ERROR_ARGUMENT;
-    shape = *dst, shape.texels = src->texels; /* never read */
-    if (!envmapi_valid(&shape) || (src->slices > 1 && src->slices != dst->slices))
-        return ENVMAP_ERROR_ARGUMENT;
-    if (!envmapi_lobe_fits(lobe, dst->slices)) return ENVMAP_ERROR_LOBE;
-    job.pool.memory = job.desc.work.memory;
-    envmap_result result = envmapi_plan_job(&out, &job, &shape, src, lobe);
-    if (!result) result = envmapi_plan_fill(&out, &job);
+    float none = 0;
+    memset(&out, 0, sizeof out);
+    if (!plan || !dst || !src || !envmapi_desc(&fast, desc)) return ENVMAP_ERROR_ARGUMENT;
+    shape = *dst, shape.texels = &none, fast.method = ENVMAP_METHOD_FAST;
+    envmap_result result = envmapi_job_open(&job, &shape, src, lobe, 1, &fast);
+    out.slices = 1, out.bands = ENVMAPI_FAST_BANDS;
+    if (!result) { /* as large as it takes for texels no larger than src's */
+        shape.size = src->size;
+        double size = src->size * envmapi_texel_extent(&shape) / envmapi_texel_extent(src);
+        out.size = (int)envmapi_clamp(ceil(size - 1e-6), 1, ENVMAPI_SIZE_LIMIT);
+        if (lobe->kind != ENVMAP_LOBE_MIRROR) result = envmapi_plan_fill(&out, &job);
+    }
     if (!result) *plan = out;
     envmapi_pool_free(&job.pool, 0);
     return result;
