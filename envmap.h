@@ -5437,21 +5437,14 @@ static void envmapi_series_add(envmapi_series *series, double *sum, double weigh
 
 /* lambda_l for `bands` bands, and the power beyond them by Parseval: sum (2l+1) lambda_l^2 =
    4 pi (2 pi integral of k^2) / norm^2; 0 where that is not finite. */
-static int envmapi_slice_lambda(envmapi_slice *slice, const envmapi_spec *spec, int bands) {
-    const envmap_lobe *lobe = spec->lobe;
+static int envmapi_slice_lambda(envmapi_slice *slice, const envmap_lobe *lobe, int bands) {
     double norm = envmapi_lobe_norm(lobe);
-    envmapi_series series;
     if (!envmapi_zonal(slice->lambda, bands, lobe, slice->p)) return 0;
     if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, slice->p);
     slice->power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, slice->p, 2) / (norm * norm);
     slice->tail = slice->power - envmapi_slice_power(slice, bands, 0);
-    if (!envmapi_finite(slice->tail)) return 0;
     if (!(slice->tail > 1e-11 * slice->power)) slice->power -= slice->tail, slice->tail = 0;
-    memset(slice->k, 0, sizeof slice->k), slice->most = 0;
-    envmapi_series_begin(&series, spec->angles);
-    for (int l = 0; l < bands; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) slice->most = fmax(slice->most, fabs(slice->k[j]));
-    return 1;
+    return envmapi_finite(slice->power);
 }
 
 /* sum_j w_j of all that an axis sees. */
@@ -5623,10 +5616,18 @@ static double envmapi_slice_spacing(const envmapi_slice *slice, const envmapi_sp
     return envmapi_spacing_of(slice->L, envmapi_least(steps, envmapi_spacing_holds, &test));
 }
 
+/* lambda_l for more bands than are known, and what they say of every slice. */
 static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
-    for (int k = 0; k < spec->slices && bands > spec->known; ++k)
-        if (!envmapi_slice_lambda(spec->slice + k, spec, bands)) return 0;
-    if (bands > spec->known) spec->known = bands;
+    envmapi_slice *slice = spec->slice;
+    if (bands <= spec->known) return 1;
+    for (spec->known = bands; slice < spec->slice + spec->slices; ++slice) {
+        envmapi_series series;
+        envmapi_series_begin(&series, spec->angles);
+        if (!envmapi_slice_lambda(slice, spec->lobe, bands)) return 0;
+        memset(slice->k, 0, sizeof slice->k), slice->most = 0;
+        for (int l = 0; l < bands; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
+        for (int j = 0; j < ENVMAPI_ANGLES; ++j) slice->most = fmax(slice->most, fabs(slice->k[j]));
+    }
     return 1;
 }
 
@@ -6084,9 +6085,8 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
         job->views[l].texels =
             direct && !l ? dst->texels : stage + (envmapi_image(dst, l, 0, 0) - first);
     envmap_result result = envmapi_job_run(job);
-    int bad = 0; /* a lobe that fails shows as NaN */
-    for (size_t i = 0; !result && i < floats; ++i) bad |= !envmapi_finite((double)stage[i]);
-    if (bad) result = ENVMAP_ERROR_LOBE;
+    /* a lobe that fails shows as NaN */
+    if (!result && !envmapi_floats_ok(stage, floats, 1)) result = ENVMAP_ERROR_LOBE;
     if (!result && !direct) result = envmapi_tell(&job->desc.work.progress, 1);
     if (!result) memcpy(first, stage, floats * sizeof(float));
     return result;
