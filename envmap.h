@@ -106,7 +106,8 @@
 
 /* ------------------------------------------------------------------------------------ >>base -- */
 
-/* Every call that can fail returns one of these and leaves its outputs as they were. */
+/* Every call that can fail returns one of these and leaves its outputs as they were. Calls keep no
+   state, so threads may share whatever none of them writes. */
 #define ENVMAP_RESULTS(X)                                                                          \
     X(ENVMAP_OK, "ok")                                                                             \
     X(ENVMAP_ERROR_ARGUMENT, "an argument is NULL, out of range, or both input and output")        \
@@ -128,8 +129,7 @@ typedef enum envmap_result {
     ENVMAPI_RESULT_IS_INT = -1 /* signed, so that passing it as an int warns nobody */
 } envmap_result;
 
-/* A sentence without a full stop, never NULL.  Thread-safe.
-   Test: every_result_has_its_own_text. */
+/* A sentence without a full stop, never NULL.  Test: every_result_has_its_own_text. */
 ENVMAP_API const char *envmap_result_text(int result);
 
 /* Runs task(context, i) for i = 0 .. count-1, in any order, on any threads, and returns when all
@@ -142,7 +142,7 @@ typedef struct envmap_executor {
 } envmap_executor;
 
 /* Called on the calling thread between rounds of tasks, fraction in [0,1]; return 0 to go on,
-   anything else to cancel (the call then returns ENVMAP_CANCELLED, outputs untouched). */
+   anything else to cancel (CANCELLED). */
 typedef struct envmap_progress {
     void *user;
     int (*report)(void *user, float fraction);
@@ -172,14 +172,13 @@ ENVMAP_API int envmap_faces(int mapping);
 
 /* dir = the unit direction at (u,v) of a face. Beyond [0,1] paraboloids, cube faces and lat-long go
    on, sphere and angular maps clamp to the rim. Bad face or mapping, non-finite u, v: +z.
-   Thread-safe.  Source: CONVENTIONS; [HS98], [Debevec98].  Test: directions_round_trip. */
+   Source: CONVENTIONS; [HS98], [Debevec98].  Test: directions_round_trip. */
 ENVMAP_API void envmap_direction(float dir[3], int mapping, int face, float u, float v);
 
 /* The inverse: the face that dir belongs to, on an edge the lower one, and (u,v) on it, in [0,1].
    dir is of any length; zero or non-finite counts as +z. At the sphere map's -z and the angular
    map's +z, where every rim point is right, (1, 1/2); at the lat-long poles u = 1/2. As u, v are
-   floats, the round trip errs near the sphere map's -z (up to 4e-4 rad at 1e-3 from it).
-   Thread-safe.  Test: directions_round_trip. */
+   floats, the round trip errs by up to 4e-4 rad at 1e-3 from the sphere map's -z. */
 ENVMAP_API void envmap_coordinates(int *face, float *u, float *v, int mapping, const float dir[3]);
 
 /* The texture matrix of a paraboloid map: takes an eye-space reflection vector (r,1), as
@@ -189,7 +188,7 @@ ENVMAP_API void envmap_coordinates(int *face, float *u, float *v, int mapping, c
    modelview  column-major: the space of the map -> eye space; only its linear part M_l counts, a
               rotation times a uniform scale (the scale is divided out)
    face       0 front, 1 back. A point is on the face where u, v lie inside the unit disc.
-   Errors: ARGUMENT (NULL, face, singular or non-finite M_l).  Thread-safe.
+   Errors: ARGUMENT (NULL, face, singular or non-finite M_l).
    Source: [HS98] eqs. 6-9, [HS99]; S = -I, d = (0,0,-1) in front, (0,0,1) at the back and then
    diag(-1,-1,1,1): the printed S computes d - r where eq. 8 needs d + r.
    Test: the_texture_matrix_agrees_with_the_mapping. */
@@ -213,7 +212,7 @@ ENVMAP_API int envmap_levels(int size);
 
 /* A black map. Overwrites *map without freeing; keeps map->memory, so zero-initialise it.
    size    1 .. 16384      levels  1 .. envmap_levels(size)      slices  1 .. 4096
-   Errors: ARGUMENT, LIMIT (beyond these, or more than 8 GiB), MEMORY.  *map stays as it was. */
+   Errors: ARGUMENT, LIMIT (beyond these, or more than 8 GiB), MEMORY. */
 ENVMAP_API envmap_result envmap_create(envmap *map, int mapping, int size, int levels, int slices);
 
 /* Frees the texels and zeroes all but map->memory. NULL and twice are fine. */
@@ -224,8 +223,7 @@ ENVMAP_API void envmap_free(envmap *map);
 ENVMAP_API float *envmap_texel(const envmap *map, int level, int slice, int face, int x, int y);
 
 /* Solid angle of a texel, sr, of its part inside a disc's rim: in closed form, for the angular map
-   by line quadrature (1e-13). 0 when out of range. The texels of a level sum to 4 pi.
-   Thread-safe.  Test: solid_angles_sum_to_4_pi. */
+   by line quadrature (1e-13). 0 when out of range.  Test: solid_angles_sum_to_4_pi. */
 ENVMAP_API double envmap_solid_angle(const envmap *map, int level, int face, int x, int y);
 
 /* rgb = radiance in direction dir, trilinear: bilinear in two levels, linear between.
@@ -234,7 +232,7 @@ ENVMAP_API double envmap_solid_angle(const envmap *map, int level, int face, int
    Continuous over every cube edge and corner, over the paraboloids' rim (the faces blend in its
    last half texel), over lat-long's seam and its poles (where the row's mean is the pole). At a
    texel's centre it gives the texel (at rims: to second order). Bad maps give black.
-   Thread-safe.  Test: lookups_are_continuous_across_seams. */
+   Test: lookups_are_continuous_across_seams. */
 ENVMAP_API void envmap_lookup(float rgb[3], const envmap *map, const float dir[3], float level);
 ENVMAP_API void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
                                     float level);
@@ -250,7 +248,7 @@ typedef struct envmap_cleaned {
    the limit become the limit.
    limit    > 0; 0: none, and Inf becomes the largest finite number that there is
    cleaned  out, or NULL
-   Errors: ARGUMENT; nothing is changed then.  O(texels), allocates nothing.  Test: cleaning_* . */
+   Errors: ARGUMENT.  O(texels), allocates nothing.  Test: cleaning_* . */
 ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned);
 
 /* -------------------------------------------------------------------------------- >>resample -- */
@@ -270,14 +268,13 @@ ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src);
      lat-long  2h x h (one slice)
    Radiance is kept as it is, NaN and negative numbers too (filters refuse them).
    Overwrites *map without freeing, keeps map->memory.  No stdio, no locale.
-   Errors: ARGUMENT, FORMAT (also scale 0, NaN, Inf), SHAPE, LIMIT, TRUNCATED, TRAILING, MEMORY;
-   *map then stays as it was.  Test: pfm_round_trips, every_truncated_prefix_is_refused. */
+   Errors: ARGUMENT, FORMAT (also scale 0, NaN, Inf), SHAPE, LIMIT, TRUNCATED, TRAILING, MEMORY.
+   Test: pfm_round_trips, every_truncated_prefix_is_refused. */
 ENVMAP_API envmap_result envmap_pfm_read(envmap *map, const void *data, size_t bytes, int mapping);
 
 /* Writes one level as little-endian PF, scale -1, the same shapes. *bytes is the size of the file
    in any case but ARGUMENT; data NULL only asks for it. capacity is the room at data, bytes.
-   Errors: ARGUMENT (bad map or level, lat-long with slices), LIMIT (too little room, nothing
-   written).  Test: pfm_round_trips. */
+   Errors: ARGUMENT (bad map or level, lat-long with slices), LIMIT (too little room). */
 ENVMAP_API envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *bytes,
                                           const envmap *map, int level);
 
@@ -298,8 +295,8 @@ ENVMAP_API envmap_result envmap_mips_build(envmap *map);
 
 /* The level whose texels match a footprint at dir: log2 of its longer side in texels of level 0,
    clamped to [0, levels-1]. Its sides dx, dy: derivatives of the direction along two screen axes.
-   Bad maps or numbers give 0.  Thread-safe.  Source [Williams83], [HS99].
-   Test: a_footprint_of_two_texels_is_level_one. */
+   Bad maps or numbers give 0.
+   Source [Williams83], [HS99].  Test: a_footprint_of_two_texels_is_level_one. */
 ENVMAP_API float envmap_footprint_level(const envmap *map, const float dir[3], const float dx[3],
                                         const float dy[3]);
 
@@ -308,7 +305,7 @@ ENVMAP_API float envmap_footprint_level(const envmap *map, const float dir[3], c
      rgb = 1/n sum over i of map(dir + major ((i+1/2)/n - 1/2)),   n = ceil(longer / shorter axis)
    in texels of level 0. A level alone makes the footprint a square of its longer side.
    probes  the most to take, 1 .. 256 (clamped); 1: one lookup at envmap_footprint_level
-   Slice 0; bad maps give black, bad numbers level 0.  O(n) lookups.  Thread-safe.
+   Slice 0; bad maps give black, bad numbers level 0.  O(n) lookups.
    Source [SKS96].  Test: assembled_footprints_*. */
 ENVMAP_API void envmap_lookup_footprint(float rgb[3], const envmap *map, const float dir[3],
                                         const float dx[3], const float dy[3], int probes);
@@ -489,7 +486,7 @@ typedef enum envmap_method {
     ENVMAP_METHOD_COUNT
 } envmap_method;
 
-/* A source that many calls share. */
+/* A source that many calls, and threads, share. */
 typedef struct envmap_prepared {
     void *state;
     void *memory; /* context for ENVMAP_MALLOC and ENVMAP_FREE; set it before envmap_prepare      */
@@ -510,14 +507,14 @@ typedef struct envmap_filter_desc {
    at the end), so the result is continuous in N, and N -> infinity is the bilinear mirror.
    Also writes dst->p0, p1. desc NULL: AUTO, that is FAST, or the reference where texels are few.
    Errors: ARGUMENT (bad map or desc, dst is src), LOBE, RADIANCE (NaN, Inf; negative for all but
-   the reference), METHOD, MEMORY, CANCELLED; dst then stays as it was.
+   the reference), METHOD, MEMORY, CANCELLED.
    REFERENCE: O(texels of src * texels and slices of dst). Tiles of texels where k is below 1e-12 of
    its peak are passed over.
    FAST: O(texels of src + texels of dst + L^3), L the bands that lobe, scene and tolerance need.
    Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
    Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; in a black
    scene with a lamp their darkest texels may be off by more than 20 tolerances.
-   Thread-safe.  Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
+   Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
 
@@ -532,8 +529,8 @@ ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
    prepared  its memory context set, or zero; overwritten without freeing
    lobes     1 .. 32: those that will be asked for, or the sharpest of them
    desc      tolerance, executor
-   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY; *prepared then stays
-   as it was.  It serves any number of threads.  Test: a_prepared_source_gives_the_same_map. */
+   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY.
+   Test: a_prepared_source_gives_the_same_map. */
 ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
                                         const envmap_lobe *lobes, int count,
                                         const envmap_filter_desc *desc);
@@ -568,8 +565,7 @@ typedef struct envmap_plan {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, work, prepared
-   Errors: those of envmap_filter; *plan then stays as it was.
-   Cost: about that of FAST; of Phong 100 0.7, more for lobes with slices.  Thread-safe.
+   Errors: those of envmap_filter.  Cost: 0.7 to 1.1 times the filter's, more for lobes with slices.
    Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
