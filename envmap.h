@@ -331,8 +331,9 @@ typedef enum envmap_lobe_kind {
     ENVMAP_LOBE_KIND_COUNT
 } envmap_lobe_kind;
 
-/* k(x; p), x in [-1,1] the cosine of the angle to the axis. Must be finite and deterministic, and
-   thread-safe if the executor is parallel. */
+/* k(x; p). Cosines x = cos theta in [-1,1] are where k is evaluated; angles theta in rad, 0 at the
+   axis and pi behind it, are places on a lobe (sigma, support, kinks, a table's samples).
+   A function must be finite and deterministic, and thread-safe if the executor is parallel. */
 typedef double envmap_lobe_function_type(double x, double p, void *user);
 
 typedef struct envmap_lobe {
@@ -343,26 +344,25 @@ typedef struct envmap_lobe {
     float p0, p1;    /* range of p over a map's slices; equal: the lobe has no p                  */
     envmap_lobe_function_type *function; /* FUNCTION                                              */
     void *user;
-    const float *table; /* TABLE: [table_slices][table_size]; k at angle pi i/(size-1) */
+    const float *table; /* TABLE: [table_slices][table_size], k at theta = pi i/(size-1)          */
     int table_size, table_slices;
-    const float *kinks; /* FUNCTION: angles in (0,pi) where k has a kink, for every p; or NULL    */
-    int kink_count;
+    const float *kinks; /* FUNCTION: theta in (0,pi) of its kinks, for every p; or NULL           */
+    int kink_count;     /* the first 64 count                                                     */
 } envmap_lobe;
 
-/* Constructors. Parameters are checked by the calls that take a lobe (LOBE). Callbacks, tables and
-   kinks are borrowed until such a call returns.
+/* Constructors. The calls that take a lobe check it (LOBE), and borrow function, table and kinks
+   until they return.
    mirror    delta: filtering with it is envmap_resample
    diffuse   max(x,0)
-   phong     max(x,0)^N,               exponent N in [0, 1e9]; N = 0 is the open hemisphere
-   gaussian  exp(lambda (x-1)),        sharpness lambda in [0, 1e9]
-   ggx       D(sqrt((1+x)/2)) max(x,0), D(c) = alpha^2 / (pi ((alpha^2-1) c^2 + 1)^2),
-             alpha = roughness^2 in [0, 1]; 0 is the mirror, what lies between 0 and 1e-4 counts
-             as 1e-4                                                           [WMLT07] eq. 33
+   phong     max(x,0)^N,         exponent N in [0, 1e9]; N = 0 is the open hemisphere
+   gaussian  exp(lambda (x-1)),  sharpness lambda in [0, 1e9]
+   ggx       D(sqrt((1+x)/2)) max(x,0), D(c) = alpha^2 / (pi ((alpha^2-1) c^2 + 1)^2), alpha =
+             roughness^2 in [0, 1]; 0 is the mirror, (0, 1e-4) counts as 1e-4  [WMLT07] eq. 33
    banks     max(0, sqrt(1-x^2) sqrt(1-c^2) - x c - s) / (1-s)^2, s in [0, 0.99999], c = p
              [Banks94], [KVHS00] section 4
    function  any k; set p0 != p1 for slices, kinks where it has any
-   table     k(theta) by Catmull-Rom over `size` >= 4 samples at angles 0 .. pi, `slices` rows at
-             slice centres of p (linear between)                                         [KM00] */
+   table     Catmull-Rom along theta over `size` >= 4 samples from 0 to pi; `slices` rows at slice
+             centres of p, linear between                                              [KM00] */
 ENVMAP_API envmap_lobe envmap_lobe_mirror(void);
 ENVMAP_API envmap_lobe envmap_lobe_diffuse(void);
 ENVMAP_API envmap_lobe envmap_lobe_phong(float exponent);
@@ -376,24 +376,20 @@ ENVMAP_API envmap_lobe envmap_lobe_table(const float *values, int size, int slic
 /* What every method asks a lobe, for each p. Bad lobes (and the mirror, which has no k): 0.
    value      scale * k(x; p)
    integral   2 pi integral of scale * k over [-1,1], sr: closed form where there is one
-   sigma      half the width of the angles where k exceeds e^(-1/2) of its peak, rad
-   support    [from, to] in angle: outside it k = 0, or below 1e-12 of its peak
-   kinks      angles where k or its slope jumps, or its curvature has no bound (horizon, ring
-              edges, tip of a cone); writes at
-              most `room`, returns how many there are
+   sigma      half the width of the angles around the peak of |k| where |k| exceeds e^(-1/2) of it
+   support    angles [from, to] outside which k = 0, or below 1e-12 of its peak
    Thread-safe.  Test: lobes_know_*. */
 ENVMAP_API double envmap_lobe_value(const envmap_lobe *lobe, double x, double p);
 ENVMAP_API double envmap_lobe_integral(const envmap_lobe *lobe, double p);
 ENVMAP_API double envmap_lobe_sigma(const envmap_lobe *lobe, double p);
 ENVMAP_API void envmap_lobe_support(double *from, double *to, const envmap_lobe *lobe, double p);
-ENVMAP_API int envmap_lobe_kinks(double *angles, int room, const envmap_lobe *lobe, double p);
 
-/* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1 (Funk-Hecke: the filter maps Y_lm to
-   lambda_l Y_lm); norm is that of the filter: the lobe's integral, Banks' at c = 0, or 1 when raw.
-   bands  1 .. 4096. Stable to all of them (test: to l = 256 against quadrature).
-   Errors: ARGUMENT, LOBE.  Phong: lambda_0 = 1, lambda_1 = (N+1)/(N+2),
-   lambda_(l+2) = lambda_l (N-l)/(N+l+3); Gaussian: a continued fraction downwards; others:
-   Gauss-Legendre between kinks, O(bands^2).  Test: zonal_coefficients_*. */
+/* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1, bands 1 .. 4096: the filter maps Y_lm
+   to lambda_l Y_lm (Funk-Hecke). norm is the filter's: the lobe's integral, Banks' at c = 0, 1 raw.
+   Phong: lambda_0 = 1, lambda_1 = (N+1)/(N+2), lambda_(l+2) = lambda_l (N-l)/(N+l+3); Gaussian: a
+   continued fraction downwards; others: Gauss-Legendre between kinks, O(bands^2). Stable to all
+   bands (test: to l = 256 against quadrature).
+   Errors: ARGUMENT, LOBE.  Test: zonal_coefficients_*. */
 ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envmap_lobe *lobe,
                                            double p);
 
@@ -2071,67 +2067,67 @@ ENVMAPI_BODY void envmap_lookup_footprint(float rgb[3], const envmap *map, const
 }
 
 /* ----------------------------------------------------------------------------------- >>lobes --
-   k(x; p), x = cos theta, and what methods ask about it. Integrals over the sphere are
-   2 pi sin(theta) k(theta) d theta by Gauss-Legendre on panels between breaks: the ends of the
-   support, the kinks, and steps growing by 2 away from theta = 0 and pi, so that a peak is met at
-   its own scale whatever that is.
-   Banks: with psi = acos(c), k = -cos(theta + psi) - s, over (1-s)^2: a ring at pi - psi whose
+   In: a lobe and p. Out: k(x; p), x = cos theta, and what the methods ask about it. Every room below
+   asks these calls; none asks which lobe it is.
+       integral   2 pi int k(cos theta) sin(theta) d theta                 (envmapi_lobe_integral)
+       lambda_l   the same of k P_l(cos theta), over the filter's norm     (envmapi_zonal)
+   in closed form or by composite Gauss-Legendre (envmapi_quadrature). Its panels end at the ends of
+   the support, at the kinks, and at angles that halve towards theta = 0 (a function's towards pi
+   too), so that a peak is met at its own scale whatever that is.
+   Banks: with psi = acos(p), k = -cos(theta + psi) - s, over (1-s)^2: a ring at pi - psi whose
    edges are acos(s) off; where the ring covers a pole, k has the tip of a cone there.
    Invariants: lambda_0 = 1 when normalised; closed forms agree with quadrature.
    Tests: tests/test_lobes.c. */
 
-static envmap_lobe envmapi_lobe(int kind, float parameter, float p0, float p1) {
+static envmap_lobe envmapi_lobe(int kind, float parameter) {
     envmap_lobe lobe;
     memset(&lobe, 0, sizeof lobe);
-    lobe.kind = kind, lobe.parameter = parameter, lobe.scale = 1, lobe.p0 = p0, lobe.p1 = p1;
+    lobe.kind = kind, lobe.parameter = parameter, lobe.scale = 1;
     return lobe;
 }
 
-ENVMAPI_BODY envmap_lobe envmap_lobe_mirror(void) {
-    return envmapi_lobe(ENVMAP_LOBE_MIRROR, 0, 0, 0);
-}
+ENVMAPI_BODY envmap_lobe envmap_lobe_mirror(void) { return envmapi_lobe(ENVMAP_LOBE_MIRROR, 0); }
 
-ENVMAPI_BODY envmap_lobe envmap_lobe_diffuse(void) {
-    return envmapi_lobe(ENVMAP_LOBE_PHONG, 1, 0, 0);
-}
+ENVMAPI_BODY envmap_lobe envmap_lobe_diffuse(void) { return envmapi_lobe(ENVMAP_LOBE_PHONG, 1); }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_phong(float exponent) {
-    return envmapi_lobe(ENVMAP_LOBE_PHONG, exponent, 0, 0);
+    return envmapi_lobe(ENVMAP_LOBE_PHONG, exponent);
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_gaussian(float sharpness) {
-    return envmapi_lobe(ENVMAP_LOBE_GAUSSIAN, sharpness, 0, 0);
+    return envmapi_lobe(ENVMAP_LOBE_GAUSSIAN, sharpness);
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_ggx(float alpha) {
-    int mirror = alpha >= 0 && alpha <= 0;
-    return envmapi_lobe(mirror ? ENVMAP_LOBE_MIRROR : ENVMAP_LOBE_GGX,
-                        alpha > 0 && alpha < 1e-4f ? 1e-4f : alpha, 0, 0);
+    if (alpha >= 0 && alpha <= 0) return envmap_lobe_mirror();
+    return envmapi_lobe(ENVMAP_LOBE_GGX, alpha > 0 && alpha < 1e-4f ? 1e-4f : alpha);
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_banks(float s) {
-    return envmapi_lobe(ENVMAP_LOBE_BANKS, s, -1, 1);
+    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_BANKS, s);
+    lobe.p0 = -1, lobe.p1 = 1;
+    return lobe;
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_function(envmap_lobe_function_type *function, void *user) {
-    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_FUNCTION, 0, 0, 0);
+    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_FUNCTION, 0);
     lobe.function = function, lobe.user = user;
     return lobe;
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_table(const float *values, int size, int slices, float p0,
                                            float p1) {
-    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_TABLE, 0, p0, p1);
+    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_TABLE, 0);
     lobe.table = values, lobe.table_size = size, lobe.table_slices = slices;
+    lobe.p0 = p0, lobe.p1 = p1;
     return lobe;
 }
 
 /* What a query needs to be safe: kind, numbers and pointers, in O(1). */
 static int envmapi_lobe_ok(const envmap_lobe *lobe) {
-    if (!lobe || !envmapi_finite((double)lobe->scale) || !envmapi_finite((double)lobe->p0) ||
-        !envmapi_finite((double)lobe->p1))
-        return 0;
-    double parameter = (double)lobe->parameter;
+    if (!lobe) return 0;
+    double parameter = (double)lobe->parameter, p0 = (double)lobe->p0, p1 = (double)lobe->p1;
+    if (!envmapi_finite((double)lobe->scale + p0 + p1)) return 0;
     switch (lobe->kind) {
     case ENVMAP_LOBE_MIRROR: return 1;
     case ENVMAP_LOBE_PHONG:
@@ -2164,32 +2160,27 @@ static int envmapi_lobe_has_k(const envmap_lobe *lobe, double p) {
     return envmapi_lobe_ok(lobe) && lobe->kind != ENVMAP_LOBE_MIRROR && envmapi_finite(p);
 }
 
+static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
+
 /* Catmull-Rom along a row; mirrored at both ends, as a zonal function is. */
 static double envmapi_table_row(const envmap_lobe *lobe, int row, double theta) {
-    int last = lobe->table_size - 1, tap;
+    const float *values = lobe->table + row * lobe->table_size;
+    int last = lobe->table_size - 1;
     double t = envmapi_clamp(theta / ENVMAPI_PI, 0, 1) * last;
     int i = t >= last ? last - 1 : (int)t;
-    double f = t - i, k[4];
-    for (int j = 0; j < 4; ++j) {
-        tap = i + j - 1;
-        tap = tap < 0 ? -tap : tap > last ? 2 * last - tap : tap;
-        k[j] = (double)lobe->table[row * lobe->table_size + tap];
-    }
-    return k[1] + 0.5 * f *
-                      (k[2] - k[0] +
-                       f * (2 * k[0] - 5 * k[1] + 4 * k[2] - k[3] +
-                            f * (3 * (k[1] - k[2]) + k[3] - k[0])));
+    double f = t - i, a = (double)values[i > 0 ? i - 1 : 1], b = (double)values[i];
+    double c = (double)values[i + 1], d = (double)values[i + 2 <= last ? i + 2 : last - 1];
+    double cubic = 3 * (b - c) + d - a, square = 2 * a - 5 * b + 4 * c - d;
+    return b + 0.5 * f * (c - a + f * (square + f * cubic));
 }
 
 static double envmapi_table_k(const envmap_lobe *lobe, double x, double p) {
-    double range = (double)lobe->p1 - (double)lobe->p0, s = 0,
-           theta = acos(envmapi_clamp(x, -1, 1));
-    if (fabs(range) > 0)
-        s = envmapi_clamp((p - (double)lobe->p0) / range * lobe->table_slices - 0.5, 0,
-                          lobe->table_slices - 1);
-    int row = (int)s;
+    double range = (double)lobe->p1 - (double)lobe->p0, theta = envmapi_acos(x);
+    double at = fabs(range) > 0 ? (p - (double)lobe->p0) / range * lobe->table_slices - 0.5 : 0;
+    at = envmapi_clamp(at, 0, lobe->table_slices - 1);
+    int row = (int)at;
     double k = envmapi_table_row(lobe, row, theta);
-    return s > row ? k + (s - row) * (envmapi_table_row(lobe, row + 1, theta) - k) : k;
+    return at > row ? k + (at - row) * (envmapi_table_row(lobe, row + 1, theta) - k) : k;
 }
 
 /* 1/sqrt q by Newton's steps from half the exponent: sqrt sets errno, which no vector can. */
@@ -2244,116 +2235,100 @@ static double envmapi_k(const envmap_lobe *lobe, double x, double p) {
     return k;
 }
 
-static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
-
 ENVMAPI_BODY double envmap_lobe_value(const envmap_lobe *lobe, double x, double p) {
     if (!envmapi_lobe_has_k(lobe, p) || !envmapi_finite(x)) return 0;
     return (double)lobe->scale * envmapi_k(lobe, envmapi_clamp(x, -1, 1), p);
 }
 
 ENVMAPI_BODY void envmap_lobe_support(double *from, double *to, const envmap_lobe *lobe, double p) {
-    double low = 0, high = ENVMAPI_PI, log_tiny = 27.631; /* -ln 1e-12 */
     if (!from || !to) return;
     *from = *to = 0;
     if (!envmapi_lobe_has_k(lobe, p)) return;
-    double a = (double)lobe->parameter;
-    if (lobe->kind == ENVMAP_LOBE_GGX) high = ENVMAPI_PI / 2;
-    if (lobe->kind == ENVMAP_LOBE_PHONG) high = a > 0 ? acos(exp(-log_tiny / a)) : ENVMAPI_PI / 2;
-    if (lobe->kind == ENVMAP_LOBE_GAUSSIAN && a > log_tiny / 2)
-        high = 2 * asin(sqrt(log_tiny / (2 * a)));
+    double a = (double)lobe->parameter, tail = 27.631; /* -ln 1e-12 */
+    *to = ENVMAPI_PI;
+    if (lobe->kind == ENVMAP_LOBE_GGX) *to = ENVMAPI_PI / 2;
+    if (lobe->kind == ENVMAP_LOBE_PHONG) *to = a > 0 ? acos(exp(-tail / a)) : ENVMAPI_PI / 2;
+    if (lobe->kind == ENVMAP_LOBE_GAUSSIAN && a > tail / 2) *to = 2 * asin(sqrt(tail / (2 * a)));
     if (lobe->kind == ENVMAP_LOBE_BANKS) {
         double ring = envmapi_acos(-p), edge = acos(a);
-        low = ring > edge ? ring - edge : 0;
-        high = ring + edge < ENVMAPI_PI ? ring + edge : ENVMAPI_PI;
+        *from = ring > edge ? ring - edge : 0;
+        *to = ring + edge < ENVMAPI_PI ? ring + edge : ENVMAPI_PI;
     }
-    *from = low, *to = high;
 }
 
-ENVMAPI_BODY int envmap_lobe_kinks(double *angles, int room, const envmap_lobe *lobe, double p) {
-    double found[4] = {0, 0, 0, 0};
-    int n = 0;
-    if (!envmapi_lobe_has_k(lobe, p)) return 0;
-    double a = (double)lobe->parameter;
-    if (lobe->kind == ENVMAP_LOBE_FUNCTION) {
-        for (; n < lobe->kink_count; ++n)
-            if (angles && n < room) angles[n] = (double)lobe->kinks[n];
-        return n;
-    }
-    if ((lobe->kind == ENVMAP_LOBE_PHONG && a < 2) || lobe->kind == ENVMAP_LOBE_GGX)
-        found[n++] = ENVMAPI_PI / 2;
-    if (lobe->kind == ENVMAP_LOBE_BANKS) {
-        double ring = envmapi_acos(-p), edge = acos(a);
-        if (ring >= edge) found[n++] = ring - edge;
-        else if (ring > 0) found[n++] = 0;
-        if (ring + edge <= ENVMAPI_PI) found[n++] = ring + edge;
-        else if (ring < ENVMAPI_PI) found[n++] = ENVMAPI_PI;
-    }
-    for (int i = 0; i < n && i < room; ++i)
-        if (angles) angles[i] = found[i];
+/* Angles where k or its slope jumps, or its curvature has no bound: the horizon, the edges of a ring
+   and the tip of a cone, a function's own. Returns how many. */
+#define ENVMAPI_KINKS 64 /* further ones of a function do not count */
+static int envmapi_lobe_kinks(double kinks[ENVMAPI_KINKS], const envmap_lobe *lobe, double p) {
+    int n = 0, banks = lobe->kind == ENVMAP_LOBE_BANKS;
+    int phong = lobe->kind == ENVMAP_LOBE_PHONG && lobe->parameter < 2;
+    if (phong || lobe->kind == ENVMAP_LOBE_GGX) kinks[n++] = ENVMAPI_PI / 2;
+    double from, to;
+    envmap_lobe_support(&from, &to, lobe, p);
+    if (banks && p > -1) kinks[n++] = from; /* at p = -1 and 1 the ring is a disk about a pole */
+    if (banks && p < 1) kinks[n++] = to;
+    if (lobe->kind == ENVMAP_LOBE_FUNCTION)
+        for (; n < lobe->kink_count && n < ENVMAPI_KINKS; ++n) kinks[n] = (double)lobe->kinks[n];
     return n;
 }
 
-/* Walks the Gauss-Legendre nodes of a lobe's support (or a part of it), panel by panel. */
-typedef struct envmapi_walk {
-    double breaks[128], step; /* panels no longer than step */
-    int count, at, piece, pieces, node;
-} envmapi_walk;
+/* Composite Gauss-Legendre over a part of a lobe's support: panels between breaks, each cut into two
+   or more pieces no longer than `step`, 8 nodes a piece. */
+typedef struct envmapi_quadrature {
+    double breaks[128], step;
+    int count, panel, pieces, node; /* of breaks; where it is: a panel, its pieces, a node of it */
+} envmapi_quadrature;
 
-static void envmapi_walk_break(envmapi_walk *walk, double theta, double from, double to) {
-    int i = walk->count;
-    if (!(theta > from && theta < to) || i >= 128) return;
-    for (; i > 0 && walk->breaks[i - 1] > theta; --i) walk->breaks[i] = walk->breaks[i - 1];
-    walk->breaks[i] = theta;
-    ++walk->count;
+static void envmapi_quadrature_break(envmapi_quadrature *q, double theta) {
+    int i = q->count;
+    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 128) return;
+    for (; q->breaks[i - 1] > theta; --i) q->breaks[i] = q->breaks[i - 1];
+    q->breaks[i] = theta;
+    ++q->count;
 }
 
-static envmapi_walk envmapi_walk_of(const envmap_lobe *lobe, double p, double from, double to,
-                                    double step) {
-    envmapi_walk walk;
-    double low, high, kinks[32];
-    memset(&walk, 0, sizeof walk);
+static envmapi_quadrature envmapi_quadrature_of(const envmap_lobe *lobe, double p, double from,
+                                                double to, double step) {
+    envmapi_quadrature q;
+    double low, high, kinks[ENVMAPI_KINKS], width = (double)lobe->parameter, finest = 1e-6;
+    memset(&q, 0, sizeof q);
     envmap_lobe_support(&low, &high, lobe, p);
-    if (from < low) from = low;
-    if (to > high) to = high;
-    walk.step = lobe->kind == ENVMAP_LOBE_TABLE ? ENVMAPI_PI / (lobe->table_size - 1) : 0.1;
-    if (step < walk.step) walk.step /= ceil(walk.step / step);
-    if (!(from < to)) return walk;
-    walk.count = 2, walk.breaks[0] = from, walk.breaks[1] = to;
-    int n = envmap_lobe_kinks(kinks, 32, lobe, p);
-    for (int i = 0; i < n && i < 32; ++i) envmapi_walk_break(&walk, kinks[i], from, to);
-    /* No lobe of known width has detail a tenth of that. */
-    double width = (double)lobe->parameter, finest = 1e-6;
+    q.breaks[0] = from > low ? from : low, q.breaks[1] = to < high ? to : high, q.step = 0.1;
+    if (!(q.breaks[0] < q.breaks[1])) return q;
+    q.count = 2;
+    /* No lobe of known width has detail a tenth of that; a table's panels are its own pieces. */
     if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN)
         finest = 0.1 / sqrt(width + 1);
     if (lobe->kind == ENVMAP_LOBE_GGX) finest = 0.1 * width;
-    /* A table's panels are its own pieces. */
-    if (lobe->kind != ENVMAP_LOBE_TABLE)
-        for (double scale = 1.6; scale > finest && scale > from / 2; scale /= 2)
-            envmapi_walk_break(&walk, scale, from, to);
-    if (lobe->kind == ENVMAP_LOBE_FUNCTION)
-        for (double scale = 1.2; scale > 1e-6; scale /= 2)
-            envmapi_walk_break(&walk, ENVMAPI_PI - scale, from, to);
-    return walk;
+    if (lobe->kind == ENVMAP_LOBE_TABLE)
+        q.step = ENVMAPI_PI / (lobe->table_size - 1), finest = ENVMAPI_PI;
+    if (step < q.step) q.step /= ceil(q.step / step);
+    int n = envmapi_lobe_kinks(kinks, lobe, p);
+    for (int i = 0; i < n; ++i) envmapi_quadrature_break(&q, kinks[i]);
+    for (double scale = 1.6; scale > finest; scale /= 2) {
+        envmapi_quadrature_break(&q, scale);
+        if (lobe->kind == ENVMAP_LOBE_FUNCTION)
+            envmapi_quadrature_break(&q, ENVMAPI_PI - 0.75 * scale);
+    }
+    return q;
 }
 
 /* The next node and its weight in d theta; 0 at the end. */
-static int envmapi_walk_next(envmapi_walk *walk, double *theta, double *weight) {
-    if (walk->at + 1 >= walk->count) return 0;
-    double from = walk->breaks[walk->at], length = walk->breaks[walk->at + 1] - from;
-    if (walk->node == 0 && walk->piece == 0) walk->pieces = 2 + (int)(length / walk->step);
-    double piece = length / walk->pieces;
-    *weight = envmapi_gauss(theta, walk->node, from + piece * walk->piece,
-                            from + piece * (walk->piece + 1));
-    if (++walk->node == 8) walk->node = 0, ++walk->piece;
-    if (walk->piece == walk->pieces) walk->piece = 0, ++walk->at;
+static int envmapi_quadrature_next(envmapi_quadrature *q, double *theta, double *weight) {
+    if (q->panel + 1 >= q->count) return 0;
+    double from = q->breaks[q->panel], length = q->breaks[q->panel + 1] - from;
+    if (!q->node) q->pieces = 2 + (int)(length / q->step);
+    double piece = length / q->pieces, start = from + piece * (q->node / 8);
+    *weight = envmapi_gauss(theta, q->node % 8, start, start + piece);
+    if (++q->node == 8 * q->pieces) q->node = 0, ++q->panel;
     return 1;
 }
 
 /* 2 pi integral of k^power over [-1,1]; of |k| for power 0. */
 static double envmapi_lobe_power(const envmap_lobe *lobe, double p, int power) {
-    envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1);
+    envmapi_quadrature q = envmapi_quadrature_of(lobe, p, 0, ENVMAPI_PI, 1);
     double sum = 0, theta, weight;
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
+    while (envmapi_quadrature_next(&q, &theta, &weight)) {
         double k = envmapi_k(lobe, cos(theta), p);
         sum += weight * sin(theta) * (power == 2 ? k * k : power == 0 ? fabs(k) : k);
     }
@@ -2393,53 +2368,56 @@ static double envmapi_lobe_norm(const envmap_lobe *lobe) {
     return lobe->kind == ENVMAP_LOBE_BANKS ? envmapi_lobe_integral(lobe, 0) : 0;
 }
 
-/* Where k crosses `level` between an angle inside, where it is above, and one outside. */
-static double envmapi_lobe_crossing(const envmap_lobe *lobe, double p, double level, double inside,
-                                    double outside) {
-    for (int i = 0; i < 60; ++i) {
-        double middle = 0.5 * (inside + outside);
-        if (envmapi_k(lobe, cos(middle), p) < level) outside = middle;
-        else inside = middle;
+/* The angle of the largest |k|, among 0 and the quadrature's nodes. */
+static double envmapi_lobe_peak(const envmap_lobe *lobe, double p) {
+    envmapi_quadrature q = envmapi_quadrature_of(lobe, p, 0, ENVMAPI_PI, 1);
+    double peak = fabs(envmapi_k(lobe, 1, p)), at = 0, theta, weight;
+    while (envmapi_quadrature_next(&q, &theta, &weight)) {
+        double k = fabs(envmapi_k(lobe, cos(theta), p));
+        if (k > peak) peak = k, at = theta;
+    }
+    return at;
+}
+
+/* How far |k| stays above `level` from the angle `peak` on, towards pi (side 1) or 0 (side -1): steps
+   that grow by a tenth until it is below, then halves. Where it stays to the end, all of it. */
+static double envmapi_lobe_flank(const envmap_lobe *lobe, double p, double peak, double level,
+                                 int side) {
+    double inside = 0, outside = 0, room = side > 0 ? ENVMAPI_PI - peak : peak;
+    for (int halved = 0; halved < 40;) {
+        double s = outside > 0 ? 0.5 * (inside + outside) : 1.1 * inside + 1e-6;
+        if (!(s < room)) return room;
+        if (fabs(envmapi_k(lobe, cos(peak + side * s), p)) >= level) inside = s;
+        else outside = s;
+        if (outside > 0) ++halved;
     }
     return outside;
 }
 
-/* From the nodes where k exceeds e^(-1/2) of the peak, as far as they hang together with it. */
-static double envmapi_lobe_sigma_by_nodes(const envmap_lobe *lobe, double p) {
-    double peak = envmapi_k(lobe, 1, p), at = 0, theta, weight, low = -1, high = -1, last = 0;
-    envmapi_walk start = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1), walk = start;
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
-        double k = envmapi_k(lobe, cos(theta), p);
-        if (k > peak) peak = k, at = theta;
-    }
-    double level = 0.60653066 * peak, inside = at;
-    walk = start;
-    while (high < 0 && envmapi_walk_next(&walk, &theta, &weight)) {
-        int below = envmapi_k(lobe, cos(theta), p) < level;
-        if (theta < at && below) low = theta;
-        if (theta < at && !below && low >= 0 && last <= low) inside = theta; /* first above low */
-        if (theta > at && below) high = envmapi_lobe_crossing(lobe, p, level, last, theta);
-        last = theta;
-    }
-    if (high < 0) high = ENVMAPI_PI;
-    return low < 0 ? high : 0.5 * (high - envmapi_lobe_crossing(lobe, p, level, inside, low));
-}
-
 ENVMAPI_BODY double envmap_lobe_sigma(const envmap_lobe *lobe, double p) {
     if (!envmapi_lobe_has_k(lobe, p)) return 0;
-    double a = (double)lobe->parameter, half = 0.60653066; /* e^(-1/2) */
+    double a = (double)lobe->parameter, level = 0.60653066; /* e^(-1/2) */
+    double square = a * a * a * a, g = square / level;      /* GGX's is a quadratic's root */
     switch (lobe->kind) {
     case ENVMAP_LOBE_PHONG: return a > 0 ? 2 * asin(sqrt(-expm1(-0.5 / a) / 2)) : ENVMAPI_PI / 2;
     case ENVMAP_LOBE_GAUSSIAN: return a > 0.25 ? 2 * asin(sqrt(0.25 / a)) : ENVMAPI_PI;
-    case ENVMAP_LOBE_BANKS: return acos(a + half * (1 - a));
-    default: return envmapi_lobe_sigma_by_nodes(lobe, p);
+    case ENVMAP_LOBE_BANKS: return acos(a + level * (1 - a));
+    case ENVMAP_LOBE_GGX:
+        return acos((1 + a * a) * (1 + a * a) /
+                    (1 - square + 2 * g + 2 * sqrt(g * (1 - square + g))));
+    default: break;
     }
+    double peak = envmapi_lobe_peak(lobe, p);
+    level *= fabs(envmapi_k(lobe, cos(peak), p));
+    double left = envmapi_lobe_flank(lobe, p, peak, level, -1);
+    double right = envmapi_lobe_flank(lobe, p, peak, level, 1);
+    return left < peak ? 0.5 * (left + right) : peak + right; /* a peak that reaches the axis */
 }
 
-/* lambda_l / lambda_0 in closed form. */
+/* ---- lambda_l: closed forms from lambda_0 on, quadrature */
+
 static void envmapi_zonal_phong(double *lambda, int bands, double N) {
-    lambda[0] = 1;
-    if (bands > 1) lambda[1] = (N + 1) / (N + 2);
+    if (bands > 1) lambda[1] = lambda[0] * (N + 1) / (N + 2);
     for (int l = 0; l + 2 < bands; ++l) lambda[l + 2] = lambda[l] * (N - l) / (N + l + 3);
 }
 
@@ -2447,11 +2425,7 @@ static void envmapi_zonal_phong(double *lambda, int bands, double N) {
    r = 1/(2b + r) holds; each step shrinks the error of the start by r^2. */
 static void envmapi_zonal_gaussian(double *lambda, int bands, double kappa) {
     int start = bands + 32 + (int)(8 * sqrt(kappa));
-    lambda[0] = 1;
-    if (!(kappa > 0)) {
-        for (int l = 1; l < bands; ++l) lambda[l] = 0;
-        return;
-    }
+    if (!(kappa > 1e-100)) kappa = 1e-100; /* no division by 0: lambda_1 = kappa/3 */
     double b = (2.0 * start + 1) / (2 * kappa), r = 1 / (b + sqrt(b * b + 1));
     for (int l = start - 1; l > 0; --l) {
         r = 1 / ((2.0 * l + 1) / kappa + r);
@@ -2460,13 +2434,14 @@ static void envmapi_zonal_gaussian(double *lambda, int bands, double kappa) {
     for (int l = 1; l < bands; ++l) lambda[l] *= lambda[l - 1];
 }
 
-static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lobe *lobe, double p) {
-    envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 8.0 / bands);
+static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lobe *lobe, double p,
+                                     double factor) {
+    envmapi_quadrature q = envmapi_quadrature_of(lobe, p, 0, ENVMAPI_PI, 8.0 / bands);
     double theta, weight;
-    for (int l = 0; l < bands; ++l) lambda[l] = 0;
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
+    memset(lambda, 0, (size_t)bands * sizeof *lambda);
+    while (envmapi_quadrature_next(&q, &theta, &weight)) {
         double x = cos(theta), before = 0, P = 1;
-        double k = 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x, p);
+        double k = factor * 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x, p);
         for (int l = 0; l < bands; ++l) {
             lambda[l] += k * P;
             double next = ((2 * l + 1) * x * P - l * before) / (l + 1);
@@ -2477,22 +2452,20 @@ static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lob
 
 /* The bands, divided by the filter's norm; 0 when that is not positive. */
 static int envmapi_zonal(double *lambda, int bands, const envmap_lobe *lobe, double p) {
-    double integral = envmapi_lobe_integral(lobe, p), norm = envmapi_lobe_norm(lobe), factor;
-    if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_positive(lobe, p) ? integral : 0;
-    if (lobe->raw) factor = (double)lobe->scale;
-    else if (envmapi_finite(norm) && norm > 0) factor = 1 / norm;
-    else return 0;
-    if (!envmapi_finite(integral)) return 0;
-    if (lobe->kind == ENVMAP_LOBE_PHONG) {
-        envmapi_zonal_phong(lambda, bands, (double)lobe->parameter);
-        factor *= integral;
-    } else if (lobe->kind == ENVMAP_LOBE_GAUSSIAN) {
-        envmapi_zonal_gaussian(lambda, bands, (double)lobe->parameter);
-        factor *= integral;
-    } else {
-        envmapi_zonal_quadrature(lambda, bands, lobe, p);
+    double integral = envmapi_lobe_integral(lobe, p), factor = (double)lobe->scale;
+    if (!lobe->raw) {
+        double norm = envmapi_lobe_norm(lobe); /* 0: its own integral */
+        if (!(norm > 0) && envmapi_lobe_positive(lobe, p)) norm = integral;
+        if (!(norm > 0)) return 0;
+        factor = 1 / norm;
     }
-    for (int l = 0; l < bands; ++l) lambda[l] *= factor;
+    if (!envmapi_finite(integral)) return 0;
+    lambda[0] = factor * integral;
+    if (lobe->kind == ENVMAP_LOBE_PHONG)
+        envmapi_zonal_phong(lambda, bands, (double)lobe->parameter);
+    else if (lobe->kind == ENVMAP_LOBE_GAUSSIAN)
+        envmapi_zonal_gaussian(lambda, bands, (double)lobe->parameter);
+    else envmapi_zonal_quadrature(lambda, bands, lobe, p, factor);
     return 1;
 }
 
@@ -2511,7 +2484,8 @@ ENVMAPI_BODY envmap_result envmap_lobe_zonal(double *lambda, int bands, const en
 
 /* p at the centre of slice k of n. */
 static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
-    return (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * (k + 0.5) / n;
+    double p0 = (double)lobe->p0, p1 = (double)lobe->p1;
+    return p0 + (p1 - p0) * (k + 0.5) / n;
 }
 
 /* ------------------------------------------------------------------------------- >>transform --
@@ -4507,7 +4481,7 @@ static void envmapi_axis_tents(envmapi_axis *axis, double tent, double reach) {
 
 /* The bilinear radiance around a, ring by ring, out to about `reach`. */
 static void envmapi_axis_polar(envmapi_axis *axis, double reach) {
-    envmapi_walk walk = envmapi_walk_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
+    envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
     double t[3] = {0, 0, 0}, b[3], theta, weight;
     int least = fabs(axis->a[0]) < 0.6 ? 0 : fabs(axis->a[1]) < 0.6 ? 1 : 2;
     for (int i = 0; i < 3; ++i) t[i] = (i == least) - axis->a[least] * axis->a[i];
@@ -4515,7 +4489,7 @@ static void envmapi_axis_polar(envmapi_axis *axis, double reach) {
     b[0] = axis->a[1] * t[2] - axis->a[2] * t[1];
     b[1] = axis->a[2] * t[0] - axis->a[0] * t[2];
     b[2] = axis->a[0] * t[1] - axis->a[1] * t[0];
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
+    while (envmapi_quadrature_next(&q, &theta, &weight)) {
         double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
         if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
         int n = (int)envmapi_clamp(8 * ENVMAPI_PI * sin(theta) / axis->texel, 16, 65536);
@@ -4822,20 +4796,10 @@ static void envmapi_hier_tabulate(envmapi_hier *job) {
     }
 }
 
-static double envmapi_hier_peak(const envmap_lobe *lobe, double p) {
-    envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1);
-    double peak = fabs(envmapi_k(lobe, 1, p)), theta, weight;
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
-        double k = fabs(envmapi_k(lobe, cos(theta), p));
-        if (k > peak) peak = k;
-    }
-    return peak;
-}
-
 /* Makes ready for a slice: the support, in cosines about every node, and the lobe's table. */
 static void envmapi_hier_aim(envmapi_hier *job, int slice, double threshold) {
     job->slice = slice, job->p = envmapi_slice_p(job->lobe, slice, job->dst->slices);
-    job->peak = envmapi_hier_peak(job->lobe, job->p);
+    job->peak = fabs(envmapi_k(job->lobe, cos(envmapi_lobe_peak(job->lobe, job->p)), job->p));
     job->threshold = threshold < 0 ? -1 : job->peak * (threshold > 0 ? threshold : 1e-3);
     envmap_lobe_support(&job->from, &job->to, job->lobe, job->p);
     envmapi_hier_tabulate(job);
