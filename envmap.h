@@ -398,20 +398,20 @@ ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envm
 /* Real spherical harmonics, orthonormal, without the Condon-Shortley phase, polar axis z (up is y):
      Y_lm(d) = N_l|m| P_l|m|(z) * (m > 0: sqrt2 cos m phi, m = 0: 1, m < 0: sqrt2 sin |m| phi)
      Y_00 = 1/sqrt(4 pi),  (Y_1-1, Y_10, Y_11) = sqrt(3/4pi) (y, z, x),  phi = atan2(y, x)
-   Coefficients `sh` are doubles [bands * bands][3]: RGB of a_lm = integral of L Y_lm at l(l+1)+m.
-   bands is 1 .. 256, and 0 <= l < bands. Unless a call says otherwise it allocates nothing, is
-   thread-safe, and refuses coefficients that are not finite, or 1e100 and more, with RADIANCE.
+   Coefficients `sh` are doubles [bands * bands][3]: RGB of a_lm = integral of L Y_lm at l(l+1)+m,
+   bands 1 .. 256, 0 <= l < bands. A direction may have any length; zero or non-finite counts as +z.
+   Unless a call says otherwise it allocates nothing, is thread-safe, and refuses coefficients that
+   are not finite, or 1e100 and more, with RADIANCE.
    Source [RH01], [Sloan08].  Tests: tests/test_sh.c; docs/harmonics.md has the tables. */
 
-/* Y[l(l+1)+m] = Y_lm(dir). A light of flux e from dir adds e Y_lm(dir) to the coefficients.
-   dir  of any length; zero or non-finite counts as +z
-   Errors: ARGUMENT.  Stable to all bands.  Test: the_basis_is_orthonormal. */
+/* Y[l(l+1)+m] = Y_lm(dir), stable to all bands. A light of flux e from dir adds e Y_lm(dir) to sh.
+   Errors: ARGUMENT.  Test: the_basis_is_orthonormal. */
 ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]);
 
 /* sh = sum over texels L w Y_lm(texel's centre), level 0 of one slice.
-   tolerance  0: every texel, in double. Otherwise the error that is allowed: a_lm may be off by
-              tolerance * sqrt(2l+1) * a_00 (a_00 of |L|), the most that it can be itself being
-              sqrt(2l+1) a_00; below 1e-6, and where floats overflow, it is every texel again.
+   tolerance  0: every texel, in double. Otherwise a_lm may be off by tolerance * sqrt(2l+1) * a_00
+              (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
+              floats overflow, it is every texel again
    work       NULL: serial, silent; the bits are the same for every executor
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
    With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16 sets
@@ -419,15 +419,13 @@ ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
 
-/* rgb = sum a_lm Y_lm(dir), dir of any length (zero or non-finite: +z).
-   Errors: ARGUMENT, RADIANCE.  O(bands^2). */
+/* rgb = sum a_lm Y_lm(dir).  Errors: ARGUMENT, RADIANCE.  O(bands^2). */
 ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int bands,
                                             const double dir[3]);
 
 /* The same at every texel's centre of one level and slice, also those outside a rim; what rings
    below zero is written as it is.
-   tolerance  0, and below 1e-6: every coefficient, in double. Otherwise the relative rms error that
-              is allowed
+   tolerance  0, and below 1e-6: every coefficient, in double. Otherwise the relative rms error
    Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then stays
    as it was.  With a tolerance O(texels + bands^3), without O(texels bands^2).
    Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
@@ -455,15 +453,16 @@ ENVMAP_API envmap_result envmap_sh_rotate(double *out, const double *sh, int ban
    Errors: ARGUMENT, LOBE, RADIANCE (a channel's mean is not positive and the channel not black).
    O(bands^4).  Source: the criterion is [Sloan08]'s, "Windowing"; his window,
    1 / (1 + mu l^2 (l+1)^2), moves 0.42 of one light's irradiance where this one moves 0.13.
-   Test: a_suns_ringing_is_windowed_away. */
+   Test: a_suns_ringing_is_windowed_away, windowed_scenes_are_nowhere_below_zero. */
 ENVMAP_API envmap_result envmap_sh_window(double *out, double *moved, const double *sh, int bands,
                                           const envmap_lobe *lobe, double p);
 
-/* The number of bands L (1 .. 4096) beyond which the scene, filtered with the lobe, has nothing
-   more than `tolerance` of its rms: sum_(l>=L) lambda_l^2 |a_l|^2 <= tolerance^2 * sum of all.
+/* The number of bands L (1 .. 4096; 0 for bad arguments) beyond which the scene, filtered with the
+   lobe, has no more than `tolerance` of its rms:
+   sum_(l>=L) lambda_l^2 |a_l|^2 <= tolerance^2 * sum of all; 4096 also when more would be needed.
    sh, bands  the scene as far as it is known; from there on it is taken as flat as a light, each
               coefficient as large as those of the last band. NULL, 0: one light, the lobe alone.
-   0 for bad arguments; 4096 also when more would be needed.  Test: bands_needed_are_enough. */
+   Test: bands_needed_are_enough. */
 ENVMAP_API int envmap_sh_bands(const envmap_lobe *lobe, double p, const double *sh, int bands,
                                double tolerance);
 
@@ -3663,19 +3662,24 @@ static int envmapi_fill_texels(envmapi_transform *t, const envmap_work *work) {
 }
 
 /* ------------------------------------------------------------------------------- >>harmonics --
-   The public calls on coefficients. With a tolerance, envmap_sh_project and envmap_sh_fill are the
-   two halves of >>transform. Without one they are the definition, sums over points, 64 at a time:
-       project   a_lm += sum_i e_i Y_lm(d_i)   (_sh_scatter)
-       evaluate  e_i = sum_lm a_lm Y_lm(d_i)   (_sh_gather), its adjoint
+   Calls on coefficients a_lm, [bands^2][3] at l(l+1)+m.
+     with a tolerance   envmap_sh_project and envmap_sh_fill are halves of >>transform
+     without one        they are the definition, sums over points, 64 at a time:
+       project            a_lm += sum_i e_i Y_lm(d_i)    (envmapi_sh_scatter)
+       fill, evaluate     e_i = sum_lm a_lm Y_lm(d_i)    (envmapi_sh_gather), its adjoint
    Y_lm is N_m (P_lm/sin^m)(z) times Re, Im (x+iy)^m: no angles. P/sin^m grows to e^82 by 256 bands,
    and where sin^m underflows the product would be below 1e-270.
-   Tests: tests/test_sh.c. */
+   Rotations are an exact quadrature, windows a search on the sphere; both ask points on rings.
+   >>plan uses envmapi_sh_power.  Tests: tests/test_sh.c. */
 
-#define ENVMAPI_SH_BANDS 256
+#define ENVMAPI_SH_BANDS  256
+#define ENVMAPI_SH_LIMIT  1e108 /* of what coefficients below 1e100 can reach */
+#define ENVMAPI_SH_FLOATS 1e-6  /* the least tolerance that floats keep */
 
-/* Points with directions and energies; a last group of eight is filled up with nothing. */
+/* Points with directions and energies; N_m (x+iy)^m for the m at hand, with sqrt 2 for m > 0. */
 typedef struct envmapi_sh_points {
-    double x[64], y[64], z[64], e[3][64];
+    double x[64], y[64], z[64], e[3][64], powers[2][64];
+    double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1]; /* envmapi_legendre_factors */
     int count;
 } envmapi_sh_points;
 
@@ -3684,40 +3688,35 @@ static void envmapi_sh_points_add(envmapi_sh_points *n, const double d[3]) {
     ++n->count;
 }
 
-/* Returns the number of points with those that fill up. */
-static int envmapi_sh_points_pad(envmapi_sh_points *n) {
+/* Makes ready for m, after m - 1. Returns the number of points with those, of no energy, that fill
+   up the last eight. */
+static int envmapi_sh_points_order(envmapi_sh_points *n, int m, int bands) {
     int all = (n->count + 7) / 8 * 8;
-    for (int i = n->count; i < all; ++i) {
+    double factor = sqrt(m == 0 ? 1 / (4 * ENVMAPI_PI) : m == 1 ? 3 : 1 + 0.5 / m);
+    envmapi_legendre_factors(n->A, n->B, m, bands);
+    for (int i = n->count; i < all && m == 0; ++i) {
         n->x[i] = n->y[i] = 0, n->z[i] = 1;
-        for (int c = 0; c < 3; ++c) n->e[c][i] = 0;
+        n->e[0][i] = n->e[1][i] = n->e[2][i] = 0;
+    }
+    for (int i = 0; i < all && m == 0; ++i) n->powers[0][i] = factor, n->powers[1][i] = 0;
+    for (int i = 0; i < all && m > 0; ++i) {
+        double re = n->powers[0][i], im = n->powers[1][i];
+        n->powers[0][i] = factor * (re * n->x[i] - im * n->y[i]);
+        n->powers[1][i] = factor * (re * n->y[i] + im * n->x[i]);
     }
     return all;
 }
 
-/* powers = N_m (x+iy)^m, from that of m - 1; N_m as Y_lm begins, with sqrt2 for m > 0. */
-static void envmapi_sh_points_power(double powers[2][64], const envmapi_sh_points *n, int all,
-                                    int m) {
-    double factor = m > 1 ? sqrt(1 + 0.5 / m) : sqrt(3.0); /* sqrt2 sqrt(1 + 1/2) for m = 1 */
-    for (int i = 0; i < all && m == 0; ++i)
-        powers[0][i] = sqrt(1 / (4 * ENVMAPI_PI)), powers[1][i] = 0;
-    for (int i = 0; i < all && m > 0; ++i) {
-        double re = powers[0][i], im = powers[1][i];
-        powers[0][i] = factor * (re * n->x[i] - im * n->y[i]);
-        powers[1][i] = factor * (re * n->y[i] + im * n->x[i]);
-    }
-}
-
+/* sh += sum of e Y_lm over the points. */
 static void envmapi_sh_scatter(double *sh, int bands, envmapi_sh_points *n) {
-    double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], powers[2][64], F[6][64];
-    int all = envmapi_sh_points_pad(n);
-    for (int m = 0; all && m < bands; ++m) {
+    double F[6][64];
+    for (int m = 0; m < bands && n->count; ++m) {
         envmapi_double8 now[8], before[8];
-        envmapi_legendre_factors(A, B, m, bands);
-        envmapi_sh_points_power(powers, n, all, m);
+        int all = envmapi_sh_points_order(n, m, bands);
         memset(before, 0, sizeof before), memset(now, 0, sizeof now);
         for (int i = 0; i < all; ++i) {
             ((double *)now)[i] = 1;
-            for (int c = 0; c < 6; ++c) F[c][i] = powers[c / 3][i] * n->e[c % 3][i];
+            for (int c = 0; c < 6; ++c) F[c][i] = n->powers[c / 3][i] * n->e[c % 3][i];
         }
         for (int l = m; l < bands; ++l) {
             envmapi_double8 sums[6];
@@ -3726,7 +3725,7 @@ static void envmapi_sh_scatter(double *sh, int bands, envmapi_sh_points *n) {
                 for (int c = 0; c < 6; ++c)
                     envmapi_double8_mad(sums + c, now + i, envmapi_double8_at(F[c] + 8 * i));
                 envmapi_legendre_step(now + i, before + i, envmapi_double8_at(n->z + 8 * i),
-                                      A[l + 1], B[l + 1]);
+                                      n->A[l + 1], n->B[l + 1]);
             }
             for (int c = 0; c < (m ? 6 : 3); ++c) {
                 const double *s = (const double *)(sums + c);
@@ -3737,15 +3736,12 @@ static void envmapi_sh_scatter(double *sh, int bands, envmapi_sh_points *n) {
     }
 }
 
-/* With factors [bands] that multiply the coefficients, or NULL. */
+/* Its adjoint: e = sum of a_lm Y_lm, with factors [bands] that multiply the coefficients, or NULL. */
 static void envmapi_sh_gather(envmapi_sh_points *n, const double *sh, int bands,
                               const double *factors) {
-    double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], powers[2][64];
-    int all = envmapi_sh_points_pad(n);
     memset(n->e, 0, sizeof n->e);
     for (int m = 0; m < bands; ++m) {
-        envmapi_legendre_factors(A, B, m, bands);
-        envmapi_sh_points_power(powers, n, all, m);
+        int all = envmapi_sh_points_order(n, m, bands);
         for (int i = 0; i < all; i += 8) {
             envmapi_double8 sums[6], now, before;
             memset(sums, 0, sizeof sums), memset(&before, 0, sizeof before);
@@ -3756,54 +3752,52 @@ static void envmapi_sh_gather(envmapi_sh_points *n, const double *sh, int bands,
                 for (int c = 0; c < 6; ++c)
                     envmapi_double8_add(sums + c, factor * a[c < 3 ? 3 * m + c : c - 3 - 3 * m],
                                         &now);
-                envmapi_legendre_step(&now, &before, envmapi_double8_at(n->z + i), A[l + 1],
-                                      B[l + 1]);
+                envmapi_legendre_step(&now, &before, envmapi_double8_at(n->z + i), n->A[l + 1],
+                                      n->B[l + 1]);
             }
             for (int c = 0; c < 6; ++c)
                 envmapi_double8_mad(envmapi_double8_at(n->e[c % 3] + i), sums + c,
-                                    envmapi_double8_at(powers[c / 3] + i));
+                                    envmapi_double8_at(n->powers[c / 3] + i));
         }
     }
 }
 
 /* The most that a channel can reach anywhere: |sum_m a_lm Y_lm| <= sqrt((2l+1)/4pi sum_m a_lm^2).
    Infinite for what is not finite. */
-static double envmapi_sh_bound(const double *sh, int bands) {
-    double most = 0;
-    for (int c = 0; c < 3; ++c) {
-        double bound = 0;
-        for (int l = 0; l < bands; ++l) {
-            double square = 0;
-            for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
-                if (!envmapi_finite(sh[3 * i + c]) || fabs(sh[3 * i + c]) >= 1e100) return HUGE_VAL;
-                square += sh[3 * i + c] * sh[3 * i + c];
-            }
-            bound += sqrt((2 * l + 1) / (4 * ENVMAPI_PI) * square);
+static double envmapi_sh_bound(const double *sh, int bands, const double *factors, int c) {
+    double bound = 0;
+    for (int l = 0; l < bands; ++l) {
+        double square = 0;
+        for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
+            if (!envmapi_finite(sh[3 * i + c]) || fabs(sh[3 * i + c]) >= 1e100) return HUGE_VAL;
+            square += sh[3 * i + c] * sh[3 * i + c];
         }
-        if (bound > most) most = bound;
+        bound += fabs(factors ? factors[l] : 1) * sqrt((2 * l + 1) / (4 * ENVMAPI_PI) * square);
     }
-    return most;
+    return bound;
 }
 
-static envmap_result envmapi_sh_check(const double *sh, int bands) {
+/* No channel exceeds the limit anywhere, and all is finite. */
+static envmap_result envmapi_sh_check(const double *sh, int bands, double limit) {
     if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS) return ENVMAP_ERROR_ARGUMENT;
-    return envmapi_sh_bound(sh, bands) < 1e108 ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
+    for (int c = 0; c < 3; ++c)
+        if (!(envmapi_sh_bound(sh, bands, NULL, c) <= limit)) return ENVMAP_ERROR_RADIANCE;
+    return ENVMAP_OK;
 }
 
 ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]) {
-    double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], d[3], powers[2][64];
     envmapi_sh_points n;
-    memset(powers, 0, sizeof powers), n.count = 0;
+    double d[3];
     if (!Y || !dir || bands < 1 || bands > ENVMAPI_SH_BANDS) return ENVMAP_ERROR_ARGUMENT;
+    n.count = 0;
     envmapi_unit(d, dir);
     envmapi_sh_points_add(&n, d);
     for (int m = 0; m < bands; ++m) {
         double now = 1, before = 0;
-        envmapi_legendre_factors(A, B, m, bands);
-        envmapi_sh_points_power(powers, &n, 1, m);
+        envmapi_sh_points_order(&n, m, bands);
         for (int l = m; l < bands; ++l) {
-            Y[l * (l + 1) - m] = now * powers[1][0], Y[l * (l + 1) + m] = now * powers[0][0];
-            double up = l + 1 < bands ? A[l + 1] * (d[2] * now - B[l + 1] * before) : 0;
+            Y[l * (l + 1) - m] = now * n.powers[1][0], Y[l * (l + 1) + m] = now * n.powers[0][0];
+            double up = l + 1 < bands ? n.A[l + 1] * (d[2] * now - n.B[l + 1] * before) : 0;
             before = now, now = up;
         }
     }
@@ -3812,7 +3806,7 @@ ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double di
 
 ENVMAPI_BODY envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int bands,
                                               const double dir[3]) {
-    envmap_result result = envmapi_sh_check(sh, bands);
+    envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     envmapi_sh_points n;
     double d[3];
     if (!rgb || !dir) return ENVMAP_ERROR_ARGUMENT;
@@ -3827,54 +3821,82 @@ ENVMAPI_BODY envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, i
 
 /* ---- maps to coefficients and back */
 
-/* Texels x0 .. x0+63 of a row as they are, on every face. */
-static void envmapi_sh_texels(double *sh, int bands, const envmap *map, int slice, int x0, int y) {
+/* Either way, between level 0 of a map of its own and coefficients. */
+typedef struct envmapi_sh_job {
+    envmap map;
+    int slice, bands;
+    double tolerance, *sums; /* project: the tasks', [ENVMAPI_TASKS][bands^2][3] */
+    const double *sh;        /* fill: from these */
+    float *texels;           /* project: from these; fill: to these */
+    envmap_work work;
+    envmapi_pool pool;
+} envmapi_sh_job;
+
+static envmapi_sh_job envmapi_sh_job_of(const envmap *map, int slice, int bands, double tolerance,
+                                        const envmap_work *work) {
+    envmapi_sh_job job;
+    memset(&job, 0, sizeof job);
+    job.map = *map, job.slice = slice, job.bands = bands, job.tolerance = tolerance;
+    job.work = envmapi_work_of(work), job.pool.memory = job.work.memory;
+    return job;
+}
+
+/* Texels x0 .. x0+63 of row y, on every face: each as it is, to sums; or without sums, filled. */
+static void envmapi_sh_texels(const envmapi_sh_job *job, double *sums, int x0, int y) {
     double at[64][2], w[64];
-    int mapping = map->mapping, edge = map->size, width = envmapi_width(mapping, edge);
+    int mapping = job->map.mapping, edge = job->map.size, width = envmapi_width(mapping, edge);
     int count = width - x0 < 64 ? width - x0 : 64;
-    for (int i = 0; i < count; ++i) w[i] = envmapi_texel_cell(at[i], mapping, edge, x0 + i, y);
+    for (int i = 0; i < count; ++i) {
+        at[i][0] = (x0 + i + 0.5) / width, at[i][1] = (y + 0.5) / edge;
+        w[i] = sums ? envmapi_texel_cell(at[i], mapping, edge, x0 + i, y) : 1;
+    }
     for (int face = 0; face < envmap_faces(mapping); ++face) {
-        const float *row = envmap_texel(map, 0, slice, face, x0, y);
+        float *texel = job->texels +
+                       3 * (((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x0);
         envmapi_sh_points n;
         n.count = 0;
         for (int i = 0; i < count; ++i) {
             double d[3];
             if (!(w[i] > 0)) continue;
             envmapi_direction(d, mapping, face, at[i][0], at[i][1]);
-            for (int c = 0; c < 3; ++c) n.e[c][n.count] = w[i] * (double)row[3 * i + c];
+            for (int c = 0; c < 3 && sums; ++c) n.e[c][n.count] = w[i] * (double)texel[3 * i + c];
             envmapi_sh_points_add(&n, d);
         }
-        envmapi_sh_scatter(sh, bands, &n);
+        if (sums) envmapi_sh_scatter(sums, job->bands, &n);
+        else envmapi_sh_gather(&n, job->sh, job->bands, NULL);
+        for (int i = 0; i < 3 * count && !sums; ++i) texel[i] = (float)n.e[i % 3][i / 3];
     }
 }
 
-typedef struct envmapi_projection {
-    const envmap *map;
-    int bands, slice;
-    double *sums; /* [ENVMAPI_TASKS][bands^2][3] */
-} envmapi_projection;
-
-static void envmapi_task_project(void *context, int task) {
-    const envmapi_projection *job = (const envmapi_projection *)context;
-    double *sh = job->sums + (size_t)task * 3 * (size_t)(job->bands * job->bands);
-    for (int y = task; y < job->map->size; y += ENVMAPI_TASKS)
-        for (int x = 0; x < envmapi_width(job->map->mapping, job->map->size); x += 64)
-            envmapi_sh_texels(sh, job->bands, job->map, job->slice, x, y);
+/* Every 16th row. */
+static void envmapi_task_sh(void *context, int task) {
+    const envmapi_sh_job *job = (const envmapi_sh_job *)context;
+    size_t numbers = 3 * (size_t)(job->bands * job->bands);
+    double *sums = job->sums ? job->sums + (size_t)task * numbers : NULL;
+    for (int y = task; y < job->map.size; y += ENVMAPI_TASKS)
+        for (int x = 0; x < envmapi_width(job->map.mapping, job->map.size); x += 64)
+            envmapi_sh_texels(job, sums, x, y);
 }
 
-/* The definition: every texel. */
-static envmap_result envmapi_project_exactly(double *sh, int bands, const envmap *map, int slice,
-                                             const envmap_work *work, envmapi_pool *pool) {
-    size_t numbers = 3 * (size_t)(bands * bands);
-    envmapi_projection job = {map, bands, slice, NULL};
-    job.sums = (double *)envmapi_pool_get(pool, ENVMAPI_TASKS * numbers, sizeof(double));
-    if (!job.sums) return ENVMAP_ERROR_MEMORY;
-    memset(job.sums, 0, ENVMAPI_TASKS * numbers * sizeof(double));
-    envmap_result result = envmapi_run(work, envmapi_task_project, &job, ENVMAPI_TASKS);
-    for (size_t i = 0; i < numbers && !result; ++i) {
-        sh[i] = 0;
-        for (size_t task = 0; task < ENVMAPI_TASKS; ++task) sh[i] += job.sums[task * numbers + i];
-    }
+static envmap_result envmapi_project_exactly(double *sh, envmapi_sh_job *job) {
+    size_t numbers = 3 * (size_t)(job->bands * job->bands), all = ENVMAPI_TASKS * numbers;
+    job->texels = envmap_texel(&job->map, 0, job->slice, 0, 0, 0);
+    job->sums = (double *)envmapi_pool_get(&job->pool, all, sizeof(double));
+    if (!job->sums) return ENVMAP_ERROR_MEMORY;
+    memset(job->sums, 0, all * sizeof(double)), memset(sh, 0, numbers * sizeof(double));
+    envmap_result result = envmapi_run(&job->work, envmapi_task_sh, job, ENVMAPI_TASKS);
+    for (size_t i = 0; i < all && !result; ++i) sh[i % numbers] += job->sums[i];
+    return result ? result : envmapi_sh_check(sh, job->bands, ENVMAPI_SH_LIMIT);
+}
+
+/* Beside the map until all of it is there. */
+static envmap_result envmapi_fill_exactly(float *texels, envmapi_sh_job *job) {
+    size_t floats = 3 * (size_t)envmap_faces(job->map.mapping) * (size_t)job->map.size *
+                    (size_t)envmapi_width(job->map.mapping, job->map.size);
+    job->texels = (float *)envmapi_pool_get(&job->pool, floats, sizeof(float));
+    if (!job->texels) return ENVMAP_ERROR_MEMORY;
+    envmap_result result = envmapi_run(&job->work, envmapi_task_sh, job, ENVMAPI_TASKS);
+    if (!result) memcpy(texels, job->texels, floats * sizeof(float));
     return result;
 }
 
@@ -3900,132 +3922,73 @@ static void envmapi_triangle_of(double *a, const double *sh, int bands) {
         }
 }
 
-/* The widest grid that loses no more than the tolerance of the last band: a third of it in each of
-   the two splines on the way, as the most that they lose is 1.5 times what they lose in the mean. */
-static double envmapi_sh_spacing(int bands, double tolerance) {
-    double h = envmapi_widest_spacing(bands);
-    while (3 * envmapi_band_error(bands - 1, h) > tolerance) h *= 0.96;
-    return h;
-}
-
-/* Floats err as much as the smallest tolerances allow. */
-static int envmapi_sh_exactly(double tolerance) { return !(tolerance >= 1e-6); }
-
-static envmap_result envmapi_project_fast(double *sh, int bands, const envmap *map, int slice,
-                                          double tolerance, const envmap_work *work,
-                                          envmapi_pool *pool) {
+/* Half of >>transform, to sh where there is one, else to texels, on the widest grid that loses no more
+   than the tolerance of the last band: a third of it in each of the two splines on the way, as the
+   most that they lose is 1.5 times what they lose in the mean. */
+static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *job) {
     envmapi_input in;
     envmapi_transform t;
-    double *a = (double *)envmapi_pool_get(pool, envmapi_triangle(bands, bands), sizeof(double));
-    if (!a || envmapi_input_create(&in, map, slice, 0, work, pool) ||
-        envmapi_transform_create(&t, map, envmapi_sh_spacing(bands, tolerance), bands, tolerance,
-                                 &in, NULL, work, pool))
+    int bands = job->bands;
+    double lambda[ENVMAPI_SH_BANDS], h = envmapi_widest_spacing(bands);
+    double *a = (double *)envmapi_pool_get(&job->pool, envmapi_triangle(bands, bands), sizeof *a);
+    while (3 * envmapi_band_error(bands - 1, h) > job->tolerance) h *= 0.96;
+    if (!a || (sh && envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
+        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, sh ? &in : NULL, NULL,
+                                 &job->work, &job->pool))
         return ENVMAP_ERROR_MEMORY;
-    t.a = a, t.a_bands = bands;
-    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
-    envmapi_project_texels(&t, work);
-    envmapi_sh_of(sh, a, bands);
-    return ENVMAP_OK;
+    for (int l = 0; l < bands; ++l) lambda[l] = 1;
+    t.a = a, t.a_bands = bands, t.lambda = lambda, t.out = texels;
+    if (envmapi_tell(&job->work.progress, 0)) return ENVMAP_CANCELLED;
+    if (sh) {
+        envmapi_project_texels(&t, &job->work);
+        envmapi_sh_of(sh, a, bands);
+        return envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
+    }
+    envmapi_triangle_of(a, job->sh, bands);
+    return envmapi_fill_texels(&t, &job->work) ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
 }
 
-/* Floats may overflow where doubles do not. */
 ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                              double tolerance, const envmap_work *work) {
-    envmap_work how = envmapi_work_of(work);
-    envmapi_pool pool;
-    int finite = 0;
     if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS || !envmapi_valid(map) || slice < 0 ||
         slice >= map->slices || !envmapi_finite(tolerance) || tolerance < 0)
         return ENVMAP_ERROR_ARGUMENT;
-    memset(&pool, 0, sizeof pool), pool.memory = how.memory;
+    envmapi_sh_job job = envmapi_sh_job_of(map, slice, bands, tolerance, work);
     size_t numbers = 3 * (size_t)(bands * bands);
-    double *out = (double *)envmapi_pool_get(&pool, numbers, sizeof(double));
-    envmap_result result = out ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
-    for (int exactly = envmapi_sh_exactly(tolerance); !result && !finite && exactly < 2;
-         ++exactly) {
-        result = exactly ? envmapi_project_exactly(out, bands, map, slice, &how, &pool)
-                         : envmapi_project_fast(out, bands, map, slice, tolerance, &how, &pool);
-        finite = 1;
-        for (size_t i = 0; i < numbers && !result; ++i) finite &= envmapi_finite(out[i]);
-    }
-    if (!result && !finite) result = ENVMAP_ERROR_RADIANCE;
+    double *out = (double *)envmapi_pool_get(&job.pool, numbers, sizeof(double));
+    envmap_result result = out ? ENVMAP_ERROR_RADIANCE : ENVMAP_ERROR_MEMORY;
+    if (out && tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(out, NULL, &job);
+    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow where doubles do not */
+        result = envmapi_project_exactly(out, &job);
     if (!result) memcpy(sh, out, numbers * sizeof(double));
-    envmapi_pool_free(&pool, 0);
-    return result;
-}
-
-typedef struct envmapi_filling {
-    const double *sh;
-    float *texels;
-    int bands, mapping, edge;
-} envmapi_filling;
-
-static void envmapi_task_fill(void *context, int task) {
-    const envmapi_filling *job = (const envmapi_filling *)context;
-    int width = envmapi_width(job->mapping, job->edge), face = task / job->edge;
-    float *row = job->texels + 3 * (size_t)task * (size_t)width;
-    for (int first = 0; first < width; first += 64) {
-        envmapi_sh_points n;
-        n.count = 0;
-        for (int x = first; x < width && x < first + 64; ++x) {
-            double d[3];
-            envmapi_texel_direction(d, job->mapping, face, job->edge, x, task % job->edge);
-            envmapi_sh_points_add(&n, d);
-        }
-        envmapi_sh_gather(&n, job->sh, job->bands, NULL);
-        for (int i = 0; i < 3 * n.count; ++i) row[3 * first + i] = (float)n.e[i % 3][i / 3];
-    }
-}
-
-static envmap_result envmapi_fill_fast(float *texels, const envmap *map, const double *sh,
-                                       int bands, double tolerance, const envmap_work *work,
-                                       envmapi_pool *pool) {
-    double lambda[ENVMAPI_SH_BANDS];
-    envmapi_transform t;
-    double *a = (double *)envmapi_pool_get(pool, envmapi_triangle(bands, bands), sizeof(double));
-    if (!a || envmapi_transform_create(&t, map, envmapi_sh_spacing(bands, tolerance), bands,
-                                       tolerance, NULL, NULL, work, pool))
-        return ENVMAP_ERROR_MEMORY;
-    envmapi_triangle_of(a, sh, bands);
-    for (int l = 0; l < bands; ++l) lambda[l] = 1;
-    t.a = a, t.a_bands = bands, t.lambda = lambda, t.out = texels;
-    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
-    return envmapi_fill_texels(&t, work) ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
-}
-
-/* The definition, beside the map until all of it is there. */
-static envmap_result envmapi_fill_exactly(float *texels, const envmap *map, const double *sh,
-                                          int bands, const envmap_work *work, envmapi_pool *pool) {
-    envmapi_filling job = {sh, NULL, bands, map->mapping, map->size};
-    int rows = envmap_faces(map->mapping) * map->size;
-    size_t floats = 3 * (size_t)rows * (size_t)envmapi_width(map->mapping, map->size);
-    job.texels = (float *)envmapi_pool_get(pool, floats, sizeof(float));
-    if (!job.texels) return ENVMAP_ERROR_MEMORY;
-    envmap_result result = envmapi_run(work, envmapi_task_fill, &job, rows);
-    if (!result) memcpy(texels, job.texels, floats * sizeof(float));
+    envmapi_pool_free(&job.pool, 0);
     return result;
 }
 
 ENVMAPI_BODY envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
                                           int bands, double tolerance, const envmap_work *work) {
-    envmap_work how = envmapi_work_of(work);
-    envmap_result result = envmapi_sh_check(sh, bands);
     float *texels = envmap_texel(map, level, slice, 0, 0, 0);
-    envmapi_pool pool;
     if (!texels || !envmapi_finite(tolerance) || tolerance < 0) return ENVMAP_ERROR_ARGUMENT;
+    envmap_result result = envmapi_sh_check(sh, bands, 3.4e38);
     if (result) return result;
-    if (envmapi_sh_bound(sh, bands) > 3.4e38) return ENVMAP_ERROR_RADIANCE;
-    envmap view = *map;
-    view.size = envmapi_edge(map->size, level);
-    memset(&pool, 0, sizeof pool), pool.memory = how.memory;
-    if (envmapi_sh_exactly(tolerance))
-        result = envmapi_fill_exactly(texels, &view, sh, bands, &how, &pool);
-    else result = envmapi_fill_fast(texels, &view, sh, bands, tolerance, &how, &pool);
-    envmapi_pool_free(&pool, 0);
+    envmapi_sh_job job = envmapi_sh_job_of(map, slice, bands, tolerance, work);
+    job.map.size = envmapi_edge(map->size, level), job.sh = sh;
+    if (tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(NULL, texels, &job);
+    else result = envmapi_fill_exactly(texels, &job);
+    envmapi_pool_free(&job.pool, 0);
     return result;
 }
 
 /* ---- from coefficients to coefficients */
+
+/* |a_l|^2 over m and channels; beyond what is known, as flat as a light. */
+static double envmapi_sh_power(const double *sh, int bands, int l) {
+    double sum = 0;
+    int known = l < bands ? l : bands - 1;
+    if (bands < 1) return 2 * l + 1;
+    for (int i = 3 * known * known; i < 3 * (known + 1) * (known + 1); ++i) sum += sh[i] * sh[i];
+    return sum * (2 * l + 1) / (2 * known + 1);
+}
 
 static void envmapi_sh_scale(double *out, const double *sh, int bands, const double *factors) {
     for (int l = 0; l < bands; ++l)
@@ -4035,7 +3998,7 @@ static void envmapi_sh_scale(double *out, const double *sh, int bands, const dou
 ENVMAPI_BODY envmap_result envmap_sh_convolve(double *out, const double *sh, int bands,
                                               const envmap_lobe *lobe, double p) {
     double lambda[ENVMAPI_SH_BANDS];
-    envmap_result result = envmapi_sh_check(sh, bands);
+    envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     if (!result) result = out ? envmap_lobe_zonal(lambda, bands, lobe, p) : ENVMAP_ERROR_ARGUMENT;
     if (!result) envmapi_sh_scale(out, sh, bands, lambda);
     return result;
@@ -4058,29 +4021,26 @@ static double envmapi_gauss_many(double *node, int i, int n) {
 }
 
 static int envmapi_is_orthogonal(const double R[9]) {
-    for (int i = 0; i < 9; ++i)
-        if (!envmapi_finite(R[i])) return 0;
-    for (int i = 0; i < 9; ++i)
-        if (fabs(envmapi_dot(R + 3 * (i / 3), R + 3 * (i % 3)) - (i % 4 == 0)) > 1e-4) return 0;
+    for (int i = 0; i < 9; ++i) {
+        double off = envmapi_dot(R + 3 * (i / 3), R + 3 * (i % 3)) - (i % 4 == 0);
+        if (!envmapi_finite(off) || fabs(off) > 1e-4) return 0;
+    }
     return 1;
 }
 
-/* Up to 64 directions of a ring, from the k-th of n, and where R^-1 brings them. */
-static void envmapi_ring_nodes(envmapi_sh_points *ring, envmapi_sh_points *turned,
-                               const double R[9], double z, int k, int n) {
+/* Up to 64 points of those that divide the ring at height z into n, from the k-th to before end. */
+static void envmapi_sh_ring(envmapi_sh_points *ring, double z, int n, int k, int end) {
     double sine = sqrt(1 - z * z);
-    for (ring->count = turned->count = 0; k < n && ring->count < 64; ++k) {
-        double phi = 2 * ENVMAPI_PI * k / n, d[3] = {sine * cos(phi), sine * sin(phi), z}, t[3];
-        for (int i = 0; i < 3; ++i) t[i] = R[i] * d[0] + R[3 + i] * d[1] + R[6 + i] * d[2];
-        envmapi_unit(t, t);
-        envmapi_sh_points_add(ring, d), envmapi_sh_points_add(turned, t);
+    for (ring->count = 0; k < end && ring->count < 64; ++k) {
+        double phi = 2 * ENVMAPI_PI * k / n, d[3] = {sine * cos(phi), sine * sin(phi), z};
+        envmapi_sh_points_add(ring, d);
     }
 }
 
 ENVMAPI_BODY envmap_result envmap_sh_rotate(double *out, const double *sh, int bands,
                                             const double rotation[9]) {
-    envmap_result result = envmapi_sh_check(sh, bands);
-    envmapi_sh_points ring, turned;
+    envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
+    envmapi_sh_points ring;
     if (!out || out == sh || !rotation || !envmapi_is_orthogonal(rotation))
         return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
@@ -4089,168 +4049,170 @@ ENVMAPI_BODY envmap_result envmap_sh_rotate(double *out, const double *sh, int b
     for (int j = 0; j < bands; ++j) {
         double z, weight = envmapi_gauss_many(&z, j, bands) * 2 * ENVMAPI_PI / n;
         for (int k = 0; k < n; k += 64) {
-            envmapi_ring_nodes(&ring, &turned, rotation, z, k, n);
-            envmapi_sh_gather(&turned, sh, bands, NULL);
-            for (int i = 0; i < 192; ++i)
-                ring.e[i >> 6][i & 63] = weight * turned.e[i >> 6][i & 63];
+            envmapi_sh_ring(&ring, z, n, k, n);
+            envmapi_sh_gather(&ring, sh, bands, NULL);
+            for (int i = 0; i < ring.count; ++i) {
+                double d[3] = {ring.x[i], ring.y[i], ring.z[i]}, t[3];
+                for (int c = 0; c < 3; ++c)
+                    t[c] = envmapi_dot(rotation + 3 * c, d), ring.e[c][i] *= weight;
+                envmapi_unit(t, t);
+                ring.x[i] = t[0], ring.y[i] = t[1], ring.z[i] = t[2];
+            }
             envmapi_sh_scatter(out, bands, &ring);
         }
     }
     return ENVMAP_OK;
 }
 
-/* ---- ringing */
+/* ---- ringing. Poisson's kernel is positive: where what is filtered with one mu is nowhere below
+   zero, neither is it with a larger one. So mu starts at 0 and is raised wherever a direction asks
+   for more, until none does. "Value" is the lowest channel over its mean. */
 
 typedef struct envmapi_ringing {
     const double *sh;
     int bands;
+    double mu, mean[3], most; /* of channels: lambda_0 a_00; the most over it that one can reach */
     double lambda[ENVMAPI_SH_BANDS], factors[ENVMAPI_SH_BANDS]; /* the lobe's; times the window's */
 } envmapi_ringing;
 
-static void envmapi_window(double *factors, const double *lambda, int bands, double mu) {
-    for (int l = 0; l < bands; ++l) factors[l] = (lambda ? lambda[l] : 1) * exp(-mu * l);
+static void envmapi_ringing_window(envmapi_ringing *r, double mu) {
+    r->mu = mu;
+    for (int l = 0; l < r->bands; ++l) r->factors[l] = r->lambda[l] * exp(-mu * l);
 }
 
-/* From d down to where one channel is lowest: the best of 8 steps around, or half the step. */
-static double envmapi_ringing_descend(const envmapi_ringing *r, int c, double d[3], double lowest) {
-    double step = 0.5 / r->bands, least = 1e-10 * fabs(r->sh[c]); /* no walks along a valley */
-    for (int moves = 0; step > 1e-6 && moves < 400; ++moves) {
-        double side[3] = {0, 0, 0}, along;
+/* 0 when a channel's mean is not positive, and the channel not black. */
+static int envmapi_ringing_aim(envmapi_ringing *r) {
+    envmapi_ringing_window(r, r->most = 0);
+    for (int c = 0; c < 3; ++c) {
+        double bound = envmapi_sh_bound(r->sh, r->bands, r->lambda, c);
+        r->mean[c] = r->lambda[0] * r->sh[c];
+        if (!(r->mean[c] > 0) && !(r->mean[c] >= 0 && bound <= 0)) return 0;
+        if (bound > r->most * r->mean[c]) r->most = bound / r->mean[c];
+    }
+    return 1;
+}
+
+/* The points' values, to n->e[0]. */
+static void envmapi_ringing_values(const envmapi_ringing *r, envmapi_sh_points *n) {
+    envmapi_sh_gather(n, r->sh, r->bands, r->factors);
+    for (int i = 0; i < n->count; ++i) {
+        double lowest = HUGE_VAL;
+        for (int c = 0; c < 3; ++c)
+            if (r->mean[c] > 0 && n->e[c][i] < lowest * r->mean[c])
+                lowest = n->e[c][i] / r->mean[c];
+        n->e[0][i] = lowest;
+    }
+}
+
+/* From d down to where the value is lowest: the best of 8 steps, or half the step. Ends where what
+   lies within a step cannot be below zero, as channels bend by bands^2 times their most. */
+static double envmapi_ringing_descend(const envmapi_ringing *r, double d[3], double lowest) {
+    double step = 0.4 / r->bands, bend = r->bands * r->bands * r->most;
+    for (int moves = 0; moves < 400 && step > 1e-6 && lowest < step * step * bend; ++moves) {
+        int best = -1;
         envmapi_sh_points n;
-        int best = -1, axis = fabs(d[0]) < 0.6 ? 0 : 2;
-        side[axis] = 1, along = d[axis];
-        for (int i = 0; i < 3; ++i) side[i] -= along * d[i];
-        envmapi_unit(side, side);
-        double up[3] = {d[1] * side[2] - d[2] * side[1], d[2] * side[0] - d[0] * side[2],
-                        d[0] * side[1] - d[1] * side[0]};
-        for (n.count = 0; n.count < 8;) {
-            double a = step * cos(n.count * ENVMAPI_PI / 4), e[3];
-            double b = step * sin(n.count * ENVMAPI_PI / 4);
-            for (int i = 0; i < 3; ++i) e[i] = d[i] + a * side[i] + b * up[i];
+        for (n.count = 0; n.count < 8;) { /* corners of a cube about d */
+            double e[3];
+            for (int i = 0; i < 3; ++i) e[i] = d[i] + (n.count >> i & 1 ? step : -step);
             envmapi_unit(e, e);
             envmapi_sh_points_add(&n, e);
         }
-        envmapi_sh_gather(&n, r->sh, r->bands, r->factors);
-        for (int i = 0; i < 8; ++i)
-            if (n.e[c][i] < lowest - least) lowest = n.e[c][i], best = i;
+        envmapi_ringing_values(r, &n);
+        for (int i = 0; i < 8; ++i) /* 1e-10: no walks along a valley */
+            if (n.e[0][i] < lowest - 1e-10) lowest = n.e[0][i], best = i;
         if (best < 0) step /= 2;
         else d[0] = n.x[best], d[1] = n.y[best], d[2] = n.z[best];
     }
     return lowest;
 }
 
-/* Does a channel go below zero? Rings of points, 8 to the shortest wave, then downhill from the
-   lowest of them. */
-static int envmapi_ringing_negative(const envmapi_ringing *r) {
-    static const double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    double lowest[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, at[3][3];
-    int rings = 4 * r->bands, around = 8 * r->bands;
-    memset(at, 0, sizeof at);
+/* The least mu, to 1e-4, from where on the value in direction d is not below zero. */
+static void envmapi_ringing_raise(envmapi_ringing *r, const double d[3]) {
+    double low = r->mu > 1e-9 ? r->mu : 1e-9, high = 0;
+    envmapi_sh_points n;
+    n.count = 0;
+    envmapi_sh_points_add(&n, d);
+    while (!(high > 0 && high - low <= 1e-4 * high)) {
+        double mu = high > 0 ? 0.5 * (low + high) : 2 * low;
+        envmapi_ringing_window(r, mu);
+        envmapi_ringing_values(r, &n);
+        if (n.e[0][0] < 0) low = mu;
+        else high = mu;
+    }
+    envmapi_ringing_window(r, 1.0001 * high);
+}
+
+/* Downhill from every point of rings, 8 to the shortest wave, that is the lowest of its neighbours
+   or its ring's first. Returns 1 when mu was raised. */
+static int envmapi_ringing_look(envmapi_ringing *r) {
+    int rings = 4 * r->bands, around = 8 * r->bands, raised = 0;
+    envmapi_sh_points n;
     for (int j = 0; j < rings; ++j)
-        for (int k = 0; k < around; k += 64) {
-            envmapi_sh_points n, unused;
-            envmapi_ring_nodes(&n, &unused, R, cos(ENVMAPI_PI * (j + 0.5) / rings), k, around);
-            envmapi_sh_gather(&n, r->sh, r->bands, r->factors);
-            for (int i = 0; i < 3 * n.count; ++i) {
-                int c = i % 3, node = i / 3;
-                if (!(n.e[c][node] < lowest[c])) continue;
-                lowest[c] = n.e[c][node];
-                at[c][0] = n.x[node], at[c][1] = n.y[node], at[c][2] = n.z[node];
+        for (int k = 0; k < around; k += 62) { /* 64 points have the neighbours of 62 */
+            envmapi_sh_ring(&n, cos(ENVMAPI_PI * (j + 0.5) / rings), around, k - 1, around + 1);
+            envmapi_ringing_values(r, &n);
+            for (int i = 1; i + 1 < n.count; ++i) {
+                double d[3] = {n.x[i], n.y[i], n.z[i]}, *value = n.e[0] + i;
+                if (k + i > 1 && !(*value < value[-1] && *value <= value[1])) continue;
+                if (!(envmapi_ringing_descend(r, d, *value) < -1e-12)) continue; /* rounding */
+                envmapi_ringing_raise(r, d);
+                envmapi_ringing_values(r, &n);
+                raised = 1;
             }
         }
-    for (int c = 0; c < 3; ++c) /* 1e-12: what rounding makes of the dark */
-        if (envmapi_ringing_descend(r, c, at[c], lowest[c]) < -1e-12 * fabs(r->sh[c])) return 1;
-    return 0;
-}
-
-/* The least mu that keeps every channel from below zero: doubled up to, then bisected. */
-static double envmapi_ringing_least(envmapi_ringing *r) {
-    double low = 0, high = 0;
-    for (;;) {
-        envmapi_window(r->factors, r->lambda, r->bands, high);
-        if (!envmapi_ringing_negative(r) || high > 1e9) break;
-        low = high, high = high > 0 ? 4 * high : 1e-6;
-    }
-    while (high > 0 && high - low > 1e-3 * high) {
-        double middle = low > 0 ? sqrt(low * high) : high / 2;
-        if (high < 1e-9) break;
-        envmapi_window(r->factors, r->lambda, r->bands, middle);
-        if (envmapi_ringing_negative(r)) low = middle;
-        else high = middle;
-    }
-    return high;
-}
-
-/* Means are positive, or a channel is black. */
-static int envmapi_ringing_has_means(const envmapi_ringing *r) {
-    for (int c = 0; c < 3; ++c) {
-        double most = 0;
-        for (int i = 1; i < r->bands * r->bands; ++i) most = fmax(most, fabs(r->sh[3 * i + c]));
-        double mean = r->lambda[0] * r->sh[c];
-        if (!(mean > 0) && (mean < 0 || most > 0)) return 0;
-    }
-    return 1;
+    return raised;
 }
 
 ENVMAPI_BODY envmap_result envmap_sh_window(double *out, double *moved, const double *sh, int bands,
                                             const envmap_lobe *lobe, double p) {
     envmapi_ringing r;
-    envmap_result result = envmapi_sh_check(sh, bands);
+    envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     if (!result && !out) result = ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
     r.sh = sh, r.bands = bands;
+    for (int l = 0; l < bands; ++l) r.lambda[l] = 1;
     if (lobe) result = envmap_lobe_zonal(r.lambda, bands, lobe, p);
-    else envmapi_window(r.lambda, NULL, bands, 0);
     if (result) return result;
-    if (!envmapi_ringing_has_means(&r)) return ENVMAP_ERROR_RADIANCE;
-    double mu = envmapi_ringing_least(&r), change = 0, total = 0, factors[ENVMAPI_SH_BANDS];
-    envmapi_window(factors, NULL, bands, mu);
-    for (int l = 0; l < bands; ++l)
-        for (int i = 3 * l * l; i < 3 * (l + 1) * (l + 1); ++i) {
-            double before = r.lambda[l] * sh[i], by = (1 - factors[l]) * before;
-            total += before * before, change += by * by;
-        }
+    if (!envmapi_ringing_aim(&r)) return ENVMAP_ERROR_RADIANCE;
+    while (envmapi_ringing_look(&r)) continue;
+    double change = 0, total = 0;
+    for (int l = 0; l < bands; ++l) {
+        double kept = exp(-r.mu * l),
+               power = r.lambda[l] * r.lambda[l] * envmapi_sh_power(sh, bands, l);
+        r.factors[l] = kept;
+        total += power, change += (1 - kept) * (1 - kept) * power;
+    }
     if (moved) *moved = total > 0 ? sqrt(change / total) : 0;
-    envmapi_sh_scale(out, sh, bands, factors);
+    envmapi_sh_scale(out, sh, bands, r.factors);
     return ENVMAP_OK;
 }
 
 /* ---- how many bands */
 
-/* |a_l|^2 over m and channels; beyond what is known, as flat as a light. */
-static double envmapi_sh_power(const double *sh, int bands, int l) {
-    double sum = 0;
-    int known = l < bands ? l : bands - 1;
-    if (bands < 1) return 2 * l + 1;
-    for (int i = 3 * known * known; i < 3 * (known + 1) * (known + 1); ++i) sum += sh[i] * sh[i];
-    return sum * (2 * l + 1) / (2 * known + 1);
-}
-
 ENVMAPI_BODY int envmap_sh_bands(const envmap_lobe *lobe, double p, const double *sh, int bands,
                                  double tolerance) {
-    double lambda[ENVMAPI_BAND_LIMIT];
-    if ((sh || bands) && envmapi_sh_check(sh, bands)) return 0;
-    if (!(tolerance >= 0) || envmap_lobe_zonal(lambda, 1, lobe, p)) return 0;
+    double power[ENVMAPI_BAND_LIMIT]; /* first lambda, then what the filter leaves of a band */
+    if ((sh || bands) && envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT)) return 0;
+    if (!(tolerance >= 0) || envmap_lobe_zonal(power, 1, lobe, p)) return 0;
     envmap_lobe raw = *lobe;
     raw.raw = 1, raw.scale = 1;
     double light = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2);
-    const int limit_bands = ENVMAPI_BAND_LIMIT;
-    for (int n = bands > 32 ? bands : 32;; n = 2 * n < limit_bands ? 2 * n : limit_bands) {
-        double rest = light, total = 0, tail;
-        envmapi_zonal(lambda, n, &raw, p);
+    for (int n = bands > 32 ? bands : 32;; n = 2 * n) {
+        if (n > ENVMAPI_BAND_LIMIT) n = ENVMAPI_BAND_LIMIT;
+        double rest = light, total = 0;
+        envmapi_zonal(power, n, &raw, p);
         for (int l = 0; l < n; ++l) {
-            rest -= (2 * l + 1) * lambda[l] * lambda[l];
-            total += lambda[l] * lambda[l] * envmapi_sh_power(sh, bands, l);
+            power[l] *= power[l], rest -= (2 * l + 1) * power[l];
+            power[l] *= envmapi_sh_power(sh, bands, l), total += power[l];
         }
-        if (rest < 1e-12 * light) rest = 0; /* rounding */
-        tail = rest * envmapi_sh_power(sh, bands, n) / (2 * n + 1), total += tail;
-        double limit = tolerance * tolerance * total;
-        if (tail > limit && n < limit_bands) continue;
-        for (int l = n; l > 1; --l) {
-            tail += lambda[l - 1] * lambda[l - 1] * envmapi_sh_power(sh, bands, l - 1);
-            if (tail > limit) return l;
-        }
-        return 1;
+        /* beyond: 1e-12 is rounding */
+        double tail =
+            rest < 1e-12 * light ? 0 : rest * envmapi_sh_power(sh, bands, n) / (2 * n + 1);
+        double limit = tolerance * tolerance * (total + tail);
+        int l = n;
+        while (l > 0 && tail <= limit) tail += power[--l];
+        if (l < n) return l + 1;
+        if (n == ENVMAPI_BAND_LIMIT) return n;
     }
 }
 
@@ -4269,10 +4231,9 @@ static void envmapi_sh_quadratic(double M[10], const double *sh, int c) {
 
 ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], const double *sh) {
     static const int at[16] = {0, 1, 2, 3, 1, 4, 5, 6, 2, 5, 7, 8, 3, 6, 8, 9};
-    envmap_result result = envmapi_sh_check(sh, 3);
+    envmap_result result = envmapi_sh_check(sh, 3, 1e38);
     if (!matrix && !packed) return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
-    if (envmapi_sh_bound(sh, 3) > 1e38) return ENVMAP_ERROR_RADIANCE;
     for (int c = 0; c < 3; ++c) {
         double M[10];
         envmapi_sh_quadratic(M, sh, c);
