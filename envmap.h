@@ -323,8 +323,9 @@ typedef enum envmap_lobe_kind {
     ENVMAP_LOBE_KIND_COUNT
 } envmap_lobe_kind;
 
-/* k(x; p), x in [-1,1] the cosine of the angle to the axis. Must be finite and deterministic, and
-   thread-safe if the executor is parallel. */
+/* k(x; p). Cosines x = cos theta in [-1,1] are where k is evaluated; angles theta in rad, 0 at the
+   axis and pi behind it, are places on a lobe (sigma, support, kinks, a table's samples).
+   A function must be finite and deterministic, and thread-safe if the executor is parallel. */
 typedef double envmap_lobe_function_type(double x, double p, void *user);
 
 typedef struct envmap_lobe {
@@ -335,26 +336,25 @@ typedef struct envmap_lobe {
     float p0, p1;    /* range of p over a map's slices; equal: the lobe has no p                  */
     envmap_lobe_function_type *function; /* FUNCTION                                              */
     void *user;
-    const float *table; /* TABLE: [table_slices][table_size]; k at angle pi i/(size-1) */
+    const float *table; /* TABLE: [table_slices][table_size], k at theta = pi i/(size-1)          */
     int table_size, table_slices;
-    const float *kinks; /* FUNCTION: angles in (0,pi) where k has a kink, for every p; or NULL    */
-    int kink_count;
+    const float *kinks; /* FUNCTION: theta in (0,pi) of its kinks, for every p; or NULL           */
+    int kink_count;     /* the first 64 count                                                     */
 } envmap_lobe;
 
-/* Constructors. Parameters are checked by the calls that take a lobe (LOBE). Callbacks, tables and
-   kinks are borrowed until such a call returns.
+/* Constructors. The calls that take a lobe check it (LOBE), and borrow function, table and kinks
+   until they return.
    mirror    delta: filtering with it is envmap_resample
    diffuse   max(x,0)
-   phong     max(x,0)^N,               exponent N in [0, 1e9]; N = 0 is the open hemisphere
-   gaussian  exp(lambda (x-1)),        sharpness lambda in [0, 1e9]
-   ggx       D(sqrt((1+x)/2)) max(x,0), D(c) = alpha^2 / (pi ((alpha^2-1) c^2 + 1)^2),
-             alpha = roughness^2 in [0, 1]; 0 is the mirror, what lies between 0 and 1e-4 counts
-             as 1e-4                                                           [WMLT07] eq. 33
+   phong     max(x,0)^N,         exponent N in [0, 1e9]; N = 0 is the open hemisphere
+   gaussian  exp(lambda (x-1)),  sharpness lambda in [0, 1e9]
+   ggx       D(sqrt((1+x)/2)) max(x,0), D(c) = alpha^2 / (pi ((alpha^2-1) c^2 + 1)^2), alpha =
+             roughness^2 in [0, 1]; 0 is the mirror, (0, 1e-4) counts as 1e-4  [WMLT07] eq. 33
    banks     max(0, sqrt(1-x^2) sqrt(1-c^2) - x c - s) / (1-s)^2, s in [0, 0.99999], c = p
              [Banks94], [KVHS00] section 4
    function  any k; set p0 != p1 for slices, kinks where it has any
-   table     k(theta) by Catmull-Rom over `size` >= 4 samples at angles 0 .. pi, `slices` rows at
-             slice centres of p (linear between)                                         [KM00] */
+   table     Catmull-Rom along theta over `size` >= 4 samples from 0 to pi; `slices` rows at slice
+             centres of p, linear between                                              [KM00] */
 ENVMAP_API envmap_lobe envmap_lobe_mirror(void);
 ENVMAP_API envmap_lobe envmap_lobe_diffuse(void);
 ENVMAP_API envmap_lobe envmap_lobe_phong(float exponent);
@@ -368,24 +368,20 @@ ENVMAP_API envmap_lobe envmap_lobe_table(const float *values, int size, int slic
 /* What every method asks a lobe, for each p. Bad lobes (and the mirror, which has no k): 0.
    value      scale * k(x; p)
    integral   2 pi integral of scale * k over [-1,1], sr: closed form where there is one
-   sigma      half the width of the angles where k exceeds e^(-1/2) of its peak, rad
-   support    [from, to] in angle: outside it k = 0, or below 1e-12 of its peak
-   kinks      angles where k or its slope jumps, or its curvature has no bound (horizon, ring
-              edges, tip of a cone); writes at
-              most `room`, returns how many there are
+   sigma      half the width of the angles around the peak of |k| where |k| exceeds e^(-1/2) of it
+   support    angles [from, to] outside which k = 0, or below 1e-12 of its peak
    Thread-safe.  Test: lobes_know_*. */
 ENVMAP_API double envmap_lobe_value(const envmap_lobe *lobe, double x, double p);
 ENVMAP_API double envmap_lobe_integral(const envmap_lobe *lobe, double p);
 ENVMAP_API double envmap_lobe_sigma(const envmap_lobe *lobe, double p);
 ENVMAP_API void envmap_lobe_support(double *from, double *to, const envmap_lobe *lobe, double p);
-ENVMAP_API int envmap_lobe_kinks(double *angles, int room, const envmap_lobe *lobe, double p);
 
-/* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1 (Funk-Hecke: the filter maps Y_lm to
-   lambda_l Y_lm); norm is that of the filter: the lobe's integral, Banks' at c = 0, or 1 when raw.
-   bands  1 .. 4096. Stable to all of them (test: to l = 256 against quadrature).
-   Errors: ARGUMENT, LOBE.  Phong: lambda_0 = 1, lambda_1 = (N+1)/(N+2),
-   lambda_(l+2) = lambda_l (N-l)/(N+l+3); Gaussian: a continued fraction downwards; others:
-   Gauss-Legendre between kinks, O(bands^2).  Test: zonal_coefficients_*. */
+/* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1, bands 1 .. 4096: the filter maps Y_lm
+   to lambda_l Y_lm (Funk-Hecke). norm is the filter's: the lobe's integral, Banks' at c = 0, 1 raw.
+   Phong: lambda_0 = 1, lambda_1 = (N+1)/(N+2), lambda_(l+2) = lambda_l (N-l)/(N+l+3); Gaussian: a
+   continued fraction downwards; others: Gauss-Legendre between kinks, O(bands^2). Stable to all
+   bands (test: to l = 256 against quadrature).
+   Errors: ARGUMENT, LOBE.  Test: zonal_coefficients_*. */
 ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envmap_lobe *lobe,
                                            double p);
 
@@ -394,20 +390,20 @@ ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envm
 /* Real spherical harmonics, orthonormal, without the Condon-Shortley phase, polar axis z (up is y):
      Y_lm(d) = N_l|m| P_l|m|(z) * (m > 0: sqrt2 cos m phi, m = 0: 1, m < 0: sqrt2 sin |m| phi)
      Y_00 = 1/sqrt(4 pi),  (Y_1-1, Y_10, Y_11) = sqrt(3/4pi) (y, z, x),  phi = atan2(y, x)
-   Coefficients `sh` are doubles [bands * bands][3]: RGB of a_lm = integral of L Y_lm at l(l+1)+m.
-   bands is 1 .. 256, and 0 <= l < bands. Unless a call says otherwise it allocates nothing, is
-   thread-safe, and refuses coefficients that are not finite, or 1e100 and more, with RADIANCE.
+   Coefficients `sh` are doubles [bands * bands][3]: RGB of a_lm = integral of L Y_lm at l(l+1)+m,
+   bands 1 .. 256, 0 <= l < bands. A direction may have any length; zero or non-finite counts as +z.
+   Unless a call says otherwise it allocates nothing, is thread-safe, and refuses coefficients that
+   are not finite, or 1e100 and more, with RADIANCE.
    Source [RH01], [Sloan08].  Tests: tests/test_sh.c; docs/harmonics.md has the tables. */
 
-/* Y[l(l+1)+m] = Y_lm(dir). A light of flux e from dir adds e Y_lm(dir) to the coefficients.
-   dir  of any length; zero or non-finite counts as +z
-   Errors: ARGUMENT.  Stable to all bands.  Test: the_basis_is_orthonormal. */
+/* Y[l(l+1)+m] = Y_lm(dir), stable to all bands. A light of flux e from dir adds e Y_lm(dir) to sh.
+   Errors: ARGUMENT.  Test: the_basis_is_orthonormal. */
 ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]);
 
 /* sh = sum over texels L w Y_lm(texel's centre), level 0 of one slice.
-   tolerance  0: every texel, in double. Otherwise the error that is allowed: a_lm may be off by
-              tolerance * sqrt(2l+1) * a_00 (a_00 of |L|), the most that it can be itself being
-              sqrt(2l+1) a_00; below 1e-6, and where floats overflow, it is every texel again.
+   tolerance  0: every texel, in double. Otherwise a_lm may be off by tolerance * sqrt(2l+1) * a_00
+              (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
+              floats overflow, it is every texel again
    work       NULL: serial, silent; the bits are the same for every executor
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
    With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16 sets
@@ -415,15 +411,13 @@ ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
 
-/* rgb = sum a_lm Y_lm(dir), dir of any length (zero or non-finite: +z).
-   Errors: ARGUMENT, RADIANCE.  O(bands^2). */
+/* rgb = sum a_lm Y_lm(dir).  Errors: ARGUMENT, RADIANCE.  O(bands^2). */
 ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int bands,
                                             const double dir[3]);
 
 /* The same at every texel's centre of one level and slice, also those outside a rim; what rings
    below zero is written as it is.
-   tolerance  0, and below 1e-6: every coefficient, in double. Otherwise the relative rms error that
-              is allowed
+   tolerance  0, and below 1e-6: every coefficient, in double. Otherwise the relative rms error
    Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then stays
    as it was.  With a tolerance O(texels + bands^3), without O(texels bands^2).
    Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
@@ -451,15 +445,16 @@ ENVMAP_API envmap_result envmap_sh_rotate(double *out, const double *sh, int ban
    Errors: ARGUMENT, LOBE, RADIANCE (a channel's mean is not positive and the channel not black).
    O(bands^4).  Source: the criterion is [Sloan08]'s, "Windowing"; his window,
    1 / (1 + mu l^2 (l+1)^2), moves 0.42 of one light's irradiance where this one moves 0.13.
-   Test: a_suns_ringing_is_windowed_away. */
+   Test: a_suns_ringing_is_windowed_away, windowed_scenes_are_nowhere_below_zero. */
 ENVMAP_API envmap_result envmap_sh_window(double *out, double *moved, const double *sh, int bands,
                                           const envmap_lobe *lobe, double p);
 
-/* The number of bands L (1 .. 4096) beyond which the scene, filtered with the lobe, has nothing
-   more than `tolerance` of its rms: sum_(l>=L) lambda_l^2 |a_l|^2 <= tolerance^2 * sum of all.
+/* The number of bands L (1 .. 4096; 0 for bad arguments) beyond which the scene, filtered with the
+   lobe, has no more than `tolerance` of its rms:
+   sum_(l>=L) lambda_l^2 |a_l|^2 <= tolerance^2 * sum of all; 4096 also when more would be needed.
    sh, bands  the scene as far as it is known; from there on it is taken as flat as a light, each
               coefficient as large as those of the last band. NULL, 0: one light, the lobe alone.
-   0 for bad arguments; 4096 also when more would be needed.  Test: bands_needed_are_enough. */
+   Test: bands_needed_are_enough. */
 ENVMAP_API int envmap_sh_bands(const envmap_lobe *lobe, double p, const double *sh, int bands,
                                double tolerance);
 
@@ -2050,67 +2045,67 @@ ENVMAPI_BODY void envmap_lookup_footprint(float rgb[3], const envmap *map, const
 }
 
 /* ----------------------------------------------------------------------------------- >>lobes --
-   k(x; p), x = cos theta, and what methods ask about it. Integrals over the sphere are
-   2 pi sin(theta) k(theta) d theta by Gauss-Legendre on panels between breaks: the ends of the
-   support, the kinks, and steps growing by 2 away from theta = 0 and pi, so that a peak is met at
-   its own scale whatever that is.
-   Banks: with psi = acos(c), k = -cos(theta + psi) - s, over (1-s)^2: a ring at pi - psi whose
+   In: a lobe and p. Out: k(x; p), x = cos theta, and what the methods ask about it. Every room below
+   asks these calls; none asks which lobe it is.
+       integral   2 pi int k(cos theta) sin(theta) d theta                 (envmapi_lobe_integral)
+       lambda_l   the same of k P_l(cos theta), over the filter's norm     (envmapi_zonal)
+   in closed form or by composite Gauss-Legendre (envmapi_quadrature). Its panels end at the ends of
+   the support, at the kinks, and at angles that halve towards theta = 0 (a function's towards pi
+   too), so that a peak is met at its own scale whatever that is.
+   Banks: with psi = acos(p), k = -cos(theta + psi) - s, over (1-s)^2: a ring at pi - psi whose
    edges are acos(s) off; where the ring covers a pole, k has the tip of a cone there.
    Invariants: lambda_0 = 1 when normalised; closed forms agree with quadrature.
    Tests: tests/test_lobes.c. */
 
-static envmap_lobe envmapi_lobe(int kind, float parameter, float p0, float p1) {
+static envmap_lobe envmapi_lobe(int kind, float parameter) {
     envmap_lobe lobe;
     memset(&lobe, 0, sizeof lobe);
-    lobe.kind = kind, lobe.parameter = parameter, lobe.scale = 1, lobe.p0 = p0, lobe.p1 = p1;
+    lobe.kind = kind, lobe.parameter = parameter, lobe.scale = 1;
     return lobe;
 }
 
-ENVMAPI_BODY envmap_lobe envmap_lobe_mirror(void) {
-    return envmapi_lobe(ENVMAP_LOBE_MIRROR, 0, 0, 0);
-}
+ENVMAPI_BODY envmap_lobe envmap_lobe_mirror(void) { return envmapi_lobe(ENVMAP_LOBE_MIRROR, 0); }
 
-ENVMAPI_BODY envmap_lobe envmap_lobe_diffuse(void) {
-    return envmapi_lobe(ENVMAP_LOBE_PHONG, 1, 0, 0);
-}
+ENVMAPI_BODY envmap_lobe envmap_lobe_diffuse(void) { return envmapi_lobe(ENVMAP_LOBE_PHONG, 1); }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_phong(float exponent) {
-    return envmapi_lobe(ENVMAP_LOBE_PHONG, exponent, 0, 0);
+    return envmapi_lobe(ENVMAP_LOBE_PHONG, exponent);
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_gaussian(float sharpness) {
-    return envmapi_lobe(ENVMAP_LOBE_GAUSSIAN, sharpness, 0, 0);
+    return envmapi_lobe(ENVMAP_LOBE_GAUSSIAN, sharpness);
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_ggx(float alpha) {
-    int mirror = alpha >= 0 && alpha <= 0;
-    return envmapi_lobe(mirror ? ENVMAP_LOBE_MIRROR : ENVMAP_LOBE_GGX,
-                        alpha > 0 && alpha < 1e-4f ? 1e-4f : alpha, 0, 0);
+    if (alpha >= 0 && alpha <= 0) return envmap_lobe_mirror();
+    return envmapi_lobe(ENVMAP_LOBE_GGX, alpha > 0 && alpha < 1e-4f ? 1e-4f : alpha);
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_banks(float s) {
-    return envmapi_lobe(ENVMAP_LOBE_BANKS, s, -1, 1);
+    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_BANKS, s);
+    lobe.p0 = -1, lobe.p1 = 1;
+    return lobe;
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_function(envmap_lobe_function_type *function, void *user) {
-    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_FUNCTION, 0, 0, 0);
+    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_FUNCTION, 0);
     lobe.function = function, lobe.user = user;
     return lobe;
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_table(const float *values, int size, int slices, float p0,
                                            float p1) {
-    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_TABLE, 0, p0, p1);
+    envmap_lobe lobe = envmapi_lobe(ENVMAP_LOBE_TABLE, 0);
     lobe.table = values, lobe.table_size = size, lobe.table_slices = slices;
+    lobe.p0 = p0, lobe.p1 = p1;
     return lobe;
 }
 
 /* What a query needs to be safe: kind, numbers and pointers, in O(1). */
 static int envmapi_lobe_ok(const envmap_lobe *lobe) {
-    if (!lobe || !envmapi_finite((double)lobe->scale) || !envmapi_finite((double)lobe->p0) ||
-        !envmapi_finite((double)lobe->p1))
-        return 0;
-    double parameter = (double)lobe->parameter;
+    if (!lobe) return 0;
+    double parameter = (double)lobe->parameter, p0 = (double)lobe->p0, p1 = (double)lobe->p1;
+    if (!envmapi_finite((double)lobe->scale + p0 + p1)) return 0;
     switch (lobe->kind) {
     case ENVMAP_LOBE_MIRROR: return 1;
     case ENVMAP_LOBE_PHONG:
@@ -2143,32 +2138,27 @@ static int envmapi_lobe_has_k(const envmap_lobe *lobe, double p) {
     return envmapi_lobe_ok(lobe) && lobe->kind != ENVMAP_LOBE_MIRROR && envmapi_finite(p);
 }
 
+static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
+
 /* Catmull-Rom along a row; mirrored at both ends, as a zonal function is. */
 static double envmapi_table_row(const envmap_lobe *lobe, int row, double theta) {
-    int last = lobe->table_size - 1, tap;
+    const float *values = lobe->table + row * lobe->table_size;
+    int last = lobe->table_size - 1;
     double t = envmapi_clamp(theta / ENVMAPI_PI, 0, 1) * last;
     int i = t >= last ? last - 1 : (int)t;
-    double f = t - i, k[4];
-    for (int j = 0; j < 4; ++j) {
-        tap = i + j - 1;
-        tap = tap < 0 ? -tap : tap > last ? 2 * last - tap : tap;
-        k[j] = (double)lobe->table[row * lobe->table_size + tap];
-    }
-    return k[1] + 0.5 * f *
-                      (k[2] - k[0] +
-                       f * (2 * k[0] - 5 * k[1] + 4 * k[2] - k[3] +
-                            f * (3 * (k[1] - k[2]) + k[3] - k[0])));
+    double f = t - i, a = (double)values[i > 0 ? i - 1 : 1], b = (double)values[i];
+    double c = (double)values[i + 1], d = (double)values[i + 2 <= last ? i + 2 : last - 1];
+    double cubic = 3 * (b - c) + d - a, square = 2 * a - 5 * b + 4 * c - d;
+    return b + 0.5 * f * (c - a + f * (square + f * cubic));
 }
 
 static double envmapi_table_k(const envmap_lobe *lobe, double x, double p) {
-    double range = (double)lobe->p1 - (double)lobe->p0, s = 0,
-           theta = acos(envmapi_clamp(x, -1, 1));
-    if (fabs(range) > 0)
-        s = envmapi_clamp((p - (double)lobe->p0) / range * lobe->table_slices - 0.5, 0,
-                          lobe->table_slices - 1);
-    int row = (int)s;
+    double range = (double)lobe->p1 - (double)lobe->p0, theta = envmapi_acos(x);
+    double at = fabs(range) > 0 ? (p - (double)lobe->p0) / range * lobe->table_slices - 0.5 : 0;
+    at = envmapi_clamp(at, 0, lobe->table_slices - 1);
+    int row = (int)at;
     double k = envmapi_table_row(lobe, row, theta);
-    return s > row ? k + (s - row) * (envmapi_table_row(lobe, row + 1, theta) - k) : k;
+    return at > row ? k + (at - row) * (envmapi_table_row(lobe, row + 1, theta) - k) : k;
 }
 
 /* 1/sqrt q by Newton's steps from half the exponent: sqrt sets errno, which no vector can. */
@@ -2223,116 +2213,100 @@ static double envmapi_k(const envmap_lobe *lobe, double x, double p) {
     return k;
 }
 
-static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
-
 ENVMAPI_BODY double envmap_lobe_value(const envmap_lobe *lobe, double x, double p) {
     if (!envmapi_lobe_has_k(lobe, p) || !envmapi_finite(x)) return 0;
     return (double)lobe->scale * envmapi_k(lobe, envmapi_clamp(x, -1, 1), p);
 }
 
 ENVMAPI_BODY void envmap_lobe_support(double *from, double *to, const envmap_lobe *lobe, double p) {
-    double low = 0, high = ENVMAPI_PI, log_tiny = 27.631; /* -ln 1e-12 */
     if (!from || !to) return;
     *from = *to = 0;
     if (!envmapi_lobe_has_k(lobe, p)) return;
-    double a = (double)lobe->parameter;
-    if (lobe->kind == ENVMAP_LOBE_GGX) high = ENVMAPI_PI / 2;
-    if (lobe->kind == ENVMAP_LOBE_PHONG) high = a > 0 ? acos(exp(-log_tiny / a)) : ENVMAPI_PI / 2;
-    if (lobe->kind == ENVMAP_LOBE_GAUSSIAN && a > log_tiny / 2)
-        high = 2 * asin(sqrt(log_tiny / (2 * a)));
+    double a = (double)lobe->parameter, tail = 27.631; /* -ln 1e-12 */
+    *to = ENVMAPI_PI;
+    if (lobe->kind == ENVMAP_LOBE_GGX) *to = ENVMAPI_PI / 2;
+    if (lobe->kind == ENVMAP_LOBE_PHONG) *to = a > 0 ? acos(exp(-tail / a)) : ENVMAPI_PI / 2;
+    if (lobe->kind == ENVMAP_LOBE_GAUSSIAN && a > tail / 2) *to = 2 * asin(sqrt(tail / (2 * a)));
     if (lobe->kind == ENVMAP_LOBE_BANKS) {
         double ring = envmapi_acos(-p), edge = acos(a);
-        low = ring > edge ? ring - edge : 0;
-        high = ring + edge < ENVMAPI_PI ? ring + edge : ENVMAPI_PI;
+        *from = ring > edge ? ring - edge : 0;
+        *to = ring + edge < ENVMAPI_PI ? ring + edge : ENVMAPI_PI;
     }
-    *from = low, *to = high;
 }
 
-ENVMAPI_BODY int envmap_lobe_kinks(double *angles, int room, const envmap_lobe *lobe, double p) {
-    double found[4] = {0, 0, 0, 0};
-    int n = 0;
-    if (!envmapi_lobe_has_k(lobe, p)) return 0;
-    double a = (double)lobe->parameter;
-    if (lobe->kind == ENVMAP_LOBE_FUNCTION) {
-        for (; n < lobe->kink_count; ++n)
-            if (angles && n < room) angles[n] = (double)lobe->kinks[n];
-        return n;
-    }
-    if ((lobe->kind == ENVMAP_LOBE_PHONG && a < 2) || lobe->kind == ENVMAP_LOBE_GGX)
-        found[n++] = ENVMAPI_PI / 2;
-    if (lobe->kind == ENVMAP_LOBE_BANKS) {
-        double ring = envmapi_acos(-p), edge = acos(a);
-        if (ring >= edge) found[n++] = ring - edge;
-        else if (ring > 0) found[n++] = 0;
-        if (ring + edge <= ENVMAPI_PI) found[n++] = ring + edge;
-        else if (ring < ENVMAPI_PI) found[n++] = ENVMAPI_PI;
-    }
-    for (int i = 0; i < n && i < room; ++i)
-        if (angles) angles[i] = found[i];
+/* Angles where k or its slope jumps, or its curvature has no bound: the horizon, the edges of a ring
+   and the tip of a cone, a function's own. Returns how many. */
+#define ENVMAPI_KINKS 64 /* further ones of a function do not count */
+static int envmapi_lobe_kinks(double kinks[ENVMAPI_KINKS], const envmap_lobe *lobe, double p) {
+    int n = 0, banks = lobe->kind == ENVMAP_LOBE_BANKS;
+    int phong = lobe->kind == ENVMAP_LOBE_PHONG && lobe->parameter < 2;
+    if (phong || lobe->kind == ENVMAP_LOBE_GGX) kinks[n++] = ENVMAPI_PI / 2;
+    double from, to;
+    envmap_lobe_support(&from, &to, lobe, p);
+    if (banks && p > -1) kinks[n++] = from; /* at p = -1 and 1 the ring is a disk about a pole */
+    if (banks && p < 1) kinks[n++] = to;
+    if (lobe->kind == ENVMAP_LOBE_FUNCTION)
+        for (; n < lobe->kink_count && n < ENVMAPI_KINKS; ++n) kinks[n] = (double)lobe->kinks[n];
     return n;
 }
 
-/* Walks the Gauss-Legendre nodes of a lobe's support (or a part of it), panel by panel. */
-typedef struct envmapi_walk {
-    double breaks[128], step; /* panels no longer than step */
-    int count, at, piece, pieces, node;
-} envmapi_walk;
+/* Composite Gauss-Legendre over a part of a lobe's support: panels between breaks, each cut into two
+   or more pieces no longer than `step`, 8 nodes a piece. */
+typedef struct envmapi_quadrature {
+    double breaks[128], step;
+    int count, panel, pieces, node; /* of breaks; where it is: a panel, its pieces, a node of it */
+} envmapi_quadrature;
 
-static void envmapi_walk_break(envmapi_walk *walk, double theta, double from, double to) {
-    int i = walk->count;
-    if (!(theta > from && theta < to) || i >= 128) return;
-    for (; i > 0 && walk->breaks[i - 1] > theta; --i) walk->breaks[i] = walk->breaks[i - 1];
-    walk->breaks[i] = theta;
-    ++walk->count;
+static void envmapi_quadrature_break(envmapi_quadrature *q, double theta) {
+    int i = q->count;
+    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 128) return;
+    for (; q->breaks[i - 1] > theta; --i) q->breaks[i] = q->breaks[i - 1];
+    q->breaks[i] = theta;
+    ++q->count;
 }
 
-static envmapi_walk envmapi_walk_of(const envmap_lobe *lobe, double p, double from, double to,
-                                    double step) {
-    envmapi_walk walk;
-    double low, high, kinks[32];
-    memset(&walk, 0, sizeof walk);
+static envmapi_quadrature envmapi_quadrature_of(const envmap_lobe *lobe, double p, double from,
+                                                double to, double step) {
+    envmapi_quadrature q;
+    double low, high, kinks[ENVMAPI_KINKS], width = (double)lobe->parameter, finest = 1e-6;
+    memset(&q, 0, sizeof q);
     envmap_lobe_support(&low, &high, lobe, p);
-    if (from < low) from = low;
-    if (to > high) to = high;
-    walk.step = lobe->kind == ENVMAP_LOBE_TABLE ? ENVMAPI_PI / (lobe->table_size - 1) : 0.1;
-    if (step < walk.step) walk.step /= ceil(walk.step / step);
-    if (!(from < to)) return walk;
-    walk.count = 2, walk.breaks[0] = from, walk.breaks[1] = to;
-    int n = envmap_lobe_kinks(kinks, 32, lobe, p);
-    for (int i = 0; i < n && i < 32; ++i) envmapi_walk_break(&walk, kinks[i], from, to);
-    /* No lobe of known width has detail a tenth of that. */
-    double width = (double)lobe->parameter, finest = 1e-6;
+    q.breaks[0] = from > low ? from : low, q.breaks[1] = to < high ? to : high, q.step = 0.1;
+    if (!(q.breaks[0] < q.breaks[1])) return q;
+    q.count = 2;
+    /* No lobe of known width has detail a tenth of that; a table's panels are its own pieces. */
     if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN)
         finest = 0.1 / sqrt(width + 1);
     if (lobe->kind == ENVMAP_LOBE_GGX) finest = 0.1 * width;
-    /* A table's panels are its own pieces. */
-    if (lobe->kind != ENVMAP_LOBE_TABLE)
-        for (double scale = 1.6; scale > finest && scale > from / 2; scale /= 2)
-            envmapi_walk_break(&walk, scale, from, to);
-    if (lobe->kind == ENVMAP_LOBE_FUNCTION)
-        for (double scale = 1.2; scale > 1e-6; scale /= 2)
-            envmapi_walk_break(&walk, ENVMAPI_PI - scale, from, to);
-    return walk;
+    if (lobe->kind == ENVMAP_LOBE_TABLE)
+        q.step = ENVMAPI_PI / (lobe->table_size - 1), finest = ENVMAPI_PI;
+    if (step < q.step) q.step /= ceil(q.step / step);
+    int n = envmapi_lobe_kinks(kinks, lobe, p);
+    for (int i = 0; i < n; ++i) envmapi_quadrature_break(&q, kinks[i]);
+    for (double scale = 1.6; scale > finest; scale /= 2) {
+        envmapi_quadrature_break(&q, scale);
+        if (lobe->kind == ENVMAP_LOBE_FUNCTION)
+            envmapi_quadrature_break(&q, ENVMAPI_PI - 0.75 * scale);
+    }
+    return q;
 }
 
 /* The next node and its weight in d theta; 0 at the end. */
-static int envmapi_walk_next(envmapi_walk *walk, double *theta, double *weight) {
-    if (walk->at + 1 >= walk->count) return 0;
-    double from = walk->breaks[walk->at], length = walk->breaks[walk->at + 1] - from;
-    if (walk->node == 0 && walk->piece == 0) walk->pieces = 2 + (int)(length / walk->step);
-    double piece = length / walk->pieces;
-    *weight = envmapi_gauss(theta, walk->node, from + piece * walk->piece,
-                            from + piece * (walk->piece + 1));
-    if (++walk->node == 8) walk->node = 0, ++walk->piece;
-    if (walk->piece == walk->pieces) walk->piece = 0, ++walk->at;
+static int envmapi_quadrature_next(envmapi_quadrature *q, double *theta, double *weight) {
+    if (q->panel + 1 >= q->count) return 0;
+    double from = q->breaks[q->panel], length = q->breaks[q->panel + 1] - from;
+    if (!q->node) q->pieces = 2 + (int)(length / q->step);
+    double piece = length / q->pieces, start = from + piece * (q->node / 8);
+    *weight = envmapi_gauss(theta, q->node % 8, start, start + piece);
+    if (++q->node == 8 * q->pieces) q->node = 0, ++q->panel;
     return 1;
 }
 
 /* 2 pi integral of k^power over [-1,1]; of |k| for power 0. */
 static double envmapi_lobe_power(const envmap_lobe *lobe, double p, int power) {
-    envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1);
+    envmapi_quadrature q = envmapi_quadrature_of(lobe, p, 0, ENVMAPI_PI, 1);
     double sum = 0, theta, weight;
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
+    while (envmapi_quadrature_next(&q, &theta, &weight)) {
         double k = envmapi_k(lobe, cos(theta), p);
         sum += weight * sin(theta) * (power == 2 ? k * k : power == 0 ? fabs(k) : k);
     }
@@ -2372,53 +2346,56 @@ static double envmapi_lobe_norm(const envmap_lobe *lobe) {
     return lobe->kind == ENVMAP_LOBE_BANKS ? envmapi_lobe_integral(lobe, 0) : 0;
 }
 
-/* Where k crosses `level` between an angle inside, where it is above, and one outside. */
-static double envmapi_lobe_crossing(const envmap_lobe *lobe, double p, double level, double inside,
-                                    double outside) {
-    for (int i = 0; i < 60; ++i) {
-        double middle = 0.5 * (inside + outside);
-        if (envmapi_k(lobe, cos(middle), p) < level) outside = middle;
-        else inside = middle;
+/* The angle of the largest |k|, among 0 and the quadrature's nodes. */
+static double envmapi_lobe_peak(const envmap_lobe *lobe, double p) {
+    envmapi_quadrature q = envmapi_quadrature_of(lobe, p, 0, ENVMAPI_PI, 1);
+    double peak = fabs(envmapi_k(lobe, 1, p)), at = 0, theta, weight;
+    while (envmapi_quadrature_next(&q, &theta, &weight)) {
+        double k = fabs(envmapi_k(lobe, cos(theta), p));
+        if (k > peak) peak = k, at = theta;
+    }
+    return at;
+}
+
+/* How far |k| stays above `level` from the angle `peak` on, towards pi (side 1) or 0 (side -1): steps
+   that grow by a tenth until it is below, then halves. Where it stays to the end, all of it. */
+static double envmapi_lobe_flank(const envmap_lobe *lobe, double p, double peak, double level,
+                                 int side) {
+    double inside = 0, outside = 0, room = side > 0 ? ENVMAPI_PI - peak : peak;
+    for (int halved = 0; halved < 40;) {
+        double s = outside > 0 ? 0.5 * (inside + outside) : 1.1 * inside + 1e-6;
+        if (!(s < room)) return room;
+        if (fabs(envmapi_k(lobe, cos(peak + side * s), p)) >= level) inside = s;
+        else outside = s;
+        if (outside > 0) ++halved;
     }
     return outside;
 }
 
-/* From the nodes where k exceeds e^(-1/2) of the peak, as far as they hang together with it. */
-static double envmapi_lobe_sigma_by_nodes(const envmap_lobe *lobe, double p) {
-    double peak = envmapi_k(lobe, 1, p), at = 0, theta, weight, low = -1, high = -1, last = 0;
-    envmapi_walk start = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 1), walk = start;
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
-        double k = envmapi_k(lobe, cos(theta), p);
-        if (k > peak) peak = k, at = theta;
-    }
-    double level = 0.60653066 * peak, inside = at;
-    walk = start;
-    while (high < 0 && envmapi_walk_next(&walk, &theta, &weight)) {
-        int below = envmapi_k(lobe, cos(theta), p) < level;
-        if (theta < at && below) low = theta;
-        if (theta < at && !below && low >= 0 && last <= low) inside = theta; /* first above low */
-        if (theta > at && below) high = envmapi_lobe_crossing(lobe, p, level, last, theta);
-        last = theta;
-    }
-    if (high < 0) high = ENVMAPI_PI;
-    return low < 0 ? high : 0.5 * (high - envmapi_lobe_crossing(lobe, p, level, inside, low));
-}
-
 ENVMAPI_BODY double envmap_lobe_sigma(const envmap_lobe *lobe, double p) {
     if (!envmapi_lobe_has_k(lobe, p)) return 0;
-    double a = (double)lobe->parameter, half = 0.60653066; /* e^(-1/2) */
+    double a = (double)lobe->parameter, level = 0.60653066; /* e^(-1/2) */
+    double square = a * a * a * a, g = square / level;      /* GGX's is a quadratic's root */
     switch (lobe->kind) {
     case ENVMAP_LOBE_PHONG: return a > 0 ? 2 * asin(sqrt(-expm1(-0.5 / a) / 2)) : ENVMAPI_PI / 2;
     case ENVMAP_LOBE_GAUSSIAN: return a > 0.25 ? 2 * asin(sqrt(0.25 / a)) : ENVMAPI_PI;
-    case ENVMAP_LOBE_BANKS: return acos(a + half * (1 - a));
-    default: return envmapi_lobe_sigma_by_nodes(lobe, p);
+    case ENVMAP_LOBE_BANKS: return acos(a + level * (1 - a));
+    case ENVMAP_LOBE_GGX:
+        return acos((1 + a * a) * (1 + a * a) /
+                    (1 - square + 2 * g + 2 * sqrt(g * (1 - square + g))));
+    default: break;
     }
+    double peak = envmapi_lobe_peak(lobe, p);
+    level *= fabs(envmapi_k(lobe, cos(peak), p));
+    double left = envmapi_lobe_flank(lobe, p, peak, level, -1);
+    double right = envmapi_lobe_flank(lobe, p, peak, level, 1);
+    return left < peak ? 0.5 * (left + right) : peak + right; /* a peak that reaches the axis */
 }
 
-/* lambda_l / lambda_0 in closed form. */
+/* ---- lambda_l: closed forms from lambda_0 on, quadrature */
+
 static void envmapi_zonal_phong(double *lambda, int bands, double N) {
-    lambda[0] = 1;
-    if (bands > 1) lambda[1] = (N + 1) / (N + 2);
+    if (bands > 1) lambda[1] = lambda[0] * (N + 1) / (N + 2);
     for (int l = 0; l + 2 < bands; ++l) lambda[l + 2] = lambda[l] * (N - l) / (N + l + 3);
 }
 
@@ -2426,11 +2403,7 @@ static void envmapi_zonal_phong(double *lambda, int bands, double N) {
    r = 1/(2b + r) holds; each step shrinks the error of the start by r^2. */
 static void envmapi_zonal_gaussian(double *lambda, int bands, double kappa) {
     int start = bands + 32 + (int)(8 * sqrt(kappa));
-    lambda[0] = 1;
-    if (!(kappa > 0)) {
-        for (int l = 1; l < bands; ++l) lambda[l] = 0;
-        return;
-    }
+    if (!(kappa > 1e-100)) kappa = 1e-100; /* no division by 0: lambda_1 = kappa/3 */
     double b = (2.0 * start + 1) / (2 * kappa), r = 1 / (b + sqrt(b * b + 1));
     for (int l = start - 1; l > 0; --l) {
         r = 1 / ((2.0 * l + 1) / kappa + r);
@@ -2439,13 +2412,14 @@ static void envmapi_zonal_gaussian(double *lambda, int bands, double kappa) {
     for (int l = 1; l < bands; ++l) lambda[l] *= lambda[l - 1];
 }
 
-static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lobe *lobe, double p) {
-    envmapi_walk walk = envmapi_walk_of(lobe, p, 0, ENVMAPI_PI, 8.0 / bands);
+static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lobe *lobe, double p,
+                                     double factor) {
+    envmapi_quadrature q = envmapi_quadrature_of(lobe, p, 0, ENVMAPI_PI, 8.0 / bands);
     double theta, weight;
-    for (int l = 0; l < bands; ++l) lambda[l] = 0;
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
+    memset(lambda, 0, (size_t)bands * sizeof *lambda);
+    while (envmapi_quadrature_next(&q, &theta, &weight)) {
         double x = cos(theta), before = 0, P = 1;
-        double k = 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x, p);
+        double k = factor * 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x, p);
         for (int l = 0; l < bands; ++l) {
             lambda[l] += k * P;
             double next = ((2 * l + 1) * x * P - l * before) / (l + 1);
@@ -2456,22 +2430,20 @@ static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lob
 
 /* The bands, divided by the filter's norm; 0 when that is not positive. */
 static int envmapi_zonal(double *lambda, int bands, const envmap_lobe *lobe, double p) {
-    double integral = envmapi_lobe_integral(lobe, p), norm = envmapi_lobe_norm(lobe), factor;
-    if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_positive(lobe, p) ? integral : 0;
-    if (lobe->raw) factor = (double)lobe->scale;
-    else if (envmapi_finite(norm) && norm > 0) factor = 1 / norm;
-    else return 0;
-    if (!envmapi_finite(integral)) return 0;
-    if (lobe->kind == ENVMAP_LOBE_PHONG) {
-        envmapi_zonal_phong(lambda, bands, (double)lobe->parameter);
-        factor *= integral;
-    } else if (lobe->kind == ENVMAP_LOBE_GAUSSIAN) {
-        envmapi_zonal_gaussian(lambda, bands, (double)lobe->parameter);
-        factor *= integral;
-    } else {
-        envmapi_zonal_quadrature(lambda, bands, lobe, p);
+    double integral = envmapi_lobe_integral(lobe, p), factor = (double)lobe->scale;
+    if (!lobe->raw) {
+        double norm = envmapi_lobe_norm(lobe); /* 0: its own integral */
+        if (!(norm > 0) && envmapi_lobe_positive(lobe, p)) norm = integral;
+        if (!(norm > 0)) return 0;
+        factor = 1 / norm;
     }
-    for (int l = 0; l < bands; ++l) lambda[l] *= factor;
+    if (!envmapi_finite(integral)) return 0;
+    lambda[0] = factor * integral;
+    if (lobe->kind == ENVMAP_LOBE_PHONG)
+        envmapi_zonal_phong(lambda, bands, (double)lobe->parameter);
+    else if (lobe->kind == ENVMAP_LOBE_GAUSSIAN)
+        envmapi_zonal_gaussian(lambda, bands, (double)lobe->parameter);
+    else envmapi_zonal_quadrature(lambda, bands, lobe, p, factor);
     return 1;
 }
 
@@ -2490,7 +2462,8 @@ ENVMAPI_BODY envmap_result envmap_lobe_zonal(double *lambda, int bands, const en
 
 /* p at the centre of slice k of n. */
 static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
-    return (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * (k + 0.5) / n;
+    double p0 = (double)lobe->p0, p1 = (double)lobe->p1;
+    return p0 + (p1 - p0) * (k + 0.5) / n;
 }
 
 /* ------------------------------------------------------------------------------------ >>rings --
@@ -3675,19 +3648,24 @@ static int envmapi_fill_texels(envmapi_transform *t, const envmap_work *work) {
 }
 
 /* ------------------------------------------------------------------------------- >>harmonics --
-   The public calls on coefficients. With a tolerance, envmap_sh_project and envmap_sh_fill are the
-   two halves of >>transform. Without one they are the definition, sums over points, 64 at a time:
-       project   a_lm += sum_i e_i Y_lm(d_i)   (_sh_scatter)
-       evaluate  e_i = sum_lm a_lm Y_lm(d_i)   (_sh_gather), its adjoint
+   Calls on coefficients a_lm, [bands^2][3] at l(l+1)+m.
+     with a tolerance   envmap_sh_project and envmap_sh_fill are halves of >>transform
+     without one        they are the definition, sums over points, 64 at a time:
+       project            a_lm += sum_i e_i Y_lm(d_i)    (envmapi_sh_scatter)
+       fill, evaluate     e_i = sum_lm a_lm Y_lm(d_i)    (envmapi_sh_gather), its adjoint
    Y_lm is N_m (P_lm/sin^m)(z) times Re, Im (x+iy)^m: no angles. P/sin^m grows to e^82 by 256 bands,
    and where sin^m underflows the product would be below 1e-270.
-   Tests: tests/test_sh.c. */
+   Rotations are an exact quadrature, windows a search on the sphere; both ask points on rings.
+   >>plan uses envmapi_sh_power.  Tests: tests/test_sh.c. */
 
-#define ENVMAPI_SH_BANDS 256
+#define ENVMAPI_SH_BANDS  256
+#define ENVMAPI_SH_LIMIT  1e108 /* of what coefficients below 1e100 can reach */
+#define ENVMAPI_SH_FLOATS 1e-6  /* the least tolerance that floats keep */
 
-/* Points with directions and energies; a last group of eight is filled up with nothing. */
+/* Points with directions and energies; N_m (x+iy)^m for the m at hand, with sqrt 2 for m > 0. */
 typedef struct envmapi_sh_points {
-    double x[64], y[64], z[64], e[3][64];
+    double x[64], y[64], z[64], e[3][64], powers[2][64];
+    double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1]; /* envmapi_legendre_factors */
     int count;
 } envmapi_sh_points;
 
@@ -3696,40 +3674,35 @@ static void envmapi_sh_points_add(envmapi_sh_points *n, const double d[3]) {
     ++n->count;
 }
 
-/* Returns the number of points with those that fill up. */
-static int envmapi_sh_points_pad(envmapi_sh_points *n) {
+/* Makes ready for m, after m - 1. Returns the number of points with those, of no energy, that fill
+   up the last eight. */
+static int envmapi_sh_points_order(envmapi_sh_points *n, int m, int bands) {
     int all = (n->count + 7) / 8 * 8;
-    for (int i = n->count; i < all; ++i) {
+    double factor = sqrt(m == 0 ? 1 / (4 * ENVMAPI_PI) : m == 1 ? 3 : 1 + 0.5 / m);
+    envmapi_legendre_factors(n->A, n->B, m, bands);
+    for (int i = n->count; i < all && m == 0; ++i) {
         n->x[i] = n->y[i] = 0, n->z[i] = 1;
-        for (int c = 0; c < 3; ++c) n->e[c][i] = 0;
+        n->e[0][i] = n->e[1][i] = n->e[2][i] = 0;
+    }
+    for (int i = 0; i < all && m == 0; ++i) n->powers[0][i] = factor, n->powers[1][i] = 0;
+    for (int i = 0; i < all && m > 0; ++i) {
+        double re = n->powers[0][i], im = n->powers[1][i];
+        n->powers[0][i] = factor * (re * n->x[i] - im * n->y[i]);
+        n->powers[1][i] = factor * (re * n->y[i] + im * n->x[i]);
     }
     return all;
 }
 
-/* powers = N_m (x+iy)^m, from that of m - 1; N_m as Y_lm begins, with sqrt2 for m > 0. */
-static void envmapi_sh_points_power(double powers[2][64], const envmapi_sh_points *n, int all,
-                                    int m) {
-    double factor = m > 1 ? sqrt(1 + 0.5 / m) : sqrt(3.0); /* sqrt2 sqrt(1 + 1/2) for m = 1 */
-    for (int i = 0; i < all && m == 0; ++i)
-        powers[0][i] = sqrt(1 / (4 * ENVMAPI_PI)), powers[1][i] = 0;
-    for (int i = 0; i < all && m > 0; ++i) {
-        double re = powers[0][i], im = powers[1][i];
-        powers[0][i] = factor * (re * n->x[i] - im * n->y[i]);
-        powers[1][i] = factor * (re * n->y[i] + im * n->x[i]);
-    }
-}
-
+/* sh += sum of e Y_lm over the points. */
 static void envmapi_sh_scatter(double *sh, int bands, envmapi_sh_points *n) {
-    double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], powers[2][64], F[6][64];
-    int all = envmapi_sh_points_pad(n);
-    for (int m = 0; all && m < bands; ++m) {
+    double F[6][64];
+    for (int m = 0; m < bands && n->count; ++m) {
         envmapi_double8 now[8], before[8];
-        envmapi_legendre_factors(A, B, m, bands);
-        envmapi_sh_points_power(powers, n, all, m);
+        int all = envmapi_sh_points_order(n, m, bands);
         memset(before, 0, sizeof before), memset(now, 0, sizeof now);
         for (int i = 0; i < all; ++i) {
             ((double *)now)[i] = 1;
-            for (int c = 0; c < 6; ++c) F[c][i] = powers[c / 3][i] * n->e[c % 3][i];
+            for (int c = 0; c < 6; ++c) F[c][i] = n->powers[c / 3][i] * n->e[c % 3][i];
         }
         for (int l = m; l < bands; ++l) {
             envmapi_double8 sums[6];
@@ -3738,7 +3711,7 @@ static void envmapi_sh_scatter(double *sh, int bands, envmapi_sh_points *n) {
                 for (int c = 0; c < 6; ++c)
                     envmapi_double8_mad(sums + c, now + i, envmapi_double8_at(F[c] + 8 * i));
                 envmapi_legendre_step(now + i, before + i, envmapi_double8_at(n->z + 8 * i),
-                                      A[l + 1], B[l + 1]);
+                                      n->A[l + 1], n->B[l + 1]);
             }
             for (int c = 0; c < (m ? 6 : 3); ++c) {
                 const double *s = (const double *)(sums + c);
@@ -3749,15 +3722,12 @@ static void envmapi_sh_scatter(double *sh, int bands, envmapi_sh_points *n) {
     }
 }
 
-/* With factors [bands] that multiply the coefficients, or NULL. */
+/* Its adjoint: e = sum of a_lm Y_lm, with factors [bands] that multiply the coefficients, or NULL. */
 static void envmapi_sh_gather(envmapi_sh_points *n, const double *sh, int bands,
                               const double *factors) {
-    double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], powers[2][64];
-    int all = envmapi_sh_points_pad(n);
     memset(n->e, 0, sizeof n->e);
     for (int m = 0; m < bands; ++m) {
-        envmapi_legendre_factors(A, B, m, bands);
-        envmapi_sh_points_power(powers, n, all, m);
+        int all = envmapi_sh_points_order(n, m, bands);
         for (int i = 0; i < all; i += 8) {
             envmapi_double8 sums[6], now, before;
             memset(sums, 0, sizeof sums), memset(&before, 0, sizeof before);
@@ -3768,54 +3738,52 @@ static void envmapi_sh_gather(envmapi_sh_points *n, const double *sh, int bands,
                 for (int c = 0; c < 6; ++c)
                     envmapi_double8_add(sums + c, factor * a[c < 3 ? 3 * m + c : c - 3 - 3 * m],
                                         &now);
-                envmapi_legendre_step(&now, &before, envmapi_double8_at(n->z + i), A[l + 1],
-                                      B[l + 1]);
+                envmapi_legendre_step(&now, &before, envmapi_double8_at(n->z + i), n->A[l + 1],
+                                      n->B[l + 1]);
             }
             for (int c = 0; c < 6; ++c)
                 envmapi_double8_mad(envmapi_double8_at(n->e[c % 3] + i), sums + c,
-                                    envmapi_double8_at(powers[c / 3] + i));
+                                    envmapi_double8_at(n->powers[c / 3] + i));
         }
     }
 }
 
 /* The most that a channel can reach anywhere: |sum_m a_lm Y_lm| <= sqrt((2l+1)/4pi sum_m a_lm^2).
    Infinite for what is not finite. */
-static double envmapi_sh_bound(const double *sh, int bands) {
-    double most = 0;
-    for (int c = 0; c < 3; ++c) {
-        double bound = 0;
-        for (int l = 0; l < bands; ++l) {
-            double square = 0;
-            for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
-                if (!envmapi_finite(sh[3 * i + c]) || fabs(sh[3 * i + c]) >= 1e100) return HUGE_VAL;
-                square += sh[3 * i + c] * sh[3 * i + c];
-            }
-            bound += sqrt((2 * l + 1) / (4 * ENVMAPI_PI) * square);
+static double envmapi_sh_bound(const double *sh, int bands, const double *factors, int c) {
+    double bound = 0;
+    for (int l = 0; l < bands; ++l) {
+        double square = 0;
+        for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
+            if (!envmapi_finite(sh[3 * i + c]) || fabs(sh[3 * i + c]) >= 1e100) return HUGE_VAL;
+            square += sh[3 * i + c] * sh[3 * i + c];
         }
-        if (bound > most) most = bound;
+        bound += fabs(factors ? factors[l] : 1) * sqrt((2 * l + 1) / (4 * ENVMAPI_PI) * square);
     }
-    return most;
+    return bound;
 }
 
-static envmap_result envmapi_sh_check(const double *sh, int bands) {
+/* No channel exceeds the limit anywhere, and all is finite. */
+static envmap_result envmapi_sh_check(const double *sh, int bands, double limit) {
     if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS) return ENVMAP_ERROR_ARGUMENT;
-    return envmapi_sh_bound(sh, bands) < 1e108 ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
+    for (int c = 0; c < 3; ++c)
+        if (!(envmapi_sh_bound(sh, bands, NULL, c) <= limit)) return ENVMAP_ERROR_RADIANCE;
+    return ENVMAP_OK;
 }
 
 ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]) {
-    double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1], d[3], powers[2][64];
     envmapi_sh_points n;
-    memset(powers, 0, sizeof powers), n.count = 0;
+    double d[3];
     if (!Y || !dir || bands < 1 || bands > ENVMAPI_SH_BANDS) return ENVMAP_ERROR_ARGUMENT;
+    n.count = 0;
     envmapi_unit(d, dir);
     envmapi_sh_points_add(&n, d);
     for (int m = 0; m < bands; ++m) {
         double now = 1, before = 0;
-        envmapi_legendre_factors(A, B, m, bands);
-        envmapi_sh_points_power(powers, &n, 1, m);
+        envmapi_sh_points_order(&n, m, bands);
         for (int l = m; l < bands; ++l) {
-            Y[l * (l + 1) - m] = now * powers[1][0], Y[l * (l + 1) + m] = now * powers[0][0];
-            double up = l + 1 < bands ? A[l + 1] * (d[2] * now - B[l + 1] * before) : 0;
+            Y[l * (l + 1) - m] = now * n.powers[1][0], Y[l * (l + 1) + m] = now * n.powers[0][0];
+            double up = l + 1 < bands ? n.A[l + 1] * (d[2] * now - n.B[l + 1] * before) : 0;
             before = now, now = up;
         }
     }
@@ -3824,7 +3792,7 @@ ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double di
 
 ENVMAPI_BODY envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int bands,
                                               const double dir[3]) {
-    envmap_result result = envmapi_sh_check(sh, bands);
+    envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     envmapi_sh_points n;
     double d[3];
     if (!rgb || !dir) return ENVMAP_ERROR_ARGUMENT;
@@ -3839,54 +3807,82 @@ ENVMAPI_BODY envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, i
 
 /* ---- maps to coefficients and back */
 
-/* Texels x0 .. x0+63 of a row as they are, on every face. */
-static void envmapi_sh_texels(double *sh, int bands, const envmap *map, int slice, int x0, int y) {
+/* Either way, between level 0 of a map of its own and coefficients. */
+typedef struct envmapi_sh_job {
+    envmap map;
+    int slice, bands;
+    double tolerance, *sums; /* project: the tasks', [ENVMAPI_TASKS][bands^2][3] */
+    const double *sh;        /* fill: from these */
+    float *texels;           /* project: from these; fill: to these */
+    envmap_work work;
+    envmapi_pool pool;
+} envmapi_sh_job;
+
+static envmapi_sh_job envmapi_sh_job_of(const envmap *map, int slice, int bands, double tolerance,
+                                        const envmap_work *work) {
+    envmapi_sh_job job;
+    memset(&job, 0, sizeof job);
+    job.map = *map, job.slice = slice, job.bands = bands, job.tolerance = tolerance;
+    job.work = envmapi_work_of(work), job.pool.memory = job.work.memory;
+    return job;
+}
+
+/* Texels x0 .. x0+63 of row y, on every face: each as it is, to sums; or without sums, filled. */
+static void envmapi_sh_texels(const envmapi_sh_job *job, double *sums, int x0, int y) {
     double at[64][2], w[64];
-    int mapping = map->mapping, edge = map->size, width = envmapi_width(mapping, edge);
+    int mapping = job->map.mapping, edge = job->map.size, width = envmapi_width(mapping, edge);
     int count = width - x0 < 64 ? width - x0 : 64;
-    for (int i = 0; i < count; ++i) w[i] = envmapi_texel_cell(at[i], mapping, edge, x0 + i, y);
+    for (int i = 0; i < count; ++i) {
+        at[i][0] = (x0 + i + 0.5) / width, at[i][1] = (y + 0.5) / edge;
+        w[i] = sums ? envmapi_texel_cell(at[i], mapping, edge, x0 + i, y) : 1;
+    }
     for (int face = 0; face < envmap_faces(mapping); ++face) {
-        const float *row = envmap_texel(map, 0, slice, face, x0, y);
+        float *texel = job->texels +
+                       3 * (((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x0);
         envmapi_sh_points n;
         n.count = 0;
         for (int i = 0; i < count; ++i) {
             double d[3];
             if (!(w[i] > 0)) continue;
             envmapi_direction(d, mapping, face, at[i][0], at[i][1]);
-            for (int c = 0; c < 3; ++c) n.e[c][n.count] = w[i] * (double)row[3 * i + c];
+            for (int c = 0; c < 3 && sums; ++c) n.e[c][n.count] = w[i] * (double)texel[3 * i + c];
             envmapi_sh_points_add(&n, d);
         }
-        envmapi_sh_scatter(sh, bands, &n);
+        if (sums) envmapi_sh_scatter(sums, job->bands, &n);
+        else envmapi_sh_gather(&n, job->sh, job->bands, NULL);
+        for (int i = 0; i < 3 * count && !sums; ++i) texel[i] = (float)n.e[i % 3][i / 3];
     }
 }
 
-typedef struct envmapi_projection {
-    const envmap *map;
-    int bands, slice;
-    double *sums; /* [ENVMAPI_TASKS][bands^2][3] */
-} envmapi_projection;
-
-static void envmapi_task_project(void *context, int task) {
-    const envmapi_projection *job = (const envmapi_projection *)context;
-    double *sh = job->sums + (size_t)task * 3 * (size_t)(job->bands * job->bands);
-    for (int y = task; y < job->map->size; y += ENVMAPI_TASKS)
-        for (int x = 0; x < envmapi_width(job->map->mapping, job->map->size); x += 64)
-            envmapi_sh_texels(sh, job->bands, job->map, job->slice, x, y);
+/* Every 16th row. */
+static void envmapi_task_sh(void *context, int task) {
+    const envmapi_sh_job *job = (const envmapi_sh_job *)context;
+    size_t numbers = 3 * (size_t)(job->bands * job->bands);
+    double *sums = job->sums ? job->sums + (size_t)task * numbers : NULL;
+    for (int y = task; y < job->map.size; y += ENVMAPI_TASKS)
+        for (int x = 0; x < envmapi_width(job->map.mapping, job->map.size); x += 64)
+            envmapi_sh_texels(job, sums, x, y);
 }
 
-/* The definition: every texel. */
-static envmap_result envmapi_project_exactly(double *sh, int bands, const envmap *map, int slice,
-                                             const envmap_work *work, envmapi_pool *pool) {
-    size_t numbers = 3 * (size_t)(bands * bands);
-    envmapi_projection job = {map, bands, slice, NULL};
-    job.sums = (double *)envmapi_pool_get(pool, ENVMAPI_TASKS * numbers, sizeof(double));
-    if (!job.sums) return ENVMAP_ERROR_MEMORY;
-    memset(job.sums, 0, ENVMAPI_TASKS * numbers * sizeof(double));
-    envmap_result result = envmapi_run(work, envmapi_task_project, &job, ENVMAPI_TASKS);
-    for (size_t i = 0; i < numbers && !result; ++i) {
-        sh[i] = 0;
-        for (size_t task = 0; task < ENVMAPI_TASKS; ++task) sh[i] += job.sums[task * numbers + i];
-    }
+static envmap_result envmapi_project_exactly(double *sh, envmapi_sh_job *job) {
+    size_t numbers = 3 * (size_t)(job->bands * job->bands), all = ENVMAPI_TASKS * numbers;
+    job->texels = envmap_texel(&job->map, 0, job->slice, 0, 0, 0);
+    job->sums = (double *)envmapi_pool_get(&job->pool, all, sizeof(double));
+    if (!job->sums) return ENVMAP_ERROR_MEMORY;
+    memset(job->sums, 0, all * sizeof(double)), memset(sh, 0, numbers * sizeof(double));
+    envmap_result result = envmapi_run(&job->work, envmapi_task_sh, job, ENVMAPI_TASKS);
+    for (size_t i = 0; i < all && !result; ++i) sh[i % numbers] += job->sums[i];
+    return result ? result : envmapi_sh_check(sh, job->bands, ENVMAPI_SH_LIMIT);
+}
+
+/* Beside the map until all of it is there. */
+static envmap_result envmapi_fill_exactly(float *texels, envmapi_sh_job *job) {
+    size_t floats = 3 * (size_t)envmap_faces(job->map.mapping) * (size_t)job->map.size *
+                    (size_t)envmapi_width(job->map.mapping, job->map.size);
+    job->texels = (float *)envmapi_pool_get(&job->pool, floats, sizeof(float));
+    if (!job->texels) return ENVMAP_ERROR_MEMORY;
+    envmap_result result = envmapi_run(&job->work, envmapi_task_sh, job, ENVMAPI_TASKS);
+    if (!result) memcpy(texels, job->texels, floats * sizeof(float));
     return result;
 }
 
@@ -3912,132 +3908,73 @@ static void envmapi_triangle_of(double *a, const double *sh, int bands) {
         }
 }
 
-/* The widest grid that loses no more than the tolerance of the last band: a third of it in each of
-   the two splines on the way, as the most that they lose is 1.5 times what they lose in the mean. */
-static double envmapi_sh_spacing(int bands, double tolerance) {
-    double h = envmapi_widest_spacing(bands);
-    while (3 * envmapi_band_error(bands - 1, h) > tolerance) h *= 0.96;
-    return h;
-}
-
-/* Floats err as much as the smallest tolerances allow. */
-static int envmapi_sh_exactly(double tolerance) { return !(tolerance >= 1e-6); }
-
-static envmap_result envmapi_project_fast(double *sh, int bands, const envmap *map, int slice,
-                                          double tolerance, const envmap_work *work,
-                                          envmapi_pool *pool) {
+/* Half of >>transform, to sh where there is one, else to texels, on the widest grid that loses no more
+   than the tolerance of the last band: a third of it in each of the two splines on the way, as the
+   most that they lose is 1.5 times what they lose in the mean. */
+static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *job) {
     envmapi_input in;
     envmapi_transform t;
-    double *a = (double *)envmapi_pool_get(pool, envmapi_triangle(bands, bands), sizeof(double));
-    if (!a || envmapi_input_create(&in, map, slice, 0, work, pool) ||
-        envmapi_transform_create(&t, map, envmapi_sh_spacing(bands, tolerance), bands, tolerance,
-                                 &in, NULL, work, pool))
+    int bands = job->bands;
+    double lambda[ENVMAPI_SH_BANDS], h = envmapi_widest_spacing(bands);
+    double *a = (double *)envmapi_pool_get(&job->pool, envmapi_triangle(bands, bands), sizeof *a);
+    while (3 * envmapi_band_error(bands - 1, h) > job->tolerance) h *= 0.96;
+    if (!a || (sh && envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
+        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, sh ? &in : NULL, NULL,
+                                 &job->work, &job->pool))
         return ENVMAP_ERROR_MEMORY;
-    t.rings.a = a, t.rings.a_bands = bands;
-    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
-    envmapi_project_texels(&t, work);
-    envmapi_sh_of(sh, a, bands);
-    return ENVMAP_OK;
+    for (int l = 0; l < bands; ++l) lambda[l] = 1;
+    t.rings.a = a, t.rings.a_bands = bands, t.rings.lambda = lambda, t.out = texels;
+    if (envmapi_tell(&job->work.progress, 0)) return ENVMAP_CANCELLED;
+    if (sh) {
+        envmapi_project_texels(&t, &job->work);
+        envmapi_sh_of(sh, a, bands);
+        return envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
+    }
+    envmapi_triangle_of(a, job->sh, bands);
+    return envmapi_fill_texels(&t, &job->work) ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
 }
 
-/* Floats may overflow where doubles do not. */
 ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                              double tolerance, const envmap_work *work) {
-    envmap_work how = envmapi_work_of(work);
-    envmapi_pool pool;
-    int finite = 0;
     if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS || !envmapi_valid(map) || slice < 0 ||
         slice >= map->slices || !envmapi_finite(tolerance) || tolerance < 0)
         return ENVMAP_ERROR_ARGUMENT;
-    memset(&pool, 0, sizeof pool), pool.memory = how.memory;
+    envmapi_sh_job job = envmapi_sh_job_of(map, slice, bands, tolerance, work);
     size_t numbers = 3 * (size_t)(bands * bands);
-    double *out = (double *)envmapi_pool_get(&pool, numbers, sizeof(double));
-    envmap_result result = out ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
-    for (int exactly = envmapi_sh_exactly(tolerance); !result && !finite && exactly < 2;
-         ++exactly) {
-        result = exactly ? envmapi_project_exactly(out, bands, map, slice, &how, &pool)
-                         : envmapi_project_fast(out, bands, map, slice, tolerance, &how, &pool);
-        finite = 1;
-        for (size_t i = 0; i < numbers && !result; ++i) finite &= envmapi_finite(out[i]);
-    }
-    if (!result && !finite) result = ENVMAP_ERROR_RADIANCE;
+    double *out = (double *)envmapi_pool_get(&job.pool, numbers, sizeof(double));
+    envmap_result result = out ? ENVMAP_ERROR_RADIANCE : ENVMAP_ERROR_MEMORY;
+    if (out && tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(out, NULL, &job);
+    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow where doubles do not */
+        result = envmapi_project_exactly(out, &job);
     if (!result) memcpy(sh, out, numbers * sizeof(double));
-    envmapi_pool_free(&pool, 0);
-    return result;
-}
-
-typedef struct envmapi_filling {
-    const double *sh;
-    float *texels;
-    int bands, mapping, edge;
-} envmapi_filling;
-
-static void envmapi_task_fill(void *context, int task) {
-    const envmapi_filling *job = (const envmapi_filling *)context;
-    int width = envmapi_width(job->mapping, job->edge), face = task / job->edge;
-    float *row = job->texels + 3 * (size_t)task * (size_t)width;
-    for (int first = 0; first < width; first += 64) {
-        envmapi_sh_points n;
-        n.count = 0;
-        for (int x = first; x < width && x < first + 64; ++x) {
-            double d[3];
-            envmapi_texel_direction(d, job->mapping, face, job->edge, x, task % job->edge);
-            envmapi_sh_points_add(&n, d);
-        }
-        envmapi_sh_gather(&n, job->sh, job->bands, NULL);
-        for (int i = 0; i < 3 * n.count; ++i) row[3 * first + i] = (float)n.e[i % 3][i / 3];
-    }
-}
-
-static envmap_result envmapi_fill_fast(float *texels, const envmap *map, const double *sh,
-                                       int bands, double tolerance, const envmap_work *work,
-                                       envmapi_pool *pool) {
-    double lambda[ENVMAPI_SH_BANDS];
-    envmapi_transform t;
-    double *a = (double *)envmapi_pool_get(pool, envmapi_triangle(bands, bands), sizeof(double));
-    if (!a || envmapi_transform_create(&t, map, envmapi_sh_spacing(bands, tolerance), bands,
-                                       tolerance, NULL, NULL, work, pool))
-        return ENVMAP_ERROR_MEMORY;
-    envmapi_triangle_of(a, sh, bands);
-    for (int l = 0; l < bands; ++l) lambda[l] = 1;
-    t.rings.a = a, t.rings.a_bands = bands, t.rings.lambda = lambda, t.out = texels;
-    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
-    return envmapi_fill_texels(&t, work) ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
-}
-
-/* The definition, beside the map until all of it is there. */
-static envmap_result envmapi_fill_exactly(float *texels, const envmap *map, const double *sh,
-                                          int bands, const envmap_work *work, envmapi_pool *pool) {
-    envmapi_filling job = {sh, NULL, bands, map->mapping, map->size};
-    int rows = envmap_faces(map->mapping) * map->size;
-    size_t floats = 3 * (size_t)rows * (size_t)envmapi_width(map->mapping, map->size);
-    job.texels = (float *)envmapi_pool_get(pool, floats, sizeof(float));
-    if (!job.texels) return ENVMAP_ERROR_MEMORY;
-    envmap_result result = envmapi_run(work, envmapi_task_fill, &job, rows);
-    if (!result) memcpy(texels, job.texels, floats * sizeof(float));
+    envmapi_pool_free(&job.pool, 0);
     return result;
 }
 
 ENVMAPI_BODY envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
                                           int bands, double tolerance, const envmap_work *work) {
-    envmap_work how = envmapi_work_of(work);
-    envmap_result result = envmapi_sh_check(sh, bands);
     float *texels = envmap_texel(map, level, slice, 0, 0, 0);
-    envmapi_pool pool;
     if (!texels || !envmapi_finite(tolerance) || tolerance < 0) return ENVMAP_ERROR_ARGUMENT;
+    envmap_result result = envmapi_sh_check(sh, bands, 3.4e38);
     if (result) return result;
-    if (envmapi_sh_bound(sh, bands) > 3.4e38) return ENVMAP_ERROR_RADIANCE;
-    envmap view = *map;
-    view.size = envmapi_edge(map->size, level);
-    memset(&pool, 0, sizeof pool), pool.memory = how.memory;
-    if (envmapi_sh_exactly(tolerance))
-        result = envmapi_fill_exactly(texels, &view, sh, bands, &how, &pool);
-    else result = envmapi_fill_fast(texels, &view, sh, bands, tolerance, &how, &pool);
-    envmapi_pool_free(&pool, 0);
+    envmapi_sh_job job = envmapi_sh_job_of(map, slice, bands, tolerance, work);
+    job.map.size = envmapi_edge(map->size, level), job.sh = sh;
+    if (tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(NULL, texels, &job);
+    else result = envmapi_fill_exactly(texels, &job);
+    envmapi_pool_free(&job.pool, 0);
     return result;
 }
 
 /* ---- from coefficients to coefficients */
+
+/* |a_l|^2 over m and channels; beyond what is known, as flat as a light. */
+static double envmapi_sh_power(const double *sh, int bands, int l) {
+    double sum = 0;
+    int known = l < bands ? l : bands - 1;
+    if (bands < 1) return 2 * l + 1;
+    for (int i = 3 * known * known; i < 3 * (known + 1) * (known + 1); ++i) sum += sh[i] * sh[i];
+    return sum * (2 * l + 1) / (2 * known + 1);
+}
 
 static void envmapi_sh_scale(double *out, const double *sh, int bands, const double *factors) {
     for (int l = 0; l < bands; ++l)
@@ -4047,7 +3984,7 @@ static void envmapi_sh_scale(double *out, const double *sh, int bands, const dou
 ENVMAPI_BODY envmap_result envmap_sh_convolve(double *out, const double *sh, int bands,
                                               const envmap_lobe *lobe, double p) {
     double lambda[ENVMAPI_SH_BANDS];
-    envmap_result result = envmapi_sh_check(sh, bands);
+    envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     if (!result) result = out ? envmap_lobe_zonal(lambda, bands, lobe, p) : ENVMAP_ERROR_ARGUMENT;
     if (!result) envmapi_sh_scale(out, sh, bands, lambda);
     return result;
@@ -4070,29 +4007,26 @@ static double envmapi_gauss_many(double *node, int i, int n) {
 }
 
 static int envmapi_is_orthogonal(const double R[9]) {
-    for (int i = 0; i < 9; ++i)
-        if (!envmapi_finite(R[i])) return 0;
-    for (int i = 0; i < 9; ++i)
-        if (fabs(envmapi_dot(R + 3 * (i / 3), R + 3 * (i % 3)) - (i % 4 == 0)) > 1e-4) return 0;
+    for (int i = 0; i < 9; ++i) {
+        double off = envmapi_dot(R + 3 * (i / 3), R + 3 * (i % 3)) - (i % 4 == 0);
+        if (!envmapi_finite(off) || fabs(off) > 1e-4) return 0;
+    }
     return 1;
 }
 
-/* Up to 64 directions of a ring, from the k-th of n, and where R^-1 brings them. */
-static void envmapi_ring_nodes(envmapi_sh_points *ring, envmapi_sh_points *turned,
-                               const double R[9], double z, int k, int n) {
+/* Up to 64 points of those that divide the ring at height z into n, from the k-th to before end. */
+static void envmapi_sh_ring(envmapi_sh_points *ring, double z, int n, int k, int end) {
     double sine = sqrt(1 - z * z);
-    for (ring->count = turned->count = 0; k < n && ring->count < 64; ++k) {
-        double phi = 2 * ENVMAPI_PI * k / n, d[3] = {sine * cos(phi), sine * sin(phi), z}, t[3];
-        for (int i = 0; i < 3; ++i) t[i] = R[i] * d[0] + R[3 + i] * d[1] + R[6 + i] * d[2];
-        envmapi_unit(t, t);
-        envmapi_sh_points_add(ring, d), envmapi_sh_points_add(turned, t);
+    for (ring->count = 0; k < end && ring->count < 64; ++k) {
+        double phi = 2 * ENVMAPI_PI * k / n, d[3] = {sine * cos(phi), sine * sin(phi), z};
+        envmapi_sh_points_add(ring, d);
     }
 }
 
 ENVMAPI_BODY envmap_result envmap_sh_rotate(double *out, const double *sh, int bands,
                                             const double rotation[9]) {
-    envmap_result result = envmapi_sh_check(sh, bands);
-    envmapi_sh_points ring, turned;
+    envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
+    envmapi_sh_points ring;
     if (!out || out == sh || !rotation || !envmapi_is_orthogonal(rotation))
         return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
@@ -4101,168 +4035,170 @@ ENVMAPI_BODY envmap_result envmap_sh_rotate(double *out, const double *sh, int b
     for (int j = 0; j < bands; ++j) {
         double z, weight = envmapi_gauss_many(&z, j, bands) * 2 * ENVMAPI_PI / n;
         for (int k = 0; k < n; k += 64) {
-            envmapi_ring_nodes(&ring, &turned, rotation, z, k, n);
-            envmapi_sh_gather(&turned, sh, bands, NULL);
-            for (int i = 0; i < 192; ++i)
-                ring.e[i >> 6][i & 63] = weight * turned.e[i >> 6][i & 63];
+            envmapi_sh_ring(&ring, z, n, k, n);
+            envmapi_sh_gather(&ring, sh, bands, NULL);
+            for (int i = 0; i < ring.count; ++i) {
+                double d[3] = {ring.x[i], ring.y[i], ring.z[i]}, t[3];
+                for (int c = 0; c < 3; ++c)
+                    t[c] = envmapi_dot(rotation + 3 * c, d), ring.e[c][i] *= weight;
+                envmapi_unit(t, t);
+                ring.x[i] = t[0], ring.y[i] = t[1], ring.z[i] = t[2];
+            }
             envmapi_sh_scatter(out, bands, &ring);
         }
     }
     return ENVMAP_OK;
 }
 
-/* ---- ringing */
+/* ---- ringing. Poisson's kernel is positive: where what is filtered with one mu is nowhere below
+   zero, neither is it with a larger one. So mu starts at 0 and is raised wherever a direction asks
+   for more, until none does. "Value" is the lowest channel over its mean. */
 
 typedef struct envmapi_ringing {
     const double *sh;
     int bands;
+    double mu, mean[3], most; /* of channels: lambda_0 a_00; the most over it that one can reach */
     double lambda[ENVMAPI_SH_BANDS], factors[ENVMAPI_SH_BANDS]; /* the lobe's; times the window's */
 } envmapi_ringing;
 
-static void envmapi_window(double *factors, const double *lambda, int bands, double mu) {
-    for (int l = 0; l < bands; ++l) factors[l] = (lambda ? lambda[l] : 1) * exp(-mu * l);
+static void envmapi_ringing_window(envmapi_ringing *r, double mu) {
+    r->mu = mu;
+    for (int l = 0; l < r->bands; ++l) r->factors[l] = r->lambda[l] * exp(-mu * l);
 }
 
-/* From d down to where one channel is lowest: the best of 8 steps around, or half the step. */
-static double envmapi_ringing_descend(const envmapi_ringing *r, int c, double d[3], double lowest) {
-    double step = 0.5 / r->bands, least = 1e-10 * fabs(r->sh[c]); /* no walks along a valley */
-    for (int moves = 0; step > 1e-6 && moves < 400; ++moves) {
-        double side[3] = {0, 0, 0}, along;
+/* 0 when a channel's mean is not positive, and the channel not black. */
+static int envmapi_ringing_aim(envmapi_ringing *r) {
+    envmapi_ringing_window(r, r->most = 0);
+    for (int c = 0; c < 3; ++c) {
+        double bound = envmapi_sh_bound(r->sh, r->bands, r->lambda, c);
+        r->mean[c] = r->lambda[0] * r->sh[c];
+        if (!(r->mean[c] > 0) && !(r->mean[c] >= 0 && bound <= 0)) return 0;
+        if (bound > r->most * r->mean[c]) r->most = bound / r->mean[c];
+    }
+    return 1;
+}
+
+/* The points' values, to n->e[0]. */
+static void envmapi_ringing_values(const envmapi_ringing *r, envmapi_sh_points *n) {
+    envmapi_sh_gather(n, r->sh, r->bands, r->factors);
+    for (int i = 0; i < n->count; ++i) {
+        double lowest = HUGE_VAL;
+        for (int c = 0; c < 3; ++c)
+            if (r->mean[c] > 0 && n->e[c][i] < lowest * r->mean[c])
+                lowest = n->e[c][i] / r->mean[c];
+        n->e[0][i] = lowest;
+    }
+}
+
+/* From d down to where the value is lowest: the best of 8 steps, or half the step. Ends where what
+   lies within a step cannot be below zero, as channels bend by bands^2 times their most. */
+static double envmapi_ringing_descend(const envmapi_ringing *r, double d[3], double lowest) {
+    double step = 0.4 / r->bands, bend = r->bands * r->bands * r->most;
+    for (int moves = 0; moves < 400 && step > 1e-6 && lowest < step * step * bend; ++moves) {
+        int best = -1;
         envmapi_sh_points n;
-        int best = -1, axis = fabs(d[0]) < 0.6 ? 0 : 2;
-        side[axis] = 1, along = d[axis];
-        for (int i = 0; i < 3; ++i) side[i] -= along * d[i];
-        envmapi_unit(side, side);
-        double up[3] = {d[1] * side[2] - d[2] * side[1], d[2] * side[0] - d[0] * side[2],
-                        d[0] * side[1] - d[1] * side[0]};
-        for (n.count = 0; n.count < 8;) {
-            double a = step * cos(n.count * ENVMAPI_PI / 4), e[3];
-            double b = step * sin(n.count * ENVMAPI_PI / 4);
-            for (int i = 0; i < 3; ++i) e[i] = d[i] + a * side[i] + b * up[i];
+        for (n.count = 0; n.count < 8;) { /* corners of a cube about d */
+            double e[3];
+            for (int i = 0; i < 3; ++i) e[i] = d[i] + (n.count >> i & 1 ? step : -step);
             envmapi_unit(e, e);
             envmapi_sh_points_add(&n, e);
         }
-        envmapi_sh_gather(&n, r->sh, r->bands, r->factors);
-        for (int i = 0; i < 8; ++i)
-            if (n.e[c][i] < lowest - least) lowest = n.e[c][i], best = i;
+        envmapi_ringing_values(r, &n);
+        for (int i = 0; i < 8; ++i) /* 1e-10: no walks along a valley */
+            if (n.e[0][i] < lowest - 1e-10) lowest = n.e[0][i], best = i;
         if (best < 0) step /= 2;
         else d[0] = n.x[best], d[1] = n.y[best], d[2] = n.z[best];
     }
     return lowest;
 }
 
-/* Does a channel go below zero? Rings of points, 8 to the shortest wave, then downhill from the
-   lowest of them. */
-static int envmapi_ringing_negative(const envmapi_ringing *r) {
-    static const double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    double lowest[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, at[3][3];
-    int rings = 4 * r->bands, around = 8 * r->bands;
-    memset(at, 0, sizeof at);
+/* The least mu, to 1e-4, from where on the value in direction d is not below zero. */
+static void envmapi_ringing_raise(envmapi_ringing *r, const double d[3]) {
+    double low = r->mu > 1e-9 ? r->mu : 1e-9, high = 0;
+    envmapi_sh_points n;
+    n.count = 0;
+    envmapi_sh_points_add(&n, d);
+    while (!(high > 0 && high - low <= 1e-4 * high)) {
+        double mu = high > 0 ? 0.5 * (low + high) : 2 * low;
+        envmapi_ringing_window(r, mu);
+        envmapi_ringing_values(r, &n);
+        if (n.e[0][0] < 0) low = mu;
+        else high = mu;
+    }
+    envmapi_ringing_window(r, 1.0001 * high);
+}
+
+/* Downhill from every point of rings, 8 to the shortest wave, that is the lowest of its neighbours
+   or its ring's first. Returns 1 when mu was raised. */
+static int envmapi_ringing_look(envmapi_ringing *r) {
+    int rings = 4 * r->bands, around = 8 * r->bands, raised = 0;
+    envmapi_sh_points n;
     for (int j = 0; j < rings; ++j)
-        for (int k = 0; k < around; k += 64) {
-            envmapi_sh_points n, unused;
-            envmapi_ring_nodes(&n, &unused, R, cos(ENVMAPI_PI * (j + 0.5) / rings), k, around);
-            envmapi_sh_gather(&n, r->sh, r->bands, r->factors);
-            for (int i = 0; i < 3 * n.count; ++i) {
-                int c = i % 3, node = i / 3;
-                if (!(n.e[c][node] < lowest[c])) continue;
-                lowest[c] = n.e[c][node];
-                at[c][0] = n.x[node], at[c][1] = n.y[node], at[c][2] = n.z[node];
+        for (int k = 0; k < around; k += 62) { /* 64 points have the neighbours of 62 */
+            envmapi_sh_ring(&n, cos(ENVMAPI_PI * (j + 0.5) / rings), around, k - 1, around + 1);
+            envmapi_ringing_values(r, &n);
+            for (int i = 1; i + 1 < n.count; ++i) {
+                double d[3] = {n.x[i], n.y[i], n.z[i]}, *value = n.e[0] + i;
+                if (k + i > 1 && !(*value < value[-1] && *value <= value[1])) continue;
+                if (!(envmapi_ringing_descend(r, d, *value) < -1e-12)) continue; /* rounding */
+                envmapi_ringing_raise(r, d);
+                envmapi_ringing_values(r, &n);
+                raised = 1;
             }
         }
-    for (int c = 0; c < 3; ++c) /* 1e-12: what rounding makes of the dark */
-        if (envmapi_ringing_descend(r, c, at[c], lowest[c]) < -1e-12 * fabs(r->sh[c])) return 1;
-    return 0;
-}
-
-/* The least mu that keeps every channel from below zero: doubled up to, then bisected. */
-static double envmapi_ringing_least(envmapi_ringing *r) {
-    double low = 0, high = 0;
-    for (;;) {
-        envmapi_window(r->factors, r->lambda, r->bands, high);
-        if (!envmapi_ringing_negative(r) || high > 1e9) break;
-        low = high, high = high > 0 ? 4 * high : 1e-6;
-    }
-    while (high > 0 && high - low > 1e-3 * high) {
-        double middle = low > 0 ? sqrt(low * high) : high / 2;
-        if (high < 1e-9) break;
-        envmapi_window(r->factors, r->lambda, r->bands, middle);
-        if (envmapi_ringing_negative(r)) low = middle;
-        else high = middle;
-    }
-    return high;
-}
-
-/* Means are positive, or a channel is black. */
-static int envmapi_ringing_has_means(const envmapi_ringing *r) {
-    for (int c = 0; c < 3; ++c) {
-        double most = 0;
-        for (int i = 1; i < r->bands * r->bands; ++i) most = fmax(most, fabs(r->sh[3 * i + c]));
-        double mean = r->lambda[0] * r->sh[c];
-        if (!(mean > 0) && (mean < 0 || most > 0)) return 0;
-    }
-    return 1;
+    return raised;
 }
 
 ENVMAPI_BODY envmap_result envmap_sh_window(double *out, double *moved, const double *sh, int bands,
                                             const envmap_lobe *lobe, double p) {
     envmapi_ringing r;
-    envmap_result result = envmapi_sh_check(sh, bands);
+    envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     if (!result && !out) result = ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
     r.sh = sh, r.bands = bands;
+    for (int l = 0; l < bands; ++l) r.lambda[l] = 1;
     if (lobe) result = envmap_lobe_zonal(r.lambda, bands, lobe, p);
-    else envmapi_window(r.lambda, NULL, bands, 0);
     if (result) return result;
-    if (!envmapi_ringing_has_means(&r)) return ENVMAP_ERROR_RADIANCE;
-    double mu = envmapi_ringing_least(&r), change = 0, total = 0, factors[ENVMAPI_SH_BANDS];
-    envmapi_window(factors, NULL, bands, mu);
-    for (int l = 0; l < bands; ++l)
-        for (int i = 3 * l * l; i < 3 * (l + 1) * (l + 1); ++i) {
-            double before = r.lambda[l] * sh[i], by = (1 - factors[l]) * before;
-            total += before * before, change += by * by;
-        }
+    if (!envmapi_ringing_aim(&r)) return ENVMAP_ERROR_RADIANCE;
+    while (envmapi_ringing_look(&r)) continue;
+    double change = 0, total = 0;
+    for (int l = 0; l < bands; ++l) {
+        double kept = exp(-r.mu * l),
+               power = r.lambda[l] * r.lambda[l] * envmapi_sh_power(sh, bands, l);
+        r.factors[l] = kept;
+        total += power, change += (1 - kept) * (1 - kept) * power;
+    }
     if (moved) *moved = total > 0 ? sqrt(change / total) : 0;
-    envmapi_sh_scale(out, sh, bands, factors);
+    envmapi_sh_scale(out, sh, bands, r.factors);
     return ENVMAP_OK;
 }
 
 /* ---- how many bands */
 
-/* |a_l|^2 over m and channels; beyond what is known, as flat as a light. */
-static double envmapi_sh_power(const double *sh, int bands, int l) {
-    double sum = 0;
-    int known = l < bands ? l : bands - 1;
-    if (bands < 1) return 2 * l + 1;
-    for (int i = 3 * known * known; i < 3 * (known + 1) * (known + 1); ++i) sum += sh[i] * sh[i];
-    return sum * (2 * l + 1) / (2 * known + 1);
-}
-
 ENVMAPI_BODY int envmap_sh_bands(const envmap_lobe *lobe, double p, const double *sh, int bands,
                                  double tolerance) {
-    double lambda[ENVMAPI_BAND_LIMIT];
-    if ((sh || bands) && envmapi_sh_check(sh, bands)) return 0;
-    if (!(tolerance >= 0) || envmap_lobe_zonal(lambda, 1, lobe, p)) return 0;
+    double power[ENVMAPI_BAND_LIMIT]; /* first lambda, then what the filter leaves of a band */
+    if ((sh || bands) && envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT)) return 0;
+    if (!(tolerance >= 0) || envmap_lobe_zonal(power, 1, lobe, p)) return 0;
     envmap_lobe raw = *lobe;
     raw.raw = 1, raw.scale = 1;
     double light = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2);
-    const int limit_bands = ENVMAPI_BAND_LIMIT;
-    for (int n = bands > 32 ? bands : 32;; n = 2 * n < limit_bands ? 2 * n : limit_bands) {
-        double rest = light, total = 0, tail;
-        envmapi_zonal(lambda, n, &raw, p);
+    for (int n = bands > 32 ? bands : 32;; n = 2 * n) {
+        if (n > ENVMAPI_BAND_LIMIT) n = ENVMAPI_BAND_LIMIT;
+        double rest = light, total = 0;
+        envmapi_zonal(power, n, &raw, p);
         for (int l = 0; l < n; ++l) {
-            rest -= (2 * l + 1) * lambda[l] * lambda[l];
-            total += lambda[l] * lambda[l] * envmapi_sh_power(sh, bands, l);
+            power[l] *= power[l], rest -= (2 * l + 1) * power[l];
+            power[l] *= envmapi_sh_power(sh, bands, l), total += power[l];
         }
-        if (rest < 1e-12 * light) rest = 0; /* rounding */
-        tail = rest * envmapi_sh_power(sh, bands, n) / (2 * n + 1), total += tail;
-        double limit = tolerance * tolerance * total;
-        if (tail > limit && n < limit_bands) continue;
-        for (int l = n; l > 1; --l) {
-            tail += lambda[l - 1] * lambda[l - 1] * envmapi_sh_power(sh, bands, l - 1);
-            if (tail > limit) return l;
-        }
-        return 1;
+        /* beyond: 1e-12 is rounding */
+        double tail =
+            rest < 1e-12 * light ? 0 : rest * envmapi_sh_power(sh, bands, n) / (2 * n + 1);
+        double limit = tolerance * tolerance * (total + tail);
+        int l = n;
+        while (l > 0 && tail <= limit) tail += power[--l];
+        if (l < n) return l + 1;
+        if (n == ENVMAPI_BAND_LIMIT) return n;
     }
 }
 
@@ -4281,10 +4217,9 @@ static void envmapi_sh_quadratic(double M[10], const double *sh, int c) {
 
 ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], const double *sh) {
     static const int at[16] = {0, 1, 2, 3, 1, 4, 5, 6, 2, 5, 7, 8, 3, 6, 8, 9};
-    envmap_result result = envmapi_sh_check(sh, 3);
+    envmap_result result = envmapi_sh_check(sh, 3, 1e38);
     if (!matrix && !packed) return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
-    if (envmapi_sh_bound(sh, 3) > 1e38) return ENVMAP_ERROR_RADIANCE;
     for (int c = 0; c < 3; ++c) {
         double M[10];
         envmapi_sh_quadratic(M, sh, c);
@@ -4480,14 +4415,11 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
 
 /* Adds the bilinear radiance around a, ring by ring, out to about `reach`, times `share`. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
-    envmapi_walk walk = envmapi_walk_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
+    envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
     const double *a = axis->a;
-    double t[3], theta, weight, d[3];
-    int least = fabs(a[0]) < 0.6 ? 0 : fabs(a[1]) < 0.6 ? 1 : 2;
-    for (int i = 0; i < 3; ++i) t[i] = (i == least) - a[least] * a[i];
-    envmapi_unit(t, t);
-    double b[3] = {a[1] * t[2] - a[2] * t[1], a[2] * t[0] - a[0] * t[2], a[0] * t[1] - a[1] * t[0]};
-    while (envmapi_walk_next(&walk, &theta, &weight)) {
+    double t[3], b[3], theta, weight, d[3];
+    envmapi_tangents(t, b, a, NULL);
+    while (envmapi_quadrature_next(&q, &theta, &weight)) {
         double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
         if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
         int n = (int)envmapi_clamp(8 * ENVMAPI_PI * sin(theta) / axis->texel, 16, 65536);
@@ -4732,11 +4664,7 @@ static void envmapi_hier_tabulate(envmapi_hier *h, const envmap_lobe *lobe, doub
 static envmap_result envmapi_hier_prepare(void *method, const envmapi_axis *axis, int new_source,
                                           void *memory) {
     envmapi_hier *h = (envmapi_hier *)method;
-    envmapi_walk walk = envmapi_walk_of(axis->lobe, axis->p, 0, ENVMAPI_PI, 1);
-    double theta, weight;
-    h->peak = fabs(envmapi_k(axis->lobe, 1, axis->p));
-    while (envmapi_walk_next(&walk, &theta, &weight))
-        h->peak = fmax(h->peak, fabs(envmapi_k(axis->lobe, cos(theta), axis->p)));
+    h->peak = fabs(envmapi_k(axis->lobe, cos(envmapi_lobe_peak(axis->lobe, axis->p)), axis->p));
     h->threshold = h->asked < 0 ? -1 : h->peak * (h->asked > 0 ? (double)h->asked : 1e-3);
     h->cos_from = cos(axis->from), h->sin_from = sin(axis->from);
     h->cos_to = cos(axis->to), h->sin_to = sin(axis->to);

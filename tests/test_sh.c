@@ -434,7 +434,8 @@ static double sun_mu(void) {
 /* The lowest value of a channel, over the mean, on fine rings. */
 static double lowest_of(const double *sh, int bands, const envmap_lobe *lobe) {
     double lit[300], least = 1e9;
-    CHECK(envmap_sh_convolve(lit, sh, bands, lobe, 0) == ENVMAP_OK);
+    if (lobe) CHECK(envmap_sh_convolve(lit, sh, bands, lobe, 0) == ENVMAP_OK);
+    else memcpy(lit, sh, 3 * (size_t)(bands * bands) * sizeof *lit);
     for (int j = 0; j <= 180; ++j)
         for (int k = 0; k < 360; k += 2) {
             double t = PI * j / 180, p = PI * k / 180, rgb[3];
@@ -479,6 +480,34 @@ static void a_suns_ringing_is_windowed_away(void) {
         CHECK(envmap_sh_window(out, &again, out, bands, &diffuse, 0) == ENVMAP_OK);
         CHECK(again <= 0); /* what was windowed does not ring */
     }
+}
+
+/* A minimum between the points of a grid beside one about as low, with a channel black; and noise. */
+static void windowed_scenes_are_nowhere_below_zero(void) {
+    static const double two[9] = {2.8209, 2.9068, 1.3963,  1.5387, .5099,
+                                  1.4567, -2.0500, 2.0030, .3824};
+    double sh[300], out[300], lit[300], moved, d[3] = {-.377, -.917, .129}, rgb[3], least = 1;
+    envmap_lobe diffuse = envmap_lobe_diffuse();
+    for (int k = 0; k < 27; ++k) sh[k] = k % 3 == 1 ? two[k / 3] : k == 0;
+    CHECK(envmap_sh_window(out, &moved, sh, 3, &diffuse, 0) == ENVMAP_OK && moved > 0.05);
+    CHECK(envmap_sh_convolve(lit, out, 3, &diffuse, 0) == ENVMAP_OK);
+    CHECK(envmap_sh_evaluate(rgb, lit, 3, d) == ENVMAP_OK && rgb[1] >= 0);
+    CHECK(lowest_of(out, 3, &diffuse) > -1e-9);
+    for (int i = 0; i < test_many(40); ++i) {
+        int bands = 2 + i % 4;
+        random_coefficients(sh, bands, 100 + (unsigned long long)i);
+        for (int c = 0; c < 3; ++c) sh[c] = 1;
+        CHECK(envmap_sh_window(out, &moved, sh, bands, NULL, 0) == ENVMAP_OK);
+        least = -larger(-least, -lowest_of(out, bands, NULL));
+        if (moved > 0) { /* a hundredth less is not enough */
+            double mu = log(sh[3] / out[3]);
+            for (int k = 0; k < 3 * bands * bands; ++k)
+                lit[k] = sh[k] * exp(-0.99 * mu * floor(sqrt(k / 3 + 0.5)));
+            CHECK(lowest_of(lit, bands, NULL) < 0);
+        }
+    }
+    CHECK(least > -1e-9);
+    FIGURE("windowed noise, its lowest over the mean", fabs(least), 1e-2);
 }
 
 static void what_does_not_ring_is_left_alone(void) {
@@ -698,6 +727,7 @@ int main(void) {
     RUN(rotations_compose);
     RUN(rotations_keep_the_energy_of_each_band);
     RUN(a_suns_ringing_is_windowed_away);
+    RUN(windowed_scenes_are_nowhere_below_zero);
     RUN(what_does_not_ring_is_left_alone);
     RUN(bands_needed_are_enough);
     RUN(matrix_and_packing_are_the_nine_coefficients);
