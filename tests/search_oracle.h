@@ -372,6 +372,36 @@ static void oracle_support(double *from, double *to, const oracle_lobe *m, doubl
     if (m->kind == LOBE_BANKS) *from = fmax(0, ring - edge), *to = fmin(PI, ring + edge);
 }
 
+/* lambda[l] = 2 pi integral of k P_l, l below bands, and 2 pi integral of k^2 and of |k|: panels as
+   wide as a fraction of the lobe or of the angle, and of the highest band. */
+static void oracle_zonal(double *lambda, double *square, double *size, int bands,
+                         const oracle_lobe *m, double p) {
+    double from, to, x[8], w[8], sigma = oracle_sigma(m, p) / 4;
+    int off_centre = m->kind == LOBE_RING || m->kind == LOBE_TWO || m->kind == LOBE_BANKS;
+    oracle_support(&from, &to, m, p), oracle_gauss(x, w, 8);
+    for (int l = 0; l < bands; ++l) lambda[l] = 0;
+    *square = *size = 0;
+    for (double t = from, next; t < to; t = next) {
+        double step = fmin(off_centre ? sigma : fmax(sigma, t / 4), 2.0 / (bands + 20));
+        if (m->kind == LOBE_PHONG || m->kind == LOBE_POWER) /* a root, or worse, at the horizon */
+            step = fmin(step, fmax(1e-9, fabs(PI / 2 - t) / 2));
+        double kink = m->kind == LOBE_CONE ? (double)m->kink : PI / 2;
+        next = m->kind == LOBE_TABLE ? t + PI / (m->size - 1) : t + step;
+        if (t < kink && next > kink && m->kind != LOBE_TABLE) next = kink;
+        if (next > to - 1e-3 * step) next = to;
+        for (int i = 0; i < 8; ++i) {
+            double theta = t + (next - t) / 2 * (1 + x[i]), z = cos(theta), P = 1, before = 0;
+            double k = oracle_k(m, z, p), weight = PI * (next - t) * w[i] * sin(theta);
+            *square += weight * k * k, *size += weight * fabs(k);
+            for (int l = 0; l < bands; ++l) {
+                double after = ((2 * l + 1) * z * P - l * before) / (l + 1);
+                lambda[l] += weight * k * P;
+                before = P, P = after;
+            }
+        }
+    }
+}
+
 /* What is divided by: nothing (raw), Banks' integral at c = 0, or (0) the sum of k w. */
 static double oracle_norm(const oracle_lobe *m) {
     double s = m->a;
@@ -446,10 +476,22 @@ static void oracle_tents(double sum[4], const oracle_filter *f, const double a[3
     }
 }
 
+/* Does the circle of angle t about a come close to where a mapping has all texels of a row, or of
+   its rim, in one direction? */
+static int oracle_singular(const oracle_filter *f, const double a[3], double t) {
+    double d[3] = {0, f->image.mapping == ENVMAP_LATLONG, f->image.mapping == ENVMAP_ANGULAR};
+    if (f->image.mapping < ENVMAP_SPHERE) return 0;
+    if (f->image.mapping == ENVMAP_SPHERE) d[2] = -1;
+    double x = oracle_dot(a, d);
+    if (f->image.mapping == ENVMAP_LATLONG) x = fabs(x);
+    return acos(oracle_clamp(x, -1, 1)) < t + 2 * f->extent;
+}
+
 /* The bilinear radiance on the circle of angle t about a, times weight. */
 static void oracle_circle(double sum[4], const oracle_filter *f, const double a[3], double t,
                           double weight) {
     int n = (int)oracle_clamp(12 * f->fine * 2 * PI * sin(t) / f->extent, 24, 1e6);
+    if (oracle_singular(f, a, t) && n < 8 * f->image.width) n = 8 * f->image.width;
     double b[3], c[3], d[3], rgb[3] = {0, 0, 0};
     oracle_tangent(b, a, 0), oracle_tangent(c, a, PI / 2);
     for (int i = 0; i < n; ++i) {
@@ -508,6 +550,38 @@ static void oracle_axis(double rgb[3], const oracle_filter *f, const double a[3]
     for (int c = 0; c < 4; ++c) texels[c] += bilinear * (smooth[c] - texels[c]);
     if (!(norm > 0)) norm = texels[3];
     for (int c = 0; c < 3; ++c) rgb[c] = texels[c] / norm;
+}
+
+/* -------------------------------------------------------------------------------- harmonics -- */
+
+/* Y[l(l+1)+m], orthonormal, no Condon-Shortley phase, polar axis z: normalised P_lm upwards in l. */
+static void oracle_harmonics(double *Y, int bands, const double d[3]) {
+    double s = sqrt(fmax(0, 1 - d[2] * d[2])), phi = atan2(d[1], d[0]), start = sqrt(0.25 / PI);
+    for (int m = 0; m < bands; ++m) {
+        double P = start, before = 0;
+        for (int l = m; l < bands; ++l) {
+            Y[l * (l + 1) + m] = m ? sqrt(2) * cos(m * phi) * P : P;
+            if (m) Y[l * (l + 1) - m] = sqrt(2) * sin(m * phi) * P;
+            double n = l + 1, up = sqrt((4 * n * n - 1) / (n * n - m * m));
+            double back = l > m ? sqrt((1.0 * l * l - m * m) / (4.0 * l * l - 1)) : 0;
+            double next = up * (d[2] * P - back * before);
+            before = P, P = next;
+        }
+        start *= s * sqrt((2 * m + 3) / (2.0 * m + 2));
+    }
+}
+
+/* sum of a_lm Y_lm(d); *size is the sum of their absolute values. */
+static double oracle_series(double *size, const double *sh, int bands, int channel,
+                            const double d[3]) {
+    double Y[32 * 32], sum = 0;
+    oracle_harmonics(Y, bands, d);
+    *size = 0;
+    for (int i = 0; i < bands * bands; ++i) {
+        sum += Y[i] * sh[3 * i + channel];
+        *size += fabs(Y[i] * sh[3 * i + channel]);
+    }
+    return sum;
 }
 
 #endif

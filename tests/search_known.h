@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: MIT
+   What is known to break today. A finding that one of these rows matches is counted and listed as
+   known; anything else is a failure. Whoever mends a kind takes its row out. */
+#ifndef SEARCH_KNOWN_H
+#define SEARCH_KNOWN_H
+
+#include "search_others.h"
+
+/* A broken promise of a work, with what the rows ask about. */
+typedef struct finding {
+    const work *w;
+    int promise;
+    double value;  /* of the promise: tolerances for rms and worst */
+    double off;    /* the same, absolute */
+    double texels; /* sigma of the sharpest slice in mean texels of the source */
+    double extent; /* of the source's mean texel, rad */
+} finding;
+
+static finding finding_of(const work *w, const verdict *v, int promise) {
+    finding f;
+    oracle_lobe m = work_lobe(w);
+    memset(&f, 0, sizeof f);
+    f.w = w, f.promise = promise, f.value = v->value[promise];
+    f.off = f.value * w->tolerance;
+    f.extent = oracle_extent(w->src_mapping, w->src_size), f.texels = HUGE_VAL;
+    for (int i = 0; i < w->dst_slices; ++i)
+        f.texels = fmin(f.texels, oracle_sigma(&m, oracle_p(&m, i, w->dst_slices)) / f.extent);
+    free(m.table);
+    return f;
+}
+
+static int is_accuracy(const finding *f) {
+    return f->promise == PROMISE_RMS || f->promise == PROMISE_WORST;
+}
+
+static int is_time(const finding *f) {
+    return f->promise == PROMISE_COST || f->promise == PROMISE_CLIFF;
+}
+
+/* Black almost everywhere. */
+static int is_dark(const work *w) {
+    return w->scene == SCENE_TEXEL || w->scene == SCENE_LAMPS || w->scene == SCENE_COLOURS;
+}
+
+/* Lobes of less than two texels, or nearly, go to the reference. */
+static int known_thin_time(const finding *f) { return is_time(f) && f->texels < 2.6; }
+
+/* So do all lobes where the source's texels are wider than 0.1 rad. */
+static int known_coarse_time(const finding *f) { return is_time(f) && f->extent > 0.1; }
+
+/* The reference's quadrature of the bilinear radiance is too coarse: rings, suns, singular points. */
+static int known_thin_sums(const finding *f) {
+    return is_accuracy(f) && f->texels < 1.5 && f->off < (f->promise == PROMISE_RMS ? 0.02 : 0.5);
+}
+
+static int known_sign(const finding *f) {
+    return f->promise == PROMISE_SIGN && f->w->lobe >= LOBE_TABLE && f->value < 1e-2;
+}
+
+static int known_source_pole(const finding *f) {
+    return is_accuracy(f) && f->w->src_mapping == ENVMAP_LATLONG && f->texels >= 2;
+}
+
+static int known_result_pole(const finding *f) {
+    return f->promise == PROMISE_WORST && f->w->dst_mapping == ENVMAP_LATLONG && is_dark(f->w);
+}
+
+static int known_slices(const finding *f) {
+    return is_accuracy(f) && f->w->lobe == LOBE_TABLE && f->w->dst_slices > 16;
+}
+
+static int known_sphere(const finding *f) {
+    return is_accuracy(f) && f->w->src_mapping == ENVMAP_SPHERE && f->texels >= 1.5;
+}
+
+static int known_kinked_function(const finding *f) {
+    return f->promise == PROMISE_RMS && f->w->lobe == LOBE_POWER && f->value < 3;
+}
+
+static int known_black(const finding *f) {
+    return f->promise == PROMISE_WORST && is_dark(f->w) && f->w->tolerance < 2.5e-3 &&
+           f->value < 60;
+}
+
+static int known_missed_light(const finding *f) {
+    return is_accuracy(f) && is_dark(f->w) && f->w->dst_size <= 4;
+}
+
+static int known_window(const finding *f) {
+    return f->promise == PROMISE_WINDOW && f->value < 0.01;
+}
+
+static int known_resampled(const finding *f) {
+    return f->promise == PROMISE_MEAN || f->promise == PROMISE_ENERGY;
+}
+
+static const struct known {
+    const char *what, *named; /* where the work that mends it is described */
+    int (*matches)(const finding *f);
+} known[] = {
+    {"lobes below two texels take seconds", "no cliffs: sharp lobes", known_thin_time},
+    {"coarse sources take seconds", "no cliffs: small and coarse sources", known_coarse_time},
+    {"lobes below 1.5 texels: the reference's own quadrature", "found here", known_thin_sums},
+    {"negative light from functions and tables", "right everywhere", known_sign},
+    {"lat-long sources near poles", "right everywhere", known_source_pole},
+    {"lat-long results near poles", "right everywhere", known_result_pole},
+    {"only 16 slices are looked at", "right everywhere", known_slices},
+    {"sphere map sources near -z", "right everywhere", known_sphere},
+    {"functions with a declared kink", "right everywhere", known_kinked_function},
+    {"smooth lobes in black scenes, tight tolerances", "right everywhere", known_black},
+    {"results of few texels that miss the light", "right everywhere", known_missed_light},
+    {"windowed, and yet negative", "right everywhere", known_window},
+    {"resampling", "no cliffs: resampling", known_resampled},
+};
+enum { KNOWN_COUNT = sizeof known / sizeof *known };
+
+/* The row of a finding; -1: it is new. */
+static int known_row(const finding *f) {
+    for (int i = 0; i < KNOWN_COUNT; ++i)
+        if (known[i].matches(f)) return i;
+    return -1;
+}
+
+#endif
