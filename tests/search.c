@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
    Random works against sums of their own, for as long as you like: `make search`.
-       search SECONDS SEED     draws works for that long; ends with 1 where a promise breaks anew
+       search SECONDS SEED     draws works for that long; ends with 1 where a promise breaks anew;
+                               a third number: seconds for making a finding smaller
        search "WORK"           checks one work again: a line as a finding is printed
    search_oracle.h has the definitions, search_works.h what is drawn, search_promises.h and
    search_others.h what is promised, search_known.h what is known to break today. */
@@ -31,12 +32,14 @@ int main(int argc, char **argv) {
     static search s;
     double seconds = argc > 1 ? atof(argv[1]) : 60, start = cpu_seconds();
     unsigned long long seed = argc > 2 ? strtoull(argv[2], NULL, 10) : 1;
+    double shrink = argc > 3 ? atof(argv[3]) : 10;
     if (argc > 1 && strchr(argv[1], '=')) return run_work(argv[1]);
     printf("search: %.0f seconds of CPU time, seed %llu\n", seconds, seed);
     for (int n = 0; cpu_seconds() - start < seconds; ++n) {
         work w = search_draw(seed, n);
         double before = cpu_seconds();
-        search_work(&s, &w, 10);
+        verdict v = check_work(&w);
+        search_add(&s, &w, &v, shrink);
         if (getenv("SEARCH_SLOW") && cpu_seconds() - before > 3) {
             char text[512];
             work_print(text, sizeof text, &w);

@@ -291,9 +291,12 @@ static judge judge_map(const bench *b, const float *a, int size, int slices, dou
     return j;
 }
 
+/* Seconds of sums that a result may take; where it seems bad, it is looked at for much longer. */
+static double judge_budget = 0.2;
+
 static void judge_hold(verdict *v, const bench *b, const float *a, int size, int slices) {
-    judge j = judge_map(b, a, size, slices, 0.3);
-    if (j.error > 1 || j.worst > 20) j = judge_map(b, a, size, slices, 2); /* more of them */
+    judge j = judge_map(b, a, size, slices, judge_budget);
+    if (j.error > 1 || j.worst > 20) j = judge_map(b, a, size, slices, 8 * judge_budget);
     hold(v, PROMISE_RMS, j.error, 1.0001);
     if (work_lobe_positive(b->w->lobe)) hold(v, PROMISE_WORST, j.worst, 20);
 }
@@ -325,7 +328,7 @@ static int check_chain_call(verdict *v, bench *b, const envmap_lobe *lobes, int 
                             const envmap_prepared *prepared) {
     int reference = b->w->method == ENVMAP_METHOD_REFERENCE;
     double allowed = check_allowed_seconds(b->w) * count;
-    watch clock_watch = watch_for(reference ? 5 : fmax(0.5, 2 * allowed));
+    watch clock_watch = watch_for(reference ? 5 : fmax(0.3, 1.2 * allowed));
     envmap_filter_desc desc = call_desc(b->w, &clock_watch);
     desc.prepared = prepared;
     envmap_result result = envmap_filter_chain(&b->dst, &b->src, lobes, count, &desc);
@@ -379,7 +382,7 @@ static oracle_lobe chain_lobe(const oracle_lobe *lobe, int i) {
 static void check_chain(verdict *v, bench *b) {
     int count = b->dst.levels < 3 ? b->dst.levels : 3, mirror = (int)(b->w->seed & 1), at = 0;
     oracle_lobe models[3], first = b->lobe;
-    envmap_lobe lobes[3];
+    envmap_lobe lobes[3] = {b->header_lobe, b->header_lobe, b->header_lobe};
     envmap resampled = b->dst;
     for (int i = 0; i < count; ++i) {
         models[i] = chain_lobe(&b->lobe, i), lobes[i] = work_header_lobe(models + i);
@@ -452,7 +455,7 @@ static void check_executors(verdict *v, bench *b) {
         hold(v, PROMISE_OK, result, 0);
         if (order == ORDER_FORWARD) memcpy(first, b->dst.texels, floats * sizeof(float));
         hold(v, PROMISE_BITS, memcmp(first, b->dst.texels, floats * sizeof(float)) != 0, 0);
-        result = call_project(to, 3, &b->src, 0, (b->w->seed & 1) * b->w->tolerance, &clock_watch);
+        result = call_project(to, 3, &b->src, 0, b->w->seed & 1 ? b->w->tolerance : 0, &clock_watch);
         if (!result) result = call_fill(&b->dst, 0, to, 3, b->w->tolerance, &clock_watch);
         if (clock_watch.expired) break;
         hold(v, PROMISE_OK, b->w->times <= 1 ? (int)result : 0, 0);

@@ -83,10 +83,9 @@ static work search_draw(unsigned long long seed, int n) {
     return w;
 }
 
-static void search_work(search *s, const work *w, double shrink) {
-    verdict v = check_work(w);
-    search_count(s, w, &v);
-    search_sort(s, w, &v, shrink);
+static void search_add(search *s, const work *w, const verdict *v, double shrink) {
+    search_count(s, w, v);
+    search_sort(s, w, v, shrink);
 }
 
 static void search_list(const char *what, const int *counts, const char *const *words, int n) {

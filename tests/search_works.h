@@ -276,18 +276,27 @@ static void work_draw_scene(work *w, unsigned long long *state) {
     w->times = work_below(8, state) ? 1 : work_below(2, state) ? 1e30 : 1e-30;
 }
 
-/* Thin lobes go to the reference today, for minutes where maps are large: nine in ten such works get
-   a result of at most 3000 texels, whose time is bounded. */
+/* Makes the result smaller, to at most that many texels in all slices. */
+static void work_at_most(work *w, double texels) {
+    int alike = w->src_slices == w->dst_slices;
+    double more = (double)oracle_count(w->dst_mapping, w->dst_size) * w->dst_slices / texels;
+    if (more <= 1) return;
+    if (w->dst_slices > 3) more *= 3.0 / w->dst_slices, w->dst_slices = 3;
+    if (alike) w->src_slices = w->dst_slices;
+    if (more > 1) w->dst_size = (int)fmax(1, w->dst_size / sqrt(more));
+}
+
+/* The reference, which thin lobes go to today, takes minutes where maps are large: it gets bounded
+   works, but for one in ten thin lobes. */
 static void work_spare(work *w, unsigned long long *state) {
     double width = w->lobe == LOBE_PHONG || w->lobe == LOBE_GAUSSIAN ? 1 / sqrt(w->a + 1) : w->a;
     if (w->lobe == LOBE_BANKS) width = sqrt(1 - w->a);
-    double texels = (double)oracle_count(w->dst_mapping, w->dst_size) * w->dst_slices;
-    if (width > 2.5 * oracle_extent(w->src_mapping, w->src_size)) return;
-    if (work_below(10, state) == 0 || w->lobe == LOBE_DIFFUSE || texels < 3000) return;
-    int src_alike = w->src_slices == w->dst_slices;
-    if (w->dst_slices > 3) w->dst_slices = 3;
-    if (src_alike) w->src_slices = w->dst_slices;
-    w->dst_size = (int)fmax(1, w->dst_size / sqrt(texels / 3000));
+    int thin = w->lobe != LOBE_DIFFUSE && w->lobe != LOBE_POWER &&
+               width < 2.5 * oracle_extent(w->src_mapping, w->src_size);
+    if (thin && work_below(10, state)) work_at_most(w, 3000);
+    if (w->check == CHECK_NEIGHBOURS) work_at_most(w, 20000);
+    if (w->method == ENVMAP_METHOD_REFERENCE)
+        work_at_most(w, (thin ? 1e6 : 1e7) / (double)oracle_count(w->src_mapping, w->src_size));
 }
 
 /* One in two works asks the filter for a map. */
