@@ -97,6 +97,11 @@ static int known_missed_light(const finding *f) {
     return is_accuracy(f) && is_dark(f->w) && f->w->dst_size <= 4;
 }
 
+/* The integral of k^2 near a horizon where k jumps, or nearly. */
+static int known_bands(const finding *f) {
+    return f->promise == PROMISE_BANDS && f->w->lobe == LOBE_PHONG && f->w->a < 1;
+}
+
 static int known_window(const finding *f) {
     return f->promise == PROMISE_WINDOW && f->value < 0.01;
 }
@@ -121,6 +126,7 @@ static const struct known {
     {"functions with a declared kink", "right everywhere", known_kinked_function},
     {"smooth lobes in black scenes, tight tolerances", "right everywhere", known_black},
     {"results of few texels that miss the light", "right everywhere", known_missed_light},
+    {"some bands more than are needed, Phong below 1", "found here", known_bands},
     {"windowed, and yet negative", "right everywhere", known_window},
     {"resampling", "no cliffs: resampling", known_resampled},
 };

@@ -275,7 +275,7 @@ static judge judge_map(const bench *b, const float *a, int size, int slices, dou
     size_t step = judge_stride(all), looked = 0;
     oracle_filter filters[32];
     for (int slice = 0; slice < slices; ++slice) filters[slice] = judge_filter(b, slice, slices);
-    for (; looked < all && (looked < 60 || cpu_seconds() - start < seconds); ++looked) {
+    for (; looked < all && cpu_seconds() - start < (looked < 60 ? 4 : 1) * seconds; ++looked) {
         size_t at = (size_t)((unsigned long long)looked * step % all);
         double axis[3], rgb[3], worst = j.worst;
         if (!(texels[at % count].w > 0)) continue;
@@ -445,7 +445,7 @@ static void check_executors(verdict *v, bench *b) {
     size_t floats = bench_floats(b);
     float *first = (float *)malloc(2 * floats * sizeof(float));
     double sh[2][3 * 9];
-    watch clock_watch = watch_for(2);
+    watch clock_watch = watch_for(1);
     envmap_filter_desc desc = call_desc(b->w, &clock_watch);
     for (int order = ORDER_FORWARD; first && order <= ORDER_SHUFFLED; ++order) {
         double *to = sh[order != ORDER_FORWARD];
@@ -502,7 +502,7 @@ static envmap_result break_something(bench *b, int what, envmap_lobe *lobe, watc
 /* Each call that fails says why, leaves the result as it was, and gives all memory back. */
 static void check_failures(verdict *v, bench *b) {
     int what = (int)(b->w->seed % 7);
-    watch clock_watch = watch_for(2);
+    watch clock_watch = watch_for(0.5);
     envmap_filter_desc desc = call_desc(b->w, &clock_watch);
     envmap_lobe lobe = b->header_lobe;
     oracle_calls = 0;

@@ -14,21 +14,21 @@ static void draw(int check, int count, unsigned long long seed) {
         work w = search_draw(seed, n);
         w.check = check, w.method = ENVMAP_METHOD_AUTO;
         w.src_size = w.src_size > 48 ? 24 + w.src_size % 40 : w.src_size;
-        w.dst_size = 1 + w.dst_size % 12;
+        w.dst_size = 1 + w.dst_size % 8;
         if (w.dst_slices > 3) w.src_slices = w.src_slices > 1 ? 3 : 1, w.dst_slices = 3;
         verdict v = check_work(&w);
         v.over[PROMISE_COST] = v.over[PROMISE_CLIFF] = -1;
         search_add(&state, &w, &v, 0);
     }
-    printf("%g s\n", cpu_seconds());CHECK(state.works > 0 && state.fresh == fresh);
+    CHECK(state.works > 0 && state.fresh == fresh);
 }
 
-static void random_filters_keep_their_tolerance(void) { draw(CHECK_FILTER, 60, 1); }
+static void random_filters_keep_their_tolerance(void) { draw(CHECK_FILTER, 50, 1); }
 static void random_chains_keep_their_tolerance(void) { draw(CHECK_CHAIN, 10, 2); }
 static void random_prepared_sources_keep_their_tolerance(void) { draw(CHECK_PREPARED, 15, 3); }
 static void random_constants_stay_themselves(void) { draw(CHECK_FURNACE, 20, 4); }
-static void random_orders_of_tasks_give_the_same_bits(void) { draw(CHECK_EXECUTORS, 20, 5); }
-static void random_failures_leave_everything_as_it_was(void) { draw(CHECK_FAILURES, 40, 6); }
+static void random_orders_of_tasks_give_the_same_bits(void) { draw(CHECK_EXECUTORS, 15, 5); }
+static void random_failures_leave_everything_as_it_was(void) { draw(CHECK_FAILURES, 30, 6); }
 static void random_plans_are_in_range(void) { draw(CHECK_PLAN, 20, 7); }
 static void random_lobes_are_their_formulas(void) { draw(CHECK_LOBES, 40, 8); }
 static void random_harmonics_are_their_sums(void) { draw(CHECK_HARMONICS, 40, 9); }
