@@ -320,7 +320,7 @@ static double check_allowed_seconds(const work *w) {
     double src = (double)oracle_count(w->src_mapping, w->src_size) * w->src_slices;
     double dst = (double)oracle_count(w->dst_mapping, w->dst_size) * w->dst_slices;
     double tight = work_lobe_kinked(w) ? sqrt(fmax(1, 1e-3 / w->tolerance)) : 1;
-    return tight * (0.1 + 0.01 * w->dst_slices + 4e-6 * (src + dst));
+    return tight * (0.1 + 0.02 * w->dst_slices + 4e-6 * (src + dst));
 }
 
 /* The filter of one lobe, or a chain of them; 0 when that failed or took too long, which v says. */
@@ -545,7 +545,7 @@ static void check_neighbours(verdict *v, bench *b) {
     if (b->w->method == ENVMAP_METHOD_REFERENCE || b->w->a >= 1e5) return;
     if (!(b->w->lobe >= LOBE_PHONG && b->w->lobe <= LOBE_BANKS) || (b->w->lobe == LOBE_BANKS && b->w->a < 0.3))
         return;
-    double limit = fmax(0.5, 2 * check_allowed_seconds(b->w));
+    double limit = fmin(1, 2 * check_allowed_seconds(b->w));
     double here = neighbour_seconds(b, 1, limit), more = neighbour_seconds(b, 1.25, limit);
     double less = neighbour_seconds(b, 0.8, limit);
     hold(v, PROMISE_CLIFF, fmax(here, fmax(more, less)), 6 * fmin(here, fmin(more, less)) + 0.03);
