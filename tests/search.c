@@ -21,8 +21,8 @@ static int run_work(const char *line) {
         finding f = finding_of(&w, &v, i);
         int row = broken(&v, i) ? known_row(&f) : -1;
         printf("  %-8s %12.4g, %10.4g of its bound: %s%s%s\n", broken(&v, i) ? "BROKEN" : "holds",
-               v.value[i], v.over[i], promise_text[i], row < 0 ? "" : "; known: ",
-               row < 0 ? "" : known[row].what);
+               v.value[i], v.over[i], promise_text[i],
+               row < 0 ? "" : "; known: ", row < 0 ? "" : known[row].what);
         bad |= broken(&v, i);
     }
     return bad;

@@ -67,8 +67,8 @@ static double oracle_density(int mapping, double rr) {
 /* sum[0..3] = solid angle, area and first moments in X and Y of the part of [x0,x1] x [y0,y1]
    inside the unit circle. X = sin t makes the circle's ends smooth; panels end where the circle
    meets the rectangle's sides. */
-static void oracle_disc_part(double sum[4], int mapping, const double low[2],
-                             const double high[2], int nodes) {
+static void oracle_disc_part(double sum[4], int mapping, const double low[2], const double high[2],
+                             int nodes) {
     double x[24], w[24], ends[6];
     ends[0] = asin(oracle_clamp(low[0], -1, 1)), ends[5] = asin(oracle_clamp(high[0], -1, 1));
     for (int i = 0; i < 4; ++i) {
@@ -124,9 +124,7 @@ static double oracle_cell(double *u, double *v, int mapping, int face, double u0
     return sum[0];
 }
 
-static size_t oracle_count(int mapping, int size) {
-    return oracle_floats(mapping, size, 1, 0) / 3;
-}
+static size_t oracle_count(int mapping, int size) { return oracle_floats(mapping, size, 1, 0) / 3; }
 
 /* All texels of a level of edge `size`, in memory order. */
 static oracle_texel *oracle_texels(int mapping, int size) {
@@ -137,8 +135,8 @@ static oracle_texel *oracle_texels(int mapping, int size) {
         for (int y = 0; y < size; ++y)
             for (int x = 0; x < width; ++x, ++t) {
                 t->face = face, t->x = x, t->y = y;
-                t->w = oracle_cell(&t->u, &t->v, mapping, face, (double)x / width,
-                                   (double)y / size, (x + 1.0) / width, (y + 1.0) / size);
+                t->w = oracle_cell(&t->u, &t->v, mapping, face, (double)x / width, (double)y / size,
+                                   (x + 1.0) / width, (y + 1.0) / size);
                 oracle_direction(t->d, mapping, face, t->u, t->v);
             }
     return texels;
@@ -185,8 +183,13 @@ static void oracle_tap(double rgb[3], const oracle_image *image, int face, int x
     int n = image->size, width = image->width;
     if (image->mapping == ENVMAP_CUBE && (x < 0 || y < 0 || x >= n || y >= n)) {
         double d[3], u, v, hair = 1e-9;
-        oracle_direction(d, ENVMAP_CUBE, face, x < 0 ? -hair : x >= n ? 1 + hair : (x + 0.5) / n,
-                         y < 0 ? -hair : y >= n ? 1 + hair : (y + 0.5) / n);
+        oracle_direction(d, ENVMAP_CUBE, face,
+                         x < 0    ? -hair
+                         : x >= n ? 1 + hair
+                                  : (x + 0.5) / n,
+                         y < 0    ? -hair
+                         : y >= n ? 1 + hair
+                                  : (y + 0.5) / n);
         oracle_coordinates(&face, &u, &v, ENVMAP_CUBE, d);
         x = (int)(u * n), y = (int)(v * n);
     }
@@ -254,15 +257,15 @@ enum {
     LOBE_DIFFUSE, /* max(x,0)                                                                     */
     LOBE_PHONG,   /* max(x,0)^a                                                                   */
     LOBE_GAUSSIAN, /* exp(a (x-1))                                                                */
-    LOBE_GGX,     /* D(sqrt((1+x)/2)) max(x,0), alpha = a                                         */
-    LOBE_BANKS,   /* s = a                                                                        */
-    LOBE_TABLE,   /* b rows, bells of widths near a and of heights that have nothing in common    */
-    LOBE_CONE,    /* max(0, 1 - t/a): a kink at a                                                 */
-    LOBE_POWER,   /* x (1-x)^a above the horizon: a kink there                                    */
-    LOBE_RING,    /* exp(-((t-b)/a)^2/2): a peak off the centre                                   */
-    LOBE_TWO,     /* two peaks: one of width a in the centre, a third of it at b                  */
-    LOBE_HAT,     /* negative parts: a bell of width a less a wider and lower one                 */
-    LOBE_SLIDE,   /* slices: a bell of width a (1 + b p)                                          */
+    LOBE_GGX,   /* D(sqrt((1+x)/2)) max(x,0), alpha = a                                         */
+    LOBE_BANKS, /* s = a                                                                        */
+    LOBE_TABLE, /* b rows, bells of widths near a and of heights that have nothing in common    */
+    LOBE_CONE,  /* max(0, 1 - t/a): a kink at a                                                 */
+    LOBE_POWER, /* x (1-x)^a above the horizon: a kink there                                    */
+    LOBE_RING,  /* exp(-((t-b)/a)^2/2): a peak off the centre                                   */
+    LOBE_TWO,   /* two peaks: one of width a in the centre, a third of it at b                  */
+    LOBE_HAT,   /* negative parts: a bell of width a less a wider and lower one                 */
+    LOBE_SLIDE, /* slices: a bell of width a (1 + b p)                                          */
     LOBE_COUNT
 };
 
@@ -281,12 +284,18 @@ static double oracle_function(double x, double p, void *user) {
     const oracle_lobe *m = (const oracle_lobe *)user;
     double t = acos(oracle_clamp(x, -1, 1));
     switch (m->kind) {
-    case LOBE_CONE: return fmax(0, 1 - t / m->a);
-    case LOBE_POWER: return x > 0 ? x * pow(fmax(0, 1 - x), m->a) : 0;
-    case LOBE_RING: return oracle_bell(t - m->b, m->a);
-    case LOBE_TWO: return oracle_bell(t, m->a) + oracle_bell(t - m->b, m->a) / 3;
-    case LOBE_HAT: return oracle_bell(t, m->a) - m->b * oracle_bell(t, 2 * m->a);
-    default: return oracle_bell(t, m->a * (1 + m->b * p));
+    case LOBE_CONE:
+        return fmax(0, 1 - t / m->a);
+    case LOBE_POWER:
+        return x > 0 ? x * pow(fmax(0, 1 - x), m->a) : 0;
+    case LOBE_RING:
+        return oracle_bell(t - m->b, m->a);
+    case LOBE_TWO:
+        return oracle_bell(t, m->a) + oracle_bell(t - m->b, m->a) / 3;
+    case LOBE_HAT:
+        return oracle_bell(t, m->a) - m->b * oracle_bell(t, 2 * m->a);
+    default:
+        return oracle_bell(t, m->a * (1 + m->b * p));
     }
 }
 
@@ -301,8 +310,9 @@ static double oracle_row(const oracle_lobe *m, int row, double t) {
         k[j] = (double)m->table[row * m->size + tap];
     }
     return k[1] + f / 2 *
-                      (k[2] - k[0] + f * (2 * k[0] - 5 * k[1] + 4 * k[2] - k[3] +
-                                          f * (3 * (k[1] - k[2]) + k[3] - k[0])));
+                      (k[2] - k[0] +
+                       f * (2 * k[0] - 5 * k[1] + 4 * k[2] - k[3] +
+                            f * (3 * (k[1] - k[2]) + k[3] - k[0])));
 }
 
 /* Rows lie at the centres of slices of p; linear between, clamped beyond. */
@@ -318,17 +328,22 @@ static double oracle_table(const oracle_lobe *m, double x, double p) {
 static double oracle_k(const oracle_lobe *m, double x, double p) {
     double a = m->a, c2 = (1 + x) / 2, q, ring;
     switch (m->kind) {
-    case LOBE_DIFFUSE: return x > 0 ? x : 0;
-    case LOBE_PHONG: return x > 0 ? pow(x, a) : 0;
-    case LOBE_GAUSSIAN: return exp(a * (x - 1));
+    case LOBE_DIFFUSE:
+        return x > 0 ? x : 0;
+    case LOBE_PHONG:
+        return x > 0 ? pow(x, a) : 0;
+    case LOBE_GAUSSIAN:
+        return exp(a * (x - 1));
     case LOBE_GGX: /* the denominator without cancellation: (a^2 - 1) c2 + 1 */
         q = a * a * c2 + (1 - x) / 2;
         return x > 0 ? a * a / (PI * q * q) * x : 0;
     case LOBE_BANKS:
         ring = sqrt(fmax(0, 1 - x * x)) * sqrt(fmax(0, 1 - p * p)) - x * p - a;
         return fmax(0, ring) / ((1 - a) * (1 - a));
-    case LOBE_TABLE: return oracle_table(m, x, p);
-    default: return oracle_function(x, p, (void *)(size_t)m);
+    case LOBE_TABLE:
+        return oracle_table(m, x, p);
+    default:
+        return oracle_function(x, p, (void *)(size_t)m);
     }
 }
 
@@ -347,8 +362,10 @@ static double oracle_sigma(const oracle_lobe *m, double p) {
         if (m->kind == LOBE_PHONG && !(m->a > 0)) return PI / 2;
         for (int i = 0; i < 100; ++i) {
             double t = (low + high) / 2;
-            if (oracle_k(m, cos(t), p) < level * oracle_k(m, 1, p)) high = t;
-            else low = t;
+            if (oracle_k(m, cos(t), p) < level * oracle_k(m, 1, p))
+                high = t;
+            else
+                low = t;
         }
         return low;
     }
@@ -540,8 +557,10 @@ static void oracle_axis(double rgb[3], const oracle_filter *f, const double a[3]
     double tent = oracle_clamp(2 - f->sigma / f->extent, 0, 1), norm = oracle_norm(f->lobe);
     double bilinear = oracle_step(tent, 0.5, 1), reach = fmax(12 * f->extent, 8 * f->sigma);
     double texels[4] = {0, 0, 0, 0}, smooth[4] = {0, 0, 0, 0};
-    if (!(tent > 0)) oracle_centres(texels, f, a, 0);
-    else if (bilinear < 1) oracle_tents(texels, f, a, tent, reach);
+    if (!(tent > 0))
+        oracle_centres(texels, f, a, 0);
+    else if (bilinear < 1)
+        oracle_tents(texels, f, a, tent, reach);
     if (bilinear > 0) {
         if (f->from > 0 || reach > f->to) reach = f->to;
         oracle_polar(smooth, f, a, reach);

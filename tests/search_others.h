@@ -224,9 +224,11 @@ static void own_resample(double rgb[3], const oracle_image *image, const bench *
         double v = (t->y + (i / points + 0.5) / points) / size, at[2];
         double X = 2 * u - 1, Y = 1 - 2 * v, w = 1;
         if (oracle_is_disc(b->w->dst_mapping) && X * X + Y * Y > 1) continue;
-        if (oracle_is_disc(b->w->dst_mapping)) w = oracle_density(b->w->dst_mapping, X * X + Y * Y);
-        else w = oracle_cell(at, at + 1, b->w->dst_mapping, t->face, u - hair / width,
-                             v - hair / size, u + hair / width, v + hair / size);
+        if (oracle_is_disc(b->w->dst_mapping))
+            w = oracle_density(b->w->dst_mapping, X * X + Y * Y);
+        else
+            w = oracle_cell(at, at + 1, b->w->dst_mapping, t->face, u - hair / width,
+                            v - hair / size, u + hair / width, v + hair / size);
         oracle_direction(d, b->w->dst_mapping, t->face, u, v);
         oracle_lookup(rgb, image, d, w);
         sum += w;
@@ -249,7 +251,8 @@ static void check_means(verdict *v, const bench *b, double ratio) {
     size_t at = 0, i;
     for (i = 0; i < count; ++i)
         if (b->dst.texels[3 * i] > b->dst.texels[3 * at] && b->dst_texels[i].w > 0) at = i;
-    for (i = 0; i < count && (i < 4 || cpu_seconds() - start < 0.3); ++i, at = (at + step) % count) {
+    for (i = 0; i < count && (i < 4 || cpu_seconds() - start < 0.3);
+         ++i, at = (at + step) % count) {
         if (!(b->dst_texels[at].w > 0)) continue;
         own_resample(rgb, &image, b, b->dst_texels + at, points);
         for (int c = 0; c < 3; ++c) {
@@ -369,7 +372,8 @@ static void own_lookup(double rgb[3], const bench *b, const double d[3], double 
     rgb[0] = rgb[1] = rgb[2] = 0;
     for (int i = 0; i < 4; ++i) {
         int slice = (int)s + (i & 1), at = (int)l + (i >> 1);
-        double weight = (i & 1 ? s - (int)s : 1 - s + (int)s) * (i & 2 ? l - (int)l : 1 - l + (int)l);
+        double weight =
+            (i & 1 ? s - (int)s : 1 - s + (int)s) * (i & 2 ? l - (int)l : 1 - l + (int)l);
         if (!(weight > 0)) continue;
         oracle_image image = oracle_image_of(envmap_texel(&b->dst, at, slice, 0, 0, 0),
                                              b->w->dst_mapping, oracle_edge(b->w->dst_size, at));
@@ -380,8 +384,7 @@ static void own_lookup(double rgb[3], const bench *b, const double d[3], double 
 static void check_geometry(verdict *v, const bench *b, const float dir[3],
                            unsigned long long *state) {
     int m = b->w->dst_mapping, face, own_face;
-    const oracle_texel *t =
-        b->dst_texels + work_below((int)oracle_count(m, b->w->dst_size), state);
+    const oracle_texel *t = b->dst_texels + work_below((int)oracle_count(m, b->w->dst_size), state);
     double d[3] = {(double)dir[0], (double)dir[1], (double)dir[2]}, own_u, own_v;
     float u, w;
     hold(v, PROMISE_GEOMETRY,
@@ -421,9 +424,9 @@ static void check_lookups(verdict *v, bench *b) {
 
 typedef void check_function(verdict *v, bench *b);
 static check_function *const check_functions[CHECK_COUNT] = {
-    check_filter,   check_chain,     check_prepared, check_furnace,  check_executors,
-    check_failures, check_neighbours, check_plan,    check_lobes,    check_harmonics,
-    check_window,   check_resample,  check_mips,     check_lookups};
+    check_filter,   check_chain,      check_prepared, check_furnace, check_executors,
+    check_failures, check_neighbours, check_plan,     check_lobes,   check_harmonics,
+    check_window,   check_resample,   check_mips,     check_lookups};
 
 /* No call may touch its source or keep memory. */
 static verdict check_work(const work *w) {

@@ -61,8 +61,9 @@ static verdict verdict_none(void) {
 
 /* value <= bound, or the promise is broken; NaN breaks it. */
 static void hold(verdict *v, int promise, double value, double bound) {
-    double over = value <= bound ? (bound > 0 ? fmax(0, value / bound) : 0)
-                                 : bound > 0 && value > 0 ? value / bound : HUGE_VAL;
+    double over = value <= bound           ? (bound > 0 ? fmax(0, value / bound) : 0)
+                  : bound > 0 && value > 0 ? value / bound
+                                           : HUGE_VAL;
     if (over > v->over[promise]) v->over[promise] = over, v->value[promise] = value;
 }
 
@@ -356,8 +357,8 @@ static void check_result(verdict *v, bench *b) {
     int different = 0;
     check_numbers(v, b->w, b->dst.texels, floats);
     for (int k = 1; bench_alike(b) && k < b->w->dst_slices; ++k)
-        different |= memcmp(b->dst.texels, b->dst.texels + slice * (size_t)k,
-                            slice * sizeof(float)) != 0;
+        different |=
+            memcmp(b->dst.texels, b->dst.texels + slice * (size_t)k, slice * sizeof(float)) != 0;
     different |= b->dst.p0 != b->header_lobe.p0 || b->dst.p1 != b->header_lobe.p1;
     hold(v, PROMISE_ALIKE, different, 0);
     judge_hold(v, b, b->dst.texels, b->w->dst_size, bench_alike(b) ? 1 : b->w->dst_slices);
@@ -455,13 +456,17 @@ static void check_executors(verdict *v, bench *b) {
         hold(v, PROMISE_OK, result, 0);
         if (order == ORDER_FORWARD) memcpy(first, b->dst.texels, floats * sizeof(float));
         hold(v, PROMISE_BITS, memcmp(first, b->dst.texels, floats * sizeof(float)) != 0, 0);
-        result = call_project(to, 3, &b->src, 0, b->w->seed & 1 ? b->w->tolerance : 0, &clock_watch);
+        result =
+            call_project(to, 3, &b->src, 0, b->w->seed & 1 ? b->w->tolerance : 0, &clock_watch);
         if (!result) result = call_fill(&b->dst, 0, to, 3, b->w->tolerance, &clock_watch);
         if (clock_watch.expired) break;
         hold(v, PROMISE_OK, b->w->times <= 1 ? (int)result : 0, 0);
-        if (order == ORDER_FORWARD) memcpy(first + floats, b->dst.texels, floats * sizeof(float));
-        else hold(v, PROMISE_BITS, memcmp(sh[0], sh[1], sizeof sh[0]) != 0, 0);
-        hold(v, PROMISE_BITS, memcmp(first + floats, b->dst.texels, floats * sizeof(float)) != 0, 0);
+        if (order == ORDER_FORWARD)
+            memcpy(first + floats, b->dst.texels, floats * sizeof(float));
+        else
+            hold(v, PROMISE_BITS, memcmp(sh[0], sh[1], sizeof sh[0]) != 0, 0);
+        hold(v, PROMISE_BITS, memcmp(first + floats, b->dst.texels, floats * sizeof(float)) != 0,
+             0);
     }
     free(first);
 }
@@ -481,13 +486,21 @@ static envmap_result break_something(bench *b, int what, envmap_lobe *lobe, watc
     size_t at = (size_t)(test_random(&state) * (double)n);
     int count;
     switch (what) {
-    case 0: b->src.texels[at] = (float)NAN; return ENVMAP_ERROR_RADIANCE;
-    case 1: b->src.texels[at] = (float)INFINITY; return ENVMAP_ERROR_RADIANCE;
+    case 0:
+        b->src.texels[at] = (float)NAN;
+        return ENVMAP_ERROR_RADIANCE;
+    case 1:
+        b->src.texels[at] = (float)INFINITY;
+        return ENVMAP_ERROR_RADIANCE;
     case 2:
         b->src.texels[at] = -1;
         return b->w->method == ENVMAP_METHOD_REFERENCE ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
-    case 3: lobe->parameter = (float)NAN; return ENVMAP_ERROR_LOBE;
-    case 4: lobe->kind = 77; return ENVMAP_ERROR_LOBE;
+    case 3:
+        lobe->parameter = (float)NAN;
+        return ENVMAP_ERROR_LOBE;
+    case 4:
+        lobe->kind = 77;
+        return ENVMAP_ERROR_LOBE;
     case 5:
         count = oracle_calls, oracle_calls = 0;
         oracle_fail_at = (int)(test_random(&state) * count);
@@ -543,7 +556,8 @@ static double neighbour_seconds(bench *b, double factor, double limit) {
    and 30 ms. */
 static void check_neighbours(verdict *v, bench *b) {
     if (b->w->method == ENVMAP_METHOD_REFERENCE || b->w->a >= 1e5) return;
-    if (!(b->w->lobe >= LOBE_PHONG && b->w->lobe <= LOBE_BANKS) || (b->w->lobe == LOBE_BANKS && b->w->a < 0.3))
+    if (!(b->w->lobe >= LOBE_PHONG && b->w->lobe <= LOBE_BANKS) ||
+        (b->w->lobe == LOBE_BANKS && b->w->a < 0.3))
         return;
     double limit = fmin(1, 2 * check_allowed_seconds(b->w));
     double here = neighbour_seconds(b, 1, limit), more = neighbour_seconds(b, 1.25, limit);

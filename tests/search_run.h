@@ -6,11 +6,11 @@
 #include "search_known.h"
 
 typedef struct search {
-    int works, fresh, shown;               /* fresh: findings that no row of the table names */
+    int works, fresh, shown; /* fresh: findings that no row of the table names */
     int pairs[5][5], lobes[LOBE_COUNT], scenes[SCENE_COUNT], checks[CHECK_COUNT];
-    int promises[PROMISE_COUNT];           /* how often each was asked */
-    int rows[KNOWN_COUNT];                 /* findings of each row, */
-    double worst[KNOWN_COUNT];             /* the worst value, and its work */
+    int promises[PROMISE_COUNT]; /* how often each was asked */
+    int rows[KNOWN_COUNT];       /* findings of each row, */
+    double worst[KNOWN_COUNT];   /* the worst value, and its work */
     char example[KNOWN_COUNT][512];
 } search;
 
@@ -29,17 +29,13 @@ static int search_is_new(const work *w, const verdict *v, int promise) {
 /* Makes w simpler as long as the same promise breaks anew, for at most `seconds`. */
 static void search_shrink(work *w, int promise, double seconds) {
     double start = cpu_seconds();
-    for (int step = 0, changed = 0;; ++step) {
+    for (int step = 0, idle = 0; idle < WORK_STEPS; step = (step + 1) % WORK_STEPS, ++idle) {
         work simpler = *w;
         if (cpu_seconds() - start > seconds) return;
-        if (!work_simplify(&simpler, step)) {
-            if (!changed) return;
-            step = -1, changed = 0;
-            continue;
-        }
+        work_simplify(&simpler, step);
         if (!memcmp(&simpler, w, sizeof simpler)) continue;
         verdict v = check_work(&simpler);
-        if (search_is_new(&simpler, &v, promise)) *w = simpler, changed = 1, --step;
+        if (search_is_new(&simpler, &v, promise)) *w = simpler, idle = -1;
     }
 }
 
@@ -96,7 +92,8 @@ static void search_list(const char *what, const int *counts, const char *const *
 /* What was tried, promise by promise, and what is known to break. */
 static void search_report(const search *s) {
     int least = s->pairs[0][0];
-    for (int i = 0; i < 25; ++i) least = s->pairs[i / 5][i % 5] < least ? s->pairs[i / 5][i % 5] : least;
+    for (int i = 0; i < 25; ++i)
+        least = s->pairs[i / 5][i % 5] < least ? s->pairs[i / 5][i % 5] : least;
     printf("  %d works; each of the 25 pairs of mappings at least %d times\n", s->works, least);
     search_list("lobes", s->lobes, work_lobes, LOBE_COUNT);
     search_list("scenes", s->scenes, work_scenes, SCENE_COUNT);

@@ -26,8 +26,8 @@ enum {
     SCENE_COLOURS, /* a lamp in red, noise in green, nothing in blue                              */
     SCENE_COUNT
 };
-static const char *const work_scenes[SCENE_COUNT] = {"constant", "noise",   "smooth", "texel",
-                                                     "lamps",    "sun",     "checker", "half",
+static const char *const work_scenes[SCENE_COUNT] = {"constant", "noise",  "smooth",  "texel",
+                                                     "lamps",    "sun",    "checker", "half",
                                                      "decades",  "colours"};
 
 /* What is checked of a work; each is a function in search_promises.h. */
@@ -60,9 +60,9 @@ typedef struct work {
     int check, method, scene;
     int src_mapping, src_size, src_slices, dst_mapping, dst_size, dst_slices;
     int lobe, raw;
-    double a, b, scale;       /* the lobe's numbers */
-    double tolerance, s, t;   /* (s,t) in [0,1): where a scene's light is */
-    double times;             /* all radiance is multiplied with this */
+    double a, b, scale;     /* the lobe's numbers */
+    double tolerance, s, t; /* (s,t) in [0,1): where a scene's light is */
+    double times;           /* all radiance is multiplied with this */
 } work;
 
 /* ------------------------------------------------------------------------------ one a line -- */
@@ -72,9 +72,9 @@ static void work_print(char *text, size_t room, const work *w) {
              "check=%s method=%s src=%s:%d:%d dst=%s:%d:%d lobe=%s:%.9g:%.9g raw=%d:%.9g "
              "tolerance=%.6g scene=%s:%.9g:%.9g times=%.9g seed=%llu",
              work_checks[w->check], work_methods[w->method], work_mappings[w->src_mapping],
-             w->src_size, w->src_slices, work_mappings[w->dst_mapping], w->dst_size,
-             w->dst_slices, work_lobes[w->lobe], w->a, w->b, w->raw, w->scale, w->tolerance,
-             work_scenes[w->scene], w->s, w->t, w->times, w->seed);
+             w->src_size, w->src_slices, work_mappings[w->dst_mapping], w->dst_size, w->dst_slices,
+             work_lobes[w->lobe], w->a, w->b, w->raw, w->scale, w->tolerance, work_scenes[w->scene],
+             w->s, w->t, w->times, w->seed);
 }
 
 /* The index of the word that the text begins with, up to a colon or blank; -1: none. */
@@ -103,8 +103,7 @@ static int work_read_word(int *word, double *first, double *second, const char *
                           const char *key, const char *const *words, int count) {
     const char *text = work_key(line, key);
     if (!text || (*word = work_word(text, words, count)) < 0) return 0;
-    return !first ||
-           sscanf(text + strcspn(text, ":"), ":%lf:%lf", first, second) == 2;
+    return !first || sscanf(text + strcspn(text, ":"), ":%lf:%lf", first, second) == 2;
 }
 
 /* Reads what work_print wrote; 0 when a part is missing. */
@@ -139,8 +138,7 @@ static oracle_lobe work_lobe(const work *w) {
     for (int row = 0; m.table && row < m.rows; ++row) {
         double width = w->a * pow(4, test_random(&state)), height = 0.2 + test_random(&state);
         for (int i = 0; i < m.size; ++i)
-            m.table[row * m.size + i] =
-                (float)(height * oracle_bell(PI * i / (m.size - 1), width));
+            m.table[row * m.size + i] = (float)(height * oracle_bell(PI * i / (m.size - 1), width));
     }
     return m;
 }
@@ -153,10 +151,9 @@ static envmap_lobe work_header_lobe(oracle_lobe *m) {
                        : m->kind == LOBE_GAUSSIAN ? envmap_lobe_gaussian(a)
                        : m->kind == LOBE_GGX      ? envmap_lobe_ggx(a)
                        : m->kind == LOBE_BANKS    ? envmap_lobe_banks(a)
-                       : m->kind == LOBE_TABLE
-                           ? envmap_lobe_table(m->table, m->size, m->rows, (float)m->p0,
-                                               (float)m->p1)
-                           : envmap_lobe_function(oracle_function, m);
+                       : m->kind == LOBE_TABLE    ? envmap_lobe_table(m->table, m->size, m->rows,
+                                                                      (float)m->p0, (float)m->p1)
+                                                  : envmap_lobe_function(oracle_function, m);
     lobe.raw = m->raw, lobe.scale = (float)m->scale;
     lobe.p0 = (float)m->p0, lobe.p1 = (float)m->p1;
     if (m->kink > 0) lobe.kinks = &m->kink, lobe.kink_count = 1;
@@ -172,9 +169,8 @@ static int work_lobe_positive(int lobe) { return lobe != LOBE_HAT && lobe != LOB
 
 /* Lobes that have a kink, as envmap.h counts them; GGX has one at the horizon. */
 static int work_lobe_kinked(const work *w) {
-    return w->lobe == LOBE_DIFFUSE || (w->lobe == LOBE_PHONG && w->a < 2) ||
-           w->lobe == LOBE_GGX || w->lobe == LOBE_BANKS || w->lobe == LOBE_CONE ||
-           w->lobe == LOBE_POWER;
+    return w->lobe == LOBE_DIFFUSE || (w->lobe == LOBE_PHONG && w->a < 2) || w->lobe == LOBE_GGX ||
+           w->lobe == LOBE_BANKS || w->lobe == LOBE_CONE || w->lobe == LOBE_POWER;
 }
 
 /* Radiance of one channel in a direction; `lit` texels are those that (s,t) names. */
@@ -187,16 +183,26 @@ static double work_radiance(const work *w, const double d[3], const oracle_texel
         lamp += lit || oracle_dot(turned, d) > cos(0.05 + 0.1 * i) ? 10.0 / (1 + i + channel) : 0;
     }
     switch (w->scene) {
-    case SCENE_NOISE: return noise;
-    case SCENE_SMOOTH: return oracle_smooth(d, channel);
-    case SCENE_TEXEL: return lit;
-    case SCENE_LAMPS: return lamp;
-    case SCENE_SUN: return lit ? 1e5 : noise;
-    case SCENE_CHECKER: return (texel->x + texel->y + texel->face) & 1;
-    case SCENE_HALF: return oracle_dot(axis, d) > 0;
-    case SCENE_DECADES: return pow(10, 4 * oracle_dot(axis, d));
-    case SCENE_COLOURS: return channel == 0 ? lamp : channel == 1 ? noise : 0;
-    default: return 1;
+    case SCENE_NOISE:
+        return noise;
+    case SCENE_SMOOTH:
+        return oracle_smooth(d, channel);
+    case SCENE_TEXEL:
+        return lit;
+    case SCENE_LAMPS:
+        return lamp;
+    case SCENE_SUN:
+        return lit ? 1e5 : noise;
+    case SCENE_CHECKER:
+        return (texel->x + texel->y + texel->face) & 1;
+    case SCENE_HALF:
+        return oracle_dot(axis, d) > 0;
+    case SCENE_DECADES:
+        return pow(10, 4 * oracle_dot(axis, d));
+    case SCENE_COLOURS:
+        return channel == 0 ? lamp : channel == 1 ? noise : 0;
+    default:
+        return 1;
     }
 }
 
@@ -207,8 +213,7 @@ static int work_source(envmap *src, const work *w, const oracle_texel *texels) {
     double face = w->s * faces;
     unsigned long long state = w->seed ^ 0x5CE9E;
     memset(src, 0, sizeof *src);
-    if (envmap_create(src, (envmap_mapping)w->src_mapping, w->src_size, 1, w->src_slices))
-        return 0;
+    if (envmap_create(src, (envmap_mapping)w->src_mapping, w->src_size, 1, w->src_slices)) return 0;
     for (int slice = 0; slice < w->src_slices; ++slice)
         for (size_t i = 0; i < count; ++i) {
             const oracle_texel *t = texels + i;
@@ -240,12 +245,10 @@ static void work_draw_lobe(work *w, unsigned long long *state) {
     if (w->lobe == LOBE_PHONG || w->lobe == LOBE_GAUSSIAN)
         w->a = work_below(20, state) ? work_between(0.01, 1e6, state) : 0;
     if (w->lobe == LOBE_GGX) w->a = work_below(20, state) ? work_between(1e-4, 1, state) : 1;
-    if (w->lobe == LOBE_BANKS)
-        w->a = work_below(20, state) ? 1 - work_between(1e-3, 1, state) : 0;
+    if (w->lobe == LOBE_BANKS) w->a = work_below(20, state) ? 1 - work_between(1e-3, 1, state) : 0;
     if (w->lobe == LOBE_TABLE) w->b = 1 + work_below(32, state);
     if (w->lobe == LOBE_POWER) w->a = work_between(0.5, 30, state);
-    if (w->lobe == LOBE_RING || w->lobe == LOBE_TWO)
-        w->b = w->a * work_between(1, 10, state);
+    if (w->lobe == LOBE_RING || w->lobe == LOBE_TWO) w->b = w->a * work_between(1, 10, state);
     if (w->lobe == LOBE_HAT) w->b = 0.2 * test_random(state);
     if (w->lobe == LOBE_SLIDE) w->b = 0.9 * test_random(state);
     w->a = (double)(float)w->a;
@@ -304,7 +307,7 @@ static void work_draw(work *w, unsigned long long seed) {
     unsigned long long state = seed;
     memset(w, 0, sizeof *w);
     w->check = work_below(2, &state) ? work_below(CHECK_COUNT, &state) : CHECK_FILTER;
-    w->method = work_below(4, &state) ? ENVMAP_METHOD_AUTO
+    w->method = work_below(4, &state)   ? ENVMAP_METHOD_AUTO
                 : work_below(4, &state) ? ENVMAP_METHOD_FAST
                                         : ENVMAP_METHOD_REFERENCE;
     work_draw_lobe(w, &state);
@@ -323,37 +326,36 @@ static double work_round(double x, int digits) {
     return atof(text);
 }
 
-/* Makes w simpler in one way, step = 0, 1, ...; 0: no such step. A step that changes nothing is to
-   be passed over. */
-static int work_simplify(work *w, int step) {
-    switch (step) {
-    case 0: w->src_slices = 1; return 1;
-    case 1: w->dst_slices = w->src_slices = 1; return 1;
-    case 2: w->dst_slices = (w->dst_slices + 1) / 2, w->src_slices = 1; return 1;
-    case 3: w->dst_size = (w->dst_size + 1) / 2; return 1;
-    case 4: w->src_size = (w->src_size + 1) / 2; return 1;
-    case 5: w->dst_size -= w->dst_size > 1; return 1;
-    case 6: w->src_size = 1 << (int)log2(w->src_size); return 1;
-    case 7: w->dst_mapping = ENVMAP_CUBE; return 1;
-    case 8: w->src_mapping = ENVMAP_CUBE; return 1;
-    case 9: w->times = 1; return 1;
-    case 10: w->raw = 0, w->scale = 1; return 1;
-    case 11: w->scale = 1; return 1;
-    case 12: w->scene = SCENE_CONSTANT; return 1;
-    case 13: if (w->scene > SCENE_TEXEL) w->scene = SCENE_TEXEL; return 1;
-    case 14: if (w->scene > SCENE_NOISE) w->scene = SCENE_NOISE; return 1;
-    case 15: w->a = (double)(float)work_round(w->a, 1); return 1;
-    case 16: w->a = (double)(float)work_round(w->a, 2); return 1;
-    case 17: w->b = w->lobe == LOBE_TABLE ? (int)(w->b + 1) / 2 : work_round(w->b, 1); return 1;
-    case 18: w->tolerance = 1e-3; return 1;
-    case 19: w->tolerance = work_round(w->tolerance, 1); return 1;
-    case 20: w->s = work_round(w->s, 2) < 1 ? work_round(w->s, 2) : 0; return 1;
-    case 21: w->t = work_round(w->t, 2) < 1 ? work_round(w->t, 2) : w->t; return 1;
-    case 22: w->method = ENVMAP_METHOD_AUTO; return 1;
-    case 23: w->seed = 1; return 1;
-    case 24: if (w->lobe == LOBE_TABLE || w->lobe >= LOBE_RING) w->lobe = LOBE_PHONG, w->a = 1 / (w->a * w->a); return 1;
-    default: return 0;
-    }
+enum { WORK_STEPS = 25 };
+
+/* Makes w simpler in one way, step = 0 .. WORK_STEPS-1; a step may change nothing. */
+static void work_simplify(work *w, int step) {
+    int bell = w->lobe == LOBE_TABLE || w->lobe >= LOBE_RING;
+    if (step == 0) w->src_slices = 1;
+    if (step == 1) w->dst_slices = w->src_slices = 1;
+    if (step == 2) w->dst_slices = (w->dst_slices + 1) / 2, w->src_slices = 1;
+    if (step == 3) w->dst_size = (w->dst_size + 1) / 2;
+    if (step == 4) w->src_size = (w->src_size + 1) / 2;
+    if (step == 5) w->dst_size -= w->dst_size > 1;
+    if (step == 6) w->src_size = 1 << (int)log2(w->src_size);
+    if (step == 7) w->dst_mapping = ENVMAP_CUBE;
+    if (step == 8) w->src_mapping = ENVMAP_CUBE;
+    if (step == 9) w->times = 1;
+    if (step == 10) w->raw = 0, w->scale = 1;
+    if (step == 11) w->scale = 1;
+    if (step == 12) w->scene = SCENE_CONSTANT;
+    if (step == 13 && w->scene > SCENE_TEXEL) w->scene = SCENE_TEXEL;
+    if (step == 14 && w->scene > SCENE_NOISE) w->scene = SCENE_NOISE;
+    if (step == 15) w->a = (double)(float)work_round(w->a, 1);
+    if (step == 16) w->a = (double)(float)work_round(w->a, 2);
+    if (step == 17) w->b = w->lobe == LOBE_TABLE ? (int)(w->b + 1) / 2 : work_round(w->b, 1);
+    if (step == 18) w->tolerance = 1e-3;
+    if (step == 19) w->tolerance = work_round(w->tolerance, 1);
+    if (step == 20) w->s = fmin(0.999, work_round(w->s, 2));
+    if (step == 21) w->t = fmin(0.999999, work_round(w->t, 2));
+    if (step == 22) w->method = ENVMAP_METHOD_AUTO;
+    if (step == 23) w->seed = 1;
+    if (step == 24 && bell) w->lobe = LOBE_PHONG, w->a = (double)(float)(1 / (w->a * w->a));
 }
 
 #endif

@@ -55,7 +55,7 @@ static void a_work_reads_back_as_it_was_printed(void) {
    look exactly at the point where all of a rim's texels meet. */
 static void the_oracle_is_the_reference(void) {
     double wide = 0, thin = 0;
-    for (int n = 0; n < test_many(80); ++n) {
+    for (int n = 0; n < test_many(40); ++n) {
         work w = search_draw(15, n);
         w.check = CHECK_FILTER, w.method = ENVMAP_METHOD_REFERENCE, w.tolerance = 1e-2;
         w.src_size = 3 + w.src_size % 20, w.dst_size = 1 + w.dst_size % 3;
@@ -64,8 +64,10 @@ static void the_oracle_is_the_reference(void) {
             w.scene = SCENE_NOISE;
         verdict v = check_work(&w);
         finding f = finding_of(&w, &v, PROMISE_RMS);
-        if (f.texels >= 2) wide = fmax(wide, f.off);
-        else thin = fmax(thin, f.off);
+        if (f.texels >= 2)
+            wide = fmax(wide, f.off);
+        else
+            thin = fmax(thin, f.off);
     }
     FIGURE("lobes of two texels and more, rms", wide, 1e-6);
     FIGURE("thinner ones", thin, 0.1);
