@@ -57,11 +57,11 @@ static int known_banded_time(const finding *f) {
     return bands > 400;
 }
 
-/* A function with a tip at its axis or opposite to it, where no kink can be declared: beside lights
+/* A function (or wide bells in a table) with a tip at its axis or opposite to it, where no kink can be declared: beside lights
    no number of bands seems enough, and the reference is taken. */
 static int known_tip_time(const finding *f) {
     oracle_lobe m = work_lobe(f->w);
-    int tip = 0;
+    int tip = f->w->lobe == LOBE_TABLE && f->w->a > 0.2; /* bells that do not end before pi */
     for (int i = 0; i < f->w->dst_slices && f->w->lobe >= LOBE_CONE; ++i) {
         double p = oracle_p(&m, i, f->w->dst_slices), h = 1e-3;
         tip |= fabs(oracle_k(&m, cos(h), p) - oracle_k(&m, 1, p)) > 1e-4 * h ||
@@ -79,14 +79,20 @@ static int known_thin_sums(const finding *f) {
     return is_accuracy(f) && f->texels < 1.5 && f->off < limit;
 }
 
-/* The value is relative to the brightest texel, which small results need not have. */
+/* Up to about the tolerance. The value is relative to the brightest texel, which small results need
+   not have. */
 static int known_sign(const finding *f) {
     int small = f->w->dst_size <= 4;
-    return f->promise == PROMISE_SIGN && f->w->lobe >= LOBE_TABLE && (small || f->value < 1e-2);
+    return f->promise == PROMISE_SIGN && f->w->lobe >= LOBE_TABLE &&
+           (small || f->value < 1e-2 + 2 * f->w->tolerance);
 }
 
+/* Light that lies near a pole; lamps have two more axes, with the same components. */
 static int known_source_pole(const finding *f) {
-    return is_accuracy(f) && f->w->src_mapping == ENVMAP_LATLONG && f->texels >= 2;
+    double y = fabs(2 * f->w->t - 1), r = sqrt(1 - y * y), angle = 2 * PI * f->w->s;
+    int lamps = f->w->scene == SCENE_LAMPS || f->w->scene == SCENE_COLOURS;
+    if (lamps) y = fmax(y, r * fmax(fabs(cos(angle)), fabs(sin(angle))));
+    return is_accuracy(f) && f->w->src_mapping == ENVMAP_LATLONG && f->texels >= 2 && y > 0.85;
 }
 
 static int known_result_pole(const finding *f) {
@@ -98,7 +104,9 @@ static int known_slices(const finding *f) {
 }
 
 static int known_sphere(const finding *f) {
-    return is_accuracy(f) && f->w->src_mapping == ENVMAP_SPHERE && f->texels >= 1.5;
+    double limit = f->promise == PROMISE_RMS ? 6 : 120;
+    return is_accuracy(f) && f->w->src_mapping == ENVMAP_SPHERE && f->texels >= 1.5 &&
+           f->value < limit;
 }
 
 static int known_kinked_function(const finding *f) {
