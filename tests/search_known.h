@@ -57,8 +57,8 @@ static int known_banded_time(const finding *f) {
     return bands > 400;
 }
 
-/* A function (or wide bells in a table) with a tip at its axis or opposite to it, where no kink can be declared: beside lights
-   no number of bands seems enough, and the reference is taken. */
+/* A function (or wide bells in a table) with a tip at its axis or opposite to it, where no kink can
+   be declared: beside lights no number of bands seems enough, and the reference is taken. */
 static int known_tip_time(const finding *f) {
     oracle_lobe m = work_lobe(f->w);
     int tip = f->w->lobe == LOBE_TABLE && f->w->a > 0.2; /* bells that do not end before pi */

@@ -536,7 +536,7 @@ static void check_failures(verdict *v, bench *b) {
 /* Seconds of the filter with its lobe's number changed by a factor. */
 static double neighbour_seconds(bench *b, double factor, double limit) {
     work w = *b->w;
-    double best = HUGE_VAL;
+    double best = HUGE_VAL; /* of two */
     w.a = (double)(float)(w.a * factor);
     if (w.lobe == LOBE_GGX) w.a = oracle_clamp(w.a, 1e-4, 1);
     if (w.lobe == LOBE_BANKS) w.a = 1 - (1 - b->w->a) * factor;
@@ -568,16 +568,15 @@ static void check_neighbours(verdict *v, bench *b) {
 /* The contrast of level 0 of slice 0: its rms about its mean, over its mean, all channels. */
 static double plan_contrast(const bench *b) {
     size_t n = oracle_count(b->w->dst_mapping, b->w->dst_size);
-    double sum = 0, square = 0, mean = 0;
+    double sum = 0, square = 0;
     for (int c = 0; c < 3; ++c) {
         double first = 0, weight = 0;
         for (size_t i = 0; i < n; ++i) {
             double value = (double)b->dst.texels[3 * i + (size_t)c], w = b->dst_texels[i].w;
             first += w * value, weight += w, sum += w * value * value / (4 * PI);
         }
-        first /= weight, mean += first, square += first * first;
+        first /= weight, square += first * first;
     }
-    (void)mean;
     return sqrt(fmax(0, sum - square) / square);
 }
 
