@@ -48,6 +48,11 @@ static int known_thin_time(const finding *f) { return is_time(f) && f->texels < 
 /* So do all lobes where the source's texels are wider than 0.1 rad. */
 static int known_coarse_time(const finding *f) { return is_time(f) && f->extent > 0.1; }
 
+/* And kinked lobes on sources half as coarse, where a scene has a light. */
+static int known_kinked_time(const finding *f) {
+    return is_time(f) && work_lobe_kinked(f->w) && f->extent > 0.05 && f->w->scene >= SCENE_TEXEL;
+}
+
 /* And what needs more than 768 bands; what needs hundreds takes L^3. */
 static int known_banded_time(const finding *f) {
     oracle_lobe m = work_lobe(f->w);
@@ -141,6 +146,7 @@ static const struct known {
 } known[] = {
     {"lobes below two texels take seconds", "no cliffs: sharp lobes", known_thin_time},
     {"coarse sources take seconds", "no cliffs: small and coarse sources", known_coarse_time},
+    {"kinked lobes, small sources with a light", "found here", known_kinked_time},
     {"lobes of hundreds of bands take seconds", "no cliffs: rings, middle lobes",
      known_banded_time},
     {"functions with a tip at an end take seconds", "found here", known_tip_time},
