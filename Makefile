@@ -31,7 +31,7 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
            %/test_materials %/test_gl %/test_harmonics %/test_stability_filters \
-           %/test_plan
+           %/test_plan %/test_search
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -48,7 +48,7 @@ BENCHARGS =
 GALLERY   = docs/images
 MAP       =
 
-.PHONY: help all demo test check strict sanitize valgrind fuzz $(MEASURE) bench-baseline size \
+.PHONY: help all demo test search check strict sanitize valgrind fuzz $(MEASURE) bench-baseline size \
         examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
@@ -64,6 +64,14 @@ test: ## build and run the tests; the last line counts them
 	@$(MAKE) --no-print-directory -j$(JOBS) $(TESTS)
 	@sh tests/run.sh -s -j$(JOBS) -l $(BUILD)/tests/log \
 	    $(foreach t,$(TESTS),'$(strip $(RUN) $(t))') $(COMPILE)
+
+SECONDS = 60
+SEED    = 1
+WORK    =
+search: ## random works against sums of their own: SECONDS=60 SEED=1, or WORK="..." to check one again
+	@mkdir -p $(BUILD)
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests tests/search.c -o $(BUILD)/search $(LIBS)
+	$(BUILD)/search $(if $(WORK),'$(WORK)',$(SECONDS) $(SEED))
 
 check: ## all that can be checked here: the whole tests by gcc and clang, strict, sanitize, valgrind
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'TEST_WHOLE=1 $(MAKE) --no-print-directory test CC=$(c) BUILD=$(BUILD)/$(c)') \
