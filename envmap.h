@@ -376,8 +376,8 @@ ENVMAP_API double envmap_lobe_integral(const envmap_lobe *lobe, double p);
 ENVMAP_API double envmap_lobe_sigma(const envmap_lobe *lobe, double p);
 ENVMAP_API void envmap_lobe_support(double *from, double *to, const envmap_lobe *lobe, double p);
 
-/* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1, bands 1 .. 4096: the filter maps Y_lm
-   to lambda_l Y_lm (Funk-Hecke). norm is the filter's: the lobe's integral, Banks' at c = 0, 1 raw.
+/* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1, bands 1 .. 4096: the filter maps
+   Y_lm to lambda_l Y_lm (Funk-Hecke). norm is the filter's: the lobe's integral, Banks' at c = 0, 1 raw.
    Phong: lambda_0 = 1, lambda_1 = (N+1)/(N+2), lambda_(l+2) = lambda_l (N-l)/(N+l+3); Gaussian: a
    continued fraction downwards; others: Gauss-Legendre between kinks, O(bands^2). Stable to all
    bands (test: to l = 256 against quadrature).
@@ -2045,8 +2045,8 @@ ENVMAPI_BODY void envmap_lookup_footprint(float rgb[3], const envmap *map, const
 }
 
 /* ----------------------------------------------------------------------------------- >>lobes --
-   In: a lobe and p. Out: k(x; p), x = cos theta, and what the methods ask about it. Every room below
-   asks these calls; none asks which lobe it is.
+   In: a lobe and p. Out: k(x; p), x = cos theta, and what the methods ask about it. Every room
+   below asks these calls; none asks which lobe it is.
        integral   2 pi int k(cos theta) sin(theta) d theta                 (envmapi_lobe_integral)
        lambda_l   the same of k P_l(cos theta), over the filter's norm     (envmapi_zonal)
    in closed form or by composite Gauss-Legendre (envmapi_quadrature). Its panels end at the ends of
@@ -2234,8 +2234,8 @@ ENVMAPI_BODY void envmap_lobe_support(double *from, double *to, const envmap_lob
     }
 }
 
-/* Angles where k or its slope jumps, or its curvature has no bound: the horizon, the edges of a ring
-   and the tip of a cone, a function's own. Returns how many. */
+/* Angles where k or its slope jumps, or its curvature has no bound: the horizon, the edges of a
+   ring and the tip of a cone, a function's own. Returns how many. */
 #define ENVMAPI_KINKS 64 /* further ones of a function do not count */
 static int envmapi_lobe_kinks(double kinks[ENVMAPI_KINKS], const envmap_lobe *lobe, double p) {
     int n = 0, banks = lobe->kind == ENVMAP_LOBE_BANKS;
@@ -2250,8 +2250,8 @@ static int envmapi_lobe_kinks(double kinks[ENVMAPI_KINKS], const envmap_lobe *lo
     return n;
 }
 
-/* Composite Gauss-Legendre over a part of a lobe's support: panels between breaks, each cut into two
-   or more pieces no longer than `step`, 8 nodes a piece. */
+/* Composite Gauss-Legendre over a part of a lobe's support: panels between breaks, each cut into
+   two or more pieces no longer than `step`, 8 nodes a piece. */
 typedef struct envmapi_quadrature {
     double breaks[128], step;
     int count, panel, pieces, node; /* of breaks; where it is: a panel, its pieces, a node of it */
@@ -2357,8 +2357,8 @@ static double envmapi_lobe_peak(const envmap_lobe *lobe, double p) {
     return at;
 }
 
-/* How far |k| stays above `level` from the angle `peak` on, towards pi (side 1) or 0 (side -1): steps
-   that grow by a tenth until it is below, then halves. Where it stays to the end, all of it. */
+/* How far |k| stays above `level` from the angle `peak` on, towards pi (side 1) or 0 (side -1), at
+   most to there: by steps that grow by a tenth until it is below, then by halves. */
 static double envmapi_lobe_flank(const envmap_lobe *lobe, double p, double peak, double level,
                                  int side) {
     double inside = 0, outside = 0, room = side > 0 ? ENVMAPI_PI - peak : peak;
@@ -3722,7 +3722,7 @@ static void envmapi_sh_scatter(double *sh, int bands, envmapi_sh_points *n) {
     }
 }
 
-/* Its adjoint: e = sum of a_lm Y_lm, with factors [bands] that multiply the coefficients, or NULL. */
+/* Its adjoint: e = sum of a_lm Y_lm, times factors [bands] where these are given. */
 static void envmapi_sh_gather(envmapi_sh_points *n, const double *sh, int bands,
                               const double *factors) {
     memset(n->e, 0, sizeof n->e);
@@ -3908,9 +3908,9 @@ static void envmapi_triangle_of(double *a, const double *sh, int bands) {
         }
 }
 
-/* Half of >>transform, to sh where there is one, else to texels, on the widest grid that loses no more
-   than the tolerance of the last band: a third of it in each of the two splines on the way, as the
-   most that they lose is 1.5 times what they lose in the mean. */
+/* Half of >>transform, to sh where that is given, else to texels. The grid is the widest that loses
+   no more than the tolerance of the last band: a third of it in each of the two splines on the way,
+   as the most that they lose is 1.5 times what they lose in the mean. */
 static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *job) {
     envmapi_input in;
     envmapi_transform t;
@@ -4078,15 +4078,13 @@ static int envmapi_ringing_aim(envmapi_ringing *r) {
     return 1;
 }
 
-/* The points' values, to n->e[0]. */
+/* The points' values, to n->e[0]; a black channel's is 1, as large as its mean. */
 static void envmapi_ringing_values(const envmapi_ringing *r, envmapi_sh_points *n) {
     envmapi_sh_gather(n, r->sh, r->bands, r->factors);
     for (int i = 0; i < n->count; ++i) {
-        double lowest = HUGE_VAL;
-        for (int c = 0; c < 3; ++c)
-            if (r->mean[c] > 0 && n->e[c][i] < lowest * r->mean[c])
-                lowest = n->e[c][i] / r->mean[c];
-        n->e[0][i] = lowest;
+        double v[3];
+        for (int c = 0; c < 3; ++c) v[c] = r->mean[c] > 0 ? n->e[c][i] / r->mean[c] : 1;
+        n->e[0][i] = fmin(v[0], fmin(v[1], v[2]));
     }
 }
 
@@ -4163,10 +4161,9 @@ ENVMAPI_BODY envmap_result envmap_sh_window(double *out, double *moved, const do
     while (envmapi_ringing_look(&r)) continue;
     double change = 0, total = 0;
     for (int l = 0; l < bands; ++l) {
-        double kept = exp(-r.mu * l),
-               power = r.lambda[l] * r.lambda[l] * envmapi_sh_power(sh, bands, l);
-        r.factors[l] = kept;
-        total += power, change += (1 - kept) * (1 - kept) * power;
+        double kept = r.factors[l] = exp(-r.mu * l), moves = r.lambda[l] * (1 - kept);
+        double power = envmapi_sh_power(sh, bands, l);
+        total += r.lambda[l] * r.lambda[l] * power, change += moves * moves * power;
     }
     if (moved) *moved = total > 0 ? sqrt(change / total) : 0;
     envmapi_sh_scale(out, sh, bands, r.factors);
@@ -4191,9 +4188,8 @@ ENVMAPI_BODY int envmap_sh_bands(const envmap_lobe *lobe, double p, const double
             power[l] *= power[l], rest -= (2 * l + 1) * power[l];
             power[l] *= envmapi_sh_power(sh, bands, l), total += power[l];
         }
-        /* beyond: 1e-12 is rounding */
-        double tail =
-            rest < 1e-12 * light ? 0 : rest * envmapi_sh_power(sh, bands, n) / (2 * n + 1);
+        if (rest < 1e-12 * light) rest = 0; /* rounding */
+        double tail = rest * envmapi_sh_power(sh, bands, n) / (2 * n + 1);
         double limit = tolerance * tolerance * (total + tail);
         int l = n;
         while (l > 0 && tail <= limit) tail += power[--l];

@@ -482,7 +482,7 @@ static void a_suns_ringing_is_windowed_away(void) {
     }
 }
 
-/* A minimum between the points of a grid beside one about as low, with a channel black; and noise. */
+/* A minimum between the points of a grid, beside one about as low, a channel black; and noise. */
 static void windowed_scenes_are_nowhere_below_zero(void) {
     static const double two[9] = {2.8209, 2.9068, 1.3963,  1.5387, .5099,
                                   1.4567, -2.0500, 2.0030, .3824};
