@@ -927,12 +927,17 @@ static void envmapi_pool_free(envmapi_pool *pool, int keep) {
 #define ENVMAPI_OR_LANES(y, x) *(y) |= *(x)
 typedef uint32_t envmapi_bits16 __attribute__((vector_size(64), aligned(4), may_alias));
 #else
+#ifdef __GNUC__
+#define ENVMAPI_ALIAS __attribute__((may_alias))
+#else
+#define ENVMAPI_ALIAS
+#endif
 #define ENVMAPI_PREFETCH(p) (void)0
 #define ENVMAPI_INLINE      static inline
 #define ENVMAPI_LANES(type, scalar, n)                                                             \
     typedef struct type {                                                                          \
         scalar v[n];                                                                               \
-    } type;                                                                                        \
+    } ENVMAPI_ALIAS type;                                                                          \
     ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
         for (int i = 0; i < n; ++i) y->v[i] += a * x->v[i];                                        \
     }                                                                                              \
@@ -944,7 +949,7 @@ typedef uint32_t envmapi_bits16 __attribute__((vector_size(64), aligned(4), may_
     for (int i = 0; i < 16; ++i) (y)->v[i] |= (x)->v[i]
 typedef struct envmapi_bits16 {
     uint32_t v[16];
-} envmapi_bits16;
+} ENVMAPI_ALIAS envmapi_bits16;
 #endif
 
 /* _at: lanes in memory. _solve: (1, 26, 66, 26, 1)/120 c = f in place, see envmapi_spline_factor:
@@ -4176,7 +4181,8 @@ ENVMAPI_BODY int envmap_sh_bands(const envmap_lobe *lobe, double p, const double
                                  double tolerance) {
     double power[ENVMAPI_BAND_LIMIT]; /* first lambda, then what the filter leaves of a band */
     if ((sh || bands) && envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT)) return 0;
-    if (!(tolerance >= 0) || envmap_lobe_zonal(power, 1, lobe, p)) return 0;
+    if (!envmapi_finite(tolerance) || tolerance < 0 || envmap_lobe_zonal(power, 1, lobe, p))
+        return 0;
     envmap_lobe raw = *lobe;
     raw.raw = 1, raw.scale = 1;
     double light = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2);
@@ -6278,7 +6284,7 @@ static int envmapi_slices_hold(void *user, int n) {
 
 ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
     envmapi_power light;
-    if (!envmapi_lobe_sound(lobe) || !(tolerance >= 0)) return 0;
+    if (!envmapi_lobe_sound(lobe) || !envmapi_finite(tolerance) || tolerance < 0) return 0;
     if (lobe->kind == ENVMAP_LOBE_MIRROR || lobe->p0 == lobe->p1) return 1;
     light.lobe = lobe, light.tolerance = tolerance, light.needed = 0;
     return envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &light);

@@ -122,14 +122,14 @@ static envmap_filter_desc call_desc(const work *w, watch *clock_watch) {
 
 static envmap_result call_project(double *sh, int bands, const envmap *map, int slice,
                                   double tolerance, watch *clock_watch) {
-    envmap_work work = {{clock_watch, watch_run}, {NULL, NULL}, NULL};
-    return envmap_sh_project(sh, bands, map, slice, tolerance, &work);
+    envmap_work how = {{clock_watch, watch_run}, {NULL, NULL}, NULL};
+    return envmap_sh_project(sh, bands, map, slice, tolerance, &how);
 }
 
 static envmap_result call_fill(envmap *map, int slice, const double *sh, int bands,
                                double tolerance, watch *clock_watch) {
-    envmap_work work = {{clock_watch, watch_run}, {NULL, NULL}, NULL};
-    return envmap_sh_fill(map, 0, slice, sh, bands, tolerance, &work);
+    envmap_work how = {{clock_watch, watch_run}, {NULL, NULL}, NULL};
+    return envmap_sh_fill(map, 0, slice, sh, bands, tolerance, &how);
 }
 
 /* The fields of a plan that are checked. */
