@@ -2110,7 +2110,7 @@ ENVMAPI_BODY envmap_lobe envmap_lobe_table(const float *values, int size, int sl
 static int envmapi_lobe_ok(const envmap_lobe *lobe) {
     if (!lobe) return 0;
     double parameter = (double)lobe->parameter, p0 = (double)lobe->p0, p1 = (double)lobe->p1;
-    if (!envmapi_finite((double)lobe->scale + p0 + p1)) return 0;
+    if (!envmapi_finite((double)lobe->scale + p0 + p1 + parameter)) return 0;
     switch (lobe->kind) {
     case ENVMAP_LOBE_MIRROR: return 1;
     case ENVMAP_LOBE_PHONG:
@@ -3640,16 +3640,20 @@ static void envmapi_task_expand(void *context, int task) {
     }
 }
 
-/* t->rings.a -> t->out; 0 where something is not finite, which is told before a texel is written. */
-static int envmapi_fill_texels(envmapi_transform *t, const envmap_work *work) {
+/* t->rings.a -> t->out. `bad` is the result where something is not finite; that, and a cancelling, is
+   told before a texel is written. */
+static envmap_result envmapi_fill_texels(envmapi_transform *t, const envmap_work *work,
+                                         envmap_result bad) {
     int strips = t->grid.faces * t->strips;
+    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
     t->rings.count = t->grid.count;
     envmapi_synthesise(&t->rings, work);
     if (t->divide) envmapi_run_all(work, envmapi_task_norm, t, strips);
-    if (!envmapi_floats_ok(t->rings.values, 4 * t->grid.count, 1)) return 0;
+    if (!envmapi_floats_ok(t->rings.values, 4 * t->grid.count, 1)) return bad;
+    if (envmapi_tell(&work->progress, 1)) return ENVMAP_CANCELLED;
     envmapi_grid_solve(t, work);
     envmapi_run_all(work, envmapi_task_expand, t, strips);
-    return 1;
+    return ENVMAP_OK;
 }
 
 /* ------------------------------------------------------------------------------- >>harmonics --
@@ -3929,14 +3933,14 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
         return ENVMAP_ERROR_MEMORY;
     for (int l = 0; l < bands; ++l) lambda[l] = 1;
     t.rings.a = a, t.rings.a_bands = bands, t.rings.lambda = lambda, t.out = texels;
-    if (envmapi_tell(&job->work.progress, 0)) return ENVMAP_CANCELLED;
     if (sh) {
+        if (envmapi_tell(&job->work.progress, 0)) return ENVMAP_CANCELLED;
         envmapi_project_texels(&t, &job->work);
         envmapi_sh_of(sh, a, bands);
         return envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     }
     envmapi_triangle_of(a, job->sh, bands);
-    return envmapi_fill_texels(&t, &job->work) ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
+    return envmapi_fill_texels(&t, &job->work, ENVMAP_ERROR_RADIANCE);
 }
 
 ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
@@ -5743,8 +5747,7 @@ static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec 
     t->p = opposite ? -slice->p : slice->p;
     t->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
     t->norm = t->divide ? envmapi_lobe_integral(spec->lobe, t->p) : envmapi_lobe_norm(spec->lobe);
-    if (envmapi_tell(&work->progress, 0)) return ENVMAP_CANCELLED;
-    return envmapi_fill_texels(t, work) ? envmapi_tell(&work->progress, 1) : ENVMAP_ERROR_LOBE;
+    return envmapi_fill_texels(t, work, ENVMAP_ERROR_LOBE);
 }
 
 /* A slice of a specification, and that at -p, as far as they are among first .. first+slices-1. */

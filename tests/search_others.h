@@ -117,7 +117,7 @@ static void check_series(verdict *v, bench *b, const double *sh, int bands) {
         }
     }
     hold(v, PROMISE_EVALUATE, worst, 1e-9);
-    hold(v, PROMISE_EVALUATE, filled, 1e-6);
+    hold(v, PROMISE_EVALUATE, filled, fmax(b->w->tolerance, 1e-6));
 }
 
 /* out(R d) = sh(d), R made of three random vectors at right angles; a mirror image now and then. */
