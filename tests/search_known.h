@@ -109,10 +109,6 @@ static int known_result_pole(const finding *f) {
     return f->promise == PROMISE_WORST && f->w->dst_mapping == ENVMAP_LATLONG && is_dark(f->w);
 }
 
-static int known_slices(const finding *f) {
-    return is_accuracy(f) && f->w->lobe == LOBE_TABLE && f->w->dst_slices > 16;
-}
-
 static int known_sphere(const finding *f) {
     double limit = f->promise == PROMISE_RMS ? 6 : 120;
     return is_accuracy(f) && f->w->src_mapping == ENVMAP_SPHERE && f->texels >= 1.5 &&
@@ -137,10 +133,6 @@ static int known_bands(const finding *f) {
     return f->promise == PROMISE_BANDS && f->w->lobe == LOBE_PHONG && f->w->a < 1;
 }
 
-static int known_window(const finding *f) {
-    return f->promise == PROMISE_WINDOW && f->value < 0.01;
-}
-
 static int known_resampled(const finding *f) {
     return f->promise == PROMISE_MEAN || f->promise == PROMISE_ENERGY;
 }
@@ -159,13 +151,11 @@ static const struct known {
     {"negative light from functions and tables", "right everywhere", known_sign},
     {"lat-long sources near poles", "right everywhere", known_source_pole},
     {"lat-long results near poles", "right everywhere", known_result_pole},
-    {"only 16 slices are looked at", "right everywhere", known_slices},
     {"sphere map sources near -z", "right everywhere", known_sphere},
     {"functions with a declared kink", "right everywhere", known_kinked_function},
     {"smooth lobes in black scenes, tight tolerances", "right everywhere", known_black},
     {"results of few texels that miss the light", "right everywhere", known_missed_light},
     {"some bands more than are needed, Phong below 1", "found here", known_bands},
-    {"windowed, and yet negative", "right everywhere", known_window},
     {"resampling", "no cliffs: resampling", known_resampled},
 };
 enum { KNOWN_COUNT = sizeof known / sizeof *known };

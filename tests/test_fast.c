@@ -6,6 +6,8 @@
 #define ENVMAP_IMPLEMENTATION
 #include "helpers.h"
 
+#include <time.h>
+
 /* ----------------------------------------------------------------------------------- tools ---- */
 
 /* Level 0 of a - b in tolerances: the rms, and the worst texel. */
@@ -343,6 +345,21 @@ static void opposite_slices_of_banks_keep_the_tolerance(void) {
         snprintf(what, sizeof what, "2 and 5 slices, %s", oracle_name[mapping]);
         figures(what, all);
     }
+    envmap_free(&src);
+}
+
+/* Thirty-two rows of cos^2, but one of cos^60. */
+static void a_slice_unlike_its_neighbours_keeps_the_tolerance(void) {
+    enum { ROWS = 32, ANGLES = 257 };
+    static float rows[ROWS * ANGLES];
+    envmap src = noise(ENVMAP_CUBE, 32, 9);
+    for (int i = 0; i < ROWS * ANGLES; ++i) {
+        double x = cos(PI * (i % ANGLES) / (ANGLES - 1));
+        rows[i] = x > 0 ? (float)pow(x, i / ANGLES == 17 ? 60 : 2) : 0;
+    }
+    figures("one sharp slice of 32",
+            miss_by(ENVMAP_CUBE, 4, ROWS, &src, envmap_lobe_table(rows, ANGLES, ROWS, 0, 1),
+                    ENVMAP_METHOD_FAST, 1e-3));
     envmap_free(&src);
 }
 
@@ -710,8 +727,12 @@ static void progress_grows_and_any_report_can_cancel(void) {
     envmap_lobe lobes[4] = {envmap_lobe_phong(4), envmap_lobe_banks(0.5f), envmap_lobe_phong(1e4f),
                             envmap_lobe_phong(5)};
     CHECK(check_cancelling(&dst, &src, lobes, 4, desc_of(ENVMAP_METHOD_FAST, 1e-2)) >= 6);
+    /* one level and slice, which is written where it stays */
+    envmap alone = black(ENVMAP_CUBE, 8, 1, 1);
+    CHECK(check_cancelling(&alone, &src, lobes, 1, desc_of(ENVMAP_METHOD_FAST, 1e-2)) >= 2);
     envmap_free(&src);
     envmap_free(&dst);
+    envmap_free(&alone);
 }
 
 static void out_of_memory_leaks_nothing_and_touches_nothing(void) {
@@ -770,6 +791,53 @@ static void bad_input_is_refused_and_touches_nothing(void) {
     }
 }
 
+/* ------------------------------------------------------------------------------ one transform ---- */
+
+static double seconds_of_project(const envmap *map, double *sh, int bands) {
+    double best = HUGE_VAL;
+    for (int i = 0; i < 5; ++i) {
+        clock_t start = clock();
+        CHECK(envmap_sh_project(sh, bands, map, 0, 1e-3, NULL) == ENVMAP_OK);
+        best = fmin(best, (double)(clock() - start) / CLOCKS_PER_SEC);
+    }
+    return best;
+}
+
+/* What FAST does with a source, for as many bands. */
+static double seconds_of_analysis(const envmap *map, int bands) {
+    double best = HUGE_VAL;
+    envmap_lobe lobe = envmap_lobe_phong(1);
+    for (int i = 0; i < 5; ++i) {
+        envmap_filter_desc desc = desc_of(ENVMAP_METHOD_FAST, 1e-3);
+        envmapi_spec spec;
+        envmapi_scene scene;
+        envmapi_spectrum spectrum;
+        envmapi_pool pool;
+        memset(&pool, 0, sizeof pool), memset(&spec, 0, sizeof spec);
+        spec.lobe = &lobe, spec.L = bands, spec.h = envmapi_widest_spacing(bands);
+        while (3 * envmapi_band_error(bands - 1, spec.h) > 1e-3) spec.h *= 0.96;
+        clock_t start = clock();
+        CHECK(!envmapi_scene_create(&scene, map, 0, 0.1, &desc.work, &pool));
+        CHECK(!envmapi_fast_analyse(&spectrum, &spec, 1, 0, &scene, &desc, &pool));
+        best = fmin(best, (double)(clock() - start) / CLOCKS_PER_SEC);
+        envmapi_pool_free(&pool, 0);
+    }
+    return best;
+}
+
+static void projecting_takes_no_longer_than_the_fast_filters_way_in(void) {
+    static const int bands[4] = {3, 9, 24, 48};
+    static double sh[3 * 48 * 48];
+    envmap map = noise(ENVMAP_CUBE, 256, 3);
+    for (int i = 0; i < 4; ++i) {
+        char what[64];
+        snprintf(what, sizeof what, "%d bands: time over FAST's source side", bands[i]);
+        FIGURE(what, seconds_of_project(&map, sh, bands[i]) / seconds_of_analysis(&map, bands[i]),
+               1.5);
+    }
+    envmap_free(&map);
+}
+
 static void nothing_leaks(void) { CHECK(oracle_live == 0); }
 
 int main(void) {
@@ -785,6 +853,7 @@ int main(void) {
     RUN(each_slice_of_a_source_lights_its_own);
     RUN(a_lobe_without_parameter_fills_every_slice_alike);
     RUN(opposite_slices_of_banks_keep_the_tolerance);
+    RUN(a_slice_unlike_its_neighbours_keeps_the_tolerance);
     RUN(raw_lobes_keep_the_tolerance);
     RUN(white_stays_white);
     RUN(black_stays_black);
@@ -802,6 +871,7 @@ int main(void) {
     RUN(progress_grows_and_any_report_can_cancel);
     RUN(out_of_memory_leaks_nothing_and_touches_nothing);
     RUN(bad_input_is_refused_and_touches_nothing);
+    RUN(projecting_takes_no_longer_than_the_fast_filters_way_in);
     RUN(nothing_leaks);
     return test_summary();
 }
