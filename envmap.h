@@ -3183,8 +3183,8 @@ static void envmapi_input_rim(envmapi_input *in, int room) {
     size_t area = envmapi_area(map->mapping, map->size);
     for (size_t t = 0; t < area && room; ++t) {
         int x = (int)(t % (size_t)map->size), y = (int)(t / (size_t)map->size);
-        double X = fabs((2 * x + 1.0) / map->size - 1) - 1.0 / map->size, at[2];
-        double Y = fabs((2 * y + 1.0) / map->size - 1) - 1.0 / map->size;
+        double X = fmax(fabs((2 * x + 1.0) / map->size - 1) - 1.0 / map->size, 0), at[2];
+        double Y = fmax(fabs((2 * y + 1.0) / map->size - 1) - 1.0 / map->size, 0);
         if (envmapi_omega_row(in, y)[3 * x] > 0 || X * X + Y * Y > 1) continue;
         double w = envmapi_texel_cell(at, map->mapping, map->size, x, y);
         for (int face = 0; w > 0 && face < envmap_faces(map->mapping); ++face) {

@@ -423,10 +423,8 @@ static double sun_mu(void) {
     double low = 0, high = 1;
     for (int i = 0; i < 60; ++i) {
         double middle = (low + high) / 2;
-        if (sun_lowest(middle) < 0)
-            low = middle;
-        else
-            high = middle;
+        if (sun_lowest(middle) < 0) low = middle;
+        else high = middle;
     }
     return high;
 }
@@ -484,7 +482,7 @@ static void a_suns_ringing_is_windowed_away(void) {
 
 /* A minimum between the points of a grid, beside one about as low, a channel black; and noise. */
 static void windowed_scenes_are_nowhere_below_zero(void) {
-    static const double two[9] = {2.8209, 2.9068, 1.3963,  1.5387, .5099,
+    static const double two[9] = {2.8209, 2.9068,  1.3963, 1.5387, .5099,
                                   1.4567, -2.0500, 2.0030, .3824};
     double sh[300], out[300], lit[300], moved, d[3] = {-.377, -.917, .129}, rgb[3], least = 1;
     envmap_lobe diffuse = envmap_lobe_diffuse();
@@ -693,6 +691,23 @@ static void filling_keeps_the_tolerance(void) {
         }
 }
 
+/* Where one texel holds the whole rim, or a pole, or an edge of the cube. */
+static void the_smallest_maps_keep_the_tolerance(void) {
+    double worst = 0;
+    for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping)
+        for (int size = 1; size <= 4; ++size) {
+            envmap map = map_of(mapping, size);
+            double sums[27], sh[27];
+            oracle_noise(&map, 5);
+            CHECK(envmap_sh_project(sums, 3, &map, 0, 0, NULL) == ENVMAP_OK);
+            CHECK(envmap_sh_project(sh, 3, &map, 0, 1e-4, NULL) == ENVMAP_OK);
+            for (int i = 0; i < 27; ++i)
+                worst = larger(worst, fabs(sh[i] - sums[i]) / sqrt(4 * PI));
+            envmap_free(&map);
+        }
+    FIGURE("coefficients of maps of 1 to 4 texels, off by", worst, 1e-4);
+}
+
 static void failed_allocations_leave_no_trace(void) {
     envmap map = map_of(ENVMAP_CUBE, 64);
     double sh[27] = {7};
@@ -717,6 +732,7 @@ int main(void) {
     RUN(a_harmonic_projects_onto_itself);
     RUN(projection_is_the_plain_sum);
     RUN(points_keep_the_tolerance);
+    RUN(the_smallest_maps_keep_the_tolerance);
     RUN(radiance_near_the_end_of_floats_projects);
     RUN(coefficients_are_the_same_bits_for_any_executor);
     RUN(filling_evaluates_at_every_texel);
