@@ -126,7 +126,8 @@ static int known_black(const finding *f) {
 }
 
 static int known_missed_light(const finding *f) {
-    return is_accuracy(f) && is_dark(f->w) && f->w->dst_size <= 5;
+    int few = f->w->dst_size == 1 && f->w->scene == SCENE_SUN && f->value < 2;
+    return is_accuracy(f) && ((is_dark(f->w) && f->w->dst_size <= 5) || few);
 }
 
 /* Two or three units in the last place of a float. */
