@@ -279,7 +279,8 @@ ENVMAP_API envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *b
                                           const envmap *map, int level);
 
 #ifndef ENVMAP_NO_STDIO
-/* The same from and to a path; FILE too. A file that could not be written whole is removed. */
+/* The same from and to a path, with as much memory as the file has bytes; FILE, MEMORY too. A file
+   that could not be written whole is removed. */
 ENVMAP_API envmap_result envmap_pfm_load(envmap *map, const char *path, int mapping);
 ENVMAP_API envmap_result envmap_pfm_save(const envmap *map, const char *path, int level);
 #endif
@@ -1660,20 +1661,23 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
    are checked before anything is allocated (envmapi_pfm_header).
    Called by users alone.  Source: pfm(5) of netpbm.  Tests: tests/test_pfm.c, tests/fuzz_pfm.c. */
 
-typedef struct envmapi_reader {
+/* A picture that is being read, and what its header says. */
+typedef struct envmapi_pfm {
     const unsigned char *data;
     size_t bytes, at;
-} envmapi_reader;
+    int width, height, channels, size, slices;
+    double scale;
+} envmapi_pfm;
 
 /* The next byte, or -1 at the end. */
-static int envmapi_peek(const envmapi_reader *in) {
+static int envmapi_peek(const envmapi_pfm *in) {
     return in->at < in->bytes ? in->data[in->at] : -1;
 }
 
 static int envmapi_is_space(int c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 /* White space and comments, "#" to the end of the line; at least one byte of them. */
-static envmap_result envmapi_pfm_space(envmapi_reader *in) {
+static envmap_result envmapi_pfm_space(envmapi_pfm *in) {
     size_t start = in->at;
     for (;; ++in->at) {
         int c = envmapi_peek(in);
@@ -1685,82 +1689,76 @@ static envmap_result envmapi_pfm_space(envmapi_reader *in) {
     return in->at > start ? ENVMAP_OK : ENVMAP_ERROR_FORMAT;
 }
 
+/* Digits go on with the number that *value is, or with its fraction; 0 where there are none. */
+static int envmapi_pfm_digits(envmapi_pfm *in, double *value, int fraction) {
+    size_t start = in->at;
+    double unit = 1;
+    for (int c; (c = envmapi_peek(in)) >= '0' && c <= '9'; ++in->at)
+        if (fraction) unit /= 10, *value += unit * (c - '0');
+        else *value = 10 * *value + (c - '0');
+    return in->at > start;
+}
+
+static int envmapi_pfm_sign(envmapi_pfm *in) {
+    int c = envmapi_peek(in);
+    if (c == '-' || c == '+') ++in->at;
+    return c == '-' ? -1 : 1;
+}
+
 /* A positive integer; more than nine digits are beyond every limit. */
-static envmap_result envmapi_pfm_integer(envmapi_reader *in, int *value) {
-    int n = 0, digits = 0, c;
-    for (; (c = envmapi_peek(in)) >= '0' && c <= '9'; ++in->at) {
-        if (n > 0 || c > '0') ++digits;
-        if (digits <= 9) n = 10 * n + (c - '0');
-    }
-    if (c < 0) return ENVMAP_ERROR_TRUNCATED;
-    if (digits > 9) return ENVMAP_ERROR_LIMIT;
-    *value = n;
+static envmap_result envmapi_pfm_integer(envmapi_pfm *in, int *value) {
+    double n = 0;
+    envmapi_pfm_digits(in, &n, 0);
+    if (envmapi_peek(in) < 0) return ENVMAP_ERROR_TRUNCATED;
+    if (n >= 1e9) return ENVMAP_ERROR_LIMIT;
+    *value = (int)n;
     return n > 0 ? ENVMAP_OK : ENVMAP_ERROR_FORMAT;
 }
 
 /* [+-] digits [. digits] [e [+-] digits] */
-static envmap_result envmapi_pfm_number(envmapi_reader *in, double *value) {
-    int c = envmapi_peek(in), negative = c == '-', digits = 0, shift = 0, exponent = 0, point = 0;
-    double mantissa = 0;
-    if (c == '-' || c == '+') ++in->at;
-    for (; (c = envmapi_peek(in)) == '.' || (c >= '0' && c <= '9'); ++in->at) {
-        if (c == '.' && point++) return ENVMAP_ERROR_FORMAT;
-        if (c == '.') continue;
-        ++digits;
-        if (mantissa < 1e17) mantissa = 10 * mantissa + (c - '0'), shift -= point;
-        else shift += !point;
-    }
-    if (c < 0) return ENVMAP_ERROR_TRUNCATED;
-    if (!digits) return ENVMAP_ERROR_FORMAT;
-    if (c == 'e' || c == 'E') {
+static envmap_result envmapi_pfm_number(envmapi_pfm *in, double *value) {
+    double mantissa = 0, exponent = 0;
+    int sign = envmapi_pfm_sign(in), seen = envmapi_pfm_digits(in, &mantissa, 0), up = 1;
+    if (envmapi_peek(in) == '.') ++in->at, seen |= envmapi_pfm_digits(in, &mantissa, 1);
+    if (seen && (envmapi_peek(in) == 'e' || envmapi_peek(in) == 'E')) {
         ++in->at;
-        int down = (c = envmapi_peek(in)) == '-', seen = 0;
-        if (c == '-' || c == '+') ++in->at;
-        for (; (c = envmapi_peek(in)) >= '0' && c <= '9'; ++in->at, seen = 1)
-            if (exponent < 10000) exponent = 10 * exponent + (c - '0');
-        if (c < 0) return ENVMAP_ERROR_TRUNCATED;
-        if (!seen) return ENVMAP_ERROR_FORMAT;
-        if (down) exponent = -exponent;
+        up = envmapi_pfm_sign(in), seen = envmapi_pfm_digits(in, &exponent, 0);
     }
-    *value = mantissa * pow(10.0, envmapi_clamp((double)exponent + shift, -400, 400));
-    if (negative) *value = -*value;
+    if (envmapi_peek(in) < 0) return ENVMAP_ERROR_TRUNCATED;
+    if (!seen) return ENVMAP_ERROR_FORMAT;
+    *value = sign * mantissa * pow(10.0, up * fmin(exponent, 400));
     return ENVMAP_OK;
 }
 
-typedef struct envmapi_pfm {
-    int width, height, channels, size, slices;
-    double scale;
-} envmapi_pfm;
-
 /* Which map a picture of this shape is. */
-static envmap_result envmapi_pfm_shape(envmapi_pfm *pfm, int mapping) {
-    int faces = envmap_faces(mapping), edge = mapping == ENVMAP_LATLONG ? pfm->height : pfm->width;
+static envmap_result envmapi_pfm_shape(envmapi_pfm *in, int mapping) {
+    int faces = envmap_faces(mapping), edge = mapping == ENVMAP_LATLONG ? in->height : in->width;
     uint64_t strip = (uint64_t)faces * (uint64_t)edge;
-    pfm->size = edge;
-    pfm->slices = (int)((uint64_t)pfm->height / strip);
-    if (mapping == ENVMAP_LATLONG && (uint64_t)pfm->width != 2 * (uint64_t)edge)
+    in->size = edge;
+    in->slices = (int)((uint64_t)in->height / strip);
+    if (mapping == ENVMAP_LATLONG && (uint64_t)in->width != 2 * (uint64_t)edge)
         return ENVMAP_ERROR_SHAPE;
-    if ((uint64_t)pfm->height % strip || !pfm->slices) return ENVMAP_ERROR_SHAPE;
+    if ((uint64_t)in->height % strip || !in->slices) return ENVMAP_ERROR_SHAPE;
     return edge > ENVMAPI_SIZE_LIMIT ? ENVMAP_ERROR_LIMIT : ENVMAP_OK;
 }
 
-static envmap_result envmapi_pfm_header(envmapi_reader *in, envmapi_pfm *pfm, int mapping) {
+static envmap_result envmapi_pfm_header(envmapi_pfm *in, int mapping) {
     envmap_result result;
     if (in->bytes < 2) return ENVMAP_ERROR_TRUNCATED;
     if (in->data[0] != 'P' || (in->data[1] != 'F' && in->data[1] != 'f'))
         return ENVMAP_ERROR_FORMAT;
-    pfm->channels = in->data[1] == 'F' ? 3 : 1;
+    in->channels = in->data[1] == 'F' ? 3 : 1;
     in->at = 2;
-    if ((result = envmapi_pfm_space(in)) || (result = envmapi_pfm_integer(in, &pfm->width)) ||
-        (result = envmapi_pfm_space(in)) || (result = envmapi_pfm_integer(in, &pfm->height)) ||
-        (result = envmapi_pfm_space(in)) || (result = envmapi_pfm_number(in, &pfm->scale)))
+    if ((result = envmapi_pfm_space(in)) || (result = envmapi_pfm_integer(in, &in->width)) ||
+        (result = envmapi_pfm_space(in)) || (result = envmapi_pfm_integer(in, &in->height)) ||
+        (result = envmapi_pfm_space(in)) || (result = envmapi_pfm_number(in, &in->scale)))
         return result;
     int after = envmapi_peek(in);
     if (!envmapi_is_space(after)) return ENVMAP_ERROR_FORMAT;
     ++in->at;
-    if (!envmapi_finite(pfm->scale) || !(fabs(pfm->scale) > 0)) return ENVMAP_ERROR_FORMAT;
-    if ((result = envmapi_pfm_shape(pfm, mapping))) return result;
-    uint64_t need = (uint64_t)pfm->width * (uint64_t)pfm->height * (uint64_t)pfm->channels * 4;
+    if (!envmapi_finite(in->scale) || !(fabs(in->scale) > 0)) return ENVMAP_ERROR_FORMAT;
+    if ((result = envmapi_pfm_shape(in, mapping))) return result;
+    uint64_t need = (uint64_t)in->width * (uint64_t)in->height * (uint64_t)in->channels * 4;
     uint64_t have = in->bytes - in->at;
     if (after == '\r' && envmapi_peek(in) == '\n') ++in->at, --have; /* one line end */
     return have < need ? ENVMAP_ERROR_TRUNCATED : have > need ? ENVMAP_ERROR_TRAILING : ENVMAP_OK;
@@ -1778,19 +1776,18 @@ static float envmapi_pfm_sample(const unsigned char *b, int little) {
 
 ENVMAPI_BODY envmap_result envmap_pfm_read(envmap *map, const void *data, size_t bytes,
                                            int mapping) {
-    envmapi_reader in = {(const unsigned char *)data, bytes, 0};
-    envmapi_pfm pfm;
+    envmapi_pfm in = {(const unsigned char *)data, bytes, 0, 0, 0, 0, 0, 0, 0};
     envmap_result result;
     if (!map || !data || !envmap_faces(mapping)) return ENVMAP_ERROR_ARGUMENT;
-    if ((result = envmapi_pfm_header(&in, &pfm, mapping))) return result;
-    if ((result = envmap_create(map, mapping, pfm.size, 1, pfm.slices))) return result;
+    if ((result = envmapi_pfm_header(&in, mapping))) return result;
+    if ((result = envmap_create(map, mapping, in.size, 1, in.slices))) return result;
     const unsigned char *sample = in.data + in.at;
-    float factor = (float)envmapi_clamp(fabs(pfm.scale), 1e-38, 3e38);
-    for (int y = pfm.height - 1; y >= 0; --y) {
-        float *row = map->texels + 3 * (size_t)y * (size_t)pfm.width;
-        for (int i = 0; i < 3 * pfm.width; ++i) {
-            row[i] = factor * envmapi_pfm_sample(sample, pfm.scale < 0);
-            if (pfm.channels == 3 || i % 3 == 2) sample += 4;
+    float factor = (float)envmapi_clamp(fabs(in.scale), 1e-38, 3e38);
+    for (int y = in.height - 1; y >= 0; --y) {
+        float *row = map->texels + 3 * (size_t)y * (size_t)in.width;
+        for (int i = 0; i < 3 * in.width; ++i) {
+            row[i] = factor * envmapi_pfm_sample(sample, in.scale < 0);
+            if (in.channels == 3 || i % 3 == 2) sample += 4;
         }
     }
     return ENVMAP_OK;
@@ -1802,16 +1799,6 @@ static char *envmapi_pfm_decimal(char *out, size_t value) {
     return out + 1;
 }
 
-/* The header of a picture; returns its length, below 64. */
-static size_t envmapi_pfm_title(char title[64], size_t width, size_t height) {
-    memcpy(title, "PF\n", 3);
-    char *at = envmapi_pfm_decimal(title + 3, width);
-    *at++ = ' ';
-    at = envmapi_pfm_decimal(at, height);
-    memcpy(at, "\n-1.0\n", 6);
-    return (size_t)(at + 6 - title);
-}
-
 static void envmapi_pfm_encode(unsigned char *out, const float *samples, size_t count) {
     for (size_t i = 0; i < count; ++i) {
         uint32_t bits;
@@ -1820,21 +1807,20 @@ static void envmapi_pfm_encode(unsigned char *out, const float *samples, size_t 
     }
 }
 
-/* Rows and columns of the strip that one level makes; 0 when it cannot be written. */
-static size_t envmapi_pfm_rows(size_t *width, const envmap *map, int level) {
-    if (!envmapi_valid(map) || level < 0 || level >= map->levels) return 0;
-    if (map->mapping == ENVMAP_LATLONG && map->slices > 1) return 0;
-    int edge = envmapi_edge(map->size, level);
-    *width = (size_t)envmapi_width(map->mapping, edge);
-    return (size_t)edge * (size_t)envmap_faces(map->mapping) * (size_t)map->slices;
-}
-
 ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *bytes,
                                             const envmap *map, int level) {
-    char title[64];
-    size_t width = 0, rows = envmapi_pfm_rows(&width, map, level);
-    if (!rows || (!data && !bytes)) return ENVMAP_ERROR_ARGUMENT;
-    size_t start = envmapi_pfm_title(title, width, rows), row = 12 * width;
+    char title[64] = "PF\n";
+    if (!envmapi_valid(map) || level < 0 || level >= map->levels || (!data && !bytes) ||
+        (map->mapping == ENVMAP_LATLONG && map->slices > 1))
+        return ENVMAP_ERROR_ARGUMENT;
+    int edge = envmapi_edge(map->size, level);
+    size_t width = (size_t)envmapi_width(map->mapping, edge), row = 12 * width;
+    size_t rows = (size_t)edge * (size_t)envmap_faces(map->mapping) * (size_t)map->slices;
+    char *end = envmapi_pfm_decimal(title + 3, width);
+    *end++ = ' ';
+    end = envmapi_pfm_decimal(end, rows);
+    memcpy(end, "\n-1.0\n", 6);
+    size_t start = (size_t)(end + 6 - title);
     if (bytes) *bytes = start + rows * row;
     if (!data) return ENVMAP_OK;
     if (capacity < start + rows * row) return ENVMAP_ERROR_LIMIT;
@@ -1869,18 +1855,6 @@ ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int ma
     return result;
 }
 
-static int envmapi_pfm_put(FILE *file, const envmap *map, int level, size_t width, size_t rows) {
-    unsigned char chunk[3072];
-    const float *samples = envmapi_image(map, level, 0, 0);
-    for (size_t y = rows; y-- > 0;)
-        for (size_t x = 0; x < 3 * width; x += sizeof chunk / 4) {
-            size_t count = 3 * width - x < sizeof chunk / 4 ? 3 * width - x : sizeof chunk / 4;
-            envmapi_pfm_encode(chunk, samples + 3 * width * y + x, count);
-            if (fwrite(chunk, 4, count, file) != count) return 0;
-        }
-    return 1;
-}
-
 /* Something with a length: a device must not be removed. */
 static int envmapi_pfm_is_file(const char *path) {
     FILE *file = fopen(path, "rb");
@@ -1891,16 +1865,16 @@ static int envmapi_pfm_is_file(const char *path) {
 }
 
 ENVMAPI_BODY envmap_result envmap_pfm_save(const envmap *map, const char *path, int level) {
-    char title[64];
-    size_t width = 0, rows = envmapi_pfm_rows(&width, map, level);
-    if (!rows || !path) return ENVMAP_ERROR_ARGUMENT;
+    size_t bytes;
+    if (!path || envmap_pfm_write(NULL, 0, &bytes, map, level)) return ENVMAP_ERROR_ARGUMENT;
+    void *data = ENVMAP_MALLOC(map->memory, bytes);
+    if (!data) return ENVMAP_ERROR_MEMORY;
+    envmap_pfm_write(data, bytes, NULL, map, level);
     FILE *file = fopen(path, "wb");
-    if (!file) return ENVMAP_ERROR_FILE;
-    size_t start = envmapi_pfm_title(title, width, rows);
-    int whole = fwrite(title, 1, start, file) == start;
-    whole = whole && envmapi_pfm_put(file, map, level, width, rows);
-    whole = fclose(file) == 0 && whole;
-    if (!whole && envmapi_pfm_is_file(path)) remove(path);
+    int whole = file && fwrite(data, 1, bytes, file) == bytes;
+    whole = file && fclose(file) == 0 && whole;
+    if (file && !whole && envmapi_pfm_is_file(path)) remove(path);
+    ENVMAP_FREE(map->memory, data);
     return whole ? ENVMAP_OK : ENVMAP_ERROR_FILE;
 }
 #endif
