@@ -774,19 +774,13 @@ static double envmapi_angle(const double a[3], const double b[3]) {
     return 2 * atan2(sqrt(envmapi_dot(minus, minus)), sqrt(envmapi_dot(plus, plus)));
 }
 
+/* +z for what is zero or not finite. */
 static void envmapi_unit(double out[3], const double in[3]) {
-    double scale = fabs(in[0]) > fabs(in[1]) ? fabs(in[0]) : fabs(in[1]);
-    if (fabs(in[2]) > scale) scale = fabs(in[2]);
-    int usable = envmapi_finite(in[0]) && envmapi_finite(in[1]) && envmapi_finite(in[2]);
-    if (!usable || !(scale > 0)) {
-        out[0] = out[1] = 0, out[2] = 1;
-        return;
-    }
-    double v[3] = {in[0] / scale, in[1] / scale, in[2] / scale};
-    double length = sqrt(envmapi_dot(v, v));
-    for (int i = 0; i < 3; ++i) out[i] = v[i] / length;
+    double scale = fmax(fabs(in[0]), fmax(fabs(in[1]), fabs(in[2])));
+    double v[3] = {in[0] / scale, in[1] / scale, in[2] / scale}, length = sqrt(envmapi_dot(v, v));
+    int usable = envmapi_finite(length) && envmapi_finite(scale) && scale > 0;
+    for (int i = 0; i < 3; ++i) out[i] = usable ? v[i] / length : i == 2;
 }
-
 static void envmapi_unit_float(double out[3], const float in[3]) {
     double wide[3] = {(double)in[0], (double)in[1], (double)in[2]};
     envmapi_unit(out, wide);
@@ -1187,7 +1181,7 @@ ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const floa
                there is nothing, so r^2 g stays g(1): a point counts as the rim's next to it.
                g: sphere map 2, paraboloid 2/(1+r^2), angular map (1 - cos pi r)/r^2
    Radiance is the sum of texels times weights:
-     envmapi_lookup        two slices times two levels, linear in both
+     envmapi_add_trilinear two slices times two levels, linear in both
      envmapi_add_lookup    one face; near the paraboloids' rim both
      envmapi_add_bilinear  2 x 2 texels; a lat-long pole is the mean of its row
      envmapi_add_tap       one texel, of the neighbour where (x,y) lies beyond an edge
@@ -1496,34 +1490,34 @@ static double envmapi_slice_at(double p, double p0, double p1, int n) {
     return envmapi_finite(s) ? envmapi_clamp(s, 0, n - 1) : 0;
 }
 
-/* Trilinear at slice s, which may lie between two. */
-static void envmapi_lookup(float rgb[3], const envmap *map, const float dir[3], double s,
-                           float level) {
-    double sum[3] = {0, 0, 0}, d[3];
-    if (!rgb) return;
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    if (!dir || !envmapi_valid(map)) return;
-    double l = level > 0 ? envmapi_clamp((double)level, 0, map->levels - 1) : 0;
+/* rgb += weight times the radiance in direction d, trilinear, at slice s and a mip level. */
+static void envmapi_add_trilinear(double rgb[3], const envmap *map, const double d[3], double s,
+                                  double level, double weight) {
+    double l = level > 0 ? envmapi_clamp(level, 0, map->levels - 1) : 0;
     if (!envmapi_finite(l)) l = 0; /* -ffast-math may let NaN pass */
     double f_s = s - (int)s, f_l = l - (int)l;
-    envmapi_unit_float(d, dir);
     for (int i = 0; i < 4; ++i) {
-        double weight = (i & 1 ? f_s : 1 - f_s) * (i & 2 ? f_l : 1 - f_l);
-        if (!(weight > 0)) continue;
+        double share = (i & 1 ? f_s : 1 - f_s) * (i & 2 ? f_l : 1 - f_l);
+        if (!(share > 0)) continue;
         envmapi_level image = envmapi_level_of(map, (int)l + (i >> 1), (int)s + (i & 1));
-        envmapi_add_lookup(sum, &image, d, weight);
+        envmapi_add_lookup(rgb, &image, d, weight * share);
+    }
+}
+
+ENVMAPI_BODY void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
+                                      float level) {
+    double sum[3] = {0, 0, 0}, d[3];
+    if (!rgb) return;
+    if (dir && envmapi_valid(map)) {
+        double s = envmapi_slice_at((double)p, (double)map->p0, (double)map->p1, map->slices);
+        envmapi_unit_float(d, dir);
+        envmapi_add_trilinear(sum, map, d, s, (double)level, 1);
     }
     for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
 }
 
 ENVMAPI_BODY void envmap_lookup(float rgb[3], const envmap *map, const float dir[3], float level) {
-    envmapi_lookup(rgb, map, dir, 0, level);
-}
-
-ENVMAPI_BODY void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
-                                      float level) {
-    double s = map ? envmapi_slice_at((double)p, (double)map->p0, (double)map->p1, map->slices) : 0;
-    envmapi_lookup(rgb, map, dir, s, level);
+    envmap_lookup_slice(rgb, map, dir, map ? map->p0 : 0, level);
 }
 
 /* ---- cleaning ---- */
@@ -1572,17 +1566,16 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    Tests: tests/test_maps.c; resampling_is_of_second_order_between_all_pairs,
    resampling_down_conserves_energy, resampling_down_does_not_alias. */
 
-/* Texels of a face of edge `edge` between the directions a and b, seen on the face of d. */
-static double envmapi_span(int mapping, int edge, const double d[3], const double a[3],
-                           const double b[3]) {
+/* From a to b in texels of a face of edge `edge`, along u and v, seen on the face of d. */
+static void envmapi_span(double texels[2], int mapping, int edge, const double d[3],
+                         const double a[3], const double b[3]) {
     double from[2], to[2];
     int face = envmapi_face(mapping, d);
     envmapi_project(from, mapping, face, a);
     envmapi_project(to, mapping, face, b);
-    double du = to[0] - from[0], dv = to[1] - from[1];
+    double du = to[0] - from[0];
     if (mapping == ENVMAP_LATLONG) du -= floor(du + 0.5);
-    du *= envmapi_width(mapping, edge), dv *= edge;
-    return sqrt(du * du + dv * dv);
+    texels[0] = du * envmapi_width(mapping, edge), texels[1] = (to[1] - from[1]) * edge;
 }
 
 /* Points along one side of a texel of dst: three to a texel of src where it shrinks, or one bright
@@ -1591,14 +1584,15 @@ static double envmapi_span(int mapping, int edge, const double d[3], const doubl
 static int envmapi_samples(const envmap *dst, const envmapi_level *src, int face, int x, int y,
                            int along_v) {
     double ends[2][3], middle[3], w = envmapi_width(dst->mapping, dst->size), h = dst->size;
-    double u = (x + 0.5) / w, v = (y + 0.5) / h, span = 0;
+    double u = (x + 0.5) / w, v = (y + 0.5) / h, span = 0, off[2];
     int halves = envmapi_is_disc(dst->mapping) ? 16 : 4;
     for (int i = 0; i <= halves; ++i) {
         double t = (double)i / halves - 0.5;
         envmapi_direction(i & 1 ? middle : ends[i >> 1 & 1], dst->mapping, face,
                           along_v ? u : u + t / w, along_v ? v + t / h : v);
-        if (i > 0 && !(i & 1))
-            span += envmapi_span(src->mapping, src->edge, middle, ends[0], ends[1]);
+        if (!i || i & 1) continue;
+        envmapi_span(off, src->mapping, src->edge, middle, ends[0], ends[1]);
+        span += sqrt(off[0] * off[0] + off[1] * off[1]);
     }
     return span > 1.01 ? (int)envmapi_clamp(ceil(3 * span - 0.01), 2, 6.0 * src->edge) : 1;
 }
@@ -1944,78 +1938,72 @@ ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
     return ENVMAP_OK;
 }
 
-/* Texels of level 0 that a small step along `side` at d spans, per unit of the step. */
-static double envmapi_footprint_side(const envmap *map, const double d[3], const double side[3]) {
-    double length = sqrt(envmapi_dot(side, side)), a[3], b[3];
-    if (!(length > 0) || !envmapi_finite(length)) return 0;
-    double step = 1e-4 / length;
-    for (int i = 0; i < 3; ++i) a[i] = d[i] - step * side[i], b[i] = d[i] + step * side[i];
-    envmapi_unit(a, a), envmapi_unit(b, b);
-    return envmapi_span(map->mapping, map->size, d, a, b) / (2 * step);
+/* The sides of a footprint at dir in texels of level 0, along u and v, by small steps along them; 0
+   for bad maps and numbers. */
+static int envmapi_footprint(double texels[2][2], const envmap *map, const float dir[3],
+                             const float dx[3], const float dy[3]) {
+    double d[3], side[3], a[3], b[3];
+    if (!envmapi_valid(map) || !dir || !dx || !dy) return 0;
+    double length = sqrt((double)dir[0] * (double)dir[0] + (double)dir[1] * (double)dir[1] +
+                         (double)dir[2] * (double)dir[2]);
+    envmapi_unit_float(d, dir);
+    for (int s = 0; s < 2; ++s) {
+        for (int i = 0; i < 3; ++i) side[i] = (double)(s ? dy : dx)[i] / length;
+        double size = sqrt(envmapi_dot(side, side)), step = size > 0 ? 1e-4 / size : 1;
+        if (!envmapi_finite(size)) return 0;
+        for (int i = 0; i < 3; ++i) a[i] = d[i] - step * side[i], b[i] = d[i] + step * side[i];
+        envmapi_unit(a, a), envmapi_unit(b, b);
+        envmapi_span(texels[s], map->mapping, map->size, d, a, b);
+        for (int k = 0; k < 2; ++k) texels[s][k] /= 2 * step;
+    }
+    return 1;
 }
 
 ENVMAPI_BODY float envmap_footprint_level(const envmap *map, const float dir[3], const float dx[3],
                                           const float dy[3]) {
-    double d[3], x[3], y[3];
-    if (!envmapi_valid(map) || !dir || !dx || !dy) return 0;
-    double length = 0, sides = 0;
-    for (int i = 0; i < 3; ++i) {
-        length += (double)dir[i] * (double)dir[i];
-        sides += fabs((double)dx[i]) + fabs((double)dy[i]);
-    }
-    length = sqrt(length);
-    if (!(length > 0) || !envmapi_finite(length) || !envmapi_finite(sides)) return 0;
-    envmapi_unit_float(d, dir);
-    for (int i = 0; i < 3; ++i) x[i] = (double)dx[i] / length, y[i] = (double)dy[i] / length;
-    double a = envmapi_footprint_side(map, d, x), b = envmapi_footprint_side(map, d, y);
-    double texels = a > b ? a : b;
+    double t[2][2];
+    if (!envmapi_footprint(t, map, dir, dx, dy)) return 0;
+    double texels =
+        sqrt(fmax(t[0][0] * t[0][0] + t[0][1] * t[0][1], t[1][0] * t[1][0] + t[1][1] * t[1][1]));
     return texels > 1 ? (float)envmapi_clamp(log2(texels), 0, map->levels - 1) : 0;
 }
 
 /* The axes of the ellipse { d + cos(t) dx + sin(t) dy } as texels of level 0 see it: the longer and
-   the shorter as sides of directions; returns the ratio of their lengths, 1 where there is none.
-   From |dx|^2, |dy|^2 and dx.dy in texels; the last by |dx + dy|^2. */
-static double envmapi_footprint_axes(float major[3], float minor[3], const envmap *map,
-                                     const float dir[3], const float dx[3], const float dy[3]) {
-    double d[3] = {(double)dir[0], (double)dir[1], (double)dir[2]}, x[3], y[3], both[3];
-    double length = sqrt(envmapi_dot(d, d));
-    envmapi_unit_float(d, dir);
+   the shorter as sides of directions; returns the ratio of their lengths, 1 where there is none. */
+static double envmapi_footprint_axes(float major[3], float minor[3], double texels[2][2],
+                                     const float dx[3], const float dy[3]) {
+    const double *x = texels[0], *y = texels[1];
+    double xx = x[0] * x[0] + x[1] * x[1], yy = y[0] * y[0] + y[1] * y[1];
+    double xy = x[0] * y[0] + x[1] * y[1], mean = (xx + yy) / 2, swing = hypot((xx - yy) / 2, xy);
+    double turn = 0.5 * atan2(2 * xy, xx - yy), c = cos(turn), s = sin(turn);
     for (int i = 0; i < 3; ++i) {
-        x[i] = (double)dx[i] / length, y[i] = (double)dy[i] / length;
-        both[i] = x[i] + y[i];
+        major[i] = (float)(c * (double)dx[i] + s * (double)dy[i]);
+        minor[i] = (float)(c * (double)dy[i] - s * (double)dx[i]);
     }
-    double a = envmapi_footprint_side(map, d, x), b = envmapi_footprint_side(map, d, y);
-    double sum = envmapi_footprint_side(map, d, both), cross = (sum * sum - a * a - b * b) / 2;
-    double turn = 0.5 * atan2(2 * cross, a * a - b * b), c = cos(turn), s = sin(turn);
-    for (int i = 0; i < 3; ++i) {
-        major[i] = (float)((c * x[i] + s * y[i]) * length);
-        minor[i] = (float)((c * y[i] - s * x[i]) * length);
-    }
-    double mean = (a * a + b * b) / 2, half = (a * a - b * b) / 2;
-    double swing = sqrt(half * half + cross * cross);
-    double longer = sqrt(mean + swing), shorter = sqrt(envmapi_clamp(mean - swing, 1, 1e30));
-    return longer > shorter ? longer / shorter : 1;
+    return fmax(1, sqrt((mean + swing) / fmax(mean - swing, 1)));
 }
 
 ENVMAPI_BODY void envmap_lookup_footprint(float rgb[3], const envmap *map, const float dir[3],
                                           const float dx[3], const float dy[3], int probes) {
-    float level = envmap_footprint_level(map, dir, dx, dy), major[3], minor[3];
+    float level = envmap_footprint_level(map, dir, dx, dy), major[3], minor[3], probe[3];
+    double texels[2][2], sum[3] = {0, 0, 0}, d[3];
     if (!rgb) return;
     if (!(level > 0) || probes <= 1) {
         envmap_lookup(rgb, map, dir, level);
         return;
     }
-    double limit = probes < 256 ? probes : 256, sum[3] = {0, 0, 0};
-    int n = (int)envmapi_clamp(ceil(envmapi_footprint_axes(major, minor, map, dir, dx, dy) - 0.01),
-                               1, limit);
+    envmapi_footprint(texels, map, dir, dx, dy);
+    double ratio = envmapi_footprint_axes(major, minor, texels, dx, dy);
+    int n = (int)envmapi_clamp(ceil(ratio - 0.01), 1, probes < 256 ? probes : 256);
     for (int c = 0; c < 3; ++c) major[c] /= (float)n;
     for (int i = 0; i < n; ++i) {
-        float probe[3], at = (float)i + 0.5f - 0.5f * (float)n;
+        float at = (float)i + 0.5f - 0.5f * (float)n;
         for (int c = 0; c < 3; ++c) probe[c] = dir[c] + at * major[c];
-        envmap_lookup(rgb, map, probe, envmap_footprint_level(map, probe, major, minor));
-        for (int c = 0; c < 3; ++c) sum[c] += (double)rgb[c];
+        level = envmap_footprint_level(map, probe, major, minor);
+        envmapi_unit_float(d, probe);
+        envmapi_add_trilinear(sum, map, d, 0, (double)level, 1.0 / n);
     }
-    for (int c = 0; c < 3; ++c) rgb[c] = (float)(sum[c] / n);
+    for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
 }
 
 /* ----------------------------------------------------------------------------------- >>lobes --
@@ -3648,6 +3636,14 @@ static void envmapi_sh_points_add(envmapi_sh_points *n, const double d[3]) {
     ++n->count;
 }
 
+/* Nothing but direction d, of any length. */
+static void envmapi_sh_points_one(envmapi_sh_points *n, const double d[3]) {
+    double unit[3];
+    n->count = 0;
+    envmapi_unit(unit, d);
+    envmapi_sh_points_add(n, unit);
+}
+
 /* Makes ready for m, after m - 1. Returns the number of points with those, of no energy, that fill
    up the last eight. */
 static int envmapi_sh_points_order(envmapi_sh_points *n, int m, int bands) {
@@ -3747,17 +3743,14 @@ static envmap_result envmapi_sh_check(const double *sh, int bands, double limit)
 
 ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]) {
     envmapi_sh_points n;
-    double d[3];
     if (!Y || !dir || bands < 1 || bands > ENVMAPI_SH_BANDS) return ENVMAP_ERROR_ARGUMENT;
-    n.count = 0;
-    envmapi_unit(d, dir);
-    envmapi_sh_points_add(&n, d);
+    envmapi_sh_points_one(&n, dir);
     for (int m = 0; m < bands; ++m) {
         double now = 1, before = 0;
         envmapi_sh_points_order(&n, m, bands);
         for (int l = m; l < bands; ++l) {
             Y[l * (l + 1) - m] = now * n.powers[1][0], Y[l * (l + 1) + m] = now * n.powers[0][0];
-            double up = l + 1 < bands ? n.A[l + 1] * (d[2] * now - n.B[l + 1] * before) : 0;
+            double up = l + 1 < bands ? n.A[l + 1] * (n.z[0] * now - n.B[l + 1] * before) : 0;
             before = now, now = up;
         }
     }
@@ -3768,12 +3761,9 @@ ENVMAPI_BODY envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, i
                                               const double dir[3]) {
     envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     envmapi_sh_points n;
-    double d[3];
     if (!rgb || !dir) return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
-    n.count = 0;
-    envmapi_unit(d, dir);
-    envmapi_sh_points_add(&n, d);
+    envmapi_sh_points_one(&n, dir);
     envmapi_sh_gather(&n, sh, bands, NULL);
     for (int c = 0; c < 3; ++c) rgb[c] = n.e[c][0];
     return ENVMAP_OK;
@@ -3838,26 +3828,21 @@ static void envmapi_task_sh(void *context, int task) {
             envmapi_sh_texels(job, sums, x, y);
 }
 
-static envmap_result envmapi_project_exactly(double *sh, envmapi_sh_job *job) {
+/* The definition, to sh or, when all of them are there, to texels; the other is NULL. */
+static envmap_result envmapi_sh_exact(double *sh, float *texels, envmapi_sh_job *job) {
     size_t numbers = 3 * (size_t)(job->bands * job->bands), all = ENVMAPI_TASKS * numbers;
-    job->texels = envmap_texel(&job->map, 0, job->slice, 0, 0, 0);
-    job->sums = (double *)envmapi_pool_get(&job->pool, all, sizeof(double));
-    if (!job->sums) return ENVMAP_ERROR_MEMORY;
-    memset(job->sums, 0, all * sizeof(double)), memset(sh, 0, numbers * sizeof(double));
+    size_t floats = envmapi_slice_floats(&job->map, 0);
+    void *room = sh ? envmapi_pool_get(&job->pool, all, sizeof(double))
+                    : envmapi_pool_get(&job->pool, floats, sizeof(float));
+    if (!room) return ENVMAP_ERROR_MEMORY;
+    if (sh) job->sums = (double *)memset(room, 0, all * sizeof(double));
+    job->texels = sh ? envmapi_image(&job->map, 0, job->slice, 0) : (float *)room;
     envmap_result result = envmapi_run(&job->work, envmapi_task_sh, job, ENVMAPI_TASKS);
-    for (size_t i = 0; i < all && !result; ++i) sh[i % numbers] += job->sums[i];
-    return result ? result : envmapi_sh_check(sh, job->bands, ENVMAPI_SH_LIMIT);
-}
-
-/* Beside the map until all of it is there. */
-static envmap_result envmapi_fill_exactly(float *texels, envmapi_sh_job *job) {
-    size_t floats = 3 * (size_t)envmap_faces(job->map.mapping) * (size_t)job->map.size *
-                    (size_t)envmapi_width(job->map.mapping, job->map.size);
-    job->texels = (float *)envmapi_pool_get(&job->pool, floats, sizeof(float));
-    if (!job->texels) return ENVMAP_ERROR_MEMORY;
-    envmap_result result = envmapi_run(&job->work, envmapi_task_sh, job, ENVMAPI_TASKS);
-    if (!result) memcpy(texels, job->texels, floats * sizeof(float));
-    return result;
+    if (texels && !result) memcpy(texels, room, floats * sizeof(float));
+    if (texels || result) return result;
+    memset(sh, 0, numbers * sizeof(double));
+    for (size_t i = 0; i < all; ++i) sh[i % numbers] += job->sums[i];
+    return envmapi_sh_check(sh, job->bands, ENVMAPI_SH_LIMIT);
 }
 
 /* sh from the transform's a, and a from sh: a_lm -+ i a_l-m, over sqrt 2 for m > 0. */
@@ -3919,7 +3904,7 @@ ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap
     envmap_result result = out ? ENVMAP_ERROR_RADIANCE : ENVMAP_ERROR_MEMORY;
     if (out && tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(out, NULL, &job);
     if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow where doubles do not */
-        result = envmapi_project_exactly(out, &job);
+        result = envmapi_sh_exact(out, NULL, &job);
     if (!result) memcpy(sh, out, numbers * sizeof(double));
     envmapi_pool_free(&job.pool, 0);
     return result;
@@ -3934,7 +3919,7 @@ ENVMAPI_BODY envmap_result envmap_sh_fill(envmap *map, int level, int slice, con
     envmapi_sh_job job = envmapi_sh_job_of(map, slice, bands, tolerance, work);
     job.map.size = envmapi_edge(map->size, level), job.sh = sh;
     if (tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(NULL, texels, &job);
-    else result = envmapi_fill_exactly(texels, &job);
+    else result = envmapi_sh_exact(NULL, texels, &job);
     envmapi_pool_free(&job.pool, 0);
     return result;
 }
@@ -4086,18 +4071,17 @@ static double envmapi_ringing_descend(const envmapi_ringing *r, double d[3], dou
     return lowest;
 }
 
-/* The least mu, to 1e-4, from where on the value in direction d is not below zero. */
+/* The least mu, to 1e-4, from where on the value in direction d is not below zero. Beyond log(4 most)
+   none is: what is not the mean, 1/sqrt(4 pi), is at most exp(-mu) most there. */
 static void envmapi_ringing_raise(envmapi_ringing *r, const double d[3]) {
-    double low = r->mu > 1e-9 ? r->mu : 1e-9, high = 0;
+    double low = fmax(r->mu, 1e-9), high = log(4 * r->most);
     envmapi_sh_points n;
-    n.count = 0;
-    envmapi_sh_points_add(&n, d);
-    while (!(high > 0 && high - low <= 1e-4 * high)) {
-        double mu = high > 0 ? 0.5 * (low + high) : 2 * low;
-        envmapi_ringing_window(r, mu);
+    envmapi_sh_points_one(&n, d);
+    while (high - low > 1e-4 * high) {
+        envmapi_ringing_window(r, (low + high) / 2);
         envmapi_ringing_values(r, &n);
-        if (n.e[0][0] < 0) low = mu;
-        else high = mu;
+        if (n.e[0][0] < 0) low = r->mu;
+        else high = r->mu;
     }
     envmapi_ringing_window(r, 1.0001 * high);
 }
@@ -4127,20 +4111,17 @@ ENVMAPI_BODY envmap_result envmap_sh_window(double *out, double *moved, const do
                                             const envmap_lobe *lobe, double p) {
     envmapi_ringing r;
     envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
-    if (!result && !out) result = ENVMAP_ERROR_ARGUMENT;
-    if (result) return result;
+    for (int l = 0; l < ENVMAPI_SH_BANDS; ++l) r.lambda[l] = 1;
+    if (!result && lobe) result = envmap_lobe_zonal(r.lambda, bands, lobe, p);
+    if (!out || result) return result ? result : ENVMAP_ERROR_ARGUMENT;
     r.sh = sh, r.bands = bands;
-    for (int l = 0; l < bands; ++l) r.lambda[l] = 1;
-    if (lobe) result = envmap_lobe_zonal(r.lambda, bands, lobe, p);
-    if (result) return result;
     if (!envmapi_ringing_aim(&r)) return ENVMAP_ERROR_RADIANCE;
     while (envmapi_ringing_look(&r)) continue;
     double change = 0, total = 0;
     for (int l = 0; l < bands; ++l) {
-        double kept = exp(-r.mu * l),
-               power = r.lambda[l] * r.lambda[l] * envmapi_sh_power(sh, bands, l);
-        r.factors[l] = kept;
-        total += power, change += (1 - kept) * (1 - kept) * power;
+        double power = r.lambda[l] * r.lambda[l] * envmapi_sh_power(sh, bands, l);
+        r.factors[l] = exp(-r.mu * l);
+        total += power, change += (1 - r.factors[l]) * (1 - r.factors[l]) * power;
     }
     if (moved) *moved = total > 0 ? sqrt(change / total) : 0;
     envmapi_sh_scale(out, sh, bands, r.factors);
@@ -4178,25 +4159,18 @@ ENVMAPI_BODY int envmap_sh_bands(const envmap_lobe *lobe, double p, const double
 
 /* ---- for shaders */
 
-/* [RH01] eq. 12 with the basis' constants; upper triangle xx xy xz xw yy yz yw zz zw ww. */
-static void envmapi_sh_quadratic(double M[10], const double *sh, int c) {
-    double k0 = sqrt(1 / (4 * ENVMAPI_PI)), k1 = sqrt(3.0) * k0, k2 = sqrt(15.0) * k0;
-    double k20 = sqrt(5.0) / 2 * k0, a[9];
-    for (int i = 0; i < 9; ++i) a[i] = sh[3 * i + c];
-    M[0] = k2 / 2 * a[8], M[1] = k2 / 2 * a[4], M[2] = k2 / 2 * a[7], M[3] = k1 / 2 * a[3];
-    M[4] = -M[0], M[5] = k2 / 2 * a[5], M[6] = k1 / 2 * a[1];
-    M[7] = 3 * k20 * a[6], M[8] = k1 / 2 * a[2];
-    M[9] = k0 * a[0] - k20 * a[6];
-}
-
 ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], const double *sh) {
+    /* [RH01] eq. 12 with the basis' constants; M's upper triangle xx xy xz xw yy yz yw zz zw ww */
     static const int at[16] = {0, 1, 2, 3, 1, 4, 5, 6, 2, 5, 7, 8, 3, 6, 8, 9};
+    double k0 = sqrt(1 / (4 * ENVMAPI_PI)), x = sqrt(15.0) / 2 * k0, y = sqrt(3.0) / 2 * k0;
+    double z = sqrt(5.0) / 2 * k0;
     envmap_result result = envmapi_sh_check(sh, 3, 1e38);
     if (!matrix && !packed) return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
     for (int c = 0; c < 3; ++c) {
-        double M[10];
-        envmapi_sh_quadratic(M, sh, c);
+        const double *a = sh + c;
+        const double M[10] = {x * a[24], x * a[12], x * a[21],     y * a[9], -x * a[24],
+                              x * a[15], y * a[3],  3 * z * a[18], y * a[6], k0 * a[0] - z * a[18]};
         if (matrix)
             for (int i = 0; i < 16; ++i) matrix[16 * c + i] = (float)M[at[i]];
         if (!packed) continue;
@@ -6685,18 +6659,16 @@ static double envmapi_entry(const float *row, int stride, double s) {
 
 ENVMAPI_BODY void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const envmap *maps,
                                     const float n[3], const float v[3]) {
-    double N[3], V[3], sum[3] = {0, 0, 0};
+    double N[3], V[3], c = 0, sum[3] = {0, 0, 0};
     if (!rgb) return;
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    if (!envmapi_fit_fields_ok(fit) || !fit->table || !maps || !envmapi_surface(N, V, n, v)) return;
-    double c = envmapi_dot(N, V), theta = envmapi_angle(N, V), s = sin(theta);
-    double at = envmapi_slice_at(c, 0, 1, fit->slices);
-    if (!(c > 0)) return;
-    for (int i = 0; i < fit->lobes; ++i) {
+    if (envmapi_fit_fields_ok(fit) && fit->table && maps && envmapi_surface(N, V, n, v))
+        c = envmapi_dot(N, V);
+    for (int i = 0; c > 0 && i < fit->lobes; ++i) {
         const float *factor = fit->factor + 3 * i * fit->slices;
+        double at = envmapi_slice_at(c, 0, 1, fit->slices), theta = envmapi_angle(N, V);
         double psi = theta * envmapi_entry(fit->axis + i * fit->slices, 1, at);
-        double off = s > 1e-9 ? sin(psi) / s : 0; /* axis: in the plane of n and v, away from v */
-        float dir[3], light[3];
+        double off = theta > 1e-9 ? sin(psi) / sin(theta) : 0;
+        float dir[3], light[3]; /* the axis, in the plane of n and v, away from v */
         for (int j = 0; j < 3; ++j) dir[j] = (float)(cos(psi) * N[j] + off * (c * N[j] - V[j]));
         envmap_lookup_slice(light, maps + i, dir, (float)c, 0);
         for (int j = 0; j < 3; ++j) sum[j] += (double)light[j] * envmapi_entry(factor + j, 3, at);
@@ -6845,19 +6817,17 @@ ENVMAPI_BODY int envmap_fan(float *offsets, float *weights, int room, double alo
 ENVMAPI_BODY void envmap_lookup_fan(float rgb[3], const envmap *map, const float n[3],
                                     const float t[3], const float v[3], const float *offsets,
                                     const float *weights, int count) {
-    double N[3], T[3], B[3], V[3], sum[3] = {0, 0, 0};
+    double N[3], T[3], B[3], V[3], h[3], l[3], sum[3] = {0, 0, 0};
     if (!rgb) return;
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    if (!t || !offsets || !weights || !envmapi_surface(N, V, n, v)) return;
-    envmapi_tangents(T, B, N, t);
-    for (int i = 0; i < count; ++i) {
-        double h[3], half = (double)offsets[i] / 2;
-        float l[3], light[3];
+    int ok = envmapi_valid(map) && t && offsets && weights && envmapi_surface(N, V, n, v);
+    if (ok) envmapi_tangents(T, B, N, t);
+    for (int i = 0; ok && i < count; ++i) {
+        double half = (double)offsets[i] / 2;
         for (int j = 0; j < 3; ++j) h[j] = cos(half) * N[j] + sin(half) * T[j];
         double vh = envmapi_dot(V, h);
-        for (int j = 0; j < 3; ++j) l[j] = (float)(2 * vh * h[j] - V[j]);
-        envmap_lookup(light, map, l, 0);
-        for (int j = 0; j < 3; ++j) sum[j] += (double)weights[i] * (double)light[j];
+        for (int j = 0; j < 3; ++j) l[j] = 2 * vh * h[j] - V[j];
+        envmapi_unit(l, l);
+        envmapi_add_trilinear(sum, map, l, 0, 0, (double)weights[i]);
     }
     for (int j = 0; j < 3; ++j) rgb[j] = envmapi_to_float(sum[j]);
 }
