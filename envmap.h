@@ -2115,9 +2115,8 @@ static double envmapi_table_row(const envmap_lobe *lobe, int row, double theta) 
 }
 
 static double envmapi_table_k(const envmap_lobe *lobe, double x, double p) {
-    double range = (double)lobe->p1 - (double)lobe->p0, theta = envmapi_acos(x);
-    double at = fabs(range) > 0 ? (p - (double)lobe->p0) / range * lobe->table_slices - 0.5 : 0;
-    at = envmapi_clamp(at, 0, lobe->table_slices - 1);
+    double theta = envmapi_acos(x);
+    double at = envmapi_slice_at(p, (double)lobe->p0, (double)lobe->p1, lobe->table_slices);
     int row = (int)at;
     double k = envmapi_table_row(lobe, row, theta);
     return at > row ? k + (at - row) * (envmapi_table_row(lobe, row + 1, theta) - k) : k;
@@ -6588,24 +6587,20 @@ static int envmapi_fit_fields_ok(const envmap_fit *fit) {
            fit->size >= 16 && fit->size <= 65536 && (fit->flat == 0 || fit->flat == 1);
 }
 
-/* `lobes`: room for the lobes on their way, a row a slice, in the place of fit->table. */
-static envmap_result envmapi_fit_run(envmap_fit *fit, float *lobes, const envmap_brdf *brdf,
+/* The table holds a row a slice until all lobes are known; flat fits add these up, in place. */
+static envmap_result envmapi_fit_run(envmap_fit *fit, const envmap_brdf *brdf,
                                      const envmap_work *work) {
-    int n = fit->slices, all = fit->lobes * n, merged = fit->flat ? n : 1;
-    float *table = fit->table;
+    int n = fit->slices, all = fit->lobes * n, merged = fit->flat ? n : 1, size = fit->size;
     double sum = 0;
     envmapi_fitting f;
     memset(&f, 0, sizeof f);
     f.brdf = brdf, f.fit = fit, f.rows = n;
-    f.table = envmap_lobe_table(lobes, fit->size, all, 0, 1);
-    fit->table = lobes;
+    f.table = envmap_lobe_table(fit->table, size, all, 0, 1);
     for (int i = 0; i < all; ++i) fit->axis[i] = (float)(1 - i / n);
     envmapi_run_all(work, envmapi_fit_slice, &f, n);
-    fit->table = table;
     for (int i = 0; i < all / merged; ++i)
-        envmapi_fit_normalise(table + i * fit->size, lobes + i * merged * fit->size, fit->size,
-                              merged);
-    f.table = envmap_lobe_table(table, fit->size, all / merged, 0, 1), f.rows = n / merged;
+        envmapi_fit_normalise(fit->table + i * size, fit->table + i * merged * size, size, merged);
+    f.rows = n / merged;
     envmapi_run_all(work, envmapi_fit_factors, &f, n);
     for (int i = 0; i < 3 * all; ++i) sum += (double)fit->factor[i];
     for (int k = 0; k < n; ++k) sum = fit->error[k] < 0 ? 0 : sum;
@@ -6621,20 +6616,15 @@ ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *b
     if (!out.slices) out.slices = 16;
     if (!out.size) out.size = 257;
     if (!envmapi_fit_fields_ok(&out)) return ENVMAP_ERROR_ARGUMENT;
-    size_t n = (size_t)out.slices, all = (size_t)out.lobes * n, size = (size_t)out.size;
-    size_t table = (out.flat ? (size_t)out.lobes : all) * size;
-    float *block = (float *)ENVMAP_MALLOC(out.memory, (table + 4 * all + n) * sizeof(float));
-    float *lobes = (float *)ENVMAP_MALLOC(out.memory, all * size * sizeof(float));
-    envmap_result result = block && lobes ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
-    if (!result) {
-        memset(lobes, 0, all * size * sizeof(float));
-        out.table = block, out.axis = block + table;
-        out.factor = out.axis + all, out.error = out.factor + 3 * all;
-        result = envmapi_fit_run(&out, lobes, brdf, &how);
-    }
-    if (lobes) ENVMAP_FREE(out.memory, lobes);
-    if (result && block) ENVMAP_FREE(out.memory, block);
-    if (!result) *fit = out;
+    size_t n = (size_t)out.slices, all = (size_t)out.lobes * n, table = all * (size_t)out.size;
+    size_t bytes = (table + 4 * all + n) * sizeof(float);
+    out.table = (float *)ENVMAP_MALLOC(out.memory, bytes);
+    if (!out.table) return ENVMAP_ERROR_MEMORY;
+    memset(out.table, 0, bytes);
+    out.axis = out.table + table, out.factor = out.axis + all, out.error = out.factor + 3 * all;
+    envmap_result result = envmapi_fit_run(&out, brdf, &how);
+    if (result) ENVMAP_FREE(out.memory, out.table);
+    else *fit = out;
     return result;
 }
 
