@@ -1171,22 +1171,18 @@ ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const floa
 }
 
 /* ------------------------------------------------------------------------------------ >>maps --
-   In: a map, and a texel, a cell of a face or a direction. Out: memory, solid angle or radiance.
-   Memory: envmapi_image and envmap_texel hold the order of CONVENTIONS.
-   Solid angle w of the cell [u0,u1] x [v0,v1] of a face, x = 2u-1, y = 1-2v: envmapi_cell
+   In: a map, and a texel, a cell of a face or a direction. Out: memory (envmapi_image), solid angle
+   (envmapi_cell) or radiance, texels times weights.
+   Solid angle w of the cell [u0,u1] x [v0,v1] of a face, x = 2u-1, y = 1-2v:
      cube      A(x1,y1) - A(x0,y1) - A(x1,y0) + A(x0,y0), A = atan(xy / sqrt(x^2 + y^2 + 1))
      lat-long  dphi (cos theta0 - cos theta1)
      discs     2 pi r^2 g(r^2) being the solid angle of the disc of radius r, Green's theorem says
                w = contour integral of g (x dy - y dx), side by side by _disc_side. Beyond the rim
                there is nothing, so r^2 g stays g(1): a point counts as the rim's next to it.
                g: sphere map 2, paraboloid 2/(1+r^2), angular map (1 - cos pi r)/r^2
-   Radiance is the sum of texels times weights:
-     envmapi_add_trilinear two slices times two levels, linear in both
-     envmapi_add_lookup    one face; near the paraboloids' rim both
-     envmapi_add_bilinear  2 x 2 texels; a lat-long pole is the mean of its row
-     envmapi_add_tap       one texel, of the neighbour where (x,y) lies beyond an edge
-   envmap_clean makes level 0 fit to filter, number by number (_clean_number).
-   Tests: tests/test_maps.c; solid_angles_sum_to_4_pi, solid_angles_are_the_integral_over_the_texel,
+   Radiance: _add_trilinear has two slices times two levels, each _add_lookup one face or near the
+   paraboloids' rim both, each _add_bilinear 2 x 2 texels, each _add_tap one, maybe a neighbour's.
+   Tests: tests/test_maps.c; solid_angles_are_the_integral_over_the_texel,
    lookups_are_of_second_order, lookups_are_continuous_across_seams. */
 
 #define ENVMAPI_SIZE_LIMIT  16384
@@ -3844,26 +3840,17 @@ static envmap_result envmapi_sh_exact(double *sh, float *texels, envmapi_sh_job 
     return envmapi_sh_check(sh, job->bands, ENVMAPI_SH_LIMIT);
 }
 
-/* sh from the transform's a, and a from sh: a_lm -+ i a_l-m, over sqrt 2 for m > 0. */
-static void envmapi_sh_of(double *sh, const double *a, int bands) {
+/* The transform's a from sh, to sh from a: a_lm -+ i a_l-m, over sqrt 2 for m > 0. */
+static void envmapi_sh_exchange(double *to, const double *from, int bands, int to_sh) {
     for (int m = 0; m < bands; ++m)
-        for (int l = m; l < bands; ++l) {
-            const double *at = a + envmapi_triangle(bands, m) + 8 * (l - m);
-            double *zonal = sh + 3 * l * (l + 1), root = m ? sqrt(2.0) : 1;
-            for (int c = 0; c < 3 && m; ++c) zonal[c - 3 * m] = -root * at[4 + c];
-            for (int c = 0; c < 3; ++c) zonal[c + 3 * m] = root * at[c];
-        }
-}
-
-static void envmapi_triangle_of(double *a, const double *sh, int bands) {
-    for (int m = 0; m < bands; ++m)
-        for (int l = m; l < bands; ++l) {
-            double *at = a + envmapi_triangle(bands, m) + 8 * (l - m), root = m ? sqrt(0.5) : 1;
-            const double *zonal = sh + 3 * l * (l + 1);
-            memset(at, 0, 8 * sizeof *at);
-            for (int c = 0; c < 3 && m; ++c) at[4 + c] = -root * zonal[c - 3 * m];
-            for (int c = 0; c < 3; ++c) at[c] = root * zonal[c + 3 * m];
-        }
+        for (int l = m; l < bands; ++l)
+            for (int c = 0; c < (m ? 6 : 3); ++c) {
+                size_t a = envmapi_triangle(bands, m) + (size_t)(8 * (l - m) + c + (c > 2));
+                int sh = 3 * l * (l + 1) + (c < 3 ? 3 * m + c : c - 3 - 3 * m);
+                double root = (c < 3 ? 1 : -1) * (m ? sqrt(2.0) : 1);
+                if (to_sh) to[sh] = root * from[a];
+                else to[a] = from[sh] / root;
+            }
 }
 
 /* Half of >>transform, to sh where there is one, else to texels, on the widest grid that loses no more
@@ -3885,10 +3872,11 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
     if (envmapi_tell(&job->work.progress, 0)) return ENVMAP_CANCELLED;
     if (sh) {
         envmapi_project_texels(&t, &job->work);
-        envmapi_sh_of(sh, a, bands);
+        envmapi_sh_exchange(sh, a, bands, 1);
         return envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     }
-    envmapi_triangle_of(a, job->sh, bands);
+    memset(a, 0, envmapi_triangle(bands, bands) * sizeof *a);
+    envmapi_sh_exchange(a, job->sh, bands, 0);
     return envmapi_fill_texels(&t, &job->work) ? ENVMAP_OK : ENVMAP_ERROR_RADIANCE;
 }
 
@@ -4476,28 +4464,21 @@ static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
 }
 
 /* ---------------------------------------------------------------------------- >>hierarchical --
-   The method of [KVHS00] 5.1, as published: two mip-maps that are walked together. In and out are
-   those of the reference.
+   The method of [KVHS00] 5.1, as published: two mip-maps that are walked together.
        L(a) = sum over accepted nodes n of k_n(a) E_n / norm,   E_n = sum of L_i w_i, i below n
    A node of level l stands for 2^l x 2^l texels of a face and has up to four children.
-       E_n, w_n      envmapi_tree_create: the environment's mip-map, summed once for all axes. The
-                     solid angle is in E_n and not in k_n.
-       k_n           the lobe's mip-map, anew for every axis: sampled at the nodes of level 2 (4x4
-                     texels) and averaged upward by 2x2 boxes (envmapi_hier_visit), sampled at
-                     levels 1 and 0 only where a node is opened (envmapi_hier_open)
-       accepted      |k_child - k_n| <= threshold * peak of k for every child (envmapi_hier_alike),
-                     and all children are accepted themselves
+       E_n, w_n      the environment's mip-map, once for all axes: envmapi_tree_create
+       k_n           the lobe's, for every axis: sampled at nodes of level 2 and averaged upward
+                     (envmapi_hier_visit), sampled below where a node is opened (_hier_open)
+       accepted      its children are, and for each |k_child - k_n| <= threshold * peak of k
        norm          as the reference's: sum k_n w_n over the same nodes, so constants stay
-   With a negative threshold the result is the sum over texel centres.
-   Ours: a node stands at the centroid of its solid angle, so rims and odd sizes need no padding.
-   A cone about every node keeps the walk off what lies outside the lobe's support. Phong and
-   Gaussian come from a table of cubics (error 1e-8). A node's children have to be accepted too,
-   because four equal means around a peak in their middle would hide it. An axis for which no sample
-   of the lobe falls on a texel takes the bilinear radiance.
+   Ours: a node stands at the centroid of its solid angle, so rims and odd sizes need no padding. A
+   cone about it keeps the walk inside the lobe's support. Phong and Gaussian come from a table of
+   cubics (error 1e-8). Children have to be accepted, because four equal means around a peak would
+   hide it. An axis for which no sample falls on a texel takes the bilinear radiance.
    Where it fails: the rule sees lobe values and not what they multiply, so a sun is kept no better
    than the dark; and a lobe thinner than 4 texels slips between samples.
-   Called by filters for HIERARCHICAL.
-   Tests: tests/test_hierarchical.c; speed: tests/bench_table1.c. */
+   Called by filters for HIERARCHICAL.  Tests: tests/test_hierarchical.c. */
 
 /* A node of any level from 1 on: what is known of its children, which are texels at level 1. */
 typedef struct envmapi_node {
@@ -4512,12 +4493,8 @@ typedef struct envmapi_node {
 typedef struct envmapi_tree {
     envmapi_node *level[17]; /* at `last` a node is a face */
     int count[17], last;
+    envmapi_pool pool;
 } envmapi_tree;
-
-static void envmapi_tree_free(envmapi_tree *tree, void *memory) {
-    for (int level = 1; level <= tree->last; ++level) ENVMAP_FREE(memory, tree->level[level]);
-    memset(tree, 0, sizeof *tree);
-}
 
 /* A node whose children are all there as a child: its centroid d, E and w, and the angle about d
    within which lies all below it. */
@@ -4559,20 +4536,17 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
     }
 }
 
-/* Levels, three at least, until a node is a face. On failure, too, the caller frees the tree. */
-static envmap_result envmapi_tree_create(envmapi_tree *tree, const envmapi_source *s,
-                                         void *memory) {
+/* Levels, three at least, until a node is a face. */
+static envmap_result envmapi_tree_create(envmapi_tree *tree, const envmapi_source *s) {
     int width = envmapi_width(s->map->mapping, s->map->size);
     for (int level = 1; level <= 3 || 1 << (level - 1) < width; ++level) {
-        int count = 0;
+        size_t count = 0;
         for (size_t i = 0; i < s->count; ++i)
             count += !i || s->code[i] >> 2 * level != s->code[i - 1] >> 2 * level;
-        if ((size_t)count > SIZE_MAX / sizeof(envmapi_node)) return ENVMAP_ERROR_MEMORY;
-        size_t bytes = (size_t)count * sizeof(envmapi_node);
-        tree->level[level] = (envmapi_node *)ENVMAP_MALLOC(memory, bytes);
-        if (!tree->level[level]) return ENVMAP_ERROR_MEMORY;
-        memset(tree->level[level], 0, bytes);
-        tree->count[level] = count, tree->last = level;
+        void *nodes = envmapi_pool_get(&tree->pool, count, sizeof(envmapi_node));
+        if (!nodes) return ENVMAP_ERROR_MEMORY;
+        tree->level[level] = (envmapi_node *)memset(nodes, 0, count * sizeof(envmapi_node));
+        tree->count[level] = (int)count, tree->last = level;
         envmapi_tree_raise(tree, s, level);
     }
     return ENVMAP_OK;
@@ -4617,8 +4591,9 @@ static envmap_result envmapi_hier_prepare(void *method, const envmapi_axis *axis
     h->cos_to = cos(axis->to), h->sin_to = sin(axis->to);
     envmapi_hier_tabulate(h, axis->lobe, axis->to);
     if (!new_source) return ENVMAP_OK;
-    envmapi_tree_free(&h->tree, memory);
-    return envmapi_tree_create(&h->tree, axis->source, memory);
+    envmapi_pool_free(&h->tree.pool, 0);
+    h->tree.pool.memory = memory;
+    return envmapi_tree_create(&h->tree, axis->source);
 }
 
 /* The lobe about the axis at the four children of a node. */
@@ -4700,8 +4675,7 @@ static int envmapi_hier_visit(double *mean, const envmapi_hier *h, envmapi_axis 
     for (int j = 0; j < node->children; ++j)
         if (level == 3)
             envmapi_hier_open(h, axis, h->tree.level[2] + node->first + j, k[j], node->e[j]);
-        else if (accepted[j])
-            for (int c = 0; c < 4; ++c) axis->sum[c] += k[j] * node->e[j][c];
+        else if (accepted[j]) envmapi_hier_add(axis->sum, k[j], node->e[j]);
     return 0;
 }
 
@@ -4725,7 +4699,7 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
     axes.dst = dst, axes.axis.lobe = lobe, axes.method = &h;
     axes.prepare = envmapi_hier_prepare, axes.filter = envmapi_hier_filter;
     envmap_result result = envmapi_axes_run(&axes, src, desc);
-    envmapi_tree_free(&h.tree, desc->work.memory);
+    envmapi_pool_free(&h.tree.pool, 0);
     return result;
 }
 
