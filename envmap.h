@@ -379,9 +379,7 @@ ENVMAP_API void envmap_lobe_support(double *from, double *to, const envmap_lobe 
 
 /* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1, bands 1 .. 4096: the filter maps Y_lm
    to lambda_l Y_lm (Funk-Hecke). norm is the filter's: the lobe's integral, Banks' at c = 0, 1 raw.
-   Phong: lambda_0 = 1, lambda_1 = (N+1)/(N+2), lambda_(l+2) = lambda_l (N-l)/(N+l+3); Gaussian: a
-   continued fraction downwards; others: Gauss-Legendre between kinks, O(bands^2). Stable to all
-   bands (test: to l = 256 against quadrature).
+   Phong and Gaussian by recursion, others by quadrature, O(bands^2). Stable to all bands.
    Errors: ARGUMENT, LOBE.  Test: zonal_coefficients_*. */
 ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envmap_lobe *lobe,
                                            double p);
@@ -405,7 +403,6 @@ ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[
    tolerance  0: every texel, in double. Otherwise a_lm may be off by tolerance * sqrt(2l+1) * a_00
               (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
               floats overflow, it is every texel again
-   work       NULL: serial, silent; the bits are the same for every executor
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
    With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16 sets
    of coefficients.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
@@ -444,8 +441,8 @@ ENVMAP_API envmap_result envmap_sh_rotate(double *out, const double *sh, int ban
    out    may be sh; still to be convolved        lobe   NULL: sh itself must not be negative
    moved  relative rms of what changed in the filtered result, 0 .. 1; may be NULL
    Errors: ARGUMENT, LOBE, RADIANCE (a channel's mean is not positive and the channel not black).
-   O(bands^4).  Source: the criterion is [Sloan08]'s, "Windowing"; his window,
-   1 / (1 + mu l^2 (l+1)^2), moves 0.42 of one light's irradiance where this one moves 0.13.
+   O(bands^4).  Source: the criterion is [Sloan08]'s, "Windowing"; his window moves three times as
+   much of one light's irradiance.
    Test: a_suns_ringing_is_windowed_away, windowed_scenes_are_nowhere_below_zero. */
 ENVMAP_API envmap_result envmap_sh_window(double *out, double *moved, const double *sh, int bands,
                                           const envmap_lobe *lobe, double p);
@@ -596,7 +593,6 @@ typedef struct envmap_frame {
    rgb     out [count][3]; black where n.v <= 0: the surface is seen from behind
    map     any parameterization; level 0, slice 0
    frames  [count]
-   work    NULL: serial, silent
    Models narrower than two texels of map see single texels: resample it to a finer map first.
    Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r
    negative or not finite), MEMORY, CANCELLED; rgb then stays as it was.
@@ -633,17 +629,14 @@ typedef struct envmap_fit {
 
 /* Fills in the last five of fit; the user sets lobes, slices, size, flat (0: 1, 16, 257, 3D) and
    memory. Frees nothing.
-   Each lobe is the mean of f_r (n.l), less the other lobes, around its axis, and not negative;
-   that is the best lobe there is for that axis; the axis is the one that takes most. Lobes take
-   turns, eight times. Then factors by least squares, per channel, and scaled so that a constant
-   environment is reflected as f_r (n.l) reflects it.
-   An isotropic model is asked for; of others one with t in the plane of n and v is seen.
-   Where it fails: towards grazing views f_r (n.l) ends at the horizon, and a lobe does not; see
-   fit.error.
+   Each lobe is the mean of f_r (n.l), less the other lobes, around its axis, and not negative: the
+   best there is for that axis, which is the one that takes most. Factors by least squares, per
+   channel, are scaled so that a constant environment is reflected as f_r (n.l) reflects it.
+   Of anisotropic models the one with t in the plane of n and v is seen. Towards grazing views
+   f_r (n.l) ends at the horizon and a lobe does not: see fit.error.
    Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY; *fit stays as it was.
-   About 6e4 evaluations of f_r a slice for one lobe, 5e5 for three.
-   Source [KM00]; the sum of lobes and the axis are ours.
-   Test: fits_*. */
+   About 6e4 evaluations of f_r a slice for one lobe, 5e5 for three; flat, too, it keeps the memory
+   of a row a slice.  Source [KM00]; the sum of lobes and the axis are ours.  Test: fits_*. */
 ENVMAP_API envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
                                          const envmap_work *work);
 ENVMAP_API void envmap_fit_free(envmap_fit *fit);
@@ -913,39 +906,36 @@ static void envmapi_pool_free(envmapi_pool *pool, int keep) {
 #if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD)
 #define ENVMAPI_PREFETCH(p) __builtin_prefetch(p)
 #define ENVMAPI_INLINE      static inline __attribute__((always_inline))
-#define ENVMAPI_LANES(type, scalar, n)                                                             \
+#define ENVMAPI_LANE_TYPE(type, scalar, n)                                                         \
     typedef scalar type                                                                            \
-        __attribute__((vector_size(n * sizeof(scalar)), aligned(sizeof(scalar)), may_alias));      \
-    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) { *y += a * *x; }             \
-    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) { *y += *x * *z; }       \
-    ENVMAPI_LANES_IN_MEMORY(type, scalar)
-#define ENVMAPI_OR_LANES(y, x) *(y) |= *(x)
-typedef uint32_t envmapi_bits16 __attribute__((vector_size(64), aligned(4), may_alias));
+        __attribute__((vector_size(n * sizeof(scalar)), aligned(sizeof(scalar)), may_alias))
+#define ENVMAPI_EACH(n) /* all at once */
+#define ENVMAPI_LANE(x) (*(x))
 #else
 #define ENVMAPI_PREFETCH(p) (void)0
 #define ENVMAPI_INLINE      static inline
-#define ENVMAPI_LANES(type, scalar, n)                                                             \
+#define ENVMAPI_LANE_TYPE(type, scalar, n)                                                         \
     typedef struct type {                                                                          \
         scalar v[n];                                                                               \
-    } type;                                                                                        \
-    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
-        for (int i = 0; i < n; ++i) y->v[i] += a * x->v[i];                                        \
-    }                                                                                              \
-    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) {                        \
-        for (int i = 0; i < n; ++i) y->v[i] += x->v[i] * z->v[i];                                  \
-    }                                                                                              \
-    ENVMAPI_LANES_IN_MEMORY(type, scalar)
-#define ENVMAPI_OR_LANES(y, x)                                                                     \
-    for (int i = 0; i < 16; ++i) (y)->v[i] |= (x)->v[i]
-typedef struct envmapi_bits16 {
-    uint32_t v[16];
-} envmapi_bits16;
+    } type
+#define ENVMAPI_EACH(n) for (int i = 0; i < n; ++i)
+#define ENVMAPI_LANE(x) (x)->v[i]
 #endif
 
-/* _at: lanes in memory. _solve: (1, 26, 66, 26, 1)/120 c = f in place, see envmapi_spline_factor:
-   n items `step` numbers apart, each of 1 .. 4 groups of lanes `apart` numbers apart, which hide
-   each other's latency. */
-#define ENVMAPI_LANES_IN_MEMORY(type, scalar)                                                      \
+ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
+#define ENVMAPI_OR_LANES(y, x) ENVMAPI_EACH(16) ENVMAPI_LANE(y) |= ENVMAPI_LANE(x)
+
+/* _add: y += a x. _mad: y += x z. _at: lanes in memory. _solve: (1, 26, 66, 26, 1)/120 c = f in
+   place, see envmapi_spline_factor: n items `step` numbers apart, each of 1 .. 4 groups of lanes
+   `apart` numbers apart, which hide each other's latency. */
+#define ENVMAPI_LANES(type, scalar, lanes)                                                         \
+    ENVMAPI_LANE_TYPE(type, scalar, lanes);                                                        \
+    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
+        ENVMAPI_EACH(lanes) ENVMAPI_LANE(y) += a * ENVMAPI_LANE(x);                                \
+    }                                                                                              \
+    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) {                        \
+        ENVMAPI_EACH(lanes) ENVMAPI_LANE(y) += ENVMAPI_LANE(x) * ENVMAPI_LANE(z);                  \
+    }                                                                                              \
     ENVMAPI_INLINE type *type##_at(const scalar *x) { return (type *)(uintptr_t)x; }               \
     ENVMAPI_INLINE void type##_solve(scalar *f, int n, size_t step, int groups, size_t apart,      \
                                      double(*factors)[3]) {                                        \
@@ -1518,15 +1508,14 @@ ENVMAPI_BODY void envmap_lookup(float rgb[3], const envmap *map, const float dir
 
 /* ---- cleaning ---- */
 
-/* One number; tells in *energy what the limit takes of it, and whether it was fit to filter. */
+/* One number; tells in energy what the limit takes of it, and whether it was fit to filter. */
 static int envmapi_clean_number(float *number, double limit, envmap_cleaned *out, double energy[2],
                                 double w) {
     double value = (double)*number, kept = value > 0 ? fmin(value, limit) : 0;
     int finite = envmapi_finite(value), infinite = !finite && envmapi_finite(1 / value);
     if (infinite && value > 0) kept = limit;
-    out->infinite += infinite, out->nan += !finite && !infinite,
-        out->negative += finite && value < 0;
-    out->limited += finite && value > limit;
+    out->infinite += infinite, out->nan += !finite && !infinite;
+    out->negative += finite && value < 0, out->limited += finite && value > limit;
     if (finite && value > 0) energy[0] += w * value, energy[1] += w * (value - kept);
     *number = (float)kept;
     return finite && !(value < 0);
@@ -1594,14 +1583,14 @@ static int envmapi_samples(const envmap *dst, const envmapi_level *src, int face
 }
 
 /* Where a rim cuts the texel, only points inside count. */
-static void envmapi_resample_texel(double rgb[3], const envmap *dst, const envmapi_level *src,
+static void envmapi_resample_texel(float out[3], const envmap *dst, const envmapi_level *src,
                                    int face, int x, int y) {
     double w = envmapi_width(dst->mapping, dst->size), h = dst->size, d[3], sum = 0;
     int n_u = envmapi_samples(dst, src, face, x, y, 0);
     int n_v = envmapi_samples(dst, src, face, x, y, 1);
     int inside = n_u * n_v > 1 && envmapi_is_disc(dst->mapping) &&
                  envmapi_texel_cell(NULL, dst->mapping, dst->size, x, y) > 0;
-    rgb[0] = rgb[1] = rgb[2] = 0;
+    double rgb[3] = {0, 0, 0};
     for (int i = 0; i < n_u * n_v; ++i) {
         double u = (x + (i % n_u + 0.5) / n_u) / w, v = (y + (i / n_u + 0.5) / n_v) / h;
         double X = 2 * u - 1, Y = 2 * v - 1, weight = envmapi_density(dst->mapping, u, v);
@@ -1614,29 +1603,23 @@ static void envmapi_resample_texel(double rgb[3], const envmap *dst, const envma
         envmapi_texel_direction(d, dst->mapping, face, dst->size, x, y);
         envmapi_add_lookup(rgb, src, d, sum = 1);
     }
-    for (int c = 0; c < 3; ++c) rgb[c] /= sum;
-}
-
-static void envmapi_resample_slice(envmap *dst, const envmap *src, int slice) {
-    envmapi_level level = envmapi_level_of(src, 0, slice);
-    int width = envmapi_width(dst->mapping, dst->size);
-    float *out = envmapi_image(dst, 0, slice, 0);
-    for (int face = 0; face < envmap_faces(dst->mapping); ++face)
-        for (int i = 0; i < width * dst->size; ++i, out += 3) {
-            double rgb[3];
-            envmapi_resample_texel(rgb, dst, &level, face, i % width, i / width);
-            for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
-        }
+    for (int c = 0; c < 3; ++c) out[c] = (float)(rgb[c] / sum);
 }
 
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
     if (!envmapi_pair_ok(dst, src)) return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
-    for (int slice = 0; slice < src->slices; ++slice)
+    int width = envmapi_width(dst->mapping, dst->size), area = width * dst->size;
+    for (int slice = 0; slice < src->slices; ++slice) {
+        envmapi_level level = envmapi_level_of(src, 0, slice);
+        float *out = envmapi_image(dst, 0, slice, 0);
         if (dst->mapping == src->mapping && dst->size == src->size)
-            memcpy(envmapi_image(dst, 0, slice, 0), envmapi_image(src, 0, slice, 0),
-                   envmapi_slice_floats(dst, 0) * sizeof(float));
-        else envmapi_resample_slice(dst, src, slice);
+            memcpy(out, level.texels, envmapi_slice_floats(dst, 0) * sizeof(float));
+        else
+            for (int i = 0; i < area * envmap_faces(dst->mapping); ++i, out += 3)
+                envmapi_resample_texel(out, dst, &level, i / area, i % area % width,
+                                       i % area / width);
+    }
     if (src->slices == 1) envmapi_copy_slices(dst, 0, dst->slices);
     return ENVMAP_OK;
 }
@@ -3646,14 +3629,14 @@ static int envmapi_sh_points_order(envmapi_sh_points *n, int m, int bands) {
     double factor = sqrt(m == 0 ? 1 / (4 * ENVMAPI_PI) : m == 1 ? 3 : 1 + 0.5 / m);
     envmapi_legendre_factors(n->A, n->B, m, bands);
     for (int i = n->count; i < all && m == 0; ++i) {
-        n->x[i] = n->y[i] = 0, n->z[i] = 1;
-        n->e[0][i] = n->e[1][i] = n->e[2][i] = 0;
+        n->x[i] = n->y[i] = n->e[0][i] = n->e[1][i] = n->e[2][i] = 0;
+        n->z[i] = 1;
     }
-    for (int i = 0; i < all && m == 0; ++i) n->powers[0][i] = factor, n->powers[1][i] = 0;
-    for (int i = 0; i < all && m > 0; ++i) {
-        double re = n->powers[0][i], im = n->powers[1][i];
-        n->powers[0][i] = factor * (re * n->x[i] - im * n->y[i]);
-        n->powers[1][i] = factor * (re * n->y[i] + im * n->x[i]);
+    for (int i = 0; i < all; ++i) {
+        double re = m ? n->powers[0][i] : 1, im = m ? n->powers[1][i] : 0;
+        double x = m ? n->x[i] : 1, y = m ? n->y[i] : 0;
+        n->powers[0][i] = factor * (re * x - im * y);
+        n->powers[1][i] = factor * (re * y + im * x);
     }
     return all;
 }
@@ -6275,14 +6258,13 @@ ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *d
 
 /* ------------------------------------------------------------------------------- >>materials --
    In: a surface, which is a BRDF and n, t, v. Out: its outgoing radiance, or what turns prefiltered
-   maps into it: lobes, axes, factors, taps. All but eq. 1 is for the maps that >>filters makes.
+   maps into it: lobes, axes, factors, taps.
      L = sum of f_r(v,l) (n.l) L_in w over texels    envmap_radiance, eq. 1 itself
      f_r (n.l) = sum of factors times lobes          envmap_fit_brdf; summed by envmap_fit_lookup
      integral of f_r (n.l) dl for GGX                envmap_ggx_split_sum, _table, _multiple
      an elongated lobe = sum of round ones           envmap_fan; summed by envmap_lookup_fan
-   Called by programs only. Tests: tests/test_materials.c; eq_1_of_lambert_is_the_diffuse_map,
-   fits_reflect_all_of_a_constant_environment, ggx_terms_agree_with_quadrature_over_normals,
-   a_fan_of_round_lobes_is_elliptical. Figures: docs/materials.md. */
+   Tests: tests/test_materials.c; eq_1_of_lambert_is_the_diffuse_map,
+   ggx_terms_agree_with_quadrature_over_normals, a_fan_of_round_lobes_is_elliptical. */
 
 /* N and V, the unit normal and view; 0 where one of them is missing, zero or not finite. */
 static int envmapi_surface(double N[3], double V[3], const float n[3], const float v[3]) {
@@ -6798,47 +6780,33 @@ ENVMAPI_BODY void envmap_lookup_fan(float rgb[3], const envmap *map, const float
 
 /* --------------------------------------------------------------------------------- >>compare --
    In: a map a and the truth b, of one shape. Out: over the texels that have a solid angle w
-     rms   = sqrt(sum w |a-b|^2 / sum w |b|^2)      envmapi_compare_sums, in a first pass
+     rms   = sqrt(sum w |a-b|^2 / sum w |b|^2)
      bias  = sum w (a-b) / sum w b
      worst = max over texels of max_c |a_c-b_c| / max(max_c b_c, 1e-3 mean b)
-                                                    envmapi_compare_error, in a second
    Tests: tests/test_compare.c; differences_of_six_texels_are_those_worked_out_by_hand. */
-
-typedef struct envmapi_comparison {
-    double weight, difference, total, error, square;
-    int bad;
-} envmapi_comparison;
-
-static void envmapi_compare_sums(envmapi_comparison *sums, const float *a, const float *b,
-                                 double w) {
-    for (int c = 0; c < 3; ++c) {
-        double truth = (double)b[c], off = (double)a[c] - truth;
-        sums->bad |= !envmapi_finite(truth) || !envmapi_finite((double)a[c]);
-        sums->weight += w, sums->difference += w * off, sums->total += w * truth;
-        sums->error += w * off * off, sums->square += w * truth * truth;
-    }
-}
 
 /* a/b, where nothing over nothing is nothing. */
 static double envmapi_ratio(double a, double b) {
     return b > 0 || b < 0 ? a / b : a > 0 ? HUGE_VAL : a < 0 ? -HUGE_VAL : 0;
 }
 
-static double envmapi_compare_error(const float *a, const float *b, double least) {
+/* Adds w, w (a-b), w b, w (a-b)^2 and w b^2 of a texel to sums; returns its share in `worst`. */
+static double envmapi_compare_texel(double sums[5], const float *a, const float *b, double w,
+                                    double least) {
     double error = 0, peak = least > 0 ? least : 0;
     for (int c = 0; c < 3; ++c) {
-        double truth = (double)b[c], off = fabs((double)a[c] - truth);
-        if (off > error) error = off;
-        if (truth > peak) peak = truth;
+        double truth = (double)b[c], off = (double)a[c] - truth;
+        sums[0] += w, sums[1] += w * off, sums[2] += w * truth;
+        sums[3] += w * off * off, sums[4] += w * truth * truth;
+        error = fabs(off) > error ? fabs(off) : error, peak = truth > peak ? truth : peak;
     }
     return envmapi_ratio(error, peak);
 }
 
 ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
                                           const envmap *b, int level) {
-    envmapi_comparison sums = {0, 0, 0, 0, 0, 0};
     envmap_difference out = {0, 0, 0, 0, 0, 0, 0};
-    double least = 0, error = 0;
+    double sums[5] = {0, 0, 0, 0, 0};
     if (!difference || !envmapi_valid(a) || !envmapi_valid(b) || a->mapping != b->mapping ||
         a->slices != b->slices || level < 0 || level >= a->levels || level >= b->levels ||
         envmapi_edge(a->size, level) != envmapi_edge(b->size, level))
@@ -6846,21 +6814,23 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
     int edge = envmapi_edge(a->size, level), width = envmapi_width(a->mapping, edge);
     int faces = envmap_faces(a->mapping), area = width * edge;
     const float *from_a = envmapi_image(a, level, 0, 0), *from_b = envmapi_image(b, level, 0, 0);
-    for (int pass = 0; pass < 2; ++pass, least = 1e-3 * sums.total / sums.weight)
+    for (int pass = 0; pass < 2; ++pass) { /* the first for the mean of b alone */
+        double least = pass ? 1e-3 * sums[2] / sums[0] : 0;
+        memset(sums, 0, sizeof sums);
         for (int i = 0; i < area; ++i) {
             double w = envmapi_texel_cell(NULL, a->mapping, edge, i % width, i / width);
             for (int image = 0; w > 0 && image < faces * a->slices; ++image) {
                 size_t at = 3 * ((size_t)image * (size_t)area + (size_t)i);
-                if (pass == 0) envmapi_compare_sums(&sums, from_a + at, from_b + at, w);
-                else error = envmapi_compare_error(from_a + at, from_b + at, least);
-                if (!(error > out.worst)) continue;
+                double error = envmapi_compare_texel(sums, from_a + at, from_b + at, w, least);
+                if (!pass || !(error > out.worst)) continue;
                 out.slice = image / faces, out.face = image % faces;
                 out.x = i % width, out.y = i / width, out.worst = error;
             }
         }
-    if (sums.bad) return ENVMAP_ERROR_RADIANCE;
-    out.rms = sqrt(envmapi_ratio(sums.error, sums.square));
-    out.bias = envmapi_ratio(sums.difference, sums.total);
+    }
+    if (!envmapi_finite(sums[3] + sums[4])) return ENVMAP_ERROR_RADIANCE;
+    out.rms = sqrt(envmapi_ratio(sums[3], sums[4]));
+    out.bias = envmapi_ratio(sums[1], sums[2]);
     *difference = out;
     return ENVMAP_OK;
 }
