@@ -1003,7 +1003,7 @@ ENVMAPI_BODY int envmap_faces(int mapping) {
 }
 
 static int envmapi_is_disc(int mapping) {
-    return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
+    return mapping != ENVMAP_CUBE && mapping != ENVMAP_LATLONG;
 }
 
 static const signed char envmapi_cube[6][3][3] = {
@@ -2370,14 +2370,10 @@ static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lob
 
 /* The bands, divided by the filter's norm; 0 when that is not positive. */
 static int envmapi_zonal(double *lambda, int bands, const envmap_lobe *lobe, double p) {
-    double integral = envmapi_lobe_integral(lobe, p), factor = (double)lobe->scale;
-    if (!lobe->raw) {
-        double norm = envmapi_lobe_norm(lobe); /* 0: its own integral */
-        if (!(norm > 0) && envmapi_lobe_positive(lobe, p)) norm = integral;
-        if (!(norm > 0)) return 0;
-        factor = 1 / norm;
-    }
-    if (!envmapi_finite(integral)) return 0;
+    double integral = envmapi_lobe_integral(lobe, p), norm = envmapi_lobe_norm(lobe);
+    if (!lobe->raw && !(norm > 0)) norm = envmapi_lobe_positive(lobe, p) ? integral : 0;
+    if (!envmapi_finite(integral) || (!lobe->raw && !(norm > 0))) return 0;
+    double factor = lobe->raw ? (double)lobe->scale : 1 / norm;
     lambda[0] = factor * integral;
     if (lobe->kind == ENVMAP_LOBE_PHONG)
         envmapi_zonal_phong(lambda, bands, (double)lobe->parameter);
@@ -6060,16 +6056,15 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
 }
 
-/* The scene without the lights that are summed apart. */
+/* The scene without the lights that are summed apart, 64 at a time. */
 static void envmapi_power_unlit(envmapi_power *d, const envmapi_scene *s) {
     envmapi_sh_points n;
-    n.count = 0;
-    for (int i = 0; i < s->light_count; ++i) {
-        for (int c = 0; c < 3; ++c) n.e[c][n.count] = -s->lights[i].value[c];
-        envmapi_sh_points_add(&n, s->lights[i].d);
-        if (n.count < 64 && i + 1 < s->light_count) continue;
+    for (int i = 0; i < s->light_count;) {
+        for (n.count = 0; n.count < 64 && i < s->light_count; ++i) {
+            for (int c = 0; c < 3; ++c) n.e[c][n.count] = -s->lights[i].value[c];
+            envmapi_sh_points_add(&n, s->lights[i].d);
+        }
         envmapi_sh_scatter(d->sh, d->known, &n);
-        n.count = 0;
     }
     envmapi_power_scene(d);
 }
@@ -6660,8 +6655,7 @@ static void envmapi_ggx_part(double sums[2], const envmapi_ggx *g, double from, 
 
 static void envmapi_ggx_column(double sums[2], const envmapi_ggx *g) {
     double from = 0, vh;
-    int above = 0;
-    for (int i = 0; i <= 32; ++i) {
+    for (int i = 0, above = 0; i <= 32; ++i) {
         double low = (i - 1) / 32.0, high = i / 32.0;
         int next = envmapi_ggx_reflect(&vh, g, high) > 0;
         for (int k = 0; next != above && i > 0 && k < 40; ++k) { /* where l meets the horizon */
@@ -6677,18 +6671,17 @@ static void envmapi_ggx_column(double sums[2], const envmapi_ggx *g) {
 
 ENVMAPI_BODY void envmap_ggx_split_sum(double *scale, double *bias, double cosine, double alpha) {
     double sums[2] = {0, 0}, phi;
-    if (envmapi_finite(cosine) && envmapi_finite(alpha)) {
-        double c = envmapi_clamp(cosine, 0, 1), a = envmapi_clamp(alpha, 1e-4, 1);
-        envmapi_ggx g = {{sqrt(1 - c * c), 0, c}, {a * sqrt(1 - c * c), 0, c}, a, 0, 0, 0};
-        envmapi_unit(g.u, g.u);
-        g.edge = ENVMAPI_PI - envmapi_acos(g.u[2]);
-        for (int i = 0; i < 64; ++i) {
-            double part[2] = {0, 0};
-            double w = envmapi_gauss(&phi, i & 7, (i >> 3) / 8.0, ((i >> 3) + 1) / 8.0);
-            g.cosine = cos(ENVMAPI_PI * phi), g.sine = sin(ENVMAPI_PI * phi);
-            envmapi_ggx_column(part, &g);
-            for (int k = 0; k < 2; ++k) sums[k] += w * part[k] / (1 + g.u[2]);
-        }
+    int nodes = envmapi_finite(cosine) && envmapi_finite(alpha) ? 64 : 0;
+    double c = envmapi_clamp(cosine, 0, 1), a = envmapi_clamp(alpha, 1e-4, 1);
+    envmapi_ggx g = {{sqrt(1 - c * c), 0, c}, {a * sqrt(1 - c * c), 0, c}, a, 0, 0, 0};
+    envmapi_unit(g.u, g.u);
+    g.edge = ENVMAPI_PI - envmapi_acos(g.u[2]);
+    for (int i = 0; i < nodes; ++i) {
+        double part[2] = {0, 0};
+        double w = envmapi_gauss(&phi, i & 7, (i >> 3) / 8.0, ((i >> 3) + 1) / 8.0);
+        g.cosine = cos(ENVMAPI_PI * phi), g.sine = sin(ENVMAPI_PI * phi);
+        envmapi_ggx_column(part, &g);
+        for (int k = 0; k < 2; ++k) sums[k] += w * part[k] / (1 + g.u[2]);
     }
     if (scale) *scale = sums[0];
     if (bias) *bias = sums[1];
