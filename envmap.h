@@ -6789,14 +6789,14 @@ static double envmapi_ratio(double a, double b) {
     return b > 0 || b < 0 ? a / b : a > 0 ? HUGE_VAL : a < 0 ? -HUGE_VAL : 0;
 }
 
-/* Adds w, w (a-b), w b, w (a-b)^2 and w b^2 of a texel to sums; returns its share in `worst`. */
-static double envmapi_compare_texel(double sums[5], const float *a, const float *b, double w,
+/* Adds w (a-b), w b, w (a-b)^2 and w b^2 of a texel to sums; returns its share in `worst`. */
+static double envmapi_compare_texel(double sums[4], const float *a, const float *b, double w,
                                     double least) {
     double error = 0, peak = least > 0 ? least : 0;
     for (int c = 0; c < 3; ++c) {
         double truth = (double)b[c], off = (double)a[c] - truth;
-        sums[0] += w, sums[1] += w * off, sums[2] += w * truth;
-        sums[3] += w * off * off, sums[4] += w * truth * truth;
+        sums[0] += w * off, sums[1] += w * truth;
+        sums[2] += w * off * off, sums[3] += w * truth * truth;
         error = fabs(off) > error ? fabs(off) : error, peak = truth > peak ? truth : peak;
     }
     return envmapi_ratio(error, peak);
@@ -6805,7 +6805,7 @@ static double envmapi_compare_texel(double sums[5], const float *a, const float 
 ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
                                           const envmap *b, int level) {
     envmap_difference out = {0, 0, 0, 0, 0, 0, 0};
-    double sums[5] = {0, 0, 0, 0, 0};
+    double sums[4] = {0, 0, 0, 0}, total = 0, solid = 0;
     if (!difference || !envmapi_valid(a) || !envmapi_valid(b) || a->mapping != b->mapping ||
         a->slices != b->slices || level < 0 || level >= a->levels || level >= b->levels ||
         envmapi_edge(a->size, level) != envmapi_edge(b->size, level))
@@ -6813,23 +6813,25 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
     int edge = envmapi_edge(a->size, level), width = envmapi_width(a->mapping, edge);
     int faces = envmap_faces(a->mapping), area = width * edge;
     const float *from_a = envmapi_image(a, level, 0, 0), *from_b = envmapi_image(b, level, 0, 0);
-    for (int pass = 0; pass < 2; ++pass) { /* the first for the mean of b alone */
-        double least = pass ? 1e-3 * sums[2] / sums[0] : 0;
-        memset(sums, 0, sizeof sums);
+    for (int pass = 0; pass < 2; ++pass) /* the first for the mean of b alone */
         for (int i = 0; i < area; ++i) {
             double w = envmapi_texel_cell(NULL, a->mapping, edge, i % width, i / width);
             for (int image = 0; w > 0 && image < faces * a->slices; ++image) {
                 size_t at = 3 * ((size_t)image * (size_t)area + (size_t)i);
-                double error = envmapi_compare_texel(sums, from_a + at, from_b + at, w, least);
-                if (!pass || !(error > out.worst)) continue;
+                const float *truth = from_b + at;
+                if (!pass) solid += 3 * w;
+                for (int c = 0; c < 3 && !pass; ++c) total += w * (double)truth[c];
+                if (!pass) continue;
+                double least = 1e-3 * total / solid;
+                double error = envmapi_compare_texel(sums, from_a + at, truth, w, least);
+                if (!(error > out.worst)) continue;
                 out.slice = image / faces, out.face = image % faces;
                 out.x = i % width, out.y = i / width, out.worst = error;
             }
         }
-    }
-    if (!envmapi_finite(sums[3] + sums[4])) return ENVMAP_ERROR_RADIANCE;
-    out.rms = sqrt(envmapi_ratio(sums[3], sums[4]));
-    out.bias = envmapi_ratio(sums[1], sums[2]);
+    if (!envmapi_finite(sums[2] + sums[3])) return ENVMAP_ERROR_RADIANCE;
+    out.rms = sqrt(envmapi_ratio(sums[2], sums[3]));
+    out.bias = envmapi_ratio(sums[0], sums[1]);
     *difference = out;
     return ENVMAP_OK;
 }
