@@ -3822,7 +3822,7 @@ static envmap_result envmapi_sh_exact(double *sh, float *texels, envmapi_sh_job 
     job->texels = sh ? envmapi_image(&job->map, 0, job->slice, 0) : (float *)room;
     envmap_result result = envmapi_run(&job->work, envmapi_task_sh, job, ENVMAPI_TASKS);
     if (texels && !result) memcpy(texels, room, floats * sizeof(float));
-    if (texels || result) return result;
+    if (!sh || result) return result;
     memset(sh, 0, numbers * sizeof(double));
     for (size_t i = 0; i < all; ++i) sh[i % numbers] += job->sums[i];
     return envmapi_sh_check(sh, job->bands, ENVMAPI_SH_LIMIT);
