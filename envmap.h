@@ -5001,12 +5001,13 @@ static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
     for (int y = y0; y < y0 + s->edge && y < map->size; ++y)
         for (int x = x0; x < x0 + s->edge && x < width; ++x) {
             size_t texel = (size_t)(face * map->size + y) * (size_t)width + (size_t)x;
-            envmapi_light light =
-                envmapi_light_of(&s->in, texel, (double)envmapi_omega_row(&s->in, y)[3 * x]);
-            if (!(envmapi_light_energy(&light) > limit)) continue;
-            envmapi_texel_direction(light.d, map->mapping, face, map->size, x, y);
+            const float *rgb = s->in.texels + 3 * texel;
+            double w = (double)envmapi_omega_row(&s->in, y)[3 * x];
+            if (!(((double)rgb[0] + (double)rgb[1] + (double)rgb[2]) * w > limit)) continue;
             if (s->light_count >= ENVMAPI_LIGHTS) return 0;
-            s->lights[s->light_count++] = light;
+            envmapi_light *light = s->lights + s->light_count++;
+            *light = envmapi_light_of(&s->in, texel, w);
+            envmapi_texel_direction(light->d, map->mapping, face, map->size, x, y);
         }
     return 1;
 }
