@@ -5483,7 +5483,7 @@ static int envmapi_slice_rms(const envmapi_slice *slice, const envmapi_spec *spe
 }
 
 /* The fewest bands that keep the bounds, or only the one on rms. Those on texels are tried at every
-   band up to 32, then at every 32nd part more, which is added as they may fail between, and up to 3 L
+   band up to 32, then at every 32nd part more, which is added as they may fail between; to 3 L
    (speed only: at every band 1.15 x for Phong 10, without end 1.14 x for Banks 0.95). */
 static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *spec,
                                const envmapi_scene *s, int texels) {
@@ -5511,8 +5511,8 @@ static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *s
     return L < spec->known ? L : spec->known;
 }
 
-/* Do grids whose spacing is 0.96^(n-1) of the widest keep the bounds? kappa of half the bands is that
-   of all, and at least 1e-2.  Test: a_wide_lamp_on_black_keeps_the_tolerance. */
+/* Do grids whose spacing is 0.96^(n-1) of the widest keep the bounds? kappa of half the bands is
+   that of all, and at least 1e-2.  Test: a_wide_lamp_on_black_keeps_the_tolerance. */
 typedef struct envmapi_spacing {
     const envmapi_slice *slice;
     const envmapi_spec *spec;
@@ -5588,8 +5588,8 @@ static void envmapi_spec_bands(envmapi_spec *spec, const envmapi_scene *s) {
     }
 }
 
-/* Bands for this scene; 0 where there are not enough, or more than `most`. lambda_l is known for 24,
-   96, 192 ... bands until they are enough (speed only). */
+/* Bands for this scene; 0 where there are not enough, or more than `most`. lambda_l is known for
+   24, 96, 192 ... bands until they are enough (speed only). */
 static int envmapi_spec_search(envmapi_spec *spec, const envmapi_scene *scene, double most) {
     for (int bands = spec->known > 24 ? spec->known : 24;; bands = bands < 96 ? 96 : 2 * bands) {
         if (bands > ENVMAPI_FAST_BANDS) bands = ENVMAPI_FAST_BANDS;
@@ -5776,8 +5776,8 @@ static int envmapi_spec_run(int *L, double *h, const envmapi_spec *spec, int row
     return row;
 }
 
-/* A spectrum -> slices of a result, from `first` on; slices of about as many bands share a grid. The
-   source's serves again where it is not 1.2 times finer than need be (speed only). */
+/* A spectrum -> slices of a result, from `first` on; slices of about as many bands share a grid.
+   The source's serves again where it is not 1.2 times finer than need be (speed only). */
 static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_spectrum *spectrum,
                                              int first, int slices, const envmap_filter_desc *desc,
                                              envmapi_pool *pool) {
