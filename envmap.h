@@ -279,7 +279,8 @@ ENVMAP_API envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *b
                                           const envmap *map, int level);
 
 #ifndef ENVMAP_NO_STDIO
-/* The same from and to a path; FILE too. A file that could not be written whole is removed. */
+/* The same from and to a path, with as much memory as the file has bytes; FILE, MEMORY too. A file
+   that could not be written whole is removed. */
 ENVMAP_API envmap_result envmap_pfm_load(envmap *map, const char *path, int mapping);
 ENVMAP_API envmap_result envmap_pfm_save(const envmap *map, const char *path, int level);
 #endif
@@ -376,11 +377,9 @@ ENVMAP_API double envmap_lobe_integral(const envmap_lobe *lobe, double p);
 ENVMAP_API double envmap_lobe_sigma(const envmap_lobe *lobe, double p);
 ENVMAP_API void envmap_lobe_support(double *from, double *to, const envmap_lobe *lobe, double p);
 
-/* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1, bands 1 .. 4096: the filter maps
-   Y_lm to lambda_l Y_lm (Funk-Hecke). norm is the filter's: the lobe's integral, Banks' at c = 0, 1 raw.
-   Phong: lambda_0 = 1, lambda_1 = (N+1)/(N+2), lambda_(l+2) = lambda_l (N-l)/(N+l+3); Gaussian: a
-   continued fraction downwards; others: Gauss-Legendre between kinks, O(bands^2). Stable to all
-   bands (test: to l = 256 against quadrature).
+/* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1, bands 1 .. 4096: the filter maps Y_lm
+   to lambda_l Y_lm (Funk-Hecke). norm is the filter's: the lobe's integral, Banks' at c = 0, 1 raw.
+   Phong and Gaussian by recursion, others by quadrature, O(bands^2). Stable to all bands.
    Errors: ARGUMENT, LOBE.  Test: zonal_coefficients_*. */
 ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envmap_lobe *lobe,
                                            double p);
@@ -404,7 +403,6 @@ ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[
    tolerance  0: every texel, in double. Otherwise a_lm may be off by tolerance * sqrt(2l+1) * a_00
               (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
               floats overflow, it is every texel again
-   work       NULL: serial, silent; the bits are the same for every executor
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
    With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16 sets
    of coefficients.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
@@ -443,8 +441,8 @@ ENVMAP_API envmap_result envmap_sh_rotate(double *out, const double *sh, int ban
    out    may be sh; still to be convolved        lobe   NULL: sh itself must not be negative
    moved  relative rms of what changed in the filtered result, 0 .. 1; may be NULL
    Errors: ARGUMENT, LOBE, RADIANCE (a channel's mean is not positive and the channel not black).
-   O(bands^4).  Source: the criterion is [Sloan08]'s, "Windowing"; his window,
-   1 / (1 + mu l^2 (l+1)^2), moves 0.42 of one light's irradiance where this one moves 0.13.
+   O(bands^4).  Source: the criterion is [Sloan08]'s, "Windowing"; his window moves three times as
+   much of one light's irradiance.
    Test: a_suns_ringing_is_windowed_away, windowed_scenes_are_nowhere_below_zero. */
 ENVMAP_API envmap_result envmap_sh_window(double *out, double *moved, const double *sh, int bands,
                                           const envmap_lobe *lobe, double p);
@@ -595,7 +593,6 @@ typedef struct envmap_frame {
    rgb     out [count][3]; black where n.v <= 0: the surface is seen from behind
    map     any parameterization; level 0, slice 0
    frames  [count]
-   work    NULL: serial, silent
    Models narrower than two texels of map see single texels: resample it to a finer map first.
    Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r
    negative or not finite), MEMORY, CANCELLED; rgb then stays as it was.
@@ -632,17 +629,14 @@ typedef struct envmap_fit {
 
 /* Fills in the last five of fit; the user sets lobes, slices, size, flat (0: 1, 16, 257, 3D) and
    memory. Frees nothing.
-   Each lobe is the mean of f_r (n.l), less the other lobes, around its axis, and not negative;
-   that is the best lobe there is for that axis; the axis is the one that takes most. Lobes take
-   turns, eight times. Then factors by least squares, per channel, and scaled so that a constant
-   environment is reflected as f_r (n.l) reflects it.
-   An isotropic model is asked for; of others one with t in the plane of n and v is seen.
-   Where it fails: towards grazing views f_r (n.l) ends at the horizon, and a lobe does not; see
-   fit.error.
+   Each lobe is the mean of f_r (n.l), less the other lobes, around its axis, and not negative: the
+   best there is for that axis, which is the one that takes most. Factors by least squares, per
+   channel, are scaled so that a constant environment is reflected as f_r (n.l) reflects it.
+   Of anisotropic models the one with t in the plane of n and v is seen. Towards grazing views
+   f_r (n.l) ends at the horizon and a lobe does not: see fit.error.
    Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY; *fit stays as it was.
-   About 6e4 evaluations of f_r a slice for one lobe, 5e5 for three.
-   Source [KM00]; the sum of lobes and the axis are ours.
-   Test: fits_*. */
+   About 6e4 evaluations of f_r a slice for one lobe, 5e5 for three; flat, too, it keeps the memory
+   of a row a slice.  Source [KM00]; the sum of lobes and the axis are ours.  Test: fits_*. */
 ENVMAP_API envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
                                          const envmap_work *work);
 ENVMAP_API void envmap_fit_free(envmap_fit *fit);
@@ -773,19 +767,13 @@ static double envmapi_angle(const double a[3], const double b[3]) {
     return 2 * atan2(sqrt(envmapi_dot(minus, minus)), sqrt(envmapi_dot(plus, plus)));
 }
 
+/* +z for what is zero or not finite. */
 static void envmapi_unit(double out[3], const double in[3]) {
-    double scale = fabs(in[0]) > fabs(in[1]) ? fabs(in[0]) : fabs(in[1]);
-    if (fabs(in[2]) > scale) scale = fabs(in[2]);
-    int usable = envmapi_finite(in[0]) && envmapi_finite(in[1]) && envmapi_finite(in[2]);
-    if (!usable || !(scale > 0)) {
-        out[0] = out[1] = 0, out[2] = 1;
-        return;
-    }
-    double v[3] = {in[0] / scale, in[1] / scale, in[2] / scale};
-    double length = sqrt(envmapi_dot(v, v));
-    for (int i = 0; i < 3; ++i) out[i] = v[i] / length;
+    double scale = fmax(fabs(in[0]), fmax(fabs(in[1]), fabs(in[2])));
+    double v[3] = {in[0] / scale, in[1] / scale, in[2] / scale}, length = sqrt(envmapi_dot(v, v));
+    int usable = envmapi_finite(length) && envmapi_finite(scale) && scale > 0;
+    for (int i = 0; i < 3; ++i) out[i] = usable ? v[i] / length : i == 2;
 }
-
 static void envmapi_unit_float(double out[3], const float in[3]) {
     double wide[3] = {(double)in[0], (double)in[1], (double)in[2]};
     envmapi_unit(out, wide);
@@ -918,14 +906,11 @@ static void envmapi_pool_free(envmapi_pool *pool, int keep) {
 #if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD)
 #define ENVMAPI_PREFETCH(p) __builtin_prefetch(p)
 #define ENVMAPI_INLINE      static inline __attribute__((always_inline))
-#define ENVMAPI_LANES(type, scalar, n)                                                             \
+#define ENVMAPI_LANE_TYPE(type, scalar, n)                                                         \
     typedef scalar type                                                                            \
-        __attribute__((vector_size(n * sizeof(scalar)), aligned(sizeof(scalar)), may_alias));      \
-    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) { *y += a * *x; }             \
-    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) { *y += *x * *z; }       \
-    ENVMAPI_LANES_IN_MEMORY(type, scalar)
-#define ENVMAPI_OR_LANES(y, x) *(y) |= *(x)
-typedef uint32_t envmapi_bits16 __attribute__((vector_size(64), aligned(4), may_alias));
+        __attribute__((vector_size(n * sizeof(scalar)), aligned(sizeof(scalar)), may_alias))
+#define ENVMAPI_EACH(n) /* all at once */
+#define ENVMAPI_LANE(x) (*(x))
 #else
 #ifdef __GNUC__
 #define ENVMAPI_ALIAS __attribute__((may_alias))
@@ -934,28 +919,28 @@ typedef uint32_t envmapi_bits16 __attribute__((vector_size(64), aligned(4), may_
 #endif
 #define ENVMAPI_PREFETCH(p) (void)0
 #define ENVMAPI_INLINE      static inline
-#define ENVMAPI_LANES(type, scalar, n)                                                             \
+#define ENVMAPI_LANE_TYPE(type, scalar, n)                                                         \
     typedef struct type {                                                                          \
         scalar v[n];                                                                               \
-    } ENVMAPI_ALIAS type;                                                                          \
-    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
-        for (int i = 0; i < n; ++i) y->v[i] += a * x->v[i];                                        \
-    }                                                                                              \
-    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) {                        \
-        for (int i = 0; i < n; ++i) y->v[i] += x->v[i] * z->v[i];                                  \
-    }                                                                                              \
-    ENVMAPI_LANES_IN_MEMORY(type, scalar)
-#define ENVMAPI_OR_LANES(y, x)                                                                     \
-    for (int i = 0; i < 16; ++i) (y)->v[i] |= (x)->v[i]
-typedef struct envmapi_bits16 {
-    uint32_t v[16];
-} ENVMAPI_ALIAS envmapi_bits16;
+    } ENVMAPI_ALIAS type
+#define ENVMAPI_EACH(n) for (int i = 0; i < n; ++i)
+#define ENVMAPI_LANE(x) (x)->v[i]
 #endif
 
-/* _at: lanes in memory. _solve: (1, 26, 66, 26, 1)/120 c = f in place, see envmapi_spline_factor:
-   n items `step` numbers apart, each of 1 .. 4 groups of lanes `apart` numbers apart, which hide
-   each other's latency. */
-#define ENVMAPI_LANES_IN_MEMORY(type, scalar)                                                      \
+ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
+#define ENVMAPI_OR_LANES(y, x) ENVMAPI_EACH(16) ENVMAPI_LANE(y) |= ENVMAPI_LANE(x)
+
+/* _add: y += a x. _mad: y += x z. _at: lanes in memory. _solve: (1, 26, 66, 26, 1)/120 c = f in
+   place, see envmapi_spline_factor: n items `step` numbers apart, each of 1 .. 4 groups of lanes
+   `apart` numbers apart, which hide each other's latency. */
+#define ENVMAPI_LANES(type, scalar, lanes)                                                         \
+    ENVMAPI_LANE_TYPE(type, scalar, lanes);                                                        \
+    ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
+        ENVMAPI_EACH(lanes) ENVMAPI_LANE(y) += a * ENVMAPI_LANE(x);                                \
+    }                                                                                              \
+    ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) {                        \
+        ENVMAPI_EACH(lanes) ENVMAPI_LANE(y) += ENVMAPI_LANE(x) * ENVMAPI_LANE(z);                  \
+    }                                                                                              \
     ENVMAPI_INLINE type *type##_at(const scalar *x) { return (type *)(uintptr_t)x; }               \
     ENVMAPI_INLINE void type##_solve(scalar *f, int n, size_t step, int groups, size_t apart,      \
                                      double(*factors)[3]) {                                        \
@@ -1023,7 +1008,7 @@ ENVMAPI_BODY int envmap_faces(int mapping) {
 }
 
 static int envmapi_is_disc(int mapping) {
-    return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
+    return mapping != ENVMAP_CUBE && mapping != ENVMAP_LATLONG;
 }
 
 static const signed char envmapi_cube[6][3][3] = {
@@ -1181,22 +1166,18 @@ ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const floa
 }
 
 /* ------------------------------------------------------------------------------------ >>maps --
-   In: a map, and a texel, a cell of a face or a direction. Out: memory, solid angle or radiance.
-   Memory: envmapi_image and envmap_texel hold the order of CONVENTIONS.
-   Solid angle w of the cell [u0,u1] x [v0,v1] of a face, x = 2u-1, y = 1-2v: envmapi_cell
+   In: a map, and a texel, a cell of a face or a direction. Out: memory (envmapi_image), solid angle
+   (envmapi_cell) or radiance, texels times weights.
+   Solid angle w of the cell [u0,u1] x [v0,v1] of a face, x = 2u-1, y = 1-2v:
      cube      A(x1,y1) - A(x0,y1) - A(x1,y0) + A(x0,y0), A = atan(xy / sqrt(x^2 + y^2 + 1))
      lat-long  dphi (cos theta0 - cos theta1)
      discs     2 pi r^2 g(r^2) being the solid angle of the disc of radius r, Green's theorem says
                w = contour integral of g (x dy - y dx), side by side by _disc_side. Beyond the rim
                there is nothing, so r^2 g stays g(1): a point counts as the rim's next to it.
                g: sphere map 2, paraboloid 2/(1+r^2), angular map (1 - cos pi r)/r^2
-   Radiance is the sum of texels times weights:
-     envmapi_lookup        two slices times two levels, linear in both
-     envmapi_add_lookup    one face; near the paraboloids' rim both
-     envmapi_add_bilinear  2 x 2 texels; a lat-long pole is the mean of its row
-     envmapi_add_tap       one texel, of the neighbour where (x,y) lies beyond an edge
-   envmap_clean makes level 0 fit to filter, number by number (_clean_number).
-   Tests: tests/test_maps.c; solid_angles_sum_to_4_pi, solid_angles_are_the_integral_over_the_texel,
+   Radiance: _add_trilinear has two slices times two levels, each _add_lookup one face or near the
+   paraboloids' rim both, each _add_bilinear 2 x 2 texels, each _add_tap one, maybe a neighbour's.
+   Tests: tests/test_maps.c; solid_angles_are_the_integral_over_the_texel,
    lookups_are_of_second_order, lookups_are_continuous_across_seams. */
 
 #define ENVMAPI_SIZE_LIMIT  16384
@@ -1500,47 +1481,46 @@ static double envmapi_slice_at(double p, double p0, double p1, int n) {
     return envmapi_finite(s) ? envmapi_clamp(s, 0, n - 1) : 0;
 }
 
-/* Trilinear at slice s, which may lie between two. */
-static void envmapi_lookup(float rgb[3], const envmap *map, const float dir[3], double s,
-                           float level) {
-    double sum[3] = {0, 0, 0}, d[3];
-    if (!rgb) return;
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    if (!dir || !envmapi_valid(map)) return;
-    double l = level > 0 ? envmapi_clamp((double)level, 0, map->levels - 1) : 0;
+/* rgb += weight times the radiance in direction d, trilinear, at slice s and a mip level. */
+static void envmapi_add_trilinear(double rgb[3], const envmap *map, const double d[3], double s,
+                                  double level, double weight) {
+    double l = level > 0 ? envmapi_clamp(level, 0, map->levels - 1) : 0;
     if (!envmapi_finite(l)) l = 0; /* -ffast-math may let NaN pass */
     double f_s = s - (int)s, f_l = l - (int)l;
-    envmapi_unit_float(d, dir);
     for (int i = 0; i < 4; ++i) {
-        double weight = (i & 1 ? f_s : 1 - f_s) * (i & 2 ? f_l : 1 - f_l);
-        if (!(weight > 0)) continue;
+        double share = (i & 1 ? f_s : 1 - f_s) * (i & 2 ? f_l : 1 - f_l);
+        if (!(share > 0)) continue;
         envmapi_level image = envmapi_level_of(map, (int)l + (i >> 1), (int)s + (i & 1));
-        envmapi_add_lookup(sum, &image, d, weight);
+        envmapi_add_lookup(rgb, &image, d, weight * share);
+    }
+}
+
+ENVMAPI_BODY void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
+                                      float level) {
+    double sum[3] = {0, 0, 0}, d[3];
+    if (!rgb) return;
+    if (dir && envmapi_valid(map)) {
+        double s = envmapi_slice_at((double)p, (double)map->p0, (double)map->p1, map->slices);
+        envmapi_unit_float(d, dir);
+        envmapi_add_trilinear(sum, map, d, s, (double)level, 1);
     }
     for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
 }
 
 ENVMAPI_BODY void envmap_lookup(float rgb[3], const envmap *map, const float dir[3], float level) {
-    envmapi_lookup(rgb, map, dir, 0, level);
-}
-
-ENVMAPI_BODY void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
-                                      float level) {
-    double s = map ? envmapi_slice_at((double)p, (double)map->p0, (double)map->p1, map->slices) : 0;
-    envmapi_lookup(rgb, map, dir, s, level);
+    envmap_lookup_slice(rgb, map, dir, map ? map->p0 : 0, level);
 }
 
 /* ---- cleaning ---- */
 
-/* One number; tells in *energy what the limit takes of it, and whether it was fit to filter. */
+/* One number; tells in energy what the limit takes of it, and whether it was fit to filter. */
 static int envmapi_clean_number(float *number, double limit, envmap_cleaned *out, double energy[2],
                                 double w) {
     double value = (double)*number, kept = value > 0 ? fmin(value, limit) : 0;
     int finite = envmapi_finite(value), infinite = !finite && envmapi_finite(1 / value);
     if (infinite && value > 0) kept = limit;
-    out->infinite += infinite, out->nan += !finite && !infinite,
-        out->negative += finite && value < 0;
-    out->limited += finite && value > limit;
+    out->infinite += infinite, out->nan += !finite && !infinite;
+    out->negative += finite && value < 0, out->limited += finite && value > limit;
     if (finite && value > 0) energy[0] += w * value, energy[1] += w * (value - kept);
     *number = (float)kept;
     return finite && !(value < 0);
@@ -1576,17 +1556,16 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    Tests: tests/test_maps.c; resampling_is_of_second_order_between_all_pairs,
    resampling_down_conserves_energy, resampling_down_does_not_alias. */
 
-/* Texels of a face of edge `edge` between the directions a and b, seen on the face of d. */
-static double envmapi_span(int mapping, int edge, const double d[3], const double a[3],
-                           const double b[3]) {
+/* From a to b in texels of a face of edge `edge`, along u and v, seen on the face of d. */
+static void envmapi_span(double texels[2], int mapping, int edge, const double d[3],
+                         const double a[3], const double b[3]) {
     double from[2], to[2];
     int face = envmapi_face(mapping, d);
     envmapi_project(from, mapping, face, a);
     envmapi_project(to, mapping, face, b);
-    double du = to[0] - from[0], dv = to[1] - from[1];
+    double du = to[0] - from[0];
     if (mapping == ENVMAP_LATLONG) du -= floor(du + 0.5);
-    du *= envmapi_width(mapping, edge), dv *= edge;
-    return sqrt(du * du + dv * dv);
+    texels[0] = du * envmapi_width(mapping, edge), texels[1] = (to[1] - from[1]) * edge;
 }
 
 /* Points along one side of a texel of dst: three to a texel of src where it shrinks, or one bright
@@ -1595,27 +1574,28 @@ static double envmapi_span(int mapping, int edge, const double d[3], const doubl
 static int envmapi_samples(const envmap *dst, const envmapi_level *src, int face, int x, int y,
                            int along_v) {
     double ends[2][3], middle[3], w = envmapi_width(dst->mapping, dst->size), h = dst->size;
-    double u = (x + 0.5) / w, v = (y + 0.5) / h, span = 0;
+    double u = (x + 0.5) / w, v = (y + 0.5) / h, span = 0, off[2];
     int halves = envmapi_is_disc(dst->mapping) ? 16 : 4;
     for (int i = 0; i <= halves; ++i) {
         double t = (double)i / halves - 0.5;
         envmapi_direction(i & 1 ? middle : ends[i >> 1 & 1], dst->mapping, face,
                           along_v ? u : u + t / w, along_v ? v + t / h : v);
-        if (i > 0 && !(i & 1))
-            span += envmapi_span(src->mapping, src->edge, middle, ends[0], ends[1]);
+        if (!i || i & 1) continue;
+        envmapi_span(off, src->mapping, src->edge, middle, ends[0], ends[1]);
+        span += sqrt(off[0] * off[0] + off[1] * off[1]);
     }
     return span > 1.01 ? (int)envmapi_clamp(ceil(3 * span - 0.01), 2, 6.0 * src->edge) : 1;
 }
 
 /* Where a rim cuts the texel, only points inside count. */
-static void envmapi_resample_texel(double rgb[3], const envmap *dst, const envmapi_level *src,
+static void envmapi_resample_texel(float out[3], const envmap *dst, const envmapi_level *src,
                                    int face, int x, int y) {
     double w = envmapi_width(dst->mapping, dst->size), h = dst->size, d[3], sum = 0;
     int n_u = envmapi_samples(dst, src, face, x, y, 0);
     int n_v = envmapi_samples(dst, src, face, x, y, 1);
     int inside = n_u * n_v > 1 && envmapi_is_disc(dst->mapping) &&
                  envmapi_texel_cell(NULL, dst->mapping, dst->size, x, y) > 0;
-    rgb[0] = rgb[1] = rgb[2] = 0;
+    double rgb[3] = {0, 0, 0};
     for (int i = 0; i < n_u * n_v; ++i) {
         double u = (x + (i % n_u + 0.5) / n_u) / w, v = (y + (i / n_u + 0.5) / n_v) / h;
         double X = 2 * u - 1, Y = 2 * v - 1, weight = envmapi_density(dst->mapping, u, v);
@@ -1628,29 +1608,23 @@ static void envmapi_resample_texel(double rgb[3], const envmap *dst, const envma
         envmapi_texel_direction(d, dst->mapping, face, dst->size, x, y);
         envmapi_add_lookup(rgb, src, d, sum = 1);
     }
-    for (int c = 0; c < 3; ++c) rgb[c] /= sum;
-}
-
-static void envmapi_resample_slice(envmap *dst, const envmap *src, int slice) {
-    envmapi_level level = envmapi_level_of(src, 0, slice);
-    int width = envmapi_width(dst->mapping, dst->size);
-    float *out = envmapi_image(dst, 0, slice, 0);
-    for (int face = 0; face < envmap_faces(dst->mapping); ++face)
-        for (int i = 0; i < width * dst->size; ++i, out += 3) {
-            double rgb[3];
-            envmapi_resample_texel(rgb, dst, &level, face, i % width, i / width);
-            for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
-        }
+    for (int c = 0; c < 3; ++c) out[c] = (float)(rgb[c] / sum);
 }
 
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
     if (!envmapi_pair_ok(dst, src)) return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
-    for (int slice = 0; slice < src->slices; ++slice)
+    int width = envmapi_width(dst->mapping, dst->size), area = width * dst->size;
+    for (int slice = 0; slice < src->slices; ++slice) {
+        envmapi_level level = envmapi_level_of(src, 0, slice);
+        float *out = envmapi_image(dst, 0, slice, 0);
         if (dst->mapping == src->mapping && dst->size == src->size)
-            memcpy(envmapi_image(dst, 0, slice, 0), envmapi_image(src, 0, slice, 0),
-                   envmapi_slice_floats(dst, 0) * sizeof(float));
-        else envmapi_resample_slice(dst, src, slice);
+            memcpy(out, level.texels, envmapi_slice_floats(dst, 0) * sizeof(float));
+        else
+            for (int i = 0; i < area * envmap_faces(dst->mapping); ++i, out += 3)
+                envmapi_resample_texel(out, dst, &level, i / area, i % area % width,
+                                       i % area / width);
+    }
     if (src->slices == 1) envmapi_copy_slices(dst, 0, dst->slices);
     return ENVMAP_OK;
 }
@@ -1665,20 +1639,23 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
    are checked before anything is allocated (envmapi_pfm_header).
    Called by users alone.  Source: pfm(5) of netpbm.  Tests: tests/test_pfm.c, tests/fuzz_pfm.c. */
 
-typedef struct envmapi_reader {
+/* A picture that is being read, and what its header says. */
+typedef struct envmapi_pfm {
     const unsigned char *data;
     size_t bytes, at;
-} envmapi_reader;
+    int width, height, channels, size, slices;
+    double scale;
+} envmapi_pfm;
 
 /* The next byte, or -1 at the end. */
-static int envmapi_peek(const envmapi_reader *in) {
+static int envmapi_peek(const envmapi_pfm *in) {
     return in->at < in->bytes ? in->data[in->at] : -1;
 }
 
 static int envmapi_is_space(int c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 /* White space and comments, "#" to the end of the line; at least one byte of them. */
-static envmap_result envmapi_pfm_space(envmapi_reader *in) {
+static envmap_result envmapi_pfm_space(envmapi_pfm *in) {
     size_t start = in->at;
     for (;; ++in->at) {
         int c = envmapi_peek(in);
@@ -1690,82 +1667,76 @@ static envmap_result envmapi_pfm_space(envmapi_reader *in) {
     return in->at > start ? ENVMAP_OK : ENVMAP_ERROR_FORMAT;
 }
 
+/* Digits go on with the number that *value is, or with its fraction; 0 where there are none. */
+static int envmapi_pfm_digits(envmapi_pfm *in, double *value, int fraction) {
+    size_t start = in->at;
+    double unit = 1;
+    for (int c; (c = envmapi_peek(in)) >= '0' && c <= '9'; ++in->at)
+        if (fraction) unit /= 10, *value += unit * (c - '0');
+        else *value = 10 * *value + (c - '0');
+    return in->at > start;
+}
+
+static int envmapi_pfm_sign(envmapi_pfm *in) {
+    int c = envmapi_peek(in);
+    if (c == '-' || c == '+') ++in->at;
+    return c == '-' ? -1 : 1;
+}
+
 /* A positive integer; more than nine digits are beyond every limit. */
-static envmap_result envmapi_pfm_integer(envmapi_reader *in, int *value) {
-    int n = 0, digits = 0, c;
-    for (; (c = envmapi_peek(in)) >= '0' && c <= '9'; ++in->at) {
-        if (n > 0 || c > '0') ++digits;
-        if (digits <= 9) n = 10 * n + (c - '0');
-    }
-    if (c < 0) return ENVMAP_ERROR_TRUNCATED;
-    if (digits > 9) return ENVMAP_ERROR_LIMIT;
-    *value = n;
+static envmap_result envmapi_pfm_integer(envmapi_pfm *in, int *value) {
+    double n = 0;
+    envmapi_pfm_digits(in, &n, 0);
+    if (envmapi_peek(in) < 0) return ENVMAP_ERROR_TRUNCATED;
+    if (n >= 1e9) return ENVMAP_ERROR_LIMIT;
+    *value = (int)n;
     return n > 0 ? ENVMAP_OK : ENVMAP_ERROR_FORMAT;
 }
 
 /* [+-] digits [. digits] [e [+-] digits] */
-static envmap_result envmapi_pfm_number(envmapi_reader *in, double *value) {
-    int c = envmapi_peek(in), negative = c == '-', digits = 0, shift = 0, exponent = 0, point = 0;
-    double mantissa = 0;
-    if (c == '-' || c == '+') ++in->at;
-    for (; (c = envmapi_peek(in)) == '.' || (c >= '0' && c <= '9'); ++in->at) {
-        if (c == '.' && point++) return ENVMAP_ERROR_FORMAT;
-        if (c == '.') continue;
-        ++digits;
-        if (mantissa < 1e17) mantissa = 10 * mantissa + (c - '0'), shift -= point;
-        else shift += !point;
-    }
-    if (c < 0) return ENVMAP_ERROR_TRUNCATED;
-    if (!digits) return ENVMAP_ERROR_FORMAT;
-    if (c == 'e' || c == 'E') {
+static envmap_result envmapi_pfm_number(envmapi_pfm *in, double *value) {
+    double mantissa = 0, exponent = 0;
+    int sign = envmapi_pfm_sign(in), seen = envmapi_pfm_digits(in, &mantissa, 0), up = 1;
+    if (envmapi_peek(in) == '.') ++in->at, seen |= envmapi_pfm_digits(in, &mantissa, 1);
+    if (seen && (envmapi_peek(in) == 'e' || envmapi_peek(in) == 'E')) {
         ++in->at;
-        int down = (c = envmapi_peek(in)) == '-', seen = 0;
-        if (c == '-' || c == '+') ++in->at;
-        for (; (c = envmapi_peek(in)) >= '0' && c <= '9'; ++in->at, seen = 1)
-            if (exponent < 10000) exponent = 10 * exponent + (c - '0');
-        if (c < 0) return ENVMAP_ERROR_TRUNCATED;
-        if (!seen) return ENVMAP_ERROR_FORMAT;
-        if (down) exponent = -exponent;
+        up = envmapi_pfm_sign(in), seen = envmapi_pfm_digits(in, &exponent, 0);
     }
-    *value = mantissa * pow(10.0, envmapi_clamp((double)exponent + shift, -400, 400));
-    if (negative) *value = -*value;
+    if (envmapi_peek(in) < 0) return ENVMAP_ERROR_TRUNCATED;
+    if (!seen) return ENVMAP_ERROR_FORMAT;
+    *value = sign * mantissa * pow(10.0, up * fmin(exponent, 400));
     return ENVMAP_OK;
 }
 
-typedef struct envmapi_pfm {
-    int width, height, channels, size, slices;
-    double scale;
-} envmapi_pfm;
-
 /* Which map a picture of this shape is. */
-static envmap_result envmapi_pfm_shape(envmapi_pfm *pfm, int mapping) {
-    int faces = envmap_faces(mapping), edge = mapping == ENVMAP_LATLONG ? pfm->height : pfm->width;
+static envmap_result envmapi_pfm_shape(envmapi_pfm *in, int mapping) {
+    int faces = envmap_faces(mapping), edge = mapping == ENVMAP_LATLONG ? in->height : in->width;
     uint64_t strip = (uint64_t)faces * (uint64_t)edge;
-    pfm->size = edge;
-    pfm->slices = (int)((uint64_t)pfm->height / strip);
-    if (mapping == ENVMAP_LATLONG && (uint64_t)pfm->width != 2 * (uint64_t)edge)
+    in->size = edge;
+    in->slices = (int)((uint64_t)in->height / strip);
+    if (mapping == ENVMAP_LATLONG && (uint64_t)in->width != 2 * (uint64_t)edge)
         return ENVMAP_ERROR_SHAPE;
-    if ((uint64_t)pfm->height % strip || !pfm->slices) return ENVMAP_ERROR_SHAPE;
+    if ((uint64_t)in->height % strip || !in->slices) return ENVMAP_ERROR_SHAPE;
     return edge > ENVMAPI_SIZE_LIMIT ? ENVMAP_ERROR_LIMIT : ENVMAP_OK;
 }
 
-static envmap_result envmapi_pfm_header(envmapi_reader *in, envmapi_pfm *pfm, int mapping) {
+static envmap_result envmapi_pfm_header(envmapi_pfm *in, int mapping) {
     envmap_result result;
     if (in->bytes < 2) return ENVMAP_ERROR_TRUNCATED;
     if (in->data[0] != 'P' || (in->data[1] != 'F' && in->data[1] != 'f'))
         return ENVMAP_ERROR_FORMAT;
-    pfm->channels = in->data[1] == 'F' ? 3 : 1;
+    in->channels = in->data[1] == 'F' ? 3 : 1;
     in->at = 2;
-    if ((result = envmapi_pfm_space(in)) || (result = envmapi_pfm_integer(in, &pfm->width)) ||
-        (result = envmapi_pfm_space(in)) || (result = envmapi_pfm_integer(in, &pfm->height)) ||
-        (result = envmapi_pfm_space(in)) || (result = envmapi_pfm_number(in, &pfm->scale)))
+    if ((result = envmapi_pfm_space(in)) || (result = envmapi_pfm_integer(in, &in->width)) ||
+        (result = envmapi_pfm_space(in)) || (result = envmapi_pfm_integer(in, &in->height)) ||
+        (result = envmapi_pfm_space(in)) || (result = envmapi_pfm_number(in, &in->scale)))
         return result;
     int after = envmapi_peek(in);
     if (!envmapi_is_space(after)) return ENVMAP_ERROR_FORMAT;
     ++in->at;
-    if (!envmapi_finite(pfm->scale) || !(fabs(pfm->scale) > 0)) return ENVMAP_ERROR_FORMAT;
-    if ((result = envmapi_pfm_shape(pfm, mapping))) return result;
-    uint64_t need = (uint64_t)pfm->width * (uint64_t)pfm->height * (uint64_t)pfm->channels * 4;
+    if (!envmapi_finite(in->scale) || !(fabs(in->scale) > 0)) return ENVMAP_ERROR_FORMAT;
+    if ((result = envmapi_pfm_shape(in, mapping))) return result;
+    uint64_t need = (uint64_t)in->width * (uint64_t)in->height * (uint64_t)in->channels * 4;
     uint64_t have = in->bytes - in->at;
     if (after == '\r' && envmapi_peek(in) == '\n') ++in->at, --have; /* one line end */
     return have < need ? ENVMAP_ERROR_TRUNCATED : have > need ? ENVMAP_ERROR_TRAILING : ENVMAP_OK;
@@ -1783,19 +1754,18 @@ static float envmapi_pfm_sample(const unsigned char *b, int little) {
 
 ENVMAPI_BODY envmap_result envmap_pfm_read(envmap *map, const void *data, size_t bytes,
                                            int mapping) {
-    envmapi_reader in = {(const unsigned char *)data, bytes, 0};
-    envmapi_pfm pfm;
+    envmapi_pfm in = {(const unsigned char *)data, bytes, 0, 0, 0, 0, 0, 0, 0};
     envmap_result result;
     if (!map || !data || !envmap_faces(mapping)) return ENVMAP_ERROR_ARGUMENT;
-    if ((result = envmapi_pfm_header(&in, &pfm, mapping))) return result;
-    if ((result = envmap_create(map, mapping, pfm.size, 1, pfm.slices))) return result;
+    if ((result = envmapi_pfm_header(&in, mapping))) return result;
+    if ((result = envmap_create(map, mapping, in.size, 1, in.slices))) return result;
     const unsigned char *sample = in.data + in.at;
-    float factor = (float)envmapi_clamp(fabs(pfm.scale), 1e-38, 3e38);
-    for (int y = pfm.height - 1; y >= 0; --y) {
-        float *row = map->texels + 3 * (size_t)y * (size_t)pfm.width;
-        for (int i = 0; i < 3 * pfm.width; ++i) {
-            row[i] = factor * envmapi_pfm_sample(sample, pfm.scale < 0);
-            if (pfm.channels == 3 || i % 3 == 2) sample += 4;
+    float factor = (float)envmapi_clamp(fabs(in.scale), 1e-38, 3e38);
+    for (int y = in.height - 1; y >= 0; --y) {
+        float *row = map->texels + 3 * (size_t)y * (size_t)in.width;
+        for (int i = 0; i < 3 * in.width; ++i) {
+            row[i] = factor * envmapi_pfm_sample(sample, in.scale < 0);
+            if (in.channels == 3 || i % 3 == 2) sample += 4;
         }
     }
     return ENVMAP_OK;
@@ -1807,16 +1777,6 @@ static char *envmapi_pfm_decimal(char *out, size_t value) {
     return out + 1;
 }
 
-/* The header of a picture; returns its length, below 64. */
-static size_t envmapi_pfm_title(char title[64], size_t width, size_t height) {
-    memcpy(title, "PF\n", 3);
-    char *at = envmapi_pfm_decimal(title + 3, width);
-    *at++ = ' ';
-    at = envmapi_pfm_decimal(at, height);
-    memcpy(at, "\n-1.0\n", 6);
-    return (size_t)(at + 6 - title);
-}
-
 static void envmapi_pfm_encode(unsigned char *out, const float *samples, size_t count) {
     for (size_t i = 0; i < count; ++i) {
         uint32_t bits;
@@ -1825,21 +1785,20 @@ static void envmapi_pfm_encode(unsigned char *out, const float *samples, size_t 
     }
 }
 
-/* Rows and columns of the strip that one level makes; 0 when it cannot be written. */
-static size_t envmapi_pfm_rows(size_t *width, const envmap *map, int level) {
-    if (!envmapi_valid(map) || level < 0 || level >= map->levels) return 0;
-    if (map->mapping == ENVMAP_LATLONG && map->slices > 1) return 0;
-    int edge = envmapi_edge(map->size, level);
-    *width = (size_t)envmapi_width(map->mapping, edge);
-    return (size_t)edge * (size_t)envmap_faces(map->mapping) * (size_t)map->slices;
-}
-
 ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *bytes,
                                             const envmap *map, int level) {
-    char title[64];
-    size_t width = 0, rows = envmapi_pfm_rows(&width, map, level);
-    if (!rows || (!data && !bytes)) return ENVMAP_ERROR_ARGUMENT;
-    size_t start = envmapi_pfm_title(title, width, rows), row = 12 * width;
+    char title[64] = "PF\n";
+    if (!envmapi_valid(map) || level < 0 || level >= map->levels || (!data && !bytes) ||
+        (map->mapping == ENVMAP_LATLONG && map->slices > 1))
+        return ENVMAP_ERROR_ARGUMENT;
+    int edge = envmapi_edge(map->size, level);
+    size_t width = (size_t)envmapi_width(map->mapping, edge), row = 12 * width;
+    size_t rows = (size_t)edge * (size_t)envmap_faces(map->mapping) * (size_t)map->slices;
+    char *end = envmapi_pfm_decimal(title + 3, width);
+    *end++ = ' ';
+    end = envmapi_pfm_decimal(end, rows);
+    memcpy(end, "\n-1.0\n", 6);
+    size_t start = (size_t)(end + 6 - title);
     if (bytes) *bytes = start + rows * row;
     if (!data) return ENVMAP_OK;
     if (capacity < start + rows * row) return ENVMAP_ERROR_LIMIT;
@@ -1874,18 +1833,6 @@ ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int ma
     return result;
 }
 
-static int envmapi_pfm_put(FILE *file, const envmap *map, int level, size_t width, size_t rows) {
-    unsigned char chunk[3072];
-    const float *samples = envmapi_image(map, level, 0, 0);
-    for (size_t y = rows; y-- > 0;)
-        for (size_t x = 0; x < 3 * width; x += sizeof chunk / 4) {
-            size_t count = 3 * width - x < sizeof chunk / 4 ? 3 * width - x : sizeof chunk / 4;
-            envmapi_pfm_encode(chunk, samples + 3 * width * y + x, count);
-            if (fwrite(chunk, 4, count, file) != count) return 0;
-        }
-    return 1;
-}
-
 /* Something with a length: a device must not be removed. */
 static int envmapi_pfm_is_file(const char *path) {
     FILE *file = fopen(path, "rb");
@@ -1896,16 +1843,16 @@ static int envmapi_pfm_is_file(const char *path) {
 }
 
 ENVMAPI_BODY envmap_result envmap_pfm_save(const envmap *map, const char *path, int level) {
-    char title[64];
-    size_t width = 0, rows = envmapi_pfm_rows(&width, map, level);
-    if (!rows || !path) return ENVMAP_ERROR_ARGUMENT;
+    size_t bytes;
+    if (!path || envmap_pfm_write(NULL, 0, &bytes, map, level)) return ENVMAP_ERROR_ARGUMENT;
+    void *data = ENVMAP_MALLOC(map->memory, bytes);
+    if (!data) return ENVMAP_ERROR_MEMORY;
+    envmap_pfm_write(data, bytes, NULL, map, level);
     FILE *file = fopen(path, "wb");
-    if (!file) return ENVMAP_ERROR_FILE;
-    size_t start = envmapi_pfm_title(title, width, rows);
-    int whole = fwrite(title, 1, start, file) == start;
-    whole = whole && envmapi_pfm_put(file, map, level, width, rows);
-    whole = fclose(file) == 0 && whole;
-    if (!whole && envmapi_pfm_is_file(path)) remove(path);
+    int whole = file && fwrite(data, 1, bytes, file) == bytes;
+    whole = file && fclose(file) == 0 && whole;
+    if (file && !whole && envmapi_pfm_is_file(path)) remove(path);
+    ENVMAP_FREE(map->memory, data);
     return whole ? ENVMAP_OK : ENVMAP_ERROR_FILE;
 }
 #endif
@@ -1975,78 +1922,72 @@ ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
     return ENVMAP_OK;
 }
 
-/* Texels of level 0 that a small step along `side` at d spans, per unit of the step. */
-static double envmapi_footprint_side(const envmap *map, const double d[3], const double side[3]) {
-    double length = sqrt(envmapi_dot(side, side)), a[3], b[3];
-    if (!(length > 0) || !envmapi_finite(length)) return 0;
-    double step = 1e-4 / length;
-    for (int i = 0; i < 3; ++i) a[i] = d[i] - step * side[i], b[i] = d[i] + step * side[i];
-    envmapi_unit(a, a), envmapi_unit(b, b);
-    return envmapi_span(map->mapping, map->size, d, a, b) / (2 * step);
+/* The sides of a footprint at dir in texels of level 0, along u and v, by small steps along them; 0
+   for bad maps and numbers. */
+static int envmapi_footprint(double texels[2][2], const envmap *map, const float dir[3],
+                             const float dx[3], const float dy[3]) {
+    double d[3], side[3], a[3], b[3];
+    if (!envmapi_valid(map) || !dir || !dx || !dy) return 0;
+    double length = sqrt((double)dir[0] * (double)dir[0] + (double)dir[1] * (double)dir[1] +
+                         (double)dir[2] * (double)dir[2]);
+    envmapi_unit_float(d, dir);
+    for (int s = 0; s < 2; ++s) {
+        for (int i = 0; i < 3; ++i) side[i] = (double)(s ? dy : dx)[i] / length;
+        double size = sqrt(envmapi_dot(side, side)), step = size > 0 ? 1e-4 / size : 1;
+        if (!envmapi_finite(size)) return 0;
+        for (int i = 0; i < 3; ++i) a[i] = d[i] - step * side[i], b[i] = d[i] + step * side[i];
+        envmapi_unit(a, a), envmapi_unit(b, b);
+        envmapi_span(texels[s], map->mapping, map->size, d, a, b);
+        for (int k = 0; k < 2; ++k) texels[s][k] /= 2 * step;
+    }
+    return 1;
 }
 
 ENVMAPI_BODY float envmap_footprint_level(const envmap *map, const float dir[3], const float dx[3],
                                           const float dy[3]) {
-    double d[3], x[3], y[3];
-    if (!envmapi_valid(map) || !dir || !dx || !dy) return 0;
-    double length = 0, sides = 0;
-    for (int i = 0; i < 3; ++i) {
-        length += (double)dir[i] * (double)dir[i];
-        sides += fabs((double)dx[i]) + fabs((double)dy[i]);
-    }
-    length = sqrt(length);
-    if (!(length > 0) || !envmapi_finite(length) || !envmapi_finite(sides)) return 0;
-    envmapi_unit_float(d, dir);
-    for (int i = 0; i < 3; ++i) x[i] = (double)dx[i] / length, y[i] = (double)dy[i] / length;
-    double a = envmapi_footprint_side(map, d, x), b = envmapi_footprint_side(map, d, y);
-    double texels = a > b ? a : b;
+    double t[2][2];
+    if (!envmapi_footprint(t, map, dir, dx, dy)) return 0;
+    double texels =
+        sqrt(fmax(t[0][0] * t[0][0] + t[0][1] * t[0][1], t[1][0] * t[1][0] + t[1][1] * t[1][1]));
     return texels > 1 ? (float)envmapi_clamp(log2(texels), 0, map->levels - 1) : 0;
 }
 
 /* The axes of the ellipse { d + cos(t) dx + sin(t) dy } as texels of level 0 see it: the longer and
-   the shorter as sides of directions; returns the ratio of their lengths, 1 where there is none.
-   From |dx|^2, |dy|^2 and dx.dy in texels; the last by |dx + dy|^2. */
-static double envmapi_footprint_axes(float major[3], float minor[3], const envmap *map,
-                                     const float dir[3], const float dx[3], const float dy[3]) {
-    double d[3] = {(double)dir[0], (double)dir[1], (double)dir[2]}, x[3], y[3], both[3];
-    double length = sqrt(envmapi_dot(d, d));
-    envmapi_unit_float(d, dir);
+   the shorter as sides of directions; returns the ratio of their lengths, 1 where there is none. */
+static double envmapi_footprint_axes(float major[3], float minor[3], double texels[2][2],
+                                     const float dx[3], const float dy[3]) {
+    const double *x = texels[0], *y = texels[1];
+    double xx = x[0] * x[0] + x[1] * x[1], yy = y[0] * y[0] + y[1] * y[1];
+    double xy = x[0] * y[0] + x[1] * y[1], mean = (xx + yy) / 2, swing = hypot((xx - yy) / 2, xy);
+    double turn = 0.5 * atan2(2 * xy, xx - yy), c = cos(turn), s = sin(turn);
     for (int i = 0; i < 3; ++i) {
-        x[i] = (double)dx[i] / length, y[i] = (double)dy[i] / length;
-        both[i] = x[i] + y[i];
+        major[i] = (float)(c * (double)dx[i] + s * (double)dy[i]);
+        minor[i] = (float)(c * (double)dy[i] - s * (double)dx[i]);
     }
-    double a = envmapi_footprint_side(map, d, x), b = envmapi_footprint_side(map, d, y);
-    double sum = envmapi_footprint_side(map, d, both), cross = (sum * sum - a * a - b * b) / 2;
-    double turn = 0.5 * atan2(2 * cross, a * a - b * b), c = cos(turn), s = sin(turn);
-    for (int i = 0; i < 3; ++i) {
-        major[i] = (float)((c * x[i] + s * y[i]) * length);
-        minor[i] = (float)((c * y[i] - s * x[i]) * length);
-    }
-    double mean = (a * a + b * b) / 2, half = (a * a - b * b) / 2;
-    double swing = sqrt(half * half + cross * cross);
-    double longer = sqrt(mean + swing), shorter = sqrt(envmapi_clamp(mean - swing, 1, 1e30));
-    return longer > shorter ? longer / shorter : 1;
+    return fmax(1, sqrt((mean + swing) / fmax(mean - swing, 1)));
 }
 
 ENVMAPI_BODY void envmap_lookup_footprint(float rgb[3], const envmap *map, const float dir[3],
                                           const float dx[3], const float dy[3], int probes) {
-    float level = envmap_footprint_level(map, dir, dx, dy), major[3], minor[3];
+    float level = envmap_footprint_level(map, dir, dx, dy), major[3], minor[3], probe[3];
+    double texels[2][2], sum[3] = {0, 0, 0}, d[3];
     if (!rgb) return;
     if (!(level > 0) || probes <= 1) {
         envmap_lookup(rgb, map, dir, level);
         return;
     }
-    double limit = probes < 256 ? probes : 256, sum[3] = {0, 0, 0};
-    int n = (int)envmapi_clamp(ceil(envmapi_footprint_axes(major, minor, map, dir, dx, dy) - 0.01),
-                               1, limit);
+    envmapi_footprint(texels, map, dir, dx, dy);
+    double ratio = envmapi_footprint_axes(major, minor, texels, dx, dy);
+    int n = (int)envmapi_clamp(ceil(ratio - 0.01), 1, probes < 256 ? probes : 256);
     for (int c = 0; c < 3; ++c) major[c] /= (float)n;
     for (int i = 0; i < n; ++i) {
-        float probe[3], at = (float)i + 0.5f - 0.5f * (float)n;
+        float at = (float)i + 0.5f - 0.5f * (float)n;
         for (int c = 0; c < 3; ++c) probe[c] = dir[c] + at * major[c];
-        envmap_lookup(rgb, map, probe, envmap_footprint_level(map, probe, major, minor));
-        for (int c = 0; c < 3; ++c) sum[c] += (double)rgb[c];
+        level = envmap_footprint_level(map, probe, major, minor);
+        envmapi_unit_float(d, probe);
+        envmapi_add_trilinear(sum, map, d, 0, (double)level, 1.0 / n);
     }
-    for (int c = 0; c < 3; ++c) rgb[c] = (float)(sum[c] / n);
+    for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
 }
 
 /* ----------------------------------------------------------------------------------- >>lobes --
@@ -2158,9 +2099,8 @@ static double envmapi_table_row(const envmap_lobe *lobe, int row, double theta) 
 }
 
 static double envmapi_table_k(const envmap_lobe *lobe, double x, double p) {
-    double range = (double)lobe->p1 - (double)lobe->p0, theta = envmapi_acos(x);
-    double at = fabs(range) > 0 ? (p - (double)lobe->p0) / range * lobe->table_slices - 0.5 : 0;
-    at = envmapi_clamp(at, 0, lobe->table_slices - 1);
+    double theta = envmapi_acos(x);
+    double at = envmapi_slice_at(p, (double)lobe->p0, (double)lobe->p1, lobe->table_slices);
     int row = (int)at;
     double k = envmapi_table_row(lobe, row, theta);
     return at > row ? k + (at - row) * (envmapi_table_row(lobe, row + 1, theta) - k) : k;
@@ -2435,14 +2375,10 @@ static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lob
 
 /* The bands, divided by the filter's norm; 0 when that is not positive. */
 static int envmapi_zonal(double *lambda, int bands, const envmap_lobe *lobe, double p) {
-    double integral = envmapi_lobe_integral(lobe, p), factor = (double)lobe->scale;
-    if (!lobe->raw) {
-        double norm = envmapi_lobe_norm(lobe); /* 0: its own integral */
-        if (!(norm > 0) && envmapi_lobe_positive(lobe, p)) norm = integral;
-        if (!(norm > 0)) return 0;
-        factor = 1 / norm;
-    }
-    if (!envmapi_finite(integral)) return 0;
+    double integral = envmapi_lobe_integral(lobe, p), norm = envmapi_lobe_norm(lobe);
+    if (!lobe->raw && !(norm > 0)) norm = envmapi_lobe_positive(lobe, p) ? integral : 0;
+    if (!envmapi_finite(integral) || (!lobe->raw && !(norm > 0))) return 0;
+    double factor = lobe->raw ? (double)lobe->scale : 1 / norm;
     lambda[0] = factor * integral;
     if (lobe->kind == ENVMAP_LOBE_PHONG)
         envmapi_zonal_phong(lambda, bands, (double)lobe->parameter);
@@ -2522,8 +2458,9 @@ static double envmapi_band_error(int l, double h) {
     return l ? envmapi_spline_error(sqrt(l * l + 6.0) * h / (2 * ENVMAPI_PI)) : 0;
 }
 
-/* The widest that a grid for so many bands may be: 0.45 cycles a node, as 0.5 look slower. */
-static double envmapi_widest_spacing(int bands) { return 0.45 * 2 * ENVMAPI_PI / bands; }
+/* The widest that a grid for so many bands may be: 0.45 cycles a node, as waves of more than 0.5
+   look slower; and 0.8 rad, a cube's face in three. */
+static double envmapi_widest_spacing(int bands) { return fmin(0.8, 0.45 * 2 * ENVMAPI_PI / bands); }
 
 /* Factors of the symmetric matrix (1, 26, 66, 26, 1) of n rows whose first and last rows see
    themselves mirrored, times `first` and `last`: L D L^t, a row's [1/D, L one before, L two
@@ -3388,8 +3325,8 @@ static void envmapi_grid_solve(envmapi_transform *t, const envmap_work *work) {
 
 /* ---- project: texels -> a_lm */
 
-#define ENVMAPI_ROWS                                                                               \
-    16 /* of texels that are worked on together (speed only: one by one is 1.9 x) */
+/* Rows of texels that are worked on together (speed only: one by one takes 1.9 x). */
+#define ENVMAPI_ROWS 16
 
 /* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; y NULL: 1. The sums
    stay in registers while rows go by. */
@@ -3686,6 +3623,14 @@ static void envmapi_sh_points_add(envmapi_sh_points *n, const double d[3]) {
     ++n->count;
 }
 
+/* Nothing but direction d, of any length. */
+static void envmapi_sh_points_one(envmapi_sh_points *n, const double d[3]) {
+    double unit[3];
+    n->count = 0;
+    envmapi_unit(unit, d);
+    envmapi_sh_points_add(n, unit);
+}
+
 /* Makes ready for m, after m - 1. Returns the number of points with those, of no energy, that fill
    up the last eight. */
 static int envmapi_sh_points_order(envmapi_sh_points *n, int m, int bands) {
@@ -3693,14 +3638,14 @@ static int envmapi_sh_points_order(envmapi_sh_points *n, int m, int bands) {
     double factor = sqrt(m == 0 ? 1 / (4 * ENVMAPI_PI) : m == 1 ? 3 : 1 + 0.5 / m);
     envmapi_legendre_factors(n->A, n->B, m, bands);
     for (int i = n->count; i < all && m == 0; ++i) {
-        n->x[i] = n->y[i] = 0, n->z[i] = 1;
-        n->e[0][i] = n->e[1][i] = n->e[2][i] = 0;
+        n->x[i] = n->y[i] = n->e[0][i] = n->e[1][i] = n->e[2][i] = 0;
+        n->z[i] = 1;
     }
-    for (int i = 0; i < all && m == 0; ++i) n->powers[0][i] = factor, n->powers[1][i] = 0;
-    for (int i = 0; i < all && m > 0; ++i) {
-        double re = n->powers[0][i], im = n->powers[1][i];
-        n->powers[0][i] = factor * (re * n->x[i] - im * n->y[i]);
-        n->powers[1][i] = factor * (re * n->y[i] + im * n->x[i]);
+    for (int i = 0; i < all; ++i) {
+        double re = m ? n->powers[0][i] : 1, im = m ? n->powers[1][i] : 0;
+        double x = m ? n->x[i] : 1, y = m ? n->y[i] : 0;
+        n->powers[0][i] = factor * (re * x - im * y);
+        n->powers[1][i] = factor * (re * y + im * x);
     }
     return all;
 }
@@ -3785,17 +3730,14 @@ static envmap_result envmapi_sh_check(const double *sh, int bands, double limit)
 
 ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]) {
     envmapi_sh_points n;
-    double d[3];
     if (!Y || !dir || bands < 1 || bands > ENVMAPI_SH_BANDS) return ENVMAP_ERROR_ARGUMENT;
-    n.count = 0;
-    envmapi_unit(d, dir);
-    envmapi_sh_points_add(&n, d);
+    envmapi_sh_points_one(&n, dir);
     for (int m = 0; m < bands; ++m) {
         double now = 1, before = 0;
         envmapi_sh_points_order(&n, m, bands);
         for (int l = m; l < bands; ++l) {
             Y[l * (l + 1) - m] = now * n.powers[1][0], Y[l * (l + 1) + m] = now * n.powers[0][0];
-            double up = l + 1 < bands ? n.A[l + 1] * (d[2] * now - n.B[l + 1] * before) : 0;
+            double up = l + 1 < bands ? n.A[l + 1] * (n.z[0] * now - n.B[l + 1] * before) : 0;
             before = now, now = up;
         }
     }
@@ -3806,12 +3748,9 @@ ENVMAPI_BODY envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, i
                                               const double dir[3]) {
     envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     envmapi_sh_points n;
-    double d[3];
     if (!rgb || !dir) return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
-    n.count = 0;
-    envmapi_unit(d, dir);
-    envmapi_sh_points_add(&n, d);
+    envmapi_sh_points_one(&n, dir);
     envmapi_sh_gather(&n, sh, bands, NULL);
     for (int c = 0; c < 3; ++c) rgb[c] = n.e[c][0];
     return ENVMAP_OK;
@@ -3876,48 +3815,34 @@ static void envmapi_task_sh(void *context, int task) {
             envmapi_sh_texels(job, sums, x, y);
 }
 
-static envmap_result envmapi_project_exactly(double *sh, envmapi_sh_job *job) {
+/* The definition, to sh or, when all of them are there, to texels; the other is NULL. */
+static envmap_result envmapi_sh_exact(double *sh, float *texels, envmapi_sh_job *job) {
     size_t numbers = 3 * (size_t)(job->bands * job->bands), all = ENVMAPI_TASKS * numbers;
-    job->texels = envmap_texel(&job->map, 0, job->slice, 0, 0, 0);
-    job->sums = (double *)envmapi_pool_get(&job->pool, all, sizeof(double));
-    if (!job->sums) return ENVMAP_ERROR_MEMORY;
-    memset(job->sums, 0, all * sizeof(double)), memset(sh, 0, numbers * sizeof(double));
+    size_t floats = envmapi_slice_floats(&job->map, 0);
+    void *room = sh ? envmapi_pool_get(&job->pool, all, sizeof(double))
+                    : envmapi_pool_get(&job->pool, floats, sizeof(float));
+    if (!room) return ENVMAP_ERROR_MEMORY;
+    if (sh) job->sums = (double *)memset(room, 0, all * sizeof(double));
+    job->texels = sh ? envmapi_image(&job->map, 0, job->slice, 0) : (float *)room;
     envmap_result result = envmapi_run(&job->work, envmapi_task_sh, job, ENVMAPI_TASKS);
-    for (size_t i = 0; i < all && !result; ++i) sh[i % numbers] += job->sums[i];
-    return result ? result : envmapi_sh_check(sh, job->bands, ENVMAPI_SH_LIMIT);
+    if (texels && !result) memcpy(texels, room, floats * sizeof(float));
+    if (!sh || result) return result;
+    memset(sh, 0, numbers * sizeof(double));
+    for (size_t i = 0; i < all; ++i) sh[i % numbers] += job->sums[i];
+    return envmapi_sh_check(sh, job->bands, ENVMAPI_SH_LIMIT);
 }
 
-/* Beside the map until all of it is there. */
-static envmap_result envmapi_fill_exactly(float *texels, envmapi_sh_job *job) {
-    size_t floats = 3 * (size_t)envmap_faces(job->map.mapping) * (size_t)job->map.size *
-                    (size_t)envmapi_width(job->map.mapping, job->map.size);
-    job->texels = (float *)envmapi_pool_get(&job->pool, floats, sizeof(float));
-    if (!job->texels) return ENVMAP_ERROR_MEMORY;
-    envmap_result result = envmapi_run(&job->work, envmapi_task_sh, job, ENVMAPI_TASKS);
-    if (!result) memcpy(texels, job->texels, floats * sizeof(float));
-    return result;
-}
-
-/* sh from the transform's a, and a from sh: a_lm -+ i a_l-m, over sqrt 2 for m > 0. */
-static void envmapi_sh_of(double *sh, const double *a, int bands) {
+/* The transform's a from sh, to sh from a: a_lm -+ i a_l-m, over sqrt 2 for m > 0. */
+static void envmapi_sh_exchange(double *to, const double *from, int bands, int to_sh) {
     for (int m = 0; m < bands; ++m)
-        for (int l = m; l < bands; ++l) {
-            const double *at = a + envmapi_triangle(bands, m) + 8 * (l - m);
-            double *zonal = sh + 3 * l * (l + 1), root = m ? sqrt(2.0) : 1;
-            for (int c = 0; c < 3 && m; ++c) zonal[c - 3 * m] = -root * at[4 + c];
-            for (int c = 0; c < 3; ++c) zonal[c + 3 * m] = root * at[c];
-        }
-}
-
-static void envmapi_triangle_of(double *a, const double *sh, int bands) {
-    for (int m = 0; m < bands; ++m)
-        for (int l = m; l < bands; ++l) {
-            double *at = a + envmapi_triangle(bands, m) + 8 * (l - m), root = m ? sqrt(0.5) : 1;
-            const double *zonal = sh + 3 * l * (l + 1);
-            memset(at, 0, 8 * sizeof *at);
-            for (int c = 0; c < 3 && m; ++c) at[4 + c] = -root * zonal[c - 3 * m];
-            for (int c = 0; c < 3; ++c) at[c] = root * zonal[c + 3 * m];
-        }
+        for (int l = m; l < bands; ++l)
+            for (int c = 0; c < (m ? 6 : 3); ++c) {
+                size_t a = envmapi_triangle(bands, m) + (size_t)(8 * (l - m) + c + (c > 2));
+                int sh = 3 * l * (l + 1) + (c < 3 ? 3 * m + c : c - 3 - 3 * m);
+                double root = (c < 3 ? 1 : -1) * (m ? sqrt(2.0) : 1);
+                if (to_sh) to[sh] = root * from[a];
+                else to[a] = from[sh] / root;
+            }
 }
 
 /* Half of >>transform, to sh where that is given, else to texels. The grid is the widest that loses
@@ -3939,10 +3864,11 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
     if (sh) {
         if (envmapi_tell(&job->work.progress, 0)) return ENVMAP_CANCELLED;
         envmapi_project_texels(&t, &job->work);
-        envmapi_sh_of(sh, a, bands);
+        envmapi_sh_exchange(sh, a, bands, 1);
         return envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     }
-    envmapi_triangle_of(a, job->sh, bands);
+    memset(a, 0, envmapi_triangle(bands, bands) * sizeof *a);
+    envmapi_sh_exchange(a, job->sh, bands, 0);
     return envmapi_fill_texels(&t, &job->work, ENVMAP_ERROR_RADIANCE);
 }
 
@@ -3957,7 +3883,7 @@ ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap
     envmap_result result = out ? ENVMAP_ERROR_RADIANCE : ENVMAP_ERROR_MEMORY;
     if (out && tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(out, NULL, &job);
     if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow where doubles do not */
-        result = envmapi_project_exactly(out, &job);
+        result = envmapi_sh_exact(out, NULL, &job);
     if (!result) memcpy(sh, out, numbers * sizeof(double));
     envmapi_pool_free(&job.pool, 0);
     return result;
@@ -3972,7 +3898,7 @@ ENVMAPI_BODY envmap_result envmap_sh_fill(envmap *map, int level, int slice, con
     envmapi_sh_job job = envmapi_sh_job_of(map, slice, bands, tolerance, work);
     job.map.size = envmapi_edge(map->size, level), job.sh = sh;
     if (tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(NULL, texels, &job);
-    else result = envmapi_fill_exactly(texels, &job);
+    else result = envmapi_sh_exact(NULL, texels, &job);
     envmapi_pool_free(&job.pool, 0);
     return result;
 }
@@ -4122,18 +4048,17 @@ static double envmapi_ringing_descend(const envmapi_ringing *r, double d[3], dou
     return lowest;
 }
 
-/* The least mu, to 1e-4, from where on the value in direction d is not below zero. */
+/* The least mu, to 1e-4, from where on the value in direction d is not below zero. Beyond log(4 most)
+   none is: what is not the mean, 1/sqrt(4 pi), is at most exp(-mu) most there. */
 static void envmapi_ringing_raise(envmapi_ringing *r, const double d[3]) {
-    double low = r->mu > 1e-9 ? r->mu : 1e-9, high = 0;
+    double low = fmax(r->mu, 1e-9), high = log(4 * r->most);
     envmapi_sh_points n;
-    n.count = 0;
-    envmapi_sh_points_add(&n, d);
-    while (!(high > 0 && high - low <= 1e-4 * high)) {
-        double mu = high > 0 ? 0.5 * (low + high) : 2 * low;
-        envmapi_ringing_window(r, mu);
+    envmapi_sh_points_one(&n, d);
+    while (high - low > 1e-4 * high) {
+        envmapi_ringing_window(r, (low + high) / 2);
         envmapi_ringing_values(r, &n);
-        if (n.e[0][0] < 0) low = mu;
-        else high = mu;
+        if (n.e[0][0] < 0) low = r->mu;
+        else high = r->mu;
     }
     envmapi_ringing_window(r, 1.0001 * high);
 }
@@ -4163,12 +4088,10 @@ ENVMAPI_BODY envmap_result envmap_sh_window(double *out, double *moved, const do
                                             const envmap_lobe *lobe, double p) {
     envmapi_ringing r;
     envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
-    if (!result && !out) result = ENVMAP_ERROR_ARGUMENT;
-    if (result) return result;
+    for (int l = 0; l < ENVMAPI_SH_BANDS; ++l) r.lambda[l] = 1;
+    if (!result && lobe) result = envmap_lobe_zonal(r.lambda, bands, lobe, p);
+    if (!out || result) return result ? result : ENVMAP_ERROR_ARGUMENT;
     r.sh = sh, r.bands = bands;
-    for (int l = 0; l < bands; ++l) r.lambda[l] = 1;
-    if (lobe) result = envmap_lobe_zonal(r.lambda, bands, lobe, p);
-    if (result) return result;
     if (!envmapi_ringing_aim(&r)) return ENVMAP_ERROR_RADIANCE;
     while (envmapi_ringing_look(&r)) continue;
     double change = 0, total = 0;
@@ -4213,25 +4136,18 @@ ENVMAPI_BODY int envmap_sh_bands(const envmap_lobe *lobe, double p, const double
 
 /* ---- for shaders */
 
-/* [RH01] eq. 12 with the basis' constants; upper triangle xx xy xz xw yy yz yw zz zw ww. */
-static void envmapi_sh_quadratic(double M[10], const double *sh, int c) {
-    double k0 = sqrt(1 / (4 * ENVMAPI_PI)), k1 = sqrt(3.0) * k0, k2 = sqrt(15.0) * k0;
-    double k20 = sqrt(5.0) / 2 * k0, a[9];
-    for (int i = 0; i < 9; ++i) a[i] = sh[3 * i + c];
-    M[0] = k2 / 2 * a[8], M[1] = k2 / 2 * a[4], M[2] = k2 / 2 * a[7], M[3] = k1 / 2 * a[3];
-    M[4] = -M[0], M[5] = k2 / 2 * a[5], M[6] = k1 / 2 * a[1];
-    M[7] = 3 * k20 * a[6], M[8] = k1 / 2 * a[2];
-    M[9] = k0 * a[0] - k20 * a[6];
-}
-
 ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], const double *sh) {
+    /* [RH01] eq. 12 with the basis' constants; M's upper triangle xx xy xz xw yy yz yw zz zw ww */
     static const int at[16] = {0, 1, 2, 3, 1, 4, 5, 6, 2, 5, 7, 8, 3, 6, 8, 9};
+    double k0 = sqrt(1 / (4 * ENVMAPI_PI)), x = sqrt(15.0) / 2 * k0, y = sqrt(3.0) / 2 * k0;
+    double z = sqrt(5.0) / 2 * k0;
     envmap_result result = envmapi_sh_check(sh, 3, 1e38);
     if (!matrix && !packed) return ENVMAP_ERROR_ARGUMENT;
     if (result) return result;
     for (int c = 0; c < 3; ++c) {
-        double M[10];
-        envmapi_sh_quadratic(M, sh, c);
+        const double *a = sh + c;
+        const double M[10] = {x * a[24], x * a[12], x * a[21],     y * a[9], -x * a[24],
+                              x * a[15], y * a[3],  3 * z * a[18], y * a[6], k0 * a[0] - z * a[18]};
         if (matrix)
             for (int i = 0; i < 16; ++i) matrix[16 * c + i] = (float)M[at[i]];
         if (!packed) continue;
@@ -4540,28 +4456,21 @@ static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
 }
 
 /* ---------------------------------------------------------------------------- >>hierarchical --
-   The method of [KVHS00] 5.1, as published: two mip-maps that are walked together. In and out are
-   those of the reference.
+   The method of [KVHS00] 5.1, as published: two mip-maps that are walked together.
        L(a) = sum over accepted nodes n of k_n(a) E_n / norm,   E_n = sum of L_i w_i, i below n
    A node of level l stands for 2^l x 2^l texels of a face and has up to four children.
-       E_n, w_n      envmapi_tree_create: the environment's mip-map, summed once for all axes. The
-                     solid angle is in E_n and not in k_n.
-       k_n           the lobe's mip-map, anew for every axis: sampled at the nodes of level 2 (4x4
-                     texels) and averaged upward by 2x2 boxes (envmapi_hier_visit), sampled at
-                     levels 1 and 0 only where a node is opened (envmapi_hier_open)
-       accepted      |k_child - k_n| <= threshold * peak of k for every child (envmapi_hier_alike),
-                     and all children are accepted themselves
+       E_n, w_n      the environment's mip-map, once for all axes: envmapi_tree_create
+       k_n           the lobe's, for every axis: sampled at nodes of level 2 and averaged upward
+                     (envmapi_hier_visit), sampled below where a node is opened (_hier_open)
+       accepted      its children are, and for each |k_child - k_n| <= threshold * peak of k
        norm          as the reference's: sum k_n w_n over the same nodes, so constants stay
-   With a negative threshold the result is the sum over texel centres.
-   Ours: a node stands at the centroid of its solid angle, so rims and odd sizes need no padding.
-   A cone about every node keeps the walk off what lies outside the lobe's support. Phong and
-   Gaussian come from a table of cubics (error 1e-8). A node's children have to be accepted too,
-   because four equal means around a peak in their middle would hide it. An axis for which no sample
-   of the lobe falls on a texel takes the bilinear radiance.
+   Ours: a node stands at the centroid of its solid angle, so rims and odd sizes need no padding. A
+   cone about it keeps the walk inside the lobe's support. Phong and Gaussian come from a table of
+   cubics (error 1e-8). Children have to be accepted, because four equal means around a peak would
+   hide it. An axis for which no sample falls on a texel takes the bilinear radiance.
    Where it fails: the rule sees lobe values and not what they multiply, so a sun is kept no better
    than the dark; and a lobe thinner than 4 texels slips between samples.
-   Called by filters for HIERARCHICAL.
-   Tests: tests/test_hierarchical.c; speed: tests/bench_table1.c. */
+   Called by filters for HIERARCHICAL.  Tests: tests/test_hierarchical.c. */
 
 /* A node of any level from 1 on: what is known of its children, which are texels at level 1. */
 typedef struct envmapi_node {
@@ -4576,12 +4485,8 @@ typedef struct envmapi_node {
 typedef struct envmapi_tree {
     envmapi_node *level[17]; /* at `last` a node is a face */
     int count[17], last;
+    envmapi_pool pool;
 } envmapi_tree;
-
-static void envmapi_tree_free(envmapi_tree *tree, void *memory) {
-    for (int level = 1; level <= tree->last; ++level) ENVMAP_FREE(memory, tree->level[level]);
-    memset(tree, 0, sizeof *tree);
-}
 
 /* A node whose children are all there as a child: its centroid d, E and w, and the angle about d
    within which lies all below it. */
@@ -4623,20 +4528,17 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
     }
 }
 
-/* Levels, three at least, until a node is a face. On failure, too, the caller frees the tree. */
-static envmap_result envmapi_tree_create(envmapi_tree *tree, const envmapi_source *s,
-                                         void *memory) {
+/* Levels, three at least, until a node is a face. */
+static envmap_result envmapi_tree_create(envmapi_tree *tree, const envmapi_source *s) {
     int width = envmapi_width(s->map->mapping, s->map->size);
     for (int level = 1; level <= 3 || 1 << (level - 1) < width; ++level) {
-        int count = 0;
+        size_t count = 0;
         for (size_t i = 0; i < s->count; ++i)
             count += !i || s->code[i] >> 2 * level != s->code[i - 1] >> 2 * level;
-        if ((size_t)count > SIZE_MAX / sizeof(envmapi_node)) return ENVMAP_ERROR_MEMORY;
-        size_t bytes = (size_t)count * sizeof(envmapi_node);
-        tree->level[level] = (envmapi_node *)ENVMAP_MALLOC(memory, bytes);
-        if (!tree->level[level]) return ENVMAP_ERROR_MEMORY;
-        memset(tree->level[level], 0, bytes);
-        tree->count[level] = count, tree->last = level;
+        void *nodes = envmapi_pool_get(&tree->pool, count, sizeof(envmapi_node));
+        if (!nodes) return ENVMAP_ERROR_MEMORY;
+        tree->level[level] = (envmapi_node *)memset(nodes, 0, count * sizeof(envmapi_node));
+        tree->count[level] = (int)count, tree->last = level;
         envmapi_tree_raise(tree, s, level);
     }
     return ENVMAP_OK;
@@ -4681,8 +4583,9 @@ static envmap_result envmapi_hier_prepare(void *method, const envmapi_axis *axis
     h->cos_to = cos(axis->to), h->sin_to = sin(axis->to);
     envmapi_hier_tabulate(h, axis->lobe, axis->to);
     if (!new_source) return ENVMAP_OK;
-    envmapi_tree_free(&h->tree, memory);
-    return envmapi_tree_create(&h->tree, axis->source, memory);
+    envmapi_pool_free(&h->tree.pool, 0);
+    h->tree.pool.memory = memory;
+    return envmapi_tree_create(&h->tree, axis->source);
 }
 
 /* The lobe about the axis at the four children of a node. */
@@ -4764,8 +4667,7 @@ static int envmapi_hier_visit(double *mean, const envmapi_hier *h, envmapi_axis 
     for (int j = 0; j < node->children; ++j)
         if (level == 3)
             envmapi_hier_open(h, axis, h->tree.level[2] + node->first + j, k[j], node->e[j]);
-        else if (accepted[j])
-            for (int c = 0; c < 4; ++c) axis->sum[c] += k[j] * node->e[j][c];
+        else if (accepted[j]) envmapi_hier_add(axis->sum, k[j], node->e[j]);
     return 0;
 }
 
@@ -4789,7 +4691,7 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
     axes.dst = dst, axes.axis.lobe = lobe, axes.method = &h;
     axes.prepare = envmapi_hier_prepare, axes.filter = envmapi_hier_filter;
     envmap_result result = envmapi_axes_run(&axes, src, desc);
-    envmapi_tree_free(&h.tree, desc->work.memory);
+    envmapi_pool_free(&h.tree.pool, 0);
     return result;
 }
 
@@ -5099,12 +5001,13 @@ static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
     for (int y = y0; y < y0 + s->edge && y < map->size; ++y)
         for (int x = x0; x < x0 + s->edge && x < width; ++x) {
             size_t texel = (size_t)(face * map->size + y) * (size_t)width + (size_t)x;
-            envmapi_light light =
-                envmapi_light_of(&s->in, texel, (double)envmapi_omega_row(&s->in, y)[3 * x]);
-            if (!(envmapi_light_energy(&light) > limit)) continue;
-            envmapi_texel_direction(light.d, map->mapping, face, map->size, x, y);
+            const float *rgb = s->in.texels + 3 * texel;
+            double w = (double)envmapi_omega_row(&s->in, y)[3 * x];
+            if (!(((double)rgb[0] + (double)rgb[1] + (double)rgb[2]) * w > limit)) continue;
             if (s->light_count >= ENVMAPI_LIGHTS) return 0;
-            s->lights[s->light_count++] = light;
+            envmapi_light *light = s->lights + s->light_count++;
+            *light = envmapi_light_of(&s->in, texel, w);
+            envmapi_texel_direction(light->d, map->mapping, face, map->size, x, y);
         }
     return 1;
 }
@@ -5483,8 +5386,8 @@ static int envmapi_slice_rms(const envmapi_slice *slice, const envmapi_spec *spe
 }
 
 /* The fewest bands that keep the bounds, or only the one on rms. Those on texels are tried at every
-   band up to 32, then at every 32nd part more, which is added as they may fail between; to 3 L
-   (speed only: at every band 1.15 x for Phong 10, without end 1.14 x for Banks 0.95). */
+   band up to 32, then at every 32nd part more (speed only, 1.15 x for Phong 10); as they may fail
+   between, as many more are taken. */
 static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *spec,
                                const envmapi_scene *s, int texels) {
     double tail = slice->tail * pow(envmapi_contrast_at(s, spec->known).kappa, 2),
@@ -5499,7 +5402,7 @@ static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *s
     if (!texels) return L;
     envmapi_series_begin(&series, spec->angles);
     memcpy(lost, slice->k, sizeof lost);
-    for (int l = 0, next = L; l < spec->known - 1 && l < 3 * L; ++l) {
+    for (int l = 0, next = L; l < spec->known - 1; ++l) {
         if (l == next) {
             next += 1 + l / 32;
             if (!envmapi_slice_allows(slice, spec, s, lost, 2 * ENVMAPI_SHARE * spec->tolerance,
@@ -6160,16 +6063,15 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
 }
 
-/* The scene without the lights that are summed apart. */
+/* The scene without the lights that are summed apart, 64 at a time. */
 static void envmapi_power_unlit(envmapi_power *d, const envmapi_scene *s) {
     envmapi_sh_points n;
-    n.count = 0;
-    for (int i = 0; i < s->light_count; ++i) {
-        for (int c = 0; c < 3; ++c) n.e[c][n.count] = -s->lights[i].value[c];
-        envmapi_sh_points_add(&n, s->lights[i].d);
-        if (n.count < 64 && i + 1 < s->light_count) continue;
+    for (int i = 0; i < s->light_count;) {
+        for (n.count = 0; n.count < 64 && i < s->light_count; ++i) {
+            for (int c = 0; c < 3; ++c) n.e[c][n.count] = -s->lights[i].value[c];
+            envmapi_sh_points_add(&n, s->lights[i].d);
+        }
         envmapi_sh_scatter(d->sh, d->known, &n);
-        n.count = 0;
     }
     envmapi_power_scene(d);
 }
@@ -6358,14 +6260,13 @@ ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *d
 
 /* ------------------------------------------------------------------------------- >>materials --
    In: a surface, which is a BRDF and n, t, v. Out: its outgoing radiance, or what turns prefiltered
-   maps into it: lobes, axes, factors, taps. All but eq. 1 is for the maps that >>filters makes.
+   maps into it: lobes, axes, factors, taps.
      L = sum of f_r(v,l) (n.l) L_in w over texels    envmap_radiance, eq. 1 itself
      f_r (n.l) = sum of factors times lobes          envmap_fit_brdf; summed by envmap_fit_lookup
      integral of f_r (n.l) dl for GGX                envmap_ggx_split_sum, _table, _multiple
      an elongated lobe = sum of round ones           envmap_fan; summed by envmap_lookup_fan
-   Called by programs only. Tests: tests/test_materials.c; eq_1_of_lambert_is_the_diffuse_map,
-   fits_reflect_all_of_a_constant_environment, ggx_terms_agree_with_quadrature_over_normals,
-   a_fan_of_round_lobes_is_elliptical. Figures: docs/materials.md. */
+   Tests: tests/test_materials.c; eq_1_of_lambert_is_the_diffuse_map,
+   ggx_terms_agree_with_quadrature_over_normals, a_fan_of_round_lobes_is_elliptical. */
 
 /* N and V, the unit normal and view; 0 where one of them is missing, zero or not finite. */
 static int envmapi_surface(double N[3], double V[3], const float n[3], const float v[3]) {
@@ -6644,24 +6545,20 @@ static int envmapi_fit_fields_ok(const envmap_fit *fit) {
            fit->size >= 16 && fit->size <= 65536 && (fit->flat == 0 || fit->flat == 1);
 }
 
-/* `lobes`: room for the lobes on their way, a row a slice, in the place of fit->table. */
-static envmap_result envmapi_fit_run(envmap_fit *fit, float *lobes, const envmap_brdf *brdf,
+/* The table holds a row a slice until all lobes are known; flat fits add these up, in place. */
+static envmap_result envmapi_fit_run(envmap_fit *fit, const envmap_brdf *brdf,
                                      const envmap_work *work) {
-    int n = fit->slices, all = fit->lobes * n, merged = fit->flat ? n : 1;
-    float *table = fit->table;
+    int n = fit->slices, all = fit->lobes * n, merged = fit->flat ? n : 1, size = fit->size;
     double sum = 0;
     envmapi_fitting f;
     memset(&f, 0, sizeof f);
     f.brdf = brdf, f.fit = fit, f.rows = n;
-    f.table = envmap_lobe_table(lobes, fit->size, all, 0, 1);
-    fit->table = lobes;
+    f.table = envmap_lobe_table(fit->table, size, all, 0, 1);
     for (int i = 0; i < all; ++i) fit->axis[i] = (float)(1 - i / n);
     envmapi_run_all(work, envmapi_fit_slice, &f, n);
-    fit->table = table;
     for (int i = 0; i < all / merged; ++i)
-        envmapi_fit_normalise(table + i * fit->size, lobes + i * merged * fit->size, fit->size,
-                              merged);
-    f.table = envmap_lobe_table(table, fit->size, all / merged, 0, 1), f.rows = n / merged;
+        envmapi_fit_normalise(fit->table + i * size, fit->table + i * merged * size, size, merged);
+    f.rows = n / merged;
     envmapi_run_all(work, envmapi_fit_factors, &f, n);
     for (int i = 0; i < 3 * all; ++i) sum += (double)fit->factor[i];
     for (int k = 0; k < n; ++k) sum = fit->error[k] < 0 ? 0 : sum;
@@ -6677,20 +6574,15 @@ ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *b
     if (!out.slices) out.slices = 16;
     if (!out.size) out.size = 257;
     if (!envmapi_fit_fields_ok(&out)) return ENVMAP_ERROR_ARGUMENT;
-    size_t n = (size_t)out.slices, all = (size_t)out.lobes * n, size = (size_t)out.size;
-    size_t table = (out.flat ? (size_t)out.lobes : all) * size;
-    float *block = (float *)ENVMAP_MALLOC(out.memory, (table + 4 * all + n) * sizeof(float));
-    float *lobes = (float *)ENVMAP_MALLOC(out.memory, all * size * sizeof(float));
-    envmap_result result = block && lobes ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
-    if (!result) {
-        memset(lobes, 0, all * size * sizeof(float));
-        out.table = block, out.axis = block + table;
-        out.factor = out.axis + all, out.error = out.factor + 3 * all;
-        result = envmapi_fit_run(&out, lobes, brdf, &how);
-    }
-    if (lobes) ENVMAP_FREE(out.memory, lobes);
-    if (result && block) ENVMAP_FREE(out.memory, block);
-    if (!result) *fit = out;
+    size_t n = (size_t)out.slices, all = (size_t)out.lobes * n, table = all * (size_t)out.size;
+    size_t bytes = (table + 4 * all + n) * sizeof(float);
+    out.table = (float *)ENVMAP_MALLOC(out.memory, bytes);
+    if (!out.table) return ENVMAP_ERROR_MEMORY;
+    memset(out.table, 0, bytes);
+    out.axis = out.table + table, out.factor = out.axis + all, out.error = out.factor + 3 * all;
+    envmap_result result = envmapi_fit_run(&out, brdf, &how);
+    if (result) ENVMAP_FREE(out.memory, out.table);
+    else *fit = out;
     return result;
 }
 
@@ -6715,18 +6607,16 @@ static double envmapi_entry(const float *row, int stride, double s) {
 
 ENVMAPI_BODY void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const envmap *maps,
                                     const float n[3], const float v[3]) {
-    double N[3], V[3], sum[3] = {0, 0, 0};
+    double N[3], V[3], c = 0, sum[3] = {0, 0, 0};
     if (!rgb) return;
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    if (!envmapi_fit_fields_ok(fit) || !fit->table || !maps || !envmapi_surface(N, V, n, v)) return;
-    double c = envmapi_dot(N, V), theta = envmapi_angle(N, V), s = sin(theta);
-    double at = envmapi_slice_at(c, 0, 1, fit->slices);
-    if (!(c > 0)) return;
-    for (int i = 0; i < fit->lobes; ++i) {
+    if (envmapi_fit_fields_ok(fit) && fit->table && maps && envmapi_surface(N, V, n, v))
+        c = envmapi_dot(N, V);
+    for (int i = 0; c > 0 && i < fit->lobes; ++i) {
         const float *factor = fit->factor + 3 * i * fit->slices;
+        double at = envmapi_slice_at(c, 0, 1, fit->slices), theta = envmapi_angle(N, V);
         double psi = theta * envmapi_entry(fit->axis + i * fit->slices, 1, at);
-        double off = s > 1e-9 ? sin(psi) / s : 0; /* axis: in the plane of n and v, away from v */
-        float dir[3], light[3];
+        double off = theta > 1e-9 ? sin(psi) / sin(theta) : 0;
+        float dir[3], light[3]; /* the axis, in the plane of n and v, away from v */
         for (int j = 0; j < 3; ++j) dir[j] = (float)(cos(psi) * N[j] + off * (c * N[j] - V[j]));
         envmap_lookup_slice(light, maps + i, dir, (float)c, 0);
         for (int j = 0; j < 3; ++j) sum[j] += (double)light[j] * envmapi_entry(factor + j, 3, at);
@@ -6772,8 +6662,7 @@ static void envmapi_ggx_part(double sums[2], const envmapi_ggx *g, double from, 
 
 static void envmapi_ggx_column(double sums[2], const envmapi_ggx *g) {
     double from = 0, vh;
-    int above = 0;
-    for (int i = 0; i <= 32; ++i) {
+    for (int i = 0, above = 0; i <= 32; ++i) {
         double low = (i - 1) / 32.0, high = i / 32.0;
         int next = envmapi_ggx_reflect(&vh, g, high) > 0;
         for (int k = 0; next != above && i > 0 && k < 40; ++k) { /* where l meets the horizon */
@@ -6789,18 +6678,17 @@ static void envmapi_ggx_column(double sums[2], const envmapi_ggx *g) {
 
 ENVMAPI_BODY void envmap_ggx_split_sum(double *scale, double *bias, double cosine, double alpha) {
     double sums[2] = {0, 0}, phi;
-    if (envmapi_finite(cosine) && envmapi_finite(alpha)) {
-        double c = envmapi_clamp(cosine, 0, 1), a = envmapi_clamp(alpha, 1e-4, 1);
-        envmapi_ggx g = {{sqrt(1 - c * c), 0, c}, {a * sqrt(1 - c * c), 0, c}, a, 0, 0, 0};
-        envmapi_unit(g.u, g.u);
-        g.edge = ENVMAPI_PI - envmapi_acos(g.u[2]);
-        for (int i = 0; i < 64; ++i) {
-            double part[2] = {0, 0};
-            double w = envmapi_gauss(&phi, i & 7, (i >> 3) / 8.0, ((i >> 3) + 1) / 8.0);
-            g.cosine = cos(ENVMAPI_PI * phi), g.sine = sin(ENVMAPI_PI * phi);
-            envmapi_ggx_column(part, &g);
-            for (int k = 0; k < 2; ++k) sums[k] += w * part[k] / (1 + g.u[2]);
-        }
+    int nodes = envmapi_finite(cosine) && envmapi_finite(alpha) ? 64 : 0;
+    double c = envmapi_clamp(cosine, 0, 1), a = envmapi_clamp(alpha, 1e-4, 1);
+    envmapi_ggx g = {{sqrt(1 - c * c), 0, c}, {a * sqrt(1 - c * c), 0, c}, a, 0, 0, 0};
+    envmapi_unit(g.u, g.u);
+    g.edge = ENVMAPI_PI - envmapi_acos(g.u[2]);
+    for (int i = 0; i < nodes; ++i) {
+        double part[2] = {0, 0};
+        double w = envmapi_gauss(&phi, i & 7, (i >> 3) / 8.0, ((i >> 3) + 1) / 8.0);
+        g.cosine = cos(ENVMAPI_PI * phi), g.sine = sin(ENVMAPI_PI * phi);
+        envmapi_ggx_column(part, &g);
+        for (int k = 0; k < 2; ++k) sums[k] += w * part[k] / (1 + g.u[2]);
     }
     if (scale) *scale = sums[0];
     if (bias) *bias = sums[1];
@@ -6875,66 +6763,50 @@ ENVMAPI_BODY int envmap_fan(float *offsets, float *weights, int room, double alo
 ENVMAPI_BODY void envmap_lookup_fan(float rgb[3], const envmap *map, const float n[3],
                                     const float t[3], const float v[3], const float *offsets,
                                     const float *weights, int count) {
-    double N[3], T[3], B[3], V[3], sum[3] = {0, 0, 0};
+    double N[3], T[3], B[3], V[3], h[3], l[3], sum[3] = {0, 0, 0};
     if (!rgb) return;
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    if (!t || !offsets || !weights || !envmapi_surface(N, V, n, v)) return;
-    envmapi_tangents(T, B, N, t);
-    for (int i = 0; i < count; ++i) {
-        double h[3], half = (double)offsets[i] / 2;
-        float l[3], light[3];
+    int ok = envmapi_valid(map) && t && offsets && weights && envmapi_surface(N, V, n, v);
+    if (ok) envmapi_tangents(T, B, N, t);
+    for (int i = 0; ok && i < count; ++i) {
+        double half = (double)offsets[i] / 2;
         for (int j = 0; j < 3; ++j) h[j] = cos(half) * N[j] + sin(half) * T[j];
         double vh = envmapi_dot(V, h);
-        for (int j = 0; j < 3; ++j) l[j] = (float)(2 * vh * h[j] - V[j]);
-        envmap_lookup(light, map, l, 0);
-        for (int j = 0; j < 3; ++j) sum[j] += (double)weights[i] * (double)light[j];
+        for (int j = 0; j < 3; ++j) l[j] = 2 * vh * h[j] - V[j];
+        envmapi_unit(l, l);
+        envmapi_add_trilinear(sum, map, l, 0, 0, (double)weights[i]);
     }
     for (int j = 0; j < 3; ++j) rgb[j] = envmapi_to_float(sum[j]);
 }
 
 /* --------------------------------------------------------------------------------- >>compare --
    In: a map a and the truth b, of one shape. Out: over the texels that have a solid angle w
-     rms   = sqrt(sum w |a-b|^2 / sum w |b|^2)      envmapi_compare_sums, in a first pass
+     rms   = sqrt(sum w |a-b|^2 / sum w |b|^2)
      bias  = sum w (a-b) / sum w b
      worst = max over texels of max_c |a_c-b_c| / max(max_c b_c, 1e-3 mean b)
-                                                    envmapi_compare_error, in a second
    Tests: tests/test_compare.c; differences_of_six_texels_are_those_worked_out_by_hand. */
-
-typedef struct envmapi_comparison {
-    double weight, difference, total, error, square;
-    int bad;
-} envmapi_comparison;
-
-static void envmapi_compare_sums(envmapi_comparison *sums, const float *a, const float *b,
-                                 double w) {
-    for (int c = 0; c < 3; ++c) {
-        double truth = (double)b[c], off = (double)a[c] - truth;
-        sums->bad |= !envmapi_finite(truth) || !envmapi_finite((double)a[c]);
-        sums->weight += w, sums->difference += w * off, sums->total += w * truth;
-        sums->error += w * off * off, sums->square += w * truth * truth;
-    }
-}
 
 /* a/b, where nothing over nothing is nothing. */
 static double envmapi_ratio(double a, double b) {
     return b > 0 || b < 0 ? a / b : a > 0 ? HUGE_VAL : a < 0 ? -HUGE_VAL : 0;
 }
 
-static double envmapi_compare_error(const float *a, const float *b, double least) {
+/* Adds w (a-b), w b, w (a-b)^2 and w b^2 of a texel to sums; returns its share in `worst`. */
+static double envmapi_compare_texel(double sums[4], const float *a, const float *b, double w,
+                                    double least) {
     double error = 0, peak = least > 0 ? least : 0;
     for (int c = 0; c < 3; ++c) {
-        double truth = (double)b[c], off = fabs((double)a[c] - truth);
-        if (off > error) error = off;
-        if (truth > peak) peak = truth;
+        double truth = (double)b[c], off = (double)a[c] - truth;
+        sums[0] += w * off, sums[1] += w * truth;
+        sums[2] += w * off * off, sums[3] += w * truth * truth;
+        error = fabs(off) > error ? fabs(off) : error, peak = truth > peak ? truth : peak;
     }
     return envmapi_ratio(error, peak);
 }
 
 ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
                                           const envmap *b, int level) {
-    envmapi_comparison sums = {0, 0, 0, 0, 0, 0};
     envmap_difference out = {0, 0, 0, 0, 0, 0, 0};
-    double least = 0, error = 0;
+    double sums[4] = {0, 0, 0, 0}, total = 0, solid = 0;
     if (!difference || !envmapi_valid(a) || !envmapi_valid(b) || a->mapping != b->mapping ||
         a->slices != b->slices || level < 0 || level >= a->levels || level >= b->levels ||
         envmapi_edge(a->size, level) != envmapi_edge(b->size, level))
@@ -6942,21 +6814,25 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
     int edge = envmapi_edge(a->size, level), width = envmapi_width(a->mapping, edge);
     int faces = envmap_faces(a->mapping), area = width * edge;
     const float *from_a = envmapi_image(a, level, 0, 0), *from_b = envmapi_image(b, level, 0, 0);
-    for (int pass = 0; pass < 2; ++pass, least = 1e-3 * sums.total / sums.weight)
+    for (int pass = 0; pass < 2; ++pass) /* the first for the mean of b alone */
         for (int i = 0; i < area; ++i) {
             double w = envmapi_texel_cell(NULL, a->mapping, edge, i % width, i / width);
             for (int image = 0; w > 0 && image < faces * a->slices; ++image) {
                 size_t at = 3 * ((size_t)image * (size_t)area + (size_t)i);
-                if (pass == 0) envmapi_compare_sums(&sums, from_a + at, from_b + at, w);
-                else error = envmapi_compare_error(from_a + at, from_b + at, least);
+                const float *truth = from_b + at;
+                if (!pass) solid += 3 * w;
+                for (int c = 0; c < 3 && !pass; ++c) total += w * (double)truth[c];
+                if (!pass) continue;
+                double least = 1e-3 * total / solid;
+                double error = envmapi_compare_texel(sums, from_a + at, truth, w, least);
                 if (!(error > out.worst)) continue;
                 out.slice = image / faces, out.face = image % faces;
                 out.x = i % width, out.y = i / width, out.worst = error;
             }
         }
-    if (sums.bad) return ENVMAP_ERROR_RADIANCE;
-    out.rms = sqrt(envmapi_ratio(sums.error, sums.square));
-    out.bias = envmapi_ratio(sums.difference, sums.total);
+    if (!envmapi_finite(sums[2] + sums[3])) return ENVMAP_ERROR_RADIANCE;
+    out.rms = sqrt(envmapi_ratio(sums[2], sums[3]));
+    out.bias = envmapi_ratio(sums[0], sums[1]);
     *difference = out;
     return ENVMAP_OK;
 }

@@ -795,9 +795,9 @@ static void queries_of_null_and_nan_answer_0(void) {
 static void ggx_of_alpha_0_is_the_mirror_and_what_is_below_1e_4_counts_as_1e_4(void) {
     CHECK(envmap_lobe_ggx(0).kind == ENVMAP_LOBE_MIRROR);
     CHECK(envmap_lobe_ggx(1e-9f).kind == ENVMAP_LOBE_GGX);
-    CHECK(fabs(envmap_lobe_ggx(1e-9f).parameter - 1e-4f) <= 0);
-    CHECK(fabs(envmap_lobe_ggx(9e-5f).parameter - 1e-4f) <= 0);
-    CHECK(fabs(envmap_lobe_ggx(2e-4f).parameter - 2e-4f) <= 0);
+    CHECK(fabs((double)(envmap_lobe_ggx(1e-9f).parameter - 1e-4f)) <= 0);
+    CHECK(fabs((double)(envmap_lobe_ggx(9e-5f).parameter - 1e-4f)) <= 0);
+    CHECK(fabs((double)(envmap_lobe_ggx(2e-4f).parameter - 2e-4f)) <= 0);
 }
 
 /* Rounding may push |x| past 1 and |p| past 1: that is the end of the range, not NaN. */
