@@ -222,8 +222,8 @@ ENVMAP_API void envmap_free(envmap *map);
    Test: texels_are_where_the_memory_order_says. */
 ENVMAP_API float *envmap_texel(const envmap *map, int level, int slice, int face, int x, int y);
 
-/* Solid angle of a texel, sr, of its part inside a disc's rim: in closed form, for the angular map
-   by line quadrature (1e-13). 0 when out of range.  Test: solid_angles_sum_to_4_pi. */
+/* Solid angle of a texel, sr, of its part inside a disc's rim: in closed form, or
+   by line quadrature (1e-13) where there is none. 0 when out of range.  Test: solid_angles_sum_to_4_pi. */
 ENVMAP_API double envmap_solid_angle(const envmap *map, int level, int face, int x, int y);
 
 /* rgb = radiance in direction dir, trilinear: bilinear in two levels, linear between.
@@ -5192,7 +5192,8 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_BLACK 3e-3 /* of the mean: an axis that gets less sees black */
 /* kinks_on_few_texels_keep_the_tolerance */
 #define ENVMAPI_LATTICE 0.8 /* of the texels' lattice's first wave: from there lambda_l is small */
-#define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe at most, or 24; 4 lost 1.45 tol. */
+#define ENVMAPI_SMOOTH                                                                             \
+    8.0 /* over sigma: bands of a smooth lobe, or 24; at 4, 1.45 tolerances rms */
 
 /* The angles of histograms: their cosines, and sin t dt / 2. */
 typedef struct envmapi_angles {
