@@ -5192,8 +5192,7 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_BLACK 3e-3 /* of the mean: an axis that gets less sees black */
 /* kinks_on_few_texels_keep_the_tolerance */
 #define ENVMAPI_LATTICE 0.8 /* of the texels' lattice's first wave: from there lambda_l is small */
-#define ENVMAPI_SMOOTH                                                                             \
-    8.0 /* over sigma: bands of a smooth lobe, or 24; at 4, 1.45 tolerances rms */
+#define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
 
 /* The angles of histograms: their cosines, and sin t dt / 2. */
 typedef struct envmapi_angles {
