@@ -258,7 +258,7 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    taken at a grid of points three times finer than src's texels: a box prefilter when shrinking,
    bilinear interpolation when not. Same mapping and size: the same texels.
    Errors: ARGUMENT, RADIANCE (NaN, Inf).  O(max(texels)), no allocation.  Test: resampling_* . */
-ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src);
+ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src, const envmap_work *work);
 
 /* ------------------------------------------------------------------------------------- >>pfm -- */
 
@@ -1549,12 +1549,485 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
 }
 
 /* -------------------------------------------------------------------------------- >>resample --
-   In: a map src. Out: dst, the same radiance in another mapping and size. A texel of dst is
-     sum over i of rho_i src(d_i) / sum over i of rho_i    envmapi_resample_texel
-   over n_u x n_v points of the texel (envmapi_samples); src is bilinear, rho = d omega/du dv.
-   envmapi_span, which measures directions in texels of a map, serves the footprints of >>mips too.
-   Tests: tests/test_maps.c; resampling_is_of_second_order_between_all_pairs,
-   resampling_down_conserves_energy, resampling_down_does_not_alias. */
+   In: a map src. Out: dst, the same radiance in another mapping or size. With A_ij the solid angle
+   that texel i of src and texel j of dst have in common,
+       L_j = sum_i A_ij L_i / sum_i A_ij          sum_i A_ij = w_j     sum_j A_ij = w_i
+   so constants stay, and so does the energy of each texel, to second order.
+     one mapping, fewer texels   rectangles                                   envmapi_task_nest
+     more than 2 x finer         bilinear radiance at the centres             envmapi_task_lookup
+     a cube and another map X    X's texels as polygons on the cube's faces   envmapi_task_overlap
+     two others                  by way of a finer cube                       envmapi_resample_slice
+   A polygon's sides are straight on a face. Its neighbours have the same sides, so that polygons
+   cover each cell of the cube once, whatever the sides' true shape is. Symmetries that the cube has
+   in common with X (16 for a lat-long) serve one polygon to as many texels.
+   Where j is smaller than i, boxes would show: i is spread by a box of t = 2 (1 - r) of its extents,
+   r being the ratio of the extents: the polygon is moved to both sides by the box's deviation.
+   >>mips uses envmapi_task_nest and envmapi_span.  Source: [Jones99], first order.
+   Tests: tests/test_maps.c; resampling_* . */
+
+/* ---- one mapping */
+
+typedef struct envmapi_nest {
+    const float *from;
+    float *to;
+    int mapping, fine, edge, images; /* edges of both; faces times slices */
+} envmapi_nest;
+
+/* A texel of up to 64 images: the mean by solid angle of what lies under it; the plain one for a
+   texel wholly outside a rim. */
+static void envmapi_nest_texel(const envmapi_nest *n, int first, int images, int x, int y) {
+    int width = envmapi_width(n->mapping, n->edge), above = envmapi_width(n->mapping, n->fine);
+    double sums[64][3], all = 0;
+    for (int plain = 0; plain < 2 && !(all > 0); ++plain) {
+        memset(sums, 0, sizeof sums);
+        /* integers decide which child is first and last: no rounding */
+        for (int b = y * n->fine / n->edge; b * n->edge < (y + 1) * n->fine; ++b)
+            for (int a = x * above / width; a * width < (x + 1) * above; ++a) {
+                double u0 = fmax((double)x / width, (double)a / above);
+                double v0 = fmax((double)y / n->edge, (double)b / n->fine);
+                double u1 = fmin((x + 1.0) / width, (a + 1.0) / above);
+                double v1 = fmin((y + 1.0) / n->edge, (b + 1.0) / n->fine);
+                double w = plain ? (u1 - u0) * (v1 - v0)
+                                 : envmapi_cell(NULL, n->mapping, u0, v0, u1, v1);
+                const float *from = n->from + 3 * ((size_t)b * (size_t)above + (size_t)a);
+                for (int i = 0; i < images; ++i)
+                    for (int c = 0; c < 3; ++c)
+                        sums[i][c] += w * (double)from[3 * (size_t)(first + i) *
+                                                           envmapi_area(n->mapping, n->fine) +
+                                                       (size_t)c];
+                all += w;
+            }
+    }
+    for (int i = 0; i < images; ++i) {
+        size_t image = (size_t)(first + i) * envmapi_area(n->mapping, n->edge);
+        for (int c = 0; c < 3; ++c)
+            n->to[3 * (image + (size_t)y * (size_t)width + (size_t)x) + (size_t)c] =
+                (float)(sums[i][c] / all);
+    }
+}
+
+/* Task: row y of all images. */
+static void envmapi_task_nest(void *context, int y) {
+    const envmapi_nest *n = (const envmapi_nest *)context;
+    for (int first = 0; first < n->images; first += 64)
+        for (int x = 0; x < envmapi_width(n->mapping, n->edge); ++x)
+            envmapi_nest_texel(n, first, n->images - first < 64 ? n->images - first : 64, x, y);
+}
+
+/* ---- bilinear radiance */
+
+typedef struct envmapi_resampling {
+    envmap dst, src, last; /* one slice each; last: of the whole, its texels are the result's */
+    int cube;        /* edge of the cube of whose cells polygons are made: dst, src or between */
+    int fine;        /* each cell is fine x fine ones, or its density would be too coarse */
+    int scatter;     /* from X to the cube; else from it */
+    int between;     /* src is a finer cube than dst needs: no box of it shows */
+    float *cells;    /* to be scattered to: RGB and solid angle */
+    int turns;
+    struct envmapi_turn {
+        int face[6], x[6][3], y[6][3]; /* texel (x,y) -> x[0] + x[1] x + x[2] y, ... of face[] */
+    } of_x[16], of_cube[16];           /* the symmetries, for both maps */
+} envmapi_resampling;
+
+/* A texel of dst: src at its centre. */
+static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel) {
+    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size), row = texel / width;
+    double d[3], rgb[3] = {0, 0, 0};
+    envmapi_level level = envmapi_level_of(&r->src, 0, 0);
+    envmapi_texel_direction(d, r->dst.mapping, (int)row / r->dst.size, r->dst.size,
+                            (int)(texel % width), (int)row % r->dst.size);
+    envmapi_add_lookup(rgb, &level, d, 1);
+    for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * texel + c] = (float)rgb[c];
+}
+
+/* Task: a row of a face. */
+static void envmapi_task_lookup(void *context, int row) {
+    const envmapi_resampling *r = (const envmapi_resampling *)context;
+    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size);
+    for (size_t x = 0; x < width; ++x) envmapi_resample_lookup(r, (size_t)row * width + x);
+}
+
+/* ---- symmetries */
+
+/* What d -> (sign_k d_perm[k]) makes of a map's texels: read off the images of three points a face,
+   (.4,.4), (.6,.4) and (.4,.6). */
+static void envmapi_turn_of(struct envmapi_turn *turn, int mapping, int size, const int perm[3],
+                            int signs) {
+    int n[2] = {envmapi_width(mapping, size), size};
+    for (int face = 0; face < envmap_faces(mapping); ++face) {
+        double uv[3][2];
+        for (int i = 0; i < 3; ++i) {
+            double d[3], image[3];
+            envmapi_direction(d, mapping, face, i == 1 ? 0.6 : 0.4, i == 2 ? 0.6 : 0.4);
+            for (int k = 0; k < 3; ++k) image[k] = (signs >> k & 1 ? -1 : 1) * d[perm[k]];
+            turn->face[face] = envmapi_face(mapping, image);
+            envmapi_project(uv[i], mapping, turn->face[face], image);
+        }
+        for (int axis = 0; axis < 2; ++axis) {
+            int *row = axis ? turn->y[face] : turn->x[face];
+            double at = n[axis] * uv[0][axis] - 0.5;
+            for (int i = 0; i < 2; ++i) {
+                double step = uv[1 + i][axis] - uv[0][axis];
+                row[1 + i] = (int)lround((step - floor(step + 0.5)) / 0.2);
+                at += row[1 + i] * (0.5 - 0.4 * n[i]);
+            }
+            row[0] = (int)lround(at);
+        }
+    }
+}
+
+/* The signed permutations of the axes that turn X's texels, and any cube's, into each other. */
+static void envmapi_turns_of(envmapi_resampling *r, const envmap *x) {
+    int disc = envmapi_is_disc(x->mapping), pole = disc ? 2 : 1; /* the axis that must stay */
+    for (int order = 0; order < 6; ++order)
+        for (int signs = 0; signs < 8; ++signs) {
+            int perm[3] = {order % 3, (order % 3 + 1 + order / 3) % 3, 0};
+            perm[2] = 3 - perm[0] - perm[1];
+            int quarter = !disc && perm[0] != 0 && x->size % 2; /* no whole number of texels */
+            int back = disc && x->mapping != ENVMAP_PARABOLOID && signs >> 2 & 1;
+            if (perm[pole] != pole || quarter || back) continue;
+            envmapi_turn_of(r->of_x + r->turns, x->mapping, x->size, perm, signs);
+            envmapi_turn_of(r->of_cube + r->turns++, ENVMAP_CUBE, r->cube, perm, signs);
+        }
+}
+
+static size_t envmapi_turned(const struct envmapi_turn *turn, int width, int size, int face, int x,
+                             int y) {
+    const int *to_x = turn->x[face], *to_y = turn->y[face];
+    int at = to_x[0] + to_x[1] * x + to_x[2] * y;
+    at += at < 0 ? width : at >= width ? -width : 0; /* around a lat-long */
+    size_t row = (size_t)turn->face[face] * (size_t)size;
+    return (row + (size_t)(to_y[0] + to_y[1] * x + to_y[2] * y)) * (size_t)width + (size_t)at;
+}
+
+/* ---- polygons */
+
+/* The mean of clamp(s, 0, 1) over s from p to q. */
+static double envmapi_ramp(double p, double q) {
+    double a = envmapi_clamp(p, 0, 1), b = envmapi_clamp(q, 0, 1);
+    if ((a >= p && a <= p && b >= q && b <= q) || fabs(q - p) < 1e-9) return (a + b) / 2;
+    return ((b * b - a * a) / 2 + fmax(q, 1) - fmax(p, 1)) / (q - p);
+}
+
+#define ENVMAPI_BOX 24 /* cells a side that a polygon may meet */
+
+/* Cells of a face, and the area of a polygon in each, in cells. */
+typedef struct envmapi_box {
+    int x, y, width, height;
+    double area[ENVMAPI_BOX * ENVMAPI_BOX];
+} envmapi_box;
+
+/* Area is the integral of y dx around: each side adds to a cell what lies below it in the cell. */
+static void envmapi_box_side(envmapi_box *box, const double a[2], const double b[2], double sign) {
+    double low = fmin(a[0], b[0]), high = fmax(a[0], b[0]);
+    int from = low > box->x ? (int)low : box->x;
+    for (int x = from; x < box->x + box->width && x < high; ++x) {
+        double x0 = envmapi_clamp(a[0], x, x + 1), x1 = envmapi_clamp(b[0], x, x + 1);
+        double slope = (b[1] - a[1]) / (b[0] - a[0]), dx = sign * (x1 - x0);
+        double y0 = a[1] + slope * (x0 - a[0]) - box->y, y1 = a[1] + slope * (x1 - a[0]) - box->y;
+        if (!(fabs(x1 - x0) > 0)) continue;
+        for (int y = 0; y < box->height; ++y)
+            box->area[y * box->width + x - box->x] += dx * envmapi_ramp(y0 - y, y1 - y);
+    }
+}
+
+/* Polygons of four directions on a face of a cube of edge c; 0 where they have no part there. */
+static int envmapi_box_fill(envmapi_box *box, int face, int c, double d[][4][3], int polygons) {
+    double p[16][2], low[2] = {(double)c, (double)c}, high[2] = {0, 0};
+    for (int i = 0; i < 4 * polygons; ++i) {
+        const double *ray = d[i / 4][i % 4];
+        const signed char *m = envmapi_cube[face][2];
+        if (m[0] * ray[0] + m[1] * ray[1] + m[2] * ray[2] < 0.3) return 0;
+        envmapi_project(p[i], ENVMAP_CUBE, face, ray);
+        for (int k = 0; k < 2; ++k) {
+            p[i][k] *= c;
+            low[k] = fmin(low[k], p[i][k]), high[k] = fmax(high[k], p[i][k]);
+        }
+    }
+    box->x = (int)fmax(low[0], 0), box->y = (int)fmax(low[1], 0);
+    box->width = (int)ceil(fmin(high[0], c)) - box->x;
+    box->height = (int)ceil(fmin(high[1], c)) - box->y;
+    if (box->width <= 0 || box->height <= 0) return 0;
+    if (box->width > ENVMAPI_BOX) box->width = ENVMAPI_BOX;
+    if (box->height > ENVMAPI_BOX) box->height = ENVMAPI_BOX;
+    memset(box->area, 0, (size_t)(box->width * box->height) * sizeof(double));
+    for (int first = 0; first < 4 * polygons; first += 4) {
+        double(*q)[2] = p + first, area = 0;
+        for (int i = 0; i < 4; ++i)
+            area += (q[(i + 1) & 3][0] - q[i][0]) * (q[(i + 1) & 3][1] + q[i][1]);
+        for (int i = 0; i < 4; ++i) envmapi_box_side(box, q[i], q[(i + 1) & 3], area < 0 ? -1 : 1);
+    }
+    return 1;
+}
+
+/* ---- a texel of X and its images */
+
+typedef struct envmapi_orbit {
+    int face, x, y, count;
+    size_t texel[16]; /* images, each once */
+    const struct envmapi_turn *turn[16]; /* of the cube, one that leads there */
+    float light[16][4];                  /* to be scattered: RGB, 1 */
+    double sums[16][3], all;             /* gathered, and the solid angle; or what was scattered */
+    double scale;                        /* of what polygons have in common with cells */
+} envmapi_orbit;
+
+/* 0: another texel of the orbit comes first. */
+static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r, const envmap *X) {
+    int width = envmapi_width(X->mapping, X->size);
+    size_t own = ((size_t)o->face * (size_t)X->size + (size_t)o->y) * (size_t)width + (size_t)o->x;
+    o->count = 0, o->all = 0, o->scale = 1;
+    for (int i = 0; i < r->turns; ++i) {
+        size_t at = envmapi_turned(r->of_x + i, width, X->size, o->face, o->x, o->y);
+        int k = 0;
+        if (at < own) return 0;
+        while (k < o->count && o->texel[k] != at) ++k;
+        if (k < o->count) continue;
+        o->texel[k] = at, o->turn[k] = r->of_cube + i, ++o->count;
+    }
+    for (int k = 0; k < o->count; ++k)
+        for (int c = 0; c < 4; ++c) {
+            o->light[k][c] = c == 3 || !r->scatter ? 1 : X->texels[3 * o->texel[k] + (size_t)c];
+            if (c < 3) o->sums[k][c] = 0;
+        }
+    return 1;
+}
+
+/* Cell (x,y) of a face, with what solid angle it has in common with the texel: its images. */
+static void envmapi_orbit_add(envmapi_orbit *o, const envmapi_resampling *r, int face, int x, int y,
+                              double common) {
+    for (int k = 0; k < o->count; ++k) {
+        size_t cell = envmapi_turned(o->turn[k], r->cube, r->cube, face, x / r->fine, y / r->fine);
+        if (r->scatter)
+            envmapi_float4_add(envmapi_float4_at(r->cells + 4 * cell), (float)common,
+                               envmapi_float4_at(o->light[k]));
+        else
+            for (size_t c = 0; c < 3; ++c)
+                o->sums[k][c] += common * (double)r->src.texels[3 * cell + c];
+    }
+    o->all += common;
+}
+
+/* Polygons that together stand for a part of the texel, on a face. A cell is everywhere as dense as
+   at its centre. */
+static void envmapi_orbit_face(envmapi_orbit *o, const envmapi_resampling *r, int face,
+                               double d[][4][3], int polygons) {
+    int c = r->cube * r->fine;
+    envmapi_box box;
+    if (!envmapi_box_fill(&box, face, c, d, polygons)) return;
+    for (int i = 0; i < box.width * box.height; ++i) {
+        int x = box.x + i % box.width, y = box.y + i / box.width;
+        double w = envmapi_density(ENVMAP_CUBE, (x + 0.5) / c, (y + 0.5) / c) / c / c / polygons;
+        if (box.area[i] > 0) envmapi_orbit_add(o, r, face, x, y, box.area[i] * w * o->scale);
+    }
+}
+
+/* Corners of a part of X, going round; returns its solid angle, that of a flat quadrangle. What lies
+   beyond a rim is moved onto it. */
+static double envmapi_part_corners(double d[4][3], const envmap *X, int face, double u, double v,
+                                   double du, double dv) {
+    double one[3], two[3], across[3];
+    for (int i = 0; i < 4; ++i) {
+        double x = u + (i == 1 || i == 2 ? du : 0) - 0.5, y = v + (i >= 2 ? dv : 0) - 0.5;
+        double out = envmapi_is_disc(X->mapping) ? fmax(2 * hypot(x, y), 1) : 1;
+        envmapi_direction(d[i], X->mapping, face, 0.5 + x / out, 0.5 + y / out);
+    }
+    for (int c = 0; c < 3; ++c) one[c] = d[2][c] - d[0][c], two[c] = d[3][c] - d[1][c];
+    envmapi_cross(across, one, two);
+    return sqrt(envmapi_dot(across, across)) / 2;
+}
+
+/* The larger extent of a texel along its side k, rad. */
+static double envmapi_part_side(double d[4][3], int k) {
+    return fmax(envmapi_angle(d[0], d[k ? 3 : 1]), envmapi_angle(d[k ? 1 : 3], d[2]));
+}
+
+/* The same of a map's texel at d, along either side. */
+static double envmapi_extent_at(const envmap *map, const double d[3]) {
+    double uv[2], corners[4][3], du = 1.0 / envmapi_width(map->mapping, map->size);
+    int face = envmapi_face(map->mapping, d);
+    envmapi_project(uv, map->mapping, face, d);
+    envmapi_part_corners(corners, map, face, uv[0] - du / 2, uv[1] - 0.5 / map->size, du,
+                         1.0 / map->size);
+    return fmax(envmapi_part_side(corners, 0), envmapi_part_side(corners, 1));
+}
+
+/* How a texel is divided: parts along u and v, small enough to have straight sides and to fit into
+   a box, and where they are moved to. */
+typedef struct envmapi_parts {
+    int n[2], moves;
+    double by[4][3];
+} envmapi_parts;
+
+static envmapi_parts envmapi_parts_of(const envmapi_resampling *r, const envmapi_orbit *o) {
+    const envmap *X = r->scatter ? &r->src : &r->dst;
+    double w = envmapi_width(X->mapping, X->size), h = X->size, d[4][3], middle[3], own = 0;
+    double x = fabs((2 * o->x + 1) / w - 1), y = fabs((2 * o->y + 1) / h - 1);
+    int disc = envmapi_is_disc(X->mapping), out = disc && hypot(x - 1 / w, y - 1 / h) >= 1;
+    int cut = disc && hypot(x + 1 / w, y + 1 / h) > 1;
+    envmapi_parts parts;
+    envmapi_part_corners(d, X, o->face, o->x / w, o->y / h, 1 / w, 1 / h);
+    for (int k = 0; k < 2; ++k) {
+        double side = envmapi_part_side(d, k), n = side * fmax(10, 0.1 * r->cube * r->fine);
+        parts.n[k] = out ? 0 : (int)ceil(fmax(n, cut ? 8 : 1));
+        own = fmax(own, side);
+    }
+    for (int k = 0; k < 3; ++k) middle[k] = d[0][k] + d[1][k] + d[2][k] + d[3][k];
+    envmapi_unit(middle, middle);
+    double other = r->between ? own : envmapi_extent_at(r->scatter ? &r->last : &r->src, middle);
+    double t = envmapi_clamp(2 - 2 * (r->scatter ? other / own : own / other), 0, 1);
+    double shift = sqrt(1 / 12.0) * t * (r->scatter ? 1 : other / own);
+    parts.moves = t > 0 ? 4 : 1;
+    for (int k = 0; k < 4; ++k) /* along a diagonal; of a texel with straight sides */
+        for (int i = 0; i < 3; ++i)
+            parts.by[k][i] = shift * (k & 1 ? -1 : 1) * (d[k / 2 + 2][i] - d[k / 2][i]);
+    return parts;
+}
+
+static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r) {
+    const envmap *X = r->scatter ? &r->src : &r->dst;
+    double du = 1.0 / envmapi_width(X->mapping, X->size), dv = 1.0 / X->size, d[4][4][3];
+    envmapi_parts parts = envmapi_parts_of(r, o);
+    du /= parts.n[0], dv /= parts.n[1];
+    for (int i = 0; i < parts.n[0] * parts.n[1]; ++i) {
+        int faces[6] = {0}, count = 0;
+        envmapi_part_corners(d[0], X, o->face, (o->x * parts.n[0] + i % parts.n[0]) * du,
+                             (o->y * parts.n[1] + i / parts.n[0]) * dv, du, dv);
+        for (int k = 12 * parts.moves - 1; k >= 0; --k)
+            d[k / 12][k / 3 % 4][k % 3] = d[0][k / 3 % 4][k % 3] + parts.by[k / 12][k % 3];
+        for (int k = 0; k < 4 * parts.moves; ++k)
+            ++faces[envmapi_face(ENVMAP_CUBE, d[k / 4][k % 4])];
+        for (int f = 0; f < 6; ++f) count += faces[f] > 0;
+        for (int f = 0; f < 6; ++f) /* where two have corners, a third may have an edge */
+            if (faces[f] || count > 1) envmapi_orbit_face(o, r, f, d, parts.moves);
+    }
+}
+
+/* A texel near a rim is scattered with its own solid angle, not with that of its polygons: the
+   sphere map's sides are bent there. A sliver between their corners goes to one cell. */
+static void envmapi_orbit_rim(envmapi_orbit *o, const envmapi_resampling *r) {
+    int images = o->count, size = r->src.size;
+    double uv[2], d[3], w = envmapi_texel_cell(uv, r->src.mapping, size, o->x, o->y);
+    double X = (2 * o->x + 1.0) / size - 1, Y = (2 * o->y + 1.0) / size - 1;
+    if (hypot(X, Y) < 1 - 2.0 / size || !(w > 0)) return;
+    o->count = 0; /* only o->all */
+    envmapi_orbit_parts(o, r);
+    o->count = images, o->scale = o->all > 0 ? w / o->all : 0;
+    o->all = 0;
+    if (o->scale > 0 && o->scale < 4) return;
+    envmapi_direction(d, r->src.mapping, o->face, uv[0], uv[1]);
+    int face = envmapi_face(ENVMAP_CUBE, d);
+    envmapi_project(uv, ENVMAP_CUBE, face, d);
+    for (int k = 0; k < 2; ++k) uv[k] = envmapi_texel_at(uv[k], r->cube) * r->fine;
+    envmapi_orbit_add(o, r, face, (int)uv[0], (int)uv[1], w);
+    o->scale = 0;
+}
+
+/* Task: a row of a face of X. */
+static void envmapi_task_overlap(void *context, int row) {
+    const envmapi_resampling *r = (const envmapi_resampling *)context;
+    const envmap *X = r->scatter ? &r->src : &r->dst;
+    envmapi_orbit o;
+    o.face = row / X->size, o.y = row % X->size;
+    /* all maps are their own images in two mirrors */
+    for (o.x = 0; 2 * o.x < envmapi_width(X->mapping, X->size) && 2 * o.y < X->size; ++o.x) {
+        if (!envmapi_orbit_of(&o, r, X)) continue;
+        if (r->scatter && envmapi_is_disc(X->mapping)) envmapi_orbit_rim(&o, r);
+        envmapi_orbit_parts(&o, r);
+        for (int k = 0; k < o.count && !r->scatter; ++k) {
+            for (size_t c = 0; c < 3 && o.all > 0; ++c)
+                X->texels[3 * o.texel[k] + c] = (float)(o.sums[k][c] / o.all);
+            if (!(o.all > 0)) envmapi_resample_lookup(r, o.texel[k]);
+        }
+    }
+}
+
+/* ---- one slice */
+
+/* Between a cube and another map: r->src to r->dst. */
+static envmap_result envmapi_resample_cube(envmapi_resampling *r, const envmap_work *work,
+                                           envmapi_pool *pool) {
+    const envmap *X = r->scatter ? &r->src : &r->dst;
+    envmap_work serial = *work;
+    size_t texels = 6 * envmapi_area(ENVMAP_CUBE, r->cube);
+    if (r->scatter) { /* cells are shared by rows */
+        serial.executor.run = NULL;
+        r->cells = (float *)envmapi_pool_get(pool, 4 * texels, sizeof(float));
+        if (!r->cells) return ENVMAP_ERROR_MEMORY;
+        memset(r->cells, 0, 4 * texels * sizeof(float));
+    }
+    r->turns = 0, r->fine = 1 + 127 / r->cube;
+    envmapi_turns_of(r, X);
+    envmap_result result =
+        envmapi_run(&serial, envmapi_task_overlap, r, envmap_faces(X->mapping) * X->size);
+    for (size_t i = 0; i < texels && r->scatter && !result; ++i)
+        for (size_t c = 0; c < 3; ++c)
+            r->dst.texels[3 * i + c] = r->cells[4 * i + c] / r->cells[4 * i + 3];
+    return result;
+}
+
+static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_work *work,
+                                            envmapi_pool *pool) {
+    const envmap dst = r->dst, src = r->src;
+    int faces = envmap_faces(dst.mapping), kept = pool->count;
+    double n_dst = (double)envmapi_area(dst.mapping, dst.size) * faces;
+    double n_src = (double)envmapi_area(src.mapping, src.size) * envmap_faces(src.mapping);
+    if (dst.mapping == src.mapping && dst.size <= src.size) {
+        envmapi_nest nest = {src.texels, dst.texels, src.mapping, src.size, dst.size, faces};
+        return envmapi_run(work, envmapi_task_nest, &nest, dst.size);
+    }
+    if (dst.mapping == src.mapping || n_dst >= 4 * n_src)
+        return envmapi_run(work, envmapi_task_lookup, r, faces * dst.size);
+    r->scatter = src.mapping != ENVMAP_CUBE;
+    if (!r->scatter) r->cube = src.size;
+    else if (dst.mapping != ENVMAP_CUBE) r->cube = (int)ceil(sqrt(fmax(n_src, n_dst) / 3));
+    else r->cube = dst.size * (int)fmax(1, sqrt(n_src / n_dst) / 2);
+    if (!r->scatter || (dst.mapping == ENVMAP_CUBE && r->cube == dst.size))
+        return envmapi_resample_cube(r, work, pool);
+    if (r->cube > ENVMAPI_SIZE_LIMIT) r->cube = ENVMAPI_SIZE_LIMIT;
+    envmapi_part first, second;
+    envmap_work part = envmapi_work_part(&first, work, 0, 1, 2);
+    size_t floats = 18 * envmapi_area(ENVMAP_CUBE, r->cube);
+    r->dst.mapping = ENVMAP_CUBE, r->dst.size = r->cube;
+    r->dst.texels = (float *)envmapi_pool_get(pool, floats, sizeof(float));
+    envmap_result result =
+        r->dst.texels ? envmapi_resample_cube(r, &part, pool) : ENVMAP_ERROR_MEMORY;
+    part = envmapi_work_part(&second, work, 1, 1, 2);
+    r->src = r->dst, r->dst = dst, r->between = 1;
+    if (!result) result = envmapi_resample_slice(r, &part, pool);
+    envmapi_pool_free(pool, kept);
+    return result;
+}
+
+ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
+                                           const envmap_work *work) {
+    envmap_result result = ENVMAP_OK;
+    envmapi_resampling r;
+    envmapi_pool pool;
+    envmapi_part part;
+    envmap_work all = envmapi_work_of(work);
+    memset(&pool, 0, sizeof pool), pool.memory = all.memory;
+    if (!envmapi_pair_ok(dst, src)) return ENVMAP_ERROR_ARGUMENT;
+    if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
+    size_t floats = envmapi_slice_floats(dst, 0), slices = (size_t)src->slices;
+    float *out = dst->texels; /* staged where a part of it could be cancelled or fail */
+    if (all.progress.report || slices > 1)
+        out = (float *)envmapi_pool_get(&pool, floats * slices, sizeof(float));
+    if (!out) result = ENVMAP_ERROR_MEMORY;
+    for (int slice = 0; slice < src->slices && !result; ++slice) {
+        envmap_work one = envmapi_work_part(&part, &all, slice, 1, src->slices);
+        memset(&r, 0, sizeof r);
+        r.src = *src, r.dst = *dst, r.src.levels = r.src.slices = r.dst.slices = 1;
+        r.src.texels = envmapi_image(src, 0, slice, 0), r.dst.texels = out + (size_t)slice * floats;
+        r.last = r.dst;
+        result = envmapi_resample_slice(&r, &one, &pool);
+    }
+    if (!result && out != dst->texels) memcpy(dst->texels, out, floats * slices * sizeof(float));
+    envmapi_pool_free(&pool, 0);
+    if (!result && src->slices == 1) envmapi_copy_slices(dst, 0, dst->slices);
+    return result;
+}
+
+/* ---- spans, for footprints */
 
 /* From a to b in texels of a face of edge `edge`, along u and v, seen on the face of d. */
 static void envmapi_span(double texels[2], int mapping, int edge, const double d[3],
@@ -1566,67 +2039,6 @@ static void envmapi_span(double texels[2], int mapping, int edge, const double d
     double du = to[0] - from[0];
     if (mapping == ENVMAP_LATLONG) du -= floor(du + 0.5);
     texels[0] = du * envmapi_width(mapping, edge), texels[1] = (to[1] - from[1]) * edge;
-}
-
-/* Points along one side of a texel of dst: three to a texel of src where it shrinks, or one bright
-   texel would be met twice or not at all (bilinear tents met at a third of their half-width add up
-   to within 0.7 %). The texel's midline is measured in pieces: a rim or pole may bend it back. */
-static int envmapi_samples(const envmap *dst, const envmapi_level *src, int face, int x, int y,
-                           int along_v) {
-    double ends[2][3], middle[3], w = envmapi_width(dst->mapping, dst->size), h = dst->size;
-    double u = (x + 0.5) / w, v = (y + 0.5) / h, span = 0, off[2];
-    int halves = envmapi_is_disc(dst->mapping) ? 16 : 4;
-    for (int i = 0; i <= halves; ++i) {
-        double t = (double)i / halves - 0.5;
-        envmapi_direction(i & 1 ? middle : ends[i >> 1 & 1], dst->mapping, face,
-                          along_v ? u : u + t / w, along_v ? v + t / h : v);
-        if (!i || i & 1) continue;
-        envmapi_span(off, src->mapping, src->edge, middle, ends[0], ends[1]);
-        span += sqrt(off[0] * off[0] + off[1] * off[1]);
-    }
-    return span > 1.01 ? (int)envmapi_clamp(ceil(3 * span - 0.01), 2, 6.0 * src->edge) : 1;
-}
-
-/* Where a rim cuts the texel, only points inside count. */
-static void envmapi_resample_texel(float out[3], const envmap *dst, const envmapi_level *src,
-                                   int face, int x, int y) {
-    double w = envmapi_width(dst->mapping, dst->size), h = dst->size, d[3], sum = 0;
-    int n_u = envmapi_samples(dst, src, face, x, y, 0);
-    int n_v = envmapi_samples(dst, src, face, x, y, 1);
-    int inside = n_u * n_v > 1 && envmapi_is_disc(dst->mapping) &&
-                 envmapi_texel_cell(NULL, dst->mapping, dst->size, x, y) > 0;
-    double rgb[3] = {0, 0, 0};
-    for (int i = 0; i < n_u * n_v; ++i) {
-        double u = (x + (i % n_u + 0.5) / n_u) / w, v = (y + (i / n_u + 0.5) / n_v) / h;
-        double X = 2 * u - 1, Y = 2 * v - 1, weight = envmapi_density(dst->mapping, u, v);
-        if (!(weight > 0) || (inside && X * X + Y * Y > 1)) continue;
-        envmapi_direction(d, dst->mapping, face, u, v);
-        envmapi_add_lookup(rgb, src, d, weight);
-        sum += weight;
-    }
-    if (!(sum > 0)) { /* outside the angular map's circle, or a sliver between the points */
-        envmapi_texel_direction(d, dst->mapping, face, dst->size, x, y);
-        envmapi_add_lookup(rgb, src, d, sum = 1);
-    }
-    for (int c = 0; c < 3; ++c) out[c] = (float)(rgb[c] / sum);
-}
-
-ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src) {
-    if (!envmapi_pair_ok(dst, src)) return ENVMAP_ERROR_ARGUMENT;
-    if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
-    int width = envmapi_width(dst->mapping, dst->size), area = width * dst->size;
-    for (int slice = 0; slice < src->slices; ++slice) {
-        envmapi_level level = envmapi_level_of(src, 0, slice);
-        float *out = envmapi_image(dst, 0, slice, 0);
-        if (dst->mapping == src->mapping && dst->size == src->size)
-            memcpy(out, level.texels, envmapi_slice_floats(dst, 0) * sizeof(float));
-        else
-            for (int i = 0; i < area * envmap_faces(dst->mapping); ++i, out += 3)
-                envmapi_resample_texel(out, dst, &level, i / area, i % area % width,
-                                       i % area / width);
-    }
-    if (src->slices == 1) envmapi_copy_slices(dst, 0, dst->slices);
-    return ENVMAP_OK;
 }
 
 /* ------------------------------------------------------------------------------------- >>pfm --
@@ -1859,7 +2271,7 @@ ENVMAPI_BODY envmap_result envmap_pfm_save(const envmap *map, const char *path, 
 
 /* ------------------------------------------------------------------------------------ >>mips --
    Coarser levels from level 0, and what to read of them for a footprint.
-       parent = sum over children of w(overlap) child / sum w(overlap)      envmapi_mip_texel
+       parent = sum over children of w(overlap) child / sum w(overlap)      envmapi_task_nest
        level  = log2 of the footprint's longer side in texels of level 0    envmap_footprint_level
        probes along the longer axis of the footprint's ellipse              envmapi_footprint_axes
    w is the solid angle of the overlap of the nested texels. So w(parent) parent = sum w(child)
@@ -1867,40 +2279,6 @@ ENVMAPI_BODY envmap_result envmap_pfm_save(const envmap *map, const char *path, 
    mean of what lies under it. Texels of edge 1 have the same w, and all become their mean, which is
    that of the sphere (envmapi_mip_top).
    Called by users alone. Source: [KVHS00] 5.1, [Williams83], [SKS96]. Tests: tests/test_mips.c. */
-
-/* Texel (x,y) of every face and slice of a level, from the level above. */
-static void envmapi_mip_texel(envmap *map, int level, int x, int y) {
-    int mapping = map->mapping, child = envmapi_edge(map->size, level - 1);
-    int edge = envmapi_edge(map->size, level);
-    int width = envmapi_width(mapping, edge), above = envmapi_width(mapping, child);
-    /* integers decide which child is first and last: no rounding */
-    int x0 = x * above / width, n_u = ((x + 1) * above + width - 1) / width - x0;
-    int y0 = y * child / edge, n = n_u * (((y + 1) * child + edge - 1) / edge - y0);
-    double weights[16], sum = 0, inside = 0;
-    for (int pass = 0; pass < 2 && !(inside > 0); ++pass, sum = inside)
-        for (int i = 0; i < n; ++i) {
-            int a = x0 + i % n_u, b = y0 + i / n_u;
-            double u0 = fmax((double)x / width, (double)a / above);
-            double v0 = fmax((double)y / edge, (double)b / child);
-            double u1 = fmin((x + 1.0) / width, (a + 1.0) / above);
-            double v1 = fmin((y + 1.0) / edge, (b + 1.0) / child);
-            weights[i] = pass ? (u1 - u0) * (v1 - v0) : envmapi_cell(NULL, mapping, u0, v0, u1, v1);
-            inside += weights[i];
-        }
-    for (int image = 0; image < envmap_faces(mapping) * map->slices; ++image) {
-        const float *from =
-            envmapi_image(map, level - 1, 0, 0) + 3 * (size_t)image * envmapi_area(mapping, child);
-        float *to = envmapi_image(map, level, 0, 0) +
-                    3 * (size_t)image * envmapi_area(mapping, edge) +
-                    3 * ((size_t)y * (size_t)width + (size_t)x);
-        double rgb[3] = {0, 0, 0};
-        for (int i = 0; i < n; ++i) {
-            size_t at = (size_t)(y0 + i / n_u) * (size_t)above + (size_t)(x0 + i % n_u);
-            for (int c = 0; c < 3; ++c) rgb[c] += weights[i] * (double)from[3 * at + (size_t)c];
-        }
-        for (int c = 0; c < 3; ++c) to[c] = (float)(rgb[c] / sum);
-    }
-}
 
 /* The texels of a level of edge 1: all the same. */
 static void envmapi_mip_top(envmap *map, int level, int slice) {
@@ -1914,8 +2292,11 @@ static void envmapi_mip_top(envmap *map, int level, int slice) {
 ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
     if (!envmapi_valid(map)) return ENVMAP_ERROR_ARGUMENT;
     for (int level = 1; level < map->levels; ++level) {
-        int edge = envmapi_edge(map->size, level), width = envmapi_width(map->mapping, edge);
-        for (int i = 0; i < width * edge; ++i) envmapi_mip_texel(map, level, i % width, i / width);
+        int edge = envmapi_edge(map->size, level);
+        envmapi_nest nest = {envmapi_image(map, level - 1, 0, 0), envmapi_image(map, level, 0, 0),
+                             map->mapping, envmapi_edge(map->size, level - 1), edge,
+                             envmap_faces(map->mapping) * map->slices};
+        for (int y = 0; y < edge; ++y) envmapi_task_nest(&nest, y);
         for (int slice = 0; edge == 1 && slice < map->slices; ++slice)
             envmapi_mip_top(map, level, slice);
     }
@@ -5883,7 +6264,8 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         const envmap_lobe *lobe = job->lobes + l;
         if (job->planned[l]) continue;
         desc.work = envmapi_work_part(&part, &job->desc.work, done++, 1, job->count);
-        if (lobe->kind == ENVMAP_LOBE_MIRROR) result = envmap_resample(job->views + l, job->src);
+        if (lobe->kind == ENVMAP_LOBE_MIRROR) 
+            result = envmap_resample(job->views + l, job->src, &desc.work);
         else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
             result = envmapi_filter_hierarchical(job->views + l, job->src, lobe, &desc);
         else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);

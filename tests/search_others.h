@@ -271,7 +271,7 @@ static void check_resample(verdict *v, bench *b) {
     double ratio = oracle_extent(b->w->dst_mapping, b->w->dst_size) /
                    oracle_extent(b->w->src_mapping, b->w->src_size);
     if (ratio > 16) return; /* texels of thousands */
-    hold(v, PROMISE_OK, envmap_resample(&b->dst, &b->src), 0);
+    hold(v, PROMISE_OK, envmap_resample(&b->dst, &b->src, NULL), 0);
     for (size_t i = 0; i < 3 * from; ++i)
         least = fmin(least, (double)b->src.texels[i]), most = fmax(most, (double)b->src.texels[i]);
     for (size_t i = 0; i < 3 * count; ++i)

@@ -402,7 +402,7 @@ static void check_chain(verdict *v, bench *b) {
     memset(&resampled, 0, sizeof resampled);
     at = envmap_create(&resampled, (envmap_mapping)b->w->dst_mapping, b->w->dst_size, 1,
                        b->w->dst_slices) ||
-         envmap_resample(&resampled, &b->src) ||
+         envmap_resample(&resampled, &b->src, NULL) ||
          memcmp(resampled.texels, b->dst.texels, bench_floats(b) * sizeof(float));
     hold(v, PROMISE_MIRROR, at, 0);
     envmap_free(&resampled);

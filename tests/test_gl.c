@@ -414,7 +414,7 @@ static capture caught;
 /* The environment into level 0 and all that follows. */
 static void catch_light(envmap *source) {
     CHECK(!envmap_create(source, ENVMAP_CUBE, CAPTURE_EDGE, CAPTURE_LEVELS, 1));
-    CHECK(!envmap_resample(source, &environment) && capture_create(&caught));
+    CHECK(!envmap_resample(source, &environment, NULL) && capture_create(&caught));
     gl.BindTexture(GL_TEXTURE_CUBE_MAP, caught.cube);
     for (int f = 0; f < 6; ++f)
         gl.TexSubImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)f, 0, 0, 0, CAPTURE_EDGE,
@@ -584,7 +584,7 @@ static void captured_light_is_the_library_s_in_one_pass(void) {
             level.levels = 1;
             capture_read(&caught, &level, l);
         }
-    CHECK(!envmap_create(&small, ENVMAP_CUBE, 64, 1, 1) && !envmap_resample(&small, &environment));
+    CHECK(!envmap_create(&small, ENVMAP_CUBE, 64, 1, 1) && !envmap_resample(&small, &environment, NULL));
     CHECK(!envmap_sh_project(sh, 3, &small, 0, 0, NULL));
     CHECK(!envmap_sh_convolve(sh, sh, 3, &diffuse, 0));
     for (int i = 0; i < 4; ++i) {
@@ -612,7 +612,7 @@ static void the_card_convolves_paraboloids_as_the_method_does(void) {
     gl_filter filter;
     CHECK(!envmap_create(&source, ENVMAP_PARABOLOID, 256, 1, 1));
     CHECK(!envmap_create(&map, ENVMAP_PARABOLOID, 64, 1, 1));
-    CHECK(!envmap_resample(&source, &environment));
+    CHECK(!envmap_resample(&source, &environment, NULL));
     CHECK(gl_filter_create(&filter, 256));
     gl_filter_source(&filter, &source);
     for (int k = 0; k < 4; ++k)

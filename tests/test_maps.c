@@ -700,7 +700,7 @@ static void resampling_to_the_same_map_copies_it(void) {
         for (int size = 1; size <= 16; size += 3) {
             envmap a = make(m, size, 1, 2), b = make(m, size, 1, 2);
             oracle_noise(&a, 12);
-            CHECK(envmap_resample(&b, &a) == ENVMAP_OK);
+            CHECK(envmap_resample(&b, &a, NULL) == ENVMAP_OK);
             CHECK(!memcmp(a.texels, b.texels, oracle_floats(m, size, 2, 0) * sizeof(float)));
             envmap_free(&a), envmap_free(&b);
         }
@@ -713,7 +713,7 @@ static void resampling_keeps_a_constant(void) {
             for (int i = 0; i < 7; ++i) {
                 envmap a = make(m, sizes[i][0], 1, 1), b = make(n, sizes[i][1], 1, 1);
                 oracle_fill(&a, 0, oracle_one);
-                CHECK(envmap_resample(&b, &a) == ENVMAP_OK);
+                CHECK(envmap_resample(&b, &a, NULL) == ENVMAP_OK);
                 for (size_t k = 0; k < oracle_floats(n, sizes[i][1], 1, 0); ++k)
                     CHECK_CLOSE(b.texels[k], 1 + k % 3, 1e-5);
                 envmap_free(&a), envmap_free(&b);
@@ -725,7 +725,7 @@ static void resampling_keeps_a_constant(void) {
 static double resampled(int from, int size, int to, int edge, double *outside) {
     envmap a = make(from, size, 1, 1), b = make(to, edge, 1, 1);
     oracle_fill(&a, 0, oracle_smooth);
-    CHECK(envmap_resample(&b, &a) == ENVMAP_OK);
+    CHECK(envmap_resample(&b, &a, NULL) == ENVMAP_OK);
     double sum = 0, all = 0;
     *outside = 0;
     for (int f = 0; f < envmap_faces(to); ++f)
@@ -779,7 +779,7 @@ static void resampling_down_conserves_energy(void) {
         for (int n = 0; n < 5; ++n) {
             envmap a = make(m, 64, 1, 1), b = make(n, 16, 1, 1);
             oracle_noise(&a, 13);
-            CHECK(envmap_resample(&b, &a) == ENVMAP_OK);
+            CHECK(envmap_resample(&b, &a, NULL) == ENVMAP_OK);
             double error = 0;
             for (int c = 0; c < 3; ++c) {
                 double e = fabs(energy(&b, 0, c) / energy(&a, 0, c) - 1);
@@ -805,7 +805,7 @@ static void resampling_down_weighs_by_solid_angle(void) {
             for (int edge = 1; edge <= 3; ++edge) {
                 envmap a = make(m, 96, 1, 1), b = make(n, edge, 1, 1);
                 oracle_fill(&a, 0, oblique);
-                CHECK(envmap_resample(&b, &a) == ENVMAP_OK);
+                CHECK(envmap_resample(&b, &a, NULL) == ENVMAP_OK);
                 for (int c = 0; c < 3; ++c) {
                     double e = fabs(energy(&b, 0, c) / (4 * PI * mean) - 1);
                     if (!(e <= worst)) worst = e;
@@ -829,7 +829,7 @@ static void resampling_down_does_not_alias(void) {
                     for (int x = 0; x < oracle_width(m, 64); ++x)
                         for (int c = 0; c < 3; ++c)
                             envmap_texel(&a, 0, 0, f, x, y)[c] = (float)((x + y) & 1);
-            CHECK(envmap_resample(&b, &a) == ENVMAP_OK);
+            CHECK(envmap_resample(&b, &a, NULL) == ENVMAP_OK);
             double sum = 0, all = 0;
             for (int f = 0; f < envmap_faces(n); ++f)
                 for (int y = 0; y < 8; ++y)
@@ -851,19 +851,19 @@ static void resampling_spreads_one_slice_over_all(void) {
     envmap out = make(ENVMAP_LATLONG, 5, 1, 3), first = make(ENVMAP_LATLONG, 5, 1, 1);
     size_t n = oracle_floats(ENVMAP_LATLONG, 5, 1, 0), k = oracle_floats(ENVMAP_CUBE, 6, 1, 0);
     oracle_noise(&one, 14), oracle_noise(&three, 15);
-    CHECK(envmap_resample(&first, &one) == ENVMAP_OK);
-    CHECK(envmap_resample(&out, &one) == ENVMAP_OK);
+    CHECK(envmap_resample(&first, &one, NULL) == ENVMAP_OK);
+    CHECK(envmap_resample(&out, &one, NULL) == ENVMAP_OK);
     for (size_t s = 0; s < 3; ++s)
         CHECK(!memcmp(out.texels + s * n, first.texels, n * sizeof(float)));
-    CHECK(envmap_resample(&out, &three) == ENVMAP_OK);
+    CHECK(envmap_resample(&out, &three, NULL) == ENVMAP_OK);
     for (size_t s = 0; s < 3; ++s) {
         memcpy(one.texels, three.texels + s * k, k * sizeof(float));
-        CHECK(envmap_resample(&first, &one) == ENVMAP_OK);
+        CHECK(envmap_resample(&first, &one, NULL) == ENVMAP_OK);
         CHECK(!memcmp(out.texels + s * n, first.texels, n * sizeof(float)));
     }
     envmap two = make(ENVMAP_CUBE, 6, 1, 2);
-    CHECK(envmap_resample(&out, &two) == ENVMAP_ERROR_ARGUMENT);
-    CHECK(envmap_resample(&first, &two) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_resample(&out, &two, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_resample(&first, &two, NULL) == ENVMAP_ERROR_ARGUMENT);
     envmap_free(&one), envmap_free(&three), envmap_free(&out), envmap_free(&first);
     envmap_free(&two);
 }
@@ -878,18 +878,18 @@ static void resampling_refuses_what_it_cannot_do(void) {
     for (int i = 0; i < 3; ++i) {
         oracle_fill(&a, 0, oracle_one);
         envmap_texel(&a, 0, 0, 5, 3, 3)[2] = bad[i];
-        CHECK(envmap_resample(&b, &a) == ENVMAP_ERROR_RADIANCE);
+        CHECK(envmap_resample(&b, &a, NULL) == ENVMAP_ERROR_RADIANCE);
         CHECK(!memcmp(copy.texels, b.texels, (n + rest) * sizeof(float)));
     }
-    CHECK(envmap_resample(NULL, &b) == ENVMAP_ERROR_ARGUMENT);
-    CHECK(envmap_resample(&b, NULL) == ENVMAP_ERROR_ARGUMENT);
-    CHECK(envmap_resample(&b, &none) == ENVMAP_ERROR_ARGUMENT);
-    CHECK(envmap_resample(&none, &b) == ENVMAP_ERROR_ARGUMENT);
-    CHECK(envmap_resample(&b, &b) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_resample(NULL, &b, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_resample(&b, NULL, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_resample(&b, &none, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_resample(&none, &b, NULL) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_resample(&b, &b, NULL) == ENVMAP_ERROR_ARGUMENT);
     /* negative radiance is no error here, and levels other than 0 are not written */
     oracle_fill(&a, 0, oracle_one);
     for (size_t i = 0; i < oracle_floats(ENVMAP_CUBE, 4, 1, 0); ++i) a.texels[i] = -a.texels[i];
-    CHECK(envmap_resample(&b, &a) == ENVMAP_OK);
+    CHECK(envmap_resample(&b, &a, NULL) == ENVMAP_OK);
     CHECK_CLOSE(b.texels[0], -1, 1e-6);
     CHECK(!memcmp(copy.texels + n, b.texels + n, rest * sizeof(float)));
     envmap_free(&a), envmap_free(&b), envmap_free(&copy);

@@ -243,7 +243,7 @@ static void read_all(float *to, envmap *map) {
     unsigned long long state = 23;
     envmap small = tests_map(ENVMAP_PARABOLOID, 4, 1);
     CHECK(envmap_mips_build(map) == ENVMAP_OK);
-    CHECK(envmap_resample(&small, map) == ENVMAP_OK);
+    CHECK(envmap_resample(&small, map, NULL) == ENVMAP_OK);
     for (int i = 0; i < 40; ++i, to += 3) {
         double d[3], t[3], s[3];
         oracle_random_direction(d, &state);
@@ -366,7 +366,7 @@ static void a_checkerboard_at_nyquist_is_grey_in_every_level(void) {
         for (int l = 1; l < 7; ++l) off = larger(off, from_grey(&map, l));
         snprintf(what, sizeof what, "%s: levels of a checkerboard, rms from grey", oracle_name[m]);
         FIGURE(what, off, bound[m]);
-        CHECK(envmap_resample(&other, &map) == ENVMAP_OK);
+        CHECK(envmap_resample(&other, &map, NULL) == ENVMAP_OK);
         snprintf(what, sizeof what, "... resampled to %s of 16: mean", oracle_name[(m + 1) % 5]);
         FIGURE(what, fabs(tests_energy(&other) / (4 * PI) - 0.5), 1e-6);
         snprintf(what, sizeof what, "... and rms from grey");
@@ -388,7 +388,7 @@ static void check_size(int mapping, int size) {
     CHECK_CLOSE(sum, 4 * PI, 1e-9);
     for (size_t i = 0; i < method_floats(&map); ++i) map.texels[i] = 1 + (float)(i % 3);
     CHECK(envmap_mips_build(&map) == ENVMAP_OK);
-    CHECK(envmap_resample(&other, &map) == ENVMAP_OK);
+    CHECK(envmap_resample(&other, &map, NULL) == ENVMAP_OK);
     for (size_t i = 0; i < method_floats(&other); ++i)
         CHECK_CLOSE(other.texels[i], 1 + i % 3, 2e-6);
     for (size_t i = 0; i < floats_of(&map); ++i) CHECK_CLOSE(map.texels[i], 1 + i % 3, 2e-6);

@@ -89,7 +89,7 @@ static void fresnel_figure(figures *f) {
 static envmap_result unfiltered(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                 const method_desc *desc) {
     (void)lobe, (void)desc;
-    return envmap_resample(dst, src);
+    return envmap_resample(dst, src, NULL);
 }
 
 static envmap_result fast(envmap *dst, const envmap *src, const envmap_lobe *lobe,
@@ -143,7 +143,7 @@ static envmap_result compare_begin(figures *f) {
     envmap_filter_desc desc = f->st.desc;
     envmap_result result = envmap_create(&f->source, ENVMAP_CUBE, 128, 1, 1);
     desc.method = ENVMAP_METHOD_REFERENCE;
-    if (!result) result = envmap_resample(&f->source, &f->st.environment);
+    if (!result) result = envmap_resample(&f->source, &f->st.environment, NULL);
     if (!result) result = envmap_create(&f->truth, ENVMAP_CUBE, 64, 1, 1);
     return result ? result : envmap_filter(&f->truth, &f->source, &lobe, &desc);
 }
@@ -220,7 +220,7 @@ static envmap_result compare_cell(figures *f, const comparison *k, int i, double
     result = envmap_create(&map, ENVMAP_CUBE, bare ? 128 : 64, 1, 1);
     if (!result)
         result = way->call ? way->call(&map, &f->source, &lobe, &way->desc)
-                           : envmap_resample(&map, &f->truth);
+                           : envmap_resample(&map, &f->truth, NULL);
     if (!result) {
         gl_area(&f->app, x, y, plain ? width : width / 2, height);
         shine(f, &map, k->mesh);

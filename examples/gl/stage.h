@@ -68,7 +68,7 @@ static inline envmap_result stage_prepare(stage *st) {
     envmap_result result = ENVMAP_OK;
     if (!st->cube.texels)
         result = envmap_create(&st->cube, ENVMAP_CUBE, 256, envmap_levels(256), 1);
-    if (!result) result = envmap_resample(&st->cube, &st->environment);
+    if (!result) result = envmap_resample(&st->cube, &st->environment, NULL);
     if (!result) result = envmap_mips_build(&st->cube);
     if (!result) result = envmap_sh_project(sh, 3, &st->environment, 0, 0, NULL);
     if (!result) result = envmap_sh_convolve(sh, sh, 3, &diffuse, 0);

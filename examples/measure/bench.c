@@ -268,7 +268,7 @@ static int make_source(bench *b, shape s) {
     free(b->texels.at);
     b->texels.at = NULL;
     if (envmap_create(&b->source, s.mapping, s.size, 1, 1)) return 0;
-    if (envmap_resample(&b->source, &b->sky)) return 0;
+    if (envmap_resample(&b->source, &b->sky, NULL)) return 0;
     measure_list(&b->texels, &b->source);
     return 1;
 }

@@ -271,7 +271,7 @@ static void progress(const char *scene, const char *what, const char *more) {
 
 static envmap make_source(int scene, int mapping, int size) {
     envmap src = measure_map(mapping, size, 1, 1);
-    measure_must(envmap_resample(&src, skies + scene), "a source");
+    measure_must(envmap_resample(&src, skies + scene, NULL), "a source");
     return src;
 }
 
@@ -1105,7 +1105,7 @@ static void load_scenes(int count, char **paths) {
         const char *name = strrchr(paths[i], '/') ? strrchr(paths[i], '/') + 1 : paths[i];
         snprintf(scene_names[i], sizeof scene_names[i], "%.*s", (int)strcspn(name, ".,&<"), name);
         measure_must(envmap_pfm_load(&map, paths[i], ENVMAP_LATLONG), paths[i]);
-        measure_must(envmap_resample(skies + i, &map), paths[i]);
+        measure_must(envmap_resample(skies + i, &map, NULL), paths[i]);
         envmap_free(&map);
     }
 }

@@ -320,7 +320,7 @@ static void table_of_tolerances(void) {
                  "|---|---|--:|--:|--:|--:|\n");
     for (int k = 0; k < SCENE_COUNT; ++k) {
         envmap src = measure_map(ENVMAP_CUBE, 128, 1, 1);
-        measure_must(envmap_resample(&src, &skies[k]), "resample");
+        measure_must(envmap_resample(&src, &skies[k], NULL), "resample");
         for (int i = 0; i < COUNT(held); ++i) {
             progress(held[i].name);
             hold(k, i, &src);

@@ -56,7 +56,7 @@ static void load_scenes(char **paths) {
         memset(&map, 0, sizeof map);
         measure_must(envmap_pfm_load(&map, *paths, ENVMAP_LATLONG), *paths);
         cube(&scenes[scene_count].map, EDGE, 1);
-        measure_must(envmap_resample(&scenes[scene_count].map, &map), *paths);
+        measure_must(envmap_resample(&scenes[scene_count].map, &map, NULL), *paths);
         scenes[scene_count].name = slash ? slash + 1 : *paths;
         envmap_free(&map);
     }
@@ -212,7 +212,7 @@ static void table_of_bands(void) {
         memset(&desc, 0, sizeof desc);
         desc.method = ENVMAP_METHOD_REFERENCE;
         cube(&source, 64, 1), cube(&exact, 16, 1), cube(&few, 16, 1);
-        measure_must(envmap_resample(&source, &scenes[k].map), "resample");
+        measure_must(envmap_resample(&source, &scenes[k].map, NULL), "resample");
         measure_must(envmap_filter(&exact, &source, &diffuse, &desc), "filter");
         measure_must(envmap_sh_project(sh, LAST, &source, 0, 0, NULL), "project");
         for (bands = FIRST; bands <= LAST; bands++) {

@@ -45,8 +45,8 @@ static void make_scene(void) {
     scene = measure_map(ENVMAP_CUBE, SOURCE, 1, 1);
     scene_fill(&wide, SCENE_SUN);
     for (i = 0; i < 3u * 512 * 256; ++i) wide.texels[i] = fminf(wide.texels[i], 200);
-    measure_must(envmap_resample(&fine, &wide), "resample");
-    measure_must(envmap_resample(&scene, &fine), "resample");
+    measure_must(envmap_resample(&fine, &wide, NULL), "resample");
+    measure_must(envmap_resample(&scene, &fine, NULL), "resample");
     envmap_free(&wide);
     envmap_free(&fine);
 }

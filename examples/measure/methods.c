@@ -427,7 +427,7 @@ static void footprint_row(const char *what, const envmap *scene, int mapping, co
     envmap map = measure_map(mapping, 256, envmap_levels(256), 1);
     summed_area sums;
     double error[3] = {0, 0, 0}, all = 0;
-    measure_must(envmap_resample(&map, scene), "a map");
+    measure_must(envmap_resample(&map, scene, NULL), "a map");
     measure_must(envmap_mips_build(&map), "levels");
     measure_must(summed_area_create(&sums, &map, 0), "a table");
     for (int i = 0; i < 200; ++i) {

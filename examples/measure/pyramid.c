@@ -165,7 +165,7 @@ static void differences(envmap bands[2], const envmap *mips) {
         envmap fine = view(mips, j), plus = view(bands, j), minus = view(bands + 1, j);
         if (j + 1 < LEVELS) {
             envmap coarse = view(mips, j + 1);
-            need(envmap_resample(&plus, &coarse));
+            need(envmap_resample(&plus, &coarse, NULL));
         }
         for (size_t k = 0; k < floats_of(&fine); ++k) {
             float d = fine.texels[k] - plus.texels[k];
@@ -233,7 +233,7 @@ static void line(FILE *out, int way, envmap *dst, const envmap *truth, const env
 static void table(FILE *out, const char *name, const envmap *sky) {
     envmap src = create(SIZE, 1), dst = create(SIZE, LEVELS), truth = create(SIZE, LEVELS);
     fprintf(stderr, "pyramid: %s\n", name);
-    need(envmap_resample(&src, sky));
+    need(envmap_resample(&src, sky, NULL));
     chain(&truth, &src, 1e-6);
     fprintf(out, "\n**%s**\n\n| way | copies |", name);
     for (int i = 0; i < LEVELS; ++i)

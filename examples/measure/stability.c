@@ -41,7 +41,7 @@ static const char *const mapping_name[] = {"cube", "paraboloid", "sphere", "lat-
 /* A scene in some parameterization and size, all its levels to be built. */
 static envmap view_of(int scene, int mapping, int size) {
     envmap map = measure_map(mapping, size, envmap_levels(size), 1);
-    measure_must(envmap_resample(&map, skies + scene), "resample");
+    measure_must(envmap_resample(&map, skies + scene, NULL), "resample");
     return map;
 }
 
@@ -1308,7 +1308,7 @@ static void views(void) {
     static const double alpha[2] = {0.6, 0.3};
     chart c = chart_open("stability-views", "The warp between stored views, in the studio", ax, ay);
     envmap src = measure_map(ENVMAP_CUBE, 16, 1, 1);
-    measure_must(envmap_resample(&src, skies + SCENE_STUDIO), "resample");
+    measure_must(envmap_resample(&src, skies + SCENE_STUDIO, NULL), "resample");
     for (int k = 0; k < 2; ++k) {
         brdf_values values = {{1, 1, 1}, alpha[k], alpha[k], 20, 0, 0};
         envmap_brdf brdf = {brdf_ggx, &values};
@@ -1447,7 +1447,7 @@ static envmap_result call(int which, envmap *src, envmap *dst) {
     switch (which) {
     case CREATE: return read_back(dst, src);
     case MIPS: return envmap_mips_build(src);
-    case RESAMPLE: return envmap_resample(dst, src);
+    case RESAMPLE: return envmap_resample(dst, src, NULL);
     case PROJECT: return envmap_sh_project(sh, 2, src, 0, 0, NULL);
     case RADIANCE: return envmap_radiance(rgb, src, &lambert, &frame, 1, NULL);
     case COMPARE: return envmap_compare(&difference, src, dst, 0);

@@ -159,7 +159,7 @@ static inline envmap_result method_levels(envmap *out, const envmap *src, int ma
     out->memory = src->memory;
     result = envmap_create(out, mapping, size, envmap_levels(size), 1);
     if (result) return result;
-    result = envmap_resample(out, src);
+    result = envmap_resample(out, src, NULL);
     if (!result && plain) method_plain_levels(out);
     if (!result && !plain) result = envmap_mips_build(out);
     if (result) envmap_free(out);

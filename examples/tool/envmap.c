@@ -510,7 +510,7 @@ static int run_convert(const options *o) {
     if (!status) status = load(&in, o->files[0], o->mapping);
     if (status) return status;
     status = create_output(&out, &in, o, 1, in.slices);
-    if (!status) status = check(envmap_resample(&out, &in), o->files[0]);
+    if (!status) status = check(envmap_resample(&out, &in, NULL), o->files[0]);
     if (!status) status = save(&out, o->files[1], o->exposure);
     envmap_free(&in);
     envmap_free(&out);
@@ -533,7 +533,7 @@ static int run_mips(const options *o) {
     int status = load(&in, o->files[0], o->mapping);
     if (status) return status;
     status = create_output(&out, &in, o, 0, in.slices);
-    if (!status) status = check(envmap_resample(&out, &in), o->files[0]);
+    if (!status) status = check(envmap_resample(&out, &in, NULL), o->files[0]);
     if (!status) status = check(envmap_mips_build(&out), o->files[0]);
     if (!status) status = save_levels(&out, o->files[1]);
     envmap_free(&in);

@@ -31,7 +31,7 @@ make='if (envmap_create(&b, ENVMAP_CUBE, n, 1, 1)) return 1; lobe = envmap_lobe_
 write nothing ''
 write lookup "$load"
 write mips "$load envmap_mips_build(&a);"
-write resample "$load $make envmap_resample(&b, &a); envmap_pfm_save(&b, v[1], 0);"
+write resample "$load $make envmap_resample(&b, &a, NULL); envmap_pfm_save(&b, v[1], 0);"
 write filter "$load $make f[1] = (float)envmap_filter(&b, &a, &lobe, &desc);"
 write reference "$load $make desc.method = ENVMAP_METHOD_REFERENCE; f[1] = (float)envmap_filter(&b, &a, &lobe, &desc);"
 write sh "$load lobe = envmap_lobe_diffuse(); envmap_sh_project(s, 3, &a, 0, 0, 0); envmap_sh_convolve(s, s, 3, &lobe, 0); envmap_sh_pack(matrix, packed, s); f[1] = packed[n];"
