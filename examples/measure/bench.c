@@ -718,9 +718,9 @@ static int join(const char *first, const char *second) {
 /* ------------------------------------------------------------------------------------ >>main -- */
 
 static void print_machine(void) {
-    char cpu[128], compiler[128];
-    measure_machine(cpu, compiler, sizeof cpu);
-    printf("machine   %s\ncompiler  %s\nflags     %s\n", cpu, compiler, BENCH_FLAGS);
+    char cpu[128];
+    measure_processor(cpu, sizeof cpu);
+    printf("machine   %s\ncompiler  %s\nflags     %s\n", cpu, MEASURE_COMPILER, BENCH_FLAGS);
 }
 
 static int is_scene(const char *name) {

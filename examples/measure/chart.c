@@ -672,13 +672,13 @@ static void table_of_methods(void) {
 }
 
 static void table_of_machine(void) {
-    char cpu[128], compiler[128];
-    measure_machine(cpu, compiler, sizeof cpu);
+    char cpu[128];
+    measure_processor(cpu, sizeof cpu);
     FILE *out = measure_begin(&document, "machine");
     envmap dst = measure_map(ENVMAP_CUBE, RATIO * TRUTH, 1, 1);
     envmap src = measure_map(ENVMAP_CUBE, 128, 1, 1);
     fprintf(out, "%s, %s, one thread. One copy (6 × 128² to 6 × %d² texels) took %.3g ms.\n", cpu,
-            compiler, RATIO * TRUTH, 1e3 * measure_copy(&src, &dst, 1, measure_seconds));
+            MEASURE_COMPILER, RATIO * TRUTH, 1e3 * measure_copy(&src, &dst, 1, measure_seconds));
     envmap_free(&src);
     envmap_free(&dst);
     measure_end(&document, out, 1);

@@ -224,8 +224,8 @@ static void table_of_time(void) {
     FILE *out = measure_begin(&document, "time");
     fprintf(out,
             "Copies; rms and worst texel in tolerances; memory over the source's bytes. "
-            "Source 6 × %d², tolerance 1e-3, one thread, compiler %s.\n\n| work |",
-            EDGE, __VERSION__);
+            "Source 6 × %d², tolerance 1e-3, one thread, %s.\n\n| work |",
+            EDGE, MEASURE_COMPILER);
     for (int k = 0; k < SCENE_COUNT; ++k) fprintf(out, " %s |", scene_name[k]);
     fprintf(out, " memory |\n|---|--:|--:|--:|--:|\n");
     for (int i = 0; i < COUNT(works); ++i) {

@@ -397,15 +397,15 @@ static void table_chart(FILE *out) {
 /* ------------------------------------------------------------------------------------ >>main -- */
 
 int main(int argc, char **argv) {
-    char path[1024], cpu[128], compiler[128];
+    char path[1024], cpu[128];
     const char *docs = argc > 1 ? argv[1] : "docs";
     measure_document document;
     FILE *out;
     memset(&document, 0, sizeof document);
     if (argc < 3 || strcmp(argv[2], "--chart")) measure_all();
-    measure_machine(cpu, compiler, sizeof cpu);
+    measure_processor(cpu, sizeof cpu);
     out = measure_begin(&document, "works");
-    fprintf(out, "%s, %s, one thread.\n\n", cpu, compiler);
+    fprintf(out, "%s, %s, one thread.\n\n", cpu, MEASURE_COMPILER);
     table_works(out);
     measure_end(&document, out, 1);
     out = measure_begin(&document, "picks");
