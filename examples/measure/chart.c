@@ -1061,7 +1061,7 @@ static void thread_row(FILE *out, FILE *f, const svg_axes *a, int scene, int i) 
     svg_bar(f, a->left, y, svg_x(a, best[0] / best[1]) - a->left, 22, methods[q->method].colour);
     snprintf(text, sizeof text, "%.2f times: %.3g to %.3g ms", best[0] / best[1], 1e3 * best[0],
              1e3 * best[1]);
-    svg_text(f, svg_x(a, best[0] / best[1]) + 6, y + 15, 11, "start", "#111", "%s", text);
+    svg_text(f, svg_x(a, fmax(2, best[0] / best[1])) + 8, y + 15, 11, "start", "#111", "%s", text);
     envmap_free(&one);
     envmap_free(&two);
     free_exact(&e);

@@ -372,13 +372,16 @@ static void draw_panel(FILE *f, int k) {
 }
 
 static void draw_tolerances(const char *folder) {
-    FILE *f = svg_open(folder, "filters-tolerance.svg", 1030, 520,
-                       "Error against tolerance: rms (solid), worst texel (dotted); black: 1 and "
-                       "20 tolerances");
+    FILE *f = svg_open(folder, "filters-tolerance.svg", 1040, 520,
+                       "Error against tolerance: rms (solid), worst texel (dotted)");
     for (int k = 0; k < SCENE_COUNT; ++k) draw_panel(f, k);
     for (int i = 0; i < COUNT(held); ++i)
-        fprintf(f, "<text x=\"900\" y=\"%d\" fill=\"%s\">%s</text>\n", 90 + 22 * i, svg_colours[i],
-                held[i].name);
+        svg_text(f, 900, 90 + 22 * i, 13, "start", svg_colours[i], "%s", held[i].name);
+    fprintf(f, "<path d=\"M900 250H924\" stroke=\"#222\" stroke-width=\"1.5\"/>"
+               "<path d=\"M900 272H924\" stroke=\"#222\" stroke-width=\"1.5\" "
+               "stroke-dasharray=\"7 4\"/>\n");
+    svg_text(f, 932, 254, 13, "start", "#222", "1 tolerance");
+    svg_text(f, 932, 276, 13, "start", "#222", "20 tolerances");
     fprintf(f, "<text x=\"480\" y=\"508\" text-anchor=\"middle\">tolerance asked for</text>\n");
     svg_close(f);
 }
@@ -421,8 +424,7 @@ static void band_curve(FILE *f, int i, const envmap *src) {
         if (needs.bands > BANDS - 4) continue; /* beyond the chart */
         double x = band_x(needs.bands), y = band_y(band_of(lambda, needs.bands));
         fprintf(f, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" fill=\"%s\"/>\n", x, y, svg_colours[i]);
-        fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"9\" fill=\"%s\">%d</text>\n", x + 7,
-                y + 3, svg_colours[i], n + 2);
+        svg_text(f, x + 5, y - 5, 11, "start", svg_colours[i], "%d", n + 2);
     }
 }
 
@@ -691,7 +693,7 @@ static void draw_lights(picture *p, int x, int y, const envmap *src, float expos
     mark(p, x, y, scene_sun_direction, 7, 0xF3F1ECu);
     draw_zoom(p, x + PANORAMA - 112, y + PANORAMA / 2 - 112, src, &l);
     picture_text(p, (float)x, (float)y + PANORAMA / 2 + 8, 13, 0xF3F1ECu,
-                 "the scene; enlarged: what the diffuse lobe sums exactly");
+                 "the scene; enlarged: what diffuse sums exactly");
     snprintf(text, sizeof text, "%d texels of %d, %.0f %% of the light", l.count, l.texels,
              100 * l.part / l.all);
     picture_text(p, (float)x, (float)y + PANORAMA / 2 + 28, 11, 0x9AA0ABu, text);

@@ -378,7 +378,7 @@ static void ringing_curve(FILE *f, const double *sh, int bands, const char *colo
         }
         fprintf(f, "%c%.1f %.1f", i ? 'L' : 'M', 70 + 2.7 * i, 290 - 230 * value);
     }
-    fprintf(f, "\"/>\n<text x=\"400\" y=\"%d\" fill=\"%s\">%s</text>\n", 60 + 20 * row, colour,
+    fprintf(f, "\"/>\n<text x=\"400\" y=\"%d\" fill=\"%s\">%s</text>\n", 84 + 20 * row, colour,
             name);
 }
 

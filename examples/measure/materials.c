@@ -24,6 +24,7 @@
 #include "../tool/brdfs.h"
 #include "../methods/cabral.h"
 #include "../methods/nonphotorealistic.h"
+#include "svg.h"
 
 /* ----------------------------------------------------------------------------------- >>tools -- */
 
@@ -425,17 +426,9 @@ static void fresnel_table(void) {
 
 static void fresnel_chart(const char *docs) {
     static const double alphas[4] = {0.05, 0.1, 0.25, 0.5};
-    static const char *const colours[4] = {"#3b6ea8", "#4d8f4d", "#c4732b", "#b03a48"};
-    char path[4096];
-    FILE *f;
+    FILE *f = svg_open(docs, "fresnel-out.svg", 660, 400,
+                       "F(n.v) outside the integral, over F inside (f0 = 0.04)");
     int i, j;
-    snprintf(path, sizeof path, "%s/charts/fresnel-out.svg", docs);
-    f = fopen(path, "w");
-    if (!f) measure_must(ENVMAP_ERROR_FILE, path);
-    fprintf(f, "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 400\" "
-               "font-family=\"sans-serif\" font-size=\"13\">\n"
-               "<rect width=\"640\" height=\"400\" fill=\"#fff\"/>\n<text x=\"70\" y=\"24\" "
-               "font-size=\"16\">F(n.v) outside the integral, over F inside (f0 = 0.04)</text>\n");
     for (j = 0; j <= 4; ++j)
         fprintf(f,
                 "<path d=\"M70 %d H540\" stroke=\"#ddd\"/><text x=\"62\" y=\"%d\" "
@@ -446,19 +439,18 @@ static void fresnel_chart(const char *docs) {
                 70 + 470 * j / 90.0, j);
     fprintf(f, "<text x=\"305\" y=\"390\" text-anchor=\"middle\">angle of n and v</text>\n");
     for (i = 0; i < 4; ++i) {
-        fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", colours[i]);
+        fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", svg_colours[i]);
         for (j = 0; j <= 88; ++j) {
             double c = cos(j * BRDF_PI / 180), scale, bias;
             envmap_ggx_split_sum(&scale, &bias, c, alphas[i]);
             double ratio = envmap_fresnel_schlick(c, 0.04) * (scale + bias) / (0.04 * scale + bias);
-            fprintf(f, "%c%.1f %.1f", j ? 'L' : 'M', 70 + 470 * j / 90.0,
-                    350 - 75 * (fmin(ratio, 5) - 1));
+            if (ratio > 5) break;
+            fprintf(f, "%c%.1f %.1f", j ? 'L' : 'M', 70 + 470 * j / 90.0, 350 - 75 * (ratio - 1));
         }
         fprintf(f, "\"/><text x=\"552\" y=\"%d\" fill=\"%s\">alpha = %g</text>\n", 80 + 22 * i,
-                colours[i], alphas[i]);
+                svg_colours[i], alphas[i]);
     }
-    fprintf(f, "</svg>\n");
-    fclose(f);
+    svg_close(f);
 }
 
 /* A Banks lobe whose p is the angle between v and t, over pi. */

@@ -595,7 +595,7 @@ static void seams(void) {
                                   : "level 5: each face alone");
             }
             sheet_save(&p, "stability-seams");
-            note("Faces mipmapped alone", "steps of %.2f of the radiance, grey day, level 7 | %.1g",
+            note("Faces mipmapped alone", "steps of %.2f of the radiance, overcast, level 7 | %.1g",
                  alone[7], across[7]);
         }
         envmap_free(&plain), envmap_free(&map);
@@ -620,7 +620,7 @@ static void drifts(void) {
     static const chart_axis ax = {"level", 0, LEVELS - 1, 0, LEVELS - 1};
     static const chart_axis ay = {"mean radiance off by, of itself", 1e-8, 1, 1, 0};
     chart c =
-        chart_open("stability-boxes", "Mip levels from boxes without weights, grey day", ax, ay);
+        chart_open("stability-boxes", "Mip levels from boxes without weights, overcast", ax, ay);
     double x[LEVELS], y[LEVELS], most[LEVELS] = {0}, cube = 0;
     for (int m = 0; m < 5; ++m) {
         envmap map = view_of(SCENE_OVERCAST, m, 128);
@@ -634,7 +634,7 @@ static void drifts(void) {
         if (m == ENVMAP_CUBE) cube = y[LEVELS - 1];
         envmap_free(&map);
     }
-    note("Boxes without weights", "the mean of a cube drifts %.1f %%, grey day | %.0e", 100 * cube,
+    note("Boxes without weights", "the mean of a cube drifts %.1f %%, overcast | %.0e", 100 * cube,
          most[LEVELS - 1]);
     chart_line(&c, "library, all five", "6 4", x, most, LEVELS);
     svg_close(c.file);
@@ -667,7 +667,7 @@ static void half_texels(void) {
         chart_line(&c, scene_name[s], NULL, x, y, LEVELS);
         if (s == SCENE_OVERCAST)
             note("Half a texel off",
-                 "rms %.1f %% at level 0, %.0f %% at level 6, grey day | 0 at "
+                 "rms %.1f %% at level 0, %.0f %% at level 6, overcast | 0 at "
                  "texel centres",
                  100 * y[0], 100 * y[6]);
         envmap_free(&map);
@@ -1028,7 +1028,7 @@ static void ringing(void) {
     svg_close(c.file);
 }
 
-/* The paper's threshold on a grey day, and with a sun. */
+/* The paper's threshold under clouds, and with a sun. */
 static void thresholds(void) {
     enum { N = 22 };
     static const int scenes[2] = {SCENE_OVERCAST, SCENE_SUN};
@@ -1051,8 +1051,8 @@ static void thresholds(void) {
             fast[i] = apart(&dst, &truth).rms;
             envmap_free(&truth);
         }
-        chart_line(&c, s ? "sun: rms" : "grey day: rms", NULL, x, y[0], N);
-        chart_line(&c, s ? "sun: worst texel" : "grey day: worst texel", "6 4", x, y[1], N);
+        chart_line(&c, s ? "sun: rms" : "overcast: rms", NULL, x, y[0], N);
+        chart_line(&c, s ? "sun: worst texel" : "overcast: worst texel", "6 4", x, y[1], N);
         if (s)
             note("A threshold on lobes",
                  "rms %.1f with a sun, worst texel %.0f times itself | %.0e "
