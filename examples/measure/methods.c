@@ -539,12 +539,13 @@ static void chart_methods(const char *dir, const char *name, const char *title,
                                                             : svg_colours[0];
         label l = labels[count] = label_place(&a, chart + i, text, labels, count);
         double x = svg_x(&a, chart[i].ms), y = svg_y(&a, chart[i].rms);
+        double near_x = l.x > x ? l.x : l.x + l.width;
         ++count;
         if (fabs(l.y - y) > 6)
             fprintf(f, "<path d=\"M%.1f %.1fL%.1f %.1f\" stroke=\"%s\" stroke-width=\"0.7\"/>\n", x,
-                    y, l.x > x ? l.x - 1 : l.x + l.width + 1, l.y - 3, colour);
+                    y, l.x > x ? near_x - 1 : near_x + 1, l.y - 3, colour);
         svg_dot(f, &a, chart[i].ms, chart[i].rms, 4, colour, colour);
-        svg_text(f, l.x, l.y, 10, "start", colour, "%s", text);
+        svg_text(f, near_x, l.y, 10, l.x > x ? "start" : "end", colour, "%s", text);
     }
     svg_close(f);
 }
