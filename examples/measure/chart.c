@@ -191,9 +191,8 @@ static envmap_result run_coefficients(envmap *dst, const envmap *src, const envm
 static envmap_result run_trial(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                const trial *t, int threads) {
     if (t->method <= REFERENCE) {
-        envmap_filter_desc desc;
+        envmap_filter_desc desc = {0};
         double start = measure_seconds();
-        memset(&desc, 0, sizeof desc);
         desc.method = methods[t->method].method;
         desc.tolerance = (float)t->knob, desc.threshold = (float)t->knob;
         if (t->method != REFERENCE)
@@ -1069,8 +1068,7 @@ static void load_scenes(int count, char **paths) {
             scene_fill(skies + i, order[i]);
             continue;
         }
-        envmap map;
-        memset(&map, 0, sizeof map);
+        envmap map = {0};
         const char *name = strrchr(paths[i], '/') ? strrchr(paths[i], '/') + 1 : paths[i];
         snprintf(scene_names[i], sizeof scene_names[i], "%.*s", (int)strcspn(name, ".,&<"), name);
         measure_must(envmap_pfm_load(&map, paths[i], ENVMAP_LATLONG), paths[i]);

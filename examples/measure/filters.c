@@ -76,9 +76,8 @@ static void run_work(envmap *dst, const envmap *src, const work *w,
 static envmap_plan plan_of(const envmap *src, const work *w, double tolerance) {
     envmap_lobe lobe = lobe_of(w, 0);
     envmap dst = *src;
-    envmap_filter_desc desc;
+    envmap_filter_desc desc = {0};
     envmap_plan needs;
-    memset(&desc, 0, sizeof desc);
     desc.tolerance = (float)tolerance;
     dst.mapping = w->mapping, dst.size = w->size, dst.levels = 1, dst.slices = w->slices;
     measure_must(envmap_filter_plan(&needs, &dst, src, &lobe, &desc), w->name);
@@ -201,10 +200,9 @@ static figure figures[COUNT(works)][SCENE_COUNT];
 static void measure_work(figure *f, const envmap *src, const work *w) {
     static truth t;
     envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
-    envmap_filter_desc desc;
+    envmap_filter_desc desc = {0};
     measure_meter m = {0, 0, NULL};
     double best = 1e9, spent = 0;
-    memset(&desc, 0, sizeof desc);
     desc.method = ENVMAP_METHOD_FAST, desc.work.memory = &m;
     double copied = measure_copy(src, &dst, dst.levels, measure_seconds);
     for (int run = 0; run < 9 && (run < 3 || spent < 0.5); ++run) {
@@ -300,8 +298,7 @@ static void hold(int k, int i, const envmap *src) {
     static truth t;
     const work *w = held + i;
     envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     desc.method = ENVMAP_METHOD_FAST;
     run_work(&dst, src, w, &desc);
     find_truth(&t, &dst, src, w, w->slices > 1 ? 3 : 8);
@@ -400,14 +397,8 @@ static double band_of(const double *lambda, int l) {
 }
 
 static void band_curve(FILE *f, int i, const envmap *src) {
-    static const work curves[] = {{"diffuse", ENVMAP_LOBE_PHONG, 1, ENVMAP_CUBE, 64, 1, 1},
-                                  {"Phong 10", ENVMAP_LOBE_PHONG, 10, ENVMAP_CUBE, 256, 1, 1},
-                                  {"Phong 100", ENVMAP_LOBE_PHONG, 100, ENVMAP_CUBE, 256, 1, 1},
-                                  {"Phong 500", ENVMAP_LOBE_PHONG, 500, ENVMAP_CUBE, 256, 1, 1},
-                                  {"Phong 2000", ENVMAP_LOBE_PHONG, 2000, ENVMAP_CUBE, 256, 1, 1},
-                                  {"GGX 0.25", ENVMAP_LOBE_GGX, 0.25f, ENVMAP_CUBE, 256, 1, 1}};
     static double lambda[BANDS];
-    const work *w = curves + i;
+    const work *w = works + i;
     envmap_lobe lobe = lobe_of(w, 0);
     measure_must(envmap_lobe_zonal(lambda, BANDS, &lobe, 0), w->name);
     fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", svg_colours[i]);
@@ -429,19 +420,19 @@ static void band_curve(FILE *f, int i, const envmap *src) {
 }
 
 static void draw_bands(const char *folder, const envmap *src) {
-    FILE *f = svg_open(folder, "filters-bands.svg", 930, 520,
+    FILE *f = svg_open(folder, "filters-bands.svg", 950, 520,
                        "|λ| by band, and how many bands the sun needs at tolerance 1e-2 (2) "
                        "to 1e-5 (5)");
-    for (int e = 0; e <= 9; ++e)
-        fprintf(f,
-                "<path d=\"M70 %.0fH805\" stroke=\"#e4e4e4\"/><text x=\"62\" y=\"%.0f\" "
-                "text-anchor=\"end\">1e-%d</text>\n",
-                band_y(pow(10, -e)), band_y(pow(10, -e)) + 4, e);
+    for (int e = 0; e <= 9; ++e) {
+        double y = band_y(pow(10, -e));
+        fprintf(f, "<path d=\"M70 %.0fH805\" stroke=\"#e4e4e4\"/>\n", y);
+        svg_text(f, 62, y + 4, 13, "end", "#111", e ? "1e-%d" : "1", e);
+    }
     for (int l = 1; l <= 512; l *= 2)
         fprintf(f, "<text x=\"%.1f\" y=\"480\" text-anchor=\"middle\">%d</text>\n", band_x(l), l);
     fprintf(f, "<text x=\"430\" y=\"505\" text-anchor=\"middle\">band l, the largest of "
                "l ... l + 3</text>\n");
-    for (int i = 0; i < 6; ++i) band_curve(f, i, src);
+    for (int i = 0; i < 6; ++i) band_curve(f, i, src); /* neither the chain nor Banks */
     svg_close(f);
 }
 
@@ -452,8 +443,7 @@ static const char *const half_name[HALVES] = {"source to harmonics", "harmonics 
 
 static void time_halves(double spent[HALVES], const envmap *src, envmap *dst, const work *w) {
     envmap_lobe lobes[9];
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     desc.method = ENVMAP_METHOD_FAST;
     for (int l = 0; l < w->levels; ++l) lobes[l] = lobe_of(w, l);
     for (int run = 0; run < 9; ++run) {
@@ -622,10 +612,9 @@ static double open_up(opened *o, int level, int x, int y, int *failed) {
 
 static opened open_tree(const envmap *src, envmap_lobe lobe, const float axis[3]) {
     size_t texels = 6 * (size_t)src->size * (size_t)src->size;
-    opened o;
+    opened o = {0};
     double from;
     int count = 0;
-    memset(&o, 0, sizeof o);
     o.lobe = lobe, o.axis = axis, o.edge = src->size;
     envmap_lobe_support(&from, &o.reach, &lobe, 0);
     o.level = (signed char *)malloc(texels);

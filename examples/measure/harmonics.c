@@ -44,9 +44,8 @@ static void load_scenes(char **paths) {
         scenes[k].name = scene_name[k];
     }
     for (scene_count = k; *paths && scene_count < MOST_SCENES; paths++, scene_count++) {
-        envmap map;
+        envmap map = {0};
         const char *slash = strrchr(*paths, '/');
-        memset(&map, 0, sizeof map);
         measure_must(envmap_pfm_load(&map, *paths, ENVMAP_LATLONG), *paths);
         scenes[scene_count].map = cube(EDGE);
         measure_must(envmap_resample(&scenes[scene_count].map, &map), *paths);
@@ -192,10 +191,9 @@ static void table_of_tolerances(void) {
 static void measure_bands(scene *s) {
     static double sh[3 * LAST * LAST], lit[3 * LAST * LAST];
     envmap_lobe diffuse = envmap_lobe_diffuse();
-    envmap_filter_desc desc;
+    envmap_filter_desc desc = {0};
     envmap source = cube(64), exact = cube(16), few = cube(16);
     int bands;
-    memset(&desc, 0, sizeof desc);
     desc.method = ENVMAP_METHOD_REFERENCE;
     measure_must(envmap_resample(&source, &s->map), "resample");
     measure_must(envmap_filter(&exact, &source, &diffuse, &desc), "filter");
@@ -426,13 +424,12 @@ static void ringing_ball(picture *p, int i, const envmap *map, const char *capti
 static void draw_balls(const char *folder) {
     static const double lamp[3] = {-0.75, 0.45, -0.5};
     envmap_lobe diffuse = envmap_lobe_diffuse();
-    envmap_filter_desc desc;
+    envmap_filter_desc desc = {0};
     envmap source = cube(64), map = cube(64);
     picture p;
     double sh[108], out[108], lit[108];
     char path[5000];
     int face, y, x, c;
-    memset(&desc, 0, sizeof desc);
     desc.method = ENVMAP_METHOD_REFERENCE;
     for (face = 0; face < 6; face++)
         for (y = 0; y < 64; y++)

@@ -295,9 +295,8 @@ static void show(const char *name, const char *remark, const ball *truth, const 
 
 static void zonal_rows(void) {
     static ball truth, b;
-    looks l;
+    looks l = {0};
     envmap_lobe lobe;
-    memset(&l, 0, sizeof l);
     l.values.colour[0] = l.values.colour[1] = l.values.colour[2] = 0.6;
     l.scale = 0.6;
     prefilter(l.map, ENVMAP_CUBE, 16, 1, envmap_lobe_diffuse());
@@ -315,8 +314,7 @@ static void zonal_rows(void) {
 
 static void fit_rows(void) {
     static ball truth, b;
-    looks l;
-    memset(&l, 0, sizeof l);
+    looks l = {0};
     l.values.alpha = l.values.alpha_y = 0.3, l.values.exponent = 20;
     shade_truth(&truth, brdf_ggx, &l.values);
     fit_of(&l, brdf_ggx, 1, 16, 1), shade(&b, by_fit, &l);
@@ -354,9 +352,8 @@ static void anisotropic_rows(void) {
     envmap constant;
     char remark[64];
     int i;
-    looks l;
+    looks l = {0};
     envmap_lobe lobe = envmap_lobe_banks(0.8f);
-    memset(&l, 0, sizeof l);
     l.values.s = 0.8, lobe.raw = 1;
     prefilter(l.map, ENVMAP_PARABOLOID, 24, 32, lobe);
     exposure = 0.1f; /* Banks' sum is not normalised */
@@ -389,9 +386,8 @@ static void anisotropic_rows(void) {
 
 static void cabral_row(void) {
     static ball truth, b;
-    looks l;
+    looks l = {0};
     envmap_brdf brdf;
-    memset(&l, 0, sizeof l);
     l.values.alpha = l.values.alpha_y = 0.3;
     brdf.function = brdf_ggx, brdf.user = &l.values;
     shade_truth(&truth, brdf_ggx, &l.values);
@@ -501,8 +497,7 @@ static void lobes_table(void) {
         for (lobes = 0; lobes <= 3; ++lobes) {
             brdf_values values = {{1, 1, 1}, 0, 0, 20, 0, 0};
             envmap_brdf brdf;
-            envmap_fit fit;
-            memset(&fit, 0, sizeof fit);
+            envmap_fit fit = {0};
             values.alpha = values.alpha_y = models[i].alpha;
             brdf.function = models[i].function, brdf.user = &values;
             fit.lobes = lobes ? lobes : 1, fit.flat = !lobes, fit.slices = lobes == 1 ? 64 : 8;
@@ -524,10 +519,9 @@ static void lobes_table(void) {
 
 static void views_table(void) {
     static const float view[3] = {0.5f, 0.3f, 0.81f};
-    looks l;
+    looks l = {0};
     envmap_brdf brdf;
     int m, i;
-    memset(&l, 0, sizeof l);
     l.values.alpha = l.values.alpha_y = 0.3;
     brdf.function = brdf_ggx, brdf.user = &l.values;
     fprintf(page, "\nCabral's maps, GGX 0.3, seen between three views, rms against eq. 1:\n\n| "
@@ -563,9 +557,8 @@ static void drawn(const char *docs) {
     if (!picture_create(&p, 4 * 220 + 20, 260)) measure_must(ENVMAP_ERROR_MEMORY, "drawn.png");
     picture_rectangle(&p, 0, 0, p.width, p.height, 0x5C6068u, 1);
     for (k = 0; k < 4; ++k) {
-        envmap map;
+        envmap map = {0};
         int x = 20 + k * 220;
-        memset(&map, 0, sizeof map);
         measure_must(envmap_create(&map, ENVMAP_SPHERE, 128, 4, 1), "a drawn map");
         measure_must(npr_example(&map, k), npr_name[k]);
         for (l = 0; l < 4; ++l) { /* each level one texel a pixel, as it is on a screen */

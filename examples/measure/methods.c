@@ -120,8 +120,7 @@ typedef struct bench {
 } bench;
 
 static void make_truths(bench *b, const named_lobe *lobe) {
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     desc.tolerance = 1e-4f;
     if (lobe->lobe.kind == ENVMAP_LOBE_GGX) desc.method = ENVMAP_METHOD_REFERENCE;
     for (int i = 0; i < b->scenes; ++i) {
@@ -226,8 +225,7 @@ static void paraboloid_table(void) {
 static double box_error(bench *b, const envmap_lobe *lobe, double level, int scene) {
     envmap dst = measure_map(ENVMAP_CUBE, RESULT, 1, 1);
     envmap_difference d;
-    method_desc desc;
-    memset(&desc, 0, sizeof desc);
+    method_desc desc = {0};
     desc.level = (float)level;
     measure_must(method_box_levels(&dst, b->sources + scene, lobe, &desc), "box levels");
     measure_must(envmap_compare(&d, &dst, b->truths + scene, 0), "a comparison");
@@ -304,8 +302,7 @@ static double chain_error(const envmap *dst, const envmap *src, const envmap_lob
     envmap got = measure_map(ENVMAP_CUBE, method_edge(dst, level), 1, 1);
     envmap truth = measure_map(ENVMAP_CUBE, got.size, 1, 1);
     envmap_difference d;
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     desc.tolerance = 1e-4f;
     for (int i = 0; i < SAMPLES; ++i)
         table[i] = (float)heat_kernel(cos(METHOD_PI * i / (SAMPLES - 1)), sigma);
@@ -324,9 +321,8 @@ static void chain_lines(void) {
     envmap_lobe lobes[5];
     for (int i = 0; i < 5; ++i) lobes[i] = envmap_lobe_phong((float)(8192 >> 2 * i));
     for (int form = METHOD_MENDED; form <= METHOD_PUBLISHED; ++form) {
-        method_desc desc;
+        method_desc desc = {0};
         double best = 1e9, copy = 1e9;
-        memset(&desc, 0, sizeof desc);
         desc.form = form;
         scene_fill(&src, SCENE_OVERCAST);
         for (int i = 0; i < (form ? 2 : 15); ++i) {
@@ -357,8 +353,7 @@ static double sample_errors[3][COUNT(sample_counts)];
 static void sampling_table(bench *b) {
     envmap_lobe lobe = envmap_lobe_ggx(0.25f);
     envmap dst = measure_map(ENVMAP_CUBE, 8, 1, 1), truth[SCENE_COUNT];
-    envmap_filter_desc reference;
-    memset(&reference, 0, sizeof reference);
+    envmap_filter_desc reference = {0};
     reference.method = ENVMAP_METHOD_REFERENCE;
     say("\n### Importance sampling: GGX alpha = 0.25, rms and worst texel against samples\n\n"
         "| samples | us per texel |");
@@ -369,8 +364,7 @@ static void sampling_table(bench *b) {
         measure_must(envmap_filter(truth + i, b->sources + i, &lobe, &reference), "a truth");
     }
     for (int k = 0; k < COUNT(sample_counts); ++k) {
-        method_desc desc;
-        memset(&desc, 0, sizeof desc);
+        method_desc desc = {0};
         desc.samples = sample_counts[k];
         say("| %d |", desc.samples);
         for (int i = 0; i < SCENE_COUNT; ++i) {

@@ -85,8 +85,7 @@ static int row_count;
 /* ------------------------------------------------------------------------------------ >>runs -- */
 
 static envmap_filter_desc desc_of(int method, double tolerance, float threshold) {
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     desc.method = method, desc.tolerance = (float)tolerance, desc.threshold = threshold;
     return desc;
 }
@@ -339,11 +338,10 @@ static void chart_expect(chart_row *r) {
     envmap_lobe lobe = lobe_of(chart_kind(r), (float)r->parameter);
     envmap_filter_desc desc = desc_of(0, fmin(r->knob, 0.1), 0);
     const envmap *src;
-    envmap dst;
+    envmap dst = {0};
     envmap_plan needs;
     r->error = 0;
     if (strcmp(r->method, "fast") || !(src = chart_source(r))) return;
-    memset(&dst, 0, sizeof dst);
     dst.mapping = src->mapping, dst.size = r->result, dst.levels = 1, dst.slices = r->slices;
     if (envmap_filter_plan(&needs, &dst, src, &lobe, &desc)) return;
     if (needs.method == ENVMAP_METHOD_FAST) r->error = needs.error;
@@ -403,9 +401,8 @@ static void table_chart(FILE *out) {
 int main(int argc, char **argv) {
     char path[1024], cpu[128];
     const char *docs = argc > 1 ? argv[1] : "docs";
-    measure_document document;
+    measure_document document = {0};
     FILE *out;
-    memset(&document, 0, sizeof document);
     if (argc < 3 || strcmp(argv[2], "--chart")) {
         measure_all();
         measure_processor(cpu, sizeof cpu);

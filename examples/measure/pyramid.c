@@ -244,7 +244,7 @@ static void table(FILE *out, const char *name, const envmap *sky) {
 }
 
 static void table_of_file(FILE *out, const char *path) {
-    envmap sky = {0, 0, 0, 0, 0, 0, 0, 0};
+    envmap sky = {0};
     const char *slash = strrchr(path, '/');
     measure_must(envmap_pfm_load(&sky, path, ENVMAP_LATLONG), path);
     table(out, slash ? slash + 1 : path, &sky);
