@@ -733,7 +733,7 @@ static void bad_lobes(envmap_lobe bad[BAD]) {
 
 static void bad_lobes_are_refused_and_answer_0(void) {
     envmap_lobe bad[BAD];
-    envmap src = {0, 0, 0, 0, 0, 0, 0, 0}, dst = {0, 0, 0, 0, 0, 0, 0, 0};
+    envmap src = {0}, dst = {0};
     CHECK(envmap_create(&src, ENVMAP_CUBE, 4, 1, 1) == ENVMAP_OK);
     CHECK(envmap_create(&dst, ENVMAP_CUBE, 2, 1, 2) == ENVMAP_OK);
     for (int i = 0; src.texels && i < 6 * 4 * 4 * 3; ++i) src.texels[i] = 1;

@@ -701,7 +701,7 @@ static void filling_keeps_the_tolerance(void) {
         for (int size = 20; size <= 160; size += 140) {
             double most = 0;
             envmap exact = map_of(mapping, size), map = map_of(mapping, size);
-            envmap_difference d = {0, 0, 0, 0, 0, 0, 0};
+            envmap_difference d = {0};
             CHECK(envmap_sh_fill(&exact, 0, 0, sh, 30, 0, NULL) == ENVMAP_OK);
             for (double tolerance = 1e-1; tolerance > 5e-6; tolerance /= 10) {
                 CHECK(envmap_sh_fill(&map, 0, 0, sh, 30, tolerance, NULL) == ENVMAP_OK);
