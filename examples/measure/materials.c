@@ -273,7 +273,7 @@ static picture sheet;
 static int row;
 enum { LEFT = 250, ROW = BALL + 16, TOP = 64 };
 
-/* A row of the sheet and of the table: the truth, the model, ten times their difference. */
+/* A row of the sheet and of the table: the truth, the model, four times their difference. */
 static void show(const char *name, const char *remark, const ball *truth, const ball *b) {
     static ball difference;
     int i, j, c, y = TOP + row * ROW;
@@ -356,7 +356,7 @@ static void anisotropic_rows(void) {
     envmap_lobe lobe = envmap_lobe_banks(0.8f);
     l.values.s = 0.8, lobe.raw = 1;
     prefilter(l.map, ENVMAP_PARABOLOID, 24, 32, lobe);
-    exposure = 0.1f; /* Banks' sum is not normalised */
+    exposure = 0.035f; /* Banks' sum is not normalised */
     shade_truth(&truth, brdf_banks, &l.values), shade(&b, by_banks, &l);
     show("Banks s = 0.8", "axis t, slices of v.t; no horizon", &truth, &b);
     shade_truth(&truth, brdf_banks_shadowed, &l.values);
