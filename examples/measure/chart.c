@@ -1107,12 +1107,12 @@ int main(int argc, char **argv) {
         papers_table2(argv[1], 0);
     }
     fclose(csv);
-    snprintf(path, sizeof path, "%s/charts/accuracy-speed.csv", argv[1]);
-    csv = fopen(path, "w");
-    if (!csv || !fwrite(rows, bytes, 1, csv) || fclose(csv)) measure_must(ENVMAP_ERROR_FILE, path);
-    free(rows);
     progress("", failed ? "failed" : "done", "\n");
     if (!failed) {
+        snprintf(path, sizeof path, "%s/charts/accuracy-speed.csv", argv[1]);
+        csv = fopen(path, "w");
+        if (!csv || !fwrite(rows, bytes, 1, csv) || fclose(csv))
+            measure_must(ENVMAP_ERROR_FILE, path);
         table_of_choices();
         table_of_methods();
         draw_all(argv[1]);
@@ -1120,6 +1120,7 @@ int main(int argc, char **argv) {
         snprintf(path, sizeof path, "%s/accuracy-speed.md", argv[1]);
         if (!own_maps) measure_write(&document, path, "make chart");
     }
+    free(rows);
     measure_document_free(&document);
     for (int i = 0; i < scenes; ++i) envmap_free(skies + i);
     return failed;
