@@ -121,7 +121,7 @@ architecture: ARGS = docs ## the rooms of envmap.h and a texel's way through the
 bench: ARGS = $(MAPS:%=--map %) $(BENCHARGS) ## verify, then time the filter; takes MAP, BENCH and BENCHARGS=--quick
 chart: ARGS = $(if $(MAP),$(BUILD) $(MAPS),docs) ## speed against accuracy of every method: docs/accuracy-speed.md; MAP: build/charts
 filters: ARGS = docs ## what is in the filters, what they cost and lose: docs/filters.md
-harmonics: ARGS = docs $(MAPS) ## what few coefficients cost and lose: docs/harmonics.md; takes MAP
+harmonics: ARGS = $(if $(MAP),$(MAPS),--docs docs) ## what few coefficients cost and lose: docs/harmonics.md; MAP prints
 materials: ARGS = docs ## every reflection model beside eq. 1: docs/materials.md
 methods: ARGS = $(if $(MAP),$(MAPS),--docs docs) ## the approximations of examples/methods/: docs/methods.md; MAP prints
 plan: ARGS = docs ## what envmap_filter_plan expects, held against what happens: docs/plan.md

@@ -78,7 +78,7 @@ static int compare(envmap *one, envmap *all, const envmap *sky) {
 }
 
 int main(void) {
-    envmap sky = {0, 0, 0, 0, 0, 0, 0, 0}, one = sky, all = sky;
+    envmap sky = {0}, one = {0}, all = {0};
     int ok = !envmap_create(&sky, ENVMAP_LATLONG, 256, 1, 1) &&
              !envmap_create(&one, ENVMAP_CUBE, 128, LEVELS, 1) &&
              !envmap_create(&all, ENVMAP_CUBE, 128, LEVELS, 1);

@@ -12,7 +12,7 @@
 /* ---------------------------------------------------------------------------------- maps ---- */
 
 static inline envmap black(int mapping, int size, int levels, int slices) {
-    envmap map = {0, 0, 0, 0, 0, 0, 0, 0};
+    envmap map = {0};
     if (!CHECK(envmap_create(&map, mapping, size, levels, slices) == ENVMAP_OK)) {
         printf("    no map to test with\n");
         exit(1);

@@ -4,7 +4,7 @@
 #include "zonal.h"
 
 static envmap black(int mapping, int size, int levels, int slices) {
-    envmap map = {0, 0, 0, 0, 0, 0, 0, 0};
+    envmap map = {0};
     if (!CHECK(envmap_create(&map, mapping, size, levels, slices) == ENVMAP_OK)) exit(1);
     return map;
 }
@@ -220,7 +220,7 @@ static void a_map_that_is_not_finite_cannot_be_compared(void) {
 }
 
 static void maps_of_different_shapes_cannot_be_compared(void) {
-    envmap a = black(ENVMAP_CUBE, 4, 1, 1), none = {0, 0, 0, 0, 0, 0, 0, 0};
+    envmap a = black(ENVMAP_CUBE, 4, 1, 1), none = {0};
     envmap others[4] = {black(ENVMAP_PARABOLOID, 4, 1, 1), black(ENVMAP_CUBE, 3, 1, 1),
                         black(ENVMAP_CUBE, 4, 1, 2), none};
     envmap_difference d = blank();

@@ -112,7 +112,7 @@ static void dark(double f[3], const double v[3], const double l[3], void *user) 
 }
 
 static void bad_input_is_refused_and_nothing_is_written(void) {
-    envmap src = noise(ENVMAP_CUBE, 8, 6), none = {0, 0, 0, 0, 0, 0, 0, 0};
+    envmap src = noise(ENVMAP_CUBE, 8, 6), none = {0};
     brdf_values v = values(0.3, 0, 0);
     envmap_brdf ggx = model(brdf_ggx, &v), bad = model(not_a_number, NULL),
                 minus = model(negative, NULL), null = {NULL, NULL}, nothing = model(dark, NULL);

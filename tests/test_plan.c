@@ -21,7 +21,7 @@ static envmap_plan plan_of(const envmap *dst, const envmap *src, envmap_lobe lob
 }
 
 static envmap shape_of(int mapping, int size, int slices) {
-    envmap shape = {0, 0, 0, 0, 0, 0, 0, 0};
+    envmap shape = {0};
     shape.mapping = mapping, shape.size = size, shape.levels = 1, shape.slices = slices;
     return shape;
 }

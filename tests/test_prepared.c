@@ -196,7 +196,7 @@ static void *share(void *user) {
     envmap_lobe lobes[LOBES];
     lobes_of(lobes);
     for (int i = s->first; i < s->first + 3 * LOBES; ++i) {
-        envmap dst = {0, 0, 0, 0, 0, 0, 0, 0};
+        envmap dst = {0};
         envmap_result result = envmap_create(&dst, ENVMAP_CUBE, 10, 1, 1);
         if (!result)
             result =

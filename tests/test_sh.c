@@ -412,11 +412,20 @@ static void rotations_keep_the_energy_of_each_band(void) {
 /* ----------------------------------------------------------------------------------- ringing -- */
 
 /* The lowest that a light's irradiance over pi gets with nine coefficients, times 4 pi:
-   1 + 2 w_1 x + 5/8 w_2 (3x^2 - 1), w_l = exp(-mu l). */
-static double sun_lowest(double mu) {
-    double a = 2 * exp(-mu), b = 0.625 * exp(-2 * mu), x = -a / (6 * b);
+   1 + 2 w_1 x + 5/8 w_2 (3x^2 - 1). */
+static double sun_lowest_by(double w_1, double w_2) {
+    double a = 2 * w_1, b = 0.625 * w_2, x = -a / (6 * b);
     if (x < -1) x = -1;
     return 1 + a * x + b * (3 * x * x - 1);
+}
+
+/* The window's own factors. */
+static double sun_lowest(double mu) { return sun_lowest_by(exp(-mu), exp(-2 * mu)); }
+
+/* The relative rms that factors move: lambda_l^2 (2l+1) is 1, 4/3, 5/16. */
+static double sun_moved(double w_1, double w_2) {
+    double change = 4.0 / 3 * pow(1 - w_1, 2) + 5.0 / 16 * pow(1 - w_2, 2);
+    return sqrt(change / (1 + 4.0 / 3 + 5.0 / 16));
 }
 
 static double sun_mu(void) {
@@ -463,10 +472,8 @@ static void a_suns_ringing_is_windowed_away(void) {
            2e-3);
     CHECK_CLOSE(out[0], sh[0], 0); /* the mean stays */
     CHECK_CLOSE(sh[12] / out[12], exp(2 * mu), 1e-9);
-    double change = 0, all = 1; /* lambda_l^2 (2l+1): 1, 4/3, 5/16 */
-    change = 4.0 / 3 * pow(1 - exp(-mu), 2) + 5.0 / 16 * pow(1 - exp(-2 * mu), 2);
-    all += 4.0 / 3 + 5.0 / 16;
-    CHECK_CLOSE(moved, sqrt(change / all), 1e-9);
+    CHECK_CLOSE(exp(-mu), sqrt(56.0 / 75), 1e-3);
+    CHECK_CLOSE(moved, sun_moved(exp(-mu), exp(-2 * mu)), 1e-9);
     FIGURE("relative rms that it moves", moved, 0.14);
     for (int bands = 2; bands <= 6; ++bands) {
         sun_into(sh, bands, 0.05);
@@ -478,6 +485,22 @@ static void a_suns_ringing_is_windowed_away(void) {
         CHECK(envmap_sh_window(out, &again, out, bands, &diffuse, 0) == ENVMAP_OK);
         CHECK(again <= 0); /* what was windowed does not ring */
     }
+}
+
+/* [Sloan08]'s window is 1 / (1 + mu l^2 (l+1)^2). */
+static void the_window_moves_less_than_sloans(void) {
+    double sh[27], out[27], moved, mu = 0, least = 1;
+    envmap_lobe diffuse = envmap_lobe_diffuse();
+    sun_into(sh, 3, 0);
+    CHECK(envmap_sh_window(out, &moved, sh, 3, &diffuse, 0) == ENVMAP_OK);
+    while (sun_lowest_by(1 / (1 + 4 * mu), 1 / (1 + 36 * mu)) < 0) mu += 1e-5;
+    CHECK_CLOSE(sun_moved(1 / (1 + 4 * mu), 1 / (1 + 36 * mu)), 0.42, 0.005);
+    for (int i = 1; i <= 400; ++i)
+        for (int k = 1; k <= 400; ++k)
+            if (sun_lowest_by(i / 400.0, k / 400.0) >= 0)
+                least = fmin(least, sun_moved(i / 400.0, k / 400.0));
+    CHECK_CLOSE(least, 0.1055, 0.0005); /* what any two factors have to move */
+    CHECK(moved >= least && moved < 1.25 * least);
 }
 
 /* A minimum between the points of a grid, beside one about as low, a channel black; and noise. */
@@ -678,7 +701,7 @@ static void filling_keeps_the_tolerance(void) {
         for (int size = 20; size <= 160; size += 140) {
             double most = 0;
             envmap exact = map_of(mapping, size), map = map_of(mapping, size);
-            envmap_difference d = {0, 0, 0, 0, 0, 0, 0};
+            envmap_difference d = {0};
             CHECK(envmap_sh_fill(&exact, 0, 0, sh, 30, 0, NULL) == ENVMAP_OK);
             for (double tolerance = 1e-1; tolerance > 5e-6; tolerance /= 10) {
                 CHECK(envmap_sh_fill(&map, 0, 0, sh, 30, tolerance, NULL) == ENVMAP_OK);
@@ -743,6 +766,7 @@ int main(void) {
     RUN(rotations_compose);
     RUN(rotations_keep_the_energy_of_each_band);
     RUN(a_suns_ringing_is_windowed_away);
+    RUN(the_window_moves_less_than_sloans);
     RUN(windowed_scenes_are_nowhere_below_zero);
     RUN(what_does_not_ring_is_left_alone);
     RUN(bands_needed_are_enough);

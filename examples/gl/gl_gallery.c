@@ -100,9 +100,8 @@ static envmap_result fast(envmap *dst, const envmap *src, const envmap_lobe *lob
 
 static envmap_result hierarchical(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                   const method_desc *desc) {
-    envmap_filter_desc filter;
+    envmap_filter_desc filter = {0};
     (void)desc;
-    memset(&filter, 0, sizeof filter);
     filter.method = ENVMAP_METHOD_HIERARCHICAL;
     return envmap_filter(dst, src, lobe, &filter);
 }
@@ -272,10 +271,9 @@ static void compare_figure(figures *f, const comparison *k) {
 
 /* The slices of a lobe, for the axes that have them. */
 static void slice(figures *f, surface *s, const envmap_lobe *lobe, int slices) {
-    envmap map;
+    envmap map = {0};
     envmap_filter_desc desc = f->st.desc;
     int face;
-    memset(&map, 0, sizeof map);
     desc.tolerance = 0.01f;
     if (stage_say(envmap_create(&map, ENVMAP_PARABOLOID, 64, 1, slices)) &&
         stage_say(envmap_filter(&map, &f->st.environment, lobe, &desc)))

@@ -23,9 +23,8 @@ typedef struct show {
 } show;
 
 static envmap_result draw_map(GLuint *texture, int kind) {
-    envmap map;
+    envmap map = {0};
     envmap_result result;
-    memset(&map, 0, sizeof map);
     result = envmap_create(&map, ENVMAP_SPHERE, EDGE, LEVELS, 1);
     if (!result) result = npr_example(&map, kind);
     if (!result) *texture = gl_map(&map);

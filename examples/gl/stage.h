@@ -47,9 +47,8 @@ static inline float stage_sharpest(const stage *st) {
 /* A map of the environment through a lobe, as a texture. */
 static inline envmap_result stage_filter(GLuint *out, const stage *st, int mapping, int size,
                                          const envmap_lobe *lobe) {
-    envmap map;
+    envmap map = {0};
     envmap_result result;
-    memset(&map, 0, sizeof map);
     result = envmap_create(&map, mapping, size, 1, 1);
     if (!result) result = envmap_filter(&map, &st->environment, lobe, &st->desc);
     if (!result) {

@@ -119,8 +119,7 @@ static const char surface_fragment[] =
 
 /* A white mirror under no turn. */
 static inline surface surface_default(void) {
-    surface s;
-    memset(&s, 0, sizeof s);
+    surface s = {0};
     s.tint[0] = s.tint[1] = s.tint[2] = 1;
     s.albedo[0] = s.albedo[1] = s.albedo[2] = 1;
     s.turn[0] = s.turn[4] = s.turn[8] = 1;

@@ -47,8 +47,7 @@ typedef struct recipe {
 static recipe recipe_of(const viewer *v) {
     static const int sizes[MATERIALS] = {256, 128, 1, 256, 128, 64, 128, 64};
     int m = v->material, i;
-    recipe r;
-    memset(&r, 0, sizeof r);
+    recipe r = {0};
     r.mapping = m == BANKS || m == FITTED ? ENVMAP_PARABOLOID : surface_mapping[v->s.lookup];
     r.size = r.mapping == ENVMAP_SPHERE ? 2 * sizes[m] : sizes[m];
     r.levels = m == GGX ? CHAIN : 1, r.slices = m == BANKS ? 48 : m == FITTED ? 16 : 1;
@@ -89,10 +88,9 @@ static int mirrors_cube(const viewer *v) {
 
 /* Filters what the material asks for, and puts it into textures. */
 static void refresh(viewer *v) {
-    envmap map;
+    envmap map = {0};
     double start = gl_seconds();
     int i, good = 1;
-    memset(&map, 0, sizeof map);
     if (v->material != DIFFUSE && !mirrors_cube(v)) good = stage_say(filter_map(v, &map));
     v->filtering = gl_seconds() - start;
     v->app.began += v->filtering; /* a frame is counted without */

@@ -300,8 +300,7 @@ static sizes sizes_of(const envmap *src, int exponent) {
     measure_meter meter = {0, 0, note_block};
     envmap_lobe lobe = envmap_lobe_phong((float)exponent);
     envmap dst = measure_map(ENVMAP_CUBE, EDGE, 1, 1);
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     desc.work.memory = &meter, desc.work.executor.run = note_round;
     block_count = round_count = 0;
     measure_must(envmap_filter(&dst, src, &lobe, &desc), "a filter");

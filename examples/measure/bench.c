@@ -149,63 +149,48 @@ typedef struct work {
 static const float chain_exponents[9] = {2048, 861, 362, 152, 64, 27, 11, 5, 2};
 
 #define PHONG ENVMAP_LOBE_PHONG
-#define CUBE(size)                                                                                 \
-    { ENVMAP_CUBE, size }
+#define GGX   ENVMAP_LOBE_GGX
+#define BANKS ENVMAP_LOBE_BANKS
+#define MAP(mapping, size)                                                                         \
+    { ENVMAP_##mapping, size }
 static const work figures[] = {
-    {"Phong N = 10", PHONG, 10, CUBE(256), CUBE(256), 1, 1, 1e-3f, 30, 15},
-    {"Phong N = 30", PHONG, 30, CUBE(256), CUBE(256), 1, 1, 1e-3f, 30, 15},
-    {"Phong N = 100", PHONG, 100, CUBE(256), CUBE(256), 1, 1, 1e-3f, 30, 15},
-    {"Phong N = 500", PHONG, 500, CUBE(256), CUBE(256), 1, 1, 1e-3f, 80, 30},
-    {"chain N = 2048 .. 2", PHONG, 0, CUBE(256), CUBE(256), 1, 9, 1e-3f, 150, 40},
-    {"diffuse", PHONG, 1, CUBE(256), CUBE(64), 1, 1, 1e-3f, 10, 5},
-    {"Banks s = 0.99, x 32",
-     ENVMAP_LOBE_BANKS,
-     0.99f,
-     CUBE(256),
-     {ENVMAP_PARABOLOID, 64},
-     32,
-     1,
-     1e-3f,
-     300,
+    {"Phong N = 10", PHONG, 10, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-3f, 30, 15},
+    {"Phong N = 30", PHONG, 30, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-3f, 30, 15},
+    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-3f, 30, 15},
+    {"Phong N = 500", PHONG, 500, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-3f, 80, 30},
+    {"chain N = 2048 .. 2", PHONG, 0, MAP(CUBE, 256), MAP(CUBE, 256), 1, 9, 1e-3f, 150, 40},
+    {"diffuse", PHONG, 1, MAP(CUBE, 256), MAP(CUBE, 64), 1, 1, 1e-3f, 10, 5},
+    {"Banks s = 0.99, x 32", BANKS, 0.99f, MAP(CUBE, 256), MAP(PARABOLOID, 64), 32, 1, 1e-3f, 300,
      60},
-    {"Phong N = 100", PHONG, 100, CUBE(256), CUBE(256), 1, 1, 1e-5f, 1000, 200},
+    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-5f, 1000, 200},
 };
 /* About as many texels as the cube has. */
 static const work others[] = {
-    {"Phong N = 100", PHONG, 100, CUBE(256), CUBE(256), 1, 1, 1e-2f, 0, 0},
-    {"Phong N = 100", PHONG, 100, CUBE(256), CUBE(256), 1, 1, 1e-4f, 0, 0},
-    {"GGX alpha = 0.25", ENVMAP_LOBE_GGX, 0.25f, CUBE(256), CUBE(256), 1, 1, 1e-3f, 0, 0},
-    {"Phong N = 100", PHONG, 100, {ENVMAP_PARABOLOID, 443}, CUBE(256), 1, 1, 1e-3f, 0, 0},
-    {"Phong N = 100", PHONG, 100, {ENVMAP_LATLONG, 443}, CUBE(256), 1, 1, 1e-3f, 0, 0},
-    {"Phong N = 100", PHONG, 100, {ENVMAP_SPHERE, 627}, CUBE(256), 1, 1, 1e-3f, 0, 0},
-    {"Phong N = 100", PHONG, 100, {ENVMAP_ANGULAR, 627}, CUBE(256), 1, 1, 1e-3f, 0, 0},
-    {"Phong N = 100", PHONG, 100, CUBE(256), {ENVMAP_PARABOLOID, 443}, 1, 1, 1e-3f, 0, 0},
-    {"Phong N = 100", PHONG, 100, CUBE(256), {ENVMAP_LATLONG, 443}, 1, 1, 1e-3f, 0, 0},
-    {"Phong N = 100", PHONG, 100, CUBE(256), {ENVMAP_SPHERE, 627}, 1, 1, 1e-3f, 0, 0},
-    {"Phong N = 100", PHONG, 100, CUBE(256), {ENVMAP_ANGULAR, 627}, 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-2f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-4f, 0, 0},
+    {"GGX alpha = 0.25", GGX, 0.25f, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(PARABOLOID, 443), MAP(CUBE, 256), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(LATLONG, 443), MAP(CUBE, 256), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(SPHERE, 627), MAP(CUBE, 256), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(ANGULAR, 627), MAP(CUBE, 256), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(PARABOLOID, 443), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(LATLONG, 443), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(SPHERE, 627), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(ANGULAR, 627), 1, 1, 1e-3f, 0, 0},
 };
 /* Held against the definition, which is slow, so the results are tiny. */
 static const work small_works[] = {
-    {"Phong N = 10", PHONG, 10, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
-    {"Phong N = 100", PHONG, 100, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
-    {"Phong N = 500", PHONG, 500, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
-    {"Phong N = 2048", PHONG, 2048, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
-    {"diffuse", PHONG, 1, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
-    {"GGX alpha = 0.25", ENVMAP_LOBE_GGX, 0.25f, CUBE(256), CUBE(8), 1, 1, 1e-6f, 0, 0},
-    {"Banks s = 0.99, x 8",
-     ENVMAP_LOBE_BANKS,
-     0.99f,
-     CUBE(256),
-     {ENVMAP_PARABOLOID, 4},
-     8,
-     1,
-     1e-5f,
-     0,
-     0},
-    {"Phong N = 100", PHONG, 100, {ENVMAP_PARABOLOID, 443}, CUBE(8), 1, 1, 1e-6f, 0, 0},
-    {"Phong N = 100", PHONG, 100, {ENVMAP_LATLONG, 443}, CUBE(8), 1, 1, 1e-6f, 0, 0},
-    {"Phong N = 100", PHONG, 100, {ENVMAP_SPHERE, 627}, CUBE(8), 1, 1, 1e-6f, 0, 0},
-    {"Phong N = 100", PHONG, 100, {ENVMAP_ANGULAR, 627}, CUBE(8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 10", PHONG, 10, MAP(CUBE, 256), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 500", PHONG, 500, MAP(CUBE, 256), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 2048", PHONG, 2048, MAP(CUBE, 256), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
+    {"diffuse", PHONG, 1, MAP(CUBE, 256), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
+    {"GGX alpha = 0.25", GGX, 0.25f, MAP(CUBE, 256), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
+    {"Banks s = 0.99, x 8", BANKS, 0.99f, MAP(CUBE, 256), MAP(PARABOLOID, 4), 8, 1, 1e-5f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(PARABOLOID, 443), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(LATLONG, 443), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(SPHERE, 627), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(ANGULAR, 627), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
 };
 
 static envmap_lobe work_lobe(const work *w, int level) {
@@ -718,9 +703,9 @@ static int join(const char *first, const char *second) {
 /* ------------------------------------------------------------------------------------ >>main -- */
 
 static void print_machine(void) {
-    char cpu[128], compiler[128];
-    measure_machine(cpu, compiler, sizeof cpu);
-    printf("machine   %s\ncompiler  %s\nflags     %s\n", cpu, compiler, BENCH_FLAGS);
+    char cpu[128];
+    measure_processor(cpu, sizeof cpu);
+    printf("machine   %s\ncompiler  %s\nflags     %s\n", cpu, MEASURE_COMPILER, BENCH_FLAGS);
 }
 
 static int is_scene(const char *name) {

@@ -111,57 +111,52 @@ typedef struct trial {
     method_desc desc;
 } trial;
 
-/*  form cut limit one lossy level kernel samples half discs strips */
-#define PLAIN                                                                                      \
-    { 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
-#define PUBLISHED                                                                                  \
-    { 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 static const trial trials[] = {
-    {FAST, 1, "tolerance=0.1", 0.1, PLAIN},
-    {FAST, 1, "tolerance=0.03", 0.03, PLAIN},
-    {FAST, 1, "tolerance=0.01", 0.01, PLAIN},
-    {FAST, 1, "tolerance=0.003", 0.003, PLAIN},
-    {FAST, 1, "tolerance=0.001", 0.001, PLAIN},
-    {FAST, 1, "tolerance=0.0003", 0.0003, PLAIN},
-    {FAST, 1, "tolerance=0.0001", 0.0001, PLAIN},
-    {FAST, 1, "tolerance=0.00001", 0.00001, PLAIN},
-    {HARMONICS, 1, "tolerance=0.01", 0.01, PLAIN},
-    {HARMONICS, 1, "tolerance=0.001", 0.001, PLAIN},
-    {HARMONICS, 1, "tolerance=0.0001", 0.0001, PLAIN},
-    {HIERARCHICAL, 1, "threshold=0.1", 0.1, PLAIN},
-    {HIERARCHICAL, 1, "threshold=0.01", 0.01, PLAIN},
-    {HIERARCHICAL, 1, "threshold=0.003", 0.003, PLAIN},
-    {HIERARCHICAL, 1, "threshold=0.001", 0.001, PLAIN},
-    {COEFFICIENTS, 1, "bands=2", 2, PLAIN},
-    {COEFFICIENTS, 1, "bands=3", 3, PLAIN},
-    {COEFFICIENTS, 1, "bands=5", 5, PLAIN},
-    {COEFFICIENTS, 1, "bands=9", 9, PLAIN},
-    {COEFFICIENTS, 1, "bands=17", 17, PLAIN},
-    {COEFFICIENTS, 1, "bands=33", 33, PLAIN},
-    {BOX, 1, "bias=-1", -1, PLAIN},
-    {BOX, 1, "bias=-0.5", -0.5, PLAIN},
-    {BOX, 1, "bias=0", 0, PLAIN},
-    {BOX, 1, "bias=0.5", 0.5, PLAIN},
-    {BOX, 1, "bias=1", 1, PLAIN},
-    {BOX, 0, "published", 0, PUBLISHED},
-    {SAMPLING, 1, "samples=4", 0, {0, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0}},
-    {SAMPLING, 1, "samples=16", 0, {0, 0, 0, 0, 0, 0, 0, 16, 0, 0, 0}},
-    {SAMPLING, 1, "samples=64", 0, {0, 0, 0, 0, 0, 0, 0, 64, 0, 0, 0}},
-    {SAMPLING, 1, "samples=256", 0, {0, 0, 0, 0, 0, 0, 0, 256, 0, 0, 0}},
-    {SAMPLING, 0, "published samples=16", 0, {1, 0, 0, 0, 0, 0, 0, 16, 0, 0, 0}},
-    {GAUSSIAN, 1, "kernel=2", 0, {0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0}},
-    {GAUSSIAN, 1, "kernel=4", 0, {0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0}},
-    {GAUSSIAN, 1, "kernel=8", 0, {0, 0, 0, 0, 0, 0, 8, 0, 0, 0, 0}},
-    {GAUSSIAN, 0, "published kernel=4", 0, {1, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0}},
-    {PARABOLOID, 1, "limit=7 cut=0.1", 0, {0, 0.1f, 7, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {PARABOLOID, 1, "limit=15 cut=0.03", 0, {0, 0.03f, 15, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {PARABOLOID, 1, "limit=31 cut=0.01", 0, {0, 0.01f, 31, 0, 0, 0, 0, 0, 0, 0, 0}},
-    {PARABOLOID, 0, "published limit=7 cut=0.1", 0, PUBLISHED},
-    {AREAS, 1, "discs=2 strips=5", 0, {0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 5}},
-    {AREAS, 1, "discs=8 strips=9", 0, {0, 0, 0, 0, 0, 0, 0, 0, 0, 8, 9}},
-    {AREAS, 1, "discs=16 strips=17", 0, {0, 0, 0, 0, 0, 0, 0, 0, 0, 16, 17}},
-    {AREAS, 0, "published", 0, PUBLISHED},
-    {REFERENCE, 1, "every-texel", 0, PLAIN},
+    {FAST, 1, "tolerance=0.1", 0.1, {0}},
+    {FAST, 1, "tolerance=0.03", 0.03, {0}},
+    {FAST, 1, "tolerance=0.01", 0.01, {0}},
+    {FAST, 1, "tolerance=0.003", 0.003, {0}},
+    {FAST, 1, "tolerance=0.001", 0.001, {0}},
+    {FAST, 1, "tolerance=0.0003", 0.0003, {0}},
+    {FAST, 1, "tolerance=0.0001", 0.0001, {0}},
+    {FAST, 1, "tolerance=0.00001", 0.00001, {0}},
+    {HARMONICS, 1, "tolerance=0.01", 0.01, {0}},
+    {HARMONICS, 1, "tolerance=0.001", 0.001, {0}},
+    {HARMONICS, 1, "tolerance=0.0001", 0.0001, {0}},
+    {HIERARCHICAL, 1, "threshold=0.1", 0.1, {0}},
+    {HIERARCHICAL, 1, "threshold=0.01", 0.01, {0}},
+    {HIERARCHICAL, 1, "threshold=0.003", 0.003, {0}},
+    {HIERARCHICAL, 1, "threshold=0.001", 0.001, {0}},
+    {COEFFICIENTS, 1, "bands=2", 2, {0}},
+    {COEFFICIENTS, 1, "bands=3", 3, {0}},
+    {COEFFICIENTS, 1, "bands=5", 5, {0}},
+    {COEFFICIENTS, 1, "bands=9", 9, {0}},
+    {COEFFICIENTS, 1, "bands=17", 17, {0}},
+    {COEFFICIENTS, 1, "bands=33", 33, {0}},
+    {BOX, 1, "bias=-1", -1, {0}},
+    {BOX, 1, "bias=-0.5", -0.5, {0}},
+    {BOX, 1, "bias=0", 0, {0}},
+    {BOX, 1, "bias=0.5", 0.5, {0}},
+    {BOX, 1, "bias=1", 1, {0}},
+    {BOX, 0, "published", 0, {.form = METHOD_PUBLISHED}},
+    {SAMPLING, 1, "samples=4", 0, {.samples = 4}},
+    {SAMPLING, 1, "samples=16", 0, {.samples = 16}},
+    {SAMPLING, 1, "samples=64", 0, {.samples = 64}},
+    {SAMPLING, 1, "samples=256", 0, {.samples = 256}},
+    {SAMPLING, 0, "published samples=16", 0, {.form = METHOD_PUBLISHED, .samples = 16}},
+    {GAUSSIAN, 1, "kernel=2", 0, {.kernel = 2}},
+    {GAUSSIAN, 1, "kernel=4", 0, {.kernel = 4}},
+    {GAUSSIAN, 1, "kernel=8", 0, {.kernel = 8}},
+    {GAUSSIAN, 0, "published kernel=4", 0, {.form = METHOD_PUBLISHED, .kernel = 4}},
+    {PARABOLOID, 1, "limit=7 cut=0.1", 0, {.cut = 0.1f, .limit = 7}},
+    {PARABOLOID, 1, "limit=15 cut=0.03", 0, {.cut = 0.03f, .limit = 15}},
+    {PARABOLOID, 1, "limit=31 cut=0.01", 0, {.cut = 0.01f, .limit = 31}},
+    {PARABOLOID, 0, "published limit=7 cut=0.1", 0, {.form = METHOD_PUBLISHED}},
+    {AREAS, 1, "discs=2 strips=5", 0, {.discs = 2, .strips = 5}},
+    {AREAS, 1, "discs=8 strips=9", 0, {.discs = 8, .strips = 9}},
+    {AREAS, 1, "discs=16 strips=17", 0, {.discs = 16, .strips = 17}},
+    {AREAS, 0, "published", 0, {.form = METHOD_PUBLISHED}},
+    {REFERENCE, 1, "every-texel", 0, {0}},
 };
 enum { TRIALS = COUNT(trials) };
 
@@ -196,9 +191,8 @@ static envmap_result run_coefficients(envmap *dst, const envmap *src, const envm
 static envmap_result run_trial(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                const trial *t, int threads) {
     if (t->method <= REFERENCE) {
-        envmap_filter_desc desc;
+        envmap_filter_desc desc = {0};
         double start = measure_seconds();
-        memset(&desc, 0, sizeof desc);
         desc.method = methods[t->method].method;
         desc.tolerance = (float)t->knob, desc.threshold = (float)t->knob;
         if (t->method != REFERENCE)
@@ -672,13 +666,13 @@ static void table_of_methods(void) {
 }
 
 static void table_of_machine(void) {
-    char cpu[128], compiler[128];
-    measure_machine(cpu, compiler, sizeof cpu);
+    char cpu[128];
+    measure_processor(cpu, sizeof cpu);
     FILE *out = measure_begin(&document, "machine");
     envmap dst = measure_map(ENVMAP_CUBE, RATIO * TRUTH, 1, 1);
     envmap src = measure_map(ENVMAP_CUBE, 128, 1, 1);
     fprintf(out, "%s, %s, one thread. One copy (6 × 128² to 6 × %d² texels) took %.3g ms.\n", cpu,
-            compiler, RATIO * TRUTH, 1e3 * measure_copy(&src, &dst, 1, measure_seconds));
+            MEASURE_COMPILER, RATIO * TRUTH, 1e3 * measure_copy(&src, &dst, 1, measure_seconds));
     envmap_free(&src);
     envmap_free(&dst);
     measure_end(&document, out, 1);
@@ -713,46 +707,20 @@ static void grow(growth *g, int scene, const exact *e, int ratio, double texels,
     g->texels[g->count] = texels, g->ms[g->count] = p.ms, g->rms[g->count++] = p.rms;
 }
 
+#define GROWTH(name, colour, style, method, setting)                                               \
+    {                                                                                              \
+        name, colour, style, method, 0, setting, {0}, {0}, { 0 }                                   \
+    }
+#define DASHES "stroke-dasharray=\"5 4\""
 static growth by_source[] = {
-    {"FAST, by the source", "#d01c2a", "", FAST, 0, "tolerance=0.001", {0}, {0}, {0}},
-    {"HIERARCHICAL, by the source",
-     "#3b6ea8",
-     "",
-     HIERARCHICAL,
-     0,
-     "threshold=0.01",
-     {0},
-     {0},
-     {0}},
-    {"box levels, by the source", "#4d8f4d", "", BOX, 0, "bias=0", {0}, {0}, {0}},
-    {"REFERENCE, by the source", "#111111", "", REFERENCE, 0, "every-texel", {0}, {0}, {0}}};
-static growth by_result[] = {{"FAST, by the result",
-                              "#d01c2a",
-                              "stroke-dasharray=\"5 4\"",
-                              FAST,
-                              0,
-                              "tolerance=0.001",
-                              {0},
-                              {0},
-                              {0}},
-                             {"HIERARCHICAL, by the result",
-                              "#3b6ea8",
-                              "stroke-dasharray=\"5 4\"",
-                              HIERARCHICAL,
-                              0,
-                              "threshold=0.01",
-                              {0},
-                              {0},
-                              {0}},
-                             {"box levels, by the result",
-                              "#4d8f4d",
-                              "stroke-dasharray=\"5 4\"",
-                              BOX,
-                              0,
-                              "bias=0",
-                              {0},
-                              {0},
-                              {0}}};
+    GROWTH("FAST, by the source", "#d01c2a", "", FAST, "tolerance=0.001"),
+    GROWTH("HIERARCHICAL, by the source", "#3b6ea8", "", HIERARCHICAL, "threshold=0.01"),
+    GROWTH("box levels, by the source", "#4d8f4d", "", BOX, "bias=0"),
+    GROWTH("REFERENCE, by the source", "#111111", "", REFERENCE, "every-texel")};
+static growth by_result[] = {
+    GROWTH("FAST, by the result", "#d01c2a", DASHES, FAST, "tolerance=0.001"),
+    GROWTH("HIERARCHICAL, by the result", "#3b6ea8", DASHES, HIERARCHICAL, "threshold=0.01"),
+    GROWTH("box levels, by the result", "#4d8f4d", DASHES, BOX, "bias=0")};
 
 static void measure_growth(int scene) {
     static const int sources[] = {64, 128, 256, 512, 1024}, ratios[] = {1, 3, 9, 15, 27, 43};
@@ -1061,7 +1029,7 @@ static void thread_row(FILE *out, FILE *f, const svg_axes *a, int scene, int i) 
     svg_bar(f, a->left, y, svg_x(a, best[0] / best[1]) - a->left, 22, methods[q->method].colour);
     snprintf(text, sizeof text, "%.2f times: %.3g to %.3g ms", best[0] / best[1], 1e3 * best[0],
              1e3 * best[1]);
-    svg_text(f, svg_x(a, best[0] / best[1]) + 6, y + 15, 11, "start", "#111", "%s", text);
+    svg_text(f, svg_x(a, fmax(2, best[0] / best[1])) + 8, y + 15, 11, "start", "#111", "%s", text);
     envmap_free(&one);
     envmap_free(&two);
     free_exact(&e);
@@ -1100,8 +1068,7 @@ static void load_scenes(int count, char **paths) {
             scene_fill(skies + i, order[i]);
             continue;
         }
-        envmap map;
-        memset(&map, 0, sizeof map);
+        envmap map = {0};
         const char *name = strrchr(paths[i], '/') ? strrchr(paths[i], '/') + 1 : paths[i];
         snprintf(scene_names[i], sizeof scene_names[i], "%.*s", (int)strcspn(name, ".,&<"), name);
         measure_must(envmap_pfm_load(&map, paths[i], ENVMAP_LATLONG), paths[i]);
@@ -1119,15 +1086,15 @@ static void draw_all(const char *folder) {
 }
 
 int main(int argc, char **argv) {
-    char path[5000];
+    char path[5000], *rows;
+    size_t bytes;
     if (argc < 2) {
         fprintf(stderr, "usage: chart DIR [MAP.pfm]...\n");
         return 2;
     }
     load_scenes(argc - 2, argv + 2);
-    snprintf(path, sizeof path, "%s/charts/accuracy-speed.csv", argv[1]);
-    csv = fopen(path, "w");
-    if (!csv) measure_must(ENVMAP_ERROR_FILE, path);
+    csv = open_memstream(&rows, &bytes); /* a run that is stopped leaves the last one's file */
+    if (!csv) measure_must(ENVMAP_ERROR_MEMORY, "the rows");
     fprintf(csv, "scene,lobe,parameter,mapping,size,method,setting,threads,milliseconds,copies,"
                  "relative_rms,worst_relative\n");
     table_of_machine();
@@ -1139,9 +1106,13 @@ int main(int argc, char **argv) {
         papers_table1(argv[1]);
         papers_table2(argv[1], 0);
     }
-    if (fclose(csv)) measure_must(ENVMAP_ERROR_FILE, path);
+    fclose(csv);
     progress("", failed ? "failed" : "done", "\n");
     if (!failed) {
+        snprintf(path, sizeof path, "%s/charts/accuracy-speed.csv", argv[1]);
+        csv = fopen(path, "w");
+        if (!csv || !fwrite(rows, bytes, 1, csv) || fclose(csv))
+            measure_must(ENVMAP_ERROR_FILE, path);
         table_of_choices();
         table_of_methods();
         draw_all(argv[1]);
@@ -1149,6 +1120,7 @@ int main(int argc, char **argv) {
         snprintf(path, sizeof path, "%s/accuracy-speed.md", argv[1]);
         if (!own_maps) measure_write(&document, path, "make chart");
     }
+    free(rows);
     measure_document_free(&document);
     for (int i = 0; i < scenes; ++i) envmap_free(skies + i);
     return failed;

@@ -76,9 +76,8 @@ static void run_work(envmap *dst, const envmap *src, const work *w,
 static envmap_plan plan_of(const envmap *src, const work *w, double tolerance) {
     envmap_lobe lobe = lobe_of(w, 0);
     envmap dst = *src;
-    envmap_filter_desc desc;
+    envmap_filter_desc desc = {0};
     envmap_plan needs;
-    memset(&desc, 0, sizeof desc);
     desc.tolerance = (float)tolerance;
     dst.mapping = w->mapping, dst.size = w->size, dst.levels = 1, dst.slices = w->slices;
     measure_must(envmap_filter_plan(&needs, &dst, src, &lobe, &desc), w->name);
@@ -201,10 +200,9 @@ static figure figures[COUNT(works)][SCENE_COUNT];
 static void measure_work(figure *f, const envmap *src, const work *w) {
     static truth t;
     envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
-    envmap_filter_desc desc;
+    envmap_filter_desc desc = {0};
     measure_meter m = {0, 0, NULL};
     double best = 1e9, spent = 0;
-    memset(&desc, 0, sizeof desc);
     desc.method = ENVMAP_METHOD_FAST, desc.work.memory = &m;
     double copied = measure_copy(src, &dst, dst.levels, measure_seconds);
     for (int run = 0; run < 9 && (run < 3 || spent < 0.5); ++run) {
@@ -224,8 +222,8 @@ static void table_of_time(void) {
     FILE *out = measure_begin(&document, "time");
     fprintf(out,
             "Copies; rms and worst texel in tolerances; memory over the source's bytes. "
-            "Source 6 × %d², tolerance 1e-3, one thread, compiler %s.\n\n| work |",
-            EDGE, __VERSION__);
+            "Source 6 × %d², tolerance 1e-3, one thread, %s.\n\n| work |",
+            EDGE, MEASURE_COMPILER);
     for (int k = 0; k < SCENE_COUNT; ++k) fprintf(out, " %s |", scene_name[k]);
     fprintf(out, " memory |\n|---|--:|--:|--:|--:|\n");
     for (int i = 0; i < COUNT(works); ++i) {
@@ -300,8 +298,7 @@ static void hold(int k, int i, const envmap *src) {
     static truth t;
     const work *w = held + i;
     envmap dst = measure_map(w->mapping, w->size, w->levels, w->slices);
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     desc.method = ENVMAP_METHOD_FAST;
     run_work(&dst, src, w, &desc);
     find_truth(&t, &dst, src, w, w->slices > 1 ? 3 : 8);
@@ -372,13 +369,16 @@ static void draw_panel(FILE *f, int k) {
 }
 
 static void draw_tolerances(const char *folder) {
-    FILE *f = svg_open(folder, "filters-tolerance.svg", 1030, 520,
-                       "Error against tolerance: rms (solid), worst texel (dotted); black: 1 and "
-                       "20 tolerances");
+    FILE *f = svg_open(folder, "filters-tolerance.svg", 1040, 520,
+                       "Error against tolerance: rms (solid), worst texel (dotted)");
     for (int k = 0; k < SCENE_COUNT; ++k) draw_panel(f, k);
     for (int i = 0; i < COUNT(held); ++i)
-        fprintf(f, "<text x=\"900\" y=\"%d\" fill=\"%s\">%s</text>\n", 90 + 22 * i, svg_colours[i],
-                held[i].name);
+        svg_text(f, 900, 90 + 22 * i, 13, "start", svg_colours[i], "%s", held[i].name);
+    fprintf(f, "<path d=\"M900 250H924\" stroke=\"#222\" stroke-width=\"1.5\"/>"
+               "<path d=\"M900 272H924\" stroke=\"#222\" stroke-width=\"1.5\" "
+               "stroke-dasharray=\"7 4\"/>\n");
+    svg_text(f, 932, 254, 13, "start", "#222", "1 tolerance");
+    svg_text(f, 932, 276, 13, "start", "#222", "20 tolerances");
     fprintf(f, "<text x=\"480\" y=\"508\" text-anchor=\"middle\">tolerance asked for</text>\n");
     svg_close(f);
 }
@@ -397,14 +397,8 @@ static double band_of(const double *lambda, int l) {
 }
 
 static void band_curve(FILE *f, int i, const envmap *src) {
-    static const work curves[] = {{"diffuse", ENVMAP_LOBE_PHONG, 1, ENVMAP_CUBE, 64, 1, 1},
-                                  {"Phong 10", ENVMAP_LOBE_PHONG, 10, ENVMAP_CUBE, 256, 1, 1},
-                                  {"Phong 100", ENVMAP_LOBE_PHONG, 100, ENVMAP_CUBE, 256, 1, 1},
-                                  {"Phong 500", ENVMAP_LOBE_PHONG, 500, ENVMAP_CUBE, 256, 1, 1},
-                                  {"Phong 2000", ENVMAP_LOBE_PHONG, 2000, ENVMAP_CUBE, 256, 1, 1},
-                                  {"GGX 0.25", ENVMAP_LOBE_GGX, 0.25f, ENVMAP_CUBE, 256, 1, 1}};
     static double lambda[BANDS];
-    const work *w = curves + i;
+    const work *w = works + i;
     envmap_lobe lobe = lobe_of(w, 0);
     measure_must(envmap_lobe_zonal(lambda, BANDS, &lobe, 0), w->name);
     fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", svg_colours[i]);
@@ -421,25 +415,24 @@ static void band_curve(FILE *f, int i, const envmap *src) {
         if (needs.bands > BANDS - 4) continue; /* beyond the chart */
         double x = band_x(needs.bands), y = band_y(band_of(lambda, needs.bands));
         fprintf(f, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" fill=\"%s\"/>\n", x, y, svg_colours[i]);
-        fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"9\" fill=\"%s\">%d</text>\n", x + 7,
-                y + 3, svg_colours[i], n + 2);
+        svg_text(f, x + 5, y - 5, 11, "start", svg_colours[i], "%d", n + 2);
     }
 }
 
 static void draw_bands(const char *folder, const envmap *src) {
-    FILE *f = svg_open(folder, "filters-bands.svg", 930, 520,
+    FILE *f = svg_open(folder, "filters-bands.svg", 950, 520,
                        "|λ| by band, and how many bands the sun needs at tolerance 1e-2 (2) "
                        "to 1e-5 (5)");
-    for (int e = 0; e <= 9; ++e)
-        fprintf(f,
-                "<path d=\"M70 %.0fH805\" stroke=\"#e4e4e4\"/><text x=\"62\" y=\"%.0f\" "
-                "text-anchor=\"end\">1e-%d</text>\n",
-                band_y(pow(10, -e)), band_y(pow(10, -e)) + 4, e);
+    for (int e = 0; e <= 9; ++e) {
+        double y = band_y(pow(10, -e));
+        fprintf(f, "<path d=\"M70 %.0fH805\" stroke=\"#e4e4e4\"/>\n", y);
+        svg_text(f, 62, y + 4, 13, "end", "#111", e ? "1e-%d" : "1", e);
+    }
     for (int l = 1; l <= 512; l *= 2)
         fprintf(f, "<text x=\"%.1f\" y=\"480\" text-anchor=\"middle\">%d</text>\n", band_x(l), l);
     fprintf(f, "<text x=\"430\" y=\"505\" text-anchor=\"middle\">band l, the largest of "
                "l ... l + 3</text>\n");
-    for (int i = 0; i < 6; ++i) band_curve(f, i, src);
+    for (int i = 0; i < 6; ++i) band_curve(f, i, src); /* neither the chain nor Banks */
     svg_close(f);
 }
 
@@ -450,8 +443,7 @@ static const char *const half_name[HALVES] = {"source to harmonics", "harmonics 
 
 static void time_halves(double spent[HALVES], const envmap *src, envmap *dst, const work *w) {
     envmap_lobe lobes[9];
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     desc.method = ENVMAP_METHOD_FAST;
     for (int l = 0; l < w->levels; ++l) lobes[l] = lobe_of(w, l);
     for (int run = 0; run < 9; ++run) {
@@ -620,10 +612,9 @@ static double open_up(opened *o, int level, int x, int y, int *failed) {
 
 static opened open_tree(const envmap *src, envmap_lobe lobe, const float axis[3]) {
     size_t texels = 6 * (size_t)src->size * (size_t)src->size;
-    opened o;
+    opened o = {0};
     double from;
     int count = 0;
-    memset(&o, 0, sizeof o);
     o.lobe = lobe, o.axis = axis, o.edge = src->size;
     envmap_lobe_support(&from, &o.reach, &lobe, 0);
     o.level = (signed char *)malloc(texels);
@@ -691,7 +682,7 @@ static void draw_lights(picture *p, int x, int y, const envmap *src, float expos
     mark(p, x, y, scene_sun_direction, 7, 0xF3F1ECu);
     draw_zoom(p, x + PANORAMA - 112, y + PANORAMA / 2 - 112, src, &l);
     picture_text(p, (float)x, (float)y + PANORAMA / 2 + 8, 13, 0xF3F1ECu,
-                 "the scene; enlarged: what the diffuse lobe sums exactly");
+                 "the scene; enlarged: what diffuse sums exactly");
     snprintf(text, sizeof text, "%d texels of %d, %.0f %% of the light", l.count, l.texels,
              100 * l.part / l.all);
     picture_text(p, (float)x, (float)y + PANORAMA / 2 + 28, 11, 0x9AA0ABu, text);

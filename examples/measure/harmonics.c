@@ -1,9 +1,9 @@
 /* harmonics.c - what few coefficients cost and what they lose: the tables, charts and the picture
    of docs/harmonics.md.
 
-   What you will see: `harmonics` prints the tables, each error beside its time; `harmonics DOCS`
-   also writes DOCS/charts/harmonics.svg, DOCS/charts/ringing.svg and DOCS/images/ringing.png.
-   Maps named after that are measured beside the three made scenes.
+   What you will see: the tables, each error beside its time. `harmonics --docs DOCS` also puts
+   them into DOCS/harmonics.md, and writes DOCS/charts/harmonics.svg, DOCS/charts/ringing.svg and
+   DOCS/images/ringing.png. Maps that are named are measured beside the three made scenes.
        cc -O3 -march=native -std=c99 -I. examples/measure/harmonics.c -o harmonics -lm
 
    >>tools    time, scenes, differences
@@ -32,30 +32,22 @@ typedef struct scene {
 
 static scene scenes[MOST_SCENES];
 static int scene_count;
+static measure_document document;
 
-static size_t floats_of(const envmap *map) {
-    size_t edge = (size_t)map->size;
-    return 18 * edge * edge; /* of a cube's level 0 */
-}
-
-static void cube(envmap *map, int size, int levels) {
-    memset(map, 0, sizeof *map);
-    measure_must(envmap_create(map, ENVMAP_CUBE, size, levels, 1), "a cube");
-}
+static envmap cube(int size) { return measure_map(ENVMAP_CUBE, size, 1, 1); }
 
 static void load_scenes(char **paths) {
     int k;
     for (k = 0; k < SCENE_COUNT; k++) {
-        cube(&scenes[k].map, EDGE, 1);
+        scenes[k].map = cube(EDGE);
         scene_fill(&scenes[k].map, k);
         scenes[k].name = scene_name[k];
     }
     for (scene_count = k; *paths && scene_count < MOST_SCENES; paths++, scene_count++) {
-        envmap map;
+        envmap map = {0};
         const char *slash = strrchr(*paths, '/');
-        memset(&map, 0, sizeof map);
         measure_must(envmap_pfm_load(&map, *paths, ENVMAP_LATLONG), *paths);
-        cube(&scenes[scene_count].map, EDGE, 1);
+        scenes[scene_count].map = cube(EDGE);
         measure_must(envmap_resample(&scenes[scene_count].map, &map, NULL), *paths);
         scenes[scene_count].name = slash ? slash + 1 : *paths;
         envmap_free(&map);
@@ -93,34 +85,43 @@ static double mean_apart(const envmap *a, const envmap *b) {
 
 /* ---------------------------------------------------------------------------------- >>tables -- */
 
+/* A section: what its table is, and the head of it, with a column for each scene in the end. */
+static FILE *open_table(const char *name, const char *caption, const char *columns) {
+    FILE *out = measure_begin(&document, name);
+    int k;
+    fprintf(out, "%s\n\n%s", caption, columns);
+    for (k = 0; k < scene_count; k++) fprintf(out, " %s |", scenes[k].name);
+    fprintf(out, "\n|");
+    for (; *columns; columns++)
+        if (*columns == '|' && columns[1]) fprintf(out, "---|");
+    for (k = 0; k < scene_count; k++) fprintf(out, "---|");
+    fprintf(out, "\n");
+    return out;
+}
+
 /* Nine coefficients from the levels of a mip chain, against all texels of level 0. */
 static void table_of_sizes(void) {
+    FILE *out = open_table("sizes",
+                           "From a level of the mip chain, against all texels of 6 × 256², "
+                           "relative rms:",
+                           "| edge |");
     int k, level;
-    printf("Nine coefficients from a smaller cube (mip level), every texel: relative rms against "
-           "6 x %d^2\n\n| edge |",
-           EDGE);
-    for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
-    printf("\n|---|");
-    for (k = 0; k < scene_count; k++) printf("---|");
-    printf("\n");
     for (level = 7; level > 0; level--) {
-        printf("| %d |", EDGE >> level);
+        fprintf(out, "| %d |", EDGE >> level);
         for (k = 0; k < scene_count; k++) {
             double all[27], few[27];
-            envmap chain, small;
-            cube(&chain, EDGE, 9), cube(&small, EDGE >> level, 1);
-            memcpy(chain.texels, scenes[k].map.texels, floats_of(&chain) * sizeof(float));
+            envmap chain = measure_map(ENVMAP_CUBE, EDGE, 9, 1), small = cube(EDGE >> level);
+            memcpy(chain.texels, scenes[k].map.texels, measure_bytes(&chain, 1));
             measure_must(envmap_mips_build(&chain), "mips");
-            memcpy(small.texels, envmap_texel(&chain, level, 0, 0, 0, 0),
-                   floats_of(&small) * sizeof(float));
+            memcpy(small.texels, envmap_texel(&chain, level, 0, 0, 0, 0), measure_bytes(&small, 1));
             measure_must(envmap_sh_project(all, 3, &chain, 0, 0, NULL), "project");
             measure_must(envmap_sh_project(few, 3, &small, 0, 0, NULL), "project");
-            printf(" %.1e |", apart(few, all, 3));
+            fprintf(out, " %.1e |", apart(few, all, 3));
             envmap_free(&chain), envmap_free(&small);
         }
-        printf("\n");
+        fprintf(out, "\n");
     }
-    printf("\n");
+    measure_end(&document, out, 1);
 }
 
 static double best_of(int times, double (*once)(void)) {
@@ -130,15 +131,6 @@ static double best_of(int times, double (*once)(void)) {
         if (t < best) best = t;
     }
     return best;
-}
-
-static float *copy_to;
-static double one_copy(void) {
-    volatile float *touch = copy_to;
-    double start = measure_seconds();
-    memcpy(copy_to, scenes[0].map.texels, floats_of(&scenes[0].map) * sizeof(float));
-    touch[0] = touch[1];
-    return measure_seconds() - start;
 }
 
 static int timed_bands;
@@ -169,83 +161,83 @@ static void table_of_tolerances(void) {
     static const int bands[] = {3, 6, 10};
     static const double tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 0};
     static double all[300];
+    char caption[256];
     int b, t, k;
-    double copy = best_of(25, one_copy);
-    printf("Projecting 6 x %d^2 with a tolerance, one thread; a copy is a memcpy of the cube, "
-           "%.2f ms here\n\n| bands | tolerance | copies |",
-           EDGE, copy * 1e3);
-    for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
-    printf("\n|---|---|---|");
-    for (k = 0; k < scene_count; k++) printf("---|");
-    printf("\n");
+    FILE *out;
+    double copy = measure_copy(&scenes[0].map, &scenes[0].map, 0, measure_seconds);
+    snprintf(caption, sizeof caption,
+             "Projecting 6 × %d², one thread, %s; a copy is a memcpy of the cube, %.2f ms. "
+             "Relative rms of all coefficients:",
+             EDGE, MEASURE_COMPILER, copy * 1e3);
+    out = open_table("tolerances", caption, "| bands | tolerance | copies |");
     for (b = 0; b < 3; b++)
         for (t = 0; t < 5; t++) {
             timed_bands = bands[b], timed_tolerance = tolerances[t];
-            printf("| %d | %g | %.1f |", bands[b], tolerances[t],
-                   best_of(t < 4 ? 25 : 3, one_projection) / copy);
+            fprintf(out, "| %d | %g | %.1f |", bands[b], tolerances[t],
+                    best_of(t < 4 ? 25 : 3, one_projection) / copy);
             for (k = 0; k < scene_count; k++) {
                 const envmap *map = &scenes[k].map;
                 measure_must(envmap_sh_project(all, bands[b], map, 0, 0, NULL), "project");
                 measure_must(envmap_sh_project(timed_sh, bands[b], map, 0, tolerances[t], NULL),
                              "project");
-                printf(" %.0e |", apart(timed_sh, all, bands[b]));
+                fprintf(out, t < 4 ? " %.0e |" : " %g |", apart(timed_sh, all, bands[b]));
             }
-            printf("\n");
+            fprintf(out, "\n");
         }
-    printf("\n");
+    measure_end(&document, out, 1);
 }
 
 /* Irradiance of few bands against the reference filter, 6 x 16^2 from 6 x 64^2. */
-static void table_of_bands(void) {
-    int k, bands;
-    printf("Irradiance from few bands against the exact diffuse map: mean error, rms, worst\n\n"
-           "| bands |");
-    for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
-    printf("\n|---|");
-    for (k = 0; k < scene_count; k++) printf("---|");
-    printf("\n");
-    for (k = 0; k < scene_count; k++) {
-        static double sh[3 * LAST * LAST], lit[3 * LAST * LAST];
-        envmap_lobe diffuse = envmap_lobe_diffuse();
-        envmap_filter_desc desc;
-        envmap source, exact, few;
-        memset(&desc, 0, sizeof desc);
-        desc.method = ENVMAP_METHOD_REFERENCE;
-        cube(&source, 64, 1), cube(&exact, 16, 1), cube(&few, 16, 1);
-        measure_must(envmap_resample(&source, &scenes[k].map, NULL), "resample");
-        measure_must(envmap_filter(&exact, &source, &diffuse, &desc), "filter");
-        measure_must(envmap_sh_project(sh, LAST, &source, 0, 0, NULL), "project");
-        for (bands = FIRST; bands <= LAST; bands++) {
-            envmap_difference d;
-            measure_must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
-            measure_must(envmap_sh_fill(&few, 0, 0, lit, bands, 0, NULL), "fill");
-            measure_must(envmap_compare(&d, &few, &exact, 0), "compare");
-            scenes[k].mean[bands] = mean_apart(&few, &exact);
-            scenes[k].rms[bands] = d.rms, scenes[k].worst[bands] = d.worst;
-        }
-        envmap_free(&source), envmap_free(&exact), envmap_free(&few);
-    }
+static void measure_bands(scene *s) {
+    static double sh[3 * LAST * LAST], lit[3 * LAST * LAST];
+    envmap_lobe diffuse = envmap_lobe_diffuse();
+    envmap_filter_desc desc = {0};
+    envmap source = cube(64), exact = cube(16), few = cube(16);
+    int bands;
+    desc.method = ENVMAP_METHOD_REFERENCE;
+    measure_must(envmap_resample(&source, &s->map, NULL), "resample");
+    measure_must(envmap_filter(&exact, &source, &diffuse, &desc), "filter");
+    measure_must(envmap_sh_project(sh, LAST, &source, 0, 0, NULL), "project");
     for (bands = FIRST; bands <= LAST; bands++) {
-        printf("| %d |", bands);
-        for (k = 0; k < scene_count; k++)
-            printf(" %.2f, %.2f, %.1f %% |", 100 * scenes[k].mean[bands],
-                   100 * scenes[k].rms[bands], 100 * scenes[k].worst[bands]);
-        printf("\n");
+        envmap_difference d;
+        measure_must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
+        measure_must(envmap_sh_fill(&few, 0, 0, lit, bands, 0, NULL), "fill");
+        measure_must(envmap_compare(&d, &few, &exact, 0), "compare");
+        s->mean[bands] = mean_apart(&few, &exact);
+        s->rms[bands] = d.rms, s->worst[bands] = d.worst;
     }
-    printf("\n");
+    envmap_free(&source), envmap_free(&exact), envmap_free(&few);
+}
+
+/* From 3 on an even number of bands is no better than one less: lambda_3, lambda_5 ... are 0. */
+static void table_of_bands(void) {
+    FILE *out =
+        open_table("bands",
+                   "Against the exact diffuse map (6 × 64² → 6 × 16²): mean of |error| over "
+                   "the mean, rms, and\nthe worst texel (relative to itself), in %:",
+                   "| bands |");
+    int k, bands;
+    for (k = 0; k < scene_count; k++) measure_bands(&scenes[k]);
+    for (bands = FIRST; bands <= LAST; bands += bands > 2 ? 2 : 1) {
+        fprintf(out, bands > 2 ? "| %d, %d |" : "| %d |", bands, bands + 1);
+        for (k = 0; k < scene_count; k++)
+            fprintf(out, " %.2f, %.2f, %.1f |", 100 * scenes[k].mean[bands],
+                    100 * scenes[k].rms[bands], 100 * scenes[k].worst[bands]);
+        fprintf(out, "\n");
+    }
+    measure_end(&document, out, 1);
 }
 
 /* The lowest irradiance over its mean, on a cube of directions. */
 static double lowest(const double *sh, int bands) {
     double lit[300], low = 1e9;
     envmap_lobe diffuse = envmap_lobe_diffuse();
-    envmap map;
+    envmap map = cube(64);
     size_t i;
-    cube(&map, 64, 1);
     measure_must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
     measure_must(envmap_sh_fill(&map, 0, 0, lit, bands, 0, NULL), "fill");
-    for (i = 0; i < floats_of(&map); i++)
-        low = fmin(low, (double)map.texels[i] / (lit[i % 3] / sqrt(4 * 3.14159265358979)));
+    for (i = 0; i < measure_bytes(&map, 1) / sizeof(float); i++)
+        low = fmin(low, (double)map.texels[i] / (lit[i % 3] / sqrt(4 * MEASURE_PI)));
     envmap_free(&map);
     return low;
 }
@@ -260,25 +252,24 @@ static void light(double *sh, int bands) {
 
 static void table_of_ringing(void) {
     envmap_lobe diffuse = envmap_lobe_diffuse();
+    FILE *out =
+        open_table("ringing",
+                   "Lowest irradiance over its mean, the same after windowing, and what that "
+                   "moved (relative rms):",
+                   "| bands | one light |");
     int k, bands;
-    printf("Irradiance where it is lowest, over its mean; after windowing; what that moved "
-           "(relative rms)\n\n| bands | one light |");
-    for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
-    printf("\n|---|---|");
-    for (k = 0; k < scene_count; k++) printf("---|");
-    printf("\n");
-    for (bands = 3; bands <= 6; bands++) {
-        printf("| %d |", bands);
+    for (bands = 3; bands <= 5; bands += 2) {
+        fprintf(out, "| %d, %d |", bands, bands + 1);
         for (k = -1; k < scene_count; k++) {
-            double sh[108], out[108], moved;
+            double sh[108], windowed[108], moved;
             if (k < 0) light(sh, bands);
             else measure_must(envmap_sh_project(sh, bands, &scenes[k].map, 0, 0, NULL), "project");
-            measure_must(envmap_sh_window(out, &moved, sh, bands, &diffuse, 0), "window");
-            printf(" %+.3f, %+.3f, %.3f |", lowest(sh, bands), lowest(out, bands), moved);
+            measure_must(envmap_sh_window(windowed, &moved, sh, bands, &diffuse, 0), "window");
+            fprintf(out, " %.3f, %.3f, %.3f |", lowest(sh, bands), lowest(windowed, bands), moved);
         }
-        printf("\n");
+        fprintf(out, "\n");
     }
-    printf("\n");
+    measure_end(&document, out, 1);
 }
 
 static void table_of_needs(void) {
@@ -287,46 +278,48 @@ static void table_of_needs(void) {
     static const double tolerances[] = {1e-1, 1e-2, 1e-3};
     static double sh[3 * 32 * 32];
     envmap_lobe lobes[5];
+    FILE *out =
+        open_table("needs",
+                   "At tolerance 0.1, 0.01, 0.001 of the result's rms, with 32 bands of each "
+                   "scene known:",
+                   "| lobe | one light |");
     int i, t, k;
     lobes[0] = envmap_lobe_diffuse(), lobes[1] = envmap_lobe_phong(10);
     lobes[2] = envmap_lobe_phong(100), lobes[3] = envmap_lobe_gaussian(30);
     lobes[4] = envmap_lobe_ggx(0.25f);
-    printf("Bands that a lobe needs, at tolerance 0.1, 0.01, 0.001 (scenes known to 32 bands)\n\n"
-           "| lobe | one light |");
-    for (k = 0; k < scene_count; k++) printf(" %s |", scenes[k].name);
-    printf("\n|---|---|");
-    for (k = 0; k < scene_count; k++) printf("---|");
-    printf("\n");
     for (i = 0; i < 5; i++) {
-        printf("| %s |", names[i]);
+        fprintf(out, "| %s |", names[i]);
         for (k = -1; k < scene_count; k++) {
             if (k >= 0)
                 measure_must(envmap_sh_project(sh, 32, &scenes[k].map, 0, 1e-3, NULL), "project");
             for (t = 0; t < 3; t++)
-                printf("%s %d", t ? "," : "",
-                       envmap_sh_bands(&lobes[i], 0, k < 0 ? NULL : sh, k < 0 ? 0 : 32,
-                                       tolerances[t]));
-            printf(" |");
+                fprintf(out, "%s %d", t ? "," : "",
+                        envmap_sh_bands(&lobes[i], 0, k < 0 ? NULL : sh, k < 0 ? 0 : 32,
+                                        tolerances[t]));
+            fprintf(out, " |");
         }
-        printf("\n");
+        fprintf(out, "\n");
     }
-    printf("\n");
+    measure_end(&document, out, 1);
 }
 
 static void table_of_speed(void) {
     static const int bands[] = {3, 6, 10, 16, 32};
+    FILE *out = measure_begin(&document, "speed");
     int b;
-    printf("Coefficients to coefficients, ms\n\n| bands | rotate | window one light |\n"
-           "|---|---|---|\n");
+    fprintf(out,
+            "Milliseconds, one thread, %s:\n\n"
+            "| bands | rotate | window of one light |\n|---|---|---|\n",
+            MEASURE_COMPILER);
     for (b = 0; b < 5; b++) {
         timed_bands = bands[b];
         memset(timed_sh, 0, sizeof timed_sh);
         if (bands[b] <= 10) light(timed_sh, bands[b]);
-        printf("| %d | %.3f |", bands[b], 1e3 * best_of(5, one_rotation));
-        if (bands[b] <= 10) printf(" %.2f |\n", 1e3 * best_of(3, one_window));
-        else printf(" |\n");
+        fprintf(out, "| %d | %.3f |", bands[b], 1e3 * best_of(5, one_rotation));
+        if (bands[b] <= 10) fprintf(out, " %.2f |\n", 1e3 * best_of(3, one_window));
+        else fprintf(out, " |\n");
     }
-    printf("\n");
+    measure_end(&document, out, 1);
 }
 
 /* ---------------------------------------------------------------------------------- >>charts -- */
@@ -375,15 +368,15 @@ static void ringing_curve(FILE *f, const double *sh, int bands, const char *colo
     if (bands) measure_must(envmap_sh_convolve(lit, sh, bands, &diffuse, 0), "convolve");
     fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", colour);
     for (i = 0; i <= 180; i++) {
-        double t = i * 3.14159265358979 / 180, d[3] = {sin(t), 0, cos(t)};
+        double t = i * MEASURE_PI / 180, d[3] = {sin(t), 0, cos(t)};
         double value = cos(t) > 0 ? cos(t) : 0;
         if (bands) {
             measure_must(envmap_sh_evaluate(rgb, lit, bands, d), "evaluate");
-            value = 3.14159265358979 * rgb[0];
+            value = MEASURE_PI * rgb[0];
         }
         fprintf(f, "%c%.1f %.1f", i ? 'L' : 'M', 70 + 2.7 * i, 290 - 230 * value);
     }
-    fprintf(f, "\"/>\n<text x=\"400\" y=\"%d\" fill=\"%s\">%s</text>\n", 60 + 20 * row, colour,
+    fprintf(f, "\"/>\n<text x=\"400\" y=\"%d\" fill=\"%s\">%s</text>\n", 84 + 20 * row, colour,
             name);
 }
 
@@ -431,15 +424,13 @@ static void ringing_ball(picture *p, int i, const envmap *map, const char *capti
 static void draw_balls(const char *folder) {
     static const double lamp[3] = {-0.75, 0.45, -0.5};
     envmap_lobe diffuse = envmap_lobe_diffuse();
-    envmap_filter_desc desc;
-    envmap source, map;
+    envmap_filter_desc desc = {0};
+    envmap source = cube(64), map = cube(64);
     picture p;
     double sh[108], out[108], lit[108];
     char path[5000];
     int face, y, x, c;
-    memset(&desc, 0, sizeof desc);
     desc.method = ENVMAP_METHOD_REFERENCE;
-    cube(&source, 64, 1), cube(&map, 64, 1);
     for (face = 0; face < 6; face++)
         for (y = 0; y < 64; y++)
             for (x = 0; x < 64; x++) {
@@ -475,23 +466,24 @@ static void draw_balls(const char *folder) {
 /* ------------------------------------------------------------------------------------ >>main -- */
 
 int main(int argc, char **argv) {
+    const char *docs = argc > 2 && !strcmp(argv[1], "--docs") ? argv[2] : NULL;
     int k;
-    load_scenes(argc > 2 ? argv + 2 : argv + argc);
-    copy_to = (float *)malloc(floats_of(&scenes[0].map) * sizeof(float));
-    if (!copy_to) measure_must(ENVMAP_ERROR_MEMORY, "copy");
+    load_scenes(argv + (docs ? 3 : 1));
     table_of_sizes();
     table_of_tolerances();
     table_of_bands();
     table_of_ringing();
     table_of_needs();
     table_of_speed();
-    if (argc > 1) {
-        char folder[4096];
-        draw_bands(argv[1]), draw_ringing(argv[1]);
-        snprintf(folder, sizeof folder, "%s/images", argv[1]);
-        draw_balls(folder);
+    if (docs) {
+        char path[4096];
+        draw_bands(docs), draw_ringing(docs);
+        snprintf(path, sizeof path, "%s/images", docs);
+        draw_balls(path);
+        snprintf(path, sizeof path, "%s/harmonics.md", docs);
+        measure_write(&document, path, "make harmonics");
     }
+    measure_document_free(&document);
     for (k = 0; k < scene_count; k++) envmap_free(&scenes[k].map);
-    free(copy_to);
     return 0;
 }

@@ -24,6 +24,7 @@
 #include "../tool/brdfs.h"
 #include "../methods/cabral.h"
 #include "../methods/nonphotorealistic.h"
+#include "svg.h"
 
 /* ----------------------------------------------------------------------------------- >>tools -- */
 
@@ -272,7 +273,7 @@ static picture sheet;
 static int row;
 enum { LEFT = 250, ROW = BALL + 16, TOP = 64 };
 
-/* A row of the sheet and of the table: the truth, the model, ten times their difference. */
+/* A row of the sheet and of the table: the truth, the model, four times their difference. */
 static void show(const char *name, const char *remark, const ball *truth, const ball *b) {
     static ball difference;
     int i, j, c, y = TOP + row * ROW;
@@ -294,9 +295,8 @@ static void show(const char *name, const char *remark, const ball *truth, const 
 
 static void zonal_rows(void) {
     static ball truth, b;
-    looks l;
+    looks l = {0};
     envmap_lobe lobe;
-    memset(&l, 0, sizeof l);
     l.values.colour[0] = l.values.colour[1] = l.values.colour[2] = 0.6;
     l.scale = 0.6;
     prefilter(l.map, ENVMAP_CUBE, 16, 1, envmap_lobe_diffuse());
@@ -314,8 +314,7 @@ static void zonal_rows(void) {
 
 static void fit_rows(void) {
     static ball truth, b;
-    looks l;
-    memset(&l, 0, sizeof l);
+    looks l = {0};
     l.values.alpha = l.values.alpha_y = 0.3, l.values.exponent = 20;
     shade_truth(&truth, brdf_ggx, &l.values);
     fit_of(&l, brdf_ggx, 1, 16, 1), shade(&b, by_fit, &l);
@@ -353,12 +352,11 @@ static void anisotropic_rows(void) {
     envmap constant;
     char remark[64];
     int i;
-    looks l;
+    looks l = {0};
     envmap_lobe lobe = envmap_lobe_banks(0.8f);
-    memset(&l, 0, sizeof l);
     l.values.s = 0.8, lobe.raw = 1;
     prefilter(l.map, ENVMAP_PARABOLOID, 24, 32, lobe);
-    exposure = 0.1f; /* Banks' sum is not normalised */
+    exposure = 0.035f; /* Banks' sum is not normalised */
     shade_truth(&truth, brdf_banks, &l.values), shade(&b, by_banks, &l);
     show("Banks s = 0.8", "axis t, slices of v.t; no horizon", &truth, &b);
     shade_truth(&truth, brdf_banks_shadowed, &l.values);
@@ -388,9 +386,8 @@ static void anisotropic_rows(void) {
 
 static void cabral_row(void) {
     static ball truth, b;
-    looks l;
+    looks l = {0};
     envmap_brdf brdf;
-    memset(&l, 0, sizeof l);
     l.values.alpha = l.values.alpha_y = 0.3;
     brdf.function = brdf_ggx, brdf.user = &l.values;
     shade_truth(&truth, brdf_ggx, &l.values);
@@ -425,17 +422,9 @@ static void fresnel_table(void) {
 
 static void fresnel_chart(const char *docs) {
     static const double alphas[4] = {0.05, 0.1, 0.25, 0.5};
-    static const char *const colours[4] = {"#3b6ea8", "#4d8f4d", "#c4732b", "#b03a48"};
-    char path[4096];
-    FILE *f;
+    FILE *f = svg_open(docs, "fresnel-out.svg", 660, 400,
+                       "F(n.v) outside the integral, over F inside (f0 = 0.04)");
     int i, j;
-    snprintf(path, sizeof path, "%s/charts/fresnel-out.svg", docs);
-    f = fopen(path, "w");
-    if (!f) measure_must(ENVMAP_ERROR_FILE, path);
-    fprintf(f, "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 400\" "
-               "font-family=\"sans-serif\" font-size=\"13\">\n"
-               "<rect width=\"640\" height=\"400\" fill=\"#fff\"/>\n<text x=\"70\" y=\"24\" "
-               "font-size=\"16\">F(n.v) outside the integral, over F inside (f0 = 0.04)</text>\n");
     for (j = 0; j <= 4; ++j)
         fprintf(f,
                 "<path d=\"M70 %d H540\" stroke=\"#ddd\"/><text x=\"62\" y=\"%d\" "
@@ -446,19 +435,18 @@ static void fresnel_chart(const char *docs) {
                 70 + 470 * j / 90.0, j);
     fprintf(f, "<text x=\"305\" y=\"390\" text-anchor=\"middle\">angle of n and v</text>\n");
     for (i = 0; i < 4; ++i) {
-        fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", colours[i]);
+        fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\" d=\"", svg_colours[i]);
         for (j = 0; j <= 88; ++j) {
             double c = cos(j * BRDF_PI / 180), scale, bias;
             envmap_ggx_split_sum(&scale, &bias, c, alphas[i]);
             double ratio = envmap_fresnel_schlick(c, 0.04) * (scale + bias) / (0.04 * scale + bias);
-            fprintf(f, "%c%.1f %.1f", j ? 'L' : 'M', 70 + 470 * j / 90.0,
-                    350 - 75 * (fmin(ratio, 5) - 1));
+            if (ratio > 5) break;
+            fprintf(f, "%c%.1f %.1f", j ? 'L' : 'M', 70 + 470 * j / 90.0, 350 - 75 * (ratio - 1));
         }
         fprintf(f, "\"/><text x=\"552\" y=\"%d\" fill=\"%s\">alpha = %g</text>\n", 80 + 22 * i,
-                colours[i], alphas[i]);
+                svg_colours[i], alphas[i]);
     }
-    fprintf(f, "</svg>\n");
-    fclose(f);
+    svg_close(f);
 }
 
 /* A Banks lobe whose p is the angle between v and t, over pi. */
@@ -509,8 +497,7 @@ static void lobes_table(void) {
         for (lobes = 0; lobes <= 3; ++lobes) {
             brdf_values values = {{1, 1, 1}, 0, 0, 20, 0, 0};
             envmap_brdf brdf;
-            envmap_fit fit;
-            memset(&fit, 0, sizeof fit);
+            envmap_fit fit = {0};
             values.alpha = values.alpha_y = models[i].alpha;
             brdf.function = models[i].function, brdf.user = &values;
             fit.lobes = lobes ? lobes : 1, fit.flat = !lobes, fit.slices = lobes == 1 ? 64 : 8;
@@ -532,10 +519,9 @@ static void lobes_table(void) {
 
 static void views_table(void) {
     static const float view[3] = {0.5f, 0.3f, 0.81f};
-    looks l;
+    looks l = {0};
     envmap_brdf brdf;
     int m, i;
-    memset(&l, 0, sizeof l);
     l.values.alpha = l.values.alpha_y = 0.3;
     brdf.function = brdf_ggx, brdf.user = &l.values;
     fprintf(page, "\nCabral's maps, GGX 0.3, seen between three views, rms against eq. 1:\n\n| "
@@ -571,9 +557,8 @@ static void drawn(const char *docs) {
     if (!picture_create(&p, 4 * 220 + 20, 260)) measure_must(ENVMAP_ERROR_MEMORY, "drawn.png");
     picture_rectangle(&p, 0, 0, p.width, p.height, 0x5C6068u, 1);
     for (k = 0; k < 4; ++k) {
-        envmap map;
+        envmap map = {0};
         int x = 20 + k * 220;
-        memset(&map, 0, sizeof map);
         measure_must(envmap_create(&map, ENVMAP_SPHERE, 128, 4, 1), "a drawn map");
         measure_must(npr_example(&map, k), npr_name[k]);
         for (l = 0; l < 4; ++l) { /* each level one texel a pixel, as it is on a screen */

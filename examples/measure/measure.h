@@ -340,8 +340,16 @@ static inline void measure_document_free(measure_document *document) {
     document->count = 0;
 }
 
-/* The processor's name and the compiler's, at most `room` characters of each. */
-static inline void measure_machine(char *cpu, char *compiler, size_t room) {
+#ifdef __clang__
+#define MEASURE_COMPILER "clang " __clang_version__
+#elif defined(__GNUC__)
+#define MEASURE_COMPILER "gcc " __VERSION__
+#else
+#define MEASURE_COMPILER "unknown compiler"
+#endif
+
+/* The processor's name, at most `room` characters of it. */
+static inline void measure_processor(char *cpu, size_t room) {
     char line[256];
     FILE *f = fopen("/proc/cpuinfo", "r");
     snprintf(cpu, room, "unknown processor");
@@ -353,13 +361,6 @@ static inline void measure_machine(char *cpu, char *compiler, size_t room) {
         break;
     }
     if (f) fclose(f);
-#ifdef __clang__
-    snprintf(compiler, room, "clang %s", __clang_version__);
-#elif defined(__GNUC__)
-    snprintf(compiler, room, "gcc %s", __VERSION__);
-#else
-    snprintf(compiler, room, "unknown compiler");
-#endif
 }
 
 #endif /* MEASURE_H */

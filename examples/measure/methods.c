@@ -120,8 +120,7 @@ typedef struct bench {
 } bench;
 
 static void make_truths(bench *b, const named_lobe *lobe) {
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     desc.tolerance = 1e-4f;
     if (lobe->lobe.kind == ENVMAP_LOBE_GGX) desc.method = ENVMAP_METHOD_REFERENCE;
     for (int i = 0; i < b->scenes; ++i) {
@@ -226,8 +225,7 @@ static void paraboloid_table(void) {
 static double box_error(bench *b, const envmap_lobe *lobe, double level, int scene) {
     envmap dst = measure_map(ENVMAP_CUBE, RESULT, 1, 1);
     envmap_difference d;
-    method_desc desc;
-    memset(&desc, 0, sizeof desc);
+    method_desc desc = {0};
     desc.level = (float)level;
     measure_must(method_box_levels(&dst, b->sources + scene, lobe, &desc), "box levels");
     measure_must(envmap_compare(&d, &dst, b->truths + scene, 0), "a comparison");
@@ -304,8 +302,7 @@ static double chain_error(const envmap *dst, const envmap *src, const envmap_lob
     envmap got = measure_map(ENVMAP_CUBE, method_edge(dst, level), 1, 1);
     envmap truth = measure_map(ENVMAP_CUBE, got.size, 1, 1);
     envmap_difference d;
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     desc.tolerance = 1e-4f;
     for (int i = 0; i < SAMPLES; ++i)
         table[i] = (float)heat_kernel(cos(METHOD_PI * i / (SAMPLES - 1)), sigma);
@@ -324,9 +321,8 @@ static void chain_lines(void) {
     envmap_lobe lobes[5];
     for (int i = 0; i < 5; ++i) lobes[i] = envmap_lobe_phong((float)(8192 >> 2 * i));
     for (int form = METHOD_MENDED; form <= METHOD_PUBLISHED; ++form) {
-        method_desc desc;
+        method_desc desc = {0};
         double best = 1e9, copy = 1e9;
-        memset(&desc, 0, sizeof desc);
         desc.form = form;
         scene_fill(&src, SCENE_OVERCAST);
         for (int i = 0; i < (form ? 2 : 15); ++i) {
@@ -357,8 +353,7 @@ static double sample_errors[3][COUNT(sample_counts)];
 static void sampling_table(bench *b) {
     envmap_lobe lobe = envmap_lobe_ggx(0.25f);
     envmap dst = measure_map(ENVMAP_CUBE, 8, 1, 1), truth[SCENE_COUNT];
-    envmap_filter_desc reference;
-    memset(&reference, 0, sizeof reference);
+    envmap_filter_desc reference = {0};
     reference.method = ENVMAP_METHOD_REFERENCE;
     say("\n### Importance sampling: GGX alpha = 0.25, rms and worst texel against samples\n\n"
         "| samples | us per texel |");
@@ -369,8 +364,7 @@ static void sampling_table(bench *b) {
         measure_must(envmap_filter(truth + i, b->sources + i, &lobe, &reference), "a truth");
     }
     for (int k = 0; k < COUNT(sample_counts); ++k) {
-        method_desc desc;
-        memset(&desc, 0, sizeof desc);
+        method_desc desc = {0};
         desc.samples = sample_counts[k];
         say("| %d |", desc.samples);
         for (int i = 0; i < SCENE_COUNT; ++i) {
@@ -499,13 +493,16 @@ typedef struct label {
     double x, y, width;
 } label;
 
-/* Puts a label beside its dot, or above or below, where it is clear of the others. */
+/* Puts a label to the right or left of its dot, level with it or above or below, where it is clear
+   of the others and inside the frame. */
 static label label_place(const svg_axes *a, const point *p, const char *text, const label *others,
                          int count) {
-    label l = {svg_x(a, p->ms) + 7, 0, 5.6 * (double)strlen(text)};
-    for (int step = 0, clear = 0; !clear && step < 20; ++step) {
-        l.y = svg_y(a, p->rms) + 3 + 6 * (step & 1 ? step + 1 : -step);
-        clear = 1;
+    label l = {0, 0, 5.6 * (double)strlen(text)};
+    for (int step = 0, clear = 0; !clear && step < 40; ++step) {
+        int rise = step / 2;
+        l.x = svg_x(a, p->ms) + (step & 1 ? -7 - l.width : 7);
+        l.y = svg_y(a, p->rms) + 3 + 6 * (rise & 1 ? rise + 1 : -rise);
+        clear = l.x > a->left && l.x + l.width < a->right && l.y > a->top + 12 && l.y < a->bottom;
         for (int i = 0; i < count; ++i)
             clear &= fabs(others[i].y - l.y) >= 12 || others[i].x > l.x + l.width ||
                      others[i].x + others[i].width < l.x;
@@ -531,23 +528,23 @@ static void chart_methods(const char *dir, const char *name, const char *title,
         if (!chart[i].ok) continue;
         const char *text = i ? rows[i].name : "envmap_filter";
         const char *colour = i == 0                         ? "#000"
-                             : strstr(rows[i].name, "publ") ? "#c33"
-                             : strstr(rows[i].name, "half") ? "#c33"
-                                                            : "#26a";
+                             : strstr(rows[i].name, "publ") ? svg_colours[2]
+                             : strstr(rows[i].name, "half") ? svg_colours[2]
+                                                            : svg_colours[0];
         label l = labels[count] = label_place(&a, chart + i, text, labels, count);
         double x = svg_x(&a, chart[i].ms), y = svg_y(&a, chart[i].rms);
+        double near_x = l.x > x ? l.x : l.x + l.width;
         ++count;
         if (fabs(l.y - y) > 6)
             fprintf(f, "<path d=\"M%.1f %.1fL%.1f %.1f\" stroke=\"%s\" stroke-width=\"0.7\"/>\n", x,
-                    y, l.x - 1, l.y - 3, colour);
+                    y, l.x > x ? near_x - 1 : near_x + 1, l.y - 3, colour);
         svg_dot(f, &a, chart[i].ms, chart[i].rms, 4, colour, colour);
-        svg_text(f, l.x, l.y, 10, "start", colour, "%s", text);
+        svg_text(f, near_x, l.y, 10, l.x > x ? "start" : "end", colour, "%s", text);
     }
     svg_close(f);
 }
 
 static void chart_samples(const char *dir) {
-    static const char *const colours[3] = {"#26a", "#383", "#c33"};
     FILE *f = chart_open(dir, "sampling.svg", "Filtered importance sampling, GGX alpha = 0.25",
                          "samples per texel", "rms");
     svg_axes a = chart_axes(8, 4096, 1e-4, 1, 1);
@@ -557,14 +554,13 @@ static void chart_samples(const char *dir) {
     svg_frame(f, &a);
     for (int k = 0; k < COUNT(sample_counts); ++k) x[k] = sample_counts[k];
     for (int i = 0; i < 3; ++i) {
-        svg_line(f, &a, x, sample_errors[i], COUNT(sample_counts), colours[i], 2, "");
-        svg_text(f, 88, 372 - 18 * i, 12, "start", colours[i], "%s", scene_name[i]);
+        svg_line(f, &a, x, sample_errors[i], COUNT(sample_counts), svg_colours[i], 2, "");
+        svg_text(f, 88, 372 - 18 * i, 12, "start", svg_colours[i], "%s", scene_name[i]);
     }
     svg_close(f);
 }
 
 static void chart_distortion(const char *dir) {
-    static const char *const colours[4] = {"#26a", "#383", "#c80", "#c33"};
     FILE *f = chart_open(dir, "distortion.svg",
                          "How far a circle's image is off its centre: "
                          "|a - b| / (a + b)",
@@ -576,9 +572,9 @@ static void chart_distortion(const char *dir) {
     for (int k = 0; k < 4; ++k) {
         double r = k == 3 ? 260.0 / 512 : 0.125 * (k + 1);
         for (int i = 0; i <= 64; ++i) x[i] = i / 64.0, y[i] = paraboloid_distortion(x[i], r);
-        svg_line(f, &a, x, y, 65, colours[k], 2, "");
-        svg_text(f, 88, 110 - 17 * k, 12, "start", colours[k], "radius %.3g: %.1f %% at the rim", r,
-                 100 * paraboloid_distortion(1, r));
+        svg_line(f, &a, x, y, 65, svg_colours[k], 2, "");
+        svg_text(f, 88, 107 - 16 * k, 12, "start", svg_colours[k],
+                 "radius %.3g: %.1f %% at the rim", r, 100 * paraboloid_distortion(1, r));
     }
     svg_close(f);
 }
@@ -593,7 +589,7 @@ static void draw_methods(const char *dir, bench *b) {
     lobe.name = "Phong", lobe.lobe = envmap_lobe_phong(100);
     make_truths(b, &lobe);
     if (!picture_create(&p, 3 * w, 4 * (h + gap))) return;
-    memset(p.rgb, 255, 3 * (size_t)p.width * (size_t)p.height);
+    picture_rectangle(&p, 0, 0, p.width, p.height, 0x15171Cu, 1);
     float exposure = picture_exposure(b->sources + SCENE_STUDIO);
     for (int i = -2; i < COUNT(shown); ++i) {
         envmap dst = measure_map(ENVMAP_CUBE, RESULT, 1, 1);
@@ -606,7 +602,7 @@ static void draw_methods(const char *dir, bench *b) {
                                              &rows[shown[i]].desc),
                          "a picture");
         picture_panorama(&p, x, y + gap, w - 4, h - 4, exposure, map);
-        picture_text(&p, (float)x + 4, (float)y + 8, 9, 0x202020,
+        picture_text(&p, (float)x + 4, (float)y + 8, 9, 0xF3F1ECu,
                      i == -2 ? "studio"
                      : i < 0 ? "Phong N = 100, exact"
                              : rows[shown[i]].name);

@@ -16,11 +16,7 @@
 #define SIZE   256
 #define LEVELS 9
 #define BANDS  768
-#define PI     3.14159265358979323846
-
-#ifndef __VERSION__
-#define __VERSION__ "(not told)"
-#endif
+#define PI     MEASURE_PI
 
 static const float exponents[LEVELS] = {2048, 861, 362, 152, 64, 27, 11, 5, 2};
 
@@ -248,7 +244,7 @@ static void table(FILE *out, const char *name, const envmap *sky) {
 }
 
 static void table_of_file(FILE *out, const char *path) {
-    envmap sky = {0, 0, 0, 0, 0, 0, 0, 0};
+    envmap sky = {0};
     const char *slash = strrchr(path, '/');
     measure_must(envmap_pfm_load(&sky, path, ENVMAP_LATLONG), path);
     table(out, slash ? slash + 1 : path, &sky);
@@ -267,9 +263,9 @@ int main(int argc, char **argv) {
     FILE *out = measure_begin(&document, "table");
     for (int i = 1; i < LEVELS; ++i) make_quotient(i);
     fprintf(out,
-            "Source 6 x %d², one thread, compiler %s. Time in copies; then rms and worst texel of "
+            "Source 6 x %d², one thread, %s. Time in copies; then rms and worst texel of "
             "each level.\n",
-            SIZE, __VERSION__);
+            SIZE, MEASURE_COMPILER);
     if (docs || argc == 1)
         for (int i = 0; i < SCENE_COUNT; ++i) table_of_scene(out, i);
     else

@@ -47,8 +47,7 @@ static envmap view_of(int scene, int mapping, int size) {
 
 static void filter_by(envmap *dst, const envmap *src, const envmap_lobe *lobe, int method,
                       double tolerance) {
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     desc.method = method, desc.tolerance = (float)tolerance;
     measure_must(envmap_filter(dst, src, lobe, &desc), "filter");
 }
@@ -595,7 +594,7 @@ static void seams(void) {
                                   : "level 5: each face alone");
             }
             sheet_save(&p, "stability-seams");
-            note("Faces mipmapped alone", "steps of %.2f of the radiance, grey day, level 7 | %.1g",
+            note("Faces mipmapped alone", "steps of %.2f of the radiance, overcast, level 7 | %.1g",
                  alone[7], across[7]);
         }
         envmap_free(&plain), envmap_free(&map);
@@ -620,7 +619,7 @@ static void drifts(void) {
     static const chart_axis ax = {"level", 0, LEVELS - 1, 0, LEVELS - 1};
     static const chart_axis ay = {"mean radiance off by, of itself", 1e-8, 1, 1, 0};
     chart c =
-        chart_open("stability-boxes", "Mip levels from boxes without weights, grey day", ax, ay);
+        chart_open("stability-boxes", "Mip levels from boxes without weights, overcast", ax, ay);
     double x[LEVELS], y[LEVELS], most[LEVELS] = {0}, cube = 0;
     for (int m = 0; m < 5; ++m) {
         envmap map = view_of(SCENE_OVERCAST, m, 128);
@@ -634,7 +633,7 @@ static void drifts(void) {
         if (m == ENVMAP_CUBE) cube = y[LEVELS - 1];
         envmap_free(&map);
     }
-    note("Boxes without weights", "the mean of a cube drifts %.1f %%, grey day | %.0e", 100 * cube,
+    note("Boxes without weights", "the mean of a cube drifts %.1f %%, overcast | %.0e", 100 * cube,
          most[LEVELS - 1]);
     chart_line(&c, "library, all five", "6 4", x, most, LEVELS);
     svg_close(c.file);
@@ -667,7 +666,7 @@ static void half_texels(void) {
         chart_line(&c, scene_name[s], NULL, x, y, LEVELS);
         if (s == SCENE_OVERCAST)
             note("Half a texel off",
-                 "rms %.1f %% at level 0, %.0f %% at level 6, grey day | 0 at "
+                 "rms %.1f %% at level 0, %.0f %% at level 6, overcast | 0 at "
                  "texel centres",
                  100 * y[0], 100 * y[6]);
         envmap_free(&map);
@@ -810,8 +809,7 @@ static double score_of(const score *s) { return sqrt(s->error / s->sum); }
 
 /* The i-th of 96 axes: the texels of a cube of 4 x 4. */
 static void axis_of(double axis[3], int i) {
-    envmap cube;
-    memset(&cube, 0, sizeof cube);
+    envmap cube = {0};
     cube.mapping = ENVMAP_CUBE, cube.size = 4;
     measure_direction(axis, &cube, 0, i / 16, i % 4, i / 4 % 4);
 }
@@ -1028,7 +1026,7 @@ static void ringing(void) {
     svg_close(c.file);
 }
 
-/* The paper's threshold on a grey day, and with a sun. */
+/* The paper's threshold under clouds, and with a sun. */
 static void thresholds(void) {
     enum { N = 22 };
     static const int scenes[2] = {SCENE_OVERCAST, SCENE_SUN};
@@ -1051,8 +1049,8 @@ static void thresholds(void) {
             fast[i] = apart(&dst, &truth).rms;
             envmap_free(&truth);
         }
-        chart_line(&c, s ? "sun: rms" : "grey day: rms", NULL, x, y[0], N);
-        chart_line(&c, s ? "sun: worst texel" : "grey day: worst texel", "6 4", x, y[1], N);
+        chart_line(&c, s ? "sun: rms" : "overcast: rms", NULL, x, y[0], N);
+        chart_line(&c, s ? "sun: worst texel" : "overcast: worst texel", "6 4", x, y[1], N);
         if (s)
             note("A threshold on lobes",
                  "rms %.1f with a sun, worst texel %.0f times itself | %.0e "
@@ -1094,8 +1092,7 @@ static void clamps(void) {
     for (int k = 0; k < 2; ++k) {
         for (int i = 0; i < N; ++i) {
             envmap_lobe lobe = envmap_lobe_phong((float)x[i]);
-            method_desc desc;
-            memset(&desc, 0, sizeof desc);
+            method_desc desc = {0};
             desc.form = METHOD_PUBLISHED, desc.lossy = 1, desc.cut = cut[k];
             measure_must(method_paraboloid_convolution(&dst, &src, &lobe, &desc), "paraboloid");
             y[i] = 1 - (double)dst.texels[0];
@@ -1146,9 +1143,8 @@ static double separable_error(const envmap *src, double sigma, int form, envmap 
     static float table[2048];
     envmap_lobe lobe = heat(table, sigma);
     envmap truth = filtered(src, lobe, 64), dst = measure_map(ENVMAP_CUBE, 64, 1, 1);
-    method_desc desc;
+    method_desc desc = {0};
     double worst = 0, peak = 0;
-    memset(&desc, 0, sizeof desc);
     desc.form = form;
     measure_must(method_separable_gaussian(&dst, src, &lobe, &desc), "Gaussian");
     for (size_t i = 0; i < method_floats(&dst); ++i) {
@@ -1212,8 +1208,7 @@ static void fireflies(void) {
     for (int i = 0; i < 4; ++i) {
         envmap ball = measure_map(ENVMAP_CUBE, 32, 1, 1);
         char caption[64];
-        method_desc desc;
-        memset(&desc, 0, sizeof desc);
+        method_desc desc = {0};
         snprintf(caption, sizeof caption, i < 3 ? "%d samples" : "envmap_filter", samples[i % 3]);
         desc.samples = samples[i % 3];
         if (i < 3) measure_must(method_importance_sampling(&ball, &src, &lobe, &desc), "sampling");
@@ -1257,8 +1252,7 @@ static void grazing(void) {
         brdf_values values = {{1, 1, 1}, models[k].alpha, models[k].alpha, 20, 0, 0};
         envmap_brdf brdf = {models[k].function, &values};
         double x[N], y[N];
-        envmap_fit fit;
-        memset(&fit, 0, sizeof fit);
+        envmap_fit fit = {0};
         fit.lobes = 1, fit.slices = N;
         measure_must(envmap_fit_brdf(&fit, &brdf, NULL), "fit");
         for (int i = 0; i < N; ++i) x[i] = (i + 0.5) / N, y[i] = (double)fit.error[i];
@@ -1432,14 +1426,13 @@ static envmap_result read_back(envmap *map, const envmap *src) {
 
 static envmap_result call(int which, envmap *src, envmap *dst) {
     envmap_lobe lobe = envmap_lobe_phong(4);
-    envmap_filter_desc desc;
+    envmap_filter_desc desc = {0};
     envmap_difference difference;
     envmap_frame frame = {{0, 0, 1}, {1, 0, 0}, {0, 0, 1}};
     brdf_values white = {{1, 1, 1}, 0, 0, 0, 0, 0};
     envmap_brdf lambert = {brdf_lambert, &white};
     double sh[12];
     float rgb[3];
-    memset(&desc, 0, sizeof desc);
     desc.method = which == REFERENCE      ? ENVMAP_METHOD_REFERENCE
                   : which == HIERARCHICAL ? ENVMAP_METHOD_HIERARCHICAL
                                           : ENVMAP_METHOD_AUTO;
@@ -1558,8 +1551,7 @@ static void files_table(void) {
     fprintf(out, "| file | answer |\n|---|---|\n");
     for (int i = 0; i < COUNT(files); ++i) {
         char data[256] = {0};
-        envmap map;
-        memset(&map, 0, sizeof map);
+        envmap map = {0};
         size_t bytes = strlen(files[i].header);
         memcpy(data, files[i].header, bytes);
         envmap_result result =

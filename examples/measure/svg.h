@@ -23,8 +23,7 @@ static const char *const svg_schemes[][2] = {
     {"#111111", "#e8e8e8"}, {"#444", "#b9bec5"},    {"#666", "#b9bec5"},    {"#777777", "#a3a8af"},
     {"#888", "#8b9199"},    {"#ddd", "#3a4048"},    {"#e4e4e4", "#30363d"}, {"#3b6ea8", "#6ea6e0"},
     {"#c4732b", "#e69a58"}, {"#b03a48", "#ec7582"}, {"#4d8f4d", "#74bd74"}, {"#7a5aa6", "#b093de"},
-    {"#1f8f8f", "#45bdbd"}, {"#8a6d3b", "#c4a468"}, {"#c2559d", "#e586c4"}, {"#d01c2a", "#f4606b"},
-    {"#c33", "#f4606b"},    {"#26a", "#6ea6e0"},    {"#383", "#74bd74"}};
+    {"#1f8f8f", "#45bdbd"}, {"#8a6d3b", "#c4a468"}, {"#c2559d", "#e586c4"}, {"#d01c2a", "#f4606b"}};
 
 /* Rules are stronger than attributes, so one a colour is all that a dark page needs. */
 static inline void svg_style(FILE *f) {

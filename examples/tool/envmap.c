@@ -306,8 +306,7 @@ static void meter_stop(const meter *m) {
 
 /* The filter's description from the options; `threads` must outlive it. */
 static envmap_filter_desc describe(const options *o, int *threads, meter *m) {
-    envmap_filter_desc desc;
-    memset(&desc, 0, sizeof desc);
+    envmap_filter_desc desc = {0};
     *threads = o->threads ? o->threads : threads_here();
     desc.method = o->method;
     desc.tolerance = (float)o->tolerance;
@@ -642,9 +641,8 @@ static void print_method(const envmap_plan *n) {
 static double filter_seconds(const envmap *in, const options *asked, int method, int size) {
     envmap out = no_map;
     envmap_lobe lobe = chosen_lobe(asked);
-    envmap_filter_desc desc;
+    envmap_filter_desc desc = {0};
     double t = -1;
-    memset(&desc, 0, sizeof desc);
     desc.method = method, desc.tolerance = (float)asked->tolerance;
     if (!envmap_create(&out, asked->to, size, 1, asked->slices)) {
         t = seconds();
@@ -678,8 +676,7 @@ static int print_fit(const options *o) {
     int lobes, k, status = DONE;
     values.alpha = o->alpha, brdf.user = &values;
     for (lobes = 1; lobes <= 3 && !status; lobes++) {
-        envmap_fit fit;
-        memset(&fit, 0, sizeof fit);
+        envmap_fit fit = {0};
         fit.lobes = lobes, fit.slices = 4;
         status = check(envmap_fit_brdf(&fit, &brdf, NULL), "fit");
         error[lobes - 1] = 0;
@@ -844,12 +841,11 @@ static int run_generate(const options *o) {
 
 /* demo and docs: a folder of pictures, with progress over all of them. */
 static int run_gallery(const options *o, envmap_result (*paint)(gallery *)) {
-    gallery g;
+    gallery g = {0};
     envmap_result result;
     meter m = meter_start(o);
     int threads, status = make_folder(o->files[0]);
     if (status) return status;
-    memset(&g, 0, sizeof g);
     g.folder = o->files[0];
     g.desc = describe(o, &threads, &m);
     result = paint(&g);

@@ -141,9 +141,8 @@ static inline envmap_result gallery_demo_map(gallery *g, picture *p, const envma
                                              int scene, int k) {
     const gallery_look *look = &gallery_looks[k];
     char name[64];
-    envmap map;
+    envmap map = {0};
     envmap_result result;
-    memset(&map, 0, sizeof map);
     snprintf(name, sizeof name, "%s.pfm", look->file);
     gallery_path(g, scene_name[scene], name);
     result = gallery_filter(g, &map, environment, look);
@@ -156,10 +155,9 @@ static inline envmap_result gallery_demo_map(gallery *g, picture *p, const envma
 }
 
 static inline envmap_result gallery_demo_scene(gallery *g, picture *p, int scene) {
-    envmap environment;
+    envmap environment = {0};
     envmap_result result;
     int k;
-    memset(&environment, 0, sizeof environment);
     gallery_path(g, scene_name[scene], "environment.pfm");
     result = gallery_environment(&environment, scene, 256);
     if (!result) result = envmap_pfm_save(&environment, g->path, 0);
@@ -221,8 +219,7 @@ static inline envmap_result gallery_hero_balls(gallery *g, picture *p, const env
     for (k = 0; k < 5 && !result; k++) {
         const gallery_look *look = &gallery_looks[GALLERY_GLOSS + k];
         int x = gap / 2 + k * (edge + gap);
-        envmap map;
-        memset(&map, 0, sizeof map);
+        envmap map = {0};
         result = gallery_filter(g, &map, environment, look);
         if (!result) picture_ball(p, x, GALLERY_HERO_BAND + 26, edge, exposure, &map, look->ball);
         envmap_free(&map);
@@ -236,9 +233,8 @@ static inline envmap_result gallery_hero_balls(gallery *g, picture *p, const env
 static inline envmap_result gallery_hero(gallery *g) {
     const float exposure = 0.52f;
     picture p;
-    envmap environment;
+    envmap environment = {0};
     envmap_result result;
-    memset(&environment, 0, sizeof environment);
     gallery_path(g, "", "glossinesses.png");
     if (!picture_create(&p, GALLERY_HERO_WIDTH, GALLERY_HERO_HEIGHT)) return ENVMAP_ERROR_MEMORY;
     picture_rectangle(&p, 0, 0, p.width, p.height, GALLERY_PAPER, 1);
@@ -326,9 +322,8 @@ static inline void gallery_maps(picture *p, const envmap *map) {
 /* The five parameterizations of one scene. */
 static inline envmap_result gallery_parameterizations(gallery *g) {
     picture p;
-    envmap map;
+    envmap map = {0};
     envmap_result result;
-    memset(&map, 0, sizeof map);
     gallery_path(g, "", "parameterizations.png");
     if (!picture_create(&p, 1012, 572)) return ENVMAP_ERROR_MEMORY;
     picture_rectangle(&p, 0, 0, p.width, p.height, GALLERY_PAPER, 1);
