@@ -140,10 +140,6 @@ static int known_bands(const finding *f) {
     return f->promise == PROMISE_BANDS && f->w->lobe == LOBE_PHONG && f->w->a < 1;
 }
 
-static int known_resampled(const finding *f) {
-    return f->promise == PROMISE_MEAN || f->promise == PROMISE_ENERGY;
-}
-
 static const struct known {
     const char *what, *named; /* where the work that mends it is described */
     int (*matches)(const finding *f);
@@ -164,7 +160,6 @@ static const struct known {
     {"results of few texels that miss the light", "right everywhere", known_missed_light},
     {"results of few texels at the rounding of floats", "found here", known_last_bits},
     {"some bands more than are needed, Phong below 1", "found here", known_bands},
-    {"resampling", "no cliffs: resampling", known_resampled},
 };
 enum { KNOWN_COUNT = sizeof known / sizeof *known };
 

@@ -36,7 +36,7 @@
     X(PROMISE_WINDOW, "what is windowed is nowhere negative, and keeps its mean")                  \
     X(PROMISE_IDENTITY, "resampling to the same shape copies; constants stay constants")           \
     X(PROMISE_RANGE, "resampling stays between the source's least and most")                       \
-    X(PROMISE_MEAN, "resampled texels are means of the bilinear source, to 2 %")                   \
+    X(PROMISE_MEAN, "resampling to coarser maps makes means of texels, to 4 %")                      \
     X(PROMISE_ENERGY, "resampling to coarser maps keeps the light, to 1 %")                        \
     X(PROMISE_MIPS, "a level is the mean of the one above, weighted by overlap")                   \
     X(PROMISE_LOOKUP, "lookups are bilinear across every seam, pole and rim")                      \
