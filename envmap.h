@@ -1988,7 +1988,7 @@ static envmap_result envmapi_resample_cube(envmapi_resampling *r, const envmap_w
 static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_work *work,
                                             envmapi_pool *pool) {
     const envmap dst = r->dst, src = r->src;
-    int faces = envmap_faces(dst.mapping), kept = pool->count;
+    int faces = envmap_faces(dst.mapping);
     double n_dst = (double)envmapi_area(dst.mapping, dst.size) * faces;
     double n_src = (double)envmapi_area(src.mapping, src.size) * envmap_faces(src.mapping);
     if (dst.mapping == src.mapping && dst.size <= src.size) {
@@ -2013,9 +2013,7 @@ static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_
         r->dst.texels ? envmapi_resample_cube(r, &part, pool) : ENVMAP_ERROR_MEMORY;
     part = envmapi_work_part(&second, work, 1, 1, 2);
     r->src = r->dst, r->dst = dst, r->between = 1;
-    if (!result) result = envmapi_resample_slice(r, &part, pool);
-    envmapi_pool_free(pool, kept);
-    return result;
+    return result ? result : envmapi_resample_slice(r, &part, pool);
 }
 
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
@@ -2033,9 +2031,9 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
     if (all.progress.report || slices > 1)
         out = (float *)envmapi_pool_get(&pool, floats * slices, sizeof(float));
     if (!out) result = ENVMAP_ERROR_MEMORY;
-    for (int slice = 0; slice < src->slices && !result; ++slice) {
+    for (int slice = 0, kept = pool.count; slice < src->slices && !result; ++slice) {
         envmap_work one = envmapi_work_part(&part, &all, slice, 1, src->slices);
-        memset(&r, 0, sizeof r);
+        memset(&r, 0, sizeof r), envmapi_pool_free(&pool, kept);
         r.src = *src, r.dst = *dst, r.src.levels = r.src.slices = r.dst.slices = 1;
         r.src.texels = envmapi_image(src, 0, slice, 0), r.dst.texels = out + (size_t)slice * floats;
         r.last = r.dst;

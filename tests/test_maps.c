@@ -951,6 +951,9 @@ static void resampling_spreads_one_slice_over_all(void) {
         CHECK(envmap_resample(&first, &one, NULL) == ENVMAP_OK);
         CHECK(!memcmp(out.texels + s * n, first.texels, n * sizeof(float)));
     }
+    envmap many = make(ENVMAP_LATLONG, 2, 1, 100), cubes = make(ENVMAP_CUBE, 2, 1, 100);
+    CHECK(envmap_resample(&cubes, &many, NULL) == ENVMAP_OK);
+    envmap_free(&many), envmap_free(&cubes);
     envmap two = make(ENVMAP_CUBE, 6, 1, 2);
     CHECK(envmap_resample(&out, &two, NULL) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_resample(&first, &two, NULL) == ENVMAP_ERROR_ARGUMENT);
