@@ -1335,8 +1335,13 @@ static double envmapi_disc_side(double *sums, int mapping, const double a[2], co
     return cross * sum;
 }
 
-static double envmapi_cube_corner(double x, double y) {
-    return atan2(x * y, sqrt(x * x + y * y + 1));
+/* A of four corners, as the argument of a product of complex numbers: one arc tangent, not four. */
+static double envmapi_cube_cell(double x0, double y0, double x1, double y1) {
+    double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0;
+    double s11 = sqrt(a + p), s00 = sqrt(b + q), s01 = sqrt(b + p), s10 = sqrt(a + q);
+    double re = s11 * s00 - x1 * y1 * x0 * y0, im = s11 * x0 * y0 + s00 * x1 * y1;
+    double less_re = s01 * s10 - x0 * y1 * x1 * y0, less_im = s01 * x1 * y0 + s10 * x0 * y1;
+    return atan2(im * less_re - re * less_im, re * less_re + im * less_im);
 }
 
 /* Solid angle of a cell, and (when asked for) the (u,v) it counts at: its centre, or the centroid
@@ -1345,9 +1350,7 @@ static double envmapi_cell(double centre[2], int mapping, double u0, double v0, 
                            double v1) {
     double x0 = 2 * u0 - 1, x1 = 2 * u1 - 1, y0 = 1 - 2 * v1, y1 = 1 - 2 * v0;
     if (centre) centre[0] = (u0 + u1) / 2, centre[1] = (v0 + v1) / 2;
-    if (mapping == ENVMAP_CUBE)
-        return envmapi_cube_corner(x1, y1) - envmapi_cube_corner(x0, y1) -
-               envmapi_cube_corner(x1, y0) + envmapi_cube_corner(x0, y0);
+    if (mapping == ENVMAP_CUBE) return envmapi_cube_cell(x0, y0, x1, y1);
     if (mapping == ENVMAP_LATLONG)
         return 4 * ENVMAPI_PI * (u1 - u0) * sin(ENVMAPI_PI * (v0 + v1) / 2) *
                sin(ENVMAPI_PI * (v1 - v0) / 2);
@@ -1580,12 +1583,11 @@ typedef struct envmapi_nest {
     int mapping, fine, edge, images; /* edges of both; faces times slices */
 } envmapi_nest;
 
-/* A texel of up to 64 images: the mean by solid angle of what lies under it; the plain one for a
-   texel wholly outside a rim. */
+/* A texel of up to 16 images, and its mirror images along u and v, where solid angles are the same:
+   the mean by solid angle of what lies under it; the plain one for a texel wholly outside a rim. */
 static void envmapi_nest_texel(const envmapi_nest *n, int first, int images, int x, int y) {
     int width = envmapi_width(n->mapping, n->edge), above = envmapi_width(n->mapping, n->fine);
     size_t size = envmapi_area(n->mapping, n->fine), area = envmapi_area(n->mapping, n->edge);
-    float *to = n->to + 3 * ((size_t)first * area + (size_t)y * (size_t)width + (size_t)x);
     double sums[64][3], all = 0;
     for (int plain = 0; plain < 2 && !(all > 0); ++plain) {
         memset(sums, 0, sizeof sums);
@@ -1598,23 +1600,29 @@ static void envmapi_nest_texel(const envmapi_nest *n, int first, int images, int
                 double v1 = fmin((y + 1.0) / n->edge, (b + 1.0) / n->fine);
                 double w =
                     plain ? (u1 - u0) * (v1 - v0) : envmapi_cell(NULL, n->mapping, u0, v0, u1, v1);
-                const float *from =
-                    n->from + 3 * ((size_t)first * size + (size_t)b * (size_t)above + (size_t)a);
-                for (int i = 0; i < images; ++i, from += 3 * size)
+                for (int i = 0; i < 4 * images; ++i) {
+                    int u = i & 1 ? above - 1 - a : a, v = i & 2 ? n->fine - 1 - b : b;
+                    const float *from = n->from + 3 * ((size_t)(first + i / 4) * size +
+                                                       (size_t)v * (size_t)above + (size_t)u);
                     for (int c = 0; c < 3; ++c) sums[i][c] += w * (double)from[c];
+                }
                 all += w;
             }
     }
-    for (int i = 0; i < images; ++i, to += 3 * area)
+    for (int i = 0; i < 4 * images; ++i) {
+        int u = i & 1 ? width - 1 - x : x, v = i & 2 ? n->edge - 1 - y : y;
+        float *to =
+            n->to + 3 * ((size_t)(first + i / 4) * area + (size_t)v * (size_t)width + (size_t)u);
         for (int c = 0; c < 3; ++c) to[c] = (float)(sums[i][c] / all);
+    }
 }
 
-/* Task: row y of all images. */
+/* Task: row y of all images, and its mirror image. */
 static void envmapi_task_nest(void *context, int y) {
     const envmapi_nest *n = (const envmapi_nest *)context;
-    for (int first = 0; first < n->images; first += 64)
-        for (int x = 0; x < envmapi_width(n->mapping, n->edge); ++x)
-            envmapi_nest_texel(n, first, n->images - first < 64 ? n->images - first : 64, x, y);
+    for (int first = 0; first < n->images; first += 16)
+        for (int x = 0; 2 * x < envmapi_width(n->mapping, n->edge); ++x)
+            envmapi_nest_texel(n, first, n->images - first < 16 ? n->images - first : 16, x, y);
 }
 
 /* ---- bilinear radiance */
@@ -1993,7 +2001,7 @@ static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_
     double n_src = (double)envmapi_area(src.mapping, src.size) * envmap_faces(src.mapping);
     if (dst.mapping == src.mapping && dst.size <= src.size) {
         envmapi_nest nest = {src.texels, dst.texels, src.mapping, src.size, dst.size, faces};
-        return envmapi_run(work, envmapi_task_nest, &nest, dst.size);
+        return envmapi_run(work, envmapi_task_nest, &nest, (dst.size + 1) / 2);
     }
     if (dst.mapping == src.mapping || n_dst >= 4 * n_src)
         return envmapi_run(work, envmapi_task_lookup, r, faces * dst.size);
@@ -2314,7 +2322,7 @@ ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
         envmapi_nest nest = {envmapi_image(map, level - 1, 0, 0), envmapi_image(map, level, 0, 0),
                              map->mapping, envmapi_edge(map->size, level - 1), edge,
                              envmap_faces(map->mapping) * map->slices};
-        for (int y = 0; y < edge; ++y) envmapi_task_nest(&nest, y);
+        for (int y = 0; 2 * y < edge; ++y) envmapi_task_nest(&nest, y);
         for (int slice = 0; edge == 1 && slice < map->slices; ++slice)
             envmapi_mip_top(map, level, slice);
     }
