@@ -634,7 +634,8 @@ typedef struct envmap_fit {
    channel, are scaled so that a constant environment is reflected as f_r (n.l) reflects it.
    Of anisotropic models the one with t in the plane of n and v is seen. Towards grazing views
    f_r (n.l) ends at the horizon and a lobe does not: see fit.error.
-   Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY; *fit stays as it was.
+   Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY, CANCELLED; *fit stays as it
+   was.
    About 6e4 evaluations of f_r a slice for one lobe, 5e5 for three; flat, too, it keeps the memory
    of a row a slice.  Source [KM00]; the sum of lobes and the axis are ours.  Test: fits_*. */
 ENVMAP_API envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
@@ -6391,48 +6392,51 @@ ENVMAPI_BODY double envmap_fresnel_schlick(double cosine, double f0) {
 
 #define ENVMAPI_RING 32
 
-/* What tasks share; a task is a slice, and fills in the last line for itself. */
+/* What tasks share; a task is a slice, and fills in the last two lines for itself. */
 typedef struct envmapi_fitting {
     const envmap_brdf *brdf;
     envmap_fit *fit;
-    envmap_lobe table; /* fit->table as a lobe */
-    int rows;          /* of each lobe of the fit: slices, or 1 */
+    envmap_lobe table;              /* fit->table as a lobe */
+    int rows;                       /* of each lobe of the fit: slices, or 1 */
+    double ring[ENVMAPI_RING][2];   /* cos and sin of phi; of a ring, symmetry asks half */
     int slice, bad;
-    double v[3], theta;
+    double v[3], theta, axis[3][2]; /* sin and cos of each psi */
 } envmapi_fitting;
+
+static void envmapi_fit_turn(envmapi_fitting *f, int lobe, double m) {
+    f->axis[lobe][0] = sin(m * f->theta), f->axis[lobe][1] = cos(m * f->theta);
+}
 
 static envmapi_fitting envmapi_fit_of(const void *context, int slice) {
     envmapi_fitting f = *(const envmapi_fitting *)context;
     double c = (slice + 0.5) / f.fit->slices;
     f.v[0] = -sqrt(1 - c * c), f.v[2] = c, f.theta = acos(c), f.slice = slice;
+    for (int i = 0; i < f.fit->lobes; ++i)
+        envmapi_fit_turn(&f, i, (double)f.fit->axis[i * f.fit->slices + slice]);
     return f;
-}
-
-static double envmapi_fit_psi(const envmapi_fitting *f, int lobe) {
-    return (double)f->fit->axis[lobe * f->fit->slices + f->slice] * f->theta;
 }
 
 /* Lobe i in direction l. */
 static double envmapi_fit_k(const envmapi_fitting *f, int i, const double l[3]) {
-    double psi = envmapi_fit_psi(f, i);
     int row = i * f->rows + (f->rows > 1 ? f->slice : 0);
-    return envmapi_table_row(&f->table, row, envmapi_acos(l[0] * sin(psi) + l[2] * cos(psi)));
+    double x = l[0] * f->axis[i][0] + l[2] * f->axis[i][1];
+    return envmapi_table_row(&f->table, row, envmapi_acos(x));
 }
 
-/* Node j of a ring about the axis at psi, of which symmetry asks half: l, and f_r (n.l) there. */
-static void envmapi_fit_node(double f_r[3], double l[3], envmapi_fitting *f, double psi,
-                             double angle, int j) {
-    double phi = ENVMAPI_PI * (j + 0.5) / ENVMAPI_RING, s = sin(angle) * cos(phi), c = cos(angle);
-    l[0] = c * sin(psi) + s * cos(psi), l[1] = sin(angle) * sin(phi);
-    l[2] = c * cos(psi) - s * sin(psi);
+/* Node j of the ring at the angle of cosine c and sine s about a lobe's axis: l, and f_r (n.l). */
+static void envmapi_fit_node(double f_r[3], double l[3], envmapi_fitting *f, int lobe, double c,
+                             double s, int j) {
+    const double *axis = f->axis[lobe];
+    l[0] = c * axis[0] + s * f->ring[j][0] * axis[1], l[1] = s * f->ring[j][1];
+    l[2] = c * axis[1] - s * f->ring[j][0] * axis[0];
     envmapi_brdf_cosine(f_r, f->brdf, f->v, l, &f->bad);
 }
 
 /* The mean over channels, too. */
-static double envmapi_fit_ring(envmapi_fitting *f, int lobe, double psi, double angle) {
-    double sum = 0, l[3], f_r[3];
+static double envmapi_fit_ring(envmapi_fitting *f, int lobe, double angle) {
+    double sum = 0, l[3], f_r[3], c = cos(angle), s = sin(angle);
     for (int j = 0; j < ENVMAPI_RING; ++j) {
-        envmapi_fit_node(f_r, l, f, psi, angle, j);
+        envmapi_fit_node(f_r, l, f, lobe, c, s, j);
         sum += (f_r[0] + f_r[1] + f_r[2]) / 3;
         for (int other = 0; other < f->fit->lobes; ++other)
             if (other != lobe) sum -= envmapi_fit_k(f, other, l);
@@ -6442,9 +6446,10 @@ static double envmapi_fit_ring(envmapi_fitting *f, int lobe, double psi, double 
 
 static double envmapi_fit_gain(envmapi_fitting *f, int lobe, double m) {
     double gain = 0;
+    envmapi_fit_turn(f, lobe, m);
     for (int i = 0; i < 128; ++i) { /* close together where a peak would be */
         double u = (i + 0.5) / 128, angle = ENVMAPI_PI * u * u;
-        double k = envmapi_fit_ring(f, lobe, m * f->theta, angle);
+        double k = envmapi_fit_ring(f, lobe, angle);
         gain += k * k * sin(angle) * u;
     }
     return gain;
@@ -6460,6 +6465,7 @@ static void envmapi_fit_axis(envmapi_fitting *f, int lobe) {
         m += (best - 1) * step, gain[1] = gain[best];
     }
     f->fit->axis[lobe * f->fit->slices + f->slice] = (float)m;
+    envmapi_fit_turn(f, lobe, (double)(float)m);
 }
 
 static void envmapi_fit_slice(void *context, int slice) {
@@ -6472,66 +6478,55 @@ static void envmapi_fit_slice(void *context, int slice) {
         float *row = fit->table + (lobe * fit->slices + slice) * fit->size;
         if (at < 6 && lobe != 1) envmapi_fit_axis(&f, lobe);
         for (int i = 0; i < fit->size; ++i)
-            row[i] = (float)envmapi_fit_ring(&f, lobe, envmapi_fit_psi(&f, lobe),
-                                             ENVMAPI_PI * i / (fit->size - 1));
+            row[i] = (float)envmapi_fit_ring(&f, lobe, ENVMAPI_PI * i / (fit->size - 1));
     }
-    fit->error[slice] = f.bad ? -1 : 0;
+    fit->error[slice] = f.bad ? (float)HUGE_VAL : 0; /* refuses the fit in the end */
 }
 
-/* Normal equations of the factors, channel by channel, gram x = right; and all of f_r (n.l). */
-typedef struct envmapi_fit_sums {
-    double gram[3][3], right[3][3], whole[3], square;
-} envmapi_fit_sums;
-
-static void envmapi_fit_gather(envmapi_fit_sums *sums, envmapi_fitting *f) {
-    double l[3], f_r[3], k[3], psi = envmapi_fit_psi(f, 0);
-    int rings = f->fit->size - 1, lobes = f->fit->lobes;
-    double node = 2 * ENVMAPI_PI / rings * ENVMAPI_PI / ENVMAPI_RING; /* sr, times w */
-    memset(sums, 0, sizeof *sums);
+/* The integrals over l of the products of any two of: lobes (0 .. 2), channels of f_r (n.l)
+   (3 .. 5), 1. They hold the channels' normal equations, and all that f_r (n.l) reflects. */
+static void envmapi_fit_gather(double gram[7][7], envmapi_fitting *f) {
+    double l[3], q[7] = {0, 0, 0, 0, 0, 0, 1};
+    int rings = f->fit->size - 1;
+    memset(gram, 0, 7 * sizeof *gram);
     for (int i = 0; i < rings * ENVMAPI_RING; ++i) {
-        double angle = ENVMAPI_PI * (i / ENVMAPI_RING + 0.5) / rings, w = sin(angle);
-        envmapi_fit_node(f_r, l, f, psi, angle, i % ENVMAPI_RING);
-        for (int a = 0; a < lobes; ++a) k[a] = envmapi_fit_k(f, a, l);
-        for (int a = 0; a < lobes; ++a)
-            for (int b = 0; b < lobes; ++b) sums->gram[a][b] += w * k[a] * k[b];
-        for (int c = 0; c < 3; ++c) {
-            for (int a = 0; a < lobes; ++a) sums->right[c][a] += w * f_r[c] * k[a];
-            sums->square += w * f_r[c] * f_r[c];
-            sums->whole[c] += w * f_r[c] * node;
-        }
+        double angle = ENVMAPI_PI * (i / ENVMAPI_RING + 0.5) / rings, s = sin(angle);
+        double w = s * 2 * ENVMAPI_PI / rings * ENVMAPI_PI / ENVMAPI_RING;
+        envmapi_fit_node(q + 3, l, f, 0, cos(angle), s, i % ENVMAPI_RING);
+        for (int a = 0; a < f->fit->lobes; ++a) q[a] = envmapi_fit_k(f, a, l);
+        for (int a = 0; a < 7; ++a)
+            for (int b = 0; b < 7; ++b) gram[a][b] += w * q[a] * q[b];
     }
 }
 
 /* x >= 0 by coordinate descent, which least squares with so few unknowns allows; then all of them
    together as much as f_r (n.l) reflects, as constant light shows energy and not squares. */
-static void envmapi_fit_solve(double x[3], const envmapi_fit_sums *sums, int lobes, int channel) {
+static void envmapi_fit_solve(double x[3], double gram[7][7], int channel) {
+    const double *right = gram[3 + channel];
     x[0] = x[1] = x[2] = 0;
     for (int turn = 0; turn < 200; ++turn)
-        for (int i = 0; i < lobes; ++i) {
-            double left = sums->right[channel][i];
-            for (int j = 0; j < lobes; ++j) left -= j == i ? 0 : sums->gram[i][j] * x[j];
-            x[i] = left > 0 && sums->gram[i][i] > 0 ? left / sums->gram[i][i] : 0;
+        for (int i = 0; i < 3; ++i) {
+            double left = right[i] - envmapi_dot(gram[i], x) + gram[i][i] * x[i];
+            x[i] = left > 0 && gram[i][i] > 0 ? left / gram[i][i] : 0;
         }
     double all = x[0] + x[1] + x[2];
-    for (int i = 0; all > 0 && i < lobes; ++i) x[i] *= sums->whole[channel] / all;
+    for (int i = 0; all > 0 && i < 3; ++i) x[i] *= right[6] / all;
 }
 
 static void envmapi_fit_factors(void *context, int slice) {
     envmapi_fitting f = envmapi_fit_of(context, slice);
     envmap_fit *fit = f.fit;
-    envmapi_fit_sums sums;
-    envmapi_fit_gather(&sums, &f);
-    double left = sums.square, x[3];
-    for (int c = 0; c < 3; ++c) {
-        envmapi_fit_solve(x, &sums, fit->lobes, c);
+    double gram[7][7], x[3], left = 0, square = 0;
+    envmapi_fit_gather(gram, &f);
+    for (int c = 3; c < 6; ++c) {
+        envmapi_fit_solve(x, gram, c - 3);
+        square += gram[c][c], left += gram[c][c];
         for (int a = 0; a < fit->lobes; ++a) {
-            fit->factor[3 * (a * fit->slices + slice) + c] = (float)x[a];
-            left -= 2 * x[a] * sums.right[c][a];
-            for (int b = 0; b < fit->lobes; ++b) left += x[a] * x[b] * sums.gram[a][b];
+            fit->factor[3 * (a * fit->slices + slice) + c - 3] = (float)x[a];
+            left += x[a] * (envmapi_dot(gram[a], x) - 2 * gram[c][a]);
         }
     }
-    if (fit->error[slice] < 0) return; /* bad */
-    fit->error[slice] = sums.square > 0 ? (float)sqrt(left > 0 ? left / sums.square : 0) : 0;
+    fit->error[slice] += square > 0 ? (float)sqrt(left > 0 ? left / square : 0) : 0;
 }
 
 /* A row of the table: the sum of `count` rows, its integral 1; uniform where there is nothing. */
@@ -6561,15 +6556,20 @@ static envmap_result envmapi_fit_run(envmap_fit *fit, const envmap_brdf *brdf,
     memset(&f, 0, sizeof f);
     f.brdf = brdf, f.fit = fit, f.rows = n;
     f.table = envmap_lobe_table(fit->table, size, all, 0, 1);
+    for (int j = 0; j < ENVMAPI_RING; ++j) {
+        double phi = ENVMAPI_PI * (j + 0.5) / ENVMAPI_RING;
+        f.ring[j][0] = cos(phi), f.ring[j][1] = sin(phi);
+    }
     for (int i = 0; i < all; ++i) fit->axis[i] = (float)(1 - i / n);
-    envmapi_run_all(work, envmapi_fit_slice, &f, n);
+    envmap_result result = envmapi_run(work, envmapi_fit_slice, &f, n);
+    if (result) return result;
     for (int i = 0; i < all / merged; ++i)
         envmapi_fit_normalise(fit->table + i * size, fit->table + i * merged * size, size, merged);
     f.rows = n / merged;
     envmapi_run_all(work, envmapi_fit_factors, &f, n);
     for (int i = 0; i < 3 * all; ++i) sum += (double)fit->factor[i];
-    for (int k = 0; k < n; ++k) sum = fit->error[k] < 0 ? 0 : sum;
-    return envmapi_finite(sum) && sum > 0 ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
+    for (int i = 0; sum > 0 && i < n; ++i) sum += (double)fit->error[i];
+    return envmapi_finite(sum) && sum > 0 ? envmapi_tell(&work->progress, 1) : ENVMAP_ERROR_LOBE;
 }
 
 ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
@@ -6614,17 +6614,17 @@ static double envmapi_entry(const float *row, int stride, double s) {
 
 ENVMAPI_BODY void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const envmap *maps,
                                     const float n[3], const float v[3]) {
-    double N[3], V[3], c = 0, sum[3] = {0, 0, 0};
+    double N[3], V[3], T[3], B[3], c = 0, sum[3] = {0, 0, 0};
     if (!rgb) return;
     if (envmapi_fit_fields_ok(fit) && fit->table && maps && envmapi_surface(N, V, n, v))
         c = envmapi_dot(N, V);
+    if (c > 0) envmapi_tangents(T, B, N, v);
     for (int i = 0; c > 0 && i < fit->lobes; ++i) {
         const float *factor = fit->factor + 3 * i * fit->slices;
-        double at = envmapi_slice_at(c, 0, 1, fit->slices), theta = envmapi_angle(N, V);
-        double psi = theta * envmapi_entry(fit->axis + i * fit->slices, 1, at);
-        double off = theta > 1e-9 ? sin(psi) / sin(theta) : 0;
+        double at = envmapi_slice_at(c, 0, 1, fit->slices);
+        double psi = envmapi_angle(N, V) * envmapi_entry(fit->axis + i * fit->slices, 1, at);
         float dir[3], light[3]; /* the axis, in the plane of n and v, away from v */
-        for (int j = 0; j < 3; ++j) dir[j] = (float)(cos(psi) * N[j] + off * (c * N[j] - V[j]));
+        for (int j = 0; j < 3; ++j) dir[j] = (float)(cos(psi) * N[j] - sin(psi) * T[j]);
         envmap_lookup_slice(light, maps + i, dir, (float)c, 0);
         for (int j = 0; j < 3; ++j) sum[j] += (double)light[j] * envmapi_entry(factor + j, 3, at);
     }
@@ -6662,7 +6662,7 @@ static void envmapi_ggx_node(double sums[2], const envmapi_ggx_column columns[16
     double aa = alpha * alpha, to_v = sqrt(aa + (1 - aa) * c * c);
     for (int i = 0; i < 16; ++i) {
         double y = columns[i].end * (1 - q * q * q), z = 1 - y, n = y * y + z * z;
-        double vh = columns[i].x * y + c * z, hh = aa * y * y + z * z; /* h unscaled, (alpha y, z) */
+        double vh = columns[i].x * y + c * z, hh = aa * y * y + z * z; /* h: (alpha y, z) */
         double r = 1 / sqrt(hh), l = 2 * vh * z * r * r - c, to_l = sqrt(aa + (1 - aa) * l * l);
         double m = 1 - vh * r, fresnel = m * m * m * m * m;
         double w = weight * columns[i].weight * y * vh * l / (n * n * (l * to_v + c * to_l));
