@@ -6636,49 +6636,43 @@ ENVMAPI_BODY void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const e
      G2 = 2 l_z c / (l_z to_v + c to_l),  to_x = sqrt(alpha^2 + (1 - alpha^2) x_z^2)     [Heitz14]
      D h_z dh = du dphi / 2pi,  t^2 = alpha^2 u / (1 - u)
    The light is above the horizon where c t < s cos phi + sqrt(s^2 cos^2 phi + c^2). A column of one
-   phi ends there (_columns), so that what is integrated along it is smooth (_node). Its variable y,
+   phi ends there, so that what is integrated along it is smooth (_column). Its variable y,
    t = alpha y / (1 - y), makes all of it rational. Gauss nodes lie closest at the ends of columns
-   and where cos phi is 0, as grazing views change most there.
+   and where cos phi is 0, as grazing views change most there (_nodes).
    16 columns of 24 nodes: of 16 nodes, ggx_terms_agree_with_quadrature_over_normals fails. ---- */
 
-typedef struct envmapi_ggx_column {
-    double x, end, weight; /* alpha s cos phi; the largest y */
-} envmapi_ggx_column;
-
-/* Eight columns towards v and eight away from it. */
-static void envmapi_ggx_columns(envmapi_ggx_column columns[16], double c, double alpha) {
-    for (int i = 0; i < 16; ++i) {
-        double q, w = envmapi_gauss(&q, i & 7, 0, 1) * q * q;
-        double x = sqrt(1 - c * c) * sin(ENVMAPI_PI / 2 * q * q * q), r = sqrt(x * x + c * c) + x;
-        double end = i < 8 ? r / (r + alpha * c) : c / (c + alpha * r);
-        envmapi_ggx_column column = {alpha * (i < 8 ? x : -x), end, 18 * w * end};
-        columns[i] = column;
+/* Nodes of the panels of [0, 1] at 1 - q^3, close to 1, with weights. */
+static void envmapi_ggx_nodes(double *nodes, double *weights, int panels) {
+    for (int i = 0; i < 8 * panels; ++i) {
+        double q, w = envmapi_gauss(&q, i & 7, (i >> 3) / (double)panels, ((i >> 3) + 1.0) / panels);
+        nodes[i] = 1 - q * q * q, weights[i] = 3 * w * q * q;
     }
 }
 
-/* Adds the node at y = end (1 - q^3) of each column, times 1 - (1 - v.h)^5 and (1 - v.h)^5. */
-static void envmapi_ggx_node(double sums[2], const envmapi_ggx_column columns[16], double c,
-                             double alpha, double q, double weight) {
-    double aa = alpha * alpha, to_v = sqrt(aa + (1 - aa) * c * c);
-    for (int i = 0; i < 16; ++i) {
-        double y = columns[i].end * (1 - q * q * q), z = 1 - y, n = y * y + z * z;
-        double vh = columns[i].x * y + c * z, hh = aa * y * y + z * z; /* h: (alpha y, z) */
-        double r = 1 / sqrt(hh), l = 2 * vh * z * r * r - c, to_l = sqrt(aa + (1 - aa) * l * l);
-        double m = 1 - vh * r, fresnel = m * m * m * m * m;
-        double w = weight * columns[i].weight * y * vh * l / (n * n * (l * to_v + c * to_l));
+/* Adds the column, x = s cos phi, times 1 - (1 - v.h)^5 and (1 - v.h)^5. */
+static void envmapi_ggx_column(double sums[2], const double nodes[24], const double weights[24],
+                               double c, double alpha, double x, double weight) {
+    double aa = alpha * alpha, to_v = sqrt(aa + (1 - aa) * c * c), r = sqrt(x * x + c * c) + fabs(x);
+    double end = x > 0 ? r / (r + alpha * c) : c / (c + alpha * r);
+    for (int i = 0; i < 24; ++i) {
+        double y = end * nodes[i], z = 1 - y, n = y * y + z * z;
+        double vh = alpha * x * y + c * z, hh = aa * y * y + z * z; /* h: (alpha y, z) */
+        double h = 1 / sqrt(hh), l = 2 * vh * z * h * h - c, to_l = sqrt(aa + (1 - aa) * l * l);
+        double m = 1 - vh * h, fresnel = m * m * m * m * m;
+        double w = weight * end * weights[i] * 4 * y * vh * l / (n * n * (l * to_v + c * to_l));
         sums[0] += w * (1 - fresnel), sums[1] += w * fresnel;
     }
 }
 
 ENVMAPI_BODY void envmap_ggx_split_sum(double *scale, double *bias, double cosine, double alpha) {
-    double sums[2] = {0, 0}, q;
-    int nodes = envmapi_finite(cosine) && envmapi_finite(alpha) ? 24 : 0; /* of each column */
+    double sums[2] = {0, 0}, phi[8], weight[8], y[24], w[24];
+    int columns = envmapi_finite(cosine) && envmapi_finite(alpha) ? 16 : 0;
     double c = envmapi_clamp(cosine, 1e-12, 1), a = envmapi_clamp(alpha, 1e-4, 1);
-    envmapi_ggx_column columns[16];
-    envmapi_ggx_columns(columns, c, a);
-    for (int i = 0; i < nodes; ++i) {
-        double w = envmapi_gauss(&q, i & 7, (i >> 3) / 3.0, ((i >> 3) + 1) / 3.0) * q * q;
-        envmapi_ggx_node(sums, columns, c, a, q, w);
+    envmapi_ggx_nodes(phi, weight, 1);
+    envmapi_ggx_nodes(y, w, 3);
+    for (int i = 0; i < columns; ++i) {
+        double x = sqrt(1 - c * c) * cos(ENVMAPI_PI / 2 * phi[i / 2]);
+        envmapi_ggx_column(sums, y, w, c, a, i & 1 ? -x : x, weight[i / 2] / 2);
     }
     if (scale) *scale = sums[0];
     if (bias) *bias = sums[1];
