@@ -6331,9 +6331,9 @@ static void envmapi_view(void *context, int i) {
         envmapi_brdf_cosine(f, views->brdf, v, l, &bad);
         rgb[0] += f[0] * s->r[k], rgb[1] += f[1] * s->g[k], rgb[2] += f[2] * s->b[k];
     }
-    bad |= !envmapi_finite(rgb[0] + rgb[1] + rgb[2]);
     for (int c = 0; c < 3; ++c)
-        views->rgb[3 * i + c] = bad ? (float)HUGE_VAL : envmapi_to_float(rgb[c]);
+        views->rgb[3 * i + c] =
+            bad || !envmapi_finite(rgb[c]) ? (float)HUGE_VAL : envmapi_to_float(rgb[c]);
 }
 
 ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
