@@ -641,7 +641,8 @@ typedef struct envmap_fit {
    channel, are scaled so that a constant environment is reflected as f_r (n.l) reflects it.
    Of anisotropic models the one with t in the plane of n and v is seen. Towards grazing views
    f_r (n.l) ends at the horizon and a lobe does not: see fit.error.
-   Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY; *fit stays as it was.
+   Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY, CANCELLED; *fit stays as it
+   was.
    About 6e4 evaluations of f_r a slice for one lobe, 5e5 for three; flat, too, it keeps the memory
    of a row a slice.  Source [KM00]; the sum of lobes and the axis are ours.  Test: fits_*. */
 ENVMAP_API envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
@@ -662,15 +663,14 @@ ENVMAP_API void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const env
                F E (1 - Ess) / (1 - F (1 - Ess)), E = f0 scale + bias, Ess = scale + bias,
                F = f0 + (1 - f0)/21; f0 = 1 gives 1 - Ess: nothing is lost      [FdezAguera19]
    cosine  n.v in [0,1]; alpha in [1e-4, 1]: outside clamped; NaN: 0
-   Error at most 1e-4, grazing at small alpha; 1e-6 elsewhere. About 0.4 ms.
-   Source: [Heitz14] for G, [DB23] for the nodes.
-   Test: ggx_*. */
+   Error at most 3e-5, and 1e-5 where cosine > 0.1. About 5 us.
+   Source: [Heitz14] for G.  Test: ggx_*. */
 ENVMAP_API void envmap_ggx_split_sum(double *scale, double *bias, double cosine, double alpha);
 ENVMAP_API double envmap_ggx_multiple(double f0, double scale, double bias);
 
 /* values[y][x] = (scale, bias), [size][size][2], at texel centres: n.v = (x + 1/2)/size, roughness
-   = (y + 1/2)/size, alpha = roughness^2.  size 1 .. 1024.  Errors: ARGUMENT.
-   The executor runs rows. */
+   = (y + 1/2)/size, alpha = roughness^2.  size 1 .. 1024.  The executor runs rows.
+   Errors: ARGUMENT, MEMORY, CANCELLED; values then stay as they were. */
 ENVMAP_API envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work);
 
 /* level = (levels - 1) r (1 + bend - bend r) and its inverse: where in a chain a roughness lies.
@@ -6696,6 +6696,22 @@ static void envmapi_brdf_cosine(double f[3], const envmap_brdf *brdf, const doub
     }
 }
 
+/* Tasks write `count` numbers to *stage. They go to `out` when all is done and all are finite. */
+static envmap_result envmapi_run_staged(float *out, float **stage, size_t count,
+                                        const envmap_work *work, envmap_task *task, void *context,
+                                        int tasks) {
+    size_t bytes = count * sizeof *out;
+    *stage = count < SIZE_MAX / 8 ? (float *)ENVMAP_MALLOC(work->memory, bytes) : NULL;
+    if (!*stage) return ENVMAP_ERROR_MEMORY;
+    envmap_result result = envmapi_run(work, task, context, tasks);
+    for (size_t i = 0; !result && i < count; ++i)
+        if (!envmapi_finite((double)(*stage)[i])) result = ENVMAP_ERROR_LOBE;
+    if (!result) result = envmapi_tell(&work->progress, 1);
+    if (!result) memcpy(out, *stage, bytes);
+    ENVMAP_FREE(work->memory, *stage);
+    return result;
+}
+
 /* ---- eq. 1 ---- */
 
 /* What the tasks of envmap_radiance share: a task is a frame. */
@@ -6703,19 +6719,18 @@ typedef struct envmapi_views {
     const envmapi_source *source;
     const envmap_brdf *brdf;
     const envmap_frame *frames;
-    double (*rgb)[3]; /* infinite where the model failed */
+    float *rgb; /* staged; infinite where the model failed */
 } envmapi_views;
 
 static void envmapi_view(void *context, int i) {
     const envmapi_views *views = (const envmapi_views *)context;
     const envmapi_source *s = views->source;
     const envmap_frame *frame = views->frames + i;
-    double n[3], t[3], b[3], d[3], f[3], *rgb = views->rgb[i];
+    double n[3], t[3], b[3], d[3], f[3], rgb[3] = {0, 0, 0};
     int bad = 0;
     envmapi_surface(n, d, frame->n, frame->v);
     envmapi_tangents(t, b, n, frame->t);
     const double v[3] = {envmapi_dot(d, t), envmapi_dot(d, b), envmapi_dot(d, n)};
-    rgb[0] = rgb[1] = rgb[2] = 0;
     for (size_t k = 0; v[2] > 0 && k < s->count; ++k) {
         d[0] = s->x[k], d[1] = s->y[k], d[2] = s->z[k];
         double l[3] = {0, 0, envmapi_dot(d, n)};
@@ -6724,7 +6739,9 @@ static void envmapi_view(void *context, int i) {
         envmapi_brdf_cosine(f, views->brdf, v, l, &bad);
         rgb[0] += f[0] * s->r[k], rgb[1] += f[1] * s->g[k], rgb[2] += f[2] * s->b[k];
     }
-    if (bad) rgb[0] = HUGE_VAL;
+    for (int c = 0; c < 3; ++c)
+        views->rgb[3 * i + c] =
+            bad || !envmapi_finite(rgb[c]) ? (float)HUGE_VAL : envmapi_to_float(rgb[c]);
 }
 
 ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
@@ -6743,17 +6760,11 @@ ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const 
             return ENVMAP_ERROR_ARGUMENT;
     }
     if (!envmapi_radiance_ok(map, 1)) return ENVMAP_ERROR_RADIANCE;
-    if ((size_t)count > SIZE_MAX / 64) return ENVMAP_ERROR_MEMORY;
-    views.rgb = (double(*)[3])ENVMAP_MALLOC(set.memory, (size_t)count * sizeof *views.rgb);
-    if (!views.rgb) return ENVMAP_ERROR_MEMORY;
     envmap_result result = envmapi_source_create(&source, map, 0, set.memory);
-    if (!result) result = envmapi_run(&set, envmapi_view, &views, count);
-    for (int i = 0; !result && i < 3 * count; ++i)
-        if (!envmapi_finite(views.rgb[i / 3][i % 3])) result = ENVMAP_ERROR_LOBE;
-    for (int i = 0; !result && i < 3 * count; ++i)
-        rgb[i] = envmapi_to_float(views.rgb[i / 3][i % 3]);
+    if (!result)
+        result = envmapi_run_staged(rgb, &views.rgb, 3 * (size_t)count, &set, envmapi_view, &views,
+                                    count);
     envmapi_source_free(&source, set.memory);
-    ENVMAP_FREE(set.memory, views.rgb);
     return result;
 }
 
@@ -6789,48 +6800,51 @@ ENVMAPI_BODY double envmap_fresnel_schlick(double cosine, double f0) {
 
 #define ENVMAPI_RING 32
 
-/* What tasks share; a task is a slice, and fills in the last line for itself. */
+/* What tasks share; a task is a slice, and fills in the last two lines for itself. */
 typedef struct envmapi_fitting {
     const envmap_brdf *brdf;
     envmap_fit *fit;
-    envmap_lobe table; /* fit->table as a lobe */
-    int rows;          /* of each lobe of the fit: slices, or 1 */
+    envmap_lobe table;              /* fit->table as a lobe */
+    int rows;                       /* of each lobe of the fit: slices, or 1 */
+    double ring[ENVMAPI_RING][2];   /* cos and sin of phi; of a ring, symmetry asks half */
     int slice, bad;
-    double v[3], theta;
+    double v[3], theta, axis[3][2]; /* sin and cos of each psi */
 } envmapi_fitting;
+
+static void envmapi_fit_turn(envmapi_fitting *f, int lobe, double m) {
+    f->axis[lobe][0] = sin(m * f->theta), f->axis[lobe][1] = cos(m * f->theta);
+}
 
 static envmapi_fitting envmapi_fit_of(const void *context, int slice) {
     envmapi_fitting f = *(const envmapi_fitting *)context;
     double c = (slice + 0.5) / f.fit->slices;
     f.v[0] = -sqrt(1 - c * c), f.v[2] = c, f.theta = acos(c), f.slice = slice;
+    for (int i = 0; i < f.fit->lobes; ++i)
+        envmapi_fit_turn(&f, i, (double)f.fit->axis[i * f.fit->slices + slice]);
     return f;
-}
-
-static double envmapi_fit_psi(const envmapi_fitting *f, int lobe) {
-    return (double)f->fit->axis[lobe * f->fit->slices + f->slice] * f->theta;
 }
 
 /* Lobe i in direction l. */
 static double envmapi_fit_k(const envmapi_fitting *f, int i, const double l[3]) {
-    double psi = envmapi_fit_psi(f, i);
     int row = i * f->rows + (f->rows > 1 ? f->slice : 0);
-    return envmapi_table_row(&f->table, row, envmapi_acos(l[0] * sin(psi) + l[2] * cos(psi)));
+    double x = l[0] * f->axis[i][0] + l[2] * f->axis[i][1];
+    return envmapi_table_row(&f->table, row, envmapi_acos(x));
 }
 
-/* Node j of a ring about the axis at psi, of which symmetry asks half: l, and f_r (n.l) there. */
-static void envmapi_fit_node(double f_r[3], double l[3], envmapi_fitting *f, double psi,
-                             double angle, int j) {
-    double phi = ENVMAPI_PI * (j + 0.5) / ENVMAPI_RING, s = sin(angle) * cos(phi), c = cos(angle);
-    l[0] = c * sin(psi) + s * cos(psi), l[1] = sin(angle) * sin(phi);
-    l[2] = c * cos(psi) - s * sin(psi);
+/* Node j of the ring at the angle of cosine c and sine s about a lobe's axis: l, and f_r (n.l). */
+static void envmapi_fit_node(double f_r[3], double l[3], envmapi_fitting *f, int lobe, double c,
+                             double s, int j) {
+    const double *axis = f->axis[lobe];
+    l[0] = c * axis[0] + s * f->ring[j][0] * axis[1], l[1] = s * f->ring[j][1];
+    l[2] = c * axis[1] - s * f->ring[j][0] * axis[0];
     envmapi_brdf_cosine(f_r, f->brdf, f->v, l, &f->bad);
 }
 
 /* The mean over channels, too. */
-static double envmapi_fit_ring(envmapi_fitting *f, int lobe, double psi, double angle) {
-    double sum = 0, l[3], f_r[3];
+static double envmapi_fit_ring(envmapi_fitting *f, int lobe, double angle) {
+    double sum = 0, l[3], f_r[3], c = cos(angle), s = sin(angle);
     for (int j = 0; j < ENVMAPI_RING; ++j) {
-        envmapi_fit_node(f_r, l, f, psi, angle, j);
+        envmapi_fit_node(f_r, l, f, lobe, c, s, j);
         sum += (f_r[0] + f_r[1] + f_r[2]) / 3;
         for (int other = 0; other < f->fit->lobes; ++other)
             if (other != lobe) sum -= envmapi_fit_k(f, other, l);
@@ -6840,9 +6854,10 @@ static double envmapi_fit_ring(envmapi_fitting *f, int lobe, double psi, double 
 
 static double envmapi_fit_gain(envmapi_fitting *f, int lobe, double m) {
     double gain = 0;
+    envmapi_fit_turn(f, lobe, m);
     for (int i = 0; i < 128; ++i) { /* close together where a peak would be */
         double u = (i + 0.5) / 128, angle = ENVMAPI_PI * u * u;
-        double k = envmapi_fit_ring(f, lobe, m * f->theta, angle);
+        double k = envmapi_fit_ring(f, lobe, angle);
         gain += k * k * sin(angle) * u;
     }
     return gain;
@@ -6858,6 +6873,7 @@ static void envmapi_fit_axis(envmapi_fitting *f, int lobe) {
         m += (best - 1) * step, gain[1] = gain[best];
     }
     f->fit->axis[lobe * f->fit->slices + f->slice] = (float)m;
+    envmapi_fit_turn(f, lobe, (double)(float)m);
 }
 
 static void envmapi_fit_slice(void *context, int slice) {
@@ -6870,66 +6886,55 @@ static void envmapi_fit_slice(void *context, int slice) {
         float *row = fit->table + (lobe * fit->slices + slice) * fit->size;
         if (at < 6 && lobe != 1) envmapi_fit_axis(&f, lobe);
         for (int i = 0; i < fit->size; ++i)
-            row[i] = (float)envmapi_fit_ring(&f, lobe, envmapi_fit_psi(&f, lobe),
-                                             ENVMAPI_PI * i / (fit->size - 1));
+            row[i] = (float)envmapi_fit_ring(&f, lobe, ENVMAPI_PI * i / (fit->size - 1));
     }
-    fit->error[slice] = f.bad ? -1 : 0;
+    fit->error[slice] = f.bad ? (float)HUGE_VAL : 0; /* refuses the fit in the end */
 }
 
-/* Normal equations of the factors, channel by channel, gram x = right; and all of f_r (n.l). */
-typedef struct envmapi_fit_sums {
-    double gram[3][3], right[3][3], whole[3], square;
-} envmapi_fit_sums;
-
-static void envmapi_fit_gather(envmapi_fit_sums *sums, envmapi_fitting *f) {
-    double l[3], f_r[3], k[3], psi = envmapi_fit_psi(f, 0);
-    int rings = f->fit->size - 1, lobes = f->fit->lobes;
-    double node = 2 * ENVMAPI_PI / rings * ENVMAPI_PI / ENVMAPI_RING; /* sr, times w */
-    memset(sums, 0, sizeof *sums);
+/* The integrals over l of the products of any two of: lobes (0 .. 2), channels of f_r (n.l)
+   (3 .. 5), 1. They hold the channels' normal equations, and all that f_r (n.l) reflects. */
+static void envmapi_fit_gather(double gram[7][7], envmapi_fitting *f) {
+    double l[3], q[7] = {0, 0, 0, 0, 0, 0, 1};
+    int rings = f->fit->size - 1;
+    memset(gram, 0, 7 * sizeof *gram);
     for (int i = 0; i < rings * ENVMAPI_RING; ++i) {
-        double angle = ENVMAPI_PI * (i / ENVMAPI_RING + 0.5) / rings, w = sin(angle);
-        envmapi_fit_node(f_r, l, f, psi, angle, i % ENVMAPI_RING);
-        for (int a = 0; a < lobes; ++a) k[a] = envmapi_fit_k(f, a, l);
-        for (int a = 0; a < lobes; ++a)
-            for (int b = 0; b < lobes; ++b) sums->gram[a][b] += w * k[a] * k[b];
-        for (int c = 0; c < 3; ++c) {
-            for (int a = 0; a < lobes; ++a) sums->right[c][a] += w * f_r[c] * k[a];
-            sums->square += w * f_r[c] * f_r[c];
-            sums->whole[c] += w * f_r[c] * node;
-        }
+        double angle = ENVMAPI_PI * (i / ENVMAPI_RING + 0.5) / rings, s = sin(angle);
+        double w = s * 2 * ENVMAPI_PI / rings * ENVMAPI_PI / ENVMAPI_RING;
+        envmapi_fit_node(q + 3, l, f, 0, cos(angle), s, i % ENVMAPI_RING);
+        for (int a = 0; a < f->fit->lobes; ++a) q[a] = envmapi_fit_k(f, a, l);
+        for (int a = 0; a < 7; ++a)
+            for (int b = 0; b < 7; ++b) gram[a][b] += w * q[a] * q[b];
     }
 }
 
 /* x >= 0 by coordinate descent, which least squares with so few unknowns allows; then all of them
    together as much as f_r (n.l) reflects, as constant light shows energy and not squares. */
-static void envmapi_fit_solve(double x[3], const envmapi_fit_sums *sums, int lobes, int channel) {
+static void envmapi_fit_solve(double x[3], double gram[7][7], int channel) {
+    const double *right = gram[3 + channel];
     x[0] = x[1] = x[2] = 0;
     for (int turn = 0; turn < 200; ++turn)
-        for (int i = 0; i < lobes; ++i) {
-            double left = sums->right[channel][i];
-            for (int j = 0; j < lobes; ++j) left -= j == i ? 0 : sums->gram[i][j] * x[j];
-            x[i] = left > 0 && sums->gram[i][i] > 0 ? left / sums->gram[i][i] : 0;
+        for (int i = 0; i < 3; ++i) {
+            double left = right[i] - envmapi_dot(gram[i], x) + gram[i][i] * x[i];
+            x[i] = left > 0 && gram[i][i] > 0 ? left / gram[i][i] : 0;
         }
     double all = x[0] + x[1] + x[2];
-    for (int i = 0; all > 0 && i < lobes; ++i) x[i] *= sums->whole[channel] / all;
+    for (int i = 0; all > 0 && i < 3; ++i) x[i] *= right[6] / all;
 }
 
 static void envmapi_fit_factors(void *context, int slice) {
     envmapi_fitting f = envmapi_fit_of(context, slice);
     envmap_fit *fit = f.fit;
-    envmapi_fit_sums sums;
-    envmapi_fit_gather(&sums, &f);
-    double left = sums.square, x[3];
-    for (int c = 0; c < 3; ++c) {
-        envmapi_fit_solve(x, &sums, fit->lobes, c);
+    double gram[7][7], x[3], left = 0, square = 0;
+    envmapi_fit_gather(gram, &f);
+    for (int c = 3; c < 6; ++c) {
+        envmapi_fit_solve(x, gram, c - 3);
+        square += gram[c][c], left += gram[c][c];
         for (int a = 0; a < fit->lobes; ++a) {
-            fit->factor[3 * (a * fit->slices + slice) + c] = (float)x[a];
-            left -= 2 * x[a] * sums.right[c][a];
-            for (int b = 0; b < fit->lobes; ++b) left += x[a] * x[b] * sums.gram[a][b];
+            fit->factor[3 * (a * fit->slices + slice) + c - 3] = (float)x[a];
+            left += x[a] * (envmapi_dot(gram[a], x) - 2 * gram[c][a]);
         }
     }
-    if (fit->error[slice] < 0) return; /* bad */
-    fit->error[slice] = sums.square > 0 ? (float)sqrt(left > 0 ? left / sums.square : 0) : 0;
+    fit->error[slice] += square > 0 ? (float)sqrt(left > 0 ? left / square : 0) : 0;
 }
 
 /* A row of the table: the sum of `count` rows, its integral 1; uniform where there is nothing. */
@@ -6959,15 +6964,20 @@ static envmap_result envmapi_fit_run(envmap_fit *fit, const envmap_brdf *brdf,
     memset(&f, 0, sizeof f);
     f.brdf = brdf, f.fit = fit, f.rows = n;
     f.table = envmap_lobe_table(fit->table, size, all, 0, 1);
+    for (int j = 0; j < ENVMAPI_RING; ++j) {
+        double phi = ENVMAPI_PI * (j + 0.5) / ENVMAPI_RING;
+        f.ring[j][0] = cos(phi), f.ring[j][1] = sin(phi);
+    }
     for (int i = 0; i < all; ++i) fit->axis[i] = (float)(1 - i / n);
-    envmapi_run_all(work, envmapi_fit_slice, &f, n);
+    envmap_result result = envmapi_run(work, envmapi_fit_slice, &f, n);
+    if (result) return result;
     for (int i = 0; i < all / merged; ++i)
         envmapi_fit_normalise(fit->table + i * size, fit->table + i * merged * size, size, merged);
     f.rows = n / merged;
     envmapi_run_all(work, envmapi_fit_factors, &f, n);
     for (int i = 0; i < 3 * all; ++i) sum += (double)fit->factor[i];
-    for (int k = 0; k < n; ++k) sum = fit->error[k] < 0 ? 0 : sum;
-    return envmapi_finite(sum) && sum > 0 ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
+    for (int i = 0; sum > 0 && i < n; ++i) sum += (double)fit->error[i];
+    return envmapi_finite(sum) && sum > 0 ? envmapi_tell(&work->progress, 1) : ENVMAP_ERROR_LOBE;
 }
 
 ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
@@ -7012,88 +7022,65 @@ static double envmapi_entry(const float *row, int stride, double s) {
 
 ENVMAPI_BODY void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const envmap *maps,
                                     const float n[3], const float v[3]) {
-    double N[3], V[3], c = 0, sum[3] = {0, 0, 0};
+    double N[3], V[3], T[3], B[3], c = 0, sum[3] = {0, 0, 0};
     if (!rgb) return;
     if (envmapi_fit_fields_ok(fit) && fit->table && maps && envmapi_surface(N, V, n, v))
         c = envmapi_dot(N, V);
+    if (c > 0) envmapi_tangents(T, B, N, v);
     for (int i = 0; c > 0 && i < fit->lobes; ++i) {
         const float *factor = fit->factor + 3 * i * fit->slices;
-        double at = envmapi_slice_at(c, 0, 1, fit->slices), theta = envmapi_angle(N, V);
-        double psi = theta * envmapi_entry(fit->axis + i * fit->slices, 1, at);
-        double off = theta > 1e-9 ? sin(psi) / sin(theta) : 0;
+        double at = envmapi_slice_at(c, 0, 1, fit->slices);
+        double psi = envmapi_angle(N, V) * envmapi_entry(fit->axis + i * fit->slices, 1, at);
         float dir[3], light[3]; /* the axis, in the plane of n and v, away from v */
-        for (int j = 0; j < 3; ++j) dir[j] = (float)(cos(psi) * N[j] + off * (c * N[j] - V[j]));
+        for (int j = 0; j < 3; ++j) dir[j] = (float)(cos(psi) * N[j] - sin(psi) * T[j]);
         envmap_lookup_slice(light, maps + i, dir, (float)c, 0);
         for (int j = 0; j < 3; ++j) sum[j] += (double)light[j] * envmapi_entry(factor + j, 3, at);
     }
     for (int j = 0; j < 3; ++j) rgb[j] = envmapi_to_float(sum[j]);
 }
 
-/* ---- GGX: the normals of visible facets are half vectors of v and a spherical cap, squeezed
-   [DB23]; h = squeeze(u + d), u = v squeezed, d = (zeta, phi) in the cap d_z > -u_z. With
-   zeta = (pi - acos u_z)(1 - t^2), nodes lie close at the cap's edge, where v.h runs off. The light
-   l is v reflected at h (_ggx_reflect); the parts of every column with l above the horizon
-   (_ggx_column) are integrated one by one (_ggx_part). ---- */
+/* ---- GGX, over half vectors h = (t cos phi, t sin phi, 1) / sqrt(1 + t^2), v = (s, 0, c):
+     E  = integral of D G2 F (v.h) / c over h
+     G2 = 2 l_z c / (l_z to_v + c to_l),  to_x = sqrt(alpha^2 + (1 - alpha^2) x_z^2)     [Heitz14]
+     D h_z dh = du dphi / 2pi,  t^2 = alpha^2 u / (1 - u)
+   The light is above the horizon where c t < s cos phi + sqrt(s^2 cos^2 phi + c^2). A column of one
+   phi ends there, so that what is integrated along it is smooth (_column). Its variable y,
+   t = alpha y / (1 - y), makes all of it rational. Gauss nodes lie closest at the ends of columns
+   and where cos phi is 0, as grazing views change most there (_nodes).
+   16 columns of 24 nodes: of 16 nodes, ggx_terms_agree_with_quadrature_over_normals fails. ---- */
 
-typedef struct envmapi_ggx {
-    double v[3], u[3], alpha, edge;
-    double cosine, sine; /* of the column's phi */
-} envmapi_ggx;
-
-/* l_z of the reflection, and v.h. */
-static double envmapi_ggx_reflect(double *vh, const envmapi_ggx *g, double t) {
-    double zeta = g->edge * (1 - t * t), r = sin(zeta);
-    double x = g->alpha * (r * g->cosine + g->u[0]), y = g->alpha * r * g->sine;
-    double z = cos(zeta) + g->u[2], hh = x * x + y * y + z * z;
-    double v = g->v[0] * x + g->v[2] * z; /* v.h and h_z, but for h's length */
-    *vh = v / sqrt(hh);
-    return 2 * v * z / hh - g->v[2];
+/* Nodes of the panels of [0, 1] at 1 - q^3, close to 1, with weights. */
+static void envmapi_ggx_nodes(double *nodes, double *weights, int panels) {
+    for (int i = 0; i < 8 * panels; ++i) {
+        double q, w = envmapi_gauss(&q, i & 7, (i >> 3) / (double)panels, ((i >> 3) + 1.0) / panels);
+        nodes[i] = 1 - q * q * q, weights[i] = 3 * w * q * q;
+    }
 }
 
-/* Adds G2/G1, times 1 - (1-v.h)^5 and (1-v.h)^5, over t in [from, to]. */
-static void envmapi_ggx_part(double sums[2], const envmapi_ggx *g, double from, double to) {
-    double x, vh, aa = g->alpha * g->alpha, c = g->v[2], to_v = c + sqrt(aa + (1 - aa) * c * c);
+/* Adds the column, x = s cos phi, times 1 - (1 - v.h)^5 and (1 - v.h)^5. */
+static void envmapi_ggx_column(double sums[2], const double nodes[24], const double weights[24],
+                               double c, double alpha, double x, double weight) {
+    double aa = alpha * alpha, to_v = sqrt(aa + (1 - aa) * c * c), r = sqrt(x * x + c * c) + fabs(x);
+    double end = x > 0 ? r / (r + alpha * c) : c / (c + alpha * r);
     for (int i = 0; i < 24; ++i) {
-        double w = envmapi_gauss(&x, i & 7, (i >> 3) / 3.0, ((i >> 3) + 1) / 3.0);
-        double t = from + (to - from) * x * x * (3 - 2 * x);
-        double l = envmapi_ggx_reflect(&vh, g, t), m = 1 - vh, fresnel = m * m * m * m * m;
-        if (!(l > 0)) continue;
-        double to_l = sqrt(aa + (1 - aa) * l * l) - l;
-        w *= (to - from) * 6 * x * (1 - x) * 2 * t * g->edge * sin(g->edge * (1 - t * t));
-        w *= to_v * l / (to_v * l + to_l * c);
+        double y = end * nodes[i], z = 1 - y, n = y * y + z * z;
+        double vh = alpha * x * y + c * z, hh = aa * y * y + z * z; /* h: (alpha y, z) */
+        double h = 1 / sqrt(hh), l = 2 * vh * z * h * h - c, to_l = sqrt(aa + (1 - aa) * l * l);
+        double m = 1 - vh * h, fresnel = m * m * m * m * m;
+        double w = weight * end * weights[i] * 4 * y * vh * l / (n * n * (l * to_v + c * to_l));
         sums[0] += w * (1 - fresnel), sums[1] += w * fresnel;
     }
 }
 
-static void envmapi_ggx_column(double sums[2], const envmapi_ggx *g) {
-    double from = 0, vh;
-    for (int i = 0, above = 0; i <= 32; ++i) {
-        double low = (i - 1) / 32.0, high = i / 32.0;
-        int next = envmapi_ggx_reflect(&vh, g, high) > 0;
-        for (int k = 0; next != above && i > 0 && k < 40; ++k) { /* where l meets the horizon */
-            double t = (low + high) / 2;
-            if ((envmapi_ggx_reflect(&vh, g, t) > 0) == above) low = t;
-            else high = t;
-        }
-        if (next && !above) from = high;
-        if (above && (!next || i == 32)) envmapi_ggx_part(sums, g, from, high);
-        above = next;
-    }
-}
-
 ENVMAPI_BODY void envmap_ggx_split_sum(double *scale, double *bias, double cosine, double alpha) {
-    double sums[2] = {0, 0}, phi;
-    int nodes = envmapi_finite(cosine) && envmapi_finite(alpha) ? 64 : 0;
-    double c = envmapi_clamp(cosine, 0, 1), a = envmapi_clamp(alpha, 1e-4, 1);
-    envmapi_ggx g = {{sqrt(1 - c * c), 0, c}, {a * sqrt(1 - c * c), 0, c}, a, 0, 0, 0};
-    envmapi_unit(g.u, g.u);
-    g.edge = ENVMAPI_PI - envmapi_acos(g.u[2]);
-    for (int i = 0; i < nodes; ++i) {
-        double part[2] = {0, 0};
-        double w = envmapi_gauss(&phi, i & 7, (i >> 3) / 8.0, ((i >> 3) + 1) / 8.0);
-        g.cosine = cos(ENVMAPI_PI * phi), g.sine = sin(ENVMAPI_PI * phi);
-        envmapi_ggx_column(part, &g);
-        for (int k = 0; k < 2; ++k) sums[k] += w * part[k] / (1 + g.u[2]);
+    double sums[2] = {0, 0}, phi[8], weight[8], y[24], w[24];
+    int columns = envmapi_finite(cosine) && envmapi_finite(alpha) ? 16 : 0;
+    double c = envmapi_clamp(cosine, 1e-12, 1), a = envmapi_clamp(alpha, 1e-4, 1);
+    envmapi_ggx_nodes(phi, weight, 1);
+    envmapi_ggx_nodes(y, w, 3);
+    for (int i = 0; i < columns; ++i) {
+        double x = sqrt(1 - c * c) * cos(ENVMAPI_PI / 2 * phi[i / 2]);
+        envmapi_ggx_column(sums, y, w, c, a, i & 1 ? -x : x, weight[i / 2] / 2);
     }
     if (scale) *scale = sums[0];
     if (bias) *bias = sums[1];
@@ -7113,19 +7100,19 @@ typedef struct envmapi_ggx_rows {
 static void envmapi_ggx_row(void *context, int y) {
     const envmapi_ggx_rows *rows = (const envmapi_ggx_rows *)context;
     double roughness = (y + 0.5) / rows->size, scale, bias;
+    float *to = rows->values + 2 * y * rows->size;
     for (int x = 0; x < rows->size; ++x) {
-        float *to = rows->values + 2 * ((size_t)y * (size_t)rows->size + (size_t)x);
         envmap_ggx_split_sum(&scale, &bias, (x + 0.5) / rows->size, roughness * roughness);
-        to[0] = (float)scale, to[1] = (float)bias;
+        *to++ = (float)scale, *to++ = (float)bias;
     }
 }
 
 ENVMAPI_BODY envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work) {
     envmap_work how = envmapi_work_of(work);
-    envmapi_ggx_rows rows = {values, size};
+    envmapi_ggx_rows rows = {NULL, size};
     if (!values || size < 1 || size > 1024) return ENVMAP_ERROR_ARGUMENT;
-    envmapi_run_all(&how, envmapi_ggx_row, &rows, size);
-    return ENVMAP_OK;
+    return envmapi_run_staged(values, &rows.values, 2 * (size_t)size * (size_t)size, &how,
+                              envmapi_ggx_row, &rows, size);
 }
 
 ENVMAPI_BODY double envmap_roughness_level(double roughness, int levels, double bend) {
@@ -7247,8 +7234,6 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
 
 /* REFERENCES
      [Banks94]    D. Banks. Illumination in diverse codimensions. SIGGRAPH 1994.
-     [DB23]       J. Dupuy, A. Benyoub. Sampling visible GGX normals with spherical caps. High
-                  Performance Graphics 2023.
      [Debevec98]  P. Debevec. Rendering synthetic objects into real scenes. SIGGRAPH 1998; and the
                   notes on light probe images (angular map, lat-long).
      [FdezAguera19] C. Fdez-Aguera. A multiple-scattering microfacet model for real-time image based

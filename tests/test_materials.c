@@ -177,7 +177,7 @@ static void memory_that_fails_leaves_no_trace(void) {
     brdf_values v = values(0.3, 0, 0);
     envmap_brdf ggx = model(brdf_ggx, &v);
     envmap_frame f = seen_at(0.5);
-    float rgb[3] = {-7, -7, -7};
+    float rgb[3] = {-7, -7, -7}, table[2] = {-7, -7};
     int live = oracle_live;
     for (int at = 0; at < 2; ++at) {
         envmap_fit fit;
@@ -187,6 +187,8 @@ static void memory_that_fails_leaves_no_trace(void) {
         CHECK(envmap_radiance(rgb, &src, &ggx, &f, 1, NULL) == ENVMAP_ERROR_MEMORY && rgb[0] == -7);
         oracle_calls = oracle_fail_at = 0; /* it asks once */
         CHECK(envmap_fit_brdf(&fit, &ggx, NULL) == ENVMAP_ERROR_MEMORY && !fit.table);
+        oracle_calls = 0;
+        CHECK(envmap_ggx_table(table, 1, NULL) == ENVMAP_ERROR_MEMORY && table[0] == -7);
         oracle_fail_at = -1;
         CHECK(oracle_live == live);
     }
@@ -224,23 +226,58 @@ static void results_are_the_same_bits_on_any_thread(void) {
     pthread_mutex_destroy(&c.lock);
 }
 
-static void a_cancelled_sum_writes_nothing(void) {
+/* Cancels at the first report, the second, ...: nothing is written and nothing leaks. A call that is
+   not cancelled reports 1 in the end. */
+static void check_cancelled(envmap_result (*call)(float *out, const envmap_work *work), int least) {
+    int at = 0, live = oracle_live;
+    for (envmap_result result = ENVMAP_CANCELLED; result == ENVMAP_CANCELLED && at < 1000;) {
+        float out[128];
+        envmap_filter_desc desc = desc_of(0, 0);
+        watch w = {0, 0, 0, 0};
+        w.cancel_at = ++at;
+        desc.work.progress.user = &w, desc.work.progress.report = watch_report;
+        for (int i = 0; i < 128; ++i) out[i] = -7;
+        result = call(out, &desc.work);
+        CHECK(oracle_live == live && w.disorder == 0);
+        if (result == ENVMAP_CANCELLED) {
+            CHECK(w.calls == at);
+            for (int i = 0; i < 128; ++i) CHECK(out[i] == -7);
+        } else CHECK(result == ENVMAP_OK && w.calls == at - 1 && w.last == 1.0f && out[0] > -7);
+    }
+    CHECK(at > least);
+}
+
+static envmap_result radiance_of_three(float *out, const envmap_work *work) {
     envmap src = noise(ENVMAP_CUBE, 4, 6);
     brdf_values v = values(0.3, 0, 0);
     envmap_brdf ggx = model(brdf_ggx, &v);
     envmap_frame f[3] = {seen_at(0.5), seen_at(0.6), seen_at(0.7)};
-    float rgb[9] = {-7, -7, -7, -7, -7, -7, -7, -7, -7};
-    envmap_filter_desc desc = desc_of(0, 0);
-    int live = oracle_live;
-    for (int at = 1; at < 4; ++at) {
-        watch w = {0, 0, 0, 0};
-        w.cancel_at = at;
-        desc.work.progress.user = &w, desc.work.progress.report = watch_report;
-        CHECK(envmap_radiance(rgb, &src, &ggx, f, 3, &desc.work) == ENVMAP_CANCELLED);
-        for (int i = 0; i < 9; ++i) CHECK(rgb[i] == -7);
-        CHECK(w.calls == at && oracle_live == live);
-    }
+    envmap_result result = envmap_radiance(out, &src, &ggx, f, 3, work);
     envmap_free(&src);
+    return result;
+}
+
+static envmap_result table_of_eight(float *out, const envmap_work *work) {
+    return envmap_ggx_table(out, 8, work);
+}
+
+/* A pointer that was written shows as a number. */
+static envmap_result fit_of_three_slices(float *out, const envmap_work *work) {
+    brdf_values v = values(0.3, 0, 0);
+    envmap_brdf ggx = model(brdf_ggx, &v);
+    envmap_fit fit;
+    memset(&fit, 0, sizeof fit);
+    fit.slices = 3, fit.size = 16;
+    envmap_result result = envmap_fit_brdf(&fit, &ggx, work);
+    if (fit.table || fit.axis || fit.factor || fit.error) out[0] = 1;
+    envmap_fit_free(&fit);
+    return result;
+}
+
+static void cancelled_calls_write_nothing(void) {
+    check_cancelled(radiance_of_three, 3);
+    check_cancelled(table_of_eight, 8);
+    check_cancelled(fit_of_three_slices, 3);
 }
 
 /* ---------------------------------------------------------------------------------- Fresnel -- */
@@ -476,38 +513,109 @@ static void slices_needed_are_enough(void) {
 
 /* -------------------------------------------------------------------------------------- GGX -- */
 
-/* The split sum over half vectors: another integral than the library's. */
-static void ggx_by_normals(double *scale, double *bias, double c, double a, int n) {
+/* The split sum over half vectors, at t = alpha tan psi from n, in columns of phi that end where the
+   light sets: n Gauss nodes for each quarter of phi and 2n for psi, close to where columns end and
+   where cos phi is 0. */
+static void ggx_by_normals(double sums[2], double c, double a, int n) {
+    static double x[96], wx[96], y[192], wy[192];
+    static int made;
     double sv = sqrt(1 - c * c), aa = a * a;
-    *scale = *bias = 0;
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n / 2; ++j) {
-            double x = (i + 0.5) / n, u = x * x * (3 - 2 * x), phi = PI * (j + 0.5) / (n / 2);
-            double tt = aa * u / (1 - u), hc = 1 / sqrt(1 + tt), hs = sqrt(tt) * hc;
-            double vh = sv * hs * cos(phi) + c * hc, l = 2 * vh * hc - c, m = 1 - vh,
-                   f = m * m * m * m * m;
-            if (!(vh > 0 && l > 0)) continue;
-            double w = 6 * x * (1 - x) / n / (n / 2) * 2 * c * l /
-                       (l * sqrt(aa + (1 - aa) * c * c) + c * sqrt(aa + (1 - aa) * l * l));
-            w *= vh / (c * hc);
-            *scale += w * (1 - f), *bias += w * f;
+    if (made != n) o_gauss(n, x, wx), o_gauss(2 * n, y, wy), made = n;
+    sums[0] = sums[1] = 0;
+    for (int i = 0; i < 2 * n; ++i) {
+        double q = (1 + x[i / 2]) / 2, w = wx[i / 2] * 0.75 * q * q;
+        double along = sv * sin(PI / 2 * q * q * q) * (i % 2 ? -1 : 1);
+        double root = sqrt(along * along + c * c), end = atan((along + root) / (a * c));
+        if (along < 0) end = atan(c / (a * (root - along)));
+        for (int j = 0; j < 2 * n; ++j) {
+            double u = (1 + y[j]) / 2, part = w * wy[j] * 1.5 * u * u * end;
+            double psi = end * (1 - u * u * u), t = a * tan(psi), hz = 1 / sqrt(1 + t * t);
+            double vh = (along * t + c) * hz, l = 2 * vh * hz - c, f = pow(1 - vh, 5);
+            if (!(l > 0)) continue; /* by rounding */
+            part *= 2 * sin(psi) * cos(psi) * 2 * l * vh / hz;
+            part /= l * sqrt(aa + (1 - aa) * c * c) + c * sqrt(aa + (1 - aa) * l * l);
+            sums[0] += part * (1 - f), sums[1] += part * f;
         }
+    }
+}
+
+/* The same over lights, for alpha that is not small: f0 scale + bias. */
+static double ggx_by_lights(double c, double a, double f0) {
+    double x[96], w[96], sum = 0, v[3] = {sqrt(1 - c * c), 0, c}, f[3];
+    brdf_values ggx = values(a, 0, 0);
+    ggx.fresnel = 1, ggx.colour[0] = f0;
+    o_gauss(96, x, w);
+    for (int i = 0; i < 96; ++i)
+        for (int j = 0; j < 400; ++j) {
+            double z = (1 + x[i]) / 2, s = sqrt(1 - z * z), phi = 2 * PI * (j + 0.5) / 400;
+            double l[3] = {s * cos(phi), s * sin(phi), z};
+            brdf_ggx(f, v, l, &ggx);
+            sum += w[i] / 2 * 2 * PI / 400 * z * f[0];
+        }
+    return sum;
+}
+
+static void ggx_by_normals_and_by_lights_are_the_same_integral(void) {
+    double worst = 0, sums[2];
+    for (int i = 0; i < 25; ++i) {
+        double c = 0.1 + 0.9 * (i % 5) / 4, a = 0.5 + 0.5 * (i / 5) / 4;
+        ggx_by_normals(sums, c, a, 64);
+        worst = fmax(worst, fabs(ggx_by_lights(c, a, 1) - sums[0] - sums[1]));
+        worst = fmax(worst, fabs(ggx_by_lights(c, a, 0) - sums[1]));
+    }
+    FIGURE("the two oracles of the split sum", worst, 1e-8);
 }
 
 static void ggx_terms_agree_with_quadrature_over_normals(void) {
-    double worst = 0, scale, bias, S, B;
-    for (int i = 0; i < 25; ++i) {
-        double c = 0.03 + 0.97 * (i % 5) / 4, a = 0.05 + 0.95 * (i / 5) / 4;
+    double worst = 0, steep = 0, open = 0, scale, bias, sums[2], more[2];
+    unsigned long long state = 5;
+    int n = test_many(1500);
+    for (int i = 0; i < n; ++i) { /* even, or even in the logarithm: c from 1e-8, alpha from 1e-4 */
+        double c = test_random(&state), a = fmax(test_random(&state), 1e-4);
+        if (i & 1) c = pow(10, -8 * c);
+        if (i & 2) a = pow(10, -4 * a);
         envmap_ggx_split_sum(&scale, &bias, c, a);
-        ggx_by_normals(&S, &B, c, a, 1600);
-        worst = fmax(worst, fmax(fabs(scale - S), fabs(bias - B)));
+        ggx_by_normals(sums, c, a, 48);
+        if (i < n / 10) ggx_by_normals(more, c, a, 96);
+        if (i < n / 10)
+            open = fmax(open, fmax(fabs(more[0] - sums[0]), fabs(more[1] - sums[1])));
+        double error = fmax(fabs(scale - sums[0]), fabs(bias - sums[1]));
+        worst = fmax(worst, error), steep = fmax(steep, c > 0.1 ? error : 0);
     }
-    FIGURE("split sum against half-vector quadrature", worst, 1e-4);
+    FIGURE("quadrature over half vectors against twice as many nodes", open, 1e-6);
+    FIGURE("split sum against quadrature over half vectors", worst, 3e-5);
+    FIGURE("... where n.v > 0.1", steep, 1e-5);
     envmap_ggx_split_sum(&scale, &bias, 0.5, 1e-4); /* a mirror: Schlick itself */
     CHECK_CLOSE(scale, 1 - 1.0 / 32, 1e-6);
     CHECK_CLOSE(bias, 1.0 / 32, 1e-6);
     envmap_ggx_split_sum(&scale, NULL, (double)NAN, 0.5);
     CHECK(scale == 0);
+}
+
+/* D is constant there, and the integral has a closed form: 1 - c log(1 + 1/c). */
+static void ggx_of_alpha_1_reflects_1_minus_c_log_1_plus_1_over_c(void) {
+    double worst = 0, scale, bias;
+    for (int i = 0; i <= 600; ++i) {
+        double c = pow(10, -i / 100.0);
+        envmap_ggx_split_sum(&scale, &bias, c, 1);
+        worst = fmax(worst, fabs(scale + bias - 1 + c * log1p(1 / c)));
+    }
+    FIGURE("scale + bias of alpha = 1 against the closed form", worst, 1e-5);
+    envmap_ggx_split_sum(&scale, &bias, 0, 1);
+    CHECK_CLOSE(scale + bias, 1, 1e-5);
+}
+
+static void every_entry_of_a_ggx_table_is_within_1e_4(void) {
+    static float table[2 * 64 * 64];
+    double worst = 0, sums[2];
+    CHECK(envmap_ggx_table(table, 64, NULL) == ENVMAP_OK);
+    for (int i = 0; i < 64 * 64; i += 1 + 4096 / test_many(4096)) {
+        double r = (i / 64 + 0.5) / 64;
+        ggx_by_normals(sums, (i % 64 + 0.5) / 64, fmax(r * r, 1e-4), 40);
+        worst = fmax(worst, fabs((double)table[2 * i] - sums[0]));
+        worst = fmax(worst, fabs((double)table[2 * i + 1] - sums[1]));
+    }
+    FIGURE("table of 64 x 64 against quadrature over half vectors", worst, 1e-4);
 }
 
 static void ggx_terms_agree_with_eq_1(void) {
@@ -755,7 +863,7 @@ int main(void) {
     RUN(bad_input_is_refused_and_nothing_is_written);
     RUN(memory_that_fails_leaves_no_trace);
     RUN(results_are_the_same_bits_on_any_thread);
-    RUN(a_cancelled_sum_writes_nothing);
+    RUN(cancelled_calls_write_nothing);
     RUN(fresnel_has_its_textbook_values);
     RUN(schlick_is_near_fresnel_for_a_dielectric);
     RUN(compositions_keep_the_furnace);
@@ -764,7 +872,10 @@ int main(void) {
     RUN(fits_are_reciprocal_where_the_model_is);
     RUN(fits_err_by_angle_as_n_r_leaves_n_l);
     RUN(slices_needed_are_enough);
+    RUN(ggx_by_normals_and_by_lights_are_the_same_integral);
     RUN(ggx_terms_agree_with_quadrature_over_normals);
+    RUN(ggx_of_alpha_1_reflects_1_minus_c_log_1_plus_1_over_c);
+    RUN(every_entry_of_a_ggx_table_is_within_1e_4);
     RUN(ggx_terms_agree_with_eq_1);
     RUN(ggx_loses_nothing_with_its_multiple_scattering);
     RUN(roughness_and_level_are_inverse);
