@@ -120,6 +120,7 @@ MAPS = $(foreach m,$(MAP),'$(m)')
 architecture: ARGS = docs ## the rooms of envmap.h and a texel's way through them: docs/architecture.md
 bench: ARGS = $(MAPS:%=--map %) $(BENCHARGS) ## verify, then time the filter; takes MAP, BENCH and BENCHARGS=--quick
 chart: ARGS = $(if $(MAP),$(BUILD) $(MAPS),docs) ## speed against accuracy of every method: docs/accuracy-speed.md; MAP: build/charts
+conversions: ARGS = docs ## what turning a map into another one takes and loses: docs/parameterizations.md
 filters: ARGS = docs ## what is in the filters, what they cost and lose: docs/filters.md
 harmonics: ARGS = $(if $(MAP),$(MAPS),--docs docs) ## what few coefficients cost and lose: docs/harmonics.md; MAP prints
 materials: ARGS = docs ## every reflection model beside eq. 1: docs/materials.md

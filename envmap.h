@@ -257,8 +257,8 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    slice for all):
      L_j = sum_i A_ij L_i / sum_i A_ij      A_ij: the solid angle that texels i and j have in common
    so a constant stays, and so does the energy of every texel: within 1 % where dst is as coarse as
-   src or coarser, mostly 0.1 %, and the whole map's within 1e-4 (a sphere map's texels beside -z:
-   20 %, 5e-4). Where dst is finer, boxes are smoothed; from four times as many texels on, and to a
+   src or coarser, mostly 0.1 % (texels that a rim cuts: 5 %), and the whole map's within 1e-4 (a
+   sphere map's: 5e-4). Where dst is finer, boxes are smoothed; from four times as many texels on, and to a
    larger size of the same mapping, it is bilinear src at the texel's centre. Same mapping and size:
    the same texels.
    work    NULL: serial, silent. From other maps than cubes serial in any case
@@ -1928,24 +1928,25 @@ static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r) {
     }
 }
 
-/* A texel near a rim is scattered with its own solid angle, not with that of its polygons: the
-   sphere map's sides are bent there. A sliver between their corners goes to one cell. */
-static void envmapi_orbit_rim(envmapi_orbit *o, const envmapi_resampling *r) {
-    int images = o->count, size = r->src.size;
-    double uv[2], d[3], w = envmapi_texel_cell(uv, r->src.mapping, size, o->x, o->y);
-    double X = (2 * o->x + 1.0) / size - 1, Y = (2 * o->y + 1.0) / size - 1;
-    if (hypot(X, Y) < 1 - 2.0 / size || !(w > 0)) return;
-    o->count = 0; /* only o->all */
-    envmapi_orbit_parts(o, r);
-    o->count = images, o->scale = o->all > 0 ? w / o->all : 0;
-    o->all = 0;
-    if (o->scale > 0 && o->scale < 4) return;
-    envmapi_direction(d, r->src.mapping, o->face, uv[0], uv[1]);
-    int face = envmapi_face(ENVMAP_CUBE, d);
-    envmapi_project(uv, ENVMAP_CUBE, face, d);
-    for (int k = 0; k < 2; ++k) uv[k] = envmapi_texel_at(uv[k], r->cube) * r->fine;
-    envmapi_orbit_add(o, r, face, (int)uv[0], (int)uv[1], w);
-    o->scale = 0;
+/* A texel near a rim to be scattered: points instead, as its sides are bent, and as what lies beyond
+   is no part of it. 0: it is not near a rim. */
+static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r) {
+    int size = r->src.size, bent = r->src.mapping != ENVMAP_PARABOLOID;
+    double X = fabs((2 * o->x + 1.0) / size - 1), Y = fabs((2 * o->y + 1.0) / size - 1), d[3],
+           uv[2];
+    int cut = hypot(X + 1.0 / size, Y + 1.0 / size) > 1, n = cut ? 24 : 8;
+    if (!cut && !(bent && hypot(X, Y) > 0.9)) return 0;
+    for (int i = 0; i < n * n; ++i) {
+        double u = (o->x + (i % n + 0.5) / n) / size, v = (o->y + (i / n + 0.5) / n) / size;
+        if (hypot(2 * u - 1, 2 * v - 1) > 1) continue;
+        envmapi_direction(d, r->src.mapping, o->face, u, v);
+        int face = envmapi_face(ENVMAP_CUBE, d);
+        envmapi_project(uv, ENVMAP_CUBE, face, d);
+        for (int k = 0; k < 2; ++k) uv[k] = envmapi_texel_at(uv[k], r->cube) * r->fine;
+        envmapi_orbit_add(o, r, face, (int)uv[0], (int)uv[1],
+                          envmapi_density(r->src.mapping, u, v) / n / n / size / size);
+    }
+    return 1;
 }
 
 /* Task: a row of a face of X. */
@@ -1957,8 +1958,8 @@ static void envmapi_task_overlap(void *context, int row) {
     /* all maps are their own images in two mirrors */
     for (o.x = 0; 2 * o.x < envmapi_width(X->mapping, X->size) && 2 * o.y < X->size; ++o.x) {
         if (!envmapi_orbit_of(&o, r, X)) continue;
-        if (r->scatter && envmapi_is_disc(X->mapping)) envmapi_orbit_rim(&o, r);
-        envmapi_orbit_parts(&o, r);
+        if (!r->scatter || !envmapi_is_disc(X->mapping) || !envmapi_orbit_points(&o, r))
+            envmapi_orbit_parts(&o, r);
         for (int k = 0; k < o.count && !r->scatter; ++k) {
             for (size_t c = 0; c < 3 && o.all > 0; ++c)
                 X->texels[3 * o.texel[k] + c] = (float)(o.sums[k][c] / o.all);

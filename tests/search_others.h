@@ -292,9 +292,7 @@ static void check_resample(verdict *v, bench *b) {
     double light = own_energy(b->src.texels, b->src_texels, from);
     if (ratio > 1)
         hold(v, PROMISE_ENERGY, fabs(own_energy(b->dst.texels, b->dst_texels, count) - light),
-             (b->w->src_mapping == ENVMAP_SPHERE || b->w->dst_mapping == ENVMAP_SPHERE ? 0.2
-                                                                                       : 0.01) *
-                 light);
+             (b->w->src_mapping == ENVMAP_SPHERE ? 0.05 : 0.01) * light);
 }
 
 /* One texel of a level from the level above, whose edge is `above`. */
