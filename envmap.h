@@ -746,10 +746,12 @@ ENVMAPI_BODY const char *envmap_result_text(int result) {
     return (unsigned)result < ENVMAP_RESULT_COUNT ? texts[(unsigned)result] : "unknown result";
 }
 
+/* Volatile: clang 19 folds the test away under -ffast-math, where no number may be infinite. */
 static int envmapi_finite(double value) {
     uint64_t bits;
     memcpy(&bits, &value, sizeof bits);
-    return (bits >> 52 & 0x7FF) != 0x7FF;
+    volatile uint64_t exponent = bits >> 52 & 0x7FF;
+    return exponent != 0x7FF;
 }
 
 static double envmapi_clamp(double value, double low, double high) {
