@@ -133,7 +133,9 @@ typedef enum envmap_result {
 ENVMAP_API const char *envmap_result_text(int result);
 
 /* Runs task(context, i) for i = 0 .. count-1, in any order, on any threads, and returns when all
-   are done. Tasks are cut by the data alone, so results are the same bits for every executor.
+   are done. Tasks are cut by the data alone, so results are the same bits for every executor. Calls
+   try it first, and refuse one that leaves out tasks of these (ARGUMENT); what it leaves out later
+   the calling thread runs.
    Test: results_are_the_same_bits_for_any_executor; with pthreads: examples/tool/threads.h. */
 typedef void envmap_task(void *context, int i);
 typedef struct envmap_executor {
@@ -815,29 +817,39 @@ static envmap_result envmapi_tell(const envmap_progress *progress, double fracti
     return progress->report(progress->user, (float)fraction) ? ENVMAP_CANCELLED : ENVMAP_OK;
 }
 
+#define ENVMAPI_BATCH 1024 /* tasks at most */
 typedef struct envmapi_batch {
     envmap_task *task;
     void *context;
     int first;
+    unsigned char ran[ENVMAPI_BATCH];
 } envmapi_batch;
 
 static void envmapi_batch_task(void *context, int i) {
-    const envmapi_batch *batch = (const envmapi_batch *)context;
-    batch->task(batch->context, batch->first + i);
+    envmapi_batch *batch = (envmapi_batch *)context;
+    if (batch->task) batch->task(batch->context, batch->first + i);
+    batch->ran[i] = 1;
 }
 
-/* All tasks; with a progress callback in up to 64 rounds, told between them on this thread. */
+/* n tasks from `first` on; returns how many the executor left out: these run here. */
+static int envmapi_run_batch(const envmap_work *work, envmap_task *task, void *context, int first,
+                             int n) {
+    envmapi_batch batch = {task, context, first, {0}};
+    int left = 0;
+    if (work->executor.run) work->executor.run(work->executor.user, envmapi_batch_task, &batch, n);
+    for (int i = 0; i < n; ++i)
+        if (!batch.ran[i]) envmapi_batch_task(&batch, i), ++left;
+    return left;
+}
+
+/* All tasks; with a progress callback in 64 rounds or more, told between them on this thread. */
 static envmap_result envmapi_run(const envmap_work *work, envmap_task *task, void *context,
                                  int count) {
     int rounds = work->progress.report ? 64 : 1, step = (count + rounds - 1) / rounds;
+    if (step > ENVMAPI_BATCH) step = ENVMAPI_BATCH;
     for (int first = 0; first < count; first += step) {
-        envmapi_batch batch = {task, context, first};
-        int n = count - first < step ? count - first : step;
         if (envmapi_tell(&work->progress, (double)first / count)) return ENVMAP_CANCELLED;
-        if (work->executor.run)
-            work->executor.run(work->executor.user, envmapi_batch_task, &batch, n);
-        else
-            for (int i = 0; i < n; ++i) task(context, first + i);
+        envmapi_run_batch(work, task, context, first, count - first < step ? count - first : step);
     }
     return ENVMAP_OK;
 }
@@ -876,11 +888,11 @@ static envmap_work envmapi_work_part(envmapi_part *part, const envmap_work *work
     return out;
 }
 
-/* The caller's work, or the default. */
-static envmap_work envmapi_work_of(const envmap_work *work) {
-    envmap_work out;
-    memset(&out, 0, sizeof out);
-    return work ? *work : out;
+/* The caller's work, or the default; 0 where its executor does not run what it is given. */
+static int envmapi_work_of(envmap_work *out, const envmap_work *work) {
+    memset(out, 0, sizeof *out);
+    if (work) *out = *work;
+    return !out->executor.run || !envmapi_run_batch(out, NULL, NULL, 0, ENVMAPI_TASKS);
 }
 
 /* Memory of one call: blocks that go together. */
@@ -3770,13 +3782,14 @@ typedef struct envmapi_sh_job {
     envmapi_pool pool;
 } envmapi_sh_job;
 
-static envmapi_sh_job envmapi_sh_job_of(const envmap *map, int slice, int bands, double tolerance,
-                                        const envmap_work *work) {
-    envmapi_sh_job job;
-    memset(&job, 0, sizeof job);
-    job.map = *map, job.slice = slice, job.bands = bands, job.tolerance = tolerance;
-    job.work = envmapi_work_of(work), job.pool.memory = job.work.memory;
-    return job;
+/* 0 for bad numbers, or a bad executor. */
+static int envmapi_sh_job_of(envmapi_sh_job *job, const envmap *map, int slice, int bands,
+                             double tolerance, const envmap_work *work) {
+    memset(job, 0, sizeof *job);
+    if (!envmapi_work_of(&job->work, work) || !envmapi_finite(tolerance) || tolerance < 0) return 0;
+    job->map = *map, job->slice = slice, job->bands = bands, job->tolerance = tolerance;
+    job->pool.memory = job->work.memory;
+    return 1;
 }
 
 /* Texels x0 .. x0+63 of row y, on every face: each as it is, to sums; or without sums, filled. */
@@ -3875,10 +3888,10 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
 
 ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                              double tolerance, const envmap_work *work) {
+    envmapi_sh_job job;
     if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS || !envmapi_valid(map) || slice < 0 ||
-        slice >= map->slices || !envmapi_finite(tolerance) || tolerance < 0)
+        slice >= map->slices || !envmapi_sh_job_of(&job, map, slice, bands, tolerance, work))
         return ENVMAP_ERROR_ARGUMENT;
-    envmapi_sh_job job = envmapi_sh_job_of(map, slice, bands, tolerance, work);
     size_t numbers = 3 * (size_t)(bands * bands);
     double *out = (double *)envmapi_pool_get(&job.pool, numbers, sizeof(double));
     envmap_result result = out ? ENVMAP_ERROR_RADIANCE : ENVMAP_ERROR_MEMORY;
@@ -3892,11 +3905,12 @@ ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap
 
 ENVMAPI_BODY envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
                                           int bands, double tolerance, const envmap_work *work) {
+    envmapi_sh_job job;
     float *texels = envmap_texel(map, level, slice, 0, 0, 0);
-    if (!texels || !envmapi_finite(tolerance) || tolerance < 0) return ENVMAP_ERROR_ARGUMENT;
+    if (!texels || !envmapi_sh_job_of(&job, map, slice, bands, tolerance, work))
+        return ENVMAP_ERROR_ARGUMENT;
     envmap_result result = envmapi_sh_check(sh, bands, 3.4e38);
     if (result) return result;
-    envmapi_sh_job job = envmapi_sh_job_of(map, slice, bands, tolerance, work);
     job.map.size = envmapi_edge(map->size, level), job.sh = sh;
     if (tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(NULL, texels, &job);
     else result = envmapi_sh_exact(NULL, texels, &job);
@@ -5769,6 +5783,7 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
 static int envmapi_desc(envmap_filter_desc *out, const envmap_filter_desc *desc) {
     memset(out, 0, sizeof *out);
     if (desc) *out = *desc;
+    if (!envmapi_work_of(&out->work, desc ? &desc->work : NULL)) return 0;
     if (out->method < 0 || out->method >= ENVMAP_METHOD_COUNT) return 0;
     if (!envmapi_finite((double)out->tolerance) || out->tolerance < 0) return 0;
     if (!envmapi_finite((double)out->threshold)) return 0;
@@ -6324,11 +6339,11 @@ static void envmapi_view(void *context, int i) {
 ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
                                            const envmap_frame *frames, int count,
                                            const envmap_work *work) {
-    envmap_work set = envmapi_work_of(work);
+    envmap_work set;
     envmapi_source source;
     envmapi_views views = {&source, brdf, frames, NULL};
     if (!rgb || !envmapi_valid(map) || !brdf || !brdf->function || !frames || count < 1 ||
-        count > INT_MAX / 4)
+        count > INT_MAX / 4 || !envmapi_work_of(&set, work))
         return ENVMAP_ERROR_ARGUMENT;
     for (int i = 0; i < count; ++i) {
         const float *t = frames[i].t;
@@ -6566,8 +6581,9 @@ static envmap_result envmapi_fit_run(envmap_fit *fit, const envmap_brdf *brdf,
 
 ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
                                            const envmap_work *work) {
-    envmap_work how = envmapi_work_of(work);
-    if (!fit || !brdf || !brdf->function) return ENVMAP_ERROR_ARGUMENT;
+    envmap_work how;
+    if (!fit || !brdf || !brdf->function || !envmapi_work_of(&how, work))
+        return ENVMAP_ERROR_ARGUMENT;
     envmap_fit out = *fit;
     if (!out.lobes) out.lobes = 1;
     if (!out.slices) out.slices = 16;
@@ -6715,9 +6731,10 @@ static void envmapi_ggx_row(void *context, int y) {
 }
 
 ENVMAPI_BODY envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work) {
-    envmap_work how = envmapi_work_of(work);
+    envmap_work how;
     envmapi_ggx_rows rows = {values, size};
-    if (!values || size < 1 || size > 1024) return ENVMAP_ERROR_ARGUMENT;
+    if (!values || size < 1 || size > 1024 || !envmapi_work_of(&how, work))
+        return ENVMAP_ERROR_ARGUMENT;
     envmapi_run_all(&how, envmapi_ggx_row, &rows, size);
     return ENVMAP_OK;
 }

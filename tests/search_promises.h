@@ -75,9 +75,8 @@ static double cpu_seconds(void) { return (double)clock() / CLOCKS_PER_SEC; }
 
 enum { ORDER_FORWARD, ORDER_BACKWARD, ORDER_SHUFFLED };
 
-/* Runs tasks in some order, and ends what takes longer than `limit` seconds of CPU time: as an
-   executor it leaves the remaining tasks out; as the progress callback, which is asked more seldom,
-   it then cancels. */
+/* Runs tasks in some order, and ends what takes longer than `limit` seconds of CPU time: as the
+   progress callback it then cancels. */
 typedef struct watch {
     double start, limit;
     int expired, order;
@@ -87,13 +86,13 @@ typedef struct watch {
 static void watch_run(void *user, envmap_task *task, void *context, int count) {
     watch *w = (watch *)user;
     int step = 7919; /* a prime: coprime to counts that it does not divide */
-    for (int i = 0; i < count && !w->expired; ++i) {
+    for (int i = 0; i < count; ++i) {
         int shuffled = count % step ? (int)((long long)i * step % count) : count - 1 - i;
         task(context, w->order == ORDER_FORWARD    ? i
                       : w->order == ORDER_BACKWARD ? count - 1 - i
                                                    : shuffled);
-        w->expired = cpu_seconds() - w->start > w->limit;
     }
+    w->expired = cpu_seconds() - w->start > w->limit;
 }
 
 static int watch_report(void *user, float fraction) {
