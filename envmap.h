@@ -404,7 +404,7 @@ ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[
 /* sh = sum over texels L w Y_lm(texel's centre), level 0 of one slice.
    tolerance  0: every texel, in double. Otherwise a_lm may be off by tolerance * sqrt(2l+1) * a_00
               (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
-              floats overflow, it is every texel again
+              floats overflow or vanish, it is every texel again
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
    With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16 sets
    of coefficients.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
@@ -417,7 +417,8 @@ ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int
 
 /* The same at every texel's centre of one level and slice, also those outside a rim; what rings
    below zero is written as it is.
-   tolerance  0, and below 1e-6: every coefficient, in double. Otherwise the relative rms error
+   tolerance  0, and below 1e-6: every coefficient, in double; also for numbers near the ends of
+              floats. Otherwise the relative rms error
    Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then stays
    as it was.  With a tolerance O(texels + bands^3), without O(texels bands^2).
    Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
@@ -506,6 +507,7 @@ typedef struct envmap_filter_desc {
    REFERENCE: O(texels of src * texels and slices of dst). Tiles of texels where k is below 1e-12 of
    its peak are passed over.
    FAST: O(texels of src + texels of dst + L^3), L the bands that lobe, scene and tolerance need.
+   A source whose texels are all alike is not filtered, but multiplied (AUTO, FAST, HARMONICS).
    Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
    Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; in a black
    scene with a lamp their darkest texels may be off by more than 20 tolerances.
@@ -740,7 +742,8 @@ ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const env
    Numbers, 3-vectors in double, tasks. Bits, not comparisons, decide what is finite, so that
    -ffast-math changes nothing.  Tests: tests/test_base.c. */
 
-#define ENVMAPI_PI 3.14159265358979323846
+#define ENVMAPI_PI    3.14159265358979323846
+#define ENVMAPI_FLOAT 3.4028234663852886e38 /* the largest */
 
 ENVMAPI_BODY const char *envmap_result_text(int result) {
 #define ENVMAPI_RESULT_TEXT(name, text) text,
@@ -758,6 +761,12 @@ static int envmapi_finite(double value) {
 
 static double envmapi_clamp(double value, double low, double high) {
     return value < low ? low : value > high ? high : value;
+}
+
+/* Sums may exceed what a float holds; NaN stays to tell of a lobe that failed. */
+static float envmapi_to_float(double value) {
+    double most = ENVMAPI_FLOAT;
+    return (float)(value > most ? most : value < -most ? -most : value);
 }
 
 static double envmapi_dot(const double a[3], const double b[3]) {
@@ -1254,6 +1263,20 @@ static int envmapi_floats_ok(const float *floats, size_t count, int negative_too
         bad |= (bits & 0x7F800000u) == 0x7F800000u || (!negative_too && bits > 0x80000000u);
     }
     return !bad;
+}
+
+/* e of the largest |number| = f 2^e, f in [1/2, 1); 0 where all are 0. */
+static int envmapi_exponent(const float *floats, size_t count) {
+    int exponent;
+    double most = 0;
+    for (size_t i = 0; i < count; ++i) most = fmax(most, fabs((double)floats[i]));
+    frexp(most, &exponent);
+    return exponent;
+}
+
+/* out = in 2^exponent, or the largest float; NaN stays. */
+static void envmapi_floats_scale(float *out, const float *in, size_t count, int exponent) {
+    for (size_t i = 0; i < count; ++i) out[i] = envmapi_to_float(ldexp((double)in[i], exponent));
 }
 
 static int envmapi_radiance_ok(const envmap *map, int negative_too) {
@@ -3081,7 +3104,8 @@ typedef struct envmapi_light {
 
 typedef struct envmapi_input {
     const envmap *map;
-    const float *texels; /* of the slice */
+    const float *texels; /* of the slice, or of a copy, times 2^-exponent */
+    int exponent;
     float *omega; /* [(size+1)/2][4 width]: the solid angles of row y, of size-1-y too, thrice each
                      as RGB has it, then once each; 0 where a rim cuts */
     float *spare; /* what was asked for beside these */
@@ -3896,7 +3920,10 @@ ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap
     double *out = (double *)envmapi_pool_get(&job.pool, numbers, sizeof(double));
     envmap_result result = out ? ENVMAP_ERROR_RADIANCE : ENVMAP_ERROR_MEMORY;
     if (out && tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(out, NULL, &job);
-    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow where doubles do not */
+    if (!result && !envmapi_sh_check(out, bands, 1e-25) &&
+        envmapi_exponent(envmapi_image(map, 0, slice, 0), envmapi_slice_floats(map, 0)) < -60)
+        result = ENVMAP_ERROR_RADIANCE;
+    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow, or vanish, where doubles do not */
         result = envmapi_sh_exact(out, NULL, &job);
     if (!result) memcpy(sh, out, numbers * sizeof(double));
     envmapi_pool_free(&job.pool, 0);
@@ -3909,10 +3936,12 @@ ENVMAPI_BODY envmap_result envmap_sh_fill(envmap *map, int level, int slice, con
     float *texels = envmap_texel(map, level, slice, 0, 0, 0);
     if (!texels || !envmapi_sh_job_of(&job, map, slice, bands, tolerance, work))
         return ENVMAP_ERROR_ARGUMENT;
-    envmap_result result = envmapi_sh_check(sh, bands, 3.4e38);
+    envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_FLOAT);
     if (result) return result;
     job.map.size = envmapi_edge(map->size, level), job.sh = sh;
-    if (tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(NULL, texels, &job);
+    int tiny = !envmapi_sh_check(sh, bands, 1e-25) && envmapi_sh_check(sh, bands, 0);
+    if (tolerance >= ENVMAPI_SH_FLOATS && !tiny && !envmapi_sh_check(sh, bands, 1e37))
+        result = envmapi_sh_fast(NULL, texels, &job);
     else result = envmapi_sh_exact(NULL, texels, &job);
     envmapi_pool_free(&job.pool, 0);
     return result;
@@ -4412,11 +4441,6 @@ static void envmapi_axes_aim(envmapi_axes *axes, const envmapi_source *source, i
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
 }
 
-/* Sums may exceed what a float holds; NaN stays to tell of a lobe that failed. */
-static float envmapi_to_float(double value) {
-    return (float)(value > 3.4e38 ? 3.4e38 : value < -3.4e38 ? -3.4e38 : value);
-}
-
 static void envmapi_axes_row(void *context, int task) {
     const envmapi_axes *axes = (const envmapi_axes *)context;
     const envmap *dst = axes->dst;
@@ -4768,7 +4792,7 @@ typedef struct envmapi_scene {
     double sum[3], strongest;  /* energy of the channels; the largest */
     double mean[3];            /* radiance, without the lights */
     double norm;               /* sqrt of the sum of squares of all channels' energies */
-    double squares;            /* of the texels' energies */
+    double squares, cut;       /* of the texels' energies; of those that a rim cuts */
     envmapi_contrast texel;    /* of single texels, at most */
     envmapi_contrast scale[ENVMAPI_SCALES]; /* of blocks of edge << i */
     envmapi_light *lights;                  /* taken out */
@@ -4905,11 +4929,11 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
 }
 
 /* kappa of single texels, from the sum of their squares less what evenly lit blocks would have, E^2
-   of each over its texels: sums of floats, good to 1e-6, and to no more than 1e15. */
+   of each over its texels: sums of floats, good to 1e-6. */
 static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squares) {
     double even = 0;
     s->texel = s->scale[0];
-    if (!(s->norm > 1e-12 && s->norm < 1e15)) return;
+    if (!(s->norm > 0)) return;
     for (size_t b = 0; b < s->blocks[0].count; ++b)
         for (size_t c = 0; c < 3; ++c) even += (double)sums[4 * b + c] * (double)sums[4 * b + c];
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares);
@@ -4968,23 +4992,12 @@ static size_t envmapi_scene_layout(envmapi_scene *s) {
     return at;
 }
 
-/* Looks at a slice, for lobes of this sigma and wider. The narrowest blocks are 8 texels wide where
-   that is below sigma/4, else 4 (speed only, 1.26 x for Phong 10).  Errors: MEMORY, RADIANCE. */
-static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, int slice,
-                                          double sigma, const envmap_work *work,
-                                          envmapi_pool *pool) {
-    size_t faces = (size_t)envmap_faces(map->mapping), at = 0, rows;
-    size_t W = 4 * (size_t)envmapi_width(map->mapping, map->size);
-    double squares = 0, off = 0, *energy = s->sum;
+/* Adds up the energies; returns whether a number is negative. */
+static int envmapi_scene_sum(envmapi_scene *s, const envmap_work *work) {
+    size_t faces = (size_t)envmap_faces(s->in.map->mapping);
+    double *energy = s->sum;
     int negative = 0;
-    memset(s, 0, sizeof *s);
-    s->in.map = map, s->tasks = envmapi_tasks(work);
-    s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
-    at = envmapi_scene_layout(s), rows = 2 * faces * (size_t)s->blocks[0].nv;
-    if (envmapi_input_create(&s->in, map, slice, 2 * rows + at + W * (size_t)s->tasks, work, pool))
-        return ENVMAP_ERROR_MEMORY;
-    s->rows = (double *)(void *)s->in.spare;
-    s->sums = (float *)(s->rows + rows), s->work = s->sums + at;
+    memset(energy, 0, sizeof s->sum), s->solid = s->squares = s->cut = 0;
     envmapi_run_all(work, envmapi_task_scene, s, s->tasks);
     float *block = s->sums, *end = block + 4 * s->blocks[0].count;
     for (size_t n = 4 * s->blocks[0].count / faces; block < end; block += 4) {
@@ -4992,17 +5005,54 @@ static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, i
         for (int c = 0; c < 3; ++c) energy[c] += (double)block[c];
         s->solid += (double)block[3];
     }
-    for (size_t i = 0; i < rows; i += 2) squares += s->rows[i], negative |= s->rows[i + 1] > 0;
+    for (size_t i = 0; i < 2 * faces * (size_t)s->blocks[0].nv; i += 2)
+        s->squares += s->rows[i], negative |= s->rows[i + 1] > 0;
     for (int i = 0; i < s->in.rim_count; ++i) {
         for (int c = 0; c < 3; ++c) energy[c] += s->in.rim[i].value[c];
-        s->solid += s->in.rim[i].value[3], off += envmapi_light_square(s->in.rim + i);
+        s->solid += s->in.rim[i].value[3], s->cut += envmapi_light_square(s->in.rim + i);
     }
-    s->squares = squares + off, s->all = s->energy = energy[0] + energy[1] + energy[2];
+    s->squares += s->cut, s->all = s->energy = energy[0] + energy[1] + energy[2];
     s->strongest = fmax(fmax(energy[0], energy[1]), energy[2]);
     s->norm = sqrt(envmapi_dot(energy, energy));
+    return negative;
+}
+
+/* Puts a copy of the slice in its place, the largest number about 1. */
+static envmap_result envmapi_scene_scale(envmapi_scene *s, envmapi_pool *pool) {
+    size_t floats = envmapi_slice_floats(s->in.map, 0);
+    int exponent = envmapi_exponent(s->in.texels, floats);
+    float *copy = (float *)envmapi_pool_get(pool, floats, sizeof(float));
+    if (!copy) return ENVMAP_ERROR_MEMORY;
+    envmapi_floats_scale(copy, s->in.texels, floats, -exponent);
+    s->in.texels = copy, s->in.exponent = exponent;
+    for (envmapi_light *cut = s->in.rim; cut < s->in.rim + s->in.rim_count; ++cut)
+        for (int c = 0; c < 3; ++c) cut->value[c] = ldexp(cut->value[c], -exponent);
+    return ENVMAP_OK;
+}
+
+/* Looks at a slice, for lobes of this sigma and wider. The narrowest blocks are 8 texels wide where
+   that is below sigma/4, else 4 (speed only, 1.26 x for Phong 10).  Errors: MEMORY, RADIANCE. */
+static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, int slice,
+                                          double sigma, const envmap_work *work,
+                                          envmapi_pool *pool) {
+    size_t W = 4 * (size_t)envmapi_width(map->mapping, map->size);
+    memset(s, 0, sizeof *s);
+    s->in.map = map, s->tasks = envmapi_tasks(work);
+    s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
+    size_t at = envmapi_scene_layout(s);
+    size_t rows = 2 * (size_t)(envmap_faces(map->mapping) * s->blocks[0].nv);
+    if (envmapi_input_create(&s->in, map, slice, 2 * rows + at + W * (size_t)s->tasks, work, pool))
+        return ENVMAP_ERROR_MEMORY;
+    s->rows = (double *)(void *)s->in.spare;
+    s->sums = (float *)(s->rows + rows), s->work = s->sums + at;
+    int negative = envmapi_scene_sum(s, work);
     if ((negative || !envmapi_finite(s->energy)) && !envmapi_radiance_ok(map, 0))
         return ENVMAP_ERROR_RADIANCE;
-    envmapi_scene_scales(s, s->sums, off);
+    if (!(s->norm > 1e-12 && s->norm < 1e15)) { /* too small or large to be squared in floats */
+        if (envmapi_scene_scale(s, pool)) return ENVMAP_ERROR_MEMORY;
+        envmapi_scene_sum(s, work);
+    }
+    envmapi_scene_scales(s, s->sums, s->cut);
     envmapi_scene_texel(s, s->sums, s->squares);
     return ENVMAP_OK;
 }
@@ -5032,9 +5082,8 @@ static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
 static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
     size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
     size_t size = (size_t)s->in.map->size, nu = (size_t)s->blocks[0].nu;
-    double squares = s->squares, off = 0;
+    double squares = s->squares, off = s->cut;
     memcpy(rest, s->sums, 4 * s->blocks[0].count * sizeof *rest);
-    for (int i = 0; i < s->in.rim_count; ++i) off += envmapi_light_square(s->in.rim + i);
     for (int i = 0; i < s->light_count; ++i) {
         const double *v = s->lights[i].value, square = envmapi_light_square(s->lights + i);
         size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
@@ -5760,9 +5809,14 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             envmap_filter_desc one = *desc;
             if (spec->kinked != kinked) continue;
             one.work = envmapi_work_part(&part, &desc->work, done++, 1, count);
-            if (spec->L)
+            if (spec->L) {
+                float *out = envmapi_image(spec->dst, 0, first, 0);
                 result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
-            else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
+                if (!result && scene->in.exponent)
+                    envmapi_floats_scale(out, out,
+                                         (size_t)slices * envmapi_slice_floats(spec->dst, 0),
+                                         scene->in.exponent);
+            } else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
             else result = envmapi_filter_reference(spec->dst, scene->in.map, spec->lobe, &one);
         }
         envmapi_pool_free(pool, kept);
@@ -5816,6 +5870,7 @@ typedef struct envmapi_job {
     const envmap *src;
     const envmap_lobe *lobes;
     int count, fast, planned[32]; /* fast: how many specs; planned: has this level one? */
+    int constant;                 /* is the source? */
     envmap views[32];
     envmapi_spec specs[32];
     envmapi_scenes scenes;
@@ -5831,12 +5886,29 @@ typedef struct envmapi_prepared {
     envmapi_spectrum spectra[2];
 } envmapi_prepared;
 
+/* Are all texels of a source alike? The first that is not ends the look. */
+static int envmapi_constant(const envmap *src) {
+    size_t more = (size_t)src->slices * envmapi_slice_floats(src, 0) - 3;
+    return !memcmp(src->texels, src->texels + 3, more * sizeof(float));
+}
+
+/* What a constant source becomes: itself, times lambda_0 of each slice. */
+static void envmapi_filter_constant(const envmap *dst, const envmap *src, const envmap_lobe *lobe) {
+    for (int k = 0; k < dst->slices; ++k) {
+        float *out = envmapi_image(dst, 0, k, 0);
+        double lambda;
+        envmapi_zonal(&lambda, 1, lobe, envmapi_slice_p(lobe, k, dst->slices));
+        for (size_t i = 0; i < envmapi_slice_floats(dst, 0); ++i)
+            out[i] = envmapi_to_float(lambda * (double)src->texels[i % 3]);
+    }
+}
+
 /* Does this level go to the fast filter, which shares the source? Then it has a spec. */
 static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
     int method = job->desc.method;
     if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
-        method == ENVMAP_METHOD_HIERARCHICAL ||
+        method == ENVMAP_METHOD_HIERARCHICAL || job->constant ||
         (method == ENVMAP_METHOD_AUTO && envmapi_few_pairs(job->views + l, job->src)))
         return ENVMAP_OK;
     if (envmapi_texel_extent(job->src) <= 0.1) /* else coarser than any kernel of these */
@@ -5878,6 +5950,7 @@ static envmap_result envmapi_job_open(envmapi_job *job, const envmap *dst, const
     for (int l = 0; l < count; ++l)
         if (!envmapi_lobe_fits(lobes + l, dst->slices)) return ENVMAP_ERROR_LOBE;
     if (ready && ready->job.fast) job->scenes = ready->job.scenes, job->ready = ready->spectra;
+    job->constant = envmapi_constant(src);
     for (int l = 0; l < count && !result; ++l) {
         job->views[l] = *dst;
         job->views[l].size = envmapi_edge(dst->size, l), job->views[l].levels = 1;
@@ -5903,6 +5976,8 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         if (lobe->kind == ENVMAP_LOBE_MIRROR) result = envmap_resample(job->views + l, job->src);
         else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
             result = envmapi_filter_hierarchical(job->views + l, job->src, lobe, &desc);
+        else if (job->constant && desc.method != ENVMAP_METHOD_REFERENCE)
+            envmapi_filter_constant(job->views + l, job->src, lobe);
         else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
     }
     done *= runs;
@@ -6082,7 +6157,8 @@ static void envmapi_power_unlit(envmapi_power *d, const envmapi_scene *s) {
     envmapi_sh_points n;
     for (int i = 0; i < s->light_count;) {
         for (n.count = 0; n.count < 64 && i < s->light_count; ++i) {
-            for (int c = 0; c < 3; ++c) n.e[c][n.count] = -s->lights[i].value[c];
+            for (int c = 0; c < 3; ++c)
+                n.e[c][n.count] = -ldexp(s->lights[i].value[c], s->in.exponent);
             envmapi_sh_points_add(&n, s->lights[i].d);
         }
         envmapi_sh_scatter(d->sh, d->known, &n);
@@ -6234,16 +6310,16 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     double light = spec->L ? envmapi_contrast_at(&scenes->whole, out->bands).kappa : 0;
     envmapi_lookups_create(&lookups, &d, dst->mapping, light);
     out->lookup = envmapi_lookups_error(&lookups, dst->size);
-    if (envmapi_texel_extent(job->src) * 2 <= envmap_lobe_sigma(d.lobe, 0))
+    if (job->constant || envmapi_texel_extent(job->src) * 2 <= envmap_lobe_sigma(d.lobe, 0))
         out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &lookups);
     d.needed = out->bands;
     if (d.lobe->p0 < d.lobe->p1 || d.lobe->p0 > d.lobe->p1)
         out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &d);
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
     if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
-    out->method = ENVMAP_METHOD_REFERENCE;
-    if (!spec->L || envmapi_few_pairs(dst, job->src)) return ENVMAP_OK;
-    out->method = ENVMAP_METHOD_FAST;
+    int fast = spec->L && !envmapi_few_pairs(dst, job->src);
+    out->method = fast || job->constant ? ENVMAP_METHOD_FAST : ENVMAP_METHOD_REFERENCE;
+    if (!fast) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
     return ENVMAP_OK;
 }

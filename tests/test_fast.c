@@ -402,6 +402,7 @@ static void white_stays_white(void) {
                 continue;
             }
             fill(&src, 0.7f);
+            *envmap_texel(&src, 0, 0, 0, 2, src.size / 2) = 0.70000005f; /* all alike: no filter */
             CHECK(filter(&dst, &src, lobe_of(i), ENVMAP_METHOD_FAST, i & 1 ? 1e-2 : 1e-3) ==
                   ENVMAP_OK);
             for (size_t k = 0; k < floats_of(&dst); ++k) {
@@ -564,21 +565,83 @@ static void a_scaled_scene_gives_the_scaled_result(void) {
     }
 }
 
-static void radiance_at_the_edge_of_a_float_does_not_overflow(void) {
-    for (int i = 0; i < 6; i += 5)
-        for (int size = 8; size <= 64; size *= 8) {
-            envmap src = black(ENVMAP_CUBE, size, 1, 1), dst = black(ENVMAP_CUBE, 4, 1, 1);
-            double worst = 0;
-            fill(&src, 3.3e38f);
-            CHECK(filter(&dst, &src, lobe_of(i), ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
-            for (size_t n = 0; n < floats_of(&dst); ++n) {
-                double off = fabs((double)dst.texels[n] / (double)3.3e38f - 1);
-                if (!(off <= worst)) worst = off;
-            }
-            CHECK_CLOSE(worst, 0, 1e-5);
-            envmap_free(&src);
-            envmap_free(&dst);
+/* The largest number is brought to 2^(power-1) .. 2^power. What is lost of numbers that get too small
+   for a float is lost before anything is filtered. */
+static void radiance_at_both_ends_of_floats_keeps_the_tolerance(void) {
+    static const int lobes[4] = {5, 0, 13, 15};
+    miss most = {0, 0};
+    for (int i = 0; i < 2 * 4 * ENVMAP_MAPPING_COUNT; ++i) {
+        int mapping = i / 8, lobe = lobes[i % 4], power = i / 4 % 2 ? 128 : -118,
+            slices = 1 + i % 2;
+        envmap src = scene_of(SUN, mapping, fast_size[mapping]), up = src;
+        envmap a = black(ENVMAP_CUBE, 8, 1, 2), b = black(ENVMAP_CUBE, 8, 1, 2);
+        src = black(mapping, up.size, 1, slices);
+        for (size_t n = 0; n < floats_of(&src); ++n)
+            src.texels[n] = up.texels[n % floats_of(&up)] * (n < floats_of(&up) ? 1 : 0.1f);
+        envmap_free(&up);
+        up = black(mapping, src.size, 1, slices);
+        int exponent = envmapi_exponent(src.texels, floats_of(&src)) - power;
+        for (size_t n = 0; n < floats_of(&src); ++n) {
+            src.texels[n] = (float)ldexp((double)src.texels[n], -exponent);
+            up.texels[n] = (float)ldexp((double)src.texels[n], exponent);
         }
+        envmap_filter_desc desc = desc_of(ENVMAP_METHOD_FAST, 1e-3);
+        envmap_prepared prepared = {NULL, NULL};
+        envmap_lobe l = lobe_of(lobe);
+        CHECK(filter(&a, &up, l, ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+        if (slices == 1) CHECK(envmap_prepare(&prepared, &src, &l, 1, &desc) == ENVMAP_OK);
+        if (slices == 1) desc.prepared = &prepared;
+        CHECK(envmap_filter(&b, &src, &l, &desc) == ENVMAP_OK);
+        for (size_t n = 0; n < floats_of(&b); ++n)
+            b.texels[n] = (float)ldexp((double)b.texels[n], exponent);
+        most = larger(most, miss_of(&b, &a, 1e-3));
+        envmap_prepared_free(&prepared);
+        envmap_free(&src), envmap_free(&up), envmap_free(&a), envmap_free(&b);
+    }
+    FIGURE("radiance up to 2^-118 and 2^128, against about 1: rms / tolerance", most.rms, 0.1);
+    FIGURE("... worst / tolerance", most.worst, 1);
+}
+
+static void constants_at_both_ends_of_floats_stay_themselves(void) {
+    static const float ends[4] = {3.4028235e38f, 3e38f, 1e-40f, 1.4e-45f};
+    for (int i = 0; i < 4 * ENVMAP_METHOD_COUNT; ++i) {
+        envmap src = black(ENVMAP_CUBE, 48, 1, 1), dst = black(ENVMAP_CUBE, 24, 1, 1);
+        fill(&src, ends[i / ENVMAP_METHOD_COUNT]);
+        CHECK(filter(&dst, &src, lobe_of(0), i % ENVMAP_METHOD_COUNT, 1e-3) == ENVMAP_OK);
+        CHECK(all_are(&dst, ends[i / ENVMAP_METHOD_COUNT]));
+        envmap_free(&src), envmap_free(&dst);
+    }
+}
+
+static void counting_run(void *user, envmap_task *task, void *context, int count) {
+    *(int *)user += count;
+    for (int i = 0; i < count; ++i) task(context, i);
+}
+
+/* No task but those that try the executor; lambda_0 times the constant, whatever the lobe. */
+static void a_constant_source_is_filtered_at_no_cost(void) {
+    envmap src = black(ENVMAP_LATLONG, 32, 1, 1), dst = black(ENVMAP_CUBE, 64, 1, 3);
+    fill(&src, 0.75f);
+    for (int i = 0; i < 12; ++i) {
+        envmap_lobe lobe = i < 4   ? envmap_lobe_banks(i & 1 ? 0.999f : 0.5f)
+                           : i < 8 ? envmap_lobe_phong(i & 1 ? 1e6f : 5)
+                                   : lobe_of(i & 1 ? 15 : 16);
+        int tasks = 0, method = i % 3 ? ENVMAP_METHOD_AUTO : ENVMAP_METHOD_FAST;
+        envmap_filter_desc desc = desc_of(method, 1e-3);
+        double worst = 0;
+        lobe.raw = i / 2 % 2, lobe.scale = lobe.raw ? 0.5f : 1;
+        desc.work.executor.user = &tasks, desc.work.executor.run = counting_run;
+        CHECK(envmap_filter(&dst, &src, &lobe, &desc) == ENVMAP_OK && tasks <= 16);
+        for (int k = 0; k < 3; ++k) {
+            double p = (double)lobe.p0 + (double)(lobe.p1 - lobe.p0) * (k + 0.5) / 3, lambda;
+            CHECK(envmap_lobe_zonal(&lambda, 1, &lobe, p) == ENVMAP_OK);
+            for (int n = 0; n < 3 * 6 * 64 * 64; ++n)
+                worst =
+                    fmax(worst, fabs((double)envmap_texel(&dst, 0, k, 0, 0, 0)[n] - 0.75 * lambda));
+        }
+        CHECK_CLOSE(worst, 0, 1e-5);
+    }
+    envmap_free(&src), envmap_free(&dst);
 }
 
 /* ------------------------------------------------------------------------ where FAST ends ---- */
@@ -872,7 +935,9 @@ int main(void) {
     RUN(turning_the_source_by_90_degrees_turns_the_result);
     RUN(the_result_of_a_sum_is_the_sum_of_the_results);
     RUN(a_scaled_scene_gives_the_scaled_result);
-    RUN(radiance_at_the_edge_of_a_float_does_not_overflow);
+    RUN(radiance_at_both_ends_of_floats_keeps_the_tolerance);
+    RUN(constants_at_both_ends_of_floats_stay_themselves);
+    RUN(a_constant_source_is_filtered_at_no_cost);
     RUN(lobes_thinner_than_two_texels_are_the_reference);
     RUN(a_lobe_of_more_bands_than_there_are_is_the_reference);
     RUN(harmonics_keep_the_tolerance_or_say_that_they_cannot);
