@@ -2321,6 +2321,13 @@ static int envmapi_lobe_positive(const envmap_lobe *lobe, double p) {
     return integral > 1e-9 * envmapi_lobe_power(lobe, p, 0);
 }
 
+/* Is the lobe nowhere negative, to rounding, at all nodes of its integral? */
+static int envmapi_lobe_nonnegative(const envmap_lobe *lobe, double p) {
+    if (lobe->raw && lobe->scale < 0) return 0;
+    if (lobe->kind < ENVMAP_LOBE_FUNCTION) return 1;
+    return envmapi_lobe_power(lobe, p, 1) >= (1 - 1e-12) * envmapi_lobe_power(lobe, p, 0);
+}
+
 /* What the filter divides by: 1 raw, one constant for all of Banks' slices; 0 asks for the sum of
    k w over the texels of each axis. */
 static double envmapi_lobe_norm(const envmap_lobe *lobe) {
@@ -3258,7 +3265,7 @@ typedef struct envmapi_transform {
     float *out;              /* a result's slice */
     const envmap_lobe *lobe; /* its lobe and p, and what a light's k is divided by; NULL: none */
     double p, norm;
-    int divide; /* by the fourth channel */
+    int divide, positive; /* by the fourth channel; the lobe is nowhere negative: its bands may be */
 } envmapi_transform;
 
 /* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
@@ -3578,11 +3585,9 @@ static void envmapi_expand_row(float *row, const envmapi_transform *t, const flo
 static void envmapi_expand_texels(float *out, float *norm, const envmapi_transform *t,
                                   envmapi_rows *in, int face, int y) {
     int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
-    int positive =
-        t->lobe && t->lobe->kind < ENVMAP_LOBE_FUNCTION; /* the lobe; its bands may ring */
     memset(out, 0, 3 * (size_t)width * sizeof *out);
     envmapi_rows_add(out, 0, 1, in, 0, NULL, 3 * (size_t)width);
-    for (int i = 0; i < 3 * width && positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
+    for (int i = 0; i < 3 * width && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
     if (!t->light_count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width;
     memset(norm, 0, (size_t)width * sizeof *norm);
@@ -5709,6 +5714,7 @@ static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec 
     t->rings.lambda = lambda, t->lobe = spec->lobe;
     t->out = envmapi_image(spec->dst, 0, k, 0);
     t->p = opposite ? -slice->p : slice->p;
+    t->positive = envmapi_lobe_nonnegative(spec->lobe, t->p);
     t->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
     t->norm = t->divide ? envmapi_lobe_integral(spec->lobe, t->p) : envmapi_lobe_norm(spec->lobe);
     return envmapi_fill_texels(t, work, ENVMAP_ERROR_LOBE);

@@ -90,14 +90,6 @@ static int known_thin_sums(const finding *f) {
     return is_accuracy(f) && f->texels < 1.5 && f->off < limit;
 }
 
-/* Up to about the tolerance. The value is relative to the brightest texel, which small results need
-   not have. */
-static int known_sign(const finding *f) {
-    int small = f->w->dst_size <= 5;
-    return f->promise == PROMISE_SIGN && f->w->lobe >= LOBE_TABLE &&
-           (small || f->value < 1e-2 + 2 * f->w->tolerance);
-}
-
 /* Light that lies near a pole; lamps have two more axes, with the same components. */
 static int known_source_pole(const finding *f) {
     double y = fabs(2 * f->w->t - 1), r = sqrt(1 - y * y), angle = 2 * PI * f->w->s;
@@ -155,7 +147,6 @@ static const struct known {
      known_banded_time},
     {"functions with a tip at an end take seconds", "found here", known_tip_time},
     {"lobes below 1.5 texels: the reference's own quadrature", "found here", known_thin_sums},
-    {"negative light from functions and tables", "right everywhere", known_sign},
     {"lat-long sources near poles", "right everywhere", known_source_pole},
     {"lat-long results near poles", "right everywhere", known_result_pole},
     {"sphere map sources near -z", "right everywhere", known_sphere},

@@ -602,6 +602,35 @@ static void radiance_at_both_ends_of_floats_keeps_the_tolerance(void) {
     FIGURE("... worst / tolerance", most.worst, 1);
 }
 
+/* A cone with a dark ring around it. */
+static double hat(double x, double p, void *user) {
+    return cone(x, p, user) - 0.1 * exp(-40 * (x - 0.3) * (x - 0.3));
+}
+
+/* Its bands ring, but the lobe is nowhere below zero. Of one that is, results are, too. */
+static void light_of_a_lobe_that_is_nowhere_negative_is_not(void) {
+    for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping)
+        for (int i = 0; i < 6; ++i) {
+            envmap src = black(mapping, 2 * fast_size[mapping], 1, 1);
+            envmap dst = black(ENVMAP_CUBE, 24, 1, 2), truth = black(ENVMAP_CUBE, 24, 1, 2);
+            envmap_lobe lobe = i < 3 ? lobe_of(14 + i) : lobe_of(i < 5 ? 0 : 15);
+            if (i == 3) lobe = envmap_lobe_function(hat, NULL);
+            if (i > 3) lobe.raw = 1, lobe.scale = -1;
+            double least = 0, least_truth = 0, most = 0;
+            oracle_fill(&src, 0, studio);
+            CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+            CHECK(filter(&truth, &src, lobe, ENVMAP_METHOD_REFERENCE, 1e-3) == ENVMAP_OK);
+            for (size_t k = 0; k < floats_of(&dst); ++k) {
+                least = fmin(least, (double)dst.texels[k]);
+                least_truth = fmin(least_truth, (double)truth.texels[k]);
+                most = fmax(most, fabs((double)truth.texels[k]));
+            }
+            if (i < 3) CHECK(least >= 0 && least_truth >= 0);
+            else CHECK(least < 0 && fabs(least - least_truth) < 1e-2 * most);
+            envmap_free(&src), envmap_free(&dst), envmap_free(&truth);
+        }
+}
+
 static void constants_at_both_ends_of_floats_stay_themselves(void) {
     static const float ends[4] = {3.4028235e38f, 3e38f, 1e-40f, 1.4e-45f};
     for (int i = 0; i < 4 * ENVMAP_METHOD_COUNT; ++i) {
@@ -936,6 +965,7 @@ int main(void) {
     RUN(the_result_of_a_sum_is_the_sum_of_the_results);
     RUN(a_scaled_scene_gives_the_scaled_result);
     RUN(radiance_at_both_ends_of_floats_keeps_the_tolerance);
+    RUN(light_of_a_lobe_that_is_nowhere_negative_is_not);
     RUN(constants_at_both_ends_of_floats_stay_themselves);
     RUN(a_constant_source_is_filtered_at_no_cost);
     RUN(lobes_thinner_than_two_texels_are_the_reference);
