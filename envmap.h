@@ -2284,8 +2284,13 @@ static int envmapi_quadrature_next(envmapi_quadrature *q, double *theta, double 
     return 1;
 }
 
-/* 2 pi integral of k^power over [-1,1]; of |k| for power 0. */
+/* 2 pi integral of k^power over [-1,1]; of |k| for power 0. Closed forms, as the square of these
+   lobes is one of twice the parameter; else quadrature. */
 static double envmapi_lobe_power(const envmap_lobe *lobe, double p, int power) {
+    double a = (double)lobe->parameter * (power == 2 ? 2 : 1);
+    if (lobe->kind == ENVMAP_LOBE_PHONG) return 2 * ENVMAPI_PI / (a + 1);
+    if (lobe->kind == ENVMAP_LOBE_GAUSSIAN)
+        return a > 1e-12 ? -2 * ENVMAPI_PI * expm1(-2 * a) / a : 4 * ENVMAPI_PI;
     envmapi_quadrature q = envmapi_quadrature_of(lobe, p, 0, ENVMAPI_PI, 1);
     double sum = 0, theta, weight;
     while (envmapi_quadrature_next(&q, &theta, &weight)) {
@@ -2295,12 +2300,9 @@ static double envmapi_lobe_power(const envmap_lobe *lobe, double p, int power) {
     return 2 * ENVMAPI_PI * sum;
 }
 
-/* The integral without scale: closed forms, else quadrature. */
+/* The integral without scale. */
 static double envmapi_lobe_integral(const envmap_lobe *lobe, double p) {
     double a = (double)lobe->parameter;
-    if (lobe->kind == ENVMAP_LOBE_PHONG) return 2 * ENVMAPI_PI / (a + 1);
-    if (lobe->kind == ENVMAP_LOBE_GAUSSIAN)
-        return a > 1e-12 ? -2 * ENVMAPI_PI * expm1(-2 * a) / a : 4 * ENVMAPI_PI;
     if (lobe->kind == ENVMAP_LOBE_BANKS && fabs(p) <= a && a < 0.99)
         return 2 * ENVMAPI_PI * sqrt(1 - p * p) * (acos(a) - a * sqrt(1 - a * a)) /
                ((1 - a) * (1 - a));

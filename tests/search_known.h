@@ -127,11 +127,6 @@ static int known_last_bits(const finding *f) {
     return is_accuracy(f) && f->w->tolerance < 3e-6 && f->w->dst_size <= 2 && f->value < 3;
 }
 
-/* The integral of k^2 near a horizon where k jumps, or nearly. */
-static int known_bands(const finding *f) {
-    return f->promise == PROMISE_BANDS && f->w->lobe == LOBE_PHONG && f->w->a < 1;
-}
-
 static int known_resampled(const finding *f) {
     return f->promise == PROMISE_MEAN || f->promise == PROMISE_ENERGY;
 }
@@ -154,7 +149,6 @@ static const struct known {
     {"smooth lobes in black scenes, tight tolerances", "right everywhere", known_black},
     {"results of few texels that miss the light", "right everywhere", known_missed_light},
     {"results of few texels at the rounding of floats", "found here", known_last_bits},
-    {"some bands more than are needed, Phong below 1", "found here", known_bands},
     {"resampling", "no cliffs: resampling", known_resampled},
 };
 enum { KNOWN_COUNT = sizeof known / sizeof *known };
