@@ -490,7 +490,8 @@ typedef struct envmap_prepared {
 
 typedef struct envmap_filter_desc {
     int method;      /* envmap_method; 0: AUTO                                                    */
-    float tolerance; /* desired relative rms error, 1e-7 .. 0.1 (clamped); 0: 1e-3                */
+    float tolerance; /* desired rms error, relative to the rms of the filtered scene over the whole
+                        sphere (dst's few texels may miss its light), 1e-7 .. 0.1; 0: 1e-3        */
     float threshold; /* HIERARCHICAL: max |k_child - k_parent|, k with peak 1; 0: 0.001,
                         negative: open everything                                                 */
     envmap_work work;
@@ -507,7 +508,8 @@ typedef struct envmap_filter_desc {
    REFERENCE: O(texels of src * texels and slices of dst). Tiles of texels where k is below 1e-12 of
    its peak are passed over.
    FAST: O(texels of src + texels of dst + L^3), L the bands that lobe, scene and tolerance need.
-   A source whose texels are all alike is not filtered, but multiplied (AUTO, FAST, HARMONICS).
+   A source whose texels are all alike is its result, where lobes are divided by their sums, and if
+   it is black (AUTO, FAST, HARMONICS).
    Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
    Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; in a black
    scene with a lamp their darkest texels may be off by more than 20 tolerances.
@@ -3267,7 +3269,7 @@ typedef struct envmapi_transform {
     float *out;              /* a result's slice */
     const envmap_lobe *lobe; /* its lobe and p, and what a light's k is divided by; NULL: none */
     double p, norm;
-    int divide, positive; /* by the fourth channel; the lobe is nowhere negative: its bands may be */
+    int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
 } envmapi_transform;
 
 /* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
@@ -5878,7 +5880,6 @@ typedef struct envmapi_job {
     const envmap *src;
     const envmap_lobe *lobes;
     int count, fast, planned[32]; /* fast: how many specs; planned: has this level one? */
-    int constant;                 /* is the source? */
     envmap views[32];
     envmapi_spec specs[32];
     envmapi_scenes scenes;
@@ -5894,21 +5895,16 @@ typedef struct envmapi_prepared {
     envmapi_spectrum spectra[2];
 } envmapi_prepared;
 
-/* Are all texels of a source alike? The first that is not ends the look. */
-static int envmapi_constant(const envmap *src) {
+/* Is this level its source's one texel again? All texels are alike, which the first that is not tells
+   at once, and the lobe is divided by its own sum, or the source is black. */
+static int envmapi_job_constant(const envmapi_job *job, int l) {
+    const envmap *src = job->src;
+    const float *t = src->texels;
     size_t more = (size_t)src->slices * envmapi_slice_floats(src, 0) - 3;
-    return !memcmp(src->texels, src->texels + 3, more * sizeof(float));
-}
-
-/* What a constant source becomes: itself, times lambda_0 of each slice. */
-static void envmapi_filter_constant(const envmap *dst, const envmap *src, const envmap_lobe *lobe) {
-    for (int k = 0; k < dst->slices; ++k) {
-        float *out = envmapi_image(dst, 0, k, 0);
-        double lambda;
-        envmapi_zonal(&lambda, 1, lobe, envmapi_slice_p(lobe, k, dst->slices));
-        for (size_t i = 0; i < envmapi_slice_floats(dst, 0); ++i)
-            out[i] = envmapi_to_float(lambda * (double)src->texels[i % 3]);
-    }
+    int black = !(fabsf(t[0]) > 0 || fabsf(t[1]) > 0 || fabsf(t[2]) > 0);
+    return (black || (!job->lobes[l].raw && job->lobes[l].kind != ENVMAP_LOBE_BANKS)) &&
+           job->desc.method != ENVMAP_METHOD_REFERENCE &&
+           job->desc.method != ENVMAP_METHOD_HIERARCHICAL && !memcmp(t, t + 3, more * sizeof *t);
 }
 
 /* Does this level go to the fast filter, which shares the source? Then it has a spec. */
@@ -5916,7 +5912,7 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
     int method = job->desc.method;
     if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
-        method == ENVMAP_METHOD_HIERARCHICAL || job->constant ||
+        method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l) ||
         (method == ENVMAP_METHOD_AUTO && envmapi_few_pairs(job->views + l, job->src)))
         return ENVMAP_OK;
     if (envmapi_texel_extent(job->src) <= 0.1) /* else coarser than any kernel of these */
@@ -5958,7 +5954,6 @@ static envmap_result envmapi_job_open(envmapi_job *job, const envmap *dst, const
     for (int l = 0; l < count; ++l)
         if (!envmapi_lobe_fits(lobes + l, dst->slices)) return ENVMAP_ERROR_LOBE;
     if (ready && ready->job.fast) job->scenes = ready->job.scenes, job->ready = ready->spectra;
-    job->constant = envmapi_constant(src);
     for (int l = 0; l < count && !result; ++l) {
         job->views[l] = *dst;
         job->views[l].size = envmapi_edge(dst->size, l), job->views[l].levels = 1;
@@ -5984,8 +5979,9 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         if (lobe->kind == ENVMAP_LOBE_MIRROR) result = envmap_resample(job->views + l, job->src);
         else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
             result = envmapi_filter_hierarchical(job->views + l, job->src, lobe, &desc);
-        else if (job->constant && desc.method != ENVMAP_METHOD_REFERENCE)
-            envmapi_filter_constant(job->views + l, job->src, lobe);
+        else if (envmapi_job_constant(job, l))
+            for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(job->views + l, 0); ++i)
+                job->views[l].texels[i] = job->src->texels[i % 3];
         else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
     }
     done *= runs;
@@ -6318,7 +6314,8 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     double light = spec->L ? envmapi_contrast_at(&scenes->whole, out->bands).kappa : 0;
     envmapi_lookups_create(&lookups, &d, dst->mapping, light);
     out->lookup = envmapi_lookups_error(&lookups, dst->size);
-    if (job->constant || envmapi_texel_extent(job->src) * 2 <= envmap_lobe_sigma(d.lobe, 0))
+    int constant = envmapi_job_constant(job, 0);
+    if (constant || envmapi_texel_extent(job->src) * 2 <= envmap_lobe_sigma(d.lobe, 0))
         out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &lookups);
     d.needed = out->bands;
     if (d.lobe->p0 < d.lobe->p1 || d.lobe->p0 > d.lobe->p1)
@@ -6326,7 +6323,7 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
     if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
     int fast = spec->L && !envmapi_few_pairs(dst, job->src);
-    out->method = fast || job->constant ? ENVMAP_METHOD_FAST : ENVMAP_METHOD_REFERENCE;
+    out->method = fast || constant ? ENVMAP_METHOD_FAST : ENVMAP_METHOD_REFERENCE;
     if (!fast) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
     return ENVMAP_OK;

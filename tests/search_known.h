@@ -117,11 +117,6 @@ static int known_black(const finding *f) {
     return is_accuracy(f) && is_dark(f->w) && f->w->tolerance < 2.5e-3 && f->value < limit;
 }
 
-static int known_missed_light(const finding *f) {
-    int few = f->w->dst_size == 1 && f->w->scene == SCENE_SUN && f->value < 2;
-    return is_accuracy(f) && ((is_dark(f->w) && f->w->dst_size <= 5) || few);
-}
-
 /* Two or three units in the last place of a float. */
 static int known_last_bits(const finding *f) {
     return is_accuracy(f) && f->w->tolerance < 3e-6 && f->w->dst_size <= 2 && f->value < 3;
@@ -147,7 +142,6 @@ static const struct known {
     {"sphere map sources near -z", "right everywhere", known_sphere},
     {"functions with a declared kink", "right everywhere", known_kinked_function},
     {"smooth lobes in black scenes, tight tolerances", "right everywhere", known_black},
-    {"results of few texels that miss the light", "right everywhere", known_missed_light},
     {"results of few texels at the rounding of floats", "found here", known_last_bits},
     {"resampling", "no cliffs: resampling", known_resampled},
 };

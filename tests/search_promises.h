@@ -262,6 +262,29 @@ static size_t judge_stride(size_t n) {
     return step;
 }
 
+/* What few texels are promised relative to: the filtered scene over the whole sphere, whose light
+   they may miss. By Parseval its mean square is sum_l lambda_l^2 |a_l|^2 / 4 pi; the first bands. */
+static judge judge_scene(const bench *b, int slices) {
+    enum { BANDS = 96 };
+    static double sh[3 * BANDS * BANDS];
+    double lambda[BANDS], square, size;
+    judge j = {0, 0, 0, 0, 1};
+    for (int slice = 0; slice < slices; ++slice) {
+        double norm = oracle_norm(&b->lobe);
+        if ((!slice || b->w->src_slices > 1) &&
+            envmap_sh_project(sh, BANDS, &b->src, b->w->src_slices > 1 ? slice : 0, 1e-2, NULL))
+            return j;
+        oracle_zonal(lambda, &square, &size, BANDS, &b->lobe, oracle_p(&b->lobe, slice, slices));
+        if (!(norm > 0)) norm = lambda[0];
+        j.mean += fabs(lambda[0] / norm) * (sh[0] + sh[1] + sh[2]) / 3 / sqrt(4 * PI) / slices;
+        for (int i = 0; i < 3 * BANDS * BANDS; ++i) {
+            double a = lambda[(int)sqrt(i / 3 + 0.5)] / norm * sh[i];
+            j.square += a * a / (4 * PI) / slices;
+        }
+    }
+    return j;
+}
+
 /* Level 0 of a result, all slices, against the definition, in tolerances: rms in error, worst in
    worst. After `seconds` what was looked at has to stand for all. */
 static judge judge_map(const bench *b, const float *a, int size, int slices, double seconds) {
@@ -270,6 +293,11 @@ static judge judge_map(const bench *b, const float *a, int size, int slices, dou
         size == w->dst_size ? b->dst_texels : oracle_texels(w->dst_mapping, size);
     size_t count = oracle_count(w->dst_mapping, size), all = count * (size_t)slices;
     judge whole = judge_whole(a, texels, count, slices), j = {0, 0, 0, 0, 0};
+    if (size < 6) {
+        judge scene = judge_scene(b, slices);
+        whole.mean = fmax(whole.mean, whole.weight * scene.mean);
+        whole.square = fmax(whole.square, whole.weight * scene.square);
+    }
     double mean = whole.mean / whole.weight, start = cpu_seconds();
     size_t step = judge_stride(all), looked = 0;
     oracle_filter filters[32];
@@ -283,7 +311,7 @@ static judge judge_map(const bench *b, const float *a, int size, int slices, dou
         judge_texel(&j, a + 3 * at, rgb, texels[at % count].w, 1e-3 * mean + judge_tiny);
         if (judge_excepts(w, rgb, mean)) j.worst = worst;
     }
-    if (looked < all) j.square = whole.square * j.weight / whole.weight;
+    if (looked < all || size < 6) j.square = whole.square * j.weight / whole.weight;
     j.error = sqrt(j.error / (j.square + j.weight * judge_tiny * judge_tiny)) / w->tolerance;
     j.worst /= w->tolerance;
     if (size != w->dst_size) free(texels);
