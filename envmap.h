@@ -5903,8 +5903,7 @@ static int envmapi_job_constant(const envmapi_job *job, int l) {
     size_t more = (size_t)src->slices * envmapi_slice_floats(src, 0) - 3;
     int black = !(fabsf(t[0]) > 0 || fabsf(t[1]) > 0 || fabsf(t[2]) > 0);
     return (black || (!job->lobes[l].raw && job->lobes[l].kind != ENVMAP_LOBE_BANKS)) &&
-           job->desc.method != ENVMAP_METHOD_REFERENCE &&
-           job->desc.method != ENVMAP_METHOD_HIERARCHICAL && !memcmp(t, t + 3, more * sizeof *t);
+           !memcmp(t, t + 3, more * sizeof *t);
 }
 
 /* Does this level go to the fast filter, which shares the source? Then it has a spec. */
@@ -5979,7 +5978,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         if (lobe->kind == ENVMAP_LOBE_MIRROR) result = envmap_resample(job->views + l, job->src);
         else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
             result = envmapi_filter_hierarchical(job->views + l, job->src, lobe, &desc);
-        else if (envmapi_job_constant(job, l))
+        else if (desc.method != ENVMAP_METHOD_REFERENCE && envmapi_job_constant(job, l))
             for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(job->views + l, 0); ++i)
                 job->views[l].texels[i] = job->src->texels[i % 3];
         else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
