@@ -87,6 +87,7 @@ static int known_thin_sums(const finding *f) {
     int rim = f->w->src_mapping == ENVMAP_SPHERE || f->w->src_mapping == ENVMAP_ANGULAR;
     double pole = fabs(2 * f->w->t - 1); /* a scene of one texel has it there */
     if (f->extent > 0.5 || rim || (f->w->src_mapping == ENVMAP_LATLONG && pole > 0.9)) limit *= 10;
+    if (f->w->dst_size < 6) limit = HUGE_VAL; /* relative to a scene of which it may see all light */
     return is_accuracy(f) && f->texels < 1.5 && f->off < limit;
 }
 
