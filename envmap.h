@@ -133,7 +133,9 @@ typedef enum envmap_result {
 ENVMAP_API const char *envmap_result_text(int result);
 
 /* Runs task(context, i) for i = 0 .. count-1, in any order, on any threads, and returns when all
-   are done. Tasks are cut by the data alone, so results are the same bits for every executor.
+   are done. Tasks are cut by the data alone, so results are the same bits for every executor. Calls
+   try it first, and refuse one that leaves out tasks of these (ARGUMENT); what it leaves out later
+   the calling thread runs.
    Test: results_are_the_same_bits_for_any_executor; with pthreads: examples/tool/threads.h. */
 typedef void envmap_task(void *context, int i);
 typedef struct envmap_executor {
@@ -409,7 +411,7 @@ ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[
 /* sh = sum over texels L w Y_lm(texel's centre), level 0 of one slice.
    tolerance  0: every texel, in double. Otherwise a_lm may be off by tolerance * sqrt(2l+1) * a_00
               (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
-              floats overflow, it is every texel again
+              floats overflow or vanish, it is every texel again
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
    With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16 sets
    of coefficients.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
@@ -422,7 +424,8 @@ ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int
 
 /* The same at every texel's centre of one level and slice, also those outside a rim; what rings
    below zero is written as it is.
-   tolerance  0, and below 1e-6: every coefficient, in double. Otherwise the relative rms error
+   tolerance  0, and below 1e-6: every coefficient, in double; also for numbers near the ends of
+              floats. Otherwise the relative rms error
    Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then stays
    as it was.  With a tolerance O(texels + bands^3), without O(texels bands^2).
    Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
@@ -494,7 +497,8 @@ typedef struct envmap_prepared {
 
 typedef struct envmap_filter_desc {
     int method;      /* envmap_method; 0: AUTO                                                    */
-    float tolerance; /* desired relative rms error, 1e-7 .. 0.1 (clamped); 0: 1e-3                */
+    float tolerance; /* desired rms error, relative to the rms of the filtered scene over the whole
+                        sphere (dst's few texels may miss its light), 1e-7 .. 0.1; 0: 1e-3        */
     float threshold; /* HIERARCHICAL: max |k_child - k_parent|, k with peak 1; 0: 0.001,
                         negative: open everything                                                 */
     envmap_work work;
@@ -511,6 +515,8 @@ typedef struct envmap_filter_desc {
    REFERENCE: O(texels of src * texels and slices of dst). Tiles of texels where k is below 1e-12 of
    its peak are passed over.
    FAST: O(texels of src + texels of dst + L^3), L the bands that lobe, scene and tolerance need.
+   A source whose texels are all alike is its result, where lobes are divided by their sums, and if
+   it is black (AUTO, FAST, HARMONICS).
    Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
    Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; in a black
    scene with a lamp their darkest texels may be off by more than 20 tolerances.
@@ -745,7 +751,8 @@ ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const env
    Numbers, 3-vectors in double, tasks. Bits, not comparisons, decide what is finite, so that
    -ffast-math changes nothing.  Tests: tests/test_base.c. */
 
-#define ENVMAPI_PI 3.14159265358979323846
+#define ENVMAPI_PI    3.14159265358979323846
+#define ENVMAPI_FLOAT 3.4028234663852886e38 /* the largest */
 
 ENVMAPI_BODY const char *envmap_result_text(int result) {
 #define ENVMAPI_RESULT_TEXT(name, text) text,
@@ -753,14 +760,22 @@ ENVMAPI_BODY const char *envmap_result_text(int result) {
     return (unsigned)result < ENVMAP_RESULT_COUNT ? texts[(unsigned)result] : "unknown result";
 }
 
+/* Volatile: clang 19 folds the test away under -ffast-math, where no number may be infinite. */
 static int envmapi_finite(double value) {
     uint64_t bits;
     memcpy(&bits, &value, sizeof bits);
-    return (bits >> 52 & 0x7FF) != 0x7FF;
+    volatile uint64_t exponent = bits >> 52 & 0x7FF;
+    return exponent != 0x7FF;
 }
 
 static double envmapi_clamp(double value, double low, double high) {
     return value < low ? low : value > high ? high : value;
+}
+
+/* Sums may exceed what a float holds; NaN stays to tell of a lobe that failed. */
+static float envmapi_to_float(double value) {
+    double most = ENVMAPI_FLOAT;
+    return (float)(value > most ? most : value < -most ? -most : value);
 }
 
 static double envmapi_dot(const double a[3], const double b[3]) {
@@ -820,29 +835,39 @@ static envmap_result envmapi_tell(const envmap_progress *progress, double fracti
     return progress->report(progress->user, (float)fraction) ? ENVMAP_CANCELLED : ENVMAP_OK;
 }
 
+#define ENVMAPI_BATCH 1024 /* tasks at most */
 typedef struct envmapi_batch {
     envmap_task *task;
     void *context;
     int first;
+    unsigned char ran[ENVMAPI_BATCH];
 } envmapi_batch;
 
 static void envmapi_batch_task(void *context, int i) {
-    const envmapi_batch *batch = (const envmapi_batch *)context;
-    batch->task(batch->context, batch->first + i);
+    envmapi_batch *batch = (envmapi_batch *)context;
+    if (batch->task) batch->task(batch->context, batch->first + i);
+    batch->ran[i] = 1;
 }
 
-/* All tasks; with a progress callback in up to 64 rounds, told between them on this thread. */
+/* n tasks from `first` on; returns how many the executor left out: these run here. */
+static int envmapi_run_batch(const envmap_work *work, envmap_task *task, void *context, int first,
+                             int n) {
+    envmapi_batch batch = {task, context, first, {0}};
+    int left = 0;
+    if (work->executor.run) work->executor.run(work->executor.user, envmapi_batch_task, &batch, n);
+    for (int i = 0; i < n; ++i)
+        if (!batch.ran[i]) envmapi_batch_task(&batch, i), ++left;
+    return left;
+}
+
+/* All tasks; with a progress callback in 64 rounds or more, told between them on this thread. */
 static envmap_result envmapi_run(const envmap_work *work, envmap_task *task, void *context,
                                  int count) {
     int rounds = work->progress.report ? 64 : 1, step = (count + rounds - 1) / rounds;
+    if (step > ENVMAPI_BATCH) step = ENVMAPI_BATCH;
     for (int first = 0; first < count; first += step) {
-        envmapi_batch batch = {task, context, first};
-        int n = count - first < step ? count - first : step;
         if (envmapi_tell(&work->progress, (double)first / count)) return ENVMAP_CANCELLED;
-        if (work->executor.run)
-            work->executor.run(work->executor.user, envmapi_batch_task, &batch, n);
-        else
-            for (int i = 0; i < n; ++i) task(context, first + i);
+        envmapi_run_batch(work, task, context, first, count - first < step ? count - first : step);
     }
     return ENVMAP_OK;
 }
@@ -881,11 +906,11 @@ static envmap_work envmapi_work_part(envmapi_part *part, const envmap_work *work
     return out;
 }
 
-/* The caller's work, or the default. */
-static envmap_work envmapi_work_of(const envmap_work *work) {
-    envmap_work out;
-    memset(&out, 0, sizeof out);
-    return work ? *work : out;
+/* The caller's work, or the default; 0 where its executor does not run what it is given. */
+static int envmapi_work_of(envmap_work *out, const envmap_work *work) {
+    memset(out, 0, sizeof *out);
+    if (work) *out = *work;
+    return !out->executor.run || !envmapi_run_batch(out, NULL, NULL, 0, ENVMAPI_TASKS);
 }
 
 /* Memory of one call: blocks that go together. */
@@ -1247,6 +1272,20 @@ static int envmapi_floats_ok(const float *floats, size_t count, int negative_too
         bad |= (bits & 0x7F800000u) == 0x7F800000u || (!negative_too && bits > 0x80000000u);
     }
     return !bad;
+}
+
+/* e of the largest |number| = f 2^e, f in [1/2, 1); 0 where all are 0. */
+static int envmapi_exponent(const float *floats, size_t count) {
+    int exponent;
+    double most = 0;
+    for (size_t i = 0; i < count; ++i) most = fmax(most, fabs((double)floats[i]));
+    frexp(most, &exponent);
+    return exponent;
+}
+
+/* out = in 2^exponent, or the largest float; NaN stays. */
+static void envmapi_floats_scale(float *out, const float *in, size_t count, int exponent) {
+    for (size_t i = 0; i < count; ++i) out[i] = envmapi_to_float(ldexp((double)in[i], exponent));
 }
 
 static int envmapi_radiance_ok(const envmap *map, int negative_too) {
@@ -2031,9 +2070,9 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
     envmapi_resampling r;
     envmapi_pool pool;
     envmapi_part part;
-    envmap_work all = envmapi_work_of(work);
+    envmap_work all;
+    if (!envmapi_pair_ok(dst, src) || !envmapi_work_of(&all, work)) return ENVMAP_ERROR_ARGUMENT;
     memset(&pool, 0, sizeof pool), pool.memory = all.memory;
-    if (!envmapi_pair_ok(dst, src)) return ENVMAP_ERROR_ARGUMENT;
     if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
     size_t floats = envmapi_slice_floats(dst, 0), slices = (size_t)src->slices;
     float *out = dst->texels; /* staged where a part of it could be cancelled or fail */
@@ -2655,8 +2694,13 @@ static int envmapi_quadrature_next(envmapi_quadrature *q, double *theta, double 
     return 1;
 }
 
-/* 2 pi integral of k^power over [-1,1]; of |k| for power 0. */
+/* 2 pi integral of k^power over [-1,1]; of |k| for power 0. Closed forms, as the square of these
+   lobes is one of twice the parameter; else quadrature. */
 static double envmapi_lobe_power(const envmap_lobe *lobe, double p, int power) {
+    double a = (double)lobe->parameter * (power == 2 ? 2 : 1);
+    if (lobe->kind == ENVMAP_LOBE_PHONG) return 2 * ENVMAPI_PI / (a + 1);
+    if (lobe->kind == ENVMAP_LOBE_GAUSSIAN)
+        return a > 1e-12 ? -2 * ENVMAPI_PI * expm1(-2 * a) / a : 4 * ENVMAPI_PI;
     envmapi_quadrature q = envmapi_quadrature_of(lobe, p, 0, ENVMAPI_PI, 1);
     double sum = 0, theta, weight;
     while (envmapi_quadrature_next(&q, &theta, &weight)) {
@@ -2666,12 +2710,9 @@ static double envmapi_lobe_power(const envmap_lobe *lobe, double p, int power) {
     return 2 * ENVMAPI_PI * sum;
 }
 
-/* The integral without scale: closed forms, else quadrature. */
+/* The integral without scale. */
 static double envmapi_lobe_integral(const envmap_lobe *lobe, double p) {
     double a = (double)lobe->parameter;
-    if (lobe->kind == ENVMAP_LOBE_PHONG) return 2 * ENVMAPI_PI / (a + 1);
-    if (lobe->kind == ENVMAP_LOBE_GAUSSIAN)
-        return a > 1e-12 ? -2 * ENVMAPI_PI * expm1(-2 * a) / a : 4 * ENVMAPI_PI;
     if (lobe->kind == ENVMAP_LOBE_BANKS && fabs(p) <= a && a < 0.99)
         return 2 * ENVMAPI_PI * sqrt(1 - p * p) * (acos(a) - a * sqrt(1 - a * a)) /
                ((1 - a) * (1 - a));
@@ -2690,6 +2731,13 @@ static int envmapi_lobe_positive(const envmap_lobe *lobe, double p) {
     if (!envmapi_finite(integral) || !(integral > 0)) return 0;
     if (lobe->kind != ENVMAP_LOBE_FUNCTION && lobe->kind != ENVMAP_LOBE_TABLE) return 1;
     return integral > 1e-9 * envmapi_lobe_power(lobe, p, 0);
+}
+
+/* Is the lobe nowhere negative, to rounding, at all nodes of its integral? */
+static int envmapi_lobe_nonnegative(const envmap_lobe *lobe, double p) {
+    if (lobe->raw && lobe->scale < 0) return 0;
+    if (lobe->kind < ENVMAP_LOBE_FUNCTION) return 1;
+    return envmapi_lobe_power(lobe, p, 1) >= (1 - 1e-12) * envmapi_lobe_power(lobe, p, 0);
 }
 
 /* What the filter divides by: 1 raw, one constant for all of Banks' slices; 0 asks for the sum of
@@ -3475,7 +3523,8 @@ typedef struct envmapi_light {
 
 typedef struct envmapi_input {
     const envmap *map;
-    const float *texels; /* of the slice */
+    const float *texels; /* of the slice, or of a copy, times 2^-exponent */
+    int exponent;
     float *omega; /* [(size+1)/2][4 width]: the solid angles of row y, of size-1-y too, thrice each
                      as RGB has it, then once each; 0 where a rim cuts */
     float *spare; /* what was asked for beside these */
@@ -3628,7 +3677,7 @@ typedef struct envmapi_transform {
     float *out;              /* a result's slice */
     const envmap_lobe *lobe; /* its lobe and p, and what a light's k is divided by; NULL: none */
     double p, norm;
-    int divide; /* by the fourth channel */
+    int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
 } envmapi_transform;
 
 /* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
@@ -3948,11 +3997,9 @@ static void envmapi_expand_row(float *row, const envmapi_transform *t, const flo
 static void envmapi_expand_texels(float *out, float *norm, const envmapi_transform *t,
                                   envmapi_rows *in, int face, int y) {
     int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
-    int positive =
-        t->lobe && t->lobe->kind < ENVMAP_LOBE_FUNCTION; /* the lobe; its bands may ring */
     memset(out, 0, 3 * (size_t)width * sizeof *out);
     envmapi_rows_add(out, 0, 1, in, 0, NULL, 3 * (size_t)width);
-    for (int i = 0; i < 3 * width && positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
+    for (int i = 0; i < 3 * width && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
     if (!t->light_count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width;
     memset(norm, 0, (size_t)width * sizeof *norm);
@@ -4176,13 +4223,14 @@ typedef struct envmapi_sh_job {
     envmapi_pool pool;
 } envmapi_sh_job;
 
-static envmapi_sh_job envmapi_sh_job_of(const envmap *map, int slice, int bands, double tolerance,
-                                        const envmap_work *work) {
-    envmapi_sh_job job;
-    memset(&job, 0, sizeof job);
-    job.map = *map, job.slice = slice, job.bands = bands, job.tolerance = tolerance;
-    job.work = envmapi_work_of(work), job.pool.memory = job.work.memory;
-    return job;
+/* 0 for bad numbers, or a bad executor. */
+static int envmapi_sh_job_of(envmapi_sh_job *job, const envmap *map, int slice, int bands,
+                             double tolerance, const envmap_work *work) {
+    memset(job, 0, sizeof *job);
+    if (!envmapi_work_of(&job->work, work) || !envmapi_finite(tolerance) || tolerance < 0) return 0;
+    job->map = *map, job->slice = slice, job->bands = bands, job->tolerance = tolerance;
+    job->pool.memory = job->work.memory;
+    return 1;
 }
 
 /* Texels x0 .. x0+63 of row y, on every face: each as it is, to sums; or without sums, filled. */
@@ -4281,15 +4329,18 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
 
 ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                              double tolerance, const envmap_work *work) {
+    envmapi_sh_job job;
     if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS || !envmapi_valid(map) || slice < 0 ||
-        slice >= map->slices || !envmapi_finite(tolerance) || tolerance < 0)
+        slice >= map->slices || !envmapi_sh_job_of(&job, map, slice, bands, tolerance, work))
         return ENVMAP_ERROR_ARGUMENT;
-    envmapi_sh_job job = envmapi_sh_job_of(map, slice, bands, tolerance, work);
     size_t numbers = 3 * (size_t)(bands * bands);
     double *out = (double *)envmapi_pool_get(&job.pool, numbers, sizeof(double));
     envmap_result result = out ? ENVMAP_ERROR_RADIANCE : ENVMAP_ERROR_MEMORY;
     if (out && tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(out, NULL, &job);
-    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow where doubles do not */
+    if (!result && !envmapi_sh_check(out, bands, 1e-25) &&
+        envmapi_exponent(envmapi_image(map, 0, slice, 0), envmapi_slice_floats(map, 0)) < -60)
+        result = ENVMAP_ERROR_RADIANCE;
+    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow, or vanish, where doubles do not */
         result = envmapi_sh_exact(out, NULL, &job);
     if (!result) memcpy(sh, out, numbers * sizeof(double));
     envmapi_pool_free(&job.pool, 0);
@@ -4298,13 +4349,16 @@ ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap
 
 ENVMAPI_BODY envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
                                           int bands, double tolerance, const envmap_work *work) {
+    envmapi_sh_job job;
     float *texels = envmap_texel(map, level, slice, 0, 0, 0);
-    if (!texels || !envmapi_finite(tolerance) || tolerance < 0) return ENVMAP_ERROR_ARGUMENT;
-    envmap_result result = envmapi_sh_check(sh, bands, 3.4e38);
+    if (!texels || !envmapi_sh_job_of(&job, map, slice, bands, tolerance, work))
+        return ENVMAP_ERROR_ARGUMENT;
+    envmap_result result = envmapi_sh_check(sh, bands, ENVMAPI_FLOAT);
     if (result) return result;
-    envmapi_sh_job job = envmapi_sh_job_of(map, slice, bands, tolerance, work);
     job.map.size = envmapi_edge(map->size, level), job.sh = sh;
-    if (tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(NULL, texels, &job);
+    int tiny = !envmapi_sh_check(sh, bands, 1e-25) && envmapi_sh_check(sh, bands, 0);
+    if (tolerance >= ENVMAPI_SH_FLOATS && !tiny && !envmapi_sh_check(sh, bands, 1e37))
+        result = envmapi_sh_fast(NULL, texels, &job);
     else result = envmapi_sh_exact(NULL, texels, &job);
     envmapi_pool_free(&job.pool, 0);
     return result;
@@ -4804,11 +4858,6 @@ static void envmapi_axes_aim(envmapi_axes *axes, const envmapi_source *source, i
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
 }
 
-/* Sums may exceed what a float holds; NaN stays to tell of a lobe that failed. */
-static float envmapi_to_float(double value) {
-    return (float)(value > 3.4e38 ? 3.4e38 : value < -3.4e38 ? -3.4e38 : value);
-}
-
 static void envmapi_axes_row(void *context, int task) {
     const envmapi_axes *axes = (const envmapi_axes *)context;
     const envmap *dst = axes->dst;
@@ -5160,7 +5209,7 @@ typedef struct envmapi_scene {
     double sum[3], strongest;  /* energy of the channels; the largest */
     double mean[3];            /* radiance, without the lights */
     double norm;               /* sqrt of the sum of squares of all channels' energies */
-    double squares;            /* of the texels' energies */
+    double squares, cut;       /* of the texels' energies; of those that a rim cuts */
     envmapi_contrast texel;    /* of single texels, at most */
     envmapi_contrast scale[ENVMAPI_SCALES]; /* of blocks of edge << i */
     envmapi_light *lights;                  /* taken out */
@@ -5297,11 +5346,11 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
 }
 
 /* kappa of single texels, from the sum of their squares less what evenly lit blocks would have, E^2
-   of each over its texels: sums of floats, good to 1e-6, and to no more than 1e15. */
+   of each over its texels: sums of floats, good to 1e-6. */
 static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squares) {
     double even = 0;
     s->texel = s->scale[0];
-    if (!(s->norm > 1e-12 && s->norm < 1e15)) return;
+    if (!(s->norm > 0)) return;
     for (size_t b = 0; b < s->blocks[0].count; ++b)
         for (size_t c = 0; c < 3; ++c) even += (double)sums[4 * b + c] * (double)sums[4 * b + c];
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares);
@@ -5360,23 +5409,12 @@ static size_t envmapi_scene_layout(envmapi_scene *s) {
     return at;
 }
 
-/* Looks at a slice, for lobes of this sigma and wider. The narrowest blocks are 8 texels wide where
-   that is below sigma/4, else 4 (speed only, 1.26 x for Phong 10).  Errors: MEMORY, RADIANCE. */
-static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, int slice,
-                                          double sigma, const envmap_work *work,
-                                          envmapi_pool *pool) {
-    size_t faces = (size_t)envmap_faces(map->mapping), at = 0, rows;
-    size_t W = 4 * (size_t)envmapi_width(map->mapping, map->size);
-    double squares = 0, off = 0, *energy = s->sum;
+/* Adds up the energies; returns whether a number is negative. */
+static int envmapi_scene_sum(envmapi_scene *s, const envmap_work *work) {
+    size_t faces = (size_t)envmap_faces(s->in.map->mapping);
+    double *energy = s->sum;
     int negative = 0;
-    memset(s, 0, sizeof *s);
-    s->in.map = map, s->tasks = envmapi_tasks(work);
-    s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
-    at = envmapi_scene_layout(s), rows = 2 * faces * (size_t)s->blocks[0].nv;
-    if (envmapi_input_create(&s->in, map, slice, 2 * rows + at + W * (size_t)s->tasks, work, pool))
-        return ENVMAP_ERROR_MEMORY;
-    s->rows = (double *)(void *)s->in.spare;
-    s->sums = (float *)(s->rows + rows), s->work = s->sums + at;
+    memset(energy, 0, sizeof s->sum), s->solid = s->squares = s->cut = 0;
     envmapi_run_all(work, envmapi_task_scene, s, s->tasks);
     float *block = s->sums, *end = block + 4 * s->blocks[0].count;
     for (size_t n = 4 * s->blocks[0].count / faces; block < end; block += 4) {
@@ -5384,17 +5422,54 @@ static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, i
         for (int c = 0; c < 3; ++c) energy[c] += (double)block[c];
         s->solid += (double)block[3];
     }
-    for (size_t i = 0; i < rows; i += 2) squares += s->rows[i], negative |= s->rows[i + 1] > 0;
+    for (size_t i = 0; i < 2 * faces * (size_t)s->blocks[0].nv; i += 2)
+        s->squares += s->rows[i], negative |= s->rows[i + 1] > 0;
     for (int i = 0; i < s->in.rim_count; ++i) {
         for (int c = 0; c < 3; ++c) energy[c] += s->in.rim[i].value[c];
-        s->solid += s->in.rim[i].value[3], off += envmapi_light_square(s->in.rim + i);
+        s->solid += s->in.rim[i].value[3], s->cut += envmapi_light_square(s->in.rim + i);
     }
-    s->squares = squares + off, s->all = s->energy = energy[0] + energy[1] + energy[2];
+    s->squares += s->cut, s->all = s->energy = energy[0] + energy[1] + energy[2];
     s->strongest = fmax(fmax(energy[0], energy[1]), energy[2]);
     s->norm = sqrt(envmapi_dot(energy, energy));
+    return negative;
+}
+
+/* Puts a copy of the slice in its place, the largest number about 1. */
+static envmap_result envmapi_scene_scale(envmapi_scene *s, envmapi_pool *pool) {
+    size_t floats = envmapi_slice_floats(s->in.map, 0);
+    int exponent = envmapi_exponent(s->in.texels, floats);
+    float *copy = (float *)envmapi_pool_get(pool, floats, sizeof(float));
+    if (!copy) return ENVMAP_ERROR_MEMORY;
+    envmapi_floats_scale(copy, s->in.texels, floats, -exponent);
+    s->in.texels = copy, s->in.exponent = exponent;
+    for (envmapi_light *cut = s->in.rim; cut < s->in.rim + s->in.rim_count; ++cut)
+        for (int c = 0; c < 3; ++c) cut->value[c] = ldexp(cut->value[c], -exponent);
+    return ENVMAP_OK;
+}
+
+/* Looks at a slice, for lobes of this sigma and wider. The narrowest blocks are 8 texels wide where
+   that is below sigma/4, else 4 (speed only, 1.26 x for Phong 10).  Errors: MEMORY, RADIANCE. */
+static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, int slice,
+                                          double sigma, const envmap_work *work,
+                                          envmapi_pool *pool) {
+    size_t W = 4 * (size_t)envmapi_width(map->mapping, map->size);
+    memset(s, 0, sizeof *s);
+    s->in.map = map, s->tasks = envmapi_tasks(work);
+    s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
+    size_t at = envmapi_scene_layout(s);
+    size_t rows = 2 * (size_t)(envmap_faces(map->mapping) * s->blocks[0].nv);
+    if (envmapi_input_create(&s->in, map, slice, 2 * rows + at + W * (size_t)s->tasks, work, pool))
+        return ENVMAP_ERROR_MEMORY;
+    s->rows = (double *)(void *)s->in.spare;
+    s->sums = (float *)(s->rows + rows), s->work = s->sums + at;
+    int negative = envmapi_scene_sum(s, work);
     if ((negative || !envmapi_finite(s->energy)) && !envmapi_radiance_ok(map, 0))
         return ENVMAP_ERROR_RADIANCE;
-    envmapi_scene_scales(s, s->sums, off);
+    if (!(s->norm > 1e-12 && s->norm < 1e15)) { /* too small or large to be squared in floats */
+        if (envmapi_scene_scale(s, pool)) return ENVMAP_ERROR_MEMORY;
+        envmapi_scene_sum(s, work);
+    }
+    envmapi_scene_scales(s, s->sums, s->cut);
     envmapi_scene_texel(s, s->sums, s->squares);
     return ENVMAP_OK;
 }
@@ -5424,9 +5499,8 @@ static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
 static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
     size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
     size_t size = (size_t)s->in.map->size, nu = (size_t)s->blocks[0].nu;
-    double squares = s->squares, off = 0;
+    double squares = s->squares, off = s->cut;
     memcpy(rest, s->sums, 4 * s->blocks[0].count * sizeof *rest);
-    for (int i = 0; i < s->in.rim_count; ++i) off += envmapi_light_square(s->in.rim + i);
     for (int i = 0; i < s->light_count; ++i) {
         const double *v = s->lights[i].value, square = envmapi_light_square(s->lights + i);
         size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
@@ -6052,6 +6126,7 @@ static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec 
     t->rings.lambda = lambda, t->lobe = spec->lobe;
     t->out = envmapi_image(spec->dst, 0, k, 0);
     t->p = opposite ? -slice->p : slice->p;
+    t->positive = envmapi_lobe_nonnegative(spec->lobe, t->p);
     t->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
     t->norm = t->divide ? envmapi_lobe_integral(spec->lobe, t->p) : envmapi_lobe_norm(spec->lobe);
     return envmapi_fill_texels(t, work, ENVMAP_ERROR_LOBE);
@@ -6152,9 +6227,14 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             envmap_filter_desc one = *desc;
             if (spec->kinked != kinked) continue;
             one.work = envmapi_work_part(&part, &desc->work, done++, 1, count);
-            if (spec->L)
+            if (spec->L) {
+                float *out = envmapi_image(spec->dst, 0, first, 0);
                 result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
-            else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
+                if (!result && scene->in.exponent)
+                    envmapi_floats_scale(out, out,
+                                         (size_t)slices * envmapi_slice_floats(spec->dst, 0),
+                                         scene->in.exponent);
+            } else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
             else result = envmapi_filter_reference(spec->dst, scene->in.map, spec->lobe, &one);
         }
         envmapi_pool_free(pool, kept);
@@ -6175,6 +6255,7 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
 static int envmapi_desc(envmap_filter_desc *out, const envmap_filter_desc *desc) {
     memset(out, 0, sizeof *out);
     if (desc) *out = *desc;
+    if (!envmapi_work_of(&out->work, desc ? &desc->work : NULL)) return 0;
     if (out->method < 0 || out->method >= ENVMAP_METHOD_COUNT) return 0;
     if (!envmapi_finite((double)out->tolerance) || out->tolerance < 0) return 0;
     if (!envmapi_finite((double)out->threshold)) return 0;
@@ -6222,12 +6303,23 @@ typedef struct envmapi_prepared {
     envmapi_spectrum spectra[2];
 } envmapi_prepared;
 
+/* Is this level its source's one texel again? All texels are alike, which the first that is not tells
+   at once, and the lobe is divided by its own sum, or the source is black. */
+static int envmapi_job_constant(const envmapi_job *job, int l) {
+    const envmap *src = job->src;
+    const float *t = src->texels;
+    size_t more = (size_t)src->slices * envmapi_slice_floats(src, 0) - 3;
+    int black = !(fabsf(t[0]) > 0 || fabsf(t[1]) > 0 || fabsf(t[2]) > 0);
+    return (black || (!job->lobes[l].raw && job->lobes[l].kind != ENVMAP_LOBE_BANKS)) &&
+           !memcmp(t, t + 3, more * sizeof *t);
+}
+
 /* Does this level go to the fast filter, which shares the source? Then it has a spec. */
 static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
     int method = job->desc.method;
     if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
-        method == ENVMAP_METHOD_HIERARCHICAL ||
+        method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l) ||
         (method == ENVMAP_METHOD_AUTO && envmapi_few_pairs(job->views + l, job->src)))
         return ENVMAP_OK;
     if (envmapi_texel_extent(job->src) <= 0.1) /* else coarser than any kernel of these */
@@ -6291,10 +6383,13 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         const envmap_lobe *lobe = job->lobes + l;
         if (job->planned[l]) continue;
         desc.work = envmapi_work_part(&part, &job->desc.work, done++, 1, job->count);
-        if (lobe->kind == ENVMAP_LOBE_MIRROR) 
+        if (lobe->kind == ENVMAP_LOBE_MIRROR)
             result = envmap_resample(job->views + l, job->src, &desc.work);
         else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
             result = envmapi_filter_hierarchical(job->views + l, job->src, lobe, &desc);
+        else if (desc.method != ENVMAP_METHOD_REFERENCE && envmapi_job_constant(job, l))
+            for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(job->views + l, 0); ++i)
+                job->views[l].texels[i] = job->src->texels[i % 3];
         else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
     }
     done *= runs;
@@ -6474,7 +6569,8 @@ static void envmapi_power_unlit(envmapi_power *d, const envmapi_scene *s) {
     envmapi_sh_points n;
     for (int i = 0; i < s->light_count;) {
         for (n.count = 0; n.count < 64 && i < s->light_count; ++i) {
-            for (int c = 0; c < 3; ++c) n.e[c][n.count] = -s->lights[i].value[c];
+            for (int c = 0; c < 3; ++c)
+                n.e[c][n.count] = -ldexp(s->lights[i].value[c], s->in.exponent);
             envmapi_sh_points_add(&n, s->lights[i].d);
         }
         envmapi_sh_scatter(d->sh, d->known, &n);
@@ -6626,16 +6722,17 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     double light = spec->L ? envmapi_contrast_at(&scenes->whole, out->bands).kappa : 0;
     envmapi_lookups_create(&lookups, &d, dst->mapping, light);
     out->lookup = envmapi_lookups_error(&lookups, dst->size);
-    if (envmapi_texel_extent(job->src) * 2 <= envmap_lobe_sigma(d.lobe, 0))
+    int constant = envmapi_job_constant(job, 0);
+    if (constant || envmapi_texel_extent(job->src) * 2 <= envmap_lobe_sigma(d.lobe, 0))
         out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &lookups);
     d.needed = out->bands;
     if (d.lobe->p0 < d.lobe->p1 || d.lobe->p0 > d.lobe->p1)
         out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &d);
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
     if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
-    out->method = ENVMAP_METHOD_REFERENCE;
-    if (!spec->L || envmapi_few_pairs(dst, job->src)) return ENVMAP_OK;
-    out->method = ENVMAP_METHOD_FAST;
+    int fast = spec->L && !envmapi_few_pairs(dst, job->src);
+    out->method = fast || constant ? ENVMAP_METHOD_FAST : ENVMAP_METHOD_REFERENCE;
+    if (!fast) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
     return ENVMAP_OK;
 }
@@ -6748,11 +6845,11 @@ static void envmapi_view(void *context, int i) {
 ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
                                            const envmap_frame *frames, int count,
                                            const envmap_work *work) {
-    envmap_work set = envmapi_work_of(work);
+    envmap_work set;
     envmapi_source source;
     envmapi_views views = {&source, brdf, frames, NULL};
     if (!rgb || !envmapi_valid(map) || !brdf || !brdf->function || !frames || count < 1 ||
-        count > INT_MAX / 4)
+        count > INT_MAX / 4 || !envmapi_work_of(&set, work))
         return ENVMAP_ERROR_ARGUMENT;
     for (int i = 0; i < count; ++i) {
         const float *t = frames[i].t;
@@ -6983,8 +7080,9 @@ static envmap_result envmapi_fit_run(envmap_fit *fit, const envmap_brdf *brdf,
 
 ENVMAPI_BODY envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
                                            const envmap_work *work) {
-    envmap_work how = envmapi_work_of(work);
-    if (!fit || !brdf || !brdf->function) return ENVMAP_ERROR_ARGUMENT;
+    envmap_work how;
+    if (!fit || !brdf || !brdf->function || !envmapi_work_of(&how, work))
+        return ENVMAP_ERROR_ARGUMENT;
     envmap_fit out = *fit;
     if (!out.lobes) out.lobes = 1;
     if (!out.slices) out.slices = 16;
@@ -7109,9 +7207,10 @@ static void envmapi_ggx_row(void *context, int y) {
 }
 
 ENVMAPI_BODY envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work) {
-    envmap_work how = envmapi_work_of(work);
+    envmap_work how;
     envmapi_ggx_rows rows = {NULL, size};
-    if (!values || size < 1 || size > 1024) return ENVMAP_ERROR_ARGUMENT;
+    if (!values || size < 1 || size > 1024 || !envmapi_work_of(&how, work))
+        return ENVMAP_ERROR_ARGUMENT;
     return envmapi_run_staged(values, &rows.values, 2 * (size_t)size * (size_t)size, &how,
                               envmapi_ggx_row, &rows, size);
 }

@@ -629,6 +629,11 @@ static void a_lamp_outside_a_rim_lights_nothing(void) {
     }
 }
 
+static void brdf_of_one(double f[3], const double v[3], const double l[3], void *user) {
+    (void)v, (void)l, (void)user;
+    f[0] = f[1] = f[2] = 1;
+}
+
 /* -------------------------------------------------------------------------------- executors ----
  */
 
@@ -649,6 +654,64 @@ static void results_are_the_same_bits_for_any_executor(void) {
             envmap_free(&src);
             envmap_free(&dst);
         }
+}
+
+/* Runs every task but each `leaves`-th, from the run numbered `from` on. */
+typedef struct idler {
+    int leaves, from, runs;
+} idler;
+
+static void idler_run(void *user, envmap_task *task, void *context, int count) {
+    idler *idle = (idler *)user;
+    int idles = idle->runs++ >= idle->from;
+    for (int i = 0; i < count; ++i)
+        if (!idles || i % idle->leaves) task(context, i);
+}
+
+static void an_executor_that_leaves_tasks_out_is_refused_by_every_call(void) {
+    envmap src = smooth(ENVMAP_CUBE, 16), dst = black(ENVMAP_CUBE, 16, 1, 1);
+    envmap_lobe lobe = envmap_lobe_diffuse();
+    envmap_prepared prepared = {NULL, NULL};
+    envmap_plan plan;
+    envmap_fit fit;
+    envmap_frame frame = {{0, 0, 1}, {1, 0, 0}, {0, 0, 1}};
+    envmap_brdf brdf = {brdf_of_one, NULL};
+    double sh[12];
+    float numbers[8];
+    memset(&fit, 0, sizeof fit), fill(&dst, -7);
+    for (int leaves = 1; leaves <= 3; leaves += 2) {
+        idler idle = {leaves, 0, 0};
+        envmap_filter_desc desc = desc_of(ENVMAP_METHOD_AUTO, 0);
+        desc.work.executor.user = &idle, desc.work.executor.run = idler_run;
+        const envmap_work *work = &desc.work;
+        for (desc.method = 0; desc.method < ENVMAP_METHOD_COUNT; ++desc.method)
+            CHECK(envmap_filter(&dst, &src, &lobe, &desc) == ENVMAP_ERROR_ARGUMENT);
+        desc.method = ENVMAP_METHOD_AUTO;
+        CHECK(envmap_prepare(&prepared, &src, &lobe, 1, &desc) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(envmap_filter_plan(&plan, &dst, &src, &lobe, &desc) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(envmap_sh_project(sh, 2, &src, 0, 0, work) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(envmap_sh_fill(&dst, 0, 0, sh, 2, 0, work) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(envmap_radiance(numbers, &src, &brdf, &frame, 1, work) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(envmap_fit_brdf(&fit, &brdf, work) == ENVMAP_ERROR_ARGUMENT);
+        CHECK(envmap_ggx_table(numbers, 2, work) == ENVMAP_ERROR_ARGUMENT);
+    }
+    CHECK(all_are(&dst, -7) && prepared.state == NULL && fit.table == NULL);
+    envmap_free(&src), envmap_free(&dst);
+}
+
+/* One that begins to idle later, when the call is under way. */
+static void tasks_that_an_executor_leaves_out_later_are_run_all_the_same(void) {
+    envmap src = noise(ENVMAP_LATLONG, 32, 5), dst = black(ENVMAP_CUBE, 40, 1, 1);
+    envmap serial = black(ENVMAP_CUBE, 40, 1, 1);
+    envmap_lobe lobe = envmap_lobe_phong(20);
+    for (int from = 1; from < 40; ++from) {
+        idler idle = {1 + from % 3, from, 0};
+        envmap_filter_desc desc = desc_of(from % ENVMAP_METHOD_COUNT, 0);
+        CHECK(envmap_filter(&serial, &src, &lobe, &desc) == ENVMAP_OK);
+        desc.work.executor.user = &idle, desc.work.executor.run = idler_run;
+        CHECK(envmap_filter(&dst, &src, &lobe, &desc) == ENVMAP_OK && same_bits(&dst, &serial));
+    }
+    envmap_free(&src), envmap_free(&dst), envmap_free(&serial);
 }
 
 /* --------------------------------------------------------------------------------- progress ----
@@ -899,6 +962,8 @@ int main(void) {
     RUN(texels_outside_a_rim_hold_the_extended_domain_or_the_rim);
     RUN(a_lamp_outside_a_rim_lights_nothing);
     RUN(results_are_the_same_bits_for_any_executor);
+    RUN(an_executor_that_leaves_tasks_out_is_refused_by_every_call);
+    RUN(tasks_that_an_executor_leaves_out_later_are_run_all_the_same);
     RUN(progress_grows_and_ends_at_1);
     RUN(a_cancelled_filter_leaves_its_result_untouched);
     RUN(bad_arguments_are_refused);

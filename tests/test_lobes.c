@@ -52,12 +52,9 @@ static double peak_of(const pair *p, double c) {
    slopes in t, and near an axis x tells little of t: dk/dx = k_t / sin t. */
 static double rounding_of(const pair *p, double t, double c) {
     double n = p->oracle.n, slope, sine = sin(t) > 1e-8 ? sin(t) : 1e-8;
-    if (p->oracle.kind == O_PHONG || p->oracle.kind == O_GAUSSIAN)
-        slope = n;
-    else if (p->oracle.kind == O_GGX)
-        slope = 4 / (n * n);
-    else
-        slope = 1 / (1 - n) / sine;
+    if (p->oracle.kind == O_PHONG || p->oracle.kind == O_GAUSSIAN) slope = n;
+    else if (p->oracle.kind == O_GGX) slope = 4 / (n * n);
+    else slope = 1 / (1 - n) / sine;
     return 4e-16 * (1 + slope) * peak_of(p, c);
 }
 
@@ -793,6 +790,32 @@ static void queries_of_null_and_nan_answer_0(void) {
     CHECK(envmap_lobe_integral(&mirror, 0) == 0.0);
 }
 
+/* Every query, with every odd number in every place; a table's room ends where malloc's does, which
+   the address sanitizer watches. */
+static void queries_of_odd_numbers_stay_in_range(void) {
+    static const double odd[] = {(double)NAN, HUGE_VAL, -HUGE_VAL, 1e300, -1e300, 1e19,
+                                 -3e9,        2,        0,         -1,    0.3};
+    enum { ODD = sizeof odd / sizeof *odd };
+    float *rows = (float *)malloc(15 * sizeof *rows);
+    int asked = 0, bad = 0;
+    for (int i = 0; rows && i < 15; ++i) rows[i] = (float)(i % 5);
+    for (int i = 0; rows && i < ODD * ODD * ODD * 8; ++i) {
+        int kind = i % 8 - 1, a = i / 8 % ODD, b = i / 8 / ODD % ODD, c = i / 8 / ODD / ODD;
+        envmap_lobe lobe = envmap_lobe_table(rows, 5, 3, 0, 1);
+        double from, to, x = odd[b], p = odd[c];
+        lobe.function = flat, lobe.kind = kind, lobe.parameter = (float)odd[a];
+        if (b % 2) lobe.p0 = (float)(odd[a] / 2), lobe.p1 = (float)odd[b - 1];
+        double value = envmap_lobe_value(&lobe, x, p), sigma = envmap_lobe_sigma(&lobe, p);
+        double integral = envmap_lobe_integral(&lobe, p);
+        envmap_lobe_support(&from, &to, &lobe, p);
+        bad += !isfinite(value) || !isfinite(integral) || !(sigma >= 0 && sigma <= PI);
+        bad += !(from >= 0 && from <= to && to <= PI);
+        asked += sigma > 0;
+    }
+    CHECK(asked > 500 && bad == 0);
+    free(rows);
+}
+
 static void ggx_of_alpha_0_is_the_mirror_and_what_is_below_1e_4_counts_as_1e_4(void) {
     CHECK(envmap_lobe_ggx(0).kind == ENVMAP_LOBE_MIRROR);
     CHECK(envmap_lobe_ggx(1e-9f).kind == ENVMAP_LOBE_GGX);
@@ -846,6 +869,7 @@ int main(void) {
     RUN(bands_of_bad_requests_are_0);
     RUN(bad_lobes_are_refused_and_answer_0);
     RUN(queries_of_null_and_nan_answer_0);
+    RUN(queries_of_odd_numbers_stay_in_range);
     RUN(ggx_of_alpha_0_is_the_mirror_and_what_is_below_1e_4_counts_as_1e_4);
     RUN(arguments_past_one_by_a_rounding_are_one);
     return test_summary();
