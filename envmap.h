@@ -3155,10 +3155,11 @@ static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, 
 /* ---- the grid of a face, and a whole transform */
 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels
-   (identity), which have one tap each. */
+   (identity), which have one tap each. closed: nodes beyond an edge are others of the grid. */
 typedef struct envmapi_grid {
     const envmap *map;
-    int faces, width, height, nu, nv, pad, identity, taps;
+    int faces, width, height, nu, nv, pad, identity, closed, taps;
+    int line[2];  /* nodes that are solved together along v, and along u */
     size_t count; /* nodes */
 } envmapi_grid;
 
@@ -3171,22 +3172,24 @@ static double envmapi_stretch(int mapping) {
 /* Nodes no farther apart than h. Sphere and angular maps end at their rims, so their texels are the
    grid; so they are where a grid has nearly as many nodes (0.8: speed only). A face is padded by 3
    nodes, which taps reach, and by those that feel a spline's end: it is 2 % wrong there and forgets
-   it by its pole, 0.43 = e^-0.843, a node.  Test: a_sun_in_the_last_texel_keeps_the_tolerance. */
+   it by its pole, 0.43 = e^-0.843, a node.  Test: a_sun_in_the_last_texel_keeps_the_tolerance. The
+   lines of a lat-long have no end: its rows go on at the seam, its columns beyond the poles. */
 static envmapi_grid envmapi_grid_of(const envmap *map, double h, double tolerance) {
     envmapi_grid grid;
-    int width = envmapi_width(map->mapping, map->size);
-    double n = ceil(envmapi_stretch(map->mapping) / h),
-           aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
+    int width = envmapi_width(map->mapping, map->size), closed = map->mapping == ENVMAP_LATLONG;
+    int n = (int)fmax(ceil(envmapi_stretch(map->mapping) / h / (1 + closed)), 4);
     grid.map = map, grid.faces = envmap_faces(map->mapping);
-    grid.pad = 3 + (int)ceil(log(0.02 / fmin(tolerance, 0.01)) / 0.843);
-    double nodes = (n + 2 * grid.pad) * (n / aspect + 2 * grid.pad);
+    grid.pad = 3 + (closed ? 0 : (int)ceil(log(0.02 / fmin(tolerance, 0.01)) / 0.843));
+    double nodes = ((1.0 + closed) * n + 2 * grid.pad) * (n + 2.0 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
                     nodes > 0.8 * width * map->size;
-    grid.taps = grid.identity ? 1 : 6;
+    grid.closed = closed && !grid.identity, grid.taps = grid.identity ? 1 : 6;
     if (grid.identity) grid.pad = 0;
-    grid.nu = grid.identity ? width : (int)fmax(n, 4);
-    grid.nv = grid.identity ? map->size : (int)ceil(grid.nu / aspect);
+    grid.nu = grid.identity ? width : n * (1 + closed);
+    grid.nv = grid.identity ? map->size : n;
     grid.width = grid.nu + 2 * grid.pad, grid.height = grid.nv + 2 * grid.pad;
+    grid.line[0] = grid.closed ? grid.nv : grid.height;
+    grid.line[1] = grid.closed ? grid.nu / 2 : grid.width;
     grid.count = (size_t)grid.faces * (size_t)grid.width * (size_t)grid.height;
     return grid;
 }
@@ -3212,7 +3215,7 @@ typedef struct envmapi_transform {
     envmapi_rings rings;         /* their points: the nodes, then the cut texels */
     const envmapi_input *in;     /* of a source */
     envmapi_taps *u, *v;         /* of the texels */
-    double (*factors)[3];        /* of the solve along columns, then along rows */
+    double (*factors)[3];        /* of the solve along columns, rows; of odd parts */
     float *rows;                 /* a task's rows of texels */
     int strips, along;           /* strips: of a face's grid, one a task; solve along rows */
     const envmapi_light *lights; /* summed apart */
@@ -3278,10 +3281,10 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     size_t width = (size_t)envmapi_width(map->mapping, map->size), size = (size_t)map->size;
     size_t strips = (size_t)(t->grid.faces * t->strips), high = (size_t)t->grid.height;
     size_t wide = (size_t)t->grid.width, rim = (size_t)(in ? in->rim_count : 0);
-    int M = envmapi_rings_size((int)fmax(ENVMAPI_PI / h, bands + 2));
+    int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / h, bands + 2)));
     t->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
-    t->factors = (double(*)[3])envmapi_pool_get(pool, high + wide + 4, 3 * sizeof(double));
+    t->factors = (double(*)[3])envmapi_pool_get(pool, 2 * (high + wide + 4), 3 * sizeof(double));
     if (!t->u || !t->rows || !t->factors ||
         envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_tasks(work),
                              done ? &done->rings : NULL, pool))
@@ -3295,26 +3298,76 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     t->v = t->u + width;
     envmapi_taps_fill(t->u, (int)width, t->grid.nu, t->grid.pad, t->grid.identity);
     envmapi_taps_fill(t->v, map->size, t->grid.nv, t->grid.pad, t->grid.identity);
-    envmapi_spline_factor(t->factors, t->grid.height, 1, 1);
-    envmapi_spline_factor(t->factors + t->grid.height + 2, t->grid.width, 1, 1);
+    for (int i = 0; i < 4; ++i) { /* along v, u; the same for odd parts of closed lines */
+        const int *n = t->grid.line, odd = i / 2, sign = odd ? -1 : 1;
+        double(*to)[3] = t->factors + odd * (n[0] + n[1] + 4) + i % 2 * (n[0] + 2);
+        envmapi_spline_factor(to, n[i % 2], sign, sign);
+    }
     envmapi_run_all(work, envmapi_task_points, t, t->grid.height);
     return ENVMAP_OK;
+}
+
+/* Nodes beyond the seam and the poles of a lat-long are others of its nodes: add them there (fold),
+   or copy. */
+static void envmapi_grid_close(envmapi_transform *t, int fold) {
+    const envmapi_grid *grid = &t->grid;
+    int nu = grid->nu, nv = grid->nv, pad = grid->pad, row = grid->width;
+    for (int y = -pad; y < nv + pad && grid->closed; ++y)
+        for (int x = -pad; x < nu + pad; ++x) {
+            int j = y < 0 ? -1 - y : y < nv ? y : 2 * nv - 1 - y;
+            int i = envmapi_wrap(j == y ? x : x + nu / 2, nu);
+            float *beyond = t->rings.values + 4 * (size_t)((y + pad) * row + x + pad);
+            float *inside = t->rings.values + 4 * (size_t)((j + pad) * row + i + pad);
+            for (int c = 0; c < 4 && beyond != inside; ++c) {
+                if (fold) inside[c] += beyond[c], beyond[c] = 0;
+                else beyond[c] = inside[c];
+            }
+        }
+}
+
+/* Half of a closed line and the other half, which begins 2 nu numbers on: sums and differences of
+   nodes that are each other's mirror images, or of those a pole's other side has. */
+ENVMAPI_INLINE void envmapi_grid_parts(float *line, const envmapi_transform *t, int groups,
+                                       size_t step, size_t apart, float scale) {
+    int n = t->grid.line[t->along];
+    for (int k = 0; k < n; ++k)
+        for (int g = 0; g < groups; ++g) {
+            float *a = line + (size_t)k * step + (size_t)g * apart;
+            float *b = line + 2 * (size_t)t->grid.nu + (size_t)g * apart +
+                       (size_t)(t->along ? n - 1 - k : k) * step;
+            for (int c = 0; c < 4; ++c) {
+                float even = a[c] + b[c], odd = a[c] - b[c];
+                a[c] = even * scale, b[c] = odd * scale;
+            }
+        }
+}
+
+/* Solves along 1 or 4 lines. A closed one is an even and an odd line of half the length, whose ends
+   see themselves mirrored, as +1 and as -1. */
+ENVMAPI_INLINE void envmapi_lines_solve(float *line, const envmapi_transform *t, int groups,
+                                        size_t step, size_t apart) {
+    const int *n = t->grid.line;
+    double(*factors)[3] = t->along ? t->factors + n[0] + 2 : t->factors;
+    if (t->grid.closed) envmapi_grid_parts(line, t, groups, step, apart, 1);
+    envmapi_float4_solve(line, n[t->along], step, groups, apart, factors);
+    if (!t->grid.closed) return;
+    envmapi_float4_solve(line + 2 * t->grid.nu, n[t->along], step, groups, apart,
+                         factors + n[0] + n[1] + 4);
+    envmapi_grid_parts(line, t, groups, step, apart, 0.5f);
 }
 
 /* Samples to spline coefficients; its own adjoint. Task: a strip of a face's columns, then rows. */
 static void envmapi_task_solve(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     const envmapi_grid *grid = &t->grid;
-    int lines = t->along ? grid->height : grid->width, n = t->along ? grid->width : grid->height;
-    int line = lines * (task % t->strips) / t->strips,
-        to = lines * (task % t->strips + 1) / t->strips;
+    int lines = grid->line[!t->along], part = task % t->strips;
+    int line = lines * part / t->strips, to = lines * (part + 1) / t->strips;
     size_t row = 4 * (size_t)grid->width, step = t->along ? 4 : row, apart = t->along ? row : 4;
     float *nodes = t->rings.values + (size_t)(task / t->strips) * (size_t)grid->height * row;
-    double(*factors)[3] = t->along ? t->factors + grid->height + 2 : t->factors;
+    if (grid->closed) nodes += (size_t)grid->pad * (row + 4);
     for (; line + 4 <= to; line += 4)
-        envmapi_float4_solve(nodes + (size_t)line * apart, n, step, 4, apart, factors);
-    for (; line < to; ++line)
-        envmapi_float4_solve(nodes + (size_t)line * apart, n, step, 1, 0, factors);
+        envmapi_lines_solve(nodes + (size_t)line * apart, t, 4, step, apart);
+    for (; line < to; ++line) envmapi_lines_solve(nodes + (size_t)line * apart, t, 1, step, apart);
 }
 
 static void envmapi_grid_solve(envmapi_transform *t, const envmap_work *work) {
@@ -3471,6 +3524,7 @@ static void envmapi_project_texels(envmapi_transform *t, const envmap_work *work
     for (size_t i = 0; i + face < t->grid.count; ++i)
         t->rings.values[4 * (i + face) + 3] = t->rings.values[4 * i + 3];
     for (int i = 0; i < t->light_count; ++i) envmapi_light_out(t, t->lights + i);
+    envmapi_grid_close(t, 1);
     envmapi_grid_solve(t, work);
     t->rings.count = t->grid.count + envmapi_rim_points(t);
     envmapi_analyse(&t->rings, work);
@@ -3591,6 +3645,7 @@ static envmap_result envmapi_fill_texels(envmapi_transform *t, const envmap_work
     if (!envmapi_floats_ok(t->rings.values, 4 * t->grid.count, 1)) return bad;
     if (envmapi_tell(&work->progress, 1)) return ENVMAP_CANCELLED;
     envmapi_grid_solve(t, work);
+    envmapi_grid_close(t, 0);
     envmapi_run_all(work, envmapi_task_expand, t, strips);
     return ENVMAP_OK;
 }

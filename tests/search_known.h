@@ -98,18 +98,6 @@ static int known_sign(const finding *f) {
            (small || f->value < 1e-2 + 2 * f->w->tolerance);
 }
 
-/* Light that lies near a pole; lamps have two more axes, with the same components. */
-static int known_source_pole(const finding *f) {
-    double y = fabs(2 * f->w->t - 1), r = sqrt(1 - y * y), angle = 2 * PI * f->w->s;
-    int lamps = f->w->scene == SCENE_LAMPS || f->w->scene == SCENE_COLOURS;
-    if (lamps) y = fmax(y, r * fmax(fabs(cos(angle)), fabs(sin(angle))));
-    return is_accuracy(f) && f->w->src_mapping == ENVMAP_LATLONG && f->texels >= 2 && y > 0.85;
-}
-
-static int known_result_pole(const finding *f) {
-    return f->promise == PROMISE_WORST && f->w->dst_mapping == ENVMAP_LATLONG && is_dark(f->w);
-}
-
 static int known_sphere(const finding *f) {
     double limit = f->promise == PROMISE_RMS ? 6 : 120;
     return is_accuracy(f) && f->w->src_mapping == ENVMAP_SPHERE && f->texels >= 1.5 &&
@@ -156,8 +144,6 @@ static const struct known {
     {"functions with a tip at an end take seconds", "found here", known_tip_time},
     {"lobes below 1.5 texels: the reference's own quadrature", "found here", known_thin_sums},
     {"negative light from functions and tables", "right everywhere", known_sign},
-    {"lat-long sources near poles", "right everywhere", known_source_pole},
-    {"lat-long results near poles", "right everywhere", known_result_pole},
     {"sphere map sources near -z", "right everywhere", known_sphere},
     {"functions with a declared kink", "right everywhere", known_kinked_function},
     {"smooth lobes in black scenes, tight tolerances", "right everywhere", known_black},

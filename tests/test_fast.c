@@ -474,6 +474,26 @@ static void a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance(void) {
         }
 }
 
+/* A lat-long's grid has no end: at a pole its columns go on with those of the other side. */
+static void lights_beside_the_poles_of_a_lat_long_keep_the_tolerance(void) {
+    static const int rows[3] = {0, 2, 63}, lobes[3] = {3, 5, 6};
+    miss from = {0, 0}, to = {0, 0};
+    for (int i = 0; i < 9; ++i) {
+        envmap src = black(ENVMAP_LATLONG, 64, 1, 1);
+        envmap_texel(&src, 0, 0, 0, 40 * (i / 3), rows[i / 3])[1] = 1;
+        from = larger(from, miss_by(ENVMAP_CUBE, 16, 1, &src, lobe_of(lobes[i % 3]),
+                                    ENVMAP_METHOD_FAST, 1e-3));
+        envmap_free(&src);
+        src = black(ENVMAP_CUBE, 28, 1, 1);
+        add_sun(&src, 0.3, i / 3 - 1, 0.2), add_sun(&src, -0.7, 0.1 * i, 0.6);
+        to = larger(to, miss_by(ENVMAP_LATLONG, 56, 1, &src, lobe_of(lobes[i % 3]),
+                                ENVMAP_METHOD_FAST, 1e-3));
+        envmap_free(&src);
+    }
+    figures("a light beside a pole of the source", from);
+    figures("texels beside a pole of the result", to);
+}
+
 /* --------------------------------------------------------------------------------- symmetry ----
  */
 
@@ -869,6 +889,7 @@ int main(void) {
     RUN(black_stays_black);
     RUN(a_lamp_anywhere_keeps_the_tolerance);
     RUN(a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance);
+    RUN(lights_beside_the_poles_of_a_lat_long_keep_the_tolerance);
     RUN(turning_the_source_by_90_degrees_turns_the_result);
     RUN(the_result_of_a_sum_is_the_sum_of_the_results);
     RUN(a_scaled_scene_gives_the_scaled_result);
