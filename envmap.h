@@ -4883,18 +4883,27 @@ static void envmapi_scene_halve(const envmapi_scene *s, float *sums, int i) {
     }
 }
 
-/* (E - m w)^2 of a block that is a share q of its parent, 1/4 as a rule. A light counts (1-q)^2 of
-   its square; where q is larger, beyond 0.3, that is brought to (3/4)^2. A block without siblings,
-   q = 1, is held against the mean of the scene.  Test: a_lit_texel_has_contrast_wherever_it_is. */
-static double envmapi_block_square(const envmapi_scene *s, const float *block,
-                                   const float *parent) {
-    double w = (double)block[3], square = 0;
-    double q = parent && parent[3] > 0 ? w / (double)parent[3] : 1;
-    for (int c = 0; c < 3; ++c) {
-        double e = (double)block[c] - (q < 0.9 ? (double)parent[c] * q : s->mean[c] * w);
-        square += e * e;
-    }
-    return q < 0.9 && q > 0.3 ? square * 0.5625 / ((1 - q) * (1 - q)) : square;
+/* e += E - m w of a block, of which `alike` in its parent have a share q together, 1/4 as a rule. A
+   light counts (1-q)^2 of its square; where q is larger, beyond 0.3, that is to be brought to (3/4)^2:
+   returns by how much. Blocks without siblings, q = 1, are held against the mean of the scene.
+   Test: a_lit_texel_has_contrast_wherever_it_is. */
+static double envmapi_block_excess(double e[3], const envmapi_scene *s, const float *block,
+                                   const float *parent, int alike) {
+    double w = (double)block[3], share = parent && parent[3] > 0 ? w / (double)parent[3] : 1;
+    double q = alike * share;
+    for (int c = 0; c < 3; ++c)
+        e[c] += (double)block[c] - (q < 0.9 ? (double)parent[c] * share : s->mean[c] * w);
+    return q < 0.9 && q > 0.3 ? 0.5625 / ((1 - q) * (1 - q)) : 1;
+}
+
+/* How many blocks beside block b make one that is as wide as at the equator: more than one in a row
+   beside a lat-long's pole, all of the row at the pole.
+   Test: a_lamp_on_a_pole_has_the_contrast_of_one_elsewhere. */
+static int envmapi_block_group(const envmapi_scene *s, int i, size_t b) {
+    int nu = s->blocks[i].nu, y = (int)(b / (size_t)nu);
+    double row = ENVMAPI_PI * (s->edge << i) / s->in.map->size;
+    double radius = fmin(sin(y * row), sin(fmin((y + 1) * row, ENVMAPI_PI)));
+    return s->in.map->mapping == ENVMAP_LATLONG ? (int)(1 / fmax(radius, 1.0 / nu)) : 1;
 }
 
 /* Returns the sum of the squares of the blocks at scale i of `sums`. squares, unless NULL: each is
@@ -4904,15 +4913,18 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
                                     const envmapi_scene *s, const float *sums, int i, int to) {
     const envmapi_blocks *from = s->blocks + i, *next = from + 1, *wide = s->blocks + to;
     const float *block = sums + from->at, *parents = i + 1 < s->scales ? sums + next->at : NULL;
-    double sum = 0;
+    double sum = 0, e[3] = {0, 0, 0};
     size_t b = 0;
     for (int row = 0; b < from->count; ++row) {
-        int face = row / from->nv, y = row % from->nv,
+        int face = row / from->nv, y = row % from->nv, group = envmapi_block_group(s, i, b),
             parent = (face * next->nv + y / 2) * next->nu;
         double *into = squares ? squares + (face * wide->nv + (y >> (to - i))) * wide->nu : NULL;
         for (int x = 0; x < from->nu; ++x, ++b, block += 4) {
-            double square =
-                envmapi_block_square(s, block, parents ? parents + 4 * (parent + x / 2) : NULL);
+            const float *around = parents ? parents + 4 * (parent + x / 2) : NULL;
+            int alike = group > 1 && (x ^ 1) < from->nu ? 2 : 1;
+            double square = envmapi_block_excess(e, s, block, around, alike);
+            if ((x + 1) % group && x + 1 < from->nu) continue;
+            square *= envmapi_dot(e, e), e[0] = e[1] = e[2] = 0;
             if (into) into[x >> (to - i)] += square;
             sum += square;
             if (square > *most) *most = square, *spot = b;
@@ -4950,7 +4962,8 @@ static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squa
     s->texel = s->scale[0];
     if (!(s->norm > 1e-12 && s->norm < 1e15)) return;
     for (size_t b = 0; b < s->blocks[0].count; ++b)
-        for (size_t c = 0; c < 3; ++c) even += (double)sums[4 * b + c] * (double)sums[4 * b + c];
+        for (size_t c = 0; c < 3; ++c)
+            even += envmapi_block_group(s, 0, b) * pow((double)sums[4 * b + c], 2);
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares);
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
 }
@@ -5031,7 +5044,10 @@ static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, i
         for (int c = 0; c < 3; ++c) energy[c] += (double)block[c];
         s->solid += (double)block[3];
     }
-    for (size_t i = 0; i < rows; i += 2) squares += s->rows[i], negative |= s->rows[i + 1] > 0;
+    for (size_t i = 0; i < rows; i += 2) {
+        squares += s->rows[i] * envmapi_block_group(s, 0, i / 2 * (size_t)s->blocks[0].nu);
+        negative |= s->rows[i + 1] > 0;
+    }
     for (int i = 0; i < s->in.rim_count; ++i) {
         for (int c = 0; c < 3; ++c) energy[c] += s->in.rim[i].value[c];
         s->solid += s->in.rim[i].value[3], off += envmapi_light_square(s->in.rim + i);
@@ -5081,7 +5097,8 @@ static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
         float *sum = rest + 4 * (row * nu + x / (size_t)s->edge);
         int cut = !(envmapi_omega_row(&s->in, (int)(y % size))[3 * x] > 0);
         for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
-        s->energy -= envmapi_light_energy(s->lights + i), squares -= square;
+        s->energy -= envmapi_light_energy(s->lights + i);
+        squares -= square * envmapi_block_group(s, 0, row * nu);
         if (cut) off -= square;
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
@@ -5089,6 +5106,7 @@ static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
         envmapi_scene_scales(s, rest, fmax(off, 0));
         envmapi_scene_texel(s, rest, squares);
     }
+    limit *= envmapi_block_group(s, 0, s->scale[0].spot);
     s->texel.epsilon = fmin(s->scale[0].epsilon, limit);
 }
 
