@@ -494,6 +494,25 @@ static void lights_beside_the_poles_of_a_lat_long_keep_the_tolerance(void) {
     figures("texels beside a pole of the result", to);
 }
 
+/* On black, in the texels along an edge of a face: a spline's end beyond it may see a lobe's peak. */
+static void lights_beside_an_edge_keep_the_tolerance(void) {
+    static const int sizes[2] = {64, 80}, lobes[4] = {3, 5, 9, 6};
+    for (int mapping = ENVMAP_CUBE; mapping <= ENVMAP_PARABOLOID; ++mapping) {
+        miss all = {0, 0};
+        char what[96];
+        for (int i = 0; i < 16; ++i) {
+            int size = sizes[mapping], along = size * (2 * (i / 4) + 1) / 8, face = i & 1;
+            envmap src = black(mapping, size, 1, 1);
+            envmap_texel(&src, 0, 0, face, face ? size - 1 - i / 8 : along, face ? along : i / 8)[2] = 1;
+            all = larger(all, miss_by(i / 2 & 1 ? ENVMAP_PARABOLOID : ENVMAP_CUBE, 24, 1, &src,
+                                      lobe_of(lobes[i % 4]), ENVMAP_METHOD_FAST, 1e-3));
+            envmap_free(&src);
+        }
+        snprintf(what, sizeof what, "lights beside an edge, %s", oracle_name[mapping]);
+        figures(what, all);
+    }
+}
+
 /* --------------------------------------------------------------------------------- symmetry ----
  */
 
@@ -890,6 +909,7 @@ int main(void) {
     RUN(a_lamp_anywhere_keeps_the_tolerance);
     RUN(a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance);
     RUN(lights_beside_the_poles_of_a_lat_long_keep_the_tolerance);
+    RUN(lights_beside_an_edge_keep_the_tolerance);
     RUN(turning_the_source_by_90_degrees_turns_the_result);
     RUN(the_result_of_a_sum_is_the_sum_of_the_results);
     RUN(a_scaled_scene_gives_the_scaled_result);
