@@ -4965,6 +4965,17 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
     return sum;
 }
 
+/* The contrast of a sphere map's own solid angles for band l. Texels are long towards -z, 2 side / phi
+   at the angle phi: their midpoints lose as much as a light at -z of 5/2 side^2/24 l^2 of all solid
+   angle, side = 4/n, or in the end as one of the 2/n that the last texels have.
+   Test: texels_that_are_long_beside_the_rim_keep_the_tolerance. */
+static void envmapi_contrast_of_rim(envmapi_contrast *contrast, const envmap *map, double l) {
+    double n = map->size, lumps = fmin(5 * l * l / (3 * n * n), 2 / n);
+    if (map->mapping != ENVMAP_SPHERE) return;
+    contrast->kappa = fmax(contrast->kappa, lumps);
+    contrast->epsilon = fmax(contrast->epsilon, lumps);
+}
+
 /* The coarser scales of `sums`, and the contrast at every one; off: squares that are not in blocks.
    A light's block and its three siblings have (3/4)^2 + 3 (1/4)^2 = 3/4 of the light's square, the
    block alone 9/16. An edge along the borders of blocks shows only where it runs through blocks. Of
@@ -4972,7 +4983,7 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
    epsilon 1/4 of it.  Test: edges_along_the_texels_keep_the_tolerance. */
 static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
     int last = s->scales - 1;
-    double mean[4] = {0, 0, 0, 0};
+    double mean[4] = {0, 0, 0, 0}, extent = envmapi_texel_extent(s->in.map);
     for (size_t b = 0; b < 4 * s->blocks[0].count; ++b) mean[b % 4] += (double)sums[b];
     for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = 0; i < last; ++i) envmapi_scene_halve(s, sums, i);
@@ -4981,6 +4992,7 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
         double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
         s->scale[i].kappa = s->norm > 0 ? fmin(sqrt(sum * 4 / 3) / s->norm, 1) : 0;
         s->scale[i].epsilon = s->norm > 0 ? fmin(sqrt(most * 16 / 9) / s->norm, 1) : 0;
+        envmapi_contrast_of_rim(s->scale + i, s->in.map, ENVMAPI_PI / (extent * (s->edge << i)));
         if (i == last) continue;
         s->scale[i].kappa = fmax(s->scale[i].kappa, 0.354 * s->scale[i + 1].kappa);
         s->scale[i].epsilon = fmax(s->scale[i].epsilon, 0.25 * s->scale[i + 1].epsilon);
@@ -4998,6 +5010,7 @@ static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squa
             even += envmapi_block_group(s, 0, b) * pow((double)sums[4 * b + c], 2);
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares);
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
+    envmapi_contrast_of_rim(&s->texel, s->in.map, s->in.map->size);
 }
 
 /* y at l on a straight line of logarithms from (l0, y0) to (l1, y1); 0 counts as 1e-9. */
@@ -5140,6 +5153,7 @@ static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
     }
     limit *= envmapi_block_group(s, 0, s->scale[0].spot);
     s->texel.epsilon = fmin(s->scale[0].epsilon, limit);
+    envmapi_contrast_of_rim(&s->texel, s->in.map, s->in.map->size);
 }
 
 /* The middle of block b at scale i. */

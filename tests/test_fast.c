@@ -513,6 +513,30 @@ static void lights_beside_an_edge_keep_the_tolerance(void) {
     }
 }
 
+static double bar(const double d[3], int channel) {
+    (void)channel;
+    return d[2] < 0 && fabs(d[0]) < 0.05 * -d[2] && fabs(d[1]) < -0.5 * d[2];
+}
+
+/* A sphere map's texels towards -z: those of the solid angle too, so that no light is needed there. */
+static void texels_that_are_long_beside_the_rim_keep_the_tolerance(void) {
+    static const struct {
+        int size, lobe, x, y;
+        double tolerance;
+    } works[6] = {{125, 0, 60, 40, 1.9e-4}, {125, 0, 60, 40, 3e-5}, {127, 15, 62, 80, 1e-3},
+                  {119, 5, 50, 40, 9e-5},   {110, 10, 55, 1, 1e-3}, {133, 15, -1, 0, 1e-3}};
+    miss all = {0, 0};
+    for (int i = 0; i < 6; ++i) {
+        envmap src = black(ENVMAP_SPHERE, works[i].size, 1, 1);
+        if (works[i].x < 0) oracle_fill(&src, 0, bar);
+        else envmap_texel(&src, 0, 0, 0, works[i].x, works[i].y)[0] = 1;
+        all = larger(all, miss_by(ENVMAP_CUBE, 9, 1, &src, lobe_of(works[i].lobe),
+                                  ENVMAP_METHOD_FAST, works[i].tolerance));
+        envmap_free(&src);
+    }
+    figures("sphere maps", all);
+}
+
 /* --------------------------------------------------------------------------------- symmetry ----
  */
 
@@ -910,6 +934,7 @@ int main(void) {
     RUN(a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance);
     RUN(lights_beside_the_poles_of_a_lat_long_keep_the_tolerance);
     RUN(lights_beside_an_edge_keep_the_tolerance);
+    RUN(texels_that_are_long_beside_the_rim_keep_the_tolerance);
     RUN(turning_the_source_by_90_degrees_turns_the_result);
     RUN(the_result_of_a_sum_is_the_sum_of_the_results);
     RUN(a_scaled_scene_gives_the_scaled_result);
