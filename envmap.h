@@ -505,8 +505,10 @@ typedef struct envmap_filter_desc {
    its peak are passed over.
    FAST: O(texels of src + texels of dst + L^3), L the bands that lobe, scene and tolerance need.
    Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
-   Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; in a black
-   scene with a lamp their darkest texels may be off by more than 20 tolerances.
+   It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
+   mean, which is more, beside 1e-6 of the mean, which floats lose. Lobes with a kink (diffuse, Banks,
+   GGX of large alpha) keep it in rms; in a black scene with a lamp their darkest texels may be off by
+   more than 20 tolerances.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);

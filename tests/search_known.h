@@ -102,11 +102,6 @@ static int known_kinked_function(const finding *f) {
     return f->promise == PROMISE_RMS && f->w->lobe == LOBE_POWER && f->value < 3;
 }
 
-static int known_black(const finding *f) {
-    double limit = f->promise == PROMISE_WORST ? 60 : 2;
-    return is_accuracy(f) && is_dark(f->w) && f->w->tolerance < 2.5e-3 && f->value < limit;
-}
-
 static int known_missed_light(const finding *f) {
     int few = f->w->dst_size == 1 && f->w->scene == SCENE_SUN && f->value < 2;
     return is_accuracy(f) && ((is_dark(f->w) && f->w->dst_size <= 5) || few);
@@ -139,7 +134,6 @@ static const struct known {
     {"lobes below 1.5 texels: the reference's own quadrature", "found here", known_thin_sums},
     {"negative light from functions and tables", "right everywhere", known_sign},
     {"functions with a declared kink", "right everywhere", known_kinked_function},
-    {"smooth lobes in black scenes, tight tolerances", "right everywhere", known_black},
     {"results of few texels that miss the light", "right everywhere", known_missed_light},
     {"results of few texels at the rounding of floats", "found here", known_last_bits},
     {"some bands more than are needed, Phong below 1", "found here", known_bands},
