@@ -518,8 +518,10 @@ typedef struct envmap_filter_desc {
    A source whose texels are all alike is its result, where lobes are divided by their sums, and if
    it is black (AUTO, FAST, HARMONICS).
    Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
-   Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; in a black
-   scene with a lamp their darkest texels may be off by more than 20 tolerances.
+   It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
+   mean, which is more, beside 1e-6 of the mean, which floats lose. Lobes with a kink (diffuse, Banks,
+   GGX of large alpha) keep it in rms; in a black scene with a lamp their darkest texels may be off by
+   more than 20 tolerances.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
@@ -3612,10 +3614,11 @@ static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, 
 /* ---- the grid of a face, and a whole transform */
 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels
-   (identity), which have one tap each. */
+   (identity), which have one tap each. closed: nodes beyond an edge are others of the grid. */
 typedef struct envmapi_grid {
     const envmap *map;
-    int faces, width, height, nu, nv, pad, identity, taps;
+    int faces, width, height, nu, nv, pad, identity, closed, taps;
+    int line[2];  /* nodes that are solved together along v, and along u */
     size_t count; /* nodes */
 } envmapi_grid;
 
@@ -3627,23 +3630,25 @@ static double envmapi_stretch(int mapping) {
 
 /* Nodes no farther apart than h. Sphere and angular maps end at their rims, so their texels are the
    grid; so they are where a grid has nearly as many nodes (0.8: speed only). A face is padded by 3
-   nodes, which taps reach, and by those that feel a spline's end: it is 2 % wrong there and forgets
-   it by its pole, 0.43 = e^-0.843, a node.  Test: a_sun_in_the_last_texel_keeps_the_tolerance. */
+   nodes, which taps reach, and by those that feel a spline's end: it is 0.2 % wrong there and forgets
+   it by its pole, 0.43 = e^-0.843, a node. The lines of a lat-long have no end: its rows go on at the
+   seam, its columns beyond the poles.  Test: a_light_beside_an_edge_keeps_the_tolerance. */
 static envmapi_grid envmapi_grid_of(const envmap *map, double h, double tolerance) {
     envmapi_grid grid;
-    int width = envmapi_width(map->mapping, map->size);
-    double n = ceil(envmapi_stretch(map->mapping) / h),
-           aspect = map->mapping == ENVMAP_LATLONG ? 2 : 1;
+    int width = envmapi_width(map->mapping, map->size), closed = map->mapping == ENVMAP_LATLONG;
+    int n = (int)fmax(ceil(envmapi_stretch(map->mapping) / h / (1 + closed)), 4);
     grid.map = map, grid.faces = envmap_faces(map->mapping);
-    grid.pad = 3 + (int)ceil(log(0.02 / fmin(tolerance, 0.01)) / 0.843);
-    double nodes = (n + 2 * grid.pad) * (n / aspect + 2 * grid.pad);
+    grid.pad = 3 + (closed ? 0 : (int)ceil(log(0.002 / fmin(tolerance, 0.002)) / 0.843));
+    double nodes = ((1.0 + closed) * n + 2 * grid.pad) * (n + 2.0 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
                     nodes > 0.8 * width * map->size;
-    grid.taps = grid.identity ? 1 : 6;
+    grid.closed = closed && !grid.identity, grid.taps = grid.identity ? 1 : 6;
     if (grid.identity) grid.pad = 0;
-    grid.nu = grid.identity ? width : (int)fmax(n, 4);
-    grid.nv = grid.identity ? map->size : (int)ceil(grid.nu / aspect);
+    grid.nu = grid.identity ? width : n * (1 + closed);
+    grid.nv = grid.identity ? map->size : n;
     grid.width = grid.nu + 2 * grid.pad, grid.height = grid.nv + 2 * grid.pad;
+    grid.line[0] = grid.closed ? grid.nv : grid.height;
+    grid.line[1] = grid.closed ? grid.nu / 2 : grid.width;
     grid.count = (size_t)grid.faces * (size_t)grid.width * (size_t)grid.height;
     return grid;
 }
@@ -3669,9 +3674,9 @@ typedef struct envmapi_transform {
     envmapi_rings rings;         /* their points: the nodes, then the cut texels */
     const envmapi_input *in;     /* of a source */
     envmapi_taps *u, *v;         /* of the texels */
-    double (*factors)[3];        /* of the solve along columns, then along rows */
+    double (*factors)[3];        /* of the solve along columns, rows; of odd parts */
     float *rows;                 /* a task's rows of texels */
-    int strips, along;           /* strips: of a face's grid, one a task; solve along rows */
+    int strips, along, adjoint;  /* strips: of a face's grid, one a task; solve along rows */
     const envmapi_light *lights; /* summed apart */
     int light_count;
     float *out;              /* a result's slice */
@@ -3735,10 +3740,10 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     size_t width = (size_t)envmapi_width(map->mapping, map->size), size = (size_t)map->size;
     size_t strips = (size_t)(t->grid.faces * t->strips), high = (size_t)t->grid.height;
     size_t wide = (size_t)t->grid.width, rim = (size_t)(in ? in->rim_count : 0);
-    int M = envmapi_rings_size((int)fmax(ENVMAPI_PI / h, bands + 2));
+    int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / h, bands + 2)));
     t->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
-    t->factors = (double(*)[3])envmapi_pool_get(pool, high + wide + 4, 3 * sizeof(double));
+    t->factors = (double(*)[3])envmapi_pool_get(pool, 2 * (high + wide + 4), 3 * sizeof(double));
     if (!t->u || !t->rows || !t->factors ||
         envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_tasks(work),
                              done ? &done->rings : NULL, pool))
@@ -3752,31 +3757,115 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     t->v = t->u + width;
     envmapi_taps_fill(t->u, (int)width, t->grid.nu, t->grid.pad, t->grid.identity);
     envmapi_taps_fill(t->v, map->size, t->grid.nv, t->grid.pad, t->grid.identity);
-    envmapi_spline_factor(t->factors, t->grid.height, 1, 1);
-    envmapi_spline_factor(t->factors + t->grid.height + 2, t->grid.width, 1, 1);
+    for (int i = 0; i < 4; ++i) { /* along v, u; the same for odd parts of closed lines */
+        const int *n = t->grid.line, odd = i / 2, sign = odd ? -1 : 1;
+        double(*to)[3] = t->factors + odd * (n[0] + n[1] + 4) + i % 2 * (n[0] + 2);
+        envmapi_spline_factor(to, n[i % 2], sign, sign);
+    }
     envmapi_run_all(work, envmapi_task_points, t, t->grid.height);
     return ENVMAP_OK;
 }
 
-/* Samples to spline coefficients; its own adjoint. Task: a strip of a face's columns, then rows. */
+/* Nodes beyond the seam and the poles of a lat-long are others of its nodes: add them there, for the
+   adjoint, or copy. */
+static void envmapi_grid_close(envmapi_transform *t) {
+    const envmapi_grid *grid = &t->grid;
+    int nu = grid->nu, nv = grid->nv, pad = grid->pad, row = grid->width;
+    for (int y = -pad; y < nv + pad && grid->closed; ++y)
+        for (int x = -pad; x < nu + pad; ++x) {
+            int j = y < 0 ? -1 - y : y < nv ? y : 2 * nv - 1 - y;
+            int i = envmapi_wrap(j == y ? x : x + nu / 2, nu);
+            float *beyond = t->rings.values + 4 * (size_t)((y + pad) * row + x + pad);
+            float *inside = t->rings.values + 4 * (size_t)((j + pad) * row + i + pad);
+            for (int c = 0; c < 4 && beyond != inside; ++c) {
+                if (t->adjoint) inside[c] += beyond[c], beyond[c] = 0;
+                else beyond[c] = inside[c];
+            }
+        }
+}
+
+/* Half of a closed line and the other half, which begins 2 nu numbers on: sums and differences of
+   nodes that are each other's mirror images, or of those a pole's other side has. */
+ENVMAPI_INLINE void envmapi_grid_parts(float *line, const envmapi_transform *t, int groups,
+                                       size_t step, size_t apart, float scale) {
+    int n = t->grid.line[t->along];
+    for (int k = 0; k < n; ++k)
+        for (int g = 0; g < groups; ++g) {
+            float *a = line + (size_t)k * step + (size_t)g * apart;
+            float *b = line + 2 * (size_t)t->grid.nu + (size_t)g * apart +
+                       (size_t)(t->along ? n - 1 - k : k) * step;
+            for (int c = 0; c < 4; ++c) {
+                float even = a[c] + b[c], odd = a[c] - b[c];
+                a[c] = even * scale, b[c] = odd * scale;
+            }
+        }
+}
+
+/* A spline that sees itself mirrored at its end is off by A z^k, k nodes from there, z = -0.43 its
+   pole. The fifth difference of its coefficients tells A: it leaves next to nothing of a smooth
+   function, but (1-z)^5 = 6 times A of this. Takes it away; for the adjoint, before the solve.
+   Test: lights_beside_an_edge_keep_the_tolerance. */
+static void envmapi_line_end(float *end, ptrdiff_t step, int n, int adjoint) {
+    static const float difference[16] = {0.166896f,  -0.834482f, 1.668964f,
+                                         -1.668964f, 0.834482f,  -0.166896f};
+    static const float mode[16] = {1.0f,     -0.43058f,  0.18540f,  -0.07983f, 0.03437f, -0.01480f,
+                                   0.00637f, -2.744e-3f, 1.181e-3f, -5.09e-4f, 2.19e-4f, -9.43e-5f,
+                                   4.06e-5f, -1.75e-5f,  7.5e-6f,   -3.2e-6f};
+    const float *from = adjoint ? mode : difference, *to = adjoint ? difference : mode;
+    envmapi_float4 sum;
+    memset(&sum, 0, sizeof sum);
+    for (int k = 0; k < 16 && k < n; ++k)
+        envmapi_float4_add(&sum, from[k], envmapi_float4_at(end + k * step));
+    for (int k = 0; k < 16 && k < n; ++k)
+        envmapi_float4_add(envmapi_float4_at(end + k * step), -to[k], &sum);
+}
+
+/* Both ends of so many lines. */
+static void envmapi_line_ends(float *line, const envmapi_transform *t, int groups, size_t step,
+                              size_t apart) {
+    int n = t->grid.line[t->along];
+    for (int g = 0; g < groups; ++g, line += apart) {
+        envmapi_line_end(line, (ptrdiff_t)step, n, t->adjoint);
+        envmapi_line_end(line + (size_t)(n - 1) * step, -(ptrdiff_t)step, n, t->adjoint);
+    }
+}
+
+/* Solves along 1 or 4 lines. A closed one is an even and an odd line of half the length, whose ends
+   see themselves mirrored, as +1 and as -1. */
+ENVMAPI_INLINE void envmapi_lines_solve(float *line, const envmapi_transform *t, int groups,
+                                        size_t step, size_t apart) {
+    const int *n = t->grid.line, closed = t->grid.closed;
+    double(*factors)[3] = t->along ? t->factors + n[0] + 2 : t->factors;
+    if (closed) envmapi_grid_parts(line, t, groups, step, apart, 1);
+    else if (t->adjoint) envmapi_line_ends(line, t, groups, step, apart);
+    envmapi_float4_solve(line, n[t->along], step, groups, apart, factors);
+    if (!closed && !t->adjoint) envmapi_line_ends(line, t, groups, step, apart);
+    if (!closed) return;
+    envmapi_float4_solve(line + 2 * t->grid.nu, n[t->along], step, groups, apart,
+                         factors + n[0] + n[1] + 4);
+    envmapi_grid_parts(line, t, groups, step, apart, 0.5f);
+}
+
+/* Samples to spline coefficients, or its adjoint. Task: a strip of a face's columns, then rows. */
 static void envmapi_task_solve(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     const envmapi_grid *grid = &t->grid;
-    int lines = t->along ? grid->height : grid->width, n = t->along ? grid->width : grid->height;
-    int line = lines * (task % t->strips) / t->strips,
-        to = lines * (task % t->strips + 1) / t->strips;
+    int lines = grid->line[!t->along], part = task % t->strips;
+    int line = lines * part / t->strips, to = lines * (part + 1) / t->strips;
     size_t row = 4 * (size_t)grid->width, step = t->along ? 4 : row, apart = t->along ? row : 4;
     float *nodes = t->rings.values + (size_t)(task / t->strips) * (size_t)grid->height * row;
-    double(*factors)[3] = t->along ? t->factors + grid->height + 2 : t->factors;
+    if (grid->closed) nodes += (size_t)grid->pad * (row + 4);
     for (; line + 4 <= to; line += 4)
-        envmapi_float4_solve(nodes + (size_t)line * apart, n, step, 4, apart, factors);
-    for (; line < to; ++line)
-        envmapi_float4_solve(nodes + (size_t)line * apart, n, step, 1, 0, factors);
+        envmapi_lines_solve(nodes + (size_t)line * apart, t, 4, step, apart);
+    for (; line < to; ++line) envmapi_lines_solve(nodes + (size_t)line * apart, t, 1, step, apart);
 }
 
-static void envmapi_grid_solve(envmapi_transform *t, const envmap_work *work) {
+static void envmapi_grid_solve(envmapi_transform *t, int adjoint, const envmap_work *work) {
+    t->adjoint = adjoint;
+    if (adjoint) envmapi_grid_close(t);
     for (t->along = 0; t->along < 2 && !t->grid.identity; ++t->along)
         envmapi_run_all(work, envmapi_task_solve, t, t->grid.faces * t->strips);
+    if (!adjoint) envmapi_grid_close(t);
 }
 
 /* ---- project: texels -> a_lm */
@@ -3928,7 +4017,7 @@ static void envmapi_project_texels(envmapi_transform *t, const envmap_work *work
     for (size_t i = 0; i + face < t->grid.count; ++i)
         t->rings.values[4 * (i + face) + 3] = t->rings.values[4 * i + 3];
     for (int i = 0; i < t->light_count; ++i) envmapi_light_out(t, t->lights + i);
-    envmapi_grid_solve(t, work);
+    envmapi_grid_solve(t, 1, work);
     t->rings.count = t->grid.count + envmapi_rim_points(t);
     envmapi_analyse(&t->rings, work);
 }
@@ -4045,7 +4134,7 @@ static envmap_result envmapi_fill_texels(envmapi_transform *t, const envmap_work
     if (t->divide) envmapi_run_all(work, envmapi_task_norm, t, strips);
     if (!envmapi_floats_ok(t->rings.values, 4 * t->grid.count, 1)) return bad;
     if (envmapi_tell(&work->progress, 1)) return ENVMAP_CANCELLED;
-    envmapi_grid_solve(t, work);
+    envmapi_grid_solve(t, 0, work);
     envmapi_run_all(work, envmapi_task_expand, t, strips);
     return ENVMAP_OK;
 }
@@ -5285,18 +5374,27 @@ static void envmapi_scene_halve(const envmapi_scene *s, float *sums, int i) {
     }
 }
 
-/* (E - m w)^2 of a block that is a share q of its parent, 1/4 as a rule. A light counts (1-q)^2 of
-   its square; where q is larger, beyond 0.3, that is brought to (3/4)^2. A block without siblings,
-   q = 1, is held against the mean of the scene.  Test: a_lit_texel_has_contrast_wherever_it_is. */
-static double envmapi_block_square(const envmapi_scene *s, const float *block,
-                                   const float *parent) {
-    double w = (double)block[3], square = 0;
-    double q = parent && parent[3] > 0 ? w / (double)parent[3] : 1;
-    for (int c = 0; c < 3; ++c) {
-        double e = (double)block[c] - (q < 0.9 ? (double)parent[c] * q : s->mean[c] * w);
-        square += e * e;
-    }
-    return q < 0.9 && q > 0.3 ? square * 0.5625 / ((1 - q) * (1 - q)) : square;
+/* e += E - m w of a block, of which `alike` in its parent have a share q together, 1/4 as a rule. A
+   light counts (1-q)^2 of its square; where q is larger, beyond 0.3, that is to be brought to (3/4)^2:
+   returns by how much. Blocks without siblings, q = 1, are held against the mean of the scene.
+   Test: a_lit_texel_has_contrast_wherever_it_is. */
+static double envmapi_block_excess(double e[3], const envmapi_scene *s, const float *block,
+                                   const float *parent, int alike) {
+    double w = (double)block[3], share = parent && parent[3] > 0 ? w / (double)parent[3] : 1;
+    double q = alike * share;
+    for (int c = 0; c < 3; ++c)
+        e[c] += (double)block[c] - (q < 0.9 ? (double)parent[c] * share : s->mean[c] * w);
+    return q < 0.9 && q > 0.3 ? 0.5625 / ((1 - q) * (1 - q)) : 1;
+}
+
+/* How many blocks beside block b make one that is as wide as at the equator: more than one in a row
+   beside a lat-long's pole, all of the row at the pole.
+   Test: a_lamp_on_a_pole_has_the_contrast_of_one_elsewhere. */
+static int envmapi_block_group(const envmapi_scene *s, int i, size_t b) {
+    int nu = s->blocks[i].nu, y = (int)(b / (size_t)nu);
+    double row = ENVMAPI_PI * (s->edge << i) / s->in.map->size;
+    double radius = fmin(sin(y * row), sin(fmin((y + 1) * row, ENVMAPI_PI)));
+    return s->in.map->mapping == ENVMAP_LATLONG ? (int)(1 / fmax(radius, 1.0 / nu)) : 1;
 }
 
 /* Returns the sum of the squares of the blocks at scale i of `sums`. squares, unless NULL: each is
@@ -5306,21 +5404,35 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
                                     const envmapi_scene *s, const float *sums, int i, int to) {
     const envmapi_blocks *from = s->blocks + i, *next = from + 1, *wide = s->blocks + to;
     const float *block = sums + from->at, *parents = i + 1 < s->scales ? sums + next->at : NULL;
-    double sum = 0;
+    double sum = 0, e[3] = {0, 0, 0};
     size_t b = 0;
     for (int row = 0; b < from->count; ++row) {
-        int face = row / from->nv, y = row % from->nv,
+        int face = row / from->nv, y = row % from->nv, group = envmapi_block_group(s, i, b),
             parent = (face * next->nv + y / 2) * next->nu;
         double *into = squares ? squares + (face * wide->nv + (y >> (to - i))) * wide->nu : NULL;
         for (int x = 0; x < from->nu; ++x, ++b, block += 4) {
-            double square =
-                envmapi_block_square(s, block, parents ? parents + 4 * (parent + x / 2) : NULL);
+            const float *around = parents ? parents + 4 * (parent + x / 2) : NULL;
+            int alike = group > 1 && (x ^ 1) < from->nu ? 2 : 1;
+            double square = envmapi_block_excess(e, s, block, around, alike);
+            if ((x + 1) % group && x + 1 < from->nu) continue;
+            square *= envmapi_dot(e, e), e[0] = e[1] = e[2] = 0;
             if (into) into[x >> (to - i)] += square;
             sum += square;
             if (square > *most) *most = square, *spot = b;
         }
     }
     return sum;
+}
+
+/* The contrast of a sphere map's own solid angles for band l. Texels are long towards -z, 2 side / phi
+   at the angle phi: their midpoints lose as much as a light at -z of 5/2 side^2/24 l^2 of all solid
+   angle, side = 4/n, or in the end as one of the 2/n that the last texels have.
+   Test: texels_that_are_long_beside_the_rim_keep_the_tolerance. */
+static void envmapi_contrast_of_rim(envmapi_contrast *contrast, const envmap *map, double l) {
+    double n = map->size, lumps = fmin(5 * l * l / (3 * n * n), 2 / n);
+    if (map->mapping != ENVMAP_SPHERE) return;
+    contrast->kappa = fmax(contrast->kappa, lumps);
+    contrast->epsilon = fmax(contrast->epsilon, lumps);
 }
 
 /* The coarser scales of `sums`, and the contrast at every one; off: squares that are not in blocks.
@@ -5330,7 +5442,7 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
    epsilon 1/4 of it.  Test: edges_along_the_texels_keep_the_tolerance. */
 static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
     int last = s->scales - 1;
-    double mean[4] = {0, 0, 0, 0};
+    double mean[4] = {0, 0, 0, 0}, extent = envmapi_texel_extent(s->in.map);
     for (size_t b = 0; b < 4 * s->blocks[0].count; ++b) mean[b % 4] += (double)sums[b];
     for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = 0; i < last; ++i) envmapi_scene_halve(s, sums, i);
@@ -5339,6 +5451,7 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
         double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
         s->scale[i].kappa = s->norm > 0 ? fmin(sqrt(sum * 4 / 3) / s->norm, 1) : 0;
         s->scale[i].epsilon = s->norm > 0 ? fmin(sqrt(most * 16 / 9) / s->norm, 1) : 0;
+        envmapi_contrast_of_rim(s->scale + i, s->in.map, ENVMAPI_PI / (extent * (s->edge << i)));
         if (i == last) continue;
         s->scale[i].kappa = fmax(s->scale[i].kappa, 0.354 * s->scale[i + 1].kappa);
         s->scale[i].epsilon = fmax(s->scale[i].epsilon, 0.25 * s->scale[i + 1].epsilon);
@@ -5352,9 +5465,11 @@ static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squa
     s->texel = s->scale[0];
     if (!(s->norm > 0)) return;
     for (size_t b = 0; b < s->blocks[0].count; ++b)
-        for (size_t c = 0; c < 3; ++c) even += (double)sums[4 * b + c] * (double)sums[4 * b + c];
+        for (size_t c = 0; c < 3; ++c)
+            even += envmapi_block_group(s, 0, b) * pow((double)sums[4 * b + c], 2);
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares);
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
+    envmapi_contrast_of_rim(&s->texel, s->in.map, s->in.map->size);
 }
 
 /* y at l on a straight line of logarithms from (l0, y0) to (l1, y1); 0 counts as 1e-9. */
@@ -5422,8 +5537,10 @@ static int envmapi_scene_sum(envmapi_scene *s, const envmap_work *work) {
         for (int c = 0; c < 3; ++c) energy[c] += (double)block[c];
         s->solid += (double)block[3];
     }
-    for (size_t i = 0; i < 2 * faces * (size_t)s->blocks[0].nv; i += 2)
-        s->squares += s->rows[i], negative |= s->rows[i + 1] > 0;
+    for (size_t row = 0; row < faces * (size_t)s->blocks[0].nv; ++row) {
+        s->squares += s->rows[2 * row] * envmapi_block_group(s, 0, row * (size_t)s->blocks[0].nu);
+        negative |= s->rows[2 * row + 1] > 0;
+    }
     for (int i = 0; i < s->in.rim_count; ++i) {
         for (int c = 0; c < 3; ++c) energy[c] += s->in.rim[i].value[c];
         s->solid += s->in.rim[i].value[3], s->cut += envmapi_light_square(s->in.rim + i);
@@ -5508,7 +5625,8 @@ static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
         float *sum = rest + 4 * (row * nu + x / (size_t)s->edge);
         int cut = !(envmapi_omega_row(&s->in, (int)(y % size))[3 * x] > 0);
         for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
-        s->energy -= envmapi_light_energy(s->lights + i), squares -= square;
+        s->energy -= envmapi_light_energy(s->lights + i);
+        squares -= square * envmapi_block_group(s, 0, row * nu);
         if (cut) off -= square;
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
@@ -5516,7 +5634,9 @@ static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
         envmapi_scene_scales(s, rest, fmax(off, 0));
         envmapi_scene_texel(s, rest, squares);
     }
+    limit *= envmapi_block_group(s, 0, s->scale[0].spot);
     s->texel.epsilon = fmin(s->scale[0].epsilon, limit);
+    envmapi_contrast_of_rim(&s->texel, s->in.map, s->in.map->size);
 }
 
 /* The middle of block b at scale i. */

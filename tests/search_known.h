@@ -37,11 +37,6 @@ static int is_time(const finding *f) {
     return f->promise == PROMISE_COST || f->promise == PROMISE_CLIFF;
 }
 
-/* Black almost everywhere. */
-static int is_dark(const work *w) {
-    return w->scene == SCENE_TEXEL || w->scene == SCENE_LAMPS || w->scene == SCENE_COLOURS;
-}
-
 /* Lobes of less than two texels, or nearly, go to the reference. */
 static int known_thin_time(const finding *f) { return is_time(f) && f->texels < 2.6; }
 
@@ -88,34 +83,11 @@ static int known_thin_sums(const finding *f) {
     double pole = fabs(2 * f->w->t - 1); /* a scene of one texel has it there */
     if (f->extent > 0.5 || rim || (f->w->src_mapping == ENVMAP_LATLONG && pole > 0.9)) limit *= 10;
     if (f->w->dst_size < 6) limit = HUGE_VAL; /* relative to a scene of which it may see all light */
-    return is_accuracy(f) && f->texels < 1.5 && f->off < limit;
-}
-
-/* Light that lies near a pole; lamps have two more axes, with the same components. */
-static int known_source_pole(const finding *f) {
-    double y = fabs(2 * f->w->t - 1), r = sqrt(1 - y * y), angle = 2 * PI * f->w->s;
-    int lamps = f->w->scene == SCENE_LAMPS || f->w->scene == SCENE_COLOURS;
-    if (lamps) y = fmax(y, r * fmax(fabs(cos(angle)), fabs(sin(angle))));
-    return is_accuracy(f) && f->w->src_mapping == ENVMAP_LATLONG && f->texels >= 2 && y > 0.85;
-}
-
-static int known_result_pole(const finding *f) {
-    return f->promise == PROMISE_WORST && f->w->dst_mapping == ENVMAP_LATLONG && is_dark(f->w);
-}
-
-static int known_sphere(const finding *f) {
-    double limit = f->promise == PROMISE_RMS ? 6 : 120;
-    return is_accuracy(f) && f->w->src_mapping == ENVMAP_SPHERE && f->texels >= 1.5 &&
-           f->value < limit;
+    return is_accuracy(f) && f->texels < (rim ? 2 : 1.5) && f->off < limit;
 }
 
 static int known_kinked_function(const finding *f) {
     return f->promise == PROMISE_RMS && f->w->lobe == LOBE_POWER && f->value < 3;
-}
-
-static int known_black(const finding *f) {
-    double limit = f->promise == PROMISE_WORST ? 60 : 2;
-    return is_accuracy(f) && is_dark(f->w) && f->w->tolerance < 2.5e-3 && f->value < limit;
 }
 
 /* Two or three units in the last place of a float. */
@@ -134,11 +106,7 @@ static const struct known {
      known_banded_time},
     {"functions with a tip at an end take seconds", "found here", known_tip_time},
     {"lobes below 1.5 texels: the reference's own quadrature", "found here", known_thin_sums},
-    {"lat-long sources near poles", "right everywhere", known_source_pole},
-    {"lat-long results near poles", "right everywhere", known_result_pole},
-    {"sphere map sources near -z", "right everywhere", known_sphere},
     {"functions with a declared kink", "right everywhere", known_kinked_function},
-    {"smooth lobes in black scenes, tight tolerances", "right everywhere", known_black},
     {"results of few texels at the rounding of floats", "found here", known_last_bits},
 };
 enum { KNOWN_COUNT = sizeof known / sizeof *known };

@@ -209,6 +209,7 @@ static void judge_texel(judge *j, const float *a, const double b[3], double w, d
         j->error += w * e * e, j->square += w * b[c] * b[c], j->mean += w * fabs(b[c]) / 3;
         off = fmax(off, e), peak = fmax(peak, b[c]);
     }
+    off = fmax(off - 1e-3 * floor, 0); /* 1e-6 of the mean: the rounding of floats */
     j->weight += w, j->worst = fmax(j->worst, off / peak);
 }
 

@@ -475,6 +475,69 @@ static void a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance(void) {
         }
 }
 
+/* A lat-long's grid has no end: at a pole its columns go on with those of the other side. */
+static void lights_beside_the_poles_of_a_lat_long_keep_the_tolerance(void) {
+    static const int rows[3] = {0, 2, 63}, lobes[3] = {3, 5, 6};
+    miss from = {0, 0}, to = {0, 0};
+    for (int i = 0; i < 9; ++i) {
+        envmap src = black(ENVMAP_LATLONG, 64, 1, 1);
+        envmap_texel(&src, 0, 0, 0, 40 * (i / 3), rows[i / 3])[1] = 1;
+        from = larger(from, miss_by(ENVMAP_CUBE, 16, 1, &src, lobe_of(lobes[i % 3]),
+                                    ENVMAP_METHOD_FAST, 1e-3));
+        envmap_free(&src);
+        src = black(ENVMAP_CUBE, 28, 1, 1);
+        add_sun(&src, 0.3, i / 3 - 1, 0.2), add_sun(&src, -0.7, 0.1 * i, 0.6);
+        to = larger(to, miss_by(ENVMAP_LATLONG, 56, 1, &src, lobe_of(lobes[i % 3]),
+                                ENVMAP_METHOD_FAST, 1e-3));
+        envmap_free(&src);
+    }
+    figures("a light beside a pole of the source", from);
+    figures("texels beside a pole of the result", to);
+}
+
+/* On black, in the texels along an edge of a face: a spline's end beyond it may see a lobe's peak. */
+static void lights_beside_an_edge_keep_the_tolerance(void) {
+    static const int sizes[2] = {64, 80}, lobes[4] = {3, 5, 9, 6};
+    for (int mapping = ENVMAP_CUBE; mapping <= ENVMAP_PARABOLOID; ++mapping) {
+        miss all = {0, 0};
+        char what[96];
+        for (int i = 0; i < 16; ++i) {
+            int size = sizes[mapping], along = size * (2 * (i / 4) + 1) / 8, face = i & 1;
+            envmap src = black(mapping, size, 1, 1);
+            envmap_texel(&src, 0, 0, face, face ? size - 1 - i / 8 : along, face ? along : i / 8)[2] = 1;
+            all = larger(all, miss_by(i / 2 & 1 ? ENVMAP_PARABOLOID : ENVMAP_CUBE, 24, 1, &src,
+                                      lobe_of(lobes[i % 4]), ENVMAP_METHOD_FAST, 1e-3));
+            envmap_free(&src);
+        }
+        snprintf(what, sizeof what, "lights beside an edge, %s", oracle_name[mapping]);
+        figures(what, all);
+    }
+}
+
+static double bar(const double d[3], int channel) {
+    (void)channel;
+    return d[2] < 0 && fabs(d[0]) < 0.05 * -d[2] && fabs(d[1]) < -0.5 * d[2];
+}
+
+/* A sphere map's texels towards -z: those of the solid angle too, so that no light is needed there. */
+static void texels_that_are_long_beside_the_rim_keep_the_tolerance(void) {
+    static const struct {
+        int size, lobe, x, y;
+        double tolerance;
+    } works[6] = {{125, 0, 60, 40, 1.9e-4}, {125, 0, 60, 40, 3e-5}, {127, 15, 62, 80, 1e-3},
+                  {119, 5, 50, 40, 9e-5},   {110, 10, 55, 1, 1e-3}, {133, 15, -1, 0, 1e-3}};
+    miss all = {0, 0};
+    for (int i = 0; i < 6; ++i) {
+        envmap src = black(ENVMAP_SPHERE, works[i].size, 1, 1);
+        if (works[i].x < 0) oracle_fill(&src, 0, bar);
+        else envmap_texel(&src, 0, 0, 0, works[i].x, works[i].y)[0] = 1;
+        all = larger(all, miss_by(ENVMAP_CUBE, 9, 1, &src, lobe_of(works[i].lobe),
+                                  ENVMAP_METHOD_FAST, works[i].tolerance));
+        envmap_free(&src);
+    }
+    figures("sphere maps", all);
+}
+
 /* --------------------------------------------------------------------------------- symmetry ----
  */
 
@@ -992,6 +1055,9 @@ int main(void) {
     RUN(black_stays_black);
     RUN(a_lamp_anywhere_keeps_the_tolerance);
     RUN(a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance);
+    RUN(lights_beside_the_poles_of_a_lat_long_keep_the_tolerance);
+    RUN(lights_beside_an_edge_keep_the_tolerance);
+    RUN(texels_that_are_long_beside_the_rim_keep_the_tolerance);
     RUN(turning_the_source_by_90_degrees_turns_the_result);
     RUN(the_result_of_a_sum_is_the_sum_of_the_results);
     RUN(a_scaled_scene_gives_the_scaled_result);

@@ -504,7 +504,7 @@ static void blocks_of_every_scale_carry_all_energy(void) {
 }
 
 static void a_uniform_scene_has_no_contrast(void) {
-    double round = 0, rims = 0;
+    double round = 0, rims = 0, lumps = 0;
     for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping)
         for (int i = 0; i < 3; ++i) {
             envmap map = black(mapping, survey_sizes[i], 1, 1);
@@ -512,7 +512,9 @@ static void a_uniform_scene_has_no_contrast(void) {
             envmapi_scene s = survey_of(&map);
             for (int scale = 0; scale < s.scales; ++scale) {
                 envmapi_contrast c = s.scale[scale];
-                if (envmapi_is_disc(mapping))
+                if (mapping == ENVMAP_SPHERE) /* of its solid angles; that of its last texels */
+                    lumps = larger(lumps, larger(c.kappa, c.epsilon) * survey_sizes[i] / 2);
+                else if (envmapi_is_disc(mapping))
                     rims = larger(rims, larger(c.kappa, c.epsilon));
                 else
                     round = larger(round, larger(c.kappa, c.epsilon));
@@ -522,6 +524,7 @@ static void a_uniform_scene_has_no_contrast(void) {
         }
     FIGURE("contrast of a uniform cube, lat-long", round, 1e-6);
     FIGURE("contrast of a uniform disc: its rim's texels", rims, 0.02);
+    FIGURE("contrast of a uniform sphere map, over 2/n", lumps, 1);
 }
 
 /* Not at wide scales, where blocks of a disc differ much in solid angle. */
@@ -564,6 +567,37 @@ static void a_lit_texel_has_contrast_wherever_it_is(void) {
             envmap_free(&map);
         }
     FIGURE("1 - contrast of a lit texel in a corner or centre, all but one scale", 1 - least, 0.3);
+}
+
+static double disc_axis[3];
+static double disc(const double d[3], int channel) {
+    (void)channel;
+    return d[0] * disc_axis[0] + d[1] * disc_axis[1] + d[2] * disc_axis[2] > cos(0.15);
+}
+
+/* Blocks beside a pole of a lat-long are narrow; a spot there is as one of like size elsewhere. */
+static void a_lamp_on_a_pole_has_the_contrast_of_one_elsewhere(void) {
+    static const double axes[3][3] = {{0, 1, 0}, {0, -1, 0}, {0.6, 0.08, 0.796}};
+    double least = 1;
+    for (int size = 40; size <= 130; size += 45) {
+        envmapi_contrast at[3][4];
+        for (int i = 0; i < 3; ++i) {
+            envmap map = black(ENVMAP_LATLONG, size, 1, 1);
+            memcpy(disc_axis, axes[i], sizeof disc_axis);
+            oracle_fill(&map, 0, disc);
+            envmapi_scene s = survey_of(&map);
+            memcpy(at[i], s.scale, sizeof at[i]);
+            at[i][3] = s.texel;
+            envmapi_pool_free(&pool, 0);
+            envmap_free(&map);
+        }
+        for (int i = 0; i < 8; ++i) {
+            const envmapi_contrast *pole = at[i & 1] + i / 2, *elsewhere = at[2] + i / 2;
+            least = fmin(least,
+                         fmin(pole->kappa / elsewhere->kappa, pole->epsilon / elsewhere->epsilon));
+        }
+    }
+    FIGURE("contrast of a disc at the equator over that at a pole", 1 / least, 2);
 }
 
 /* Noise with lamps, in a rim too; the lights are those of more than 1/2000 and no others. */
@@ -695,6 +729,7 @@ int main(void) {
     RUN(a_uniform_scene_has_no_contrast);
     RUN(one_lit_texel_has_all_contrast);
     RUN(a_lit_texel_has_contrast_wherever_it_is);
+    RUN(a_lamp_on_a_pole_has_the_contrast_of_one_elsewhere);
     RUN(lights_are_the_texels_of_a_2000th_of_the_energy);
     RUN(of_too_many_lights_the_brightest_are_taken);
     RUN(axes_see_all_light_at_its_angle);
