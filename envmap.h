@@ -5424,17 +5424,6 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
     return sum;
 }
 
-/* The contrast of a sphere map's own solid angles for band l. Texels are long towards -z, 2 side / phi
-   at the angle phi: their midpoints lose as much as a light at -z of 5/2 side^2/24 l^2 of all solid
-   angle, side = 4/n, or in the end as one of the 2/n that the last texels have.
-   Test: texels_that_are_long_beside_the_rim_keep_the_tolerance. */
-static void envmapi_contrast_of_rim(envmapi_contrast *contrast, const envmap *map, double l) {
-    double n = map->size, lumps = fmin(5 * l * l / (3 * n * n), 2 / n);
-    if (map->mapping != ENVMAP_SPHERE) return;
-    contrast->kappa = fmax(contrast->kappa, lumps);
-    contrast->epsilon = fmax(contrast->epsilon, lumps);
-}
-
 /* The coarser scales of `sums`, and the contrast at every one; off: squares that are not in blocks.
    A light's block and its three siblings have (3/4)^2 + 3 (1/4)^2 = 3/4 of the light's square, the
    block alone 9/16. An edge along the borders of blocks shows only where it runs through blocks. Of
@@ -5442,7 +5431,7 @@ static void envmapi_contrast_of_rim(envmapi_contrast *contrast, const envmap *ma
    epsilon 1/4 of it.  Test: edges_along_the_texels_keep_the_tolerance. */
 static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
     int last = s->scales - 1;
-    double mean[4] = {0, 0, 0, 0}, extent = envmapi_texel_extent(s->in.map);
+    double mean[4] = {0, 0, 0, 0};
     for (size_t b = 0; b < 4 * s->blocks[0].count; ++b) mean[b % 4] += (double)sums[b];
     for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = 0; i < last; ++i) envmapi_scene_halve(s, sums, i);
@@ -5451,7 +5440,6 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
         double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
         s->scale[i].kappa = s->norm > 0 ? fmin(sqrt(sum * 4 / 3) / s->norm, 1) : 0;
         s->scale[i].epsilon = s->norm > 0 ? fmin(sqrt(most * 16 / 9) / s->norm, 1) : 0;
-        envmapi_contrast_of_rim(s->scale + i, s->in.map, ENVMAPI_PI / (extent * (s->edge << i)));
         if (i == last) continue;
         s->scale[i].kappa = fmax(s->scale[i].kappa, 0.354 * s->scale[i + 1].kappa);
         s->scale[i].epsilon = fmax(s->scale[i].epsilon, 0.25 * s->scale[i + 1].epsilon);
@@ -5469,7 +5457,6 @@ static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squa
             even += envmapi_block_group(s, 0, b) * pow((double)sums[4 * b + c], 2);
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares);
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
-    envmapi_contrast_of_rim(&s->texel, s->in.map, s->in.map->size);
 }
 
 /* y at l on a straight line of logarithms from (l0, y0) to (l1, y1); 0 counts as 1e-9. */
@@ -5490,6 +5477,15 @@ static envmapi_contrast envmapi_contrast_at(const envmapi_scene *s, double l) {
         return out;
     }
     return s->scale[s->scales - 1];
+}
+
+/* The contrast of a sphere map's own solid angles for band l. Texels are long towards -z, 2 side / phi
+   at the angle phi: their midpoints lose as much as a light at -z of 5/2 side^2/24 l^2 of all solid
+   angle, side = 4/n, or in the end as one of the 2/n that the last texels have.
+   Test: texels_that_are_long_beside_the_rim_keep_the_tolerance. */
+static double envmapi_solid_contrast(const envmapi_scene *s, double l) {
+    double n = s->in.map->size;
+    return s->in.map->mapping == ENVMAP_SPHERE ? fmin(5 * l * l / (3 * n * n), 2 / n) : 0;
 }
 
 /* The scale of the blocks whose width is nearest to pi/l, as a ratio. */
@@ -5636,7 +5632,6 @@ static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
     }
     limit *= envmapi_block_group(s, 0, s->scale[0].spot);
     s->texel.epsilon = fmin(s->scale[0].epsilon, limit);
-    envmapi_contrast_of_rim(&s->texel, s->in.map, s->in.map->size);
 }
 
 /* The middle of block b at scale i. */
@@ -5973,7 +5968,8 @@ static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *
         most = excess[j] > most ? excess[j] : most;
         squares += excess[j] * excess[j] * spec->angles->area[j];
     }
-    if (8 * spec->midpoint * most > share * slice->mean) return 0;
+    double lumps = fmax(8 * spec->midpoint, envmapi_solid_contrast(s, l));
+    if (lumps * most > share * slice->mean) return 0;
     if (spec->kinked && s->detail)
         return envmapi_slice_sees(slice, s, excess, ENVMAPI_SEES * share, l);
     return c.epsilon * most <= dark && others * squares <= dark * dark;
@@ -5986,16 +5982,21 @@ static int envmapi_slice_rms(const envmapi_slice *slice, const envmapi_spec *spe
     return error <= pow(spec->tolerance * part, 2) * result;
 }
 
+/* kappa^2 for the rms, of light or of solid angles. */
+static double envmapi_slice_contrast(const envmapi_scene *s, int l) {
+    return pow(fmax(envmapi_contrast_at(s, l).kappa, envmapi_solid_contrast(s, l)), 2);
+}
+
 /* The fewest bands that keep the bounds, or only the one on rms. Those on texels are tried at every
    band up to 32, then at every 32nd part more, which is added as they may fail between; to 3 L
    (speed only: at every band 1.15 x for Phong 10, without end 1.14 x for Banks 0.95). */
 static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *spec,
                                const envmapi_scene *s, int texels) {
     int L = spec->known;
-    double tail = slice->tail * pow(envmapi_contrast_at(s, L).kappa, 2), lost[ENVMAPI_ANGLES];
+    double tail = slice->tail * envmapi_slice_contrast(s, L), lost[ENVMAPI_ANGLES];
     envmapi_series series;
     for (; L > 1; --L) {
-        double c2 = pow(envmapi_contrast_at(s, L).kappa, 2);
+        double c2 = envmapi_slice_contrast(s, L);
         tail += c2 * (2 * L - 1) * slice->lambda[L - 1] * slice->lambda[L - 1];
         if (!envmapi_slice_rms(slice, spec, tail, c2, 0.5)) break;
     }
@@ -6029,7 +6030,7 @@ static int envmapi_spacing_holds(void *user, int n) {
     const envmapi_spec *spec = test->spec;
     int middle = slice->L / 2 + 1;
     double h = test->widest * pow(0.96, n - 1), lost[ENVMAPI_ANGLES] = {0};
-    double c2 = fmax(pow(envmapi_contrast_at(test->scene, middle).kappa, 2), 1e-4);
+    double c2 = fmax(envmapi_slice_contrast(test->scene, middle), 1e-4);
     envmapi_series series;
     if (!envmapi_slice_rms(slice, spec, c2 * envmapi_slice_power(slice, slice->L, h), c2, 0.25))
         return 0;

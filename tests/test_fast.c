@@ -504,7 +504,8 @@ static void lights_beside_an_edge_keep_the_tolerance(void) {
         for (int i = 0; i < 16; ++i) {
             int size = sizes[mapping], along = size * (2 * (i / 4) + 1) / 8, face = i & 1;
             envmap src = black(mapping, size, 1, 1);
-            envmap_texel(&src, 0, 0, face, face ? size - 1 - i / 8 : along, face ? along : i / 8)[2] = 1;
+            int x = face ? size - 1 - i / 8 : along, y = face ? along : i / 8;
+            envmap_texel(&src, 0, 0, face, x, y)[2] = 1;
             all = larger(all, miss_by(i / 2 & 1 ? ENVMAP_PARABOLOID : ENVMAP_CUBE, 24, 1, &src,
                                       lobe_of(lobes[i % 4]), ENVMAP_METHOD_FAST, 1e-3));
             envmap_free(&src);
