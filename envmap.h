@@ -81,6 +81,7 @@
      >>harmonics     project, fill, convolve, rotate, window coefficients
      >>reference     the definition: every texel
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
+    >>near          sharp lobes: the few texels that one reaches
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
      >>filters       the filter call, chains, prepared sources
@@ -4176,7 +4177,7 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        l_i, w_i, L_i w_i           envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
        the bilinear radiance       envmapi_axis_polar
-       which of them, how much     envmapi_axes_aim, envmapi_axis_filter
+       which of them, how much     envmapi_axis_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
    Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
    materials the source.  Source: ours.
@@ -4338,8 +4339,20 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
     }
 }
 
+/* How narrow texels are, over the mean, where the circle of angle theta about the axis comes closest
+   to the point at which all texels of a row or of a rim meet. */
+static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
+    double y = fabs(axis->a[1]), z = axis->a[2];
+    double x = axis->level.mapping == ENVMAP_LATLONG   ? y
+               : axis->level.mapping == ENVMAP_SPHERE  ? -z
+               : axis->level.mapping == ENVMAP_ANGULAR ? z
+                                                       : 0;
+    double apart = fabs(envmapi_acos(x) - theta);
+    return apart < ENVMAPI_PI / 2 ? sin(apart) + 1e-9 : 1;
+}
+
 /* Adds the bilinear radiance around a, times `share`, out to about `reach`: rings, eight or more in
-   two texels, of four points a texel. */
+   two texels, of eight points a texel. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
     const double *a = axis->a;
@@ -4348,7 +4361,9 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     while (envmapi_quadrature_next(&q, &theta, &weight)) {
         double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
         if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-        int n = (int)envmapi_clamp(8 * ENVMAPI_PI * sin(theta) / axis->texel, 16, 65536);
+        double texels = 2 * ENVMAPI_PI * sin(theta) / axis->texel;
+        double most = fmax(texels, 2 * axis->level.width);
+        int n = (int)fmax(8 * fmin(texels / envmapi_axis_squeeze(axis, theta), most), 32);
         double sum[3] = {0, 0, 0};
         for (int i = 0; i < n; ++i) {
             double phi = 2 * ENVMAPI_PI * (i + 0.5) / n;
@@ -4381,15 +4396,13 @@ typedef struct envmapi_axes {
     void (*filter)(envmapi_axis *axis, const void *method);
 } envmapi_axes;
 
-/* Makes ready for a slice. */
-static void envmapi_axes_aim(envmapi_axes *axes, const envmapi_source *source, int slice) {
-    envmapi_axis *axis = &axes->axis;
-    axes->slice = slice, axis->source = source;
-    axis->level = envmapi_level_of(source->map, 0, source->map->slices > 1 ? slice : 0);
-    axis->p = envmapi_slice_p(axis->lobe, slice, axes->dst->slices);
+/* Makes ready for a slice of src and of `slices` of a result. */
+static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices) {
+    axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
+    axis->p = envmapi_slice_p(axis->lobe, slice, slices);
     double sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
-    axis->texel = envmapi_texel_extent(source->map);
+    axis->texel = envmapi_texel_extent(src);
     axis->tent = envmapi_clamp(2 - sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
     axis->reach = fmax(12 * axis->texel, 8 * sigma);
@@ -4435,7 +4448,8 @@ static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
             result = envmapi_source_create(&source, src, run, desc->work.memory);
         }
         if (result) break;
-        envmapi_axes_aim(axes, &source, run);
+        axes->slice = run, axes->axis.source = &source;
+        envmapi_axis_aim(&axes->axis, src, run, axes->dst->slices);
         if (axes->prepare)
             result = axes->prepare(axes->method, &axes->axis, new_source, desc->work.memory);
         if (!result) result = envmapi_run(&work, envmapi_axes_row, axes, count);
@@ -4691,6 +4705,651 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
     axes.prepare = envmapi_hier_prepare, axes.filter = envmapi_hier_filter;
     envmap_result result = envmapi_axes_run(&axes, src, desc);
     envmapi_pool_free(&h.tree.pool, 0);
+    return result;
+}
+
+/* ------------------------------------------------------------------------------------- >>near --
+   Sharp lobes: the sum that >>reference defines, over the few texels that such a lobe reaches.
+     in     a slice of a source, a lobe, its p, a tolerance       out    a slice of a result
+       L(a) = sum_i K_i(a) L_i / sum_i K_i       texels i within R of the axis a
+       texels, tents of half-width t      K_i = w_i mean of k at c_i +- t/sqrt 6 along u and v
+       the bilinear radiance              K_i = integral of k B_i, B_i the bilinear weight of texel i
+   Both are sums over the nodes of a window of a face, a product of nodes along u and along v, which
+   a row of k serves (_near_line). For the integral the nodes are Gauss-Legendre's, two a piece;
+   pieces end at the lines through texel centres, where B_i has its kinks, and are no longer than
+   the lobe's sigma, or half their distance from the axis (_near_nodes).
+   K_i depends on no radiance. Source and result share symmetries, of the 48 turns and mirrors that
+   take axes to axes those that take texels to texels (_turns): two cubes all 48, a lat-long and a
+   cube 16, discs 4 to 16. So the K_i of one axis serve its images too (_near_apply).
+   R leaves out what the tolerance allows where the brightest texel sends it into the darkest
+   (_near_radius).  Called by filters for what FAST leaves.  Source: ours.
+   Tests: tests/test_near.c. */
+
+/* Where a turn takes texel (x,y) of a face: to (x0 + xx x + xy y, y0 + yx x + yy y) of `face`. */
+typedef struct envmapi_place {
+    int face, x0, y0, xx, xy, yx, yy;
+} envmapi_place;
+typedef struct envmapi_turn {
+    envmapi_place src[6], dst[6];
+} envmapi_turn;
+
+/* Turn t of 48: axes are permuted, t / 8, and some change their sign, t % 8. 0 where texels do not
+   go to texels. Four probes tell: three define the place, the fourth must agree. */
+static int envmapi_turn_place(envmapi_place *place, int t, int mapping, int edge, int face) {
+    static const signed char axes[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                           {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    static const double probes[4][2] = {{0.5, 0.5}, {0.6, 0.5}, {0.5, 0.6}, {0.3, 0.65}};
+    double d[3], turned[3], at[4][2], width = envmapi_width(mapping, edge), off = 0;
+    int slope[4];
+    for (int i = 0; i < 4; ++i) {
+        envmapi_direction(d, mapping, face, probes[i][0], probes[i][1]);
+        for (int c = 0; c < 3; ++c) turned[c] = (t >> c & 1 ? -1 : 1) * d[axes[t / 8][c]];
+        if (!i) place->face = envmapi_face(mapping, turned);
+        envmapi_project(at[i], mapping, place->face, turned);
+        for (int c = 0; c < 2 && i; ++c) {
+            double apart = at[i][c] - at[0][c];
+            if (mapping == ENVMAP_LATLONG && !c) apart -= floor(apart + 0.5);
+            if (i < 3) slope[2 * (i - 1) + c] = (int)floor(10 * apart + 0.5);
+            off += i < 3 ? fabs(apart - 0.1 * slope[2 * (i - 1) + c])
+                         : fabs(apart + 0.2 * slope[c] - 0.15 * slope[2 + c]);
+        }
+    }
+    double x0 = width * at[0][0] - 0.5 + slope[0] * (1 - width) / 2 + slope[2] * (1.0 - edge) / 2;
+    double y0 = edge * at[0][1] - 0.5 + slope[1] * (1 - width) / 2 + slope[3] * (1.0 - edge) / 2;
+    place->x0 = (int)floor(x0 + 0.5), place->y0 = (int)floor(y0 + 0.5);
+    place->xx = slope[0], place->yx = slope[1], place->xy = slope[2], place->yy = slope[3];
+    return off + fabs(x0 - place->x0) + fabs(y0 - place->y0) < 1e-6;
+}
+
+/* All turns that serve both maps; returns how many. The first is none. */
+static int envmapi_turns(envmapi_turn turns[48], const envmap *dst, const envmap *src) {
+    int count = 0;
+    for (int t = 0; t < 48; ++t) {
+        int serves = 1;
+        envmapi_turn *turn = turns + count;
+        for (int face = 0; face < envmap_faces(src->mapping); ++face)
+            serves &= envmapi_turn_place(turn->src + face, t, src->mapping, src->size, face);
+        for (int face = 0; face < envmap_faces(dst->mapping); ++face)
+            serves &= envmapi_turn_place(turn->dst + face, t, dst->mapping, dst->size, face);
+        count += serves;
+    }
+    return count;
+}
+
+/* A node along u or v of a window: its light is that of two texels, the share f that of the next. */
+typedef struct envmapi_knot {
+    double at, sine, cosine; /* u or v; of the longitude, on lat-long maps */
+    float weight, f;
+    int texel;
+} envmapi_knot;
+
+typedef struct envmapi_near {
+    envmapi_axis axis; /* the lobe, and what it is to the source */
+    envmap dst;
+    int slice, tasks, row, turn_count; /* row: the first of the rows of dst that are at work */
+    envmapi_turn *turns;
+    envmapi_input in;
+    float *texels; /* of the source, as lookups see it, with a border of one: RGB and 0 */
+    float *notes;  /* of each of its rows: the sum, the brightest and the darkest texel */
+    int shift;     /* of a float, to its place in the table; the fraction of it */
+    float *table, inverse, fraction; /* k by 1 + inverse |a - d|^2: envmapi_near_k */
+    double sigma, R, limit;          /* R: rad; limit: its chord's square */
+    double piece;                    /* of nodes, at most so many sigma long */
+    double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
+    char *work;
+    size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
+} envmapi_near;
+
+/* What a task works with: nodes, and rows of texels that a row of nodes concerns. */
+typedef struct envmapi_window {
+    envmapi_knot *u, *v;
+    float *k, *line, *rows[2]; /* [room] k of the nodes; K of texels from `first` on */
+    float sums[48][4];
+    double total, a[3];
+    int first, count;
+} envmapi_window;
+
+/* ---- the source as lookups see it */
+
+/* Row y of a face, -1 .. edge: texels and what add_tap finds beyond them. The texel beyond a cube's
+   corner is the mean of the three that meet there; the row beyond a lat-long's pole lets linear
+   interpolation end at the row's mean on the pole. */
+static void envmapi_near_texel(double rgb[3], const envmapi_level *level, int face, int x, int y) {
+    int w = level->width, h = level->edge;
+    double corner = level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && (y < 0 || y >= h);
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    if (corner > 0) {
+        int in_x = x < 0 ? 0 : w - 1, in_y = y < 0 ? 0 : h - 1;
+        envmapi_add_tap(rgb, level, face, in_x, in_y, 1.0 / 3);
+        envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
+        envmapi_add_tap(rgb, level, face, in_x, y, 1.0 / 3);
+    } else if (level->mapping == ENVMAP_LATLONG && (y < 0 || y >= h)) {
+        for (int i = 0; i < w; ++i) envmapi_add_tap(rgb, level, face, i, y, 2.0 / w);
+        envmapi_add_tap(rgb, level, face, x, y, -1);
+    } else {
+        envmapi_add_tap(rgb, level, face, x, y, 1);
+    }
+}
+
+static void envmapi_task_near_texels(void *context, int task) {
+    const envmapi_near *s = (const envmapi_near *)context;
+    const envmapi_level *level = &s->axis.level;
+    int high = level->edge + 2, face = task / high, y = task % high - 1, w = level->width;
+    float *out = s->texels + 4 * (size_t)task * (size_t)(w + 2), *notes = s->notes + 3 * task;
+    int simple = y >= 0 && y < level->edge &&
+                 (!envmapi_is_disc(level->mapping) || level->mapping == ENVMAP_PARABOLOID);
+    const float *in = level->texels + 3 * (size_t)(face * level->edge + y) * (size_t)w;
+    notes[0] = notes[1] = 0, notes[2] = 3e38f;
+    for (int x = -1; x <= w; ++x, out += 4) {
+        double rgb[3];
+        if (simple && x >= 0 && x < w) memcpy(out, in + 3 * x, 3 * sizeof *out);
+        else {
+            envmapi_near_texel(rgb, level, face, x, y);
+            for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
+        }
+        float most = out[0] > out[1] ? out[0] : out[1];
+        most = most > out[2] ? most : out[2], out[3] = 0;
+        if (y < 0 || y >= level->edge) continue;
+        notes[0] += most, notes[1] = most > notes[1] ? most : notes[1];
+        notes[2] = most < notes[2] ? most : notes[2];
+    }
+}
+
+/* ---- windows */
+
+/* The range of r cos(phi), r in [r0,r1], phi no farther than `wide` from `at`. */
+static void envmapi_near_sector(double range[2], double r0, double r1, double at, double wide) {
+    for (int end = 0; end < 2; ++end) { /* the least is the largest on the other side */
+        double phi = fabs(remainder(at + (end ? 0 : ENVMAPI_PI), 2 * ENVMAPI_PI)) - wide;
+        double most = phi > 0 ? cos(phi) : 1;
+        range[end] = (end ? 1 : -1) * most * (most > 0 ? r1 : r0);
+    }
+}
+
+/* r of a disc map at an angle from its face's centre. */
+static double envmapi_near_disc(int mapping, double angle) {
+    if (mapping == ENVMAP_ANGULAR) return fmin(angle / ENVMAPI_PI, 1);
+    if (mapping == ENVMAP_SPHERE) return sin(fmin(angle, ENVMAPI_PI) / 2);
+    return angle < 2.2 ? tan(angle / 2) : 2; /* beyond the corners */
+}
+
+/* The (u,v) that hold all within R of a on a face, as far as it goes: box[0] those of u, box[1] of
+   v. 0 where there are none. */
+static int envmapi_near_box(double box[2][2], int mapping, int face, const double a[3], double R,
+                            double border) {
+    double at[2];
+    envmapi_project(at, mapping, face, a);
+    if (mapping == ENVMAP_CUBE) {
+        for (int i = 0; i < 2; ++i) {
+            const signed char *side = envmapi_cube[face][i], *middle = envmapi_cube[face][2];
+            double x = a[0] * side[0] + a[1] * side[1] + a[2] * side[2];
+            double z = a[0] * middle[0] + a[1] * middle[1] + a[2] * middle[2];
+            double rho = sqrt(x * x + z * z), angle = atan2(x, z);
+            double wide = rho > sin(R) ? asin(sin(R) / rho) : ENVMAPI_PI;
+            box[i][0] = 0.5 + 0.5 * tan(envmapi_clamp(angle - wide, -1.2, 1.2));
+            box[i][1] = 0.5 + 0.5 * tan(envmapi_clamp(angle + wide, -1.2, 1.2));
+        }
+    } else if (mapping == ENVMAP_LATLONG) {
+        double theta = ENVMAPI_PI * at[1], pole = theta < R || theta + R > ENVMAPI_PI;
+        double wide = pole > 0 ? 0.5 : asin(sin(R) / sin(theta)) / (2 * ENVMAPI_PI);
+        box[0][0] = at[0] - wide, box[0][1] = at[0] + wide;
+        box[1][0] = at[1] - R / ENVMAPI_PI, box[1][1] = at[1] + R / ENVMAPI_PI;
+    } else {
+        int front = mapping == ENVMAP_SPHERE || (mapping == ENVMAP_PARABOLOID && face == 0);
+        double theta = acos(envmapi_clamp(front ? a[2] : -a[2], -1, 1));
+        int round = theta < R || theta + R > ENVMAPI_PI;
+        double wide = round ? ENVMAPI_PI : asin(sin(R) / sin(theta)), phi = atan2(a[1], a[0]);
+        double r0 = envmapi_near_disc(mapping, fmax(theta - R, 0));
+        double r1 = envmapi_near_disc(mapping, theta + R);
+        envmapi_near_sector(box[0], r0, r1, phi, wide);
+        envmapi_near_sector(box[1], r0, r1, phi + ENVMAPI_PI / 2, wide); /* v falls with Y */
+        for (int i = 0; i < 4; ++i) box[i / 2][i % 2] = 0.5 + 0.5 * box[i / 2][i % 2];
+    }
+    for (int i = mapping == ENVMAP_LATLONG; i < 2; ++i) {
+        box[i][0] = fmax(box[i][0], -border), box[i][1] = fmin(box[i][1], 1 + border);
+        if (!(box[i][0] < box[i][1])) return 0;
+    }
+    return 1;
+}
+
+/* The largest |d direction / du|, or (i 1) dv, of a window: there the nodes have to be finest. */
+static double envmapi_near_stretch(double box[2][2], const double at[2], int mapping, int face,
+                                   int i) {
+    double most = 0, hair = 1e-5;
+    for (int k = 0; k < 3; ++k) {
+        double low[3], high[3], uv[2], square = 0;
+        uv[i] = envmapi_clamp(at[i], box[i][0], box[i][1]);
+        uv[1 - i] = k < 2 ? box[1 - i][k] : envmapi_clamp(at[1 - i], box[1 - i][0], box[1 - i][1]);
+        uv[i] -= hair, envmapi_direction(low, mapping, face, uv[0], uv[1]);
+        uv[i] += 2 * hair, envmapi_direction(high, mapping, face, uv[0], uv[1]);
+        for (int c = 0; c < 3; ++c) square += (high[c] - low[c]) * (high[c] - low[c]);
+        most = fmax(most, sqrt(square) / (2 * hair));
+    }
+    return most;
+}
+
+/* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
+   whole numbers: each texel at its centre, or spread. */
+static int envmapi_near_centres(envmapi_knot *node, int room, double from, double to, double n,
+                                double tent) {
+    int count = 0, sides = tent > 0 ? 2 : 1;
+    for (double x = ceil(from); x <= to && count + 2 <= room; x += 1)
+        for (int i = 0; i < sides; ++i, ++count) {
+            node[count].at = (x + 0.5 + (i ? tent : -tent) / sqrt(6.0)) / n;
+            node[count].texel = (int)x, node[count].f = 0,
+            node[count].weight = sides > 1 ? 0.5f : 1;
+        }
+    return count;
+}
+
+/* Nodes of the integral over [from, to]. The axis is at `at`, where sigma is that many texels;
+   grows: the lobe has detail near its axis only. */
+static int envmapi_near_pieces(envmapi_knot *node, int room, double from, double to, double n,
+                               double at, double sigma, double piece, int grows) {
+    int count = 0;
+    for (double next; from < to && count + 3 <= room; from = next) {
+        double away = from < at ? (at - from) / (1 + piece) : from - at;
+        double most = grows && away > sigma ? away : sigma,
+               texel = fmin(floor(from + 1e-9), ceil(to) - 1);
+        next = fmin(fmin(texel + 1, to), from + piece * most);
+        double length = (next - from) / most;
+        int nodes = length > 0.5 ? 3 : length > 0.15 ? 2 : 1; /* of Gauss-Legendre */
+        for (int i = 0; i < nodes; ++i, ++count) {
+            double g = nodes == 3 ? (i - 1) * sqrt(0.6) : nodes == 2 ? (2 * i - 1) / sqrt(3.0) : 0;
+            double x = (from + next + g * (next - from)) / 2;
+            double weight = nodes == 3 ? (i == 1 ? 8.0 / 18 : 5.0 / 18) : 1.0 / nodes;
+            node[count].at = (x + 0.5) / n, node[count].texel = (int)texel;
+            node[count].f = (float)(x - texel);
+            node[count].weight = (float)((next - from) / n * weight);
+        }
+    }
+    return count;
+}
+
+/* ---- K */
+
+/* k by the bits of y = 1 + |a - d|^2 / sigma^2: 2^bits values an octave, linear between. */
+static float envmapi_near_k(const envmapi_near *s, double square) {
+    float y = 1 + s->inverse * (float)square, f;
+    uint32_t bits;
+    memcpy(&bits, &y, sizeof bits);
+    const float *k = s->table + ((bits >> s->shift) - (127u << (23 - s->shift)));
+    f = (float)(bits & ((1u << s->shift) - 1)) * s->fraction;
+    return k[0] + f * (k[1] - k[0]);
+}
+
+/* What a point of a face counts: d omega / du dv; near the paraboloids' rim both have a share. */
+static double envmapi_near_density(const envmapi_level *level, double u, double v) {
+    double X = 2 * u - 1, Y = 2 * v - 1, r = sqrt(X * X + Y * Y), inside = 1;
+    double density = envmapi_density(level->mapping, u, v);
+    if (level->mapping == ENVMAP_PARABOLOID)
+        inside = 0.5 + (r > 1 ? -0.5 : 0.5) * fmin((r > 1 ? 1 - 1 / r : 1 - r) * level->edge, 1);
+    return (level->mapping == ENVMAP_SPHERE && r >= 1) || inside <= 0 ? 0 : density * inside;
+}
+
+/* k d omega of the nodes u of a window, at v. texels: their own solid angles in place of d omega. */
+static void envmapi_near_line(envmapi_window *window, const envmapi_near *s, int face, int n,
+                              const envmapi_knot *v, int texels) {
+    const envmapi_level *level = &s->axis.level;
+    const double *a = window->a;
+    const float *omega = texels ? envmapi_omega_row(&s->in, v->texel) + 3 * level->width : NULL;
+    double x[ENVMAPI_CHUNK], w[ENVMAPI_CHUNK], d[3], Y = 2 * v->at - 1, m[3];
+    double sine = sin(ENVMAPI_PI * v->at), cosine = cos(ENVMAPI_PI * v->at);
+    double flat = texels ? 0 : 1;
+    for (int i = 0; i < 3 && level->mapping == ENVMAP_CUBE; ++i) {
+        const signed char *axis = envmapi_cube[face][i];
+        m[i] = a[0] * axis[0] + a[1] * axis[1] + a[2] * axis[2];
+    }
+    for (int first = 0; first < n; first += ENVMAPI_CHUNK) {
+        const envmapi_knot *u = window->u + first;
+        int count = n - first < ENVMAPI_CHUNK ? n - first : ENVMAPI_CHUNK;
+        for (int i = 0; i < count && level->mapping == ENVMAP_CUBE; ++i) {
+            double X = 2 * u[i].at - 1, q = 1 + X * X + Y * Y, r = envmapi_inverse_root(q);
+            x[i] = (m[2] + X * m[0] + Y * m[1]) * r, w[i] = 4 * r * r * r;
+        }
+        for (int i = 0; i < count && level->mapping == ENVMAP_LATLONG; ++i) {
+            x[i] = a[1] * cosine + sine * (a[0] * u[i].sine - a[2] * u[i].cosine);
+            w[i] = 2 * ENVMAPI_PI * ENVMAPI_PI * sine;
+        }
+        for (int i = 0; i < count && envmapi_is_disc(level->mapping); ++i) {
+            envmapi_direction(d, level->mapping, face, u[i].at, v->at);
+            x[i] = envmapi_dot(a, d);
+            w[i] = flat > 0 ? envmapi_near_density(level, u[i].at, v->at) : 1;
+        }
+        for (int i = 0; i < count && texels; ++i) {
+            int at = u[i].texel;
+            if (level->mapping == ENVMAP_LATLONG)
+                at = (at % level->width + level->width) % level->width;
+            w[i] = (double)omega[at];
+        }
+        for (int i = 0; i < count; ++i) {
+            double square = 2 - 2 * x[i];
+            float k = square < s->limit ? envmapi_near_k(s, square > 0 ? square : 0) : 0;
+            window->k[first + i] = k * (float)w[i] * u[i].weight;
+        }
+    }
+}
+
+/* sums += K times the texels that a turn takes `count` from (x,y) of a face on to. */
+static void envmapi_near_apply(float sums[4], const envmapi_near *s, const envmapi_place *to, int x,
+                               int y, const float *K, int count) {
+    const envmapi_level *level = &s->axis.level;
+    int w = level->width, at = to->x0 + to->xx * x + to->xy * y;
+    int row = to->face * (level->edge + 2) + to->y0 + to->yx * x + to->yy * y + 1;
+    ptrdiff_t step = 4 * (ptrdiff_t)(to->xx + to->yx * (w + 2));
+    envmapi_float4 sum[4];
+    memset(sum, 0, sizeof sum);
+    for (int n; count > 0; count -= n, K += n, at += n * to->xx) {
+        n = count;
+        if (level->mapping == ENVMAP_LATLONG) { /* up to the seam */
+            at = (at % w + w) % w;
+            n = to->xx > 0 ? w - at : at + 1, n = n < count ? n : count;
+        }
+        const float *texel = s->texels + 4 * ((ptrdiff_t)row * (w + 2) + at + 1);
+        int i = 0;
+        for (; i + 4 <= n; i += 4, texel += 4 * step)
+            for (int j = 0; j < 4; ++j)
+                envmapi_float4_add(sum + j, K[i + j], envmapi_float4_at(texel + j * step));
+        for (; i < n; ++i, texel += step) envmapi_float4_add(sum, K[i], envmapi_float4_at(texel));
+    }
+    for (int j = 0; j < 4; ++j) envmapi_float4_add(envmapi_float4_at(sums), 1, sum + j);
+}
+
+/* A finished row of K, texels y of a face, for all turns; then it is empty. */
+static void envmapi_near_flush(envmapi_window *window, const envmapi_near *s, float *K, int face,
+                               int y) {
+    int from = 0, to = window->count;
+    while (from < to && !(K[from] > 0 || K[from] < 0)) ++from;
+    while (from < to && !(K[to - 1] > 0 || K[to - 1] < 0)) --to;
+    for (int i = from; i < to; ++i) window->total += (double)K[i];
+    for (int t = 0; t < s->turn_count && from < to; ++t)
+        envmapi_near_apply(window->sums[t], s, s->turns[t].src + face, window->first + from, y,
+                           K + from, to - from);
+    memset(K, 0, (size_t)window->count * sizeof *K);
+}
+
+/* Nodes along u (i 0) or v (1) of a window; returns how many. */
+static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const double a[3],
+                              double box[2][2], int face, int i, int texels) {
+    const envmapi_axis *axis = &s->axis;
+    int size = i ? axis->level.edge : axis->level.width, mapping = axis->level.mapping;
+    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
+    if (texels) return envmapi_near_centres(nodes, (int)s->room, from, to, size, axis->tent);
+    envmapi_project(at, mapping, face, a);
+    double sigma = s->sigma * size / envmapi_near_stretch(box, at, mapping, face, i);
+    double X = fmax(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1));
+    double Y = fmax(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
+    if (mapping == ENVMAP_PARABOLOID && X * X + Y * Y > 1 - 4.0 / size)
+        sigma *= 0.4; /* where the faces blend, light has kinks off the lines */
+    return envmapi_near_pieces(nodes, (int)s->room, from, to, size, at[i] * size - 0.5, sigma,
+                               s->piece, axis->lobe->kind == ENVMAP_LOBE_GGX);
+}
+
+/* Adds share times a window of a face: the sum over texels, or the integral. */
+static void envmapi_near_window(envmapi_window *window, const envmapi_near *s, int face, int texels,
+                                double share) {
+    const envmapi_axis *axis = &s->axis;
+    int mapping = axis->level.mapping, n[2], row;
+    double box[2][2], R = s->R + (texels ? 3 * axis->tent * axis->texel : 0);
+    double border = mapping == ENVMAP_PARABOLOID && !texels ? 0.5 / axis->level.edge : 0;
+    if (!envmapi_near_box(box, mapping, face, window->a, R, border)) return;
+    n[0] = envmapi_near_nodes(window->u, s, window->a, box, face, 0, texels);
+    n[1] = envmapi_near_nodes(window->v, s, window->a, box, face, 1, texels);
+    if (!n[0] || !n[1]) return;
+    for (int i = 0; i < n[0] && mapping == ENVMAP_LATLONG; ++i) {
+        double phi = 2 * ENVMAPI_PI * (window->u[i].at - 0.5);
+        window->u[i].sine = sin(phi), window->u[i].cosine = cos(phi);
+    }
+    window->first = window->u[0].texel, row = window->v[0].texel;
+    window->count = window->u[n[0] - 1].texel + 2 - window->first;
+    for (const envmapi_knot *v = window->v; v < window->v + n[1]; ++v) {
+        for (; row < v->texel; ++row)
+            envmapi_near_flush(window, s, window->rows[row & 1], face, row);
+        memset(window->line, 0, (size_t)window->count * sizeof(float));
+        envmapi_near_line(window, s, face, n[0], v, texels);
+        for (int j = 0; j < n[0]; ++j) {
+            float *K = window->line + (window->u[j].texel - window->first), f = window->u[j].f;
+            K[0] += (1 - f) * window->k[j], K[1] += f * window->k[j];
+        }
+        float weight = (float)share * v->weight, here = weight * (1 - v->f), next = weight * v->f;
+        for (int j = 0; j < window->count; ++j) {
+            window->rows[row & 1][j] += here * window->line[j];
+            window->rows[~row & 1][j] += next * window->line[j];
+        }
+    }
+    envmapi_near_flush(window, s, window->rows[row & 1], face, row);
+    envmapi_near_flush(window, s, window->rows[~row & 1], face, row + 1);
+}
+
+/* Adds the texels that a rim cuts, spread about their centroids. */
+static void envmapi_near_rim(envmapi_window *window, const envmapi_near *s, double share) {
+    const envmapi_level *level = &s->axis.level;
+    size_t width = (size_t)level->width, area = width * (size_t)level->edge;
+    double uv[2], d[3], apart = s->axis.tent / sqrt(6.0) / level->edge;
+    double reach = cos(fmin(s->R + 3 * s->axis.tent * s->axis.texel, ENVMAPI_PI));
+    for (const envmapi_light *cut = s->in.rim; cut < s->in.rim + s->in.rim_count; ++cut) {
+        int face = (int)(cut->texel / area);
+        if (envmapi_dot(window->a, cut->d) < reach) continue;
+        envmapi_project(uv, level->mapping, face, cut->d);
+        for (int i = 0; i < 4; ++i) {
+            envmapi_direction(d, level->mapping, face, uv[0] + (i & 1 ? apart : -apart),
+                              uv[1] + (i & 2 ? apart : -apart));
+            double square = 2 - 2 * envmapi_dot(window->a, d);
+            if (square < s->limit)
+                window->rows[0][0] +=
+                    (float)(share * cut->value[3] / 4) * envmapi_near_k(s, square > 0 ? square : 0);
+        }
+        window->count = 1, window->first = (int)(cut->texel % width);
+        envmapi_near_flush(window, s, window->rows[0], face, (int)(cut->texel % area / width));
+    }
+}
+
+/* ---- a slice */
+
+/* The texel of dst that a turn takes (x,y) of a face to. */
+static size_t envmapi_near_image(const envmap *dst, const envmapi_place *to, int x, int y) {
+    int w = envmapi_width(dst->mapping, dst->size), at = to->x0 + to->xx * x + to->xy * y;
+    size_t row = (size_t)(to->face * dst->size + to->y0 + to->yx * x + to->yy * y);
+    return row * (size_t)w + (size_t)((at % w + w) % w);
+}
+
+/* Where all of a rim's texels meet they are too long and thin for windows: there the reference
+   itself serves. */
+static int envmapi_near_singular(const envmapi_near *s, const double a[3]) {
+    int mapping = s->axis.level.mapping, sphere = mapping == ENVMAP_SPHERE;
+    double reach = s->R + (sphere ? 0.5 : 2 * s->axis.texel);
+    if (!sphere && mapping != ENVMAP_ANGULAR) return 0;
+    return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
+}
+
+static void envmapi_near_axis(envmapi_window *window, const envmapi_near *s, int face, int x,
+                              int y) {
+    const envmap *dst = &s->dst;
+    envmapi_axis own = s->axis;
+    envmapi_texel_direction(window->a, dst->mapping, face, dst->size, x, y);
+    memset(window->sums, 0, sizeof window->sums), window->total = 0;
+    double share = s->axis.bilinear;
+    int rim = envmapi_near_singular(s, window->a);
+    for (int i = 0; i < envmap_faces(s->axis.level.mapping) && !rim; ++i) {
+        if (share < 1) envmapi_near_window(window, s, i, 1, 1 - share);
+        if (share > 0) envmapi_near_window(window, s, i, 0, share);
+    }
+    if (!rim && share < 1) envmapi_near_rim(window, s, 1 - share);
+    double norm = s->norm > 0 ? s->norm / s->scale : window->total;
+    for (int t = 0; t < s->turn_count; ++t) {
+        size_t at = envmapi_near_image(dst, s->turns[t].dst + face, x, y);
+        float *out = envmapi_image(dst, 0, s->slice, 0) + 3 * at;
+        int w = envmapi_width(dst->mapping, dst->size), line = (int)(at / (size_t)w);
+        memset(own.sum, 0, sizeof own.sum);
+        if (rim) {
+            envmapi_texel_direction(own.a, dst->mapping, line / dst->size, dst->size,
+                                    (int)(at % (size_t)w), line % dst->size);
+            envmapi_axis_filter(&own, NULL);
+            norm = s->norm > 0 ? s->norm : own.sum[3];
+        }
+        for (int c = 0; c < 3; ++c)
+            out[c] = envmapi_to_float((rim ? own.sum[c] : (double)window->sums[t][c]) / norm);
+    }
+}
+
+/* The first of the texels that turns take to each other does the work for all of them. */
+static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
+    size_t own = envmapi_near_image(&s->dst, s->turns[0].dst + face, x, y);
+    for (int t = 1; t < s->turn_count; ++t) {
+        const envmapi_place *to = s->turns[t].dst + face;
+        if (to->face < face || envmapi_near_image(&s->dst, to, x, y) < own) return 0;
+    }
+    return 1;
+}
+
+#define ENVMAPI_NEAR_ROWS 64 /* between two words to the progress callback */
+
+static void envmapi_task_near(void *context, int task) {
+    const envmapi_near *s = (const envmapi_near *)context;
+    const envmap *dst = &s->dst;
+    size_t room = s->room, row = (size_t)s->axis.level.width + 8;
+    envmapi_window *window = (envmapi_window *)(void *)(s->work + (size_t)task * s->bytes);
+    window->u = (envmapi_knot *)(window + 1), window->v = window->u + room;
+    window->k = (float *)(window->v + room), window->line = window->k + room;
+    window->rows[0] = window->line + row, window->rows[1] = window->rows[0] + row;
+    memset(window->line, 0, 3 * row * sizeof(float));
+    int last = dst->size * envmap_faces(dst->mapping);
+    if (last > s->row + ENVMAPI_NEAR_ROWS) last = s->row + ENVMAPI_NEAR_ROWS;
+    for (int i = s->row + task; i < last; i += s->tasks)
+        for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x)
+            if (envmapi_near_first(s, i / dst->size, x, i % dst->size))
+                envmapi_near_axis(window, s, i / dst->size, x, i % dst->size);
+}
+
+/* The least angle beyond which the lobe sends no more than a tenth of the tolerance, and a fifth of
+   what a texel may be off by from the brightest texel (or from all) into the darkest; pi where k is
+   not finite. */
+static double envmapi_near_radius(const envmapi_near *s, double tolerance) {
+    const envmapi_axis *axis = &s->axis;
+    double most = 0, least = HUGE_VAL, sum = 0, all = 0, theta, weight;
+    int enough = 0;
+    int rows = envmap_faces(axis->level.mapping) * (axis->level.edge + 2);
+    for (const float *notes = s->notes; notes < s->notes + 3 * rows; notes += 3) {
+        sum += (double)notes[0], most = fmax(most, (double)notes[1]);
+        least = fmin(least, (double)notes[2]);
+    }
+    sum /= (double)envmapi_area(axis->level.mapping, axis->level.edge) *
+           envmap_faces(axis->level.mapping);
+    double dark = 4 * tolerance * fmax(least, 1e-3 * sum), part = tolerance / 10;
+    for (int pass = 0; pass < 2; ++pass) {
+        envmapi_quadrature q =
+            envmapi_quadrature_of(axis->lobe, axis->p, 0, ENVMAPI_PI, s->sigma / 2);
+        double left = all;
+        while (envmapi_quadrature_next(&q, &theta, &weight)) {
+            double k = fabs(envmapi_k(axis->lobe, cos(theta), axis->p));
+            double one = 2 * ENVMAPI_PI * sin(theta) * weight * k;
+            if (!pass) all += one;
+            left -= one;
+            if (enough) return theta;
+            if (pass && left <= part * all &&
+                (left * most <= dark * all || 4 * ENVMAPI_PI * k * sum <= dark * all))
+                enough = 1;
+        }
+        if (!envmapi_finite(all)) return ENVMAPI_PI;
+        if (enough) return theta;
+    }
+    return ENVMAPI_PI;
+}
+
+/* k of the lobe by octaves of 1 + |a-d|^2 / sigma^2, to a node beyond R. */
+static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envmapi_pool *pool) {
+    const envmapi_axis *axis = &s->axis;
+    double chord = 2 * sin(fmin(s->R, ENVMAPI_PI) / 2);
+    s->limit = chord * chord, s->inverse = (float)(1 / (s->sigma * s->sigma));
+    int bits = tolerance < 2e-4 ? 10 : 7; /* linear interpolation loses 1e-6, or 1e-4 */
+    int count = 3 + (int)((1 << bits) * (1 + log2(1 + s->limit * (double)s->inverse)));
+    s->shift = 23 - bits, s->fraction = 1.0f / (float)(1 << s->shift);
+    s->table = (float *)envmapi_pool_get(pool, (size_t)count, sizeof(float));
+    if (!s->table) return ENVMAP_ERROR_MEMORY;
+    s->scale = fabs(envmapi_lobe_integral(axis->lobe, axis->p));
+    if (!(s->scale > 0)) s->scale = 1;
+    for (int i = 0; i < count; ++i) {
+        uint32_t place = (uint32_t)((127 << bits) + i) << s->shift;
+        float y;
+        memcpy(&y, &place, sizeof y);
+        double x = 1 - (double)(y - 1) * s->sigma * s->sigma / 2;
+        s->table[i] = (float)(envmapi_k(axis->lobe, x > -1 ? x : -1, axis->p) / s->scale);
+    }
+    return ENVMAP_OK;
+}
+
+/* What an axis needs to be near: few texels within R, and few nodes. */
+static int envmapi_near_serves(const envmapi_near *s) {
+    double texels = s->R / s->axis.texel;
+    int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX;
+    return s->R < 0.7 && texels < 64 && (grows || s->R < 60 * s->sigma);
+}
+
+/* A slice of src, or its only one, into a slice of dst. *served: 0 where the lobe reaches too far. */
+static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
+                                        const envmap_filter_desc *desc, envmapi_pool *pool) {
+    const envmapi_level *level = &s->axis.level;
+    size_t rows = (size_t)(envmap_faces(src->mapping) * (src->size + 2));
+    size_t floats = 4 * rows * (size_t)(level->width + 2);
+    int count = s->dst.size * envmap_faces(s->dst.mapping);
+    s->tasks = envmapi_tasks(&desc->work), s->room = 4 * (size_t)level->width + 1024;
+    s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + sizeof(float));
+    s->bytes = (s->bytes + 3 * ((size_t)level->width + 8) * sizeof(float) + 127) / 64 * 64;
+    s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
+    s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
+    if (!s->work || !s->turns ||
+        envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, floats + 3 * rows + 4,
+                             &desc->work, pool))
+        return ENVMAP_ERROR_MEMORY;
+    s->texels = s->in.spare, s->notes = s->texels + floats;
+    s->turn_count = envmapi_turns(s->turns, &s->dst, src);
+    envmapi_run_all(&desc->work, envmapi_task_near_texels, s, (int)rows);
+    s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
+    s->R = envmapi_near_radius(s, (double)desc->tolerance);
+    /* Tuned on tests/test_near.c, which fails with 1.5. The flanks of a bell are steeper. */
+    s->piece = 0.9 * pow((double)desc->tolerance * 1e3, 1.0 / 6);
+    if (s->axis.lobe->kind != ENVMAP_LOBE_GGX)
+        s->piece *= envmapi_clamp(4.2 * s->sigma / s->R, 0.5, 1);
+    *served = envmapi_near_serves(s);
+    envmap_result result =
+        *served ? envmapi_near_table(s, (double)desc->tolerance, pool) : ENVMAP_OK;
+    for (s->row = 0; s->row < count && *served && !result; s->row += ENVMAPI_NEAR_ROWS) {
+        if (envmapi_tell(&desc->work.progress, (double)s->row / count)) return ENVMAP_CANCELLED;
+        envmapi_run_all(&desc->work, envmapi_task_near, s, s->tasks);
+    }
+    return result;
+}
+
+/* Where the lobe reaches too far, the reference. */
+static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
+    envmapi_near s;
+    envmapi_source source;
+    int alike = src->slices == 1 && lobe->p0 == lobe->p1, runs = alike ? 1 : dst->slices;
+    int kept = pool->count, served = 1;
+    envmap_result result = ENVMAP_OK;
+    memset(&s, 0, sizeof s), memset(&source, 0, sizeof source);
+    s.dst = *dst, s.axis.lobe = lobe, s.norm = envmapi_lobe_norm(lobe);
+    for (int run = 0; run < runs && !result && served; ++run) {
+        envmapi_part part;
+        envmap_filter_desc one = *desc;
+        one.work = envmapi_work_part(&part, &desc->work, run, 1, runs);
+        if ((src->mapping == ENVMAP_SPHERE || src->mapping == ENVMAP_ANGULAR) &&
+            (!run || src->slices > 1)) {
+            envmapi_source_free(&source, desc->work.memory);
+            result =
+                envmapi_source_create(&source, src, src->slices > 1 ? run : 0, desc->work.memory);
+        }
+        if (result) break;
+        s.slice = run;
+        envmapi_axis_aim(&s.axis, src, run, dst->slices);
+        s.axis.source = &source;
+        result = envmapi_near_slice(&s, src, &served, &one, pool);
+        envmapi_pool_free(pool, kept);
+    }
+    envmapi_source_free(&source, desc->work.memory);
+    if (!served && !result) return envmapi_filter_reference(dst, src, lobe, desc);
+    if (!result && alike) envmapi_copy_slices(dst, 0, dst->slices);
     return result;
 }
 
@@ -5747,7 +6406,7 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             if (spec->L)
                 result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
             else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
-            else result = envmapi_filter_reference(spec->dst, scene->in.map, spec->lobe, &one);
+            else result = envmapi_filter_near(spec->dst, scene->in.map, spec->lobe, &one, pool);
         }
         envmapi_pool_free(pool, kept);
     }
@@ -5886,6 +6545,10 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         if (lobe->kind == ENVMAP_LOBE_MIRROR) result = envmap_resample(job->views + l, job->src);
         else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
             result = envmapi_filter_hierarchical(job->views + l, job->src, lobe, &desc);
+        else if (desc.method != ENVMAP_METHOD_REFERENCE &&
+                 (desc.method == ENVMAP_METHOD_FAST ||
+                  !envmapi_few_pairs(job->views + l, job->src)))
+            result = envmapi_filter_near(job->views + l, job->src, lobe, &desc, &job->pool);
         else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
     }
     done *= runs;
@@ -6225,8 +6888,9 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
     if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
     out->method = ENVMAP_METHOD_REFERENCE;
-    if (!spec->L || envmapi_few_pairs(dst, job->src)) return ENVMAP_OK;
+    if (envmapi_few_pairs(dst, job->src)) return ENVMAP_OK;
     out->method = ENVMAP_METHOD_FAST;
+    if (!spec->L) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
     return ENVMAP_OK;
 }
