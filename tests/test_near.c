@@ -21,7 +21,7 @@ static work work_of(int from, int to, int size, const char *rest) {
 }
 
 /* Holds a filter to the definition: rms to the tolerance, texels to 20; prints the worst of all. */
-static double worst_rms, worst_texel, most_milliseconds;
+static double worst_rms, worst_texel;
 
 static void keeps(const work *w) {
     bench b;
@@ -29,9 +29,7 @@ static void keeps(const work *w) {
     envmap_filter_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.method = w->method, desc.tolerance = (float)w->tolerance;
-    double start = cpu_seconds();
     CHECK(envmap_filter(&b.dst, &b.src, &b.header_lobe, &desc) == ENVMAP_OK);
-    most_milliseconds = fmax(most_milliseconds, 1e3 * (cpu_seconds() - start));
     judge j = judge_map(&b, b.dst.texels, w->dst_size, 1, 0.05);
     char text[400];
     work_print(text, sizeof text, w);
@@ -90,6 +88,19 @@ static void tables_and_functions_keep_the_tolerance(void) {
                                          "two:0.03:0.1", "ring:0.03:0.1"};
     for (int i = 0; i < 5; ++i)
         for (int from = 0; from < 5; from += 3) keep(from, 0, narrow[i], 1e-3, "noise:0:0");
+}
+
+/* GGX never ends: within reach it is near, its tail goes through the fast filter. */
+static void heavy_tails_keep_the_tolerance(void) {
+    static const char *const ggx[] = {"ggx:0.09:0", "ggx:0.05:0", "ggx:0.01:0", "ggx:1e-4:0"};
+    static const char *const scenes[] = {"noise:0:0", "sun:0.42:0.45", "texel:0.42:0.45"};
+    worst_rms = worst_texel = 0;
+    for (int from = 0; from < 5; ++from)
+        for (int i = 0; i < 4; ++i)
+            keep(from, (from + i) % 5, ggx[i], 1e-3, scenes[(from + i) % 3]);
+    for (int i = 0; i < 4; ++i) keep(ENVMAP_CUBE, ENVMAP_CUBE, ggx[i], 1e-3, scenes[1]);
+    FIGURE("rms in tolerances", worst_rms, 1);
+    FIGURE("the worst texel's", worst_texel, 20);
 }
 
 static void tight_tolerances_are_kept(void) {
@@ -208,6 +219,7 @@ int main(void) {
     RUN(a_sphere_map_of_noise_keeps_the_tolerance);
     RUN(a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches);
     RUN(tables_and_functions_keep_the_tolerance);
+    RUN(heavy_tails_keep_the_tolerance);
     RUN(tight_tolerances_are_kept);
     RUN(raw_sums_are_whole);
     RUN(the_sharpest_lobe_is_the_bilinear_lookup);
