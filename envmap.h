@@ -4812,7 +4812,7 @@ static int envmapi_turns(envmapi_turn turns[48], const envmap *dst, const envmap
 
 /* A node along u or v of a window: its light is that of two texels, the share f that of the next. */
 typedef struct envmapi_knot {
-    double at, sine, cosine; /* u or v; of the longitude, on lat-long maps */
+    double at, cosine; /* u or v; on a lat-long map, of the axis and the equator there */
     float weight, f;
     int texel;
 } envmapi_knot;
@@ -4835,13 +4835,28 @@ typedef struct envmapi_near {
     size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
 } envmapi_near;
 
-/* What a task works with: nodes, and rows of texels that a row of nodes concerns. */
+/* K of `count` texels from (x,y) of a face on, for one of the axes at work. */
+typedef struct envmapi_run {
+    int axis, face, x, y, count;
+    float *K;
+} envmapi_run_of_K;
+
+/* Speed only: axes side by side, whose windows are nearly the same texels, and room for their K. */
+#define ENVMAPI_NEAR_AXES 8
+#define ENVMAPI_NEAR_RUNS 512
+#define ENVMAPI_NEAR_LIST 4096
+
+/* What a task works with: nodes, and rows of texels that a row of nodes concerns; finished runs of
+   such rows; axes, with the sums of all turns. */
 typedef struct envmapi_window {
     envmapi_knot *u, *v;
+    double *at;                /* of u once more, side by side */
     float *k, *line, *rows[2]; /* [room] k of the nodes; K of texels from `first` on */
-    float sums[48][4];
-    double total, a[3];
-    int first, count;
+    int first, count, run_count, used, axis;
+    envmapi_run_of_K runs[ENVMAPI_NEAR_RUNS];
+    float list[ENVMAPI_NEAR_LIST], sums[ENVMAPI_NEAR_AXES][48][4];
+    double total[ENVMAPI_NEAR_AXES], a[3];
+    int x[ENVMAPI_NEAR_AXES], singular[ENVMAPI_NEAR_AXES];
 } envmapi_window;
 
 /* ---- the source as lookups see it */
@@ -5005,16 +5020,6 @@ static int envmapi_near_pieces(envmapi_knot *node, int room, double from, double
 
 /* ---- K */
 
-/* k by the bits of y = 1 + |a - d|^2 / sigma^2: 2^bits values an octave, linear between. */
-static float envmapi_near_k(const envmapi_near *s, double square) {
-    float y = 1 + s->inverse * (float)square, f;
-    uint32_t bits;
-    memcpy(&bits, &y, sizeof bits);
-    const float *k = s->table + ((bits >> s->shift) - (127u << (23 - s->shift)));
-    f = (float)(bits & ((1u << s->shift) - 1)) * s->fraction;
-    return k[0] + f * (k[1] - k[0]);
-}
-
 /* What a point of a face counts: d omega / du dv; near the paraboloids' rim both have a share. */
 static double envmapi_near_density(const envmapi_level *level, double u, double v) {
     double X = 2 * u - 1, Y = 2 * v - 1, r = sqrt(X * X + Y * Y), inside = 1;
@@ -5024,46 +5029,68 @@ static double envmapi_near_density(const envmapi_level *level, double u, double 
     return (level->mapping == ENVMAP_SPHERE && r >= 1) || inside <= 0 ? 0 : density * inside;
 }
 
-/* k d omega of the nodes u of a window, at v. texels: their own solid angles in place of d omega. */
+/* k of up to 64 cosines, times w; 0 beyond R. The bits of y = 1 + |a - d|^2 / sigma^2 are the place
+   in the table, of 2^bits values an octave. Loops that a compiler can vectorise. */
+static void envmapi_near_many(float *k, const envmapi_near *s, const double *x, const double *w,
+                              int n) {
+    float y[ENVMAPI_CHUNK] = {0}, ends[ENVMAPI_CHUNK], most = 1 + s->inverse * (float)s->limit;
+    uint32_t bits[ENVMAPI_CHUNK], first = 127u << (23 - s->shift), mask = (1u << s->shift) - 1;
+    for (int i = 0; i < n; ++i) {
+        float square = (float)(2 - 2 * x[i]);
+        y[i] = 1 + s->inverse * (square > 0 ? square : 0);
+        ends[i] = y[i] < most ? (float)w[i] : 0;
+        y[i] = y[i] < most ? y[i] : most;
+    }
+    memcpy(bits, y, sizeof bits);
+    for (int i = 0; i < n; ++i) {
+        const float *at = s->table + (bits[i] >> s->shift) - first;
+        k[i] = ends[i] * (at[0] + (float)(int)(bits[i] & mask) * s->fraction * (at[1] - at[0]));
+    }
+}
+
+/* Cosines x between the axis and the nodes u of a window at v, and d omega / du dv; `flat`: 1. */
+static void envmapi_near_cosines(double *x, double *w, const envmapi_window *window,
+                                 const envmapi_near *s, int face, int first, int n, double v,
+                                 int flat) {
+    const envmapi_level *level = &s->axis.level;
+    const double *a = window->a, *u = window->at + first;
+    double d[3], m[3], Y = 2 * v - 1;
+    if (level->mapping == ENVMAP_CUBE) {
+        for (int i = 0; i < 3; ++i) {
+            const signed char *axis = envmapi_cube[face][i];
+            m[i] = a[0] * axis[0] + a[1] * axis[1] + a[2] * axis[2];
+        }
+        for (int i = 0; i < n; ++i) {
+            double X = 2 * u[i] - 1, r = envmapi_inverse_root(1 + X * X + Y * Y);
+            x[i] = (m[2] + Y * m[1] + X * m[0]) * r, w[i] = 4 * r * r * r;
+        }
+    } else if (level->mapping == ENVMAP_LATLONG) {
+        double sine = sin(ENVMAPI_PI * v), cosine = a[1] * cos(ENVMAPI_PI * v);
+        for (int i = 0; i < n; ++i) {
+            x[i] = cosine + sine * window->u[first + i].cosine;
+            w[i] = 2 * ENVMAPI_PI * ENVMAPI_PI * sine;
+        }
+    } else {
+        for (int i = 0; i < n; ++i) {
+            envmapi_direction(d, level->mapping, face, u[i], v);
+            x[i] = envmapi_dot(a, d), w[i] = flat ? 1 : envmapi_near_density(level, u[i], v);
+        }
+    }
+}
+
+/* k d omega of the nodes u of a window, at v; or, of texels, with their own solid angles. */
 static void envmapi_near_line(envmapi_window *window, const envmapi_near *s, int face, int n,
                               const envmapi_knot *v, int texels) {
-    const envmapi_level *level = &s->axis.level;
-    const double *a = window->a;
-    const float *omega = texels ? envmapi_omega_row(&s->in, v->texel) + 3 * level->width : NULL;
-    double x[ENVMAPI_CHUNK], w[ENVMAPI_CHUNK], d[3], Y = 2 * v->at - 1, m[3];
-    double sine = sin(ENVMAPI_PI * v->at), cosine = cos(ENVMAPI_PI * v->at);
-    double flat = texels ? 0 : 1;
-    for (int i = 0; i < 3 && level->mapping == ENVMAP_CUBE; ++i) {
-        const signed char *axis = envmapi_cube[face][i];
-        m[i] = a[0] * axis[0] + a[1] * axis[1] + a[2] * axis[2];
-    }
+    int width = s->axis.level.width;
+    const float *omega = texels ? envmapi_omega_row(&s->in, v->texel) + 3 * width : NULL;
+    double x[ENVMAPI_CHUNK], w[ENVMAPI_CHUNK];
     for (int first = 0; first < n; first += ENVMAPI_CHUNK) {
         const envmapi_knot *u = window->u + first;
         int count = n - first < ENVMAPI_CHUNK ? n - first : ENVMAPI_CHUNK;
-        for (int i = 0; i < count && level->mapping == ENVMAP_CUBE; ++i) {
-            double X = 2 * u[i].at - 1, q = 1 + X * X + Y * Y, r = envmapi_inverse_root(q);
-            x[i] = (m[2] + X * m[0] + Y * m[1]) * r, w[i] = 4 * r * r * r;
-        }
-        for (int i = 0; i < count && level->mapping == ENVMAP_LATLONG; ++i) {
-            x[i] = a[1] * cosine + sine * (a[0] * u[i].sine - a[2] * u[i].cosine);
-            w[i] = 2 * ENVMAPI_PI * ENVMAPI_PI * sine;
-        }
-        for (int i = 0; i < count && envmapi_is_disc(level->mapping); ++i) {
-            envmapi_direction(d, level->mapping, face, u[i].at, v->at);
-            x[i] = envmapi_dot(a, d);
-            w[i] = flat > 0 ? envmapi_near_density(level, u[i].at, v->at) : 1;
-        }
-        for (int i = 0; i < count && texels; ++i) {
-            int at = u[i].texel;
-            if (level->mapping == ENVMAP_LATLONG)
-                at = (at % level->width + level->width) % level->width;
-            w[i] = (double)omega[at];
-        }
-        for (int i = 0; i < count; ++i) {
-            double square = 2 - 2 * x[i];
-            float k = square < s->limit ? envmapi_near_k(s, square > 0 ? square : 0) : 0;
-            window->k[first + i] = k * (float)w[i] * u[i].weight;
-        }
+        envmapi_near_cosines(x, w, window, s, face, first, count, v->at, texels);
+        for (int i = 0; i < count && texels; ++i)
+            w[i] = (double)omega[envmapi_wrap(u[i].texel, width)];
+        envmapi_near_many(window->k + first, s, x, w, count);
     }
 }
 
@@ -5092,16 +5119,46 @@ static void envmapi_near_apply(float sums[4], const envmapi_near *s, const envma
     for (int j = 0; j < 4; ++j) envmapi_float4_add(envmapi_float4_at(sums), 1, sum + j);
 }
 
-/* A finished row of K, texels y of a face, for all turns; then it is empty. */
+/* All runs, turn by turn, which keeps the texels that a turn looks at in the cache. */
+static void envmapi_near_drain(envmapi_window *window, const envmapi_near *s) {
+    for (int t = 0; t < s->turn_count; ++t)
+        for (const envmapi_run_of_K *r = window->runs; r < window->runs + window->run_count; ++r)
+            envmapi_near_apply(window->sums[r->axis][t], s, s->turns[t].src + r->face, r->x, r->y,
+                               r->K, r->count);
+    window->run_count = window->used = 0;
+}
+
+/* Adds K to the run of the same texels, of tents beside the integral; 0 where there is none. */
+static int envmapi_near_join(envmapi_window *window, const float *K, int face, int x, int y,
+                             int count) {
+    for (int i = window->run_count - 1; i >= 0 && window->runs[i].axis == window->axis; --i) {
+        const envmapi_run_of_K *r = window->runs + i;
+        if (r->face != face || r->y != y || r->x > x || r->x + r->count < x + count) continue;
+        for (int j = 0; j < count; ++j) r->K[x - r->x + j] += K[j];
+        return 1;
+    }
+    return 0;
+}
+
+/* A finished row of K, texels y of a face, becomes runs; then it is empty. */
 static void envmapi_near_flush(envmapi_window *window, const envmapi_near *s, float *K, int face,
                                int y) {
     int from = 0, to = window->count;
     while (from < to && !(K[from] > 0 || K[from] < 0)) ++from;
     while (from < to && !(K[to - 1] > 0 || K[to - 1] < 0)) --to;
-    for (int i = from; i < to; ++i) window->total += (double)K[i];
-    for (int t = 0; t < s->turn_count && from < to; ++t)
-        envmapi_near_apply(window->sums[t], s, s->turns[t].src + face, window->first + from, y,
-                           K + from, to - from);
+    for (int i = from; i < to; ++i) window->total[window->axis] += (double)K[i];
+    if (s->axis.bilinear > 0 && s->axis.bilinear < 1 &&
+        envmapi_near_join(window, K + from, face, window->first + from, y, to - from))
+        from = to;
+    for (int n; from < to; from += n) {
+        n = to - from < ENVMAPI_NEAR_LIST ? to - from : ENVMAPI_NEAR_LIST;
+        if (window->run_count == ENVMAPI_NEAR_RUNS || window->used + n > ENVMAPI_NEAR_LIST)
+            envmapi_near_drain(window, s);
+        envmapi_run_of_K run = {
+            window->axis, face, window->first + from, y, n, window->list + window->used};
+        memcpy(run.K, K + from, (size_t)n * sizeof *K);
+        window->runs[window->run_count++] = run, window->used += n;
+    }
     memset(K, 0, (size_t)window->count * sizeof *K);
 }
 
@@ -5133,9 +5190,11 @@ static void envmapi_near_window(envmapi_window *window, const envmapi_near *s, i
     n[0] = envmapi_near_nodes(window->u, s, window->a, box, face, 0, texels);
     n[1] = envmapi_near_nodes(window->v, s, window->a, box, face, 1, texels);
     if (!n[0] || !n[1]) return;
-    for (int i = 0; i < n[0] && mapping == ENVMAP_LATLONG; ++i) {
+    for (int i = 0; i < n[0]; ++i) {
         double phi = 2 * ENVMAPI_PI * (window->u[i].at - 0.5);
-        window->u[i].sine = sin(phi), window->u[i].cosine = cos(phi);
+        window->at[i] = window->u[i].at;
+        if (mapping == ENVMAP_LATLONG)
+            window->u[i].cosine = window->a[0] * sin(phi) - window->a[2] * cos(phi);
     }
     window->first = window->u[0].texel, row = window->v[0].texel;
     window->count = window->u[n[0] - 1].texel + 2 - window->first;
@@ -5144,9 +5203,13 @@ static void envmapi_near_window(envmapi_window *window, const envmapi_near *s, i
             envmapi_near_flush(window, s, window->rows[row & 1], face, row);
         memset(window->line, 0, (size_t)window->count * sizeof(float));
         envmapi_near_line(window, s, face, n[0], v, texels);
-        for (int j = 0; j < n[0]; ++j) {
-            float *K = window->line + (window->u[j].texel - window->first), f = window->u[j].f;
-            K[0] += (1 - f) * window->k[j], K[1] += f * window->k[j];
+        for (int j = 0; j < n[0];) {
+            float all = 0, next = 0, *K = window->line + (window->u[j].texel - window->first);
+            for (int texel = window->u[j].texel; j < n[0] && window->u[j].texel == texel; ++j) {
+                float k = window->k[j] * window->u[j].weight;
+                all += k, next += window->u[j].f * k;
+            }
+            K[0] += all - next, K[1] += next;
         }
         float weight = (float)share * v->weight, here = weight * (1 - v->f), next = weight * v->f;
         for (int j = 0; j < window->count; ++j) {
@@ -5171,10 +5234,10 @@ static void envmapi_near_rim(envmapi_window *window, const envmapi_near *s, doub
         for (int i = 0; i < 4; ++i) {
             envmapi_direction(d, level->mapping, face, uv[0] + (i & 1 ? apart : -apart),
                               uv[1] + (i & 2 ? apart : -apart));
-            double square = 2 - 2 * envmapi_dot(window->a, d);
-            if (square < s->limit)
-                window->rows[0][0] +=
-                    (float)(share * cut->value[3] / 4) * envmapi_near_k(s, square > 0 ? square : 0);
+            double x = envmapi_dot(window->a, d), w = share * cut->value[3] / 4;
+            float K;
+            envmapi_near_many(&K, s, &x, &w, 1);
+            window->rows[0][0] += K;
         }
         window->count = 1, window->first = (int)(cut->texel % width);
         envmapi_near_flush(window, s, window->rows[0], face, (int)(cut->texel % area / width));
@@ -5210,36 +5273,44 @@ static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t 
     memcpy(sum, axis.sum, sizeof axis.sum);
 }
 
+/* Sums up what the axis at x of a row sees. */
 static void envmapi_near_axis(envmapi_window *window, const envmapi_near *s, int face, int x,
                               int y) {
-    const envmap *dst = &s->dst;
-    size_t images[48];
-    envmapi_texel_direction(window->a, dst->mapping, face, dst->size, x, y);
-    memset(window->sums, 0, sizeof window->sums), window->total = 0;
     double share = s->axis.bilinear;
-    int rim = envmapi_near_singular(s, window->a);
-    for (int i = 0; i < envmap_faces(s->axis.level.mapping) && !rim; ++i) {
-        if (share < 1) envmapi_near_window(window, s, i, 1, 1 - share);
+    int n = window->axis;
+    envmapi_texel_direction(window->a, s->dst.mapping, face, s->dst.size, x, y);
+    memset(window->sums[n], 0, sizeof window->sums[n]), window->total[n] = 0;
+    window->x[n] = x, window->singular[n] = envmapi_near_singular(s, window->a);
+    if (window->singular[n]) return;
+    for (int i = 0; i < envmap_faces(s->axis.level.mapping); ++i) {
         if (share > 0) envmapi_near_window(window, s, i, 0, share);
+        if (share < 1) envmapi_near_window(window, s, i, 1, 1 - share);
     }
-    if (!rim && share < 1) envmapi_near_rim(window, s, 1 - share);
-    const envmapi_tail *tail = rim && share < 1 ? NULL : s->tail; /* else the sum has it */
+    if (share < 1) envmapi_near_rim(window, s, 1 - share);
+}
+
+/* Axis n to its texel of dst and its images. */
+static void envmapi_near_put(envmapi_window *window, const envmapi_near *s, int n, int face,
+                             int y) {
+    size_t images[48];
+    int rim = window->singular[n], whole = rim && s->axis.bilinear < 1;
+    const envmapi_tail *tail = whole ? NULL : s->tail; /* else the sum has it */
     for (int t = 0; t < s->turn_count; ++t) {
-        size_t at = images[t] = envmapi_near_image(dst, s->turns[t].dst + face, x, y);
-        float *out = envmapi_image(dst, 0, s->slice, 0) + 3 * at;
+        const envmapi_place *to = s->turns[t].dst + face;
+        size_t at = images[t] = envmapi_near_image(&s->dst, to, window->x[n], y);
+        float *out = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
         double sum[4], unit = rim ? 1 : s->scale, beyond = tail ? tail->integral / unit : 0;
         int same = 0; /* a texel on a mirror is its own image, and takes its tail once */
         for (int i = 0; i < t && tail; ++i) same |= images[i] == at;
-        for (int c = 0; c < 3; ++c) sum[c] = (double)window->sums[t][c];
-        sum[3] = window->total;
+        for (int c = 0; c < 3; ++c) sum[c] = (double)window->sums[n][t][c];
+        sum[3] = window->total[n];
         if (rim) envmapi_near_reference(sum, s, at);
         double norm = s->norm > 0 ? s->norm / unit : sum[3];
-        for (int c = 0; c < 3 && !same; ++c)
-            if (!tail) out[c] = envmapi_to_float(sum[c] / norm);
-            else if (s->norm > 0) out[c] = envmapi_to_float((double)out[c] + sum[c] / norm);
-            else
-                out[c] =
-                    envmapi_to_float((sum[c] + beyond * fmax((double)out[c], 0)) / (norm + beyond));
+        for (int c = 0; c < 3 && !same; ++c) {
+            double before = tail ? (double)out[c] : 0;
+            if (!(s->norm > 0)) sum[c] += beyond * fmax(before, 0), before = 0;
+            out[c] = envmapi_to_float(before + sum[c] / (s->norm > 0 ? norm : norm + beyond));
+        }
     }
 }
 
@@ -5264,15 +5335,21 @@ static void envmapi_task_near(void *context, int task) {
     size_t room = s->room, row = (size_t)s->axis.level.width + 8;
     envmapi_window *window = (envmapi_window *)(void *)(s->work + (size_t)task * s->bytes);
     window->u = (envmapi_knot *)(window + 1), window->v = window->u + room;
-    window->k = (float *)(window->v + room), window->line = window->k + room;
+    window->at = (double *)(window->v + room);
+    window->k = (float *)(window->at + room), window->line = window->k + room;
     window->rows[0] = window->line + row, window->rows[1] = window->rows[0] + row;
-    memset(window->line, 0, 3 * row * sizeof(float));
+    memset(window->line, 0, 3 * row * sizeof(float)), window->run_count = window->used = 0;
     int last = dst->size * envmap_faces(dst->mapping);
     if (last > s->row + ENVMAPI_NEAR_ROWS) last = s->row + ENVMAPI_NEAR_ROWS;
     for (int i = s->row + task; i < last; i += s->tasks)
-        for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x)
-            if (envmapi_near_first(s, i / dst->size, x, i % dst->size))
-                envmapi_near_axis(window, s, i / dst->size, x, i % dst->size);
+        for (int x = 0, width = envmapi_width(dst->mapping, dst->size); x < width;) {
+            int face = i / dst->size, y = i % dst->size;
+            for (window->axis = 0; x < width && window->axis < ENVMAPI_NEAR_AXES; ++x)
+                if (envmapi_near_first(s, face, x, y))
+                    envmapi_near_axis(window, s, face, x, y), ++window->axis;
+            envmapi_near_drain(window, s);
+            for (int n = 0; n < window->axis; ++n) envmapi_near_put(window, s, n, face, y);
+        }
 }
 
 /* The least angle beyond which the lobe sends no more than a tenth of the tolerance, and a fifth of
@@ -5349,7 +5426,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     size_t floats = 4 * rows * (size_t)(level->width + 2);
     int count = s->dst.size * envmap_faces(s->dst.mapping);
     s->tasks = envmapi_tasks(&desc->work), s->room = 4 * (size_t)level->width + 1024;
-    s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + sizeof(float));
+    s->bytes = sizeof(envmapi_window) +
+               s->room * (2 * sizeof(envmapi_knot) + sizeof(double) + sizeof(float));
     s->bytes = (s->bytes + 3 * ((size_t)level->width + 8) * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
