@@ -5415,7 +5415,7 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
 static int envmapi_near_serves(const envmapi_near *s) {
     double texels = s->R / s->axis.texel;
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX;
-    return s->tail || (s->R < 0.7 && texels < 64 && (grows || s->R < 60 * s->sigma));
+    return s->tail || (s->R < 1.5 && texels < 64 && (grows || s->R < 60 * s->sigma));
 }
 
 /* A slice of src, or its only one, into a slice of dst. *served: 0 where the lobe reaches too far. */
