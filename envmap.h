@@ -475,7 +475,7 @@ typedef enum envmap_method {
     ENVMAP_METHOD_AUTO,         /* the cheapest that keeps the tolerance                          */
     ENVMAP_METHOD_REFERENCE,    /* every texel, in double: the definition                         */
     ENVMAP_METHOD_HIERARCHICAL, /* [KVHS00] 5.1: lobe and environment as mip-maps                 */
-    ENVMAP_METHOD_FAST,         /* through harmonics; the reference where they cannot             */
+    ENVMAP_METHOD_FAST,         /* through harmonics; sums of few texels where they cannot        */
     ENVMAP_METHOD_HARMONICS,    /* through harmonics; METHOD where they cannot                    */
     ENVMAP_METHOD_COUNT
 } envmap_method;
@@ -505,7 +505,9 @@ typedef struct envmap_filter_desc {
    REFERENCE: O(texels of src * texels and slices of dst). Tiles of texels where k is below 1e-12 of
    its peak are passed over.
    FAST: O(texels of src + texels of dst + L^3), L the bands that lobe, scene and tolerance need.
-   Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
+   Lobes thinner than two texels of src, or of more than 768 bands: O(texels of dst * texels that
+   the lobe reaches). Rings thinner than that (Banks, s -> 1), and what looks at the point where a
+   sphere or angular map's rim meets, go to the reference: slow.
    Lobes with a kink (diffuse, Banks, GGX of large alpha) keep the tolerance in rms; in a black
    scene with a lamp their darkest texels may be off by more than 20 tolerances.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
@@ -4714,16 +4716,17 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
        L(a) = sum_i K_i(a) L_i / sum_i K_i       texels i within R of the axis a
        texels, tents of half-width t      K_i = w_i mean of k at c_i +- t/sqrt 6 along u and v
        the bilinear radiance              K_i = integral of k B_i, B_i the bilinear weight of texel i
-   Both are sums over the nodes of a window of a face, a product of nodes along u and along v, which
-   a row of k serves (_near_line). For the integral the nodes are Gauss-Legendre's, two a piece;
-   pieces end at the lines through texel centres, where B_i has its kinks, and are no longer than
-   the lobe's sigma, or half their distance from the axis (_near_nodes).
-   K_i depends on no radiance. Source and result share symmetries, of the 48 turns and mirrors that
-   take axes to axes those that take texels to texels (_turns): two cubes all 48, a lat-long and a
-   cube 16, discs 4 to 16. So the K_i of one axis serve its images too (_near_apply).
-   R leaves out what the tolerance allows where the brightest texel sends it into the darkest
-   (_near_radius).  Called by filters for what FAST leaves.  Source: ours.
-   Tests: tests/test_near.c. */
+   Both are sums over the nodes of a window of a face, some along u times some along v. For the
+   integral these are Gauss-Legendre's, two to four a piece; pieces end at the lines through texel
+   centres, where B_i has its kinks, and are about a sigma long at most.
+   K_i depends on no radiance. Of the 48 turns and mirrors that take axes to axes some take texels
+   to texels, on both maps: all 48 for two cubes, 16 for a lat-long and a cube, 4 to 16 with discs.
+   The K_i of one axis serve all its images. Where a lobe never ends (GGX) >>fast sums its tail.
+       which turns                        _turns
+       windows and their nodes            _box, _nodes; k there: _line
+       K, runs of texels                  _window, _flush; times L for all turns: _apply
+       R, from the scene's contrast       _radius
+   Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
@@ -4836,10 +4839,10 @@ typedef struct envmapi_near {
 } envmapi_near;
 
 /* K of `count` texels from (x,y) of a face on, for one of the axes at work. */
-typedef struct envmapi_run {
+typedef struct envmapi_weights {
     int axis, face, x, y, count;
     float *K;
-} envmapi_run_of_K;
+} envmapi_weights;
 
 /* Speed only: axes side by side, whose windows are nearly the same texels, and room for their K. */
 #define ENVMAPI_NEAR_AXES 8
@@ -4853,7 +4856,7 @@ typedef struct envmapi_window {
     double *at;                /* of u once more, side by side */
     float *k, *line, *rows[2]; /* [room] k of the nodes; K of texels from `first` on */
     int first, count, run_count, used, axis;
-    envmapi_run_of_K runs[ENVMAPI_NEAR_RUNS];
+    envmapi_weights runs[ENVMAPI_NEAR_RUNS];
     float list[ENVMAPI_NEAR_LIST], sums[ENVMAPI_NEAR_AXES][48][4];
     double total[ENVMAPI_NEAR_AXES], a[3];
     int x[ENVMAPI_NEAR_AXES], singular[ENVMAPI_NEAR_AXES];
@@ -5122,7 +5125,7 @@ static void envmapi_near_apply(float sums[4], const envmapi_near *s, const envma
 /* All runs, turn by turn, which keeps the texels that a turn looks at in the cache. */
 static void envmapi_near_drain(envmapi_window *window, const envmapi_near *s) {
     for (int t = 0; t < s->turn_count; ++t)
-        for (const envmapi_run_of_K *r = window->runs; r < window->runs + window->run_count; ++r)
+        for (const envmapi_weights *r = window->runs; r < window->runs + window->run_count; ++r)
             envmapi_near_apply(window->sums[r->axis][t], s, s->turns[t].src + r->face, r->x, r->y,
                                r->K, r->count);
     window->run_count = window->used = 0;
@@ -5132,7 +5135,7 @@ static void envmapi_near_drain(envmapi_window *window, const envmapi_near *s) {
 static int envmapi_near_join(envmapi_window *window, const float *K, int face, int x, int y,
                              int count) {
     for (int i = window->run_count - 1; i >= 0 && window->runs[i].axis == window->axis; --i) {
-        const envmapi_run_of_K *r = window->runs + i;
+        const envmapi_weights *r = window->runs + i;
         if (r->face != face || r->y != y || r->x > x || r->x + r->count < x + count) continue;
         for (int j = 0; j < count; ++j) r->K[x - r->x + j] += K[j];
         return 1;
@@ -5154,7 +5157,7 @@ static void envmapi_near_flush(envmapi_window *window, const envmapi_near *s, fl
         n = to - from < ENVMAPI_NEAR_LIST ? to - from : ENVMAPI_NEAR_LIST;
         if (window->run_count == ENVMAPI_NEAR_RUNS || window->used + n > ENVMAPI_NEAR_LIST)
             envmapi_near_drain(window, s);
-        envmapi_run_of_K run = {
+        envmapi_weights run = {
             window->axis, face, window->first + from, y, n, window->list + window->used};
         memcpy(run.K, K + from, (size_t)n * sizeof *K);
         window->runs[window->run_count++] = run, window->used += n;
@@ -5168,7 +5171,9 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     const envmapi_axis *axis = &s->axis;
     int size = i ? axis->level.edge : axis->level.width, mapping = axis->level.mapping;
     double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
-    if (texels) return envmapi_near_centres(nodes, (int)s->room, from, to, size, axis->tent);
+    if (texels) /* each column of a lat-long once */
+        return envmapi_near_centres(nodes, (int)s->room, from, fmin(to, from + size - 1e-6), size,
+                                    axis->tent);
     envmapi_project(at, mapping, face, a);
     double sigma = s->sigma * size / envmapi_near_stretch(box, at, mapping, face, i);
     double X = fmax(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1));
@@ -5357,7 +5362,7 @@ static void envmapi_task_near(void *context, int task) {
    not finite. */
 static double envmapi_near_radius(const envmapi_near *s, double tolerance) {
     const envmapi_axis *axis = &s->axis;
-    double most = 0, least = HUGE_VAL, sum = 0, all = 0, theta, weight;
+    double most = 0, least = HUGE_VAL, sum = 0, all = 0, theta, weight, reached = 0;
     int enough = 0;
     int rows = envmap_faces(axis->level.mapping) * (axis->level.edge + 2);
     for (const float *notes = s->notes; notes < s->notes + 3 * rows; notes += 3) {
@@ -5376,13 +5381,14 @@ static double envmapi_near_radius(const envmapi_near *s, double tolerance) {
             double one = 2 * ENVMAPI_PI * sin(theta) * weight * k;
             if (!pass) all += one;
             left -= one;
-            if (enough) return theta;
+            if (enough && theta > reached) return theta;
+            if (pass && !enough) reached = fmax(reached, theta); /* not in order, in a piece */
             if (pass && left <= part * all &&
                 (left * most <= dark * all || 4 * ENVMAPI_PI * k * sum <= dark * all))
                 enough = 1;
         }
         if (!envmapi_finite(all)) return ENVMAPI_PI;
-        if (enough) return theta;
+        if (enough) return axis->to;
     }
     return ENVMAPI_PI;
 }
