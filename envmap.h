@@ -81,6 +81,7 @@
      >>harmonics     project, fill, convolve, rotate, window coefficients
      >>reference     the definition: every texel
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
+    >>near          sharp lobes: the few texels that one reaches
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
      >>filters       the filter call, chains, prepared sources
@@ -484,7 +485,7 @@ typedef enum envmap_method {
     ENVMAP_METHOD_AUTO,         /* the cheapest that keeps the tolerance                          */
     ENVMAP_METHOD_REFERENCE,    /* every texel, in double: the definition                         */
     ENVMAP_METHOD_HIERARCHICAL, /* [KVHS00] 5.1: lobe and environment as mip-maps                 */
-    ENVMAP_METHOD_FAST,         /* through harmonics; the reference where they cannot             */
+    ENVMAP_METHOD_FAST,         /* through harmonics; sums of few texels where they cannot        */
     ENVMAP_METHOD_HARMONICS,    /* through harmonics; METHOD where they cannot                    */
     ENVMAP_METHOD_COUNT
 } envmap_method;
@@ -517,7 +518,9 @@ typedef struct envmap_filter_desc {
    FAST: O(texels of src + texels of dst + L^3), L the bands that lobe, scene and tolerance need.
    A source whose texels are all alike is its result, where lobes are divided by their sums, and if
    it is black (AUTO, FAST, HARMONICS).
-   Lobes thinner than two texels of src, or of more than 768 bands, go to the reference: slow.
+   Lobes thinner than two texels of src, or of more than 768 bands: O(texels of dst * texels that
+   the lobe reaches). Rings thinner than that (Banks, s -> 1), and what looks at the point where a
+   sphere or angular map's rim meets, go to the reference: slow.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    mean, which is more, beside 1e-6 of the mean, which floats lose. Lobes with a kink (diffuse, Banks,
    GGX of large alpha) keep it in rms; in a black scene with a lamp their darkest texels may be off by
@@ -1666,12 +1669,69 @@ static void envmapi_task_nest(void *context, int y) {
             envmapi_nest_texel(n, first, n->images - first < 16 ? n->images - first : 16, x, y);
 }
 
-/* ---- bilinear radiance */
+/* ---- symmetries: turns and mirrors that take axes to axes, and texels to texels */
 
-/* A symmetry of a map: texel (x,y) -> (x[0] + x[1] x + x[2] y, y[0] + ...) of face[]. */
+/* Where a turn takes texel (x,y) of a face: to (x0 + xx x + xy y, y0 + yx x + yy y) of `face`. */
+typedef struct envmapi_place {
+    int face, x0, y0, xx, xy, yx, yy;
+} envmapi_place;
 typedef struct envmapi_turn {
-    int face[6], x[6][3], y[6][3];
+    envmapi_place src[6], dst[6];
 } envmapi_turn;
+
+/* Turn t of 48: axes are permuted, t / 8, and some change their sign, t % 8. 0 where texels do not
+   go to texels. Four probes tell: three define the place, the fourth must agree. */
+static int envmapi_turn_place(envmapi_place *place, int t, int mapping, int edge, int face) {
+    static const signed char axes[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                           {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    static const double probes[4][2] = {{0.5, 0.5}, {0.6, 0.5}, {0.5, 0.6}, {0.3, 0.65}};
+    double d[3], turned[3], at[4][2], width = envmapi_width(mapping, edge), off = 0;
+    int slope[4];
+    for (int i = 0; i < 4; ++i) {
+        envmapi_direction(d, mapping, face, probes[i][0], probes[i][1]);
+        for (int c = 0; c < 3; ++c) turned[c] = (t >> c & 1 ? -1 : 1) * d[axes[t / 8][c]];
+        if (!i) place->face = envmapi_face(mapping, turned);
+        envmapi_project(at[i], mapping, place->face, turned);
+        for (int c = 0; c < 2 && i; ++c) {
+            double apart = at[i][c] - at[0][c];
+            if (mapping == ENVMAP_LATLONG && !c) apart -= floor(apart + 0.5);
+            if (i < 3) slope[2 * (i - 1) + c] = (int)floor(10 * apart + 0.5);
+            off += i < 3 ? fabs(apart - 0.1 * slope[2 * (i - 1) + c])
+                         : fabs(apart + 0.2 * slope[c] - 0.15 * slope[2 + c]);
+        }
+    }
+    double x0 = width * at[0][0] - 0.5 + slope[0] * (1 - width) / 2 + slope[2] * (1.0 - edge) / 2;
+    double y0 = edge * at[0][1] - 0.5 + slope[1] * (1 - width) / 2 + slope[3] * (1.0 - edge) / 2;
+    place->x0 = (int)floor(x0 + 0.5), place->y0 = (int)floor(y0 + 0.5);
+    place->xx = slope[0], place->yx = slope[1], place->xy = slope[2], place->yy = slope[3];
+    return off + fabs(x0 - place->x0) + fabs(y0 - place->y0) < 1e-6;
+}
+
+/* All turns that serve both maps; returns how many. The first is none. */
+static int envmapi_turns(envmapi_turn turns[48], const envmap *dst, const envmap *src) {
+    int count = 0;
+    for (int t = 0; t < 48; ++t) {
+        int serves = 1;
+        envmapi_turn *turn = turns + count;
+        for (int face = 0; face < envmap_faces(src->mapping); ++face)
+            serves &= envmapi_turn_place(turn->src + face, t, src->mapping, src->size, face);
+        for (int face = 0; face < envmap_faces(dst->mapping); ++face)
+            serves &= envmapi_turn_place(turn->dst + face, t, dst->mapping, dst->size, face);
+        count += serves;
+    }
+    return count;
+}
+
+/* The texel that a turn takes (x,y) of a face to. */
+static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, int y) {
+    int w = envmapi_width(map->mapping, map->size), at = to->x0 + to->xx * x + to->xy * y;
+    size_t row = (size_t)to->face * (size_t)map->size + (size_t)(to->y0 + to->yx * x + to->yy * y);
+    return row * (size_t)w + (size_t)(at < 0   ? at + w
+                                      : at < w ? at
+                                               : at - w); /* a lat-long's seam */
+}
+
+/* ---- bilinear radiance */
 
 typedef struct envmapi_resampling {
     envmap dst, src, last; /* one slice each; last: of the whole, its texels are the result's */
@@ -1680,8 +1740,8 @@ typedef struct envmapi_resampling {
     int scatter;   /* from X to the cube; else from it */
     int between;   /* src is a finer cube than dst needs: no box of it shows */
     double *cells; /* to be scattered to: RGB and solid angle */
-    int turns;
-    envmapi_turn of_x[16], of_cube[16]; /* the symmetries, for both maps */
+    int turn_count;
+    envmapi_turn *turns; /* at most 16: one of the maps is no cube */
 } envmapi_resampling;
 
 /* A texel of dst: src at its centre. */
@@ -1700,59 +1760,6 @@ static void envmapi_task_lookup(void *context, int row) {
     const envmapi_resampling *r = (const envmapi_resampling *)context;
     size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size);
     for (size_t x = 0; x < width; ++x) envmapi_resample_lookup(r, (size_t)row * width + x);
-}
-
-/* ---- symmetries */
-
-/* What d -> (sign_k d_perm[k]) makes of a map's texels: read off the images of three points a face,
-   (.4,.4), (.6,.4) and (.4,.6). */
-static void envmapi_turn_of(envmapi_turn *turn, int mapping, int size, const int perm[3],
-                            int signs) {
-    int n[2] = {envmapi_width(mapping, size), size};
-    for (int face = 0; face < envmap_faces(mapping); ++face) {
-        double uv[3][2];
-        for (int i = 0; i < 3; ++i) {
-            double d[3], image[3];
-            envmapi_direction(d, mapping, face, i == 1 ? 0.6 : 0.4, i == 2 ? 0.6 : 0.4);
-            for (int k = 0; k < 3; ++k) image[k] = (signs >> k & 1 ? -1 : 1) * d[perm[k]];
-            turn->face[face] = envmapi_face(mapping, image);
-            envmapi_project(uv[i], mapping, turn->face[face], image);
-        }
-        for (int axis = 0; axis < 2; ++axis) {
-            int *row = axis ? turn->y[face] : turn->x[face];
-            double at = n[axis] * uv[0][axis] - 0.5;
-            for (int i = 0; i < 2; ++i) {
-                double step = uv[1 + i][axis] - uv[0][axis];
-                row[1 + i] = (int)lround((step - floor(step + 0.5)) / 0.2);
-                at += row[1 + i] * (0.5 - 0.4 * n[i]);
-            }
-            row[0] = (int)lround(at);
-        }
-    }
-}
-
-/* The signed permutations of the axes that turn X's texels, and any cube's, into each other. */
-static void envmapi_turns_of(envmapi_resampling *r, const envmap *x) {
-    int disc = envmapi_is_disc(x->mapping), pole = disc ? 2 : 1; /* the axis that must stay */
-    for (int order = 0; order < 6; ++order)
-        for (int signs = 0; signs < 8; ++signs) {
-            int perm[3] = {order % 3, (order % 3 + 1 + order / 3) % 3, 0};
-            perm[2] = 3 - perm[0] - perm[1];
-            int quarter = !disc && perm[0] != 0 && x->size % 2; /* no whole number of texels */
-            int back = disc && x->mapping != ENVMAP_PARABOLOID && signs >> 2 & 1;
-            if (perm[pole] != pole || quarter || back) continue;
-            envmapi_turn_of(r->of_x + r->turns, x->mapping, x->size, perm, signs);
-            envmapi_turn_of(r->of_cube + r->turns++, ENVMAP_CUBE, r->cube, perm, signs);
-        }
-}
-
-static size_t envmapi_turned(const envmapi_turn *turn, int width, int size, int face, int x,
-                             int y) {
-    const int *to_x = turn->x[face], *to_y = turn->y[face];
-    int at = to_x[0] + to_x[1] * x + to_x[2] * y;
-    at += at < 0 ? width : at >= width ? -width : 0; /* around a lat-long */
-    size_t row = (size_t)turn->face[face] * (size_t)size;
-    return (row + (size_t)(to_y[0] + to_y[1] * x + to_y[2] * y)) * (size_t)width + (size_t)at;
 }
 
 /* ---- polygons */
@@ -1799,28 +1806,27 @@ static void envmapi_box_fill(envmapi_box *box, double p[][2], int corners) {
 
 typedef struct envmapi_orbit {
     int face, x, y, count;
-    size_t texel[16];                    /* images, each once */
-    const envmapi_turn *turn[16]; /* of the cube, one that leads there */
-    double light[16][4];                 /* to be scattered: RGB, 1 */
-    double sums[16][3], all;             /* gathered, and the solid angle; or what was scattered */
-    double scale;                        /* of what polygons have in common with cells */
+    size_t texel[16];              /* images, each once */
+    const envmapi_place *cube[16]; /* where a turn that leads there takes the cube's faces */
+    double light[16][4];           /* to be scattered: RGB, 1 */
+    double sums[16][3], all;       /* gathered, and the solid angle; or what was scattered */
 } envmapi_orbit;
 
 /* 0: another texel of the orbit comes first. */
 static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r, const envmap *X) {
-    int width = envmapi_width(X->mapping, X->size);
-    size_t own = ((size_t)o->face * (size_t)X->size + (size_t)o->y) * (size_t)width + (size_t)o->x;
-    int kept = 0; /* by how many symmetries; if by one only, no image comes twice */
-    o->count = 0, o->all = 0, o->scale = 1;
-    for (int i = 0; i < r->turns; ++i) {
-        o->texel[i] = envmapi_turned(r->of_x + i, width, X->size, o->face, o->x, o->y);
-        if (o->texel[i] < own) return 0;
-        kept += o->texel[i] == own;
+    int kept = 0; /* by how many turns; if by one only, no image comes twice */
+    o->count = 0, o->all = 0;
+    for (int i = 0; i < r->turn_count; ++i) { /* the first is none */
+        const envmapi_turn *turn = r->turns + i;
+        o->texel[i] = envmapi_turned(X, (r->scatter ? turn->src : turn->dst) + o->face, o->x, o->y);
+        if (o->texel[i] < o->texel[0]) return 0;
+        kept += o->texel[i] == o->texel[0];
     }
-    for (int i = 0, k; i < r->turns; ++i) {
+    for (int i = 0, k; i < r->turn_count; ++i) {
         for (k = kept > 1 ? 0 : o->count; k < o->count && o->texel[k] != o->texel[i];) ++k;
         if (k < o->count) continue;
-        o->texel[k] = o->texel[i], o->turn[k] = r->of_cube + i, ++o->count;
+        o->texel[k] = o->texel[i], ++o->count;
+        o->cube[k] = r->scatter ? r->turns[i].dst : r->turns[i].src;
     }
     for (int k = 0; k < o->count; ++k)
         for (int c = 0; c < 4; ++c) {
@@ -1835,7 +1841,8 @@ static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r, const
 static void envmapi_orbit_add(envmapi_orbit *o, const envmapi_resampling *r, int face, int x, int y,
                               double common) {
     for (int k = 0; k < o->count; ++k) {
-        size_t cell = envmapi_turned(o->turn[k], r->cube, r->cube, face, x / r->fine, y / r->fine);
+        size_t cell = envmapi_turned(r->scatter ? &r->dst : &r->src, o->cube[k] + face, x / r->fine,
+                                     y / r->fine);
         if (r->scatter)
             envmapi_double4_add(envmapi_double4_at(r->cells + 4 * cell), common,
                                 envmapi_double4_at(o->light[k]));
@@ -1873,8 +1880,7 @@ static void envmapi_orbit_face(envmapi_orbit *o, const envmapi_resampling *r, in
                 int x = box.x + i % box.width, y = box.y + i / box.width;
                 if (!(box.area[i] > 0)) continue;
                 double rho = envmapi_density(ENVMAP_CUBE, (x + 0.5) / c, (y + 0.5) / c);
-                envmapi_orbit_add(o, r, face, x, y,
-                                  box.area[i] * rho / c / c / polygons * o->scale);
+                envmapi_orbit_add(o, r, face, x, y, box.area[i] * rho / c / c / polygons);
             }
         }
 }
@@ -2023,8 +2029,9 @@ static envmap_result envmapi_resample_cube(envmapi_resampling *r, const envmap_w
         if (!r->cells) return ENVMAP_ERROR_MEMORY;
         memset(r->cells, 0, 4 * texels * sizeof(double));
     }
-    r->turns = 0, r->fine = 1 + 127 / r->cube;
-    envmapi_turns_of(r, X);
+    r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
+    if (!r->turns) return ENVMAP_ERROR_MEMORY;
+    r->turn_count = envmapi_turns(r->turns, &r->dst, &r->src), r->fine = 1 + 127 / r->cube;
     envmap_result result =
         envmapi_run(&serial, envmapi_task_overlap, r, envmap_faces(X->mapping) * X->size);
     for (size_t i = 0; i < texels && r->scatter && !result; ++i) {
@@ -4727,7 +4734,7 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        l_i, w_i, L_i w_i           envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
        the bilinear radiance       envmapi_axis_polar
-       which of them, how much     envmapi_axes_aim, envmapi_axis_filter
+       which of them, how much     envmapi_axis_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
    Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
    materials the source.  Source: ours.
@@ -4889,8 +4896,20 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
     }
 }
 
+/* How narrow texels are, over the mean, where the circle of angle theta about the axis comes closest
+   to the point at which all texels of a row or of a rim meet. */
+static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
+    double y = fabs(axis->a[1]), z = axis->a[2];
+    double x = axis->level.mapping == ENVMAP_LATLONG   ? y
+               : axis->level.mapping == ENVMAP_SPHERE  ? -z
+               : axis->level.mapping == ENVMAP_ANGULAR ? z
+                                                       : 0;
+    double apart = fabs(envmapi_acos(x) - theta);
+    return apart < ENVMAPI_PI / 2 ? sin(apart) + 1e-9 : 1;
+}
+
 /* Adds the bilinear radiance around a, times `share`, out to about `reach`: rings, eight or more in
-   two texels, of four points a texel. */
+   two texels, of eight points a texel. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
     const double *a = axis->a;
@@ -4899,7 +4918,9 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     while (envmapi_quadrature_next(&q, &theta, &weight)) {
         double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
         if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-        int n = (int)envmapi_clamp(8 * ENVMAPI_PI * sin(theta) / axis->texel, 16, 65536);
+        double texels = 2 * ENVMAPI_PI * sin(theta) / axis->texel;
+        double most = fmax(texels, 2 * axis->level.width);
+        int n = (int)fmax(8 * fmin(texels / envmapi_axis_squeeze(axis, theta), most), 32);
         double sum[3] = {0, 0, 0};
         for (int i = 0; i < n; ++i) {
             double phi = 2 * ENVMAPI_PI * (i + 0.5) / n;
@@ -4932,15 +4953,13 @@ typedef struct envmapi_axes {
     void (*filter)(envmapi_axis *axis, const void *method);
 } envmapi_axes;
 
-/* Makes ready for a slice. */
-static void envmapi_axes_aim(envmapi_axes *axes, const envmapi_source *source, int slice) {
-    envmapi_axis *axis = &axes->axis;
-    axes->slice = slice, axis->source = source;
-    axis->level = envmapi_level_of(source->map, 0, source->map->slices > 1 ? slice : 0);
-    axis->p = envmapi_slice_p(axis->lobe, slice, axes->dst->slices);
+/* Makes ready for a slice of src and of `slices` of a result. */
+static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices) {
+    axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
+    axis->p = envmapi_slice_p(axis->lobe, slice, slices);
     double sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
-    axis->texel = envmapi_texel_extent(source->map);
+    axis->texel = envmapi_texel_extent(src);
     axis->tent = envmapi_clamp(2 - sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
     axis->reach = fmax(12 * axis->texel, 8 * sigma);
@@ -4981,7 +5000,8 @@ static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
             result = envmapi_source_create(&source, src, run, desc->work.memory);
         }
         if (result) break;
-        envmapi_axes_aim(axes, &source, run);
+        axes->slice = run, axes->axis.source = &source;
+        envmapi_axis_aim(&axes->axis, src, run, axes->dst->slices);
         if (axes->prepare)
             result = axes->prepare(axes->method, &axes->axis, new_source, desc->work.memory);
         if (!result) result = envmapi_run(&work, envmapi_axes_row, axes, count);
@@ -5237,6 +5257,727 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
     axes.prepare = envmapi_hier_prepare, axes.filter = envmapi_hier_filter;
     envmap_result result = envmapi_axes_run(&axes, src, desc);
     envmapi_pool_free(&h.tree.pool, 0);
+    return result;
+}
+
+/* ------------------------------------------------------------------------------------- >>near --
+   Sharp lobes: the sum that >>reference defines, over the few texels that such a lobe reaches.
+     in     a slice of a source, a lobe, its p, a tolerance       out    a slice of a result
+       L(a) = sum_i K_i(a) L_i / sum_i K_i       texels i within R of the axis a
+       texels, tents of half-width t      K_i = w_i mean of k at c_i +- t/sqrt 6 along u and v
+       the bilinear radiance              K_i = integral of k B_i, B_i the bilinear weight of texel i
+   Both are sums over the nodes of a window of a face, some along u times some along v. For the
+   integral these are Gauss-Legendre's, two to four a piece; pieces end at the lines through texel
+   centres, where B_i has its kinks, and are about a sigma long at most.
+   K_i depends on no radiance. Some of the 48 turns and mirrors take texels to texels, on both maps: all 48 for two cubes, 16 for a lat-long and a cube, 4 to 16 with discs.
+   The K_i of one axis serve all its images. Where a lobe never ends (GGX) >>fast sums its tail.
+       windows and their nodes            _box, _nodes; k there: _line
+       K, runs of texels                  _window, _flush; times L for all turns: _apply
+       R, from the scene's contrast       _radius
+   Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
+
+/* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
+   step that fades the integral out. It is smooth, and >>fast sums it. */
+typedef struct envmapi_tail {
+    envmap_lobe lobe; /* the tail, as a function */
+    const envmap_lobe *whole;
+    double reach, integral, part; /* integral: of the tail; its part of the whole */
+    float kinks[3];
+} envmapi_tail;
+
+static double envmapi_tail_k(double x, double p, void *user) {
+    const envmapi_tail *tail = (const envmapi_tail *)user;
+    double step = envmapi_smooth_step(envmapi_acos(x), tail->reach / 2, tail->reach);
+    return step > 0 ? step * envmapi_k(tail->whole, x, p) : 0;
+}
+
+/* 0 where there is none: the lobe has slices, or ends before its reach does. */
+static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const envmap *src) {
+    envmapi_axis axis;
+    memset(&axis, 0, sizeof axis);
+    axis.lobe = lobe;
+    envmapi_axis_aim(&axis, src, 0, 1);
+    tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
+    tail->lobe.raw = lobe->raw, tail->lobe.scale = lobe->scale;
+    tail->reach = axis.reach, tail->lobe.kinks = tail->kinks;
+    tail->kinks[tail->lobe.kink_count++] = (float)(axis.reach / 2);
+    tail->kinks[tail->lobe.kink_count++] = (float)axis.reach;
+    if (lobe->kind == ENVMAP_LOBE_GGX)
+        tail->kinks[tail->lobe.kink_count++] = (float)(ENVMAPI_PI / 2);
+    if (lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1 || !(axis.reach < axis.to)) return 0;
+    tail->integral = envmapi_lobe_integral(&tail->lobe, axis.p);
+    tail->part = fabs(tail->integral / envmapi_lobe_integral(lobe, axis.p));
+    return tail->part > 1e-9 && tail->part <= 1;
+}
+
+/* A node along u or v of a window: its light is that of two texels, the share f that of the next. */
+typedef struct envmapi_knot {
+    double at, cosine; /* u or v; on a lat-long map, of the axis and the equator there */
+    float weight, f;
+    int texel;
+} envmapi_knot;
+
+typedef struct envmapi_near {
+    envmapi_axis axis; /* the lobe, and what it is to the source */
+    envmap dst;
+    int slice, tasks, row, turn_count; /* row: the first of the rows of dst that are at work */
+    envmapi_turn *turns;
+    envmapi_input in;
+    float *texels; /* of the source, as lookups see it, with a border of one: RGB and 0 */
+    float *notes;  /* of each of its rows: the sum, the brightest and the darkest texel */
+    int shift;     /* of a float, to its place in the table; the fraction of it */
+    float *table, inverse, fraction; /* k by 1 + inverse |a - d|^2: envmapi_near_k */
+    double sigma, R, limit;          /* R: rad; limit: its chord's square */
+    double piece;                    /* of nodes, at most so many sigma long */
+    const envmapi_tail *tail;        /* that is in dst already, or NULL */
+    double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
+    char *work;
+    size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
+} envmapi_near;
+
+/* K of `count` texels from (x,y) of a face on, for one of the axes at work. */
+typedef struct envmapi_weights {
+    int axis, face, x, y, count;
+    float *K;
+} envmapi_weights;
+
+/* Speed only: axes side by side, whose windows are nearly the same texels, and room for their K. */
+#define ENVMAPI_NEAR_AXES 8
+#define ENVMAPI_NEAR_RUNS 512
+#define ENVMAPI_NEAR_LIST 4096
+
+/* What a task works with: nodes, and rows of texels that a row of nodes concerns; finished runs of
+   such rows; axes, with the sums of all turns. */
+typedef struct envmapi_window {
+    envmapi_knot *u, *v;
+    double *at;                /* of u once more, side by side */
+    float *k, *line, *rows[2]; /* [room] k of the nodes; K of texels from `first` on */
+    int first, count, run_count, used, axis;
+    envmapi_weights runs[ENVMAPI_NEAR_RUNS];
+    float list[ENVMAPI_NEAR_LIST], sums[ENVMAPI_NEAR_AXES][48][4];
+    double total[ENVMAPI_NEAR_AXES], a[3];
+    int x[ENVMAPI_NEAR_AXES], singular[ENVMAPI_NEAR_AXES];
+} envmapi_window;
+
+/* ---- the source as lookups see it */
+
+/* Row y of a face, -1 .. edge: texels and what add_tap finds beyond them. The texel beyond a cube's
+   corner is the mean of the three that meet there; the row beyond a lat-long's pole lets linear
+   interpolation end at the row's mean on the pole. */
+static void envmapi_near_texel(double rgb[3], const envmapi_level *level, int face, int x, int y) {
+    int w = level->width, h = level->edge;
+    double corner = level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && (y < 0 || y >= h);
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    if (corner > 0) {
+        int in_x = x < 0 ? 0 : w - 1, in_y = y < 0 ? 0 : h - 1;
+        envmapi_add_tap(rgb, level, face, in_x, in_y, 1.0 / 3);
+        envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
+        envmapi_add_tap(rgb, level, face, in_x, y, 1.0 / 3);
+    } else if (level->mapping == ENVMAP_LATLONG && (y < 0 || y >= h)) {
+        for (int i = 0; i < w; ++i) envmapi_add_tap(rgb, level, face, i, y, 2.0 / w);
+        envmapi_add_tap(rgb, level, face, x, y, -1);
+    } else {
+        envmapi_add_tap(rgb, level, face, x, y, 1);
+    }
+}
+
+static void envmapi_task_near_texels(void *context, int task) {
+    const envmapi_near *s = (const envmapi_near *)context;
+    const envmapi_level *level = &s->axis.level;
+    int high = level->edge + 2, face = task / high, y = task % high - 1, w = level->width;
+    float *out = s->texels + 4 * (size_t)task * (size_t)(w + 2), *notes = s->notes + 3 * task;
+    int simple = y >= 0 && y < level->edge &&
+                 (!envmapi_is_disc(level->mapping) || level->mapping == ENVMAP_PARABOLOID);
+    const float *in = level->texels + 3 * (size_t)(face * level->edge + y) * (size_t)w;
+    notes[0] = notes[1] = 0, notes[2] = 3e38f;
+    for (int x = -1; x <= w; ++x, out += 4) {
+        double rgb[3];
+        if (simple && x >= 0 && x < w) memcpy(out, in + 3 * x, 3 * sizeof *out);
+        else {
+            envmapi_near_texel(rgb, level, face, x, y);
+            for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
+        }
+        float most = out[0] > out[1] ? out[0] : out[1];
+        most = most > out[2] ? most : out[2], out[3] = 0;
+        if (y < 0 || y >= level->edge) continue;
+        notes[0] += most, notes[1] = most > notes[1] ? most : notes[1];
+        notes[2] = most < notes[2] ? most : notes[2];
+    }
+}
+
+/* ---- windows */
+
+/* The range of r cos(phi), r in [r0,r1], phi no farther than `wide` from `at`. */
+static void envmapi_near_sector(double range[2], double r0, double r1, double at, double wide) {
+    for (int end = 0; end < 2; ++end) { /* the least is the largest on the other side */
+        double phi = fabs(remainder(at + (end ? 0 : ENVMAPI_PI), 2 * ENVMAPI_PI)) - wide;
+        double most = phi > 0 ? cos(phi) : 1;
+        range[end] = (end ? 1 : -1) * most * (most > 0 ? r1 : r0);
+    }
+}
+
+/* r of a disc map at an angle from its face's centre. */
+static double envmapi_near_disc(int mapping, double angle) {
+    if (mapping == ENVMAP_ANGULAR) return fmin(angle / ENVMAPI_PI, 1);
+    if (mapping == ENVMAP_SPHERE) return sin(fmin(angle, ENVMAPI_PI) / 2);
+    return angle < 2.2 ? tan(angle / 2) : 2; /* beyond the corners */
+}
+
+/* The (u,v) that hold all within R of a on a face, as far as it goes: box[0] those of u, box[1] of
+   v. 0 where there are none. */
+static int envmapi_near_box(double box[2][2], int mapping, int face, const double a[3], double R,
+                            double border) {
+    double at[2];
+    envmapi_project(at, mapping, face, a);
+    if (mapping == ENVMAP_CUBE) {
+        for (int i = 0; i < 2; ++i) {
+            const signed char *side = envmapi_cube[face][i], *middle = envmapi_cube[face][2];
+            double x = a[0] * side[0] + a[1] * side[1] + a[2] * side[2];
+            double z = a[0] * middle[0] + a[1] * middle[1] + a[2] * middle[2];
+            double rho = sqrt(x * x + z * z), angle = atan2(x, z);
+            double wide = rho > sin(R) ? asin(sin(R) / rho) : ENVMAPI_PI;
+            box[i][0] = 0.5 + 0.5 * tan(envmapi_clamp(angle - wide, -1.2, 1.2));
+            box[i][1] = 0.5 + 0.5 * tan(envmapi_clamp(angle + wide, -1.2, 1.2));
+        }
+    } else if (mapping == ENVMAP_LATLONG) {
+        double theta = ENVMAPI_PI * at[1], pole = theta < R || theta + R > ENVMAPI_PI;
+        double wide = pole > 0 ? 0.5 : asin(sin(R) / sin(theta)) / (2 * ENVMAPI_PI);
+        box[0][0] = at[0] - wide, box[0][1] = at[0] + wide;
+        box[1][0] = at[1] - R / ENVMAPI_PI, box[1][1] = at[1] + R / ENVMAPI_PI;
+    } else {
+        int front = mapping == ENVMAP_SPHERE || (mapping == ENVMAP_PARABOLOID && face == 0);
+        double theta = acos(envmapi_clamp(front ? a[2] : -a[2], -1, 1));
+        int round = theta < R || theta + R > ENVMAPI_PI;
+        double wide = round ? ENVMAPI_PI : asin(sin(R) / sin(theta)), phi = atan2(a[1], a[0]);
+        double r0 = envmapi_near_disc(mapping, fmax(theta - R, 0));
+        double r1 = envmapi_near_disc(mapping, theta + R);
+        envmapi_near_sector(box[0], r0, r1, phi, wide);
+        envmapi_near_sector(box[1], r0, r1, phi + ENVMAPI_PI / 2, wide); /* v falls with Y */
+        for (int i = 0; i < 4; ++i) box[i / 2][i % 2] = 0.5 + 0.5 * box[i / 2][i % 2];
+    }
+    for (int i = mapping == ENVMAP_LATLONG; i < 2; ++i) {
+        box[i][0] = fmax(box[i][0], -border), box[i][1] = fmin(box[i][1], 1 + border);
+        if (!(box[i][0] < box[i][1])) return 0;
+    }
+    return 1;
+}
+
+/* The largest |d direction / du|, or (i 1) dv, of a window: there the nodes have to be finest. */
+static double envmapi_near_stretch(double box[2][2], const double at[2], int mapping, int face,
+                                   int i) {
+    double most = 0, hair = 1e-5;
+    for (int k = 0; k < 3; ++k) {
+        double low[3], high[3], uv[2], square = 0;
+        uv[i] = envmapi_clamp(at[i], box[i][0], box[i][1]);
+        uv[1 - i] = k < 2 ? box[1 - i][k] : envmapi_clamp(at[1 - i], box[1 - i][0], box[1 - i][1]);
+        uv[i] -= hair, envmapi_direction(low, mapping, face, uv[0], uv[1]);
+        uv[i] += 2 * hair, envmapi_direction(high, mapping, face, uv[0], uv[1]);
+        for (int c = 0; c < 3; ++c) square += (high[c] - low[c]) * (high[c] - low[c]);
+        most = fmax(most, sqrt(square) / (2 * hair));
+    }
+    return most;
+}
+
+/* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
+   whole numbers: each texel at its centre, or spread. */
+static int envmapi_near_centres(envmapi_knot *node, int room, double from, double to, double n,
+                                double tent) {
+    int count = 0, sides = tent > 0 ? 2 : 1;
+    for (double x = ceil(from); x <= to && count + 2 <= room; x += 1)
+        for (int i = 0; i < sides; ++i, ++count) {
+            node[count].at = (x + 0.5 + (i ? tent : -tent) / sqrt(6.0)) / n;
+            node[count].texel = (int)x, node[count].f = 0,
+            node[count].weight = sides > 1 ? 0.5f : 1;
+        }
+    return count;
+}
+
+/* Nodes of the integral over [from, to]. The axis is at `at`, where sigma is that many texels;
+   grows: the lobe has detail near its axis only. */
+static int envmapi_near_pieces(envmapi_knot *node, int room, double from, double to, double n,
+                               double at, double sigma, double piece, int grows) {
+    static const double x[3][2] = {{0.57735027}, {0, 0.77459667}, {0.33998104, 0.86113631}};
+    static const double w[3][2] = {{0.5}, {8.0 / 18, 5.0 / 18}, {0.32607258, 0.17392742}};
+    int count = 0;
+    for (double next; from < to && count + 4 <= room; from = next) {
+        double away = from < at ? (at - from) / (1 + piece) : from - at;
+        double most = grows && away > sigma ? away : sigma;
+        double texel = fmin(floor(from + 1e-9), ceil(to) - 1);
+        next = fmin(fmin(texel + 1, to), from + piece * most);
+        double length = (next - from) / (piece * most);
+        int nodes = length > 0.55 ? 4 : length > 0.25 ? 3 : 2; /* of Gauss-Legendre */
+        for (int i = 0; i < nodes; ++i, ++count) {
+            int k = (nodes == 3 ? i + 1 : i) / 2;
+            double g = (i & 1) == (nodes == 3) ? -x[nodes - 2][k] : x[nodes - 2][k];
+            double place = (from + next + g * (next - from)) / 2;
+            node[count].at = (place + 0.5) / n, node[count].texel = (int)texel;
+            node[count].f = (float)(place - texel);
+            node[count].weight = (float)((next - from) / n * w[nodes - 2][k]);
+        }
+    }
+    return count;
+}
+
+/* ---- K */
+
+/* What a point of a face counts: d omega / du dv; near the paraboloids' rim both have a share. */
+static double envmapi_near_density(const envmapi_level *level, double u, double v) {
+    double X = 2 * u - 1, Y = 2 * v - 1, r = sqrt(X * X + Y * Y), inside = 1;
+    double density = envmapi_density(level->mapping, u, v);
+    if (level->mapping == ENVMAP_PARABOLOID)
+        inside = 0.5 + (r > 1 ? -0.5 : 0.5) * fmin((r > 1 ? 1 - 1 / r : 1 - r) * level->edge, 1);
+    return (level->mapping == ENVMAP_SPHERE && r >= 1) || inside <= 0 ? 0 : density * inside;
+}
+
+/* k of up to 64 cosines, times w; 0 beyond R. The bits of y = 1 + |a - d|^2 / sigma^2 are the place
+   in the table, of 2^bits values an octave. Loops that a compiler can vectorise. */
+static void envmapi_near_many(float *k, const envmapi_near *s, const double *x, const double *w,
+                              int n) {
+    float y[ENVMAPI_CHUNK] = {0}, ends[ENVMAPI_CHUNK], most = 1 + s->inverse * (float)s->limit;
+    uint32_t bits[ENVMAPI_CHUNK], first = 127u << (23 - s->shift), mask = (1u << s->shift) - 1;
+    for (int i = 0; i < n; ++i) {
+        float square = (float)(2 - 2 * x[i]);
+        y[i] = 1 + s->inverse * (square > 0 ? square : 0);
+        ends[i] = y[i] < most ? (float)w[i] : 0;
+        y[i] = y[i] < most ? y[i] : most;
+    }
+    memcpy(bits, y, sizeof bits);
+    for (int i = 0; i < n; ++i) {
+        const float *at = s->table + (bits[i] >> s->shift) - first;
+        k[i] = ends[i] * (at[0] + (float)(int)(bits[i] & mask) * s->fraction * (at[1] - at[0]));
+    }
+}
+
+/* Cosines x between the axis and the nodes u of a window at v, and d omega / du dv; `flat`: 1. */
+static void envmapi_near_cosines(double *x, double *w, const envmapi_window *window,
+                                 const envmapi_near *s, int face, int first, int n, double v,
+                                 int flat) {
+    const envmapi_level *level = &s->axis.level;
+    const double *a = window->a, *u = window->at + first;
+    double d[3], m[3], Y = 2 * v - 1;
+    if (level->mapping == ENVMAP_CUBE) {
+        for (int i = 0; i < 3; ++i) {
+            const signed char *axis = envmapi_cube[face][i];
+            m[i] = a[0] * axis[0] + a[1] * axis[1] + a[2] * axis[2];
+        }
+        for (int i = 0; i < n; ++i) {
+            double X = 2 * u[i] - 1, r = envmapi_inverse_root(1 + X * X + Y * Y);
+            x[i] = (m[2] + Y * m[1] + X * m[0]) * r, w[i] = 4 * r * r * r;
+        }
+    } else if (level->mapping == ENVMAP_LATLONG) {
+        double sine = sin(ENVMAPI_PI * v), cosine = a[1] * cos(ENVMAPI_PI * v);
+        for (int i = 0; i < n; ++i) {
+            x[i] = cosine + sine * window->u[first + i].cosine;
+            w[i] = 2 * ENVMAPI_PI * ENVMAPI_PI * sine;
+        }
+    } else {
+        for (int i = 0; i < n; ++i) {
+            envmapi_direction(d, level->mapping, face, u[i], v);
+            x[i] = envmapi_dot(a, d), w[i] = flat ? 1 : envmapi_near_density(level, u[i], v);
+        }
+    }
+}
+
+/* k d omega of the nodes u of a window, at v; or, of texels, with their own solid angles. */
+static void envmapi_near_line(envmapi_window *window, const envmapi_near *s, int face, int n,
+                              const envmapi_knot *v, int texels) {
+    int width = s->axis.level.width;
+    const float *omega = texels ? envmapi_omega_row(&s->in, v->texel) + 3 * width : NULL;
+    double x[ENVMAPI_CHUNK], w[ENVMAPI_CHUNK];
+    for (int first = 0; first < n; first += ENVMAPI_CHUNK) {
+        const envmapi_knot *u = window->u + first;
+        int count = n - first < ENVMAPI_CHUNK ? n - first : ENVMAPI_CHUNK;
+        envmapi_near_cosines(x, w, window, s, face, first, count, v->at, texels);
+        for (int i = 0; i < count && texels; ++i)
+            w[i] = (double)omega[envmapi_wrap(u[i].texel, width)];
+        envmapi_near_many(window->k + first, s, x, w, count);
+    }
+}
+
+/* sums += K times the texels that a turn takes `count` from (x,y) of a face on to. */
+static void envmapi_near_apply(float sums[4], const envmapi_near *s, const envmapi_place *to, int x,
+                               int y, const float *K, int count) {
+    const envmapi_level *level = &s->axis.level;
+    int w = level->width, at = to->x0 + to->xx * x + to->xy * y;
+    int row = to->face * (level->edge + 2) + to->y0 + to->yx * x + to->yy * y + 1;
+    ptrdiff_t step = 4 * (ptrdiff_t)(to->xx + to->yx * (w + 2));
+    envmapi_float4 sum[4];
+    memset(sum, 0, sizeof sum);
+    for (int n; count > 0; count -= n, K += n, at += n * to->xx) {
+        n = count;
+        if (level->mapping == ENVMAP_LATLONG) { /* up to the seam */
+            at = (at % w + w) % w;
+            n = to->xx > 0 ? w - at : at + 1, n = n < count ? n : count;
+        }
+        const float *texel = s->texels + 4 * ((ptrdiff_t)row * (w + 2) + at + 1);
+        int i = 0;
+        for (; i + 4 <= n; i += 4, texel += 4 * step)
+            for (int j = 0; j < 4; ++j)
+                envmapi_float4_add(sum + j, K[i + j], envmapi_float4_at(texel + j * step));
+        for (; i < n; ++i, texel += step) envmapi_float4_add(sum, K[i], envmapi_float4_at(texel));
+    }
+    for (int j = 0; j < 4; ++j) envmapi_float4_add(envmapi_float4_at(sums), 1, sum + j);
+}
+
+/* All runs, turn by turn, which keeps the texels that a turn looks at in the cache. */
+static void envmapi_near_drain(envmapi_window *window, const envmapi_near *s) {
+    for (int t = 0; t < s->turn_count; ++t)
+        for (const envmapi_weights *r = window->runs; r < window->runs + window->run_count; ++r)
+            envmapi_near_apply(window->sums[r->axis][t], s, s->turns[t].src + r->face, r->x, r->y,
+                               r->K, r->count);
+    window->run_count = window->used = 0;
+}
+
+/* Adds K to the run of the same texels, of tents beside the integral; 0 where there is none. */
+static int envmapi_near_join(envmapi_window *window, const float *K, int face, int x, int y,
+                             int count) {
+    for (int i = window->run_count - 1; i >= 0 && window->runs[i].axis == window->axis; --i) {
+        const envmapi_weights *r = window->runs + i;
+        if (r->face != face || r->y != y || r->x > x || r->x + r->count < x + count) continue;
+        for (int j = 0; j < count; ++j) r->K[x - r->x + j] += K[j];
+        return 1;
+    }
+    return 0;
+}
+
+/* A finished row of K, texels y of a face, becomes runs; then it is empty. */
+static void envmapi_near_flush(envmapi_window *window, const envmapi_near *s, float *K, int face,
+                               int y) {
+    int from = 0, to = window->count;
+    while (from < to && !(K[from] > 0 || K[from] < 0)) ++from;
+    while (from < to && !(K[to - 1] > 0 || K[to - 1] < 0)) --to;
+    for (int i = from; i < to; ++i) window->total[window->axis] += (double)K[i];
+    if (s->axis.bilinear > 0 && s->axis.bilinear < 1 &&
+        envmapi_near_join(window, K + from, face, window->first + from, y, to - from))
+        from = to;
+    for (int n; from < to; from += n) {
+        n = to - from < ENVMAPI_NEAR_LIST ? to - from : ENVMAPI_NEAR_LIST;
+        if (window->run_count == ENVMAPI_NEAR_RUNS || window->used + n > ENVMAPI_NEAR_LIST)
+            envmapi_near_drain(window, s);
+        envmapi_weights run = {
+            window->axis, face, window->first + from, y, n, window->list + window->used};
+        memcpy(run.K, K + from, (size_t)n * sizeof *K);
+        window->runs[window->run_count++] = run, window->used += n;
+    }
+    memset(K, 0, (size_t)window->count * sizeof *K);
+}
+
+/* Nodes along u (i 0) or v (1) of a window; returns how many. */
+static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const double a[3],
+                              double box[2][2], int face, int i, int texels) {
+    const envmapi_axis *axis = &s->axis;
+    int size = i ? axis->level.edge : axis->level.width, mapping = axis->level.mapping;
+    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
+    if (texels) /* each column of a lat-long once */
+        return envmapi_near_centres(nodes, (int)s->room, from, fmin(to, from + size - 1e-6), size,
+                                    axis->tent);
+    envmapi_project(at, mapping, face, a);
+    double sigma = s->sigma * size / envmapi_near_stretch(box, at, mapping, face, i);
+    double X = fmax(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1));
+    double Y = fmax(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
+    if (mapping == ENVMAP_PARABOLOID && X * X + Y * Y > 1 - 4.0 / size)
+        sigma *= 0.4; /* where the faces blend, light has kinks off the lines */
+    return envmapi_near_pieces(nodes, (int)s->room, from, to, size, at[i] * size - 0.5, sigma,
+                               s->piece, axis->lobe->kind == ENVMAP_LOBE_GGX);
+}
+
+/* Adds share times a window of a face: the sum over texels, or the integral. */
+static void envmapi_near_window(envmapi_window *window, const envmapi_near *s, int face, int texels,
+                                double share) {
+    const envmapi_axis *axis = &s->axis;
+    int mapping = axis->level.mapping, n[2], row;
+    double box[2][2], R = s->R + (texels ? 3 * axis->tent * axis->texel : 0);
+    double border = mapping == ENVMAP_PARABOLOID && !texels ? 0.5 / axis->level.edge : 0;
+    if (!envmapi_near_box(box, mapping, face, window->a, R, border)) return;
+    n[0] = envmapi_near_nodes(window->u, s, window->a, box, face, 0, texels);
+    n[1] = envmapi_near_nodes(window->v, s, window->a, box, face, 1, texels);
+    if (!n[0] || !n[1]) return;
+    for (int i = 0; i < n[0]; ++i) {
+        double phi = 2 * ENVMAPI_PI * (window->u[i].at - 0.5);
+        window->at[i] = window->u[i].at;
+        if (mapping == ENVMAP_LATLONG)
+            window->u[i].cosine = window->a[0] * sin(phi) - window->a[2] * cos(phi);
+    }
+    window->first = window->u[0].texel, row = window->v[0].texel;
+    window->count = window->u[n[0] - 1].texel + 2 - window->first;
+    for (const envmapi_knot *v = window->v; v < window->v + n[1]; ++v) {
+        for (; row < v->texel; ++row)
+            envmapi_near_flush(window, s, window->rows[row & 1], face, row);
+        memset(window->line, 0, (size_t)window->count * sizeof(float));
+        envmapi_near_line(window, s, face, n[0], v, texels);
+        for (int j = 0; j < n[0];) {
+            float all = 0, next = 0, *K = window->line + (window->u[j].texel - window->first);
+            for (int texel = window->u[j].texel; j < n[0] && window->u[j].texel == texel; ++j) {
+                float k = window->k[j] * window->u[j].weight;
+                all += k, next += window->u[j].f * k;
+            }
+            K[0] += all - next, K[1] += next;
+        }
+        float weight = (float)share * v->weight, here = weight * (1 - v->f), next = weight * v->f;
+        for (int j = 0; j < window->count; ++j) {
+            window->rows[row & 1][j] += here * window->line[j];
+            window->rows[~row & 1][j] += next * window->line[j];
+        }
+    }
+    envmapi_near_flush(window, s, window->rows[row & 1], face, row);
+    envmapi_near_flush(window, s, window->rows[~row & 1], face, row + 1);
+}
+
+/* Adds the texels that a rim cuts, spread about their centroids. */
+static void envmapi_near_rim(envmapi_window *window, const envmapi_near *s, double share) {
+    const envmapi_level *level = &s->axis.level;
+    size_t width = (size_t)level->width, area = width * (size_t)level->edge;
+    double uv[2], d[3], apart = s->axis.tent / sqrt(6.0) / level->edge;
+    double reach = cos(fmin(s->R + 3 * s->axis.tent * s->axis.texel, ENVMAPI_PI));
+    for (const envmapi_light *cut = s->in.rim; cut < s->in.rim + s->in.rim_count; ++cut) {
+        int face = (int)(cut->texel / area);
+        if (envmapi_dot(window->a, cut->d) < reach) continue;
+        envmapi_project(uv, level->mapping, face, cut->d);
+        for (int i = 0; i < 4; ++i) {
+            envmapi_direction(d, level->mapping, face, uv[0] + (i & 1 ? apart : -apart),
+                              uv[1] + (i & 2 ? apart : -apart));
+            double x = envmapi_dot(window->a, d), w = share * cut->value[3] / 4;
+            float K;
+            envmapi_near_many(&K, s, &x, &w, 1);
+            window->rows[0][0] += K;
+        }
+        window->count = 1, window->first = (int)(cut->texel % width);
+        envmapi_near_flush(window, s, window->rows[0], face, (int)(cut->texel % area / width));
+    }
+}
+
+/* ---- a slice */
+
+/* Where all of a rim's texels meet they are too long and thin for windows: there the reference
+   itself serves. */
+static int envmapi_near_singular(const envmapi_near *s, const double a[3]) {
+    int mapping = s->axis.level.mapping, sphere = mapping == ENVMAP_SPHERE;
+    double reach = fmin(s->R, 8 * s->sigma) + (sphere ? 0.5 : 2 * s->axis.texel);
+    if (!sphere && mapping != ENVMAP_ANGULAR) return 0;
+    return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
+}
+
+/* The reference's sum for a texel of dst; without what is in dst already. */
+static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t texel) {
+    envmapi_axis axis = s->axis;
+    int width = envmapi_width(s->dst.mapping, s->dst.size), row = (int)(texel / (size_t)width);
+    envmapi_texel_direction(axis.a, s->dst.mapping, row / s->dst.size, s->dst.size,
+                            (int)(texel % (size_t)width), row % s->dst.size);
+    if (s->tail && axis.bilinear >= 1) envmapi_axis_polar(&axis, 1, axis.reach);
+    else envmapi_axis_filter(&axis, NULL);
+    memcpy(sum, axis.sum, sizeof axis.sum);
+}
+
+/* Sums up what the axis at x of a row sees. */
+static void envmapi_near_axis(envmapi_window *window, const envmapi_near *s, int face, int x,
+                              int y) {
+    double share = s->axis.bilinear;
+    int n = window->axis;
+    envmapi_texel_direction(window->a, s->dst.mapping, face, s->dst.size, x, y);
+    memset(window->sums[n], 0, sizeof window->sums[n]), window->total[n] = 0;
+    window->x[n] = x, window->singular[n] = envmapi_near_singular(s, window->a);
+    if (window->singular[n]) return;
+    for (int i = 0; i < envmap_faces(s->axis.level.mapping); ++i) {
+        if (share > 0) envmapi_near_window(window, s, i, 0, share);
+        if (share < 1) envmapi_near_window(window, s, i, 1, 1 - share);
+    }
+    if (share < 1) envmapi_near_rim(window, s, 1 - share);
+}
+
+/* Axis n to its texel of dst and its images. */
+static void envmapi_near_put(envmapi_window *window, const envmapi_near *s, int n, int face,
+                             int y) {
+    size_t images[48];
+    int rim = window->singular[n], whole = rim && s->axis.bilinear < 1;
+    const envmapi_tail *tail = whole ? NULL : s->tail; /* else the sum has it */
+    for (int t = 0; t < s->turn_count; ++t) {
+        const envmapi_place *to = s->turns[t].dst + face;
+        size_t at = images[t] = envmapi_turned(&s->dst, to, window->x[n], y);
+        float *out = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
+        double sum[4], unit = rim ? 1 : s->scale, beyond = tail ? tail->integral / unit : 0;
+        int same = 0; /* a texel on a mirror is its own image, and takes its tail once */
+        for (int i = 0; i < t && tail; ++i) same |= images[i] == at;
+        for (int c = 0; c < 3; ++c) sum[c] = (double)window->sums[n][t][c];
+        sum[3] = window->total[n];
+        if (rim) envmapi_near_reference(sum, s, at);
+        double norm = s->norm > 0 ? s->norm / unit : sum[3];
+        for (int c = 0; c < 3 && !same; ++c) {
+            double before = tail ? (double)out[c] : 0;
+            if (!(s->norm > 0)) sum[c] += beyond * fmax(before, 0), before = 0;
+            out[c] = envmapi_to_float(before + sum[c] / (s->norm > 0 ? norm : norm + beyond));
+        }
+    }
+}
+
+/* The first of the texels that turns take to each other does the work for all of them. */
+static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
+    size_t own = envmapi_turned(&s->dst, s->turns[0].dst + face, x, y);
+    for (int t = 1; t < s->turn_count; ++t) {
+        const envmapi_place *to = s->turns[t].dst + face;
+        if (to->face < face || envmapi_turned(&s->dst, to, x, y) < own) return 0;
+    }
+    return 1;
+}
+
+/* Pieces of the integral at 1e-3: four nodes of 1.1 sigma lose 2e-3 of a bell's flank at 6 sigma.
+   Test: a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches fails with 2.2. */
+#define ENVMAPI_PIECE     1.1
+#define ENVMAPI_NEAR_ROWS 64 /* between two words to the progress callback */
+
+static void envmapi_task_near(void *context, int task) {
+    const envmapi_near *s = (const envmapi_near *)context;
+    const envmap *dst = &s->dst;
+    size_t room = s->room, row = (size_t)s->axis.level.width + 8;
+    envmapi_window *window = (envmapi_window *)(void *)(s->work + (size_t)task * s->bytes);
+    window->u = (envmapi_knot *)(window + 1), window->v = window->u + room;
+    window->at = (double *)(window->v + room);
+    window->k = (float *)(window->at + room), window->line = window->k + room;
+    window->rows[0] = window->line + row, window->rows[1] = window->rows[0] + row;
+    memset(window->line, 0, 3 * row * sizeof(float)), window->run_count = window->used = 0;
+    int last = dst->size * envmap_faces(dst->mapping);
+    if (last > s->row + ENVMAPI_NEAR_ROWS) last = s->row + ENVMAPI_NEAR_ROWS;
+    for (int i = s->row + task; i < last; i += s->tasks)
+        for (int x = 0, width = envmapi_width(dst->mapping, dst->size); x < width;) {
+            int face = i / dst->size, y = i % dst->size;
+            for (window->axis = 0; x < width && window->axis < ENVMAPI_NEAR_AXES; ++x)
+                if (envmapi_near_first(s, face, x, y))
+                    envmapi_near_axis(window, s, face, x, y), ++window->axis;
+            envmapi_near_drain(window, s);
+            for (int n = 0; n < window->axis; ++n) envmapi_near_put(window, s, n, face, y);
+        }
+}
+
+/* The least angle beyond which the lobe sends no more than a tenth of the tolerance, and a fifth of
+   what a texel may be off by from the brightest texel (or from all) into the darkest; pi where k is
+   not finite. */
+static double envmapi_near_radius(const envmapi_near *s, double tolerance) {
+    const envmapi_axis *axis = &s->axis;
+    double most = 0, least = HUGE_VAL, sum = 0, all = 0, theta, weight, reached = 0;
+    int enough = 0;
+    int rows = envmap_faces(axis->level.mapping) * (axis->level.edge + 2);
+    for (const float *notes = s->notes; notes < s->notes + 3 * rows; notes += 3) {
+        sum += (double)notes[0], most = fmax(most, (double)notes[1]);
+        least = fmin(least, (double)notes[2]);
+    }
+    sum /= (double)envmapi_area(axis->level.mapping, axis->level.edge) *
+           envmap_faces(axis->level.mapping);
+    double dark = 4 * tolerance * fmax(least, 1e-3 * sum), part = tolerance / 10;
+    for (int pass = 0; pass < 2; ++pass) {
+        envmapi_quadrature q =
+            envmapi_quadrature_of(axis->lobe, axis->p, 0, ENVMAPI_PI, s->sigma / 2);
+        double left = all;
+        while (envmapi_quadrature_next(&q, &theta, &weight)) {
+            double k = fabs(envmapi_k(axis->lobe, cos(theta), axis->p));
+            double one = 2 * ENVMAPI_PI * sin(theta) * weight * k;
+            if (!pass) all += one;
+            left -= one;
+            if (enough && theta > reached) return theta;
+            if (pass && !enough) reached = fmax(reached, theta); /* not in order, in a piece */
+            if (pass && left <= part * all &&
+                (left * most <= dark * all || 4 * ENVMAPI_PI * k * sum <= dark * all))
+                enough = 1;
+        }
+        if (!envmapi_finite(all)) return ENVMAPI_PI;
+        if (enough) return axis->to;
+    }
+    return ENVMAPI_PI;
+}
+
+/* k of the lobe by octaves of 1 + |a-d|^2 / sigma^2, to a node beyond R. */
+static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envmapi_pool *pool) {
+    const envmapi_axis *axis = &s->axis;
+    double chord = 2 * sin(fmin(s->R, ENVMAPI_PI) / 2);
+    s->limit = chord * chord, s->inverse = (float)(1 / (s->sigma * s->sigma));
+    int bits = tolerance < 2e-4 ? 10 : 7; /* linear interpolation loses 1e-6, or 1e-4 */
+    int count = 3 + (int)((1 << bits) * (1 + log2(1 + s->limit * (double)s->inverse)));
+    s->shift = 23 - bits, s->fraction = 1.0f / (float)(1 << s->shift);
+    s->table = (float *)envmapi_pool_get(pool, (size_t)count, sizeof(float));
+    if (!s->table) return ENVMAP_ERROR_MEMORY;
+    s->scale = fabs(envmapi_lobe_integral(axis->lobe, axis->p));
+    if (!(s->scale > 0)) s->scale = 1;
+    for (int i = 0; i < count; ++i) {
+        uint32_t place = (uint32_t)((127 << bits) + i) << s->shift;
+        float y;
+        memcpy(&y, &place, sizeof y);
+        double x = 1 - (double)(y - 1) * s->sigma * s->sigma / 2;
+        double k = envmapi_k(axis->lobe, x > -1 ? x : -1, axis->p);
+        if (s->tail) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->R / 2, s->R);
+        s->table[i] = (float)(k / s->scale);
+    }
+    return ENVMAP_OK;
+}
+
+/* What an axis needs to be near: few texels within R, and few nodes. */
+static int envmapi_near_serves(const envmapi_near *s) {
+    double texels = s->R / s->axis.texel;
+    int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX;
+    return s->tail || (s->R < 1.5 && texels < 64 && (grows || s->R < 60 * s->sigma));
+}
+
+/* A slice of src, or its only one, into a slice of dst. *served: 0 where the lobe reaches too far. */
+static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
+                                        const envmap_filter_desc *desc, envmapi_pool *pool) {
+    const envmapi_level *level = &s->axis.level;
+    size_t rows = (size_t)(envmap_faces(src->mapping) * (src->size + 2));
+    size_t floats = 4 * rows * (size_t)(level->width + 2);
+    int count = s->dst.size * envmap_faces(s->dst.mapping);
+    s->tasks = envmapi_tasks(&desc->work), s->room = 4 * (size_t)level->width + 1024;
+    s->bytes = sizeof(envmapi_window) +
+               s->room * (2 * sizeof(envmapi_knot) + sizeof(double) + sizeof(float));
+    s->bytes = (s->bytes + 3 * ((size_t)level->width + 8) * sizeof(float) + 127) / 64 * 64;
+    s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
+    s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
+    if (!s->work || !s->turns ||
+        envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, floats + 3 * rows + 4,
+                             &desc->work, pool))
+        return ENVMAP_ERROR_MEMORY;
+    s->texels = s->in.spare, s->notes = s->texels + floats;
+    s->turn_count = envmapi_turns(s->turns, &s->dst, src);
+    envmapi_run_all(&desc->work, envmapi_task_near_texels, s, (int)rows);
+    s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
+    s->R = s->tail ? s->tail->reach : envmapi_near_radius(s, (double)desc->tolerance);
+    s->piece = ENVMAPI_PIECE * pow((double)desc->tolerance * 1e3, 1.0 / 8);
+    *served = envmapi_near_serves(s);
+    envmap_result result =
+        *served ? envmapi_near_table(s, (double)desc->tolerance, pool) : ENVMAP_OK;
+    for (s->row = 0; s->row < count && *served && !result; s->row += ENVMAPI_NEAR_ROWS) {
+        if (envmapi_tell(&desc->work.progress, (double)s->row / count)) return ENVMAP_CANCELLED;
+        envmapi_run_all(&desc->work, envmapi_task_near, s, s->tasks);
+    }
+    return result;
+}
+
+/* Slices from `first` on; adds to a lobe's tail, where there is one. Where a lobe without reaches too
+   far, the reference for all. */
+static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                                         const envmapi_tail *tail, int first, int slices,
+                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
+    envmapi_near s;
+    envmapi_source source;
+    int alike = src->slices == 1 && lobe->p0 == lobe->p1, runs = alike ? 1 : slices;
+    int kept = pool->count, served = 1;
+    envmap_result result = ENVMAP_OK;
+    memset(&s, 0, sizeof s), memset(&source, 0, sizeof source);
+    s.dst = *dst, s.axis.lobe = lobe, s.norm = envmapi_lobe_norm(lobe), s.tail = tail;
+    for (int run = 0; run < runs && !result && served; ++run) {
+        envmapi_part part;
+        envmap_filter_desc one = *desc;
+        one.work = envmapi_work_part(&part, &desc->work, run, 1, runs), s.slice = first + run;
+        if ((src->mapping == ENVMAP_SPHERE || src->mapping == ENVMAP_ANGULAR) &&
+            (!run || src->slices > 1)) {
+            envmapi_source_free(&source, desc->work.memory);
+            result = envmapi_source_create(&source, src, src->slices > 1 ? s.slice : 0,
+                                           desc->work.memory);
+        }
+        if (result) break;
+        envmapi_axis_aim(&s.axis, src, s.slice, dst->slices);
+        s.axis.source = &source;
+        result = envmapi_near_slice(&s, src, &served, &one, pool);
+        envmapi_pool_free(pool, kept);
+    }
+    envmapi_source_free(&source, desc->work.memory);
+    if (!served && !result) return envmapi_filter_reference(dst, src, lobe, desc);
+    if (!result && alike) envmapi_copy_slices(dst, first, slices);
     return result;
 }
 
@@ -5819,6 +6560,8 @@ typedef struct envmapi_slice {
 /* What a lobe asks of a scene, slice by slice; L: the most bands, h: the finest grid. */
 typedef struct envmapi_spec {
     const envmap_lobe *lobe;
+    const envmapi_tail *tail; /* the lobe is only the tail of a sharp one; NULL: all of it */
+    double part;              /* of that one's integral; 1 */
     envmap *dst;
     envmapi_slice *slice;
     envmapi_angles *angles;
@@ -5960,7 +6703,7 @@ static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *
                                 const envmapi_scene *s, const double *d, double share, int l) {
     envmapi_contrast c = envmapi_contrast_at(s, l);
     double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
-    double dark = share * fmax(slice->darkest / 2, 1e-3 * slice->mean);
+    double dark = share / spec->part * fmax(slice->darkest / 2, 1e-3 * slice->mean);
     double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
         double over = fabs(d[j]) - share * fabs(slice->k[j]);
@@ -5969,7 +6712,7 @@ static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *
         squares += excess[j] * excess[j] * spec->angles->area[j];
     }
     double lumps = fmax(8 * spec->midpoint, envmapi_solid_contrast(s, l));
-    if (lumps * most > share * slice->mean) return 0;
+    if (lumps * most * spec->part > share * slice->mean) return 0;
     if (spec->kinked && s->detail)
         return envmapi_slice_sees(slice, s, excess, ENVMAPI_SEES * share, l);
     return c.epsilon * most <= dark && others * squares <= dark * dark;
@@ -5979,7 +6722,7 @@ static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *
 static int envmapi_slice_rms(const envmapi_slice *slice, const envmapi_spec *spec, double error,
                              double c2, double part) {
     double result = (1 - c2) * slice->mean * slice->mean + c2 * slice->power;
-    return error <= pow(spec->tolerance * part, 2) * result;
+    return error <= pow(spec->tolerance * part / spec->part, 2) * result;
 }
 
 /* kappa^2 for the rms, of light or of solid angles. */
@@ -6072,7 +6815,7 @@ static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmap *map) {
     if (!envmapi_spec_lambda(spec, bands)) return 0;
     for (const envmapi_slice *s = spec->slice; s < spec->slice + spec->slices; ++s)
         for (int i = l; i < bands; ++i)
-            if (4 * fabs(s->lambda[i]) > spec->tolerance * s->mean) return 0;
+            if (4 * fabs(s->lambda[i]) * spec->part > spec->tolerance * s->mean) return 0;
     return 1;
 }
 
@@ -6132,7 +6875,7 @@ static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lob
     int varied = lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1, all = varied ? dst->slices : 1;
     double side = envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size);
     memset(spec, 0, sizeof *spec);
-    spec->lobe = lobe, spec->dst = dst, spec->tolerance = tolerance;
+    spec->lobe = lobe, spec->dst = dst, spec->tolerance = tolerance, spec->part = 1;
     spec->sigma = ENVMAPI_PI, spec->midpoint = side * side / 24;
     /* Banks' ring at -c is that at c about -t. */
     spec->mirrored = lobe->kind == ENVMAP_LOBE_BANKS && varied && !(lobe->p0 + lobe->p1 < 0) &&
@@ -6181,7 +6924,7 @@ static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_s
     }
     for (envmapi_spec *spec = specs; spec < specs + count && !result; ++spec)
         /* A kink sees the lattice of large texels. Test: a_lamp_anywhere_keeps_the_tolerance. */
-        if (spec->kinked && extent < 0.05)
+        if (spec->kinked && (extent < 0.05 || spec->tail))
             envmapi_spec_fit(spec, &scenes->unlit, ENVMAPI_FAST_BANDS);
     return result;
 }
@@ -6348,15 +7091,17 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             envmap_filter_desc one = *desc;
             if (spec->kinked != kinked) continue;
             one.work = envmapi_work_part(&part, &desc->work, done++, 1, count);
-            if (spec->L) {
-                float *out = envmapi_image(spec->dst, 0, first, 0);
-                result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
-                if (!result && scene->in.exponent)
-                    envmapi_floats_scale(out, out,
-                                         (size_t)slices * envmapi_slice_floats(spec->dst, 0),
-                                         scene->in.exponent);
-            } else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
-            else result = envmapi_filter_reference(spec->dst, scene->in.map, spec->lobe, &one);
+            const envmapi_tail *tail = spec->L ? spec->tail : NULL;
+            const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
+            size_t floats = (size_t)slices * envmapi_slice_floats(spec->dst, 0);
+            float *out = envmapi_image(spec->dst, 0, first, 0);
+            if (spec->L) result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
+            else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
+            if (!result && spec->L && scene->in.exponent)
+                envmapi_floats_scale(out, out, floats, scene->in.exponent);
+            if (!result && (tail || !spec->L))
+                result = envmapi_filter_near(spec->dst, scene->in.map, lobe, tail, first, slices,
+                                             &one, pool);
         }
         envmapi_pool_free(pool, kept);
     }
@@ -6411,6 +7156,7 @@ typedef struct envmapi_job {
     int count, fast, planned[32]; /* fast: how many specs; planned: has this level one? */
     envmap views[32];
     envmapi_spec specs[32];
+    envmapi_tail tails[32]; /* of sharp lobes, by their specs */
     envmapi_scenes scenes;
     const envmapi_spectrum *ready; /* of a prepared source */
     envmap_filter_desc desc;
@@ -6447,6 +7193,14 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
         job->planned[l] =
             envmapi_spec_create(job->specs + job->fast, job->views + l, job->lobes + l, job->src,
                                 (double)job->desc.tolerance, &job->pool, &result);
+    if (!job->planned[l] && !result && method != ENVMAP_METHOD_HARMONICS &&
+        envmapi_tail_of(job->tails + job->fast, job->lobes + l, job->src)) {
+        job->planned[l] =
+            envmapi_spec_create(job->specs + job->fast, job->views + l, &job->tails[job->fast].lobe,
+                                job->src, (double)job->desc.tolerance, &job->pool, &result);
+        job->specs[job->fast].tail = job->tails + job->fast;
+        job->specs[job->fast].part = job->tails[job->fast].part;
+    }
     job->fast += job->planned[l];
     if (job->planned[l] || result || method != ENVMAP_METHOD_HARMONICS) return result;
     return ENVMAP_ERROR_METHOD;
@@ -6511,6 +7265,11 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         else if (desc.method != ENVMAP_METHOD_REFERENCE && envmapi_job_constant(job, l))
             for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(job->views + l, 0); ++i)
                 job->views[l].texels[i] = job->src->texels[i % 3];
+        else if (desc.method != ENVMAP_METHOD_REFERENCE &&
+                 (desc.method == ENVMAP_METHOD_FAST ||
+                  !envmapi_few_pairs(job->views + l, job->src)))
+            result = envmapi_filter_near(job->views + l, job->src, lobe, NULL, 0, slices, &desc,
+                                         &job->pool);
         else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
     }
     done *= runs;
@@ -6529,7 +7288,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
 /* Room for the results, which become dst's when nothing can fail any more: of level 0 they need
    none where the fast filter writes it last and at once. */
 static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
-    int direct = job->planned[0] && job->specs[0].L && dst->slices == 1;
+    int direct = job->planned[0] && job->specs[0].L && !job->specs[0].tail && dst->slices == 1;
     float *first = envmapi_image(dst, 0, direct ? dst->slices : 0, 0);
     size_t floats = (size_t)(envmapi_image(dst, job->count - 1, dst->slices, 0) - first);
     float *stage = (float *)envmapi_pool_get(&job->pool, floats + 1, sizeof(float));
@@ -6851,9 +7610,9 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
         out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &d);
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
     if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
-    int fast = spec->L && !envmapi_few_pairs(dst, job->src);
-    out->method = fast || constant ? ENVMAP_METHOD_FAST : ENVMAP_METHOD_REFERENCE;
-    if (!fast) return ENVMAP_OK;
+    int few = envmapi_few_pairs(dst, job->src);
+    out->method = few && !constant ? ENVMAP_METHOD_REFERENCE : ENVMAP_METHOD_FAST;
+    if (few || !spec->L) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
     return ENVMAP_OK;
 }
@@ -6875,6 +7634,7 @@ ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *d
         shape.size = src->size;
         double size = src->size * envmapi_texel_extent(&shape) / envmapi_texel_extent(src);
         out.size = (int)envmapi_clamp(ceil(size - 1e-6), 1, ENVMAPI_SIZE_LIMIT);
+        if (job.specs[0].tail) job.specs[0].L = 0;
         if (lobe->kind != ENVMAP_LOBE_MIRROR) result = envmapi_plan_fill(&out, &job);
     }
     if (!result) *plan = out;

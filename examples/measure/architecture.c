@@ -58,6 +58,7 @@ static const struct described {
      "coefficients: filtered, turned, windowed, packed"},
     {"reference", METHODS, "a slice, a lobe", "a slice of the result, by the definition's sum"},
     {"hierarchical", METHODS, "a slice, a lobe, a threshold", "the same sum over nodes of a tree"},
+    {"near", METHODS, "a slice, a sharp lobe, a tolerance", "that sum over the texels within reach"},
     {"scene", METHODS, "a slice", "its contrast at every scale, its lights"},
     {"fast", METHODS, "a slice, its scene, lobes, a tolerance",
      "how many bands, how fine a grid; then the results"},

@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: MIT
+   Sharp lobes: near sums against the definition, which search_oracle.h writes a second time, for
+   every mapping and kind of lobe, on noise, under a sun and beside one lit texel. */
+#define _POSIX_C_SOURCE 200809L
+#include "search_others.h"
+
+/* ----------------------------------------------------------------------------------- tools ---- */
+
+static const char *const names[5] = {"cube", "paraboloid", "sphere", "latlong", "angular"};
+static const int edges[5] = {24, 40, 60, 36, 60}; /* mean texels of 0.06 rad, nearly */
+
+/* A work of one line, but for its maps. */
+static work work_of(int from, int to, int size, const char *rest) {
+    char text[400];
+    work w;
+    snprintf(text, sizeof text,
+             "check=filter method=fast src=%s:%d:1 dst=%s:%d:1 %s times=1 seed=1", names[from],
+             edges[from], names[to], size, rest);
+    if (!CHECK(work_read(&w, text))) printf("    %s\n", text);
+    return w;
+}
+
+/* Holds a filter to the definition: rms to the tolerance, texels to 20; prints the worst of all. */
+static double worst_rms, worst_texel;
+
+static void keeps(const work *w) {
+    bench b;
+    CHECK(bench_create(&b, w));
+    envmap_filter_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.method = w->method, desc.tolerance = (float)w->tolerance;
+    CHECK(envmap_filter(&b.dst, &b.src, &b.header_lobe, &desc) == ENVMAP_OK);
+    judge j = judge_map(&b, b.dst.texels, w->dst_size, 1, 0.05);
+    char text[400];
+    work_print(text, sizeof text, w);
+    if (!CHECK(j.error <= 1 && j.worst <= 20))
+        printf("    %.2f and %.2f tolerances: %s\n", j.error, j.worst, text);
+    worst_rms = fmax(worst_rms, j.error), worst_texel = fmax(worst_texel, j.worst);
+    bench_free(&b);
+}
+
+static void keep(int from, int to, const char *lobe, double tolerance, const char *scene) {
+    char rest[200];
+    snprintf(rest, sizeof rest, "lobe=%s raw=0:1 tolerance=%g scene=%s", lobe, tolerance, scene);
+    work w = work_of(from, to, 12, rest);
+    keeps(&w);
+}
+
+/* From two mean texels down to a hundredth. */
+static const char *const lobes[] = {"phong:80:0",  "phong:120:0", "phong:200:0",   "gaussian:400:0",
+                                    "phong:1e3:0", "phong:1e4:0", "gaussian:1e6:0"};
+
+static void all_lobes_keep(int from, const char *scene) {
+    worst_rms = worst_texel = 0;
+    for (int i = 0; i < 7; ++i) keep(from, (from + i) % 5, lobes[i], 1e-3, scene);
+    FIGURE("rms in tolerances", worst_rms, 1);
+    FIGURE("the worst texel's", worst_texel, 20);
+}
+
+/* ----------------------------------------------------------------------------------- tests ---- */
+
+static void a_cube_of_noise_keeps_the_tolerance(void) { all_lobes_keep(ENVMAP_CUBE, "noise:0:0"); }
+static void paraboloids_of_noise_keep_the_tolerance(void) {
+    all_lobes_keep(ENVMAP_PARABOLOID, "noise:0:0");
+}
+static void a_lat_long_of_noise_keeps_the_tolerance(void) {
+    all_lobes_keep(ENVMAP_LATLONG, "noise:0:0");
+}
+static void an_angular_map_of_noise_keeps_the_tolerance(void) {
+    all_lobes_keep(ENVMAP_ANGULAR, "noise:0:0");
+}
+static void a_sphere_map_of_noise_keeps_the_tolerance(void) {
+    all_lobes_keep(ENVMAP_SPHERE, "noise:0:0");
+}
+
+/* A texel of 1e5 over noise, in the middle of a face, in a corner, beside a pole. */
+static void a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches(void) {
+    static const char *const suns[] = {"sun:0.42:0.45", "sun:0.334:0.99", "sun:0.6:0.01"};
+    for (int i = 0; i < 3; ++i) {
+        all_lobes_keep(ENVMAP_CUBE, suns[i]);
+        keep(ENVMAP_LATLONG, ENVMAP_CUBE, lobes[2 * i], 1e-3, suns[i]);
+        keep(ENVMAP_PARABOLOID, ENVMAP_CUBE, lobes[2 * i], 1e-3, suns[i]);
+    }
+}
+
+static void tables_and_functions_keep_the_tolerance(void) {
+    static const char *const narrow[] = {"table:0.05:1", "cone:0.12:0", "hat:0.04:0.1",
+                                         "two:0.03:0.1", "ring:0.03:0.1"};
+    for (int i = 0; i < 5; ++i)
+        for (int from = 0; from < 5; from += 3) keep(from, 0, narrow[i], 1e-3, "noise:0:0");
+}
+
+/* GGX never ends: within reach it is near, its tail goes through the fast filter. */
+static void heavy_tails_keep_the_tolerance(void) {
+    static const char *const ggx[] = {"ggx:0.09:0", "ggx:0.05:0", "ggx:0.01:0", "ggx:1e-4:0"};
+    static const char *const scenes[] = {"noise:0:0", "sun:0.42:0.45", "texel:0.42:0.45"};
+    worst_rms = worst_texel = 0;
+    for (int from = 0; from < 5; ++from)
+        for (int i = 0; i < 4; ++i)
+            keep(from, (from + i) % 5, ggx[i], 1e-3, scenes[(from + i) % 3]);
+    for (int i = 0; i < 4; ++i) keep(ENVMAP_CUBE, ENVMAP_CUBE, ggx[i], 1e-3, scenes[1]);
+    FIGURE("rms in tolerances", worst_rms, 1);
+    FIGURE("the worst texel's", worst_texel, 20);
+}
+
+static void tight_tolerances_are_kept(void) {
+    for (int i = 0; i < 5; ++i) keep(ENVMAP_CUBE, ENVMAP_CUBE, lobes[i], 1e-4, "noise:0:0");
+    keep(ENVMAP_LATLONG, ENVMAP_CUBE, lobes[2], 1e-4, "noise:0:0");
+}
+
+/* Raw sums have no norm that would hide what is missing of them. */
+static void raw_sums_are_whole(void) {
+    for (int from = 0; from < 5; ++from)
+        for (int i = 2; i < 7; i += 2) {
+            char rest[200];
+            snprintf(rest, sizeof rest, "lobe=%s raw=1:3 tolerance=1e-3 scene=noise:0:0", lobes[i]);
+            work w = work_of(from, ENVMAP_CUBE, 8, rest);
+            keeps(&w);
+        }
+}
+
+/* Source and result share symmetries: how many, and each takes texels to texels, places to places
+   that are turned alike. */
+static void turns_take_texels_to_texels(void) {
+    static const int shared[5][5] = {
+        {48, 16, 8, 16, 8}, {16, 16, 8, 8, 8}, {8, 8, 8, 4, 8}, {16, 8, 4, 16, 4}, {8, 8, 8, 4, 8}};
+    envmapi_turn turns[49];
+    envmap map[5];
+    memset(map, 0, sizeof map);
+    for (int i = 0; i < 5; ++i) CHECK(envmap_create(map + i, (envmap_mapping)i, 6, 1, 1) == 0);
+    for (int from = 0; from < 5; ++from)
+        for (int to = 0; to < 5; ++to) {
+            int count = envmapi_turns(turns, map + to, map + from);
+            CHECK(count == shared[from][to]);
+            for (int t = 0; t < count; ++t) { /* angles between two texels stay */
+                double a[3], b[3], c[3], d[3];
+                const envmapi_place *p = &turns[t].src[0], *q = &turns[t].dst[0];
+                int w = envmapi_width(from, 6), x = (p->x0 + p->xx * 2 + p->xy * 1 + 4 * w) % w;
+                int v = envmapi_width(to, 6), z = (q->x0 + q->xx * 3 + q->xy * 2 + 4 * v) % v;
+                envmapi_texel_direction(a, from, 0, 6, 2, 1);
+                envmapi_texel_direction(b, to, 0, 6, 3, 2);
+                envmapi_texel_direction(c, from, p->face, 6, x, p->y0 + p->yx * 2 + p->yy * 1);
+                envmapi_texel_direction(d, to, q->face, 6, z, q->y0 + q->yx * 3 + q->yy * 2);
+                CHECK_CLOSE(envmapi_dot(a, b), envmapi_dot(c, d), 1e-12);
+            }
+        }
+    for (int i = 0; i < 5; ++i) envmap_free(map + i);
+}
+
+/* k is asked for a table of it, not for pairs of texels. */
+static int asked;
+static double counted(double x, double p, void *user) {
+    (void)p, (void)user;
+    ++asked;
+    return exp(3000 * (x - 1));
+}
+
+static void k_is_asked_for_some_thousand_times(void) {
+    envmap src = {0}, dst = {0};
+    envmap_lobe lobe = envmap_lobe_function(counted, NULL);
+    CHECK(!envmap_create(&src, ENVMAP_CUBE, 32, 1, 1) &&
+          !envmap_create(&dst, ENVMAP_CUBE, 32, 1, 1));
+    oracle_noise(&src, 1);
+    CHECK(envmap_filter(&dst, &src, &lobe, NULL) == ENVMAP_OK);
+    FIGURE("times", asked, 100000);
+    envmap_free(&src), envmap_free(&dst);
+}
+
+/* N -> infinity is the bilinear mirror, on every mapping. */
+static void the_sharpest_lobe_is_the_bilinear_lookup(void) {
+    double worst = 0;
+    for (int from = 0; from < 5; ++from) {
+        work w = work_of(from, ENVMAP_CUBE, 7,
+                         "lobe=phong:1e9:0 raw=0:1 tolerance=1e-3 scene=noise:0:0");
+        bench b;
+        CHECK(bench_create(&b, &w));
+        envmap_lobe lobe = envmap_lobe_phong(1e9f);
+        envmap_filter_desc desc;
+        memset(&desc, 0, sizeof desc);
+        desc.method = ENVMAP_METHOD_FAST;
+        CHECK(envmap_filter(&b.dst, &b.src, &lobe, &desc) == ENVMAP_OK);
+        for (size_t i = 0; i < oracle_count(ENVMAP_CUBE, 7); ++i) {
+            float rgb[3], d[3];
+            for (int c = 0; c < 3; ++c) d[c] = (float)b.dst_texels[i].d[c];
+            if ((from == ENVMAP_SPHERE && d[2] < -0.99f) ||
+                (from == ENVMAP_ANGULAR && d[2] > 0.99f))
+                continue; /* all of the rim at once */
+            envmap_lookup(rgb, &b.src, d, 0);
+            for (int c = 0; c < 3; ++c)
+                worst = fmax(worst, fabs((double)rgb[c] - (double)b.dst.texels[3 * i + (size_t)c]));
+        }
+        bench_free(&b);
+    }
+    FIGURE("off by", worst, 5e-3);
+}
+
+/* The rules that every call keeps: the same bits for any order of tasks, what fails says why and
+   leaves everything as it was. */
+static void all_rules_are_kept(void) {
+    static const int checks[3] = {CHECK_EXECUTORS, CHECK_FAILURES, CHECK_FURNACE};
+    for (int from = 0; from < 5; ++from)
+        for (int i = 0; i < 3; ++i) {
+            work w = work_of(from, (from + i) % 5, 6,
+                             "lobe=phong:500:0 raw=0:1 tolerance=1e-3 scene=noise:0:0");
+            w.check = checks[i];
+            verdict v = check_work(&w);
+            v.over[PROMISE_COST] = -1;
+            for (int p = 0; p < PROMISE_COUNT; ++p)
+                if (!CHECK(!broken(&v, p))) printf("    %s\n", promise_text[p]);
+        }
+}
+
+int main(void) {
+    (void)work_draw, (void)work_simplify; /* the search's */
+    RUN(turns_take_texels_to_texels);
+    RUN(a_cube_of_noise_keeps_the_tolerance);
+    RUN(paraboloids_of_noise_keep_the_tolerance);
+    RUN(a_lat_long_of_noise_keeps_the_tolerance);
+    RUN(an_angular_map_of_noise_keeps_the_tolerance);
+    RUN(a_sphere_map_of_noise_keeps_the_tolerance);
+    RUN(a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches);
+    RUN(tables_and_functions_keep_the_tolerance);
+    RUN(heavy_tails_keep_the_tolerance);
+    RUN(tight_tolerances_are_kept);
+    RUN(raw_sums_are_whole);
+    RUN(the_sharpest_lobe_is_the_bilinear_lookup);
+    RUN(k_is_asked_for_some_thousand_times);
+    RUN(all_rules_are_kept);
+    return test_summary();
+}
