@@ -4728,6 +4728,13 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
        R, from the scene's contrast       _radius
    Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
 
+/* Tuned on tests/test_near.c; the test named above a constant fails without it.
+   a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
+#define ENVMAPI_PIECE 1.1 /* sigma a piece at 1e-3: four nodes lose 2e-3 of a flank at 6 sigma */
+#define ENVMAPI_BLEND 0.4 /* of that where the paraboloids blend: light has kinks off the lines */
+/* a_sphere_map_of_noise_keeps_the_tolerance */
+#define ENVMAPI_RIM 0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
+
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
 typedef struct envmapi_tail {
@@ -5178,8 +5185,7 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     double sigma = s->sigma * size / envmapi_near_stretch(box, at, mapping, face, i);
     double X = fmax(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1));
     double Y = fmax(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
-    if (mapping == ENVMAP_PARABOLOID && X * X + Y * Y > 1 - 4.0 / size)
-        sigma *= 0.4; /* where the faces blend, light has kinks off the lines */
+    if (mapping == ENVMAP_PARABOLOID && X * X + Y * Y > 1 - 4.0 / size) sigma *= ENVMAPI_BLEND;
     return envmapi_near_pieces(nodes, (int)s->room, from, to, size, at[i] * size - 0.5, sigma,
                                s->piece, axis->lobe->kind == ENVMAP_LOBE_GGX);
 }
@@ -5262,7 +5268,7 @@ static size_t envmapi_near_image(const envmap *dst, const envmapi_place *to, int
    itself serves. */
 static int envmapi_near_singular(const envmapi_near *s, const double a[3]) {
     int mapping = s->axis.level.mapping, sphere = mapping == ENVMAP_SPHERE;
-    double reach = fmin(s->R, 8 * s->sigma) + (sphere ? 0.5 : 2 * s->axis.texel);
+    double reach = fmin(s->R, 8 * s->sigma) + (sphere ? ENVMAPI_RIM : 2 * s->axis.texel);
     if (!sphere && mapping != ENVMAP_ANGULAR) return 0;
     return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
 }
@@ -5329,9 +5335,6 @@ static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
     return 1;
 }
 
-/* Pieces of the integral at 1e-3: four nodes of 1.1 sigma lose 2e-3 of a bell's flank at 6 sigma.
-   Test: a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches fails with 2.2. */
-#define ENVMAPI_PIECE     1.1
 #define ENVMAPI_NEAR_ROWS 64 /* between two words to the progress callback */
 
 static void envmapi_task_near(void *context, int task) {
