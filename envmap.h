@@ -5424,6 +5424,7 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
 static int envmapi_near_serves(const envmapi_near *s) {
     double texels = s->R / s->axis.texel;
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX;
+    if (s->axis.lobe->kind == ENVMAP_LOBE_BANKS) return 0; /* a ring's edges are off the lines */
     return s->tail || (s->R < 1.5 && texels < 64 && (grows || s->R < 60 * s->sigma));
 }
 
