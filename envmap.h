@@ -5276,6 +5276,13 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
        R, from the scene's contrast       _radius
    Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
 
+/* Tuned on tests/test_near.c; the test named above a constant fails without it.
+   a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
+#define ENVMAPI_PIECE 1.1 /* sigma a piece at 1e-3: four nodes lose 2e-3 of a flank at 6 sigma */
+#define ENVMAPI_BLEND 0.4 /* of that where the paraboloids blend: light has kinks off the lines */
+/* a_sphere_map_of_noise_keeps_the_tolerance */
+#define ENVMAPI_RIM 0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
+
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
 typedef struct envmapi_tail {
@@ -5675,8 +5682,7 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     double sigma = s->sigma * size / envmapi_near_stretch(box, at, mapping, face, i);
     double X = fmax(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1));
     double Y = fmax(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
-    if (mapping == ENVMAP_PARABOLOID && X * X + Y * Y > 1 - 4.0 / size)
-        sigma *= 0.4; /* where the faces blend, light has kinks off the lines */
+    if (mapping == ENVMAP_PARABOLOID && X * X + Y * Y > 1 - 4.0 / size) sigma *= ENVMAPI_BLEND;
     return envmapi_near_pieces(nodes, (int)s->room, from, to, size, at[i] * size - 0.5, sigma,
                                s->piece, axis->lobe->kind == ENVMAP_LOBE_GGX);
 }
@@ -5752,7 +5758,7 @@ static void envmapi_near_rim(envmapi_window *window, const envmapi_near *s, doub
    itself serves. */
 static int envmapi_near_singular(const envmapi_near *s, const double a[3]) {
     int mapping = s->axis.level.mapping, sphere = mapping == ENVMAP_SPHERE;
-    double reach = fmin(s->R, 8 * s->sigma) + (sphere ? 0.5 : 2 * s->axis.texel);
+    double reach = fmin(s->R, 8 * s->sigma) + (sphere ? ENVMAPI_RIM : 2 * s->axis.texel);
     if (!sphere && mapping != ENVMAP_ANGULAR) return 0;
     return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
 }
@@ -5800,11 +5806,12 @@ static void envmapi_near_put(envmapi_window *window, const envmapi_near *s, int 
         for (int c = 0; c < 3; ++c) sum[c] = (double)window->sums[n][t][c];
         sum[3] = window->total[n];
         if (rim) envmapi_near_reference(sum, s, at);
-        double norm = s->norm > 0 ? s->norm / unit : sum[3];
+        int fixed = fabs(s->norm) > 0; /* raw, or Banks */
+        double norm = fixed ? s->norm / unit : sum[3];
         for (int c = 0; c < 3 && !same; ++c) {
             double before = tail ? (double)out[c] : 0;
-            if (!(s->norm > 0)) sum[c] += beyond * fmax(before, 0), before = 0;
-            out[c] = envmapi_to_float(before + sum[c] / (s->norm > 0 ? norm : norm + beyond));
+            if (!fixed) sum[c] += beyond * fmax(before, 0), before = 0;
+            out[c] = envmapi_to_float(before + sum[c] / (fixed ? norm : norm + beyond));
         }
     }
 }
@@ -5819,9 +5826,6 @@ static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
     return 1;
 }
 
-/* Pieces of the integral at 1e-3: four nodes of 1.1 sigma lose 2e-3 of a bell's flank at 6 sigma.
-   Test: a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches fails with 2.2. */
-#define ENVMAPI_PIECE     1.1
 #define ENVMAPI_NEAR_ROWS 64 /* between two words to the progress callback */
 
 static void envmapi_task_near(void *context, int task) {
@@ -5907,10 +5911,14 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
     return ENVMAP_OK;
 }
 
-/* What an axis needs to be near: few texels within R, and few nodes. */
-static int envmapi_near_serves(const envmapi_near *s) {
+/* What an axis needs to be near: few texels within R, few nodes, and sums that floats hold. */
+static int envmapi_near_serves(const envmapi_near *s, int rows) {
     double texels = s->R / s->axis.texel;
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX;
+    float most = 0;
+    for (int i = 0; i < rows; ++i) most = s->notes[3 * i + 1] > most ? s->notes[3 * i + 1] : most;
+    if (most > 1e30f || (most > 0 && most < 1e-25f)) return 0;
+    if (s->axis.lobe->kind == ENVMAP_LOBE_BANKS) return 0; /* a ring's edges are off the lines */
     return s->tail || (s->R < 1.5 && texels < 64 && (grows || s->R < 60 * s->sigma));
 }
 
@@ -5937,7 +5945,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
     s->R = s->tail ? s->tail->reach : envmapi_near_radius(s, (double)desc->tolerance);
     s->piece = ENVMAPI_PIECE * pow((double)desc->tolerance * 1e3, 1.0 / 8);
-    *served = envmapi_near_serves(s);
+    *served = envmapi_near_serves(s, (int)rows);
     envmap_result result =
         *served ? envmapi_near_table(s, (double)desc->tolerance, pool) : ENVMAP_OK;
     for (s->row = 0; s->row < count && *served && !result; s->row += ENVMAPI_NEAR_ROWS) {

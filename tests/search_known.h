@@ -37,12 +37,13 @@ static int is_time(const finding *f) {
     return f->promise == PROMISE_COST || f->promise == PROMISE_CLIFF;
 }
 
-/* Sharp lobes: axes that look where all of a rim's texels meet go to the reference, and so do thin
-   rings; tight tolerances take many nodes. */
+/* Sharp lobes: axes that look where all of a rim's texels meet go to the reference, and so do rings
+   and what else reaches far; tight tolerances take many nodes. */
 static int known_thin_time(const finding *f) {
     int rim = f->w->src_mapping == ENVMAP_SPHERE || f->w->src_mapping == ENVMAP_ANGULAR;
     return is_time(f) && f->texels < 2.6 &&
-           (rim || f->w->lobe == LOBE_BANKS || f->w->tolerance < 1e-4);
+           (rim || f->w->lobe == LOBE_BANKS || f->w->lobe == LOBE_POWER ||
+            f->w->lobe == LOBE_RING || f->w->lobe == LOBE_TWO || f->w->tolerance < 1e-4);
 }
 
 /* Lobes go to the reference where the source's texels are wider than 0.1 rad. */
@@ -82,11 +83,11 @@ static int known_tip_time(const finding *f) {
 }
 
 /* The integral of the bilinear radiance at tolerances tighter than its nodes: kinks of functions;
-   the reference's rings, around the point where all of a rim's texels meet. */
+   the reference's rings, for Banks and around the point where all of a rim's texels meet. */
 static int known_thin_sums(const finding *f) {
     double limit = f->promise == PROMISE_RMS ? 1e-4 : 2e-3;
     int rim = f->w->src_mapping == ENVMAP_SPHERE || f->w->src_mapping == ENVMAP_ANGULAR;
-    if (rim) limit *= 100;
+    if (rim || f->w->lobe == LOBE_BANKS) limit *= 500;
     return is_accuracy(f) && f->texels < (rim ? 2 : 1.5) && f->off < limit;
 }
 
