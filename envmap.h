@@ -5330,6 +5330,7 @@ typedef struct envmapi_near {
     int slice, tasks, row, turn_count; /* row: the first of the rows of dst that are at work */
     envmapi_turn *turns;
     envmapi_input in;
+    int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *texels; /* of the source, as lookups see it, with a border of one: RGB and 0 */
     float *notes;  /* of each of its rows: the sum, the brightest and the darkest texel */
     int shift;     /* of a float, to its place in the table; the fraction of it */
@@ -5404,6 +5405,7 @@ static void envmapi_task_near_texels(void *context, int task) {
             envmapi_near_texel(rgb, level, face, x, y);
             for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
         }
+        if (s->exponent) envmapi_floats_scale(out, out, 3, -s->exponent);
         float most = out[0] > out[1] ? out[0] : out[1];
         most = most > out[2] ? most : out[2], out[3] = 0;
         if (y < 0 || y >= level->edge) continue;
@@ -5803,7 +5805,7 @@ static void envmapi_near_put(envmapi_window *window, const envmapi_near *s, int 
         double sum[4], unit = rim ? 1 : s->scale, beyond = tail ? tail->integral / unit : 0;
         int same = 0; /* a texel on a mirror is its own image, and takes its tail once */
         for (int i = 0; i < t && tail; ++i) same |= images[i] == at;
-        for (int c = 0; c < 3; ++c) sum[c] = (double)window->sums[n][t][c];
+        for (int c = 0; c < 3; ++c) sum[c] = ldexp((double)window->sums[n][t][c], s->exponent);
         sum[3] = window->total[n];
         if (rim) envmapi_near_reference(sum, s, at);
         int fixed = fabs(s->norm) > 0; /* raw, or Banks */
@@ -5911,13 +5913,10 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
     return ENVMAP_OK;
 }
 
-/* What an axis needs to be near: few texels within R, few nodes, and sums that floats hold. */
-static int envmapi_near_serves(const envmapi_near *s, int rows) {
+/* What an axis needs to be near: few texels within R, and few nodes. */
+static int envmapi_near_serves(const envmapi_near *s) {
     double texels = s->R / s->axis.texel;
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX;
-    float most = 0;
-    for (int i = 0; i < rows; ++i) most = s->notes[3 * i + 1] > most ? s->notes[3 * i + 1] : most;
-    if (most > 1e30f || (most > 0 && most < 1e-25f)) return 0;
     if (s->axis.lobe->kind == ENVMAP_LOBE_BANKS) return 0; /* a ring's edges are off the lines */
     return s->tail || (s->R < 1.5 && texels < 64 && (grows || s->R < 60 * s->sigma));
 }
@@ -5941,11 +5940,13 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
         return ENVMAP_ERROR_MEMORY;
     s->texels = s->in.spare, s->notes = s->texels + floats;
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
+    s->exponent = envmapi_exponent(level->texels, envmapi_slice_floats(src, 0));
+    if (abs(s->exponent) < 60) s->exponent = 0;
     envmapi_run_all(&desc->work, envmapi_task_near_texels, s, (int)rows);
     s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
     s->R = s->tail ? s->tail->reach : envmapi_near_radius(s, (double)desc->tolerance);
     s->piece = ENVMAPI_PIECE * pow((double)desc->tolerance * 1e3, 1.0 / 8);
-    *served = envmapi_near_serves(s, (int)rows);
+    *served = envmapi_near_serves(s);
     envmap_result result =
         *served ? envmapi_near_table(s, (double)desc->tolerance, pool) : ENVMAP_OK;
     for (s->row = 0; s->row < count && *served && !result; s->row += ENVMAPI_NEAR_ROWS) {
