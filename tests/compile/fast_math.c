@@ -29,7 +29,7 @@ static void expect_of_map(envmap *dst, const envmap *src, const char *with, int 
     expect("prepare", with, envmap_prepare(&prepared, src, &lobe, 1, NULL), expected);
     envmap_prepared_free(&prepared);
     expect("plan", with, envmap_filter_plan(&plan, dst, src, &lobe, NULL), expected);
-    expect("resample", with, envmap_resample(dst, src), expected);
+    expect("resample", with, envmap_resample(dst, src, NULL), expected);
     expect("project", with, envmap_sh_project(sh, 3, src, 0, 0, NULL), expected);
     expect("project fast", with, envmap_sh_project(sh, 3, src, 0, 1e-3, NULL), expected);
 }
