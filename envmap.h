@@ -226,7 +226,8 @@ ENVMAP_API void envmap_free(envmap *map);
 ENVMAP_API float *envmap_texel(const envmap *map, int level, int slice, int face, int x, int y);
 
 /* Solid angle of a texel, sr, of its part inside a disc's rim: in closed form, or
-   by line quadrature (1e-13) where there is none. 0 when out of range.  Test: solid_angles_sum_to_4_pi. */
+   by line quadrature (1e-13) where there is none. 0 when out of range.  Test:
+   solid_angles_sum_to_4_pi. */
 ENVMAP_API double envmap_solid_angle(const envmap *map, int level, int face, int x, int y);
 
 /* rgb = radiance in direction dir, trilinear: bilinear in two levels, linear between.
@@ -261,9 +262,9 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
      L_j = sum_i A_ij L_i / sum_i A_ij      A_ij: the solid angle that texels i and j have in common
    so a constant stays, and so does the energy of every texel: within 1 % where dst is as coarse as
    src or coarser, mostly 0.1 % (texels that a rim cuts: 5 %), and the whole map's within 1e-4 (a
-   sphere map's: 5e-4). Where dst is finer, boxes are smoothed; from four times as many texels on, and to a
-   larger size of the same mapping, it is bilinear src at the texel's centre. Same mapping and size:
-   the same texels.
+   sphere map's: 5e-4). Where dst is finer, boxes are smoothed; from four times as many texels on,
+   and to a larger size of the same mapping, it is bilinear src at the texel's centre. Same mapping
+   and size: the same texels.
    work    NULL: serial, silent. From other maps than cubes serial in any case
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory up to
    32 bytes a texel of a cube as fine as both.  Source: [Jones99].  Test: resampling_* . */
@@ -387,9 +388,9 @@ ENVMAP_API double envmap_lobe_integral(const envmap_lobe *lobe, double p);
 ENVMAP_API double envmap_lobe_sigma(const envmap_lobe *lobe, double p);
 ENVMAP_API void envmap_lobe_support(double *from, double *to, const envmap_lobe *lobe, double p);
 
-/* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1, bands 1 .. 4096: the filter maps Y_lm
-   to lambda_l Y_lm (Funk-Hecke). norm is the filter's: the lobe's integral, Banks' at c = 0, 1 raw.
-   Phong and Gaussian by recursion, others by quadrature, O(bands^2). Stable to all bands.
+/* lambda[l] = 2 pi integral of k P_l / norm, l = 0 .. bands-1, bands 1 .. 4096: the filter maps
+   Y_lm to lambda_l Y_lm (Funk-Hecke). norm is the filter's: the lobe's integral, Banks' at c = 0, 1
+   raw. Phong and Gaussian by recursion, others by quadrature, O(bands^2). Stable to all bands.
    Errors: ARGUMENT, LOBE.  Test: zonal_coefficients_*. */
 ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envmap_lobe *lobe,
                                            double p);
@@ -414,8 +415,8 @@ ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[
               (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
               floats overflow or vanish, it is every texel again
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
-   With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16 sets
-   of coefficients.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
+   With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16
+   sets of coefficients.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
 
@@ -427,8 +428,8 @@ ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int
    below zero is written as it is.
    tolerance  0, and below 1e-6: every coefficient, in double; also for numbers near the ends of
               floats. Otherwise the relative rms error
-   Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then stays
-   as it was.  With a tolerance O(texels + bands^3), without O(texels bands^2).
+   Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then
+   stays as it was.  With a tolerance O(texels + bands^3), without O(texels bands^2).
    Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
                                         int bands, double tolerance, const envmap_work *work);
@@ -522,9 +523,9 @@ typedef struct envmap_filter_desc {
    the lobe reaches). Rings thinner than that (Banks, s -> 1), and what looks at the point where a
    sphere or angular map's rim meets, go to the reference: slow.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
-   mean, which is more, beside 1e-6 of the mean, which floats lose. Lobes with a kink (diffuse, Banks,
-   GGX of large alpha) keep it in rms; in a black scene with a lamp their darkest texels may be off by
-   more than 20 tolerances.
+   mean, which is more, beside 1e-6 of the mean, which floats lose. Lobes with a kink (diffuse,
+   Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their darkest texels may
+   be off by more than 20 tolerances.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
@@ -1614,9 +1615,9 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    A polygon's sides are straight on a face. Its neighbours have the same sides, so that polygons
    cover each cell of the cube once, whatever the sides' true shape is. Symmetries that the cube has
    in common with X (16 for a lat-long) serve one polygon to as many texels.
-   Where j is smaller than i, boxes would show: i is spread by a box of t = 2 (1 - r) of its extents,
-   r being the ratio of the extents: the polygon is moved to both sides by the box's deviation.
-   >>mips uses envmapi_task_nest and envmapi_span.  Source: [Jones99], first order.
+   Where j is smaller than i, boxes would show: i is spread by a box of t = 2 (1 - r) of its
+   extents, r being the ratio of the extents: the polygon is moved to both sides by the box's
+   deviation. >>mips uses envmapi_task_nest and envmapi_span.  Source: [Jones99], first order.
    Tests: tests/test_maps.c; resampling_* . */
 
 /* ---- one mapping */
@@ -1853,8 +1854,8 @@ static void envmapi_orbit_add(envmapi_orbit *o, const envmapi_resampling *r, int
     o->all += common;
 }
 
-/* Polygons that together stand for a part of the texel, on a face, in boxes. A cell is everywhere as
-   dense as at its centre. */
+/* Polygons that together stand for a part of the texel, on a face, in boxes. A cell is everywhere
+   as dense as at its centre. */
 static void envmapi_orbit_face(envmapi_orbit *o, const envmapi_resampling *r, int face,
                                double d[][4][3], int polygons) {
     const signed char *m = envmapi_cube[face][2];
@@ -1885,8 +1886,8 @@ static void envmapi_orbit_face(envmapi_orbit *o, const envmapi_resampling *r, in
         }
 }
 
-/* Corners of a part of X, going round; returns its solid angle, that of a flat quadrangle. What lies
-   beyond a rim is moved onto it. */
+/* Corners of a part of X, going round; returns its solid angle, that of a flat quadrangle. What
+   lies beyond a rim is moved onto it. */
 static double envmapi_part_corners(double d[4][3], const envmap *X, int face, double u, double v,
                                    double du, double dv) {
     double one[3], two[3], across[3];
@@ -1975,8 +1976,8 @@ static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r) {
     }
 }
 
-/* A texel near a rim to be scattered: points instead, as its sides are bent, and as what lies beyond
-   is no part of it. 0: it is not near a rim. */
+/* A texel near a rim to be scattered: points instead, as its sides are bent, and as what lies
+   beyond is no part of it. 0: it is not near a rim. */
 static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r) {
     int size = r->src.size, bent = r->src.mapping != ENVMAP_PARABOLOID;
     double X = fabs((2 * o->x + 1.0) / size - 1), Y = fabs((2 * o->y + 1.0) / size - 1), d[3],
@@ -3637,9 +3638,9 @@ static double envmapi_stretch(int mapping) {
 
 /* Nodes no farther apart than h. Sphere and angular maps end at their rims, so their texels are the
    grid; so they are where a grid has nearly as many nodes (0.8: speed only). A face is padded by 3
-   nodes, which taps reach, and by those that feel a spline's end: it is 0.2 % wrong there and forgets
-   it by its pole, 0.43 = e^-0.843, a node. The lines of a lat-long have no end: its rows go on at the
-   seam, its columns beyond the poles.  Test: a_light_beside_an_edge_keeps_the_tolerance. */
+   nodes, which taps reach, and by those that feel a spline's end: it is 0.2 % wrong there and
+   forgets it by its pole, 0.43 = e^-0.843, a node. A lat-long's lines have no end: rows go on at
+   the seam, columns beyond the poles.  Test: a_light_beside_an_edge_keeps_the_tolerance. */
 static envmapi_grid envmapi_grid_of(const envmap *map, double h, double tolerance) {
     envmapi_grid grid;
     int width = envmapi_width(map->mapping, map->size), closed = map->mapping == ENVMAP_LATLONG;
@@ -3773,8 +3774,8 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     return ENVMAP_OK;
 }
 
-/* Nodes beyond the seam and the poles of a lat-long are others of its nodes: add them there, for the
-   adjoint, or copy. */
+/* Nodes beyond the seam and the poles of a lat-long are others of its nodes: add them there, for
+   the adjoint, or copy. */
 static void envmapi_grid_close(envmapi_transform *t) {
     const envmapi_grid *grid = &t->grid;
     int nu = grid->nu, nv = grid->nv, pad = grid->pad, row = grid->width;
@@ -4605,8 +4606,8 @@ static double envmapi_ringing_descend(const envmapi_ringing *r, double d[3], dou
     return lowest;
 }
 
-/* The least mu, to 1e-4, from where on the value in direction d is not below zero. Beyond log(4 most)
-   none is: what is not the mean, 1/sqrt(4 pi), is at most exp(-mu) most there. */
+/* The least mu, to 1e-4, from where on the value in direction d is not below zero. Beyond log(4
+   most) none is: what is not the mean, 1/sqrt(4 pi), is at most exp(-mu) most there. */
 static void envmapi_ringing_raise(envmapi_ringing *r, const double d[3]) {
     double low = fmax(r->mu, 1e-9), high = log(4 * r->most);
     envmapi_sh_points n;
@@ -4896,8 +4897,8 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
     }
 }
 
-/* How narrow texels are, over the mean, where the circle of angle theta about the axis comes closest
-   to the point at which all texels of a row or of a rim meet. */
+/* How narrow texels are, over the mean, where the circle of angle theta about the axis comes
+   closest to the point at which all texels of a row or of a rim meet. */
 static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
     double y = fabs(axis->a[1]), z = axis->a[2];
     double x = axis->level.mapping == ENVMAP_LATLONG   ? y
@@ -5265,12 +5266,13 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
      in     a slice of a source, a lobe, its p, a tolerance       out    a slice of a result
        L(a) = sum_i K_i(a) L_i / sum_i K_i       texels i within R of the axis a
        texels, tents of half-width t      K_i = w_i mean of k at c_i +- t/sqrt 6 along u and v
-       the bilinear radiance              K_i = integral of k B_i, B_i the bilinear weight of texel i
+       the bilinear radiance              K_i = integral of k B_i, B_i the bilinear weight of i
    Both are sums over the nodes of a window of a face, some along u times some along v. For the
    integral these are Gauss-Legendre's, two to four a piece; pieces end at the lines through texel
    centres, where B_i has its kinks, and are about a sigma long at most.
-   K_i depends on no radiance. Some of the 48 turns and mirrors take texels to texels, on both maps: all 48 for two cubes, 16 for a lat-long and a cube, 4 to 16 with discs.
-   The K_i of one axis serve all its images. Where a lobe never ends (GGX) >>fast sums its tail.
+   K_i depends on no radiance. Some of the 48 turns and mirrors take texels to texels, on both maps:
+   all 48 for two cubes, 16 for a lat-long and a cube, 4 to 16 with discs. The K_i of one axis serve
+   all its images. Where a lobe never ends (GGX) >>fast sums its tail.
        windows and their nodes            _box, _nodes; k there: _line
        K, runs of texels                  _window, _flush; times L for all turns: _apply
        R, from the scene's contrast       _radius
@@ -5317,7 +5319,7 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     return tail->part > 1e-9 && tail->part <= 1;
 }
 
-/* A node along u or v of a window: its light is that of two texels, the share f that of the next. */
+/* A node along u or v of a window: its light is that of two texels, the share f of the next. */
 typedef struct envmapi_knot {
     double at, cosine; /* u or v; on a lat-long map, of the axis and the equator there */
     float weight, f;
@@ -5921,7 +5923,7 @@ static int envmapi_near_serves(const envmapi_near *s) {
     return s->tail || (s->R < 1.5 && texels < 64 && (grows || s->R < 60 * s->sigma));
 }
 
-/* A slice of src, or its only one, into a slice of dst. *served: 0 where the lobe reaches too far. */
+/* A slice of src, or its only one, into a slice of dst. *served: 0 where it reaches too far. */
 static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
     const envmapi_level *level = &s->axis.level;
@@ -5956,8 +5958,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     return result;
 }
 
-/* Slices from `first` on; adds to a lobe's tail, where there is one. Where a lobe without reaches too
-   far, the reference for all. */
+/* Slices from `first` on; adds to a lobe's tail, where there is one. Where a lobe without reaches
+   too far, the reference for all. */
 static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                          const envmapi_tail *tail, int first, int slices,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
@@ -6125,9 +6127,9 @@ static void envmapi_scene_halve(const envmapi_scene *s, float *sums, int i) {
 }
 
 /* e += E - m w of a block, of which `alike` in its parent have a share q together, 1/4 as a rule. A
-   light counts (1-q)^2 of its square; where q is larger, beyond 0.3, that is to be brought to (3/4)^2:
-   returns by how much. Blocks without siblings, q = 1, are held against the mean of the scene.
-   Test: a_lit_texel_has_contrast_wherever_it_is. */
+   light counts (1-q)^2 of its square; where q is larger, beyond 0.3, that is to be brought to
+   (3/4)^2: returns by how much. Blocks without siblings, q = 1, are held against the mean of the
+   scene. Test: a_lit_texel_has_contrast_wherever_it_is. */
 static double envmapi_block_excess(double e[3], const envmapi_scene *s, const float *block,
                                    const float *parent, int alike) {
     double w = (double)block[3], share = parent && parent[3] > 0 ? w / (double)parent[3] : 1;
@@ -6229,9 +6231,9 @@ static envmapi_contrast envmapi_contrast_at(const envmapi_scene *s, double l) {
     return s->scale[s->scales - 1];
 }
 
-/* The contrast of a sphere map's own solid angles for band l. Texels are long towards -z, 2 side / phi
-   at the angle phi: their midpoints lose as much as a light at -z of 5/2 side^2/24 l^2 of all solid
-   angle, side = 4/n, or in the end as one of the 2/n that the last texels have.
+/* The contrast of a sphere map's own solid angles for band l. Texels are long towards -z, 2 side /
+   phi at the angle phi: their midpoints lose as much as a light at -z of 5/2 side^2/24 l^2 of all
+   solid angle, side = 4/n, or in the end as one of the 2/n that the last texels have.
    Test: texels_that_are_long_beside_the_rim_keep_the_tolerance. */
 static double envmapi_solid_contrast(const envmapi_scene *s, double l) {
     double n = s->in.map->size;
@@ -7104,7 +7106,8 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
             size_t floats = (size_t)slices * envmapi_slice_floats(spec->dst, 0);
             float *out = envmapi_image(spec->dst, 0, first, 0);
-            if (spec->L) result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
+            if (spec->L)
+                result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
             else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
             if (!result && spec->L && scene->in.exponent)
                 envmapi_floats_scale(out, out, floats, scene->in.exponent);
@@ -7179,8 +7182,8 @@ typedef struct envmapi_prepared {
     envmapi_spectrum spectra[2];
 } envmapi_prepared;
 
-/* Is this level its source's one texel again? All texels are alike, which the first that is not tells
-   at once, and the lobe is divided by its own sum, or the source is black. */
+/* Is this level its source's one texel again? All texels are alike, which the first that is not
+   tells at once, and the lobe is divided by its own sum, or the source is black. */
 static int envmapi_job_constant(const envmapi_job *job, int l) {
     const envmap *src = job->src;
     const float *t = src->texels;
