@@ -503,13 +503,23 @@ static int create_output(envmap *dst, const envmap *src, const options *o, int l
                  "output");
 }
 
+/* in as the level 0 of out, with progress. */
+static int resample(envmap *out, const envmap *in, const options *o) {
+    int threads;
+    meter m = meter_start(o);
+    envmap_filter_desc desc = describe(o, &threads, &m);
+    envmap_result result = envmap_resample(out, in, &desc.work);
+    meter_stop(&m);
+    return check(result, o->files[0]);
+}
+
 static int run_convert(const options *o) {
     envmap in, out = no_map;
     int status = check_output(o->files[1]);
     if (!status) status = load(&in, o->files[0], o->mapping);
     if (status) return status;
     status = create_output(&out, &in, o, 1, in.slices);
-    if (!status) status = check(envmap_resample(&out, &in, NULL), o->files[0]);
+    if (!status) status = resample(&out, &in, o);
     if (!status) status = save(&out, o->files[1], o->exposure);
     envmap_free(&in);
     envmap_free(&out);
@@ -532,7 +542,7 @@ static int run_mips(const options *o) {
     int status = load(&in, o->files[0], o->mapping);
     if (status) return status;
     status = create_output(&out, &in, o, 0, in.slices);
-    if (!status) status = check(envmap_resample(&out, &in, NULL), o->files[0]);
+    if (!status) status = resample(&out, &in, o);
     if (!status) status = check(envmap_mips_build(&out), o->files[0]);
     if (!status) status = save_levels(&out, o->files[1]);
     envmap_free(&in);
