@@ -5943,7 +5943,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->texels = s->in.spare, s->notes = s->texels + floats;
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
     s->exponent = envmapi_exponent(level->texels, envmapi_slice_floats(src, 0));
-    if (abs(s->exponent) < 60) s->exponent = 0;
+    if (s->exponent > -60 && s->exponent < 60) s->exponent = 0;
     envmapi_run_all(&desc->work, envmapi_task_near_texels, s, (int)rows);
     s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
     s->R = s->tail ? s->tail->reach : envmapi_near_radius(s, (double)desc->tolerance);
