@@ -6,6 +6,7 @@
    puts the table into DOCS/parameterizations.md.
 
    Time is CPU time, one thread, the best of three. */
+#define _POSIX_C_SOURCE 200809L
 #define ENVMAP_IMPLEMENTATION
 #include "measure.h"
 
