@@ -100,9 +100,10 @@ static int known_last_bits(const finding *f) {
     return is_accuracy(f) && f->w->tolerance < 3e-6 && f->w->dst_size <= 2 && f->value < 3;
 }
 
-/* Lobes whose peak is a ring, a few texels wide, beside lights. */
+/* Lobes whose peak is a ring, about a texel wide, or a few at tight tolerances. */
 static int known_ring(const finding *f) {
-    return is_accuracy(f) && f->w->lobe == LOBE_RING && f->texels < 3 && f->w->tolerance < 1e-5;
+    int tight = f->w->tolerance < 1e-5;
+    return is_accuracy(f) && f->w->lobe == LOBE_RING && f->texels < (tight ? 3 : 1.5);
 }
 
 static const struct known {
@@ -119,7 +120,7 @@ static const struct known {
     {"lobes below 1.5 texels, tight tolerances and rims", "found here", known_thin_sums},
     {"functions with a declared kink", "right everywhere", known_kinked_function},
     {"results of few texels at the rounding of floats", "found here", known_last_bits},
-    {"rings of two texels at tolerances of 1e-6", "found here", known_ring},
+    {"rings of a texel, of two at tolerances of 1e-6", "found here", known_ring},
 };
 enum { KNOWN_COUNT = sizeof known / sizeof *known };
 
