@@ -1984,15 +1984,17 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r) {
            uv[2];
     int cut = hypot(X + 1.0 / size, Y + 1.0 / size) > 1, n = cut ? 24 : 8;
     if (!cut && !(bent && hypot(X, Y) > 0.9)) return 0;
-    for (int i = 0; i < n * n; ++i) {
+    for (int i = 0; i <= n * n; ++i) { /* the last one where all others miss a sliver */
         double u = (o->x + (i % n + 0.5) / n) / size, v = (o->y + (i / n + 0.5) / n) / size;
-        if (hypot(2 * u - 1, 2 * v - 1) > 1) continue;
+        double w = envmapi_density(r->src.mapping, u, v) / n / n / size / size;
+        if (i == n * n) w = envmapi_texel_cell(uv, r->src.mapping, size, o->x, o->y);
+        if (i == n * n) u = uv[0], v = uv[1];
+        if (i < n * n ? hypot(2 * u - 1, 2 * v - 1) > 1 : o->all > 0 || !(w > 0)) continue;
         envmapi_direction(d, r->src.mapping, o->face, u, v);
         int face = envmapi_face(ENVMAP_CUBE, d);
         envmapi_project(uv, ENVMAP_CUBE, face, d);
         for (int k = 0; k < 2; ++k) uv[k] = envmapi_texel_at(uv[k], r->cube) * r->fine;
-        envmapi_orbit_add(o, r, face, (int)uv[0], (int)uv[1],
-                          envmapi_density(r->src.mapping, u, v) / n / n / size / size);
+        envmapi_orbit_add(o, r, face, (int)uv[0], (int)uv[1], w);
     }
     return 1;
 }

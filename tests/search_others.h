@@ -283,8 +283,8 @@ static void check_resample(verdict *v, bench *b) {
     if (b->w->scene == SCENE_CONSTANT) hold(v, PROMISE_IDENTITY, out, 1e-6 * most);
     if (b->w->dst_mapping == b->w->src_mapping && b->w->dst_size == b->w->src_size)
         hold(v, PROMISE_IDENTITY, memcmp(b->dst.texels, b->src.texels, 12 * from) != 0, 0);
-    /* else boxes are smoothed, or those of a cube between two others show, everywhere or at a cube's corners; a sphere map's rim mixes texels;
-       points are too few for texels alone */
+    /* else boxes are smoothed, or those of a cube between two others show; a sphere map's rim mixes
+       texels; points are too few for texels alone */
     int alone = b->w->scene == SCENE_TEXEL || b->w->scene == SCENE_SUN;
     if (ratio > 2.5 && b->w->src_size > 23 && b->w->src_mapping != ENVMAP_SPHERE &&
         b->w->dst_mapping != ENVMAP_SPHERE && !alone)
