@@ -864,7 +864,7 @@ static void resampling_keeps_the_energy_of_each_texel(void) {
             char what[80];
             sprintf(what, "%s %d -> %s %d: a texel's energy is off by", oracle_name[m], from[m],
                     oracle_name[n], edge[n]);
-            FIGURE(what, worst, m == n ? 1e-6 : 0.011);
+            FIGURE(what, worst, m == n ? 1e-6 : 0.01);
             FIGURE("... that a rim cuts", rim, 0.05);
             envmap_free(&a), envmap_free(&b);
         }
