@@ -1619,8 +1619,8 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    extents, r being the ratio of the extents: the polygon is moved to both sides by the box's
    deviation.
    A side of 1/16 rad is straight enough; a face has 128 cells at least; a texel that a rim cuts is
-   24 x 24 points, one beside it 8 x 8.  Test: resampling_keeps_the_energy_of_each_texel fails with a
-   quarter of these, or 12 x 12. Beside is r > 0.9, where no test fails without.
+   24 x 24 points, one beside it 8 x 8.  Test: resampling_keeps_the_energy_of_each_texel fails with
+   a quarter of these, or 12 x 12. Beside is r > 0.9, where no test fails without.
    >>mips uses envmapi_task_nest and envmapi_span.  Source: [Jones99], first order.
    Tests: tests/test_maps.c; resampling_* . */
 
