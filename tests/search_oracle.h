@@ -40,12 +40,8 @@ static double oracle_clamp(double x, double low, double high) {
 
 /* ----------------------------------------------------------------------------- solid angles -- */
 
-static int oracle_is_disc(int mapping) {
-    return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
-}
-
 static int oracle_faces(int mapping) {
-    static const int faces[] = {6, 2, 1, 1, 1};
+    static const int faces[] = {6, 2, 1, 1, 1, 1};
     return faces[mapping];
 }
 
@@ -108,6 +104,22 @@ static double oracle_quad(int mapping, int face, double u0, double v0, double u1
     return oracle_triangle(a, b, c) + oracle_triangle(a, c, d);
 }
 
+/* A triangle of (X,Y) on an octahedral map, divided until no fold crosses it. */
+static double oracle_folded(const double p[2], const double q[2], const double r[2]) {
+    const double *corner[3] = {p, q, r};
+    for (int k = 0; k < 9; ++k) {
+        const double *a = corner[k % 3], *b = corner[(k + 1) % 3], *c = corner[(k + 2) % 3];
+        double from = k < 6 ? a[k / 3] : fabs(a[0]) + fabs(a[1]) - 1, middle[2];
+        double to = k < 6 ? b[k / 3] : fabs(b[0]) + fabs(b[1]) - 1;
+        if (!(from < -1e-12 && to > 1e-12) && !(from > 1e-12 && to < -1e-12)) continue;
+        for (int i = 0; i < 2; ++i) middle[i] = a[i] + from / (from - to) * (b[i] - a[i]);
+        return oracle_folded(a, middle, c) + oracle_folded(middle, b, c);
+    }
+    double d[3][3];
+    for (int k = 0; k < 3; ++k) oracle_octahedral(d[k], corner[k][0], corner[k][1]);
+    return oracle_triangle(d[0], d[1], d[2]);
+}
+
 /* Solid angle of the rectangle [u0,u1] x [v0,v1] of a face; (u, v) becomes the centroid of its part
    inside where a rim cuts it. */
 static double oracle_cell(double *u, double *v, int mapping, int face, double u0, double v0,
@@ -116,6 +128,10 @@ static double oracle_cell(double *u, double *v, int mapping, int face, double u0
     if (mapping == ENVMAP_CUBE) return oracle_quad(mapping, face, u0, v0, u1, v1);
     if (mapping == ENVMAP_LATLONG) return 2 * PI * (u1 - u0) * (cos(PI * v0) - cos(PI * v1));
     double low[2] = {2 * u0 - 1, 1 - 2 * v1}, high[2] = {2 * u1 - 1, 1 - 2 * v0}, sum[4];
+    if (mapping == ENVMAP_OCTAHEDRAL) { /* a map that is its mirror image along Y */
+        double one[2] = {low[0], high[1]}, other[2] = {high[0], low[1]};
+        return oracle_folded(low, one, high) + oracle_folded(low, other, high);
+    }
     double far_x = fmax(fabs(low[0]), fabs(high[0])), far_y = fmax(fabs(low[1]), fabs(high[1]));
     oracle_disc_part(sum, mapping, low, high, u1 - u0 > 0.07 ? 24 : 6);
     if (!(sum[1] > 1e-15)) return 0;
@@ -177,7 +193,7 @@ static oracle_image oracle_image_of(const float *texels, int mapping, int size) 
 }
 
 /* Texel (x,y) may lie off its face by one: over a cube's edge it is the texel of the next face that
-   touches it, lat-long wraps, discs clamp to texels inside their rim. */
+   touches it, over an octahedral map's that which has its centre there, lat-long wraps, discs clamp to texels inside their rim. */
 static void oracle_tap(double rgb[3], const oracle_image *image, int face, int x, int y,
                        double weight) {
     int n = image->size, width = image->width;
@@ -191,6 +207,12 @@ static void oracle_tap(double rgb[3], const oracle_image *image, int face, int x
                          : y >= n ? 1 + hair
                                   : (y + 0.5) / n);
         oracle_coordinates(&face, &u, &v, ENVMAP_CUBE, d);
+        x = (int)(u * n), y = (int)(v * n);
+    }
+    if (image->mapping == ENVMAP_OCTAHEDRAL && (x < 0 || y < 0 || x >= n || y >= n)) {
+        double d[3], u, v;
+        oracle_direction(d, ENVMAP_OCTAHEDRAL, 0, (x + 0.5) / n, (y + 0.5) / n);
+        oracle_coordinates(&face, &u, &v, ENVMAP_OCTAHEDRAL, d);
         x = (int)(u * n), y = (int)(v * n);
     }
     if (image->mapping == ENVMAP_LATLONG) x = (x + width) % width;
@@ -497,7 +519,7 @@ static void oracle_tents(double sum[4], const oracle_filter *f, const double a[3
    its rim, in one direction? */
 static int oracle_singular(const oracle_filter *f, const double a[3], double t) {
     double d[3] = {0, f->image.mapping == ENVMAP_LATLONG, f->image.mapping == ENVMAP_ANGULAR};
-    if (f->image.mapping < ENVMAP_SPHERE) return 0;
+    if (f->image.mapping < ENVMAP_SPHERE || f->image.mapping == ENVMAP_OCTAHEDRAL) return 0;
     if (f->image.mapping == ENVMAP_SPHERE) d[2] = -1;
     double x = oracle_dot(a, d);
     if (f->image.mapping == ENVMAP_LATLONG) x = fabs(x);
