@@ -175,6 +175,35 @@ static inline double oracle_angle_f(const float a[3], const float b[3]) {
     return oracle_angle(p, q);
 }
 
+/* ----------------------------------------------------------------------------- solid angles -- */
+
+static inline double oracle_dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Solid angle of a triangle of unit vectors: Van Oosterom and Strackee 1983. */
+static inline double oracle_triangle(const double a[3], const double b[3], const double c[3]) {
+    double det = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                 a[2] * (b[0] * c[1] - b[1] * c[0]);
+    return 2 * atan2(fabs(det), 1 + oracle_dot(a, b) + oracle_dot(b, c) + oracle_dot(c, a));
+}
+
+/* A triangle of (X,Y) on an octahedral map, divided until no fold crosses it. */
+static inline double oracle_folded(const double p[2], const double q[2], const double r[2]) {
+    const double *corner[3] = {p, q, r};
+    for (int k = 0; k < 9; ++k) {
+        const double *a = corner[k % 3], *b = corner[(k + 1) % 3], *c = corner[(k + 2) % 3];
+        double from = k < 6 ? a[k / 3] : fabs(a[0]) + fabs(a[1]) - 1, middle[2];
+        double to = k < 6 ? b[k / 3] : fabs(b[0]) + fabs(b[1]) - 1;
+        if (!(from < -1e-12 && to > 1e-12) && !(from > 1e-12 && to < -1e-12)) continue;
+        for (int i = 0; i < 2; ++i) middle[i] = a[i] + from / (from - to) * (b[i] - a[i]);
+        return oracle_folded(a, middle, c) + oracle_folded(middle, b, c);
+    }
+    double d[3][3];
+    for (int k = 0; k < 3; ++k) oracle_octahedral(d[k], corner[k][0], corner[k][1]);
+    return oracle_triangle(d[0], d[1], d[2]);
+}
+
 /* ---------------------------------------------------------------------------------- scenes -- */
 
 static inline void oracle_random_direction(double d[3], unsigned long long *state) {

@@ -30,10 +30,6 @@ static void oracle_gauss(double *x, double *w, int n) {
     }
 }
 
-static double oracle_dot(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static double oracle_clamp(double x, double low, double high) {
     return x < low ? low : x > high ? high : x;
 }
@@ -43,13 +39,6 @@ static double oracle_clamp(double x, double low, double high) {
 static int oracle_faces(int mapping) {
     static const int faces[] = {6, 2, 1, 1, 1, 1};
     return faces[mapping];
-}
-
-/* Solid angle of a triangle of unit vectors: Van Oosterom and Strackee 1983. */
-static double oracle_triangle(const double a[3], const double b[3], const double c[3]) {
-    double det = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-                 a[2] * (b[0] * c[1] - b[1] * c[0]);
-    return 2 * atan2(fabs(det), 1 + oracle_dot(a, b) + oracle_dot(b, c) + oracle_dot(c, a));
 }
 
 /* d(solid angle) / dX dY of a disc mapping. */
@@ -102,22 +91,6 @@ static double oracle_quad(int mapping, int face, double u0, double v0, double u1
     oracle_direction(a, mapping, face, u0, v0), oracle_direction(b, mapping, face, u1, v0);
     oracle_direction(c, mapping, face, u1, v1), oracle_direction(d, mapping, face, u0, v1);
     return oracle_triangle(a, b, c) + oracle_triangle(a, c, d);
-}
-
-/* A triangle of (X,Y) on an octahedral map, divided until no fold crosses it. */
-static double oracle_folded(const double p[2], const double q[2], const double r[2]) {
-    const double *corner[3] = {p, q, r};
-    for (int k = 0; k < 9; ++k) {
-        const double *a = corner[k % 3], *b = corner[(k + 1) % 3], *c = corner[(k + 2) % 3];
-        double from = k < 6 ? a[k / 3] : fabs(a[0]) + fabs(a[1]) - 1, middle[2];
-        double to = k < 6 ? b[k / 3] : fabs(b[0]) + fabs(b[1]) - 1;
-        if (!(from < -1e-12 && to > 1e-12) && !(from > 1e-12 && to < -1e-12)) continue;
-        for (int i = 0; i < 2; ++i) middle[i] = a[i] + from / (from - to) * (b[i] - a[i]);
-        return oracle_folded(a, middle, c) + oracle_folded(middle, b, c);
-    }
-    double d[3][3];
-    for (int k = 0; k < 3; ++k) oracle_octahedral(d[k], corner[k][0], corner[k][1]);
-    return oracle_triangle(d[0], d[1], d[2]);
 }
 
 /* Solid angle of the rectangle [u0,u1] x [v0,v1] of a face; (u, v) becomes the centroid of its part
