@@ -5727,6 +5727,14 @@ static void envmapi_near_cosines(double *x, double *w, const envmapi_window *win
             double X = 2 * u[i] - 1, r = envmapi_inverse_root(1 + X * X + Y * Y);
             x[i] = (m[2] + Y * m[1] + X * m[0]) * r, w[i] = 4 * r * r * r;
         }
+    } else if (level->mapping == ENVMAP_OCTAHEDRAL) {
+        for (int i = 0; i < n; ++i) {
+            double X = 2 * u[i] - 1, y = 1 - fabs(X) - fabs(Y), low = y < 0 ? y : 0;
+            double p = fabs(X) + low, q = fabs(Y) + low;
+            double r = envmapi_inverse_root(p * p + y * y + q * q);
+            x[i] = (copysign(p, X) * a[0] + y * a[1] + copysign(q, Y) * a[2]) * r;
+            w[i] = 4 * r * r * r;
+        }
     } else if (level->mapping == ENVMAP_LATLONG) {
         double sine = sin(ENVMAPI_PI * v), cosine = a[1] * cos(ENVMAPI_PI * v);
         for (int i = 0; i < n; ++i) {

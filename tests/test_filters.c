@@ -109,7 +109,7 @@ static void halving_the_texel_quarters_the_error(void) {
                                     ENVMAP_OCTAHEDRAL};
     double coarse, fine, finer;
     for (int i = 0; i < 3; ++i)
-        for (int m = 0; m < MAPPINGS; ++m) {
+        for (int m = 0; m < 5; ++m) {
             funk_hecke_error(&coarse, mappings[m], 24, lobes[i], 1);
             funk_hecke_error(&fine, mappings[m], 48, lobes[i], 1);
             funk_hecke_error(&finer, mappings[m], 96, lobes[i], 1);

@@ -295,7 +295,8 @@ static int sample_at(sample *s, const envmap *dst, int level, const double place
     int x = (int)(place[1] * width), y = (int)(place[2] * height);
     double X = fabs(2 * (x + 0.5) / width - 1) + 1.0 / width;
     double Y = fabs(2 * (y + 0.5) / height - 1) + 1.0 / height;
-    int round = dst->mapping != ENVMAP_CUBE && dst->mapping != ENVMAP_LATLONG;
+    int round = dst->mapping == ENVMAP_PARABOLOID || dst->mapping == ENVMAP_SPHERE ||
+                dst->mapping == ENVMAP_ANGULAR;
     if (round && X * X + Y * Y > 1) return 0;
     measure_direction(s->axis, dst, level, face, x, y);
     s->p = measure_slice(&s->lobe, slice, dst->slices);
