@@ -7650,8 +7650,8 @@ static double envmapi_bilinear_square(double w2) {
    mirror it), with weights. For unequal sides h is the spacing that loses as much as they do,
    (h_u^4 + h_v^4)/320 + h_u^2 h_v^2/576.
    Over a cube's edge texels do not face each other: beside it, at y along the edge, the neighbour's
-   are y h/2 off, which loses 0.0041 l(l+1) / size^3 in the mean square; a sphere map's rim is all
-   one point, 1.4 l(l+1) / size^2 (measured). */
+   are y h/2 off, which loses 0.0041 l(l+1) / size^3 in the mean square; an octahedral map's folds
+   lose 0.5 l(l+1) / size^3; a sphere map's rim is all one point, 1.4 l(l+1) / size^2 (measured). */
 typedef struct envmapi_lookups {
     const envmapi_power *power;
     double h2[16], w[16], edges, falls, allowed; /* edges / size^falls is what edges lose */
@@ -7661,9 +7661,12 @@ typedef struct envmapi_lookups {
 static void envmapi_lookups_create(envmapi_lookups *t, const envmapi_power *d, int mapping,
                                    double light) {
     double solid = 0, step = 1e-4, most = 0, mean = 0;
-    t->power = d, t->edges = 0, t->falls = mapping == ENVMAP_CUBE ? 3 : 2;
+    t->power = d, t->edges = 0, t->falls = mapping == ENVMAP_SPHERE ? 2 : 3;
     for (int l = 1; l < d->bands; ++l) t->edges += l * (l + 1.0) * d->P[l];
-    t->edges *= mapping == ENVMAP_CUBE ? 0.0041 : mapping == ENVMAP_SPHERE ? 1.4 : 0;
+    t->edges *= mapping == ENVMAP_CUBE         ? 0.0041
+                : mapping == ENVMAP_SPHERE     ? 1.4
+                : mapping == ENVMAP_OCTAHEDRAL ? 0.5
+                                               : 0;
     for (int i = 0; i < 16; ++i) {
         double x = (i % 4 + 0.5) / 8, y = ((i / 4) + 0.5) / 8, a[3], u[3], v[3];
         envmapi_direction(a, mapping, 0, x, y);
