@@ -8550,7 +8550,7 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
                   through rough surfaces. Rendering Symposium 2007.
 
    CHANGES
-     0.1  five parameterizations, maps, PFM, mip levels, lobes, spherical harmonics, materials,
+     0.1  six parameterizations, maps, PFM, mip levels, lobes, spherical harmonics, materials,
           comparison; filters: the reference, the hierarchical one, and the fast one through
           harmonics
 
