@@ -42,9 +42,13 @@
        LATLONG     u = 1/2 + atan2(d_x,-d_z)/2pi, v = acos(d_y)/pi; centre -z.
        ANGULAR     Debevec's: (X,Y) = (d_x,d_y) acos(-d_z)/(pi sqrt(d_x^2+d_y^2)); centre -z,
                    the rim is +z.
-     Mirrored    Seen from inside, the six cube faces, the front paraboloid and the sphere map are
-                 MIRRORED pictures; lat-long, angular map and back paraboloid are not. This is what
-                 OpenGL and the papers define, not a fault of the file.
+       OCTAHEDRAL  p = d/(|d_x|+|d_y|+|d_z|); (X,Y) = (p_x,p_z), below the horizon (p_y < 0) turned
+                   out: ((1-|p_z|) sign p_x, (1-|p_x|) sign p_z). Centre +y, all corners -y. Here
+                   Y = 2v-1: row 0 is -z. The horizon is |X|+|Y| = 1. Beyond an edge lies the same
+                   edge, turned about its middle; beyond a corner, the opposite corner.
+     Mirrored    Seen from inside, the six cube faces, the front paraboloid, the sphere map and the
+                 octahedral map are MIRRORED pictures; lat-long, angular map and back paraboloid are
+                 not. This is what OpenGL and the papers define, not a fault of the file.
      Rims        A texel cut by a disc's rim counts with the solid angle of its part inside, at that
                  part's centroid; a texel outside counts 0. Paraboloid texels outside the circle
                  hold the extended domain [-1,1]^2 (the other hemisphere, seen from this face);
@@ -166,22 +170,25 @@ typedef enum envmap_mapping {
     ENVMAP_SPHERE,     /* 1 face, constant solid angle, singular at -z                            */
     ENVMAP_LATLONG,    /* 1 face, twice as wide as high, unbounded at the poles                   */
     ENVMAP_ANGULAR,    /* 1 face, unbounded at the rim (+z)                                       */
+    ENVMAP_OCTAHEDRAL, /* 1 face, 3 sqrt 3, folded at the horizon and where x or z is 0           */
     ENVMAP_MAPPING_COUNT,
     ENVMAPI_MAPPING_IS_INT = -1
 } envmap_mapping;
 
-/* Faces of a mapping: 6, 2, 1, 1, 1; 0 for anything else. */
+/* Faces of a mapping: 6, 2, 1, 1, 1, 1; 0 for anything else. */
 ENVMAP_API int envmap_faces(int mapping);
 
 /* dir = the unit direction at (u,v) of a face. Beyond [0,1] paraboloids, cube faces and lat-long go
-   on, sphere and angular maps clamp to the rim. Bad face or mapping, non-finite u, v: +z.
+   on, sphere and angular maps clamp to the rim, octahedral maps turn about the edge's middle. Bad
+   face or mapping, non-finite u, v: +z.
    Source: CONVENTIONS; [HS98], [Debevec98].  Test: directions_round_trip. */
 ENVMAP_API void envmap_direction(float dir[3], int mapping, int face, float u, float v);
 
 /* The inverse: the face that dir belongs to, on an edge the lower one, and (u,v) on it, in [0,1].
    dir is of any length; zero or non-finite counts as +z. At the sphere map's -z and the angular
-   map's +z, where every rim point is right, (1, 1/2); at the lat-long poles u = 1/2. As u, v are
-   floats, the round trip errs by up to 4e-4 rad at 1e-3 from the sphere map's -z. */
+   map's +z, where every rim point is right, (1, 1/2); at the octahedral map's -y a corner; at the
+   lat-long poles u = 1/2. As u, v are floats, the round trip errs by up to 4e-4 rad at 1e-3 from the
+   sphere map's -z. */
 ENVMAP_API void envmap_coordinates(int *face, float *u, float *v, int mapping, const float dir[3]);
 
 /* The texture matrix of a paraboloid map: takes an eye-space reflection vector (r,1), as
@@ -234,8 +241,9 @@ ENVMAP_API double envmap_solid_angle(const envmap *map, int level, int face, int
    level  clamped to 0 .. levels-1; NaN counts as 0
    p      linear between slice centres, clamped at the ends; envmap_lookup reads slice 0
    Continuous over every cube edge and corner, over the paraboloids' rim (the faces blend in its
-   last half texel), over lat-long's seam and its poles (where the row's mean is the pole). At a
-   texel's centre it gives the texel (at rims: to second order). Bad maps give black.
+   last half texel), over lat-long's seam and its poles (where the row's mean is the pole), over an
+   octahedral map's edges. At a texel's centre it gives the texel (at rims: to second order). Bad
+   maps give black.
    Test: lookups_are_continuous_across_seams. */
 ENVMAP_API void envmap_lookup(float rgb[3], const envmap *map, const float dir[3], float level);
 ENVMAP_API void envmap_lookup_slice(float rgb[3], const envmap *map, const float dir[3], float p,
@@ -275,8 +283,8 @@ ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src,
 
 /* Reads a float PFM: PF (RGB) or Pf (grey, copied to RGB), either byte order, rows bottom to top,
    samples times |scale|. One level; a vertical strip of faces in their order, slices outermost:
-     cube  w x 6w*slices     paraboloid  w x 2w*slices     sphere, angular  w x w*slices
-     lat-long  2h x h (one slice)
+     cube  w x 6w*slices     paraboloid  w x 2w*slices     lat-long  2h x h (one slice)
+     sphere, angular, octahedral  w x w*slices
    Radiance is kept as it is, NaN and negative numbers too (filters refuse them).
    Overwrites *map without freeing, keeps map->memory.  No stdio, no locale.
    Errors: ARGUMENT, FORMAT (also scale 0, NaN, Inf), SHAPE, LIMIT, TRUNCATED, TRAILING, MEMORY.
@@ -1015,8 +1023,9 @@ ENVMAPI_LANES(envmapi_double8, double, 8)
      lat-long  phi = 2 pi (u - 1/2), theta = pi v
      discs     (X,Y) = r d_xy / sin(angle), where the angle to the map's centre gives r:
                paraboloid tan(angle/2)     sphere map sin(angle/2)     angular map angle/pi
-   (u,v) -> d    envmapi_ray, any length; envmapi_direction, unit length; both by _disc_direction
-   d -> (u,v)    envmapi_face, then envmapi_project, by _disc_project
+     octahedral  the octahedron |x|+|y|+|z| = 1 seen from +y, its lower faces turned out
+   (u,v) -> d    envmapi_ray, any length; envmapi_direction, unit length
+   d -> (u,v)    envmapi_face, then envmapi_project
    d omega/du dv envmapi_density
    Source: CONVENTIONS; [HS98] eqs. 6-9 for the paraboloids and their matrix; [Debevec98].
    Tests: tests/test_directions.c; directions_round_trip holds that both ways are inverse,
@@ -1041,12 +1050,12 @@ static void envmapi_tangents(double t[3], double b[3], const double n[3], const 
 }
 
 ENVMAPI_BODY int envmap_faces(int mapping) {
-    static const int faces[ENVMAP_MAPPING_COUNT] = {6, 2, 1, 1, 1};
+    static const int faces[ENVMAP_MAPPING_COUNT] = {6, 2, 1, 1, 1, 1};
     return mapping >= 0 && mapping < ENVMAP_MAPPING_COUNT ? faces[mapping] : 0;
 }
 
 static int envmapi_is_disc(int mapping) {
-    return mapping != ENVMAP_CUBE && mapping != ENVMAP_LATLONG;
+    return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
 }
 
 static const signed char envmapi_cube[6][3][3] = {
@@ -1074,6 +1083,15 @@ static void envmapi_disc_direction(double d[3], int mapping, int face, double X,
     d[0] = ratio * X, d[1] = ratio * Y;
 }
 
+/* A point of the octahedron. (1, 0) and (0, 1) are middles of edges. */
+static void envmapi_octa_ray(double d[3], double X, double Y) {
+    X -= 4 * floor(X / 4 + 0.5), Y -= 4 * floor(Y / 4 + 0.5);
+    if (fabs(X) > 1) X = copysign(2, X) - X, Y = -Y;
+    if (fabs(Y) > 1) Y = copysign(2, Y) - Y, X = -X;
+    d[0] = X, d[1] = 1 - fabs(X) - fabs(Y), d[2] = Y;
+    if (d[1] < 0) d[0] = copysign(1 - fabs(Y), X), d[2] = copysign(1 - fabs(X), Y);
+}
+
 static void envmapi_ray(double d[3], int mapping, int face, double u, double v) {
     if (mapping == ENVMAP_CUBE) {
         const signed char(*axes)[3] = envmapi_cube[face];
@@ -1082,6 +1100,8 @@ static void envmapi_ray(double d[3], int mapping, int face, double u, double v) 
     } else if (mapping == ENVMAP_LATLONG) {
         double phi = 2 * ENVMAPI_PI * (u - 0.5), theta = ENVMAPI_PI * v;
         d[0] = sin(theta) * sin(phi), d[1] = cos(theta), d[2] = -sin(theta) * cos(phi);
+    } else if (mapping == ENVMAP_OCTAHEDRAL) {
+        envmapi_octa_ray(d, 2 * u - 1, 2 * v - 1);
     } else {
         envmapi_disc_direction(d, mapping, face, 2 * u - 1, 1 - 2 * v);
     }
@@ -1089,7 +1109,7 @@ static void envmapi_ray(double d[3], int mapping, int face, double u, double v) 
 
 static void envmapi_direction(double d[3], int mapping, int face, double u, double v) {
     envmapi_ray(d, mapping, face, u, v);
-    if (mapping == ENVMAP_CUBE) { /* all other rays have unit length */
+    if (mapping == ENVMAP_CUBE || mapping == ENVMAP_OCTAHEDRAL) { /* others have unit length */
         double length = sqrt(envmapi_dot(d, d));
         for (int i = 0; i < 3; ++i) d[i] /= length;
     }
@@ -1132,8 +1152,24 @@ static void envmapi_project(double uv[2], int mapping, int face, const double d[
         double rho = sqrt(d[0] * d[0] + d[2] * d[2]);
         uv[0] = rho > 0 ? 0.5 + atan2(d[0], -d[2]) / (2 * ENVMAPI_PI) : 0.5;
         uv[1] = atan2(rho, d[1]) / ENVMAPI_PI;
+    } else if (mapping == ENVMAP_OCTAHEDRAL) {
+        double all = fabs(d[0]) + fabs(d[1]) + fabs(d[2]), x = d[0] / all, z = d[2] / all;
+        uv[0] = 0.5 + 0.5 * (d[1] < 0 ? copysign(1 - fabs(z), x) : x);
+        uv[1] = 0.5 + 0.5 * (d[1] < 0 ? copysign(1 - fabs(x), z) : z);
     } else {
         envmapi_disc_project(uv, mapping, face, d);
+    }
+}
+
+/* Of (u,v) on an octahedral map and its images over the edges and corners, that which is nearest to
+   `from`. */
+static void envmapi_octa_image(double uv[2], const double from[2]) {
+    double u = uv[0], v = uv[1];
+    for (int i = 0; i < 8; ++i) {
+        double a = i & 4 ? u + 2 * (i & 1) - 1 : (i & 2 ? 1 : 2 * (i & 1)) - u;
+        double b = i & 4 ? v + (i & 2) - 1 : (i & 2 ? 2 * (i & 1) : 1) - v;
+        if (hypot(a - from[0], b - from[1]) < hypot(uv[0] - from[0], uv[1] - from[1]))
+            uv[0] = a, uv[1] = b;
     }
 }
 
@@ -1144,6 +1180,11 @@ static double envmapi_density(int mapping, double u, double v) {
     if (mapping == ENVMAP_LATLONG) return 2 * ENVMAPI_PI * ENVMAPI_PI * sin(ENVMAPI_PI * v);
     if (mapping == ENVMAP_PARABOLOID) return 16 / ((1 + rr) * (1 + rr));
     if (mapping == ENVMAP_SPHERE) return 16;
+    if (mapping == ENVMAP_OCTAHEDRAL) {
+        double y = 1 - fabs(X) - fabs(Y), x = fabs(X) + fmin(y, 0), z = fabs(Y) + fmin(y, 0);
+        double pp = x * x + y * y + z * z;
+        return 4 / (pp * sqrt(pp));
+    }
     double r = sqrt(rr), density = r > 1e-9 ? sin(ENVMAPI_PI * r) / r : ENVMAPI_PI;
     return r < 1 ? 4 * ENVMAPI_PI * density : 0;
 }
@@ -1213,6 +1254,8 @@ ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const floa
                w = contour integral of g (x dy - y dx), side by side by _disc_side. Beyond the rim
                there is nothing, so r^2 g stays g(1): a point counts as the rim's next to it.
                g: sphere map 2, paraboloid 2/(1+r^2), angular map (1 - cos pi r)/r^2
+     octahedral  folds cut the cell into polygons on the octahedron's faces, these into triangles:
+                 tan(w/2) = |abc| / (|a||b||c| + a.b |c| + b.c |a| + c.a |b|)
    Radiance: _add_trilinear has two slices times two levels, each _add_lookup one face or near the
    paraboloids' rim both, each _add_bilinear 2 x 2 texels, each _add_tap one, maybe a neighbour's.
    Tests: tests/test_maps.c; solid_angles_are_the_integral_over_the_texel,
@@ -1389,6 +1432,47 @@ static double envmapi_cube_cell(double x0, double y0, double x1, double y1) {
     return atan2(im * less_re - re * less_im, re * less_re + im * less_im);
 }
 
+/* Solid angle of a triangle of three rays. */
+static double envmapi_spherical_triangle(const double a[3], const double b[3], const double c[3]) {
+    double ab[3], ac[3], n[3], of_a = sqrt(envmapi_dot(a, a)), of_b = sqrt(envmapi_dot(b, b));
+    double of_c = sqrt(envmapi_dot(c, c));
+    for (int i = 0; i < 3; ++i) ab[i] = b[i] - a[i], ac[i] = c[i] - a[i];
+    envmapi_cross(n, ab, ac);
+    return 2 *
+           atan2(fabs(envmapi_dot(a, n)), of_a * (of_b * of_c + envmapi_dot(b, c)) +
+                                              envmapi_dot(a, b) * of_c + envmapi_dot(c, a) * of_b);
+}
+
+/* What lies of a rectangle in a quadrant of an octahedral map (X, Y >= 0) above, and below the
+   horizon X + Y = 1. */
+static double envmapi_octa_rectangle(const double p[4][2]) {
+    double d[6][3], w = 0;
+    for (int side = -1; side < 2; side += 2) {
+        int n = 0;
+        for (int i = 0; i < 4; ++i) {
+            const double *a = p[i], *b = p[(i + 1) & 3];
+            double from = side * (1 - a[0] - a[1]), to = side * (1 - b[0] - b[1]);
+            if (from >= 0) envmapi_octa_ray(d[n++], a[0], a[1]);
+            if (!(from * to < 0)) continue;
+            double t = from / (from - to);
+            envmapi_octa_ray(d[n++], a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]));
+        }
+        for (int i = 2; i < n; ++i) w += envmapi_spherical_triangle(d[0], d[i - 1], d[i]);
+    }
+    return w;
+}
+
+static double envmapi_octa_cell(double x0, double y0, double x1, double y1) {
+    double w = 0;
+    for (int i = 0; i < 4; ++i) {
+        double a0 = fmax(i & 1 ? -x1 : x0, 0), a1 = i & 1 ? -x0 : x1;
+        double b0 = fmax(i & 2 ? -y1 : y0, 0), b1 = i & 2 ? -y0 : y1;
+        const double corners[4][2] = {{a0, b0}, {a1, b0}, {a1, b1}, {a0, b1}};
+        if (a0 < a1 && b0 < b1) w += envmapi_octa_rectangle(corners);
+    }
+    return w;
+}
+
 /* Solid angle of a cell, and (when asked for) the (u,v) it counts at: its centre, or the centroid
    of the part inside the rim. */
 static double envmapi_cell(double centre[2], int mapping, double u0, double v0, double u1,
@@ -1396,6 +1480,7 @@ static double envmapi_cell(double centre[2], int mapping, double u0, double v0, 
     double x0 = 2 * u0 - 1, x1 = 2 * u1 - 1, y0 = 1 - 2 * v1, y1 = 1 - 2 * v0;
     if (centre) centre[0] = (u0 + u1) / 2, centre[1] = (v0 + v1) / 2;
     if (mapping == ENVMAP_CUBE) return envmapi_cube_cell(x0, y0, x1, y1);
+    if (mapping == ENVMAP_OCTAHEDRAL) return envmapi_octa_cell(x0, y0, x1, y1);
     if (mapping == ENVMAP_LATLONG)
         return 4 * ENVMAPI_PI * (u1 - u0) * sin(ENVMAPI_PI * (v0 + v1) / 2) *
                sin(ENVMAPI_PI * (v1 - v0) / 2);
@@ -1470,6 +1555,12 @@ static void envmapi_rim_neighbour(int *x, int *y, int edge) {
     *y = envmapi_texel_at(0.5 + 0.5 * Y * (1 - 1.5 / edge) / r, edge);
 }
 
+/* Beyond an edge of an octahedral map, the same edge turned about its middle. */
+static void envmapi_octa_neighbour(int *x, int *y, int edge) {
+    if (*x < 0 || *x >= edge) *x = (*x < 0 ? -1 : 2 * edge - 1) - *x, *y = edge - 1 - *y;
+    if (*y < 0 || *y >= edge) *y = (*y < 0 ? -1 : 2 * edge - 1) - *y, *x = edge - 1 - *x;
+}
+
 static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face, int x, int y,
                             double weight) {
     int edge = level->edge, width = level->width;
@@ -1477,6 +1568,7 @@ static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face,
         if (x < 0 || y < 0 || x >= edge || y >= edge) envmapi_cube_neighbour(&face, &x, &y, edge);
     } else {
         if (level->mapping == ENVMAP_LATLONG) x = (x + width) % width;
+        if (level->mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_neighbour(&x, &y, edge);
         x = x < 0 ? 0 : x >= width ? width - 1 : x;
         y = y < 0 ? 0 : y >= edge ? edge - 1 : y;
         if (level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR)
@@ -1948,6 +2040,10 @@ static envmapi_parts envmapi_parts_of(const envmapi_resampling *r, const envmapi
         parts.n[k] = out ? 0 : (int)ceil(fmax(fmax(16 * side, cut ? 8 : 1), 64 / h));
         own = fmax(own, side);
     }
+    if (X->mapping == ENVMAP_OCTAHEDRAL) { /* folds are sides or diagonals of parts */
+        int n = parts.n[0] > parts.n[1] ? parts.n[0] : parts.n[1];
+        parts.n[0] = parts.n[1] = n + n * X->size % 2;
+    }
     for (int k = 0; k < 3; ++k) middle[k] = d[0][k] + d[1][k] + d[2][k] + d[3][k];
     envmapi_unit(middle, middle);
     double other = r->between ? own : envmapi_extent_at(r->scatter ? &r->last : &r->src, middle);
@@ -2118,6 +2214,7 @@ static void envmapi_span(double texels[2], int mapping, int edge, const double d
     int face = envmapi_face(mapping, d);
     envmapi_project(from, mapping, face, a);
     envmapi_project(to, mapping, face, b);
+    if (mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_image(to, from);
     double du = to[0] - from[0];
     if (mapping == ENVMAP_LATLONG) du -= floor(du + 0.5);
     texels[0] = du * envmapi_width(mapping, edge), texels[1] = (to[1] - from[1]) * edge;
@@ -3555,7 +3652,8 @@ typedef struct envmapi_input {
 } envmapi_input;
 
 /* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
-   averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). */
+   averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). Octahedral maps:
+   rho = |p|^-3, but in texels that a fold cuts. */
 static void envmapi_task_omega(void *context, int y) {
     const envmapi_input *in = (const envmapi_input *)context;
     int mapping = in->map->mapping, edge = in->map->size, width = envmapi_width(mapping, edge);
@@ -3570,8 +3668,17 @@ static void envmapi_task_omega(void *context, int y) {
         once[x] =
             (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
     }
-    for (int x = 0; !smooth && x < (width + 1) / 2; ++x)
-        once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
+    for (int x = 0; !smooth && x < (width + 1) / 2; ++x) {
+        double X = 1 - (2 * x + 1.0) / width, p = 1 - X - fabs(Y), low = fmin(p, 0), fold = 0;
+        if (mapping == ENVMAP_OCTAHEDRAL && edge >= 64)
+            fold = fmin(fmin(X, fabs(Y)) + side / 4, fabs(p));
+        if (fold > 0.7 * side) {
+            X += low, low += fabs(Y), p = fabs(p);
+            double r = envmapi_inverse_root(X * X + low * low + p * p), i = r * r;
+            double slopes = (X - p) * (X - p) + (low - p) * (low - p);
+            once[x] = (float)(area * i * r * (1 + area * i * (0.625 * i * slopes - 0.5)));
+        } else once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
+    }
     for (int x = 0; envmapi_is_disc(mapping) && x < (width + 1) / 2; ++x) { /* cut by the rim */
         double X = fabs((2 * x + 1.0) / width - 1) + side / 2, y_end = fabs(Y) + side / 2;
         if (X * X + y_end * y_end > 1) once[x] = 0;
@@ -3644,7 +3751,8 @@ typedef struct envmapi_grid {
 
 /* The largest |d direction / du| of a mapping, but at the rims of sphere and angular maps. */
 static double envmapi_stretch(int mapping) {
-    static const double span[ENVMAP_MAPPING_COUNT] = {2, 4, 4, 2 * ENVMAPI_PI, 2 * ENVMAPI_PI};
+    static const double span[ENVMAP_MAPPING_COUNT] = {
+        2, 4, 4, 2 * ENVMAPI_PI, 2 * ENVMAPI_PI, 4.898979485566356};
     return span[mapping];
 }
 
@@ -3661,7 +3769,7 @@ static envmapi_grid envmapi_grid_of(const envmap *map, double h, double toleranc
     grid.pad = 3 + (closed ? 0 : (int)ceil(log(0.002 / fmin(tolerance, 0.002)) / 0.843));
     double nodes = ((1.0 + closed) * n + 2 * grid.pad) * (n + 2.0 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
-                    nodes > 0.8 * width * map->size;
+                    map->mapping == ENVMAP_OCTAHEDRAL || nodes > 0.8 * width * map->size;
     grid.closed = closed && !grid.identity, grid.taps = grid.identity ? 1 : 6;
     if (grid.identity) grid.pad = 0;
     grid.nu = grid.identity ? width : n * (1 + closed);
@@ -5549,8 +5657,39 @@ static double envmapi_near_disc(int mapping, double angle) {
     return angle < 2.2 ? tan(angle / 2) : 2; /* beyond the corners */
 }
 
+/* |X| and |Y| of what a quadrant of an octahedral map has within R of a, over the whole sphere. |X|
+   = t is a plane through (0,1,-1) above the horizon, through (1,1,0) below it. 0: nothing. */
+static int envmapi_near_octa(double box[2][2], int quadrant, const double a[3], double R) {
+    box[0][0] = box[1][0] = 1, box[0][1] = box[1][1] = 0;
+    for (int below = 0; below < 2; ++below) {
+        double y = below ? -a[1] : a[1], reach = R < 1.5 ? sin(R) : 2, part[2][2];
+        for (int i = 0; i < 2; ++i) {
+            double x = quadrant >> i & 1 ? a[2 * i] : -a[2 * i];
+            double z = quadrant >> (1 - i) & 1 ? a[2 - 2 * i] : -a[2 - 2 * i], root = sqrt(0.5);
+            double s = below ? root * (x + y) : x, c = below ? z : root * (y + z);
+            double rho = hypot(s, c), wide = rho > reach ? asin(reach / rho) : ENVMAPI_PI;
+            for (int end = 0; end < 2; ++end) {
+                double at = atan2(s, c) + (end ? wide : -wide), t;
+                t = tan(envmapi_clamp(at, 0, ENVMAPI_PI / 2)) * (below ? 1 / root : root);
+                part[i][end] = t / (1 + t);
+            }
+        }
+        for (int i = 0; i < 2; ++i) {
+            double *range = part[i], *other = part[1 - i];
+            if (below) range[0] = fmax(range[0], 1 - other[1]);
+            else range[1] = fmin(range[1], 1 - other[0]);
+        }
+        if (y < -reach || part[0][0] >= part[0][1] || part[1][0] >= part[1][1]) continue;
+        for (int i = 0; i < 2; ++i) {
+            box[i][0] = fmin(box[i][0], part[i][0]);
+            box[i][1] = fmax(box[i][1], part[i][1]);
+        }
+    }
+    return box[0][0] < box[0][1];
+}
+
 /* The (u,v) that hold all within R of a on a face, as far as it goes: box[0] those of u, box[1] of
-   v. 0 where there are none. */
+   v. Of an octahedral map, faces are quadrants. 0 where there are none. */
 static int envmapi_near_box(double box[2][2], int mapping, int face, const double a[3], double R,
                             double border) {
     double at[2];
@@ -5570,6 +5709,13 @@ static int envmapi_near_box(double box[2][2], int mapping, int face, const doubl
         double wide = pole > 0 ? 0.5 : asin(sin(R) / sin(theta)) / (2 * ENVMAPI_PI);
         box[0][0] = at[0] - wide, box[0][1] = at[0] + wide;
         box[1][0] = at[1] - R / ENVMAPI_PI, box[1][1] = at[1] + R / ENVMAPI_PI;
+    } else if (mapping == ENVMAP_OCTAHEDRAL) {
+        if (!envmapi_near_octa(box, face, a, R)) return 0;
+        for (int i = 0; i < 2; ++i) { /* a texel on a fold once */
+            double least = box[i][0], most = box[i][1], hair = 1e-12;
+            box[i][0] = 0.5 + 0.5 * (face >> i & 1 ? least : -most);
+            box[i][1] = 0.5 + 0.5 * (face >> i & 1 ? most : -least) - (least > 0 ? 0 : hair);
+        }
     } else {
         int front = mapping == ENVMAP_SPHERE || (mapping == ENVMAP_PARABOLOID && face == 0);
         double theta = acos(envmapi_clamp(front ? a[2] : -a[2], -1, 1));
@@ -5690,6 +5836,14 @@ static void envmapi_near_cosines(double *x, double *w, const envmapi_window *win
             double X = 2 * u[i] - 1, r = envmapi_inverse_root(1 + X * X + Y * Y);
             x[i] = (m[2] + Y * m[1] + X * m[0]) * r, w[i] = 4 * r * r * r;
         }
+    } else if (level->mapping == ENVMAP_OCTAHEDRAL) {
+        for (int i = 0; i < n; ++i) {
+            double X = 2 * u[i] - 1, y = 1 - fabs(X) - fabs(Y), low = y < 0 ? y : 0;
+            double p = fabs(X) + low, q = fabs(Y) + low;
+            double r = envmapi_inverse_root(p * p + y * y + q * q);
+            x[i] = (copysign(p, X) * a[0] + y * a[1] + copysign(q, Y) * a[2]) * r;
+            w[i] = 4 * r * r * r;
+        }
     } else if (level->mapping == ENVMAP_LATLONG) {
         double sine = sin(ENVMAPI_PI * v), cosine = a[1] * cos(ENVMAPI_PI * v);
         for (int i = 0; i < n; ++i) {
@@ -5798,10 +5952,17 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
         return envmapi_near_centres(nodes, (int)s->room, from, fmin(to, from + size - 1e-6), size,
                                     axis->tent);
     envmapi_project(at, mapping, face, a);
+    if (mapping == ENVMAP_OCTAHEDRAL) {
+        double middle[2] = {(box[0][0] + box[0][1]) / 2, (box[1][0] + box[1][1]) / 2};
+        envmapi_octa_image(at, middle);
+    }
     double sigma = s->sigma * size / envmapi_near_stretch(box, at, mapping, face, i);
     double X = fmax(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1));
     double Y = fmax(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
+    double least = fmin(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1)) +
+                   fmin(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
     if (mapping == ENVMAP_PARABOLOID && X * X + Y * Y > 1 - 4.0 / size) sigma *= ENVMAPI_BLEND;
+    if (mapping == ENVMAP_OCTAHEDRAL && X + Y > 1 && least < 1) sigma *= ENVMAPI_BLEND;
     return envmapi_near_pieces(nodes, (int)s->room, from, to, size, at[i] * size - 0.5, sigma,
                                s->piece, axis->lobe->kind == ENVMAP_LOBE_GGX);
 }
@@ -5814,6 +5975,7 @@ static void envmapi_near_window(envmapi_window *window, const envmapi_near *s, i
     double box[2][2], R = s->R + (texels ? 3 * axis->tent * axis->texel : 0);
     double border = mapping == ENVMAP_PARABOLOID && !texels ? 0.5 / axis->level.edge : 0;
     if (!envmapi_near_box(box, mapping, face, window->a, R, border)) return;
+    if (mapping == ENVMAP_OCTAHEDRAL) face = 0;
     n[0] = envmapi_near_nodes(window->u, s, window->a, box, face, 0, texels);
     n[1] = envmapi_near_nodes(window->v, s, window->a, box, face, 1, texels);
     if (!n[0] || !n[1]) return;
@@ -5897,12 +6059,13 @@ static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t 
 static void envmapi_near_axis(envmapi_window *window, const envmapi_near *s, int face, int x,
                               int y) {
     double share = s->axis.bilinear;
-    int n = window->axis;
+    int n = window->axis, mapping = s->axis.level.mapping;
+    int parts = mapping == ENVMAP_OCTAHEDRAL ? 4 : envmap_faces(mapping);
     envmapi_texel_direction(window->a, s->dst.mapping, face, s->dst.size, x, y);
     memset(window->sums[n], 0, sizeof window->sums[n]), window->total[n] = 0;
     window->x[n] = x, window->singular[n] = envmapi_near_singular(s, window->a);
     if (window->singular[n]) return;
-    for (int i = 0; i < envmap_faces(s->axis.level.mapping); ++i) {
+    for (int i = 0; i < parts; ++i) {
         if (share > 0) envmapi_near_window(window, s, i, 0, share);
         if (share < 1) envmapi_near_window(window, s, i, 1, 1 - share);
     }
@@ -7093,20 +7256,19 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_s
     return ENVMAP_OK;
 }
 
-/* dst(d) = src(-d), where texels have texels opposite: not on sphere and angular maps. */
-static int envmapi_antipodes(float *dst, const float *src, int mapping, int edge) {
-    int width = envmapi_width(mapping, edge), faces = envmap_faces(mapping);
-    int turned = mapping == ENVMAP_LATLONG, paraboloid = mapping == ENVMAP_PARABOLOID;
-    if (mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR) return 0;
-    for (int i = 0; i < faces * edge; ++i) {
-        int face = i / edge, y = i % edge, flip_x = paraboloid || face / 2 == 1;
-        int to = turned ? 0 : face ^ 1, row = paraboloid || face / 2 != 1 ? edge - 1 - y : y;
-        float *out = dst + 3 * (size_t)(to * edge + row) * (size_t)width;
-        for (int x = 0; x < width; ++x, src += 3) {
-            int at = turned ? (x + width / 2) % width : flip_x ? width - 1 - x : x;
-            memcpy(out + 3 * at, src, 3 * sizeof *src);
-        }
-    }
+/* dst(d) = src(-d) in a slice, where texels have texels opposite: not on sphere, angular and
+   octahedral maps. */
+static int envmapi_antipodes(const envmap *map, int dst, int src) {
+    envmapi_place to[6];
+    int width = envmapi_width(map->mapping, map->size), faces = envmap_faces(map->mapping);
+    for (int face = 0; face < faces; ++face)
+        if (!envmapi_turn_place(to + face, 7, map->mapping, map->size, face)) return 0;
+    const float *in = envmapi_image(map, 0, src, 0);
+    for (int i = 0; i < faces * map->size; ++i)
+        for (int x = 0; x < width; ++x, in += 3)
+            memcpy(envmapi_image(map, 0, dst, 0) +
+                       3 * envmapi_turned(map, to + i / map->size, x, i % map->size),
+                   in, 3 * sizeof *in);
     return 1;
 }
 
@@ -7140,9 +7302,7 @@ static envmap_result envmapi_fast_pair(envmapi_transform *t, const envmapi_spec 
     int other = spec->mirrored ? dst->slices - 1 - row : k, here = k >= first && k < last;
     envmap_result result = here ? envmapi_fast_fill(t, spec, slice, k, 0, work) : ENVMAP_OK;
     if (result || other == k || other < first || other >= last) return result;
-    if (here && envmapi_antipodes(envmapi_image(dst, 0, other, 0), envmapi_image(dst, 0, k, 0),
-                                  dst->mapping, dst->size))
-        return ENVMAP_OK;
+    if (here && envmapi_antipodes(dst, other, k)) return ENVMAP_OK;
     return envmapi_fast_fill(t, spec, slice, other, 1, work);
 }
 
@@ -7611,8 +7771,8 @@ static double envmapi_bilinear_square(double w2) {
    mirror it), with weights. For unequal sides h is the spacing that loses as much as they do,
    (h_u^4 + h_v^4)/320 + h_u^2 h_v^2/576.
    Over a cube's edge texels do not face each other: beside it, at y along the edge, the neighbour's
-   are y h/2 off, which loses 0.0041 l(l+1) / size^3 in the mean square; a sphere map's rim is all
-   one point, 1.4 l(l+1) / size^2 (measured). */
+   are y h/2 off, which loses 0.0041 l(l+1) / size^3 in the mean square; an octahedral map's folds
+   lose 0.5 l(l+1) / size^3; a sphere map's rim is all one point, 1.4 l(l+1) / size^2 (measured). */
 typedef struct envmapi_lookups {
     const envmapi_power *power;
     double h2[16], w[16], edges, falls, allowed; /* edges / size^falls is what edges lose */
@@ -7622,9 +7782,12 @@ typedef struct envmapi_lookups {
 static void envmapi_lookups_create(envmapi_lookups *t, const envmapi_power *d, int mapping,
                                    double light) {
     double solid = 0, step = 1e-4, most = 0, mean = 0;
-    t->power = d, t->edges = 0, t->falls = mapping == ENVMAP_CUBE ? 3 : 2;
+    t->power = d, t->edges = 0, t->falls = mapping == ENVMAP_SPHERE ? 2 : 3;
     for (int l = 1; l < d->bands; ++l) t->edges += l * (l + 1.0) * d->P[l];
-    t->edges *= mapping == ENVMAP_CUBE ? 0.0041 : mapping == ENVMAP_SPHERE ? 1.4 : 0;
+    t->edges *= mapping == ENVMAP_CUBE         ? 0.0041
+                : mapping == ENVMAP_SPHERE     ? 1.4
+                : mapping == ENVMAP_OCTAHEDRAL ? 0.5
+                                               : 0;
     for (int i = 0; i < 16; ++i) {
         double x = (i % 4 + 0.5) / 8, y = ((i / 4) + 0.5) / 8, a[3], u[3], v[3];
         envmapi_direction(a, mapping, 0, x, y);
@@ -8391,7 +8554,7 @@ ENVMAPI_BODY envmap_result envmap_compare(envmap_difference *difference, const e
                   through rough surfaces. Rendering Symposium 2007.
 
    CHANGES
-     0.1  five parameterizations, maps, PFM, mip levels, lobes, spherical harmonics, materials,
+     0.1  six parameterizations, maps, PFM, mip levels, lobes, spherical harmonics, materials,
           comparison; filters: the reference, the hierarchical one, and the fast one through
           harmonics
 

@@ -45,7 +45,13 @@ static inline void oracle_free(void *context, void *pointer) {
 
 /* ------------------------------------------------------------------------------ the mappings -- */
 
-static const char *const oracle_name[] = {"cube", "paraboloid", "sphere", "lat-long", "angular"};
+#define MAPPINGS 6
+static const char *const oracle_name[MAPPINGS] = {"cube",     "paraboloid", "sphere",
+                                                  "lat-long", "angular",    "octahedral"};
+
+static inline int oracle_is_disc(int mapping) {
+    return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
+}
 
 /* OpenGL 4.6, table 8.19: the face of largest |r|, s_c and t_c as signed components (1 x, 2 y,
    3 z), then s = (s_c/|m_a| + 1)/2, t = (t_c/|m_a| + 1)/2. */
@@ -77,6 +83,12 @@ static inline void oracle_coordinates(int *face, double *u, double *v, int mappi
         *v = acos(y) / PI;
         return;
     }
+    if (mapping == ENVMAP_OCTAHEDRAL) { /* the faces below y = 0 as those above, over a diagonal */
+        double sum = fabs(x) + fabs(y) + fabs(z), a = fabs(x) / sum, b = fabs(z) / sum;
+        *u = 0.5 + (x < 0 ? -0.5 : 0.5) * (y < 0 ? 1 - b : a);
+        *v = 0.5 + (z < 0 ? -0.5 : 0.5) * (y < 0 ? 1 - a : b);
+        return;
+    }
     if (mapping == ENVMAP_PARABOLOID) { /* Heidrich & Seidel 1998 */
         *face = z < 0;
         X = x / (1 + fabs(z)), Y = y / (1 + fabs(z));
@@ -89,6 +101,33 @@ static inline void oracle_coordinates(int *face, double *u, double *v, int mappi
     }
     *u = 0.5 + 0.5 * X;
     *v = 0.5 - 0.5 * Y;
+}
+
+/* A point of a face is its three corners, +-x, +-z and a pole, in shares whose sum is 1. Beyond an
+   edge: half a turn about its middle. */
+static inline void oracle_octahedral(double d[3], double X, double Y) {
+    if (X > 1 || X < -1) {
+        oracle_octahedral(d, (X > 1 ? 2 : -2) - X, -Y);
+        return;
+    }
+    if (Y > 1 || Y < -1) {
+        oracle_octahedral(d, -X, (Y > 1 ? 2 : -2) - Y);
+        return;
+    }
+    double x[3] = {X < 0 ? -1 : 1, 0, 0}, z[3] = {0, 0, Y < 0 ? -1 : 1}, pole[3] = {0, 1, 0};
+    double to_x = fabs(X), to_z = fabs(Y);
+    if (to_x + to_z > 1) to_x = 1 - fabs(Y), to_z = 1 - fabs(X), pole[1] = -1;
+    double n = 0;
+    for (int k = 0; k < 3; ++k) {
+        d[k] = to_x * x[k] + to_z * z[k] + (1 - to_x - to_z) * pole[k];
+        n += d[k] * d[k];
+    }
+    for (int k = 0; k < 3; ++k) d[k] /= sqrt(n);
+}
+
+/* Solid angle per area of (X,Y): 1 / |p|^3, where d = p / |p|. */
+static inline double oracle_octahedral_density(const double d[3]) {
+    return pow(fabs(d[0]) + fabs(d[1]) + fabs(d[2]), 3);
 }
 
 /* The inverse, derived apart; discs other than the paraboloids clamp to their rim. */
@@ -109,6 +148,8 @@ static inline void oracle_direction(double d[3], int mapping, int face, double u
     } else if (mapping == ENVMAP_LATLONG) {
         double a = 2 * PI * (u - 0.5), t = PI * v;
         d[0] = sin(a) * sin(t), d[1] = cos(t), d[2] = -cos(a) * sin(t);
+    } else if (mapping == ENVMAP_OCTAHEDRAL) {
+        oracle_octahedral(d, X, -Y);
     } else {
         if (r > 1) X /= r, Y /= r, r = 1;
         if (mapping == ENVMAP_SPHERE) {
@@ -132,6 +173,35 @@ static inline double oracle_angle_f(const float a[3], const float b[3]) {
     double p[3] = {(double)a[0], (double)a[1], (double)a[2]};
     double q[3] = {(double)b[0], (double)b[1], (double)b[2]};
     return oracle_angle(p, q);
+}
+
+/* ----------------------------------------------------------------------------- solid angles -- */
+
+static inline double oracle_dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Solid angle of a triangle of unit vectors: Van Oosterom and Strackee 1983. */
+static inline double oracle_triangle(const double a[3], const double b[3], const double c[3]) {
+    double det = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                 a[2] * (b[0] * c[1] - b[1] * c[0]);
+    return 2 * atan2(fabs(det), 1 + oracle_dot(a, b) + oracle_dot(b, c) + oracle_dot(c, a));
+}
+
+/* A triangle of (X,Y) on an octahedral map, divided until no fold crosses it. */
+static inline double oracle_folded(const double p[2], const double q[2], const double r[2]) {
+    const double *corner[3] = {p, q, r};
+    for (int k = 0; k < 9; ++k) {
+        const double *a = corner[k % 3], *b = corner[(k + 1) % 3], *c = corner[(k + 2) % 3];
+        double from = k < 6 ? a[k / 3] : fabs(a[0]) + fabs(a[1]) - 1, middle[2];
+        double to = k < 6 ? b[k / 3] : fabs(b[0]) + fabs(b[1]) - 1;
+        if (!(from < -1e-12 && to > 1e-12) && !(from > 1e-12 && to < -1e-12)) continue;
+        for (int i = 0; i < 2; ++i) middle[i] = a[i] + from / (from - to) * (b[i] - a[i]);
+        return oracle_folded(a, middle, c) + oracle_folded(middle, b, c);
+    }
+    double d[3][3];
+    for (int k = 0; k < 3; ++k) oracle_octahedral(d[k], corner[k][0], corner[k][1]);
+    return oracle_triangle(d[0], d[1], d[2]);
 }
 
 /* ---------------------------------------------------------------------------------- scenes -- */
@@ -159,7 +229,7 @@ static inline int oracle_edge(int size, int level) { return size >> level > 1 ? 
 
 /* Samples of a level, all slices and faces, x 3. */
 static inline size_t oracle_floats(int mapping, int size, int slices, int level) {
-    static const size_t faces[] = {6, 2, 1, 1, 1};
+    static const size_t faces[] = {6, 2, 1, 1, 1, 1};
     size_t edge = (size_t)oracle_edge(size, level);
     return faces[mapping] * edge * (size_t)oracle_width(mapping, (int)edge) * (size_t)slices * 3;
 }

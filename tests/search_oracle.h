@@ -30,30 +30,15 @@ static void oracle_gauss(double *x, double *w, int n) {
     }
 }
 
-static double oracle_dot(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static double oracle_clamp(double x, double low, double high) {
     return x < low ? low : x > high ? high : x;
 }
 
 /* ----------------------------------------------------------------------------- solid angles -- */
 
-static int oracle_is_disc(int mapping) {
-    return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
-}
-
 static int oracle_faces(int mapping) {
-    static const int faces[] = {6, 2, 1, 1, 1};
+    static const int faces[] = {6, 2, 1, 1, 1, 1};
     return faces[mapping];
-}
-
-/* Solid angle of a triangle of unit vectors: Van Oosterom and Strackee 1983. */
-static double oracle_triangle(const double a[3], const double b[3], const double c[3]) {
-    double det = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-                 a[2] * (b[0] * c[1] - b[1] * c[0]);
-    return 2 * atan2(fabs(det), 1 + oracle_dot(a, b) + oracle_dot(b, c) + oracle_dot(c, a));
 }
 
 /* d(solid angle) / dX dY of a disc mapping. */
@@ -116,6 +101,10 @@ static double oracle_cell(double *u, double *v, int mapping, int face, double u0
     if (mapping == ENVMAP_CUBE) return oracle_quad(mapping, face, u0, v0, u1, v1);
     if (mapping == ENVMAP_LATLONG) return 2 * PI * (u1 - u0) * (cos(PI * v0) - cos(PI * v1));
     double low[2] = {2 * u0 - 1, 1 - 2 * v1}, high[2] = {2 * u1 - 1, 1 - 2 * v0}, sum[4];
+    if (mapping == ENVMAP_OCTAHEDRAL) { /* a map that is its mirror image along Y */
+        double one[2] = {low[0], high[1]}, other[2] = {high[0], low[1]};
+        return oracle_folded(low, one, high) + oracle_folded(low, other, high);
+    }
     double far_x = fmax(fabs(low[0]), fabs(high[0])), far_y = fmax(fabs(low[1]), fabs(high[1]));
     oracle_disc_part(sum, mapping, low, high, u1 - u0 > 0.07 ? 24 : 6);
     if (!(sum[1] > 1e-15)) return 0;
@@ -177,7 +166,7 @@ static oracle_image oracle_image_of(const float *texels, int mapping, int size) 
 }
 
 /* Texel (x,y) may lie off its face by one: over a cube's edge it is the texel of the next face that
-   touches it, lat-long wraps, discs clamp to texels inside their rim. */
+   touches it, over an octahedral map's that which has its centre there, lat-long wraps, discs clamp to texels inside their rim. */
 static void oracle_tap(double rgb[3], const oracle_image *image, int face, int x, int y,
                        double weight) {
     int n = image->size, width = image->width;
@@ -191,6 +180,12 @@ static void oracle_tap(double rgb[3], const oracle_image *image, int face, int x
                          : y >= n ? 1 + hair
                                   : (y + 0.5) / n);
         oracle_coordinates(&face, &u, &v, ENVMAP_CUBE, d);
+        x = (int)(u * n), y = (int)(v * n);
+    }
+    if (image->mapping == ENVMAP_OCTAHEDRAL && (x < 0 || y < 0 || x >= n || y >= n)) {
+        double d[3], u, v;
+        oracle_direction(d, ENVMAP_OCTAHEDRAL, 0, (x + 0.5) / n, (y + 0.5) / n);
+        oracle_coordinates(&face, &u, &v, ENVMAP_OCTAHEDRAL, d);
         x = (int)(u * n), y = (int)(v * n);
     }
     if (image->mapping == ENVMAP_LATLONG) x = (x + width) % width;
@@ -497,7 +492,7 @@ static void oracle_tents(double sum[4], const oracle_filter *f, const double a[3
    its rim, in one direction? */
 static int oracle_singular(const oracle_filter *f, const double a[3], double t) {
     double d[3] = {0, f->image.mapping == ENVMAP_LATLONG, f->image.mapping == ENVMAP_ANGULAR};
-    if (f->image.mapping < ENVMAP_SPHERE) return 0;
+    if (f->image.mapping < ENVMAP_SPHERE || f->image.mapping == ENVMAP_OCTAHEDRAL) return 0;
     if (f->image.mapping == ENVMAP_SPHERE) d[2] = -1;
     double x = oracle_dot(a, d);
     if (f->image.mapping == ENVMAP_LATLONG) x = fabs(x);

@@ -7,7 +7,7 @@
 
 typedef struct search {
     int works, fresh, shown; /* fresh: findings that no row of the table names */
-    int pairs[5][5], lobes[LOBE_COUNT], scenes[SCENE_COUNT], checks[CHECK_COUNT];
+    int pairs[MAPPINGS][MAPPINGS], lobes[LOBE_COUNT], scenes[SCENE_COUNT], checks[CHECK_COUNT];
     int promises[PROMISE_COUNT]; /* how often each was asked */
     int rows[KNOWN_COUNT];       /* findings of each row, */
     double worst[KNOWN_COUNT];   /* the worst value, and its work */
@@ -92,9 +92,12 @@ static void search_list(const char *what, const int *counts, const char *const *
 /* What was tried, promise by promise, and what is known to break. */
 static void search_report(const search *s) {
     int least = s->pairs[0][0];
-    for (int i = 0; i < 25; ++i)
-        least = s->pairs[i / 5][i % 5] < least ? s->pairs[i / 5][i % 5] : least;
-    printf("  %d works; each of the 25 pairs of mappings at least %d times\n", s->works, least);
+    for (int i = 0; i < MAPPINGS * MAPPINGS; ++i) {
+        int times = s->pairs[i / MAPPINGS][i % MAPPINGS];
+        least = times < least ? times : least;
+    }
+    printf("  %d works; each of the %d pairs of mappings at least %d times\n", s->works,
+           MAPPINGS * MAPPINGS, least);
     search_list("lobes", s->lobes, work_lobes, LOBE_COUNT);
     search_list("scenes", s->scenes, work_scenes, SCENE_COUNT);
     search_list("checks", s->checks, work_checks, CHECK_COUNT);

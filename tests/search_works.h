@@ -8,7 +8,8 @@
 
 /* ------------------------------------------------------------------------------------ words -- */
 
-static const char *const work_mappings[] = {"cube", "paraboloid", "sphere", "latlong", "angular"};
+static const char *const work_mappings[MAPPINGS] = {"cube",    "paraboloid", "sphere",
+                                                    "latlong", "angular",    "octahedral"};
 static const char *const work_lobes[LOBE_COUNT] = {"diffuse", "phong", "gaussian", "ggx",
                                                    "banks",   "table", "cone",     "power",
                                                    "ring",    "two",   "hat",      "slide"};
@@ -94,7 +95,7 @@ static const char *work_key(const char *line, const char *key) {
 }
 
 static int work_read_map(int *mapping, int *size, int *slices, const char *text) {
-    if (!text || (*mapping = work_word(text, work_mappings, 5)) < 0) return 0;
+    if (!text || (*mapping = work_word(text, work_mappings, MAPPINGS)) < 0) return 0;
     return sscanf(strchr(text, ':') ? strchr(text, ':') : "", ":%d:%d", size, slices) == 2;
 }
 
@@ -263,7 +264,7 @@ static int work_draw_size(unsigned long long *state) {
 }
 
 static void work_draw_maps(work *w, unsigned long long *state) {
-    w->src_mapping = work_below(5, state), w->dst_mapping = work_below(5, state);
+    w->src_mapping = work_below(MAPPINGS, state), w->dst_mapping = work_below(MAPPINGS, state);
     w->src_size = work_draw_size(state), w->dst_size = work_draw_size(state);
     if (work_below(2, state)) w->src_size = (int)(64 + 65 * test_random(state));
     w->src_slices = w->dst_slices = 1;

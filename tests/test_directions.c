@@ -3,8 +3,8 @@
    seams, poles, rims, axes and corners; the paraboloid's texture matrix against the mapping. */
 #include "oracle.h"
 
-static const int mappings[] = {ENVMAP_CUBE, ENVMAP_PARABOLOID, ENVMAP_SPHERE,
-                                          ENVMAP_LATLONG, ENVMAP_ANGULAR};
+static const int mappings[] = {ENVMAP_CUBE,    ENVMAP_PARABOLOID, ENVMAP_SPHERE,
+                               ENVMAP_LATLONG, ENVMAP_ANGULAR,    ENVMAP_OCTAHEDRAL};
 
 /* Angle between dir and what its coordinates map back to. */
 static double round_trip(int m, const float dir[3]) {
@@ -22,7 +22,7 @@ static double round_trip(int m, const float dir[3]) {
 /* u and v are floats: half an ulp at 1 is 3e-8, which the mappings stretch by at most 2 pi; the
    sphere map stretches it by 4/delta at the angle delta from -z. */
 static void directions_round_trip(void) {
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         unsigned long long state = 1 + (unsigned)m;
         double worst = 0;
         for (int i = 0; i < test_many(100000); ++i) {
@@ -41,17 +41,18 @@ static void directions_round_trip(void) {
 }
 
 static void coordinates_round_trip(void) {
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         unsigned long long state = 11 + (unsigned)m;
         double worst = 0;
         for (int i = 0; i < test_many(100000); ++i) {
             int face = (int)(test_random(&state) * envmap_faces(m)), back = -1;
             float u = (float)test_random(&state), v = (float)test_random(&state), d[3], u1, v1;
             double X = 2 * (double)u - 1, Y = 2 * (double)v - 1, r = sqrt(X * X + Y * Y);
-            if ((m == ENVMAP_PARABOLOID || m == ENVMAP_SPHERE || m == ENVMAP_ANGULAR) && r > 0.999999)
-                continue;
+            if (oracle_is_disc(m) && r > 0.999999) continue;
             /* within 1e-6 of an edge, the direction may round to the neighbour's side */
-            if (m == ENVMAP_CUBE && (fabs(X) > 0.999999 || fabs(Y) > 0.999999)) continue;
+            if ((m == ENVMAP_CUBE || m == ENVMAP_OCTAHEDRAL) &&
+                (fabs(X) > 0.999999 || fabs(Y) > 0.999999))
+                continue;
             envmap_direction(d, mappings[m], face, u, v);
             envmap_coordinates(&back, &u1, &v1, mappings[m], d);
             CHECK(back == face);
@@ -73,7 +74,7 @@ static void coordinates_round_trip(void) {
 }
 
 static void mappings_are_the_formulas_of_their_sources(void) {
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         unsigned long long state = 21 + (unsigned)m;
         double there = 0, back = 0;
         for (int i = 0; i < test_many(100000); ++i) {
@@ -156,24 +157,43 @@ static void axes_lie_where_the_conventions_say(void) {
         float d[3];
         int face;
         double u, v;
-    } table[] = {
-        {ENVMAP_CUBE, {1, 0, 0}, 0, .5, .5},        {ENVMAP_CUBE, {-1, 0, 0}, 1, .5, .5},
-        {ENVMAP_CUBE, {0, 1, 0}, 2, .5, .5},        {ENVMAP_CUBE, {0, -1, 0}, 3, .5, .5},
-        {ENVMAP_CUBE, {0, 0, 1}, 4, .5, .5},        {ENVMAP_CUBE, {0, 0, -1}, 5, .5, .5},
-        {ENVMAP_PARABOLOID, {1, 0, 0}, 0, 1, .5},   {ENVMAP_PARABOLOID, {-1, 0, 0}, 0, 0, .5},
-        {ENVMAP_PARABOLOID, {0, 1, 0}, 0, .5, 0},   {ENVMAP_PARABOLOID, {0, -1, 0}, 0, .5, 1},
-        {ENVMAP_PARABOLOID, {0, 0, 1}, 0, .5, .5},  {ENVMAP_PARABOLOID, {0, 0, -1}, 1, .5, .5},
-        {ENVMAP_SPHERE, {1, 0, 0}, 0, .5 + .3535533905932738, .5},
-        {ENVMAP_SPHERE, {-1, 0, 0}, 0, .5 - .3535533905932738, .5},
-        {ENVMAP_SPHERE, {0, 1, 0}, 0, .5, .5 - .3535533905932738},
-        {ENVMAP_SPHERE, {0, -1, 0}, 0, .5, .5 + .3535533905932738},
-        {ENVMAP_SPHERE, {0, 0, 1}, 0, .5, .5},      {ENVMAP_SPHERE, {0, 0, -1}, 0, 1, .5},
-        {ENVMAP_LATLONG, {1, 0, 0}, 0, .75, .5},    {ENVMAP_LATLONG, {-1, 0, 0}, 0, .25, .5},
-        {ENVMAP_LATLONG, {0, 1, 0}, 0, .5, 0},      {ENVMAP_LATLONG, {0, -1, 0}, 0, .5, 1},
-        {ENVMAP_LATLONG, {0, 0, -1}, 0, .5, .5},
-        {ENVMAP_ANGULAR, {1, 0, 0}, 0, .75, .5},    {ENVMAP_ANGULAR, {-1, 0, 0}, 0, .25, .5},
-        {ENVMAP_ANGULAR, {0, 1, 0}, 0, .5, .25},    {ENVMAP_ANGULAR, {0, -1, 0}, 0, .5, .75},
-        {ENVMAP_ANGULAR, {0, 0, -1}, 0, .5, .5},    {ENVMAP_ANGULAR, {0, 0, 1}, 0, 1, .5}};
+    } table[] = {{ENVMAP_CUBE, {1, 0, 0}, 0, .5, .5},
+                 {ENVMAP_CUBE, {-1, 0, 0}, 1, .5, .5},
+                 {ENVMAP_CUBE, {0, 1, 0}, 2, .5, .5},
+                 {ENVMAP_CUBE, {0, -1, 0}, 3, .5, .5},
+                 {ENVMAP_CUBE, {0, 0, 1}, 4, .5, .5},
+                 {ENVMAP_CUBE, {0, 0, -1}, 5, .5, .5},
+                 {ENVMAP_PARABOLOID, {1, 0, 0}, 0, 1, .5},
+                 {ENVMAP_PARABOLOID, {-1, 0, 0}, 0, 0, .5},
+                 {ENVMAP_PARABOLOID, {0, 1, 0}, 0, .5, 0},
+                 {ENVMAP_PARABOLOID, {0, -1, 0}, 0, .5, 1},
+                 {ENVMAP_PARABOLOID, {0, 0, 1}, 0, .5, .5},
+                 {ENVMAP_PARABOLOID, {0, 0, -1}, 1, .5, .5},
+                 {ENVMAP_SPHERE, {1, 0, 0}, 0, .5 + .3535533905932738, .5},
+                 {ENVMAP_SPHERE, {-1, 0, 0}, 0, .5 - .3535533905932738, .5},
+                 {ENVMAP_SPHERE, {0, 1, 0}, 0, .5, .5 - .3535533905932738},
+                 {ENVMAP_SPHERE, {0, -1, 0}, 0, .5, .5 + .3535533905932738},
+                 {ENVMAP_SPHERE, {0, 0, 1}, 0, .5, .5},
+                 {ENVMAP_SPHERE, {0, 0, -1}, 0, 1, .5},
+                 {ENVMAP_LATLONG, {1, 0, 0}, 0, .75, .5},
+                 {ENVMAP_LATLONG, {-1, 0, 0}, 0, .25, .5},
+                 {ENVMAP_LATLONG, {0, 1, 0}, 0, .5, 0},
+                 {ENVMAP_LATLONG, {0, -1, 0}, 0, .5, 1},
+                 {ENVMAP_LATLONG, {0, 0, -1}, 0, .5, .5},
+                 {ENVMAP_ANGULAR, {1, 0, 0}, 0, .75, .5},
+                 {ENVMAP_ANGULAR, {-1, 0, 0}, 0, .25, .5},
+                 {ENVMAP_ANGULAR, {0, 1, 0}, 0, .5, .25},
+                 {ENVMAP_ANGULAR, {0, -1, 0}, 0, .5, .75},
+                 {ENVMAP_ANGULAR, {0, 0, -1}, 0, .5, .5},
+                 {ENVMAP_ANGULAR, {0, 0, 1}, 0, 1, .5},
+                 {ENVMAP_OCTAHEDRAL, {1, 0, 0}, 0, 1, .5},
+                 {ENVMAP_OCTAHEDRAL, {-1, 0, 0}, 0, 0, .5},
+                 {ENVMAP_OCTAHEDRAL, {0, 0, 1}, 0, .5, 1},
+                 {ENVMAP_OCTAHEDRAL, {0, 0, -1}, 0, .5, 0},
+                 {ENVMAP_OCTAHEDRAL, {0, 1, 0}, 0, .5, .5},
+                 {ENVMAP_OCTAHEDRAL, {0, -1, 0}, 0, 1, 1},
+                 {ENVMAP_OCTAHEDRAL, {2, 1, -1}, 0, .75, .375},
+                 {ENVMAP_OCTAHEDRAL, {2, -1, -1}, 0, .875, .25}};
     for (size_t i = 0; i < sizeof table / sizeof *table; ++i) {
         int face;
         float u, v, back[3];
@@ -238,6 +258,14 @@ static void seams_are_the_same_direction_from_both_sides(void) {
             envmap_direction(a, ENVMAP_PARABOLOID, f, u, v);
             CHECK_CLOSE(oracle_angle_f(a, rim), 0, 3e-7);
         }
+        for (int s = 0; s < 4; ++s) { /* an octahedral map's edge is the same, end for end */
+            envmap_direction(a, ENVMAP_OCTAHEDRAL, 0, side[s][0] < 0 ? t : side[s][0],
+                             side[s][1] < 0 ? t : side[s][1]);
+            envmap_direction(b, ENVMAP_OCTAHEDRAL, 0, side[s][0] < 0 ? 1 - t : side[s][0],
+                             side[s][1] < 0 ? 1 - t : side[s][1]);
+            CHECK_CLOSE(oracle_angle_f(a, b), 0, 3e-7);
+            CHECK_CLOSE(round_trip(ENVMAP_OCTAHEDRAL, a), 0, 5e-7);
+        }
         CHECK_CLOSE(round_trip(ENVMAP_PARABOLOID, rim), 0, 3e-7);
         envmap_direction(a, ENVMAP_ANGULAR, 0, u, v);
         CHECK_CLOSE(oracle_angle_f(a, plus), 0, 5e-7);
@@ -255,6 +283,13 @@ static void singular_directions_have_the_coordinates_that_are_documented(void) {
     envmap_coordinates(&face, &u, &v, ENVMAP_ANGULAR, z);
     CHECK(u == 1 && v == 0.5f);
     CHECK_CLOSE(round_trip(ENVMAP_ANGULAR, z), 0, 5e-7);
+    for (int i = 0; i < 4; ++i) { /* -y is all four corners */
+        float minus_y[3] = {i & 1 ? 0.0f : -0.0f, -1, i & 2 ? 0.0f : -0.0f};
+        envmap_coordinates(&face, &u, &v, ENVMAP_OCTAHEDRAL, minus_y);
+        CHECK((u == 0 || u == 1) && (v == 0 || v == 1));
+        envmap_direction(d, ENVMAP_OCTAHEDRAL, 0, (float)(i & 1), (float)(i / 2));
+        CHECK(d[1] == -1);
+    }
     for (int s = -1; s <= 1; s += 2) {
         float pole[3] = {0, (float)s, 0}, minus_zero[3] = {-0.0f, (float)s, -0.0f};
         envmap_coordinates(&face, &u, &v, ENVMAP_LATLONG, pole);
@@ -267,7 +302,7 @@ static void singular_directions_have_the_coordinates_that_are_documented(void) {
                 double t = pow(10, -e), a = 2 * PI * i / 12;
                 float p[3] = {(float)(t * cos(a)), (float)s, (float)(t * sin(a))};
                 float q[3] = {(float)(t * cos(a)), (float)(t * sin(a)), (float)s};
-                for (int m = 0; m < 5; ++m) {
+                for (int m = 0; m < MAPPINGS; ++m) {
                     CHECK_CLOSE(round_trip(mappings[m], p), 0, 5e-7);
                     if (m != ENVMAP_SPHERE || s > 0)
                         CHECK_CLOSE(round_trip(mappings[m], q), 0, 5e-7);
@@ -282,7 +317,7 @@ static void singular_directions_have_the_coordinates_that_are_documented(void) {
 
 static void directions_need_no_unit_length(void) {
     unsigned long long state = 41;
-    for (int m = 0; m < 5; ++m)
+    for (int m = 0; m < MAPPINGS; ++m)
         for (int i = 0; i < 1000; ++i) {
             double d[3];
             oracle_random_direction(d, &state);
@@ -303,7 +338,7 @@ static void what_is_no_direction_counts_as_plus_z(void) {
     const float bad[][3] = {{0, 0, 0},   {nan, 0, 0}, {0, nan, 0},     {0, 0, nan},
                             {inf, 0, 0}, {0, 1, -inf}, {nan, nan, nan}, {-inf, inf, nan}};
     const float z[3] = {0, 0, 1};
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         int face, face1;
         float u, v, u1, v1, d[3];
         envmap_coordinates(&face, &u, &v, mappings[m], z);
@@ -327,16 +362,17 @@ static void what_is_no_direction_counts_as_plus_z(void) {
     CHECK(d[0] == 0 && d[1] == 0 && d[2] == 1);
 }
 
-static void mappings_have_6_2_1_1_1_faces(void) {
-    static const int faces[] = {6, 2, 1, 1, 1};
-    for (int m = 0; m < 5; ++m) CHECK(envmap_faces(m) == faces[m]);
-    CHECK(envmap_faces(-1) == 0 && envmap_faces(5) == 0 && envmap_faces(2147483647) == 0);
+static void mappings_have_6_2_1_1_1_1_faces(void) {
+    static const int faces[MAPPINGS] = {6, 2, 1, 1, 1, 1};
+    for (int m = 0; m < MAPPINGS; ++m) CHECK(envmap_faces(m) == faces[m]);
+    CHECK(envmap_faces(-1) == 0 && envmap_faces(MAPPINGS) == 0 && envmap_faces(2147483647) == 0);
 }
 
-/* Beyond [0,1] cube, paraboloid and lat-long go on; sphere and angular maps clamp to the rim. */
+/* Beyond [0,1] cube, paraboloid and lat-long go on; sphere and angular maps clamp to the rim;
+   octahedral maps turn about the edge's middle. */
 static void faces_go_on_beyond_their_edge_or_clamp_to_the_rim(void) {
     unsigned long long state = 51;
-    for (int m = 0; m < 5; ++m)
+    for (int m = 0; m < MAPPINGS; ++m)
         for (int i = 0; i < 2000; ++i) {
             int face = (int)(test_random(&state) * envmap_faces(m));
             float u = (float)(2 * test_random(&state) - 0.5), d[3];
@@ -453,7 +489,7 @@ static void the_texture_matrix_refuses_what_has_no_inverse(void) {
 }
 
 int main(void) {
-    RUN(mappings_have_6_2_1_1_1_faces);
+    RUN(mappings_have_6_2_1_1_1_1_faces);
     RUN(directions_round_trip);
     RUN(coordinates_round_trip);
     RUN(mappings_are_the_formulas_of_their_sources);

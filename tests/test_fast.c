@@ -905,14 +905,15 @@ static void harmonics_keep_the_tolerance_or_say_that_they_cannot(void) {
 /* Coarse grids, texels as grids, rims, lights, slices, a chain. */
 static const struct {
     int from, size, to, edge, slices, lobe;
-} jobs[5] = {{ENVMAP_CUBE, 64, ENVMAP_CUBE, 40, 1, 4},
+} jobs[6] = {{ENVMAP_CUBE, 64, ENVMAP_CUBE, 40, 1, 4},
              {ENVMAP_PARABOLOID, 32, ENVMAP_LATLONG, 9, 1, 5},
              {ENVMAP_ANGULAR, 40, ENVMAP_PARABOLOID, 9, 1, 0},
              {ENVMAP_LATLONG, 32, ENVMAP_CUBE, 8, 2, 12},
-             {ENVMAP_SPHERE, 40, ENVMAP_SPHERE, 7, 1, 11}};
+             {ENVMAP_SPHERE, 40, ENVMAP_SPHERE, 7, 1, 11},
+             {ENVMAP_OCTAHEDRAL, 41, ENVMAP_OCTAHEDRAL, 8, 2, 12}};
 
 static void results_are_the_same_bits_for_any_executor(void) {
-    for (int i = 0; i < 5; ++i) {
+    for (int i = 0; i < 6; ++i) {
         envmap src = scene_of(SUN, jobs[i].from, jobs[i].size);
         envmap dst = black(jobs[i].to, jobs[i].edge, 3, jobs[i].slices);
         envmap_lobe lobes[3] = {lobe_of(jobs[i].lobe), envmap_lobe_phong(8), envmap_lobe_diffuse()};

@@ -105,10 +105,11 @@ static void filtering_a_harmonic_scales_it_by_the_zonal_coefficient(void) {
 
 static void halving_the_texel_quarters_the_error(void) {
     static const o_lobe lobes[3] = {{O_PHONG, 3}, {O_GAUSSIAN, 3}, {O_GGX, 0.6}};
-    static const int mappings[4] = {ENVMAP_CUBE, ENVMAP_LATLONG, ENVMAP_PARABOLOID, ENVMAP_ANGULAR};
+    static const int mappings[5] = {ENVMAP_CUBE, ENVMAP_LATLONG, ENVMAP_PARABOLOID, ENVMAP_ANGULAR,
+                                    ENVMAP_OCTAHEDRAL};
     double coarse, fine, finer;
     for (int i = 0; i < 3; ++i)
-        for (int m = 0; m < 4; ++m) {
+        for (int m = 0; m < 5; ++m) {
             funk_hecke_error(&coarse, mappings[m], 24, lobes[i], 1);
             funk_hecke_error(&fine, mappings[m], 48, lobes[i], 1);
             funk_hecke_error(&finer, mappings[m], 96, lobes[i], 1);
@@ -175,6 +176,8 @@ static void the_reference_is_the_sum_over_all_texels(void) {
                  {ENVMAP_PARABOLOID, 32, {O_GGX, 0.5}, ENVMAP_ANGULAR, 1, 2e-7},
                  {ENVMAP_ANGULAR, 64, {O_GAUSSIAN, 20}, ENVMAP_CUBE, 1, 2e-7},
                  {ENVMAP_ANGULAR, 64, {O_PHONG, 1}, ENVMAP_LATLONG, 1, 2e-7},
+                 {ENVMAP_OCTAHEDRAL, 33, {O_PHONG, 10}, ENVMAP_CUBE, 1, 2e-7},
+                 {ENVMAP_OCTAHEDRAL, 32, {O_GGX, 0.5}, ENVMAP_OCTAHEDRAL, 1, 2e-7},
                  {ENVMAP_SPHERE, 64, {O_PHONG, 1}, ENVMAP_PARABOLOID, 1, 2e-7}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         char what[96];
@@ -247,15 +250,17 @@ static void a_constant_environment_stays_itself_for_every_lobe_and_mapping(void)
     static const int sizes[3][2] = {{6, 2}, {1, 1}, {3, 1}};
     double worst = 0;
     for (int s = 0; s < 3; ++s)
-        for (int m = 0; m < 25; ++m) {
-            envmap src = black(m / 5, sizes[s][0], 1, 1), dst = black(m % 5, sizes[s][1], 1, 1);
+        for (int m = 0; m < MAPPINGS * MAPPINGS; ++m) {
+            envmap src = black(m / MAPPINGS, sizes[s][0], 1, 1),
+                   dst = black(m % MAPPINGS, sizes[s][1], 1, 1);
             white(&src);
             for (size_t i = 0; i < sizeof lobes / sizeof *lobes; i += s ? 4 : 1) {
                 CHECK(reference(&dst, &src, lobe_of(lobes[i])) == ENVMAP_OK);
                 double error = furnace_error(&dst, 1);
                 if (!CHECK(error <= 3e-7))
-                    printf("    %s %d -> %s %d, %s: off by %g\n", oracle_name[m / 5], sizes[s][0],
-                           oracle_name[m % 5], sizes[s][1], name_of(lobes[i]), error);
+                    printf("    %s %d -> %s %d, %s: off by %g\n", oracle_name[m / MAPPINGS],
+                           sizes[s][0], oracle_name[m % MAPPINGS], sizes[s][1], name_of(lobes[i]),
+                           error);
                 if (!(error <= worst)) worst = error;
             }
             envmap_free(&src);
@@ -418,7 +423,7 @@ static void the_result_of_a_sum_is_the_sum_of_the_results(void) {
 /* A filter is an average: nothing leaves the range of the source. */
 static void a_normalised_result_stays_between_the_darkest_and_the_brightest_texel(void) {
     static const float N[4] = {0, 20, 300, 1e9f};
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         envmap src = noise(m, 8, 31), dst = black(ENVMAP_CUBE, 4, 1, 1);
         for (size_t i = 0; i < floats_of(&src); ++i) src.texels[i] = 5 + src.texels[i];
         for (int n = 0; n < 4; ++n) {
@@ -468,7 +473,7 @@ static void results_are_continuous_in_the_exponent(void) {
 
 static void exponents_towards_infinity_give_the_bilinear_mirror(void) {
     /* of even size, for axes off the points where a rim or a pole has no bilinear radiance */
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         envmap src = noise(m, 11, 51), dst = black(ENVMAP_CUBE, 4, 1, 1);
         double error[3] = {0, 0, 0};
         for (int n = 0; n < 3; ++n) {
@@ -790,7 +795,7 @@ static void bad_arguments_are_refused(void) {
 
 static void radiance_that_is_not_finite_is_refused_by_every_method(void) {
     static const float bad[3] = {NAN, INFINITY, -INFINITY};
-    for (int m = 0; m < 5; ++m)
+    for (int m = 0; m < MAPPINGS; ++m)
         for (int i = 0; i < 3; ++i) {
             envmap src = noise(m, 6, 112), dst = black(ENVMAP_CUBE, 2, 1, 1);
             envmap_lobe lobe = envmap_lobe_phong(10), mirror = envmap_lobe_mirror();
@@ -855,8 +860,9 @@ static void out_of_memory_leaks_nothing_and_touches_nothing(void) {
  */
 
 static void the_mirror_lobe_is_resampling(void) {
-    for (int m = 0; m < 25; ++m) {
-        envmap src = noise(m / 5, 9, 121), a = black(m % 5, 5, 1, 1), b = black(m % 5, 5, 1, 1);
+    for (int m = 0; m < MAPPINGS * MAPPINGS; ++m) {
+        envmap src = noise(m / MAPPINGS, 9, 121), a = black(m % MAPPINGS, 5, 1, 1),
+               b = black(m % MAPPINGS, 5, 1, 1);
         envmap_lobe mirror = envmap_lobe_mirror();
         CHECK(envmap_filter(&a, &src, &mirror, NULL) == ENVMAP_OK);
         CHECK(envmap_resample(&b, &src, NULL) == ENVMAP_OK);

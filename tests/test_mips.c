@@ -79,7 +79,7 @@ static void scene(envmap *map) {
 }
 
 static void mip_levels_carry_the_same_energy(void) {
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         double worst = 0, box = 0;
         for (int i = 0; i < SIZES; ++i) {
             envmap map = make(m, sizes[i]);
@@ -103,7 +103,7 @@ static void mip_levels_carry_the_same_energy(void) {
 }
 
 static void the_top_level_is_one_colour_the_mean_of_the_sphere(void) {
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         double worst = 0;
         for (int i = 0; i < SIZES; ++i) {
             envmap map = make(m, sizes[i]);
@@ -135,7 +135,7 @@ static void the_top_level_is_one_colour_the_mean_of_the_sphere(void) {
 }
 
 static void a_constant_stays_itself_at_every_level(void) {
-    for (int m = 0; m < 5; ++m)
+    for (int m = 0; m < MAPPINGS; ++m)
         for (int i = 0; i < SIZES; ++i) {
             envmap map = make(m, sizes[i]);
             oracle_fill(&map, 0, oracle_one);
@@ -153,13 +153,13 @@ static void a_constant_stays_itself_at_every_level(void) {
    a disc's last ring of first order, as level 0 was filled at centres that lie outside. */
 static void mip_texels_are_the_mean_over_their_part_of_the_sphere(void) {
     static const int some[] = {64, 63, 40, 17};
-    for (int m = 0; m < 5; ++m)
+    for (int m = 0; m < MAPPINGS; ++m)
         for (int i = 0; i < 4; ++i) {
             envmap map = make(m, some[i]);
             oracle_fill(&map, 0, oracle_smooth);
             CHECK(envmap_mips_build(&map) == ENVMAP_OK);
             double worst = 0, ring = 0;
-            int disc = m != ENVMAP_CUBE && m != ENVMAP_LATLONG;
+            int disc = oracle_is_disc(m);
             for (int l = 1; l <= 2; ++l) {
                 int e = oracle_edge(some[i], l), w = oracle_width(m, e), n = 24;
                 for (int f = 0; f < envmap_faces(m); ++f)
@@ -172,12 +172,13 @@ static void mip_texels_are_the_mean_over_their_part_of_the_sphere(void) {
                                 double v = (y + (k / n + 0.5) / n) / e, X = 2 * u - 1, Y = 2 * v - 1;
                                 double r = X * X + Y * Y;
                                 if (disc && r >= 1) continue;
+                                oracle_direction(d, m, f, u, v);
                                 rate = m == ENVMAP_CUBE         ? pow(1 + r, -1.5)
                                        : m == ENVMAP_PARABOLOID ? pow(1 + r, -2)
                                        : m == ENVMAP_LATLONG    ? sin(PI * v)
+                                       : m == ENVMAP_OCTAHEDRAL ? oracle_octahedral_density(d)
                                        : m == ENVMAP_ANGULAR    ? sin(PI * sqrt(r)) / sqrt(r)
                                                                 : 1;
-                                oracle_direction(d, m, f, u, v);
                                 sum += rate * oracle_smooth(d, 0), all += rate;
                             }
                             if (all == 0) continue;
@@ -197,8 +198,8 @@ static void mip_texels_are_the_mean_over_their_part_of_the_sphere(void) {
 
 /* Looked up on both sides of every edge, rim, seam and pole, with noise at level 0. */
 static void no_level_has_a_seam(void) {
-    static const int which[] = {ENVMAP_CUBE, ENVMAP_PARABOLOID, ENVMAP_LATLONG};
-    for (int k = 0; k < 3; ++k)
+    static const int which[] = {ENVMAP_CUBE, ENVMAP_PARABOLOID, ENVMAP_LATLONG, ENVMAP_OCTAHEDRAL};
+    for (int k = 0; k < 4; ++k)
         for (int i = 0; i < 3; ++i) {
             static const int some[] = {8, 11, 16};
             int m = which[k];
@@ -215,6 +216,8 @@ static void no_level_has_a_seam(void) {
                         if (j % 8) d[j % 3] = t; /* else a corner */
                     } else if (m == ENVMAP_PARABOLOID) {
                         d[0] = cos(PI * t), d[1] = sin(PI * t), d[2] = 0;
+                    } else if (m == ENVMAP_OCTAHEDRAL && j % 8) { /* edges and folds */
+                        d[j % 3] = 0, d[(j + 1) % 3] = cos(PI * t), d[(j + 2) % 3] = sin(PI * t);
                     } else if (j % 8) {
                         d[0] = 0, d[1] = cos(PI * (t + 1) / 2), d[2] = sin(PI * (t + 1) / 2);
                     } else {
@@ -275,7 +278,7 @@ static void fewer_levels_are_the_same_levels(void) {
 
 /* Radiance near the top of float must not overflow on the way. */
 static void mips_of_huge_radiance_stay_finite(void) {
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         envmap map = make(m, 8);
         for (size_t k = 0; k < oracle_floats(m, 8, 2, 0); ++k) map.texels[k] = 3e38f;
         CHECK(envmap_mips_build(&map) == ENVMAP_OK);
@@ -317,9 +320,26 @@ static void a_footprint_of_two_texels_is_level_one(void) {
     envmap_free(&map);
 }
 
+/* A texel is 2/size wide at an octahedral map's centre and at its corners, sqrt 8/size across an
+   edge halfway down to -y: over an edge, footprints are as long as beside it. */
+static void a_footprint_goes_on_over_an_octahedral_edge(void) {
+    static const double h = 0.7071067811865476;
+    static const double at[5][3] = {{0, 1, 0}, {0, -1, 0}, {0, -1, 0}, {0, -h, h}, {-h, -h, 0}};
+    static const double along[5][3] = {{1, 0, 0}, {1, 0, 0}, {h, 0, h}, {1, 0, 0}, {0, 0, 1}};
+    envmap map = make(ENVMAP_OCTAHEDRAL, 256);
+    for (int i = 0; i < 5; ++i)
+        for (int l = 0; l <= 4; ++l) {
+            double side = (i < 3 ? 2 : sqrt(8)) / 256 * (1 << l);
+            float d[3], dx[3], none[3] = {0, 0, 0};
+            for (int c = 0; c < 3; ++c) d[c] = (float)at[i][c], dx[c] = (float)(side * along[i][c]);
+            CHECK_CLOSE(envmap_footprint_level(&map, d, dx, none), l, 0.02);
+        }
+    envmap_free(&map);
+}
+
 static void footprints_clamp_to_the_levels(void) {
     float z[3] = {0, 0, 1}, none[3] = {0, 0, 0}, tiny[3] = {1e-9f, 0, 0}, huge[3] = {100, 0, 0};
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         envmap map = make(m, 32);
         CHECK(envmap_footprint_level(&map, z, none, none) == 0);
         CHECK(envmap_footprint_level(&map, z, tiny, tiny) == 0);
@@ -348,7 +368,7 @@ static void bad_footprints_are_level_0(void) {
 /* A wider footprint is never a finer level, and one twice as wide is one level coarser. */
 static void footprints_double_level_by_level(void) {
     unsigned long long state = 9;
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         envmap map = make(m, 1024);
         for (int i = 0; i < test_many(2000); ++i) {
             double d[3], t[2][3];
@@ -529,6 +549,7 @@ int main(void) {
     RUN(fewer_levels_are_the_same_levels);
     RUN(mips_of_huge_radiance_stay_finite);
     RUN(a_footprint_of_two_texels_is_level_one);
+    RUN(a_footprint_goes_on_over_an_octahedral_edge);
     RUN(footprints_clamp_to_the_levels);
     RUN(bad_footprints_are_level_0);
     RUN(footprints_double_level_by_level);

@@ -6,16 +6,15 @@
 
 /* ----------------------------------------------------------------------------------- tools ---- */
 
-static const char *const names[5] = {"cube", "paraboloid", "sphere", "latlong", "angular"};
-static const int edges[5] = {24, 40, 60, 36, 60}; /* mean texels of 0.06 rad, nearly */
+static const int edges[MAPPINGS] = {24, 40, 60, 36, 60, 59}; /* mean texels of 0.06 rad, nearly */
 
 /* A work of one line, but for its maps. */
 static work work_of(int from, int to, int size, const char *rest) {
     char text[400];
     work w;
     snprintf(text, sizeof text,
-             "check=filter method=fast src=%s:%d:1 dst=%s:%d:1 %s times=1 seed=1", names[from],
-             edges[from], names[to], size, rest);
+             "check=filter method=fast src=%s:%d:1 dst=%s:%d:1 %s times=1 seed=1",
+             work_mappings[from], edges[from], work_mappings[to], size, rest);
     if (!CHECK(work_read(&w, text))) printf("    %s\n", text);
     return w;
 }
@@ -52,7 +51,7 @@ static const char *const lobes[] = {"phong:80:0",  "phong:120:0", "phong:200:0",
 
 static void all_lobes_keep(int from, const char *scene) {
     worst_rms = worst_texel = 0;
-    for (int i = 0; i < 7; ++i) keep(from, (from + i) % 5, lobes[i], 1e-3, scene);
+    for (int i = 0; i < 7; ++i) keep(from, (from + i) % MAPPINGS, lobes[i], 1e-3, scene);
     FIGURE("rms in tolerances", worst_rms, 1);
     FIGURE("the worst texel's", worst_texel, 20);
 }
@@ -69,17 +68,22 @@ static void a_lat_long_of_noise_keeps_the_tolerance(void) {
 static void an_angular_map_of_noise_keeps_the_tolerance(void) {
     all_lobes_keep(ENVMAP_ANGULAR, "noise:0:0");
 }
+static void an_octahedral_map_of_noise_keeps_the_tolerance(void) {
+    all_lobes_keep(ENVMAP_OCTAHEDRAL, "noise:0:0");
+}
 static void a_sphere_map_of_noise_keeps_the_tolerance(void) {
     all_lobes_keep(ENVMAP_SPHERE, "noise:0:0");
 }
 
-/* A texel of 1e5 over noise, in the middle of a face, in a corner, beside a pole. */
+/* A texel of 1e5 over noise, in the middle of a face, in a corner, beside a pole;
+   of an octahedral map above its horizon, on its edge, and on a fold. */
 static void a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches(void) {
     static const char *const suns[] = {"sun:0.42:0.45", "sun:0.334:0.99", "sun:0.6:0.01"};
     for (int i = 0; i < 3; ++i) {
         all_lobes_keep(ENVMAP_CUBE, suns[i]);
         keep(ENVMAP_LATLONG, ENVMAP_CUBE, lobes[2 * i], 1e-3, suns[i]);
         keep(ENVMAP_PARABOLOID, ENVMAP_CUBE, lobes[2 * i], 1e-3, suns[i]);
+        all_lobes_keep(ENVMAP_OCTAHEDRAL, suns[i]);
     }
 }
 
@@ -87,7 +91,9 @@ static void tables_and_functions_keep_the_tolerance(void) {
     static const char *const narrow[] = {"table:0.05:1", "cone:0.12:0", "hat:0.04:0.1",
                                          "two:0.03:0.1", "ring:0.03:0.1"};
     for (int i = 0; i < 5; ++i)
-        for (int from = 0; from < 5; from += 3) keep(from, 0, narrow[i], 1e-3, "noise:0:0");
+        for (int from = 0; from < MAPPINGS; ++from)
+            if (from == ENVMAP_CUBE || from == ENVMAP_LATLONG || from == ENVMAP_OCTAHEDRAL)
+                keep(from, 0, narrow[i], 1e-3, "noise:0:0");
 }
 
 /* GGX never ends: within reach it is near, its tail goes through the fast filter. */
@@ -95,9 +101,9 @@ static void heavy_tails_keep_the_tolerance(void) {
     static const char *const ggx[] = {"ggx:0.09:0", "ggx:0.05:0", "ggx:0.01:0", "ggx:1e-4:0"};
     static const char *const scenes[] = {"noise:0:0", "sun:0.42:0.45", "texel:0.42:0.45"};
     worst_rms = worst_texel = 0;
-    for (int from = 0; from < 5; ++from)
+    for (int from = 0; from < MAPPINGS; ++from)
         for (int i = 0; i < 4; ++i)
-            keep(from, (from + i) % 5, ggx[i], 1e-3, scenes[(from + i) % 3]);
+            keep(from, (from + i) % MAPPINGS, ggx[i], 1e-3, scenes[(from + i + 1) % 3]);
     for (int i = 0; i < 4; ++i) keep(ENVMAP_CUBE, ENVMAP_CUBE, ggx[i], 1e-3, scenes[1]);
     FIGURE("rms in tolerances", worst_rms, 1);
     FIGURE("the worst texel's", worst_texel, 20);
@@ -110,7 +116,7 @@ static void tight_tolerances_are_kept(void) {
 
 /* Raw sums have no norm that would hide what is missing of them. */
 static void raw_sums_are_whole(void) {
-    for (int from = 0; from < 5; ++from)
+    for (int from = 0; from < MAPPINGS; ++from)
         for (int i = 2; i < 7; i += 2) {
             char rest[200];
             snprintf(rest, sizeof rest, "lobe=%s raw=1:3 tolerance=1e-3 scene=noise:0:0", lobes[i]);
@@ -122,14 +128,16 @@ static void raw_sums_are_whole(void) {
 /* Source and result share symmetries: how many, and each takes texels to texels, places to places
    that are turned alike. */
 static void turns_take_texels_to_texels(void) {
-    static const int shared[5][5] = {
-        {48, 16, 8, 16, 8}, {16, 16, 8, 8, 8}, {8, 8, 8, 4, 8}, {16, 8, 4, 16, 4}, {8, 8, 8, 4, 8}};
+    static const int shared[MAPPINGS][MAPPINGS] = {{48, 16, 8, 16, 8, 8}, {16, 16, 8, 8, 8, 4},
+                                                   {8, 8, 8, 4, 8, 2},    {16, 8, 4, 16, 4, 8},
+                                                   {8, 8, 8, 4, 8, 2},    {8, 4, 2, 8, 2, 8}};
     envmapi_turn turns[49];
-    envmap map[5];
+    envmap map[MAPPINGS];
     memset(map, 0, sizeof map);
-    for (int i = 0; i < 5; ++i) CHECK(envmap_create(map + i, (envmap_mapping)i, 6, 1, 1) == 0);
-    for (int from = 0; from < 5; ++from)
-        for (int to = 0; to < 5; ++to) {
+    for (int i = 0; i < MAPPINGS; ++i)
+        CHECK(envmap_create(map + i, (envmap_mapping)i, 6, 1, 1) == 0);
+    for (int from = 0; from < MAPPINGS; ++from)
+        for (int to = 0; to < MAPPINGS; ++to) {
             int count = envmapi_turns(turns, map + to, map + from);
             CHECK(count == shared[from][to]);
             for (int t = 0; t < count; ++t) { /* angles between two texels stay */
@@ -144,7 +152,7 @@ static void turns_take_texels_to_texels(void) {
                 CHECK_CLOSE(envmapi_dot(a, b), envmapi_dot(c, d), 1e-12);
             }
         }
-    for (int i = 0; i < 5; ++i) envmap_free(map + i);
+    for (int i = 0; i < MAPPINGS; ++i) envmap_free(map + i);
 }
 
 /* k is asked for a table of it, not for pairs of texels. */
@@ -169,7 +177,7 @@ static void k_is_asked_for_some_thousand_times(void) {
 /* N -> infinity is the bilinear mirror, on every mapping. */
 static void the_sharpest_lobe_is_the_bilinear_lookup(void) {
     double worst = 0;
-    for (int from = 0; from < 5; ++from) {
+    for (int from = 0; from < MAPPINGS; ++from) {
         work w = work_of(from, ENVMAP_CUBE, 7,
                          "lobe=phong:1e9:0 raw=0:1 tolerance=1e-3 scene=noise:0:0");
         bench b;
@@ -198,9 +206,9 @@ static void the_sharpest_lobe_is_the_bilinear_lookup(void) {
    leaves everything as it was. */
 static void all_rules_are_kept(void) {
     static const int checks[3] = {CHECK_EXECUTORS, CHECK_FAILURES, CHECK_FURNACE};
-    for (int from = 0; from < 5; ++from)
+    for (int from = 0; from < MAPPINGS; ++from)
         for (int i = 0; i < 3; ++i) {
-            work w = work_of(from, (from + i) % 5, 6,
+            work w = work_of(from, (from + i) % MAPPINGS, 6,
                              "lobe=phong:500:0 raw=0:1 tolerance=1e-3 scene=noise:0:0");
             w.check = checks[i];
             verdict v = check_work(&w);
@@ -217,6 +225,7 @@ int main(void) {
     RUN(paraboloids_of_noise_keep_the_tolerance);
     RUN(a_lat_long_of_noise_keeps_the_tolerance);
     RUN(an_angular_map_of_noise_keeps_the_tolerance);
+    RUN(an_octahedral_map_of_noise_keeps_the_tolerance);
     RUN(a_sphere_map_of_noise_keeps_the_tolerance);
     RUN(a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches);
     RUN(tables_and_functions_keep_the_tolerance);

@@ -11,8 +11,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-static const int mappings[] = {ENVMAP_CUBE, ENVMAP_PARABOLOID, ENVMAP_SPHERE,
-                                          ENVMAP_LATLONG, ENVMAP_ANGULAR};
+static const int mappings[] = {ENVMAP_CUBE,    ENVMAP_PARABOLOID, ENVMAP_SPHERE,
+                               ENVMAP_LATLONG, ENVMAP_ANGULAR,    ENVMAP_OCTAHEDRAL};
 
 /* A block of exactly `bytes`, so that one byte too many read is seen by ASan and valgrind. */
 typedef struct {
@@ -110,7 +110,7 @@ static void samples_land_where_the_picture_has_them(void) {
 /* Two slices of a cube of 3: a strip of 12 faces, +X of the first slice at the top. */
 static void strips_hold_faces_in_order_and_slices_outermost(void) {
     static const int faces[] = {6, 2, 1, 0, 1};
-    for (int m = 0; m < 5; ++m)
+    for (int m = 0; m < MAPPINGS; ++m)
         for (int slices = 1; slices <= 3 && faces[m]; ++slices) {
             char header[40];
             int h = 3 * faces[m] * slices;
@@ -220,7 +220,7 @@ static void every_truncated_prefix_is_refused(void) {
     static const char *const header[] = {"PF\n4 2\n-1.0\n", "Pf\n4 2\n1.0\n",
                                          "PF\r\n# c\r\n4 2\r\n-1.0\r\n"};
     for (size_t i = 0; i < 3; ++i)
-        for (int m = 0; m < 5; ++m) {
+        for (int m = 0; m < MAPPINGS; ++m) {
             int channels = header[i][1] == 'F' ? 3 : 1, w = 4, h = 2;
             char own[60];
             strcpy(own, header[i]);
@@ -304,7 +304,7 @@ static void absurd_sizes_are_refused_before_any_allocation(void) {
     static const char *const strip[] = {"PF\n1 24582\n-1\n", "PF\n357913942 2147483652\n-1\n",
                                         "PF\n1 2147483646\n-1\n", "PF\n16384 98304\n-1\n"};
     for (size_t i = 0; i < 4; ++i)
-        for (int m = 0; m < 5; ++m) {
+        for (int m = 0; m < MAPPINGS; ++m) {
             envmap map = {0};
             blob b = new_blob(strip[i], 72);
             CHECK(read_blob(&map, &b, mappings[m]) != ENVMAP_OK);
@@ -318,15 +318,17 @@ static void absurd_sizes_are_refused_before_any_allocation(void) {
 static void shapes_must_fit_the_mapping(void) {
     static const struct {
         int mapping, w, h, slices; /* 0: refused */
-    } table[] = {{ENVMAP_CUBE, 2, 12, 1},       {ENVMAP_CUBE, 2, 24, 2},   {ENVMAP_CUBE, 2, 10, 0},
-                 {ENVMAP_CUBE, 2, 2, 0},        {ENVMAP_CUBE, 12, 2, 0},   {ENVMAP_CUBE, 8, 6, 0},
-                 {ENVMAP_CUBE, 2, 18, 0},       {ENVMAP_PARABOLOID, 3, 6, 1},
-                 {ENVMAP_PARABOLOID, 3, 12, 2}, {ENVMAP_PARABOLOID, 3, 9, 0},
-                 {ENVMAP_PARABOLOID, 6, 3, 0},  {ENVMAP_SPHERE, 3, 3, 1},  {ENVMAP_SPHERE, 3, 9, 3},
-                 {ENVMAP_SPHERE, 3, 4, 0},      {ENVMAP_SPHERE, 4, 3, 0},  {ENVMAP_LATLONG, 6, 3, 1},
-                 {ENVMAP_LATLONG, 6, 6, 0},     {ENVMAP_LATLONG, 3, 6, 0}, {ENVMAP_LATLONG, 5, 2, 0},
-                 {ENVMAP_LATLONG, 9, 3, 0},     {ENVMAP_LATLONG, 5, 3, 0}, {ENVMAP_LATLONG, 1, 1, 0},
-                 {ENVMAP_ANGULAR, 5, 5, 1},     {ENVMAP_ANGULAR, 5, 10, 2}, {ENVMAP_ANGULAR, 5, 7, 0}};
+    } table[] = {
+        {ENVMAP_CUBE, 2, 12, 1},      {ENVMAP_CUBE, 2, 24, 2},      {ENVMAP_CUBE, 2, 10, 0},
+        {ENVMAP_CUBE, 2, 2, 0},       {ENVMAP_CUBE, 12, 2, 0},      {ENVMAP_CUBE, 8, 6, 0},
+        {ENVMAP_CUBE, 2, 18, 0},      {ENVMAP_PARABOLOID, 3, 6, 1}, {ENVMAP_PARABOLOID, 3, 12, 2},
+        {ENVMAP_PARABOLOID, 3, 9, 0}, {ENVMAP_PARABOLOID, 6, 3, 0}, {ENVMAP_SPHERE, 3, 3, 1},
+        {ENVMAP_SPHERE, 3, 9, 3},     {ENVMAP_SPHERE, 3, 4, 0},     {ENVMAP_SPHERE, 4, 3, 0},
+        {ENVMAP_LATLONG, 6, 3, 1},    {ENVMAP_LATLONG, 6, 6, 0},    {ENVMAP_LATLONG, 3, 6, 0},
+        {ENVMAP_LATLONG, 5, 2, 0},    {ENVMAP_LATLONG, 9, 3, 0},    {ENVMAP_LATLONG, 5, 3, 0},
+        {ENVMAP_LATLONG, 1, 1, 0},    {ENVMAP_ANGULAR, 5, 5, 1},    {ENVMAP_ANGULAR, 5, 10, 2},
+        {ENVMAP_ANGULAR, 5, 7, 0},    {ENVMAP_OCTAHEDRAL, 4, 4, 1}, {ENVMAP_OCTAHEDRAL, 3, 6, 2},
+        {ENVMAP_OCTAHEDRAL, 8, 4, 0}};
     for (size_t i = 0; i < sizeof table / sizeof *table; ++i) {
         char header[40];
         envmap map = {0};
@@ -347,7 +349,7 @@ static void bad_arguments_are_refused(void) {
     blob b = picture("PF\n4 2\n-1\n", 4, 2, 3, 0);
     CHECK(envmap_pfm_read(NULL, b.data, b.bytes, ENVMAP_LATLONG) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_pfm_read(&map, NULL, b.bytes, ENVMAP_LATLONG) == ENVMAP_ERROR_ARGUMENT);
-    CHECK(envmap_pfm_read(&map, b.data, b.bytes, 5) == ENVMAP_ERROR_ARGUMENT);
+    CHECK(envmap_pfm_read(&map, b.data, b.bytes, ENVMAP_MAPPING_COUNT) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_pfm_load(NULL, "x", ENVMAP_CUBE) == ENVMAP_ERROR_ARGUMENT);
     CHECK(envmap_pfm_load(&map, NULL, ENVMAP_CUBE) == ENVMAP_ERROR_ARGUMENT);
     CHECK(map.texels == NULL);
@@ -391,7 +393,7 @@ static void without_memory_nothing_leaks_and_the_map_stays(void) {
 
 static void pfm_round_trips(void) {
     static const int sizes[] = {1, 2, 3, 5, 16};
-    for (int m = 0; m < 5; ++m)
+    for (int m = 0; m < MAPPINGS; ++m)
         for (int i = 0; i < 5; ++i)
             for (int slices = 1; slices <= (m == ENVMAP_LATLONG ? 1 : 3); ++slices) {
                 int size = sizes[i], levels = envmap_levels(size);

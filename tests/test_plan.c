@@ -120,7 +120,8 @@ static void a_planned_size_is_enough_and_half_of_it_is_not(void) {
         {SCENE_STUDIO, ENVMAP_CUBE, 10, 1e-2},        {SCENE_STUDIO, ENVMAP_LATLONG, 50, 3e-3},
         {SCENE_SUN, ENVMAP_CUBE, 50, 3e-3},           {SCENE_SUN, ENVMAP_PARABOLOID, 10, 3e-3},
         {SCENE_STUDIO, ENVMAP_PARABOLOID, 100, 1e-2}, {SCENE_SUN, ENVMAP_LATLONG, 100, 1e-2},
-        {SCENE_OVERCAST, ENVMAP_ANGULAR, 10, 1e-2}};
+        {SCENE_OVERCAST, ENVMAP_ANGULAR, 10, 1e-2},   {SCENE_STUDIO, ENVMAP_OCTAHEDRAL, 50, 3e-3},
+        {SCENE_SUN, ENVMAP_OCTAHEDRAL, 10, 1e-2}};
     double most = 0, least = 1e9, expected = 0;
     for (size_t i = 0; i < sizeof works / sizeof works[0]; ++i) {
         envmap src = scene_map(works[i].scene, ENVMAP_CUBE, 64);

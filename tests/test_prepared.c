@@ -554,7 +554,7 @@ static void a_lit_texel_has_contrast_wherever_it_is(void) {
         for (int i = 0; i < 6; ++i) {
             static const int edges[3] = {36, 64, 130};
             int size = edges[i / 2], width = oracle_width(mapping, size);
-            int disc = mapping != ENVMAP_CUBE && mapping != ENVMAP_LATLONG;
+            int disc = oracle_is_disc(mapping);
             envmap map = black(mapping, size, 1, 1);
             int x = i & 1 ? disc ? width * 4 / 5 : width - 1 : width / 2;
             int y = i & 1 ? disc ? size * 4 / 5 : size - 1 : size / 2;

@@ -76,7 +76,7 @@ static void the_oracle_is_the_reference(void) {
 /* The oracle's own solid angles fill the sphere, for every mapping, odd and tiny edges too. */
 static void the_oracles_solid_angles_sum_to_4_pi(void) {
     static const int sizes[] = {1, 2, 3, 7, 16, 33};
-    for (int mapping = 0; mapping < 5; ++mapping)
+    for (int mapping = 0; mapping < MAPPINGS; ++mapping)
         for (int i = 0; i < 6; ++i) {
             oracle_texel *texels = oracle_texels(mapping, sizes[i]);
             double sum = 0;

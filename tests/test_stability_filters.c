@@ -65,14 +65,15 @@ static envmap_lobe lobe_of(int i) {
    at a ring one texel wide about v = t, most. */
 static void worlds_of_harmonics_pass_every_lobe(void) {
     static const int sizes[3] = {32, 24, 48};
-    int most = test_whole() ? 15 : 2;
+    int most = test_whole() ? 3 * MAPPINGS : 2;
     for (int k = 0; k < most; ++k) {
-        int m = test_whole() ? k % 5 : k ? ENVMAP_LATLONG : ENVMAP_CUBE, size = sizes[k / 5];
+        int m = test_whole() ? k % MAPPINGS : k ? ENVMAP_LATLONG : ENVMAP_CUBE;
+        int size = sizes[k / MAPPINGS];
         envmap src = world(m, size);
         double off[2] = {0, 0};
         for (int i = 0; i < LOBES; i += test_many(50) < 50 ? 4 : 1) {
             envmap_lobe lobe = lobe_of(i);
-            envmap dst = black(4 - m, 3, 1, i < ROUND ? 1 : 4);
+            envmap dst = black(MAPPINGS - 1 - m, 3, 1, i < ROUND ? 1 : 4);
             CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_AUTO, 1e-4) == ENVMAP_OK);
             off[i >= ROUND] = larger(off[i >= ROUND], off_world(&dst, &lobe));
             envmap_free(&dst);
@@ -95,15 +96,16 @@ static void results_stay_between_the_darkest_and_the_brightest(void) {
     static const int sizes[6] = {1, 2, 3, 5, 8, 17};
     int step = test_whole() ? 2 : test_many(50) < 50 ? 79 : 47, count = 0;
     double over = 0;
-    for (int k = 0; k < ROUND * 6 * 5; k += step) {
-        int m = k % 5, size = sizes[k / 5 % 6];
-        envmap src = noise(m, size, (unsigned long long)k), dst = black((m + k) % 5, 4, 1, 1);
+    for (int k = 0; k < ROUND * 6 * MAPPINGS; k += step) {
+        int m = k % MAPPINGS, size = sizes[k / MAPPINGS % 6];
+        envmap src = noise(m, size, (unsigned long long)k);
+        envmap dst = black((m + k) % MAPPINGS, 4, 1, 1);
         float low = HUGE_VALF, high = 0;
         src.texels[3 * (floats_of(&src) / 7)] = 1e4f; /* one red sun */
         for (size_t i = 0; i < floats_of(&src); ++i)
             low = fminf(low, src.texels[i]), high = fmaxf(high, src.texels[i]);
         for (int j = 0; j < 3; ++j, ++count) {
-            CHECK(filter(&dst, &src, lobe_of(k / 30), methods[j], 0) == ENVMAP_OK);
+            CHECK(filter(&dst, &src, lobe_of(k / (6 * MAPPINGS)), methods[j], 0) == ENVMAP_OK);
             for (size_t i = 0; i < floats_of(&dst); ++i) {
                 double t = (double)dst.texels[i];
                 over = larger(over, fmax(t - (double)high, (double)low - t) / (double)high);
@@ -272,7 +274,7 @@ static void radiance_at_both_ends_of_floats_gives_the_scaled_result(void) {
 static void a_checkerboard_at_nyquist_filters_to_grey(void) {
     static const int lobes[6] = {1, 3, 4, 5, 13, 19};
     double worst = 0, rim = 0, apart = 0;
-    for (int m = 0; m < 5; m += test_whole() ? 1 : 3) {
+    for (int m = 0; m < MAPPINGS; m += test_whole() ? 1 : 3) {
         envmap src = black(m, 48, 1, 1), dst = black(ENVMAP_CUBE, 4, 1, 1);
         envmap truth = black(ENVMAP_CUBE, 4, 1, 1);
         int width = method_width(&src, 0);
@@ -376,7 +378,7 @@ static void the_threshold_loses_a_sun_and_sharp_lobes(void) {
 static void sources_of_every_size_err_by_one_over_its_square(void) {
     static const int sizes[12] = {4, 5, 7, 8, 11, 16, 17, 31, 32, 33, 64, 100};
     envmap_lobe lobe = envmap_lobe_phong(10);
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < MAPPINGS; ++m) {
         static const double bound[5] = {0.4, 1.6, 6, 1.6, 5};
         double worst = 0;
         char what[96];

@@ -226,6 +226,10 @@ static inline double o_texel(double *u, double *v, int mapping, int size, int x,
         return o_corner(b, d) - o_corner(a, d) - o_corner(b, c) + o_corner(a, c);
     if (mapping == ENVMAP_LATLONG)
         return 2 * PI / width * (cos(PI * y / size) - cos(PI * (y + 1) / size));
+    if (mapping == ENVMAP_OCTAHEDRAL) {
+        double p[4][2] = {{a, c}, {b, c}, {b, d}, {a, d}};
+        return oracle_folded(p[0], p[1], p[2]) + oracle_folded(p[0], p[2], p[3]);
+    }
     return o_disc_texel(u, v, mapping, a, b, c, d);
 }
 

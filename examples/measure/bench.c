@@ -204,10 +204,13 @@ static const work others[] = {
     {"Phong N = 100", PHONG, 100, MAP(LATLONG, 443), MAP(CUBE, 256), 1, 1, 1e-3f, 0, 0},
     {"Phong N = 100", PHONG, 100, MAP(SPHERE, 627), MAP(CUBE, 256), 1, 1, 1e-3f, 0, 0},
     {"Phong N = 100", PHONG, 100, MAP(ANGULAR, 627), MAP(CUBE, 256), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(OCTAHEDRAL, 627), MAP(CUBE, 256), 1, 1, 1e-3f, 0, 0},
     {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(PARABOLOID, 443), 1, 1, 1e-3f, 0, 0},
     {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(LATLONG, 443), 1, 1, 1e-3f, 0, 0},
     {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(SPHERE, 627), 1, 1, 1e-3f, 0, 0},
     {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(ANGULAR, 627), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(OCTAHEDRAL, 627), 1, 1, 1e-3f, 0, 0},
+    {"Phong N = 2000", PHONG, 2000, MAP(OCTAHEDRAL, 627), MAP(OCTAHEDRAL, 627), 1, 1, 1e-3f, 0, 0},
 };
 /* Held against the definition, which is slow, so the results are tiny. */
 static const work small_works[] = {
@@ -222,6 +225,7 @@ static const work small_works[] = {
     {"Phong N = 100", PHONG, 100, MAP(LATLONG, 443), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
     {"Phong N = 100", PHONG, 100, MAP(SPHERE, 627), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
     {"Phong N = 100", PHONG, 100, MAP(ANGULAR, 627), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
+    {"Phong N = 100", PHONG, 100, MAP(OCTAHEDRAL, 627), MAP(CUBE, 8), 1, 1, 1e-6f, 0, 0},
 };
 
 static envmap_lobe work_lobe(const work *w, int level) {
@@ -235,7 +239,8 @@ static envmap_lobe work_lobe(const work *w, int level) {
 }
 
 static const char *shape_name(char text[32], shape s) {
-    static const char *const names[] = {"cube", "paraboloid", "sphere", "latlong", "angular"};
+    static const char *const names[] = {"cube",    "paraboloid", "sphere",
+                                        "latlong", "angular",    "octahedral"};
     snprintf(text, 32, "%s %d", names[s.mapping], s.size);
     return text;
 }
@@ -345,7 +350,8 @@ static int sample_at(sample *s, const envmap *dst, int level, const double place
     int x = (int)(place[1] * width), y = (int)(place[2] * height);
     double X = fabs(2 * (x + 0.5) / width - 1) + 1.0 / width;
     double Y = fabs(2 * (y + 0.5) / height - 1) + 1.0 / height;
-    int round = dst->mapping != ENVMAP_CUBE && dst->mapping != ENVMAP_LATLONG;
+    int round = dst->mapping == ENVMAP_PARABOLOID || dst->mapping == ENVMAP_SPHERE ||
+                dst->mapping == ENVMAP_ANGULAR;
     if (round && X * X + Y * Y > 1) return 0;
     measure_direction(s->axis, dst, level, face, x, y);
     s->p = measure_slice(&s->lobe, slice, dst->slices);

@@ -288,7 +288,8 @@ static envmap_difference compare(const envmap *dst, const envmap *truth) {
 
 /* ----------------------------------------------------------------------------------- >>sweep -- */
 
-static const char *const mapping_name[] = {"cube", "paraboloid", "sphere", "latlong", "angular"};
+static const char *const mapping_name[] = {"cube",    "paraboloid", "sphere",
+                                           "latlong", "angular",    "octahedral"};
 
 static void write_row(int scene, const work *w, const envmap *src, const envmap *dst,
                       const trial *t, const char *more, int threads, const point *p) {
@@ -403,7 +404,8 @@ static void other_mappings(int scene) {
     static const int sizes[][3] = {{ENVMAP_PARABOLOID, 222, 21},
                                    {ENVMAP_LATLONG, 222, 21},
                                    {ENVMAP_SPHERE, 314, 29},
-                                   {ENVMAP_ANGULAR, 314, 29}};
+                                   {ENVMAP_ANGULAR, 314, 29},
+                                   {ENVMAP_OCTAHEDRAL, 314, 29}};
     static const int methods_of[] = {FAST, FAST, FAST, HIERARCHICAL, BOX, REFERENCE};
     static const char *const settings[] = {"tolerance=0.01", "tolerance=0.001", "tolerance=0.0001",
                                            "threshold=0.01", "bias=0",          "every-texel"};

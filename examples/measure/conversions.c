@@ -14,7 +14,8 @@ typedef struct pair {
     int from, size, to, edge;
 } pair;
 
-static const char *const name[] = {"cube", "paraboloid", "sphere map", "lat-long", "angular map"};
+static const char *const name[] = {"cube",     "paraboloid",  "sphere map",
+                                   "lat-long", "angular map", "octahedral"};
 static measure_document document;
 
 static double energy(const envmap *map) {
@@ -64,10 +65,10 @@ static void row(FILE *out, pair p) {
 }
 
 int main(int argc, char **argv) {
-    static const pair pairs[] = {{3, 1024, 0, 512}, {3, 256, 0, 256}, {3, 512, 0, 128},
-                                 {0, 256, 3, 256},  {0, 512, 3, 256}, {4, 512, 0, 128},
-                                 {2, 512, 0, 128},  {1, 256, 0, 128}, {0, 256, 2, 256},
-                                 {0, 256, 4, 256},  {3, 256, 4, 256}, {0, 256, 0, 128}};
+    static const pair pairs[] = {
+        {3, 1024, 0, 512}, {3, 256, 0, 256}, {3, 512, 0, 128}, {0, 256, 3, 256}, {0, 512, 3, 256},
+        {4, 512, 0, 128},  {2, 512, 0, 128}, {1, 256, 0, 128}, {0, 256, 2, 256}, {0, 256, 4, 256},
+        {3, 256, 4, 256},  {5, 512, 0, 128}, {0, 256, 5, 512}, {3, 512, 5, 512}, {0, 256, 0, 128}};
     FILE *out = measure_begin(&document, "conversions");
     fprintf(out, "| conversion | ms | copies | a texel alone loses, at most | a whole map, of 1 |\n"
                  "|---|---|---|---|---|\n");

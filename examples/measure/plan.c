@@ -311,7 +311,8 @@ static int chart_same(const chart_row *a, const chart_row *b) {
 
 /* The source of a row, made once. NULL for scenes that are not ours. */
 static const envmap *chart_source(const chart_row *r) {
-    static const char *const mappings[] = {"cube", "paraboloid", "sphere", "latlong", "angular"};
+    static const char *const mappings[] = {"cube",    "paraboloid", "sphere",
+                                           "latlong", "angular",    "octahedral"};
     static envmap maps[32];
     static int scenes[32], made;
     int m = 0, s = 0, i;

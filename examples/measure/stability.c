@@ -36,7 +36,8 @@
 
 static const char *docs;
 static envmap skies[SCENE_COUNT]; /* cubes of edge 128 */
-static const char *const mapping_name[] = {"cube", "paraboloid", "sphere", "lat-long", "angular"};
+static const char *const mapping_name[] = {"cube",     "paraboloid", "sphere",
+                                           "lat-long", "angular",    "octahedral"};
 
 /* A scene in some parameterization and size, all its levels to be built. */
 static envmap view_of(int scene, int mapping, int size) {
@@ -213,11 +214,20 @@ static int panorama_point(float rgb[3], float s, float t, const void *user) {
 
 /* ------------------------------------------------------------------------------- >>density -- */
 
+/* On a face of the octahedron a texel's sides are (2, -2, 0) and (0, -2, 2) in its corners' axes; of
+   these the part across d, over |p|. */
+static void octahedral_sides(double *longer, double *shorter, const double d[3]) {
+    double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]), scale = 4 * pow(x + y + z, 2);
+    double uu = scale * (2 - (x - y) * (x - y)), vv = scale * (2 - (z - y) * (z - y));
+    double uv = scale * (1 - (x - y) * (z - y)), root = hypot((uu - vv) / 2, uv);
+    *longer = sqrt((uu + vv) / 2 + root), *shorter = sqrt((uu + vv) / 2 - root);
+}
+
 /* The two sides of a texel at d, in units of a texel whose mean over the sphere is one steradian:
    the singular values of d(direction)/d(u, v), in closed form. Returns their product, the solid
    angle. */
 static double texel_sides(double *longer, double *shorter, int mapping, const double d[3]) {
-    static const double area[] = {6, 2 * PI / 4, PI / 4, 2, PI / 4}; /* texels / size^2 */
+    static const double area[] = {6, 2 * PI / 4, PI / 4, 2, PI / 4, 1}; /* texels / size^2 */
     double scale = sqrt(area[mapping] / (4 * PI)), a, b, angle;
     switch (mapping) {
     case ENVMAP_CUBE: /* across and along the radius on the face, which is 1 / a at the texel */
@@ -229,6 +239,7 @@ static double texel_sides(double *longer, double *shorter, int mapping, const do
         b = sqrt(fmax((1 + d[2]) / 2, 0));
         a = 4 / b, b *= 4;
         break;
+    case ENVMAP_OCTAHEDRAL: octahedral_sides(&a, &b, d); break;
     case ENVMAP_LATLONG: a = PI, b = PI * sqrt(fmax(1 - d[1] * d[1], 0)); break;
     default: /* along and across the radius, at the angle to -z */
         angle = acos(fmin(fmax(-d[2], -1), 1));
@@ -250,7 +261,8 @@ static int rising(const void *a, const void *b) {
     return x < y ? -1 : x > y;
 }
 
-static double density_of[5][SPHERE], longest_of[5][SPHERE], stretch_of[5][SPHERE];
+static double density_of[ENVMAP_MAPPING_COUNT][SPHERE], longest_of[ENVMAP_MAPPING_COUNT][SPHERE],
+    stretch_of[ENVMAP_MAPPING_COUNT][SPHERE];
 
 static void measure_density(int mapping) {
     for (int i = 0; i < SPHERE; ++i) {
@@ -266,10 +278,10 @@ static void measure_density(int mapping) {
 }
 
 static void density_chart(const char *name, const char *title, chart_axis y,
-                          double values[5][SPHERE]) {
+                          double values[ENVMAP_MAPPING_COUNT][SPHERE]) {
     chart_axis x = {"share of the sphere", 0, 1, 0, 5};
     chart c = chart_open(name, title, x, y);
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < ENVMAP_MAPPING_COUNT; ++m) {
         double at[201], value[201];
         spread(at, 201, 0, 1);
         for (int i = 0; i < 201; ++i) value[i] = values[m][i * (SPHERE - 1) / 200];
@@ -279,14 +291,14 @@ static void density_chart(const char *name, const char *title, chart_axis y,
 }
 
 static void density_table(void) {
-    static const char *const bound[] = {"3√3 = 5.196", "4", "1", "∞", "∞"};
-    static const double outside[] = {0, 1 - PI / 4, 1 - PI / 4, 0, 1 - PI / 4};
+    static const char *const bound[] = {"3√3 = 5.196", "4", "1", "∞", "∞", "3√3 = 5.196"};
+    static const double outside[] = {0, 1 - PI / 4, 1 - PI / 4, 0, 1 - PI / 4, 0};
     FILE *out = begin("density");
     fprintf(out,
             "| map | densest over sparsest | on 98 %% of the sphere | longest over shortest side "
             "of a texel, 98 %% | longest side over that of a square, 98 %% | texels outside the "
             "rim |\n|---|--:|--:|--:|--:|--:|\n");
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < ENVMAP_MAPPING_COUNT; ++m) {
         int low = SPHERE / 100, high = SPHERE - 1 - low;
         fprintf(out, "| %s | %s | %.2f | %.2f | %.2f | %.0f %% |\n", mapping_name[m], bound[m],
                 density_of[m][high] / density_of[m][low], stretch_of[m][SPHERE * 98 / 100],
@@ -346,9 +358,9 @@ static void density_draw(picture *p, int left, int top, int side, const density_
 }
 
 static void density_picture(void) {
-    picture p = sheet_of(1080, 530);
+    picture p = sheet_of(1080, 470);
     static const double from[2][3] = {{0.42, 0.42, 0.805}, {-0.42, 0.42, -0.805}};
-    for (int m = 0; m < 5; ++m)
+    for (int m = 0; m < ENVMAP_MAPPING_COUNT; ++m)
         for (int side = 0; side < 2; ++side) {
             density_ball b = {m, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
             double flat = hypot(from[side][0], from[side][2]), n = hypot(flat, from[side][1]);
@@ -356,18 +368,18 @@ static void density_picture(void) {
             b.right[0] = from[side][2] / flat, b.right[2] = -from[side][0] / flat;
             for (int k = 0; k < 3; ++k) b.up[k] = -b.from[1] * from[side][k] / flat;
             b.up[1] = flat / n;
-            density_draw(&p, 20 + 212 * m, 44 + 212 * side, 192, &b);
-            if (!side) picture_caption(&p, (float)(116 + 212 * m), 18, 13, ink, mapping_name[m]);
+            density_draw(&p, 20 + 175 * m, 44 + 178 * side, 160, &b);
+            if (!side) picture_caption(&p, (float)(100 + 175 * m), 18, 13, ink, mapping_name[m]);
         }
     for (int i = 0; i < 360; ++i) {
         float rgb[3];
         unsigned colour = 0;
         density_colour(rgb, pow(2, 6.0 * i / 359 - 3));
         for (int c = 0; c < 3; ++c) colour = colour << 8 | (unsigned)(255 * rgb[c] + 0.5f);
-        picture_rectangle(&p, 395 + i, 486, 1, 14, colour, 1);
+        picture_rectangle(&p, 395 + i, 426, 1, 14, colour, 1);
     }
-    picture_text(&p, 60, 488, 11, ink, "texels per steradian over the mean:   1/8");
-    picture_text(&p, 770, 488, 11, ink, "8    above: from +z,  below: from -z");
+    picture_text(&p, 60, 428, 11, ink, "texels per steradian over the mean:   1/8");
+    picture_text(&p, 770, 428, 11, ink, "8    above: from +z,  below: from -z");
     sheet_save(&p, "density");
 }
 
@@ -375,7 +387,7 @@ static void density(void) {
     static const chart_axis d = {"texels per steradian over the mean", 0.1, 100, 1, 0};
     static const chart_axis l = {"longest side of a texel over that of a square", 0.1, 100, 1, 0};
     progress("density");
-    for (int m = 0; m < 5; ++m) measure_density(m);
+    for (int m = 0; m < ENVMAP_MAPPING_COUNT; ++m) measure_density(m);
     density_table();
     density_chart("density", "Sampling density, sorted over the sphere", d, density_of);
     density_chart("density-side", "The longest side of a texel, sorted over the sphere", l,
@@ -467,7 +479,7 @@ static void interpolation_chart(void) {
                          "Coordinates interpolated over triangles all over the sphere", ax, ay);
     double x[N], y[N];
     spread(x, N, 1e-2, 1);
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < ENVMAP_MAPPING_COUNT; ++m) {
         for (int i = 0; i < N; ++i) y[i] = interpolation_error(m, x[i]);
         chart_line(&c, mapping_name[m], NULL, x, y, N);
     }
@@ -621,7 +633,7 @@ static void drifts(void) {
     chart c =
         chart_open("stability-boxes", "Mip levels from boxes without weights, overcast", ax, ay);
     double x[LEVELS], y[LEVELS], most[LEVELS] = {0}, cube = 0;
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < ENVMAP_MAPPING_COUNT; ++m) {
         envmap map = view_of(SCENE_OVERCAST, m, 128);
         double mean = mean_at(&map, 0);
         measure_must(envmap_mips_build(&map), "mips");
@@ -635,7 +647,7 @@ static void drifts(void) {
     }
     note("Boxes without weights", "the mean of a cube drifts %.1f %%, overcast | %.0e", 100 * cube,
          most[LEVELS - 1]);
-    chart_line(&c, "library, all five", "6 4", x, most, LEVELS);
+    chart_line(&c, "library, all six", "6 4", x, most, LEVELS);
     svg_close(c.file);
 }
 
@@ -1508,7 +1520,7 @@ static void sizes(void) {
     chart c = chart_open("stability-sizes", "Maps of 1, 2, 3 ... texels", ax, ay);
     double x[COUNT(edges)], y[COUNT(edges)], lit[3 * BANDS * BANDS];
     envmap_lobe lobe = envmap_lobe_phong(10);
-    for (int m = 0; m < 5; ++m) {
+    for (int m = 0; m < ENVMAP_MAPPING_COUNT; ++m) {
         for (int i = 0; i < COUNT(edges); ++i) {
             envmap src = world_of(m, edges[i]);
             measure_must(envmap_sh_convolve(lit, world_sh, BANDS, &lobe, 0), "convolve");

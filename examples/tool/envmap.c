@@ -68,7 +68,8 @@ static const char *remedy_for(envmap_result result) {
     case ENVMAP_ERROR_FORMAT:
         return "only float PFM files are read: 'PF' or 'Pf', size, scale, data";
     case ENVMAP_ERROR_SHAPE:
-        return "name its parameterization: --mapping cube|paraboloid|sphere|latlong|angular";
+        return "name its parameterization: "
+               "--mapping cube|paraboloid|sphere|latlong|angular|octahedral";
     case ENVMAP_ERROR_TRUNCATED:
     case ENVMAP_ERROR_TRAILING: return "the file seems damaged; export or copy it again";
     case ENVMAP_ERROR_RADIANCE: return "`envmap info` counts NaN, infinite and negative samples";
@@ -99,8 +100,8 @@ typedef struct options {
 static const options defaults = {{NULL, NULL}, 0,   -1, -1, -1, 1, 0, 0, 0, 100, 100,
                                  0.25,         0.9, 1,  0,  0,  0, 0, 0, 0, 0,   0};
 
-static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere",
-                                            "latlong", "angular",    NULL};
+static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere", "latlong",
+                                            "angular", "octahedral", NULL};
 static const char *const lobe_words[] = {"mirror", "diffuse", "phong", "gaussian",
                                          "ggx",    "banks",   NULL};
 static const char *const method_words[] = {"auto", "reference", "hierarchical",
@@ -327,7 +328,7 @@ static int map_width(const envmap *map) {
 }
 
 /* Reads a PFM. Without --mapping its shape tells: 2:1 lat-long, 1:6 cube, 1:2 paraboloids; a square
-   could be two things, and a taller strip has slices of who knows what. */
+   could be three things, and a taller strip has slices of who knows what. */
 static int load(envmap *map, const char *path, int mapping) {
     static const int guesses[] = {ENVMAP_LATLONG, ENVMAP_CUBE, ENVMAP_PARABOLOID};
     envmap_result result = ENVMAP_ERROR_SHAPE;
@@ -623,9 +624,10 @@ static void print_size(const envmap_plan *n, const options *asked, const options
         return;
     }
     printf(
-        "  size      %d: the smallest edge of a %s that loses less than %.2g between its texels,\n"
+        "  size      %d: the smallest edge of a%s %s that loses less than %.2g between its texels,\n"
         "            looked up bilinearly",
-        n->size, mapping_words[asked->to], tolerance);
+        n->size, strchr("ao", *mapping_words[asked->to]) ? "n" : "", mapping_words[asked->to],
+        tolerance);
     if (o->size > 0) printf("; that of %d loses %.2g\n", o->size, n->lookup);
     else if (n->size > natural)
         printf("; %d, as fine as the source, loses %.2g\n", natural, n->lookup);

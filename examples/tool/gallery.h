@@ -2,7 +2,7 @@
 
    What you will see: contact-sheet.png, a row for each of three environments with the balls that it
    lights, from a mirror through five glossinesses to diffuse and brushed metal; and, for the
-   documentation, one environment at five glossinesses, and the five parameterizations of one
+   documentation, one environment at five glossinesses, and the six parameterizations of one
    environment with their faces named in the scene itself.
 
    Include after envmap.h, picture.h and scenes.h.
@@ -304,30 +304,33 @@ static inline void gallery_face(picture *p, int x, int y, int edge, const envmap
 static inline void gallery_maps(picture *p, const envmap *map) {
     static const char *const names[6] = {"0: +X", "1: -X", "2: +Y", "3: -Y", "4: +Z", "5: -Z"};
     int face, x, edge = 146, y = 118;
-    picture_text(p, 28, 92, 13, GALLERY_INK, "ENVMAP_CUBE");
+    picture_text(p, 28, 96, 10, GALLERY_INK, "ENVMAP_CUBE");
     for (face = 0; face < 6; face++)
         gallery_face(p, 28 + face * (edge + 16), y, edge, map, ENVMAP_CUBE, face, names[face], 1);
-    y += edge + 94, edge = 146, x = 28;
-    picture_text(p, (float)x, (float)y - 26, 13, GALLERY_INK, "ENVMAP_PARABOLOID");
+    y += edge + 94, edge = 126, x = 28;
+    picture_text(p, (float)x, (float)y - 22, 10, GALLERY_INK, "ENVMAP_PARABOLOID");
     gallery_face(p, x, y, edge, map, ENVMAP_PARABOLOID, 0, "0: front, +Z", 1);
     gallery_face(p, x += edge + 10, y, edge, map, ENVMAP_PARABOLOID, 1, "1: back, -Z", 0);
-    picture_text(p, (float)(x += edge + 16), (float)y - 26, 13, GALLERY_INK, "ENVMAP_SPHERE");
+    picture_text(p, (float)(x += edge + 16), (float)y - 22, 10, GALLERY_INK, "ENVMAP_SPHERE");
     gallery_face(p, x, y, edge, map, ENVMAP_SPHERE, 0, "centre +Z", 1);
-    picture_text(p, (float)(x += edge + 16), (float)y - 26, 13, GALLERY_INK, "ENVMAP_ANGULAR");
+    picture_text(p, (float)(x += edge + 16), (float)y - 22, 10, GALLERY_INK, "ENVMAP_ANGULAR");
     gallery_face(p, x, y, edge, map, ENVMAP_ANGULAR, 0, "centre -Z", 0);
-    picture_text(p, (float)(x += edge + 38), (float)y - 26, 13, GALLERY_INK, "ENVMAP_LATLONG");
+    picture_text(p, (float)(x += edge + 16), (float)y - 22, 10, GALLERY_INK, "ENVMAP_LATLONG");
     gallery_face(p, x, y, edge, map, ENVMAP_LATLONG, 0, "centre -Z", 0);
+    picture_text(p, (float)(x += 2 * edge + 16), (float)y - 22, 10, GALLERY_INK,
+                 "ENVMAP_OCTAHEDRAL");
+    gallery_face(p, x, y, edge, map, ENVMAP_OCTAHEDRAL, 0, "centre +Y", 1);
 }
 
-/* The five parameterizations of one scene. */
+/* The six parameterizations of one scene. */
 static inline envmap_result gallery_parameterizations(gallery *g) {
     picture p;
     envmap map = {0};
     envmap_result result;
     gallery_path(g, "", "parameterizations.png");
-    if (!picture_create(&p, 1012, 572)) return ENVMAP_ERROR_MEMORY;
+    if (!picture_create(&p, 1012, 552)) return ENVMAP_ERROR_MEMORY;
     picture_rectangle(&p, 0, 0, p.width, p.height, GALLERY_PAPER, 1);
-    picture_text(&p, 28, 28, 20, GALLERY_INK, "One scene, five parameterizations");
+    picture_text(&p, 28, 28, 20, GALLERY_INK, "One scene, six parameterizations");
     picture_text(
         &p, 28, 62, 9.5f, GALLERY_GREY,
         "The letters hang in the scene and read rightly from inside; where they are reversed, "
