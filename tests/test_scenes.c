@@ -106,7 +106,7 @@ static void report(const char *what, figures f, int dark) {
     CHECK(4 * f.fast >= 3 * f.all);
 }
 
-static const int sizes[ENVMAP_MAPPING_COUNT] = {64, 64, 96, 64, 96};
+static const int sizes[ENVMAP_MAPPING_COUNT] = {64, 64, 96, 64, 96, 96};
 
 /* From one mapping, kinked lobes to 1e-4 and others to 1e-5; dark: some of the scene is black. */
 static void hold_all(const char *what, double (*f)(const double d[3], int channel), int mapping,
