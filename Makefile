@@ -20,6 +20,11 @@ TESTS    = $(filter-out $(SKIP:%=$(BUILD)/tests/test_%), \
 EXAMPLES = $(patsubst %.c,$(BUILD)/%,$(notdir $(wildcard examples/*.c examples/*/*.c)))
 GL       = $(patsubst examples/gl/%.c,$(BUILD)/%,$(wildcard examples/gl/*.c))
 MEASURE  = $(patsubst examples/measure/%.c,%,$(wildcard examples/measure/*.c))
+# The tests that take longest start first, so that none of them runs alone at the end.
+LONGEST  = %/test_fast %/test_search %/test_near %/test_filters %/test_maps %/test_gl
+# Tests that define ENVMAP_IMPLEMENTATION have bodies of their own, the others share one object.
+OWN     := $(shell grep -l 'define ENVMAP_IMPLEMENTATION' tests/test_*.c tests/*/test_*.c)
+SHARED   = $(BUILD)/tests/oracle.o
 # No two programs have the same name, so one can be built and run without its folder's.
 vpath %.c examples examples/tool examples/gl examples/measure tests tests/methods
 # A run of the test programs; valgrind is put before each with RUN, COMPILE= leaves the compile
@@ -61,9 +66,10 @@ demo: $(BUILD)/envmap ## three environments, filtered; a picture of them in buil
 	$(BUILD)/envmap demo $(BUILD)/demo
 
 test: ## build and run the tests; the last line counts them
-	@$(MAKE) --no-print-directory -j$(JOBS) $(TESTS)
-	@sh tests/run.sh -s -j$(JOBS) -l $(BUILD)/tests/log \
-	    $(foreach t,$(TESTS),'$(strip $(RUN) $(t))') $(COMPILE)
+	@$(MAKE) --no-print-directory $(SHARED)
+	@sh tests/run.sh -s -j$(JOBS) -l $(BUILD)/tests/log $(COMPILE) \
+	    $(foreach t,$(filter $(LONGEST),$(TESTS)) $(filter-out $(LONGEST),$(TESTS)), \
+	        '$(MAKE) -s --no-print-directory $(t) && $(strip $(RUN) $(t))')
 
 SECONDS = 60
 SEED    = 1
@@ -179,8 +185,12 @@ $(BUILD)/flags $(BUILD)/flags-measure: FORCE
 HELPERS      = $(wildcard examples/*/*.h)
 TEST_HELPERS = $(wildcard tests/*.h tests/*/*.h examples/methods/*.h)
 
-$(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(BUILD)/flags
-	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $< -o $@ $(LIBS)
+$(SHARED): tests/oracle.c tests/oracle.h tests/test.h envmap.h $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests -c $< -o $@
+
+$(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(SHARED) $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) \
+	    $< -o $@ $(LIBS)
 
 $(BUILD)/tests/test_gl: test_gl.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)

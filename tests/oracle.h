@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: MIT
    What the tests hold the library against: the mappings written a second time, in double and
    straight from their sources, a memory that counts and fails on demand, and scenes. Include it
-   before envmap.h: it defines ENVMAP_MALLOC and ENVMAP_FREE. */
+   before envmap.h: it defines ENVMAP_MALLOC and ENVMAP_FREE.
+
+   A test that uses private names of the header defines ENVMAP_IMPLEMENTATION first. The others have
+   the bodies too when compiled alone; with -DTEST_SHARED they link those of tests/oracle.c, which
+   saves most of the time that compiling takes. */
 #ifndef ORACLE_H
 #define ORACLE_H
 
@@ -12,9 +16,15 @@
    of more than `oracle_most` too, and a block must come back with the context that it was asked
    with.
    Threads may count at once. */
-static int oracle_live, oracle_calls, oracle_fail_at = -1, oracle_wrong_context;
-static size_t oracle_largest; /* the largest block that was asked for */
-static size_t oracle_most = (size_t)256 << 20;
+#if !defined(TEST_SHARED) && !defined(ENVMAP_IMPLEMENTATION)
+#define ENVMAP_IMPLEMENTATION
+#endif
+extern int oracle_live, oracle_calls, oracle_fail_at, oracle_wrong_context;
+extern size_t oracle_largest, oracle_most; /* largest: that was asked for */
+#ifdef ENVMAP_IMPLEMENTATION
+int oracle_live, oracle_calls, oracle_fail_at = -1, oracle_wrong_context;
+size_t oracle_largest, oracle_most = (size_t)256 << 20;
+#endif
 
 static inline void *oracle_malloc(void *context, size_t bytes) {
     if (bytes > oracle_largest) oracle_largest = bytes;
@@ -38,9 +48,6 @@ static inline void oracle_free(void *context, void *pointer) {
 
 #define ENVMAP_MALLOC(context, bytes) oracle_malloc(context, bytes)
 #define ENVMAP_FREE(context, pointer) oracle_free(context, pointer)
-#ifndef ENVMAP_IMPLEMENTATION
-#define ENVMAP_IMPLEMENTATION
-#endif
 #include "envmap.h"
 
 /* ------------------------------------------------------------------------------ the mappings -- */

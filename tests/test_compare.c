@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT
    Compare: rms, worst and bias of examples small enough to be worked out by hand. */
-#define ENVMAP_IMPLEMENTATION
 #include "zonal.h"
 
 static envmap black(int mapping, int size, int levels, int slices) {
