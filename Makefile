@@ -53,7 +53,9 @@ BENCHARGS =
 GALLERY   = docs/images
 MAP       =
 
-.PHONY: help all demo test search check strict sanitize valgrind fuzz $(MEASURE) bench-baseline size \
+LONG    =
+TARGETS =
+.PHONY: help all demo test search check strict sanitize targets valgrind fuzz $(MEASURE) bench-baseline size \
         examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
@@ -93,6 +95,9 @@ sanitize: ## the tests with the address and the undefined-behaviour sanitizer
 	else \
 	    echo "sanitize passed by: $(CC) has no sanitizers (Debian: libgcc-12-dev or libclang-rt-14-dev)"; \
 	fi
+
+targets: ## the tests as other compilers, flags and machines see them: docs/targets.md; LONG=1 runs more
+	@LONG='$(LONG)' sh tests/targets.sh -o docs/targets.md $(TARGETS)
 
 valgrind: ## the quicker tests under valgrind
 	@if command -v valgrind >/dev/null; then \

@@ -939,9 +939,10 @@ static void envmapi_pool_free(envmapi_pool *pool, int keep) {
 }
 
 /* ---- lanes: 4, 8 or 16 numbers that one instruction works on, in memory or in a variable (_at:
-   those in memory). What carries the work. */
+   those in memory). What carries the work. Where C99 evaluates floats as doubles (x87, s390x), a
+   float does not multiply a vector of floats: plain loops there. */
 
-#if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD)
+#if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD) && __FLT_EVAL_METHOD__ == 0
 #define ENVMAPI_PREFETCH(p) __builtin_prefetch(p)
 #define ENVMAPI_INLINE      static inline __attribute__((always_inline))
 #define ENVMAPI_LANE_TYPE(type, scalar, n)                                                         \

@@ -26,23 +26,31 @@ int oracle_live, oracle_calls, oracle_fail_at = -1, oracle_wrong_context;
 size_t oracle_largest, oracle_most = (size_t)256 << 20;
 #endif
 
+static inline int oracle_counts(int *count, int n) { /* returns what it was */
+#ifdef __TINYC__
+    return (*count += n) - n;
+#else
+    return __sync_fetch_and_add(count, n);
+#endif
+}
+
 static inline void *oracle_malloc(void *context, size_t bytes) {
     if (bytes > oracle_largest) oracle_largest = bytes;
-    if (__sync_fetch_and_add(&oracle_calls, 1) == oracle_fail_at || bytes > oracle_most)
+    if (oracle_counts(&oracle_calls, 1) == oracle_fail_at || bytes > oracle_most)
         return NULL;
     void **block = (void **)malloc(bytes + 16);
     if (!block) return NULL;
     block[0] = context;
     memset((char *)block + 16, 0xA5, bytes);
-    __sync_fetch_and_add(&oracle_live, 1);
+    oracle_counts(&oracle_live, 1);
     return (char *)block + 16;
 }
 
 static inline void oracle_free(void *context, void *pointer) {
     if (!pointer) return;
     void **block = (void **)((char *)pointer - 16);
-    if (block[0] != context) __sync_fetch_and_add(&oracle_wrong_context, 1);
-    __sync_fetch_and_sub(&oracle_live, 1);
+    if (block[0] != context) oracle_counts(&oracle_wrong_context, 1);
+    oracle_counts(&oracle_live, -1);
     free(block);
 }
 
