@@ -25,6 +25,7 @@ LONGEST  = %/test_fast %/test_search %/test_near %/test_filters %/test_maps %/te
 # Tests that define ENVMAP_IMPLEMENTATION have bodies of their own, the others share one object.
 OWN     := $(shell grep -l 'define ENVMAP_IMPLEMENTATION' tests/test_*.c tests/*/test_*.c)
 SHARED   = $(BUILD)/tests/oracle.o
+BODYFLAGS =
 # No two programs have the same name, so one can be built and run without its folder's.
 vpath %.c examples examples/tool examples/gl examples/measure tests tests/methods
 # A run of the test programs; valgrind is put before each with RUN, COMPILE= leaves the compile
@@ -109,7 +110,7 @@ valgrind: ## the quicker tests under valgrind
 
 FUZZCC      = clang
 FUZZSECONDS = 30
-fuzz: ## libFuzzer on the PFM reader, half a minute
+fuzz: ## libFuzzer on the PFM reader and on calls, half a minute each: FUZZSECONDS=30
 	@mkdir -p $(BUILD)/fuzz
 	@echo '#include <stddef.h>' >$(BUILD)/fuzz/probe.c
 	@echo 'int LLVMFuzzerTestOneInput(const unsigned char *d, size_t n) { return d && n > 9 ? 0 : 0; }' \
@@ -119,7 +120,12 @@ fuzz: ## libFuzzer on the PFM reader, half a minute
 	        -fno-sanitize-recover=all tests/fuzz_pfm.c -o $(BUILD)/fuzz/fuzz_pfm -lm && \
 	    mkdir -p $(BUILD)/fuzz/corpus && \
 	    $(BUILD)/fuzz/fuzz_pfm -max_total_time=$(FUZZSECONDS) -max_len=4096 -malloc_limit_mb=64 \
-	        -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/corpus; \
+	        -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/corpus && \
+	    $(FUZZCC) -std=c99 -O1 -g -I. -Itests -fsanitize=fuzzer,address,undefined,float-cast-overflow \
+	        -fno-sanitize-recover=all tests/fuzz_calls.c -o $(BUILD)/fuzz/fuzz_calls -lm && \
+	    mkdir -p $(BUILD)/fuzz/calls && \
+	    $(BUILD)/fuzz/fuzz_calls -max_total_time=$(FUZZSECONDS) -max_len=256 -len_control=0 -timeout=60 \
+	        -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/calls; \
 	else \
 	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
 	fi
@@ -188,10 +194,10 @@ $(BUILD)/flags $(BUILD)/flags-measure: FORCE
 	@echo '$(WORDS)' | cmp -s - $@ || echo '$(WORDS)' >$@
 
 HELPERS      = $(wildcard examples/*/*.h)
-TEST_HELPERS = $(wildcard tests/*.h tests/*/*.h examples/methods/*.h)
+TEST_HELPERS = tests/fuzz_calls.c $(wildcard tests/*.h tests/*/*.h examples/methods/*.h)
 
 $(SHARED): tests/oracle.c tests/oracle.h tests/test.h envmap.h $(BUILD)/flags
-	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests -c $< -o $@
+	$(CC) -std=c99 $(CFLAGS) $(BODYFLAGS) $(STRICT) -I. -Itests -c $< -o $@
 
 $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(SHARED) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) \
