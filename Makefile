@@ -56,7 +56,7 @@ MAP       =
 
 LONG    =
 TARGETS =
-.PHONY: help all demo test search check strict sanitize targets valgrind fuzz $(MEASURE) bench-baseline size \
+.PHONY: help all demo test search check strict sanitize tsan analyze mutate coverage targets valgrind fuzz $(MEASURE) bench-baseline size \
         examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
@@ -95,6 +95,33 @@ sanitize: ## the tests with the address and the undefined-behaviour sanitizer
 	    TEST_QUICK=1 $(MAKE) --no-print-directory test BUILD=$(BUILD)/sanitize CFLAGS="$(SANITIZE)" COMPILE=; \
 	else \
 	    echo "sanitize passed by: $(CC) has no sanitizers (Debian: libgcc-12-dev or libclang-rt-14-dev)"; \
+	fi
+
+TSANCC = clang
+tsan: ## every call that takes an executor, under the thread sanitizer
+	@mkdir -p $(BUILD) && echo 'int main(void) { return 0; }' >$(BUILD)/probe.c
+	@if $(TSANCC) -fsanitize=thread $(BUILD)/probe.c -o $(BUILD)/probe 2>/dev/null && $(BUILD)/probe; then \
+	    $(TSANCC) -std=c99 -O1 -g -fsanitize=thread $(STRICT) -I. -Itests tests/test_threads.c \
+	        -o $(BUILD)/test_threads_tsan $(LIBS) && $(BUILD)/test_threads_tsan; \
+	else \
+	    echo "tsan passed by: $(TSANCC) has no thread sanitizer (Debian: clang libclang-rt-14-dev)"; \
+	fi
+
+analyze: ## clang-tidy and cppcheck on envmap.h, each where it is here
+	@sh tests/analyze.sh $(BUILD)/analyze
+
+MUTANTS = 200
+mutate: ## small faults in envmap.h, one at a time: which do the tests miss? MUTANTS=200 SEED=1 ROOM=pfm
+	@sh tests/mutate.sh $(BUILD)/mutate $(MUTANTS) $(SEED) $(ROOM)
+
+coverage: ## lines and branches of envmap.h that the quick tests take (gcov), and the lines they do not
+	@if command -v gcov >/dev/null; then \
+	    rm -f $(BUILD)/coverage/tests/*.gcda; \
+	    TEST_QUICK=1 $(MAKE) --no-print-directory test BUILD=$(BUILD)/coverage CC=gcc \
+	        CFLAGS='-O1 --coverage -fprofile-update=atomic' COMPILE= SKIP='gl $(SKIP)' && \
+	    sh tests/coverage.sh $(BUILD)/coverage; \
+	else \
+	    echo "coverage passed by: no gcov here (Debian: gcc)"; \
 	fi
 
 targets: ## the tests as other compilers, flags and machines see them: docs/targets.md; LONG=1 runs more
