@@ -4,7 +4,7 @@
 # Runs every COMMAND (a line of shell), shows what it prints, and ends with one line
 # "N passed, N failed": the sum of the lines of that form which the commands end with. A command
 # that prints none counts once, by its exit status; with -s (test programs) it counts as a failure,
-# because it must have crashed. Exits with 1 when anything failed.
+# because it must have crashed. What passed by is named before the last line. Exits with 1 when anything failed.
 #   -j N    N commands at once (the output of each comes whole, when it ends, with its seconds);
 #           1 shows it as it comes
 #   -l DIR  keep the logs in DIR
@@ -20,6 +20,7 @@ done
 shift $((OPTIND - 1))
 [ -n "$logs" ] || { logs=$(mktemp -d) && trap 'rm -rf "$logs"' EXIT; }
 mkdir -p "$logs" || exit 2
+rm -f "$logs"/[0-9]*.log
 passed=0 failed=0
 
 # Only the last line of all may read "N passed, N failed".
@@ -96,5 +97,8 @@ for command; do
 done
 wait_below 1
 
+# What passed by, for want of a package, once more: nothing is left out in silence.
+grep -ahE '[^ ] passed by[: (]' "$logs"/[0-9]*.log | sed 's/^ *//' | sort -u >"$logs/by"
+[ ! -s "$logs/by" ] || { echo "not run here: $(($(wc -l <"$logs/by")))" && sed 's/^/  /' "$logs/by"; }
 echo "$passed passed, $failed failed"
 [ $failed -eq 0 ] && [ $passed -gt 0 ]
