@@ -319,6 +319,14 @@ static void absurd_sizes_are_refused_before_any_allocation(void) {
     CHECK(oracle_live == 0);
 }
 
+/* One texel more is beyond it; what is not has no samples here. */
+static void the_largest_edge_is_16384(void) {
+    static const char largest[] = "PF\n16384 16384\n-1\n", more[] = "PF\n16385 16385\n-1\n";
+    envmap map = {0};
+    CHECK(envmap_pfm_read(&map, largest, sizeof largest - 1, ENVMAP_SPHERE) == ENVMAP_ERROR_TRUNCATED);
+    CHECK(envmap_pfm_read(&map, more, sizeof more - 1, ENVMAP_SPHERE) == ENVMAP_ERROR_LIMIT);
+}
+
 static void shapes_must_fit_the_mapping(void) {
     static const struct {
         int mapping, w, h, slices; /* 0: refused */
@@ -667,6 +675,7 @@ int main(int argc, char **argv) {
     RUN(data_after_the_last_sample_are_refused);
     RUN(hostile_headers_are_refused);
     RUN(absurd_sizes_are_refused_before_any_allocation);
+    RUN(the_largest_edge_is_16384);
     RUN(shapes_must_fit_the_mapping);
     RUN(bad_arguments_are_refused);
     RUN(without_memory_nothing_leaks_and_the_map_stays);
