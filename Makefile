@@ -37,7 +37,7 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
            %/test_materials %/test_gl %/test_harmonics %/test_stability_filters \
-           %/test_plan %/test_search
+           %/test_plan %/test_search %/test_threads
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -82,9 +82,9 @@ search: ## random works against sums of their own: SECONDS=60 SEED=1, or WORK=".
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests tests/search.c -o $(BUILD)/search $(LIBS)
 	$(BUILD)/search $(if $(WORK),'$(WORK)',$(SECONDS) $(SEED))
 
-check: ## all that can be checked here: the whole tests by gcc and clang, strict, sanitize, valgrind
+check: ## all that can be checked here: the whole tests by gcc and clang, strict, sanitize, tsan, analyze, valgrind
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'TEST_WHOLE=1 $(MAKE) --no-print-directory test CC=$(c) BUILD=$(BUILD)/$(c)') \
-	    $(foreach t,strict sanitize valgrind,'$(MAKE) --no-print-directory $(t)')
+	    $(foreach t,strict sanitize tsan analyze valgrind,'$(MAKE) --no-print-directory $(t)')
 
 strict: ## every standard, every strict warning, header, tests and examples, gcc and clang
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'sh tests/compile/run.sh $(c) $(BUILD)/strict/$(c) strict')

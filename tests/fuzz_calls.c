@@ -113,7 +113,8 @@ static drawn_lobe draw_lobe(void) {
     if (kind == ENVMAP_LOBE_FUNCTION)
         out.lobe = envmap_lobe_function(draw_lobe_function, &lobe_function_kind);
     else if (kind == ENVMAP_LOBE_TABLE)
-        out.lobe = envmap_lobe_table(lobe_numbers, 3 + draw(13), draw(5), draw_float(1), draw_float(1));
+        out.lobe =
+            envmap_lobe_table(lobe_numbers, 3 + draw(13), draw(5), draw_float(1), draw_float(1));
     else if (kind == ENVMAP_LOBE_BANKS)
         out.lobe = envmap_lobe_banks(draw_float(1));
     else if (kind < 9)
@@ -138,7 +139,8 @@ static void draw_run(void *user, envmap_task *task, void *context, int count) {
     if (w->order == 1)
         for (int i = count - 1; i >= 0; --i) task(context, i);
     else if (w->order == 2) /* odd ones, then even ones */
-        for (int i = 0; i < count; ++i) task(context, i < count / 2 ? 2 * i + 1 : 2 * (i - count / 2));
+        for (int i = 0; i < count; ++i)
+            task(context, i < count / 2 ? 2 * i + 1 : 2 * (i - count / 2));
     else if (w->order == 3)
         inner.run(inner.user, task, context, count);
     else if (w->order == 4) /* leaves out the last: refused, or run by the caller */
@@ -354,8 +356,10 @@ static void call_materials(void) {
     float rgb[6] = {0}, offsets[9], weights[9];
     brdf.function = draw_brdf, brdf.user = &kind;
     for (int i = 0; i < 2; ++i)
-        for (int c = 0; c < 3; ++c)
-            frames[i].n[c] = draw_float(1), frames[i].t[c] = draw_float(1), frames[i].v[c] = draw_float(1);
+        for (int c = 0; c < 3; ++c) {
+            frames[i].n[c] = draw_float(1);
+            frames[i].t[c] = draw_float(1), frames[i].v[c] = draw_float(1);
+        }
     oracle_calls = 0, oracle_fail_at = one_in(4) ? draw(8) : -1;
     kept k = keep(rgb, sizeof rgb);
     demand_kept(&k, envmap_radiance(rgb, &map.map, &brdf, frames, 1 + draw(2), &work));
