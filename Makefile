@@ -20,6 +20,12 @@ TESTS    = $(filter-out $(SKIP:%=$(BUILD)/tests/test_%), \
 EXAMPLES = $(patsubst %.c,$(BUILD)/%,$(notdir $(wildcard examples/*.c examples/*/*.c)))
 GL       = $(patsubst examples/gl/%.c,$(BUILD)/%,$(wildcard examples/gl/*.c))
 MEASURE  = $(patsubst examples/measure/%.c,%,$(wildcard examples/measure/*.c))
+# The tests that take longest start first, so that none of them runs alone at the end.
+LONGEST  = %/test_fast %/test_search %/test_near %/test_filters %/test_maps %/test_gl
+# Tests that define ENVMAP_IMPLEMENTATION have bodies of their own, the others share one object.
+OWN     := $(shell grep -l 'define ENVMAP_IMPLEMENTATION' tests/test_*.c tests/*/test_*.c)
+SHARED   = $(BUILD)/tests/oracle.o
+BODYFLAGS =
 # No two programs have the same name, so one can be built and run without its folder's.
 vpath %.c examples examples/tool examples/gl examples/measure tests tests/methods
 # A run of the test programs; valgrind is put before each with RUN, COMPILE= leaves the compile
@@ -31,7 +37,7 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
            %/test_materials %/test_gl %/test_harmonics %/test_stability_filters \
-           %/test_plan %/test_search
+           %/test_plan %/test_search %/test_threads
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -48,7 +54,9 @@ BENCHARGS =
 GALLERY   = docs/images
 MAP       =
 
-.PHONY: help all demo test search check strict sanitize valgrind fuzz $(MEASURE) bench-baseline size \
+LONG    =
+TARGETS =
+.PHONY: help all demo test search check strict sanitize tsan analyze mutate coverage targets valgrind fuzz $(MEASURE) bench-baseline size \
         examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
@@ -61,9 +69,10 @@ demo: $(BUILD)/envmap ## three environments, filtered; a picture of them in buil
 	$(BUILD)/envmap demo $(BUILD)/demo
 
 test: ## build and run the tests; the last line counts them
-	@$(MAKE) --no-print-directory -j$(JOBS) $(TESTS)
-	@sh tests/run.sh -s -j$(JOBS) -l $(BUILD)/tests/log \
-	    $(foreach t,$(TESTS),'$(strip $(RUN) $(t))') $(COMPILE)
+	@$(MAKE) --no-print-directory $(SHARED)
+	@sh tests/run.sh -s -j$(JOBS) -l $(BUILD)/tests/log $(COMPILE) \
+	    $(foreach t,$(filter $(LONGEST),$(TESTS)) $(filter-out $(LONGEST),$(TESTS)), \
+	        '$(MAKE) -s --no-print-directory $(t) && $(strip $(RUN) $(t))')
 
 SECONDS = 60
 SEED    = 1
@@ -73,9 +82,9 @@ search: ## random works against sums of their own: SECONDS=60 SEED=1, or WORK=".
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests tests/search.c -o $(BUILD)/search $(LIBS)
 	$(BUILD)/search $(if $(WORK),'$(WORK)',$(SECONDS) $(SEED))
 
-check: ## all that can be checked here: the whole tests by gcc and clang, strict, sanitize, valgrind
+check: ## all that can be checked here: the whole tests by gcc and clang, strict, sanitize, tsan, analyze, valgrind
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'TEST_WHOLE=1 $(MAKE) --no-print-directory test CC=$(c) BUILD=$(BUILD)/$(c)') \
-	    $(foreach t,strict sanitize valgrind,'$(MAKE) --no-print-directory $(t)')
+	    $(foreach t,strict sanitize tsan analyze valgrind,'$(MAKE) --no-print-directory $(t)')
 
 strict: ## every standard, every strict warning, header, tests and examples, gcc and clang
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'sh tests/compile/run.sh $(c) $(BUILD)/strict/$(c) strict')
@@ -88,6 +97,36 @@ sanitize: ## the tests with the address and the undefined-behaviour sanitizer
 	    echo "sanitize passed by: $(CC) has no sanitizers (Debian: libgcc-12-dev or libclang-rt-14-dev)"; \
 	fi
 
+TSANCC = clang
+tsan: ## every call that takes an executor, under the thread sanitizer
+	@mkdir -p $(BUILD) && echo 'int main(void) { return 0; }' >$(BUILD)/probe.c
+	@if $(TSANCC) -fsanitize=thread $(BUILD)/probe.c -o $(BUILD)/probe 2>/dev/null && $(BUILD)/probe; then \
+	    $(TSANCC) -std=c99 -O1 -g -fsanitize=thread $(STRICT) -I. -Itests tests/test_threads.c \
+	        -o $(BUILD)/test_threads_tsan $(LIBS) && $(BUILD)/test_threads_tsan; \
+	else \
+	    echo "tsan passed by: $(TSANCC) has no thread sanitizer (Debian: clang libclang-rt-14-dev)"; \
+	fi
+
+analyze: ## clang-tidy and cppcheck on envmap.h, each where it is here
+	@sh tests/analyze.sh $(BUILD)/analyze
+
+MUTANTS = 200
+mutate: ## small faults in envmap.h, one at a time: which do the tests miss? MUTANTS=200 SEED=1 ROOM=pfm
+	@sh tests/mutate.sh $(BUILD)/mutate $(MUTANTS) $(SEED) $(ROOM)
+
+coverage: ## lines and branches of envmap.h that the quick tests take (gcov), and the lines they do not
+	@if command -v gcov >/dev/null; then \
+	    rm -f $(BUILD)/coverage/tests/*.gcda; \
+	    TEST_QUICK=1 $(MAKE) --no-print-directory test BUILD=$(BUILD)/coverage CC=gcc \
+	        CFLAGS='-O1 --coverage -fprofile-update=atomic' COMPILE= SKIP='gl $(SKIP)' && \
+	    sh tests/coverage.sh $(BUILD)/coverage; \
+	else \
+	    echo "coverage passed by: no gcov here (Debian: gcc)"; \
+	fi
+
+targets: ## the tests as other compilers, flags and machines see them: docs/targets.md; LONG=1 runs more
+	@LONG='$(LONG)' sh tests/targets.sh -o docs/targets.md $(TARGETS)
+
 valgrind: ## the quicker tests under valgrind
 	@if command -v valgrind >/dev/null; then \
 	    TEST_QUICK=1 $(MAKE) --no-print-directory test COMPILE= TESTS='$(filter-out $(SLOW),$(TESTS))' \
@@ -98,7 +137,7 @@ valgrind: ## the quicker tests under valgrind
 
 FUZZCC      = clang
 FUZZSECONDS = 30
-fuzz: ## libFuzzer on the PFM reader, half a minute
+fuzz: ## libFuzzer on the PFM reader and on calls, half a minute each: FUZZSECONDS=30
 	@mkdir -p $(BUILD)/fuzz
 	@echo '#include <stddef.h>' >$(BUILD)/fuzz/probe.c
 	@echo 'int LLVMFuzzerTestOneInput(const unsigned char *d, size_t n) { return d && n > 9 ? 0 : 0; }' \
@@ -108,7 +147,12 @@ fuzz: ## libFuzzer on the PFM reader, half a minute
 	        -fno-sanitize-recover=all tests/fuzz_pfm.c -o $(BUILD)/fuzz/fuzz_pfm -lm && \
 	    mkdir -p $(BUILD)/fuzz/corpus && \
 	    $(BUILD)/fuzz/fuzz_pfm -max_total_time=$(FUZZSECONDS) -max_len=4096 -malloc_limit_mb=64 \
-	        -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/corpus; \
+	        -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/corpus && \
+	    $(FUZZCC) -std=c99 -O1 -g -I. -Itests -fsanitize=fuzzer,address,undefined,float-cast-overflow \
+	        -fno-sanitize-recover=all tests/fuzz_calls.c -o $(BUILD)/fuzz/fuzz_calls -lm && \
+	    mkdir -p $(BUILD)/fuzz/calls && \
+	    $(BUILD)/fuzz/fuzz_calls -max_total_time=$(FUZZSECONDS) -max_len=256 -len_control=0 -timeout=60 \
+	        -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/calls; \
 	else \
 	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
 	fi
@@ -177,10 +221,14 @@ $(BUILD)/flags $(BUILD)/flags-measure: FORCE
 	@echo '$(WORDS)' | cmp -s - $@ || echo '$(WORDS)' >$@
 
 HELPERS      = $(wildcard examples/*/*.h)
-TEST_HELPERS = $(wildcard tests/*.h tests/*/*.h examples/methods/*.h)
+TEST_HELPERS = tests/fuzz_calls.c $(wildcard tests/*.h tests/*/*.h examples/methods/*.h)
 
-$(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(BUILD)/flags
-	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $< -o $@ $(LIBS)
+$(SHARED): tests/oracle.c tests/oracle.h tests/test.h envmap.h $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) $(BODYFLAGS) $(STRICT) -I. -Itests -c $< -o $@
+
+$(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(SHARED) $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) \
+	    $< -o $@ $(LIBS)
 
 $(BUILD)/tests/test_gl: test_gl.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)

@@ -947,9 +947,10 @@ static void envmapi_pool_free(envmapi_pool *pool, int keep) {
 }
 
 /* ---- lanes: 4, 8 or 16 numbers that one instruction works on, in memory or in a variable (_at:
-   those in memory). What carries the work. */
+   those in memory). What carries the work. Where C99 evaluates floats as doubles (x87, s390x), a
+   float does not multiply a vector of floats: plain loops there. */
 
-#if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD)
+#if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD) && __FLT_EVAL_METHOD__ == 0
 #define ENVMAPI_PREFETCH(p) __builtin_prefetch(p)
 #define ENVMAPI_INLINE      static inline __attribute__((always_inline))
 #define ENVMAPI_LANE_TYPE(type, scalar, n)                                                         \
@@ -8054,7 +8055,7 @@ ENVMAPI_BODY envmap_result envmap_radiance(float *rgb, const envmap *map, const 
    With k = 0, past the critical angle, a = 0, and all is reflected. ---- */
 
 ENVMAPI_BODY double envmap_fresnel(double cosine, double n, double k) {
-    if (!(n > 0 && n < 1e9 && k >= 0 && k < 1e9) || !envmapi_finite(cosine)) return 0;
+    if (!(n > 0 && n < 1e9 && k >= 0 && k < 1e9) || !envmapi_finite(cosine + n + k)) return 0;
     double c = envmapi_clamp(cosine, 0, 1);
     double x = (n - 1) * (n + 1) - k * k + c * c, y = 2 * n * k; /* the square's two parts */
     double root = sqrt(x * x + y * y), aa = root + x > 0 ? (root + x) / 2 : 0;
@@ -8421,7 +8422,7 @@ ENVMAPI_BODY double envmap_level_roughness(double level, int levels, double bend
 ENVMAPI_BODY int envmap_fan(float *offsets, float *weights, int room, double along, double across,
                             double tolerance) {
     if (!(along > 0 && along <= 1.5 && across > 0 && across <= 1e9) ||
-        !(tolerance >= 1e-6 && tolerance <= 0.5))
+        !(tolerance >= 1e-6 && tolerance <= 0.5) || !envmapi_finite(along * across * tolerance))
         return 0;
     double s = along > across ? sqrt(along * along - across * across) : 0, sum = 0;
     double reach = sqrt(2 * log(2 / tolerance));              /* in s */

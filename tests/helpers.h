@@ -7,7 +7,17 @@
 
 #include "zonal.h"
 
+#ifdef __wasm__ /* no threads: one runs to its end where it is created */
+typedef int pthread_t, pthread_mutex_t;
+#define pthread_mutex_init(lock, attributes) (*(lock) = 0)
+#define pthread_mutex_destroy(lock)          ((void)(lock))
+#define pthread_mutex_lock(lock)             ((void)(lock))
+#define pthread_mutex_unlock(lock)           ((void)(lock))
+#define pthread_create(thread, attributes, run, user) (*(thread) = (run)(user) != NULL)
+#define pthread_join(thread, result)                  ((void)(thread), 0)
+#else
 #include <pthread.h>
+#endif
 
 /* ---------------------------------------------------------------------------------- maps ---- */
 

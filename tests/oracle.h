@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: MIT
    What the tests hold the library against: the mappings written a second time, in double and
    straight from their sources, a memory that counts and fails on demand, and scenes. Include it
-   before envmap.h: it defines ENVMAP_MALLOC and ENVMAP_FREE. */
+   before envmap.h: it defines ENVMAP_MALLOC and ENVMAP_FREE.
+
+   A test that uses private names of the header defines ENVMAP_IMPLEMENTATION first. The others have
+   the bodies too when compiled alone; with -DTEST_SHARED they link those of tests/oracle.c, which
+   saves most of the time that compiling takes. */
 #ifndef ORACLE_H
 #define ORACLE_H
 
@@ -12,35 +16,46 @@
    of more than `oracle_most` too, and a block must come back with the context that it was asked
    with.
    Threads may count at once. */
-static int oracle_live, oracle_calls, oracle_fail_at = -1, oracle_wrong_context;
-static size_t oracle_largest; /* the largest block that was asked for */
-static size_t oracle_most = (size_t)256 << 20;
+#if !defined(TEST_SHARED) && !defined(ENVMAP_IMPLEMENTATION)
+#define ENVMAP_IMPLEMENTATION
+#endif
+extern int oracle_live, oracle_calls, oracle_fail_at, oracle_wrong_context;
+extern size_t oracle_largest, oracle_most; /* largest: that was asked for */
+#ifdef ENVMAP_IMPLEMENTATION
+int oracle_live, oracle_calls, oracle_fail_at = -1, oracle_wrong_context;
+size_t oracle_largest, oracle_most = (size_t)256 << 20;
+#endif
+
+static inline int oracle_counts(int *count, int n) { /* returns what it was */
+#ifdef __TINYC__
+    return (*count += n) - n;
+#else
+    return __sync_fetch_and_add(count, n);
+#endif
+}
 
 static inline void *oracle_malloc(void *context, size_t bytes) {
     if (bytes > oracle_largest) oracle_largest = bytes;
-    if (__sync_fetch_and_add(&oracle_calls, 1) == oracle_fail_at || bytes > oracle_most)
+    if (oracle_counts(&oracle_calls, 1) == oracle_fail_at || bytes > oracle_most)
         return NULL;
     void **block = (void **)malloc(bytes + 16);
     if (!block) return NULL;
     block[0] = context;
     memset((char *)block + 16, 0xA5, bytes);
-    __sync_fetch_and_add(&oracle_live, 1);
+    oracle_counts(&oracle_live, 1);
     return (char *)block + 16;
 }
 
 static inline void oracle_free(void *context, void *pointer) {
     if (!pointer) return;
     void **block = (void **)((char *)pointer - 16);
-    if (block[0] != context) __sync_fetch_and_add(&oracle_wrong_context, 1);
-    __sync_fetch_and_sub(&oracle_live, 1);
+    if (block[0] != context) oracle_counts(&oracle_wrong_context, 1);
+    oracle_counts(&oracle_live, -1);
     free(block);
 }
 
 #define ENVMAP_MALLOC(context, bytes) oracle_malloc(context, bytes)
 #define ENVMAP_FREE(context, pointer) oracle_free(context, pointer)
-#ifndef ENVMAP_IMPLEMENTATION
-#define ENVMAP_IMPLEMENTATION
-#endif
 #include "envmap.h"
 
 /* ------------------------------------------------------------------------------ the mappings -- */

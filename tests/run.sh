@@ -4,8 +4,9 @@
 # Runs every COMMAND (a line of shell), shows what it prints, and ends with one line
 # "N passed, N failed": the sum of the lines of that form which the commands end with. A command
 # that prints none counts once, by its exit status; with -s (test programs) it counts as a failure,
-# because it must have crashed. Exits with 1 when anything failed.
-#   -j N    N commands at once (their output comes whole and in order); 1 shows it as it comes
+# because it must have crashed. What passed by is named before the last line. Exits with 1 when anything failed.
+#   -j N    N commands at once (the output of each comes whole, when it ends, with its seconds);
+#           1 shows it as it comes
 #   -l DIR  keep the logs in DIR
 summary_needed=0 jobs=1 logs=
 while getopts sj:l: option; do
@@ -19,6 +20,7 @@ done
 shift $((OPTIND - 1))
 [ -n "$logs" ] || { logs=$(mktemp -d) && trap 'rm -rf "$logs"' EXIT; }
 mkdir -p "$logs" || exit 2
+rm -f "$logs"/[0-9]*.log
 passed=0 failed=0
 
 # Only the last line of all may read "N passed, N failed".
@@ -48,30 +50,55 @@ count() {
     passed=$((passed + p)) failed=$((failed + f))
 }
 
-finish() { # NUMBER: waits for a command in the background and shows its output
-    eval "pid=\$pid_$1 name=\$name_$1"
-    wait "$pid" 2>/dev/null
-    echo "== $name"
+finish() { # NUMBER: shows the output of a command that has ended
+    eval "name=\$name_$1 start=\$start_$1"
+    ended=$((ended + 1))
+    echo "== $name ($ended of $total, $(($(date +%s) - start)) s)"
     label "$name" <"$logs/$1.log"
     count "$1" "$name"
 }
 
-i=0 oldest=1
+running= total=$# ended=0
+wait_below() { # N: until fewer than N commands run
+    while :; do
+        left= n=0
+        for k in $running; do
+            eval "pid=\$pid_$k"
+            if [ -e "$logs/$k.status" ] || ! kill -0 "$pid" 2>/dev/null; then
+                finish "$k"
+            else
+                left="$left $k" n=$((n + 1))
+            fi
+        done
+        running=$left
+        [ $n -ge "$1" ] || return 0
+        sleep 0.2
+    done
+}
+
+i=0
 for command; do
     i=$((i + 1))
     name=$(echo "$command" | sed -E 's|^.*/(test_[a-z0-9_]+)$|\1|')
-    rm -f "$logs/$i.log" "$logs/$i.status"
+    rm -f "$logs/$i.log" "$logs/$i.status" "$logs/$i.part"
     if [ "$jobs" -le 1 ]; then
         echo "== $name"
         { sh -c "$command" 2>&1; echo $? >"$logs/$i.status"; } | tee "$logs/$i.log" | label "$name"
         count $i "$name"
     else
-        { sh -c "$command"; echo $? >"$logs/$i.status"; } >"$logs/$i.log" 2>&1 &
-        eval "pid_$i=$! name_$i=\$name"
-        [ $((i - oldest + 1)) -lt "$jobs" ] || { finish $oldest; oldest=$((oldest + 1)); }
+        {
+            sh -c "$command"
+            echo $? >"$logs/$i.part" && mv "$logs/$i.part" "$logs/$i.status"
+        } >"$logs/$i.log" 2>&1 &
+        eval "pid_$i=$! name_$i=\$name start_$i=$(date +%s)"
+        running="$running $i"
+        wait_below "$jobs"
     fi
 done
-[ "$jobs" -le 1 ] || while [ $oldest -le $i ]; do finish $oldest; oldest=$((oldest + 1)); done
+wait_below 1
 
+# What passed by, for want of a package, once more: nothing is left out in silence.
+grep -ahE '[^ ] passed by[: (]' "$logs"/[0-9]*.log | sed 's/^ *//' | sort -u >"$logs/by"
+[ ! -s "$logs/by" ] || { echo "not run here: $(($(wc -l <"$logs/by")))" && sed 's/^/  /' "$logs/by"; }
 echo "$passed passed, $failed failed"
 [ $failed -eq 0 ] && [ $passed -gt 0 ]

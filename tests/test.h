@@ -5,7 +5,8 @@
        int main(void) { RUN(solid_angles_sum_to_4_pi); return test_summary(); }
 
    A failing check prints file, line, the expression and its values, and the test goes on; a test
-   passes when all of its checks did, and fails when it made none. FIGURE prints a measured number
+   passes when all of its checks did, and fails when it made none; its processor time stands beside
+   its name where that is half a second or more. FIGURE prints a measured number
    beside its bound, so that the log of a run is the table that docs quote. */
 #ifndef TEST_H
 #define TEST_H
@@ -14,6 +15,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #define PI 3.14159265358979323846
 
@@ -44,11 +46,15 @@ static inline int test_figure(const char *what, double value, double bound, cons
 
 static inline void test_run(const char *name, void (*test)(void)) {
     test_checks = test_misses = 0;
+    clock_t start = clock();
     test();
+    double seconds = (double)(clock() - start) / CLOCKS_PER_SEC;
     if (!test_checks) printf("    made no check\n");
     if (test_misses > 10) printf("    ... %d checks missed in all\n", test_misses);
     int ok = test_checks > 0 && test_misses == 0;
-    printf("  %s %s\n", ok ? "ok  " : "FAIL", name);
+    printf("  %s %s", ok ? "ok  " : "FAIL", name);
+    if (seconds >= 0.5) printf(" (%.1f s)", seconds);
+    puts("");
     fflush(stdout);
     if (ok)
         ++test_passed;

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT
    Compare: rms, worst and bias of examples small enough to be worked out by hand. */
-#define ENVMAP_IMPLEMENTATION
 #include "zonal.h"
 
 static envmap black(int mapping, int size, int levels, int slices) {
@@ -204,7 +203,7 @@ static void differences_of_huge_and_tiny_radiance_are_finite(void) {
 }
 
 static void a_map_that_is_not_finite_cannot_be_compared(void) {
-    static const float bad[3] = {NAN, INFINITY, -INFINITY};
+    const float bad[3] = {NAN, INFINITY, -INFINITY};
     envmap a = black(ENVMAP_CUBE, 2, 2, 2), b = black(ENVMAP_CUBE, 2, 2, 2);
     for (int i = 0; i < 3; ++i) {
         envmap_difference d = blank();

@@ -2,7 +2,6 @@
    Filters: the reference against harmonics, closed forms, a plain sum written apart (zonal.h) and
    the symmetries that an integral over the sphere has; the rules that every method keeps. */
 #define _POSIX_C_SOURCE 200809L
-#define ENVMAP_IMPLEMENTATION
 #include "helpers.h"
 
 #include <float.h>

@@ -2,7 +2,6 @@
    The hierarchical filter: opened everywhere it is the reference; how its error grows with the
    threshold, with a sun and with a lobe too thin for its samples; the rules of every method. */
 #define _POSIX_C_SOURCE 200809L
-#define ENVMAP_IMPLEMENTATION
 #include "helpers.h"
 
 #include <time.h>

@@ -790,10 +790,24 @@ static void queries_of_null_and_nan_answer_0(void) {
     CHECK(envmap_lobe_integral(&mirror, 0) == 0.0);
 }
 
+static double nearly_odd(double x, double p, void *user) {
+    (void)p;
+    return x + *(const double *)user;
+}
+
+/* Its integral is 4 pi times the excess, where that of |k| is 2 pi. */
+static void lobes_that_cancel_to_a_millionth_are_used_and_to_rounding_are_not(void) {
+    double excess[2] = {1e-6, 1e-11}, lambda[3];
+    envmap_lobe used = envmap_lobe_function(nearly_odd, excess);
+    envmap_lobe refused = envmap_lobe_function(nearly_odd, excess + 1);
+    CHECK(envmap_lobe_zonal(lambda, 3, &used, 0) == ENVMAP_OK);
+    CHECK(envmap_lobe_zonal(lambda, 3, &refused, 0) == ENVMAP_ERROR_LOBE);
+}
+
 /* Every query, with every odd number in every place; a table's room ends where malloc's does, which
    the address sanitizer watches. */
 static void queries_of_odd_numbers_stay_in_range(void) {
-    static const double odd[] = {(double)NAN, HUGE_VAL, -HUGE_VAL, 1e300, -1e300, 1e19,
+    const double odd[] = {(double)NAN, HUGE_VAL, -HUGE_VAL, 1e300, -1e300, 1e19,
                                  -3e9,        2,        0,         -1,    0.3};
     enum { ODD = sizeof odd / sizeof *odd };
     float *rows = (float *)malloc(15 * sizeof *rows);
@@ -869,6 +883,7 @@ int main(void) {
     RUN(bands_of_bad_requests_are_0);
     RUN(bad_lobes_are_refused_and_answer_0);
     RUN(queries_of_null_and_nan_answer_0);
+    RUN(lobes_that_cancel_to_a_millionth_are_used_and_to_rounding_are_not);
     RUN(queries_of_odd_numbers_stay_in_range);
     RUN(ggx_of_alpha_0_is_the_mirror_and_what_is_below_1e_4_counts_as_1e_4);
     RUN(arguments_past_one_by_a_rounding_are_one);

@@ -644,6 +644,8 @@ static void ggx_loses_nothing_with_its_multiple_scattering(void) {
         double grey = 0.5 * scale + bias + envmap_ggx_multiple(0.5, scale, bias);
         CHECK(grey < 1 && grey > 0.5 * scale + bias);
     }
+    double E = 0.04 * 0.5 + 0.1, F = 0.04 + 0.96 / 21; /* the formula of the header's comment */
+    CHECK_CLOSE(envmap_ggx_multiple(0.04, 0.5, 0.1), F * E * 0.4 / (1 - F * 0.4), 1e-12);
     CHECK(envmap_ggx_multiple(2, 0.5, 0.1) == 0 && envmap_ggx_multiple((double)NAN, 0.5, 0.1) == 0);
 }
 

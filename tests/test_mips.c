@@ -337,6 +337,16 @@ static void a_footprint_goes_on_over_an_octahedral_edge(void) {
     envmap_free(&map);
 }
 
+/* Where a texel's width changes by a third within 0.01 rad, it is the width at the direction. */
+static void a_footprint_beside_a_pole_is_measured_where_it_is(void) {
+    envmap map = make(ENVMAP_LATLONG, 256);
+    float theta = 0.03f, dir[3] = {0, cosf(theta), -sinf(theta)}, none[3] = {0, 0, 0};
+    float dx[3] = {0.01f, 0, 0};
+    double texels = 0.01 * 512 / (2 * PI * sin((double)theta));
+    CHECK_CLOSE(envmap_footprint_level(&map, dir, dx, none), log2(texels), 1e-4);
+    envmap_free(&map);
+}
+
 static void footprints_clamp_to_the_levels(void) {
     float z[3] = {0, 0, 1}, none[3] = {0, 0, 0}, tiny[3] = {1e-9f, 0, 0}, huge[3] = {100, 0, 0};
     for (int m = 0; m < MAPPINGS; ++m) {
@@ -550,6 +560,7 @@ int main(void) {
     RUN(mips_of_huge_radiance_stay_finite);
     RUN(a_footprint_of_two_texels_is_level_one);
     RUN(a_footprint_goes_on_over_an_octahedral_edge);
+    RUN(a_footprint_beside_a_pole_is_measured_where_it_is);
     RUN(footprints_clamp_to_the_levels);
     RUN(bad_footprints_are_level_0);
     RUN(footprints_double_level_by_level);

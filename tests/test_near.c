@@ -2,6 +2,7 @@
    Sharp lobes: near sums against the definition, which search_oracle.h writes a second time, for
    every mapping and kind of lobe, on noise, under a sun and beside one lit texel. */
 #define _POSIX_C_SOURCE 200809L
+#define ENVMAP_IMPLEMENTATION
 #include "search_others.h"
 
 /* ----------------------------------------------------------------------------------- tools ---- */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
    What a scene needs, held against what it gets: sizes, bands and slices that are enough, and half of
    them that are not; errors that are expected, and made. */
+#define ENVMAP_IMPLEMENTATION
 #include "helpers.h"
 
 #include "examples/tool/scenes.h"

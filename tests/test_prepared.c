@@ -300,7 +300,7 @@ static void another_source_is_refused(void) {
 }
 
 static void what_cannot_be_prepared_is_refused(void) {
-    static const float radiance[4] = {NAN, INFINITY, -INFINITY, -1};
+    const float radiance[4] = {NAN, INFINITY, -INFINITY, -1};
     envmap_lobe lobe = envmap_lobe_phong(5), bad = envmap_lobe_phong(-1);
     envmap src = sky_of(ENVMAP_CUBE, 32), sliced = black(ENVMAP_CUBE, 8, 1, 2), none = src;
     envmap_filter_desc desc = desc_of(0, 1e-3);
@@ -333,7 +333,7 @@ static void what_cannot_be_prepared_is_refused(void) {
 
 /* ---------------------------------------------------------------------------------- limits ---- */
 
-static const float odd_radiance[6] = {NAN, INFINITY, -INFINITY, -2, 3e38f, -0.0f};
+const float odd_radiance[6] = {NAN, INFINITY, -INFINITY, -2, 3e38f, -0.0f};
 
 /* Such radiance here and there, in single channels and in all of them. */
 static void spoil(envmap *map) {

@@ -3,7 +3,6 @@
    discs with sharp edges, on black, on edges and corners of faces; halves; checks. FAST keeps the
    tolerance in rms for each lobe, and HARMONICS does the same or says that it cannot. The worst
    texel is held to 20 tolerances where nothing is black. */
-#define ENVMAP_IMPLEMENTATION
 #include "helpers.h"
 
 /* ---------------------------------------------------------------------------------- scenes ---- */

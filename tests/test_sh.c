@@ -3,6 +3,7 @@
    projection against the plain sum over texels and against lights in the worst places, convolution
    against quadrature, rotation against its group, nine numbers of irradiance against the exact
    diffuse map, a sun's ringing against its closed form. */
+#define ENVMAP_IMPLEMENTATION
 #include "zonal.h"
 
 /* ----------------------------------------------------------------------------------- tools ---- */

@@ -1,0 +1,98 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# usage: tests/targets.sh [-o docs/targets.md] [TARGET ...]
+# Runs the tests, in their quick form, as other compilers, flags and machines see them, and prints a
+# table of it. A target whose packages are not here passes by and names them. LONG=1 runs the tests
+# that take minutes under an emulator, too.
+cd "$(dirname "$0")/.." || exit 1
+table=
+[ "${1:-}" = -o ] && table=$2 && shift 2
+wanted=" $* "
+build=${BUILD:-build}/targets
+mkdir -p "$build"
+body= names= passed=0 failed=0
+strict='-Wall -Wextra -Wpedantic -Wshadow -Wundef -Werror'
+few='base compare directions pfm mips lobes prepared harmonics search stability_maps'
+more="$few materials hierarchical sh calls threads"
+[ -z "${LONG:-}" ] || few="$more" more="$more filters fast near plan scenes"
+echo 'int main(void) { return 0; }' >"$build/probe.c"
+
+target() { # NAME TESTS PACKAGES CC CFLAGS RUN [LIBS] [STRICT]
+    names="$names $1"
+    [ "$wanted" = '  ' ] || case $wanted in *" $1 "*) ;; *) return ;; esac
+    dir=$build/$1 start=$(date +%s)
+    libs=${7:--lm -lpthread} flags=${8:-$strict}
+    mkdir -p "$dir"
+    $4 $5 "$build/probe.c" -o "$dir/probe" >/dev/null 2>&1 && $6 "$dir/probe" >/dev/null 2>&1 || {
+        echo "target $1 passed by (Debian: $3)"
+        return
+    }
+    tests=
+    for t in $2; do
+        [ ! -e "tests/test_$t.c" ] || tests="$tests $dir/tests/test_$t"
+    done
+    TEST_QUICK=1 make --no-print-directory test BUILD="$dir" COMPILE= TESTS="$tests" CC="$4" \
+        CFLAGS="$5" BODYFLAGS="$body" STRICT="$flags" LIBS="$libs" RUN="$6" JOBS="${JOBS:-2}" >"$dir/log" 2>&1
+    line=$(grep -aE '^[0-9]+ passed, [0-9]+ failed$' "$dir/log" | tail -n 1)
+    [ -n "$line" ] || line='0 passed, 1 failed'
+    passed=$((passed + ${line%% *}))
+    n=${line#*, } failed=$((failed + ${n%% *}))
+    [ "${n%% *}" = 0 ] || grep -aE '^ *FAIL|error:|tests/.*: ' "$dir/log" | head -n 20
+    echo "target $1: $line, $(($(date +%s) - start)) s"
+    version=$($4 --version 2>/dev/null | head -n 1) || version=
+    [ -n "$version" ] || version=$($4 -v 2>&1 | head -n 1)
+    echo "| $1 | $version | \`$5 $body\` | $6 | $line |" >"$dir/row"
+}
+
+qemu() { target "$1" "$few" "gcc-$1-linux-gnu qemu-user" "$1-linux-gnu-gcc" '-O2 -static' "qemu-$1"; }
+
+for cc in gcc-11 gcc-12 gcc-14 clang-13 clang-14 clang-16 clang-19; do
+    target $cc "$more" $cc $cc -O2 ''
+done
+# tcc takes no NAN in a constant initializer.
+target tcc "$(echo "$few" | sed 's/ prepared//')" tcc tcc '' '' '-lm -lpthread' ' '
+# The bodies alone: a test compiled so could not tell what is not finite, and linking so makes small
+# numbers zero. For the same reason not those tests that have bodies of their own.
+open="base compare directions pfm mips search stability_maps materials hierarchical calls"
+body=-Ofast
+target gcc-Ofast "$open" gcc gcc -O2 ''
+body='-O3 -ffast-math' # clang divides by multiplying, so a cube's edges are not exactly at 0 and 1
+target clang-ffast-math "$(echo "$open" | sed 's/ directions//')" clang clang -O2 ''
+body=
+target chars-and-enums "$more" gcc gcc '-O2 -funsigned-char -fshort-enums' ''
+target no-simd "$more" gcc gcc '-O2 -DENVMAP_NO_SIMD' ''
+target m32-sse2 "$more" 'libc6-dev-i386 lib32gcc-12-dev' gcc '-O2 -m32 -msse2 -mfpmath=sse' ''
+target m32-x87 "$more" 'libc6-dev-i386 lib32gcc-12-dev' gcc '-O2 -m32' ''
+qemu aarch64
+qemu riscv64
+qemu s390x # big-endian
+wine=$(command -v wine64 || echo /usr/lib/wine/wine64)
+WINEPREFIX=${WINEPREFIX:-$PWD/$build/wine} WINEDEBUG=-all
+export WINEPREFIX WINEDEBUG
+target mingw64 "$more" 'gcc-mingw-w64-x86-64 wine64' x86_64-w64-mingw32-gcc '-O2 -static' "$wine"
+target wasm32 "$more" 'clang wasi-libc libclang-rt-14-dev-wasm32 lld nodejs' clang \
+    '-O2 --target=wasm32-wasi -D_WASI_EMULATED_PROCESS_CLOCKS' \
+    'node --no-warnings tests/compile/wasi.js' \
+    '-lm -lwasi-emulated-process-clocks -Wl,-z,stack-size=1048576'
+
+# Of every target that has been run here, now or before.
+if [ -n "$table" ]; then
+    {
+        echo '# Targets'
+        echo
+        echo 'The tests, in their quick form, as other compilers, flags and machines see them. `make'
+        echo 'targets` runs them and writes this table; a target whose packages are missing passes by.'
+        echo 'Emulated machines run the tests that take seconds; `make targets LONG=1` runs more. For'
+        echo '`-Ofast` and `-ffast-math` the bodies of the header are compiled so, and the tests are not:'
+        echo 'they could not tell what is not a number. clang then divides by multiplying with the'
+        echo "reciprocal, so coordinates on a cube's edges may miss 0 and 1 by a rounding."
+        echo
+        echo '| target | compiler | flags | run by | tests |'
+        echo '|---|---|---|---|---|'
+        for name in $names; do
+            [ ! -e "$build/$name/row" ] || cat "$build/$name/row"
+        done | sed 's|/usr/lib/wine/||; s/ *`/`/2; s/|  *|/| |/g'
+    } >"$table"
+fi
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]

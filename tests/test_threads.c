@@ -1,0 +1,293 @@
+/* SPDX-License-Identifier: MIT
+   Threads: every call that takes an executor gives the bits of its serial run on threads, backwards,
+   shuffled, nested, and while other threads make the same call with the same source. `make tsan`
+   runs this under the thread sanitizer. */
+#define _POSIX_C_SOURCE 200809L
+#include "helpers.h"
+
+/* ----------------------------------------------------------------------------------- calls ---- */
+
+enum { ROOM = 60000 }; /* floats, for the result of any call */
+
+typedef struct source {
+    envmap map, cube;
+    envmap_prepared prepared;
+    envmap_lobe lobe;
+    double sh[3 * 64];
+} source;
+
+typedef envmap_result call(float *out, const source *s, const envmap_work *work);
+
+static envmap result_map(float *out, int mapping, int size, int slices) {
+    envmap map;
+    memset(&map, 0, sizeof map);
+    map.texels = out, map.mapping = mapping, map.size = size, map.levels = 1, map.slices = slices;
+    return map;
+}
+
+static envmap_result filtered(float *out, const source *s, const envmap_work *work, int method,
+                              envmap_lobe lobe, const envmap_prepared *prepared) {
+    envmap dst = result_map(out, ENVMAP_CUBE, 12, 1);
+    envmap_filter_desc desc = desc_of(method, 1e-3);
+    desc.work = *work, desc.prepared = prepared;
+    return envmap_filter(&dst, &s->map, &lobe, &desc);
+}
+
+static envmap_result reference(float *out, const source *s, const envmap_work *work) {
+    return filtered(out, s, work, ENVMAP_METHOD_REFERENCE, s->lobe, NULL);
+}
+
+static envmap_result hierarchical(float *out, const source *s, const envmap_work *work) {
+    return filtered(out, s, work, ENVMAP_METHOD_HIERARCHICAL, s->lobe, NULL);
+}
+
+static envmap_result fast(float *out, const source *s, const envmap_work *work) {
+    return filtered(out, s, work, ENVMAP_METHOD_FAST, s->lobe, NULL);
+}
+
+static envmap_result sharp(float *out, const source *s, const envmap_work *work) {
+    return filtered(out, s, work, ENVMAP_METHOD_FAST, envmap_lobe_phong(20000), NULL);
+}
+
+static envmap_result prepared(float *out, const source *s, const envmap_work *work) {
+    return filtered(out, s, work, ENVMAP_METHOD_FAST, s->lobe, &s->prepared);
+}
+
+static envmap_result chain(float *out, const source *s, const envmap_work *work) {
+    envmap_lobe lobes[3] = {envmap_lobe_mirror(), envmap_lobe_ggx(0.1f), envmap_lobe_diffuse()};
+    envmap dst = result_map(out, ENVMAP_LATLONG, 16, 2);
+    envmap_filter_desc desc = desc_of(ENVMAP_METHOD_AUTO, 1e-3);
+    dst.levels = 3;
+    desc.work = *work;
+    return envmap_filter_chain(&dst, &s->map, lobes, 3, &desc);
+}
+
+static envmap_result prepare(float *out, const source *s, const envmap_work *work) {
+    envmap_prepared made = {NULL, NULL};
+    envmap_filter_desc desc = desc_of(ENVMAP_METHOD_FAST, 1e-3);
+    desc.work = *work;
+    envmap_result r = envmap_prepare(&made, &s->map, &s->lobe, 1, &desc);
+    if (!r) r = filtered(out, s, work, ENVMAP_METHOD_FAST, s->lobe, &made);
+    envmap_prepared_free(&made);
+    return r;
+}
+
+static envmap_result plan(float *out, const source *s, const envmap_work *work) {
+    envmap dst = result_map(NULL, ENVMAP_CUBE, 12, 1);
+    envmap_filter_desc desc = desc_of(ENVMAP_METHOD_AUTO, 1e-3);
+    envmap_plan made;
+    memset(&made, 0, sizeof made);
+    desc.work = *work;
+    envmap_result r = envmap_filter_plan(&made, &dst, &s->map, &s->lobe, &desc);
+    memcpy(out, &made, sizeof made);
+    return r;
+}
+
+static envmap_result resample(float *out, const source *s, const envmap_work *work) {
+    envmap dst = result_map(out, ENVMAP_ANGULAR, 20, 1);
+    return envmap_resample(&dst, &s->cube, work);
+}
+
+static envmap_result project(float *out, const source *s, const envmap_work *work) {
+    double sh[3 * 64];
+    envmap_result r = envmap_sh_project(sh, 8, &s->map, 0, 0, work);
+    memcpy(out, sh, sizeof sh);
+    if (!r) r = envmap_sh_project(sh, 8, &s->map, 0, 1e-3, work);
+    memcpy(out + 2 * 3 * 64, sh, sizeof sh);
+    return r;
+}
+
+static envmap_result fill_map(float *out, const source *s, const envmap_work *work) {
+    envmap exact = result_map(out, ENVMAP_SPHERE, 16, 1);
+    envmap near_enough = result_map(out + 3 * 256, ENVMAP_SPHERE, 16, 1);
+    envmap_result r = envmap_sh_fill(&exact, 0, 0, s->sh, 8, 0, work);
+    return r ? r : envmap_sh_fill(&near_enough, 0, 0, s->sh, 8, 1e-3, work);
+}
+
+static void glossy(double f[3], const double v[3], const double l[3], void *user) {
+    (void)user;
+    f[0] = f[1] = f[2] = 0.1 + pow(fmax(0, v[2] * l[2] - v[0] * l[0] - v[1] * l[1]), 9);
+}
+
+static envmap_result radiance(float *out, const source *s, const envmap_work *work) {
+    envmap_brdf brdf = {glossy, NULL};
+    envmap_frame frames[40];
+    for (int i = 0; i < 40; ++i) {
+        envmap_frame f = {{0, 0, 1}, {1, 0, 0}, {0.02f * (float)i, 0.1f, 1}};
+        frames[i] = f;
+    }
+    return envmap_radiance(out, &s->map, &brdf, frames, 40, work);
+}
+
+static envmap_result fit(float *out, const source *s, const envmap_work *work) {
+    envmap_brdf brdf = {glossy, NULL};
+    envmap_fit made;
+    memset(&made, 0, sizeof made);
+    made.lobes = 1, made.slices = 3;
+    (void)s;
+    envmap_result r = envmap_fit_brdf(&made, &brdf, work);
+    if (!r) memcpy(out, made.table, 64 * sizeof(float));
+    envmap_fit_free(&made);
+    return r;
+}
+
+static envmap_result ggx_table(float *out, const source *s, const envmap_work *work) {
+    (void)s;
+    return envmap_ggx_table(out, 12, work);
+}
+
+static const struct {
+    const char *name;
+    call *run;
+} calls[] = {{"reference", reference},
+             {"hierarchical", hierarchical},
+             {"fast", fast},
+             {"sharp", sharp},
+             {"prepared", prepared},
+             {"chain", chain},
+             {"prepare", prepare},
+             {"plan", plan},
+             {"resample", resample},
+             {"project", project},
+             {"fill", fill_map},
+             {"radiance", radiance},
+             {"fit", fit},
+             {"ggx_table", ggx_table}};
+enum { CALLS = sizeof calls / sizeof *calls };
+
+static source scene;
+static float expected[CALLS][ROOM];
+
+static int same_as_serial(int c, const envmap_work *work) {
+    float *out = (float *)calloc(ROOM, sizeof *out);
+    int ok = out && !calls[c].run(out, &scene, work) &&
+             !memcmp(out, expected[c], sizeof expected[c]);
+    free(out);
+    if (!ok) printf("    %s\n", calls[c].name);
+    return ok;
+}
+
+/* ------------------------------------------------------------------------------- executors ---- */
+
+static void run_backwards(void *user, envmap_task *task, void *context, int count) {
+    (void)user;
+    for (int i = count - 1; i >= 0; --i) task(context, i);
+}
+
+static void run_shuffled(void *user, envmap_task *task, void *context, int count) {
+    int *order = (int *)malloc((size_t)count * sizeof(int));
+    unsigned long long *state = (unsigned long long *)user;
+    for (int i = 0; i < count; ++i) order[i] = i;
+    for (int i = count - 1; i > 0; --i) {
+        int j = (int)(test_random(state) * (i + 1)), k = order[i];
+        order[i] = order[j], order[j] = k;
+    }
+    for (int i = 0; i < count; ++i) task(context, order[i]);
+    free(order);
+}
+
+typedef struct workers {
+    envmap_task *task;
+    void *context;
+    int first, step, count;
+} workers;
+
+static void *worker(void *user) {
+    const workers *w = (const workers *)user;
+    for (int i = w->first; i < w->count; i += w->step) w->task(w->context, i);
+    return NULL;
+}
+
+static void run_threads(void *user, envmap_task *task, void *context, int count) {
+    pthread_t threads[4];
+    workers w[4];
+    (void)user;
+    for (int k = 0; k < 4; ++k) {
+        workers one = {task, context, k, 4, count};
+        w[k] = one;
+        if (pthread_create(threads + k, NULL, worker, w + k)) exit(1);
+    }
+    for (int k = 0; k < 4; ++k) pthread_join(threads[k], NULL);
+}
+
+/* A task that hands its work to other threads and waits, as pools with nested jobs do. */
+typedef struct nest {
+    envmap_task *task;
+    void *context;
+    int count;
+} nest;
+
+static void half_of(void *user, int half) {
+    const nest *n = (const nest *)user;
+    for (int i = half; i < n->count; i += 2) n->task(n->context, i);
+}
+
+static void run_nested(void *user, envmap_task *task, void *context, int count) {
+    nest n = {task, context, count};
+    run_threads(user, half_of, &n, 2);
+}
+
+static void check_calls(void (*run)(void *, envmap_task *, void *, int)) {
+    unsigned long long state = 5;
+    envmap_work work;
+    memset(&work, 0, sizeof work);
+    work.executor.user = &state, work.executor.run = run;
+    for (int c = 0; c < CALLS; ++c) CHECK(same_as_serial(c, &work));
+}
+
+/* ----------------------------------------------------------------------------------- tests ---- */
+
+static void every_call_does_its_work_serially(void) {
+    envmap_work none;
+    memset(&none, 0, sizeof none);
+    for (int c = 0; c < CALLS; ++c) {
+        size_t set = 0;
+        CHECK(calls[c].run(expected[c], &scene, &none) == ENVMAP_OK);
+        for (int i = 0; i < ROOM; ++i) set += expected[c][i] > 0 || expected[c][i] < 0;
+        CHECK(set > 3);
+    }
+}
+
+static void backwards_it_is_the_same(void) { check_calls(run_backwards); }
+
+static void shuffled_it_is_the_same(void) { check_calls(run_shuffled); }
+
+static void on_threads_it_is_the_same(void) { check_calls(run_threads); }
+
+static void nested_it_is_the_same(void) { check_calls(run_nested); }
+
+static void *call_all(void *user) {
+    int *wrong = (int *)user;
+    envmap_work work;
+    memset(&work, 0, sizeof work);
+    if (*wrong) work.executor.run = run_threads;
+    *wrong = 0;
+    for (int c = 0; c < CALLS; ++c) *wrong += !same_as_serial(c, &work);
+    return NULL;
+}
+
+/* Three threads, one of them with an executor of its own, and one source. */
+static void callers_on_several_threads_do_not_meet(void) {
+    pthread_t threads[3];
+    int wrong[3] = {0, 1, 0};
+    for (int k = 0; k < 3; ++k) CHECK(!pthread_create(threads + k, NULL, call_all, wrong + k));
+    for (int k = 0; k < 3; ++k) CHECK(!pthread_join(threads[k], NULL) && wrong[k] == 0);
+}
+
+int main(void) {
+    int live = oracle_live;
+    scene.map = smooth(ENVMAP_LATLONG, 32), scene.cube = noise(ENVMAP_CUBE, 24, 3);
+    scene.map.texels[777] = 300;
+    scene.lobe = envmap_lobe_phong(60);
+    if (envmap_prepare(&scene.prepared, &scene.map, &scene.lobe, 1, NULL)) return 1;
+    if (envmap_sh_project(scene.sh, 8, &scene.map, 0, 0, NULL)) return 1;
+    RUN(every_call_does_its_work_serially);
+    RUN(backwards_it_is_the_same);
+    RUN(shuffled_it_is_the_same);
+    RUN(on_threads_it_is_the_same);
+    RUN(nested_it_is_the_same);
+    RUN(callers_on_several_threads_do_not_meet);
+    envmap_prepared_free(&scene.prepared);
+    envmap_free(&scene.map), envmap_free(&scene.cube);
+    return test_summary() || oracle_live != live;
+}
