@@ -105,7 +105,7 @@ static envmap scene_of(int scene, int mapping, int size) {
 }
 
 /* Sizes of about a tenth of a radian a texel: the least that are worth a transform. */
-static const int fast_size[ENVMAP_MAPPING_COUNT] = {16, 32, 40, 28, 40};
+static const int fast_size[ENVMAP_MAPPING_COUNT] = {16, 32, 40, 28, 40, 40};
 
 /* ----------------------------------------------------------------------------------- lobes ---- */
 
@@ -487,7 +487,8 @@ static void a_cluster_of_lights_is_its_texels(void) {
 /* Sources large enough for lobes with kinks too; a rim's texels are points of their own. */
 static void a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance(void) {
     static const double at[3][3] = {{0.8, -0.6, 0.003}, {0.01, 0.02, 1}, {0.01, 0.02, -1}};
-    static const int sizes[ENVMAP_MAPPING_COUNT] = {48, 64, 128, 128, 128}, lobes[3] = {0, 11, 12};
+    static const int sizes[ENVMAP_MAPPING_COUNT] = {48, 64, 128, 128, 128, 117},
+                     lobes[3] = {0, 11, 12};
     for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping)
         for (int i = 0; i < 3; ++i) {
             miss all = {0, 0};
