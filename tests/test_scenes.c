@@ -133,6 +133,8 @@ static void a_lamp_across_an_edge_or_a_pole_keeps_the_tolerance(void) {
     hold_all("lamp on a corner", lamp, ENVMAP_CUBE, 6, 1, 2, 1);
     aim(0, 1, 0.02, 0.2);
     hold_all("lamp on a pole", lamp, ENVMAP_LATLONG, 6, 0, 2, 1);
+    aim(0.02, -0.7, 0.72, 0.2);
+    hold_all("lamp on a folded edge", lamp, ENVMAP_OCTAHEDRAL, 6, 0, 2, 1);
 }
 
 static void a_black_disc_keeps_the_tolerance(void) {

@@ -195,7 +195,7 @@ static double over_tolerance(envmap *map, int bands, double tolerance, int light
 }
 
 static void points_keep_the_tolerance(void) {
-    static const int sizes[] = {96, 120, 140, 90, 150};
+    static const int sizes[MAPPINGS] = {96, 120, 140, 90, 150, 150};
     for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping) {
         envmap map = map_of(mapping, sizes[mapping]);
         double lit = 0, noise = 0;

@@ -143,7 +143,7 @@ static inline void method_plain_levels(envmap *map) {
 
 /* The edge, a power of two, at which a map of another parameterization loses nothing. */
 static inline int method_size_for(const envmap *src, int mapping) {
-    static const double per_edge[] = {6, 1.5708, 0.7854, 2, 0.7854}; /* texels / edge^2 */
+    static const double per_edge[] = {6, 1.5708, 0.7854, 2, 0.7854, 1}; /* texels / edge^2 */
     double texels = per_edge[src->mapping] * src->size * src->size;
     int size = 1;
     if (src->mapping == (int)mapping) return src->size;
