@@ -4087,7 +4087,7 @@ static envmap_result envmapi_clusters_create(envmapi_transform *t, double reach,
     t->clusters = (envmapi_cluster *)envmapi_pool_get(pool, (size_t)n + 1, sizeof(envmapi_cluster));
     t->cluster_count = 0;
     if (!t->sorted || !t->clusters) return ENVMAP_ERROR_MEMORY;
-    memcpy(t->sorted, t->lights, (size_t)n * sizeof *t->sorted);
+    if (n) memcpy(t->sorted, t->lights, (size_t)n * sizeof *t->sorted);
     for (int first = 0, end; first < n; first = end) {
         envmapi_cluster *cluster = t->clusters + t->cluster_count++;
         double sum[3] = {0, 0, 0};
