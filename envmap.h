@@ -155,7 +155,9 @@ typedef struct envmap_progress {
     int (*report)(void *user, float fraction);
 } envmap_progress;
 
-/* How a long call works. NULL or all zero: serial, silent, the default heap. */
+/* How a long call works. NULL or all zero: serial, silent, the default heap. Neither a call nor a
+   task on an executor's thread takes more than 16 KB of stack in optimised code, beside that of the
+   caller's functions.  Test: tests/test_stack.c. */
 typedef struct envmap_work {
     envmap_executor executor; /* run NULL: serial                                                 */
     envmap_progress progress; /* report NULL: none                                                */
@@ -467,8 +469,8 @@ ENVMAP_API envmap_result envmap_sh_rotate(double *out, const double *sh, int ban
 ENVMAP_API envmap_result envmap_sh_window(double *out, double *moved, const double *sh, int bands,
                                           const envmap_lobe *lobe, double p);
 
-/* The number of bands L (1 .. 4096; 0 for bad arguments) beyond which the scene, filtered with the
-   lobe, has no more than `tolerance` of its rms:
+/* The number of bands L (1 .. 4096; 0 for bad arguments, or without 32 KB of memory, context NULL)
+   beyond which the scene, filtered with the lobe, has no more than `tolerance` of its rms:
    sum_(l>=L) lambda_l^2 |a_l|^2 <= tolerance^2 * sum of all; 4096 also when more would be needed.
    sh, bands  the scene as far as it is known; from there on it is taken as flat as a light, each
               coefficient as large as those of the last band. NULL, 0: one light, the lobe alone.
@@ -3097,7 +3099,7 @@ typedef struct envmapi_rings {
     size_t count, room;
     double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
-    const double *lambda;     /* per band, for the way back */
+    double *lambda;           /* per band, for the way back */
     double *work;             /* a task's part: envmapi_rings_work */
     unsigned short *reach;    /* the spreading tasks that each line of points concerns; NULL: one */
     size_t line, lines;       /* lines of so many points; others follow */
@@ -4194,7 +4196,7 @@ static envmap_result envmapi_clusters_create(envmapi_transform *t, double reach,
     t->clusters = (envmapi_cluster *)envmapi_pool_get(pool, (size_t)n + 1, sizeof(envmapi_cluster));
     t->cluster_count = 0;
     if (!t->sorted || !t->clusters) return ENVMAP_ERROR_MEMORY;
-    memcpy(t->sorted, t->lights, (size_t)n * sizeof *t->sorted);
+    if (n) memcpy(t->sorted, t->lights, (size_t)n * sizeof *t->sorted);
     for (int first = 0, end; first < n; first = end) {
         envmapi_cluster *cluster = t->clusters + t->cluster_count++;
         double sum[3] = {0, 0, 0};
@@ -4386,9 +4388,12 @@ static envmap_result envmapi_fill_texels(envmapi_transform *t, const envmap_work
 #define ENVMAPI_SH_LIMIT  1e108 /* of what coefficients below 1e100 can reach */
 #define ENVMAPI_SH_FLOATS 1e-6  /* the least tolerance that floats keep */
 
+#define ENVMAPI_SH_POINTS 32 /* a multiple of 8; more take more stack */
+
 /* Points with directions and energies; N_m (x+iy)^m for the m at hand, with sqrt 2 for m > 0. */
 typedef struct envmapi_sh_points {
-    double x[64], y[64], z[64], e[3][64], powers[2][64];
+    double x[ENVMAPI_SH_POINTS], y[ENVMAPI_SH_POINTS], z[ENVMAPI_SH_POINTS];
+    double e[3][ENVMAPI_SH_POINTS], powers[2][ENVMAPI_SH_POINTS];
     double A[ENVMAPI_SH_BANDS + 1], B[ENVMAPI_SH_BANDS + 1]; /* envmapi_legendre_factors */
     int count;
 } envmapi_sh_points;
@@ -4427,9 +4432,9 @@ static int envmapi_sh_points_order(envmapi_sh_points *n, int m, int bands) {
 
 /* sh += sum of e Y_lm over the points. */
 static void envmapi_sh_scatter(double *sh, int bands, envmapi_sh_points *n) {
-    double F[6][64];
+    double F[6][ENVMAPI_SH_POINTS];
     for (int m = 0; m < bands && n->count; ++m) {
-        envmapi_double8 now[8], before[8];
+        envmapi_double8 now[ENVMAPI_SH_POINTS / 8], before[ENVMAPI_SH_POINTS / 8];
         int all = envmapi_sh_points_order(n, m, bands);
         memset(before, 0, sizeof before), memset(now, 0, sizeof now);
         for (int i = 0; i < all; ++i) {
@@ -4554,11 +4559,11 @@ static int envmapi_sh_job_of(envmapi_sh_job *job, const envmap *map, int slice, 
     return 1;
 }
 
-/* Texels x0 .. x0+63 of row y, on every face: each as it is, to sums; or without sums, filled. */
+/* Texels x0 .. x0+31 of row y, on every face: each as it is, to sums; or without sums, filled. */
 static void envmapi_sh_texels(const envmapi_sh_job *job, double *sums, int x0, int y) {
-    double at[64][2], w[64];
+    double at[ENVMAPI_SH_POINTS][2], w[ENVMAPI_SH_POINTS];
     int mapping = job->map.mapping, edge = job->map.size, width = envmapi_width(mapping, edge);
-    int count = width - x0 < 64 ? width - x0 : 64;
+    int count = width - x0 < ENVMAPI_SH_POINTS ? width - x0 : ENVMAPI_SH_POINTS;
     for (int i = 0; i < count; ++i) {
         at[i][0] = (x0 + i + 0.5) / width, at[i][1] = (y + 0.5) / edge;
         w[i] = sums ? envmapi_texel_cell(at[i], mapping, edge, x0 + i, y) : 1;
@@ -4587,7 +4592,7 @@ static void envmapi_task_sh(void *context, int task) {
     size_t numbers = 3 * (size_t)(job->bands * job->bands);
     double *sums = job->sums ? job->sums + (size_t)task * numbers : NULL;
     for (int y = task; y < job->map.size; y += ENVMAPI_TASKS)
-        for (int x = 0; x < envmapi_width(job->map.mapping, job->map.size); x += 64)
+        for (int x = 0; x < envmapi_width(job->map.mapping, job->map.size); x += ENVMAPI_SH_POINTS)
             envmapi_sh_texels(job, sums, x, y);
 }
 
@@ -4734,10 +4739,11 @@ static int envmapi_is_orthogonal(const double R[9]) {
     return 1;
 }
 
-/* Up to 64 points of those that divide the ring at height z into n, from the k-th to before end. */
+/* Points that divide the ring at height z into n: from the k-th on, as many as there is room for
+   before `end`. */
 static void envmapi_sh_ring(envmapi_sh_points *ring, double z, int n, int k, int end) {
     double sine = sqrt(1 - z * z);
-    for (ring->count = 0; k < end && ring->count < 64; ++k) {
+    for (ring->count = 0; k < end && ring->count < ENVMAPI_SH_POINTS; ++k) {
         double phi = 2 * ENVMAPI_PI * k / n, d[3] = {sine * cos(phi), sine * sin(phi), z};
         envmapi_sh_points_add(ring, d);
     }
@@ -4754,7 +4760,7 @@ ENVMAPI_BODY envmap_result envmap_sh_rotate(double *out, const double *sh, int b
     memset(out, 0, 3 * (size_t)(bands * bands) * sizeof *out);
     for (int j = 0; j < bands; ++j) {
         double z, weight = envmapi_gauss_many(&z, j, bands) * 2 * ENVMAPI_PI / n;
-        for (int k = 0; k < n; k += 64) {
+        for (int k = 0; k < n; k += ENVMAPI_SH_POINTS) {
             envmapi_sh_ring(&ring, z, n, k, n);
             envmapi_sh_gather(&ring, sh, bands, NULL);
             for (int i = 0; i < ring.count; ++i) {
@@ -4808,38 +4814,37 @@ static void envmapi_ringing_values(const envmapi_ringing *r, envmapi_sh_points *
     }
 }
 
-/* From d down to where the value is lowest: the best of 8 steps, or half the step. Ends where what
-   lies within a step cannot be below zero, as channels bend by bands^2 times their most. */
-static double envmapi_ringing_descend(const envmapi_ringing *r, double d[3], double lowest) {
-    double step = 0.4 / r->bands, bend = r->bands * r->bands * r->most;
+/* From d, whose value is d[3], down to where the value is lowest: the best of 8 steps, or half the
+   step. Ends where what lies within a step cannot be below zero, as channels bend by bands^2 times
+   their most. n: room to work in. */
+static double envmapi_ringing_descend(const envmapi_ringing *r, envmapi_sh_points *n, double d[4]) {
+    double step = 0.4 / r->bands, bend = r->bands * r->bands * r->most, lowest = d[3];
     for (int moves = 0; moves < 400 && step > 1e-6 && lowest < step * step * bend; ++moves) {
         int best = -1;
-        envmapi_sh_points n;
-        for (n.count = 0; n.count < 8;) { /* corners of a cube about d */
+        for (n->count = 0; n->count < 8;) { /* corners of a cube about d */
             double e[3];
-            for (int i = 0; i < 3; ++i) e[i] = d[i] + (n.count >> i & 1 ? step : -step);
+            for (int i = 0; i < 3; ++i) e[i] = d[i] + (n->count >> i & 1 ? step : -step);
             envmapi_unit(e, e);
-            envmapi_sh_points_add(&n, e);
+            envmapi_sh_points_add(n, e);
         }
-        envmapi_ringing_values(r, &n);
+        envmapi_ringing_values(r, n);
         for (int i = 0; i < 8; ++i) /* 1e-10: no walks along a valley */
-            if (n.e[0][i] < lowest - 1e-10) lowest = n.e[0][i], best = i;
+            if (n->e[0][i] < lowest - 1e-10) lowest = n->e[0][i], best = i;
         if (best < 0) step /= 2;
-        else d[0] = n.x[best], d[1] = n.y[best], d[2] = n.z[best];
+        else d[0] = n->x[best], d[1] = n->y[best], d[2] = n->z[best];
     }
     return lowest;
 }
 
 /* The least mu, to 1e-4, from where on the value in direction d is not below zero. Beyond log(4
    most) none is: what is not the mean, 1/sqrt(4 pi), is at most exp(-mu) most there. */
-static void envmapi_ringing_raise(envmapi_ringing *r, const double d[3]) {
+static void envmapi_ringing_raise(envmapi_ringing *r, envmapi_sh_points *n, const double d[3]) {
     double low = fmax(r->mu, 1e-9), high = log(4 * r->most);
-    envmapi_sh_points n;
-    envmapi_sh_points_one(&n, d);
+    envmapi_sh_points_one(n, d);
     while (high - low > 1e-4 * high) {
         envmapi_ringing_window(r, (low + high) / 2);
-        envmapi_ringing_values(r, &n);
-        if (n.e[0][0] < 0) low = r->mu;
+        envmapi_ringing_values(r, n);
+        if (n->e[0][0] < 0) low = r->mu;
         else high = r->mu;
     }
     envmapi_ringing_window(r, 1.0001 * high);
@@ -4848,18 +4853,26 @@ static void envmapi_ringing_raise(envmapi_ringing *r, const double d[3]) {
 /* Downhill from every point of rings, 8 to the shortest wave, that is the lowest of its neighbours
    or its ring's first. Returns 1 when mu was raised. */
 static int envmapi_ringing_look(envmapi_ringing *r) {
-    int rings = 4 * r->bands, around = 8 * r->bands, raised = 0;
+    int rings = 4 * r->bands, around = 8 * r->bands, raised = 0, room = ENVMAPI_SH_POINTS;
     envmapi_sh_points n;
     for (int j = 0; j < rings; ++j)
-        for (int k = 0; k < around; k += 62) { /* 64 points have the neighbours of 62 */
+        for (int k = 0; k < around; k += room - 2) { /* the others are neighbours */
+            double low[ENVMAPI_SH_POINTS][4];
+            int lows = 0;
             envmapi_sh_ring(&n, cos(ENVMAPI_PI * (j + 0.5) / rings), around, k - 1, around + 1);
             envmapi_ringing_values(r, &n);
             for (int i = 1; i + 1 < n.count; ++i) {
-                double d[3] = {n.x[i], n.y[i], n.z[i]}, *value = n.e[0] + i;
-                if (k + i > 1 && !(*value < value[-1] && *value <= value[1])) continue;
-                if (!(envmapi_ringing_descend(r, d, *value) < -1e-12)) continue; /* rounding */
-                envmapi_ringing_raise(r, d);
-                envmapi_ringing_values(r, &n);
+                double at[4] = {n.x[i], n.y[i], n.z[i], n.e[0][i]};
+                if (k + i > 1 && !(at[3] < n.e[0][i - 1] && at[3] <= n.e[0][i + 1])) continue;
+                memcpy(low[lows++], at, sizeof at);
+            }
+            for (int i = 0; i < lows; ++i) {
+                if (i && raised) { /* what is there now */
+                    envmapi_sh_points_one(&n, low[i]);
+                    envmapi_ringing_values(r, &n), low[i][3] = n.e[0][0];
+                }
+                if (!(envmapi_ringing_descend(r, &n, low[i]) < -1e-12)) continue; /* rounding */
+                envmapi_ringing_raise(r, &n, low[i]);
                 raised = 1;
             }
         }
@@ -4889,12 +4902,9 @@ ENVMAPI_BODY envmap_result envmap_sh_window(double *out, double *moved, const do
 
 /* ---- how many bands */
 
-ENVMAPI_BODY int envmap_sh_bands(const envmap_lobe *lobe, double p, const double *sh, int bands,
-                                 double tolerance) {
-    double power[ENVMAPI_BAND_LIMIT]; /* first lambda, then what the filter leaves of a band */
-    if ((sh || bands) && envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT)) return 0;
-    if (!envmapi_finite(tolerance) || tolerance < 0 || envmap_lobe_zonal(power, 1, lobe, p))
-        return 0;
+/* power: room for ENVMAPI_BAND_LIMIT, first lambda, then what the filter leaves of a band. */
+static int envmapi_sh_bands(double *power, const envmap_lobe *lobe, double p, const double *sh,
+                            int bands, double tolerance) {
     envmap_lobe raw = *lobe;
     raw.raw = 1, raw.scale = 1;
     double light = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, p, 2);
@@ -4914,6 +4924,18 @@ ENVMAPI_BODY int envmap_sh_bands(const envmap_lobe *lobe, double p, const double
         if (l < n) return l + 1;
         if (n == ENVMAPI_BAND_LIMIT) return n;
     }
+}
+
+ENVMAPI_BODY int envmap_sh_bands(const envmap_lobe *lobe, double p, const double *sh, int bands,
+                                 double tolerance) {
+    double first;
+    if ((sh || bands) && envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT)) return 0;
+    if (!envmapi_finite(tolerance) || tolerance < 0 || envmap_lobe_zonal(&first, 1, lobe, p))
+        return 0;
+    double *power = (double *)ENVMAP_MALLOC(NULL, ENVMAPI_BAND_LIMIT * sizeof *power);
+    int needed = power ? envmapi_sh_bands(power, lobe, p, sh, bands, tolerance) : 0;
+    ENVMAP_FREE(NULL, power);
+    return needed;
 }
 
 /* ---- for shaders */
@@ -5474,14 +5496,16 @@ static void envmapi_hier_filter(envmapi_axis *axis, const void *method) {
 static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
                                                  const envmap_lobe *lobe,
                                                  const envmap_filter_desc *desc) {
-    envmapi_hier h;
     envmapi_axes axes;
-    memset(&h, 0, sizeof h), memset(&axes, 0, sizeof axes);
-    h.asked = desc->threshold;
-    axes.dst = dst, axes.axis.lobe = lobe, axes.method = &h;
+    envmapi_hier *h = (envmapi_hier *)ENVMAP_MALLOC(desc->work.memory, sizeof *h);
+    if (!h) return ENVMAP_ERROR_MEMORY;
+    memset(h, 0, sizeof *h), memset(&axes, 0, sizeof axes);
+    h->asked = desc->threshold;
+    axes.dst = dst, axes.axis.lobe = lobe, axes.method = h;
     axes.prepare = envmapi_hier_prepare, axes.filter = envmapi_hier_filter;
     envmap_result result = envmapi_axes_run(&axes, src, desc);
-    envmapi_pool_free(&h.tree.pool, 0);
+    envmapi_pool_free(&h->tree.pool, 0);
+    ENVMAP_FREE(desc->work.memory, h);
     return result;
 }
 
@@ -7179,15 +7203,15 @@ static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lob
         spec->sigma = fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, all)));
     if (spec->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)spec->slices;
-    spec->slice = (envmapi_slice *)envmapi_pool_get(pool, n, sizeof(envmapi_slice));
-    double *lambda = (double *)envmapi_pool_get(pool, ENVMAPI_FAST_BANDS * n, sizeof(double));
+    size_t each = sizeof(envmapi_slice) + ENVMAPI_FAST_BANDS * sizeof(double);
+    spec->slice = (envmapi_slice *)envmapi_pool_get(pool, n, each); /* and lambda_l of all */
     spec->angles = (envmapi_angles *)envmapi_pool_get(pool, 1, sizeof(envmapi_angles));
-    if (!spec->slice || !lambda || !spec->angles) *result = ENVMAP_ERROR_MEMORY;
+    if (!spec->slice || !spec->angles) *result = ENVMAP_ERROR_MEMORY;
     if (!*result) envmapi_angles_fill(spec->angles);
     for (int k = 0; k < spec->slices && !*result; ++k) {
         envmapi_slice *slice = spec->slice + k;
         slice->p = envmapi_slice_p(lobe, k, all);
-        slice->lambda = lambda + (size_t)k * ENVMAPI_FAST_BANDS;
+        slice->lambda = (double *)(spec->slice + n) + (size_t)k * ENVMAPI_FAST_BANDS;
         if (!envmapi_zonal(slice->lambda, 1, lobe, slice->p)) slice->lambda[0] = 0;
         spec->brightest = fmax(spec->brightest, fabs(slice->lambda[0]));
     }
@@ -7277,10 +7301,10 @@ static int envmapi_antipodes(const envmap *map, int dst, int src) {
 static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec *spec,
                                        const envmapi_slice *slice, int k, int opposite,
                                        const envmap_work *work) {
-    double lambda[ENVMAPI_FAST_BANDS], angles[2 + ENVMAPI_KINKS];
+    double angles[2 + ENVMAPI_KINKS];
     for (int l = 0; l < spec->L; ++l)
-        lambda[l] = opposite && l % 2 ? -slice->lambda[l] : slice->lambda[l];
-    t->rings.lambda = lambda, t->lobe = spec->lobe;
+        t->rings.lambda[l] = opposite && l % 2 ? -slice->lambda[l] : slice->lambda[l];
+    t->lobe = spec->lobe;
     t->out = envmapi_image(spec->dst, 0, k, 0);
     t->p = opposite ? -slice->p : slice->p;
     t->positive = envmapi_lobe_nonnegative(spec->lobe, t->p);
@@ -7342,6 +7366,8 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
             t = &own;
         }
         t->rings.bands = L, t->lobe = spec->lobe;
+        t->rings.lambda = (double *)envmapi_pool_get(pool, ENVMAPI_FAST_BANDS, sizeof(double));
+        if (!result && !t->rings.lambda) result = ENVMAP_ERROR_MEMORY;
         if (!result)
             result = envmapi_clusters_create(
                 t, ENVMAPI_CLUSTER * spec->sigma * sqrt(spec->tolerance), pool);
@@ -7607,13 +7633,15 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
 ENVMAPI_BODY envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
                                                const envmap_lobe *lobes, int count,
                                                const envmap_filter_desc *desc) {
-    envmapi_job job;
     envmap_filter_desc own;
     if (!dst || count > dst->levels || !envmapi_desc(&own, desc)) return ENVMAP_ERROR_ARGUMENT;
-    envmap_result result = envmapi_job_open(&job, dst, src, lobes, count, &own);
-    if (!result) result = envmapi_job_stage(&job, dst);
+    envmapi_job *job = (envmapi_job *)ENVMAP_MALLOC(own.work.memory, sizeof *job);
+    if (!job) return ENVMAP_ERROR_MEMORY;
+    envmap_result result = envmapi_job_open(job, dst, src, lobes, count, &own);
+    if (!result) result = envmapi_job_stage(job, dst);
     if (!result) dst->p0 = lobes[0].p0, dst->p1 = lobes[0].p1;
-    envmapi_pool_free(&job.pool, 0);
+    envmapi_pool_free(&job->pool, 0);
+    ENVMAP_FREE(own.work.memory, job);
     return result;
 }
 
@@ -7683,10 +7711,11 @@ ENVMAPI_BODY envmap_result envmap_prepare(envmap_prepared *prepared, const envma
 typedef struct envmapi_power {
     const envmap_lobe *lobe;
     double tolerance, *sh, finest; /* sh: the scene's a_lm, l < known; finest: where it ends */
-    double scene[ENVMAPI_FAST_BANDS + 1]; /* |a_l|^2 / (2l+1): a light's is the same in all bands */
-    double gain[ENVMAPI_FAST_BANDS + 1];  /* (2l+1) lambda_l^2, the mean of the slices */
-    double P[ENVMAPI_FAST_BANDS + 1];     /* scene times gain */
-    int known, bands, needed;             /* needed: what P_l says; 0: there is no scene */
+    double *scene; /* |a_l|^2 / (2l+1): a light's is the same in all bands */
+    double *gain;  /* (2l+1) lambda_l^2, the mean of the slices */
+    double *P;     /* scene times gain */
+    int known, bands, needed;  /* needed: what P_l says; 0: there is no scene */
+    envmapi_sh_points *points; /* room for the lights */
 } envmapi_power;
 
 static double envmapi_rms(double part, double whole) { return whole > 0 ? sqrt(part / whole) : 0; }
@@ -7698,17 +7727,17 @@ static double envmapi_power_from(const envmapi_power *d, int from) {
     return sum;
 }
 
-/* What the lobe leaves of each band, over at most five slices; 0 where it fails. */
-static int envmapi_power_lobe(envmapi_power *d, int slices) {
-    double lambda[ENVMAPI_FAST_BANDS];
-    envmapi_slice slice;
+/* What the lobe leaves of each band, over at most five slices; 0 where it fails. The slice and its
+   lambda are room to work in. */
+static int envmapi_power_lobe(envmapi_power *d, int slices, envmapi_slice *slice) {
     int n = d->lobe->p0 == d->lobe->p1 ? 1 : slices < 5 ? slices : 5;
-    memset(d->gain, 0, sizeof d->gain), slice.lambda = lambda;
+    memset(d->gain, 0, ((size_t)d->bands + 1) * sizeof *d->gain);
     for (int k = 0; k < n; ++k) {
-        slice.p = envmapi_slice_p(d->lobe, k, n);
-        if (!envmapi_slice_lambda(&slice, d->lobe, d->bands)) return 0;
-        for (int l = 0; l < d->bands; ++l) d->gain[l] += (2 * l + 1) * lambda[l] * lambda[l] / n;
-        d->gain[d->bands] += slice.tail / n;
+        slice->p = envmapi_slice_p(d->lobe, k, n);
+        if (!envmapi_slice_lambda(slice, d->lobe, d->bands)) return 0;
+        for (int l = 0; l < d->bands; ++l)
+            d->gain[l] += (2 * l + 1) * slice->lambda[l] * slice->lambda[l] / n;
+        d->gain[d->bands] += slice->tail / n;
     }
     return 1;
 }
@@ -7733,10 +7762,14 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     d->known = spec->L ? (int)envmapi_clamp(spec->L, 12, ENVMAPI_SH_BANDS) : 24;
     d->bands = spec->L ? spec->known : ENVMAPI_FAST_BANDS;
     d->finest = spec->L ? HUGE_VAL : ENVMAPI_PI / envmapi_texel_extent(job->src);
-    size_t numbers = 3 * (size_t)(d->known * d->known);
-    d->sh = (double *)envmapi_pool_get(&job->pool, numbers, sizeof(double));
-    if (!d->sh) return ENVMAP_ERROR_MEMORY;
-    if (!envmapi_power_lobe(d, job->views[0].slices)) return ENVMAP_ERROR_LOBE;
+    size_t numbers = 3 * (size_t)(d->known * d->known), bands = ENVMAPI_FAST_BANDS + 1;
+    envmapi_slice *slice = (envmapi_slice *)envmapi_pool_get(&job->pool, 1, sizeof *slice);
+    d->sh = (double *)envmapi_pool_get(&job->pool, numbers + 4 * bands, sizeof(double));
+    d->points = (envmapi_sh_points *)envmapi_pool_get(&job->pool, 1, sizeof *d->points);
+    if (!d->sh || !slice || !d->points) return ENVMAP_ERROR_MEMORY;
+    d->scene = d->sh + numbers, d->gain = d->scene + bands, d->P = d->gain + bands;
+    slice->lambda = d->P + bands;
+    if (!envmapi_power_lobe(d, job->views[0].slices, slice)) return ENVMAP_ERROR_LOBE;
     envmap_result result =
         envmap_sh_project(d->sh, d->known, job->src, 0, tolerance, &job->desc.work);
     if (result) return result;
@@ -7744,16 +7777,16 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
 }
 
-/* The scene without the lights that are summed apart, 64 at a time. */
+/* The scene without the lights that are summed apart. */
 static void envmapi_power_unlit(envmapi_power *d, const envmapi_scene *s) {
-    envmapi_sh_points n;
+    envmapi_sh_points *n = d->points;
     for (int i = 0; i < s->light_count;) {
-        for (n.count = 0; n.count < 64 && i < s->light_count; ++i) {
+        for (n->count = 0; n->count < ENVMAPI_SH_POINTS && i < s->light_count; ++i) {
             for (int c = 0; c < 3; ++c)
-                n.e[c][n.count] = -ldexp(s->lights[i].value[c], s->in.exponent);
-            envmapi_sh_points_add(&n, s->lights[i].d);
+                n->e[c][n->count] = -ldexp(s->lights[i].value[c], s->in.exponent);
+            envmapi_sh_points_add(n, s->lights[i].d);
         }
-        envmapi_sh_scatter(d->sh, d->known, &n);
+        envmapi_sh_scatter(d->sh, d->known, n);
     }
     envmapi_power_scene(d);
 }
@@ -7825,23 +7858,22 @@ static int envmapi_lookups_hold(void *user, int size) {
 
 /* ---- how many slices */
 
-#define ENVMAPI_PROFILE 2048
+#define ENVMAPI_PROFILE 2048 /* angles of a lone light */
 
-/* Numbers whose squares add up to the power of the slice at p: of as many of the scene's bands as
-   are needed, or where there is no scene, of a lone light at as many angles. Returns how many; 0
-   where the lobe fails. */
-static int envmapi_profile(double *v, const envmapi_power *d, double p) {
-    double x[ENVMAPI_PROFILE];
-    int bands = d->needed < 128 ? d->needed : 128;
-    if (bands) {
-        if (!envmapi_zonal(v, bands, d->lobe, p)) return 0;
-        for (int l = 0; l < bands; ++l) v[l] *= sqrt((2 * l + 1) * d->scene[l]);
-        return bands;
-    }
-    for (int j = 0; j < ENVMAPI_PROFILE; ++j) x[j] = cos(ENVMAPI_PI * (j + 0.5) / ENVMAPI_PROFILE);
-    envmapi_k_many(v, x, ENVMAPI_PROFILE, d->lobe, p);
-    for (int j = 0; j < ENVMAPI_PROFILE; ++j) v[j] *= sqrt(sqrt(1 - x[j] * x[j]));
-    return ENVMAPI_PROFILE;
+/* Up to 128 numbers from the first-th on, whose squares add up to the power of the slice at p: of
+   as many of the scene's bands as are needed, or where there is no scene, of a lone light at many
+   angles. Returns how many; 0 after the last, or where the lobe fails. */
+static int envmapi_profile(double *v, const envmapi_power *d, double p, int first) {
+    double x[128];
+    int bands = first ? 0 : d->needed < 128 ? d->needed : 128;
+    if (bands && !envmapi_zonal(v, bands, d->lobe, p)) return 0;
+    for (int l = 0; l < bands; ++l) v[l] *= sqrt((2 * l + 1) * d->scene[l]);
+    if (d->needed) return bands;
+    if (first >= ENVMAPI_PROFILE) return 0;
+    for (int j = 0; j < 128; ++j) x[j] = cos(ENVMAPI_PI * (first + j + 0.5) / ENVMAPI_PROFILE);
+    envmapi_k_many(v, x, 128, d->lobe, p);
+    for (int j = 0; j < 128; ++j) v[j] *= sqrt(sqrt(1 - x[j] * x[j]));
+    return 128;
 }
 
 /* Relative rms, over all p, of what lookups between n slices lose, at values of p that are denser
@@ -7849,18 +7881,21 @@ static int envmapi_profile(double *v, const envmapi_power *d, double p) {
 static double envmapi_slices_error(const envmapi_power *d, int n) {
     const envmap_lobe *lobe = d->lobe;
     int samples = d->needed ? 24 : n < 24 ? 96 : n < 512 ? 4 * n : 2048;
-    double k[ENVMAPI_PROFILE], k_low[ENVMAPI_PROFILE], k_high[ENVMAPI_PROFILE], lost = 0, total = 0;
+    double k[128], k_low[128], k_high[128], lost = 0, total = 0;
     for (int i = 0; i < samples; ++i) {
         double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
         double part = 0.5 - 0.5 * cos(t), at = envmapi_clamp(part * n - 0.5, 0, n - 1);
         double p = (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * part;
-        int low = (int)at, high = low + 1 < n ? low + 1 : low, count = envmapi_profile(k, d, p);
-        if (!envmapi_profile(k_low, d, envmapi_slice_p(lobe, low, n)) ||
-            !envmapi_profile(k_high, d, envmapi_slice_p(lobe, high, n)))
-            return 0;
-        for (int j = 0; j < count; ++j) {
-            double off = k[j] - k_low[j] - (at - low) * (k_high[j] - k_low[j]);
-            lost += sin(t) * off * off, total += sin(t) * k[j] * k[j];
+        int low = (int)at, high = low + 1 < n ? low + 1 : low;
+        double p_low = envmapi_slice_p(lobe, low, n), p_high = envmapi_slice_p(lobe, high, n);
+        for (int first = 0, count; (count = envmapi_profile(k, d, p, first)); first += count) {
+            if (!envmapi_profile(k_low, d, p_low, first) ||
+                !envmapi_profile(k_high, d, p_high, first))
+                return 0;
+            for (int j = 0; j < count; ++j) {
+                double off = k[j] - k_low[j] - (at - low) * (k_high[j] - k_low[j]);
+                lost += sin(t) * off * off, total += sin(t) * k[j] * k[j];
+            }
         }
     }
     return envmapi_rms(lost, total);
@@ -7923,7 +7958,6 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
 ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst,
                                               const envmap *src, const envmap_lobe *lobe,
                                               const envmap_filter_desc *desc) {
-    envmapi_job job;
     envmap_filter_desc fast;
     envmap shape;
     envmap_plan out;
@@ -7931,17 +7965,20 @@ ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *d
     memset(&out, 0, sizeof out);
     if (!plan || !dst || !src || !envmapi_desc(&fast, desc)) return ENVMAP_ERROR_ARGUMENT;
     shape = *dst, shape.texels = &none, fast.method = ENVMAP_METHOD_FAST;
-    envmap_result result = envmapi_job_open(&job, &shape, src, lobe, 1, &fast);
+    envmapi_job *job = (envmapi_job *)ENVMAP_MALLOC(fast.work.memory, sizeof *job);
+    if (!job) return ENVMAP_ERROR_MEMORY;
+    envmap_result result = envmapi_job_open(job, &shape, src, lobe, 1, &fast);
     out.slices = 1, out.bands = ENVMAPI_FAST_BANDS;
     if (!result) { /* as large as it takes for texels no larger than src's */
         shape.size = src->size;
         double size = src->size * envmapi_texel_extent(&shape) / envmapi_texel_extent(src);
         out.size = (int)envmapi_clamp(ceil(size - 1e-6), 1, ENVMAPI_SIZE_LIMIT);
-        if (job.specs[0].tail) job.specs[0].L = 0;
-        if (lobe->kind != ENVMAP_LOBE_MIRROR) result = envmapi_plan_fill(&out, &job);
+        if (job->specs[0].tail) job->specs[0].L = 0;
+        if (lobe->kind != ENVMAP_LOBE_MIRROR) result = envmapi_plan_fill(&out, job);
     }
     if (!result) *plan = out;
-    envmapi_pool_free(&job.pool, 0);
+    envmapi_pool_free(&job->pool, 0);
+    ENVMAP_FREE(fast.work.memory, job);
     return result;
 }
 
