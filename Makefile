@@ -122,6 +122,7 @@ architecture: ARGS = $(DOCS) ## the rooms of envmap.h and a texel's way through 
 bench: ARGS = $(MAPS:%=--map %) $(BENCHARGS) ## verify, then time the filter; takes MAP, BENCH and BENCHARGS=--quick
 chart: ARGS = $(if $(MAP),$(BUILD) $(MAPS),$(DOCS)) ## speed against accuracy of every method: docs/accuracy-speed.md; MAP: build/charts
 conversions: ARGS = $(DOCS) ## what turning a map into another one takes and loses: docs/parameterizations.md
+diagrams: ARGS = $(DOCS) ## what lobes, axes and parameterizations are, drawn: docs/diagrams.md
 filters: ARGS = $(DOCS) ## what is in the filters, what they cost and lose: docs/filters.md
 harmonics: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## what few coefficients cost and lose: docs/harmonics.md; MAP prints
 materials: ARGS = $(DOCS) ## every reflection model beside eq. 1: docs/materials.md
@@ -143,7 +144,7 @@ bench-baseline: ## bench, quick, as it is (A) and with -O2 (B), side by side
 	@$(BUILD)/bench --join $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
 
 # What is quick to make again, and does not depend on the machine but for times.
-CHECKED = architecture docs size harmonics conversions materials stability
+CHECKED = architecture diagrams docs size harmonics conversions materials stability
 docs-check: ## makes tables and pictures of docs/ again, in build/, and fails where pages differ: CHECKED
 	@sh tests/docs/check.sh $(BUILD)/docs-check $(CHECKED)
 
