@@ -94,10 +94,10 @@ static void measure_way(FILE *out, const char *scene, envmap *src, const envmap 
     for (int level = 1; level < LEVELS; ++level) {
         envmap_difference d;
         measure_must(envmap_compare(&d, &dst, truth, level), "compare");
-        fprintf(out, level > 1 ? ", %.1g" : " %.1g", d.rms);
+        fprintf(out, level > 1 ? ", %.2g" : " %.2g", d.rms);
         worst = fmax(worst, d.worst);
     }
-    fprintf(out, " | %.1g |\n", worst);
+    fprintf(out, " | %.2g |\n", worst);
     envmap_free(&dst);
 }
 
