@@ -36,7 +36,7 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 # only, too few for the lobes' oracles; it sees into the OpenGL driver. (The sanitizers run them all.)
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
-           %/test_materials %/test_gl %/test_harmonics %/test_stability_filters \
+           %/test_materials %/test_gl %/test_shaders %/test_harmonics %/test_stability_filters \
            %/test_plan %/test_search %/test_threads
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
@@ -56,8 +56,8 @@ MAP       =
 
 LONG    =
 TARGETS =
-.PHONY: help all demo test search check strict sanitize tsan analyze mutate coverage targets valgrind fuzz $(MEASURE) bench-baseline size \
-        examples docs gallery install clean FORCE
+.PHONY: help all demo test search check strict sanitize tsan analyze mutate coverage targets valgrind \
+        fuzz $(MEASURE) bench-baseline size docs-check docs-test examples docs gallery install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -82,9 +82,9 @@ search: ## random works against sums of their own: SECONDS=60 SEED=1, or WORK=".
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests tests/search.c -o $(BUILD)/search $(LIBS)
 	$(BUILD)/search $(if $(WORK),'$(WORK)',$(SECONDS) $(SEED))
 
-check: ## all that can be checked here: the whole tests by gcc and clang, strict, sanitize, tsan, analyze, valgrind
+check: ## all that can be checked here: tests by gcc and clang, strict, sanitizers, analyze, valgrind, pages
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'TEST_WHOLE=1 $(MAKE) --no-print-directory test CC=$(c) BUILD=$(BUILD)/$(c)') \
-	    $(foreach t,strict sanitize tsan analyze valgrind,'$(MAKE) --no-print-directory $(t)')
+	    $(foreach t,strict sanitize tsan analyze valgrind docs-test docs-check,'$(MAKE) --no-print-directory $(t)')
 
 strict: ## every standard, every strict warning, header, tests and examples, gcc and clang
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'sh tests/compile/run.sh $(c) $(BUILD)/strict/$(c) strict')
@@ -157,25 +157,29 @@ fuzz: ## libFuzzer on the PFM reader and on calls, half a minute each: FUZZSECON
 	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
 	fi
 
-# The programs of examples/measure/, each with what it is started with. Named docs, they write their
-# tables, charts and pictures there; most take MAP=sky.pfm, or several lat-long maps, and print.
+# The programs of examples/measure/, each with what it is started with. They write their
+# tables, charts and pictures into DOCS; most take MAP=sky.pfm, or several lat-long maps, and print.
 # BENCH=-O2 is built with these flags instead.
+DOCS = docs
 MAPS = $(foreach m,$(MAP),'$(m)')
-architecture: ARGS = docs ## the rooms of envmap.h and a texel's way through them: docs/architecture.md
+architecture: ARGS = $(DOCS) ## the rooms of envmap.h and a texel's way through them: docs/architecture.md
 bench: ARGS = $(MAPS:%=--map %) $(BENCHARGS) ## verify, then time the filter; takes MAP, BENCH and BENCHARGS=--quick
-chart: ARGS = $(if $(MAP),$(BUILD) $(MAPS),docs) ## speed against accuracy of every method: docs/accuracy-speed.md; MAP: build/charts
-conversions: ARGS = docs ## what turning a map into another one takes and loses: docs/parameterizations.md
-filters: ARGS = docs ## what is in the filters, what they cost and lose: docs/filters.md
-harmonics: ARGS = $(if $(MAP),$(MAPS),--docs docs) ## what few coefficients cost and lose: docs/harmonics.md; MAP prints
-materials: ARGS = docs ## every reflection model beside eq. 1: docs/materials.md
-methods: ARGS = $(if $(MAP),$(MAPS),--docs docs) ## the approximations of examples/methods/: docs/methods.md; MAP prints
-plan: ARGS = docs ## what envmap_filter_plan expects, held against what happens: docs/plan.md
-pyramid: ARGS = $(if $(MAP),$(MAPS),--docs docs) ## a chain from the source, from levels, from differences: docs/pyramids.md; MAP prints
-stability: ARGS = docs ## where methods fail: docs/stability.md
-table1: ARGS = docs ## the speed-ups of Kautz et al. 2000, Table 1, beside the published ones: docs/filters.md
+chart: ARGS = $(if $(MAP),$(BUILD) $(MAPS),$(DOCS)) ## speed against accuracy of every method: docs/accuracy-speed.md; MAP: build/charts
+conversions: ARGS = $(DOCS) ## what turning a map into another one takes and loses: docs/parameterizations.md
+diagrams: ARGS = $(DOCS) ## what lobes, axes and parameterizations are, drawn: docs/diagrams.md
+filters: ARGS = $(DOCS) ## what is in the filters, what they cost and lose: docs/filters.md
+harmonics: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## what few coefficients cost and lose: docs/harmonics.md; MAP prints
+materials: ARGS = $(DOCS) ## every reflection model beside eq. 1: docs/materials.md
+methods: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## the approximations of examples/methods/: docs/methods.md; MAP prints
+peers: ARGS = $(DOCS) ## a GGX chain beside the loop of 1024 samples that engines use: docs/peers.md
+plan: ARGS = $(DOCS) ## what envmap_filter_plan expects, held against what happens: docs/plan.md
+pyramid: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## a chain from the source, from levels, from differences: docs/pyramids.md; MAP prints
+stability: ARGS = $(DOCS) ## where methods fail: docs/stability.md
+table1: ARGS = $(DOCS) ## the speed-ups of Kautz et al. 2000, Table 1, beside the published ones: docs/filters.md
+table2: ARGS = $(DOCS) ## the rates of Table 2 there, and of the fast filter: docs/accuracy-speed.md
 
 $(MEASURE): %: $(BUILD)/%
-	@mkdir -p $(BUILD)/charts docs/charts docs/images
+	@mkdir -p $(BUILD)/charts $(DOCS)/charts $(DOCS)/images
 	$< $(ARGS)
 
 bench-baseline: ## bench, quick, as it is (A) and with -O2 (B), side by side
@@ -184,13 +188,22 @@ bench-baseline: ## bench, quick, as it is (A) and with -O2 (B), side by side
 	-@$(MAKE) --no-print-directory bench BENCH=-O2 BENCHARGS='--quick --csv $(BUILD)/bench-b.csv'
 	@$(BUILD)/bench --join $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
 
+# What is quick to make again, and does not depend on the machine but for times.
+CHECKED = architecture diagrams docs size harmonics conversions materials stability
+docs-check: ## makes tables and pictures of docs/ again, in build/, and fails where pages differ: CHECKED
+	@sh tests/docs/check.sh $(BUILD)/docs-check $(CHECKED)
+
+docs-test: ## links, names, and two pages followed word by word
+	@sh tests/docs/run.sh $(BUILD)/docs-test
+
 size: ## bytes of code that a program carries, feature by feature: docs/plan.md
-	@sh tests/compile/size.sh $(CC) $(BUILD)/size docs/plan.md
+	@sh tests/compile/size.sh $(CC) $(BUILD)/size $(DOCS)/plan.md
 
 examples: $(EXAMPLES) ## build the examples
 
 docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
-	$(BUILD)/envmap docs docs/images
+	$(BUILD)/envmap docs $(DOCS)/images
+	$(BUILD)/envmap demo $(BUILD)/demo && cp $(BUILD)/demo/contact-sheet.png $(DOCS)/images/
 
 gallery: ## render the OpenGL pictures of docs/gallery.md, headless
 ifeq ($(HAS_EGL),yes)
@@ -230,7 +243,7 @@ $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(SHARED) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) \
 	    $< -o $@ $(LIBS)
 
-$(BUILD)/tests/test_gl: test_gl.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/flags
+$(BUILD)/tests/test_gl $(BUILD)/tests/test_shaders: $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
 
 $(BUILD)/%: %.c envmap.h $(HELPERS) $(BUILD)/flags

@@ -3,7 +3,7 @@
 
    What you will see: a torus in a studio through which three coloured lamps travel. Headless: the
    exponents 10, 50, 100 and 500, above with the map S of the small radius alone (which is too sharp
-   at the rim of the map), below with both; and a table of what filtering costs, and how many frames
+   at the rim of the map), below with both, and how far they are apart; and a table of what filtering costs, and how many frames
    that leaves in a second. In a window: N for the next exponent, 1 and 2 for the number of maps;
    drag to orbit.
 
@@ -150,22 +150,33 @@ static void table(show *s) {
         }
 }
 
+/* The lowest third: four times what the two above are apart. */
+static void draw_difference(picture *p) {
+    size_t third = 3 * (size_t)p->width * (size_t)(p->height / 3), i;
+    for (i = 0; i < third; i++) {
+        int apart = 4 * abs((int)p->rgb[i] - (int)p->rgb[third + i]);
+        p->rgb[2 * third + i] = (unsigned char)(apart < 255 ? apart : 255);
+    }
+}
+
 static void label(show *s) {
+    static const char *const what[3] = {"one map", "two maps", "4 x apart"};
     picture *p = &s->app.shot;
     int k;
-    for (k = 0; k < 2 * EXPONENTS; k++) {
+    draw_difference(p);
+    for (k = 0; k < 3 * EXPONENTS; k++) {
         char text[64];
         snprintf(text, sizeof text, "N = %.0f, %s", (double)exponents[k % EXPONENTS],
-                 k < EXPONENTS ? "one map" : "two maps");
+                 what[k / EXPONENTS]);
         gl_write(p, text, k % EXPONENTS * p->width / EXPONENTS + 16,
-                 (k / EXPONENTS + 1) * p->height / 2 - 30);
+                 (k / EXPONENTS + 1) * p->height / 3 - 30);
     }
 }
 
 int main(int argc, char **argv) {
     static show s;
     int k = 2, maps = 2, row;
-    if (!gl_open(&s.app, "hardware_filter", 1280, 640, argc, argv)) return 1;
+    if (!gl_open(&s.app, "hardware_filter", 1280, 960, argc, argv)) return 1;
     if (!stage_open(&s.st, &s.app, SCENE_STUDIO, argc, argv)) return 1;
     s.capture = gl_program(gl_cover, capture_fragment);
     s.behind = gl_program(gl_cover, behind_fragment);
@@ -186,7 +197,7 @@ int main(int argc, char **argv) {
         } else {
             for (row = 0; row < 2; row++)
                 for (k = 0; k < EXPONENTS; k++)
-                    draw_cell(&s, k, row, EXPONENTS, 2, exponents[k], row + 1);
+                    draw_cell(&s, k, row, EXPONENTS, 3, exponents[k], row + 1);
         }
         gl_show(&s.app);
     }

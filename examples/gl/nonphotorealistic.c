@@ -32,18 +32,14 @@ static envmap_result draw_map(GLuint *texture, int kind) {
     return result;
 }
 
-/* The level on which a ball about as large as the teapot has a texel for two pixels. */
-static float level_of(const show *s, int height) {
-    float pixels = (float)height / (s->app.distance * s->app.tangent); /* of a diameter of 2 */
-    return fminf(fmaxf(log2f(2 * EDGE / pixels), 0), LEVELS - 1);
-}
-
-static void draw(show *s, int kind, float turn, int height) {
+/* Levels are chosen for every pixel, so that a line is as wide on the handle as on the body: a texel
+   for a pixel. */
+static void draw(show *s, int kind, float turn) {
     surface look = surface_default();
     float model[16];
     mesh_turn(model, 1, turn);
     look.lookup = SURFACE_SPHERE, look.axis = SURFACE_DRAWN;
-    look.map = s->maps[kind], look.level = level_of(s, height);
+    look.map = s->maps[kind], look.level = -(float)s->app.samples;
     surface_draw(s->program, &s->app, &look, &s->teapot, model);
 }
 
@@ -53,13 +49,13 @@ static void draw_all(show *s) {
     float turn = (float)s->app.seconds * 0.6f, distance = s->app.distance;
     for (k = 0; k < NPR_COUNT; k++) {
         gl_area(&s->app, k * column, 0, column, large);
-        draw(s, k, turn, large);
+        draw(s, k, turn);
         gl_area(&s->app, k * column + 20, large - 30, column / 2 - 20, s->app.height - large);
-        draw(s, k, turn + 1.1f, s->app.height - large);
+        draw(s, k, turn + 1.1f);
         s->app.distance *= 1.7f;
         gl_area(&s->app, k * column + column / 2, large - 30, column / 2 - 20,
                 s->app.height - large);
-        draw(s, k, turn + 2.2f, s->app.height - large);
+        draw(s, k, turn + 2.2f);
         s->app.distance = distance;
     }
 }

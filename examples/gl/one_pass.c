@@ -128,7 +128,7 @@ int main(int argc, char **argv) {
     int f = 1, b = 0;
     if (!gl_open(&s.app, "one_pass", 1280, 880, argc, argv)) return 1;
     if (!stage_open(&s.st, &s.app, SCENE_SUN, argc, argv) || !prepare(&s)) return 1;
-    s.app.distance = 5.1f;
+    s.app.distance = 6.3f;
     while (gl_frame(&s.app)) {
         if (s.app.key == 'F') f = (f + 1) % GRID;
         if (s.app.key == 'B') b = (b + 1) % GRID;

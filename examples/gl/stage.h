@@ -21,7 +21,8 @@ static const float stage_exposure[SCENE_COUNT] = {0.62f, 0.62f, 0.52f};
 
 typedef struct stage {
     envmap environment, cube; /* the source, and a cube of it with all levels */
-    GLuint sky, soft;         /* the cube as a texture, and out of focus, for a background */
+    GLuint sky;               /* the cube as a texture */
+    GLuint backdrop, soft;    /* for a background: finer, and out of focus */
     GLuint surface, behind;   /* programs */
     float sh[28];             /* irradiance / pi, for surface.sh */
     float turn[9];            /* of the environment: world direction -> map */
@@ -59,6 +60,25 @@ static inline envmap_result stage_filter(GLuint *out, const stage *st, int mappi
     return result;
 }
 
+#define STAGE_BACKDROP 1024 /* edge: a pixel or two of a window to a texel */
+
+/* What stands behind an object in focus: the scene's formula drawn finer, or (path) the map. */
+static inline envmap_result stage_backdrop(stage *st, int scene, const char *path) {
+    envmap fine = {0}, cube = {0};
+    int size = path ? st->environment.size : STAGE_BACKDROP;
+    envmap_result result = envmap_create(&cube, ENVMAP_CUBE, size, 1, 1);
+    if (!result && !path) result = envmap_create(&fine, ENVMAP_LATLONG, 2 * size, 1, 1);
+    if (!result && !path) scene_fill(&fine, scene);
+    if (!result) result = envmap_resample(&cube, path ? &st->environment : &fine, &st->desc.work);
+    if (!result) {
+        gl.DeleteTextures(1, &st->backdrop);
+        st->backdrop = gl_map(&cube);
+    }
+    envmap_free(&fine);
+    envmap_free(&cube);
+    return result;
+}
+
 /* Everything that follows from st->environment. */
 static inline envmap_result stage_prepare(stage *st) {
     double sh[27];
@@ -93,6 +113,7 @@ static inline envmap_result stage_light(stage *st, int scene, const char *path) 
     if (result) return result;
     st->environment = next;
     result = stage_prepare(st);
+    if (!result) result = stage_backdrop(st, scene, path);
     if (result) {
         st->environment = old, old = next;
         stage_prepare(st);
@@ -125,13 +146,14 @@ static inline int stage_open(stage *st, gl_app *app, int scene, int argc, char *
 
 /* The environment behind everything, in focus or not. */
 static inline void stage_sky(const stage *st, const gl_app *app, int sharp) {
-    gl_draw_sky(app, st->behind, sharp ? st->sky : st->soft, st->turn);
+    gl_draw_sky(app, st->behind, sharp ? st->backdrop : st->soft, st->turn);
 }
 
 static inline void stage_close(stage *st) {
     envmap_free(&st->environment);
     envmap_free(&st->cube);
     gl.DeleteTextures(1, &st->sky);
+    gl.DeleteTextures(1, &st->backdrop);
     gl.DeleteTextures(1, &st->soft);
     gl.DeleteProgram(st->surface);
     gl.DeleteProgram(st->behind);

@@ -888,89 +888,6 @@ static void papers_table1(const char *folder) {
     envmap_free(&src);
 }
 
-/* Table 2: kernels in texels of faces of 512 and by how much the map shrinks first, S and L. */
-typedef struct published_sizes {
-    int exponent, size[2], shrink[2];
-} published_sizes;
-
-static const published_sizes table2[] = {
-    {10, {174, 260}, {32, 64}}, {50, {78, 136}, {16, 32}}, {500, {26, 48}, {4, 8}}};
-
-typedef struct rate {
-    double per_second[2], rms[2]; /* the convolution, FAST at a tolerance of 1 % */
-} rate;
-
-static void measure_rate(rate *r, const envmap *src, const envmap_lobe *lobe) {
-    const trial *t[3] = {trial_named(PARABOLOID, "published limit=7 cut=0.1"),
-                         trial_named(FAST, "tolerance=0.01"),
-                         trial_named(FAST, "tolerance=0.00001")};
-    envmap dst = measure_map(src->mapping, src->size, 1, 1);
-    envmap truth = measure_map(src->mapping, src->size, 1, 1);
-    measure_must(run_trial(&truth, src, lobe, t[2], 1), "Table 2");
-    for (int k = 0; k < 2; ++k) {
-        envmap_difference d;
-        envmap_result result;
-        r->per_second[k] = 1 / time_trial(&dst, src, lobe, t[k], &result);
-        measure_must(result, "Table 2");
-        measure_must(envmap_compare(&d, &dst, &truth, 0), "Table 2");
-        r->rms[k] = d.rms;
-    }
-    envmap_free(&dst);
-    envmap_free(&truth);
-}
-
-static void table2_row(FILE *out, FILE *f, const svg_axes *a, int i, const rate *r) {
-    static const char *const colours[2] = {"#8a6d3b", "#d01c2a"};
-    const published_sizes *was = table2 + i;
-    envmap_lobe lobe = envmap_lobe_phong((float)was->exponent);
-    int size[2], shrink[2];
-    char text[80];
-    double y = 60 + 96 * i;
-    paraboloid_sizes(size, shrink, &lobe, 512, 0.1, 7);
-    fprintf(out, "| %d | %d, %d; %d, %d | %d, %d; %d, %d |", was->exponent, was->size[0],
-            was->size[1], was->shrink[0], was->shrink[1], size[0], size[1], shrink[0], shrink[1]);
-    svg_text(f, 142, y + 14, 13, "end", "#111", "N = %d", was->exponent);
-    svg_text(f, 142, y + 34, 11, "end", "#444", "kernels %d, %d", size[0], size[1]);
-    svg_text(f, 142, y + 50, 11, "end", "#444", "published %d, %d", was->size[0], was->size[1]);
-    for (int k = 0; k < 2; ++k) {
-        snprintf(text, sizeof text, "%.2g a second (rms %.1g)", r->per_second[k], r->rms[k]);
-        log_bar(f, a, y + 4 + 24 * k, r->per_second[k], colours[k], text);
-        fprintf(out, " **%.2g** | %.1g |", r->per_second[k], r->rms[k]);
-    }
-    fprintf(out, "\n");
-}
-
-static void papers_table2(const char *folder, int scene) {
-    envmap src = make_source(scene, ENVMAP_PARABOLOID, 512);
-    FILE *out = measure_begin(&document, "table2");
-    FILE *f = svg_open(folder, "table2.svg", 900, 390,
-                       "Maps a second: Kautz et al. 2000, section 5.2 (two faces of 512 x 512), on "
-                       "one thread");
-    svg_axes a = {160, 44, 780, 340, 0.1, 1000, 0, 1, 1, 0};
-    for (int i = -1; i <= 3; ++i) {
-        char text[16];
-        snprintf(text, sizeof text, "%g", pow(10, i));
-        svg_tick_x(f, &a, pow(10, i), text);
-    }
-    fprintf(out, "| N | published: kernels S, L; shrunk by | here | two-map convolution, maps a "
-                 "second | rms | FAST, tolerance 0.01, maps a second | rms |\n"
-                 "|--:|--:|--:|--:|--:|--:|--:|\n");
-    for (int i = 0; i < COUNT(table2); ++i) {
-        envmap_lobe lobe = envmap_lobe_phong((float)table2[i].exponent);
-        rate r;
-        progress(scene_names[scene], "Table 2", "");
-        measure_rate(&r, &src, &lobe);
-        table2_row(out, f, &a, i, &r);
-    }
-    svg_bar(f, 160, 367, 13, 13, "#8a6d3b");
-    svg_text(f, 179, 378, 12, "start", "#111", "two-map paraboloid convolution, as published");
-    svg_bar(f, 500, 367, 13, 13, "#d01c2a");
-    svg_text(f, 519, 378, 12, "start", "#111", "FAST, tolerance 0.01");
-    svg_close(f);
-    measure_end(&document, out, 1);
-    envmap_free(&src);
-}
-
 /* --------------------------------------------------------------------------------- >>threads -- */
 
 typedef struct pair {
@@ -1106,7 +1023,6 @@ int main(int argc, char **argv) {
         patience = 1e9;
         measure_threads(argv[1], 0);
         papers_table1(argv[1]);
-        papers_table2(argv[1], 0);
     }
     fclose(csv);
     progress("", failed ? "failed" : "done", "\n");

@@ -273,15 +273,16 @@ static picture sheet;
 static int row;
 enum { LEFT = 250, ROW = BALL + 16, TOP = 64 };
 
-/* A row of the sheet and of the table: the truth, the model, four times their difference. */
-static void show(const char *name, const char *remark, const ball *truth, const ball *b) {
+/* A row of the sheet and of the table: the truth, the model, and `times` their difference. */
+static void show_times(const char *name, const char *remark, const ball *truth, const ball *b,
+                       float times) {
     static ball difference;
     int i, j, c, y = TOP + row * ROW;
     difference = *truth;
     for (j = 0; j < GRID; ++j)
         for (i = 0; i < GRID; ++i)
             for (c = 0; c < 3; ++c)
-                difference.rgb[j][i][c] = 4 * fabsf(b->rgb[j][i][c] - truth->rgb[j][i][c]);
+                difference.rgb[j][i][c] = times * fabsf(b->rgb[j][i][c] - truth->rgb[j][i][c]);
     picture_text(&sheet, 20, (float)y + 40, 13, 0xF3F1ECu, name);
     picture_text(&sheet, 20, (float)y + 64, 10, 0x9AA0ABu, remark);
     picture_draw(&sheet, LEFT, y, BALL, BALL, exposure, ball_point, truth);
@@ -291,6 +292,10 @@ static void show(const char *name, const char *remark, const ball *truth, const 
             100 * apart(b, truth, 0, 2), 100 * apart(b, truth, 0.7, 2),
             100 * apart(b, truth, 0.35, 0.7), 100 * apart(b, truth, 0, 0.35));
     fprintf(stderr, "materials: %2d/%d %s\n", ++row, MOST - 1, name);
+}
+
+static void show(const char *name, const char *remark, const ball *truth, const ball *b) {
+    show_times(name, remark, truth, b, 4);
 }
 
 static void zonal_rows(void) {
@@ -356,11 +361,11 @@ static void anisotropic_rows(void) {
     envmap_lobe lobe = envmap_lobe_banks(0.8f);
     l.values.s = 0.8, lobe.raw = 1;
     prefilter(l.map, ENVMAP_PARABOLOID, 24, 32, lobe);
-    exposure = 0.035f; /* Banks' sum is not normalised */
+    exposure = 0.015f; /* Banks' sum is not normalised, and its map lets light through */
     shade_truth(&truth, brdf_banks, &l.values), shade(&b, by_banks, &l);
-    show("Banks s = 0.8", "axis t, slices of v.t; no horizon", &truth, &b);
+    show_times("Banks s = 0.8", "axis t, slices of v.t; 1 x apart", &truth, &b, 1);
     shade_truth(&truth, brdf_banks_shadowed, &l.values);
-    show("... and with n.l", "the map has none", &truth, &b);
+    show_times("... and with n.l", "the map has none; 1 x apart", &truth, &b, 1);
     exposure = 0.52f;
     release(&l);
     /* Ward, strokes along n x t: sigma of the reflected direction is sqrt 2 alpha */
@@ -446,6 +451,9 @@ static void fresnel_chart(const char *docs) {
         fprintf(f, "\"/><text x=\"552\" y=\"%d\" fill=\"%s\">alpha = %g</text>\n", 80 + 22 * i,
                 svg_colours[i], alphas[i]);
     }
+    fprintf(f, "<text x=\"552\" y=\"190\" fill=\"#444\">lines end at 5:</text>\n"
+               "<text x=\"552\" y=\"206\" fill=\"#444\">beyond, the table</text>\n"
+               "<text x=\"62\" y=\"36\" fill=\"#444\">ratio, no unit</text>\n");
     svg_close(f);
 }
 
