@@ -7,6 +7,7 @@
    Exit status: 0 done, 1 wrong use, 2 a file or its format, 3 a value out of range or a filter that
    was refused.
 
+   memory.h     large pages for large maps
    messages.h   what was wrong, where, what to do
    options.h    one table: parsing, ranges and help come from it
    progress.h   a bar, or a few lines where nobody watches
@@ -23,7 +24,8 @@
 
    SPDX-License-Identifier: MIT */
 
-#define _POSIX_C_SOURCE 200809L
+#define _DEFAULT_SOURCE /* madvise, for memory.h */
+#include "memory.h"
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
 

@@ -1,5 +1,5 @@
 /* layouts.h - which map a picture is: by its shape, or by what its user says. Include after
-   image.h.
+   envmap.h.
 
        2:1 lat-long; 1:6 and 6:1 strips, 3:4 and 4:3 crosses of a cube; 1:2 paraboloids. A lat-long
        of any other shape is stretched; squares have to be named, for they could be several things.
@@ -16,8 +16,9 @@
 #ifndef LAYOUTS_H
 #define LAYOUTS_H
 
+#include "image.h"
+
 #include <stdint.h>
-#include <string.h>
 
 enum { HORIZON_NONE = -1, HORIZON_BLACK, HORIZON_MEAN };
 
