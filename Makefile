@@ -154,6 +154,7 @@ examples: $(EXAMPLES) ## build the examples
 
 docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
 	$(BUILD)/envmap docs docs/images
+	$(BUILD)/envmap generate labels docs/images/labels.png
 
 gallery: ## render the OpenGL pictures of docs/gallery.md, headless
 ifeq ($(HAS_EGL),yes)

@@ -20,6 +20,8 @@
 
 #include <stdint.h>
 
+static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere",
+                                            "latlong", "angular",    NULL};
 enum { HORIZON_NONE = -1, HORIZON_BLACK, HORIZON_MEAN };
 
 #define LAYOUT_SIZE 16384 /* the longest edge of a map */
@@ -166,31 +168,37 @@ static inline int layout_latlong(envmap *map, image *in) {
     return layout_take(map, in, ENVMAP_LATLONG, size, 1);
 }
 
+/* The maps that a square could be, as words for --mapping. */
+static inline void layout_squares(char out[96]) {
+    int m;
+    *out = 0;
+    for (m = 0; m < ENVMAP_MAPPING_COUNT; m++)
+        if (envmap_faces(m) == 1 && m != ENVMAP_LATLONG)
+            snprintf(out + strlen(out), 96 - strlen(out), "%s%s", *out ? "|" : "",
+                     mapping_words[m]);
+}
+
 /* What a shape could be that has no layout, or several. */
-static inline int layout_refuse(const image *in, char error[256], int mapping) {
+static inline int layout_refuse(image *in, int mapping) {
     int w = in->width, h = in->height;
-    static const char *const fits[] = {
-        "1:6 (strip, times slices), 6:1, 3:4 or 4:3 (crosses)", "1:2 (times slices) or 2:1",
-        "1:1 (times slices)", "2:1", "1:1 (times slices)"};
+    char squares[96];
+    layout_squares(squares);
     if (mapping >= 0)
-        snprintf(error, 256, "is %d x %d; width to height of this parameterization are %s", w, h,
-                 fits[mapping < ENVMAP_LATLONG ? mapping : ENVMAP_SPHERE]);
-    else if (w == h)
-        snprintf(error, 256,
-                 "is %d x %d: a square may be a sphere or an angular map: say --mapping "
-                 "sphere|angular (latlong stretches it)",
-                 w, h);
-    else if (h > w && h % w == 0)
-        snprintf(error, 256,
-                 "is %d x %d: a strip of %d squares; say of which --mapping, if they are slices of "
-                 "a map",
-                 w, h, h / w);
-    else
-        snprintf(error, 256,
-                 "is %d x %d: that is no lat-long (2:1), cube (1:6, 6:1, 3:4, 4:3) or paraboloid "
-                 "map (1:2); --mapping latlong stretches it%s",
-                 w, h, w > 3 * h ? ", --horizon takes it for the upper half of one" : "");
-    return 0;
+        return image_fail(in, "is %d x %d; %s maps have width to height %s", w, h,
+                          mapping_words[mapping],
+                          mapping == ENVMAP_CUBE ? "1:6 (strip, times slices), 6:1, 3:4 or 4:3"
+                          : mapping == ENVMAP_PARABOLOID ? "1:2 (times slices) or 2:1"
+                                                         : "1:1 (times slices)");
+    if (w == h)
+        return image_fail(in, "is %d x %d: a square could be several things: say --mapping %s", w,
+                          h, squares);
+    if (h > w && h % w == 0)
+        return image_fail(in, "is %d x %d, a strip of %d squares: say which --mapping its slices are",
+                          w, h, h / w);
+    return image_fail(in,
+                      "is %d x %d: no lat-long (2:1), cube (1:6, 6:1, 3:4, 4:3) or paraboloid map "
+                      "(1:2); --mapping latlong would stretch it%s",
+                      w, h, w > 3 * h ? ", --horizon take it for the upper half" : "");
 }
 
 /* The picture as a map; mapping -1: as its shape tells. Takes the pixels, or leaves an error. */
@@ -214,7 +222,7 @@ static inline int layout_map(envmap *map, image *in, int mapping, int horizon) {
     faces = envmap_faces(mapping);
     if (faces && in->height % in->width == 0 && in->height / in->width % faces == 0)
         return layout_take(map, in, mapping, in->width, in->height / in->width / faces);
-    return layout_refuse(in, in->error, mapping);
+    return layout_refuse(in, mapping);
 }
 
 #endif /* LAYOUTS_H */

@@ -28,8 +28,6 @@ static const options defaults = {{NULL, NULL}, 0,   -1, -1, -1, 1, 0, 0, 0, 100,
                                  0.25,         0.9, 1,  0,  0,  0, 0, 0, 0, 0,   0,
                                  0,            -1,  0,  0,  {0, 0, 0}, 0};
 
-static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere",
-                                            "latlong", "angular",    NULL};
 static const char *const lobe_words[] = {"mirror", "diffuse", "phong", "gaussian",
                                          "ggx",    "banks",   NULL};
 static const char *const method_words[] = {"auto", "reference", "hierarchical",
