@@ -37,7 +37,7 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
            %/test_materials %/test_gl %/test_shaders %/test_harmonics %/test_stability_filters \
-           %/test_plan %/test_search %/test_threads
+           %/test_plan %/test_search %/test_threads %/test_tool_speed
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -48,6 +48,11 @@ HAS_GLFW := $(shell printf '\043include <GLFW/glfw3.h>\n' | $(CC) -DGLFW_INCLUDE
 GLFLAGS   = $(if $(HAS_GLFW),-DGL_WINDOW)
 GLLIBS    = -lEGL $(if $(HAS_GLFW),-lglfw)
 NO_GL     = passed by: no EGL headers here (Debian: libegl-dev libgl-dev, and libglfw3-dev for windows)
+
+# OpenEXR's C library, for the tool to read .exr (Debian: libopenexr-dev; without it the tool says so).
+HAS_EXR  := $(shell printf '\043include <OpenEXR/openexr.h>\n' | $(CC) -E - >/dev/null 2>&1 && echo yes)
+EXRFLAGS  = $(if $(HAS_EXR),-DTOOL_EXR)
+EXRLIBS   = $(if $(HAS_EXR),-lOpenEXRCore)
 
 BENCH     = -O3 -march=native
 BENCHARGS =
@@ -137,22 +142,19 @@ valgrind: ## the quicker tests under valgrind
 
 FUZZCC      = clang
 FUZZSECONDS = 30
-fuzz: ## libFuzzer on the PFM reader and on calls, half a minute each: FUZZSECONDS=30
+fuzz: ## libFuzzer on every reader and on calls, half a minute each: FUZZSECONDS=30
 	@mkdir -p $(BUILD)/fuzz
 	@echo '#include <stddef.h>' >$(BUILD)/fuzz/probe.c
 	@echo 'int LLVMFuzzerTestOneInput(const unsigned char *d, size_t n) { return d && n > 9 ? 0 : 0; }' \
 	    >>$(BUILD)/fuzz/probe.c
 	@if $(FUZZCC) -fsanitize=fuzzer $(BUILD)/fuzz/probe.c -o $(BUILD)/fuzz/probe 2>/dev/null; then \
-	    $(FUZZCC) -std=c99 -O1 -g -I. -fsanitize=fuzzer,address,undefined,float-cast-overflow \
-	        -fno-sanitize-recover=all tests/fuzz_pfm.c -o $(BUILD)/fuzz/fuzz_pfm -lm && \
-	    mkdir -p $(BUILD)/fuzz/corpus && \
-	    $(BUILD)/fuzz/fuzz_pfm -max_total_time=$(FUZZSECONDS) -max_len=4096 -malloc_limit_mb=64 \
-	        -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/corpus && \
-	    $(FUZZCC) -std=c99 -O1 -g -I. -Itests -fsanitize=fuzzer,address,undefined,float-cast-overflow \
-	        -fno-sanitize-recover=all tests/fuzz_calls.c -o $(BUILD)/fuzz/fuzz_calls -lm && \
-	    mkdir -p $(BUILD)/fuzz/calls && \
-	    $(BUILD)/fuzz/fuzz_calls -max_total_time=$(FUZZSECONDS) -max_len=256 -len_control=0 -timeout=60 \
-	        -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/calls; \
+	    for f in $(basename $(notdir $(wildcard tests/fuzz_*.c))); do \
+	        $(FUZZCC) -std=c99 -O1 -g -I. -Itests -fsanitize=fuzzer,address,undefined,float-cast-overflow \
+	            -fno-sanitize-recover=all tests/$$f.c -o $(BUILD)/fuzz/$$f -lm && \
+	        mkdir -p $(BUILD)/fuzz/corpus_$$f && \
+	        $(BUILD)/fuzz/$$f -max_total_time=$(FUZZSECONDS) -max_len=4096 -malloc_limit_mb=64 -timeout=60 \
+	            -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/corpus_$$f || exit 1; \
+	    done; \
 	else \
 	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
 	fi
@@ -204,6 +206,7 @@ examples: $(EXAMPLES) ## build the examples
 docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
 	$(BUILD)/envmap docs $(DOCS)/images
 	$(BUILD)/envmap demo $(BUILD)/demo && cp $(BUILD)/demo/contact-sheet.png $(DOCS)/images/
+	$(BUILD)/envmap generate labels $(DOCS)/images/labels.png
 
 gallery: ## render the OpenGL pictures of docs/gallery.md, headless
 ifeq ($(HAS_EGL),yes)
@@ -246,8 +249,14 @@ $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(SHARED) $(BUILD)/flags
 $(BUILD)/tests/test_gl $(BUILD)/tests/test_shaders: $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
 
+$(BUILD)/tests/test_tool_%: test_tool_%.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/envmap $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(EXRFLAGS) -I. -Itests $< -o $@ $(EXRLIBS) $(LIBS)
+
 $(BUILD)/%: %.c envmap.h $(HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
+
+$(BUILD)/envmap: envmap.c envmap.h $(HELPERS) $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(EXRFLAGS) -I. $< -o $@ $(EXRLIBS) $(LIBS)
 
 $(MEASURE:%=$(BUILD)/%): $(BUILD)/%: %.c envmap.h $(HELPERS) $(BUILD)/flags-measure
 	$(CC) $(BENCH) $(STRICT) -DBENCH_FLAGS='"$(BENCH)"' -I. $< -o $@ $(LIBS)
