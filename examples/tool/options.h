@@ -1,0 +1,182 @@
+/* options.h - the tool's options: one table, from which parsing, ranges and help come. Include after
+   messages.h and threads.h.
+
+   SPDX-License-Identifier: MIT */
+
+#ifndef OPTIONS_H
+#define OPTIONS_H
+
+#include <ctype.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct options {
+    const char *files[2];
+    int file_count;
+    int mapping, to, size, slices, lobe, method, threads; /* mapping, to, size: -1 if not given */
+    double exponent, sharpness, alpha, s, scale, tolerance, threshold, exposure;
+    int raw, glsl, window, progress, help;
+} options;
+
+static const options defaults = {{NULL, NULL}, 0,   -1, -1, -1, 1, 0, 0, 0, 100, 100,
+                                 0.25,         0.9, 1,  0,  0,  0, 0, 0, 0, 0,   0};
+
+static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere",
+                                            "latlong", "angular",    NULL};
+static const char *const lobe_words[] = {"mirror", "diffuse", "phong", "gaussian",
+                                         "ggx",    "banks",   NULL};
+static const char *const method_words[] = {"auto", "reference", "hierarchical",
+                                           "fast", "harmonics", NULL};
+enum { LOBE_MIRROR, LOBE_DIFFUSE, LOBE_PHONG, LOBE_GAUSSIAN, LOBE_GGX, LOBE_BANKS };
+
+typedef enum option_kind { FLAG, INTEGER, NUMBER, WORD } option_kind;
+typedef struct option_spec {
+    const char *name;
+    option_kind kind;
+    size_t offset;            /* of an int, or of a double for NUMBER, in struct options */
+    double low, high;         /* allowed range, both included */
+    const char *const *words; /* for WORD */
+    const char *help;
+} option_spec;
+
+#define AT(field) offsetof(options, field)
+static const option_spec option_table[] = {
+    {"--mapping", WORD, AT(mapping), 0, 0, mapping_words,
+     "parameterization of the input (default: by its shape)"},
+    {"--from", WORD, AT(mapping), 0, 0, mapping_words, "the same"},
+    {"--to", WORD, AT(to), 0, 0, mapping_words, "parameterization of the output"},
+    {"--size", INTEGER, AT(size), 1, 16384, NULL, "face edge in texels (lat-long: its height)"},
+    {"--slices", INTEGER, AT(slices), 1, 4096, NULL,
+     "slices of the third dimension (default 1; banks 16)"},
+    {"--lobe", WORD, AT(lobe), 0, 0, lobe_words, "which lobe (default mirror)"},
+    {"--exponent", NUMBER, AT(exponent), 0, 1e9, NULL, "N of phong (default 100)"},
+    {"--sharpness", NUMBER, AT(sharpness), 0, 1e9, NULL, "lambda of gaussian (default 100)"},
+    {"--alpha", NUMBER, AT(alpha), 1e-4, 1, NULL, "alpha of ggx, roughness squared (default 0.25)"},
+    {"--s", NUMBER, AT(s), 0, 0.99999, NULL, "s of banks (default 0.9)"},
+    {"--raw", FLAG, AT(raw), 0, 0, NULL, "the papers' sums instead of normalised ones"},
+    {"--scale", NUMBER, AT(scale), 0, 1e9, NULL, "k_s or k_d with --raw (default 1)"},
+    {"--method", WORD, AT(method), 0, 0, method_words, "how (default auto)"},
+    {"--tolerance", NUMBER, AT(tolerance), 0, 1, NULL,
+     "relative rms error allowed (default 0: 1e-3)"},
+    {"--threshold", NUMBER, AT(threshold), -1, 1, NULL, "of method hierarchical (default 0: 1e-3)"},
+    {"--glsl", FLAG, AT(glsl), 0, 0, NULL, "print GLSL that evaluates them"},
+    {"--window", FLAG, AT(window), 0, 0, NULL, "window them, if need be, against negative light"},
+    {"--threads", INTEGER, AT(threads), 1, THREADS_MOST, NULL, "default: one per processor"},
+    {"--exposure", NUMBER, AT(exposure), -40, 40, NULL,
+     "of a PNG, in stops above the automatic one"},
+    {"--progress", FLAG, AT(progress), 0, 0, NULL,
+     "a progress bar also where stderr is no terminal"},
+    {"--help", FLAG, AT(help), 0, 0, NULL, "this text"}};
+enum { OPTION_COUNT = sizeof option_table / sizeof option_table[0] };
+
+typedef struct command {
+    const char *name, *files; /* files: names of the operands */
+    int file_count;
+    const char *takes; /* names of its options, each followed by a blank; --help is always one */
+    const char *what, *example;
+    int (*run)(const options *o);
+} command;
+
+/* Strict: the whole argument is one finite number, without blanks before it. */
+static inline int parse_number(double *value, const char *text) {
+    char *end;
+    if (!*text || isspace((unsigned char)*text)) return 0;
+    *value = strtod(text, &end);
+    return !*end && isfinite(*value);
+}
+
+static inline int parse_word(int *index, const char *const *words, const char *text) {
+    for (*index = 0; words[*index]; ++*index)
+        if (!strcmp(words[*index], text)) return 1;
+    return 0;
+}
+
+static inline void list_words(char *out, size_t room, const char *const *words) {
+    size_t used = 0;
+    *out = 0;
+    for (; *words && used < room; words++)
+        used += (size_t)snprintf(out + used, room - used, "%s%s", used ? "|" : "", *words);
+}
+
+static inline int store_number(options *o, const option_spec *option, const char *text) {
+    char *field = (char *)o + option->offset, remedy[96];
+    double value;
+    int whole;
+    snprintf(remedy, sizeof remedy, "%s takes %s from %g to %g", option->name,
+             option->kind == INTEGER ? "a whole number" : "a number", option->low, option->high);
+    if (!parse_number(&value, text)) return fail(USAGE_ERROR, text, "is not a number", remedy);
+    if (option->kind == INTEGER && value != floor(value))
+        return fail(USAGE_ERROR, text, "is not a whole number", remedy);
+    if (value < option->low || value > option->high)
+        return fail(RANGE_ERROR, text, "is out of range", remedy);
+    whole = option->kind == INTEGER ? (int)value : 0;
+    if (option->kind == INTEGER) memcpy(field, &whole, sizeof whole);
+    else memcpy(field, &value, sizeof value);
+    return DONE;
+}
+
+static inline int store_option(options *o, const option_spec *option, const char *text) {
+    char remedy[96];
+    int index;
+    if (option->kind == INTEGER || option->kind == NUMBER) return store_number(o, option, text);
+    if (!parse_word(&index, option->words, text)) {
+        list_words(remedy, sizeof remedy, option->words);
+        return fail(USAGE_ERROR, text, "is not one of", remedy);
+    }
+    memcpy((char *)o + option->offset, &index, sizeof index);
+    return DONE;
+}
+
+static inline int command_takes(const command *c, const option_spec *option) {
+    char name[32];
+    snprintf(name, sizeof name, "%s ", option->name);
+    return !strcmp(option->name, "--help") || strstr(c->takes, name) != NULL;
+}
+
+static const option_spec *find_option(const command *c, const char *name) {
+    int k;
+    for (k = 0; k < OPTION_COUNT; k++)
+        if (!strcmp(option_table[k].name, name) && command_takes(c, &option_table[k]))
+            return &option_table[k];
+    return NULL;
+}
+
+/* One argument, or an option with its value; *i moves past what was taken. */
+static inline int parse_argument(options *o, const command *c, char **arguments, int *i) {
+    const char *text = arguments[(*i)++];
+    const option_spec *option;
+    int on = 1;
+    if (text[0] != '-' || text[1] != '-') {
+        if (o->file_count == c->file_count)
+            return fail(USAGE_ERROR, text, "is one argument too many", NULL);
+        o->files[o->file_count++] = text;
+        return DONE;
+    }
+    option = find_option(c, text);
+    if (!option) return fail(USAGE_ERROR, text, "no such option", "add --help for a list");
+    if (option->kind == FLAG) {
+        memcpy((char *)o + option->offset, &on, sizeof on);
+        return DONE;
+    }
+    if (!arguments[*i]) return fail(USAGE_ERROR, text, "needs a value", "add --help for a list");
+    return store_option(o, option, arguments[(*i)++]);
+}
+
+static inline void print_help(const command *c) {
+    char words[96];
+    int k;
+    printf("usage: envmap %s %s [options]\n\n%s\n\n", c->name, c->files, c->what);
+    for (k = 0; k < OPTION_COUNT; k++) {
+        const option_spec *option = &option_table[k];
+        if (!command_takes(c, option)) continue;
+        *words = 0;
+        if (option->words) list_words(words, sizeof words, option->words);
+        printf("  %-12s %s%s%s\n", option->name, option->help, *words ? ": " : "", words);
+    }
+    printf("\nexample: %s\n", c->example);
+}
+
+#endif /* OPTIONS_H */
