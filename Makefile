@@ -185,6 +185,9 @@ $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(BUILD)/flags
 $(BUILD)/tests/test_gl: test_gl.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
 
+# These test what the tool is made of.
+$(BUILD)/tests/test_write $(BUILD)/tests/test_bake: $(HELPERS)
+
 $(BUILD)/%: %.c envmap.h $(HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
 

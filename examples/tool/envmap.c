@@ -20,7 +20,7 @@
 
    SPDX-License-Identifier: MIT */
 
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
 
