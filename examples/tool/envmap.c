@@ -10,7 +10,10 @@
    messages.h   what was wrong, where, what to do
    options.h    one table: parsing, ranges and help come from it
    progress.h   a bar, or a few lines where nobody watches
-   load.h       from a file to a map
+   read.h       from a file's bytes to floats: read_hdr.h, read_pfm.h, read_exr.h
+   layouts.h    which map a picture is
+   orientation.h  which way it looks
+   load.h       all of these: from a file to a map
    save.h       from a map to a file
    look.h       commands info, compare
    convert.h    commands convert, mips, generate
@@ -24,6 +27,8 @@
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
 
+#include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -34,6 +39,9 @@
 #include "gallery.h"
 #include "threads.h"
 
+#include "read.h"
+#include "layouts.h"
+#include "orientation.h"
 #include "messages.h"
 #include "options.h"
 #include "progress.h"
@@ -83,28 +91,28 @@ static int run_docs(const options *o) {
 /* ------------------------------------------------------------------------------------ >>main -- */
 
 static const command commands[] = {
-    {"info", "FILE.pfm", 1, "--mapping ", "Prints shape, radiance, contrast and damage of a map.",
+    {"info", "FILE.pfm", 1, LOAD_OPTIONS, "Prints shape, radiance, contrast and damage of a map.",
      "envmap info sky.pfm", run_info},
-    {"convert", "IN.pfm OUT.pfm|png", 2, "--mapping --from --to --size --exposure ",
+    {"convert", "IN.pfm OUT.pfm|png", 2, LOAD_OPTIONS "--to --size --exposure ",
      "Brings a map into another parameterization or size, or into a picture.",
      "envmap convert sky.pfm sky-cube.pfm --to cube --size 128", run_convert},
-    {"mips", "IN.pfm OUT_PREFIX", 2, "--mapping --from --to --size ",
+    {"mips", "IN.pfm OUT_PREFIX", 2, LOAD_OPTIONS "--to --size ",
      "Writes every mip level, weighted by solid angle, to OUT_PREFIX0.pfm, OUT_PREFIX1.pfm ...",
      "envmap mips sky.pfm sky-level- --to cube --size 128", run_mips},
     {"plan", "IN.pfm", 1,
-     "--mapping --from --to --size --slices --lobe --exponent --sharpness --alpha --s --tolerance ",
+     LOAD_OPTIONS "--to --size --slices --lobe --exponent --sharpness --alpha --s --tolerance ",
      "Says how much of everything a map, a lobe and a tolerance need, why, and what it will cost.",
      "envmap plan sky.pfm --lobe phong --exponent 100 --tolerance 1e-3", run_plan},
     {"filter", "IN.pfm OUT.pfm|png", 2,
-     "--mapping --from --to --size --slices --lobe --exponent --sharpness --alpha --s --raw "
+     LOAD_OPTIONS "--to --size --slices --lobe --exponent --sharpness --alpha --s --raw "
      "--scale "
      "--method --tolerance --threshold --threads --exposure --progress ",
      "Filters a map with a lobe into a cube as small as `plan` says, or what --to and --size say.",
      "envmap filter sky.pfm gloss.pfm --lobe phong --exponent 50 --to cube --size 32", run_filter},
-    {"sh", "IN.pfm", 1, "--mapping --glsl --window ",
+    {"sh", "IN.pfm", 1, LOAD_OPTIONS "--glsl --window ",
      "Prints nine spherical harmonic coefficients, or GLSL that lights with them.",
      "envmap sh sky.pfm --glsl", run_sh},
-    {"compare", "A.pfm B.pfm", 2, "--mapping ", "Prints how far A is from B, the truth.",
+    {"compare", "A.pfm B.pfm", 2, LOAD_OPTIONS, "Prints how far A is from B, the truth.",
      "envmap compare fast.pfm exact.pfm --mapping cube", run_compare},
     {"generate", "overcast|studio|sun OUT.pfm|png", 2, "--to --size --exposure ",
      "Makes one of three environments (default: lat-long, 512 x 256).",
@@ -128,31 +136,50 @@ static void print_commands(FILE *to) {
 
 static int run_command(const command *c, char **arguments) {
     options o = defaults;
-    int i = 0, status = DONE;
+    int status;
     command_name = c->name;
-    while (arguments[i] && !status) status = parse_argument(&o, c, arguments, &i);
+    status = parse_arguments(&o, c, arguments);
     if (status) return status;
-    if (o.help) {
-        print_help(c);
-        return DONE;
-    }
-    if (o.file_count < c->file_count)
-        return fail(USAGE_ERROR, c->files, "too few arguments", c->example);
-    return c->run(&o);
+    if (!o.help) return c->run(&o);
+    print_help(c);
+    return DONE;
 }
 
-int main(int argc, char **argv) {
+static int run(char **arguments) {
+    const char *name = arguments[0];
     int k;
-    if (argc < 2) {
+    if (!name) {
         print_commands(stderr);
         return USAGE_ERROR;
     }
     for (k = 0; k < COMMAND_COUNT; k++)
-        if (!strcmp(argv[1], commands[k].name)) return run_command(&commands[k], argv + 2);
-    if (!strcmp(argv[1], "--help")) {
+        if (!strcmp(name, commands[k].name)) return run_command(&commands[k], arguments + 1);
+    if (!strcmp(name, "--help") || !strcmp(name, "-h") || !strcmp(name, "help")) {
         print_commands(stdout);
         return DONE;
     }
-    command_name = argv[1];
-    return fail(USAGE_ERROR, "no such command", argv[1], "envmap --help lists them");
+    if (!strcmp(name, "--version")) {
+        printf("envmap %d.%d.%d\n", ENVMAP_VERSION / 10000, ENVMAP_VERSION / 100 % 100,
+               ENVMAP_VERSION % 100);
+        return DONE;
+    }
+    command_name = name;
+    return fail(USAGE_ERROR, "no such command", name, "envmap --help lists them");
+}
+
+/* Where standard input, output or error is closed, its number must not go to a file that is opened
+   later: it is a device that can only be read, so that printing to it fails and is noticed. */
+static void hold_standard_streams(void) {
+    int k;
+    for (k = 0; k < 3; k++)
+        if (fcntl(k, F_GETFD) == -1 && open("/dev/null", O_RDONLY) != k) return;
+}
+
+int main(int argc, char **argv) {
+    int status;
+    hold_standard_streams();
+    status = run(argv + (argc > 0));
+    if ((fflush(stdout) || ferror(stdout)) && status == DONE)
+        status = fail(FILE_ERROR, "standard output", why_not(errno), NULL);
+    return status;
 }

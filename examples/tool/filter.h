@@ -44,7 +44,7 @@ static inline int plan_for(envmap_plan *needs, options *asked, const envmap *in,
     return check(envmap_filter_plan(needs, &shape, in, &lobe, &desc), lobe_words[o->lobe]);
 }
 
-static const char *lobe_text(char text[64], const options *o) {
+static inline const char *lobe_text(char text[64], const options *o) {
     static const char *const names[] = {NULL, NULL, "N", "lambda", "alpha", "s"};
     double value = o->lobe == LOBE_PHONG      ? o->exponent
                    : o->lobe == LOBE_GAUSSIAN ? o->sharpness

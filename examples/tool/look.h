@@ -72,23 +72,44 @@ static inline int measure(statistics *s, const envmap *map) {
     return texels != NULL;
 }
 
+/* What other programs may have done to a file, from its numbers. */
+static inline void print_suspicions(const image *facts, const envmap *map) {
+    size_t count = 3 * (size_t)map_width(map) * (size_t)map->size *
+                   (size_t)envmap_faces(map->mapping) * (size_t)map->slices, i;
+    float most = 0;
+    for (i = 0; i < count; i++)
+        if (map->texels[i] > most) most = map->texels[i];
+    if (!(most < 1) && !(most > 1))
+        printf("  remark      the largest sample is exactly 1: something may have clipped it, as\n"
+               "              ImageMagick does without a word\n");
+    if (fabs(fabs(facts->scale) - 1) > 0)
+        printf("  remark      its scale is %g: samples were multiplied by %g, as netpbm's pages say;"
+               "\n              not all programs do that\n",
+               facts->scale, fabs(facts->scale));
+}
+
 static inline int run_info(const options *o) {
     envmap map;
+    image facts;
     statistics s;
-    int status = load(&map, o->files[0], o);
+    int status = load_as_it_is(&map, &facts, o->files[0], o);
     if (status) return status;
-    if (!measure(&s, &map)) return check(ENVMAP_ERROR_MEMORY, o->files[0]);
-    printf("%s\n", o->files[0]);
-    printf("  shape       %s%s, %d x %d texels, faces %d, slices %d\n", mapping_words[map.mapping],
-           o->mapping < 0 ? " (by its proportions)" : "", map_width(&map), map.size,
-           envmap_faces(map.mapping), map.slices);
-    printf("  luminance   min %.4g, mean %.4g, max %.4g\n", s.least, s.mean, s.most);
-    printf("  max/mean    %.4g\n", s.mean > 0 ? s.most / s.mean : 0);
-    printf("  brightest   0.1 %% of the sphere holds %.2g %% of the energy\n", 100 * s.share);
-    printf("  samples     %ld NaN, %ld infinite, %ld negative\n", s.nans, s.infinities,
-           s.negatives);
+    if (!measure(&s, &map)) status = check(ENVMAP_ERROR_MEMORY, o->files[0]);
+    if (!status) {
+        printf("%s\n", o->files[0]);
+        printf("  file        %s, %d x %d pixels\n", facts.format, facts.width, facts.height);
+        printf("  shape       %s%s, %d x %d texels, faces %d, slices %d\n",
+               mapping_words[map.mapping], o->mapping < 0 ? " (by its proportions)" : "",
+               map_width(&map), map.size, envmap_faces(map.mapping), map.slices);
+        printf("  luminance   min %.4g, mean %.4g, max %.4g\n", s.least, s.mean, s.most);
+        printf("  max/mean    %.4g\n", s.mean > 0 ? s.most / s.mean : 0);
+        printf("  brightest   0.1 %% of the sphere holds %.2g %% of the energy\n", 100 * s.share);
+        printf("  samples     %ld NaN, %ld infinite, %ld negative\n", s.nans, s.infinities,
+               s.negatives);
+        print_suspicions(&facts, &map);
+    }
     envmap_free(&map);
-    return DONE;
+    return status;
 }
 
 static inline void print_difference(const envmap_difference *d, const envmap *map) {

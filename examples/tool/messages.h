@@ -5,17 +5,34 @@
 #ifndef MESSAGES_H
 #define MESSAGES_H
 
+#include <errno.h>
 #include <stdio.h>
+#include <string.h>
 
 enum { DONE = 0, USAGE_ERROR = 1, FILE_ERROR = 2, RANGE_ERROR = 3 };
 
-static const char *command_name = "envmap"; /* for messages */
+static const char *command_name = ""; /* for messages; before there is one, "" */
 
 /* Prints "envmap filter: where: what" and what to do about it; returns the exit status. */
 static inline int fail(int status, const char *where, const char *what, const char *remedy) {
-    fprintf(stderr, "envmap %s: %s: %s\n", command_name, where, what);
+    fprintf(stderr, "envmap%s%s: %s: %s\n", *command_name ? " " : "", command_name, where, what);
     if (remedy) fprintf(stderr, "  %s\n", remedy);
     return status;
+}
+
+/* What the system says, in words of ours where they help. */
+static inline const char *why_not(int error) {
+    switch (error) {
+    case ENOENT: return "does not exist";
+    case EISDIR: return "is a folder, not a file";
+    case ENOTDIR: return "a part of the path is a file, not a folder";
+    case EACCES:
+    case EPERM: return "you have no permission for it";
+    case EROFS: return "the disk can only be read";
+    case ENOSPC: return "there is no space left";
+    case EBADF: return "is closed";
+    default: return error ? strerror(error) : "cannot be read or written";
+    }
 }
 
 static inline int status_of(envmap_result result) {
@@ -30,15 +47,9 @@ static inline int status_of(envmap_result result) {
     }
 }
 
-static const char *remedy_for(envmap_result result) {
+static inline const char *remedy_for(envmap_result result) {
     switch (result) {
     case ENVMAP_ERROR_FILE: return "see that the path exists and may be read or written";
-    case ENVMAP_ERROR_FORMAT:
-        return "only float PFM files are read: 'PF' or 'Pf', size, scale, data";
-    case ENVMAP_ERROR_SHAPE:
-        return "name its parameterization: --mapping cube|paraboloid|sphere|latlong|angular";
-    case ENVMAP_ERROR_TRUNCATED:
-    case ENVMAP_ERROR_TRAILING: return "the file seems damaged; export or copy it again";
     case ENVMAP_ERROR_RADIANCE: return "`envmap info` counts NaN, infinite and negative samples";
     case ENVMAP_ERROR_LOBE: return "`envmap filter --help` lists the ranges of lobe parameters";
     case ENVMAP_ERROR_METHOD: return "--method reference filters with every lobe";

@@ -19,10 +19,14 @@ typedef struct options {
     int mapping, to, size, slices, lobe, method, threads; /* mapping, to, size: -1 if not given */
     double exponent, sharpness, alpha, s, scale, tolerance, threshold, exposure;
     int raw, glsl, window, progress, help;
+    int flip, horizon, convention; /* of what is read; horizon: -1 if not given */
+    double limit, rotate[3];
+    unsigned long given; /* a bit for each option of the table */
 } options;
 
 static const options defaults = {{NULL, NULL}, 0,   -1, -1, -1, 1, 0, 0, 0, 100, 100,
-                                 0.25,         0.9, 1,  0,  0,  0, 0, 0, 0, 0,   0};
+                                 0.25,         0.9, 1,  0,  0,  0, 0, 0, 0, 0,   0,
+                                 0,            -1,  0,  0,  {0, 0, 0}, 0};
 
 static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere",
                                             "latlong", "angular",    NULL};
@@ -32,11 +36,13 @@ static const char *const method_words[] = {"auto", "reference", "hierarchical",
                                            "fast", "harmonics", NULL};
 enum { LOBE_MIRROR, LOBE_DIFFUSE, LOBE_PHONG, LOBE_GAUSSIAN, LOBE_GGX, LOBE_BANKS };
 
-typedef enum option_kind { FLAG, INTEGER, NUMBER, WORD } option_kind;
+static const char *const horizon_words[] = {"black", "mean", NULL};
+
+typedef enum option_kind { FLAG, INTEGER, NUMBER, WORD, ANGLES } option_kind;
 typedef struct option_spec {
     const char *name;
     option_kind kind;
-    size_t offset;            /* of an int, or of a double for NUMBER, in struct options */
+    size_t offset;            /* of an int (NUMBER, ANGLES: double) in struct options */
     double low, high;         /* allowed range, both included */
     const char *const *words; /* for WORD */
     const char *help;
@@ -47,6 +53,15 @@ static const option_spec option_table[] = {
     {"--mapping", WORD, AT(mapping), 0, 0, mapping_words,
      "parameterization of the input (default: by its shape)"},
     {"--from", WORD, AT(mapping), 0, 0, mapping_words, "the same"},
+    {"--flip", FLAG, AT(flip), 0, 0, NULL, "turn the input's rows upside down"},
+    {"--horizon", WORD, AT(horizon), 0, 0, horizon_words,
+     "the input is the upper half of a lat-long; below is"},
+    {"--from-convention", WORD, AT(convention), 0, 0, orientation_words,
+     "whose axes the input has (default envmap)"},
+    {"--rotate", ANGLES, AT(rotate), -36000, 36000, NULL,
+     "YAW[,PITCH,ROLL]: turn the input about +y, +x, +z, in degrees"},
+    {"--limit", NUMBER, AT(limit), 0, 3e38, NULL,
+     "the most radiance to let pass (default 0: all that is finite)"},
     {"--to", WORD, AT(to), 0, 0, mapping_words, "parameterization of the output"},
     {"--size", INTEGER, AT(size), 1, 16384, NULL, "face edge in texels (lat-long: its height)"},
     {"--slices", INTEGER, AT(slices), 1, 4096, NULL,
@@ -118,9 +133,27 @@ static inline int store_number(options *o, const option_spec *option, const char
     return DONE;
 }
 
+/* One number, or three with commas between. */
+static inline int store_angles(options *o, const option_spec *option, const char *text) {
+    double angles[3] = {0, 0, 0};
+    char *end = NULL;
+    int k;
+    for (k = 0; k < 3; k++, text = end + 1) {
+        angles[k] = strtod(text, &end);
+        if (end == text || !(angles[k] >= option->low && angles[k] <= option->high)) break;
+        if (*end != ',') break;
+    }
+    if (end == text || *end || k == 1)
+        return fail(USAGE_ERROR, option->name, "takes an angle, or three with commas between",
+                    "YAW or YAW,PITCH,ROLL, in degrees");
+    memcpy((char *)o + option->offset, angles, sizeof angles);
+    return DONE;
+}
+
 static inline int store_option(options *o, const option_spec *option, const char *text) {
     char remedy[96];
     int index;
+    if (option->kind == ANGLES) return store_angles(o, option, text);
     if (option->kind == INTEGER || option->kind == NUMBER) return store_number(o, option, text);
     if (!parse_word(&index, option->words, text)) {
         list_words(remedy, sizeof remedy, option->words);
@@ -136,33 +169,79 @@ static inline int command_takes(const command *c, const option_spec *option) {
     return !strcmp(option->name, "--help") || strstr(c->takes, name) != NULL;
 }
 
-static const option_spec *find_option(const command *c, const char *name) {
+/* The option that `text` names up to its end or to '='. */
+static inline const option_spec *find_option(const command *c, const char *text) {
+    size_t length = strcspn(text, "=");
     int k;
+    if (!strcmp(text, "-h")) text = "--help", length = 6;
     for (k = 0; k < OPTION_COUNT; k++)
-        if (!strcmp(option_table[k].name, name) && command_takes(c, &option_table[k]))
+        if (!strncmp(option_table[k].name, text, length) && !option_table[k].name[length] &&
+            command_takes(c, &option_table[k]))
             return &option_table[k];
     return NULL;
 }
 
-/* One argument, or an option with its value; *i moves past what was taken. */
-static inline int parse_argument(options *o, const command *c, char **arguments, int *i) {
-    const char *text = arguments[(*i)++];
-    const option_spec *option;
+static inline int parse_operand(options *o, const command *c, const char *text) {
+    if (o->file_count == c->file_count)
+        return fail(USAGE_ERROR, text, "is one argument too many", NULL);
+    o->files[o->file_count++] = text;
+    return DONE;
+}
+
+/* An option, with its value behind '=' or as the next argument; *i moves past what was taken. */
+static inline int parse_option(options *o, const command *c, char **arguments, int *i) {
+    const char *text = arguments[(*i)++], *value = strchr(text, '=');
+    const option_spec *option = find_option(c, text);
     int on = 1;
-    if (text[0] != '-' || text[1] != '-') {
-        if (o->file_count == c->file_count)
-            return fail(USAGE_ERROR, text, "is one argument too many", NULL);
-        o->files[o->file_count++] = text;
-        return DONE;
-    }
-    option = find_option(c, text);
     if (!option) return fail(USAGE_ERROR, text, "no such option", "add --help for a list");
+    o->given |= 1ul << (option - option_table);
     if (option->kind == FLAG) {
+        if (value) return fail(USAGE_ERROR, text, "takes no value", "add --help for a list");
         memcpy((char *)o + option->offset, &on, sizeof on);
         return DONE;
     }
-    if (!arguments[*i]) return fail(USAGE_ERROR, text, "needs a value", "add --help for a list");
-    return store_option(o, option, arguments[(*i)++]);
+    if (!value && !arguments[*i])
+        return fail(USAGE_ERROR, text, "needs a value", "add --help for a list");
+    return store_option(o, option, value ? value + 1 : arguments[(*i)++]);
+}
+
+/* What belongs to one lobe or method must not be given with another: it would do nothing. */
+static inline int check_unused(const options *o) {
+    static const struct {
+        const char *option, *use;
+    } uses[] = {{"--exponent", "--lobe phong"}, {"--sharpness", "--lobe gaussian"},
+                {"--alpha", "--lobe ggx"},      {"--s", "--lobe banks"},
+                {"--scale", "--raw"},           {"--threshold", "--method hierarchical"}};
+    int used[6], k, u;
+    used[0] = o->lobe == LOBE_PHONG, used[1] = o->lobe == LOBE_GAUSSIAN;
+    used[2] = o->lobe == LOBE_GGX, used[3] = o->lobe == LOBE_BANKS;
+    used[4] = o->raw, used[5] = o->method == ENVMAP_METHOD_HIERARCHICAL;
+    for (k = 0; k < OPTION_COUNT; k++)
+        for (u = 0; u < 6; u++)
+            if ((o->given >> k & 1) && !used[u] && !strcmp(option_table[k].name, uses[u].option)) {
+                char remedy[64];
+                snprintf(remedy, sizeof remedy, "it goes with %s", uses[u].use);
+                return fail(USAGE_ERROR, uses[u].option, "would do nothing here", remedy);
+            }
+    return DONE;
+}
+
+/* All of a command's arguments; after "--" there are no options. "-" is a file. */
+static inline int parse_arguments(options *o, const command *c, char **arguments) {
+    int i = 0, status = DONE, only_files = 0;
+    while (arguments[i] && !status && !o->help) {
+        const char *text = arguments[i];
+        if (only_files || text[0] != '-' || !text[1]) {
+            status = parse_operand(o, c, text);
+            i++;
+        } else if (!strcmp(text, "--")) {
+            only_files = 1, i++;
+        } else status = parse_option(o, c, arguments, &i);
+    }
+    if (status || o->help) return status;
+    if (o->file_count < c->file_count)
+        return fail(USAGE_ERROR, c->files, "too few arguments", c->example);
+    return check_unused(o);
 }
 
 static inline void print_help(const command *c) {
@@ -174,7 +253,7 @@ static inline void print_help(const command *c) {
         if (!command_takes(c, option)) continue;
         *words = 0;
         if (option->words) list_words(words, sizeof words, option->words);
-        printf("  %-12s %s%s%s\n", option->name, option->help, *words ? ": " : "", words);
+        printf("  %-17s %s%s%s\n", option->name, option->help, *words ? ": " : "", words);
     }
     printf("\nexample: %s\n", c->example);
 }
