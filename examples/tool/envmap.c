@@ -19,12 +19,14 @@
    look.h       commands info, compare
    convert.h    commands convert, mips, generate
    filter.h     commands plan, filter, sh
+   bake*.h      command bake, and write_*.h, the files that it writes
    >>gallery    commands demo, docs
    >>main
 
    SPDX-License-Identifier: MIT */
 
 #define _DEFAULT_SOURCE /* madvise, for memory.h */
+#define _XOPEN_SOURCE   700
 #include "memory.h"
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
@@ -42,6 +44,14 @@
 #include "labels.h"
 #include "threads.h"
 
+#include "write_file.h"
+#include "write_texels.h"
+#include "write_ktx.h"
+#include "write_dds.h"
+#include "write_hdr.h"
+#include "write_png.h"
+#include "bake_presets.h"
+
 #include "read.h"
 #include "layouts.h"
 #include "orientation.h"
@@ -53,6 +63,7 @@
 #include "look.h"
 #include "convert.h"
 #include "filter.h"
+#include "bake.h"
 
 /* --------------------------------------------------------------------------------- >>gallery -- */
 
@@ -94,6 +105,11 @@ static int run_docs(const options *o) {
 /* ------------------------------------------------------------------------------------ >>main -- */
 
 static const command commands[] = {
+    {"bake", "IN|FOLDER DIR", 2,
+     LOAD_OPTIONS "--for --size --levels --bend --chain --sun --tolerance --verify --threads "
+                  "--exposure --progress ",
+     "Writes what an engine loads: filtered cubes, irradiance, table, preview, manifest.",
+     "envmap bake sky.hdr out/ --for filament --sun", run_bake},
     {"info", "FILE", 1, LOAD_OPTIONS, "Prints shape, radiance, contrast and damage of a map.",
      "envmap info sky.hdr", run_info},
     {"convert", "IN OUT.pfm|png", 2, LOAD_OPTIONS "--to --size --exposure ",

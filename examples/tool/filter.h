@@ -80,9 +80,10 @@ static inline void print_size(const envmap_plan *n, const options *asked, const 
         return;
     }
     printf(
-        "  size      %d: the smallest edge of a %s that loses less than %.2g between its texels,\n"
+        "  size      %d: the smallest edge of a%s %s that loses less than %.2g between its texels,\n"
         "            looked up bilinearly",
-        n->size, mapping_words[asked->to], tolerance);
+        n->size, strchr("ao", *mapping_words[asked->to]) ? "n" : "", mapping_words[asked->to],
+        tolerance);
     if (o->size > 0) printf("; that of %d loses %.2g\n", o->size, n->lookup);
     else if (n->size > natural)
         printf("; %d, as fine as the source, loses %.2g\n", natural, n->lookup);
