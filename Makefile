@@ -49,7 +49,7 @@ GALLERY   = docs/images
 MAP       =
 
 .PHONY: help all demo test search check strict sanitize valgrind fuzz $(MEASURE) bench-baseline size \
-        examples docs gallery install clean FORCE
+        examples docs gallery web install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -161,6 +161,10 @@ ifeq ($(HAS_EGL),yes)
 else
 	@echo "gallery $(NO_GL)"
 endif
+
+web: ## the library in a browser tab: build/envmap.html, one file; needs clang for WebAssembly
+	@mkdir -p $(BUILD)
+	@sh examples/web/build.sh $(BUILD)/envmap.html
 
 install: ## copy the header to $(DESTDIR)$(PREFIX)/include
 	install -d '$(DESTDIR)$(PREFIX)/include'
