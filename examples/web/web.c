@@ -8,6 +8,7 @@
    >>filter    a lobe, a method, a level of a map
    >>outcome   error, harmonics, fit, fan, split sum
    >>picture   the ball as the CPU draws it: what the test holds WebGL against
+   >>files     what the tool's writers make of a map
    >>meshes
 
    SPDX-License-Identifier: MIT */
@@ -22,37 +23,48 @@
 #include "../methods/importance_sampling.h"
 #include "../tool/brdfs.h"
 #include "../tool/scenes.h"
-#if defined __has_include
-#if __has_include("../tool/read_hdr.h")
 #include <stdarg.h>
-/* For messages of readers: %d and %.60s, as printf would need imports for its files. */
+#include <stdio.h>
+
+/* For the tool's readers and writers: printf itself would need imports for its files. Knows %d and
+   strings. */
 static int web_print(char *out, size_t room, const char *format, va_list values) {
     size_t n = 0;
     for (; *format; format++) {
         char number[12], *text = number + 11;
-        long value;
         number[11] = 0;
-        if (*format != '%') {
-            text = number + 10, *text = *format;
-        } else if (*++format == 'd') {
-            for (value = va_arg(values, int); value > 9 && text > number + 1; value /= 10)
-                *--text = (char)('0' + value % 10);
-            *--text = (char)('0' + value);
+        if (*format != '%') *--text = *format;
+        else if (*++format == 'd') {
+            int value = va_arg(values, int);
+            do *--text = (char)('0' + value % 10);
+            while ((value /= 10) > 0);
         } else {
             text = va_arg(values, char *);
-            while (*format != 's') format++;
+            while (*format != 's') format++; /* %.60s */
         }
         for (; *text && n + 1 < room; n++) out[n] = *text++;
     }
     if (room) out[n] = 0;
     return (int)n;
 }
+static int web_printf(char *out, size_t room, const char *format, ...) {
+    va_list values;
+    int count;
+    va_start(values, format);
+    count = web_print(out, room, format, values);
+    va_end(values);
+    return count;
+}
 #define vsnprintf web_print
+#define snprintf  web_printf
+#include "memory_file.h"
+
 #include "../tool/image.h"
 #include "../tool/read_hdr.h"
-#define WEB_HDR 1
-#endif
-#endif
+#include "../tool/write_texels.h"
+
+#include "../tool/write_hdr.h"
+#include "../tool/write_ktx.h"
 
 #ifdef __wasm__
 #define WEB_CALL(name) __attribute__((export_name(#name)))
@@ -74,13 +86,6 @@ WEB_CALL(web_buffer) void *web_buffer(int bytes) { return bytes > 0 ? malloc((si
 WEB_CALL(web_release) void web_release(void *p) { free(p); }
 WEB_CALL(web_floats) float *web_floats(void) { return web_numbers; }
 WEB_CALL(web_text) char *web_text(void) { return web_words; }
-WEB_CALL(web_reads_hdr) int web_reads_hdr(void) {
-#ifdef WEB_HDR
-    return 1;
-#else
-    return 0;
-#endif
-}
 
 WEB_CALL(web_message) const char *web_message(int result) {
     return result < 0 ? web_words : envmap_result_text(result);
@@ -141,7 +146,6 @@ WEB_CALL(web_open_pfm) int web_open_pfm(const void *data, int bytes) {
     return web_take(&made, result);
 }
 
-#ifdef WEB_HDR
 /* -1: web_text says why not. */
 WEB_CALL(web_open_hdr) int web_open_hdr(const void *data, int bytes) {
     envmap made = {0};
@@ -157,7 +161,6 @@ WEB_CALL(web_open_hdr) int web_open_hdr(const void *data, int bytes) {
     image_free(&p);
     return result;
 }
-#endif
 
 /* How much of a small disc about d a texel gets: a tent of two texels of the equator. */
 static float web_tent(const envmap *map, const float d[3], int x, int y) {
@@ -484,6 +487,18 @@ WEB_CALL(web_picture) unsigned char *web_picture(int w, int h) {
         }
     return out;
 }
+
+/* ----------------------------------------------------------------------------------- >>files -- */
+
+/* A level of a map as .hdr, or below 0 all levels of it as KTX 2 in half floats. The bytes belong
+   to the module until the next call; NULL without memory. */
+WEB_CALL(web_save) const unsigned char *web_save(int map, int level) {
+    texture t = {0};
+    t.map = web_maps + map;
+    t.format = TEXEL_RGBA16F;
+    return (level < 0 ? write_ktx2(&t, "") : write_hdr(&t, level, "")) ? NULL : memory_file.data;
+}
+WEB_CALL(web_saved) int web_saved(void) { return (int)memory_file.size; }
 
 /* ---------------------------------------------------------------------------------- >>meshes -- */
 
