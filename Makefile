@@ -43,6 +43,11 @@ GLFLAGS   = $(if $(HAS_GLFW),-DGL_WINDOW)
 GLLIBS    = -lEGL $(if $(HAS_GLFW),-lglfw)
 NO_GL     = passed by: no EGL headers here (Debian: libegl-dev libgl-dev, and libglfw3-dev for windows)
 
+# OpenEXR's C library, for the tool to read .exr (Debian: libopenexr-dev; without it the tool says so).
+HAS_EXR  := $(shell printf '\043include <OpenEXR/openexr.h>\n' | $(CC) -E - >/dev/null 2>&1 && echo yes)
+EXRFLAGS  = $(if $(HAS_EXR),-DTOOL_EXR)
+EXRLIBS   = $(if $(HAS_EXR),-lOpenEXRCore)
+
 BENCH     = -O3 -march=native
 BENCHARGS =
 GALLERY   = docs/images
@@ -189,8 +194,14 @@ $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(BUILD)/flags
 $(BUILD)/tests/test_gl: test_gl.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
 
+# These test what the tool is made of.
+$(BUILD)/tests/test_write $(BUILD)/tests/test_bake: $(HELPERS)
+
 $(BUILD)/%: %.c envmap.h $(HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)
+
+$(BUILD)/envmap: envmap.c envmap.h $(HELPERS) $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(EXRFLAGS) -I. $< -o $@ $(EXRLIBS) $(LIBS)
 
 $(MEASURE:%=$(BUILD)/%): $(BUILD)/%: %.c envmap.h $(HELPERS) $(BUILD)/flags-measure
 	$(CC) $(BENCH) $(STRICT) -DBENCH_FLAGS='"$(BENCH)"' -I. $< -o $@ $(LIBS)

@@ -688,14 +688,12 @@ static inline int picture_chunk(FILE *file, const char *name, const unsigned cha
            fwrite(data, 1, size, file) == size && fwrite(check, 1, 4, file) == 4;
 }
 
-/* Returns 1 when the whole file was written; else removes it. */
-static inline int picture_save(const picture *p, const char *path) {
+/* Returns 1 when all of it went into the file. */
+static inline int picture_write(const picture *p, FILE *file) {
     static const unsigned char magic[8] = {137, 'P', 'N', 'G', 13, 10, 26, 10};
     unsigned char header[13] = {0}, *data;
     size_t size = 0;
     int good;
-    FILE *file = fopen(path, "wb");
-    if (!file) return 0;
     picture_big_endian(header, (size_t)p->width);
     picture_big_endian(header + 4, (size_t)p->height);
     header[8] = 8, header[9] = 2; /* 8 bits, RGB */
@@ -703,6 +701,15 @@ static inline int picture_save(const picture *p, const char *path) {
     good = data && fwrite(magic, 1, 8, file) == 8 && picture_chunk(file, "IHDR", header, 13) &&
            picture_chunk(file, "IDAT", data, size) && picture_chunk(file, "IEND", header, 0);
     free(data);
+    return good;
+}
+
+/* Returns 1 when the whole file was written; else removes it. */
+static inline int picture_save(const picture *p, const char *path) {
+    int good;
+    FILE *file = fopen(path, "wb");
+    if (!file) return 0;
+    good = picture_write(p, file);
     if (fclose(file) || !good) {
         remove(path);
         return 0;

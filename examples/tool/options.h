@@ -1,0 +1,261 @@
+/* options.h - the tool's options: one table, from which parsing, ranges and help come. Include after
+   messages.h and threads.h.
+
+   SPDX-License-Identifier: MIT */
+
+#ifndef OPTIONS_H
+#define OPTIONS_H
+
+#include <ctype.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct options {
+    const char *files[2];
+    int file_count;
+    int mapping, to, size, slices, lobe, method, threads; /* mapping, to, size: -1 if not given */
+    double exponent, sharpness, alpha, s, scale, tolerance, threshold, exposure;
+    int raw, glsl, window, progress, help;
+    int flip, horizon, convention; /* of what is read; horizon: -1 if not given */
+    double limit, rotate[3];
+    unsigned long given; /* a bit for each option of the table */
+} options;
+
+static const options defaults = {{NULL, NULL}, 0,   -1, -1, -1, 1, 0, 0, 0, 100, 100,
+                                 0.25,         0.9, 1,  0,  0,  0, 0, 0, 0, 0,   0,
+                                 0,            -1,  0,  0,  {0, 0, 0}, 0};
+
+static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere",
+                                            "latlong", "angular",    NULL};
+static const char *const lobe_words[] = {"mirror", "diffuse", "phong", "gaussian",
+                                         "ggx",    "banks",   NULL};
+static const char *const method_words[] = {"auto", "reference", "hierarchical",
+                                           "fast", "harmonics", NULL};
+enum { LOBE_MIRROR, LOBE_DIFFUSE, LOBE_PHONG, LOBE_GAUSSIAN, LOBE_GGX, LOBE_BANKS };
+
+static const char *const horizon_words[] = {"black", "mean", NULL};
+
+typedef enum option_kind { FLAG, INTEGER, NUMBER, WORD, ANGLES } option_kind;
+typedef struct option_spec {
+    const char *name;
+    option_kind kind;
+    size_t offset;            /* of an int (NUMBER, ANGLES: double) in struct options */
+    double low, high;         /* allowed range, both included */
+    const char *const *words; /* for WORD */
+    const char *help;
+} option_spec;
+
+#define AT(field) offsetof(options, field)
+static const option_spec option_table[] = {
+    {"--mapping", WORD, AT(mapping), 0, 0, mapping_words,
+     "parameterization of the input (default: by its shape)"},
+    {"--from", WORD, AT(mapping), 0, 0, mapping_words, "the same"},
+    {"--flip", FLAG, AT(flip), 0, 0, NULL, "turn the input's rows upside down"},
+    {"--horizon", WORD, AT(horizon), 0, 0, horizon_words,
+     "the input is the upper half of a lat-long; below is"},
+    {"--from-convention", WORD, AT(convention), 0, 0, orientation_words,
+     "whose axes the input has (default envmap)"},
+    {"--rotate", ANGLES, AT(rotate), -36000, 36000, NULL,
+     "YAW[,PITCH,ROLL]: turn the input about +y, +x, +z, in degrees"},
+    {"--limit", NUMBER, AT(limit), 0, 3e38, NULL,
+     "the most radiance to let pass (default 0: all that is finite)"},
+    {"--to", WORD, AT(to), 0, 0, mapping_words, "parameterization of the output"},
+    {"--size", INTEGER, AT(size), 1, 16384, NULL, "face edge in texels (lat-long: its height)"},
+    {"--slices", INTEGER, AT(slices), 1, 4096, NULL,
+     "slices of the third dimension (default 1; banks 16)"},
+    {"--lobe", WORD, AT(lobe), 0, 0, lobe_words, "which lobe (default mirror)"},
+    {"--exponent", NUMBER, AT(exponent), 0, 1e9, NULL, "N of phong (default 100)"},
+    {"--sharpness", NUMBER, AT(sharpness), 0, 1e9, NULL, "lambda of gaussian (default 100)"},
+    {"--alpha", NUMBER, AT(alpha), 1e-4, 1, NULL, "alpha of ggx, roughness squared (default 0.25)"},
+    {"--s", NUMBER, AT(s), 0, 0.99999, NULL, "s of banks (default 0.9)"},
+    {"--raw", FLAG, AT(raw), 0, 0, NULL, "the papers' sums instead of normalised ones"},
+    {"--scale", NUMBER, AT(scale), 0, 1e9, NULL, "k_s or k_d with --raw (default 1)"},
+    {"--method", WORD, AT(method), 0, 0, method_words, "how (default auto)"},
+    {"--tolerance", NUMBER, AT(tolerance), 0, 1, NULL,
+     "relative rms error allowed (default 0: 1e-3)"},
+    {"--threshold", NUMBER, AT(threshold), -1, 1, NULL, "of method hierarchical (default 0: 1e-3)"},
+    {"--glsl", FLAG, AT(glsl), 0, 0, NULL, "print GLSL that evaluates them"},
+    {"--window", FLAG, AT(window), 0, 0, NULL, "window them, if need be, against negative light"},
+    {"--threads", INTEGER, AT(threads), 1, THREADS_MOST, NULL, "default: one per processor"},
+    {"--exposure", NUMBER, AT(exposure), -40, 40, NULL,
+     "of a PNG, in stops above the automatic one"},
+    {"--progress", FLAG, AT(progress), 0, 0, NULL,
+     "a progress bar also where stderr is no terminal"},
+    {"--help", FLAG, AT(help), 0, 0, NULL, "this text"}};
+enum { OPTION_COUNT = sizeof option_table / sizeof option_table[0] };
+
+typedef struct command {
+    const char *name, *files; /* files: names of the operands */
+    int file_count;
+    const char *takes; /* names of its options, each followed by a blank; --help is always one */
+    const char *what, *example;
+    int (*run)(const options *o);
+} command;
+
+/* Strict: the whole argument is one finite number, without blanks before it. */
+static inline int parse_number(double *value, const char *text) {
+    char *end;
+    if (!*text || isspace((unsigned char)*text)) return 0;
+    *value = strtod(text, &end);
+    return !*end && isfinite(*value);
+}
+
+static inline int parse_word(int *index, const char *const *words, const char *text) {
+    for (*index = 0; words[*index]; ++*index)
+        if (!strcmp(words[*index], text)) return 1;
+    return 0;
+}
+
+static inline void list_words(char *out, size_t room, const char *const *words) {
+    size_t used = 0;
+    *out = 0;
+    for (; *words && used < room; words++)
+        used += (size_t)snprintf(out + used, room - used, "%s%s", used ? "|" : "", *words);
+}
+
+static inline int store_number(options *o, const option_spec *option, const char *text) {
+    char *field = (char *)o + option->offset, remedy[96];
+    double value;
+    int whole;
+    snprintf(remedy, sizeof remedy, "%s takes %s from %g to %g", option->name,
+             option->kind == INTEGER ? "a whole number" : "a number", option->low, option->high);
+    if (!parse_number(&value, text)) return fail(USAGE_ERROR, text, "is not a number", remedy);
+    if (option->kind == INTEGER && value != floor(value))
+        return fail(USAGE_ERROR, text, "is not a whole number", remedy);
+    if (value < option->low || value > option->high)
+        return fail(RANGE_ERROR, text, "is out of range", remedy);
+    whole = option->kind == INTEGER ? (int)value : 0;
+    if (option->kind == INTEGER) memcpy(field, &whole, sizeof whole);
+    else memcpy(field, &value, sizeof value);
+    return DONE;
+}
+
+/* One number, or three with commas between. */
+static inline int store_angles(options *o, const option_spec *option, const char *text) {
+    double angles[3] = {0, 0, 0};
+    char *end = NULL;
+    int k;
+    for (k = 0; k < 3; k++, text = end + 1) {
+        angles[k] = strtod(text, &end);
+        if (end == text || !(angles[k] >= option->low && angles[k] <= option->high)) break;
+        if (*end != ',') break;
+    }
+    if (end == text || *end || k == 1)
+        return fail(USAGE_ERROR, option->name, "takes an angle, or three with commas between",
+                    "YAW or YAW,PITCH,ROLL, in degrees");
+    memcpy((char *)o + option->offset, angles, sizeof angles);
+    return DONE;
+}
+
+static inline int store_option(options *o, const option_spec *option, const char *text) {
+    char remedy[96];
+    int index;
+    if (option->kind == ANGLES) return store_angles(o, option, text);
+    if (option->kind == INTEGER || option->kind == NUMBER) return store_number(o, option, text);
+    if (!parse_word(&index, option->words, text)) {
+        list_words(remedy, sizeof remedy, option->words);
+        return fail(USAGE_ERROR, text, "is not one of", remedy);
+    }
+    memcpy((char *)o + option->offset, &index, sizeof index);
+    return DONE;
+}
+
+static inline int command_takes(const command *c, const option_spec *option) {
+    char name[32];
+    snprintf(name, sizeof name, "%s ", option->name);
+    return !strcmp(option->name, "--help") || strstr(c->takes, name) != NULL;
+}
+
+/* The option that `text` names up to its end or to '='. */
+static inline const option_spec *find_option(const command *c, const char *text) {
+    size_t length = strcspn(text, "=");
+    int k;
+    if (!strcmp(text, "-h")) text = "--help", length = 6;
+    for (k = 0; k < OPTION_COUNT; k++)
+        if (!strncmp(option_table[k].name, text, length) && !option_table[k].name[length] &&
+            command_takes(c, &option_table[k]))
+            return &option_table[k];
+    return NULL;
+}
+
+static inline int parse_operand(options *o, const command *c, const char *text) {
+    if (o->file_count == c->file_count)
+        return fail(USAGE_ERROR, text, "is one argument too many", NULL);
+    o->files[o->file_count++] = text;
+    return DONE;
+}
+
+/* An option, with its value behind '=' or as the next argument; *i moves past what was taken. */
+static inline int parse_option(options *o, const command *c, char **arguments, int *i) {
+    const char *text = arguments[(*i)++], *value = strchr(text, '=');
+    const option_spec *option = find_option(c, text);
+    int on = 1;
+    if (!option) return fail(USAGE_ERROR, text, "no such option", "add --help for a list");
+    o->given |= 1ul << (option - option_table);
+    if (option->kind == FLAG) {
+        if (value) return fail(USAGE_ERROR, text, "takes no value", "add --help for a list");
+        memcpy((char *)o + option->offset, &on, sizeof on);
+        return DONE;
+    }
+    if (!value && !arguments[*i])
+        return fail(USAGE_ERROR, text, "needs a value", "add --help for a list");
+    return store_option(o, option, value ? value + 1 : arguments[(*i)++]);
+}
+
+/* What belongs to one lobe or method must not be given with another: it would do nothing. */
+static inline int check_unused(const options *o) {
+    static const struct {
+        const char *option, *use;
+    } uses[] = {{"--exponent", "--lobe phong"}, {"--sharpness", "--lobe gaussian"},
+                {"--alpha", "--lobe ggx"},      {"--s", "--lobe banks"},
+                {"--scale", "--raw"},           {"--threshold", "--method hierarchical"}};
+    int used[6], k, u;
+    used[0] = o->lobe == LOBE_PHONG, used[1] = o->lobe == LOBE_GAUSSIAN;
+    used[2] = o->lobe == LOBE_GGX, used[3] = o->lobe == LOBE_BANKS;
+    used[4] = o->raw, used[5] = o->method == ENVMAP_METHOD_HIERARCHICAL;
+    for (k = 0; k < OPTION_COUNT; k++)
+        for (u = 0; u < 6; u++)
+            if ((o->given >> k & 1) && !used[u] && !strcmp(option_table[k].name, uses[u].option)) {
+                char remedy[64];
+                snprintf(remedy, sizeof remedy, "it goes with %s", uses[u].use);
+                return fail(USAGE_ERROR, uses[u].option, "would do nothing here", remedy);
+            }
+    return DONE;
+}
+
+/* All of a command's arguments; after "--" there are no options. "-" is a file. */
+static inline int parse_arguments(options *o, const command *c, char **arguments) {
+    int i = 0, status = DONE, only_files = 0;
+    while (arguments[i] && !status && !o->help) {
+        const char *text = arguments[i];
+        if (only_files || text[0] != '-' || !text[1]) {
+            status = parse_operand(o, c, text);
+            i++;
+        } else if (!strcmp(text, "--")) {
+            only_files = 1, i++;
+        } else status = parse_option(o, c, arguments, &i);
+    }
+    if (status || o->help) return status;
+    if (o->file_count < c->file_count)
+        return fail(USAGE_ERROR, c->files, "too few arguments", c->example);
+    return check_unused(o);
+}
+
+static inline void print_help(const command *c) {
+    char words[96];
+    int k;
+    printf("usage: envmap %s %s [options]\n\n%s\n\n", c->name, c->files, c->what);
+    for (k = 0; k < OPTION_COUNT; k++) {
+        const option_spec *option = &option_table[k];
+        if (!command_takes(c, option)) continue;
+        *words = 0;
+        if (option->words) list_words(words, sizeof words, option->words);
+        printf("  %-17s %s%s%s\n", option->name, option->help, *words ? ": " : "", words);
+    }
+    printf("\nexample: %s\n", c->example);
+}
+
+#endif /* OPTIONS_H */
