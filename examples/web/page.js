@@ -2,6 +2,7 @@
    SPDX-License-Identifier: MIT */
 const $ = id => document.getElementById(id);
 const canvas = $('picture'), LEVELS = 6;
+const CHAIN = 2, MAP = 3, PFM = 0, HDR = 1, KTX2 = 2; /* as in web.c */
 const state = { yaw: 0.45, pitch: 0.22, file: null, fileCount: 0, ready: false, failure: '', levels: [] };
 const number = id => Number($(id).value);
 const chosen = name => Number(document.querySelector(`input[name=${name}]:checked`)?.value ?? -1);
@@ -58,9 +59,9 @@ function fail(why) {
 const busy = text => { if (!state.failure) $('status').textContent = text; };
 
 const answers = {
-  ready({ hdr }) { state.hdr = hdr; },
   failed({ why }) { if (why || state.failure) fail(why && `This cannot be done: ${why}.`); },
   mesh({ kind, indices, texels }) { view?.mesh(kind, texels, indices); draw(); },
+  sky({ size, texels }) { smallSky(size, texels); },
   nine({ texels }) {
     view?.set({ sh: texels });
     state.glsl = glsl(texels);
@@ -89,6 +90,7 @@ const answers = {
   },
   idle({ bytes }) { state.bytes = bytes; state.idle = true; busy(''); if (!view) cpuPicture(); },
   split({ texels }) { view?.set({ split: texels }); draw(); },
+  file({ name, texels }) { save(texels, name); },
   picture(data) {
     if (state.onPicture) state.onPicture(data);
     else if (!view) canvas.width = data.w, canvas.height = data.h,
@@ -99,6 +101,7 @@ const answers = {
 /* ---- wishes */
 
 function wish() {
+  placeSun();
   const a = radians('azimuth'), h = radians('height');
   const file = state.file;
   state.idle = false;
@@ -159,6 +162,33 @@ function explain() {
   $('failure').innerHTML = (FAILURES[$('method').value] ?? 'The rms error keeps the tolerance; the time pays for it. <a href="../docs/accuracy-speed.md">All methods</a>')
     + ' The map above is |error| over the mean of the result, in all directions, against the same lobe at 1e-5.';
 }
+/* The lit sky, every step-th texel, with the tone curve of the picture. */
+function smallSky(size, texels) {
+  const step = Math.max(1, Math.floor(size / 256)), h = Math.floor(size / step), w = 2 * h, small = $('small');
+  const pixels = new ImageData(w, h), white = 2 ** number('exposure');
+  for (let y = 0, at = 0; y < h; y++)
+    for (let x = 0; x < w; x++, at += 4) {
+      const from = 3 * (2 * size * y + x) * step;
+      for (let c = 0; c < 3; c++) pixels.data[at + c] = 255 * (1 - Math.exp(-texels[from + c] * white)) ** (1 / 2.2);
+      pixels.data[at + 3] = 255;
+    }
+  small.width = w, small.height = h;
+  small.getContext('2d').putImageData(pixels, 0, 0);
+}
+function placeSun() {
+  $('sun').hidden = !number('flux');
+  $('sun').style.left = `${50 + number('azimuth') / 3.6}%`;
+  $('sun').style.top = `${50 - number('height') / 1.8}%`;
+}
+function dragSun(event) {
+  if (!event.buttons) return;
+  const box = $('small').getBoundingClientRect();
+  const set = (id, value) => { $(id).value = value; label($(id)); };
+  if (!number('flux')) set('flux', 4);
+  set('azimuth', ((event.clientX - box.left) / box.width - 0.5) * 360);
+  set('height', (0.5 - (event.clientY - box.top) / box.height) * 180);
+  wish();
+}
 /* t in [0,1]: from the page's quiet blue through yellow to red. */
 function heatColour(t) {
   const stops = [[38, 48, 84], [44, 112, 142], [105, 174, 122], [240, 200, 80], [205, 60, 40]];
@@ -191,32 +221,18 @@ vec3 diffuse_light(vec3 n) {
 
 /* ---- files to take away */
 
-/* A strip of faces as little-endian PFM, rows bottom to top. */
-function pfm(size, rows, texels) {
-  const head = new TextEncoder().encode(`PF\n${size} ${rows}\n-1.0\n`), body = new Float32Array(3 * size * rows);
-  for (let y = 0; y < rows; y++) body.set(texels.subarray(3 * size * y, 3 * size * (y + 1)), 3 * size * (rows - 1 - y));
-  return new Blob([head, body], { type: 'application/octet-stream' });
-}
-function save(blob, name) {
+function save(bytes, name) {
   const link = document.createElement('a');
-  link.href = URL.createObjectURL(blob);
+  link.href = URL.createObjectURL(new Blob([bytes], { type: 'application/octet-stream' }));
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
-function saveLevels(from, to) {
-  for (let i = from; i <= to; i++) {
-    const level = state.levels[i];
-    if (level) save(pfm(level.size, 6 * level.size, level.texels), `ggx-${i}.pfm`);
-  }
-}
-function saveMap() {
-  const look = number('look'), map = state.map;
-  if ([1, 5, 6, 7].includes(look) && map) save(pfm(map.size, map.texels.length / 3 / map.size, map.texels), 'map.pfm');
-  else {
-    const i = look === 0 ? 0 : Math.round(number('roughness') * (LEVELS - 1));
-    saveLevels(i, i);
-  }
+/* The map that the material looks up: its own, or a level of the chain. */
+function saveMap(kind, ending) {
+  const look = number('look'), own = [1, 5, 6, 7].includes(look);
+  const level = own || look === 0 ? 0 : Math.round(number('roughness') * (LEVELS - 1));
+  worker.postMessage({ save: { kind, map: own ? MAP : CHAIN, level, name: `${own ? 'map' : `ggx-${level}`}.${ending}` } });
 }
 
 /* ---- events */
@@ -258,12 +274,17 @@ function listen() {
     const step = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] }[event.key];
     if (step) orbit(...step), event.preventDefault();
   });
+  for (const type of ['pointerdown', 'pointermove']) $('small').addEventListener(type, dragSun);
+  $('small').addEventListener('pointerdown', event => $('small').setPointerCapture(event.pointerId));
   addEventListener('dragover', event => { event.preventDefault(); $('drop').hidden = false; });
   addEventListener('dragleave', event => { if (!event.relatedTarget) $('drop').hidden = true; });
   addEventListener('drop', event => { event.preventDefault(); $('drop').hidden = true; open(event.dataTransfer.files[0]); });
   addEventListener('resize', draw);
-  $('save-map').addEventListener('click', saveMap);
-  $('save-chain').addEventListener('click', () => saveLevels(0, LEVELS - 1));
+  $('save-pfm').addEventListener('click', () => saveMap(PFM, 'pfm'));
+  $('save-hdr').addEventListener('click', () => saveMap(HDR, 'hdr'));
+  $('save-chain').addEventListener('click', () =>
+    worker.postMessage({ save: { kind: KTX2, map: CHAIN, level: 0, name: 'ggx.ktx2' } }));
+  $('save-sh').addEventListener('click', () => save(state.glsl, 'sh.glsl'));
   $('copy').addEventListener('click', async () => {
     try { await navigator.clipboard.writeText(state.glsl); $('copy').textContent = 'Copied'; }
     catch { getSelection().selectAllChildren($('glsl')); $('copy').textContent = 'Selected'; }

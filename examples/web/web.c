@@ -490,13 +490,30 @@ WEB_CALL(web_picture) unsigned char *web_picture(int w, int h) {
 
 /* ----------------------------------------------------------------------------------- >>files -- */
 
-/* A level of a map as .hdr, or below 0 all levels of it as KTX 2 in half floats. The bytes belong
-   to the module until the next call; NULL without memory. */
-WEB_CALL(web_save) const unsigned char *web_save(int map, int level) {
+/* What a map is saved as: the level as PFM (all slices) or .hdr, or all levels as KTX 2 in half
+   floats. */
+enum { WEB_PFM, WEB_HDR, WEB_KTX2 };
+
+static int web_write_pfm(const envmap *map, int level) {
+    size_t bytes = 0;
+    write_file w;
+    write_open(&w, "");
+    envmap_pfm_write(NULL, 0, &bytes, map, level);
+    write_zeros(&w, bytes);
+    return write_close(&w) || envmap_pfm_write(memory_file.data, bytes, &bytes, map, level);
+}
+
+/* The bytes belong to the module until the next call; NULL without memory. */
+WEB_CALL(web_save) const unsigned char *web_save(int kind, int map, int level) {
     texture t = {0};
+    int failed;
     t.map = web_maps + map;
     t.format = TEXEL_RGBA16F;
-    return (level < 0 ? write_ktx2(&t, "") : write_hdr(&t, level, "")) ? NULL : memory_file.data;
+    if (!t.map->texels || level >= t.map->levels) return NULL;
+    failed = kind == WEB_PFM   ? web_write_pfm(t.map, level)
+             : kind == WEB_HDR ? write_hdr(&t, level, "")
+                               : write_ktx2(&t, "");
+    return failed ? NULL : memory_file.data;
 }
 WEB_CALL(web_saved) int web_saved(void) { return (int)memory_file.size; }
 

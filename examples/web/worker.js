@@ -41,8 +41,8 @@ function openSky(w) {
   const bytes = new Uint8Array(w.file), at = lib.web_buffer(bytes.length || 1);
   if (!at) return say('sky', 2);
   new Uint8Array(lib.memory.buffer, at, bytes.length).set(bytes);
-  const isPfm = bytes[0] === 80, call = isPfm ? lib.web_open_pfm : lib.web_open_hdr;
-  const result = call ? call(at, bytes.length) : 5;
+  const isRadiance = bytes[0] === 35; /* "#?" */
+  const result = isRadiance ? lib.web_open_hdr(at, bytes.length) : lib.web_open_pfm(at, bytes.length);
   lib.web_release(at);
   return say('sky', result);
 }
@@ -50,6 +50,7 @@ function openSky(w) {
 function light(w) {
   const size = lib.web_map_size(SKY);
   if (!say('sun', lib.web_light(...w.sun, w.flux))) return false;
+  tell('sky', { size }, floats(lib.web_map_texels(LIT, 0), 6 * size * size));
   if (!say('nine', lib.web_diffuse())) return false;
   tell('nine', {}, floats(lib.web_floats(), 28));
   lib.web_prepare(0.16, w.tolerance);
@@ -144,6 +145,11 @@ function picture(view, w, h) {
   postMessage({ type: 'picture', w, h, rgba }, [rgba.buffer]);
 }
 
+function save({ kind, map, level, name }) {
+  const at = lib.web_save(kind, map, level);
+  if (at) tell('file', { name }, new Uint8Array(lib.memory.buffer, at, lib.web_saved()).slice());
+}
+
 const KINDS = 3;
 function meshes() {
   for (let kind = 0; kind < KINDS; kind++) {
@@ -159,9 +165,10 @@ onmessage = async ({ data }) => {
     lib = (await WebAssembly.instantiate(data.module, {})).exports;
     lib._initialize?.();
     meshes();
-    tell('ready', { hdr: !!lib.web_open_hdr });
+    tell('ready');
   }
   if (data.picture) return picture(...data.picture);
+  if (data.save) return save(data.save);
   if (data.wish) wish = data.wish;
   if (lib && wish && !busy) work().catch(error => { busy = false; tell('failed', { why: String(error.message) }); });
 };
