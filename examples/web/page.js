@@ -28,27 +28,21 @@ const FAILURES = {
 
 /* ---- the module and its worker */
 
-async function unpack(id) {
-  const bytes = Uint8Array.from(atob($(id).textContent.trim()), c => c.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
-  return WebAssembly.compile(await new Response(stream).arrayBuffer());
-}
 /* A module whose only function makes a v128. */
 const HAS_SIMD = WebAssembly.validate(new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3,
   2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]));
 
 let worker, view;
-async function start() {
-  view = createView(canvas);
+function start() {
   const scalar = new URLSearchParams(location.search).has('scalar') || !HAS_SIMD;
-  const module = await unpack(scalar ? 'module-scalar' : 'module-simd');
   worker = new Worker(URL.createObjectURL(new Blob([$('worker').textContent], { type: 'text/javascript' })));
   worker.onmessage = ({ data }) => answers[data.type]?.(data);
   worker.onerror = event => fail(event.message);
-  worker.postMessage({ module });
+  worker.postMessage({ module: $(scalar ? 'module-scalar' : 'module-simd').textContent });
+  wish(); /* filters while the shaders are compiled */
+  view = createView(canvas);
   $('says').textContent = `${scalar ? 'Scalar' : 'SIMD'} WebAssembly. ` + (view ? `WebGL2, ${view.format}.`
     : 'No WebGL2 here: the library draws a ball itself, in 8 bits.');
-  wish();
 }
 
 function fail(why) {
@@ -59,6 +53,7 @@ function fail(why) {
 const busy = text => { if (!state.failure) $('status').textContent = text; };
 
 const answers = {
+  ready({ imports }) { state.imports = imports; },
   failed({ why }) { if (why || state.failure) fail(why && `This cannot be done: ${why}.`); },
   mesh({ kind, indices, texels }) { view?.mesh(kind, texels, indices); draw(); },
   sky({ size, texels }) { smallSky(size, texels); },
@@ -125,7 +120,7 @@ async function open(file) {
 /* ---- the picture */
 
 function viewNow() {
-  return { look: number('look'), yaw: state.yaw, pitch: state.pitch, distance: 4.4, skyTurn: radians('turn'),
+  return { look: number('look'), yaw: state.yaw, pitch: state.pitch, distance: 4.4 * Math.max(1, 1.2 * canvas.height / canvas.width), skyTurn: radians('turn'),
     exposure: 2 ** number('exposure'), roughness: number('roughness'), metal: number('metal'), blur: number('blur'),
     along: number('along'), across: state.across ?? 0.1 };
 }
@@ -296,4 +291,4 @@ document.querySelectorAll('input[type=range]').forEach(label);
 explain();
 $('ramp').style.background = `linear-gradient(90deg, ${[0, 0.25, 0.5, 0.75, 1].map(t => `rgb(${heatColour(t)})`).join()})`;
 listen();
-start().catch(error => fail(`The page cannot start: ${error.message}`));
+try { start(); } catch (error) { fail(`The page cannot start: ${error.message}`); }

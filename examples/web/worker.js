@@ -160,12 +160,20 @@ function meshes() {
   }
 }
 
+async function unpack(base64) {
+  const bytes = Uint8Array.from(atob(base64.trim()), c => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
+  return WebAssembly.compile(await new Response(stream).arrayBuffer());
+}
+
 onmessage = async ({ data }) => {
   if (data.module) {
-    lib = (await WebAssembly.instantiate(data.module, {})).exports;
-    lib._initialize?.();
+    const module = await unpack(data.module);
+    const made = await WebAssembly.instantiate(module, {});
+    made.exports._initialize?.();
+    lib = made.exports;
+    tell('ready', { imports: WebAssembly.Module.imports(module).length });
     meshes();
-    tell('ready');
   }
   if (data.picture) return picture(...data.picture);
   if (data.save) return save(data.save);

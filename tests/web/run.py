@@ -232,9 +232,7 @@ def main(path, folder=None):
         check("a picture comes", bool(load(page, url)))
         first = page.run("state.first / 1000")
         check("the first picture comes soon", 0 < first <= MOST_SECONDS, f"{first:.2f} s")
-        check("the modules import nothing", page.run(
-            "Promise.all(['module-simd', 'module-scalar'].map(unpack)).then(all => "
-            "all.every(m => WebAssembly.Module.imports(m).length === 0))"))
+        check("the module imports nothing", page.run("state.imports") == 0)
         webgl_draws_what_the_cpu_draws(page)
         every_control_moves(page)
         the_error_keeps_the_tolerance(page)
