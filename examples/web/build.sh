@@ -11,8 +11,10 @@ wasm() { # NAME FLAG ...: 64 KB of stack come first, so that an overflow traps
 }
 echo '#include <stdlib.h>
 int main(void) { return 0; }' >"$work/probe.c"
-if ! clang --target=wasm32-wasi -mexec-model=reactor "$work/probe.c" -o "$work/probe.wasm" 2>/dev/null; then
-    echo "web passed by: no WebAssembly here (Debian: clang lld wasi-libc libclang-rt-14-dev-wasm32)"
+if ! clang --target=wasm32-wasi -mexec-model=reactor "$work/probe.c" -o "$work/probe.wasm" \
+        2>/dev/null; then
+    packages="clang lld wasi-libc libclang-rt-14-dev-wasm32"
+    echo "web passed by: no WebAssembly here (Debian: $packages)"
     exit 0
 fi
 wasm simd.wasm -O2 -msimd128 && wasm scalar.wasm -Os -DENVMAP_NO_SIMD || exit 1

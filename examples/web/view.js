@@ -2,7 +2,10 @@
    worker filtered. The numbers of a view have the order of web_view in web.c, whose functions are
    this fragment shader on the CPU.
    SPDX-License-Identifier: MIT */
-const VIEW = ['look', 'yaw', 'pitch', 'distance', 'skyTurn', 'exposure', 'roughness', 'metal', 'blur', 'along', 'across'];
+const VIEW = [
+  'look', 'yaw', 'pitch', 'distance', 'skyTurn', 'exposure', 'roughness', 'metal', 'blur', 'along',
+  'across'
+];
 const TANGENT = 0.35; /* of half the vertical field of view */
 
 const COMMON = `#version 300 es
@@ -61,7 +64,8 @@ vec3 nine(vec3 d) {
              sh[6].rgb * (d.x * d.x - d.y * d.y), 0.0);
 }
 float fresnel(float c) { /* index 1.5 */
-  float g = sqrt(1.25 + c * c), a = (g - c) / (g + c), b = (c * (g + c) - 1.0) / (c * (g - c) + 1.0);
+  float g = sqrt(1.25 + c * c), a = (g - c) / (g + c);
+  float b = (c * (g + c) - 1.0) / (c * (g - c) + 1.0);
   return 0.5 * a * a * (1.0 + b * b);
 }
 vec3 disc(vec3 d, float k) { /* a slice of a dual paraboloid */
@@ -101,7 +105,8 @@ void main() {
   else if (look == 4) {
     float x = clamp(c * 32.0 - 0.5, 0.0, 31.0);
     vec2 s = mix(split[int(x)], split[min(int(x) + 1, 31)], fract(x));
-    L = lit * (mix(vec3(0.04), vec3(1.0, 0.77, 0.34), metal) * s.x + s.y) + (1.0 - metal) * 0.6 * nine(N);
+    vec3 f0 = mix(vec3(0.04), vec3(1.0, 0.77, 0.34), metal);
+    L = lit * (f0 * s.x + s.y) + (1.0 - metal) * 0.6 * nine(N);
   } else if (look == 5) L = sliced(T, 0.5 + 0.5 * dot(V, T));
   else if (look == 6) L = copper(N, V, c);
   else if (look == 7) L = elliptical(N, V, T);
@@ -121,24 +126,26 @@ function program(gl, vertex, fragment) {
   gl.linkProgram(made);
   if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw Error(gl.getProgramInfoLog(made));
   const at = {};
-  return { made, at: name => at[name] ??= gl.getUniformLocation(made, name) };
+  return {made, at: name => at[name] ??= gl.getUniformLocation(made, name)};
 }
 
 /* Right, up and backwards of an eye that looks at the middle, as columns; and where it is. */
 function cameraOf(view) {
-  const [sy, cy, sp, cp] = [Math.sin(view.yaw), Math.cos(view.yaw), Math.sin(view.pitch), Math.cos(view.pitch)];
+  const [sy, cy, sp, cp] =
+      [Math.sin(view.yaw), Math.cos(view.yaw), Math.sin(view.pitch), Math.cos(view.pitch)];
   const z = [cp * sy, sp, cp * cy], x = [cy, 0, -sy];
   const y = [z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]];
-  return { axes: [...x, ...y, ...z], eye: z.map(v => v * view.distance) };
+  return {axes: [...x, ...y, ...z], eye: z.map(v => v * view.distance)};
 }
 
 /* NULL without WebGL2. `format` says in what the maps are. */
 function createView(canvas) {
-  const gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
+  const gl = canvas.getContext('webgl2', {antialias: true, preserveDrawingBuffer: true});
   if (!gl) return null;
   const linear = gl.getExtension('OES_texture_float_linear');
   const internal = linear ? gl.RGB32F : gl.RGB16F, most = linear ? 3e38 : 65504;
-  const sky = program(gl, SKY_VERTEX, SKY_FRAGMENT), object = program(gl, OBJECT_VERTEX, OBJECT_FRAGMENT);
+  const sky = program(gl, SKY_VERTEX, SKY_FRAGMENT),
+        object = program(gl, OBJECT_VERTEX, OBJECT_FRAGMENT);
   const textures = {}, meshes = [], numbers = {};
   const empty = gl.createVertexArray();
 
@@ -146,37 +153,52 @@ function createView(canvas) {
     const key = [levels, size, layers].join();
     if (textures[name]?.key === key) return gl.bindTexture(target, textures[name].made);
     if (textures[name]) gl.deleteTexture(textures[name].made);
-    textures[name] = { key, target, made: gl.createTexture() };
+    textures[name] = {key, target, made: gl.createTexture()};
     gl.bindTexture(target, textures[name].made);
-    if (layers) gl.texStorage3D(target, levels, internal, size, size, layers);
-    else gl.texStorage2D(target, levels, internal, size, size);
+    if (layers)
+      gl.texStorage3D(target, levels, internal, size, size, layers);
+    else
+      gl.texStorage2D(target, levels, internal, size, size);
     gl.texParameteri(target, gl.TEXTURE_MIN_FILTER, layers ? gl.LINEAR : gl.LINEAR_MIPMAP_LINEAR);
     gl.texParameteri(target, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
-    for (const wrap of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(target, wrap, gl.CLAMP_TO_EDGE);
+    for (const wrap of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T])
+      gl.texParameteri(target, wrap, gl.CLAMP_TO_EDGE);
   }
-  const fitting = texels => { if (!linear) for (let i = 0; i < texels.length; i++) texels[i] = Math.min(texels[i], most); return texels; };
+  const fitting = texels => {
+    if (!linear)
+      for (let i = 0; i < texels.length; i++) texels[i] = Math.min(texels[i], most);
+    return texels;
+  };
   gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
 
   function faces(level, size, texels) {
     for (let f = 0; f < 6; f++)
-      gl.texSubImage2D(gl.TEXTURE_CUBE_MAP_POSITIVE_X + f, level, 0, 0, size, size, gl.RGB, gl.FLOAT,
-        fitting(texels).subarray(3 * size * size * f, 3 * size * size * (f + 1)));
+      gl.texSubImage2D(
+          gl.TEXTURE_CUBE_MAP_POSITIVE_X + f, level, 0, 0, size, size, gl.RGB, gl.FLOAT,
+          fitting(texels).subarray(3 * size * size * f, 3 * size * size * (f + 1)));
   }
   const api = {
-    format: linear ? '32-bit float maps' : 'no linear lookups of 32-bit floats here: the maps are half floats, radiance up to 65504',
+    format: linear ?
+        '32-bit float maps' :
+        'no linear lookups of 32-bit floats here: the maps are half floats, radiance up to 65504',
     level(level, levels, size, texels) {
       texture('chain', gl.TEXTURE_CUBE_MAP, levels, size << level, 0);
       faces(level, size, texels);
     },
-    map({ size, sliced, slices, fit, fan }, texels) {
-      if (!sliced) texture('gloss', gl.TEXTURE_CUBE_MAP, 1, size, 0), faces(0, size, texels);
+    map({size, sliced, slices, fit, fan}, texels) {
+      if (!sliced)
+        texture('gloss', gl.TEXTURE_CUBE_MAP, 1, size, 0), faces(0, size, texels);
       else {
         texture('discs', gl.TEXTURE_2D_ARRAY, 1, size, 2 * slices);
-        gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, 0, size, size, 2 * slices, gl.RGB, gl.FLOAT, fitting(texels));
+        gl.texSubImage3D(
+            gl.TEXTURE_2D_ARRAY, 0, 0, 0, 0, size, size, 2 * slices, gl.RGB, gl.FLOAT,
+            fitting(texels));
       }
-      Object.assign(numbers, { slices }, fit && { fit }, fan && { fan });
+      Object.assign(numbers, {slices}, fit && {fit}, fan && {fan});
     },
-    set(more) { Object.assign(numbers, more); },
+    set(more) {
+      Object.assign(numbers, more);
+    },
     mesh(kind, vertices, indices) {
       const array = gl.createVertexArray();
       gl.bindVertexArray(array);
@@ -188,13 +210,16 @@ function createView(canvas) {
         gl.enableVertexAttribArray(i);
         gl.vertexAttribPointer(i, 3, gl.FLOAT, false, 36, 12 * i);
       }
-      meshes[kind] = { array, count: indices.length };
+      meshes[kind] = {array, count: indices.length};
       gl.bindVertexArray(null);
     },
-    ready: look => textures.chain && numbers.sh && (look === 1 || look === 7 ? textures.gloss : look === 5 || look === 6 ? textures.discs : true),
+    ready: look => textures.chain && numbers.sh &&
+        (look === 1 || look === 7     ? textures.gloss :
+             look === 5 || look === 6 ? textures.discs :
+                                        true),
 
     draw(view, kind, spin) {
-      const { axes, eye } = cameraOf(view), w = canvas.width, h = canvas.height;
+      const {axes, eye} = cameraOf(view), w = canvas.width, h = canvas.height;
       gl.viewport(0, 0, w, h);
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
       gl.enable(gl.DEPTH_TEST);
@@ -202,12 +227,14 @@ function createView(canvas) {
       const units = ['chain', 'gloss', 'discs'];
       units.forEach((name, i) => {
         gl.activeTexture(gl.TEXTURE0 + i);
-        gl.bindTexture(i === 2 ? gl.TEXTURE_2D_ARRAY : gl.TEXTURE_CUBE_MAP, textures[name]?.made ?? null);
+        gl.bindTexture(
+            i === 2 ? gl.TEXTURE_2D_ARRAY : gl.TEXTURE_CUBE_MAP, textures[name]?.made ?? null);
       });
       for (const p of [object, sky]) {
         gl.useProgram(p.made);
         units.forEach((name, i) => gl.uniform1i(p.at(name), i));
-        for (const name of ['skyTurn', 'exposure', 'roughness', 'metal', 'blur']) gl.uniform1f(p.at(name), view[name]);
+        for (const name of ['skyTurn', 'exposure', 'roughness', 'metal', 'blur'])
+          gl.uniform1f(p.at(name), view[name]);
         gl.uniform1f(p.at('aspect'), w / h);
         gl.uniform1f(p.at('top'), numbers.top);
         gl.uniformMatrix3fv(p.at('camera'), false, axes);
@@ -221,7 +248,9 @@ function createView(canvas) {
       gl.uniform1i(object.at('slices'), numbers.slices ?? 1);
       gl.uniform1i(object.at('taps'), (numbers.fan?.length ?? 0) / 2);
       gl.uniform1f(object.at('size'), kind === 2 ? 0.75 : 1);
-      gl.uniformMatrix3fv(object.at('spin'), false, [Math.cos(spin), 0, -Math.sin(spin), 0, 1, 0, Math.sin(spin), 0, Math.cos(spin)]);
+      gl.uniformMatrix3fv(
+          object.at('spin'), false,
+          [Math.cos(spin), 0, -Math.sin(spin), 0, 1, 0, Math.sin(spin), 0, Math.cos(spin)]);
       gl.uniform4fv(object.at('sh'), numbers.sh);
       if (numbers.fit) gl.uniform4fv(object.at('fit'), numbers.fit);
       if (numbers.fan?.length) gl.uniform2fv(object.at('fan'), numbers.fan);

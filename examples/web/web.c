@@ -82,7 +82,9 @@ static envmap_prepared web_prepared;
 static float web_numbers[4096]; /* what calls hand back; large enough for the longest, a ramp */
 static char web_words[256];
 
-WEB_CALL(web_buffer) void *web_buffer(int bytes) { return bytes > 0 ? malloc((size_t)bytes) : NULL; }
+WEB_CALL(web_buffer) void *web_buffer(int bytes) {
+    return bytes > 0 ? malloc((size_t)bytes) : NULL;
+}
 WEB_CALL(web_release) void web_release(void *p) { free(p); }
 WEB_CALL(web_floats) float *web_floats(void) { return web_numbers; }
 WEB_CALL(web_text) char *web_text(void) { return web_words; }
@@ -189,8 +191,7 @@ int web_light(float dx, float dy, float dz, float flux) {
                 float w = web_tent(sky, d, x, y), *texel = envmap_texel(lit, 0, 0, 0, x, y);
                 if (!pass) total += (double)w * envmap_solid_angle(sky, 0, 0, x, y);
                 else
-                    texel[0] += 1.1f * flux * w / (float)total,
-                        texel[1] += flux * w / (float)total,
+                    texel[0] += 1.1f * flux * w / (float)total, texel[1] += flux * w / (float)total,
                         texel[2] += 0.8f * flux * w / (float)total;
             }
     return ENVMAP_OK;
@@ -370,8 +371,16 @@ WEB_CALL(web_split_sum) void web_split_sum(float roughness, int count) {
 typedef struct web_view {
     float look, yaw, pitch, distance, sky_turn, exposure, roughness, metal, blur, along, across;
 } web_view;
-enum { WEB_LOOK_MIRROR, WEB_LOOK_PHONG, WEB_LOOK_DIFFUSE, WEB_LOOK_COATED, WEB_LOOK_GGX,
-       WEB_LOOK_BANKS, WEB_LOOK_FITTED, WEB_LOOK_ELLIPTICAL };
+enum {
+    WEB_LOOK_MIRROR,
+    WEB_LOOK_PHONG,
+    WEB_LOOK_DIFFUSE,
+    WEB_LOOK_COATED,
+    WEB_LOOK_GGX,
+    WEB_LOOK_BANKS,
+    WEB_LOOK_FITTED,
+    WEB_LOOK_ELLIPTICAL
+};
 static web_view web_seen;
 static float web_sh[28], web_taps[2][64];
 static int web_tap_count;
@@ -405,7 +414,8 @@ static void web_ggx(float rgb[3], const float n[3], const float r[3], float nv) 
     float base[3], m = web_seen.metal;
     double scale, bias;
     int c;
-    envmap_ggx_split_sum(&scale, &bias, (double)nv, (double)(web_seen.roughness * web_seen.roughness));
+    envmap_ggx_split_sum(&scale, &bias, (double)nv,
+                         (double)(web_seen.roughness * web_seen.roughness));
     web_nine_at(base, n);
     envmap_lookup(rgb, chain, r, web_seen.roughness * (float)(chain->levels - 1));
     for (c = 0; c < 3; c++)
@@ -472,7 +482,8 @@ WEB_CALL(web_picture) unsigned char *web_picture(int w, int h) {
     int x, y, c;
     if (!out || web_diffuse()) return out;
     memcpy(web_sh, web_numbers, sizeof web_sh);
-    web_tap_count = envmap_fan(web_taps[0], web_taps[1], 64, (double)s->along, (double)s->across, 0.01);
+    web_tap_count =
+        envmap_fan(web_taps[0], web_taps[1], 64, (double)s->along, (double)s->across, 0.01);
     if (web_tap_count > 64) web_tap_count = 0;
     mesh_look(view, eye, at);
     for (y = 0; y < h; y++)
