@@ -17,7 +17,9 @@ LIBS    = -lm -lpthread
 SKIP     =
 TESTS    = $(filter-out $(SKIP:%=$(BUILD)/tests/test_%), \
              $(patsubst %.c,$(BUILD)/tests/%,$(notdir $(wildcard tests/test_*.c tests/*/test_*.c))))
-EXAMPLES = $(patsubst %.c,$(BUILD)/%,$(notdir $(wildcard examples/*.c examples/*/*.c)))
+# examples/web is no program of its own.
+EXAMPLES = $(patsubst %.c,$(BUILD)/%,$(notdir $(filter-out examples/web/%, \
+             $(wildcard examples/*.c examples/*/*.c))))
 GL       = $(patsubst examples/gl/%.c,$(BUILD)/%,$(wildcard examples/gl/*.c))
 MEASURE  = $(patsubst examples/measure/%.c,%,$(wildcard examples/measure/*.c))
 # The tests that take longest start first, so that none of them runs alone at the end.
@@ -62,7 +64,8 @@ MAP       =
 LONG    =
 TARGETS =
 .PHONY: help all demo test search check strict sanitize tsan analyze mutate coverage targets valgrind \
-        fuzz $(MEASURE) bench-baseline size docs-check docs-test examples docs gallery install clean FORCE
+        fuzz $(MEASURE) bench-baseline size docs-check docs-test examples docs gallery web test-web \
+        install clean FORCE
 .DEFAULT_GOAL = help
 
 help: ## this list
@@ -89,7 +92,7 @@ search: ## random works against sums of their own: SECONDS=60 SEED=1, or WORK=".
 
 check: ## all that can be checked here: tests by gcc and clang, strict, sanitizers, analyze, valgrind, pages
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'TEST_WHOLE=1 $(MAKE) --no-print-directory test CC=$(c) BUILD=$(BUILD)/$(c)') \
-	    $(foreach t,strict sanitize tsan analyze valgrind docs-test docs-check,'$(MAKE) --no-print-directory $(t)')
+	    $(foreach t,strict sanitize tsan analyze valgrind test-web docs-test docs-check,'$(MAKE) --no-print-directory $(t)')
 
 strict: ## every standard, every strict warning, header, tests and examples, gcc and clang
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'sh tests/compile/run.sh $(c) $(BUILD)/strict/$(c) strict')
@@ -221,6 +224,14 @@ ifeq ($(HAS_EGL),yes)
 else
 	@echo "gallery $(NO_GL)"
 endif
+
+test-web: web ## the page in a headless Chromium; three minutes
+	@if command -v python3 >/dev/null; then python3 tests/web/run.py $(BUILD)/envmap.html; \
+	else echo "test-web passed by: no python3 here (Debian: python3)"; fi
+
+web: ## the library in a browser tab: build/envmap.html, one file; needs clang for WebAssembly
+	@mkdir -p $(BUILD)
+	@sh examples/web/build.sh $(BUILD)/envmap.html
 
 install: ## copy the header to $(DESTDIR)$(PREFIX)/include
 	install -d '$(DESTDIR)$(PREFIX)/include'

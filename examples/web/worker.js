@@ -1,0 +1,225 @@
+/* Filters, apart from the page. The page posts what it wants, whole, each time that anything of it
+   changes; what is done is compared with that, one piece at a time, so that a newer wish is seen
+   between two pieces. Answers carry copies of the texels.
+   SPDX-License-Identifier: MIT */
+const SKY = 0, LIT = 1, CHAIN = 2, MAP = 3, METHOD = 4, TRUTH = 5;
+const CUBE = 0, PARABOLOID = 1, LEVELS = 6, SLICES = 16, ONE = 64;
+const LOBE = {
+  mirror: 0,
+  phong: 1,
+  diffuse: 2,
+  ggx: 3,
+  banks: 4,
+  fit: 5
+};
+const NEEDS_MAP = [0, 1, 0, 0, 0, 1, 1, 1];
+let lib, wish, busy = false, shown = false, done = {}, failed = {};
+
+const floats = (at, count) => new Float32Array(lib.memory.buffer, at, count).slice();
+const text = at => {
+  const bytes = new Uint8Array(lib.memory.buffer, at);
+  return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
+};
+const tell = (type, more, texels) =>
+    postMessage({type, ...more, texels}, texels ? [texels.buffer] : []);
+/* Between two pieces: messages that have come are heard first. */
+const breath = () => new Promise(go => {
+  const channel = new MessageChannel();
+  channel.port1.onmessage = () => {
+    channel.port1.close();
+    go();
+  };
+  channel.port2.postMessage(0);
+});
+const time = work => {
+  const start = performance.now();
+  const result = work();
+  return [result, performance.now() - start];
+};
+
+/* The lobe that a material looks up, which is also the one that is judged. */
+const lobeOf = w => [
+    [LOBE.mirror, 0], [LOBE.phong, w.exponent], [LOBE.diffuse, 0], [LOBE.ggx, w.roughness ** 2],
+    [LOBE.ggx, w.roughness ** 2], [LOBE.banks, w.banks], [LOBE.fit, w.fit],
+    [LOBE.phong, w.exponent]][w.look];
+
+function say(what, result) {
+  if (result)
+    failed[what] = text(lib.web_message(result));
+  else
+    delete failed[what];
+  tell('failed', {why: Object.values(failed)[0] || ''});
+  return !result;
+}
+
+/* A file, or a scene: its coarse form first when there is no picture yet. */
+function openSky(w) {
+  if (!w.file) return say('sky', lib.web_scene(w.sky, shown ? w.size : w.size / 4));
+  const bytes = new Uint8Array(w.file), at = lib.web_buffer(bytes.length || 1);
+  if (!at) return say('sky', 2);
+  new Uint8Array(lib.memory.buffer, at, bytes.length).set(bytes);
+  const isRadiance = bytes[0] === 35; /* "#?" */
+  const result =
+      isRadiance ? lib.web_open_hdr(at, bytes.length) : lib.web_open_pfm(at, bytes.length);
+  lib.web_release(at);
+  return say('sky', result);
+}
+
+function light(w) {
+  const size = lib.web_map_size(SKY);
+  if (!say('sun', lib.web_light(...w.sun, w.flux))) return false;
+  tell('sky', {size}, floats(lib.web_map_texels(LIT, 0), 6 * size * size));
+  if (!say('nine', lib.web_diffuse())) return false;
+  tell('nine', {}, floats(lib.web_floats(), 28));
+  lib.web_prepare(0.16, w.tolerance);
+  return say(
+      'room',
+      lib.web_create(
+          CHAIN, CUBE, Math.min(256, Math.max(32, 2 ** Math.floor(Math.log2(size / 2)))), LEVELS,
+          1));
+}
+
+function level(w, i) {
+  const roughness = i / (LEVELS - 1), size = Math.max(1, lib.web_map_size(CHAIN) >> i);
+  const [result, ms] = time(
+      () => lib.web_filter(
+          CHAIN, i, i ? LOBE.ggx : LOBE.mirror, roughness ** 2, w.method, w.tolerance));
+  if (say('chain', result))
+    tell('level', {level: i, size, ms}, floats(lib.web_map_texels(CHAIN, i), 18 * size * size));
+  return ms;
+}
+
+function ownMap(w) {
+  const sliced = w.look === 5 || w.look === 6, [lobe, value] = lobeOf(w);
+  let result = lib.web_create(MAP, sliced ? PARABOLOID : CUBE, ONE, 1, sliced ? SLICES : 1), fit,
+      fan, across;
+  if (!result && w.look === 6)
+    result = lib.web_fit_copper(w.fit, SLICES), fit = floats(lib.web_floats(), 4 * SLICES);
+  if (!result && w.look === 7) {
+    across = lib.web_sigma(lobe, value);
+    const taps = lib.web_fan(w.along, across);
+    fan = floats(lib.web_floats(), 2 * taps);
+  }
+  if (!result) result = lib.web_filter(MAP, 0, lobe, value, w.method, w.tolerance);
+  if (say('map', result))
+    tell(
+        'map', {size: ONE, sliced, slices: SLICES, fit, fan, across},
+        floats(lib.web_map_texels(MAP, 0), 3 * ONE * ONE * (sliced ? 2 * SLICES : 6)));
+}
+
+/* The material's lobe by the method asked for, and by the library at 1e-5. */
+function judge(w) {
+  const sliced = w.look === 5 || w.look === 6, [lobe, value] = lobeOf(w), w_ = 90, h = 45;
+  const shape = [sliced ? PARABOLOID : CUBE, ONE, 1, 1];
+  let result = lib.web_create(METHOD, ...shape) || lib.web_create(TRUTH, ...shape), ms = 0;
+  if (!result && w.look === 6) result = lib.web_fit_copper(w.fit, SLICES);
+  if (!result)
+    [result, ms] = time(() => lib.web_filter(METHOD, 0, lobe, value, w.method, w.tolerance));
+  if (!result) result = lib.web_filter(TRUTH, 0, lobe, value, 0, 1e-5);
+  if (!result) result = lib.web_error(w_, h);
+  if (!say('error', result)) return tell('error', {ms: 0});
+  const out = floats(lib.web_floats(), 16 + w_ * h);
+  tell('error', {ms, rms: out[0], worst: out[1]}, out.slice(16));
+}
+
+/* What is not yet as wished, most visible first. Each piece returns nothing; keys say what it was
+   made from. */
+function* pieces(w) {
+  const keys = {sky: w.skyKey + (shown ? '' : ' coarse'), split: w.roughness};
+  keys.light = [keys.sky, w.flux && w.sun, w.flux, w.tolerance].join();
+  keys.filter = [keys.light, w.method].join();
+  keys.map = [keys.filter, w.look, w.look === 7 && w.along, ...lobeOf(w)].join();
+  keys.error = [keys.filter, w.look === 5 || w.look === 6, ...lobeOf(w)].join();
+  const stale = what => done[what] !== keys[what] && (done[what] = keys[what], true);
+  if (stale('sky')) yield() => openSky(w);
+  if (!lib.web_map_size(SKY)) return;
+  if (stale('light')) yield() => light(w);
+  if (stale('split'))
+    yield() => {
+      lib.web_split_sum(w.roughness, 32);
+      tell('split', {}, floats(lib.web_floats(), 64));
+    };
+  if (NEEDS_MAP[w.look] && stale('map')) yield() => ownMap(w);
+  if (done.filter !== keys.filter) {
+    let ms = 0;
+    for (let i = LEVELS - 1; i >= 0; i--)
+      yield() => {
+        ms += level(w, i);
+      };
+    done.filter = keys.filter;
+    yield() => tell('chain', {ms});
+  }
+  if (!shown) {
+    shown = true;
+    return;
+  }
+  if (w === wish && stale('error')) yield() => judge(w);
+}
+
+async function work() {
+  busy = true;
+  for (let now = null; now !== wish || !shown;) {
+    const first = !shown;
+    now = wish;
+    for (const piece of pieces(now)) {
+      piece();
+      await breath();
+      if (['skyKey', 'method', 'tolerance'].some(key => wish[key] !== now[key])) break;
+    }
+    if (first && !shown) break; /* no sky: wait for another wish */
+    if (first) now = null;
+  }
+  busy = false;
+  tell('idle', {bytes: lib.memory.buffer.byteLength});
+}
+
+/* The test asks for what the CPU draws. */
+function picture(view, w, h) {
+  new Float32Array(lib.memory.buffer, lib.web_view_floats(), view.length).set(view);
+  const at = lib.web_picture(w, h);
+  const rgba = new Uint8ClampedArray(lib.memory.buffer, at, 4 * w * h).slice();
+  lib.web_release(at);
+  postMessage({type: 'picture', w, h, rgba}, [rgba.buffer]);
+}
+
+function save({kind, map, level, name}) {
+  const at = lib.web_save(kind, map, level);
+  if (at) tell('file', {name}, new Uint8Array(lib.memory.buffer, at, lib.web_saved()).slice());
+}
+
+const KINDS = 3;
+function meshes() {
+  for (let kind = 0; kind < KINDS; kind++) {
+    const at = lib.web_mesh(kind);
+    if (!at) continue;
+    const indices =
+        new Uint32Array(lib.memory.buffer, lib.web_mesh_indices(kind), lib.web_mesh_count(kind, 1))
+            .slice();
+    tell('mesh', {kind, indices}, floats(at, 9 * lib.web_mesh_count(kind, 0)));
+  }
+}
+
+async function unpack(base64) {
+  const bytes = Uint8Array.from(atob(base64.trim()), c => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
+  return WebAssembly.compile(await new Response(stream).arrayBuffer());
+}
+
+onmessage = async ({data}) => {
+  if (data.module) {
+    const module = await unpack(data.module);
+    const made = await WebAssembly.instantiate(module, {});
+    made.exports._initialize?.();
+    lib = made.exports;
+    tell('ready', {imports: WebAssembly.Module.imports(module).length});
+    meshes();
+  }
+  if (data.picture) return picture(...data.picture);
+  if (data.save) return save(data.save);
+  if (data.wish) wish = data.wish;
+  if (lib && wish && !busy)
+    work().catch(error => {
+      busy = false;
+      tell('failed', {why: String(error.message)});
+    });
+};
