@@ -3625,8 +3625,8 @@ static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
    A grid lies in a face's own (u,v), no finer than the bands, padded past the face's edges: a node
    there is simply a direction, and a point for the rings. Texels go to nodes by the adjoint of
    quintic spline interpolation (_task_reduce), and come from them by interpolation (_task_expand);
-   sphere and angular maps have no grid, their texels are the points. Texels that a rim cuts are
-   points of their own, and lights are summed apart, exactly (_add_lights).
+   sphere, angular and octahedral maps have no grid, their texels are the points. Texels that a rim
+   cuts are points of their own, and lights are summed apart, exactly (_add_lights).
    Used by >>harmonics (envmap_sh_project, envmap_sh_fill) and >>fast.  Tests: tests/test_fast.c,
    tests/test_sh.c. */
 
@@ -3755,16 +3755,17 @@ typedef struct envmapi_grid {
 
 /* The largest |d direction / du| of a mapping, but at the rims of sphere and angular maps. */
 static double envmapi_stretch(int mapping) {
-    static const double span[ENVMAP_MAPPING_COUNT] = {
-        2, 4, 4, 2 * ENVMAPI_PI, 2 * ENVMAPI_PI, 4.898979485566356};
+    static const double span[ENVMAP_MAPPING_COUNT] = {2, 4, 4, 2 * ENVMAPI_PI, 2 * ENVMAPI_PI,
+                                                      4.898979485566356}; /* 2 sqrt 6 */
     return span[mapping];
 }
 
-/* Nodes no farther apart than h. Sphere and angular maps end at their rims, so their texels are the
-   grid; so they are where a grid has nearly as many nodes (0.8: speed only). A face is padded by 3
-   nodes, which taps reach, and by those that feel a spline's end: it is 0.2 % wrong there and
-   forgets it by its pole, 0.43 = e^-0.843, a node. A lat-long's lines have no end: rows go on at
-   the seam, columns beyond the poles.  Test: a_light_beside_an_edge_keeps_the_tolerance. */
+/* Nodes no farther apart than h. Sphere and angular maps end at their rims, and directions kink at
+   an octahedral map's folds, so their texels are the grid; so they are where a grid has nearly as
+   many nodes (0.8: speed only). A face is padded by 3 nodes, which taps reach, and by those that
+   feel a spline's end: it is 0.2 % wrong there and forgets it by its pole, 0.43 = e^-0.843, a
+   node. A lat-long's lines have no end: rows go on at the seam, columns beyond the poles. Test:
+   a_light_beside_an_edge_keeps_the_tolerance. */
 static envmapi_grid envmapi_grid_of(const envmap *map, double h, double tolerance) {
     envmapi_grid grid;
     int width = envmapi_width(map->mapping, map->size), closed = map->mapping == ENVMAP_LATLONG;
