@@ -2154,6 +2154,10 @@ static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_
     int faces = envmap_faces(dst.mapping);
     double n_dst = (double)envmapi_area(dst.mapping, dst.size) * faces;
     double n_src = (double)envmapi_area(src.mapping, src.size) * envmap_faces(src.mapping);
+    if (dst.mapping == src.mapping && dst.size == src.size) {
+        memcpy(dst.texels, src.texels, envmapi_slice_floats(&src, 0) * sizeof(float));
+        return envmapi_tell(&work->progress, 1);
+    }
     if (dst.mapping == src.mapping && dst.size <= src.size) {
         envmapi_nest nest = {src.texels, dst.texels, src.mapping, src.size, dst.size, faces};
         return envmapi_run(work, envmapi_task_nest, &nest, (dst.size + 1) / 2);
@@ -7482,6 +7486,7 @@ typedef struct envmapi_job {
     const envmap *src;
     const envmap_lobe *lobes;
     int count, fast, planned[32]; /* fast: how many specs; planned: has this level one? */
+    int late;                     /* level 0 is the mirror, and is written last, to dst itself */
     envmap views[32];
     envmapi_spec specs[32];
     envmapi_tail tails[32]; /* of sharp lobes, by their specs */
@@ -7582,7 +7587,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
     envmapi_part part;
     envmap_filter_desc desc = job->desc;
     envmap_result result = ENVMAP_OK;
-    for (int l = 0; l < job->count && !result; ++l) {
+    for (int l = job->late; l < job->count && !result; ++l) {
         const envmap_lobe *lobe = job->lobes + l;
         if (job->planned[l]) continue;
         desc.work = envmapi_work_part(&part, &job->desc.work, done++, 1, job->count);
@@ -7613,21 +7618,28 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
     return result;
 }
 
-/* Room for the results, which become dst's when nothing can fail any more: of level 0 they need
-   none where the fast filter writes it last and at once. */
+/* Room for the results, which become dst's when nothing can fail any more. Level 0, which would be
+   most of it, is written to dst itself where the fast filter writes it last and at once, and where
+   it is a mirror: a silent envmap_resample writes nothing before it has its memory. One that takes
+   long, and has a progress callback, is staged as others are, to be cancelled. */
 static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     int direct = job->planned[0] && job->specs[0].L && !job->specs[0].tail && dst->slices == 1;
-    float *first = envmapi_image(dst, 0, direct ? dst->slices : 0, 0);
+    int quick = dst->mapping == job->src->mapping && dst->size <= job->src->size;
+    job->late = job->lobes[0].kind == ENVMAP_LOBE_MIRROR &&
+                (quick || !job->desc.work.progress.report);
+    float *first = envmapi_image(dst, 0, direct || job->late ? dst->slices : 0, 0);
     size_t floats = (size_t)(envmapi_image(dst, job->count - 1, dst->slices, 0) - first);
     float *stage = (float *)envmapi_pool_get(&job->pool, floats + 1, sizeof(float));
     if (!stage) return ENVMAP_ERROR_MEMORY;
     for (int l = 0; l < job->count; ++l)
         job->views[l].texels =
-            direct && !l ? dst->texels : stage + (envmapi_image(dst, l, 0, 0) - first);
+            !l && first > dst->texels ? dst->texels : stage + (envmapi_image(dst, l, 0, 0) - first);
     envmap_result result = envmapi_job_run(job);
     /* a lobe that fails shows as NaN */
     if (!result && !envmapi_floats_ok(stage, floats, 1)) result = ENVMAP_ERROR_LOBE;
     if (!result && !direct) result = envmapi_tell(&job->desc.work.progress, 1);
+    job->desc.work.progress.report = NULL;
+    if (!result && job->late) result = envmap_resample(job->views, job->src, &job->desc.work);
     if (!result) memcpy(first, stage, floats * sizeof(float));
     return result;
 }
