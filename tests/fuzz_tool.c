@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
-   What `make fuzz` runs on the tool's readers: any bytes may be given to them, as any parameterization
-   and with a ground. A picture is refused with an error, or holds as many pixels as it says. */
+   What `make fuzz` runs on the tool's readers: any bytes may be given to them, as any
+   parameterization and with a ground. A picture is refused with an error, or holds as many pixels as it says. */
 #define IMAGE_LIMIT 16e6 /* bytes of a picture, so that memory is no matter */
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"

@@ -201,7 +201,7 @@ static void samples_that_look_like_text_stay_samples(void) {
 }
 
 /* NaN, infinities, -0 and denormals come through with all their bits: filters judge, not files. */
-/* 0x0A is a line feed: part of a line end after a carriage return, unless lines end in those alone. */
+/* 0x0A is a line feed: part of a line end, unless lines end in carriage returns alone. */
 static void a_first_sample_that_begins_with_a_line_feed_is_kept(void) {
     static const char *const headers[] = {"PF\r2 1\r-1\r", "PF\r\n2 1\r\n-1\r\n", "PF 2 1 -1\r\n"};
     for (int k = 0; k < 3; ++k) {

@@ -18,7 +18,8 @@ static inline int natural_size(const envmap *source, int to) {
 }
 
 /* dst = an empty map as --to and --size say, else like the source. */
-static inline int create_output(envmap *dst, const envmap *src, const options *o, int levels, int slices) {
+static inline int create_output(envmap *dst, const envmap *src, const options *o, int levels,
+                                int slices) {
     int to = o->to >= 0 ? o->to : src->mapping;
     int size = o->size > 0 ? o->size : natural_size(src, to);
     *dst = no_map;

@@ -124,8 +124,8 @@ static const command commands[] = {
      "envmap plan sky.hdr --lobe phong --exponent 100 --tolerance 1e-3", run_plan},
     {"filter", "IN OUT.pfm|png", 2,
      LOAD_OPTIONS "--to --size --slices --lobe --exponent --sharpness --alpha --s --raw "
-     "--scale "
-     "--method --tolerance --threshold --threads --exposure --progress ",
+                  "--scale "
+                  "--method --tolerance --threshold --threads --exposure --progress ",
      "Filters a map with a lobe into a cube as small as `plan` says, or what --to and --size say.",
      "envmap filter sky.hdr gloss.pfm --lobe phong --exponent 50 --to cube --size 32", run_filter},
     {"sh", "IN", 1, LOAD_OPTIONS "--glsl --window ",
@@ -149,11 +149,11 @@ static void print_commands(FILE *to) {
     for (k = 0; k < COMMAND_COUNT; k++)
         fprintf(to, "  %-9s %-19s %s\n", commands[k].name, commands[k].files, commands[k].what);
     fputs("\n  COMMAND --help lists its options.\n"
-                "files:   Radiance (.hdr, .pic), PFM and OpenEXR; \"-\" reads standard input, and % in\n"
-                "         a name stands for px nx py ny pz nz, so that six files are one cube. Shapes:\n"
-                "         lat-long, strips and crosses of a cube; squares need --mapping.\n"
-                "example: envmap filter sky.hdr gloss.pfm --lobe phong --exponent 50\n"
-                "status:  0 done, 1 wrong use, 2 file or format, 3 out of range or refused\n",
+          "files:   Radiance (.hdr, .pic), PFM and OpenEXR; \"-\" reads standard input, and % in\n"
+          "         a name stands for px nx py ny pz nz, so that six files are one cube. Shapes:\n"
+          "         lat-long, strips and crosses of a cube; squares need --mapping.\n"
+          "example: envmap filter sky.hdr gloss.pfm --lobe phong --exponent 50\n"
+          "status:  0 done, 1 wrong use, 2 file or format, 3 out of range or refused\n",
           to);
 }
 

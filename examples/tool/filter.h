@@ -71,7 +71,7 @@ static inline void print_scene(const envmap_plan *n, double tolerance) {
 }
 
 static inline void print_size(const envmap_plan *n, const options *asked, const options *o,
-                       const envmap *in, double tolerance) {
+                              const envmap *in, double tolerance) {
     int natural = natural_size(in, asked->to);
     if (n->method != ENVMAP_METHOD_FAST && n->size >= natural) {
         printf("  size      %d, as fine as the source: the lobe is about as thin as its texels,\n"

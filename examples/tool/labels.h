@@ -1,5 +1,5 @@
-/* labels.h - a sky that shows at one look whether a program has it the right way: every axis has its
-   name and a colour of its own.
+/* labels.h - a sky that shows at one look whether a program has it the right way: every axis has
+   its name and a colour of its own.
 
    What you will see: seen from the middle, with +y up and looking along -z: "-Z" ahead, "+X" to the
    right, "+Y" overhead, and all letters read rightly. Turned names mean another convention (see
@@ -13,8 +13,9 @@
 #include <math.h>
 
 /* +X -X +Y -Y +Z -Z: red, cyan, green, magenta, blue, yellow. */
-static const float label_colours[6][3] = {{0.7f, 0.1f, 0.1f}, {0.1f, 0.5f, 0.5f}, {0.1f, 0.6f, 0.1f},
-                                          {0.5f, 0.1f, 0.5f}, {0.1f, 0.15f, 0.8f}, {0.6f, 0.5f, 0.1f}};
+static const float label_colours[6][3] = {{0.7f, 0.1f, 0.1f},  {0.1f, 0.5f, 0.5f},
+                                          {0.1f, 0.6f, 0.1f},  {0.5f, 0.1f, 0.5f},
+                                          {0.1f, 0.15f, 0.8f}, {0.6f, 0.5f, 0.1f}};
 
 /* White letters with a black edge, and a grid of black lines between the colours. */
 static inline void label_radiance(float rgb[3], const float d[3]) {
@@ -35,13 +36,11 @@ static inline void labels_fill(envmap *map) {
             for (x = 0; x < width; x++)
                 for (k = 0; k < 16; k++) {
                     float d[3], rgb[3];
-                    envmap_direction(
-                        d, map->mapping, face,
-                        ((float)x + ((float)(k % 4) + 0.5f) / 4) / (float)width,
-                        ((float)y + ((float)(k / 4) + 0.5f) / 4) / (float)map->size);
+                    envmap_direction(d, map->mapping, face,
+                                     ((float)x + ((float)(k % 4) + 0.5f) / 4) / (float)width,
+                                     ((float)y + ((float)(k / 4) + 0.5f) / 4) / (float)map->size);
                     label_radiance(rgb, d);
-                    for (c = 0; c < 3; c++)
-                        envmap_texel(map, 0, 0, face, x, y)[c] += rgb[c] / 16;
+                    for (c = 0; c < 3; c++) envmap_texel(map, 0, 0, face, x, y)[c] += rgb[c] / 16;
                 }
 }
 

@@ -43,13 +43,11 @@ typedef struct layout {
     const layout_cell *cells;   /* NULL: in memory as in the picture */
 } layout;
 
-static const layout layouts[] = {{ENVMAP_LATLONG, 2, 1, NULL},
-                                 {ENVMAP_CUBE, 1, 6, NULL},
-                                 {ENVMAP_CUBE, 6, 1, layout_row},
-                                 {ENVMAP_CUBE, 3, 4, layout_upright},
-                                 {ENVMAP_CUBE, 4, 3, layout_lying},
-                                 {ENVMAP_PARABOLOID, 1, 2, NULL},
-                                 {ENVMAP_PARABOLOID, 2, 1, layout_row}};
+static const layout layouts[] = {
+    {ENVMAP_LATLONG, 2, 1, NULL},         {ENVMAP_CUBE, 1, 6, NULL},
+    {ENVMAP_CUBE, 6, 1, layout_row},      {ENVMAP_CUBE, 3, 4, layout_upright},
+    {ENVMAP_CUBE, 4, 3, layout_lying},    {ENVMAP_PARABOLOID, 1, 2, NULL},
+    {ENVMAP_PARABOLOID, 2, 1, layout_row}};
 
 /* The first layout that a picture of this shape has; mapping -1: of any map. */
 static inline const layout *layout_find(int width, int height, int mapping) {
@@ -127,7 +125,7 @@ static inline int layout_stretch(image *in, int width, int height) {
     if (!image_create(&wide) || !image_create(&out)) {
         image_free(&wide);
         return image_fail(in, "out of memory for %d x %d pixels", width, height), in->no_room = 1,
-               0;
+                                                                                  0;
     }
     for (k = 0; k < in->height; k++)
         layout_stretch_line(wide.rgb + 3 * (size_t)k * (size_t)width, width,
@@ -172,7 +170,7 @@ static inline int layout_latlong(envmap *map, image *in) {
 static inline void layout_squares(char out[96]) {
     int m;
     *out = 0;
-    for (m = 0; m < ENVMAP_MAPPING_COUNT; m++)
+    for (m = 0; mapping_words[m]; m++)
         if (envmap_faces(m) == 1 && m != ENVMAP_LATLONG)
             snprintf(out + strlen(out), 96 - strlen(out), "%s%s", *out ? "|" : "",
                      mapping_words[m]);
@@ -193,7 +191,8 @@ static inline int layout_refuse(image *in, int mapping) {
         return image_fail(in, "is %d x %d: a square could be several things: say --mapping %s", w,
                           h, squares);
     if (h > w && h % w == 0)
-        return image_fail(in, "is %d x %d, a strip of %d squares: say which --mapping its slices are",
+        return image_fail(in,
+                          "is %d x %d, a strip of %d squares: say which --mapping its slices are",
                           w, h, h / w);
     return image_fail(in,
                       "is %d x %d: no lat-long (2:1), cube (1:6, 6:1, 3:4, 4:3) or paraboloid map "

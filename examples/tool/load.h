@@ -103,7 +103,8 @@ static inline int load_face(image *strip, int face, const char *path) {
         if (!image_create(strip)) status = fail(RANGE_ERROR, path, strip->error, NULL);
     }
     if (!status && (one.width != one.height || one.width != strip->width))
-        status = fail(FILE_ERROR, path, "is not square, or not of the size of the first face", NULL);
+        status =
+            fail(FILE_ERROR, path, "is not square, or not of the size of the first face", NULL);
     if (!status) memcpy(strip->rgb + (size_t)face * floats, one.rgb, floats * sizeof(float));
     image_free(&one);
     return status;
@@ -154,17 +155,19 @@ static inline void load_clean(envmap *map, const char *path, double limit) {
 /* The same as load(), not cleaned; facts: what the picture was, without pixels. */
 static inline int load_as_it_is(envmap *map, image *facts, const char *path, const options *o) {
     double matrix[9];
-    int status;
+    int status, width, height;
     *map = no_map;
     memset(facts, 0, sizeof *facts);
     if (strchr(path, '%') && !file_exists(path)) status = load_faces(facts, path);
     else status = load_picture(facts, path);
     if (status) return status;
+    width = facts->width, height = facts->height;
     if (o->flip) image_flip(facts);
     if (!layout_map(map, facts, o->mapping, o->horizon))
         status = fail(facts->no_room ? RANGE_ERROR : FILE_ERROR, path, facts->error, NULL);
     print_remarks(path, facts->remarks);
     image_free(facts);
+    facts->width = width, facts->height = height;
     if (status) return status;
     orientation_matrix(matrix, o->convention, o->rotate);
     status = check(orientation_turn_map(map, matrix), path);
