@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
    The shaders of docs/shaders.md, as they stand there, against the library. Every pixel of a frame
-   is a direction d (a lat-long map); numbers are written into the text, so there are no uniforms but
-   textures. HLSL goes to SPIR-V and on to GLSL by glslangValidator and spirv-cross. Without EGL at
+   is a direction d (a lat-long map); numbers are written into the text, so there are no uniforms
+   but textures. HLSL goes to SPIR-V and on to GLSL by glslangValidator and spirv-cross. Without EGL at
    compile time, or without a driver, the page's blocks are only looked for. */
 #define _POSIX_C_SOURCE 200809L
 #define ENVMAP_IMPLEMENTATION
@@ -103,7 +103,8 @@ static void lit(float rgb[3], const float d[3], double E[3]) {
     envmap_lookup(light, &chain, r, roughness * (LEVELS - 1));
     envmap_ggx_split_sum(&scale, &bias, nv, (double)roughness * (double)roughness);
     for (int i = 0; i < 3; ++i) {
-        double f = (double)f0[i], once = f * scale + bias, more = envmap_ggx_multiple(f, scale, bias);
+        double f = (double)f0[i], once = f * scale + bias,
+               more = envmap_ggx_multiple(f, scale, bias);
         rgb[i] = (float)(once * (double)light[i] +
                          (more + (double)albedo[i] * (1 - once - more)) * E[i]);
     }
@@ -139,7 +140,8 @@ static void list(char *text, const char *type, const char *name, const float *va
     say(text, !name ? "" : type[0] == 'v' ? "%s[](" : "{", type);
     for (int i = 0; i < count; ++i) {
         say(text, "%s%s(", i ? ", " : "", type);
-        for (int k = 0; k < size; ++k) say(text, k ? ", %.9e" : "%.9e", (double)values[size * i + k]);
+        for (int k = 0; k < size; ++k)
+            say(text, k ? ", %.9e" : "%.9e", (double)values[size * i + k]);
         say(text, ")");
     }
     say(text, !name ? "" : type[0] == 'v' ? ");\n" : "};\n");
@@ -288,8 +290,7 @@ static void run_gl(void) {
     RUN(the_page_s_glsl_is_the_library);
     if (!system("command -v glslangValidator >/dev/null && command -v spirv-cross >/dev/null"))
         RUN(the_page_s_hlsl_is_the_library);
-    else
-        printf("    HLSL passed by: no compiler here (Debian: glslang-tools spirv-cross)\n");
+    else printf("    HLSL passed by: no compiler here (Debian: glslang-tools spirv-cross)\n");
     RUN(no_error_was_reported);
     envmap_free(&chain), envmap_free(&strokes), envmap_free(&rounded);
     gl_close(&app);

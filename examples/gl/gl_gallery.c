@@ -255,7 +255,8 @@ static void compare_label(const comparison *k, picture *p, const double *rms) {
     for (i = 0; i < k->count; i++) {
         int x = i % k->columns * width, y = (i / k->columns + 1) * p->height / rows;
         way_name(text, sizeof text, k->ways[i].name);
-        gl_write(p, text, i % k->columns * width + 14, y - 28 - (strchr(text, '\n') ? GL_TEXT_LINE : 0));
+        gl_write(p, text, i % k->columns * width + 14,
+                 y - 28 - (strchr(text, '\n') ? GL_TEXT_LINE : 0));
         if (!k->ways[i].call) legend(p, x + width - 170, y - 28);
         snprintf(text, sizeof text, "rms %.2g %%", 100 * rms[i]);
         if (rms[i] > 0)

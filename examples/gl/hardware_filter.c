@@ -3,8 +3,8 @@
 
    What you will see: a torus in a studio through which three coloured lamps travel. Headless: the
    exponents 10, 50, 100 and 500, above with the map S of the small radius alone (which is too sharp
-   at the rim of the map), below with both, and how far they are apart; and a table of what filtering costs, and how many frames
-   that leaves in a second. In a window: N for the next exponent, 1 and 2 for the number of maps;
+   at the rim of the map), below with both, and how far they are apart; and a table of what filtering
+   costs, and how many frames that leaves in a second. In a window: N for the next exponent, 1 and 2 for the number of maps;
    drag to orbit.
 
    usage: hardware_filter [--headless out.png] [overcast | studio | sun | sky.pfm]

@@ -32,8 +32,8 @@ static envmap_result draw_map(GLuint *texture, int kind) {
     return result;
 }
 
-/* Levels are chosen for every pixel, so that a line is as wide on the handle as on the body: a texel
-   for a pixel. */
+/* Levels are chosen for every pixel, so that a line is as wide on the handle as on the body: a
+   texel for a pixel. */
 static void draw(show *s, int kind, float turn) {
     surface look = surface_default();
     float model[16];

@@ -32,7 +32,7 @@ static const int surface_mapping[SURFACE_LOOKUPS] = {ENVMAP_CUBE, ENVMAP_PARABOL
 /* Maps are textures of gl_map; those that a look does not need stay 0. */
 typedef struct surface {
     int lookup, axis, diffuse; /* of the lists above                                              */
-    float level;               /* of the map; DRAWN, < 0: per pixel, a texel for -level pixels     */
+    float level;               /* of the map; DRAWN, < 0: per pixel, a texel for -level pixels   */
     float index;               /* of refraction; 0: F = 1                                         */
     float tint[3], albedo[3];
     float sh[28];     /* of envmap_sh_pack                                                      */
@@ -102,8 +102,9 @@ static const char surface_fragment[] =
     "    vec3 up = vec3(view[0][1], view[1][1], view[2][1]), x = normalize(cross(up, V));\n"
     "    vec2 p = vec2(dot(N, x), dot(N, cross(V, x)));\n"
     "    p /= dot(N, V) < 0.0 ? length(p) : 1.0;\n" /* the rim, and not its inside again */
-    "    float size = float(textureSize(layers, 0).x), l = level;\n" /* texels of level 0 to a pixel */
-    "    if (l < 0.0) l = log2(0.5 * size * max(length(dFdx(p)), length(dFdy(p))) * -level + 1e-6);\n"
+    "    float size = float(textureSize(layers, 0).x), l = level;\n"
+    "    float across = 0.5 * size * max(length(dFdx(p)), length(dFdy(p)));\n" /* texels a pixel */
+    "    if (l < 0.0) l = log2(across * -level + 1e-6);\n"
     "    return textureLod(layers, vec3(0.5 + 0.5 * p.x, 0.5 - 0.5 * p.y, 0.0), max(l, 0.0)).rgb;\n"
     "}\n"
     "void main() {\n"

@@ -1,7 +1,7 @@
 /* diagrams.c - what lobes, axes and parameterizations are, drawn: the figures of docs/diagrams.md.
 
-   What you will see: `diagrams DOCS` writes DOCS/charts/diagram-*.svg. All curves are computed: lobes
-   by envmap_lobe_value, circles on maps by envmap_coordinates.
+   What you will see: `diagrams DOCS` writes DOCS/charts/diagram-*.svg. All curves are computed:
+   lobes by envmap_lobe_value, circles on maps by envmap_coordinates.
        cc -O3 -march=native -I. examples/measure/diagrams.c -o diagrams -lm
 
    >>pencil   lines, arrows and letters on an area with its own units
@@ -42,8 +42,10 @@ static void stroke(FILE *f, const svg_axes *a, double x0, double y0, double x1, 
 static void arrow(FILE *f, const svg_axes *a, double x0, double y0, double x1, double y1,
                   const char *colour, double width) {
     double X0 = svg_x(a, x0), Y0 = svg_y(a, y0), X = svg_x(a, x1), Y = svg_y(a, y1);
-    double length = fmax(hypot(X - X0, Y - Y0), 1e-9), ux = (X - X0) / length, uy = (Y - Y0) / length;
-    fprintf(f, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"%g\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n",
+    double length = fmax(hypot(X - X0, Y - Y0), 1e-9), ux = (X - X0) / length,
+           uy = (Y - Y0) / length;
+    fprintf(f,
+            "<path fill=\"none\" stroke=\"%s\" stroke-width=\"%g\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n",
             colour, width, X0, Y0, X - 6 * ux, Y - 6 * uy);
     fprintf(f, "<path fill=\"%s\" d=\"M%.1f %.1fL%.1f %.1fL%.1f %.1fZ\"/>\n", colour, X, Y,
             X - 9 * ux + 3.5 * uy, Y - 9 * uy - 3.5 * ux, X - 9 * ux - 3.5 * uy,
@@ -194,12 +196,16 @@ static void unrolled(FILE *f, const svg_axes *a) {
 }
 
 static void draw_maps(void) {
-    static const char *const names[] = {"two paraboloids: rays that come", "sphere map: a mirror ball;",
-                                        "cube: rays through even steps", "octahedron: the same on",
-                                        "... unfolded: the lower half's", "lat-long: even steps of"};
-    static const char *const more[] = {"parallel leave as a half each", "near the rim all look to −z",
-                                       "of each face", "four (eight) faces",
-                                       "corners meet in the corners", "angle become rows"};
+    static const char *const names[] = {
+        "two paraboloids: rays that come", "sphere map: a mirror ball;",
+        "cube: rays through even steps",   "octahedron: the same on",
+        "... unfolded: the lower half's",  "lat-long: even steps of"};
+    static const char *const more[] = {"parallel leave as a half each",
+                                       "near the rim all look to −z",
+                                       "of each face",
+                                       "four (eight) faces",
+                                       "corners meet in the corners",
+                                       "angle become rows"};
     FILE *f = svg_open(folder, "diagram-maps.svg", 900, 690,
                        "How each parameterization comes about (sections)");
     for (int i = 0; i < 6; ++i) {
@@ -235,8 +241,9 @@ static void cone(FILE *f, const svg_axes *a, double from, double angle, const ch
 static void draw_circle(void) {
     static const double at[3] = {0, 0.5, 1};
     double angle = acos(pow(0.1, 1.0 / 10)); /* where Phong N = 10 falls to a tenth */
-    FILE *f = svg_open(folder, "diagram-circle.svg", 900, 470,
-                       "The lobe N = 10, cut at a tenth, on the paraboloid: round, but off its axis");
+    FILE *f =
+        svg_open(folder, "diagram-circle.svg", 900, 470,
+                 "The lobe N = 10, cut at a tenth, on the paraboloid: round, but off its axis");
     svg_axes a = {20, 45, 800, 435, -1.2, 2.4 * 780 / 390 - 1.2, -1.2, 1.2, 0, 0};
     circle(f, &a, 0, 0, 1, 0, 2 * MEASURE_PI, PALE, 2, "");
     for (int i = 0; i < 3; ++i) {
@@ -250,8 +257,10 @@ static void draw_circle(void) {
     }
     label(f, &a, 0, 1.05, "middle", "rim: 90° from +z");
     svg_dot(f, &a, 2.1, 0.9, 4, BLUE, BLUE), label(f, &a, 2.2, 0.87, "start", "axis of the lobe");
-    svg_dot(f, &a, 2.1, 0.72, 4, "none", RED), label(f, &a, 2.2, 0.69, "start", "centre of its circle");
-    stroke(f, &a, 2.0, 0.56, 2.16, 0.56, RED, 2, ""), label(f, &a, 2.2, 0.52, "start", "the lobe on the map");
+    svg_dot(f, &a, 2.1, 0.72, 4, "none", RED),
+        label(f, &a, 2.2, 0.69, "start", "centre of its circle");
+    stroke(f, &a, 2.0, 0.56, 2.16, 0.56, RED, 2, ""),
+        label(f, &a, 2.2, 0.52, "start", "the lobe on the map");
     stroke(f, &a, 2.0, 0.39, 2.16, 0.39, BLUE, 1.5, "stroke-dasharray=\"4 3\"");
     label(f, &a, 2.2, 0.35, "start", "as a convolution has it");
     svg_close(f);
@@ -261,11 +270,11 @@ static void draw_circle(void) {
 
 /* What the chain makes of one reflection vector in eye space, step by step, for the front face. */
 static void draw_chain(void) {
-    static const char *const what[6] = {"r, eye space", "M_l⁻¹ r", "S: d − r", "P: over z", "bias",
-                                        "texture (s, t)"};
+    static const char *const what[6] = {"r, eye space", "M_l⁻¹ r", "S: d − r",
+                                        "P: over z",    "bias",    "texture (s, t)"};
     static const char *const under[6] = {"as OpenGL makes it", "into the map's space",
-                                         "d = (0, 0, −1)", "−r_x / (−1 − r_z)",
-                                         "½ + ½x, ½ − ½y", "u, v of envmap.h"};
+                                         "d = (0, 0, −1)",     "−r_x / (−1 − r_z)",
+                                         "½ + ½x, ½ − ½y",     "u, v of envmap.h"};
     static const char *const colours[6] = {BLUE, GREEN, ORANGE, RED, RED, INK};
     float d[3] = {0.48f, 0.36f, 0.8f}, u, v;
     int face;
@@ -283,15 +292,18 @@ static void draw_chain(void) {
     snprintf(value[5], 60, "(%.3f, %.3f)", (double)u, (double)v);
     for (int i = 0; i < 6; ++i) {
         double left = 12 + 148 * i;
-        fprintf(f, "<rect x=\"%.0f\" y=\"60\" width=\"132\" height=\"84\" rx=\"6\" fill=\"none\" "
-                   "stroke=\"%s\" stroke-width=\"2\"/>\n", left, colours[i]);
+        fprintf(f,
+                "<rect x=\"%.0f\" y=\"60\" width=\"132\" height=\"84\" rx=\"6\" fill=\"none\" "
+                "stroke=\"%s\" stroke-width=\"2\"/>\n",
+                left, colours[i]);
         svg_text(f, left + 66, 84, 14, "middle", INK, "%s", what[i]);
         svg_text(f, left + 66, 108, 11, "middle", INK, "%s", value[i]);
         svg_text(f, left + 66, 132, 11, "middle", "#444", "%s", under[i]);
         if (i) arrow(f, &a, left - 16, 102, left - 1, 102, PALE, 1.5);
     }
     svg_text(f, 12, 172, 12, "start", "#444",
-             "M_l: the camera turned by a quarter about y. The last box is envmap_coordinates of the second.");
+             "M_l: the camera turned by a quarter about y. The last box is envmap_coordinates of "
+             "the second.");
     svg_close(f);
 }
 
@@ -305,7 +317,8 @@ static double smooth(double t) {
 static void draw_split(void) {
     double x[3][301], y[3][301], peak;
     static const char *const colours[3] = {PALE, RED, BLUE};
-    static const char *const names[3] = {"k: GGX, α = 0.02", "near: k (1 − step), summed texel by texel",
+    static const char *const names[3] = {"k: GGX, α = 0.02",
+                                         "near: k (1 − step), summed texel by texel",
                                          "far: k · step, through few bands"};
     envmap_lobe ggx = envmap_lobe_ggx(0.02f);
     FILE *f = svg_open(folder, "diagram-near-far.svg", 900, 400,

@@ -78,7 +78,8 @@ static void sampled_chain(envmap *dst, envmap *src, int filtered) {
 
 static void chain_of(envmap *dst, const envmap *src, const envmap_filter_desc *desc) {
     envmap_lobe lobes[LEVELS];
-    for (int l = 0; l < LEVELS; ++l) lobes[l] = envmap_lobe_ggx((float)(roughness(l) * roughness(l)));
+    for (int l = 0; l < LEVELS; ++l)
+        lobes[l] = envmap_lobe_ggx((float)(roughness(l) * roughness(l)));
     measure_must(envmap_filter_chain(dst, src, lobes, LEVELS, desc), "chain");
 }
 
@@ -109,9 +110,11 @@ int main(int argc, char **argv) {
     FILE *out = measure_begin(&document, "table");
     exact.method = ENVMAP_METHOD_REFERENCE;
     exact.work.executor.run = threads_run, exact.work.executor.user = &threads;
-    fprintf(out, "One thread, %s; source 6 x %d², result 6 x %d² ... %d².\n\n"
-                 "| scene | way | ms | rms of levels 1 ... 5 | worst texel of all |\n"
-                 "|---|---|--:|---|--:|\n", MEASURE_COMPILER, SIZE, SIZE, SIZE >> (LEVELS - 1));
+    fprintf(out,
+            "One thread, %s; source 6 x %d², result 6 x %d² ... %d².\n\n"
+            "| scene | way | ms | rms of levels 1 ... 5 | worst texel of all |\n"
+            "|---|---|--:|---|--:|\n",
+            MEASURE_COMPILER, SIZE, SIZE, SIZE >> (LEVELS - 1));
     for (int s = 0; s < 2; ++s) {
         envmap wide = measure_map(ENVMAP_LATLONG, 2 * SIZE, 1, 1);
         envmap src = measure_map(ENVMAP_CUBE, SIZE, envmap_levels(SIZE), 1);

@@ -106,7 +106,8 @@ static void chart_frame(FILE *f, const svg_axes *a) {
              "maps a second; grey: an SGI O2 in 2000, the rest: one thread of a processor here");
     for (int way = 0; way < RATES; ++way) {
         svg_bar(f, a->left + 210 * way, a->bottom + 48, 12, 12, colours[way]);
-        svg_text(f, a->left + 18 + 210 * way, a->bottom + 58, 12, "start", "#111", "%s", names[way]);
+        svg_text(f, a->left + 18 + 210 * way, a->bottom + 58, 12, "start", "#111", "%s",
+                 names[way]);
     }
 }
 
@@ -117,12 +118,14 @@ static void write_table2(const char *folder) {
     svg_axes a = {110, 44, 780, 484, 1, 1000, 0, 1, 1, 0};
     FILE *out = measure_begin(&document, "table2");
     FILE *f = folder ? svg_open(folder, "table2.svg", 900, 556,
-                                "Filtering in every frame: Kautz et al. 2000, Table 2") : NULL;
+                                "Filtering in every frame: Kautz et al. 2000, Table 2")
+                     : NULL;
     scene_fill(&src, SCENE_STUDIO);
     if (f) chart_frame(f, &a);
-    fprintf(out, "| N | published: kernels S, L; shrunk by | here | published frames a second: both, "
-                 "S | both maps, maps a second | rms | S alone | rms | FAST, tolerance 0.01, maps a "
-                 "second | rms |\n|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    fprintf(out,
+            "| N | published: kernels S, L; shrunk by | here | published frames a second: both, "
+            "S | both maps, maps a second | rms | S alone | rms | FAST, tolerance 0.01, maps a "
+            "second | rms |\n|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (int i = 0; i < COUNT(published); ++i) {
         rate rates[RATES];
         measure_rates(rates, &src, published[i].exponent);

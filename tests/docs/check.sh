@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: MIT
 # usage: tests/docs/check.sh DIR NAME ...
 # Runs `make NAME DOCS=DIR/docs` on a copy of docs/, and fails where the pages say something else.
-# Numbers may differ by 15 % (other compilers, other processors), and errors below 1e-5 and points of
-# charts by a little; columns of times are not looked at. Pictures may differ by 1/200 of their bytes.
+# Numbers may differ by 15 % (other compilers, other processors), and errors below 1e-5 and points
+# of charts by a little; columns of times are not looked at. Pictures may differ by 1/200 of their
+# bytes.
 dir=$1
 shift
 here=$(dirname "$0")

@@ -38,7 +38,7 @@ anchors() {
 links_lead_somewhere() {
     bad=0
     for page in $pages; do
-        for link in $(prose "$page" | grep -oE '\]\([^) ]+\)' | sed -E 's/^\]\((.*)\)$/\1/' | sort -u); do
+        for link in $(prose "$page" | grep -oE '\]\([^) ]+\)' | sed 's/^](//; s/)$//' | sort -u); do
             case $link in http*) continue ;; esac
             file=${link%%#*} anchor=
             [ "$file" = "$link" ] || anchor=${link#*#}
@@ -64,8 +64,8 @@ every_page_is_on_the_map() {
     return $bad
 }
 
-# What stands between backquotes and looks like a name of ours (three underscores or more, or envmap_)
-# must be a word of the sources. A name that ends in * stands for those that begin so.
+# What stands between backquotes and looks like a name of ours (three underscores or more, or
+# envmap_) must be a word of the sources. A name that ends in * stands for those that begin so.
 code_names_exist() {
     cat envmap.h Makefile tests/*.[ch] tests/*/* examples/*.c examples/*/* .ci/run |
         grep -aoE '[A-Za-z_][A-Za-z0-9_]*' | sort -u >"$dir/words"
@@ -80,9 +80,11 @@ code_names_exist() {
 
 # Tests that pages name run: each function of three words or more that stands after RUN(.
 tests_of_papers_run() {
-    grep -ohE '(RUN|ok)[( ][a-z0-9_]+' tests/*.c tests/*/* | sed -E 's/.*[( ]//' | sort -u >"$dir/tests"
+    grep -ohE '(RUN|ok)[( ][a-z0-9_]+' tests/*.c tests/*/* | sed -E 's/.*[( ]//' |
+        sort -u >"$dir/tests"
     prose docs/papers.md | awk -F'|' '/^\|/ && NF > 4 { print $5 }' |
-        grep -oE '`[a-z0-9]+(_[a-z0-9]+){2,}`' | tr -d '`' | grep -v '^envmap_' | sort -u >"$dir/named"
+        grep -oE '`[a-z0-9]+(_[a-z0-9]+){2,}`' | tr -d '`' | grep -v '^envmap_' |
+        sort -u >"$dir/named"
     [ -s "$dir/named" ] && comm -23 "$dir/named" "$dir/tests" >"$dir/unknown"
     sed 's/^/no test /' "$dir/unknown"
     [ ! -s "$dir/unknown" ]
@@ -91,7 +93,11 @@ tests_of_papers_run() {
 split() { # PAGE: its blocks as NNN.sh, NNN.text and NNN.file (whose first line is the name)
     awk -v dir="$dir/walk" '
         /^```/ && out { close(out); out = ""; next }
-        /^```(sh|text)$/ { out = sprintf("%s/%03d.%s", dir, ++n, substr($0, 4)); printf "" >out; next }
+        /^```(sh|text)$/ {
+            out = sprintf("%s/%03d.%s", dir, ++n, substr($0, 4))
+            printf "" >out
+            next
+        }
         /^```[a-z]+ [^ ]+$/ { out = sprintf("%s/%03d.file", dir, ++n); print $2 >out; next }
         /^```/ { out = "/dev/null"; next }
         out { print >out }' "$1"
