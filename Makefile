@@ -133,7 +133,7 @@ coverage: ## lines and branches of envmap.h that the quick tests take (gcov), an
 	fi
 
 targets: ## the tests as other compilers, flags and machines see them: docs/targets.md; LONG=1 runs more
-	@LONG='$(LONG)' sh tests/targets.sh -o docs/targets.md $(TARGETS)
+	@LONG='$(LONG)' sh tests/targets.sh $(if $(TARGETS),$(TARGETS),-o docs/targets.md)
 
 valgrind: ## the quicker tests under valgrind
 	@if command -v valgrind >/dev/null; then \

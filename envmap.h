@@ -5652,7 +5652,8 @@ static void envmapi_task_near_texels(void *context, int task) {
     float *out = s->texels + 4 * (size_t)task * (size_t)(w + 2), *notes = s->notes + 3 * task;
     int simple = y >= 0 && y < level->edge &&
                  (!envmapi_is_disc(level->mapping) || level->mapping == ENVMAP_PARABOLOID);
-    const float *in = level->texels + 3 * (size_t)(face * level->edge + y) * (size_t)w;
+    size_t row = (size_t)(face * level->edge + (simple ? y : 0)); /* row -1 has no address */
+    const float *in = level->texels + 3 * row * (size_t)w;
     notes[0] = notes[1] = 0, notes[2] = 3e38f;
     for (int x = -1; x <= w; ++x, out += 4) {
         double rgb[3];

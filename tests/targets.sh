@@ -12,8 +12,8 @@ build=${BUILD:-build}/targets
 mkdir -p "$build"
 body= names= passed=0 failed=0
 strict='-Wall -Wextra -Wpedantic -Wshadow -Wundef -Werror'
-few='base compare directions pfm mips lobes prepared harmonics search stability_maps'
-more="$few materials hierarchical sh calls threads"
+few='base compare directions pfm lobes prepared'
+more="$few search harmonics mips stability_maps materials hierarchical sh calls threads"
 [ -z "${LONG:-}" ] || few="$more" more="$more filters fast near plan scenes"
 echo 'int main(void) { return 0; }' >"$build/probe.c"
 
