@@ -25,7 +25,8 @@ vpath %.c examples examples/tool examples/gl examples/measure tests tests/method
 # A run of the test programs; valgrind is put before each with RUN, COMPILE= leaves the compile
 # tests out.
 RUN      =
-COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
+COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile' \
+           'sh tests/cookbook.sh $(CC) $(BUILD)/envmap $(BUILD)/cookbook'
 # Exact sums over millions of texels are not what valgrind is for, and its long double has 64 bits
 # only, too few for the lobes' oracles; it sees into the OpenGL driver. (The sanitizers run them all.)
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
@@ -66,7 +67,7 @@ demo: $(BUILD)/envmap ## three environments, filtered; a picture of them in buil
 	$(BUILD)/envmap demo $(BUILD)/demo
 
 test: ## build and run the tests; the last line counts them
-	@$(MAKE) --no-print-directory -j$(JOBS) $(TESTS)
+	@$(MAKE) --no-print-directory -j$(JOBS) $(TESTS) $(if $(COMPILE),$(BUILD)/envmap)
 	@sh tests/run.sh -s -j$(JOBS) -l $(BUILD)/tests/log \
 	    $(foreach t,$(TESTS),'$(strip $(RUN) $(t))') $(COMPILE)
 
