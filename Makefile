@@ -32,7 +32,7 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile' \
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
            %/test_materials %/test_gl %/test_harmonics %/test_stability_filters \
-           %/test_plan %/test_search
+           %/test_plan %/test_search %/test_tool_speed
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -104,17 +104,19 @@ valgrind: ## the quicker tests under valgrind
 
 FUZZCC      = clang
 FUZZSECONDS = 30
-fuzz: ## libFuzzer on the PFM reader, half a minute
+fuzz: ## libFuzzer on every reader, half a minute each
 	@mkdir -p $(BUILD)/fuzz
 	@echo '#include <stddef.h>' >$(BUILD)/fuzz/probe.c
 	@echo 'int LLVMFuzzerTestOneInput(const unsigned char *d, size_t n) { return d && n > 9 ? 0 : 0; }' \
 	    >>$(BUILD)/fuzz/probe.c
 	@if $(FUZZCC) -fsanitize=fuzzer $(BUILD)/fuzz/probe.c -o $(BUILD)/fuzz/probe 2>/dev/null; then \
-	    $(FUZZCC) -std=c99 -O1 -g -I. -fsanitize=fuzzer,address,undefined,float-cast-overflow \
-	        -fno-sanitize-recover=all tests/fuzz_pfm.c -o $(BUILD)/fuzz/fuzz_pfm -lm && \
-	    mkdir -p $(BUILD)/fuzz/corpus && \
-	    $(BUILD)/fuzz/fuzz_pfm -max_total_time=$(FUZZSECONDS) -max_len=4096 -malloc_limit_mb=64 \
-	        -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/corpus; \
+	    for f in $(basename $(notdir $(wildcard tests/fuzz_*.c))); do \
+	        $(FUZZCC) -std=c99 -O1 -g -I. -fsanitize=fuzzer,address,undefined,float-cast-overflow \
+	            -fno-sanitize-recover=all tests/$$f.c -o $(BUILD)/fuzz/$$f -lm && \
+	        mkdir -p $(BUILD)/fuzz/corpus_$$f && \
+	        $(BUILD)/fuzz/$$f -max_total_time=$(FUZZSECONDS) -max_len=4096 -malloc_limit_mb=64 \
+	            -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/corpus_$$f || exit 1; \
+	    done; \
 	else \
 	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
 	fi
@@ -153,6 +155,7 @@ examples: $(EXAMPLES) ## build the examples
 
 docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
 	$(BUILD)/envmap docs docs/images
+	$(BUILD)/envmap generate labels docs/images/labels.png
 
 gallery: ## render the OpenGL pictures of docs/gallery.md, headless
 ifeq ($(HAS_EGL),yes)
@@ -193,6 +196,9 @@ $(BUILD)/tests/test_gl: test_gl.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/f
 
 # These test what the tool is made of.
 $(BUILD)/tests/test_write $(BUILD)/tests/test_bake: $(HELPERS)
+
+$(BUILD)/tests/test_tool_%: test_tool_%.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/envmap $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(EXRFLAGS) -I. -Itests $< -o $@ $(EXRLIBS) $(LIBS)
 
 $(BUILD)/%: %.c envmap.h $(HELPERS) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) -I. $< -o $@ $(LIBS)

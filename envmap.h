@@ -2232,7 +2232,8 @@ static envmap_result envmapi_pfm_header(envmapi_pfm *in, int mapping) {
     if ((result = envmapi_pfm_shape(in, mapping))) return result;
     uint64_t need = (uint64_t)in->width * (uint64_t)in->height * (uint64_t)in->channels * 4;
     uint64_t have = in->bytes - in->at;
-    if (after == '\r' && envmapi_peek(in) == '\n') ++in->at, --have; /* one line end */
+    int lone = in->data[2] == '\r' && in->data[3] != '\n'; /* lines end in carriage returns alone */
+    if (after == '\r' && envmapi_peek(in) == '\n' && !lone) ++in->at, --have; /* one line end */
     return have < need ? ENVMAP_ERROR_TRUNCATED : have > need ? ENVMAP_ERROR_TRAILING : ENVMAP_OK;
 }
 

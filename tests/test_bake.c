@@ -2,8 +2,10 @@
    The command bake, called as a person calls it. What it wrote is read by the readers of
    textures.h, and held against plain sums over the source, in the engine's axes as this file writes
    them down a second time. */
-#define _XOPEN_SOURCE 700
+#define _DEFAULT_SOURCE
 #include "oracle.h"
+#define MEMORY_H /* the tool's memory: here it is the oracle's */
+#undef _DEFAULT_SOURCE /* which envmap.c defines itself */
 #define main tool_main
 #include "examples/tool/envmap.c"
 #undef main

@@ -197,6 +197,22 @@ static void samples_that_look_like_text_stay_samples(void) {
 }
 
 /* NaN, infinities, -0 and denormals come through with all their bits: filters judge, not files. */
+/* 0x0A is a line feed: part of a line end, unless lines end in carriage returns alone. */
+static void a_first_sample_that_begins_with_a_line_feed_is_kept(void) {
+    static const char *const headers[] = {"PF\r2 1\r-1\r", "PF\r\n2 1\r\n-1\r\n", "PF 2 1 -1\r\n"};
+    for (int k = 0; k < 3; ++k) {
+        blob b = picture(headers[k], 2, 1, 3, 0);
+        envmap map = {0};
+        b.data[strlen(headers[k])] = 0x0A;
+        CHECK(read_blob(&map, &b, ENVMAP_LATLONG) == ENVMAP_OK);
+        if (map.texels) CHECK(memcmp(map.texels, b.data + strlen(headers[k]), 12) == 0);
+        envmap_free(&map);
+        b.bytes--;
+        CHECK(read_blob(&map, &b, ENVMAP_LATLONG) == ENVMAP_ERROR_TRUNCATED);
+        free(b.data);
+    }
+}
+
 static void any_float_is_kept_bit_by_bit(void) {
     static const unsigned bits[6] = {0x7fc00001u, 0x7f800000u, 0xff800000u,
                                      0x80000000u, 0x00000001u, 0xc2280000u};
@@ -644,6 +660,7 @@ int main(int argc, char **argv) {
     RUN(samples_are_multiplied_by_the_magnitude_of_the_scale);
     RUN(headers_may_use_any_white_space_and_comments);
     RUN(samples_that_look_like_text_stay_samples);
+    RUN(a_first_sample_that_begins_with_a_line_feed_is_kept);
     RUN(any_float_is_kept_bit_by_bit);
     RUN(every_truncated_prefix_is_refused);
     RUN(data_after_the_last_sample_are_refused);

@@ -1,5 +1,5 @@
 /* convert.h - the commands that make maps without a filter: convert, mips, generate. Include after
-   save.h, progress.h and scenes.h.
+   save.h, progress.h and labels.h.
 
    SPDX-License-Identifier: MIT */
 
@@ -18,7 +18,8 @@ static inline int natural_size(const envmap *source, int to) {
 }
 
 /* dst = an empty map as --to and --size say, else like the source. */
-static inline int create_output(envmap *dst, const envmap *src, const options *o, int levels, int slices) {
+static inline int create_output(envmap *dst, const envmap *src, const options *o, int levels,
+                                int slices) {
     int to = o->to >= 0 ? o->to : src->mapping;
     int size = o->size > 0 ? o->size : natural_size(src, to);
     *dst = no_map;
@@ -73,18 +74,20 @@ static inline int run_mips(const options *o) {
     return status;
 }
 
+/* A scene, or the labelled sky, whose number is SCENE_COUNT. */
 static inline int run_generate(const options *o) {
     envmap map = no_map;
     int scene, status = check_output(o->files[1]);
     int to = o->to >= 0 ? o->to : ENVMAP_LATLONG;
     for (scene = 0; scene < SCENE_COUNT; scene++)
         if (!strcmp(scene_name[scene], o->files[0])) break;
-    if (scene == SCENE_COUNT)
-        return fail(USAGE_ERROR, o->files[0], "is no scene", "overcast, studio or sun");
+    if (scene == SCENE_COUNT && strcmp(o->files[0], "labels"))
+        return fail(USAGE_ERROR, o->files[0], "is no scene", "overcast, studio, sun or labels");
     if (status) return status;
     status = check(envmap_create(&map, to, o->size > 0 ? o->size : 256, 1, 1), "output");
     if (status) return status;
-    scene_fill(&map, scene);
+    if (scene < SCENE_COUNT) scene_fill(&map, scene);
+    else labels_fill(&map);
     status = save(&map, o->files[1], o->exposure);
     envmap_free(&map);
     return status;

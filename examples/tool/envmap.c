@@ -7,6 +7,7 @@
    Exit status: 0 done, 1 wrong use, 2 a file or its format, 3 a value out of range or a filter that
    was refused.
 
+   memory.h     large pages for large maps
    messages.h   what was wrong, where, what to do
    options.h    one table: parsing, ranges and help come from it
    progress.h   a bar, or a few lines where nobody watches
@@ -24,7 +25,8 @@
 
    SPDX-License-Identifier: MIT */
 
-#define _XOPEN_SOURCE 700
+#define _DEFAULT_SOURCE /* madvise, for memory.h */
+#include "memory.h"
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
 
@@ -38,6 +40,7 @@
 #include "scenes.h"
 #include "shader.h"
 #include "gallery.h"
+#include "labels.h"
 #include "threads.h"
 
 #include "write_file.h"
@@ -106,31 +109,31 @@ static const command commands[] = {
                   "--exposure --progress ",
      "Writes what an engine loads: filtered cubes, irradiance, table, preview, manifest.",
      "envmap bake sky.hdr out/ --for filament --sun", run_bake},
-    {"info", "FILE.pfm", 1, LOAD_OPTIONS, "Prints shape, radiance, contrast and damage of a map.",
-     "envmap info sky.pfm", run_info},
-    {"convert", "IN.pfm OUT.pfm|png", 2, LOAD_OPTIONS "--to --size --exposure ",
+    {"info", "FILE", 1, LOAD_OPTIONS, "Prints shape, radiance, contrast and damage of a map.",
+     "envmap info sky.hdr", run_info},
+    {"convert", "IN OUT.pfm|png", 2, LOAD_OPTIONS "--to --size --exposure ",
      "Brings a map into another parameterization or size, or into a picture.",
-     "envmap convert sky.pfm sky-cube.pfm --to cube --size 128", run_convert},
-    {"mips", "IN.pfm OUT_PREFIX", 2, LOAD_OPTIONS "--to --size ",
+     "envmap convert sky.hdr sky-cube.pfm --to cube --size 128", run_convert},
+    {"mips", "IN OUT_PREFIX", 2, LOAD_OPTIONS "--to --size ",
      "Writes every mip level, weighted by solid angle, to OUT_PREFIX0.pfm, OUT_PREFIX1.pfm ...",
-     "envmap mips sky.pfm sky-level- --to cube --size 128", run_mips},
-    {"plan", "IN.pfm", 1,
+     "envmap mips sky.hdr sky-level- --to cube --size 128", run_mips},
+    {"plan", "IN", 1,
      LOAD_OPTIONS "--to --size --slices --lobe --exponent --sharpness --alpha --s --tolerance ",
      "Says how much of everything a map, a lobe and a tolerance need, why, and what it will cost.",
-     "envmap plan sky.pfm --lobe phong --exponent 100 --tolerance 1e-3", run_plan},
-    {"filter", "IN.pfm OUT.pfm|png", 2,
+     "envmap plan sky.hdr --lobe phong --exponent 100 --tolerance 1e-3", run_plan},
+    {"filter", "IN OUT.pfm|png", 2,
      LOAD_OPTIONS "--to --size --slices --lobe --exponent --sharpness --alpha --s --raw "
-     "--scale "
-     "--method --tolerance --threshold --threads --exposure --progress ",
+                  "--scale "
+                  "--method --tolerance --threshold --threads --exposure --progress ",
      "Filters a map with a lobe into a cube as small as `plan` says, or what --to and --size say.",
-     "envmap filter sky.pfm gloss.pfm --lobe phong --exponent 50 --to cube --size 32", run_filter},
-    {"sh", "IN.pfm", 1, LOAD_OPTIONS "--glsl --window ",
+     "envmap filter sky.hdr gloss.pfm --lobe phong --exponent 50 --to cube --size 32", run_filter},
+    {"sh", "IN", 1, LOAD_OPTIONS "--glsl --window ",
      "Prints nine spherical harmonic coefficients, or GLSL that lights with them.",
-     "envmap sh sky.pfm --glsl", run_sh},
-    {"compare", "A.pfm B.pfm", 2, LOAD_OPTIONS, "Prints how far A is from B, the truth.",
+     "envmap sh sky.hdr --glsl", run_sh},
+    {"compare", "A B", 2, LOAD_OPTIONS, "Prints how far A is from B, the truth.",
      "envmap compare fast.pfm exact.pfm --mapping cube", run_compare},
-    {"generate", "overcast|studio|sun OUT.pfm|png", 2, "--to --size --exposure ",
-     "Makes one of three environments (default: lat-long, 512 x 256).",
+    {"generate", "SCENE OUT.pfm|png", 2, "--to --size --exposure ",
+     "Makes an environment, overcast, studio or sun, or a sky with labels on its axes: labels.",
      "envmap generate sun sun.pfm --to latlong --size 256", run_generate},
     {"demo", "DIR", 1, "--threads --progress ",
      "Makes three environments, filters each eight ways, and draws contact-sheet.png.",
@@ -143,10 +146,14 @@ static void print_commands(FILE *to) {
     int k;
     fprintf(to, "usage: envmap COMMAND ...    filters environment maps, exactly\n\n");
     for (k = 0; k < COMMAND_COUNT; k++)
-        fprintf(to, "  %-9s %-32s %s\n", commands[k].name, commands[k].files, commands[k].what);
-    fprintf(to, "\n  COMMAND --help lists its options.\n"
-                "example: envmap filter sky.pfm gloss.pfm --lobe phong --exponent 50\n"
-                "status:  0 done, 1 wrong use, 2 file or format, 3 out of range or refused\n");
+        fprintf(to, "  %-9s %-19s %s\n", commands[k].name, commands[k].files, commands[k].what);
+    fputs("\n  COMMAND --help lists its options.\n"
+          "files:   Radiance (.hdr, .pic), PFM and OpenEXR; \"-\" reads standard input, and % in\n"
+          "         a name stands for px nx py ny pz nz, so that six files are one cube. Shapes:\n"
+          "         lat-long, strips and crosses of a cube; squares need --mapping.\n"
+          "example: envmap filter sky.hdr gloss.pfm --lobe phong --exponent 50\n"
+          "status:  0 done, 1 wrong use, 2 file or format, 3 out of range or refused\n",
+          to);
 }
 
 static int run_command(const command *c, char **arguments) {

@@ -71,7 +71,7 @@ static inline void print_scene(const envmap_plan *n, double tolerance) {
 }
 
 static inline void print_size(const envmap_plan *n, const options *asked, const options *o,
-                       const envmap *in, double tolerance) {
+                              const envmap *in, double tolerance) {
     int natural = natural_size(in, asked->to);
     if (n->method != ENVMAP_METHOD_FAST && n->size >= natural) {
         printf("  size      %d, as fine as the source: the lobe is about as thin as its texels,\n"
@@ -199,6 +199,9 @@ static inline int filter_into(envmap *out, const envmap *in, const options *o) {
     if (o->size < 0) status = plan_for(&needs, &asked, in, o);
     if (asked.to < 0) asked.to = ENVMAP_CUBE;
     if (asked.slices == defaults.slices && o->lobe == LOBE_BANKS) asked.slices = 16;
+    if (!status && asked.to == ENVMAP_LATLONG && asked.slices > 1)
+        status = fail(USAGE_ERROR, "--to latlong", "a file of a lat-long holds one slice",
+                      "--to cube holds several");
     if (!status) status = create_output(out, in, &asked, 1, asked.slices);
     if (status) return status;
     desc = describe(o, &threads, &m);

@@ -1,5 +1,5 @@
 /* layouts.h - which map a picture is: by its shape, or by what its user says. Include after
-   image.h.
+   envmap.h.
 
        2:1 lat-long; 1:6 and 6:1 strips, 3:4 and 4:3 crosses of a cube; 1:2 paraboloids. A lat-long
        of any other shape is stretched; squares have to be named, for they could be several things.
@@ -16,9 +16,12 @@
 #ifndef LAYOUTS_H
 #define LAYOUTS_H
 
-#include <stdint.h>
-#include <string.h>
+#include "image.h"
 
+#include <stdint.h>
+
+static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere",
+                                            "latlong", "angular",    NULL};
 enum { HORIZON_NONE = -1, HORIZON_BLACK, HORIZON_MEAN };
 
 #define LAYOUT_SIZE 16384 /* the longest edge of a map */
@@ -40,13 +43,11 @@ typedef struct layout {
     const layout_cell *cells;   /* NULL: in memory as in the picture */
 } layout;
 
-static const layout layouts[] = {{ENVMAP_LATLONG, 2, 1, NULL},
-                                 {ENVMAP_CUBE, 1, 6, NULL},
-                                 {ENVMAP_CUBE, 6, 1, layout_row},
-                                 {ENVMAP_CUBE, 3, 4, layout_upright},
-                                 {ENVMAP_CUBE, 4, 3, layout_lying},
-                                 {ENVMAP_PARABOLOID, 1, 2, NULL},
-                                 {ENVMAP_PARABOLOID, 2, 1, layout_row}};
+static const layout layouts[] = {
+    {ENVMAP_LATLONG, 2, 1, NULL},         {ENVMAP_CUBE, 1, 6, NULL},
+    {ENVMAP_CUBE, 6, 1, layout_row},      {ENVMAP_CUBE, 3, 4, layout_upright},
+    {ENVMAP_CUBE, 4, 3, layout_lying},    {ENVMAP_PARABOLOID, 1, 2, NULL},
+    {ENVMAP_PARABOLOID, 2, 1, layout_row}};
 
 /* The first layout that a picture of this shape has; mapping -1: of any map. */
 static inline const layout *layout_find(int width, int height, int mapping) {
@@ -124,7 +125,7 @@ static inline int layout_stretch(image *in, int width, int height) {
     if (!image_create(&wide) || !image_create(&out)) {
         image_free(&wide);
         return image_fail(in, "out of memory for %d x %d pixels", width, height), in->no_room = 1,
-               0;
+                                                                                  0;
     }
     for (k = 0; k < in->height; k++)
         layout_stretch_line(wide.rgb + 3 * (size_t)k * (size_t)width, width,
@@ -165,31 +166,38 @@ static inline int layout_latlong(envmap *map, image *in) {
     return layout_take(map, in, ENVMAP_LATLONG, size, 1);
 }
 
+/* The maps that a square could be, as words for --mapping. */
+static inline void layout_squares(char out[96]) {
+    int m;
+    *out = 0;
+    for (m = 0; m < ENVMAP_MAPPING_COUNT; m++)
+        if (envmap_faces(m) == 1 && m != ENVMAP_LATLONG)
+            snprintf(out + strlen(out), 96 - strlen(out), "%s%s", *out ? "|" : "",
+                     mapping_words[m]);
+}
+
 /* What a shape could be that has no layout, or several. */
-static inline int layout_refuse(const image *in, char error[256], int mapping) {
+static inline int layout_refuse(image *in, int mapping) {
     int w = in->width, h = in->height;
-    static const char *const fits[] = {
-        "1:6 (strip, times slices), 6:1, 3:4 or 4:3 (crosses)", "1:2 (times slices) or 2:1",
-        "1:1 (times slices)", "2:1", "1:1 (times slices)"};
+    char squares[96];
+    layout_squares(squares);
     if (mapping >= 0)
-        snprintf(error, 256, "is %d x %d; width to height of this parameterization are %s", w, h,
-                 fits[mapping < ENVMAP_LATLONG ? mapping : ENVMAP_SPHERE]);
-    else if (w == h)
-        snprintf(error, 256,
-                 "is %d x %d: a square may be a sphere or an angular map: say --mapping "
-                 "sphere|angular (latlong stretches it)",
-                 w, h);
-    else if (h > w && h % w == 0)
-        snprintf(error, 256,
-                 "is %d x %d: a strip of %d squares; say of which --mapping, if they are slices of "
-                 "a map",
-                 w, h, h / w);
-    else
-        snprintf(error, 256,
-                 "is %d x %d: that is no lat-long (2:1), cube (1:6, 6:1, 3:4, 4:3) or paraboloid "
-                 "map (1:2); --mapping latlong stretches it%s",
-                 w, h, w > 3 * h ? ", --horizon takes it for the upper half of one" : "");
-    return 0;
+        return image_fail(in, "is %d x %d; %s maps have width to height %s", w, h,
+                          mapping_words[mapping],
+                          mapping == ENVMAP_CUBE ? "1:6 (strip, times slices), 6:1, 3:4 or 4:3"
+                          : mapping == ENVMAP_PARABOLOID ? "1:2 (times slices) or 2:1"
+                                                         : "1:1 (times slices)");
+    if (w == h)
+        return image_fail(in, "is %d x %d: a square could be several things: say --mapping %s", w,
+                          h, squares);
+    if (h > w && h % w == 0)
+        return image_fail(in,
+                          "is %d x %d, a strip of %d squares: say which --mapping its slices are",
+                          w, h, h / w);
+    return image_fail(in,
+                      "is %d x %d: no lat-long (2:1), cube (1:6, 6:1, 3:4, 4:3) or paraboloid map "
+                      "(1:2); --mapping latlong would stretch it%s",
+                      w, h, w > 3 * h ? ", --horizon take it for the upper half" : "");
 }
 
 /* The picture as a map; mapping -1: as its shape tells. Takes the pixels, or leaves an error. */
@@ -213,7 +221,7 @@ static inline int layout_map(envmap *map, image *in, int mapping, int horizon) {
     faces = envmap_faces(mapping);
     if (faces && in->height % in->width == 0 && in->height / in->width % faces == 0)
         return layout_take(map, in, mapping, in->width, in->height / in->width / faces);
-    return layout_refuse(in, in->error, mapping);
+    return layout_refuse(in, mapping);
 }
 
 #endif /* LAYOUTS_H */

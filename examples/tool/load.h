@@ -103,7 +103,8 @@ static inline int load_face(image *strip, int face, const char *path) {
         if (!image_create(strip)) status = fail(RANGE_ERROR, path, strip->error, NULL);
     }
     if (!status && (one.width != one.height || one.width != strip->width))
-        status = fail(FILE_ERROR, path, "is not square, or not of the size of the first face", NULL);
+        status =
+            fail(FILE_ERROR, path, "is not square, or not of the size of the first face", NULL);
     if (!status) memcpy(strip->rgb + (size_t)face * floats, one.rgb, floats * sizeof(float));
     image_free(&one);
     return status;

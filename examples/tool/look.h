@@ -75,7 +75,8 @@ static inline int measure(statistics *s, const envmap *map) {
 /* What other programs may have done to a file, from its numbers. */
 static inline void print_suspicions(const image *facts, const envmap *map) {
     size_t count = 3 * (size_t)map_width(map) * (size_t)map->size *
-                   (size_t)envmap_faces(map->mapping) * (size_t)map->slices, i;
+                   (size_t)envmap_faces(map->mapping) * (size_t)map->slices,
+           i;
     float most = 0;
     for (i = 0; i < count; i++)
         if (map->texels[i] > most) most = map->texels[i];
@@ -83,9 +84,10 @@ static inline void print_suspicions(const image *facts, const envmap *map) {
         printf("  remark      the largest sample is exactly 1: something may have clipped it, as\n"
                "              ImageMagick does without a word\n");
     if (fabs(fabs(facts->scale) - 1) > 0)
-        printf("  remark      its scale is %g: samples were multiplied by %g, as netpbm's pages say;"
-               "\n              not all programs do that\n",
-               facts->scale, fabs(facts->scale));
+        printf(
+            "  remark      its scale is %g: samples were multiplied by %g, as netpbm's pages say;"
+            "\n              not all programs do that\n",
+            facts->scale, fabs(facts->scale));
 }
 
 static inline int run_info(const options *o) {

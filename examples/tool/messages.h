@@ -49,7 +49,6 @@ static inline int status_of(envmap_result result) {
 
 static inline const char *remedy_for(envmap_result result) {
     switch (result) {
-    case ENVMAP_ERROR_FILE: return "see that the path exists and may be read or written";
     case ENVMAP_ERROR_RADIANCE: return "`envmap info` counts NaN, infinite and negative samples";
     case ENVMAP_ERROR_LOBE: return "`envmap filter --help` lists the ranges of lobe parameters";
     case ENVMAP_ERROR_METHOD: return "--method reference filters with every lobe";
@@ -62,6 +61,7 @@ static inline const char *remedy_for(envmap_result result) {
 /* 0 for OK; else says what happened at `where`. */
 static inline int check(envmap_result result, const char *where) {
     if (!result) return DONE;
+    if (result == ENVMAP_ERROR_FILE) return fail(FILE_ERROR, where, why_not(errno), NULL);
     return fail(status_of(result), where, envmap_result_text(result), remedy_for(result));
 }
 

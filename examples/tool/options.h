@@ -1,5 +1,5 @@
-/* options.h - the tool's options: one table, from which parsing, ranges and help come. Include after
-   messages.h and threads.h.
+/* options.h - the tool's options: one table, from which parsing, ranges and help come. Include
+   after messages.h, layouts.h, orientation.h and threads.h.
 
    SPDX-License-Identifier: MIT */
 
@@ -26,13 +26,18 @@ typedef struct options {
     unsigned long long given;               /* a bit for each option of the table */
 } options;
 
-static const options defaults = {{NULL, NULL}, 0,   -1, -1, -1, 1, 0, 0, 0, 100, 100,
-                                 0.25,         0.9, 1,  0,  0,  0, 0, 0, 0, 0,   0,
-                                 0,            -1,  0,  0,  {0, 0, 0}, 0,
-                                 0,            0,   0,  0,  -1, 0};
+static const options defaults = {.mapping = -1,
+                                 .to = -1,
+                                 .size = -1,
+                                 .slices = 1,
+                                 .exponent = 100,
+                                 .sharpness = 100,
+                                 .alpha = 0.25,
+                                 .s = 0.9,
+                                 .scale = 1,
+                                 .horizon = -1,
+                                 .bend = -1};
 
-static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere",
-                                            "latlong", "angular",    NULL};
 static const char *const lobe_words[] = {"mirror", "diffuse", "phong", "gaussian",
                                          "ggx",    "banks",   NULL};
 static const char *const method_words[] = {"auto", "reference", "hierarchical",

@@ -83,8 +83,8 @@ static inline void orientation_add(float rgb[3], const envmap *in, const double 
     int i;
     envmap_direction(to, in->mapping, face, u, v);
     for (i = 0; i < 3; i++)
-        from[i] = (float)(m[i] * (double)to[0] + m[3 + i] * (double)to[1] +
-                          m[6 + i] * (double)to[2]);
+        from[i] =
+            (float)(m[i] * (double)to[0] + m[3 + i] * (double)to[1] + m[6 + i] * (double)to[2]);
     envmap_coordinates(&face, &u, &v, in->mapping, from);
     texel = orientation_texel(in, slice, face, u, v);
     if (!texel) {
@@ -104,12 +104,11 @@ static inline void orientation_apply(envmap *out, const envmap *in, const double
                 for (x = 0; x < width; x++) {
                     float *texel = envmap_texel(out, 0, slice, face, x, y);
                     for (k = 0; k < points * points; k++)
-                        orientation_add(
-                            texel, in, m, slice, face,
-                            ((float)x + ((float)(k % points) + 0.5f) / (float)points) /
-                                (float)width,
-                            ((float)y + ((float)(k / points) + 0.5f) / (float)points) /
-                                (float)in->size);
+                        orientation_add(texel, in, m, slice, face,
+                                        ((float)x + ((float)(k % points) + 0.5f) / (float)points) /
+                                            (float)width,
+                                        ((float)y + ((float)(k / points) + 0.5f) / (float)points) /
+                                            (float)in->size);
                     for (c = 0; c < 3 && points > 1; c++) texel[c] /= (float)(points * points);
                 }
 }

@@ -12,7 +12,7 @@
 
 typedef struct meter {
     double start, shown; /* seconds */
-    int bar, drawn, quarter;
+    int bar, drawn, quarter, warned;
 } meter;
 
 static inline double seconds(void) {
@@ -22,7 +22,7 @@ static inline double seconds(void) {
 }
 
 static inline meter meter_start(const options *o) {
-    meter m = {0, 0, 0, 0, 0};
+    meter m = {0, 0, 0, 0, 0, 0};
     m.start = seconds();
     m.bar = o->progress || isatty(STDERR_FILENO);
     return m;
@@ -38,12 +38,17 @@ static inline void meter_bar(meter *m, double fraction, double elapsed) {
     m->drawn = 1;
 }
 
-/* envmap_progress.report: nothing in the first second, then a bar, or a line per quarter. */
+/* envmap_progress.report: nothing in the first second; then what will take more than ten says so,
+   and there is a bar, or a line per quarter. */
 static inline int meter_report(void *user, float fraction) {
     meter *m = (meter *)user;
     double now = seconds(), elapsed = now - m->start;
     int quarter = (int)(4 * fraction);
     if (elapsed < 1 || fraction <= 0) return 0;
+    if (!m->warned && elapsed / (double)fraction > 10)
+        fprintf(stderr, "envmap %s: this will take about %.0f s\n", command_name,
+                elapsed / (double)fraction);
+    m->warned = 1;
     if (m->bar && now - m->shown > 0.1) {
         meter_bar(m, (double)fraction, elapsed);
         m->shown = now;

@@ -18,10 +18,9 @@ static inline int read_begins(const unsigned char *data, size_t bytes, const cha
 /* Formats that people try, which hold 8 bits a channel, or which are for engines to read. */
 static inline int read_refuse(image *out, const unsigned char *data, size_t bytes) {
     static const char *const others[][2] = {
-        {"\x89PNG", "a PNG"},       {"\xFF\xD8\xFF", "a JPEG"}, {"DDS ", "a DDS"},
-        {"\xABKTX", "a KTX"},       {"II*", "a TIFF"},          {"MM", "a TIFF"},
-        {"GIF8", "a GIF"},          {"RIFF", "a WebP"},         {"P6", "an 8-bit PPM"},
-        {"P5", "an 8-bit PGM"},     {"BM", "a BMP"},            {"P7", "a PAM"}};
+        {"\x89PNG", "a PNG"},   {"\xFF\xD8\xFF", "a JPEG"}, {"DDS ", "a DDS"}, {"\xABKTX", "a KTX"},
+        {"II*", "a TIFF"},      {"MM", "a TIFF"},           {"GIF8", "a GIF"}, {"RIFF", "a WebP"},
+        {"P6", "an 8-bit PPM"}, {"P5", "an 8-bit PGM"},     {"BM", "a BMP"},   {"P7", "a PAM"}};
     size_t k;
     if (!bytes) return image_fail(out, "is empty");
     for (k = 0; k < sizeof others / sizeof *others; k++)

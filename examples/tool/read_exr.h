@@ -130,7 +130,7 @@ static inline int exr_tiles(image *out, exr_const_context_t file, int grey) {
     return 1;
 }
 
-/* Grey to all channels, and black where the window that is shown is larger than that of the data. */
+/* Grey to all channels, and black where the window that is shown is larger than the data's. */
 static inline int exr_show(image *out, const exr_attr_box2i_t *data, const exr_attr_box2i_t *shown,
                            int grey) {
     image all = *out;

@@ -14,6 +14,7 @@
 #define READ_HDR_H
 
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -121,6 +122,10 @@ static inline int hdr_header(image *out, hdr_file *in) {
     return image_fail(out, "ends within its header");
 }
 
+/* Room behind the planes, so that a code's bytes can be written 128 at a time, which is fast; the
+   next code writes over what is too much. */
+enum { HDR_SLACK = 128 };
+
 /* One plane of a line with new run lengths: n > 128: n - 128 times the next byte; else n bytes. */
 static inline int hdr_plane(hdr_file *in, unsigned char *plane, int length) {
     const unsigned char *at = in->at, *end = in->end;
@@ -131,10 +136,10 @@ static inline int hdr_plane(hdr_file *in, unsigned char *plane, int length) {
         if (n > 128) {
             n -= 128;
             if (n > length - i) return 0;
-            memset(plane + i, *at++, (size_t)n);
+            memset(plane + i, *at++, HDR_SLACK);
         } else {
             if (n == 0 || n > length - i || end - at < n) return 0;
-            memcpy(plane + i, at, (size_t)n);
+            memcpy(plane + i, at, end - at < HDR_SLACK ? (size_t)n : HDR_SLACK);
             at += n;
         }
         i += n;
@@ -178,33 +183,51 @@ static inline int hdr_planes(hdr_file *in, unsigned char *planes, int length) {
     return 1;
 }
 
-/* A line's pixels into their places. */
+/* m 2^(e - 136), three numbers a pixel. As long as no exponent is so small that floats have no
+   such power of two but as a denormal number, its bits are (e - 9) << 23; e = 0 is black. */
+static inline void hdr_floats(float *rgb, const unsigned char *planes, int length) {
+    const unsigned char *e = planes + 3 * length;
+    int i, c, small = 0;
+    for (i = 0; i < length; i++) small |= e[i] > 0 && e[i] < 10;
+    for (i = 0; i < length; i++) {
+        uint32_t bits = e[i] ? ((uint32_t)e[i] - 9) << 23 : 0;
+        float unit;
+        memcpy(&unit, &bits, sizeof unit);
+        for (c = 0; c < 3; c++) rgb[3 * i + c] = unit * (float)planes[c * length + i];
+    }
+    for (i = 0; i < length && small; i++)
+        for (c = 0; c < 3; c++)
+            rgb[3 * i + c] = e[i] ? ldexpf((float)planes[c * length + i], e[i] - 136) : 0;
+}
+
+/* A line into its place; `room` for it, if that is not in one piece. */
 static inline void hdr_place(image *out, const hdr_file *in, int line, const unsigned char *planes,
-                             const float scale[256]) {
+                             float *room) {
     int by_rows = in->axes[0] == 'Y', length = in->counts[1], i;
-    int first = by_rows ? in->signs[0] == '-' : in->signs[0] == '+'; /* in memory's direction */
+    int down = by_rows ? in->signs[0] == '-' : in->signs[0] == '+'; /* lines, as in memory */
     int along = by_rows ? in->signs[1] == '+' : in->signs[1] == '-';
     ptrdiff_t row = out->width, step = by_rows ? 1 : row, stride = by_rows ? row : 1;
-    float *p = out->rgb + 3 * ((first ? line : in->counts[0] - 1 - line) * stride +
+    float *p = out->rgb + 3 * ((down ? line : in->counts[0] - 1 - line) * stride +
                                (along ? 0 : (length - 1) * step));
-    step *= along ? 3 : -3;
-    for (i = 0; i < length; i++, p += step) {
-        float unit = scale[planes[3 * length + i]];
-        p[0] = unit * (float)planes[i];
-        p[1] = unit * (float)planes[length + i];
-        p[2] = unit * (float)planes[2 * length + i];
+    if (by_rows && along) {
+        hdr_floats(p, planes, length);
+        return;
     }
+    hdr_floats(room, planes, length);
+    for (i = 0; i < length; i++) memcpy(p + 3 * i * (along ? step : -step), room + 3 * i, 12);
 }
 
 static inline int hdr_lines(image *out, hdr_file *in) {
-    int length = in->counts[1], line = 0, e;
-    float scale[256];
-    unsigned char *planes = (unsigned char *)ENVMAP_MALLOC(NULL, 4 * (size_t)length);
-    if (!planes) return image_fail(out, "out of memory for a line"), out->no_room = 1, 0;
-    for (e = 0; e < 256; e++) scale[e] = e ? ldexpf(1, e - 136) : 0;
-    for (; line < in->counts[0] && hdr_planes(in, planes, length); line++)
-        hdr_place(out, in, line, planes, scale);
-    ENVMAP_FREE(NULL, planes);
+    size_t length = (size_t)in->counts[1];
+    int line = 0;
+    unsigned char *planes = (unsigned char *)ENVMAP_MALLOC(NULL, 4 * length + HDR_SLACK);
+    float *room = (float *)ENVMAP_MALLOC(NULL, 3 * length * sizeof(float));
+    out->no_room = !planes || !room;
+    for (; !out->no_room && line < in->counts[0] && hdr_planes(in, planes, (int)length); line++)
+        hdr_place(out, in, line, planes, room);
+    if (planes) ENVMAP_FREE(NULL, planes);
+    if (room) ENVMAP_FREE(NULL, room);
+    if (out->no_room) return image_fail(out, "out of memory for a line");
     if (line < in->counts[0])
         return image_fail(out, "ends or is damaged in line %d of %d", line + 1, in->counts[0]);
     return 1;

@@ -123,8 +123,7 @@ static inline void pfm_pixels(image *out, const pfm_file *in) {
         float *p = out->rgb + 3 * (size_t)y * (size_t)out->width;
         for (x = 0; x < out->width; x++, p += 3, sample += 4 * in->channels)
             for (c = 0; c < 3; c++)
-                p[c] = factor *
-                       pfm_sample(sample + (in->channels > 1 ? 4 * c : 0), out->scale < 0);
+                p[c] = factor * pfm_sample(sample + (in->channels > 1 ? 4 * c : 0), out->scale < 0);
     }
 }
 
@@ -140,8 +139,7 @@ static inline int pfm_read(image *out, const unsigned char *data, size_t bytes) 
     in.at = data, in.end = data + bytes;
     out->format = "PFM";
     if (!pfm_header(out, &in)) return 0;
-    if (pfm_trails(&in))
-        return image_fail(out, "holds data after its last sample");
+    if (pfm_trails(&in)) return image_fail(out, "holds data after its last sample");
     if (!image_create(out)) return 0;
     pfm_pixels(out, &in);
     if (in.channels == 4) image_remark(out, "its fourth channel, alpha, is left out\n");

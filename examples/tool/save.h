@@ -8,11 +8,12 @@
 #include <errno.h>
 #include <math.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 
 static inline int ends_with(const char *text, const char *end) {
     size_t a = strlen(text), b = strlen(end);
-    return a >= b && !strcmp(text + a - b, end);
+    return a >= b && !strcasecmp(text + a - b, end);
 }
 
 /* Refuses a file name before any work is done for it. */
