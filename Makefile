@@ -33,13 +33,14 @@ vpath %.c examples examples/tool examples/gl examples/measure tests tests/method
 # A run of the test programs; valgrind is put before each with RUN, COMPILE= leaves the compile
 # tests out.
 RUN      =
-COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile'
+COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile' \
+           'sh tests/cookbook.sh $(CC) $(BUILD)/envmap $(BUILD)/cookbook'
 # Exact sums over millions of texels are not what valgrind is for, and its long double has 64 bits
 # only, too few for the lobes' oracles; it sees into the OpenGL driver. (The sanitizers run them all.)
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
            %/test_materials %/test_gl %/test_shaders %/test_harmonics %/test_stability_filters \
-           %/test_plan %/test_search %/test_threads %/test_tool_speed
+           %/test_plan %/test_search %/test_bake %/test_threads %/test_tool_speed
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -77,7 +78,7 @@ demo: $(BUILD)/envmap ## three environments, filtered; a picture of them in buil
 	$(BUILD)/envmap demo $(BUILD)/demo
 
 test: ## build and run the tests; the last line counts them
-	@$(MAKE) --no-print-directory $(SHARED)
+	@$(MAKE) --no-print-directory $(SHARED) $(if $(COMPILE),$(BUILD)/envmap)
 	@sh tests/run.sh -s -j$(JOBS) -l $(BUILD)/tests/log $(COMPILE) \
 	    $(foreach t,$(filter $(LONGEST),$(TESTS)) $(filter-out $(LONGEST),$(TESTS)), \
 	        '$(MAKE) -s --no-print-directory $(t) && $(strip $(RUN) $(t))')

@@ -255,7 +255,7 @@ static inline texture_file texture_hdr(const char *name) {
     if (sscanf(size + 2, "-Y %d +X %d", &f.height, &f.width) != 2) return f;
     const unsigned char *p = (const unsigned char *)strchr(size + 2, '\n') + 1;
     size_t bytes = 4 * (size_t)f.width * (size_t)f.height, used = 1;
-    unsigned char *pixels = (unsigned char *)calloc(bytes, 1);
+    unsigned char *pixels = (unsigned char *)calloc(bytes + 16, 1);
     for (int y = 0; y < f.height && used; ++y, p += used)
         used = texture_hdr_row(pixels + 4 * (size_t)y * (size_t)f.width, p, end, f.width);
     f.good = used && p == end;

@@ -1,0 +1,30 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# usage: tests/cookbook.sh CC ENVMAP [DIR], from the top of the project
+# Runs the recipes of docs/cookbook.md as they stand there: each one's command, then its program,
+# which has at most 20 lines and ends with 0.
+cc=$1 here=$PWD dir=${3:-build/cookbook}
+case $2 in /*) tool=$2 ;; *) tool=$here/$2 ;; esac
+rm -rf "$dir" && mkdir -p "$dir" && cd "$dir" || exit 1
+awk '/^## /      { n++ }
+     /^```$/     { out = "" }
+     out != ""   { print > out }
+     /^```sh$/   { out = n ".sh" }
+     /^```c$/    { out = n ".c" }' "$here/docs/cookbook.md"
+
+recipe() { # NUMBER
+    [ "$(wc -l <"$1.c")" -le 20 ] || { echo "more than 20 lines"; return 1; }
+    (envmap() { "$tool" "$@"; } && set -e && . "./$1.sh") || return 1
+    "$cc" -std=c99 -O1 -Wall -Wextra -Werror -I"$here" "$1.c" -o "$1.out" -lm && "./$1.out"
+}
+
+passed=0 failed=0
+for n in 1 2 3 4 5 6 7 8; do
+    if recipe $n >"$n.log" 2>&1; then
+        passed=$((passed + 1)) && echo "  ok   recipe $n"
+    else
+        failed=$((failed + 1)) && echo "  FAIL recipe $n" && sed 's/^/       /' "$n.log"
+    fi
+done
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]
