@@ -129,10 +129,10 @@ const answers = {
     $('worst').textContent = texels ? worst.toExponential(1) : '–';
     heat(texels);
   },
-  idle({bytes}) {
+  idle({bytes, note}) {
     state.bytes = bytes;
     state.idle = true;
-    busy('');
+    busy(note);
     if (!view) cpuPicture();
   },
   split({texels}) {

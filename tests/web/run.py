@@ -121,6 +121,14 @@ def every_control_moves(page):
         if not page.wait(IDLE, 90) or page.run("state.failure"):
             failures.append(f"{method} {page.run('state.failure')}")
     check("every quick method filters a GGX lobe", not failures, "; ".join(failures))
+    set_control(page, "method", 5), set_control(page, "look", 5)
+    page.wait(IDLE, 60)
+    note = page.run("$('status').textContent")
+    check(
+        "a method that refuses a lobe says so",
+        "automatic" in note and not page.run("state.failure"),
+    )
+    set_control(page, "method", 0), set_control(page, "look", 4)
     for sky in (0, 1, 2):
         page.run(f"document.querySelector('input[name=sky][value=\"{sky}\"]').click()")
         page.wait(IDLE, 60)
