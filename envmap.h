@@ -6372,16 +6372,20 @@ static double envmapi_light_square(const envmapi_light *light) {
     return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
 }
 
-/* How many blocks there are at every scale; returns the floats of all. */
+/* How many blocks there are at every scale; returns the floats of all. Four rows at the least where
+   there are so many: these see a difference between any two halves of the sphere, also where a
+   lat-long's first and last row are one block each.
+   Test: a_lobe_of_two_bands_keeps_the_tolerance_of_every_mapping. */
 static size_t envmapi_scene_layout(envmapi_scene *s) {
     const envmap *map = s->in.map;
     int nu = (envmapi_width(map->mapping, map->size) + s->edge - 1) / s->edge;
-    int nv = (map->size + s->edge - 1) / s->edge;
+    int nv = (map->size + s->edge - 1) / s->edge, faces = envmap_faces(map->mapping);
     size_t at = 0;
-    for (int high = nv; s->scales < ENVMAPI_SCALES && (high > 0 || !s->scales); high /= 2) {
+    for (int high = nv; s->scales < ENVMAPI_SCALES; high /= 2) {
+        if (s->scales && (high < 1 || nv * faces < 4)) break;
         envmapi_blocks *blocks = s->blocks + s->scales++;
         blocks->nu = nu, blocks->nv = nv, blocks->at = at;
-        blocks->count = (size_t)(nu * nv * envmap_faces(map->mapping)), at += 4 * blocks->count;
+        blocks->count = (size_t)(nu * nv * faces), at += 4 * blocks->count;
         nu = (nu + 1) / 2, nv = (nv + 1) / 2;
     }
     return at;

@@ -484,6 +484,27 @@ static void a_cluster_of_lights_is_its_texels(void) {
     envmap_free(&src);
 }
 
+/* All light in one of six halves: a lobe that leaves 2 % of the first harmonic shows which. */
+static double lit_half[3];
+static double half_of_the_sphere(const double d[3], int channel) {
+    (void)channel;
+    return d[0] * lit_half[0] + d[1] * lit_half[1] + d[2] * lit_half[2] > 0.5;
+}
+
+static void a_lobe_of_two_bands_keeps_the_tolerance_of_every_mapping(void) {
+    miss all = {0, 0};
+    for (int k = 0; k < 6 * ENVMAP_MAPPING_COUNT; ++k) {
+        envmap src = black(k / 6, 64, 1, 1);
+        envmap_lobe lobe = envmap_lobe_gaussian(k & 1 ? 0.06f : 0.02f);
+        memset(lit_half, 0, sizeof lit_half);
+        lit_half[k % 3] = k % 6 < 3 ? 1 : -1;
+        oracle_fill(&src, 0, half_of_the_sphere);
+        all = larger(all, miss_by(ENVMAP_CUBE, 3, 1, &src, lobe, ENVMAP_METHOD_FAST, 1e-3));
+        envmap_free(&src);
+    }
+    figures("two bands", all);
+}
+
 /* Sources large enough for lobes with kinks too; a rim's texels are points of their own. */
 static void a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance(void) {
     static const double at[3][3] = {{0.8, -0.6, 0.003}, {0.01, 0.02, 1}, {0.01, 0.02, -1}};
@@ -1090,6 +1111,7 @@ int main(void) {
     RUN(black_stays_black);
     RUN(a_lamp_anywhere_keeps_the_tolerance);
     RUN(a_cluster_of_lights_is_its_texels);
+    RUN(a_lobe_of_two_bands_keeps_the_tolerance_of_every_mapping);
     RUN(a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance);
     RUN(lights_beside_the_poles_of_a_lat_long_keep_the_tolerance);
     RUN(lights_beside_an_edge_keep_the_tolerance);
