@@ -120,8 +120,7 @@ static envmap a_map(int mapping, int size, int levels) {
         floats += 3 * (size_t)envmap_faces(mapping) * (size_t)edge *
                   (size_t)(mapping == ENVMAP_LATLONG ? 2 * edge : edge);
     }
-    for (size_t i = 0; i < floats; ++i)
-        map.texels[i] = (float)exp2(20 * test_random(&seed) - 8);
+    for (size_t i = 0; i < floats; ++i) map.texels[i] = (float)exp2(20 * test_random(&seed) - 8);
     return map;
 }
 
@@ -146,8 +145,11 @@ typedef int writer(texture *t, const char *to);
 
 static void check_container(writer *write, texture_file (*read)(const char *), const char *name) {
     static const double bound[] = {1.0 / 2048, 0, 1.0 / 511, 1.0 / 64};
-    static const int shapes[][3] = {{ENVMAP_CUBE, 16, 5}, {ENVMAP_CUBE, 7, 3}, {ENVMAP_CUBE, 1, 1},
-                                    {ENVMAP_LATLONG, 12, 2}, {ENVMAP_ANGULAR, 5, 1}};
+    static const int shapes[][3] = {{ENVMAP_CUBE, 16, 5},
+                                    {ENVMAP_CUBE, 7, 3},
+                                    {ENVMAP_CUBE, 1, 1},
+                                    {ENVMAP_LATLONG, 12, 2},
+                                    {ENVMAP_ANGULAR, 5, 1}};
     for (int format = 0; format < 4; ++format)
         for (int s = 0; s < 5; ++s) {
             envmap map = a_map(shapes[s][0], shapes[s][1], shapes[s][2]);
@@ -190,8 +192,11 @@ static void paraboloids_and_slices_are_refused(void) {
 
 /* Half a unit of 8 bits of the brightest channel. */
 static void radiance_files_hold_the_map(void) {
-    static const int shapes[][2] = {{ENVMAP_LATLONG, 64}, {ENVMAP_CUBE, 16}, {ENVMAP_CUBE, 7},
-                                    {ENVMAP_LATLONG, 4}, {ENVMAP_ANGULAR, 200}};
+    static const int shapes[][2] = {{ENVMAP_LATLONG, 64},
+                                    {ENVMAP_CUBE, 16},
+                                    {ENVMAP_CUBE, 7},
+                                    {ENVMAP_LATLONG, 4},
+                                    {ENVMAP_ANGULAR, 200}};
     for (int s = 0; s < 5; ++s) {
         envmap map = a_map(shapes[s][0], shapes[s][1], 1);
         for (int i = 0; i < 3 * 40 && shapes[s][1] > 9; ++i) map.texels[i] = 0.25f; /* a run */
@@ -207,8 +212,7 @@ static void radiance_files_hold_the_map(void) {
                 const float *m = map.texels + 3 * (y * file.width + x);
                 double rgb[3], most = fmax((double)m[0], fmax((double)m[1], (double)m[2]));
                 CHECK(texture_file_texel(rgb, &file, 0, 0, x, y));
-                for (int c = 0; c < 3; ++c)
-                    worst = fmax(worst, fabs(rgb[c] - (double)m[c]) / most);
+                for (int c = 0; c < 3; ++c) worst = fmax(worst, fabs(rgb[c] - (double)m[c]) / most);
             }
         CHECK(file.width * file.height * 3 ==
               map.size * map.size * 3 * envmap_faces(map.mapping) * (s % 3 == 0 ? 2 : 1));
@@ -351,8 +355,9 @@ static void ktx_parse_reads_them(void) {
     CHECK(1);
     snprintf(command, sizeof command, "node tests/read_ktx2.mjs >/dev/null 2>&1");
     if (!runs(command)) {
-        printf("    passed by: node or ktx-parse is not here (npm install ktx-parse in a folder, and "
-               "name it in NODE_MODULES)\n");
+        printf(
+            "    passed by: node or ktx-parse is not here (npm install ktx-parse in a folder, and "
+            "name it in NODE_MODULES)\n");
         envmap_free(&map);
         return;
     }
@@ -392,8 +397,8 @@ static void oiiotool_reads_them(void) {
     CHECK(picture_create(&p, 33, 21));
     for (int i = 0; i < 33 * 21 * 3; ++i) p.rgb[i] = (unsigned char)(i * 7);
     CHECK(write_png(&p, in_folder("a.png")) == 0);
-    snprintf(command, sizeof command, "oiiotool --info -v %s | grep -q '33 x   21, 3 channel, uint8'",
-             path);
+    snprintf(command, sizeof command,
+             "oiiotool --info -v %s | grep -q '33 x   21, 3 channel, uint8'", path);
     CHECK(runs(command));
     picture_free(&p);
     envmap_free(&map);

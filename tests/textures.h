@@ -17,8 +17,8 @@ typedef struct texture_file {
     unsigned char *data;
     size_t size;
     int good, format, width, height, levels, faces;
-    size_t at[32][6];       /* where each face of each level begins */
-    const char *keys[16];   /* of KTX: keys, and behind each one's 0 its value */
+    size_t at[32][6];     /* where each face of each level begins */
+    const char *keys[16]; /* of KTX: keys, and behind each one's 0 its value */
     int key_count;
 } texture_file;
 
@@ -80,8 +80,7 @@ static inline size_t texture_face_size(const texture_file *f, int level) {
 static inline int texture_file_texel(double rgb[3], const texture_file *f, int level, int face,
                                      int x, int y) {
     size_t at = f->at[level][face] +
-                texture_texel_bytes(f->format) *
-                    (size_t)(y * texture_file_width(f, level) + x);
+                texture_texel_bytes(f->format) * (size_t)(y * texture_file_width(f, level) + x);
     const unsigned char *p = f->data + at;
     if (!f->good || at + texture_texel_bytes(f->format) > f->size) return 0;
     if (f->format == TEXTURE_B10G11R11)
@@ -141,8 +140,11 @@ static inline texture_file texture_ktx2(const char *name) {
     const unsigned char *h = f.data;
     if (f.size < 104 || memcmp(h, magic, 12)) return f;
     uint64_t vk = texture_little(h + 12, 4);
-    f.format = vk == 97 ? TEXTURE_RGBA16F : vk == 109 ? TEXTURE_RGBA32F : vk == 123 ? TEXTURE_RGB9E5
-               : vk == 122 ? TEXTURE_B10G11R11 : -1;
+    f.format = vk == 97    ? TEXTURE_RGBA16F
+               : vk == 109 ? TEXTURE_RGBA32F
+               : vk == 123 ? TEXTURE_RGB9E5
+               : vk == 122 ? TEXTURE_B10G11R11
+                           : -1;
     f.width = (int)texture_little(h + 20, 4), f.height = (int)texture_little(h + 24, 4);
     f.faces = (int)texture_little(h + 36, 4), f.levels = (int)texture_little(h + 40, 4);
     f.good = f.format >= 0 && !texture_little(h + 28, 8) && !texture_little(h + 44, 4) &&
@@ -200,8 +202,11 @@ static inline texture_file texture_dds(const char *name) {
     const unsigned char *h = f.data;
     if (f.size < 148 || memcmp(h, "DDS ", 4) || memcmp(h + 84, "DX10", 4)) return f;
     uint64_t dxgi = texture_little(h + 128, 4), caps2 = texture_little(h + 112, 4);
-    f.format = dxgi == 10 ? TEXTURE_RGBA16F : dxgi == 2 ? TEXTURE_RGBA32F : dxgi == 67 ? TEXTURE_RGB9E5
-               : dxgi == 26 ? TEXTURE_B10G11R11 : -1;
+    f.format = dxgi == 10   ? TEXTURE_RGBA16F
+               : dxgi == 2  ? TEXTURE_RGBA32F
+               : dxgi == 67 ? TEXTURE_RGB9E5
+               : dxgi == 26 ? TEXTURE_B10G11R11
+                            : -1;
     f.height = (int)texture_little(h + 12, 4), f.width = (int)texture_little(h + 16, 4);
     f.levels = (int)texture_little(h + 28, 4);
     int cube = (texture_little(h + 136, 4) & 4) != 0;

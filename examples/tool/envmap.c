@@ -18,6 +18,7 @@
    look.h       commands info, compare
    convert.h    commands convert, mips, generate
    filter.h     commands plan, filter, sh
+   bake*.h      command bake, and write_*.h, the files that it writes
    >>gallery    commands demo, docs
    >>main
 
@@ -39,6 +40,14 @@
 #include "gallery.h"
 #include "threads.h"
 
+#include "write_file.h"
+#include "write_texels.h"
+#include "write_ktx.h"
+#include "write_dds.h"
+#include "write_hdr.h"
+#include "write_png.h"
+#include "bake_presets.h"
+
 #include "read.h"
 #include "layouts.h"
 #include "orientation.h"
@@ -50,6 +59,7 @@
 #include "look.h"
 #include "convert.h"
 #include "filter.h"
+#include "bake.h"
 
 /* --------------------------------------------------------------------------------- >>gallery -- */
 
@@ -91,6 +101,11 @@ static int run_docs(const options *o) {
 /* ------------------------------------------------------------------------------------ >>main -- */
 
 static const command commands[] = {
+    {"bake", "IN|FOLDER DIR", 2,
+     LOAD_OPTIONS "--for --size --levels --bend --chain --sun --tolerance --verify --threads "
+                  "--exposure --progress ",
+     "Writes what an engine loads: filtered cubes, irradiance, table, preview, manifest.",
+     "envmap bake sky.hdr out/ --for filament --sun", run_bake},
     {"info", "FILE.pfm", 1, LOAD_OPTIONS, "Prints shape, radiance, contrast and damage of a map.",
      "envmap info sky.pfm", run_info},
     {"convert", "IN.pfm OUT.pfm|png", 2, LOAD_OPTIONS "--to --size --exposure ",

@@ -21,12 +21,15 @@ typedef struct options {
     int raw, glsl, window, progress, help;
     int flip, horizon, convention; /* of what is read; horizon: -1 if not given */
     double limit, rotate[3];
-    unsigned long given; /* a bit for each option of the table */
+    int engine, chain, levels, sun, verify; /* of bake; levels: 0 if not given */
+    double bend;                            /* -1 if not given */
+    unsigned long long given;               /* a bit for each option of the table */
 } options;
 
 static const options defaults = {{NULL, NULL}, 0,   -1, -1, -1, 1, 0, 0, 0, 100, 100,
                                  0.25,         0.9, 1,  0,  0,  0, 0, 0, 0, 0,   0,
-                                 0,            -1,  0,  0,  {0, 0, 0}, 0};
+                                 0,            -1,  0,  0,  {0, 0, 0}, 0,
+                                 0,            0,   0,  0,  -1, 0};
 
 static const char *const mapping_words[] = {"cube",    "paraboloid", "sphere",
                                             "latlong", "angular",    NULL};
@@ -82,6 +85,14 @@ static const option_spec option_table[] = {
     {"--threads", INTEGER, AT(threads), 1, THREADS_MOST, NULL, "default: one per processor"},
     {"--exposure", NUMBER, AT(exposure), -40, 40, NULL,
      "of a PNG, in stops above the automatic one"},
+    {"--for", WORD, AT(engine), 0, 0, bake_words, "the engine (default opengl)"},
+    {"--chain", WORD, AT(chain), 0, 0, bake_lobe_words, "lobe of the specular levels (default ggx)"},
+    {"--levels", INTEGER, AT(levels), 1, 16, NULL, "of the chain (default: down to an edge of 4)"},
+    {"--bend", NUMBER, AT(bend), 0, 1, NULL,
+     "level = (levels - 1) r (1 + bend - bend r) (default: the engine's)"},
+    {"--sun", FLAG, AT(sun), 0, 0, NULL, "take the brightest compact lights out of the maps"},
+    {"--verify", INTEGER, AT(verify), 0, 10000, NULL,
+     "measure so many texels of every level against plain sums (default 0)"},
     {"--progress", FLAG, AT(progress), 0, 0, NULL,
      "a progress bar also where stderr is no terminal"},
     {"--help", FLAG, AT(help), 0, 0, NULL, "this text"}};
@@ -194,7 +205,7 @@ static inline int parse_option(options *o, const command *c, char **arguments, i
     const option_spec *option = find_option(c, text);
     int on = 1;
     if (!option) return fail(USAGE_ERROR, text, "no such option", "add --help for a list");
-    o->given |= 1ul << (option - option_table);
+    o->given |= 1ull << (option - option_table);
     if (option->kind == FLAG) {
         if (value) return fail(USAGE_ERROR, text, "takes no value", "add --help for a list");
         memcpy((char *)o + option->offset, &on, sizeof on);

@@ -27,10 +27,10 @@ static inline void dds_header(write_file *w, const texture *t) {
     write_little(w, cube ? 0xFE00 : 0, 4); /* a cube, all six faces of it */
     write_zeros(w, 12);
     write_little(w, dxgi[t->format], 4);
-    write_little(w, 3, 4);            /* a 2D texture */
+    write_little(w, 3, 4); /* a 2D texture */
     write_little(w, cube ? 0x4 : 0, 4);
-    write_little(w, 1, 4);            /* one cube, or one picture */
-    write_little(w, 0, 4);            /* alpha unknown */
+    write_little(w, 1, 4); /* one cube, or one picture */
+    write_little(w, 0, 4); /* alpha unknown */
 }
 
 /* 0, or an errno. Face by face, each with all its levels. */

@@ -83,6 +83,7 @@ static inline void write_zeros(write_file *w, size_t count) {
 
 /* 0, or the errno of what failed first; then nothing is left, and what was there before is. */
 static inline int write_close(write_file *w) {
+    if (w->file && ferror(w->file) && !w->error) w->error = EIO; /* of what others wrote there */
     if (w->file && fclose(w->file) && !w->error) w->error = errno;
     w->file = NULL;
     if (*w->temporary && !w->error && rename(w->temporary, w->path)) w->error = errno;

@@ -52,10 +52,10 @@ static inline void ktx2_descriptor(write_file *w, int format) {
     unsigned bytes = ktx_descriptor_bytes(format);
     int k;
     write_little(w, bytes, 4);
-    write_little(w, 0, 4);                      /* vendor Khronos, the basic block */
-    write_little(w, 2 | (bytes - 4) << 16, 4);  /* version 1.3 */
-    write_little(w, 1 | 1 << 8 | 1 << 16, 4);   /* model RGB, primaries BT.709, transfer linear */
-    write_little(w, 0, 4);                      /* blocks of 1 x 1 x 1 x 1 */
+    write_little(w, 0, 4);                     /* vendor Khronos, the basic block */
+    write_little(w, 2 | (bytes - 4) << 16, 4); /* version 1.3 */
+    write_little(w, 1 | 1 << 8 | 1 << 16, 4);  /* model RGB, primaries BT.709, transfer linear */
+    write_little(w, 0, 4);                     /* blocks of 1 x 1 x 1 x 1 */
     write_little(w, (unsigned)texel_bytes[format], 8);
     for (k = 0; k < KTX_SAMPLES; k++) {
         const ktx_sample *s = &ktx_samples[k];
@@ -107,7 +107,8 @@ static inline size_t ktx2_layout(size_t offset[32], const texture *t, size_t at)
 
 static inline void ktx2_header(write_file *w, const texture *t, const size_t offset[32],
                                size_t pairs) {
-    static const unsigned char magic[12] = {0xAB, 'K', 'T', 'X', ' ', '2', '0', 0xBB, 13, 10, 26, 10};
+    static const unsigned char magic[12] = {0xAB, 'K',  'T', 'X', ' ', '2',
+                                            '0',  0xBB, 13,  10,  26,  10};
     static const unsigned vulkan[] = {97, 109, 123, 122}, type_size[] = {2, 4, 4, 4};
     size_t descriptor = 80 + 24 * (size_t)t->map->levels;
     unsigned descriptor_bytes = ktx_descriptor_bytes(t->format);
@@ -164,7 +165,8 @@ static const unsigned ktx1_words[][5] = {{0x140B, 2, 0x1908, 0x881A, 0x1908},
 
 /* 0, or an errno. A level's size counts one face of a cube, all of a picture. */
 static inline int write_ktx1(texture *t, const char *path) {
-    static const unsigned char magic[12] = {0xAB, 'K', 'T', 'X', ' ', '1', '1', 0xBB, 13, 10, 26, 10};
+    static const unsigned char magic[12] = {0xAB, 'K',  'T', 'X', ' ', '1',
+                                            '1',  0xBB, 13,  10,  26,  10};
     static const char orientation[] = "KTXorientation\0S=r,T=d";
     write_file w;
     int k, level, face;

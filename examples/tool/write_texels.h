@@ -14,7 +14,12 @@
 #include <math.h>
 #include <stdint.h>
 
-typedef enum texel_format { TEXEL_RGBA16F, TEXEL_RGBA32F, TEXEL_RGB9E5, TEXEL_B10G11R11 } texel_format;
+typedef enum texel_format {
+    TEXEL_RGBA16F,
+    TEXEL_RGBA32F,
+    TEXEL_RGB9E5,
+    TEXEL_B10G11R11
+} texel_format;
 
 static const char *const texel_format_name[] = {"RGBA16F", "RGBA32F", "RGB9E5", "B10G11R11"};
 static const int texel_bytes[] = {8, 16, 4, 4};
@@ -70,8 +75,7 @@ static inline uint32_t texel_rgb9e5(const float rgb[3], long *saturated) {
     e = most > 0 && e > -15 ? e + 15 : 0;
     e += floorf(ldexpf(most, 24 - e) + 0.5f) > 511;
     packed = (uint32_t)e << 27;
-    for (c = 0; c < 3; c++)
-        packed |= (uint32_t)floorf(ldexpf(value[c], 24 - e) + 0.5f) << 9 * c;
+    for (c = 0; c < 3; c++) packed |= (uint32_t)floorf(ldexpf(value[c], 24 - e) + 0.5f) << 9 * c;
     return packed;
 }
 
