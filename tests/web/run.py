@@ -13,7 +13,7 @@ sys.path.insert(0, HERE)
 import browser
 
 IDLE = "typeof state === 'object' && state.idle === true"
-MOST_BYTES, MOST_SECONDS = 500_000, 3.0  # on a quiet machine it takes less than one
+MOST_BYTES, MOST_SECONDS = 500_000, 1.0
 counts = [0, 0]
 
 
@@ -58,9 +58,10 @@ def the_first_picture_comes_soon(page, url):
         load(page, url)
         times.append(page.run("[(state.first - state.gl) / 1000, state.gl / 1000]"))
     first, gl = min(times)
+    most = MOST_SECONDS * max(1, os.getloadavg()[0] / os.cpu_count())  # others use the machine too
     check(
         "the first picture comes soon",
-        0 < first <= MOST_SECONDS,
+        0 < first <= most,
         f"{first:.2f} s, and WebGL {gl:.2f} s",
     )
 
