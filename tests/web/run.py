@@ -87,6 +87,7 @@ PICTURE_ERROR = """(async () => {
 
 def webgl_draws_what_the_cpu_draws(page):
     page.run("document.querySelector('input[name=object][value=\"0\"]').click()")
+    set_control(page, "turn", 40)
     names = ["mirror", "Phong", "diffuse", "coated", "GGX", "Banks", "fitted", "elliptical"]
     for look, name in enumerate(names):
         set_control(page, "look", look)
@@ -99,7 +100,7 @@ def webgl_draws_what_the_cpu_draws(page):
             error <= 0.01 and colours > 20,
             f"mean {100 * error:.2f} %, {colours} values",
         )
-    set_control(page, "look", 4)
+    set_control(page, "look", 4), set_control(page, "turn", 0)
 
 
 # ---- controls
