@@ -66,10 +66,23 @@ function openSky(w) {
   return say('sky', result);
 }
 
+/* Every step-th texel of LIT, about 512 x 256 of them. */
+function smallSky(size) {
+  const lit = new Float32Array(lib.memory.buffer, lib.web_map_texels(LIT, 0), 6 * size * size);
+  const step = Math.max(1, Math.floor(size / 256)), h = Math.floor(size / step);
+  const out = new Float32Array(6 * h * h);
+  for (let y = 0, at = 0; y < h; y++)
+    for (let x = 0; x < 2 * h; x++, at += 3) {
+      const from = 3 * step * (2 * size * y + x);
+      out.set(lit.subarray(from, from + 3), at);
+    }
+  tell('sky', {h}, out);
+}
+
 function light(w) {
   const size = lib.web_map_size(SKY);
   if (!say('sun', lib.web_light(...w.sun, w.flux))) return false;
-  tell('sky', {size}, floats(lib.web_map_texels(LIT, 0), 6 * size * size));
+  smallSky(size);
   if (!say('nine', lib.web_diffuse())) return false;
   tell('nine', {}, floats(lib.web_floats(), 28));
   lib.web_prepare(0.16, w.tolerance);
