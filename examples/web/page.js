@@ -97,8 +97,8 @@ const answers = {
     view?.mesh(kind, texels, indices);
     draw();
   },
-  sky({size, texels}) {
-    smallSky(size, texels);
+  sky({h, texels}) {
+    smallSky(h, texels);
   },
   nine({texels}) {
     view?.set({sh: texels});
@@ -129,10 +129,10 @@ const answers = {
     $('worst').textContent = texels ? worst.toExponential(1) : '–';
     heat(texels);
   },
-  idle({bytes}) {
+  idle({bytes, note}) {
     state.bytes = bytes;
     state.idle = true;
-    busy('');
+    busy(note);
     if (!view) cpuPicture();
   },
   split({texels}) {
@@ -258,19 +258,16 @@ function explain() {
       ' The map above is |error| over the mean of the result, in all directions, against ' +
       'the same lobe at 1e-5.';
 }
-/* The lit sky, every step-th texel, with the tone curve of the picture. */
-function smallSky(size, texels) {
-  const step = Math.max(1, Math.floor(size / 256)), h = Math.floor(size / step), w = 2 * h,
-        small = $('small');
-  const pixels = new ImageData(w, h), white = 2 ** number('exposure');
-  for (let y = 0, at = 0; y < h; y++)
-    for (let x = 0; x < w; x++, at += 4) {
-      const from = 3 * (2 * size * y + x) * step;
-      for (let c = 0; c < 3; c++)
-        pixels.data[at + c] = 255 * (1 - Math.exp(-texels[from + c] * white)) ** (1 / 2.2);
-      pixels.data[at + 3] = 255;
-    }
-  small.width = w, small.height = h;
+/* The lit sky, with the tone curve of the picture. */
+function smallSky(h, texels) {
+  const pixels = new ImageData(2 * h, h), white = 2 ** number('exposure'), small = $('small');
+  const tone = x => 255 * (1 - Math.exp(-x * white)) ** (1 / 2.2);
+  for (let i = 0; i < texels.length; i++) {
+    const pixel = Math.floor(i / 3);
+    pixels.data[4 * pixel + i % 3] = tone(texels[i]);
+    pixels.data[4 * pixel + 3] = 255;
+  }
+  small.width = 2 * h, small.height = h;
   small.getContext('2d').putImageData(pixels, 0, 0);
 }
 function placeSun() {

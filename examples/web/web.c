@@ -341,13 +341,13 @@ WEB_CALL(web_fit_copper) int web_fit_copper(float roughness, int slices) {
     return ENVMAP_OK;
 }
 
-/* floats = offset and weight of each tap; returns how many. */
+/* floats = offset and weight of each tap, up to 64 of them; returns how many there are. */
 WEB_CALL(web_fan) int web_fan(float along, float across) {
     float offsets[64], weights[64];
     int i, count = envmap_fan(offsets, weights, 64, (double)along, (double)across, 0.01);
     for (i = 0; i < count && i < 64; i++)
         web_numbers[2 * i] = offsets[i], web_numbers[2 * i + 1] = weights[i];
-    return count < 64 ? count : 64;
+    return count;
 }
 
 WEB_CALL(web_sigma) float web_sigma(int kind, float value) {
@@ -482,8 +482,8 @@ WEB_CALL(web_picture) unsigned char *web_picture(int w, int h) {
     int x, y, c;
     if (!out || web_diffuse()) return out;
     memcpy(web_sh, web_numbers, sizeof web_sh);
-    web_tap_count =
-        envmap_fan(web_taps[0], web_taps[1], 64, (double)s->along, (double)s->across, 0.01);
+    web_tap_count = envmap_fan(web_taps[0], web_taps[1], 64, (double)fmaxf(s->along, s->across),
+                               (double)s->across, 0.01);
     if (web_tap_count > 64) web_tap_count = 0;
     mesh_look(view, eye, at);
     for (y = 0; y < h; y++)

@@ -13,7 +13,7 @@ sys.path.insert(0, HERE)
 import browser
 
 IDLE = "typeof state === 'object' && state.idle === true"
-MOST_BYTES, MOST_SECONDS = 500_000, 3.0  # on a quiet machine it takes less than one
+MOST_BYTES, MOST_SECONDS = 500_000, 1.0
 counts = [0, 0]
 
 
@@ -58,9 +58,10 @@ def the_first_picture_comes_soon(page, url):
         load(page, url)
         times.append(page.run("[(state.first - state.gl) / 1000, state.gl / 1000]"))
     first, gl = min(times)
+    most = MOST_SECONDS * max(1, os.getloadavg()[0] / os.cpu_count())  # others use the machine too
     check(
         "the first picture comes soon",
-        0 < first <= MOST_SECONDS,
+        0 < first <= most,
         f"{first:.2f} s, and WebGL {gl:.2f} s",
     )
 
@@ -86,6 +87,7 @@ PICTURE_ERROR = """(async () => {
 
 def webgl_draws_what_the_cpu_draws(page):
     page.run("document.querySelector('input[name=object][value=\"0\"]').click()")
+    set_control(page, "turn", 40)
     names = ["mirror", "Phong", "diffuse", "coated", "GGX", "Banks", "fitted", "elliptical"]
     for look, name in enumerate(names):
         set_control(page, "look", look)
@@ -98,7 +100,7 @@ def webgl_draws_what_the_cpu_draws(page):
             error <= 0.01 and colours > 20,
             f"mean {100 * error:.2f} %, {colours} values",
         )
-    set_control(page, "look", 4)
+    set_control(page, "look", 4), set_control(page, "turn", 0)
 
 
 # ---- controls
@@ -121,6 +123,14 @@ def every_control_moves(page):
         if not page.wait(IDLE, 90) or page.run("state.failure"):
             failures.append(f"{method} {page.run('state.failure')}")
     check("every quick method filters a GGX lobe", not failures, "; ".join(failures))
+    set_control(page, "method", 5), set_control(page, "look", 5)
+    page.wait(IDLE, 60)
+    note = page.run("$('status').textContent")
+    check(
+        "a method that refuses a lobe says so",
+        "automatic" in note and not page.run("state.failure"),
+    )
+    set_control(page, "method", 0), set_control(page, "look", 4)
     for sky in (0, 1, 2):
         page.run(f"document.querySelector('input[name=sky][value=\"{sky}\"]').click()")
         page.wait(IDLE, 60)
