@@ -5653,16 +5653,16 @@ static void envmapi_near_place(float *place, float *apart, const envmapi_window 
     }
 }
 
-/* 16 nodes along u, from `first` on, at v: the squared sines of their angles from the axis, 2 where
+/* n nodes along u, from `first` on, at v: the squared sines of their angles from the axis, 2 where
    these are obtuse; and d omega / du dv. Loops that a compiler can vectorise. */
-static void envmapi_near_sines(float sines[16], float density[16], const envmapi_window *w,
-                               const envmapi_near *s, int first, const envmapi_knot *v) {
+static void envmapi_near_sines(float *sines, float *density, const envmapi_window *w,
+                               const envmapi_near *s, const envmapi_knot *v, int first, int n) {
     const envmapi_level *level = &s->axis.level;
     const float *x = w->place + first, *p = w->apart + first;
     float Y = v->place, q = v->apart, side = (float)w->m[0];
     if (level->mapping == ENVMAP_CUBE) {
         float middle = (float)(w->m[2] + w->m[1] * (double)Y);
-        for (int i = 0; i < 16; ++i) { /* |a x d|^2 / |d|^2 */
+        for (int i = 0; i < n; ++i) { /* |a x d|^2 / |d|^2 */
             float square = 1 + Y * Y + x[i] * x[i], cross = Y * p[i] + x[i] * q, r;
             uint32_t bits;
             memcpy(&bits, &square, sizeof bits);
@@ -5675,12 +5675,12 @@ static void envmapi_near_sines(float sines[16], float density[16], const envmapi
         }
     } else if (level->mapping == ENVMAP_LATLONG) {
         float row = (float)(2 * ENVMAPI_PI * ENVMAPI_PI * sin(ENVMAPI_PI * v->at));
-        for (int i = 0; i < 16; ++i) { /* haversines; then chord^2 to sine^2 */
+        for (int i = 0; i < n; ++i) { /* haversines; then chord^2 to sine^2 */
             float square = q + Y * x[i];
             sines[i] = square < 2 ? square - square * square / 4 : 2, density[i] = row;
         }
     } else {
-        for (int i = 0; i < 16; ++i) {
+        for (int i = 0; i < n; ++i) {
             double d[3], u = w->u[first + i].at;
             envmapi_direction(d, level->mapping, w->face, u, v->at);
             double c = envmapi_dot(w->a, d);
@@ -5690,20 +5690,26 @@ static void envmapi_near_sines(float sines[16], float density[16], const envmapi
     }
 }
 
-/* k times `weight` of 16 squared sines; 0 beyond R. The bits of y = 1 + sine^2 / sigma^2 are the
+/* k times `weight` of up to 64 squared sines; 0 beyond R. The bits of y = 1 + sine^2 / sigma^2 are the
    place in the table, of 2^bits values an octave. */
-static void envmapi_near_k(float k[16], const envmapi_near *s, const float sines[16],
-                           const float weight[16]) {
-    float y[16], most = 1 + s->inverse * (float)s->limit;
-    uint32_t bits[16], first = 127u << (23 - s->shift), mask = (1u << s->shift) - 1;
-    for (int i = 0; i < 16; ++i) y[i] = 1 + s->inverse * sines[i];
-    for (int i = 0; i < 16; ++i) y[i] = y[i] < most ? y[i] : most;
-    memcpy(bits, y, sizeof bits);
-    for (int i = 0; i < 16; ++i) {
-        const float *at = s->table + ((bits[i] >> s->shift) - first);
-        float value = at[0] + (float)(int)(bits[i] & mask) * s->fraction * (at[1] - at[0]);
-        k[i] = y[i] < most ? weight[i] * value : 0;
+static void envmapi_near_k(float *k, const envmapi_near *s, const float *sines,
+                           const float *weight, int n) {
+    const float *table = s->table;
+    float y[ENVMAPI_CHUNK] = {0}, low[ENVMAPI_CHUNK], high[ENVMAPI_CHUNK], w[ENVMAPI_CHUNK];
+    float scale = s->inverse, fraction = s->fraction, most = 1 + scale * (float)s->limit;
+    uint32_t bits[ENVMAPI_CHUNK], mask = (1u << s->shift) - 1;
+    int shift = s->shift, first = 127 << (23 - shift), place[ENVMAPI_CHUNK];
+    for (int i = 0; i < n; ++i) {
+        float one = 1 + scale * sines[i];
+        w[i] = one < most ? weight[i] : 0, y[i] = one < most ? one : most;
     }
+    memcpy(bits, y, sizeof bits);
+    for (int i = 0; i < n; ++i) {
+        place[i] = (int)(bits[i] >> shift) - first;
+        y[i] = (float)(int)(bits[i] & mask) * fraction;
+    }
+    for (int i = 0; i < n; ++i) low[i] = table[place[i]], high[i] = table[place[i] + 1];
+    for (int i = 0; i < n; ++i) k[i] = w[i] * (low[i] + y[i] * (high[i] - low[i]));
 }
 
 /* Adds a finished row of nodes to K of texels y; then it is empty. */
@@ -5722,19 +5728,26 @@ static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, 
     memset(row, 0, (size_t)(count + 15) * sizeof *row);
 }
 
+/* Are 16 nodes in a row all beyond R? Their sines have one minimum along a row. */
+static int envmapi_near_misses(const float *sines, float limit) {
+    return sines[0] >= limit && sines[15] >= limit &&
+           (sines[1] > sines[0] || sines[14] > sines[15]);
+}
+
 /* Adds share times axis n's K of a window: the sum over texels, or the integral. */
 static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, int texels,
                              double share) {
     const envmapi_level *level = &s->axis.level;
     double box[2][2], R = envmapi_near_reach(s, texels);
-    float limit = (float)s->limit, sines[16], k[16], density[16];
+    float limit = (float)s->limit, sines[ENVMAPI_CHUNK], k[ENVMAPI_CHUNK], density[ENVMAPI_CHUNK];
     if (!envmapi_near_box(box, level->mapping, w->face, w->a, R,
                           texels ? 0 : envmapi_near_border(s)))
         return;
     int count = envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
     if (!count || !lines) return;
-    for (int j = 0; j < (count + 15) / 16 * 16; ++j) {
+    int padded = (count + 15) / 16 * 16, line = !envmapi_is_disc(level->mapping);
+    for (int j = 0; j < padded; ++j) {
         if (j >= count) w->u[j] = w->u[count - 1];
         envmapi_near_place(w->place + j, w->apart + j, w, level->mapping, w->u[j].at, 0);
         for (int i = 0; i < 2; ++i)
@@ -5744,14 +5757,17 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
         float here = (float)share * v->weight * (1 - v->f), next = (float)share * v->weight * v->f;
         for (; y < v->texel; ++y) envmapi_near_flush(w, s, n, count, y, texels);
         envmapi_near_place(&v->place, &v->apart, w, level->mapping, v->at, 1);
-        for (int first = 0; first < count; first += 16) {
-            float least = 2, *a = w->rows[y & 1] + first, *b = w->rows[~y & 1] + first;
-            envmapi_near_sines(sines, density, w, s, first, v);
-            for (int i = 0; i < 16; ++i) least = sines[i] < least ? sines[i] : least;
-            if (!(least < limit)) continue;
-            for (int i = 0; i < 16 && texels; ++i) density[i] = 1;
-            envmapi_near_k(k, s, sines, density);
-            for (int i = 0; i < 16; ++i) a[i] += here * k[i], b[i] += next * k[i];
+        for (int first = 0; first < padded; first += ENVMAPI_CHUNK) {
+            int from = 0, to = padded - first < ENVMAPI_CHUNK ? padded - first : ENVMAPI_CHUNK;
+            float *a = w->rows[y & 1] + first, *b = w->rows[~y & 1] + first;
+            envmapi_near_sines(sines, density, w, s, v, first, to);
+            while (line && from < to && envmapi_near_misses(sines + from, limit)) from += 16;
+            while (line && from < to && envmapi_near_misses(sines + to - 16, limit)) to -= 16;
+            if (texels)
+                for (int i = from; i < to; ++i) density[i] = 1;
+            envmapi_near_k(k, s, sines + from, density + from, to - from);
+            for (int i = from; i < to; ++i) a[i] += here * k[i - from];
+            for (int i = from; i < to && !texels; ++i) b[i] += next * k[i - from];
         }
     }
     envmapi_near_flush(w, s, n, count, y, texels);
@@ -5769,7 +5785,7 @@ static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, do
         if ((int)(cut->texel / area) != w->face || x < 0 || x >= w->width || y < 0 ||
             y >= w->height || envmapi_dot(w->a, cut->d) < reach)
             continue;
-        float sines[16] = {0}, weight[16] = {0}, k[16];
+        float sines[4], weight[4], k[4];
         envmapi_project(uv, level->mapping, w->face, cut->d);
         for (int i = 0; i < 4; ++i) {
             envmapi_direction(d, level->mapping, w->face, uv[0] + (i & 1 ? apart : -apart),
@@ -5777,7 +5793,7 @@ static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, do
             double c = envmapi_dot(w->a, d);
             sines[i] = (float)((1 - c) * (1 + c)), weight[i] = (float)(share * cut->value[3] / 4);
         }
-        envmapi_near_k(k, s, sines, weight);
+        envmapi_near_k(k, s, sines, weight, 4);
         w->K[(y * w->width + x) * ENVMAPI_NEAR_AXES + n] += k[0] + k[1] + k[2] + k[3];
     }
 }
@@ -5838,7 +5854,7 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     for (int t = 0; t < s->turn_count; ++t) {
         size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x + n, axes->y);
         out[t] = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
-        memcpy(before[t], out[t], sizeof before[t]);
+        if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
     for (int t = 0; t < s->turn_count; ++t) {
         float lanes[16];
@@ -5901,10 +5917,9 @@ static void envmapi_task_near(void *context, int task) {
 /* The first of the texels that turns take to each other does the work for all of them. */
 static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
     size_t own = envmapi_turned(&s->dst, s->turns[0].dst + face, x, y);
-    for (int t = 1; t < s->turn_count; ++t) {
-        const envmapi_place *to = s->turns[t].dst + face;
-        if (to->face < face || envmapi_turned(&s->dst, to, x, y) < own) return 0;
-    }
+    for (int t = 1; t < s->turn_count; ++t)
+        if (s->turns[t].dst[face].face < face ||
+            envmapi_turned(&s->dst, s->turns[t].dst + face, x, y) < own) return 0;
     return 1;
 }
 
@@ -5939,6 +5954,8 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     s->axes_count = 0, s->count = s->area = 0;
     for (int i = 0; i < faces * dst->size; ++i)
         for (int face = i / dst->size, y = i % dst->size, x = 0; x < width; ++x) {
+            for (int t = 0; t < s->turn_count; ++t)
+                if (s->turns[t].dst[face].face < face) x = width;
             envmapi_near_axes *axes = s->axes + s->axes_count;
             axes->face = face, axes->x = x, axes->y = y;
             while (x < width && x < axes->x + most && envmapi_near_first(s, face, x, y)) ++x;
@@ -5952,29 +5969,25 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
 }
 
 /* The brightest and the darkest texel of a slice, by their largest channels, and the mean. */
-static void envmapi_near_look(double *most, double *least, double *mean, const envmap *src,
-                              int slice, int exponent) {
-    size_t count = envmapi_slice_floats(src, 0);
-    const float *t = envmapi_image(src, 0, src->slices > 1 ? slice : 0, 0);
-    double sum = 0, unit = ldexp(1, -exponent);
+static void envmapi_near_look(double look[3], const float *t, size_t count) {
+    double sum = 0;
     float high = 0, low = 3e38f;
     for (size_t i = 0; i < count; i += 3) {
         float one = t[i] > t[i + 1] ? t[i] : t[i + 1];
         one = one > t[i + 2] ? one : t[i + 2];
         high = one > high ? one : high, low = one < low ? one : low, sum += (double)one;
     }
-    *most = unit * (double)high, *least = unit * (double)low;
-    *mean = unit * sum / ((double)count / 3);
+    look[0] = (double)high, look[1] = (double)low, look[2] = 3 * sum / (double)count;
 }
 
 /* The least angle beyond which the lobe sends no more than a tenth of the tolerance, and a fifth of
    what a texel may be off by from the brightest texel (or from all) into the darkest; pi where k is
    not finite. */
-static double envmapi_near_radius(const envmapi_near *s, const envmap *src, double tolerance) {
+static double envmapi_near_radius(const envmapi_near *s, const double look[3], double tolerance) {
     const envmapi_axis *axis = &s->axis;
-    double most, least, mean, all = 0, theta, weight, reached = 0;
+    double most = look[0], least = look[1], mean = look[2];
+    double all = 0, theta, weight, reached = 0;
     int enough = 0;
-    envmapi_near_look(&most, &least, &mean, src, s->slice, s->exponent);
     double dark = 4 * tolerance * fmax(least, 1e-3 * mean), part = tolerance / 10;
     for (int pass = 0; pass < 2; ++pass) {
         envmapi_quadrature q =
@@ -6033,13 +6046,16 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
     const envmapi_level *level = &s->axis.level;
     int rows = envmap_faces(src->mapping) * (src->size + 2);
-    double tolerance = (double)desc->tolerance;
+    double tolerance = (double)desc->tolerance, look[3];
     envmap_result result = ENVMAP_OK;
-    s->exponent = envmapi_exponent(level->texels, envmapi_slice_floats(src, 0));
+    envmapi_near_look(look, level->texels, envmapi_slice_floats(src, 0));
+    frexp(look[0], &s->exponent);
     if (s->exponent > -60 && s->exponent < 60) s->exponent = 0;
     s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
-    s->R = s->tail ? s->tail->reach : envmapi_near_radius(s, src, tolerance);
+    s->R = s->tail ? s->tail->reach : envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
+    /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
+    if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);
     if (!*served) return ENVMAP_OK;
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
