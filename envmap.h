@@ -5296,13 +5296,15 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
 typedef struct envmapi_tail {
     envmap_lobe lobe; /* the tail, as a function */
     const envmap_lobe *whole;
-    double reach, integral, part; /* integral: of the tail; its part of the whole */
+    double reach, whole_from, integral, part; /* integral: of the tail; its part of the whole */
     float kinks[3];
 } envmapi_tail;
 
 static double envmapi_tail_k(double x, double p, void *user) {
     const envmapi_tail *tail = (const envmapi_tail *)user;
-    double step = envmapi_smooth_step(envmapi_acos(x), tail->reach / 2, tail->reach);
+    double step = 1;
+    if (x > tail->whole_from)
+        step = envmapi_smooth_step(envmapi_acos(x), tail->reach / 2, tail->reach);
     return step > 0 ? step * envmapi_k(tail->whole, x, p) : 0;
 }
 
@@ -5314,7 +5316,8 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     envmapi_axis_aim(&axis, src, 0, 1);
     tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
     tail->lobe.raw = lobe->raw, tail->lobe.scale = lobe->scale;
-    tail->reach = axis.reach, tail->lobe.kinks = tail->kinks;
+    tail->reach = axis.reach, tail->whole_from = envmapi_cosine(axis.reach);
+    tail->lobe.kinks = tail->kinks;
     tail->kinks[tail->lobe.kink_count++] = (float)(axis.reach / 2);
     tail->kinks[tail->lobe.kink_count++] = (float)axis.reach;
     if (lobe->kind == ENVMAP_LOBE_GGX)
@@ -5587,7 +5590,7 @@ static int envmapi_near_pieces(envmapi_knot *node, int room, double from, double
     for (double next; from < to && count + 6 <= room; from = next) {
         double texel = fmin(floor(from + 1e-9), ceil(to) - 1), end = fmin(texel + 1, to);
         double away = from < at ? fmax(at - end, (at - from) / 4.5) : from - at;
-        double most = grows ? fmax(1.4 * away, sigma) : sigma;
+        double most = grows ? fmax(away, 0.8 * sigma) : sigma;
         next = from + (end - from) / ceil((end - from) / (longest[4] * most));
         int k = 0, nodes;
         while (k < 4 && next - from > longest[k] * most) ++k;
