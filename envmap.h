@@ -3537,6 +3537,12 @@ typedef struct envmapi_light {
     double d[3], value[4]; /* RGB times solid angle, solid angle */
 } envmapi_light;
 
+/* Some of the lights, side by side, and their sum at their centroid. */
+typedef struct envmapi_cluster {
+    envmapi_light sum;
+    int first, count;
+} envmapi_cluster;
+
 typedef struct envmapi_input {
     const envmap *map;
     const float *texels; /* of the slice, or of a copy, times 2^-exponent */
@@ -3692,7 +3698,10 @@ typedef struct envmapi_transform {
     float *rows;                 /* a task's rows of texels */
     int strips, along, adjoint;  /* strips: of a face's grid, one a task; solve along rows */
     const envmapi_light *lights; /* summed apart */
-    int light_count;
+    int light_count, cluster_count, kink_count;
+    envmapi_light *sorted;      /* the lights, cluster by cluster */
+    envmapi_cluster *clusters;  /* no wider than reach about the first; 0: each light alone */
+    double reach[2], angles[4][2]; /* cosines and sines: of reach; of the support's ends, kinks */
     float *out;              /* a result's slice */
     const envmap_lobe *lobe; /* its lobe and p, and what a light's k is divided by; NULL: none */
     double p, norm;
@@ -4050,30 +4059,130 @@ static void envmapi_task_norm(void *context, int task) {
     }
 }
 
+/* Lights of one place and colour are summed once, at their centroid, for axes whose view of them
+   has no kink. Over a disc of radius reach the mean of k is off by reach^2/8 of its Laplacian,
+   2 k/sigma^2 at the peak: for 1.5 sigma sqrt(tolerance) half of the tolerance. Kinks of functions
+   need not be declared, so those have no clusters.  Test: a_cluster_of_lights_is_its_texels. */
+#define ENVMAPI_CLUSTER    1.5  /* times sigma sqrt(tolerance): how far from the first light */
+#define ENVMAPI_ONE_COLOUR 0.05 /* of a light's RGB: its channels' centroids are one to reach/20 */
+
+static int envmapi_light_joins(const envmapi_light *light, const envmapi_light *seed,
+                               double cosine) {
+    const double *v = light->value, *s = seed->value;
+    double energy = v[0] + v[1] + v[2], ratio = energy / (s[0] + s[1] + s[2]);
+    for (int c = 0; c < 3; ++c)
+        if (fabs(v[c] - ratio * s[c]) > ENVMAPI_ONE_COLOUR * energy) return 0;
+    return envmapi_dot(light->d, seed->d) >= cosine;
+}
+
+/* Puts lights that join the first one of their cluster beside it. */
+static envmap_result envmapi_clusters_create(envmapi_transform *t, double reach,
+                                             envmapi_pool *pool) {
+    int n = t->light_count;
+    double cosine = t->lobe->kind < ENVMAP_LOBE_FUNCTION ? cos(reach) : 2;
+    t->reach[0] = fmin(cosine, 1), t->reach[1] = cosine < 1 ? sin(reach) : 0;
+    t->sorted = (envmapi_light *)envmapi_pool_get(pool, (size_t)n + 1, sizeof(envmapi_light));
+    t->clusters = (envmapi_cluster *)envmapi_pool_get(pool, (size_t)n + 1, sizeof(envmapi_cluster));
+    t->cluster_count = 0;
+    if (!t->sorted || !t->clusters) return ENVMAP_ERROR_MEMORY;
+    memcpy(t->sorted, t->lights, (size_t)n * sizeof *t->sorted);
+    for (int first = 0, end; first < n; first = end) {
+        envmapi_cluster *cluster = t->clusters + t->cluster_count++;
+        double sum[3] = {0, 0, 0};
+        memset(cluster, 0, sizeof *cluster);
+        for (int i = end = first; i < n; ++i) {
+            envmapi_light light = t->sorted[i];
+            if (i > first && !envmapi_light_joins(&light, t->sorted + first, cosine)) continue;
+            t->sorted[i] = t->sorted[end], t->sorted[end++] = light;
+            for (int c = 0; c < 3; ++c) {
+                sum[c] += light.d[c] * (light.value[0] + light.value[1] + light.value[2]);
+                cluster->sum.value[c] += light.value[c];
+            }
+        }
+        cluster->first = first, cluster->count = end - first;
+        envmapi_unit(cluster->sum.d, sum);
+    }
+    return ENVMAP_OK;
+}
+
+/* Cosines of an angle less and plus `around`, whose cosine and sine these are; -2, 2 where that is
+   beyond pi or 0. */
+static void envmapi_cosines(double x[2], const double angle[2], double c, double s) {
+    x[0] = angle[1] * c + angle[0] * s <= 0 ? -2 : angle[0] * c - angle[1] * s;
+    x[1] = angle[1] * c - angle[0] * s <= 0 ? 2 : angle[0] * c + angle[1] * s;
+}
+
+/* Axes that see clusters as one, and the lights that wait for their k: 64 pairs at a time (speed
+   only). */
+#define ENVMAPI_BESIDE 8
+typedef struct envmapi_lit {
+    double a[3][ENVMAPI_BESIDE], rgb[3][ENVMAPI_BESIDE];
+    const envmapi_light *lights[8];
+    int count;
+} envmapi_lit;
+
+/* rgb += what the lights that wait send along the axes. */
+static void envmapi_lit_add(envmapi_lit *lit, const envmapi_transform *t) {
+    double x[8 * ENVMAPI_BESIDE], k[8 * ENVMAPI_BESIDE];
+    envmapi_double8 *a = envmapi_double8_at(lit->a[0]), *rgb = envmapi_double8_at(lit->rgb[0]);
+    memset(x, 0, sizeof x);
+    for (int l = 0; l < lit->count; ++l)
+        for (int c = 0; c < 3; ++c)
+            envmapi_double8_add(envmapi_double8_at(x) + l, lit->lights[l]->d[c], a + c);
+    envmapi_k_many(k, x, lit->count * ENVMAPI_BESIDE, t->lobe, t->p);
+    for (int l = 0; l < lit->count; ++l)
+        for (int c = 0; c < 3; ++c)
+            envmapi_double8_add(rgb + c, lit->lights[l]->value[c], envmapi_double8_at(k) + l);
+    lit->count = 0;
+}
+
+/* The same of all lights, n <= 8 axes seen as one: none of a cluster beyond the lobe's support, its
+   sum where there is no kink. */
+static void envmapi_lit_clusters(envmapi_lit *lit, int n, const envmapi_transform *t) {
+    double d[3] = {lit->a[0][n / 2], lit->a[1][n / 2], lit->a[2][n / 2]}, least = 1;
+    double x[4][2]; /* of the angles in question: the support's two ends, and kinks */
+    for (int i = 0; i < n; ++i)
+        least = fmin(least, lit->a[0][i] * d[0] + lit->a[1][i] * d[1] + lit->a[2][i] * d[2]);
+    double beside = sqrt(fmax(1 - least * least, 1e-12));
+    double c = least * t->reach[0] - beside * t->reach[1];
+    double s = beside * t->reach[0] + least * t->reach[1];
+    for (int j = 0; j < 2 + t->kink_count; ++j)
+        envmapi_cosines(x[j], t->angles[j], s > 0 ? c : -1, s > 0 ? s : 0); /* at most pi */
+    for (const envmapi_cluster *one = t->clusters; one < t->clusters + t->cluster_count; ++one) {
+        double cosine = envmapi_dot(d, one->sum.d);
+        int whole = one->count > 1;
+        if (cosine > x[0][1] || cosine < x[1][0]) continue;
+        for (int j = 2; j < 2 + t->kink_count; ++j) whole &= cosine < x[j][0] || cosine > x[j][1];
+        for (int i = 0; i < (whole ? 1 : one->count); ++i) {
+            lit->lights[lit->count++] = whole ? &one->sum : t->sorted + one->first + i;
+            if (lit->count == 8) envmapi_lit_add(lit, t);
+        }
+    }
+    envmapi_lit_add(lit, t);
+}
+
 /* sums += what the lights, which the bands leave out, send to n <= 64 texels from (x,y) on, over
    their norm. */
 static void envmapi_add_lights(float *sums, const float *norm, const envmapi_transform *t, int face,
                                int x, int y, int n) {
-    double a[3][ENVMAPI_CHUNK] = {{0}}, rgb[3][ENVMAPI_CHUNK] = {{0}}, cosines[ENVMAPI_CHUNK];
-    double k[ENVMAPI_CHUNK] = {0}, scale = 1 / t->norm;
+    double a[3][ENVMAPI_CHUNK] = {{0}}, scale = 1 / t->norm;
     double du = 1.0 / envmapi_width(t->grid.map->mapping, t->grid.map->size);
     envmapi_rays(a, 0, n, t->grid.map->mapping, face, (x + 0.5) * du, du,
                  (y + 0.5) / t->grid.map->size);
-    for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
-        double q = a[0][i] * a[0][i] + a[1][i] * a[1][i] + a[2][i] * a[2][i];
-        double shrink = envmapi_inverse_root(q);
-        for (int c = 0; c < 3; ++c) a[c][i] *= shrink;
-    }
-    for (const envmapi_light *l = t->lights; l < t->lights + t->light_count; ++l) {
-        for (int i = 0; i < ENVMAPI_CHUNK; ++i)
-            cosines[i] = a[0][i] * l->d[0] + a[1][i] * l->d[1] + a[2][i] * l->d[2];
-        envmapi_k_many(k, cosines, n, t->lobe, t->p);
-        for (int c = 0; c < 3; ++c)
-            for (int i = 0; i < ENVMAPI_CHUNK; ++i) rgb[c][i] += k[i] * l->value[c];
-    }
-    for (int i = 0; i < n; ++i) {
-        double over = t->divide ? scale / (double)norm[i] : scale;
-        for (int c = 0; c < 3; ++c) sums[3 * i + c] += (float)(rgb[c][i] * over);
+    for (int i = 0; i < n; i += ENVMAPI_BESIDE) {
+        envmapi_lit lit;
+        int m = n - i < ENVMAPI_BESIDE ? n - i : ENVMAPI_BESIDE;
+        memset(&lit, 0, sizeof lit);
+        for (int j = 0; j < ENVMAPI_BESIDE; ++j) {
+            double d[3] = {a[0][i + j], a[1][i + j], a[2][i + j]};
+            double shrink = envmapi_inverse_root(envmapi_dot(d, d));
+            for (int c = 0; c < 3; ++c) lit.a[c][j] = d[c] * shrink;
+        }
+        envmapi_lit_clusters(&lit, m, t);
+        for (int j = 0; j < m; ++j) {
+            double over = t->divide ? scale / (double)norm[i + j] : scale;
+            for (int c = 0; c < 3; ++c) sums[3 * (i + j) + c] += (float)(lit.rgb[c][j] * over);
+        }
     }
 }
 
@@ -6381,16 +6490,20 @@ static double envmapi_light_square(const envmapi_light *light) {
     return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
 }
 
-/* How many blocks there are at every scale; returns the floats of all. */
+/* How many blocks there are at every scale; returns the floats of all. Four rows at the least where
+   there are so many: these see a difference between any two halves of the sphere, also where a
+   lat-long's first and last row are one block each.
+   Test: a_lobe_of_two_bands_keeps_the_tolerance_of_every_mapping. */
 static size_t envmapi_scene_layout(envmapi_scene *s) {
     const envmap *map = s->in.map;
     int nu = (envmapi_width(map->mapping, map->size) + s->edge - 1) / s->edge;
-    int nv = (map->size + s->edge - 1) / s->edge;
+    int nv = (map->size + s->edge - 1) / s->edge, faces = envmap_faces(map->mapping);
     size_t at = 0;
-    for (int high = nv; s->scales < ENVMAPI_SCALES && (high > 0 || !s->scales); high /= 2) {
+    for (int high = nv; s->scales < ENVMAPI_SCALES; high /= 2) {
+        if (s->scales && (high < 1 || nv * faces < 4)) break;
         envmapi_blocks *blocks = s->blocks + s->scales++;
         blocks->nu = nu, blocks->nv = nv, blocks->at = at;
-        blocks->count = (size_t)(nu * nv * envmap_faces(map->mapping)), at += 4 * blocks->count;
+        blocks->count = (size_t)(nu * nv * faces), at += 4 * blocks->count;
         nu = (nu + 1) / 2, nv = (nv + 1) / 2;
     }
     return at;
@@ -7119,13 +7232,18 @@ static int envmapi_antipodes(float *dst, const float *src, int mapping, int edge
 static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec *spec,
                                        const envmapi_slice *slice, int k, int opposite,
                                        const envmap_work *work) {
-    double lambda[ENVMAPI_FAST_BANDS];
+    double lambda[ENVMAPI_FAST_BANDS], angles[2 + ENVMAPI_KINKS];
     for (int l = 0; l < spec->L; ++l)
         lambda[l] = opposite && l % 2 ? -slice->lambda[l] : slice->lambda[l];
     t->rings.lambda = lambda, t->lobe = spec->lobe;
     t->out = envmapi_image(spec->dst, 0, k, 0);
     t->p = opposite ? -slice->p : slice->p;
     t->positive = envmapi_lobe_nonnegative(spec->lobe, t->p);
+    envmap_lobe_support(angles, angles + 1, spec->lobe, t->p);
+    t->kink_count = envmapi_lobe_kinks(angles + 2, spec->lobe, t->p);
+    if (spec->lobe->kind >= ENVMAP_LOBE_FUNCTION) t->kink_count = 0; /* there are no clusters */
+    for (int j = 0; j < 2 + t->kink_count; ++j)
+        t->angles[j][0] = cos(angles[j]), t->angles[j][1] = fabs(sin(angles[j]));
     t->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
     t->norm = t->divide ? envmapi_lobe_integral(spec->lobe, t->p) : envmapi_lobe_norm(spec->lobe);
     return envmapi_fill_texels(t, work, ENVMAP_ERROR_LOBE);
@@ -7180,7 +7298,10 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
             own.lights = t->lights, own.light_count = t->light_count;
             t = &own;
         }
-        t->rings.bands = L;
+        t->rings.bands = L, t->lobe = spec->lobe;
+        if (!result)
+            result = envmapi_clusters_create(
+                t, ENVMAPI_CLUSTER * spec->sigma * sqrt(spec->tolerance), pool);
         for (; row < end && !result; ++row) {
             envmapi_part part;
             envmap_work one = envmapi_work_part(&part, &desc->work, row, 1, spec->slices);
@@ -8168,7 +8289,8 @@ ENVMAPI_BODY void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const e
 /* Nodes of the panels of [0, 1] at 1 - q^3, close to 1, with weights. */
 static void envmapi_ggx_nodes(double *nodes, double *weights, int panels) {
     for (int i = 0; i < 8 * panels; ++i) {
-        double q, w = envmapi_gauss(&q, i & 7, (i >> 3) / (double)panels, ((i >> 3) + 1.0) / panels);
+        double q, from = (i >> 3) / (double)panels, w;
+        w = envmapi_gauss(&q, i & 7, from, from + 1.0 / panels);
         nodes[i] = 1 - q * q * q, weights[i] = 3 * w * q * q;
     }
 }
@@ -8176,7 +8298,8 @@ static void envmapi_ggx_nodes(double *nodes, double *weights, int panels) {
 /* Adds the column, x = s cos phi, times 1 - (1 - v.h)^5 and (1 - v.h)^5. */
 static void envmapi_ggx_column(double sums[2], const double nodes[24], const double weights[24],
                                double c, double alpha, double x, double weight) {
-    double aa = alpha * alpha, to_v = sqrt(aa + (1 - aa) * c * c), r = sqrt(x * x + c * c) + fabs(x);
+    double aa = alpha * alpha, to_v = sqrt(aa + (1 - aa) * c * c);
+    double r = sqrt(x * x + c * c) + fabs(x);
     double end = x > 0 ? r / (r + alpha * c) : c / (c + alpha * r);
     for (int i = 0; i < 24; ++i) {
         double y = end * nodes[i], z = 1 - y, n = y * y + z * z;

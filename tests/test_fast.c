@@ -453,6 +453,58 @@ static void a_lamp_anywhere_keeps_the_tolerance(void) {
         }
 }
 
+/* A lamp of some seventy texels under a dim sky, its halves of two colours. */
+static double two_halves(const double d[3], int channel) {
+    double x = 0.6 * d[0] + 0.8 * d[1], y = 0.8 * d[0] - 0.6 * d[1];
+    if (x < cos(0.06)) return 0.02;
+    return channel == 0 ? y > d[2] * 0.1 ? 900 : 100 : channel == 1 ? 400 : 300;
+}
+
+static void a_cluster_of_lights_is_its_texels(void) {
+    envmap src = black(ENVMAP_CUBE, 128, 1, 1);
+    miss all = {0, 0};
+    oracle_fill(&src, 0, two_halves);
+    for (int i = 0; i < 4; ++i) {
+        envmap_lobe lobe = i == 3   ? envmap_lobe_banks(0.6f)
+                           : i == 2 ? envmap_lobe_diffuse()
+                                    : envmap_lobe_ggx(i ? 1 : 0.3f);
+        int slices = i == 3 ? 4 : 1;
+        envmap fast = black(ENVMAP_CUBE, 33, 1, slices), truth = black(ENVMAP_CUBE, 33, 1, slices);
+        envmap_difference d;
+        envmap_plan plan;
+        CHECK(envmap_filter_plan(&plan, &fast, &src, &lobe, NULL) == ENVMAP_OK && plan.lights > 50);
+        CHECK(filter(&fast, &src, lobe, ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+        CHECK(filter(&truth, &src, lobe, ENVMAP_METHOD_FAST, 1e-6) == ENVMAP_OK);
+        CHECK(envmap_compare(&d, &fast, &truth, 0) == ENVMAP_OK);
+        all.rms = fmax(all.rms, 1e3 * d.rms), all.worst = fmax(all.worst, 1e3 * d.worst);
+        envmap_free(&fast), envmap_free(&truth);
+    }
+    FIGURE("rms / tolerance", all.rms, 0.3);
+    FIGURE("worst / tolerance", all.worst, 4);
+    envmap_free(&src);
+}
+
+/* All light in one of six halves: a lobe that leaves 2 % of the first harmonic shows which. */
+static double lit_half[3];
+static double half_of_the_sphere(const double d[3], int channel) {
+    (void)channel;
+    return d[0] * lit_half[0] + d[1] * lit_half[1] + d[2] * lit_half[2] > 0.5;
+}
+
+static void a_lobe_of_two_bands_keeps_the_tolerance_of_every_mapping(void) {
+    miss all = {0, 0};
+    for (int k = 0; k < 6 * ENVMAP_MAPPING_COUNT; ++k) {
+        envmap src = black(k / 6, 64, 1, 1);
+        envmap_lobe lobe = envmap_lobe_gaussian(k & 1 ? 0.06f : 0.02f);
+        memset(lit_half, 0, sizeof lit_half);
+        lit_half[k % 3] = k % 6 < 3 ? 1 : -1;
+        oracle_fill(&src, 0, half_of_the_sphere);
+        all = larger(all, miss_by(ENVMAP_CUBE, 3, 1, &src, lobe, ENVMAP_METHOD_FAST, 1e-3));
+        envmap_free(&src);
+    }
+    figures("two bands", all);
+}
+
 /* Sources large enough for lobes with kinks too; a rim's texels are points of their own. */
 static void a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance(void) {
     static const double at[3][3] = {{0.8, -0.6, 0.003}, {0.01, 0.02, 1}, {0.01, 0.02, -1}};
@@ -1058,6 +1110,8 @@ int main(void) {
     RUN(white_stays_white);
     RUN(black_stays_black);
     RUN(a_lamp_anywhere_keeps_the_tolerance);
+    RUN(a_cluster_of_lights_is_its_texels);
+    RUN(a_lobe_of_two_bands_keeps_the_tolerance_of_every_mapping);
     RUN(a_lamp_on_a_rim_or_a_pole_of_a_large_map_keeps_the_tolerance);
     RUN(lights_beside_the_poles_of_a_lat_long_keep_the_tolerance);
     RUN(lights_beside_an_edge_keep_the_tolerance);

@@ -481,7 +481,7 @@ static void blocks_of_every_scale_carry_all_energy(void) {
             envmap map = noise(mapping, survey_sizes[i], 5);
             double all = all_energy_of(&map);
             envmapi_scene s = survey_of(&map);
-            CHECK(s.scales > 2);
+            CHECK(s.scales >= 2);
             for (int scale = 0; scale < s.scales; ++scale) {
                 const float *block = s.sums + s.blocks[scale].at;
                 double energy = 0, sphere = 0;
@@ -534,7 +534,9 @@ static void one_lit_texel_has_all_contrast(void) {
             for (int c = 0; c < 3; ++c) texel[c] = 1e4f;
             envmapi_scene s = survey_of(&map);
             off = larger(off, fabs(s.texel.kappa - 1));
-            CHECK(s.scales == 5);
+            CHECK(s.scales == (mapping == ENVMAP_CUBE         ? 5
+                               : mapping == ENVMAP_PARABOLOID ? 4
+                                                              : 3));
             for (int scale = 0; scale < 2; ++scale) {
                 off = larger(off, fabs(s.scale[scale].kappa - 1));
                 off = larger(off, fabs(s.scale[scale].epsilon - 1));

@@ -22,8 +22,8 @@
    The exit status is 1 when a verification fails: a truth that is not true, a tolerance not kept,
    a texel off by more than 20 tolerances, or two threads whose bits differ from one's.
 
-   >>clock >>threads >>works >>scenes >>truth >>timing >>rows >>verify >>growth
-   >>join >>main
+   >>clock >>threads >>works >>scenes >>truth >>timing >>rows >>verify >>ratios
+   >>growth >>join >>main
 
    SPDX-License-Identifier: MIT */
 
@@ -138,13 +138,16 @@ typedef struct shape {
 
 typedef struct work {
     const char *name;
-    int kind;        /* envmap_lobe_kind */
-    float parameter; /* of the lobe; the chain has its own */
+    int kind;        /* envmap_lobe_kind, or one of the below */
+    float parameter; /* of the lobe; a GGX chain's bend; a Phong chain has its own */
     shape from, to;
     int slices, levels;
     float tolerance;
     double bar, aim; /* copies; 0: none */
 } work;
+
+/* What is no filter: a conversion, mip levels, nine coefficients from every texel. */
+enum { RESAMPLE = 100, MIPS, NINE };
 
 static const float chain_exponents[9] = {2048, 861, 362, 152, 64, 27, 11, 5, 2};
 
@@ -153,17 +156,45 @@ static const float chain_exponents[9] = {2048, 861, 362, 152, 64, 27, 11, 5, 2};
 #define BANKS ENVMAP_LOBE_BANKS
 #define MAP(mapping, size)                                                                         \
     { ENVMAP_##mapping, size }
+#define CUBE_256 MAP(CUBE, 256), MAP(CUBE, 256), 1
+#define SKY_256  MAP(LATLONG, 256), MAP(CUBE, 256), 1
 static const work figures[] = {
-    {"Phong N = 10", PHONG, 10, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-3f, 30, 15},
-    {"Phong N = 30", PHONG, 30, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-3f, 30, 15},
-    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-3f, 30, 15},
-    {"Phong N = 500", PHONG, 500, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-3f, 80, 30},
-    {"chain N = 2048 .. 2", PHONG, 0, MAP(CUBE, 256), MAP(CUBE, 256), 1, 9, 1e-3f, 150, 40},
-    {"diffuse", PHONG, 1, MAP(CUBE, 256), MAP(CUBE, 64), 1, 1, 1e-3f, 10, 5},
-    {"Banks s = 0.99, x 32", BANKS, 0.99f, MAP(CUBE, 256), MAP(PARABOLOID, 64), 32, 1, 1e-3f, 300,
+    {"Phong N = 10", PHONG, 10, CUBE_256, 1, 1e-3f, 5, 4},
+    {"Phong N = 100", PHONG, 100, CUBE_256, 1, 1e-3f, 8, 6},
+    {"Phong N = 500", PHONG, 500, CUBE_256, 1, 1e-3f, 25, 15},
+    {"chain N = 2048 .. 2", PHONG, 0, CUBE_256, 9, 1e-3f, 100, 40},
+    {"chain r = i/5", GGX, 0, CUBE_256, 6, 1e-3f, 80, 40},
+    {"diffuse", PHONG, 1, MAP(CUBE, 256), MAP(CUBE, 64), 1, 1, 1e-3f, 9, 5},
+    {"Phong N = 2000", PHONG, 2000, CUBE_256, 1, 1e-3f, 60, 40},
+    {"Phong N = 5000", PHONG, 5000, CUBE_256, 1, 1e-3f, 120, 80},
+    {"Phong N = 8000", PHONG, 8000, CUBE_256, 1, 1e-3f, 120, 80},
+    {"Phong N = 20000", PHONG, 20000, CUBE_256, 1, 1e-3f, 120, 80},
+    {"Phong N = 1e5", PHONG, 1e5f, CUBE_256, 1, 1e-3f, 60, 25},
+    {"Phong N = 1e6", PHONG, 1e6f, CUBE_256, 1, 1e-3f, 60, 25},
+    {"GGX alpha = 1", GGX, 1, CUBE_256, 1, 1e-3f, 30, 15},
+    {"GGX alpha = 0.25", GGX, 0.25f, CUBE_256, 1, 1e-3f, 30, 15},
+    {"GGX alpha = 0.0625", GGX, 0.0625f, CUBE_256, 1, 1e-3f, 25, 15},
+    {"GGX alpha = 0.02", GGX, 0.02f, CUBE_256, 1, 1e-3f, 80, 50},
+    {"GGX alpha = 0.01", GGX, 0.01f, CUBE_256, 1, 1e-3f, 250, 100},
+    {"GGX alpha = 0.001", GGX, 1e-3f, CUBE_256, 1, 1e-3f, 250, 100},
+    {"GGX alpha = 1e-4", GGX, 1e-4f, CUBE_256, 1, 1e-3f, 250, 100},
+    {"chain, Unity's nine", GGX, 0.7f, CUBE_256, 9, 1e-3f, 200, 100},
+    {"a frame, r = i/4", GGX, 0, MAP(CUBE, 128), MAP(CUBE, 128), 1, 5, 1e-3f, 0, 0},
+    {"Banks s = 0.99, x 32", BANKS, 0.99f, MAP(CUBE, 256), MAP(PARABOLOID, 64), 32, 1, 1e-3f, 150,
      60},
-    {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-5f, 1000, 200},
+    {"Banks s = 0.9999, x 32", BANKS, 0.9999f, MAP(CUBE, 256), MAP(PARABOLOID, 64), 32, 1, 1e-3f,
+     1500, 500},
+    {"Phong N = 100", PHONG, 100, SKY_256, 1, 1e-3f, 20, 10},
+    {"Phong N = 20000", PHONG, 20000, SKY_256, 1, 1e-3f, 300, 104},
+    {"GGX alpha = 0.01", GGX, 0.01f, SKY_256, 1, 1e-3f, 625, 130},
+    {"resample", RESAMPLE, 0, SKY_256, 1, 1e-3f, 40, 15},
+    {"resample", RESAMPLE, 0, MAP(CUBE, 256), MAP(LATLONG, 256), 1, 1, 1e-3f, 80, 20},
+    {"resample", RESAMPLE, 0, MAP(ANGULAR, 512), MAP(CUBE, 128), 1, 1, 1e-3f, 80, 20},
+    {"mips", MIPS, 0, CUBE_256, 9, 1e-3f, 8, 3},
+    {"nine coefficients", NINE, 0, MAP(CUBE, 256), MAP(CUBE, 1), 1, 1, 1e-3f, 8, 3},
+    {"Phong N = 100", PHONG, 100, CUBE_256, 1, 1e-5f, 1000, 200},
 };
+enum { QUICK = 6 }; /* so many are done in a quick run */
 /* About as many texels as the cube has. */
 static const work others[] = {
     {"Phong N = 100", PHONG, 100, MAP(CUBE, 256), MAP(CUBE, 256), 1, 1, 1e-2f, 0, 0},
@@ -194,8 +225,12 @@ static const work small_works[] = {
 };
 
 static envmap_lobe work_lobe(const work *w, int level) {
+    double roughness = envmap_level_roughness(level, w->levels, (double)w->parameter);
     if (w->kind == ENVMAP_LOBE_BANKS) return envmap_lobe_banks(w->parameter);
+    if (w->kind == ENVMAP_LOBE_GGX && w->levels > 1)
+        return envmap_lobe_ggx((float)(roughness * roughness));
     if (w->kind == ENVMAP_LOBE_GGX) return envmap_lobe_ggx(w->parameter);
+    if (w->kind >= RESAMPLE) return envmap_lobe_mirror();
     return envmap_lobe_phong(w->levels > 1 ? chain_exponents[level] : w->parameter);
 }
 
@@ -262,17 +297,32 @@ static int make_source(bench *b, shape s) {
    The truth of a row is the same filter at a tolerance of 1e-6, or where that is out of patience
    the next that is; some of its texels are held against a plain sum. */
 
+/* The one call that a row is about. Mip levels are made of what is in dst, nine coefficients go to
+   dst's six texels. */
+static envmap_result call_work(bench *b, envmap *dst, const work *w,
+                               const envmap_filter_desc *desc) {
+    envmap_lobe lobes[9];
+    double sh[27];
+    if (w->kind == RESAMPLE) return envmap_resample(dst, &b->source, &desc->work);
+    if (w->kind == MIPS) return envmap_mips_build(dst);
+    if (w->kind == NINE) {
+        envmap_result result = envmap_sh_project(sh, 3, &b->source, 0, 0, &desc->work);
+        for (int i = 0; i < 18 && !result; ++i) dst->texels[i] = (float)sh[i];
+        return result;
+    }
+    for (int l = 0; l < w->levels; ++l) lobes[l] = work_lobe(w, l);
+    return envmap_filter_chain(dst, &b->source, lobes, w->levels, desc);
+}
+
 /* A run with the given method and tolerance into dst. */
 static envmap_result run_work(bench *b, envmap *dst, const work *w, int method, double tolerance,
                               int threads, measure_meter *m) {
-    envmap_lobe lobes[9];
     envmap_filter_desc desc = {0};
     double start = measure_now();
-    for (int l = 0; l < w->levels; ++l) lobes[l] = work_lobe(w, l);
     desc.method = method, desc.tolerance = (float)tolerance, desc.work.memory = m;
     desc.work.progress.user = &start, desc.work.progress.report = out_of_patience;
     if (threads > 1) desc.work.executor.user = &b->crew, desc.work.executor.run = crew_run;
-    return envmap_filter_chain(dst, &b->source, lobes, w->levels, &desc);
+    return call_work(b, dst, w, &desc);
 }
 
 typedef struct sample {
@@ -354,15 +404,13 @@ static double find_truth(bench *b, envmap *truth, const work *w) {
 
 /* The least time of `most` calls at the most, or as many as a second holds, in seconds. */
 static double time_work(bench *b, envmap *dst, const work *w, int method, int threads, int most) {
-    envmap_lobe lobes[9];
     envmap_filter_desc desc = {0};
     double best = 1e30, spent = 0;
-    for (int l = 0; l < w->levels; ++l) lobes[l] = work_lobe(w, l);
     desc.method = method, desc.tolerance = w->tolerance;
     if (threads > 1) desc.work.executor.user = &b->crew, desc.work.executor.run = crew_run;
     for (int i = 0; i < most && (i < 3 || spent < 1); ++i) {
         double t = measure_now();
-        envmap_filter_chain(dst, &b->source, lobes, w->levels, &desc);
+        call_work(b, dst, w, &desc);
         t = measure_now() - t;
         spent += t;
         if (t < best) best = t;
@@ -449,7 +497,7 @@ static void compare_levels(row *r, const envmap *a, const envmap *truth) {
 
 static int most_bands(const work *w) {
     int most = 0;
-    for (int l = 0; l < w->levels; ++l) {
+    for (int l = 0; l < w->levels && w->kind < RESAMPLE; ++l) {
         envmap_lobe lobe = work_lobe(w, l);
         for (int k = 0; k < w->slices; ++k) { /* of all slices that there are */
             double p = (double)lobe.p0 + (double)(lobe.p1 - lobe.p0) * (k + 0.5) / w->slices;
@@ -460,8 +508,40 @@ static int most_bands(const work *w) {
     return most;
 }
 
+/* All light of level `level` times solid angle, and times basis function Y of the nine. */
+static double light(const envmap *map, int level, int Y) {
+    double sum = 0, basis[9], d[3];
+    for (int face = 0; face < envmap_faces(map->mapping); ++face)
+        for (int y = 0; y < measure_height(map, level); ++y)
+            for (int x = 0; x < measure_width(map, level); ++x) {
+                const float *t = envmap_texel(map, level, 0, face, x, y);
+                measure_direction(d, map, level, face, x, y);
+                if (Y) envmap_sh_basis(basis, 3, d);
+                sum += envmap_solid_angle(map, level, face, x, y) * (double)t[0] *
+                       (Y ? basis[Y] : 1);
+            }
+    return sum;
+}
+
+/* What is no filter keeps all light, to 1e-4; nine coefficients are those of plain sums, which take
+   the centres of texels for their centroids. */
+static void verify_light(bench *b, row *r, const envmap *dst) {
+    double all = light(&b->source, 0, 0), most = 0;
+    if (r->work->kind == NINE)
+        for (int i = 1; i < 6; ++i)
+            most = fmax(most, fabs((double)dst->texels[3 * i] - light(&b->source, 0, i)) / all);
+    for (int l = 0; l < r->work->levels && r->work->kind != NINE; ++l)
+        most = fmax(most, fabs(light(dst, l, 0) / all - 1));
+    r->rms = most;
+    if (!(most <= 1e-4)) complain(b, r->work->name, "light is lost, or won");
+}
+
 static void verify_row(bench *b, row *r, envmap *dst, envmap *truth) {
     const work *w = r->work;
+    if (w->kind >= RESAMPLE) {
+        verify_light(b, r, dst);
+        return;
+    }
     double tolerance = find_truth(b, truth, w);
     if (!(tolerance > 0)) {
         r->worst = sample_truth(b, dst, w);
@@ -501,6 +581,7 @@ static double make_row(bench *b, const work *w, int method) {
         envmap_create(&truth, w->to.mapping, w->to.size, w->levels, w->slices)) {
         complain(b, w->name, "out of memory");
     } else {
+        if (w->kind == MIPS) memcpy(dst.texels, b->source.texels, measure_bytes(&b->source, 1));
         double start = measure_now();
         envmap_result result = run_work(b, &dst, w, method, (double)w->tolerance, 1, &m);
         start = measure_now() - start;
@@ -613,7 +694,64 @@ static void thread_rows(bench *b) {
            "----------------------", "---------", "---------", "------", "-----------",
            "-----------");
     double possible = thread_bound(b);
-    for (int i = 2; i < 5; ++i) thread_row(b, figures + i, possible);
+    for (int i = 1; i < 6; ++i) thread_row(b, figures + i, possible);
+}
+
+/* ---------------------------------------------------------------------------------- >>ratios --
+   What a call adds to another one: a plan to its filter, a mirror to the chain below it. */
+
+static double plan_time(bench *b, const work *w, const envmap *dst) {
+    envmap_lobe lobe = work_lobe(w, 0);
+    envmap_plan plan;
+    double best = 1e30;
+    for (int i = 0; i < 5; ++i) {
+        double t = measure_now();
+        if (envmap_filter_plan(&plan, dst, &b->source, &lobe, NULL)) return -1;
+        t = measure_now() - t;
+        if (t < best) best = t;
+    }
+    return best;
+}
+
+/* The levels below the mirror, as a chain of a map of their own. */
+static double below_time(bench *b, const work *w) {
+    envmap dst = {0};
+    envmap_lobe lobes[9];
+    double best = 1e30;
+    for (int l = 1; l < w->levels; ++l) lobes[l - 1] = work_lobe(w, l);
+    if (envmap_create(&dst, w->to.mapping, w->to.size / 2, w->levels - 1, 1)) return -1;
+    for (int i = 0; i < 5; ++i) {
+        double t = measure_now();
+        if (envmap_filter_chain(&dst, &b->source, lobes, w->levels - 1, NULL)) best = -1;
+        t = measure_now() - t;
+        if (t < best) best = t;
+    }
+    envmap_free(&dst);
+    return best;
+}
+
+static void ratio_row(bench *b, const work *w, int plan, double bar) {
+    envmap dst = {0};
+    if (!make_source(b, w->from) ||
+        envmap_create(&dst, w->to.mapping, w->to.size, w->levels, w->slices))
+        return;
+    double whole = time_work(b, &dst, w, ENVMAP_METHOD_AUTO, 1, 5);
+    double part = plan ? plan_time(b, w, &dst) : below_time(b, w);
+    double ratio = plan ? part / whole : whole / part;
+    printf("| %-10s | %-36s | %8.2f | %8.2f | %5.2f | %-4s %.2f |\n", b->scene,
+           plan ? "plan over filter" : "chain with its mirror over without", 1e3 * part, 1e3 * whole,
+           ratio, ratio <= bar ? "ok" : "over", bar);
+    envmap_free(&dst);
+}
+
+static void ratio_rows(bench *b) {
+    printf("\nWhat a call adds to another:\n\n| %-10s | %-36s | %8s | %8s | %5s | %-9s |\n", "scene",
+           "", "part, ms", "all, ms", "ratio", "bar");
+    printf("|%.12s|%.38s|%.9s:|%.9s:|%.6s:|%.11s|\n", "------------",
+           "----------------------------------------", "---------", "---------", "------",
+           "-----------");
+    ratio_row(b, figures + 1, 1, 0.7), ratio_row(b, figures + 5, 1, 0.7);
+    ratio_row(b, figures + 4, 0, 1.15);
 }
 
 /* ---------------------------------------------------------------------------------- >>growth -- */
@@ -635,7 +773,7 @@ static void grow(bench *b, int source) {
     printf("\nGrowth with the %s:\n\n", source ? "source" : "result");
     print_head();
     for (int i = 0; i < g->count; ++i) {
-        work w = figures[2];
+        work w = figures[1];
         w.bar = w.aim = 0;
         if (source) w.from.size = sizes[i];
         else w.to.size = sizes[i];
@@ -758,7 +896,8 @@ static void time_scenes(bench *b, int scenes) {
     print_head();
     for (int i = 0; i < scenes; ++i) {
         if (!begin_scene(b, i)) continue;
-        for (int k = 0; k < COUNT(figures); ++k) make_row(b, figures + k, ENVMAP_METHOD_AUTO);
+        for (int k = 0; k < (b->quick ? QUICK : COUNT(figures)); ++k)
+            make_row(b, figures + k, ENVMAP_METHOD_AUTO);
         for (int k = 0; k < (b->quick ? 0 : COUNT(others)); ++k)
             make_row(b, others + k, ENVMAP_METHOD_AUTO);
     }
@@ -793,6 +932,7 @@ int main(int argc, char **argv) {
     time_scenes(&b, scenes);
     if (b.sky.texels) { /* growth and threads on the last scene, which has the sun */
         thread_rows(&b);
+        ratio_rows(&b);
         for (int source = 1; source >= 0 && !b.quick; --source) grow(&b, source);
     }
     return finish(&b);
