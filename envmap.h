@@ -5482,7 +5482,7 @@ typedef struct envmapi_near {
    the sums of all axes and turns. */
 typedef struct envmapi_window {
     int face, x, y, width, height;
-    double sigma[2];       /* of the lobe, in texels along u and v */
+    double sigma[2]; /* of the lobe, in texels along u and v */
     double axes[ENVMAPI_NEAR_AXES][3], middle[3], spread; /* spread: how far from the middle */
     double a[3], m[3]; /* an axis, and on a cube's face */
     envmapi_knot *u, *v;   /* [room] */
@@ -5555,12 +5555,16 @@ static double envmapi_near_disc(int mapping, double angle) {
     return angle < 2.2 ? tan(angle / 2) : 2; /* beyond the corners */
 }
 
-/* m = a in a cube's face's S, T and M. */
-static void envmapi_near_frame(double m[3], int face, const double a[3]) {
+/* m = a in S, T and M of a cube's face; on a lat-long, pi u and pi v, and the sine of that. */
+static void envmapi_near_frame(double m[3], int mapping, int face, const double a[3]) {
+    double uv[2];
     for (int i = 0; i < 3; ++i) {
         const signed char *side = envmapi_cube[face][i];
         m[i] = a[0] * side[0] + a[1] * side[1] + a[2] * side[2];
     }
+    if (mapping != ENVMAP_LATLONG) return;
+    envmapi_project(uv, mapping, face, a);
+    m[0] = ENVMAPI_PI * uv[0], m[1] = ENVMAPI_PI * uv[1], m[2] = sin(m[1]);
 }
 
 /* The (u,v) that hold all within R of a on a face, as far as it goes: box[0] those of u, box[1] of
@@ -5571,7 +5575,7 @@ static int envmapi_near_box(double box[2][2], int mapping, int face, const doubl
     int all = R > 1.5;
     for (int i = 0; i < 4; ++i) box[i / 2][i % 2] = i % 2;
     if (mapping == ENVMAP_CUBE) {
-        envmapi_near_frame(m, face, a);
+        envmapi_near_frame(m, mapping, face, a);
         if (!all && m[2] <= -sine) return 0;
         for (int i = 0; i < 2 && !all; ++i) { /* tan(angle -+ wide) by x, z and sin(wide) rho */
             double x = m[i], z = m[2], q = sqrt(fmax(x * x + z * z - sine * sine, 0));
@@ -5640,7 +5644,7 @@ static double envmapi_near_finest(const envmapi_near *s, double box[2][2], const
 
 static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_axes *axes) {
-    double *middle = w->axes[axes->count / 2];
+    const double *middle = w->axes[axes->count / 2];
     for (int n = 0; n < axes->count; ++n)
         envmapi_texel_direction(w->axes[n], s->dst.mapping, axes->face, s->dst.size, axes->x + n,
                                 axes->y);
@@ -5749,18 +5753,17 @@ static double envmapi_near_density(const envmapi_level *level, double u, double 
 
 /* What _sines asks of a node along u or v, by which float differences are exact enough.
      cube       d ~ (X,Y,1), axis m: X and m_2 X - m_0; Y and m_1 - m_2 Y
-     lat-long   4 sin^2 of half the longitudes' difference; sin(theta) sin(theta_a), and the same
-                of latitudes */
+     lat-long   4 sin^2 of half the longitudes' difference; sin(theta) sin(theta_a), and 4 sin^2
+                of half the latitudes' */
 static void envmapi_near_place(float *place, float *apart, const envmapi_window *w, int mapping,
                              double at, int i) {
-    const double *a = w->a, *m = w->m;
+    const double *m = w->m;
     double X = 2 * at - 1, theta = ENVMAPI_PI * at;
     if (mapping == ENVMAP_CUBE) {
         *place = (float)X, *apart = (float)(i ? m[1] - m[2] * X : m[2] * X - m[0]);
     } else if (mapping == ENVMAP_LATLONG) {
-        double rho = sqrt(a[0] * a[0] + a[2] * a[2]);
-        double half = sin(i ? (theta - atan2(rho, a[1])) / 2 : theta - ENVMAPI_PI / 2 - m[0]);
-        *place = i ? (float)(sin(theta) * rho) : (float)(4 * half * half);
+        double half = sin(i ? (theta - m[1]) / 2 : theta - m[0]);
+        *place = (float)(i ? sin(theta) * m[2] : 4 * half * half);
         *apart = (float)(4 * half * half);
     }
 }
@@ -6000,8 +6003,7 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             memcpy(w->a, w->axes[n], sizeof w->a);
             rim[n] = envmapi_near_singular(s, w->a);
             if (rim[n]) continue;
-            if (mapping == ENVMAP_CUBE) envmapi_near_frame(w->m, face, w->a);
-            else w->m[0] = atan2(w->a[0], -w->a[2]) / 2; /* half its longitude */
+            envmapi_near_frame(w->m, mapping, face, w->a);
             if (share > 0) envmapi_near_add(w, s, n, 0, share);
             if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
             if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
