@@ -268,8 +268,7 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    work    NULL: serial, silent. From other maps than cubes serial in any case
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory up to
    32 bytes a texel of a cube as fine as both.  Source: [Jones99].  Test: resampling_* . */
-ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src,
-                                         const envmap_work *work);
+ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src, const envmap_work *work);
 
 /* ------------------------------------------------------------------------------------- >>pfm -- */
 
@@ -2375,8 +2374,11 @@ ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
     if (!envmapi_valid(map)) return ENVMAP_ERROR_ARGUMENT;
     for (int level = 1; level < map->levels; ++level) {
         int edge = envmapi_edge(map->size, level);
-        envmapi_nest nest = {envmapi_image(map, level - 1, 0, 0), envmapi_image(map, level, 0, 0),
-                             map->mapping, envmapi_edge(map->size, level - 1), edge,
+        envmapi_nest nest = {envmapi_image(map, level - 1, 0, 0),
+                             envmapi_image(map, level, 0, 0),
+                             map->mapping,
+                             envmapi_edge(map->size, level - 1),
+                             edge,
                              envmap_faces(map->mapping) * map->slices};
         for (int y = 0; 2 * y < edge; ++y) envmapi_task_nest(&nest, y);
         for (int slice = 0; edge == 1 && slice < map->slices; ++slice)
@@ -3699,10 +3701,10 @@ typedef struct envmapi_transform {
     int strips, along, adjoint;  /* strips: of a face's grid, one a task; solve along rows */
     const envmapi_light *lights; /* summed apart */
     int light_count, cluster_count, kink_count;
-    envmapi_light *sorted;      /* the lights, cluster by cluster */
-    envmapi_cluster *clusters;  /* no wider than reach about the first; 0: each light alone */
+    envmapi_light *sorted;         /* the lights, cluster by cluster */
+    envmapi_cluster *clusters;     /* no wider than reach about the first; 0: each light alone */
     double reach[2], angles[4][2]; /* cosines and sines: of reach; of the support's ends, kinks */
-    float *out;              /* a result's slice */
+    float *out;                    /* a result's slice */
     const envmap_lobe *lobe; /* its lobe and p, and what a light's k is divided by; NULL: none */
     double p, norm;
     int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
@@ -5383,19 +5385,24 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
        texels, tents of half-width t      K_i = w_i mean of k at c_i +- t/sqrt 6 along u and v
        the bilinear radiance              K_i = integral of k B_i, B_i the bilinear weight of i
    Both are sums over the nodes of a window of a face, some along u times some along v. For the
-   integral these are Gauss-Legendre's, two to four a piece; pieces end at the lines through texel
-   centres, where B_i has its kinks, and are about a sigma long at most.
+   integral these are Gauss-Legendre's, two to six a piece; pieces end at the lines through texel
+   centres, where B_i has its kinks, and are 2.5 sigma long at most.
    K_i depends on no radiance. Some of the 48 turns and mirrors take texels to texels, on both maps:
-   all 48 for two cubes, 16 for a lat-long and a cube, 4 to 16 with discs. The K_i of one axis serve
-   all its images. Where a lobe never ends (GGX) >>fast sums its tail.
-       windows and their nodes            _box, _nodes; k there: _line
-       K, runs of texels                  _window, _flush; times L for all turns: _apply
-       R, from the scene's contrast       _radius
+   all 48 for two cubes, 16 for a lat-long and a cube, 4 to 16 with discs. So one K_i serves all
+   images of an axis and a texel. A texel's images lie side by side, as a block of 16 numbers for
+   every four turns, and up to eight neighbouring axes share what is read of a block.
+   Where a lobe never ends (GGX) >>fast sums its tail.
+       which axes, and the texels they need       _plan; these side by side: _task_near_blocks
+       windows and their nodes                    _open, _nodes
+       K: the angles of nodes, k there, texels    _sines, _k, _add, _flush, _rim
+       times L for all turns; into dst            _apply, _put
+       R, from the scene's contrast               _radius
    Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
-#define ENVMAPI_PIECES {0.3, 0.65, 1.1, 1.8, 2.5} /* sigma for 2 .. 6 nodes at 1e-3 */
+#define ENVMAPI_PIECES                                                                             \
+    { 0.3, 0.65, 1.1, 1.8, 2.5 } /* sigma for 2 .. 6 nodes at 1e-3 */
 #define ENVMAPI_BLEND 0.4 /* of that where the paraboloids blend: light has kinks off the lines */
 /* a_sphere_map_of_noise_keeps_the_tolerance */
 #define ENVMAPI_RIM 0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
@@ -5467,11 +5474,11 @@ typedef struct envmapi_near {
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [turns / 4][block][4][4]: RGB and 1 of a texel's images under four turns */
-    size_t count, area; /* blocks; texels of the largest window */
-    int shift;          /* of a float, to its place in the table; the fraction of it */
+    size_t count, area;              /* blocks; texels of the largest window */
+    int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, limit;          /* R: rad; limit: its sine's square */
-    double piece;                    /* what the tolerance makes of ENVMAPI_PIECE */
+    double piece, gauss[5][6][2];    /* pieces over ENVMAPI_PIECES; nodes and weights of 2 .. 6 */
     const envmapi_tail *tail;        /* that is in dst already, or NULL */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
@@ -5482,13 +5489,13 @@ typedef struct envmapi_near {
    the sums of all axes and turns. */
 typedef struct envmapi_window {
     int face, x, y, width, height;
-    double sigma[2]; /* of the lobe, in texels along u and v */
+    double sigma[2];                                      /* of the lobe, in texels along u and v */
     double axes[ENVMAPI_NEAR_AXES][3], middle[3], spread; /* spread: how far from the middle */
-    double a[3], m[3]; /* an axis, and on a cube's face */
-    envmapi_knot *u, *v;   /* [room] */
-    float *place, *apart;  /* [room] of u: what _sines asks of it */
-    float *rows[2];        /* [room] a row of texels and the next, by nodes along u */
-    float *K;              /* [height][width][axes] */
+    double a[3], m[3];                                    /* an axis, and on a cube's face */
+    envmapi_knot *u, *v;                                  /* [room] */
+    float *place, *apart;                                 /* [room] of u: what _sines asks of it */
+    float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
+    float *K;       /* [height][width][axes] */
     envmapi_float16 sums[12][ENVMAPI_NEAR_AXES];
 } envmapi_window;
 
@@ -5687,17 +5694,7 @@ static int envmapi_near_centres(envmapi_knot *node, int room, double from, doubl
    The axis is at `at`, where sigma is that many texels; grows: the lobe has detail near its axis
    only. */
 static int envmapi_near_pieces(envmapi_knot *node, int room, double from, double to, double n,
-                               double at, double sigma, int grows) {
-    static const double x[5][3] = {{0.57735027},
-                                   {0, 0.77459667},
-                                   {0.33998104, 0.86113631},
-                                   {0, 0.53846931, 0.90617985},
-                                   {0.23861919, 0.66120939, 0.93246951}};
-    static const double w[5][3] = {{1},
-                                   {0.88888889, 0.55555556},
-                                   {0.65214515, 0.34785485},
-                                   {0.56888889, 0.47862867, 0.23692689},
-                                   {0.46791393, 0.36076157, 0.17132449}};
+                               double at, double sigma, int grows, const double (*gauss)[6][2]) {
     static const double longest[5] = ENVMAPI_PIECES;
     int count = 0;
     for (double next; from < to && count + 6 <= room; from = next) {
@@ -5705,15 +5702,13 @@ static int envmapi_near_pieces(envmapi_knot *node, int room, double from, double
         double away = from < at ? fmax(at - end, (at - from) / 4.5) : from - at;
         double most = grows ? fmax(away, 0.8 * sigma) : sigma;
         next = from + (end - from) / ceil((end - from) / (longest[4] * most));
-        int k = 0, nodes;
+        int k = 0;
         while (k < 4 && next - from > longest[k] * most) ++k;
-        for (int i = 0; nodes = k + 2, i < nodes; ++i, ++count) {
-            int j = abs(2 * i + 1 - nodes) / 2;
-            double g = 2 * i + 1 < nodes ? -x[k][j] : x[k][j];
-            double place = (from + next + g * (next - from)) / 2;
+        for (int i = 0; i < k + 2; ++i, ++count) {
+            double place = (from + next - gauss[k][i][0] * (next - from)) / 2;
             node[count].at = (place + 0.5) / n, node[count].texel = (int)texel;
             node[count].f = (float)(place - texel);
-            node[count].weight = (float)((next - from) / n * w[k][j] / 2);
+            node[count].weight = (float)((next - from) / n * gauss[k][i][1] / 2);
         }
     }
     return count;
@@ -5737,7 +5732,8 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
                                     s->axis.tent);
     envmapi_project(at, level->mapping, w->face, w->a);
     return envmapi_near_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
-                               s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX);
+                               s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
+                               s->gauss);
 }
 
 /* ---- K */
@@ -5756,7 +5752,7 @@ static double envmapi_near_density(const envmapi_level *level, double u, double 
      lat-long   4 sin^2 of half the longitudes' difference; sin(theta) sin(theta_a), and 4 sin^2
                 of half the latitudes' */
 static void envmapi_near_place(float *place, float *apart, const envmapi_window *w, int mapping,
-                             double at, int i) {
+                               double at, int i) {
     const double *m = w->m;
     double X = 2 * at - 1, theta = ENVMAPI_PI * at;
     if (mapping == ENVMAP_CUBE) {
@@ -5807,8 +5803,8 @@ static void envmapi_near_sines(float *sines, float *density, const envmapi_windo
 
 /* k times `weight` of up to 64 squared sines; 0 beyond R. The bits of y = 1 + sine^2 / sigma^2 are the
    place in the table, of 2^bits values an octave. */
-static void envmapi_near_k(float *k, const envmapi_near *s, const float *sines,
-                           const float *weight, int n) {
+static void envmapi_near_k(float *k, const envmapi_near *s, const float *sines, const float *weight,
+                           int n) {
     const float *table = s->table;
     float y[ENVMAPI_CHUNK] = {0}, low[ENVMAPI_CHUNK], high[ENVMAPI_CHUNK], w[ENVMAPI_CHUNK];
     float scale = s->inverse, fraction = s->fraction, most = 1 + scale * (float)s->limit;
@@ -5964,7 +5960,7 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
                              const envmapi_near_axes *axes, int rim) {
     float *out[48], before[48][3];
     const envmapi_tail *tail = rim && s->axis.bilinear < 1 ? NULL : s->tail; /* the sum has it */
-    int fixed = fabs(s->norm) > 0; /* raw, or Banks */
+    int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
     for (int t = 0; t < s->turn_count; ++t) {
         size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x + n, axes->y);
@@ -5978,8 +5974,8 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
         for (int c = 0; c < 4; ++c) sum[c] = (double)lanes[4 * (t % 4) + c];
         for (int c = 0; c < 3 && s->exponent; ++c) sum[c] = ldexp(sum[c], s->exponent);
         if (rim)
-            envmapi_near_reference(
-                sum, s, (size_t)(out[t] - envmapi_image(&s->dst, 0, s->slice, 0)) / 3);
+            envmapi_near_reference(sum, s,
+                                   (size_t)(out[t] - envmapi_image(&s->dst, 0, s->slice, 0)) / 3);
         double norm = fixed ? s->norm / unit : sum[3] + beyond;
         for (int c = 0; c < 3; ++c) {
             double more = tail ? (double)before[t][c] : 0;
@@ -6033,7 +6029,8 @@ static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
     size_t own = envmapi_turned(&s->dst, s->turns[0].dst + face, x, y);
     for (int t = 1; t < s->turn_count; ++t)
         if (s->turns[t].dst[face].face < face ||
-            envmapi_turned(&s->dst, s->turns[t].dst + face, x, y) < own) return 0;
+            envmapi_turned(&s->dst, s->turns[t].dst + face, x, y) < own)
+            return 0;
     return 1;
 }
 
@@ -6168,13 +6165,16 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
     s->R = s->tail ? s->tail->reach : envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
+    for (int k = 0; k < 5; ++k)
+        for (int i = 0; i < k + 2; ++i)
+            s->gauss[k][i][1] = envmapi_gauss_many(&s->gauss[k][i][0], i, k + 2);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);
     if (!*served) return ENVMAP_OK;
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
-    if (!s->turns || envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0,
-                                          &desc->work, pool))
+    if (!s->turns ||
+        envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
     if (!result) result = envmapi_near_plan(s, pool);
@@ -8042,9 +8042,9 @@ ENVMAPI_BODY double envmap_fresnel_schlick(double cosine, double f0) {
 typedef struct envmapi_fitting {
     const envmap_brdf *brdf;
     envmap_fit *fit;
-    envmap_lobe table;              /* fit->table as a lobe */
-    int rows;                       /* of each lobe of the fit: slices, or 1 */
-    double ring[ENVMAPI_RING][2];   /* cos and sin of phi; of a ring, symmetry asks half */
+    envmap_lobe table;            /* fit->table as a lobe */
+    int rows;                     /* of each lobe of the fit: slices, or 1 */
+    double ring[ENVMAPI_RING][2]; /* cos and sin of phi; of a ring, symmetry asks half */
     int slice, bad;
     double v[3], theta, axis[3][2]; /* sin and cos of each psi */
 } envmapi_fitting;
