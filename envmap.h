@@ -5801,8 +5801,8 @@ static void envmapi_near_sines(float *sines, float *density, const envmapi_windo
     }
 }
 
-/* k times `weight` of up to 64 squared sines; 0 beyond R. The bits of y = 1 + sine^2 / sigma^2 are the
-   place in the table, of 2^bits values an octave. */
+/* k times `weight` of up to 64 squared sines; 0 beyond R. The bits of y = 1 + sine^2 / sigma^2 are
+   the place in the table, of 2^bits values an octave. */
 static void envmapi_near_k(float *k, const envmapi_near *s, const float *sines, const float *weight,
                            int n) {
     const float *table = s->table;
@@ -6165,6 +6165,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
     s->R = s->tail ? s->tail->reach : envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
+    if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
     for (int k = 0; k < 5; ++k)
         for (int i = 0; i < k + 2; ++i)
             s->gauss[k][i][1] = envmapi_gauss_many(&s->gauss[k][i][0], i, k + 2);
