@@ -189,8 +189,8 @@ ENVMAP_API void envmap_direction(float dir[3], int mapping, int face, float u, f
 /* The inverse: the face that dir belongs to, on an edge the lower one, and (u,v) on it, in [0,1].
    dir is of any length; zero or non-finite counts as +z. At the sphere map's -z and the angular
    map's +z, where every rim point is right, (1, 1/2); at the octahedral map's -y a corner; at the
-   lat-long poles u = 1/2. As u, v are floats, the round trip errs by up to 4e-4 rad at 1e-3 from the
-   sphere map's -z. */
+   lat-long poles u = 1/2. As u, v are floats, the round trip errs by up to 4e-4 rad at 1e-3 from
+   the sphere map's -z. */
 ENVMAP_API void envmap_coordinates(int *face, float *u, float *v, int mapping, const float dir[3]);
 
 /* The texture matrix of a paraboloid map: takes an eye-space reflection vector (r,1), as
@@ -278,8 +278,7 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    work    NULL: serial, silent. From other maps than cubes serial in any case
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory up to
    32 bytes a texel of a cube as fine as both.  Source: [Jones99].  Test: resampling_* . */
-ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src,
-                                         const envmap_work *work);
+ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src, const envmap_work *work);
 
 /* ------------------------------------------------------------------------------------- >>pfm -- */
 
@@ -2480,8 +2479,11 @@ ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
     if (!envmapi_valid(map)) return ENVMAP_ERROR_ARGUMENT;
     for (int level = 1; level < map->levels; ++level) {
         int edge = envmapi_edge(map->size, level);
-        envmapi_nest nest = {envmapi_image(map, level - 1, 0, 0), envmapi_image(map, level, 0, 0),
-                             map->mapping, envmapi_edge(map->size, level - 1), edge,
+        envmapi_nest nest = {envmapi_image(map, level - 1, 0, 0),
+                             envmapi_image(map, level, 0, 0),
+                             map->mapping,
+                             envmapi_edge(map->size, level - 1),
+                             edge,
                              envmap_faces(map->mapping) * map->slices};
         for (int y = 0; 2 * y < edge; ++y) envmapi_task_nest(&nest, y);
         for (int slice = 0; edge == 1 && slice < map->slices; ++slice)
@@ -3816,10 +3818,10 @@ typedef struct envmapi_transform {
     int strips, along, adjoint;  /* strips: of a face's grid, one a task; solve along rows */
     const envmapi_light *lights; /* summed apart */
     int light_count, cluster_count, kink_count;
-    envmapi_light *sorted;      /* the lights, cluster by cluster */
-    envmapi_cluster *clusters;  /* no wider than reach about the first; 0: each light alone */
+    envmapi_light *sorted;         /* the lights, cluster by cluster */
+    envmapi_cluster *clusters;     /* no wider than reach about the first; 0: each light alone */
     double reach[2], angles[4][2]; /* cosines and sines: of reach; of the support's ends, kinks */
-    float *out;              /* a result's slice */
+    float *out;                    /* a result's slice */
     const envmap_lobe *lobe; /* its lobe and p, and what a light's k is divided by; NULL: none */
     double p, norm;
     int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
@@ -4178,8 +4180,9 @@ static void envmapi_task_norm(void *context, int task) {
 
 /* Lights of one place and colour are summed once, at their centroid, for axes whose view of them
    has no kink. Over a disc of radius reach the mean of k is off by reach^2/8 of its Laplacian,
-   2 k/sigma^2 at the peak: for 1.5 sigma sqrt(tolerance) half of the tolerance. Kinks of functions
-   need not be declared, so those have no clusters.  Test: a_cluster_of_lights_is_its_texels. */
+   2 k/sigma^2 at the peak: for 1.5 sigma sqrt(tolerance) half of the tolerance. Only for lobes that
+   fall to 0 in a straight line, or their curvature would exceed k there, and kinks of functions
+   need not be declared.  Test: a_cluster_of_lights_is_its_texels. */
 #define ENVMAPI_CLUSTER    1.5  /* times sigma sqrt(tolerance): how far from the first light */
 #define ENVMAPI_ONE_COLOUR 0.05 /* of a light's RGB: its channels' centroids are one to reach/20 */
 
@@ -4196,7 +4199,9 @@ static int envmapi_light_joins(const envmapi_light *light, const envmapi_light *
 static envmap_result envmapi_clusters_create(envmapi_transform *t, double reach,
                                              envmapi_pool *pool) {
     int n = t->light_count;
-    double cosine = t->lobe->kind < ENVMAP_LOBE_FUNCTION ? cos(reach) : 2;
+    int diffuse = t->lobe->kind == ENVMAP_LOBE_PHONG && fabsf(t->lobe->parameter - 1) <= 0;
+    int straight = diffuse || t->lobe->kind == ENVMAP_LOBE_GGX || t->lobe->kind == ENVMAP_LOBE_BANKS;
+    double cosine = straight ? cos(reach) : 2;
     t->reach[0] = fmin(cosine, 1), t->reach[1] = cosine < 1 ? sin(reach) : 0;
     t->sorted = (envmapi_light *)envmapi_pool_get(pool, (size_t)n + 1, sizeof(envmapi_light));
     t->clusters = (envmapi_cluster *)envmapi_pool_get(pool, (size_t)n + 1, sizeof(envmapi_cluster));
@@ -5522,20 +5527,26 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
        texels, tents of half-width t      K_i = w_i mean of k at c_i +- t/sqrt 6 along u and v
        the bilinear radiance              K_i = integral of k B_i, B_i the bilinear weight of i
    Both are sums over the nodes of a window of a face, some along u times some along v. For the
-   integral these are Gauss-Legendre's, two to four a piece; pieces end at the lines through texel
-   centres, where B_i has its kinks, and are about a sigma long at most.
+   integral these are Gauss-Legendre's, two to six a piece; pieces end at the lines through texel
+   centres, where B_i has its kinks, and are 2.5 sigma long at most.
    K_i depends on no radiance. Some of the 48 turns and mirrors take texels to texels, on both maps:
-   all 48 for two cubes, 16 for a lat-long and a cube, 4 to 16 with discs. The K_i of one axis serve
-   all its images. Where a lobe never ends (GGX) >>fast sums its tail.
-       windows and their nodes            _box, _nodes; k there: _line
-       K, runs of texels                  _window, _flush; times L for all turns: _apply
-       R, from the scene's contrast       _radius
+   all 48 for two cubes, 16 for a lat-long and a cube, 2 to 16 with discs. So one K_i serves all
+   images of an axis and a texel. A texel's images lie side by side, as a block of 16 numbers for
+   every four turns, and up to eight neighbouring axes share what is read of a block.
+   Where a lobe never ends (GGX) >>fast sums its tail.
+       which axes, and the texels they need       _plan; these side by side: _task_near_blocks
+       windows and their nodes                    _open, _nodes
+       K: the angles of nodes, k there, texels    _sines, _k, _add, _flush, _rim
+       times L for all turns; into dst            _apply, _put
+       R, from the scene's contrast               _radius
    Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
-#define ENVMAPI_PIECE 1.1 /* sigma a piece at 1e-3: four nodes lose 2e-3 of a flank at 6 sigma */
-#define ENVMAPI_BLEND 0.4 /* of that where the paraboloids blend: light has kinks off the lines */
+#define ENVMAPI_PIECES                                                                             \
+    { 0.3, 0.65, 1.1, 1.8, 2.5 } /* sigma for 2 .. 6 nodes at 1e-3 */
+#define ENVMAPI_BLEND 0.4 /* of that where paraboloids blend, and at the octahedral map's horizon: \
+                             light has kinks off the lines */
 /* a_sphere_map_of_noise_keeps_the_tolerance */
 #define ENVMAPI_RIM 0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
 
@@ -5544,13 +5555,15 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
 typedef struct envmapi_tail {
     envmap_lobe lobe; /* the tail, as a function */
     const envmap_lobe *whole;
-    double reach, integral, part; /* integral: of the tail; its part of the whole */
+    double reach, whole_from, integral, part; /* integral: of the tail; its part of the whole */
     float kinks[3];
 } envmapi_tail;
 
 static double envmapi_tail_k(double x, double p, void *user) {
     const envmapi_tail *tail = (const envmapi_tail *)user;
-    double step = envmapi_smooth_step(envmapi_acos(x), tail->reach / 2, tail->reach);
+    double step = 1;
+    if (x > tail->whole_from)
+        step = envmapi_smooth_step(envmapi_acos(x), tail->reach / 2, tail->reach);
     return step > 0 ? step * envmapi_k(tail->whole, x, p) : 0;
 }
 
@@ -5562,7 +5575,8 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     envmapi_axis_aim(&axis, src, 0, 1);
     tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
     tail->lobe.raw = lobe->raw, tail->lobe.scale = lobe->scale;
-    tail->reach = axis.reach, tail->lobe.kinks = tail->kinks;
+    tail->reach = axis.reach, tail->whole_from = envmapi_cosine(axis.reach);
+    tail->lobe.kinks = tail->kinks;
     tail->kinks[tail->lobe.kink_count++] = (float)(axis.reach / 2);
     tail->kinks[tail->lobe.kink_count++] = (float)axis.reach;
     if (lobe->kind == ENVMAP_LOBE_GGX)
@@ -5575,99 +5589,104 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
 
 /* A node along u or v of a window: its light is that of two texels, the share f of the next. */
 typedef struct envmapi_knot {
-    double at, cosine; /* u or v; on a lat-long map, of the axis and the equator there */
+    double at; /* u or v */
     float weight, f;
-    int texel;
+    int texel, column[2]; /* of the window: the two texels, along u */
+    float place, apart;   /* of v: what _sines asks of it */
 } envmapi_knot;
+
+/* Axes side by side, in a row of dst: their windows are nearly the same texels. */
+#define ENVMAPI_NEAR_AXES 8
+typedef struct envmapi_near_axes {
+    int face, x, y, count;
+} envmapi_near_axes;
+
+/* Texels of a row of the source that any axis needs, and where their blocks are. */
+typedef struct envmapi_near_row {
+    int from, to;
+    size_t first;
+} envmapi_near_row;
 
 typedef struct envmapi_near {
     envmapi_axis axis; /* the lobe, and what it is to the source */
     envmap dst;
-    int slice, tasks, row, turn_count; /* row: the first of the rows of dst that are at work */
+    int slice, tasks, first, axes_count, turn_count; /* first: of the axes that are at work */
     envmapi_turn *turns;
+    envmapi_near_axes *axes;
+    envmapi_near_row *rows;
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
-    float *texels; /* of the source, as lookups see it, with a border of one: RGB and 0 */
-    float *notes;  /* of each of its rows: the sum, the brightest and the darkest texel */
-    int shift;     /* of a float, to its place in the table; the fraction of it */
-    float *table, inverse, fraction; /* k by 1 + inverse |a - d|^2: envmapi_near_k */
-    double sigma, R, limit;          /* R: rad; limit: its chord's square */
-    double piece;                    /* of nodes, at most so many sigma long */
+    float *blocks; /* [turns / 4][block][4][4]: RGB and 1 of a texel's images under four turns */
+    size_t count, area;              /* blocks; texels of the largest window */
+    int shift;                       /* of a float, to its place in the table; the fraction of it */
+    float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
+    double sigma, R, limit;          /* R: rad; limit: its sine's square */
+    double piece, gauss[5][6][2];    /* pieces over ENVMAPI_PIECES; nodes and weights of 2 .. 6 */
     const envmapi_tail *tail;        /* that is in dst already, or NULL */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
     size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
 } envmapi_near;
 
-/* K of `count` texels from (x,y) of a face on, for one of the axes at work. */
-typedef struct envmapi_weights {
-    int axis, face, x, y, count;
-    float *K;
-} envmapi_weights;
-
-/* Speed only: axes side by side, whose windows are nearly the same texels, and room for their K. */
-#define ENVMAPI_NEAR_AXES 8
-#define ENVMAPI_NEAR_RUNS 512
-#define ENVMAPI_NEAR_LIST 4096
-
-/* What a task works with: nodes, and rows of texels that a row of nodes concerns; finished runs of
-   such rows; axes, with the sums of all turns. */
+/* What a task works with: the texels of a face that some axes see, what an axis makes of them, and
+   the sums of all axes and turns. */
 typedef struct envmapi_window {
-    envmapi_knot *u, *v;
-    double *at;                /* of u once more, side by side */
-    float *k, *line, *rows[2]; /* [room] k of the nodes; K of texels from `first` on */
-    int first, count, run_count, used, axis;
-    envmapi_weights runs[ENVMAPI_NEAR_RUNS];
-    float list[ENVMAPI_NEAR_LIST], sums[ENVMAPI_NEAR_AXES][48][4];
-    double total[ENVMAPI_NEAR_AXES], a[3];
-    int x[ENVMAPI_NEAR_AXES], singular[ENVMAPI_NEAR_AXES];
+    int face, part, x, y, width, height;
+    double sigma[2];                                      /* of the lobe, in texels along u and v */
+    double axes[ENVMAPI_NEAR_AXES][3], middle[3], spread; /* spread: how far from the middle */
+    double a[3], m[3];                                    /* an axis, and on a cube's face */
+    envmapi_knot *u, *v;                                  /* [room] */
+    float *place, *apart;                                 /* [room] of u: what _sines asks of it */
+    float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
+    float *K;       /* [height][width][axes] */
+    envmapi_float16 sums[12][ENVMAPI_NEAR_AXES];
 } envmapi_window;
 
-/* ---- the source as lookups see it */
+/* ---- the source as lookups see it, in blocks */
 
-/* Row y of a face, -1 .. edge: texels and what add_tap finds beyond them. The texel beyond a cube's
-   corner is the mean of the three that meet there; the row beyond a lat-long's pole lets linear
-   interpolation end at the row's mean on the pole. */
-static void envmapi_near_texel(double rgb[3], const envmapi_level *level, int face, int x, int y) {
-    int w = level->width, h = level->edge;
-    double corner = level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && (y < 0 || y >= h);
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    if (corner > 0) {
+/* A texel, or what add_tap finds beyond an edge. The texel beyond a cube's corner is the mean of
+   the three that meet there; the row beyond a lat-long's pole lets linear interpolation end at the
+   row's mean on the pole. */
+static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, int x, int y) {
+    const envmapi_level *level = &s->axis.level;
+    int w = level->width, h = level->edge, pole = y < 0 || y >= h;
+    double rgb[3] = {0, 0, 0};
+    if (level->mapping == ENVMAP_LATLONG) x = ((x % w) + w) % w;
+    if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && pole) {
         int in_x = x < 0 ? 0 : w - 1, in_y = y < 0 ? 0 : h - 1;
         envmapi_add_tap(rgb, level, face, in_x, in_y, 1.0 / 3);
         envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
         envmapi_add_tap(rgb, level, face, in_x, y, 1.0 / 3);
-    } else if (level->mapping == ENVMAP_LATLONG && (y < 0 || y >= h)) {
+    } else if (level->mapping == ENVMAP_LATLONG && pole) {
         for (int i = 0; i < w; ++i) envmapi_add_tap(rgb, level, face, i, y, 2.0 / w);
         envmapi_add_tap(rgb, level, face, x, y, -1);
     } else {
         envmapi_add_tap(rgb, level, face, x, y, 1);
     }
+    for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
+    if (s->exponent) envmapi_floats_scale(out, out, 3, -s->exponent);
 }
 
-static void envmapi_task_near_texels(void *context, int task) {
+/* Blocks of four turns; those that are missing in the last one are the first again. */
+static int envmapi_near_groups(const envmapi_near *s) { return (s->turn_count + 3) / 4; }
+
+static void envmapi_task_near_blocks(void *context, int task) {
     const envmapi_near *s = (const envmapi_near *)context;
     const envmapi_level *level = &s->axis.level;
+    const envmapi_near_row *row = s->rows + task;
     int high = level->edge + 2, face = task / high, y = task % high - 1, w = level->width;
-    float *out = s->texels + 4 * (size_t)task * (size_t)(w + 2), *notes = s->notes + 3 * task;
-    int simple = y >= 0 && y < level->edge &&
-                 (!envmapi_is_disc(level->mapping) || level->mapping == ENVMAP_PARABOLOID);
-    size_t row = (size_t)(face * level->edge + (simple ? y : 0)); /* row -1 has no address */
-    const float *in = level->texels + 3 * row * (size_t)w;
-    notes[0] = notes[1] = 0, notes[2] = 3e38f;
-    for (int x = -1; x <= w; ++x, out += 4) {
-        double rgb[3];
-        if (simple && x >= 0 && x < w) memcpy(out, in + 3 * x, 3 * sizeof *out);
-        else {
-            envmapi_near_texel(rgb, level, face, x, y);
-            for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
+    int round = level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR;
+    for (int t = 0; t < 4 * envmapi_near_groups(s); ++t) {
+        const envmapi_place *to = s->turns[t < s->turn_count ? t : 0].src + face;
+        float *out = s->blocks + 16 * ((size_t)(t / 4) * s->count + row->first) + 4 * (t % 4);
+        const float *image = level->texels + 3 * (size_t)(to->face * level->edge) * (size_t)w;
+        for (int x = row->from; x < row->to; ++x, out += 16) {
+            int X = to->x0 + to->xx * x + to->xy * y, Y = to->y0 + to->yx * x + to->yy * y;
+            if (s->exponent || round || X < 0 || Y < 0 || X >= w || Y >= level->edge)
+                envmapi_near_texel(out, s, to->face, X, Y);
+            else memcpy(out, image + 3 * ((size_t)Y * (size_t)w + (size_t)X), 3 * sizeof *out);
+            out[3] = 1;
         }
-        if (s->exponent) envmapi_floats_scale(out, out, 3, -s->exponent);
-        float most = out[0] > out[1] ? out[0] : out[1];
-        most = most > out[2] ? most : out[2], out[3] = 0;
-        if (y < 0 || y >= level->edge) continue;
-        notes[0] += most, notes[1] = most > notes[1] ? most : notes[1];
-        notes[2] = most < notes[2] ? most : notes[2];
     }
 }
 
@@ -5687,6 +5706,18 @@ static double envmapi_near_disc(int mapping, double angle) {
     if (mapping == ENVMAP_ANGULAR) return fmin(angle / ENVMAPI_PI, 1);
     if (mapping == ENVMAP_SPHERE) return sin(fmin(angle, ENVMAPI_PI) / 2);
     return angle < 2.2 ? tan(angle / 2) : 2; /* beyond the corners */
+}
+
+/* m = a in S, T and M of a cube's face; on a lat-long, pi u and pi v, and the sine of that. */
+static void envmapi_near_frame(double m[3], int mapping, int face, const double a[3]) {
+    double uv[2];
+    for (int i = 0; i < 3; ++i) {
+        const signed char *side = envmapi_cube[face][i];
+        m[i] = a[0] * side[0] + a[1] * side[1] + a[2] * side[2];
+    }
+    if (mapping != ENVMAP_LATLONG) return;
+    envmapi_project(uv, mapping, face, a);
+    m[0] = ENVMAPI_PI * uv[0], m[1] = ENVMAPI_PI * uv[1], m[2] = sin(m[1]);
 }
 
 /* |X| and |Y| of what a quadrant of an octahedral map has within R of a, over the whole sphere. |X|
@@ -5724,21 +5755,23 @@ static int envmapi_near_octa(double box[2][2], int quadrant, const double a[3], 
    v. Of an octahedral map, faces are quadrants. 0 where there are none. */
 static int envmapi_near_box(double box[2][2], int mapping, int face, const double a[3], double R,
                             double border) {
-    double at[2];
-    envmapi_project(at, mapping, face, a);
+    double at[2], m[3], sine = sin(R);
+    int all = R > 1.5;
+    for (int i = 0; i < 4; ++i) box[i / 2][i % 2] = i % 2;
     if (mapping == ENVMAP_CUBE) {
-        for (int i = 0; i < 2; ++i) {
-            const signed char *side = envmapi_cube[face][i], *middle = envmapi_cube[face][2];
-            double x = a[0] * side[0] + a[1] * side[1] + a[2] * side[2];
-            double z = a[0] * middle[0] + a[1] * middle[1] + a[2] * middle[2];
-            double rho = sqrt(x * x + z * z), angle = atan2(x, z);
-            double wide = rho > sin(R) ? asin(sin(R) / rho) : ENVMAPI_PI;
-            box[i][0] = 0.5 + 0.5 * tan(envmapi_clamp(angle - wide, -1.2, 1.2));
-            box[i][1] = 0.5 + 0.5 * tan(envmapi_clamp(angle + wide, -1.2, 1.2));
+        envmapi_near_frame(m, mapping, face, a);
+        if (!all && m[2] <= -sine) return 0;
+        for (int i = 0; i < 2 && !all; ++i) { /* tan(angle -+ wide) by x, z and sin(wide) rho */
+            double x = m[i], z = m[2], q = sqrt(fmax(x * x + z * z - sine * sine, 0));
+            double low = z * q + x * sine, high = z * q - x * sine;
+            if ((low <= 0 && x > 0) || (high <= 0 && x < 0)) return 0;
+            box[i][0] = low > 0 ? 0.5 + 0.5 * (x * q - z * sine) / low : -1;
+            box[i][1] = high > 0 ? 0.5 + 0.5 * (x * q + z * sine) / high : 2;
         }
     } else if (mapping == ENVMAP_LATLONG) {
-        double theta = ENVMAPI_PI * at[1], pole = theta < R || theta + R > ENVMAPI_PI;
-        double wide = pole > 0 ? 0.5 : asin(sin(R) / sin(theta)) / (2 * ENVMAPI_PI);
+        envmapi_project(at, mapping, face, a);
+        double theta = ENVMAPI_PI * at[1], pole = all || theta < R || theta + R > ENVMAPI_PI;
+        double wide = pole > 0 ? 0.5 : asin(sine / sin(theta)) / (2 * ENVMAPI_PI);
         box[0][0] = at[0] - wide, box[0][1] = at[0] + wide;
         box[1][0] = at[1] - R / ENVMAPI_PI, box[1][1] = at[1] + R / ENVMAPI_PI;
     } else if (mapping == ENVMAP_OCTAHEDRAL) {
@@ -5748,11 +5781,11 @@ static int envmapi_near_box(double box[2][2], int mapping, int face, const doubl
             box[i][0] = 0.5 + 0.5 * (face >> i & 1 ? least : -most);
             box[i][1] = 0.5 + 0.5 * (face >> i & 1 ? most : -least) - (least > 0 ? 0 : hair);
         }
-    } else {
+    } else if (!all) {
         int front = mapping == ENVMAP_SPHERE || (mapping == ENVMAP_PARABOLOID && face == 0);
         double theta = acos(envmapi_clamp(front ? a[2] : -a[2], -1, 1));
         int round = theta < R || theta + R > ENVMAPI_PI;
-        double wide = round ? ENVMAPI_PI : asin(sin(R) / sin(theta)), phi = atan2(a[1], a[0]);
+        double wide = round ? ENVMAPI_PI : asin(sine / sin(theta)), phi = atan2(a[1], a[0]);
         double r0 = envmapi_near_disc(mapping, fmax(theta - R, 0));
         double r1 = envmapi_near_disc(mapping, theta + R);
         envmapi_near_sector(box[0], r0, r1, phi, wide);
@@ -5766,20 +5799,81 @@ static int envmapi_near_box(double box[2][2], int mapping, int face, const doubl
     return 1;
 }
 
-/* The largest |d direction / du|, or (i 1) dv, of a window: there the nodes have to be finest. */
-static double envmapi_near_stretch(double box[2][2], const double at[2], int mapping, int face,
-                                   int i) {
-    double most = 0, hair = 1e-5;
+/* How far a box goes beyond the face: paraboloids blend there. */
+static double envmapi_near_border(const envmapi_near *s) {
+    const envmapi_level *level = &s->axis.level;
+    return level->mapping == ENVMAP_PARABOLOID && s->axis.bilinear > 0 ? 0.5 / level->edge : 0;
+}
+
+/* How far the texels lie that an axis needs. */
+static double envmapi_near_reach(const envmapi_near *s, int texels) {
+    return s->R + (texels ? 3 * s->axis.tent * s->axis.texel : 0);
+}
+
+/* The axis on a face, or its image over an octahedral map's edges, where that is nearer. */
+static void envmapi_near_project(double at[2], int mapping, int face, double box[2][2],
+                                 const double a[3]) {
+    double middle[2] = {(box[0][0] + box[0][1]) / 2, (box[1][0] + box[1][1]) / 2};
+    envmapi_project(at, mapping, face, a);
+    if (mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_image(at, middle);
+}
+
+/* sigma in texels along u (i 0) or v (1) where the window is finest: over |d direction / du|. */
+static double envmapi_near_finest(const envmapi_near *s, double box[2][2], const double a[3],
+                                  int face, int i) {
+    const envmapi_level *level = &s->axis.level;
+    double most = 0, hair = 1e-5, at[2];
+    int size = i ? level->edge : level->width;
+    envmapi_near_project(at, level->mapping, face, box, a);
     for (int k = 0; k < 3; ++k) {
         double low[3], high[3], uv[2], square = 0;
         uv[i] = envmapi_clamp(at[i], box[i][0], box[i][1]);
         uv[1 - i] = k < 2 ? box[1 - i][k] : envmapi_clamp(at[1 - i], box[1 - i][0], box[1 - i][1]);
-        uv[i] -= hair, envmapi_direction(low, mapping, face, uv[0], uv[1]);
-        uv[i] += 2 * hair, envmapi_direction(high, mapping, face, uv[0], uv[1]);
+        uv[i] -= hair, envmapi_direction(low, level->mapping, face, uv[0], uv[1]);
+        uv[i] += 2 * hair, envmapi_direction(high, level->mapping, face, uv[0], uv[1]);
         for (int c = 0; c < 3; ++c) square += (high[c] - low[c]) * (high[c] - low[c]);
         most = fmax(most, sqrt(square) / (2 * hair));
     }
-    return most;
+    double X = fmax(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1));
+    double Y = fmax(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
+    double least = fmin(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1)) +
+                   fmin(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
+    if (level->mapping == ENVMAP_PARABOLOID && X * X + Y * Y > 1 - 4.0 / size)
+        most /= ENVMAPI_BLEND;
+    if (level->mapping == ENVMAP_OCTAHEDRAL && X + Y > 1 && least < 1) most /= ENVMAPI_BLEND;
+    return s->sigma * size / most;
+}
+
+static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_axes *axes) {
+    const double *middle = w->axes[axes->count / 2];
+    for (int n = 0; n < axes->count; ++n)
+        envmapi_texel_direction(w->axes[n], s->dst.mapping, axes->face, s->dst.size, axes->x + n,
+                                axes->y);
+    memcpy(w->middle, middle, sizeof w->middle), w->spread = 0;
+    for (int n = 0; n < axes->count; ++n)
+        w->spread = fmax(w->spread, 1.01 * envmapi_angle(w->axes[n], middle));
+}
+
+/* Faces, or an octahedral map's quadrants: each has a window of its own. */
+static int envmapi_near_parts(int mapping) {
+    return mapping == ENVMAP_OCTAHEDRAL ? 4 : envmap_faces(mapping);
+}
+
+/* The window of the axes on such a part; 0 where they see nothing of it. */
+static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part) {
+    const envmapi_level *level = &s->axis.level;
+    double box[2][2], R = envmapi_near_reach(s, s->axis.bilinear < 1) + w->spread;
+    int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
+    if (!envmapi_near_box(box, level->mapping, part, w->middle, R, envmapi_near_border(s)))
+        return 0;
+    for (int i = 0; i < 2; ++i) w->sigma[i] = envmapi_near_finest(s, box, w->middle, face, i);
+    w->face = face, w->part = part, w->x = (int)floor(box[0][0] * wide - 0.5);
+    w->y = (int)floor(box[1][0] * level->edge - 0.5);
+    w->width = (int)floor(box[0][1] * wide - 0.5) + 2 - w->x;
+    w->height = (int)floor(box[1][1] * level->edge - 0.5) + 2 - w->y;
+    if (level->mapping == ENVMAP_LATLONG && w->width > wide) w->width = wide;
+    return 1;
 }
 
 /* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
@@ -5796,30 +5890,50 @@ static int envmapi_near_centres(envmapi_knot *node, int room, double from, doubl
     return count;
 }
 
-/* Nodes of the integral over [from, to]. The axis is at `at`, where sigma is that many texels;
-   grows: the lobe has detail near its axis only. */
+/* Nodes of the integral over [from, to], Gauss-Legendre's, 2 to 6 a piece of up to so many sigma.
+   The axis is at `at`, where sigma is that many texels; grows: the lobe has detail near its axis
+   only. */
 static int envmapi_near_pieces(envmapi_knot *node, int room, double from, double to, double n,
-                               double at, double sigma, double piece, int grows) {
-    static const double x[3][2] = {{0.57735027}, {0, 0.77459667}, {0.33998104, 0.86113631}};
-    static const double w[3][2] = {{0.5}, {8.0 / 18, 5.0 / 18}, {0.32607258, 0.17392742}};
+                               double at, double sigma, int grows, const double (*gauss)[6][2]) {
+    static const double longest[5] = ENVMAPI_PIECES;
     int count = 0;
-    for (double next; from < to && count + 4 <= room; from = next) {
-        double away = from < at ? (at - from) / (1 + piece) : from - at;
-        double most = grows && away > sigma ? away : sigma;
-        double texel = fmin(floor(from + 1e-9), ceil(to) - 1);
-        next = fmin(fmin(texel + 1, to), from + piece * most);
-        double length = (next - from) / (piece * most);
-        int nodes = length > 0.55 ? 4 : length > 0.25 ? 3 : 2; /* of Gauss-Legendre */
-        for (int i = 0; i < nodes; ++i, ++count) {
-            int k = (nodes == 3 ? i + 1 : i) / 2;
-            double g = (i & 1) == (nodes == 3) ? -x[nodes - 2][k] : x[nodes - 2][k];
-            double place = (from + next + g * (next - from)) / 2;
+    for (double next; from < to && count + 6 <= room; from = next) {
+        double texel = fmin(floor(from + 1e-9), ceil(to) - 1), end = fmin(texel + 1, to);
+        double away = from < at ? fmax(at - end, (at - from) / 4.5) : from - at;
+        double most = grows ? fmax(away, 0.8 * sigma) : sigma;
+        next = from + (end - from) / ceil((end - from) / (longest[4] * most));
+        int k = 0;
+        while (k < 4 && next - from > longest[k] * most) ++k;
+        for (int i = 0; i < k + 2; ++i, ++count) {
+            double place = (from + next - gauss[k][i][0] * (next - from)) / 2;
             node[count].at = (place + 0.5) / n, node[count].texel = (int)texel;
             node[count].f = (float)(place - texel);
-            node[count].weight = (float)((next - from) / n * w[nodes - 2][k]);
+            node[count].weight = (float)((next - from) / n * gauss[k][i][1] / 2);
         }
     }
     return count;
+}
+
+/* The column of a window, or -1. */
+static int envmapi_near_column(const envmapi_window *w, const envmapi_level *level, int x) {
+    x -= w->x;
+    if (level->mapping == ENVMAP_LATLONG) x = (x % level->width + level->width) % level->width;
+    return x < w->width ? x : -1;
+}
+
+/* Nodes along u (i 0) or v (1) of a window; returns how many. */
+static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const envmapi_window *w,
+                              double box[2][2], int i, int texels) {
+    const envmapi_level *level = &s->axis.level;
+    int size = i ? level->edge : level->width, room = (int)s->room - 16;
+    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
+    if (texels) /* each column of a lat-long once */
+        return envmapi_near_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
+                                    s->axis.tent);
+    envmapi_near_project(at, level->mapping, w->face, box, w->a);
+    return envmapi_near_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
+                               s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
+                               s->gauss);
 }
 
 /* ---- K */
@@ -5833,235 +5947,188 @@ static double envmapi_near_density(const envmapi_level *level, double u, double 
     return (level->mapping == ENVMAP_SPHERE && r >= 1) || inside <= 0 ? 0 : density * inside;
 }
 
-/* k of up to 64 cosines, times w; 0 beyond R. The bits of y = 1 + |a - d|^2 / sigma^2 are the place
-   in the table, of 2^bits values an octave. Loops that a compiler can vectorise. */
-static void envmapi_near_many(float *k, const envmapi_near *s, const double *x, const double *w,
-                              int n) {
-    float y[ENVMAPI_CHUNK] = {0}, ends[ENVMAPI_CHUNK], most = 1 + s->inverse * (float)s->limit;
-    uint32_t bits[ENVMAPI_CHUNK], first = 127u << (23 - s->shift), mask = (1u << s->shift) - 1;
-    for (int i = 0; i < n; ++i) {
-        float square = (float)(2 - 2 * x[i]);
-        y[i] = 1 + s->inverse * (square > 0 ? square : 0);
-        ends[i] = y[i] < most ? (float)w[i] : 0;
-        y[i] = y[i] < most ? y[i] : most;
-    }
-    memcpy(bits, y, sizeof bits);
-    for (int i = 0; i < n; ++i) {
-        const float *at = s->table + (bits[i] >> s->shift) - first;
-        k[i] = ends[i] * (at[0] + (float)(int)(bits[i] & mask) * s->fraction * (at[1] - at[0]));
+/* What _sines asks of a node along u or v, by which float differences are exact enough.
+     cube       d ~ (X,Y,1), axis m: X and m_2 X - m_0; Y and m_1 - m_2 Y
+     lat-long   4 sin^2 of half the longitudes' difference; sin(theta) sin(theta_a), and 4 sin^2
+                of half the latitudes' */
+static void envmapi_near_place(float *place, float *apart, const envmapi_window *w, int mapping,
+                               double at, int i) {
+    const double *m = w->m;
+    double X = 2 * at - 1, theta = ENVMAPI_PI * at;
+    if (mapping == ENVMAP_CUBE) {
+        *place = (float)X, *apart = (float)(i ? m[1] - m[2] * X : m[2] * X - m[0]);
+    } else if (mapping == ENVMAP_LATLONG) {
+        double half = sin(i ? (theta - m[1]) / 2 : theta - m[0]);
+        *place = (float)(i ? sin(theta) * m[2] : 4 * half * half);
+        *apart = (float)(4 * half * half);
     }
 }
 
-/* Cosines x between the axis and the nodes u of a window at v, and d omega / du dv; `flat`: 1. */
-static void envmapi_near_cosines(double *x, double *w, const envmapi_window *window,
-                                 const envmapi_near *s, int face, int first, int n, double v,
-                                 int flat) {
+/* n nodes along u, from `first` on, at v: the squared sines of their angles from the axis, 2 where
+   these are obtuse; and d omega / du dv. Loops that a compiler can vectorise. */
+static void envmapi_near_sines(float *sines, float *density, const envmapi_window *w,
+                               const envmapi_near *s, const envmapi_knot *v, int first, int n) {
     const envmapi_level *level = &s->axis.level;
-    const double *a = window->a, *u = window->at + first;
-    double d[3], m[3], Y = 2 * v - 1;
+    const float *x = w->place + first, *p = w->apart + first;
+    float Y = v->place, q = v->apart, side = (float)w->m[0];
     if (level->mapping == ENVMAP_CUBE) {
-        for (int i = 0; i < 3; ++i) {
-            const signed char *axis = envmapi_cube[face][i];
-            m[i] = a[0] * axis[0] + a[1] * axis[1] + a[2] * axis[2];
-        }
-        for (int i = 0; i < n; ++i) {
-            double X = 2 * u[i] - 1, r = envmapi_inverse_root(1 + X * X + Y * Y);
-            x[i] = (m[2] + Y * m[1] + X * m[0]) * r, w[i] = 4 * r * r * r;
-        }
-    } else if (level->mapping == ENVMAP_OCTAHEDRAL) {
-        for (int i = 0; i < n; ++i) {
-            double X = 2 * u[i] - 1, y = 1 - fabs(X) - fabs(Y), low = y < 0 ? y : 0;
-            double p = fabs(X) + low, q = fabs(Y) + low;
-            double r = envmapi_inverse_root(p * p + y * y + q * q);
-            x[i] = (copysign(p, X) * a[0] + y * a[1] + copysign(q, Y) * a[2]) * r;
-            w[i] = 4 * r * r * r;
+        float middle = (float)(w->m[2] + w->m[1] * (double)Y);
+        for (int i = 0; i < n; ++i) { /* |a x d|^2 / |d|^2 */
+            float square = 1 + Y * Y + x[i] * x[i], cross = Y * p[i] + x[i] * q, r;
+            uint32_t bits;
+            memcpy(&bits, &square, sizeof bits);
+            bits = 0x5F3759DF - (bits >> 1); /* 1/sqrt, as envmapi_inverse_root */
+            memcpy(&r, &bits, sizeof r);
+            for (int step = 0; step < 3; ++step) r *= 1.5f - 0.5f * square * r * r;
+            float sine = (p[i] * p[i] + q * q + cross * cross) * r * r;
+            sines[i] = middle + side * x[i] > 0 ? sine : 2;
+            density[i] = 4 * r * r * r;
         }
     } else if (level->mapping == ENVMAP_LATLONG) {
-        double sine = sin(ENVMAPI_PI * v), cosine = a[1] * cos(ENVMAPI_PI * v);
-        for (int i = 0; i < n; ++i) {
-            x[i] = cosine + sine * window->u[first + i].cosine;
-            w[i] = 2 * ENVMAPI_PI * ENVMAPI_PI * sine;
+        float row = (float)(2 * ENVMAPI_PI * ENVMAPI_PI * sin(ENVMAPI_PI * v->at));
+        for (int i = 0; i < n; ++i) { /* haversines; then chord^2 to sine^2 */
+            float square = q + Y * x[i];
+            sines[i] = square < 2 ? square - square * square / 4 : 2, density[i] = row;
         }
     } else {
         for (int i = 0; i < n; ++i) {
-            envmapi_direction(d, level->mapping, face, u[i], v);
-            x[i] = envmapi_dot(a, d), w[i] = flat ? 1 : envmapi_near_density(level, u[i], v);
+            double d[3], u = w->u[first + i].at;
+            envmapi_direction(d, level->mapping, w->face, u, v->at);
+            double c = envmapi_dot(w->a, d);
+            sines[i] = c > 0 ? (float)((1 - c) * (1 + c)) : 2;
+            density[i] = (float)envmapi_near_density(level, u, v->at);
         }
     }
 }
 
-/* k d omega of the nodes u of a window, at v; or, of texels, with their own solid angles. */
-static void envmapi_near_line(envmapi_window *window, const envmapi_near *s, int face, int n,
-                              const envmapi_knot *v, int texels) {
-    int width = s->axis.level.width;
-    const float *omega = texels ? envmapi_omega_row(&s->in, v->texel) + 3 * width : NULL;
-    double x[ENVMAPI_CHUNK], w[ENVMAPI_CHUNK];
-    for (int first = 0; first < n; first += ENVMAPI_CHUNK) {
-        const envmapi_knot *u = window->u + first;
-        int count = n - first < ENVMAPI_CHUNK ? n - first : ENVMAPI_CHUNK;
-        envmapi_near_cosines(x, w, window, s, face, first, count, v->at, texels);
-        for (int i = 0; i < count && texels; ++i)
-            w[i] = (double)omega[envmapi_wrap(u[i].texel, width)];
-        envmapi_near_many(window->k + first, s, x, w, count);
+/* k times `weight` of up to 64 squared sines; 0 beyond R. The bits of y = 1 + sine^2 / sigma^2 are
+   the place in the table, of 2^bits values an octave. */
+static void envmapi_near_k(float *k, const envmapi_near *s, const float *sines, const float *weight,
+                           int n) {
+    const float *table = s->table;
+    float y[ENVMAPI_CHUNK] = {0}, low[ENVMAPI_CHUNK], high[ENVMAPI_CHUNK], w[ENVMAPI_CHUNK];
+    float scale = s->inverse, fraction = s->fraction, most = 1 + scale * (float)s->limit;
+    uint32_t bits[ENVMAPI_CHUNK], mask = (1u << s->shift) - 1;
+    int shift = s->shift, first = 127 << (23 - shift), place[ENVMAPI_CHUNK];
+    for (int i = 0; i < n; ++i) {
+        float one = 1 + scale * sines[i];
+        w[i] = one < most ? weight[i] : 0, y[i] = one < most ? one : most;
     }
+    memcpy(bits, y, sizeof bits);
+    for (int i = 0; i < n; ++i) {
+        place[i] = (int)(bits[i] >> shift) - first;
+        y[i] = (float)(int)(bits[i] & mask) * fraction;
+    }
+    for (int i = 0; i < n; ++i) low[i] = table[place[i]], high[i] = table[place[i] + 1];
+    for (int i = 0; i < n; ++i) k[i] = w[i] * (low[i] + y[i] * (high[i] - low[i]));
 }
 
-/* sums += K times the texels that a turn takes `count` from (x,y) of a face on to. */
-static void envmapi_near_apply(float sums[4], const envmapi_near *s, const envmapi_place *to, int x,
-                               int y, const float *K, int count) {
+/* Adds a finished row of nodes to K of texels y; then it is empty. */
+static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, int count, int y,
+                               int texels) {
+    float *row = w->rows[y & 1], *K = w->K + ((y - w->y) * w->width) * ENVMAPI_NEAR_AXES + n;
     const envmapi_level *level = &s->axis.level;
-    int w = level->width, at = to->x0 + to->xx * x + to->xy * y;
-    int row = to->face * (level->edge + 2) + to->y0 + to->yx * x + to->yy * y + 1;
-    ptrdiff_t step = 4 * (ptrdiff_t)(to->xx + to->yx * (w + 2));
-    envmapi_float4 sum[4];
-    memset(sum, 0, sizeof sum);
-    for (int n; count > 0; count -= n, K += n, at += n * to->xx) {
-        n = count;
-        if (level->mapping == ENVMAP_LATLONG) { /* up to the seam */
-            at = (at % w + w) % w;
-            n = to->xx > 0 ? w - at : at + 1, n = n < count ? n : count;
-        }
-        const float *texel = s->texels + 4 * ((ptrdiff_t)row * (w + 2) + at + 1);
-        int i = 0;
-        for (; i + 4 <= n; i += 4, texel += 4 * step)
-            for (int j = 0; j < 4; ++j)
-                envmapi_float4_add(sum + j, K[i + j], envmapi_float4_at(texel + j * step));
-        for (; i < n; ++i, texel += step) envmapi_float4_add(sum, K[i], envmapi_float4_at(texel));
+    const float *omega = texels ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
+    for (int j = 0; j < count && y >= w->y && y < w->y + w->height; ++j) {
+        const envmapi_knot *u = w->u + j;
+        float k = row[j] * u->weight, next = k * u->f;
+        if (texels) k *= omega[envmapi_wrap(u->texel, level->width)];
+        if (u->column[0] >= 0) K[u->column[0] * ENVMAPI_NEAR_AXES] += k - next;
+        if (u->column[1] >= 0 && !texels) K[u->column[1] * ENVMAPI_NEAR_AXES] += next;
     }
-    for (int j = 0; j < 4; ++j) envmapi_float4_add(envmapi_float4_at(sums), 1, sum + j);
+    memset(row, 0, (size_t)(count + 15) * sizeof *row);
 }
 
-/* All runs, turn by turn, which keeps the texels that a turn looks at in the cache. */
-static void envmapi_near_drain(envmapi_window *window, const envmapi_near *s) {
-    for (int t = 0; t < s->turn_count; ++t)
-        for (const envmapi_weights *r = window->runs; r < window->runs + window->run_count; ++r)
-            envmapi_near_apply(window->sums[r->axis][t], s, s->turns[t].src + r->face, r->x, r->y,
-                               r->K, r->count);
-    window->run_count = window->used = 0;
+/* Are 16 nodes in a row all beyond R? Their sines have one minimum along a row. */
+static int envmapi_near_misses(const float *sines, float limit) {
+    return sines[0] >= limit && sines[15] >= limit &&
+           (sines[1] > sines[0] || sines[14] > sines[15]);
 }
 
-/* Adds K to the run of the same texels, of tents beside the integral; 0 where there is none. */
-static int envmapi_near_join(envmapi_window *window, const float *K, int face, int x, int y,
-                             int count) {
-    for (int i = window->run_count - 1; i >= 0 && window->runs[i].axis == window->axis; --i) {
-        const envmapi_weights *r = window->runs + i;
-        if (r->face != face || r->y != y || r->x > x || r->x + r->count < x + count) continue;
-        for (int j = 0; j < count; ++j) r->K[x - r->x + j] += K[j];
-        return 1;
+/* Adds share times axis n's K of a window: the sum over texels, or the integral. */
+static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, int texels,
+                             double share) {
+    const envmapi_level *level = &s->axis.level;
+    double box[2][2], R = envmapi_near_reach(s, texels);
+    float limit = (float)s->limit, sines[ENVMAPI_CHUNK], k[ENVMAPI_CHUNK], density[ENVMAPI_CHUNK];
+    if (!envmapi_near_box(box, level->mapping, w->part, w->a, R,
+                          texels ? 0 : envmapi_near_border(s)))
+        return;
+    int count = envmapi_near_nodes(w->u, s, w, box, 0, texels);
+    int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
+    if (!count || !lines) return;
+    int padded = (count + 15) / 16 * 16, line = !envmapi_is_disc(level->mapping);
+    for (int j = 0; j < padded; ++j) {
+        if (j >= count) w->u[j] = w->u[count - 1];
+        envmapi_near_place(w->place + j, w->apart + j, w, level->mapping, w->u[j].at, 0);
+        for (int i = 0; i < 2; ++i)
+            w->u[j].column[i] = envmapi_near_column(w, level, w->u[j].texel + i);
     }
-    return 0;
-}
-
-/* A finished row of K, texels y of a face, becomes runs; then it is empty. */
-static void envmapi_near_flush(envmapi_window *window, const envmapi_near *s, float *K, int face,
-                               int y) {
-    int from = 0, to = window->count;
-    while (from < to && !(K[from] > 0 || K[from] < 0)) ++from;
-    while (from < to && !(K[to - 1] > 0 || K[to - 1] < 0)) --to;
-    for (int i = from; i < to; ++i) window->total[window->axis] += (double)K[i];
-    if (s->axis.bilinear > 0 && s->axis.bilinear < 1 &&
-        envmapi_near_join(window, K + from, face, window->first + from, y, to - from))
-        from = to;
-    for (int n; from < to; from += n) {
-        n = to - from < ENVMAPI_NEAR_LIST ? to - from : ENVMAPI_NEAR_LIST;
-        if (window->run_count == ENVMAPI_NEAR_RUNS || window->used + n > ENVMAPI_NEAR_LIST)
-            envmapi_near_drain(window, s);
-        envmapi_weights run = {
-            window->axis, face, window->first + from, y, n, window->list + window->used};
-        memcpy(run.K, K + from, (size_t)n * sizeof *K);
-        window->runs[window->run_count++] = run, window->used += n;
-    }
-    memset(K, 0, (size_t)window->count * sizeof *K);
-}
-
-/* Nodes along u (i 0) or v (1) of a window; returns how many. */
-static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const double a[3],
-                              double box[2][2], int face, int i, int texels) {
-    const envmapi_axis *axis = &s->axis;
-    int size = i ? axis->level.edge : axis->level.width, mapping = axis->level.mapping;
-    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
-    if (texels) /* each column of a lat-long once */
-        return envmapi_near_centres(nodes, (int)s->room, from, fmin(to, from + size - 1e-6), size,
-                                    axis->tent);
-    envmapi_project(at, mapping, face, a);
-    if (mapping == ENVMAP_OCTAHEDRAL) {
-        double middle[2] = {(box[0][0] + box[0][1]) / 2, (box[1][0] + box[1][1]) / 2};
-        envmapi_octa_image(at, middle);
-    }
-    double sigma = s->sigma * size / envmapi_near_stretch(box, at, mapping, face, i);
-    double X = fmax(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1));
-    double Y = fmax(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
-    double least = fmin(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1)) +
-                   fmin(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
-    if (mapping == ENVMAP_PARABOLOID && X * X + Y * Y > 1 - 4.0 / size) sigma *= ENVMAPI_BLEND;
-    if (mapping == ENVMAP_OCTAHEDRAL && X + Y > 1 && least < 1) sigma *= ENVMAPI_BLEND;
-    return envmapi_near_pieces(nodes, (int)s->room, from, to, size, at[i] * size - 0.5, sigma,
-                               s->piece, axis->lobe->kind == ENVMAP_LOBE_GGX);
-}
-
-/* Adds share times a window of a face: the sum over texels, or the integral. */
-static void envmapi_near_window(envmapi_window *window, const envmapi_near *s, int face, int texels,
-                                double share) {
-    const envmapi_axis *axis = &s->axis;
-    int mapping = axis->level.mapping, n[2], row;
-    double box[2][2], R = s->R + (texels ? 3 * axis->tent * axis->texel : 0);
-    double border = mapping == ENVMAP_PARABOLOID && !texels ? 0.5 / axis->level.edge : 0;
-    if (!envmapi_near_box(box, mapping, face, window->a, R, border)) return;
-    if (mapping == ENVMAP_OCTAHEDRAL) face = 0;
-    n[0] = envmapi_near_nodes(window->u, s, window->a, box, face, 0, texels);
-    n[1] = envmapi_near_nodes(window->v, s, window->a, box, face, 1, texels);
-    if (!n[0] || !n[1]) return;
-    for (int i = 0; i < n[0]; ++i) {
-        double phi = 2 * ENVMAPI_PI * (window->u[i].at - 0.5);
-        window->at[i] = window->u[i].at;
-        if (mapping == ENVMAP_LATLONG)
-            window->u[i].cosine = window->a[0] * sin(phi) - window->a[2] * cos(phi);
-    }
-    window->first = window->u[0].texel, row = window->v[0].texel;
-    window->count = window->u[n[0] - 1].texel + 2 - window->first;
-    for (const envmapi_knot *v = window->v; v < window->v + n[1]; ++v) {
-        for (; row < v->texel; ++row)
-            envmapi_near_flush(window, s, window->rows[row & 1], face, row);
-        memset(window->line, 0, (size_t)window->count * sizeof(float));
-        envmapi_near_line(window, s, face, n[0], v, texels);
-        for (int j = 0; j < n[0];) {
-            float all = 0, next = 0, *K = window->line + (window->u[j].texel - window->first);
-            for (int texel = window->u[j].texel; j < n[0] && window->u[j].texel == texel; ++j) {
-                float k = window->k[j] * window->u[j].weight;
-                all += k, next += window->u[j].f * k;
-            }
-            K[0] += all - next, K[1] += next;
-        }
-        float weight = (float)share * v->weight, here = weight * (1 - v->f), next = weight * v->f;
-        for (int j = 0; j < window->count; ++j) {
-            window->rows[row & 1][j] += here * window->line[j];
-            window->rows[~row & 1][j] += next * window->line[j];
+    for (envmapi_knot *v = w->v; v < w->v + lines; ++v) {
+        float here = (float)share * v->weight * (1 - v->f), next = (float)share * v->weight * v->f;
+        for (; y < v->texel; ++y) envmapi_near_flush(w, s, n, count, y, texels);
+        envmapi_near_place(&v->place, &v->apart, w, level->mapping, v->at, 1);
+        for (int first = 0; first < padded; first += ENVMAPI_CHUNK) {
+            int from = 0, to = padded - first < ENVMAPI_CHUNK ? padded - first : ENVMAPI_CHUNK;
+            float *a = w->rows[y & 1] + first, *b = w->rows[~y & 1] + first;
+            envmapi_near_sines(sines, density, w, s, v, first, to);
+            while (line && from < to && envmapi_near_misses(sines + from, limit)) from += 16;
+            while (line && from < to && envmapi_near_misses(sines + to - 16, limit)) to -= 16;
+            if (texels)
+                for (int i = from; i < to; ++i) density[i] = 1;
+            envmapi_near_k(k, s, sines + from, density + from, to - from);
+            for (int i = from; i < to; ++i) a[i] += here * k[i - from];
+            for (int i = from; i < to && !texels; ++i) b[i] += next * k[i - from];
         }
     }
-    envmapi_near_flush(window, s, window->rows[row & 1], face, row);
-    envmapi_near_flush(window, s, window->rows[~row & 1], face, row + 1);
+    envmapi_near_flush(w, s, n, count, y, texels);
+    if (!texels) envmapi_near_flush(w, s, n, count, y + 1, texels);
 }
 
 /* Adds the texels that a rim cuts, spread about their centroids. */
-static void envmapi_near_rim(envmapi_window *window, const envmapi_near *s, double share) {
+static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, double share) {
     const envmapi_level *level = &s->axis.level;
     size_t width = (size_t)level->width, area = width * (size_t)level->edge;
     double uv[2], d[3], apart = s->axis.tent / sqrt(6.0) / level->edge;
-    double reach = cos(fmin(s->R + 3 * s->axis.tent * s->axis.texel, ENVMAPI_PI));
+    double reach = cos(fmin(envmapi_near_reach(s, 1), ENVMAPI_PI));
     for (const envmapi_light *cut = s->in.rim; cut < s->in.rim + s->in.rim_count; ++cut) {
-        int face = (int)(cut->texel / area);
-        if (envmapi_dot(window->a, cut->d) < reach) continue;
-        envmapi_project(uv, level->mapping, face, cut->d);
+        int x = (int)(cut->texel % width) - w->x, y = (int)(cut->texel % area / width) - w->y;
+        if ((int)(cut->texel / area) != w->face || x < 0 || x >= w->width || y < 0 ||
+            y >= w->height || envmapi_dot(w->a, cut->d) < reach)
+            continue;
+        float sines[4], weight[4], k[4];
+        envmapi_project(uv, level->mapping, w->face, cut->d);
         for (int i = 0; i < 4; ++i) {
-            envmapi_direction(d, level->mapping, face, uv[0] + (i & 1 ? apart : -apart),
+            envmapi_direction(d, level->mapping, w->face, uv[0] + (i & 1 ? apart : -apart),
                               uv[1] + (i & 2 ? apart : -apart));
-            double x = envmapi_dot(window->a, d), w = share * cut->value[3] / 4;
-            float K;
-            envmapi_near_many(&K, s, &x, &w, 1);
-            window->rows[0][0] += K;
+            double c = envmapi_dot(w->a, d);
+            sines[i] = (float)((1 - c) * (1 + c)), weight[i] = (float)(share * cut->value[3] / 4);
         }
-        window->count = 1, window->first = (int)(cut->texel % width);
-        envmapi_near_flush(window, s, window->rows[0], face, (int)(cut->texel % area / width));
+        envmapi_near_k(k, s, sines, weight, 4);
+        w->K[(y * w->width + x) * ENVMAPI_NEAR_AXES + n] += k[0] + k[1] + k[2] + k[3];
+    }
+}
+
+/* sums += K times blocks: one K serves a texel's images under all turns. */
+static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s) {
+    enum { N = ENVMAPI_NEAR_AXES };
+    const envmapi_near_row *row = s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
+    for (int y = 0; y < w->height; ++y, ++row) {
+        const float *K = w->K + y * w->width * N;
+        int from = 0, to = w->width * N;
+        while (from < to && !(K[from] > 0 || K[from] < 0)) ++from;
+        while (from < to && !(K[to - 1] > 0 || K[to - 1] < 0)) --to;
+        from /= N, to = (to + N - 1) / N;
+        for (int g = 0; g < envmapi_near_groups(s); ++g) {
+            size_t at = (size_t)g * s->count + row->first + (size_t)(w->x - row->from);
+            const float *block = s->blocks + 16 * (at + (size_t)from), *k = K + from * N;
+            envmapi_float16 sums[N];
+            memcpy(sums, w->sums[g], sizeof sums);
+            for (int x = from; x < to; ++x, block += 16, k += N)
+                for (int n = 0; n < N; ++n)
+                    envmapi_float16_add(sums + n, k[n], envmapi_float16_at(block));
+            memcpy(w->sums[g], sums, sizeof sums);
+        }
     }
 }
 
@@ -6087,99 +6154,153 @@ static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t 
     memcpy(sum, axis.sum, sizeof axis.sum);
 }
 
-/* Sums up what the axis at x of a row sees. */
-static void envmapi_near_axis(envmapi_window *window, const envmapi_near *s, int face, int x,
-                              int y) {
-    double share = s->axis.bilinear;
-    int n = window->axis, mapping = s->axis.level.mapping;
-    int parts = mapping == ENVMAP_OCTAHEDRAL ? 4 : envmap_faces(mapping);
-    envmapi_texel_direction(window->a, s->dst.mapping, face, s->dst.size, x, y);
-    memset(window->sums[n], 0, sizeof window->sums[n]), window->total[n] = 0;
-    window->x[n] = x, window->singular[n] = envmapi_near_singular(s, window->a);
-    if (window->singular[n]) return;
-    for (int i = 0; i < parts; ++i) {
-        if (share > 0) envmapi_near_window(window, s, i, 0, share);
-        if (share < 1) envmapi_near_window(window, s, i, 1, 1 - share);
-    }
-    if (share < 1) envmapi_near_rim(window, s, 1 - share);
-}
-
-/* Axis n to its texel of dst and its images. */
-static void envmapi_near_put(envmapi_window *window, const envmapi_near *s, int n, int face,
-                             int y) {
-    size_t images[48];
-    int rim = window->singular[n], whole = rim && s->axis.bilinear < 1;
-    const envmapi_tail *tail = whole ? NULL : s->tail; /* else the sum has it */
+/* Axis n to its texel of dst and its images; all are read before one is written, as a texel on a
+   mirror is its own image. */
+static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int n,
+                             const envmapi_near_axes *axes, int rim) {
+    float *out[48], before[48][3];
+    const envmapi_tail *tail = rim && s->axis.bilinear < 1 ? NULL : s->tail; /* the sum has it */
+    int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
+    double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
     for (int t = 0; t < s->turn_count; ++t) {
-        const envmapi_place *to = s->turns[t].dst + face;
-        size_t at = images[t] = envmapi_turned(&s->dst, to, window->x[n], y);
-        float *out = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
-        double sum[4], unit = rim ? 1 : s->scale, beyond = tail ? tail->integral / unit : 0;
-        int same = 0; /* a texel on a mirror is its own image, and takes its tail once */
-        for (int i = 0; i < t && tail; ++i) same |= images[i] == at;
-        for (int c = 0; c < 3; ++c) sum[c] = ldexp((double)window->sums[n][t][c], s->exponent);
-        sum[3] = window->total[n];
-        if (rim) envmapi_near_reference(sum, s, at);
-        int fixed = fabs(s->norm) > 0; /* raw, or Banks */
-        double norm = fixed ? s->norm / unit : sum[3];
-        for (int c = 0; c < 3 && !same; ++c) {
-            double before = tail ? (double)out[c] : 0;
-            if (!fixed) sum[c] += beyond * fmax(before, 0), before = 0;
-            out[c] = envmapi_to_float(before + sum[c] / (fixed ? norm : norm + beyond));
+        size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x + n, axes->y);
+        out[t] = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
+        if (tail) memcpy(before[t], out[t], sizeof before[t]);
+    }
+    for (int t = 0; t < s->turn_count; ++t) {
+        float lanes[16];
+        double sum[4];
+        memcpy(lanes, w->sums[t / 4] + n, sizeof lanes);
+        for (int c = 0; c < 4; ++c) sum[c] = (double)lanes[4 * (t % 4) + c];
+        for (int c = 0; c < 3 && s->exponent; ++c) sum[c] = ldexp(sum[c], s->exponent);
+        if (rim)
+            envmapi_near_reference(sum, s,
+                                   (size_t)(out[t] - envmapi_image(&s->dst, 0, s->slice, 0)) / 3);
+        double norm = fixed ? s->norm / unit : sum[3] + beyond;
+        for (int c = 0; c < 3; ++c) {
+            double more = tail ? (double)before[t][c] : 0;
+            out[t][c] = envmapi_to_float(fixed ? more + sum[c] / norm
+                                               : (sum[c] + beyond * fmax(more, 0)) / norm);
         }
     }
+}
+
+/* Some axes: what they see of every face, summed up for all turns. */
+static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_axes *axes) {
+    double share = s->axis.bilinear;
+    int mapping = s->axis.level.mapping, rim[ENVMAPI_NEAR_AXES] = {0};
+    memset(w->sums, 0, sizeof w->sums);
+    envmapi_near_aim(w, s, axes);
+    for (int part = 0; part < envmapi_near_parts(mapping); ++part) {
+        if (!envmapi_near_open(w, s, part)) continue;
+        memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+        for (int n = 0; n < axes->count; ++n) {
+            memcpy(w->a, w->axes[n], sizeof w->a);
+            rim[n] = envmapi_near_singular(s, w->a);
+            if (rim[n]) continue;
+            envmapi_near_frame(w->m, mapping, w->face, w->a);
+            if (share > 0) envmapi_near_add(w, s, n, 0, share);
+            if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
+            if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
+        }
+        envmapi_near_apply(w, s);
+    }
+    for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, rim[n]);
+}
+
+#define ENVMAPI_NEAR_ROUND 1024 /* groups of axes between two words to the progress callback */
+
+static void envmapi_task_near(void *context, int task) {
+    const envmapi_near *s = (const envmapi_near *)context;
+    size_t room = s->room;
+    envmapi_window *w = (envmapi_window *)(void *)(s->work + (size_t)task * s->bytes);
+    w->u = (envmapi_knot *)(w + 1), w->v = w->u + room;
+    w->place = (float *)(w->v + room), w->apart = w->place + room;
+    w->rows[0] = w->apart + room, w->rows[1] = w->rows[0] + room, w->K = w->rows[1] + room;
+    memset(w->rows[0], 0, 2 * room * sizeof(float));
+    int last = s->first + ENVMAPI_NEAR_ROUND;
+    if (last > s->axes_count) last = s->axes_count;
+    for (int i = s->first + task; i < last; i += s->tasks) envmapi_near_see(w, s, s->axes + i);
 }
 
 /* The first of the texels that turns take to each other does the work for all of them. */
 static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
     size_t own = envmapi_turned(&s->dst, s->turns[0].dst + face, x, y);
-    for (int t = 1; t < s->turn_count; ++t) {
-        const envmapi_place *to = s->turns[t].dst + face;
-        if (to->face < face || envmapi_turned(&s->dst, to, x, y) < own) return 0;
-    }
+    for (int t = 1; t < s->turn_count; ++t)
+        if (s->turns[t].dst[face].face < face ||
+            envmapi_turned(&s->dst, s->turns[t].dst + face, x, y) < own)
+            return 0;
     return 1;
 }
 
-#define ENVMAPI_NEAR_ROWS 64 /* between two words to the progress callback */
-
-static void envmapi_task_near(void *context, int task) {
-    const envmapi_near *s = (const envmapi_near *)context;
-    const envmap *dst = &s->dst;
-    size_t room = s->room, row = (size_t)s->axis.level.width + 8;
-    envmapi_window *window = (envmapi_window *)(void *)(s->work + (size_t)task * s->bytes);
-    window->u = (envmapi_knot *)(window + 1), window->v = window->u + room;
-    window->at = (double *)(window->v + room);
-    window->k = (float *)(window->at + room), window->line = window->k + room;
-    window->rows[0] = window->line + row, window->rows[1] = window->rows[0] + row;
-    memset(window->line, 0, 3 * row * sizeof(float)), window->run_count = window->used = 0;
-    int last = dst->size * envmap_faces(dst->mapping);
-    if (last > s->row + ENVMAPI_NEAR_ROWS) last = s->row + ENVMAPI_NEAR_ROWS;
-    for (int i = s->row + task; i < last; i += s->tasks)
-        for (int x = 0, width = envmapi_width(dst->mapping, dst->size); x < width;) {
-            int face = i / dst->size, y = i % dst->size;
-            for (window->axis = 0; x < width && window->axis < ENVMAPI_NEAR_AXES; ++x)
-                if (envmapi_near_first(s, face, x, y))
-                    envmapi_near_axis(window, s, face, x, y), ++window->axis;
-            envmapi_near_drain(window, s);
-            for (int n = 0; n < window->axis; ++n) envmapi_near_put(window, s, n, face, y);
+/* The texels that some axes need, row by row; and the largest window. */
+static void envmapi_near_needs(envmapi_near *s, const envmapi_near_axes *axes) {
+    envmapi_window w;
+    envmapi_near_aim(&w, s, axes);
+    for (int part = 0; part < envmapi_near_parts(s->axis.level.mapping); ++part) {
+        if (!envmapi_near_open(&w, s, part)) continue;
+        envmapi_near_row *row = s->rows + w.face * (s->axis.level.edge + 2) + w.y + 1;
+        for (int y = 0; y < w.height; ++y, ++row) {
+            if (row->from == row->to) row->from = w.x, row->to = w.x + w.width;
+            if (w.x < row->from) row->from = w.x;
+            if (w.x + w.width > row->to) row->to = w.x + w.width;
         }
+        if ((size_t)w.width * (size_t)w.height > s->area)
+            s->area = (size_t)w.width * (size_t)w.height;
+    }
+}
+
+/* Which axes are summed, side by side as far as they see the same, and what they need. */
+static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
+    const envmap *dst = &s->dst;
+    int width = envmapi_width(dst->mapping, dst->size), faces = envmap_faces(dst->mapping);
+    int most = (int)envmapi_clamp(1 + s->R / envmapi_texel_extent(dst), 1, ENVMAPI_NEAR_AXES);
+    int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2);
+    size_t room = (size_t)faces * (size_t)dst->size * (size_t)(width / most + 2);
+    s->axes = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof(envmapi_near_axes));
+    s->rows = (envmapi_near_row *)envmapi_pool_get(pool, (size_t)rows, sizeof *s->rows);
+    if (!s->axes || !s->rows) return ENVMAP_ERROR_MEMORY;
+    memset(s->rows, 0, (size_t)rows * sizeof *s->rows);
+    s->axes_count = 0, s->count = s->area = 0;
+    for (int i = 0; i < faces * dst->size; ++i)
+        for (int face = i / dst->size, y = i % dst->size, x = 0; x < width; ++x) {
+            for (int t = 0; t < s->turn_count; ++t)
+                if (s->turns[t].dst[face].face < face) x = width;
+            envmapi_near_axes *axes = s->axes + s->axes_count;
+            axes->face = face, axes->x = x, axes->y = y;
+            while (x < width && x < axes->x + most && envmapi_near_first(s, face, x, y)) ++x;
+            axes->count = x - axes->x;
+            if (axes->count) envmapi_near_needs(s, axes), ++s->axes_count, --x;
+        }
+    for (int i = 0; i < rows; ++i)
+        s->rows[i].first = s->count, s->count += (size_t)(s->rows[i].to - s->rows[i].from);
+    size_t groups = (size_t)envmapi_near_groups(s);
+    s->blocks = (float *)envmapi_pool_get(pool, s->count * groups, 64);
+    return s->blocks ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
+}
+
+/* The brightest and the darkest texel of a slice, by their largest channels, and the mean. */
+static void envmapi_near_look(double look[3], const float *t, size_t count) {
+    double sum = 0;
+    float high = 0, low = 3e38f;
+    for (size_t i = 0; i < count; i += 3) {
+        float one = t[i] > t[i + 1] ? t[i] : t[i + 1];
+        one = one > t[i + 2] ? one : t[i + 2];
+        high = one > high ? one : high, low = one < low ? one : low, sum += (double)one;
+    }
+    look[0] = (double)high, look[1] = (double)low, look[2] = 3 * sum / (double)count;
 }
 
 /* The least angle beyond which the lobe sends no more than a tenth of the tolerance, and a fifth of
    what a texel may be off by from the brightest texel (or from all) into the darkest; pi where k is
    not finite. */
-static double envmapi_near_radius(const envmapi_near *s, double tolerance) {
+static double envmapi_near_radius(const envmapi_near *s, const double look[3], double tolerance) {
     const envmapi_axis *axis = &s->axis;
-    double most = 0, least = HUGE_VAL, sum = 0, all = 0, theta, weight, reached = 0;
+    double most = look[0], least = look[1], mean = look[2];
+    double all = 0, theta, weight, reached = 0;
     int enough = 0;
-    int rows = envmap_faces(axis->level.mapping) * (axis->level.edge + 2);
-    for (const float *notes = s->notes; notes < s->notes + 3 * rows; notes += 3) {
-        sum += (double)notes[0], most = fmax(most, (double)notes[1]);
-        least = fmin(least, (double)notes[2]);
-    }
-    sum /= (double)envmapi_area(axis->level.mapping, axis->level.edge) *
-           envmap_faces(axis->level.mapping);
-    double dark = 4 * tolerance * fmax(least, 1e-3 * sum), part = tolerance / 10;
+    double dark = 4 * tolerance * fmax(least, 1e-3 * mean), part = tolerance / 10;
     for (int pass = 0; pass < 2; ++pass) {
         envmapi_quadrature q =
             envmapi_quadrature_of(axis->lobe, axis->p, 0, ENVMAPI_PI, s->sigma / 2);
@@ -6192,7 +6313,7 @@ static double envmapi_near_radius(const envmapi_near *s, double tolerance) {
             if (enough && theta > reached) return theta;
             if (pass && !enough) reached = fmax(reached, theta); /* not in order, in a piece */
             if (pass && left <= part * all &&
-                (left * most <= dark * all || 4 * ENVMAPI_PI * k * sum <= dark * all))
+                (left * most <= dark * all || 4 * ENVMAPI_PI * k * mean <= dark * all))
                 enough = 1;
         }
         if (!envmapi_finite(all)) return ENVMAPI_PI;
@@ -6201,11 +6322,10 @@ static double envmapi_near_radius(const envmapi_near *s, double tolerance) {
     return ENVMAPI_PI;
 }
 
-/* k of the lobe by octaves of 1 + |a-d|^2 / sigma^2, to a node beyond R. */
+/* k of the lobe by octaves of 1 + sin^2 / sigma^2, to a node beyond R. */
 static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envmapi_pool *pool) {
     const envmapi_axis *axis = &s->axis;
-    double chord = 2 * sin(fmin(s->R, ENVMAPI_PI) / 2);
-    s->limit = chord * chord, s->inverse = (float)(1 / (s->sigma * s->sigma));
+    s->limit = pow(sin(s->R), 2), s->inverse = (float)(1 / (s->sigma * s->sigma));
     int bits = tolerance < 2e-4 ? 10 : 7; /* linear interpolation loses 1e-6, or 1e-4 */
     int count = 3 + (int)((1 << bits) * (1 + log2(1 + s->limit * (double)s->inverse)));
     s->shift = 23 - bits, s->fraction = 1.0f / (float)(1 << s->shift);
@@ -6217,8 +6337,8 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
         uint32_t place = (uint32_t)((127 << bits) + i) << s->shift;
         float y;
         memcpy(&y, &place, sizeof y);
-        double x = 1 - (double)(y - 1) * s->sigma * s->sigma / 2;
-        double k = envmapi_k(axis->lobe, x > -1 ? x : -1, axis->p);
+        double x = sqrt(fmax(1 - (double)(y - 1) * s->sigma * s->sigma, 0));
+        double k = envmapi_k(axis->lobe, x, axis->p);
         if (s->tail) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->R / 2, s->R);
         s->table[i] = (float)(k / s->scale);
     }
@@ -6230,42 +6350,49 @@ static int envmapi_near_serves(const envmapi_near *s) {
     double texels = s->R / s->axis.texel;
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX;
     if (s->axis.lobe->kind == ENVMAP_LOBE_BANKS) return 0; /* a ring's edges are off the lines */
-    return s->tail || (s->R < 1.5 && texels < 64 && (grows || s->R < 60 * s->sigma));
+    return s->R < 1.5 && (s->tail || (texels < 64 && (grows || s->R < 60 * s->sigma)));
 }
 
 /* A slice of src, or its only one, into a slice of dst. *served: 0 where it reaches too far. */
 static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
     const envmapi_level *level = &s->axis.level;
-    size_t rows = (size_t)(envmap_faces(src->mapping) * (src->size + 2));
-    size_t floats = 4 * rows * (size_t)(level->width + 2);
-    int count = s->dst.size * envmap_faces(s->dst.mapping);
-    s->tasks = envmapi_tasks(&desc->work), s->room = 4 * (size_t)level->width + 1024;
-    s->bytes = sizeof(envmapi_window) +
-               s->room * (2 * sizeof(envmapi_knot) + sizeof(double) + sizeof(float));
-    s->bytes = (s->bytes + 3 * ((size_t)level->width + 8) * sizeof(float) + 127) / 64 * 64;
-    s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
-    s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
-    if (!s->work || !s->turns ||
-        envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, floats + 3 * rows + 4,
-                             &desc->work, pool))
-        return ENVMAP_ERROR_MEMORY;
-    s->texels = s->in.spare, s->notes = s->texels + floats;
-    s->turn_count = envmapi_turns(s->turns, &s->dst, src);
-    s->exponent = envmapi_exponent(level->texels, envmapi_slice_floats(src, 0));
+    int rows = envmap_faces(src->mapping) * (src->size + 2);
+    double tolerance = (double)desc->tolerance, look[3];
+    envmap_result result = ENVMAP_OK;
+    envmapi_near_look(look, level->texels, envmapi_slice_floats(src, 0));
+    frexp(look[0], &s->exponent);
     if (s->exponent > -60 && s->exponent < 60) s->exponent = 0;
-    envmapi_run_all(&desc->work, envmapi_task_near_texels, s, (int)rows);
     s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
-    s->R = s->tail ? s->tail->reach : envmapi_near_radius(s, (double)desc->tolerance);
-    s->piece = ENVMAPI_PIECE * pow((double)desc->tolerance * 1e3, 1.0 / 8);
+    s->R = s->tail ? s->tail->reach : envmapi_near_radius(s, look, tolerance);
+    s->piece = pow(tolerance * 1e3, 1.0 / 8);
+    if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
+    for (int k = 0; k < 5; ++k)
+        for (int i = 0; i < k + 2; ++i)
+            s->gauss[k][i][1] = envmapi_gauss_many(&s->gauss[k][i][0], i, k + 2);
+    /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
+    if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);
-    envmap_result result =
-        *served ? envmapi_near_table(s, (double)desc->tolerance, pool) : ENVMAP_OK;
-    for (s->row = 0; s->row < count && *served && !result; s->row += ENVMAPI_NEAR_ROWS) {
-        if (envmapi_tell(&desc->work.progress, (double)s->row / count)) return ENVMAP_CANCELLED;
+    if (!*served) return ENVMAP_OK;
+    s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
+    if (!s->turns ||
+        envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
+        return ENVMAP_ERROR_MEMORY;
+    s->turn_count = envmapi_turns(s->turns, &s->dst, src);
+    if (!result) result = envmapi_near_plan(s, pool);
+    if (!result) result = envmapi_near_table(s, tolerance, pool);
+    s->tasks = envmapi_tasks(&desc->work), s->room = 6 * (size_t)level->width + 1024;
+    s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
+    s->bytes = (s->bytes + s->area * ENVMAPI_NEAR_AXES * sizeof(float) + 127) / 64 * 64;
+    s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
+    if (result || !s->work) return ENVMAP_ERROR_MEMORY;
+    envmapi_run_all(&desc->work, envmapi_task_near_blocks, s, rows);
+    for (s->first = 0; s->first < s->axes_count; s->first += ENVMAPI_NEAR_ROUND) {
+        if (envmapi_tell(&desc->work.progress, (double)s->first / s->axes_count))
+            return ENVMAP_CANCELLED;
         envmapi_run_all(&desc->work, envmapi_task_near, s, s->tasks);
     }
-    return result;
+    return ENVMAP_OK;
 }
 
 /* Slices from `first` on; adds to a lobe's tail, where there is one. Where a lobe without reaches
@@ -7317,7 +7444,7 @@ static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec 
     t->positive = envmapi_lobe_nonnegative(spec->lobe, t->p);
     envmap_lobe_support(angles, angles + 1, spec->lobe, t->p);
     t->kink_count = envmapi_lobe_kinks(angles + 2, spec->lobe, t->p);
-    if (spec->lobe->kind >= ENVMAP_LOBE_FUNCTION) t->kink_count = 0; /* there are no clusters */
+    if (!(t->reach[1] > 0)) t->kink_count = 0; /* there are no clusters */
     for (int j = 0; j < 2 + t->kink_count; ++j)
         t->angles[j][0] = cos(angles[j]), t->angles[j][1] = fabs(sin(angles[j]));
     t->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
@@ -8138,9 +8265,9 @@ ENVMAPI_BODY double envmap_fresnel_schlick(double cosine, double f0) {
 typedef struct envmapi_fitting {
     const envmap_brdf *brdf;
     envmap_fit *fit;
-    envmap_lobe table;              /* fit->table as a lobe */
-    int rows;                       /* of each lobe of the fit: slices, or 1 */
-    double ring[ENVMAPI_RING][2];   /* cos and sin of phi; of a ring, symmetry asks half */
+    envmap_lobe table;            /* fit->table as a lobe */
+    int rows;                     /* of each lobe of the fit: slices, or 1 */
+    double ring[ENVMAPI_RING][2]; /* cos and sin of phi; of a ring, symmetry asks half */
     int slice, bad;
     double v[3], theta, axis[3][2]; /* sin and cos of each psi */
 } envmapi_fitting;

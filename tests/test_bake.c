@@ -3,6 +3,7 @@
    textures.h, and held against plain sums over the source, in the engine's axes as this file writes
    them down a second time. */
 #define _DEFAULT_SOURCE
+#define ENVMAP_IMPLEMENTATION
 #include "oracle.h"
 #define MEMORY_H /* the tool's memory: here it is the oracle's */
 #undef _DEFAULT_SOURCE /* which envmap.c defines itself */
