@@ -103,12 +103,13 @@ static void differences_at_a_pole_hardly_count(void) {
 static void the_worst_texel_in_the_dark_is_relative_to_a_thousandth_of_the_mean(void) {
     envmap a = black(ENVMAP_CUBE, 1, 1, 1), b = black(ENVMAP_CUBE, 1, 1, 1);
     envmap_difference d = blank();
+    const float lit = 0.01f; /* a constant is a double where C99 evaluates floats so */
     fill(&a, 0, 3, 3, 3);
     fill(&b, 0, 3, 3, 3);
     set(&b, 0, 0, 4, 0, 0, 0, 0, 0);
-    set(&a, 0, 0, 4, 0, 0, 0, 0.01f, 0);
+    set(&a, 0, 0, 4, 0, 0, 0, lit, 0);
     CHECK(envmap_compare(&d, &a, &b, 0) == ENVMAP_OK);
-    CHECK_CLOSE(d.worst, (double)0.01f / (1e-3 * 2.5), 1e-9);
+    CHECK_CLOSE(d.worst, (double)lit / (1e-3 * 2.5), 1e-9);
     CHECK(d.face == 4);
     envmap_free(&a);
     envmap_free(&b);
