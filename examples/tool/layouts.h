@@ -170,7 +170,7 @@ static inline int layout_latlong(envmap *map, image *in) {
 static inline void layout_squares(char out[96]) {
     int m;
     *out = 0;
-    for (m = 0; m < ENVMAP_MAPPING_COUNT; m++)
+    for (m = 0; mapping_words[m]; m++)
         if (envmap_faces(m) == 1 && m != ENVMAP_LATLONG)
             snprintf(out + strlen(out), 96 - strlen(out), "%s%s", *out ? "|" : "",
                      mapping_words[m]);

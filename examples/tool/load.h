@@ -155,17 +155,19 @@ static inline void load_clean(envmap *map, const char *path, double limit) {
 /* The same as load(), not cleaned; facts: what the picture was, without pixels. */
 static inline int load_as_it_is(envmap *map, image *facts, const char *path, const options *o) {
     double matrix[9];
-    int status;
+    int status, width, height;
     *map = no_map;
     memset(facts, 0, sizeof *facts);
     if (strchr(path, '%') && !file_exists(path)) status = load_faces(facts, path);
     else status = load_picture(facts, path);
     if (status) return status;
+    width = facts->width, height = facts->height;
     if (o->flip) image_flip(facts);
     if (!layout_map(map, facts, o->mapping, o->horizon))
         status = fail(facts->no_room ? RANGE_ERROR : FILE_ERROR, path, facts->error, NULL);
     print_remarks(path, facts->remarks);
     image_free(facts);
+    facts->width = width, facts->height = height;
     if (status) return status;
     orientation_matrix(matrix, o->convention, o->rotate);
     status = check(orientation_turn_map(map, matrix), path);

@@ -269,7 +269,7 @@ static inline void print_help(const command *c) {
         if (!command_takes(c, option)) continue;
         *words = 0;
         if (option->words) list_words(words, sizeof words, option->words);
-        printf("  %-17s %s%s%s\n", option->name, option->help, *words ? ": " : "", words);
+        printf("  %-18s %s%s%s\n", option->name, option->help, *words ? ": " : "", words);
     }
     printf("\nexample: %s\n", c->example);
 }
