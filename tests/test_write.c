@@ -269,7 +269,7 @@ static void a_full_disk_leaves_nothing(void) {
     int status[5];
     t.map = &map;
     CHECK(picture_create(&p, 200, 200));
-    for (int i = 0; i < 200 * 200 * 3; ++i) p.rgb[i] = (unsigned char)(i * i >> 3);
+    for (int i = 0; i < 200 * 200 * 3; ++i) p.rgb[i] = (unsigned char)(i % 251 * (i % 241) >> 3);
     empty_folder();
     signal(SIGXFSZ, SIG_IGN);
     getrlimit(RLIMIT_FSIZE, &before);

@@ -83,7 +83,7 @@ static inline const char *bake_path(bake_job *j, const char *name) {
 
 /* ------------------------------------------------------------------------------------ >>maps -- */
 
-/* Charlie, the sheen of cloth: D = (2 + 1/alpha) sin^(1/alpha) / 2 pi at the half vector, n = v = r.
+/* Charlie, the sheen of cloth: D = (2 + 1/alpha) sin^(1/alpha) / 2 pi at the half vector, n = v = r
    Source: Estevez and Kulla, "Production Friendly Microfacet Sheen BRDF", 2017. */
 static inline double bake_charlie(double x, double p, void *user) {
     double sharp = 1 / *(const double *)user;

@@ -1,5 +1,5 @@
-/* bake_manifest.h - manifest.json: what was written, in which convention, how exactly. Include after
-   bake_job.h.
+/* bake_manifest.h - manifest.json: what was written, in which convention, how exactly. Include
+   after bake_job.h.
 
    SPDX-License-Identifier: MIT */
 

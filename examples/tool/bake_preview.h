@@ -72,7 +72,7 @@ static inline void bake_draw_ball(picture *p, const bake_job *j, int column, int
                         text);
 }
 
-/* Where the engine filters for itself, a chain of what it was given, small, stands in for its own. */
+/* Where the engine filters for itself, a small chain of what it was given stands in for its own. */
 static inline envmap_result bake_stand_in(bake_job *j) {
     int l;
     envmap_result result;

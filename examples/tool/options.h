@@ -91,7 +91,7 @@ static const option_spec option_table[] = {
     {"--exposure", NUMBER, AT(exposure), -40, 40, NULL,
      "of a PNG, in stops above the automatic one"},
     {"--for", WORD, AT(engine), 0, 0, bake_words, "the engine (default opengl)"},
-    {"--chain", WORD, AT(chain), 0, 0, bake_lobe_words, "lobe of the specular levels (default ggx)"},
+    {"--chain", WORD, AT(chain), 0, 0, bake_lobe_words, "lobe of the specular chain (default ggx)"},
     {"--levels", INTEGER, AT(levels), 1, 16, NULL, "of the chain (default: down to an edge of 4)"},
     {"--bend", NUMBER, AT(bend), 0, 1, NULL,
      "level = (levels - 1) r (1 + bend - bend r) (default: the engine's)"},

@@ -3,7 +3,7 @@
    no number of the format can hold is saturated and counted, so that no Inf or NaN is ever written.
 
    Sources: IEEE 754-2008; Khronos Data Format Specification 1.3, sections 10.2 to 10.4 (10 and 11
-   bits), and the OpenGL 4.6 specification, section 8.5.2 (shared exponent). Test: tests/test_write.c.
+   bits), and the OpenGL 4.6 specification, section 8.5.2 (shared exponent). Test: test_write.c.
    Include after write_file.h.
 
    SPDX-License-Identifier: MIT */
