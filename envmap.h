@@ -85,7 +85,7 @@
      >>harmonics     project, fill, convolve, rotate, window coefficients
      >>reference     the definition: every texel
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
-    >>near          sharp lobes: the few texels that one reaches
+     >>near          sharp lobes: the few texels that one reaches
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
      >>filters       the filter call, chains, prepared sources
