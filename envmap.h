@@ -5763,6 +5763,7 @@ static int envmapi_near_box(double box[2][2], int mapping, int face, const doubl
         if (!all && m[2] <= -sine) return 0;
         for (int i = 0; i < 2 && !all; ++i) { /* tan(angle -+ wide) by x, z and sin(wide) rho */
             double x = m[i], z = m[2], q = sqrt(fmax(x * x + z * z - sine * sine, 0));
+            if (!(q > 0)) continue; /* it lies all around the line where x and z are 0 */
             double low = z * q + x * sine, high = z * q - x * sine;
             if ((low <= 0 && x > 0) || (high <= 0 && x < 0)) return 0;
             box[i][0] = low > 0 ? 0.5 + 0.5 * (x * q - z * sine) / low : -1;
@@ -6326,7 +6327,7 @@ static double envmapi_near_radius(const envmapi_near *s, const double look[3], d
 static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envmapi_pool *pool) {
     const envmapi_axis *axis = &s->axis;
     s->limit = pow(sin(s->R), 2), s->inverse = (float)(1 / (s->sigma * s->sigma));
-    int bits = tolerance < 2e-4 ? 10 : 7; /* linear interpolation loses 1e-6, or 1e-4 */
+    int bits = tolerance < 1e-5 ? 12 : tolerance < 2e-4 ? 10 : 7; /* 6e-8, 1e-6, 1e-4 are lost */
     int count = 3 + (int)((1 << bits) * (1 + log2(1 + s->limit * (double)s->inverse)));
     s->shift = 23 - bits, s->fraction = 1.0f / (float)(1 << s->shift);
     s->table = (float *)envmapi_pool_get(pool, (size_t)count, sizeof(float));
