@@ -440,9 +440,10 @@ static void a_lamp_anywhere_keeps_the_tolerance(void) {
             char what[96];
             for (int k = 0; k < 6 * ENVMAP_MAPPING_COUNT; ++k) {
                 int mapping = k % ENVMAP_MAPPING_COUNT;
+                const double *d = at[k / ENVMAP_MAPPING_COUNT];
                 envmap src = black(mapping, fast_size[mapping], 1, 1);
                 if (sky) oracle_fill(&src, 0, mild);
-                add_sun(&src, at[k / 5][0], at[k / 5][1], at[k / 5][2]);
+                add_sun(&src, d[0], d[1], d[2]);
                 all = larger(all, miss_by(ENVMAP_CUBE, 5, 1, &src, lobe_of(lobes[i]),
                                           ENVMAP_METHOD_FAST, 1e-3));
                 envmap_free(&src);
