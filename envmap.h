@@ -5730,7 +5730,7 @@ static int envmapi_near_octa(double box[2][2], int quadrant, const double a[3], 
             double x = quadrant >> i & 1 ? a[2 * i] : -a[2 * i];
             double z = quadrant >> (1 - i) & 1 ? a[2 - 2 * i] : -a[2 - 2 * i], root = sqrt(0.5);
             double s = below ? root * (x + y) : x, c = below ? z : root * (y + z);
-            double rho = hypot(s, c), wide = rho > reach ? asin(reach / rho) : ENVMAPI_PI;
+            double rho = hypot(s, c), wide = rho > reach ? asin(reach / rho) : 2 * ENVMAPI_PI;
             for (int end = 0; end < 2; ++end) {
                 double at = atan2(s, c) + (end ? wide : -wide), t;
                 t = tan(envmapi_clamp(at, 0, ENVMAPI_PI / 2)) * (below ? 1 / root : root);
@@ -6058,7 +6058,8 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     int count = envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
     if (!count || !lines) return;
-    int padded = (count + 15) / 16 * 16, line = !envmapi_is_disc(level->mapping);
+    int padded = (count + 15) / 16 * 16;
+    int line = level->mapping == ENVMAP_CUBE || level->mapping == ENVMAP_LATLONG;
     for (int j = 0; j < padded; ++j) {
         if (j >= count) w->u[j] = w->u[count - 1];
         envmapi_near_place(w->place + j, w->apart + j, w, level->mapping, w->u[j].at, 0);

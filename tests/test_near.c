@@ -89,6 +89,14 @@ static void a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches(void) {
     }
 }
 
+/* Axes that look at an octahedral map's corners see rows that come near twice. */
+static void a_wide_ring_about_the_corners_keeps_the_tolerance(void) {
+    work w = work_of(ENVMAP_OCTAHEDRAL, ENVMAP_OCTAHEDRAL, 6,
+                     "lobe=ring:0.16:0.44 raw=0:1 tolerance=0.001 scene=texel:0.78:0.999999");
+    w.src_size = 56;
+    keeps(&w);
+}
+
 static void tables_and_functions_keep_the_tolerance(void) {
     static const char *const narrow[] = {"table:0.05:1", "cone:0.12:0", "hat:0.04:0.1",
                                          "two:0.03:0.1", "ring:0.03:0.1"};
@@ -230,6 +238,7 @@ int main(void) {
     RUN(an_octahedral_map_of_noise_keeps_the_tolerance);
     RUN(a_sphere_map_of_noise_keeps_the_tolerance);
     RUN(a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches);
+    RUN(a_wide_ring_about_the_corners_keeps_the_tolerance);
     RUN(tables_and_functions_keep_the_tolerance);
     RUN(heavy_tails_keep_the_tolerance);
     RUN(tight_tolerances_are_kept);

@@ -113,7 +113,7 @@ static void samples_land_where_the_picture_has_them(void) {
 
 /* Two slices of a cube of 3: a strip of 12 faces, +X of the first slice at the top. */
 static void strips_hold_faces_in_order_and_slices_outermost(void) {
-    static const int faces[] = {6, 2, 1, 0, 1};
+    static const int faces[MAPPINGS] = {6, 2, 1, 0, 1, 1};
     for (int m = 0; m < MAPPINGS; ++m)
         for (int slices = 1; slices <= 3 && faces[m]; ++slices) {
             char header[40];
