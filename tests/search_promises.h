@@ -286,6 +286,14 @@ static judge judge_scene(const bench *b, int slices) {
     return j;
 }
 
+/* May a result's texels miss the scene's light? They are few, or their lobes leave room between. */
+static int judge_few(const bench *b, int size, int slices) {
+    double sigma = HUGE_VAL;
+    for (int i = 0; i < slices; ++i)
+        sigma = fmin(sigma, oracle_sigma(&b->lobe, oracle_p(&b->lobe, i, slices)));
+    return size < 6 || sigma < oracle_extent(b->w->dst_mapping, size);
+}
+
 /* Level 0 of a result, all slices, against the definition, in tolerances: rms in error, worst in
    worst. After `seconds` what was looked at has to stand for all. */
 static judge judge_map(const bench *b, const float *a, int size, int slices, double seconds) {
@@ -294,7 +302,8 @@ static judge judge_map(const bench *b, const float *a, int size, int slices, dou
         size == w->dst_size ? b->dst_texels : oracle_texels(w->dst_mapping, size);
     size_t count = oracle_count(w->dst_mapping, size), all = count * (size_t)slices;
     judge whole = judge_whole(a, texels, count, slices), j = {0, 0, 0, 0, 0};
-    if (size < 6) {
+    int few = judge_few(b, size, slices);
+    if (few) {
         judge scene = judge_scene(b, slices);
         whole.mean = fmax(whole.mean, whole.weight * scene.mean);
         whole.square = fmax(whole.square, whole.weight * scene.square);
@@ -312,7 +321,7 @@ static judge judge_map(const bench *b, const float *a, int size, int slices, dou
         judge_texel(&j, a + 3 * at, rgb, texels[at % count].w, 1e-3 * mean + judge_tiny);
         if (judge_excepts(w, rgb, mean)) j.worst = worst;
     }
-    if (looked < all || size < 6) j.square = whole.square * j.weight / whole.weight;
+    if (looked < all || few) j.square = whole.square * j.weight / whole.weight;
     j.error = sqrt(j.error / (j.square + j.weight * judge_tiny * judge_tiny)) / w->tolerance;
     j.worst /= w->tolerance;
     if (size != w->dst_size) free(texels);
