@@ -73,7 +73,7 @@
      ENVMAP_NO_SIMD          plain loops where GCC and Clang would get vector types
 
    CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/;
-   transform, reference, hierarchical, scene and fast declare nothing.
+   rings to transform, and reference to fast, declare nothing.
      >>base          results, executor, progress
      >>directions    direction <-> (face, u, v), matrices
      >>maps          create, texel, solid angle, lookups, cleaning
@@ -81,6 +81,8 @@
      >>pfm           read and write float pictures
      >>mips          levels weighted by solid angle; level of a footprint, and probes along it
      >>lobes         mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
+     >>rings         points anywhere on the sphere <-> spherical harmonics
+     >>lights        texels that are summed by themselves, for every axis
      >>transform     texels <-> spherical harmonics, the only way there is
      >>harmonics     project, fill, convolve, rotate, window coefficients
      >>reference     the definition: every texel
@@ -3623,6 +3625,157 @@ static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
     envmapi_run_all(work, envmapi_task_interpolate, r, r->tasks);
 }
 
+/* ----------------------------------------------------------------------------------- >>lights --
+   Texels that are summed by themselves, for every axis: L(a) = sum_i k(a.d_i) E_i.
+     in     lights i, E_i = L_i w_i from d_i, a lobe, its p       out    RGB along eight axes
+   Lights of one place and colour are a cluster. Its sum at its centroid stands for all of them
+   where none of the eight axes sees a kink of the lobe in it; a cluster beyond the lobe's support
+   from all eight is passed over.
+       which lights are a cluster             envmapi_lights_group
+       the lobe's support and kinks at p      envmapi_lights_aim
+       what eight axes get                    envmapi_lit_all, by _add, 64 values of k at a time
+   Over a disc of radius rho the mean of k is off by rho^2/8 of its Laplacian, 2 k/sigma^2 at the
+   peak: for rho = 1.5 sigma sqrt(tolerance) half of the tolerance. Only diffuse, GGX and Banks have
+   clusters, which fall to 0 in a straight line; where x^2.5 ends it curves by more than itself.
+   Used by >>transform and >>fast.  Source: ours.
+   Test: a_cluster_of_lights_is_its_texels, also of the constants. */
+
+#define ENVMAPI_CLUSTER    1.5  /* times sigma sqrt(tolerance): how far from the first light */
+#define ENVMAPI_ONE_COLOUR 0.05 /* of a light's RGB: its channels' centroids are one to rho/20 */
+
+typedef struct envmapi_light {
+    size_t texel;
+    double d[3], value[4]; /* RGB times solid angle, solid angle */
+} envmapi_light;
+
+/* Some of the lights, side by side, and their sum at their centroid. */
+typedef struct envmapi_cluster {
+    envmapi_light sum;
+    int first, count;
+} envmapi_cluster;
+
+typedef struct envmapi_lights {
+    const envmapi_light *all; /* as they were found */
+    int count, clustered, kinks;
+    envmapi_light *sorted;       /* cluster by cluster */
+    envmapi_cluster *clusters;   /* [clustered] */
+    double rho[2], angles[4][2]; /* cosine and sine: of rho; of the support's ends, of kinks */
+    const envmap_lobe *lobe;
+    double p;
+} envmapi_lights;
+
+static double envmapi_light_energy(const envmapi_light *light) {
+    return light->value[0] + light->value[1] + light->value[2];
+}
+
+static double envmapi_light_square(const envmapi_light *light) {
+    const double *v = light->value;
+    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+}
+
+static int envmapi_light_joins(const envmapi_light *light, const envmapi_light *first,
+                               double cosine) {
+    double energy = envmapi_light_energy(light), ratio = energy / envmapi_light_energy(first);
+    for (int c = 0; c < 3; ++c)
+        if (fabs(light->value[c] - ratio * first->value[c]) > ENVMAPI_ONE_COLOUR * energy) return 0;
+    return envmapi_dot(light->d, first->d) >= cosine;
+}
+
+/* Clusters for a lobe of this sigma: lights that join the first one of theirs are put beside it. */
+static envmap_result envmapi_lights_group(envmapi_lights *l, const envmap_lobe *lobe, double sigma,
+                                          double tolerance, envmapi_pool *pool) {
+    int diffuse = lobe->kind == ENVMAP_LOBE_PHONG && fabsf(lobe->parameter - 1) <= 0;
+    int straight = diffuse || lobe->kind == ENVMAP_LOBE_GGX || lobe->kind == ENVMAP_LOBE_BANKS;
+    double rho = straight ? ENVMAPI_CLUSTER * sigma * sqrt(tolerance) : 0;
+    size_t room = (size_t)l->count + 1;
+    l->lobe = lobe, l->clustered = 0, l->rho[0] = cos(rho), l->rho[1] = sin(rho);
+    l->sorted = (envmapi_light *)envmapi_pool_get(pool, room, sizeof(envmapi_light));
+    l->clusters = (envmapi_cluster *)envmapi_pool_get(pool, room, sizeof(envmapi_cluster));
+    if (!l->sorted || !l->clusters) return ENVMAP_ERROR_MEMORY;
+    for (int i = 0; i < l->count; ++i) l->sorted[i] = l->all[i];
+    for (int first = 0, end; first < l->count; first = end) {
+        envmapi_cluster *cluster = l->clusters + l->clustered++;
+        double sum[3] = {0, 0, 0};
+        memset(cluster, 0, sizeof *cluster);
+        for (int i = end = first; i < l->count; ++i) {
+            envmapi_light light = l->sorted[i];
+            int joins = straight && envmapi_light_joins(&light, l->sorted + first, l->rho[0]);
+            if (i > first && !joins) continue;
+            l->sorted[i] = l->sorted[end], l->sorted[end++] = light;
+            for (int c = 0; c < 3; ++c) {
+                sum[c] += light.d[c] * envmapi_light_energy(&light);
+                cluster->sum.value[c] += light.value[c];
+            }
+        }
+        cluster->first = first, cluster->count = end - first;
+        envmapi_unit(cluster->sum.d, sum);
+    }
+    return ENVMAP_OK;
+}
+
+/* Makes ready for a slice at p. Without clusters no kink matters. */
+static void envmapi_lights_aim(envmapi_lights *l, double p) {
+    double angles[2 + ENVMAPI_KINKS];
+    l->p = p;
+    envmap_lobe_support(angles, angles + 1, l->lobe, p);
+    l->kinks = envmapi_lobe_kinks(angles + 2, l->lobe, p);
+    if (!(l->rho[1] > 0)) l->kinks = 0;
+    for (int j = 0; j < 2 + l->kinks; ++j)
+        l->angles[j][0] = cos(angles[j]), l->angles[j][1] = fabs(sin(angles[j]));
+}
+
+/* Cosines of an angle less and plus `around`, whose cosine and sine these are; -2, 2 where that is
+   beyond pi or 0. */
+static void envmapi_cosines(double x[2], const double angle[2], double c, double s) {
+    x[0] = angle[1] * c + angle[0] * s <= 0 ? -2 : angle[0] * c - angle[1] * s;
+    x[1] = angle[1] * c - angle[0] * s <= 0 ? 2 : angle[0] * c + angle[1] * s;
+}
+
+/* Eight axes, and the lights that wait for their k: 64 pairs at a time (speed only). */
+#define ENVMAPI_BESIDE 8
+typedef struct envmapi_lit {
+    double a[3][ENVMAPI_BESIDE], rgb[3][ENVMAPI_BESIDE];
+    const envmapi_light *waiting[8];
+    int count;
+} envmapi_lit;
+
+/* rgb += what the lights that wait send along the axes. */
+static void envmapi_lit_add(envmapi_lit *lit, const envmapi_lights *l) {
+    double x[8 * ENVMAPI_BESIDE], k[8 * ENVMAPI_BESIDE];
+    envmapi_double8 *a = envmapi_double8_at(lit->a[0]), *rgb = envmapi_double8_at(lit->rgb[0]);
+    memset(x, 0, sizeof x);
+    for (int i = 0; i < lit->count; ++i)
+        for (int c = 0; c < 3; ++c)
+            envmapi_double8_add(envmapi_double8_at(x) + i, lit->waiting[i]->d[c], a + c);
+    envmapi_k_many(k, x, lit->count * ENVMAPI_BESIDE, l->lobe, l->p);
+    for (int i = 0; i < lit->count; ++i)
+        for (int c = 0; c < 3; ++c)
+            envmapi_double8_add(rgb + c, lit->waiting[i]->value[c], envmapi_double8_at(k) + i);
+    lit->count = 0;
+}
+
+/* The same of all lights, n <= 8 axes seen as one. */
+static void envmapi_lit_all(envmapi_lit *lit, int n, const envmapi_lights *l) {
+    double d[3] = {lit->a[0][n / 2], lit->a[1][n / 2], lit->a[2][n / 2]}, least = 1, x[4][2];
+    for (int i = 0; i < n; ++i)
+        least = fmin(least, lit->a[0][i] * d[0] + lit->a[1][i] * d[1] + lit->a[2][i] * d[2]);
+    double beside = sqrt(fmax(1 - least * least, 1e-12)); /* sine of the angle to the farthest */
+    double c = least * l->rho[0] - beside * l->rho[1], s = beside * l->rho[0] + least * l->rho[1];
+    for (int j = 0; j < 2 + l->kinks; ++j)
+        envmapi_cosines(x[j], l->angles[j], s > 0 ? c : -1, s > 0 ? s : 0); /* at most pi */
+    for (const envmapi_cluster *one = l->clusters; one < l->clusters + l->clustered; ++one) {
+        double cosine = envmapi_dot(d, one->sum.d);
+        int whole = one->count > 1;
+        if (cosine > x[0][1] || cosine < x[1][0]) continue;
+        for (int j = 2; j < 2 + l->kinks; ++j) whole &= cosine < x[j][0] || cosine > x[j][1];
+        for (int i = 0; i < (whole ? 1 : one->count); ++i) {
+            lit->waiting[lit->count++] = whole ? &one->sum : l->sorted + one->first + i;
+            if (lit->count == 8) envmapi_lit_add(lit, l);
+        }
+    }
+    envmapi_lit_add(lit, l);
+}
+
 /* -------------------------------------------------------------------------------- >>transform --
    Texels <-> nodes of a grid -> rings: project and fill, the two halves of every fast filter.
      in     a slice of a source, or a_lm and lambda_l       out    a_lm, or a slice of a result
@@ -3637,18 +3790,6 @@ static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
    tests/test_sh.c. */
 
 /* ---- what is read: a slice of a source */
-
-/* A point of light: a texel that is summed by itself, exactly. */
-typedef struct envmapi_light {
-    size_t texel;
-    double d[3], value[4]; /* RGB times solid angle, solid angle */
-} envmapi_light;
-
-/* Some of the lights, side by side, and their sum at their centroid. */
-typedef struct envmapi_cluster {
-    envmapi_light sum;
-    int first, count;
-} envmapi_cluster;
 
 typedef struct envmapi_input {
     const envmap *map;
@@ -3816,14 +3957,9 @@ typedef struct envmapi_transform {
     double (*factors)[3];        /* of the solve along columns, rows; of odd parts */
     float *rows;                 /* a task's rows of texels */
     int strips, along, adjoint;  /* strips: of a face's grid, one a task; solve along rows */
-    const envmapi_light *lights; /* summed apart */
-    int light_count, cluster_count, kink_count;
-    envmapi_light *sorted;         /* the lights, cluster by cluster */
-    envmapi_cluster *clusters;     /* no wider than reach about the first; 0: each light alone */
-    double reach[2], angles[4][2]; /* cosines and sines: of reach; of the support's ends, kinks */
+    envmapi_lights lights;       /* summed apart */
     float *out;                    /* a result's slice */
-    const envmap_lobe *lobe; /* its lobe and p, and what a light's k is divided by; NULL: none */
-    double p, norm;
+    double norm;                   /* what a light's k is divided by */
     int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
 } envmapi_transform;
 
@@ -4143,7 +4279,8 @@ static size_t envmapi_rim_points(envmapi_transform *t) {
     size_t n = t->grid.count;
     for (const envmapi_light *cut = t->in->rim; cut < t->in->rim + t->in->rim_count; ++cut) {
         int out = 0;
-        for (int k = 0; k < t->light_count && !out; ++k) out = t->lights[k].texel == cut->texel;
+        for (int k = 0; k < t->lights.count && !out; ++k)
+            out = t->lights.all[k].texel == cut->texel;
         for (int c = 0; c < 3; ++c) d[c][0] = cut->d[c];
         for (int c = 0; c < 4; ++c)
             t->rings.values[4 * n + (size_t)c] = out && c < 3 ? 0 : (float)cut->value[c];
@@ -4158,7 +4295,7 @@ static void envmapi_project_texels(envmapi_transform *t, const envmap_work *work
     envmapi_run_all(work, envmapi_task_reduce, t, t->grid.faces * t->strips);
     for (size_t i = 0; i + face < t->grid.count; ++i)
         t->rings.values[4 * (i + face) + 3] = t->rings.values[4 * i + 3];
-    for (int i = 0; i < t->light_count; ++i) envmapi_light_out(t, t->lights + i);
+    for (int i = 0; i < t->lights.count; ++i) envmapi_light_out(t, t->lights.all + i);
     envmapi_grid_solve(t, 1, work);
     t->rings.count = t->grid.count + envmapi_rim_points(t);
     envmapi_analyse(&t->rings, work);
@@ -4178,113 +4315,7 @@ static void envmapi_task_norm(void *context, int task) {
     }
 }
 
-/* Lights of one place and colour are summed once, at their centroid, for axes whose view of them
-   has no kink. Over a disc of radius reach the mean of k is off by reach^2/8 of its Laplacian,
-   2 k/sigma^2 at the peak: for 1.5 sigma sqrt(tolerance) half of the tolerance. Only for lobes that
-   fall to 0 in a straight line, or their curvature would exceed k there, and kinks of functions
-   need not be declared.  Test: a_cluster_of_lights_is_its_texels. */
-#define ENVMAPI_CLUSTER    1.5  /* times sigma sqrt(tolerance): how far from the first light */
-#define ENVMAPI_ONE_COLOUR 0.05 /* of a light's RGB: its channels' centroids are one to reach/20 */
-
-static int envmapi_light_joins(const envmapi_light *light, const envmapi_light *seed,
-                               double cosine) {
-    const double *v = light->value, *s = seed->value;
-    double energy = v[0] + v[1] + v[2], ratio = energy / (s[0] + s[1] + s[2]);
-    for (int c = 0; c < 3; ++c)
-        if (fabs(v[c] - ratio * s[c]) > ENVMAPI_ONE_COLOUR * energy) return 0;
-    return envmapi_dot(light->d, seed->d) >= cosine;
-}
-
-/* Puts lights that join the first one of their cluster beside it. */
-static envmap_result envmapi_clusters_create(envmapi_transform *t, double reach,
-                                             envmapi_pool *pool) {
-    int n = t->light_count;
-    int diffuse = t->lobe->kind == ENVMAP_LOBE_PHONG && fabsf(t->lobe->parameter - 1) <= 0;
-    int straight = diffuse || t->lobe->kind == ENVMAP_LOBE_GGX || t->lobe->kind == ENVMAP_LOBE_BANKS;
-    double cosine = straight ? cos(reach) : 2;
-    t->reach[0] = fmin(cosine, 1), t->reach[1] = cosine < 1 ? sin(reach) : 0;
-    t->sorted = (envmapi_light *)envmapi_pool_get(pool, (size_t)n + 1, sizeof(envmapi_light));
-    t->clusters = (envmapi_cluster *)envmapi_pool_get(pool, (size_t)n + 1, sizeof(envmapi_cluster));
-    t->cluster_count = 0;
-    if (!t->sorted || !t->clusters) return ENVMAP_ERROR_MEMORY;
-    if (n) memcpy(t->sorted, t->lights, (size_t)n * sizeof *t->sorted);
-    for (int first = 0, end; first < n; first = end) {
-        envmapi_cluster *cluster = t->clusters + t->cluster_count++;
-        double sum[3] = {0, 0, 0};
-        memset(cluster, 0, sizeof *cluster);
-        for (int i = end = first; i < n; ++i) {
-            envmapi_light light = t->sorted[i];
-            if (i > first && !envmapi_light_joins(&light, t->sorted + first, cosine)) continue;
-            t->sorted[i] = t->sorted[end], t->sorted[end++] = light;
-            for (int c = 0; c < 3; ++c) {
-                sum[c] += light.d[c] * (light.value[0] + light.value[1] + light.value[2]);
-                cluster->sum.value[c] += light.value[c];
-            }
-        }
-        cluster->first = first, cluster->count = end - first;
-        envmapi_unit(cluster->sum.d, sum);
-    }
-    return ENVMAP_OK;
-}
-
-/* Cosines of an angle less and plus `around`, whose cosine and sine these are; -2, 2 where that is
-   beyond pi or 0. */
-static void envmapi_cosines(double x[2], const double angle[2], double c, double s) {
-    x[0] = angle[1] * c + angle[0] * s <= 0 ? -2 : angle[0] * c - angle[1] * s;
-    x[1] = angle[1] * c - angle[0] * s <= 0 ? 2 : angle[0] * c + angle[1] * s;
-}
-
-/* Axes that see clusters as one, and the lights that wait for their k: 64 pairs at a time (speed
-   only). */
-#define ENVMAPI_BESIDE 8
-typedef struct envmapi_lit {
-    double a[3][ENVMAPI_BESIDE], rgb[3][ENVMAPI_BESIDE];
-    const envmapi_light *lights[8];
-    int count;
-} envmapi_lit;
-
-/* rgb += what the lights that wait send along the axes. */
-static void envmapi_lit_add(envmapi_lit *lit, const envmapi_transform *t) {
-    double x[8 * ENVMAPI_BESIDE], k[8 * ENVMAPI_BESIDE];
-    envmapi_double8 *a = envmapi_double8_at(lit->a[0]), *rgb = envmapi_double8_at(lit->rgb[0]);
-    memset(x, 0, sizeof x);
-    for (int l = 0; l < lit->count; ++l)
-        for (int c = 0; c < 3; ++c)
-            envmapi_double8_add(envmapi_double8_at(x) + l, lit->lights[l]->d[c], a + c);
-    envmapi_k_many(k, x, lit->count * ENVMAPI_BESIDE, t->lobe, t->p);
-    for (int l = 0; l < lit->count; ++l)
-        for (int c = 0; c < 3; ++c)
-            envmapi_double8_add(rgb + c, lit->lights[l]->value[c], envmapi_double8_at(k) + l);
-    lit->count = 0;
-}
-
-/* The same of all lights, n <= 8 axes seen as one: none of a cluster beyond the lobe's support, its
-   sum where there is no kink. */
-static void envmapi_lit_clusters(envmapi_lit *lit, int n, const envmapi_transform *t) {
-    double d[3] = {lit->a[0][n / 2], lit->a[1][n / 2], lit->a[2][n / 2]}, least = 1;
-    double x[4][2]; /* of the angles in question: the support's two ends, and kinks */
-    for (int i = 0; i < n; ++i)
-        least = fmin(least, lit->a[0][i] * d[0] + lit->a[1][i] * d[1] + lit->a[2][i] * d[2]);
-    double beside = sqrt(fmax(1 - least * least, 1e-12));
-    double c = least * t->reach[0] - beside * t->reach[1];
-    double s = beside * t->reach[0] + least * t->reach[1];
-    for (int j = 0; j < 2 + t->kink_count; ++j)
-        envmapi_cosines(x[j], t->angles[j], s > 0 ? c : -1, s > 0 ? s : 0); /* at most pi */
-    for (const envmapi_cluster *one = t->clusters; one < t->clusters + t->cluster_count; ++one) {
-        double cosine = envmapi_dot(d, one->sum.d);
-        int whole = one->count > 1;
-        if (cosine > x[0][1] || cosine < x[1][0]) continue;
-        for (int j = 2; j < 2 + t->kink_count; ++j) whole &= cosine < x[j][0] || cosine > x[j][1];
-        for (int i = 0; i < (whole ? 1 : one->count); ++i) {
-            lit->lights[lit->count++] = whole ? &one->sum : t->sorted + one->first + i;
-            if (lit->count == 8) envmapi_lit_add(lit, t);
-        }
-    }
-    envmapi_lit_add(lit, t);
-}
-
-/* sums += what the lights, which the bands leave out, send to n <= 64 texels from (x,y) on, over
-   their norm. */
+/* sums += what the lights send to n <= 64 texels from (x,y) on, over their norm. */
 static void envmapi_add_lights(float *sums, const float *norm, const envmapi_transform *t, int face,
                                int x, int y, int n) {
     double a[3][ENVMAPI_CHUNK] = {{0}}, scale = 1 / t->norm;
@@ -4300,7 +4331,7 @@ static void envmapi_add_lights(float *sums, const float *norm, const envmapi_tra
             double shrink = envmapi_inverse_root(envmapi_dot(d, d));
             for (int c = 0; c < 3; ++c) lit.a[c][j] = d[c] * shrink;
         }
-        envmapi_lit_clusters(&lit, m, t);
+        envmapi_lit_all(&lit, m, &t->lights);
         for (int j = 0; j < m; ++j) {
             double over = t->divide ? scale / (double)norm[i + j] : scale;
             for (int c = 0; c < 3; ++c) sums[3 * (i + j) + c] += (float)(lit.rgb[c][j] * over);
@@ -4334,7 +4365,7 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_transfo
     memset(out, 0, 3 * (size_t)width * sizeof *out);
     envmapi_rows_add(out, 0, 1, in, 0, NULL, 3 * (size_t)width);
     for (int i = 0; i < 3 * width && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
-    if (!t->light_count) return;
+    if (!t->lights.count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width;
     memset(norm, 0, (size_t)width * sizeof *norm);
     envmapi_rows_add(norm, 0, 1, in, 0, NULL, (size_t)width);
@@ -6687,15 +6718,6 @@ static int envmapi_scale_at(const envmapi_scene *s, double l) {
     return i;
 }
 
-static double envmapi_light_energy(const envmapi_light *light) {
-    return light->value[0] + light->value[1] + light->value[2];
-}
-
-static double envmapi_light_square(const envmapi_light *light) {
-    const double *v = light->value;
-    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-}
-
 /* How many blocks there are at every scale; returns the floats of all. Four rows at the least where
    there are so many: these see a difference between any two halves of the sphere, also where a
    lat-long's first and last row are one block each.
@@ -7411,7 +7433,7 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_s
         envmapi_transform_create(t, scene->in.map, out->h, bands, (double)desc->tolerance,
                                  &scene->in, NULL, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
-    if (kinked) t->lights = scene->lights, t->light_count = scene->light_count;
+    if (kinked) t->lights.all = scene->lights, t->lights.count = scene->light_count;
     t->rings.a = out->a, t->rings.a_bands = bands;
     envmapi_project_texels(t, &desc->work);
     return ENVMAP_OK;
@@ -7437,20 +7459,14 @@ static int envmapi_antipodes(const envmap *map, int dst, int src) {
 static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec *spec,
                                        const envmapi_slice *slice, int k, int opposite,
                                        const envmap_work *work) {
-    double angles[2 + ENVMAPI_KINKS];
+    double p = opposite ? -slice->p : slice->p;
     for (int l = 0; l < spec->L; ++l)
         t->rings.lambda[l] = opposite && l % 2 ? -slice->lambda[l] : slice->lambda[l];
-    t->lobe = spec->lobe;
+    envmapi_lights_aim(&t->lights, p);
     t->out = envmapi_image(spec->dst, 0, k, 0);
-    t->p = opposite ? -slice->p : slice->p;
-    t->positive = envmapi_lobe_nonnegative(spec->lobe, t->p);
-    envmap_lobe_support(angles, angles + 1, spec->lobe, t->p);
-    t->kink_count = envmapi_lobe_kinks(angles + 2, spec->lobe, t->p);
-    if (!(t->reach[1] > 0)) t->kink_count = 0; /* there are no clusters */
-    for (int j = 0; j < 2 + t->kink_count; ++j)
-        t->angles[j][0] = cos(angles[j]), t->angles[j][1] = fabs(sin(angles[j]));
+    t->positive = envmapi_lobe_nonnegative(spec->lobe, p);
     t->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
-    t->norm = t->divide ? envmapi_lobe_integral(spec->lobe, t->p) : envmapi_lobe_norm(spec->lobe);
+    t->norm = t->divide ? envmapi_lobe_integral(spec->lobe, p) : envmapi_lobe_norm(spec->lobe);
     return envmapi_fill_texels(t, work, ENVMAP_ERROR_LOBE);
 }
 
@@ -7498,15 +7514,15 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
             result = envmapi_transform_create(&own, dst, h, L, (double)desc->tolerance, NULL,
                                               spectrum->kept ? t : NULL, &desc->work, pool);
             own.rings.a = t->rings.a, own.rings.a_bands = t->rings.a_bands;
-            own.lights = t->lights, own.light_count = t->light_count;
+            own.lights = t->lights;
             t = &own;
         }
-        t->rings.bands = L, t->lobe = spec->lobe;
+        t->rings.bands = L;
         t->rings.lambda = (double *)envmapi_pool_get(pool, ENVMAPI_FAST_BANDS, sizeof(double));
         if (!result && !t->rings.lambda) result = ENVMAP_ERROR_MEMORY;
         if (!result)
-            result = envmapi_clusters_create(
-                t, ENVMAPI_CLUSTER * spec->sigma * sqrt(spec->tolerance), pool);
+            result = envmapi_lights_group(&t->lights, spec->lobe, spec->sigma, spec->tolerance,
+                                          pool);
         for (; row < end && !result; ++row) {
             envmapi_part part;
             envmap_work one = envmapi_work_part(&part, &desc->work, row, 1, spec->slices);
