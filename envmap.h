@@ -87,6 +87,7 @@
      >>harmonics     project, fill, convolve, rotate, window coefficients
      >>reference     the definition: every texel
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
+     >>windows       what of a face an axis sees
      >>near          sharp lobes: the few texels that one reaches
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
@@ -534,7 +535,7 @@ typedef struct envmap_filter_desc {
    the lobe reaches). Rings thinner than that (Banks, s -> 1), and what looks at the point where a
    sphere or angular map's rim meets, go to the reference: slow.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
-   mean, which is more, beside 1e-6 of the mean, which floats lose. Lobes with a kink (diffuse,
+   filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a kink (diffuse,
    Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their darkest texels may
    be off by more than 20 tolerances.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
@@ -3638,7 +3639,7 @@ static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
    peak: for rho = 1.5 sigma sqrt(tolerance) half of the tolerance. Only diffuse, GGX and Banks have
    clusters, which fall to 0 in a straight line; where x^2.5 ends it curves by more than itself.
    Used by >>transform and >>fast.  Source: ours.
-   Test: a_cluster_of_lights_is_its_texels, also of the constants. */
+   Tests: tests/test_fast.c; a_cluster_of_lights_is_its_texels, also of the constants. */
 
 #define ENVMAPI_CLUSTER    1.5  /* times sigma sqrt(tolerance): how far from the first light */
 #define ENVMAPI_ONE_COLOUR 0.05 /* of a light's RGB: its channels' centroids are one to rho/20 */
@@ -5551,6 +5552,189 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
     return result;
 }
 
+/* ---------------------------------------------------------------------------------- >>windows --
+   What of a face lies within R of an axis, and the nodes of a sum or an integral over it.
+     in     an axis a, R, a face       out    a rectangle of (u,v); nodes along u and along v
+       the rectangle                   _box: of a cube by tangents, of a lat-long by its rows, of
+                                       discs by a sector, of an octahedral map's quadrant by planes
+       where the axis is               _frame, _project
+       nodes at texels' centres        _centres
+       nodes of Gauss-Legendre         _pieces, which end at the lines through texel centres
+   Used by >>near.  Source: ours.  Tests: tests/test_near.c; a cap that holds a face's axis in
+   every_tolerance_is_kept_in_a_mild_scene, an octahedral map's corners in
+   a_wide_ring_about_the_corners_keeps_the_tolerance. */
+
+/* Tuned as those of >>near are. */
+#define ENVMAPI_PIECES                                                                             \
+    { 0.3, 0.65, 1.1, 1.8, 2.5 } /* sigma for 2 .. 6 nodes at 1e-3 */
+
+/* A node along u or v of a window: its light is that of two texels, the share f of the next. */
+typedef struct envmapi_knot {
+    double at; /* u or v */
+    float weight, f;
+    int texel, column[2]; /* of the window: the two texels, along u */
+    float place, apart;   /* of v: what _sines asks of it */
+} envmapi_knot;
+
+/* The range of r cos(phi), r in [r0,r1], phi no farther than `wide` from `at`. */
+static void envmapi_window_sector(double range[2], double r0, double r1, double at, double wide) {
+    for (int end = 0; end < 2; ++end) { /* the least is the largest on the other side */
+        double phi = fabs(remainder(at + (end ? 0 : ENVMAPI_PI), 2 * ENVMAPI_PI)) - wide;
+        double most = phi > 0 ? cos(phi) : 1;
+        range[end] = (end ? 1 : -1) * most * (most > 0 ? r1 : r0);
+    }
+}
+
+/* r of a disc map at an angle from its face's centre. */
+static double envmapi_window_disc(int mapping, double angle) {
+    if (mapping == ENVMAP_ANGULAR) return fmin(angle / ENVMAPI_PI, 1);
+    if (mapping == ENVMAP_SPHERE) return sin(fmin(angle, ENVMAPI_PI) / 2);
+    return angle < 2.2 ? tan(angle / 2) : 2; /* beyond the corners */
+}
+
+/* m = a in S, T and M of a cube's face; on a lat-long, pi u and pi v, and the sine of that. */
+static void envmapi_window_frame(double m[3], int mapping, int face, const double a[3]) {
+    double uv[2];
+    for (int i = 0; i < 3; ++i) {
+        const signed char *side = envmapi_cube[face][i];
+        m[i] = a[0] * side[0] + a[1] * side[1] + a[2] * side[2];
+    }
+    if (mapping != ENVMAP_LATLONG) return;
+    envmapi_project(uv, mapping, face, a);
+    m[0] = ENVMAPI_PI * uv[0], m[1] = ENVMAPI_PI * uv[1], m[2] = sin(m[1]);
+}
+
+/* |X| and |Y| of what a quadrant of an octahedral map has within R of a, over the whole sphere. |X|
+   = t is a plane through (0,1,-1) above the horizon, through (1,1,0) below it. 0: nothing. */
+static int envmapi_window_octa(double box[2][2], int quadrant, const double a[3], double R) {
+    box[0][0] = box[1][0] = 1, box[0][1] = box[1][1] = 0;
+    for (int below = 0; below < 2; ++below) {
+        double y = below ? -a[1] : a[1], reach = R < 1.5 ? sin(R) : 2, part[2][2];
+        for (int i = 0; i < 2; ++i) {
+            double x = quadrant >> i & 1 ? a[2 * i] : -a[2 * i];
+            double z = quadrant >> (1 - i) & 1 ? a[2 - 2 * i] : -a[2 - 2 * i], root = sqrt(0.5);
+            double s = below ? root * (x + y) : x, c = below ? z : root * (y + z);
+            double rho = hypot(s, c), wide = rho > reach ? asin(reach / rho) : 2 * ENVMAPI_PI;
+            for (int end = 0; end < 2; ++end) {
+                double at = atan2(s, c) + (end ? wide : -wide), t;
+                t = tan(envmapi_clamp(at, 0, ENVMAPI_PI / 2)) * (below ? 1 / root : root);
+                part[i][end] = t / (1 + t);
+            }
+        }
+        for (int i = 0; i < 2; ++i) {
+            double *range = part[i], *other = part[1 - i];
+            if (below) range[0] = fmax(range[0], 1 - other[1]);
+            else range[1] = fmin(range[1], 1 - other[0]);
+        }
+        if (y < -reach || part[0][0] >= part[0][1] || part[1][0] >= part[1][1]) continue;
+        for (int i = 0; i < 2; ++i) {
+            box[i][0] = fmin(box[i][0], part[i][0]);
+            box[i][1] = fmax(box[i][1], part[i][1]);
+        }
+    }
+    return box[0][0] < box[0][1];
+}
+
+/* The (u,v) that hold all within R of a on a face, as far as it goes: box[0] those of u, box[1] of
+   v. Of an octahedral map, faces are quadrants. 0 where there are none. */
+static int envmapi_window_box(double box[2][2], int mapping, int face, const double a[3], double R,
+                            double border) {
+    double at[2], m[3], sine = sin(R);
+    int all = R > 1.5;
+    for (int i = 0; i < 4; ++i) box[i / 2][i % 2] = i % 2;
+    if (mapping == ENVMAP_CUBE) {
+        envmapi_window_frame(m, mapping, face, a);
+        if (!all && m[2] <= -sine) return 0;
+        for (int i = 0; i < 2 && !all; ++i) { /* tan(angle -+ wide) by x, z and sin(wide) rho */
+            double x = m[i], z = m[2], q = sqrt(fmax(x * x + z * z - sine * sine, 0));
+            if (!(q > 0)) continue; /* it lies all around the line where x and z are 0 */
+            double low = z * q + x * sine, high = z * q - x * sine;
+            if ((low <= 0 && x > 0) || (high <= 0 && x < 0)) return 0;
+            box[i][0] = low > 0 ? 0.5 + 0.5 * (x * q - z * sine) / low : -1;
+            box[i][1] = high > 0 ? 0.5 + 0.5 * (x * q + z * sine) / high : 2;
+        }
+    } else if (mapping == ENVMAP_LATLONG) {
+        envmapi_project(at, mapping, face, a);
+        double theta = ENVMAPI_PI * at[1], pole = all || theta < R || theta + R > ENVMAPI_PI;
+        double wide = pole > 0 ? 0.5 : asin(sine / sin(theta)) / (2 * ENVMAPI_PI);
+        box[0][0] = at[0] - wide, box[0][1] = at[0] + wide;
+        box[1][0] = at[1] - R / ENVMAPI_PI, box[1][1] = at[1] + R / ENVMAPI_PI;
+    } else if (mapping == ENVMAP_OCTAHEDRAL) {
+        if (!envmapi_window_octa(box, face, a, R)) return 0;
+        for (int i = 0; i < 2; ++i) { /* a texel on a fold once */
+            double least = box[i][0], most = box[i][1], hair = 1e-12;
+            box[i][0] = 0.5 + 0.5 * (face >> i & 1 ? least : -most);
+            box[i][1] = 0.5 + 0.5 * (face >> i & 1 ? most : -least) - (least > 0 ? 0 : hair);
+        }
+    } else if (!all) {
+        int front = mapping == ENVMAP_SPHERE || (mapping == ENVMAP_PARABOLOID && face == 0);
+        double theta = acos(envmapi_clamp(front ? a[2] : -a[2], -1, 1));
+        int round = theta < R || theta + R > ENVMAPI_PI;
+        double wide = round ? ENVMAPI_PI : asin(sine / sin(theta)), phi = atan2(a[1], a[0]);
+        double r0 = envmapi_window_disc(mapping, fmax(theta - R, 0));
+        double r1 = envmapi_window_disc(mapping, theta + R);
+        envmapi_window_sector(box[0], r0, r1, phi, wide);
+        envmapi_window_sector(box[1], r0, r1, phi + ENVMAPI_PI / 2, wide); /* v falls with Y */
+        for (int i = 0; i < 4; ++i) box[i / 2][i % 2] = 0.5 + 0.5 * box[i / 2][i % 2];
+    }
+    for (int i = mapping == ENVMAP_LATLONG; i < 2; ++i) {
+        box[i][0] = fmax(box[i][0], -border), box[i][1] = fmin(box[i][1], 1 + border);
+        if (!(box[i][0] < box[i][1])) return 0;
+    }
+    return 1;
+}
+
+/* The axis on a face, or its image over an octahedral map's edges, where that is nearer. */
+static void envmapi_window_project(double at[2], int mapping, int face, double box[2][2],
+                                 const double a[3]) {
+    double middle[2] = {(box[0][0] + box[0][1]) / 2, (box[1][0] + box[1][1]) / 2};
+    envmapi_project(at, mapping, face, a);
+    if (mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_image(at, middle);
+}
+
+/* Faces, or an octahedral map's quadrants: each has a window of its own. */
+static int envmapi_window_parts(int mapping) {
+    return mapping == ENVMAP_OCTAHEDRAL ? 4 : envmap_faces(mapping);
+}
+
+/* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
+   whole numbers: each texel at its centre, or spread. */
+static int envmapi_window_centres(envmapi_knot *node, int room, double from, double to, double n,
+                                double tent) {
+    int count = 0, sides = tent > 0 ? 2 : 1;
+    for (double x = ceil(from); x <= to && count + 2 <= room; x += 1)
+        for (int i = 0; i < sides; ++i, ++count) {
+            node[count].at = (x + 0.5 + (i ? tent : -tent) / sqrt(6.0)) / n;
+            node[count].texel = (int)x, node[count].f = 0,
+            node[count].weight = sides > 1 ? 0.5f : 1;
+        }
+    return count;
+}
+
+/* Nodes of the integral over [from, to], Gauss-Legendre's, 2 to 6 a piece of up to so many sigma.
+   The axis is at `at`, where sigma is that many texels; grows: the lobe has detail near its axis
+   only. */
+static int envmapi_window_pieces(envmapi_knot *node, int room, double from, double to, double n,
+                               double at, double sigma, int grows, const double (*gauss)[6][2]) {
+    static const double longest[5] = ENVMAPI_PIECES;
+    int count = 0;
+    for (double next; from < to && count + 6 <= room; from = next) {
+        double texel = fmin(floor(from + 1e-9), ceil(to) - 1), end = fmin(texel + 1, to);
+        double away = from < at ? fmax(at - end, (at - from) / 4.5) : from - at;
+        double most = grows ? fmax(away, 0.8 * sigma) : sigma;
+        next = from + (end - from) / ceil((end - from) / (longest[4] * most));
+        int k = 0;
+        while (k < 4 && next - from > longest[k] * most) ++k;
+        for (int i = 0; i < k + 2; ++i, ++count) {
+            double place = (from + next - gauss[k][i][0] * (next - from)) / 2;
+            node[count].at = (place + 0.5) / n, node[count].texel = (int)texel;
+            node[count].f = (float)(place - texel);
+            node[count].weight = (float)((next - from) / n * gauss[k][i][1] / 2);
+        }
+    }
+    return count;
+}
+
 /* ------------------------------------------------------------------------------------- >>near --
    Sharp lobes: the sum that >>reference defines, over the few texels that such a lobe reaches.
      in     a slice of a source, a lobe, its p, a tolerance       out    a slice of a result
@@ -5574,10 +5758,8 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
-#define ENVMAPI_PIECES                                                                             \
-    { 0.3, 0.65, 1.1, 1.8, 2.5 } /* sigma for 2 .. 6 nodes at 1e-3 */
-#define ENVMAPI_BLEND 0.4 /* of that where paraboloids blend, and at the octahedral map's horizon: \
-                             light has kinks off the lines */
+#define ENVMAPI_BLEND 0.4 /* so much shorter are pieces where paraboloids blend, and across the     \
+                             octahedral map's horizon: there light has kinks off the lines */
 /* a_sphere_map_of_noise_keeps_the_tolerance */
 #define ENVMAPI_RIM 0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
 
@@ -5617,14 +5799,6 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     tail->part = fabs(tail->integral / envmapi_lobe_integral(lobe, axis.p));
     return tail->part > 1e-9 && tail->part <= 1;
 }
-
-/* A node along u or v of a window: its light is that of two texels, the share f of the next. */
-typedef struct envmapi_knot {
-    double at; /* u or v */
-    float weight, f;
-    int texel, column[2]; /* of the window: the two texels, along u */
-    float place, apart;   /* of v: what _sines asks of it */
-} envmapi_knot;
 
 /* Axes side by side, in a row of dst: their windows are nearly the same texels. */
 #define ENVMAPI_NEAR_AXES 8
@@ -5723,114 +5897,6 @@ static void envmapi_task_near_blocks(void *context, int task) {
 
 /* ---- windows */
 
-/* The range of r cos(phi), r in [r0,r1], phi no farther than `wide` from `at`. */
-static void envmapi_near_sector(double range[2], double r0, double r1, double at, double wide) {
-    for (int end = 0; end < 2; ++end) { /* the least is the largest on the other side */
-        double phi = fabs(remainder(at + (end ? 0 : ENVMAPI_PI), 2 * ENVMAPI_PI)) - wide;
-        double most = phi > 0 ? cos(phi) : 1;
-        range[end] = (end ? 1 : -1) * most * (most > 0 ? r1 : r0);
-    }
-}
-
-/* r of a disc map at an angle from its face's centre. */
-static double envmapi_near_disc(int mapping, double angle) {
-    if (mapping == ENVMAP_ANGULAR) return fmin(angle / ENVMAPI_PI, 1);
-    if (mapping == ENVMAP_SPHERE) return sin(fmin(angle, ENVMAPI_PI) / 2);
-    return angle < 2.2 ? tan(angle / 2) : 2; /* beyond the corners */
-}
-
-/* m = a in S, T and M of a cube's face; on a lat-long, pi u and pi v, and the sine of that. */
-static void envmapi_near_frame(double m[3], int mapping, int face, const double a[3]) {
-    double uv[2];
-    for (int i = 0; i < 3; ++i) {
-        const signed char *side = envmapi_cube[face][i];
-        m[i] = a[0] * side[0] + a[1] * side[1] + a[2] * side[2];
-    }
-    if (mapping != ENVMAP_LATLONG) return;
-    envmapi_project(uv, mapping, face, a);
-    m[0] = ENVMAPI_PI * uv[0], m[1] = ENVMAPI_PI * uv[1], m[2] = sin(m[1]);
-}
-
-/* |X| and |Y| of what a quadrant of an octahedral map has within R of a, over the whole sphere. |X|
-   = t is a plane through (0,1,-1) above the horizon, through (1,1,0) below it. 0: nothing. */
-static int envmapi_near_octa(double box[2][2], int quadrant, const double a[3], double R) {
-    box[0][0] = box[1][0] = 1, box[0][1] = box[1][1] = 0;
-    for (int below = 0; below < 2; ++below) {
-        double y = below ? -a[1] : a[1], reach = R < 1.5 ? sin(R) : 2, part[2][2];
-        for (int i = 0; i < 2; ++i) {
-            double x = quadrant >> i & 1 ? a[2 * i] : -a[2 * i];
-            double z = quadrant >> (1 - i) & 1 ? a[2 - 2 * i] : -a[2 - 2 * i], root = sqrt(0.5);
-            double s = below ? root * (x + y) : x, c = below ? z : root * (y + z);
-            double rho = hypot(s, c), wide = rho > reach ? asin(reach / rho) : 2 * ENVMAPI_PI;
-            for (int end = 0; end < 2; ++end) {
-                double at = atan2(s, c) + (end ? wide : -wide), t;
-                t = tan(envmapi_clamp(at, 0, ENVMAPI_PI / 2)) * (below ? 1 / root : root);
-                part[i][end] = t / (1 + t);
-            }
-        }
-        for (int i = 0; i < 2; ++i) {
-            double *range = part[i], *other = part[1 - i];
-            if (below) range[0] = fmax(range[0], 1 - other[1]);
-            else range[1] = fmin(range[1], 1 - other[0]);
-        }
-        if (y < -reach || part[0][0] >= part[0][1] || part[1][0] >= part[1][1]) continue;
-        for (int i = 0; i < 2; ++i) {
-            box[i][0] = fmin(box[i][0], part[i][0]);
-            box[i][1] = fmax(box[i][1], part[i][1]);
-        }
-    }
-    return box[0][0] < box[0][1];
-}
-
-/* The (u,v) that hold all within R of a on a face, as far as it goes: box[0] those of u, box[1] of
-   v. Of an octahedral map, faces are quadrants. 0 where there are none. */
-static int envmapi_near_box(double box[2][2], int mapping, int face, const double a[3], double R,
-                            double border) {
-    double at[2], m[3], sine = sin(R);
-    int all = R > 1.5;
-    for (int i = 0; i < 4; ++i) box[i / 2][i % 2] = i % 2;
-    if (mapping == ENVMAP_CUBE) {
-        envmapi_near_frame(m, mapping, face, a);
-        if (!all && m[2] <= -sine) return 0;
-        for (int i = 0; i < 2 && !all; ++i) { /* tan(angle -+ wide) by x, z and sin(wide) rho */
-            double x = m[i], z = m[2], q = sqrt(fmax(x * x + z * z - sine * sine, 0));
-            if (!(q > 0)) continue; /* it lies all around the line where x and z are 0 */
-            double low = z * q + x * sine, high = z * q - x * sine;
-            if ((low <= 0 && x > 0) || (high <= 0 && x < 0)) return 0;
-            box[i][0] = low > 0 ? 0.5 + 0.5 * (x * q - z * sine) / low : -1;
-            box[i][1] = high > 0 ? 0.5 + 0.5 * (x * q + z * sine) / high : 2;
-        }
-    } else if (mapping == ENVMAP_LATLONG) {
-        envmapi_project(at, mapping, face, a);
-        double theta = ENVMAPI_PI * at[1], pole = all || theta < R || theta + R > ENVMAPI_PI;
-        double wide = pole > 0 ? 0.5 : asin(sine / sin(theta)) / (2 * ENVMAPI_PI);
-        box[0][0] = at[0] - wide, box[0][1] = at[0] + wide;
-        box[1][0] = at[1] - R / ENVMAPI_PI, box[1][1] = at[1] + R / ENVMAPI_PI;
-    } else if (mapping == ENVMAP_OCTAHEDRAL) {
-        if (!envmapi_near_octa(box, face, a, R)) return 0;
-        for (int i = 0; i < 2; ++i) { /* a texel on a fold once */
-            double least = box[i][0], most = box[i][1], hair = 1e-12;
-            box[i][0] = 0.5 + 0.5 * (face >> i & 1 ? least : -most);
-            box[i][1] = 0.5 + 0.5 * (face >> i & 1 ? most : -least) - (least > 0 ? 0 : hair);
-        }
-    } else if (!all) {
-        int front = mapping == ENVMAP_SPHERE || (mapping == ENVMAP_PARABOLOID && face == 0);
-        double theta = acos(envmapi_clamp(front ? a[2] : -a[2], -1, 1));
-        int round = theta < R || theta + R > ENVMAPI_PI;
-        double wide = round ? ENVMAPI_PI : asin(sine / sin(theta)), phi = atan2(a[1], a[0]);
-        double r0 = envmapi_near_disc(mapping, fmax(theta - R, 0));
-        double r1 = envmapi_near_disc(mapping, theta + R);
-        envmapi_near_sector(box[0], r0, r1, phi, wide);
-        envmapi_near_sector(box[1], r0, r1, phi + ENVMAPI_PI / 2, wide); /* v falls with Y */
-        for (int i = 0; i < 4; ++i) box[i / 2][i % 2] = 0.5 + 0.5 * box[i / 2][i % 2];
-    }
-    for (int i = mapping == ENVMAP_LATLONG; i < 2; ++i) {
-        box[i][0] = fmax(box[i][0], -border), box[i][1] = fmin(box[i][1], 1 + border);
-        if (!(box[i][0] < box[i][1])) return 0;
-    }
-    return 1;
-}
-
 /* How far a box goes beyond the face: paraboloids blend there. */
 static double envmapi_near_border(const envmapi_near *s) {
     const envmapi_level *level = &s->axis.level;
@@ -5842,21 +5908,13 @@ static double envmapi_near_reach(const envmapi_near *s, int texels) {
     return s->R + (texels ? 3 * s->axis.tent * s->axis.texel : 0);
 }
 
-/* The axis on a face, or its image over an octahedral map's edges, where that is nearer. */
-static void envmapi_near_project(double at[2], int mapping, int face, double box[2][2],
-                                 const double a[3]) {
-    double middle[2] = {(box[0][0] + box[0][1]) / 2, (box[1][0] + box[1][1]) / 2};
-    envmapi_project(at, mapping, face, a);
-    if (mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_image(at, middle);
-}
-
 /* sigma in texels along u (i 0) or v (1) where the window is finest: over |d direction / du|. */
 static double envmapi_near_finest(const envmapi_near *s, double box[2][2], const double a[3],
                                   int face, int i) {
     const envmapi_level *level = &s->axis.level;
     double most = 0, hair = 1e-5, at[2];
     int size = i ? level->edge : level->width;
-    envmapi_near_project(at, level->mapping, face, box, a);
+    envmapi_window_project(at, level->mapping, face, box, a);
     for (int k = 0; k < 3; ++k) {
         double low[3], high[3], uv[2], square = 0;
         uv[i] = envmapi_clamp(at[i], box[i][0], box[i][1]);
@@ -5887,17 +5945,12 @@ static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
         w->spread = fmax(w->spread, 1.01 * envmapi_angle(w->axes[n], middle));
 }
 
-/* Faces, or an octahedral map's quadrants: each has a window of its own. */
-static int envmapi_near_parts(int mapping) {
-    return mapping == ENVMAP_OCTAHEDRAL ? 4 : envmap_faces(mapping);
-}
-
 /* The window of the axes on such a part; 0 where they see nothing of it. */
 static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part) {
     const envmapi_level *level = &s->axis.level;
     double box[2][2], R = envmapi_near_reach(s, s->axis.bilinear < 1) + w->spread;
     int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
-    if (!envmapi_near_box(box, level->mapping, part, w->middle, R, envmapi_near_border(s)))
+    if (!envmapi_window_box(box, level->mapping, part, w->middle, R, envmapi_near_border(s)))
         return 0;
     for (int i = 0; i < 2; ++i) w->sigma[i] = envmapi_near_finest(s, box, w->middle, face, i);
     w->face = face, w->part = part, w->x = (int)floor(box[0][0] * wide - 0.5);
@@ -5906,44 +5959,6 @@ static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part)
     w->height = (int)floor(box[1][1] * level->edge - 0.5) + 2 - w->y;
     if (level->mapping == ENVMAP_LATLONG && w->width > wide) w->width = wide;
     return 1;
-}
-
-/* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
-   whole numbers: each texel at its centre, or spread. */
-static int envmapi_near_centres(envmapi_knot *node, int room, double from, double to, double n,
-                                double tent) {
-    int count = 0, sides = tent > 0 ? 2 : 1;
-    for (double x = ceil(from); x <= to && count + 2 <= room; x += 1)
-        for (int i = 0; i < sides; ++i, ++count) {
-            node[count].at = (x + 0.5 + (i ? tent : -tent) / sqrt(6.0)) / n;
-            node[count].texel = (int)x, node[count].f = 0,
-            node[count].weight = sides > 1 ? 0.5f : 1;
-        }
-    return count;
-}
-
-/* Nodes of the integral over [from, to], Gauss-Legendre's, 2 to 6 a piece of up to so many sigma.
-   The axis is at `at`, where sigma is that many texels; grows: the lobe has detail near its axis
-   only. */
-static int envmapi_near_pieces(envmapi_knot *node, int room, double from, double to, double n,
-                               double at, double sigma, int grows, const double (*gauss)[6][2]) {
-    static const double longest[5] = ENVMAPI_PIECES;
-    int count = 0;
-    for (double next; from < to && count + 6 <= room; from = next) {
-        double texel = fmin(floor(from + 1e-9), ceil(to) - 1), end = fmin(texel + 1, to);
-        double away = from < at ? fmax(at - end, (at - from) / 4.5) : from - at;
-        double most = grows ? fmax(away, 0.8 * sigma) : sigma;
-        next = from + (end - from) / ceil((end - from) / (longest[4] * most));
-        int k = 0;
-        while (k < 4 && next - from > longest[k] * most) ++k;
-        for (int i = 0; i < k + 2; ++i, ++count) {
-            double place = (from + next - gauss[k][i][0] * (next - from)) / 2;
-            node[count].at = (place + 0.5) / n, node[count].texel = (int)texel;
-            node[count].f = (float)(place - texel);
-            node[count].weight = (float)((next - from) / n * gauss[k][i][1] / 2);
-        }
-    }
-    return count;
 }
 
 /* The column of a window, or -1. */
@@ -5960,10 +5975,10 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     int size = i ? level->edge : level->width, room = (int)s->room - 16;
     double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
     if (texels) /* each column of a lat-long once */
-        return envmapi_near_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
+        return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
                                     s->axis.tent);
-    envmapi_near_project(at, level->mapping, w->face, box, w->a);
-    return envmapi_near_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
+    envmapi_window_project(at, level->mapping, w->face, box, w->a);
+    return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
                                s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
                                s->gauss);
 }
@@ -6083,7 +6098,7 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     const envmapi_level *level = &s->axis.level;
     double box[2][2], R = envmapi_near_reach(s, texels);
     float limit = (float)s->limit, sines[ENVMAPI_CHUNK], k[ENVMAPI_CHUNK], density[ENVMAPI_CHUNK];
-    if (!envmapi_near_box(box, level->mapping, w->part, w->a, R,
+    if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
                           texels ? 0 : envmapi_near_border(s)))
         return;
     int count = envmapi_near_nodes(w->u, s, w, box, 0, texels);
@@ -6225,14 +6240,14 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     int mapping = s->axis.level.mapping, rim[ENVMAPI_NEAR_AXES] = {0};
     memset(w->sums, 0, sizeof w->sums);
     envmapi_near_aim(w, s, axes);
-    for (int part = 0; part < envmapi_near_parts(mapping); ++part) {
+    for (int part = 0; part < envmapi_window_parts(mapping); ++part) {
         if (!envmapi_near_open(w, s, part)) continue;
         memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
         for (int n = 0; n < axes->count; ++n) {
             memcpy(w->a, w->axes[n], sizeof w->a);
             rim[n] = envmapi_near_singular(s, w->a);
             if (rim[n]) continue;
-            envmapi_near_frame(w->m, mapping, w->face, w->a);
+            envmapi_window_frame(w->m, mapping, w->face, w->a);
             if (share > 0) envmapi_near_add(w, s, n, 0, share);
             if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
             if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
@@ -6271,7 +6286,7 @@ static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
 static void envmapi_near_needs(envmapi_near *s, const envmapi_near_axes *axes) {
     envmapi_window w;
     envmapi_near_aim(&w, s, axes);
-    for (int part = 0; part < envmapi_near_parts(s->axis.level.mapping); ++part) {
+    for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
         if (!envmapi_near_open(&w, s, part)) continue;
         envmapi_near_row *row = s->rows + w.face * (s->axis.level.edge + 2) + w.y + 1;
         for (int y = 0; y < w.height; ++y, ++row) {

@@ -50,7 +50,7 @@ static inline int read_all(file_bytes *bytes, FILE *file) {
 static inline int read_path(file_bytes *bytes, const char *path) {
     int standard = !strcmp(path, "-"), ok;
     FILE *file = standard ? stdin : fopen(path, "rb");
-    bytes->data = NULL;
+    bytes->data = NULL, bytes->count = 0;
     if (!file) return fail(FILE_ERROR, path, why_not(errno), NULL);
     ok = read_all(bytes, file);
     if (!ok) fail(FILE_ERROR, path, why_not(errno), NULL);

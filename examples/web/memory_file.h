@@ -39,20 +39,7 @@ static inline void write_bytes(write_file *w, const void *data, size_t size) {
     memory_file.size += size;
 }
 
-static inline void write_text(write_file *w, const char *text) {
-    write_bytes(w, text, strlen(text));
-}
-
-static inline void write_little(write_file *w, unsigned long long value, int bytes) {
-    unsigned char data[8];
-    int k;
-    for (k = 0; k < bytes; k++) data[k] = (unsigned char)(value >> 8 * k & 255);
-    write_bytes(w, data, (size_t)bytes);
-}
-
-static inline void write_zeros(write_file *w, size_t count) {
-    while (count--) write_little(w, 0, 1);
-}
+#include "../tool/write_numbers.h"
 
 static inline int write_close(write_file *w) { return w->error; }
 
