@@ -5753,7 +5753,7 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
        windows and their nodes                    _open, _nodes
        K: the angles of nodes, k there, texels    _sines, _k, _add, _flush, _rim
        times L for all turns; into dst            _apply, _put
-       R, from the scene's contrast               _radius
+       R, by the brightest texel in sight         _radius; _contrast tells which are bright
    Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
@@ -5762,6 +5762,9 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
                              octahedral map's horizon: there light has kinks off the lines */
 /* a_sphere_map_of_noise_keeps_the_tolerance */
 #define ENVMAPI_RIM 0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
+#define ENVMAPI_RUN 64  /* texels; any number is right. An axis sees bright runs farther: the fewer \
+                           they are, the farther all others see */
+#define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
@@ -5806,9 +5809,10 @@ typedef struct envmapi_near_axes {
     int face, x, y, count;
 } envmapi_near_axes;
 
-/* Texels of a row of the source that any axis needs, and where their blocks are. */
+/* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
+   the last bright one of each group of four turns. */
 typedef struct envmapi_near_row {
-    int from, to;
+    int from, to, bright[12][2];
     size_t first;
 } envmapi_near_row;
 
@@ -5825,7 +5829,7 @@ typedef struct envmapi_near {
     size_t count, area;              /* blocks; texels of the largest window */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
-    double sigma, R, limit;          /* R: rad; limit: its sine's square */
+    double sigma, R, R_bright, bright; /* how far an axis sees, rad: texels above `bright` farther */
     double piece, gauss[5][6][2];    /* pieces over ENVMAPI_PIECES; nodes and weights of 2 .. 6 */
     const envmapi_tail *tail;        /* that is in dst already, or NULL */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
@@ -5839,7 +5843,9 @@ typedef struct envmapi_window {
     int face, part, x, y, width, height;
     double sigma[2];                                      /* of the lobe, in texels along u and v */
     double axes[ENVMAPI_NEAR_AXES][3], middle[3], spread; /* spread: how far from the middle */
+    int rim[ENVMAPI_NEAR_AXES];                           /* of axes: the reference serves them */
     double a[3], m[3];                                    /* an axis, and on a cube's face */
+    double R, limit;                                      /* R in use, and its sine's square */
     envmapi_knot *u, *v;                                  /* [room] */
     float *place, *apart;                                 /* [room] of u: what _sines asks of it */
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
@@ -5878,10 +5884,12 @@ static int envmapi_near_groups(const envmapi_near *s) { return (s->turn_count + 
 static void envmapi_task_near_blocks(void *context, int task) {
     const envmapi_near *s = (const envmapi_near *)context;
     const envmapi_level *level = &s->axis.level;
-    const envmapi_near_row *row = s->rows + task;
+    envmapi_near_row *row = s->rows + task;
     int high = level->edge + 2, face = task / high, y = task % high - 1, w = level->width;
     int round = level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR;
+    float most = (float)ldexp(s->bright, -s->exponent);
     for (int t = 0; t < 4 * envmapi_near_groups(s); ++t) {
+        int *bright = row->bright[t / 4];
         const envmapi_place *to = s->turns[t < s->turn_count ? t : 0].src + face;
         float *out = s->blocks + 16 * ((size_t)(t / 4) * s->count + row->first) + 4 * (t % 4);
         const float *image = level->texels + 3 * (size_t)(to->face * level->edge) * (size_t)w;
@@ -5891,6 +5899,10 @@ static void envmapi_task_near_blocks(void *context, int task) {
                 envmapi_near_texel(out, s, to->face, X, Y);
             else memcpy(out, image + 3 * ((size_t)Y * (size_t)w + (size_t)X), 3 * sizeof *out);
             out[3] = 1;
+            if (out[0] > most || out[1] > most || out[2] > most) {
+                if (bright[0] == bright[1]) bright[0] = x;
+                bright[1] = x + 1;
+            }
         }
     }
 }
@@ -5904,8 +5916,8 @@ static double envmapi_near_border(const envmapi_near *s) {
 }
 
 /* How far the texels lie that an axis needs. */
-static double envmapi_near_reach(const envmapi_near *s, int texels) {
-    return s->R + (texels ? 3 * s->axis.tent * s->axis.texel : 0);
+static double envmapi_near_reach(const envmapi_near *s, double R, int texels) {
+    return R + (texels ? 3 * s->axis.tent * s->axis.texel : 0);
 }
 
 /* sigma in texels along u (i 0) or v (1) where the window is finest: over |d direction / du|. */
@@ -5946,13 +5958,14 @@ static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
 }
 
 /* The window of the axes on such a part; 0 where they see nothing of it. */
-static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part) {
+static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part, double far) {
     const envmapi_level *level = &s->axis.level;
-    double box[2][2], R = envmapi_near_reach(s, s->axis.bilinear < 1) + w->spread;
+    double box[2][2], R = envmapi_near_reach(s, far, s->axis.bilinear < 1) + w->spread;
     int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
     if (!envmapi_window_box(box, level->mapping, part, w->middle, R, envmapi_near_border(s)))
         return 0;
     for (int i = 0; i < 2; ++i) w->sigma[i] = envmapi_near_finest(s, box, w->middle, face, i);
+    w->R = far, w->limit = pow(sin(far), 2);
     w->face = face, w->part = part, w->x = (int)floor(box[0][0] * wide - 0.5);
     w->y = (int)floor(box[1][0] * level->edge - 0.5);
     w->width = (int)floor(box[0][1] * wide - 0.5) + 2 - w->x;
@@ -6050,11 +6063,11 @@ static void envmapi_near_sines(float *sines, float *density, const envmapi_windo
 
 /* k times `weight` of up to 64 squared sines; 0 beyond R. The bits of y = 1 + sine^2 / sigma^2 are
    the place in the table, of 2^bits values an octave. */
-static void envmapi_near_k(float *k, const envmapi_near *s, const float *sines, const float *weight,
-                           int n) {
+static void envmapi_near_k(float *k, const envmapi_near *s, float limit, const float *sines,
+                           const float *weight, int n) {
     const float *table = s->table;
     float y[ENVMAPI_CHUNK] = {0}, low[ENVMAPI_CHUNK], high[ENVMAPI_CHUNK], w[ENVMAPI_CHUNK];
-    float scale = s->inverse, fraction = s->fraction, most = 1 + scale * (float)s->limit;
+    float scale = s->inverse, fraction = s->fraction, most = 1 + scale * limit;
     uint32_t bits[ENVMAPI_CHUNK], mask = (1u << s->shift) - 1;
     int shift = s->shift, first = 127 << (23 - shift), place[ENVMAPI_CHUNK];
     for (int i = 0; i < n; ++i) {
@@ -6096,8 +6109,8 @@ static int envmapi_near_misses(const float *sines, float limit) {
 static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, int texels,
                              double share) {
     const envmapi_level *level = &s->axis.level;
-    double box[2][2], R = envmapi_near_reach(s, texels);
-    float limit = (float)s->limit, sines[ENVMAPI_CHUNK], k[ENVMAPI_CHUNK], density[ENVMAPI_CHUNK];
+    double box[2][2], R = envmapi_near_reach(s, w->R, texels);
+    float limit = (float)w->limit, sines[ENVMAPI_CHUNK], k[ENVMAPI_CHUNK], density[ENVMAPI_CHUNK];
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
                           texels ? 0 : envmapi_near_border(s)))
         return;
@@ -6124,7 +6137,7 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
             while (line && from < to && envmapi_near_misses(sines + to - 16, limit)) to -= 16;
             if (texels)
                 for (int i = from; i < to; ++i) density[i] = 1;
-            envmapi_near_k(k, s, sines + from, density + from, to - from);
+            envmapi_near_k(k, s, limit, sines + from, density + from, to - from);
             for (int i = from; i < to; ++i) a[i] += here * k[i - from];
             for (int i = from; i < to && !texels; ++i) b[i] += next * k[i - from];
         }
@@ -6138,7 +6151,7 @@ static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, do
     const envmapi_level *level = &s->axis.level;
     size_t width = (size_t)level->width, area = width * (size_t)level->edge;
     double uv[2], d[3], apart = s->axis.tent / sqrt(6.0) / level->edge;
-    double reach = cos(fmin(envmapi_near_reach(s, 1), ENVMAPI_PI));
+    double reach = cos(fmin(envmapi_near_reach(s, w->R, 1), ENVMAPI_PI));
     for (const envmapi_light *cut = s->in.rim; cut < s->in.rim + s->in.rim_count; ++cut) {
         int x = (int)(cut->texel % width) - w->x, y = (int)(cut->texel % area / width) - w->y;
         if ((int)(cut->texel / area) != w->face || x < 0 || x >= w->width || y < 0 ||
@@ -6152,15 +6165,29 @@ static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, do
             double c = envmapi_dot(w->a, d);
             sines[i] = (float)((1 - c) * (1 + c)), weight[i] = (float)(share * cut->value[3] / 4);
         }
-        envmapi_near_k(k, s, sines, weight, 4);
+        envmapi_near_k(k, s, (float)w->limit, sines, weight, 4);
         w->K[(y * w->width + x) * ENVMAPI_NEAR_AXES + n] += k[0] + k[1] + k[2] + k[3];
     }
 }
 
-/* sums += K times blocks: one K serves a texel's images under all turns. */
-static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s) {
+static envmapi_near_row *envmapi_near_rows(const envmapi_near *s, const envmapi_window *w) {
+    return s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
+}
+
+/* Groups of turns that have a bright texel in the window, as bits. */
+static unsigned envmapi_near_bright(const envmapi_window *w, const envmapi_near *s) {
+    const envmapi_near_row *row = envmapi_near_rows(s, w);
+    unsigned groups = 0;
+    for (int y = 0; y < w->height; ++y, ++row)
+        for (int g = 0; g < envmapi_near_groups(s); ++g)
+            if (row->bright[g][0] < w->x + w->width && row->bright[g][1] > w->x) groups |= 1u << g;
+    return groups;
+}
+
+/* sums += K times blocks: one K serves a texel's images under all turns; those of these groups. */
+static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigned groups) {
     enum { N = ENVMAPI_NEAR_AXES };
-    const envmapi_near_row *row = s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
+    const envmapi_near_row *row = envmapi_near_rows(s, w);
     for (int y = 0; y < w->height; ++y, ++row) {
         const float *K = w->K + y * w->width * N;
         int from = 0, to = w->width * N;
@@ -6168,6 +6195,7 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s) {
         while (from < to && !(K[to - 1] > 0 || K[to - 1] < 0)) --to;
         from /= N, to = (to + N - 1) / N;
         for (int g = 0; g < envmapi_near_groups(s); ++g) {
+            if (!(groups >> g & 1)) continue;
             size_t at = (size_t)g * s->count + row->first + (size_t)(w->x - row->from);
             const float *block = s->blocks + 16 * (at + (size_t)from), *k = K + from * N;
             envmapi_float16 sums[N];
@@ -6186,7 +6214,7 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s) {
    itself serves. */
 static int envmapi_near_singular(const envmapi_near *s, const double a[3]) {
     int mapping = s->axis.level.mapping, sphere = mapping == ENVMAP_SPHERE;
-    double reach = fmin(s->R, 8 * s->sigma) + (sphere ? ENVMAPI_RIM : 2 * s->axis.texel);
+    double reach = fmin(s->R_bright, 8 * s->sigma) + (sphere ? ENVMAPI_RIM : 2 * s->axis.texel);
     if (!sphere && mapping != ENVMAP_ANGULAR) return 0;
     return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
 }
@@ -6233,28 +6261,36 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     }
 }
 
-/* Some axes: what they see of every face, summed up for all turns. */
+/* Some axes: what they see of an open window, summed up for these groups of turns. */
+static void envmapi_near_look(envmapi_window *w, const envmapi_near *s, int axes, unsigned groups) {
+    double share = s->axis.bilinear;
+    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+    for (int n = 0; n < axes; ++n) {
+        memcpy(w->a, w->axes[n], sizeof w->a);
+        if (w->rim[n]) continue;
+        envmapi_window_frame(w->m, s->axis.level.mapping, w->face, w->a);
+        if (share > 0) envmapi_near_add(w, s, n, 0, share);
+        if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
+        if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
+    }
+    envmapi_near_apply(w, s, groups);
+}
+
+/* Some axes: what they see of every part, farther under those turns that show a bright texel. */
 static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_axes *axes) {
-    double share = s->axis.bilinear;
-    int mapping = s->axis.level.mapping, rim[ENVMAPI_NEAR_AXES] = {0};
+    unsigned all = (1u << envmapi_near_groups(s)) - 1;
     memset(w->sums, 0, sizeof w->sums);
     envmapi_near_aim(w, s, axes);
-    for (int part = 0; part < envmapi_window_parts(mapping); ++part) {
-        if (!envmapi_near_open(w, s, part)) continue;
-        memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-        for (int n = 0; n < axes->count; ++n) {
-            memcpy(w->a, w->axes[n], sizeof w->a);
-            rim[n] = envmapi_near_singular(s, w->a);
-            if (rim[n]) continue;
-            envmapi_window_frame(w->m, mapping, w->face, w->a);
-            if (share > 0) envmapi_near_add(w, s, n, 0, share);
-            if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
-            if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
-        }
-        envmapi_near_apply(w, s);
+    for (int n = 0; n < axes->count; ++n) w->rim[n] = envmapi_near_singular(s, w->axes[n]);
+    for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
+        int seen = envmapi_near_open(w, s, part, s->R_bright);
+        unsigned bright = seen && s->R < s->R_bright ? envmapi_near_bright(w, s) : 0;
+        if (bright) envmapi_near_look(w, s, axes->count, bright);
+        if (bright != all && envmapi_near_open(w, s, part, s->R))
+            envmapi_near_look(w, s, axes->count, all & ~bright);
     }
-    for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, rim[n]);
+    for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, w->rim[n]);
 }
 
 #define ENVMAPI_NEAR_ROUND 1024 /* groups of axes between two words to the progress callback */
@@ -6287,7 +6323,7 @@ static void envmapi_near_needs(envmapi_near *s, const envmapi_near_axes *axes) {
     envmapi_window w;
     envmapi_near_aim(&w, s, axes);
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
-        if (!envmapi_near_open(&w, s, part)) continue;
+        if (!envmapi_near_open(&w, s, part, s->R_bright)) continue;
         envmapi_near_row *row = s->rows + w.face * (s->axis.level.edge + 2) + w.y + 1;
         for (int y = 0; y < w.height; ++y, ++row) {
             if (row->from == row->to) row->from = w.x, row->to = w.x + w.width;
@@ -6328,16 +6364,29 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     return s->blocks ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
 }
 
-/* The brightest and the darkest texel of a slice, by their largest channels, and the mean. */
-static void envmapi_near_look(double look[3], const float *t, size_t count) {
+/* The brightest and the darkest texel of a slice, by their largest channels, and the mean. Returns
+   a power of two that one of 64 runs of texels exceeds. */
+static double envmapi_near_contrast(double look[3], const float *t, size_t count) {
     double sum = 0;
     float high = 0, low = 3e38f;
-    for (size_t i = 0; i < count; i += 3) {
-        float one = t[i] > t[i + 1] ? t[i] : t[i + 1];
-        one = one > t[i + 2] ? one : t[i + 2];
-        high = one > high ? one : high, low = one < low ? one : low, sum += (double)one;
+    size_t runs[ENVMAPI_OCTAVES] = {0}, above = 0;
+    for (size_t i = 0; i < count;) {
+        size_t end = i + 3 * ENVMAPI_RUN < count ? i + 3 * ENVMAPI_RUN : count;
+        float most = 0;
+        int octave;
+        for (; i < end; i += 3) {
+            float one = t[i] > t[i + 1] ? t[i] : t[i + 1];
+            one = one > t[i + 2] ? one : t[i + 2];
+            most = one > most ? one : most, low = one < low ? one : low, sum += (double)one;
+        }
+        high = most > high ? most : high;
+        frexp((double)most, &octave);
+        ++runs[octave + ENVMAPI_OCTAVES / 2];
     }
     look[0] = (double)high, look[1] = (double)low, look[2] = 3 * sum / (double)count;
+    int octave = ENVMAPI_OCTAVES;
+    while (octave > 0 && (above += runs[octave - 1]) * 64 * 3 * ENVMAPI_RUN <= count) --octave;
+    return fmin(ldexp(1, octave - ENVMAPI_OCTAVES / 2), (double)high);
 }
 
 /* The least angle beyond which the lobe sends no more than a tenth of the tolerance, and a fifth of
@@ -6373,9 +6422,10 @@ static double envmapi_near_radius(const envmapi_near *s, const double look[3], d
 /* k of the lobe by octaves of 1 + sin^2 / sigma^2, to a node beyond R. */
 static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envmapi_pool *pool) {
     const envmapi_axis *axis = &s->axis;
-    s->limit = pow(sin(s->R), 2), s->inverse = (float)(1 / (s->sigma * s->sigma));
+    s->inverse = (float)(1 / (s->sigma * s->sigma));
+    double limit = pow(sin(s->R_bright), 2);
     int bits = tolerance < 1e-5 ? 12 : tolerance < 2e-4 ? 10 : 7; /* 6e-8, 1e-6, 1e-4 are lost */
-    int count = 3 + (int)((1 << bits) * (1 + log2(1 + s->limit * (double)s->inverse)));
+    int count = 3 + (int)((1 << bits) * (1 + log2(1 + limit * (double)s->inverse)));
     s->shift = 23 - bits, s->fraction = 1.0f / (float)(1 << s->shift);
     s->table = (float *)envmapi_pool_get(pool, (size_t)count, sizeof(float));
     if (!s->table) return ENVMAP_ERROR_MEMORY;
@@ -6395,10 +6445,10 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
 
 /* What an axis needs to be near: few texels within R, and few nodes. */
 static int envmapi_near_serves(const envmapi_near *s) {
-    double texels = s->R / s->axis.texel;
+    double texels = s->R_bright / s->axis.texel;
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX;
     if (s->axis.lobe->kind == ENVMAP_LOBE_BANKS) return 0; /* a ring's edges are off the lines */
-    return s->R < 1.5 && (s->tail || (texels < 64 && (grows || s->R < 60 * s->sigma)));
+    return s->R_bright < 1.5 && (s->tail || (texels < 64 && (grows || s->R_bright < 60 * s->sigma)));
 }
 
 /* A slice of src, or its only one, into a slice of dst. *served: 0 where it reaches too far. */
@@ -6408,11 +6458,13 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     int rows = envmap_faces(src->mapping) * (src->size + 2);
     double tolerance = (double)desc->tolerance, look[3];
     envmap_result result = ENVMAP_OK;
-    envmapi_near_look(look, level->texels, envmapi_slice_floats(src, 0));
+    s->bright = envmapi_near_contrast(look, level->texels, envmapi_slice_floats(src, 0));
     frexp(look[0], &s->exponent);
     if (s->exponent > -60 && s->exponent < 60) s->exponent = 0;
     s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
-    s->R = s->tail ? s->tail->reach : envmapi_near_radius(s, look, tolerance);
+    s->R = s->R_bright = s->tail ? s->tail->reach : envmapi_near_radius(s, look, tolerance);
+    look[0] = s->bright;
+    if (!s->tail) s->R = envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
     if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
     for (int k = 0; k < 5; ++k)
