@@ -6007,6 +6007,14 @@ static double envmapi_near_density(const envmapi_level *level, double u, double 
     return (level->mapping == ENVMAP_SPHERE && r >= 1) || inside <= 0 ? 0 : density * inside;
 }
 
+/* sin^2, to a float's digits: the series at less than a quarter turn. */
+static double envmapi_sine_square(double x) {
+    x -= ENVMAPI_PI * floor(x / ENVMAPI_PI + 0.5);
+    double y = x * x;
+    double sine = x * (1 - y / 6 * (1 - y / 20 * (1 - y / 42 * (1 - y / 72 * (1 - y / 110)))));
+    return sine * sine;
+}
+
 /* What _sines asks of a node along u or v, by which float differences are exact enough.
      cube       d ~ (X,Y,1), axis m: X and m_2 X - m_0; Y and m_1 - m_2 Y
      lat-long   4 sin^2 of half the longitudes' difference; sin(theta) sin(theta_a), and 4 sin^2
@@ -6018,9 +6026,9 @@ static void envmapi_near_place(float *place, float *apart, const envmapi_window 
     if (mapping == ENVMAP_CUBE) {
         *place = (float)X, *apart = (float)(i ? m[1] - m[2] * X : m[2] * X - m[0]);
     } else if (mapping == ENVMAP_LATLONG) {
-        double half = sin(i ? (theta - m[1]) / 2 : theta - m[0]);
-        *place = (float)(i ? sin(theta) * m[2] : 4 * half * half);
-        *apart = (float)(4 * half * half);
+        double square = envmapi_sine_square(i ? (theta - m[1]) / 2 : theta - m[0]);
+        *place = (float)(i ? sin(theta) * m[2] : 4 * square);
+        *apart = (float)(4 * square);
     }
 }
 
