@@ -523,7 +523,8 @@ typedef struct envmap_filter_desc {
    for the axis a of every texel of dst, those outside a rim too. Any parameterizations and sizes.
    As a lobe gets thinner than two texels of src, each texel spreads into a tent (bilinear radiance
    at the end), so the result is continuous in N, and N -> infinity is the bilinear mirror.
-   Also writes dst->p0, p1. desc NULL: AUTO, that is FAST, or the reference where texels are few.
+   Also writes dst->p0, p1. desc NULL: AUTO, that is FAST, or the reference where texels are few
+   and the lobe is wider than they.
    Errors: ARGUMENT (bad map or desc, dst is src), LOBE, RADIANCE (NaN, Inf; negative for all but
    the reference), METHOD, MEMORY, CANCELLED.
    REFERENCE: O(texels of src * texels and slices of dst). Tiles of texels where k is below 1e-12 of
@@ -535,9 +536,9 @@ typedef struct envmap_filter_desc {
    the lobe reaches). Rings thinner than that (Banks, s -> 1), and what looks at the point where a
    sphere or angular map's rim meets, go to the reference: slow.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
-   filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a kink (diffuse,
-   Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their darkest texels may
-   be off by more than 20 tolerances.
+   filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
+   kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
+   darkest texels may be off by more than 20 tolerances.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
@@ -3903,8 +3904,8 @@ typedef struct envmapi_grid {
 
 /* The largest |d direction / du| of a mapping, but at the rims of sphere and angular maps. */
 static double envmapi_stretch(int mapping) {
-    static const double span[ENVMAP_MAPPING_COUNT] = {2, 4, 4, 2 * ENVMAPI_PI, 2 * ENVMAPI_PI,
-                                                      4.898979485566356}; /* 2 sqrt 6 */
+    static const double span[ENVMAP_MAPPING_COUNT] = {
+        2, 4, 4, 2 * ENVMAPI_PI, 2 * ENVMAPI_PI, 4.898979485566356}; /* 2 sqrt 6 */
     return span[mapping];
 }
 
@@ -3952,15 +3953,15 @@ static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, int pad
 /* One map's grid at work, and the rings behind it. A task is a part that the data alone defines. */
 typedef struct envmapi_transform {
     envmapi_grid grid;
-    envmapi_rings rings;         /* their points: the nodes, then the cut texels */
-    const envmapi_input *in;     /* of a source */
-    envmapi_taps *u, *v;         /* of the texels */
-    double (*factors)[3];        /* of the solve along columns, rows; of odd parts */
-    float *rows;                 /* a task's rows of texels */
-    int strips, along, adjoint;  /* strips: of a face's grid, one a task; solve along rows */
-    envmapi_lights lights;       /* summed apart */
-    float *out;                    /* a result's slice */
-    double norm;                   /* what a light's k is divided by */
+    envmapi_rings rings;        /* their points: the nodes, then the cut texels */
+    const envmapi_input *in;    /* of a source */
+    envmapi_taps *u, *v;        /* of the texels */
+    double (*factors)[3];       /* of the solve along columns, rows; of odd parts */
+    float *rows;                /* a task's rows of texels */
+    int strips, along, adjoint; /* strips: of a face's grid, one a task; solve along rows */
+    envmapi_lights lights;      /* summed apart */
+    float *out;                 /* a result's slice */
+    double norm;                /* what a light's k is divided by */
     int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
 } envmapi_transform;
 
@@ -5638,7 +5639,7 @@ static int envmapi_window_octa(double box[2][2], int quadrant, const double a[3]
 /* The (u,v) that hold all within R of a on a face, as far as it goes: box[0] those of u, box[1] of
    v. Of an octahedral map, faces are quadrants. 0 where there are none. */
 static int envmapi_window_box(double box[2][2], int mapping, int face, const double a[3], double R,
-                            double border) {
+                              double border) {
     double at[2], m[3], sine = sin(R);
     int all = R > 1.5;
     for (int i = 0; i < 4; ++i) box[i / 2][i % 2] = i % 2;
@@ -5686,7 +5687,7 @@ static int envmapi_window_box(double box[2][2], int mapping, int face, const dou
 
 /* The axis on a face, or its image over an octahedral map's edges, where that is nearer. */
 static void envmapi_window_project(double at[2], int mapping, int face, double box[2][2],
-                                 const double a[3]) {
+                                   const double a[3]) {
     double middle[2] = {(box[0][0] + box[0][1]) / 2, (box[1][0] + box[1][1]) / 2};
     envmapi_project(at, mapping, face, a);
     if (mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_image(at, middle);
@@ -5700,7 +5701,7 @@ static int envmapi_window_parts(int mapping) {
 /* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
    whole numbers: each texel at its centre, or spread. */
 static int envmapi_window_centres(envmapi_knot *node, int room, double from, double to, double n,
-                                double tent) {
+                                  double tent) {
     int count = 0, sides = tent > 0 ? 2 : 1;
     for (double x = ceil(from); x <= to && count + 2 <= room; x += 1)
         for (int i = 0; i < sides; ++i, ++count) {
@@ -5715,7 +5716,7 @@ static int envmapi_window_centres(envmapi_knot *node, int room, double from, dou
    The axis is at `at`, where sigma is that many texels; grows: the lobe has detail near its axis
    only. */
 static int envmapi_window_pieces(envmapi_knot *node, int room, double from, double to, double n,
-                               double at, double sigma, int grows, const double (*gauss)[6][2]) {
+                                 double at, double sigma, int grows, const double (*gauss)[6][2]) {
     static const double longest[5] = ENVMAPI_PIECES;
     int count = 0;
     for (double next; from < to && count + 6 <= room; from = next) {
@@ -5758,12 +5759,12 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
-#define ENVMAPI_BLEND 0.4 /* so much shorter are pieces where paraboloids blend, and across the     \
+#define ENVMAPI_BLEND                                                                              \
+    0.4 /* so much shorter are pieces where paraboloids blend, and across the    \
                              octahedral map's horizon: there light has kinks off the lines */
 /* a_sphere_map_of_noise_keeps_the_tolerance */
-#define ENVMAPI_RIM 0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
-#define ENVMAPI_RUN 64  /* texels; any number is right. An axis sees bright runs farther: the fewer \
-                           they are, the farther all others see */
+#define ENVMAPI_RIM     0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
+#define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
 #define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
@@ -5829,9 +5830,9 @@ typedef struct envmapi_near {
     size_t count, area;              /* blocks; texels of the largest window */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
-    double sigma, R, R_bright, bright; /* how far an axis sees, rad: texels above `bright` farther */
-    double piece, gauss[5][6][2];    /* pieces over ENVMAPI_PIECES; nodes and weights of 2 .. 6 */
-    const envmapi_tail *tail;        /* that is in dst already, or NULL */
+    double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
+    double piece, gauss[5][6][2];      /* pieces over ENVMAPI_PIECES; nodes and weights of 2 .. 6 */
+    const envmapi_tail *tail;          /* that is in dst already, or NULL */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
     size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
@@ -5989,11 +5990,11 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
     if (texels) /* each column of a lat-long once */
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
-                                    s->axis.tent);
+                                      s->axis.tent);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
-                               s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
-                               s->gauss);
+                                 s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
+                                 s->gauss);
 }
 
 /* ---- K */
@@ -6120,7 +6121,7 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     double box[2][2], R = envmapi_near_reach(s, w->R, texels);
     float limit = (float)w->limit, sines[ENVMAPI_CHUNK], k[ENVMAPI_CHUNK], density[ENVMAPI_CHUNK];
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
-                          texels ? 0 : envmapi_near_border(s)))
+                            texels ? 0 : envmapi_near_border(s)))
         return;
     int count = envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
@@ -6456,7 +6457,8 @@ static int envmapi_near_serves(const envmapi_near *s) {
     double texels = s->R_bright / s->axis.texel;
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX;
     if (s->axis.lobe->kind == ENVMAP_LOBE_BANKS) return 0; /* a ring's edges are off the lines */
-    return s->R_bright < 1.5 && (s->tail || (texels < 64 && (grows || s->R_bright < 60 * s->sigma)));
+    return s->R_bright < 1.5 &&
+           (s->tail || (texels < 64 && (grows || s->R_bright < 60 * s->sigma)));
 }
 
 /* A slice of src, or its only one, into a slice of dst. *served: 0 where it reaches too far. */
@@ -7596,8 +7598,8 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
         t->rings.lambda = (double *)envmapi_pool_get(pool, ENVMAPI_FAST_BANDS, sizeof(double));
         if (!result && !t->rings.lambda) result = ENVMAP_ERROR_MEMORY;
         if (!result)
-            result = envmapi_lights_group(&t->lights, spec->lobe, spec->sigma, spec->tolerance,
-                                          pool);
+            result =
+                envmapi_lights_group(&t->lights, spec->lobe, spec->sigma, spec->tolerance, pool);
         for (; row < end && !result; ++row) {
             envmapi_part part;
             envmap_work one = envmapi_work_part(&part, &desc->work, row, 1, spec->slices);
@@ -7696,10 +7698,12 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
     return 1;
 }
 
-/* Where pairs of texels are few, the definition is the fastest method too. */
-static int envmapi_few_pairs(const envmap *dst, const envmap *src) {
+/* Where pairs of texels are few, the definition is the fastest method too, and exact while it is a
+   sum over texels; its integral of a sharp lobe is not more exact than 1e-3 of the lobe. */
+static int envmapi_few_pairs(const envmap *dst, const envmap *src, const envmap_lobe *lobe) {
     double floats = (double)envmapi_slice_floats(dst, 0) * (double)envmapi_slice_floats(src, 0);
-    return dst->slices * floats / 9 < 1e5;
+    return dst->slices * floats / 9 < 1e5 &&
+           envmap_lobe_sigma(lobe, lobe->p0) >= 1.5 * envmapi_texel_extent(src);
 }
 
 /* What one call works with: levels, and specs for those that go to the fast filter. */
@@ -7739,9 +7743,10 @@ static int envmapi_job_constant(const envmapi_job *job, int l) {
 static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
     int method = job->desc.method;
+    int few = envmapi_few_pairs(job->views + l, job->src, job->lobes + l);
     if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
         method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l) ||
-        (method == ENVMAP_METHOD_AUTO && envmapi_few_pairs(job->views + l, job->src)))
+        (method == ENVMAP_METHOD_AUTO && few))
         return ENVMAP_OK;
     if (envmapi_texel_extent(job->src) <= 0.1) /* else coarser than any kernel of these */
         job->planned[l] =
@@ -7821,7 +7826,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
                 job->views[l].texels[i] = job->src->texels[i % 3];
         else if (desc.method != ENVMAP_METHOD_REFERENCE &&
                  (desc.method == ENVMAP_METHOD_FAST ||
-                  !envmapi_few_pairs(job->views + l, job->src)))
+                  !envmapi_few_pairs(job->views + l, job->src, job->lobes + l)))
             result = envmapi_filter_near(job->views + l, job->src, lobe, NULL, 0, slices, &desc,
                                          &job->pool);
         else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
@@ -7846,8 +7851,8 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
 static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     int direct = job->planned[0] && job->specs[0].L && !job->specs[0].tail && dst->slices == 1;
     int quick = dst->mapping == job->src->mapping && dst->size <= job->src->size;
-    job->late = job->lobes[0].kind == ENVMAP_LOBE_MIRROR &&
-                (quick || !job->desc.work.progress.report);
+    job->late =
+        job->lobes[0].kind == ENVMAP_LOBE_MIRROR && (quick || !job->desc.work.progress.report);
     float *first = envmapi_image(dst, 0, direct || job->late ? dst->slices : 0, 0);
     size_t floats = (size_t)(envmapi_image(dst, job->count - 1, dst->slices, 0) - first);
     float *stage = (float *)envmapi_pool_get(&job->pool, floats + 1, sizeof(float));
@@ -7946,11 +7951,11 @@ ENVMAPI_BODY envmap_result envmap_prepare(envmap_prepared *prepared, const envma
 typedef struct envmapi_power {
     const envmap_lobe *lobe;
     double tolerance, *sh, finest; /* sh: the scene's a_lm, l < known; finest: where it ends */
-    double *scene; /* |a_l|^2 / (2l+1): a light's is the same in all bands */
-    double *gain;  /* (2l+1) lambda_l^2, the mean of the slices */
-    double *P;     /* scene times gain */
-    int known, bands, needed;  /* needed: what P_l says; 0: there is no scene */
-    envmapi_sh_points *points; /* room for the lights */
+    double *scene;                 /* |a_l|^2 / (2l+1): a light's is the same in all bands */
+    double *gain;                  /* (2l+1) lambda_l^2, the mean of the slices */
+    double *P;                     /* scene times gain */
+    int known, bands, needed;      /* needed: what P_l says; 0: there is no scene */
+    envmapi_sh_points *points;     /* room for the lights */
 } envmapi_power;
 
 static double envmapi_rms(double part, double whole) { return whole > 0 ? sqrt(part / whole) : 0; }
@@ -8183,7 +8188,7 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
         out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &d);
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
     if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
-    int few = envmapi_few_pairs(dst, job->src);
+    int few = envmapi_few_pairs(dst, job->src, job->lobes);
     out->method = few && !constant ? ENVMAP_METHOD_REFERENCE : ENVMAP_METHOD_FAST;
     if (few || !spec->L) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
