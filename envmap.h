@@ -3806,14 +3806,15 @@ typedef struct envmapi_input {
 
 /* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
    averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). Octahedral maps:
-   rho = |p|^-3, but in texels that a fold cuts. */
+   rho = |p|^-3, but in texels that a fold cuts; where the horizon halves them, two triangles. */
 static void envmapi_task_omega(void *context, int y) {
     const envmapi_input *in = (const envmapi_input *)context;
     int mapping = in->map->mapping, edge = in->map->size, width = envmapi_width(mapping, edge);
     float *omega = in->omega + (size_t)y * 4 * (size_t)width, *once = omega + 3 * width;
     double side = 2.0 / width, Y = (2 * y + 1.0) / edge - 1, area = side * side;
     int cube = mapping == ENVMAP_CUBE,
-        smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
+        smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID),
+        folds = edge >= 64 && mapping == ENVMAP_OCTAHEDRAL;
     double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
     for (int x = 0; smooth && x < (width + 1) / 2; ++x) {
         double X = (2 * x + 1.0) * (1.0 / width) - 1, q = 1 + X * X + Y * Y;
@@ -3821,16 +3822,20 @@ static void envmapi_task_omega(void *context, int y) {
         once[x] =
             (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
     }
-    for (int x = 0; !smooth && x < (width + 1) / 2; ++x) {
-        double X = 1 - (2 * x + 1.0) / width, p = 1 - X - fabs(Y), low = fmin(p, 0), fold = 0;
-        if (mapping == ENVMAP_OCTAHEDRAL && edge >= 64)
-            fold = fmin(fmin(X, fabs(Y)) + side / 4, fabs(p));
-        if (fold > 0.7 * side) {
-            X += low, low += fabs(Y), p = fabs(p);
-            double r = envmapi_inverse_root(X * X + low * low + p * p), i = r * r;
-            double slopes = (X - p) * (X - p) + (low - p) * (low - p);
-            once[x] = (float)(area * i * r * (1 + area * i * (0.625 * i * slopes - 0.5)));
-        } else once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
+    for (int x = 0; folds && x < (width + 1) / 2; ++x) {
+        double X = 1 - (2 * x + 1.0) * (1.0 / width), p = 1 - X - fabs(Y), low = p < 0 ? p : 0;
+        double Z = fabs(Y) + low, xp = X + low - fabs(p), zp = Z - fabs(p);
+        double r = envmapi_inverse_root((X + low) * (X + low) + Z * Z + p * p), i = r * r;
+        once[x] = (float)(area * i * r *
+                          (1 + area * i * (0.625 * i * (xp * xp + zp * zp) - 0.5)));
+    }
+    for (int x = 0; !smooth && x < (width + 1) / 2; ++x) { /* where a fold is nearer than 0.7 */
+        double X = 1 - (2 * x + 1.0) / width, Z = fabs(Y), p = fabs(1 - X - Z), e = side / 2;
+        double a[3] = {X - e, 0, Z + e}, b[3] = {X + e, 0, Z - e}, c[3] = {X - e, side, Z - e};
+        int apart = folds && fmin(X, Z) > 0.45 * side;
+        if (apart && p > 0.7 * side) continue;
+        if (apart && p < 0.1 * side) once[x] = (float)(2 * envmapi_spherical_triangle(a, b, c));
+        else once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
     }
     for (int x = 0; envmapi_is_disc(mapping) && x < (width + 1) / 2; ++x) { /* cut by the rim */
         double X = fabs((2 * x + 1.0) / width - 1) + side / 2, y_end = fabs(Y) + side / 2;
