@@ -250,6 +250,28 @@ static void grids_coarser_than_the_texels_keep_the_tolerance(void) {
     }
 }
 
+/* On the horizon's fold too, and with texels that folds halve, in grids coarser than they are. */
+static void lamps_on_an_octahedral_maps_folds_keep_the_tolerance(void) {
+    static const double at[6][2] = {{0.5, 0.2}, {0.5, 0.5}, {0, 0},
+                                    {0.99, 0.5}, {0.245, 0.255}, {0.7, 0.8}};
+    for (int size = 96; size < 98; ++size) {
+        miss all = {0, 0};
+        envmap src = black(ENVMAP_OCTAHEDRAL, size, 1, 1), cube = scene_of(SUN, ENVMAP_CUBE, 16);
+        for (int i = 0; i < 6; ++i) {
+            float *lamp =
+                envmap_texel(&src, 0, 0, 0, (int)(at[i][0] * size), (int)(at[i][1] * size));
+            lamp[0] = lamp[1] = 1, lamp[2] = 0.5f;
+            all = larger(all, miss_by(ENVMAP_CUBE, 5, 1, &src, envmap_lobe_phong(10),
+                                      ENVMAP_METHOD_FAST, 1e-3));
+            lamp[0] = lamp[1] = lamp[2] = 0;
+        }
+        figures("from octahedral, lamps", all);
+        figures("to octahedral", miss_by(ENVMAP_OCTAHEDRAL, size, 1, &cube, envmap_lobe_phong(10),
+                                         ENVMAP_METHOD_FAST, 1e-3));
+        envmap_free(&src), envmap_free(&cube);
+    }
+}
+
 static void odd_and_tiny_sizes_keep_the_tolerance(void) {
     static const int sizes[5][2] = {{17, 33}, {33, 17}, {33, 1}, {17, 2}, {33, 3}};
     for (int i = 0; i < 5; ++i) {
@@ -1127,6 +1149,7 @@ int main(void) {
     RUN(tolerances_far_out_of_range_are_safe);
     RUN(every_parameterization_is_a_source_and_a_target);
     RUN(grids_coarser_than_the_texels_keep_the_tolerance);
+    RUN(lamps_on_an_octahedral_maps_folds_keep_the_tolerance);
     RUN(odd_and_tiny_sizes_keep_the_tolerance);
     RUN(sources_of_1_to_3_texels_keep_the_tolerance);
     RUN(kinks_on_few_texels_keep_the_tolerance);
