@@ -3785,9 +3785,10 @@ static void envmapi_lit_all(envmapi_lit *lit, int n, const envmapi_lights *l) {
        fill      L_i = sum_lm lambda_l a_lm Y_lm(d_i)                             _fill_texels
    A grid lies in a face's own (u,v), no finer than the bands, padded past the face's edges: a node
    there is simply a direction, and a point for the rings. Texels go to nodes by the adjoint of
-   quintic spline interpolation (_task_reduce), and come from them by interpolation (_task_expand);
-   sphere, angular and octahedral maps have no grid, their texels are the points. Texels that a rim
-   cuts are points of their own, and lights are summed apart, exactly (_add_lights).
+   quintic spline interpolation (_task_reduce), and come from them by interpolation (_task_expand).
+   An octahedral map has a grid for each face of the octahedron; sphere and angular maps have none,
+   their texels are the points. Texels that a rim cuts are points of their own, and lights are
+   summed apart, exactly (_add_lights).
    Used by >>harmonics (envmap_sh_project, envmap_sh_fill) and >>fast.  Tests: tests/test_fast.c,
    tests/test_sh.c. */
 
@@ -3806,14 +3807,15 @@ typedef struct envmapi_input {
 
 /* Solid angles of row y. Cube and paraboloid, 64 and larger: density rho = c (1+q)^-s, q = X^2+Y^2,
    averaged over the texel to fourth order, rho (1 + side^2/24 laplacian(rho)/rho). Octahedral maps:
-   rho = |p|^-3, but in texels that a fold cuts. */
+   rho = |p|^-3, but in texels that a fold cuts; where the horizon halves them, two triangles. */
 static void envmapi_task_omega(void *context, int y) {
     const envmapi_input *in = (const envmapi_input *)context;
     int mapping = in->map->mapping, edge = in->map->size, width = envmapi_width(mapping, edge);
     float *omega = in->omega + (size_t)y * 4 * (size_t)width, *once = omega + 3 * width;
     double side = 2.0 / width, Y = (2 * y + 1.0) / edge - 1, area = side * side;
     int cube = mapping == ENVMAP_CUBE,
-        smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID);
+        smooth = edge >= 64 && (cube || mapping == ENVMAP_PARABOLOID),
+        folds = edge >= 64 && mapping == ENVMAP_OCTAHEDRAL;
     double row = mapping == ENVMAP_LATLONG ? envmapi_texel_cell(NULL, mapping, edge, 0, y) : 0;
     for (int x = 0; smooth && x < (width + 1) / 2; ++x) {
         double X = (2 * x + 1.0) * (1.0 / width) - 1, q = 1 + X * X + Y * Y;
@@ -3821,16 +3823,20 @@ static void envmapi_task_omega(void *context, int y) {
         once[x] =
             (float)(area * rho * (1 + area * i * (cube ? (1.5 * q - 2.5) / 4 : (2 * q - 3) / 3)));
     }
-    for (int x = 0; !smooth && x < (width + 1) / 2; ++x) {
-        double X = 1 - (2 * x + 1.0) / width, p = 1 - X - fabs(Y), low = fmin(p, 0), fold = 0;
-        if (mapping == ENVMAP_OCTAHEDRAL && edge >= 64)
-            fold = fmin(fmin(X, fabs(Y)) + side / 4, fabs(p));
-        if (fold > 0.7 * side) {
-            X += low, low += fabs(Y), p = fabs(p);
-            double r = envmapi_inverse_root(X * X + low * low + p * p), i = r * r;
-            double slopes = (X - p) * (X - p) + (low - p) * (low - p);
-            once[x] = (float)(area * i * r * (1 + area * i * (0.625 * i * slopes - 0.5)));
-        } else once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
+    for (int x = 0; folds && x < (width + 1) / 2; ++x) {
+        double X = 1 - (2 * x + 1.0) * (1.0 / width), p = 1 - X - fabs(Y), low = p < 0 ? p : 0;
+        double Z = fabs(Y) + low, xp = X + low - fabs(p), zp = Z - fabs(p);
+        double r = envmapi_inverse_root((X + low) * (X + low) + Z * Z + p * p), i = r * r;
+        once[x] = (float)(area * i * r *
+                          (1 + area * i * (0.625 * i * (xp * xp + zp * zp) - 0.5)));
+    }
+    for (int x = 0; !smooth && x < (width + 1) / 2; ++x) { /* where a fold is nearer than 0.7 */
+        double X = 1 - (2 * x + 1.0) / width, Z = fabs(Y), p = fabs(1 - X - Z), e = side / 2;
+        double a[3] = {X - e, 0, Z + e}, b[3] = {X + e, 0, Z - e}, c[3] = {X - e, side, Z - e};
+        int apart = folds && fmin(X, Z) > 0.45 * side;
+        if (apart && p > 0.7 * side) continue;
+        if (apart && p < 0.1 * side) once[x] = (float)(2 * envmapi_spherical_triangle(a, b, c));
+        else once[x] = (float)(row > 0 ? row : envmapi_texel_cell(NULL, mapping, edge, x, y));
     }
     for (int x = 0; envmapi_is_disc(mapping) && x < (width + 1) / 2; ++x) { /* cut by the rim */
         double X = fabs((2 * x + 1.0) / width - 1) + side / 2, y_end = fabs(Y) + side / 2;
@@ -3894,10 +3900,12 @@ static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, 
 /* ---- the grid of a face, and a whole transform */
 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels
-   (identity), which have one tap each. closed: nodes beyond an edge are others of the grid. */
+   (identity), which have one tap each. closed: nodes beyond an edge are others of the grid.
+   folded: an octahedral map's faces are the octahedron's, two triangles in each quadrant, whose
+   nodes fill it: bit 0 of a face is the right half, bit 1 the one below, bit 2 beyond the horizon. */
 typedef struct envmapi_grid {
     const envmap *map;
-    int faces, width, height, nu, nv, pad, identity, closed, taps;
+    int faces, width, height, nu, nv, pad, identity, closed, folded, taps;
     int line[2];  /* nodes that are solved together along v, and along u */
     size_t count; /* nodes */
 } envmapi_grid;
@@ -3909,22 +3917,26 @@ static double envmapi_stretch(int mapping) {
     return span[mapping];
 }
 
-/* Nodes no farther apart than h. Sphere and angular maps end at their rims, and directions kink at
-   an octahedral map's folds, so their texels are the grid; so they are where a grid has nearly as
-   many nodes (0.8: speed only). A face is padded by 3 nodes, which taps reach, and by those that
-   feel a spline's end: it is 0.2 % wrong there and forgets it by its pole, 0.43 = e^-0.843, a
-   node. A lat-long's lines have no end: rows go on at the seam, columns beyond the poles. Test:
+/* Nodes no farther apart than h. Sphere and angular maps end at their rims, so their texels are the
+   grid; so they are where a grid has nearly as many nodes (0.8: speed only). A face is padded by 3
+   nodes, which taps reach, and by those that feel a spline's end: it is 0.2 % wrong there and
+   forgets it by its pole, 0.43 = e^-0.843, a node. An octahedron's face, whose rows and columns
+   cross at 60 degrees, has one more, which three bands need (points_keep_the_tolerance). A
+   lat-long's lines have no end: rows go on at the seam, columns beyond the poles. Test:
    a_light_beside_an_edge_keeps_the_tolerance. */
 static envmapi_grid envmapi_grid_of(const envmap *map, double h, double tolerance) {
     envmapi_grid grid;
     int width = envmapi_width(map->mapping, map->size), closed = map->mapping == ENVMAP_LATLONG;
-    int n = (int)fmax(ceil(envmapi_stretch(map->mapping) / h / (1 + closed)), 4);
-    grid.map = map, grid.faces = envmap_faces(map->mapping);
+    int folds = map->mapping == ENVMAP_OCTAHEDRAL, faces = folds ? 8 : envmap_faces(map->mapping);
+    int n = (int)fmax(ceil(envmapi_stretch(map->mapping) / h / (1 + closed + folds)), 4) + folds;
+    grid.map = map;
     grid.pad = 3 + (closed ? 0 : (int)ceil(log(0.002 / fmin(tolerance, 0.002)) / 0.843));
-    double nodes = ((1.0 + closed) * n + 2 * grid.pad) * (n + 2.0 * grid.pad);
+    double nodes = faces * ((1.0 + closed) * n + 2 * grid.pad) * (n + 2.0 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
-                    map->mapping == ENVMAP_OCTAHEDRAL || nodes > 0.8 * width * map->size;
+                    nodes > 0.8 * envmap_faces(map->mapping) * width * map->size;
     grid.closed = closed && !grid.identity, grid.taps = grid.identity ? 1 : 6;
+    grid.folded = folds && !grid.identity;
+    grid.faces = grid.folded ? faces : envmap_faces(map->mapping);
     if (grid.identity) grid.pad = 0;
     grid.nu = grid.identity ? width : n * (1 + closed);
     grid.nv = grid.identity ? map->size : n;
@@ -3935,18 +3947,40 @@ static envmapi_grid envmapi_grid_of(const envmap *map, double h, double toleranc
     return grid;
 }
 
+/* Where the columns, or rows, of a face begin and end: all n of the map, or a half. */
+static void envmapi_grid_side(int run[2], const envmapi_grid *grid, int n, int second) {
+    run[0] = grid->folded && second ? n / 2 : 0, run[1] = grid->folded && !second ? n / 2 : n;
+}
+
+/* The same of its texels in row y, one of its rows. */
+static void envmapi_grid_run(int run[2], const envmapi_grid *grid, int face, int y) {
+    int size = grid->map->size, horizon = abs(2 * y + 1 - size) / 2, right = face & 1;
+    envmapi_grid_side(run, grid, envmapi_width(grid->map->mapping, size), right);
+    if (grid->folded) run[right ^ face >> 2] = right ? size - horizon : horizon;
+}
+
+/* (u,v) -> d as seen from a face, also beyond its edges. An octahedron's are planes. */
+static void envmapi_grid_ray(double d[3], const envmapi_grid *grid, int face, double u, double v) {
+    double a = face & 1 ? 1 : -1, b = face & 2 ? 1 : -1, x = a * (2 * u - 1), z = b * (2 * v - 1);
+    if (!grid->folded) envmapi_ray(d, grid->map->mapping, face, u, v);
+    else d[0] = a * (face & 4 ? 1 - z : x), d[1] = 1 - x - z, d[2] = b * (face & 4 ? 1 - x : z);
+}
+
 /* Six nodes and their spline weights for each texel along one side. */
 typedef struct envmapi_taps {
     int start;
     float w[6];
 } envmapi_taps;
 
-static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, int pad, int identity) {
+static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, const envmapi_grid *grid) {
     for (int x = 0; x < texels; ++x) {
-        double at = (x + 0.5) / texels * nodes - 0.5 + pad, before = floor(at);
+        double at = (x + 0.5) / texels * nodes * (1 + grid->folded) - 0.5 + grid->pad;
+        if (grid->folded && x >= texels / 2) at -= nodes;
+        double before = floor(at);
         taps[x].start = (int)before - 2;
         envmapi_spline(taps[x].w, (float)(at - before));
-        if (identity) memset(taps[x].w, 0, sizeof taps[x].w), taps[x].w[0] = 1, taps[x].start = x;
+        if (grid->identity)
+            memset(taps[x].w, 0, sizeof taps[x].w), taps[x].w[0] = 1, taps[x].start = x;
     }
 }
 
@@ -3966,16 +4000,17 @@ typedef struct envmapi_transform {
 } envmapi_transform;
 
 /* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
-static void envmapi_rays(double d[3][ENVMAPI_CHUNK], int at, int n, int mapping, int face, double u,
-                         double du, double v) {
+static void envmapi_rays(double d[3][ENVMAPI_CHUNK], int at, int n, const envmapi_grid *grid,
+                         int face, double u, double du, double v) {
     double ray[3], last[3];
-    for (int i = 0; i < n && mapping != ENVMAP_CUBE; ++i) {
-        envmapi_ray(ray, mapping, face, u + i * du, v);
+    int flat = grid->map->mapping == ENVMAP_CUBE || grid->folded;
+    for (int i = 0; i < n && !flat; ++i) {
+        envmapi_grid_ray(ray, grid, face, u + i * du, v);
         for (int c = 0; c < 3; ++c) d[c][at + i] = ray[c];
     }
-    if (mapping != ENVMAP_CUBE) return;
-    envmapi_ray(ray, mapping, face, u, v);
-    envmapi_ray(last, mapping, face, u + n * du, v);
+    if (!flat) return;
+    envmapi_grid_ray(ray, grid, face, u, v);
+    envmapi_grid_ray(last, grid, face, u + n * du, v);
     for (int c = 0; c < 3; ++c)
         for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + i * ((last[c] - ray[c]) / n);
 }
@@ -3985,14 +4020,16 @@ static void envmapi_task_points(void *context, int y) {
     envmapi_transform *t = (envmapi_transform *)context;
     const envmapi_grid *grid = &t->grid;
     int width = grid->width, total = grid->faces * width, first = 0;
-    double d[3][ENVMAPI_CHUNK], v = (y - grid->pad + 0.5) / grid->nv;
+    double d[3][ENVMAPI_CHUNK], part = grid->folded ? 0.5 : 1; /* of the map, a face's (u,v) are */
+    double du = part / grid->nu, v = (y - grid->pad + 0.5) * part / grid->nv;
     envmapi_point points[ENVMAPI_CHUNK];
     for (int i = 0, next, n; i < total; i = next) { /* a run on one face, up to a full chunk */
         n = width - i % width;
         if (n > first + ENVMAPI_CHUNK - i) n = first + ENVMAPI_CHUNK - i;
         next = i + n;
-        envmapi_rays(d, i - first, n, grid->map->mapping, i / width,
-                     (i % width - grid->pad + 0.5) / grid->nu, 1.0 / grid->nu, v);
+        int face = i / width, right = grid->folded & face, below = grid->folded & face >> 1;
+        envmapi_rays(d, i - first, n, grid, face,
+                     (i % width - grid->pad + 0.5) * du + 0.5 * right, du, v + 0.5 * below);
         if (next - first < ENVMAPI_CHUNK && next < total) continue;
         envmapi_rings_points(points, &t->rings, d, next - first);
         for (int k = first; k < next; ++k) {
@@ -4035,8 +4072,8 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
         if (!t->rings.reach) return ENVMAP_ERROR_MEMORY;
     }
     t->v = t->u + width;
-    envmapi_taps_fill(t->u, (int)width, t->grid.nu, t->grid.pad, t->grid.identity);
-    envmapi_taps_fill(t->v, map->size, t->grid.nv, t->grid.pad, t->grid.identity);
+    envmapi_taps_fill(t->u, (int)width, t->grid.nu, &t->grid);
+    envmapi_taps_fill(t->v, map->size, t->grid.nv, &t->grid);
     for (int i = 0; i < 4; ++i) { /* along v, u; the same for odd parts of closed lines */
         const int *n = t->grid.line, odd = i / 2, sign = odd ? -1 : 1;
         double(*to)[3] = t->factors + odd * (n[0] + n[1] + 4) + i % 2 * (n[0] + 2);
@@ -4203,14 +4240,17 @@ ENVMAPI_INLINE void envmapi_rows_add(float *sums, size_t stride, int taps, const
 
 /* A finished row of texels -> a row of nodes: a run of texels between the same nodes is gathered in
    registers first. */
-static void envmapi_reduce_row(float *nodes, const envmapi_transform *t, const float *row) {
+static void envmapi_reduce_row(float *nodes, const envmapi_transform *t, int face,
+                               const float *row) {
     int width = envmapi_width(t->grid.map->mapping, t->grid.map->size), taps = t->grid.taps;
+    int run[2];
     const float *solid = row + 3 * width;
-    for (int x = 0; x < width;) {
+    envmapi_grid_side(run, &t->grid, width, face & 1);
+    for (int x = run[0]; x < run[1];) {
         int start = t->u[x].start;
         envmapi_float4 sums[6], *node = envmapi_float4_at(nodes + 4 * start);
         memset(sums, 0, sizeof sums);
-        for (; x < width && t->u[x].start == start; ++x) {
+        for (; x < run[1] && t->u[x].start == start; ++x) {
             float light[4] = {row[3 * x], row[3 * x + 1], row[3 * x + 2], solid[x]};
             for (int i = 0; i < 6; ++i) /* of one tap, five are zero */
                 envmapi_float4_add(sums + i, t->u[x].w[i], envmapi_float4_at(light));
@@ -4226,36 +4266,43 @@ static void envmapi_task_reduce(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     const envmapi_grid *grid = &t->grid;
     int face = task / t->strips, strip = task % t->strips, size = grid->map->size, open;
-    int taps = grid->taps;
-    int from = grid->height * strip / t->strips, to = grid->height * (strip + 1) / t->strips, y = 0;
+    int taps = grid->taps, most = grid->folded ? 1 : ENVMAPI_ROWS, run[2];
+    int from = grid->height * strip / t->strips, to = grid->height * (strip + 1) / t->strips, y;
     size_t width = (size_t)envmapi_width(grid->map->mapping, size), W = 4 * width;
     size_t floats = 4 * (size_t)grid->width;
-    const float *texels = t->in->texels + 3 * (size_t)face * width * (size_t)size;
+    const float *texels = t->in->texels;
     float *nodes = t->rings.values + (size_t)face * (size_t)grid->height * floats;
     float *rows = t->rows + (size_t)task * 6 * W;
+    if (!grid->folded) texels += 3 * (size_t)face * width * (size_t)size;
     envmapi_rows in;
     memset(nodes + (size_t)from * floats, 0, (size_t)(to - from) * floats * sizeof(float));
     memset(rows, 0, 6 * W * sizeof(float));
+    envmapi_grid_side(run, grid, size, face & 2);
+    y = run[0], size = run[1];
     while (y < size && t->v[y].start + taps <= from) ++y;
     for (open = y < size ? t->v[y].start : to; open < to; y += in.rows) {
         int next = y < size ? t->v[y].start : to;
         for (in.rows = 0; open < next && open < to; ++open) {
             float *row = rows + (size_t)(open % 6) * W;
-            if (open >= from) envmapi_reduce_row(nodes + (size_t)open * floats, t, row);
+            if (open >= from) envmapi_reduce_row(nodes + (size_t)open * floats, t, face, row);
             memset(row, 0, W * sizeof(float));
         }
-        for (int k = y; next < to && k < size && in.rows < ENVMAPI_ROWS && t->v[k].start == next;
+        envmapi_grid_run(run, grid, face, y);
+        size_t n = (size_t)(run[1] - run[0]), x = (size_t)run[0];
+        for (int k = y; next < to && k < size && in.rows < most && t->v[k].start == next;
              ++k, ++in.rows) {
-            in.x[in.rows] = texels + 3 * (size_t)k * width;
-            in.y[in.rows] = envmapi_omega_row(t->in, k);
+            in.x[in.rows] = texels + 3 * ((size_t)k * width + x);
+            in.y[in.rows] = envmapi_omega_row(t->in, k) + 3 * x;
             for (int i = 0; i < taps; ++i)
                 in.w[in.rows][taps == 6 ? (next + i) % 6 : 0] = t->v[k].w[i];
         }
+        if (!in.rows) break;
         float *into = taps == 6 ? rows : rows + (size_t)(next % 6) * W;
-        if (taps == 6) envmapi_rows_add(into, W, 6, &in, 1, NULL, 3 * width);
-        else envmapi_rows_add(into, W, 1, &in, 1, NULL, 3 * width);
-        for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + 3 * width;
-        if (face == 0) envmapi_rows_add(into + 3 * width, W, taps, &in, 0, NULL, width);
+        if (taps == 6) envmapi_rows_add(into + 3 * x, W, 6, &in, 1, NULL, 3 * n);
+        else envmapi_rows_add(into, W, 1, &in, 1, NULL, 3 * n);
+        for (int r = 0; r < in.rows; ++r) in.x[r] = in.y[r] + 3 * width - 2 * x;
+        if (face == 0 || grid->folded)
+            envmapi_rows_add(into + 3 * width + x, W, taps, &in, 0, NULL, n);
     }
 }
 
@@ -4264,7 +4311,11 @@ static void envmapi_light_out(envmapi_transform *t, const envmapi_light *light) 
     size_t width = (size_t)envmapi_width(t->grid.map->mapping, t->grid.map->size);
     size_t x = light->texel % width, line = light->texel / width, size = (size_t)t->grid.map->size;
     size_t face = line / size, y = line % size;
-    int taps = t->grid.taps;
+    int taps = t->grid.taps, run[2] = {0, 0};
+    for (int f = t->grid.folded ? y >= size / 2 ? 2 : 0 : 8; f < 8; f += f & 1 ? 3 : 1) {
+        envmapi_grid_run(run, &t->grid, f, (int)y);
+        if ((int)x >= run[0] && (int)x < run[1]) face = (size_t)f;
+    }
     if (!(envmapi_omega_row(t->in, (int)y)[3 * x] > 0)) return; /* a cut one is not there */
     for (int k = 0; k < taps * taps; ++k) {
         size_t row = face * (size_t)t->grid.height + (size_t)(t->v[y].start + k / taps);
@@ -4295,7 +4346,7 @@ static size_t envmapi_rim_points(envmapi_transform *t) {
 static void envmapi_project_texels(envmapi_transform *t, const envmap_work *work) {
     size_t face = t->grid.count / (size_t)t->grid.faces;
     envmapi_run_all(work, envmapi_task_reduce, t, t->grid.faces * t->strips);
-    for (size_t i = 0; i + face < t->grid.count; ++i)
+    for (size_t i = 0; i + face < t->grid.count && !t->grid.folded; ++i)
         t->rings.values[4 * (i + face) + 3] = t->rings.values[4 * i + 3];
     for (int i = 0; i < t->lights.count; ++i) envmapi_light_out(t, t->lights.all + i);
     envmapi_grid_solve(t, 1, work);
@@ -4322,8 +4373,7 @@ static void envmapi_add_lights(float *sums, const float *norm, const envmapi_tra
                                int x, int y, int n) {
     double a[3][ENVMAPI_CHUNK] = {{0}}, scale = 1 / t->norm;
     double du = 1.0 / envmapi_width(t->grid.map->mapping, t->grid.map->size);
-    envmapi_rays(a, 0, n, t->grid.map->mapping, face, (x + 0.5) * du, du,
-                 (y + 0.5) / t->grid.map->size);
+    envmapi_rays(a, 0, n, &t->grid, face, (x + 0.5) * du, du, (y + 0.5) / t->grid.map->size);
     for (int i = 0; i < n; i += ENVMAPI_BESIDE) {
         envmapi_lit lit;
         int m = n - i < ENVMAPI_BESIDE ? n - i : ENVMAPI_BESIDE;
@@ -4342,9 +4392,11 @@ static void envmapi_add_lights(float *sums, const float *norm, const envmapi_tra
 }
 
 /* A row of nodes -> as wide as the texels: RGB, then the norm. */
-static void envmapi_expand_row(float *row, const envmapi_transform *t, const float *nodes) {
-    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
-    for (int x = 0; x < width; ++x) {
+static void envmapi_expand_row(float *row, const envmapi_transform *t, int face,
+                               const float *nodes) {
+    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size), run[2];
+    envmapi_grid_side(run, &t->grid, width, face & 1);
+    for (int x = run[0]; x < run[1]; ++x) {
         float sum[4];
         if (t->grid.identity) {
             memcpy(sum, nodes + 4 * x, sizeof sum);
@@ -4360,20 +4412,24 @@ static void envmapi_expand_row(float *row, const envmapi_transform *t, const flo
     }
 }
 
-/* A row of texels from rows as wide as they are; norm: room for theirs. */
+/* A face's part of a row of texels from rows as wide as the map; norm: room for theirs. */
 static void envmapi_expand_texels(float *out, float *norm, const envmapi_transform *t,
                                   envmapi_rows *in, int face, int y) {
-    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
-    memset(out, 0, 3 * (size_t)width * sizeof *out);
-    envmapi_rows_add(out, 0, 1, in, 0, NULL, 3 * (size_t)width);
-    for (int i = 0; i < 3 * width && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
+    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size), run[2];
+    envmapi_grid_run(run, &t->grid, face, y);
+    int from = run[0], n = run[1] - run[0];
+    out += 3 * from;
+    memset(out, 0, 3 * (size_t)n * sizeof *out);
+    for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * from;
+    envmapi_rows_add(out, 0, 1, in, 0, NULL, 3 * (size_t)n);
+    for (int i = 0; i < 3 * n && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
     if (!t->lights.count) return;
-    for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width;
-    memset(norm, 0, (size_t)width * sizeof *norm);
-    envmapi_rows_add(norm, 0, 1, in, 0, NULL, (size_t)width);
-    for (int x = 0; x < width; x += ENVMAPI_CHUNK)
-        envmapi_add_lights(out + 3 * x, norm + x, t, face, x, y,
-                           width - x < ENVMAPI_CHUNK ? width - x : ENVMAPI_CHUNK);
+    for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width - 2 * from;
+    memset(norm, 0, (size_t)n * sizeof *norm);
+    envmapi_rows_add(norm, 0, 1, in, 0, NULL, (size_t)n);
+    for (int x = 0; x < n; x += ENVMAPI_CHUNK)
+        envmapi_add_lights(out + 3 * x, norm + x, t, face, from + x, y,
+                           n - x < ENVMAPI_CHUNK ? n - x : ENVMAPI_CHUNK);
 }
 
 /* Texels from spline coefficients. Task: a strip of texel rows of a face; six rows of nodes are
@@ -4385,13 +4441,18 @@ static void envmapi_task_expand(void *context, int task) {
     size_t width = (size_t)envmapi_width(grid->map->mapping, size),
            floats = 4 * (size_t)grid->width;
     const float *nodes = t->rings.values + (size_t)face * (size_t)grid->height * floats;
-    float *rows = t->rows + (size_t)task * 28 * width, *norm = rows + 24 * width,
-          *out = t->out + 3 * (size_t)face * width * (size_t)size;
+    float *rows = t->rows + (size_t)task * 28 * width, *norm = rows + 24 * width;
+    float *out = t->out + (grid->folded ? 0 : 3 * (size_t)face * width * (size_t)size);
     envmapi_rows in;
-    for (int y = size * strip / t->strips; y < size * (strip + 1) / t->strips; ++y) {
+    int run[2];
+    envmapi_grid_side(run, grid, size, face & 2);
+    int from = run[0] + (run[1] - run[0]) * strip / t->strips;
+    int to = run[0] + (run[1] - run[0]) * (strip + 1) / t->strips;
+    for (int y = from; y < to; ++y) {
         int start = t->v[y].start, taps = grid->identity ? 1 : 6; /* constants: unrolled */
         for (int i = done < start ? start : done; i < start + taps; ++i)
-            envmapi_expand_row(rows + (size_t)(i % 6) * 4 * width, t, nodes + (size_t)i * floats);
+            envmapi_expand_row(rows + (size_t)(i % 6) * 4 * width, t, face,
+                               nodes + (size_t)i * floats);
         for (int i = 0; i < taps; ++i) {
             in.x[i] = rows + (size_t)((start + i) % 6) * 4 * width;
             in.w[i][0] = t->v[y].w[i];

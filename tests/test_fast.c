@@ -250,6 +250,28 @@ static void grids_coarser_than_the_texels_keep_the_tolerance(void) {
     }
 }
 
+/* On the horizon's fold too, and with texels that folds halve, in grids coarser than they are. */
+static void lamps_on_an_octahedral_maps_folds_keep_the_tolerance(void) {
+    static const double at[6][2] = {{0.5, 0.2}, {0.5, 0.5}, {0, 0},
+                                    {0.99, 0.5}, {0.245, 0.255}, {0.7, 0.8}};
+    for (int size = 96; size < 98; ++size) {
+        miss all = {0, 0};
+        envmap src = black(ENVMAP_OCTAHEDRAL, size, 1, 1), cube = scene_of(SUN, ENVMAP_CUBE, 16);
+        for (int i = 0; i < 6; ++i) {
+            float *lamp =
+                envmap_texel(&src, 0, 0, 0, (int)(at[i][0] * size), (int)(at[i][1] * size));
+            lamp[0] = lamp[1] = 1, lamp[2] = 0.5f;
+            all = larger(all, miss_by(ENVMAP_CUBE, 5, 1, &src, envmap_lobe_phong(10),
+                                      ENVMAP_METHOD_FAST, 1e-3));
+            lamp[0] = lamp[1] = lamp[2] = 0;
+        }
+        figures("from octahedral, lamps", all);
+        figures("to octahedral", miss_by(ENVMAP_OCTAHEDRAL, size, 1, &cube, envmap_lobe_phong(10),
+                                         ENVMAP_METHOD_FAST, 1e-3));
+        envmap_free(&src), envmap_free(&cube);
+    }
+}
+
 static void odd_and_tiny_sizes_keep_the_tolerance(void) {
     static const int sizes[5][2] = {{17, 33}, {33, 17}, {33, 1}, {17, 2}, {33, 3}};
     for (int i = 0; i < 5; ++i) {
@@ -1092,6 +1114,32 @@ static void projecting_takes_no_longer_than_the_fast_filters_way_in(void) {
     envmap_free(&map);
 }
 
+/* The least CPU time of seven runs each, taken in turn, and the first over the second. */
+static double times_as_long(const envmap *a, const envmap *b, envmap_lobe lobe) {
+    double best[2] = {HUGE_VAL, HUGE_VAL};
+    for (int i = 0; i < 14; ++i) {
+        const envmap *src = i & 1 ? a : b;
+        envmap dst = black(src->mapping, src->size, 1, 1);
+        clock_t start = clock();
+        CHECK(filter(&dst, src, lobe, ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+        best[i & 1] = fmin(best[i & 1], (double)(clock() - start) / CLOCKS_PER_SEC);
+        envmap_free(&dst);
+    }
+    return best[1] / best[0];
+}
+
+/* Of as many texels. */
+static void octahedral_maps_take_at_most_three_times_a_cubes_time(void) {
+    static const char *const names[5] = {"Phong 10", "Phong 100", "GGX 1", "GGX 0.25", "diffuse"};
+    envmap_lobe lobes[5] = {envmap_lobe_phong(10), envmap_lobe_phong(100), envmap_lobe_ggx(1),
+                            envmap_lobe_ggx(0.25f), envmap_lobe_diffuse()};
+    envmap cube = scene_of(MILD, ENVMAP_CUBE, 160), octa = scene_of(MILD, ENVMAP_OCTAHEDRAL, 392);
+    for (int i = 0; i < 5; ++i)
+        FIGURE(names[i], times_as_long(&octa, &cube, lobes[i]), 3);
+    envmap_free(&cube);
+    envmap_free(&octa);
+}
+
 static void nothing_leaks(void) { CHECK(oracle_live == 0); }
 
 int main(void) {
@@ -1101,6 +1149,7 @@ int main(void) {
     RUN(tolerances_far_out_of_range_are_safe);
     RUN(every_parameterization_is_a_source_and_a_target);
     RUN(grids_coarser_than_the_texels_keep_the_tolerance);
+    RUN(lamps_on_an_octahedral_maps_folds_keep_the_tolerance);
     RUN(odd_and_tiny_sizes_keep_the_tolerance);
     RUN(sources_of_1_to_3_texels_keep_the_tolerance);
     RUN(kinks_on_few_texels_keep_the_tolerance);
@@ -1137,6 +1186,7 @@ int main(void) {
     RUN(out_of_memory_leaks_nothing_and_touches_nothing);
     RUN(bad_input_is_refused_and_touches_nothing);
     RUN(projecting_takes_no_longer_than_the_fast_filters_way_in);
+    RUN(octahedral_maps_take_at_most_three_times_a_cubes_time);
     RUN(nothing_leaks);
     return test_summary();
 }
