@@ -248,7 +248,7 @@ $(BUILD)/flags $(BUILD)/flags-measure: FORCE
 	@mkdir -p $(BUILD)/tests
 	@echo '$(WORDS)' | cmp -s - $@ || echo '$(WORDS)' >$@
 
-HELPERS      = $(wildcard examples/*/*.h)
+HELPERS      = $(wildcard examples/*.h examples/*/*.h)
 TEST_HELPERS = tests/fuzz_calls.c $(wildcard tests/*.h tests/*/*.h examples/methods/*.h)
 
 $(SHARED): tests/oracle.c tests/oracle.h tests/test.h envmap.h $(BUILD)/flags
