@@ -264,6 +264,9 @@ $(BUILD)/tests/test_gl $(BUILD)/tests/test_shaders: $(BUILD)/tests/%: %.c envmap
 $(BUILD)/tests/test_tool_%: test_tool_%.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/envmap $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(EXRFLAGS) -I. -Itests $< -o $@ $(EXRLIBS) $(LIBS)
 
+# It runs the tool.
+$(BUILD)/tests/test_gl: $(BUILD)/envmap
+
 # These test what the tool is made of.
 $(BUILD)/tests/test_write $(BUILD)/tests/test_bake: $(HELPERS)
 
