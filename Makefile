@@ -220,6 +220,7 @@ ifeq ($(HAS_EGL),yes)
 	$(BUILD)/anisotropic --headless $(GALLERY)/anisotropic.png
 	$(BUILD)/one_pass --headless $(GALLERY)/one_pass.png
 	$(BUILD)/hardware_filter --headless $(GALLERY)/hardware_filter.png
+	$(BUILD)/per_frame --headless $(GALLERY)/per_frame.png
 	$(BUILD)/nonphotorealistic --headless $(GALLERY)/nonphotorealistic.png
 	$(BUILD)/viewer --headless $(GALLERY)/viewer.png --keys MMMMMMM
 else
