@@ -1,6 +1,6 @@
 /* per_frame.c - an environment that moves, captured into a cube in every frame, and its whole GGX
-   chain filtered anew on the CPU by the library: the mirror of edge 128, roughness 1/4, 2/4, 3/4 and
-   1 of edge 8.
+   chain filtered anew on the CPU by the library: the mirror of edge 128, roughness 1/4, 2/4, 3/4
+   and 1 of edge 8.
 
    What you will see: balls of these four roughnesses while lamps move around them. Above they look
    up the chain, below the box levels that the card makes of the same cube (glGenerateMipmap), at
@@ -165,8 +165,8 @@ static void label(show *s) {
     draw_times(s, p, p->height - STRIP + 22);
 }
 
-/* Frames before the one that is kept, at one point a pixel, as a window may draw them: its times are
-   theirs. The last one's moment is one when no lamp hides a ball. */
+/* Frames before the one that is kept, at one point a pixel, as a window may draw them: its times
+   are theirs. The last one's moment is one when no lamp hides a ball. */
 static void warm(show *s) {
     int samples = s->app.samples;
     s->app.samples = 1;

@@ -3,8 +3,8 @@
 
      level l of 5 is roughness l/4: the mirror, of edge 128, to alpha = 1, of edge 8
 
-   What a frame's filter gives back to its cache (cache.h) the next one takes, so the system is asked
-   for memory in the first frames alone; the executor is the caller's.
+   What a frame's filter gives back to its cache (cache.h) the next one takes, so the system is
+   asked for memory in the first frames alone; the executor is the caller's.
    Include cache.h before envmap.h, and this after capture.h.
    What you will see: `per_frame`.  Test: a_refiltered_cube_is_the_library_s_chain.
 

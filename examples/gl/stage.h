@@ -160,8 +160,8 @@ static inline envmap_result stage_light(stage *st, int scene, const char *path) 
     return result;
 }
 
-/* Fills a stage after gl_open: the file or the scene's name among the arguments, else the scene; and
-   the exposure that suits it. Returns 1 when it worked. */
+/* Fills a stage after gl_open: the file or the scene's name among the arguments, else the scene;
+   and the exposure that suits it. Returns 1 when it worked. */
 static inline int stage_open(stage *st, gl_app *app, int scene, int argc, char **argv) {
     const char *path = NULL;
     int i, k;
