@@ -220,6 +220,7 @@ ifeq ($(HAS_EGL),yes)
 	$(BUILD)/anisotropic --headless $(GALLERY)/anisotropic.png
 	$(BUILD)/one_pass --headless $(GALLERY)/one_pass.png
 	$(BUILD)/hardware_filter --headless $(GALLERY)/hardware_filter.png
+	$(BUILD)/per_frame --headless $(GALLERY)/per_frame.png
 	$(BUILD)/nonphotorealistic --headless $(GALLERY)/nonphotorealistic.png
 	$(BUILD)/viewer --headless $(GALLERY)/viewer.png --keys MMMMMMM
 else
@@ -248,7 +249,7 @@ $(BUILD)/flags $(BUILD)/flags-measure: FORCE
 	@mkdir -p $(BUILD)/tests
 	@echo '$(WORDS)' | cmp -s - $@ || echo '$(WORDS)' >$@
 
-HELPERS      = $(wildcard examples/*/*.h)
+HELPERS      = $(wildcard examples/*.h examples/*/*.h)
 TEST_HELPERS = tests/fuzz_calls.c $(wildcard tests/*.h tests/*/*.h examples/methods/*.h)
 
 $(SHARED): tests/oracle.c tests/oracle.h tests/test.h envmap.h $(BUILD)/flags
@@ -263,6 +264,9 @@ $(BUILD)/tests/test_gl $(BUILD)/tests/test_shaders: $(BUILD)/tests/%: %.c envmap
 
 $(BUILD)/tests/test_tool_%: test_tool_%.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/envmap $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(EXRFLAGS) -I. -Itests $< -o $@ $(EXRLIBS) $(LIBS)
+
+# It runs the tool.
+$(BUILD)/tests/test_gl: $(BUILD)/envmap
 
 # These test what the tool is made of.
 $(BUILD)/tests/test_write $(BUILD)/tests/test_bake: $(HELPERS)

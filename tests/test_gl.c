@@ -2,7 +2,8 @@
    The meshes of examples/gl/mesh.h, and what a graphics card makes of the maps: every path of the
    examples' shaders against envmap_lookup at the same normals, eyes and tangents, which the card
    writes out too. Without EGL at compile time, or without a driver, the meshes alone are tested. */
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
+#include "examples/cache.h"
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
 #include "test.h"
@@ -11,11 +12,17 @@
 #include "examples/methods/paraboloid_convolution.h"
 #ifdef TEST_GL
 #include "examples/gl/gl.h"
+#include "examples/gl/gl_file.h"
 #include "examples/gl/surface.h"
 #include "examples/gl/gl_filter.h"
 #include "examples/gl/capture.h"
+#include "examples/gl/refilter.h"
 #include "examples/tool/shader.h"
 #include "examples/tool/brdfs.h"
+#include "examples/tool/write_file.h"
+#include "examples/tool/write_texels.h"
+#include "examples/tool/write_ktx.h"
+#include "examples/tool/write_dds.h"
 #include "examples/methods/nonphotorealistic.h"
 #endif
 
@@ -162,8 +169,7 @@ static void gloss(float L[3], const surface *s, looked in, const float n[3], con
         envmap_lookup_fan(L, in.map, turned_n, turned_across, turned_v, offsets, weights, s->taps);
     else if (s->axis == SURFACE_VIEW && in.fit)
         envmap_fit_lookup(L, in.fit, in.map, turned_n, turned_v);
-    else if (s->axis == SURFACE_DRAWN)
-        drawn(axis, n, v), envmap_lookup(L, in.map, axis, s->level);
+    else if (s->axis == SURFACE_DRAWN) drawn(axis, n, v), envmap_lookup(L, in.map, axis, s->level);
     else
         envmap_lookup_slice(L, in.map, axis, s->axis == SURFACE_TANGENT ? mesh_dot(v, t) : c,
                             s->level);
@@ -185,11 +191,12 @@ static void shade(double rgb[3], const surface *s, looked in, const double *sh, 
         rgb[i] = F * (double)s->tint[i] * (double)L[i] + w * (double)s->albedo[i] * fmax(0, E[i]);
 }
 
-/* sum |gpu - cpu| / sum |cpu| over the object's pixels, on the mesh where that is most. */
-static double worst_error(const surface *s, looked in, const double *sh) {
+/* sum |gpu - cpu| / sum |cpu| over the object's pixels, on the mesh where that is most; the card
+   draws one surface, the library another. */
+static double worst_between(const surface *card, const surface *s, looked in, const double *sh) {
     double worst = 0;
     for (int m = 0; m < GL_MESH_COUNT; ++m) {
-        float *shown = shoot(*s, SURFACE_SHOW_COLOUR, &meshes[m]);
+        float *shown = shoot(*card, SURFACE_SHOW_COLOUR, &meshes[m]);
         double miss = 0, all = 0;
         int pixels = 0;
         for (int i = 0; i < 4 * EDGE * EDGE; i += 4) {
@@ -207,6 +214,10 @@ static double worst_error(const surface *s, looked in, const double *sh) {
         if (!(miss / all <= worst)) worst = miss / all; /* NaN too */
     }
     return worst;
+}
+
+static double worst_error(const surface *s, looked in, const double *sh) {
+    return worst_between(s, s, in, sh);
 }
 
 static double worst_of_meshes(const surface *s, const envmap *map, const double *sh) {
@@ -362,6 +373,162 @@ static void maps_drawn_by_hand_are_the_library_s(void) {
         gl.DeleteTextures(1, &s.map);
         envmap_free(&map);
     }
+}
+
+/* ------------------------------------------------------------------------------------ files -- */
+
+static char folder[] = "/tmp/envmap-gl-XXXXXX", tool[4096];
+
+static const char *in_folder(const char *name) {
+    static char path[128];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    return path;
+}
+
+typedef int file_writer(texture *t, const char *path);
+
+static const struct container {
+    const char *name;
+    file_writer *write;
+} containers[3] = {{"a.ktx", write_ktx1}, {"a.ktx2", write_ktx2}, {"a.dds", write_dds}};
+
+/* Texels that are all different, each channel from 2^-8 to 2^12. */
+static envmap a_map(int mapping, int size, int levels) {
+    envmap map = {0};
+    unsigned long long seed = 3;
+    CHECK(!envmap_create(&map, mapping, size, levels, 1));
+    for (int l = 0; l < levels; ++l) {
+        int edge = size >> l, count = 3 * envmap_faces(mapping) * edge * edge;
+        float *texels = envmap_texel(&map, l, 0, 0, 0, 0);
+        for (int i = 0; i < (mapping == ENVMAP_LATLONG ? 2 : 1) * count; ++i)
+            texels[i] = (float)exp2(20 * test_random(&seed) - 8);
+    }
+    return map;
+}
+
+/* The worst of a channel's error in units of what its format may lose: of itself, but of the
+   largest channel where they share an exponent. */
+static double worst_step(const envmap *is, const envmap *map, int format) {
+    static const double step[4][3] = {{1.0 / 2048, 1.0 / 2048, 1.0 / 2048}, /* half */
+                                      {0, 0, 0},
+                                      {1.0 / 511, 1.0 / 511, 1.0 / 511},
+                                      {1.0 / 128, 1.0 / 128, 1.0 / 64}};
+    double worst = 0;
+    for (int l = 0; l < map->levels; ++l) {
+        int edge = map->size >> l, texels = envmap_faces(map->mapping) * edge * edge;
+        const float *a = envmap_texel(is, l, 0, 0, 0, 0), *b = envmap_texel(map, l, 0, 0, 0, 0);
+        for (int i = 0; i < (map->mapping == ENVMAP_LATLONG ? 2 : 1) * texels; ++i)
+            for (int c = 0; c < 3; ++c) {
+                const float *t = b + 3 * i;
+                double of =
+                    (double)(format == TEXEL_RGB9E5 ? fmaxf(t[0], fmaxf(t[1], t[2])) : t[c]);
+                double off = fabs((double)a[3 * i + c] - (double)t[c]);
+                if (off > 0) worst = fmax(worst, off / (step[format][c] * of));
+            }
+    }
+    return worst;
+}
+
+/* Every container, format and shape as the card has it after the upload, against the map. */
+static void files_are_on_the_card_what_the_map_is(void) {
+    static const int shapes[3][3] = {
+        {ENVMAP_CUBE, 16, 5}, {ENVMAP_LATLONG, 8, 3}, {ENVMAP_ANGULAR, 6, 1}};
+    for (int k = 0; k < 3; ++k)
+        for (int format = 0; format < 4; ++format) {
+            double worst = 0;
+            char what[96];
+            for (int s = 0; s < 3; ++s) {
+                envmap map = a_map(shapes[s][0], shapes[s][1], shapes[s][2]), is = {0};
+                texture t = {&map, format, "sky\0blue", 9, 0};
+                gl_file f;
+                CHECK(containers[k].write(&t, in_folder(containers[k].name)) == 0);
+                if (!CHECK(gl_file_open(&f, in_folder(containers[k].name)) == NULL)) return;
+                GLuint card = gl_file_upload(&f);
+                CHECK(!gl_file_map(&is, &f, card));
+                CHECK(is.mapping == map.mapping && is.size == map.size && is.levels == map.levels);
+                if (is.levels == map.levels) worst = fmax(worst, worst_step(&is, &map, format));
+                gl.DeleteTextures(1, &card);
+                gl_file_free(&f), envmap_free(&map), envmap_free(&is);
+            }
+            snprintf(what, sizeof what, "%s %s: worst error, of what the format may lose",
+                     containers[k].name, texel_format_name[format]);
+            FIGURE(what, worst, 1);
+        }
+}
+
+/* Every prefix, and the whole with each byte of the header made another: refused, or whole. */
+static void files_that_are_cut_or_spoilt_are_refused_in_words(void) {
+    envmap map = a_map(ENVMAP_CUBE, 2, 2);
+    for (int k = 0; k < 3; ++k) {
+        texture t = {&map, TEXEL_RGB9E5, NULL, 0, 0};
+        gl_file whole, f;
+        CHECK(containers[k].write(&t, in_folder(containers[k].name)) == 0);
+        if (!CHECK(gl_file_open(&whole, in_folder(containers[k].name)) == NULL)) return;
+        for (size_t size = 0; size < whole.size; ++size) { /* a block as long, for the sanitizers */
+            f = whole, f.size = size, f.data = (unsigned char *)malloc(size + !size);
+            memcpy(f.data, whole.data, size);
+            const char *why = gl_file_parse(&f);
+            CHECK(why && *why);
+            free(f.data);
+        }
+        size_t bytes = k ? 88 : 64 + (size_t)gl_file_number(&whole, 60, 4); /* of level 0, in KTX */
+        for (size_t at = 0; at < 160; ++at)
+            for (int value = 1; value < 256; value = 2 * value + 1) {
+                f = whole;
+                f.data[at] = (unsigned char)(f.data[at] ^ value);
+                const char *why = gl_file_parse(&f);
+                CHECK(why || k == 2 || at < bytes || at >= bytes + 4);
+                if (!why) {
+                    size_t last = f.at[f.levels - 1][f.faces - 1] + gl_file_bytes(&f, f.levels - 1);
+                    CHECK(last <= f.size && f.width <= GL_FILE_EDGE && f.height <= GL_FILE_EDGE);
+                }
+                whole.data[at] = (unsigned char)(whole.data[at] ^ value);
+            }
+        gl_file_free(&whole);
+    }
+    gl_file none;
+    CHECK(gl_file_open(&none, in_folder("nothing.dds")) && !none.data);
+    envmap_free(&map);
+}
+
+/* What `envmap bake` wrote for an engine, its levels on the card's balls and teapots, against
+   the library's own chain: roughness l / 4 bent, axes those that the engine looks up. */
+static void check_baked(const char *engine, const char *name, double bend, float x, float z) {
+    char command[4400], what[96];
+    gl_file f;
+    envmap chain = {0};
+    envmap_lobe lobes[5];
+    surface card = surface_default(), own = card;
+    looked in = {&chain, NULL};
+    double worst = 0;
+    snprintf(command, sizeof command, "%s bake %s %s --for %s --size 64 --levels 5 >/dev/null",
+             tool, in_folder("sky.pfm"), folder, engine);
+    CHECK(system(command) == 0);
+    const char *why = gl_file_open(&f, in_folder(name));
+    if (!CHECK(!why && f.levels == 5 && f.faces == 6 && f.width == 64)) return;
+    for (int l = 0; l < 5; ++l) {
+        double r = envmap_level_roughness(l, 5, bend);
+        lobes[l] = envmap_lobe_ggx((float)(r * r));
+    }
+    CHECK(!envmap_create(&chain, ENVMAP_CUBE, 64, 5, 1));
+    CHECK(!envmap_filter_chain(&chain, &environment, lobes, 5, NULL));
+    card.map = gl_file_upload(&f), card.turn[0] = x, card.turn[8] = z;
+    for (int i = 0; i <= 8; ++i) {
+        card.level = own.level = 0.5f * (float)i;
+        worst = fmax(worst, worst_between(&card, &own, in, NULL));
+    }
+    snprintf(what, sizeof what, "bake --for %s, %s: mean error of its worst level", engine, name);
+    FIGURE(what, worst, 0.02);
+    gl.DeleteTextures(1, &card.map);
+    gl_file_free(&f), envmap_free(&chain);
+}
+
+static void baked_files_light_balls_as_the_library_does(void) {
+    CHECK(!envmap_pfm_save(&environment, in_folder("sky.pfm"), 0));
+    check_baked("opengl", "specular.ktx2", 0, 1, 1);
+    check_baked("d3d", "specular.dds", 0, 1, -1);
+    check_baked("filament", "specular.ktx", 1, -1, -1);
+    check_baked("bevy", "specular.ktx2", 0, 1, -1);
 }
 
 /* ---------------------------------------------------------------------------------- shaders -- */
@@ -605,6 +772,38 @@ static void captured_light_is_the_library_s_in_one_pass(void) {
     capture_free(&caught);
 }
 
+/* The chain on the card after a frame, against one of the map that was captured; the second frame
+   asks for no memory. */
+static void a_refiltered_cube_is_the_library_s_chain(void) {
+    envmap source = {0}, should = {0}, is = {0};
+    envmap_filter_desc desc = {0};
+    refilter r;
+    catch_light(&source);
+    CHECK(refilter_create(&r, &desc));
+    CHECK(!refilter_run(&r, &caught) && r.asked > 0);
+    CHECK(!refilter_run(&r, &caught) && r.asked == 0);
+    CHECK(!envmap_create(&should, ENVMAP_CUBE, CAPTURE_EDGE, REFILTER_LEVELS, 1));
+    CHECK(!envmap_create(&is, ENVMAP_CUBE, CAPTURE_EDGE, REFILTER_LEVELS, 1));
+    gl.BindTexture(GL_TEXTURE_CUBE_MAP, r.cube);
+    for (int i = 0; i < 6 * REFILTER_LEVELS; ++i)
+        gl.GetTexImage(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)i % 6, i / 6, GL_RGB, GL_FLOAT,
+                       envmap_texel(&is, i / 6, 0, i % 6, 0, 0));
+    for (int l = 0; l < REFILTER_LEVELS; ++l) {
+        float roughness = (float)l / 4;
+        envmap_difference off;
+        envmap_lobe lobes[REFILTER_LEVELS];
+        for (int k = 0; k <= l; ++k) lobes[k] = envmap_lobe_ggx(roughness * roughness);
+        CHECK(!envmap_filter_chain(&should, &source, lobes, l + 1, NULL));
+        CHECK(!envmap_compare(&off, &is, &should, l));
+        char what[80];
+        snprintf(what, sizeof what, "refiltered, roughness %.2f: rms", (double)roughness);
+        FIGURE(what, off.rms, 1e-3);
+    }
+    refilter_free(&r);
+    envmap_free(&source), envmap_free(&should), envmap_free(&is);
+    capture_free(&caught);
+}
+
 /* ---------------------------------------------------------------------------------- filters -- */
 
 static void the_card_convolves_paraboloids_as_the_method_does(void) {
@@ -646,7 +845,20 @@ static void no_error_was_reported(void) {
     CHECK(gl_errors == 0);
 }
 
-static void run_gl(void) {
+/* The tool stands beside the folder of the tests: build/envmap, build/tests/test_gl. */
+static int find_tool(const char *self) {
+    const char *slash = strrchr(self, '/');
+    snprintf(tool, sizeof tool, "%.*s../envmap", slash ? (int)(slash + 1 - self) : 0, self);
+    return mkdtemp(folder) != NULL;
+}
+
+static void remove_folder(void) {
+    char command[128];
+    snprintf(command, sizeof command, "rm -rf %s", folder);
+    CHECK(system(command) == 0);
+}
+
+static void run_gl(const char *self) {
     static char flag[] = "--headless", out[] = "unused.png";
     char *arguments[] = {flag, flag, out, NULL};
     int good = gl_open(&app, "test_gl", EDGE, EDGE, 3, arguments);
@@ -655,6 +867,7 @@ static void run_gl(void) {
         return;
     }
     printf("    %s\n", (const char *)gl.GetString(GL_RENDERER));
+    CHECK(find_tool(self));
     gl_target_free(&app.frame);
     app.samples = 1; /* as many points as pixels */
     CHECK(gl_target_create(&app.frame, EDGE, EDGE, GL_RGBA32F));
@@ -673,27 +886,33 @@ static void run_gl(void) {
     RUN(fits_are_the_library_s);
     RUN(fans_of_round_lobes_are_the_library_s);
     RUN(maps_drawn_by_hand_are_the_library_s);
+    RUN(files_are_on_the_card_what_the_map_is);
+    RUN(files_that_are_cut_or_spoilt_are_refused_in_words);
+    RUN(baked_files_light_balls_as_the_library_does);
     RUN(the_printed_shader_evaluates_nine_coefficients);
     RUN(captured_levels_are_tents_over_the_edges);
     RUN(captured_levels_have_no_seams);
     RUN(captured_light_is_the_library_s_in_one_pass);
+    RUN(a_refiltered_cube_is_the_library_s_chain);
     RUN(the_card_convolves_paraboloids_as_the_method_does);
     RUN(no_error_was_reported);
     for (int k = 0; k < GL_MESH_COUNT; ++k) gl_mesh_free(&meshes[k]);
     for (int k = 0; k < 3 * GL_MESH_COUNT; ++k) free(frames[k / 3][k % 3]);
     gl.DeleteProgram(program);
     envmap_free(&environment);
+    remove_folder();
     gl_close(&app);
 }
 #endif
 
-int main(void) {
+int main(int argc, char **argv) {
     RUN(meshes_enclose_what_balls_and_rings_do);
     RUN(meshes_show_their_outside);
     RUN(a_camera_sees_what_it_looks_at_in_the_middle);
 #ifdef TEST_GL
-    run_gl();
+    run_gl(argc ? argv[0] : "");
 #else
+    (void)argc, (void)argv;
     printf("    the shaders passed by: no EGL headers (Debian: libegl-dev libgl-dev)\n");
 #endif
     return test_summary();

@@ -81,6 +81,7 @@
     X(GETSHADERINFOLOG, GetShaderInfoLog)                                                          \
     X(GETSHADERIV, GetShaderiv)                                                                    \
     X(GETSTRING, GetString)                                                                        \
+    X(GETTEXIMAGE, GetTexImage)                                                                    \
     X(GETUNIFORMLOCATION, GetUniformLocation)                                                      \
     X(LINKPROGRAM, LinkProgram)                                                                    \
     X(PIXELSTOREI, PixelStorei)                                                                    \

@@ -184,7 +184,8 @@ int main(int argc, char **argv) {
     if (!s.capture || !s.behind || !s.dress || !gl_filter_create(&s.filter, EDGE) ||
         !gl_mesh_make(&s.torus, GL_TORUS))
         return 1;
-    s.app.exposure *= 0.55f, s.app.distance = 4.7f; /* for the lamps; whole in a square cell */
+    s.app.exposure *= 0.55f, s.app.distance = 5.2f; /* for the lamps; whole in a square cell, */
+    s.app.at[1] = -0.15f;                           /* with its caption below it */
     if (!s.app.window) table(&s);
     while (gl_frame(&s.app)) {
         if (s.app.key == 'N') k = (k + 1) % EXPONENTS;

@@ -14,6 +14,7 @@
 #include "envmap.h"
 #include "../tool/scenes.h"
 #include "gl.h"
+#include "gl_file.h"
 #include "surface.h"
 #include "../tool/threads.h"
 
@@ -23,9 +24,11 @@ typedef struct stage {
     envmap environment, cube; /* the source, and a cube of it with all levels */
     GLuint sky;               /* the cube as a texture */
     GLuint backdrop, soft;    /* for a background: finer, and out of focus */
-    GLuint surface, behind;   /* programs */
-    float sh[28];             /* irradiance / pi, for surface.sh */
-    float turn[9];            /* of the environment: world direction -> map */
+    GLuint file;              /* a cube that was read from a KTX or DDS file, as it is, or 0 */
+    int file_levels;
+    GLuint surface, behind; /* programs */
+    float sh[28];           /* irradiance / pi, for surface.sh */
+    float turn[9];          /* of the environment: world direction -> map */
     int threads;
     envmap_filter_desc desc; /* on all threads */
 } stage;
@@ -99,12 +102,45 @@ static inline envmap_result stage_prepare(stage *st) {
     return ENVMAP_OK;
 }
 
-/* Another environment: a lat-long PFM, or (path NULL) a scene. What was stays when that fails. */
+static inline int stage_ends_with(const char *path, const char *end) {
+    size_t length = strlen(path), tail = strlen(end);
+    return length > tail && !strcmp(path + length - tail, end);
+}
+
+static inline int stage_is_texture(const char *path) {
+    return stage_ends_with(path, ".ktx") || stage_ends_with(path, ".ktx2") ||
+           stage_ends_with(path, ".dds");
+}
+
+/* Level 0 of a KTX or DDS file as an environment; a cube stays in *texture with all its levels. */
+static inline envmap_result stage_open_texture(envmap *out, GLuint *texture, int *levels,
+                                               const char *path) {
+    gl_file f;
+    const char *why = gl_file_open(&f, path);
+    envmap_result result;
+    if (why) return fprintf(stderr, "%s: %s\n", path, why), ENVMAP_ERROR_FILE;
+    *texture = gl_file_upload(&f), *levels = f.levels;
+    f.levels = 1;
+    result = gl_file_map(out, &f, *texture);
+    if (result || f.faces == 1) {
+        gl.DeleteTextures(1, texture);
+        *texture = 0;
+    }
+    gl_file_free(&f);
+    return result;
+}
+
+/* Another environment: a lat-long PFM, a KTX or DDS file, or (path NULL) a scene. What was stays
+   when that fails. */
 static inline envmap_result stage_light(stage *st, int scene, const char *path) {
     envmap next, old = st->environment;
     envmap_result result;
+    GLuint file = 0;
+    int levels = 0;
     memset(&next, 0, sizeof next);
-    if (path) {
+    if (path && stage_is_texture(path)) {
+        result = stage_open_texture(&next, &file, &levels, path);
+    } else if (path) {
         result = envmap_pfm_load(&next, path, ENVMAP_LATLONG);
     } else {
         result = envmap_create(&next, ENVMAP_LATLONG, 256, 1, 1);
@@ -118,19 +154,20 @@ static inline envmap_result stage_light(stage *st, int scene, const char *path) 
         st->environment = old, old = next;
         stage_prepare(st);
     }
+    gl.DeleteTextures(1, result ? &file : &st->file);
+    if (!result) st->file = file, st->file_levels = levels;
     envmap_free(&old);
     return result;
 }
 
-/* Fills a stage after gl_open: the PFM or the scene's name among the arguments, else the scene; and
-   the exposure that suits it. Returns 1 when it worked. */
+/* Fills a stage after gl_open: the file or the scene's name among the arguments, else the scene;
+   and the exposure that suits it. Returns 1 when it worked. */
 static inline int stage_open(stage *st, gl_app *app, int scene, int argc, char **argv) {
     const char *path = NULL;
     int i, k;
     memset(st, 0, sizeof *st);
     for (i = 1; i < argc; i++) {
-        size_t length = strlen(argv[i]);
-        if (length > 4 && !strcmp(argv[i] + length - 4, ".pfm")) path = argv[i];
+        if (stage_ends_with(argv[i], ".pfm") || stage_is_texture(argv[i])) path = argv[i];
         for (k = 0; k < SCENE_COUNT; k++)
             if (!strcmp(argv[i], scene_name[k])) scene = k;
     }
@@ -155,6 +192,7 @@ static inline void stage_close(stage *st) {
     gl.DeleteTextures(1, &st->sky);
     gl.DeleteTextures(1, &st->backdrop);
     gl.DeleteTextures(1, &st->soft);
+    gl.DeleteTextures(1, &st->file);
     gl.DeleteProgram(st->surface);
     gl.DeleteProgram(st->behind);
 }

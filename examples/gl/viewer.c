@@ -3,23 +3,24 @@
 
    What you will see: a teapot that reflects the terrace above the lake, and what the keys do:
      M  material: mirror, Phong, diffuse, coated, GGX, Banks, an elliptical lobe, and copper whose
-        microfacets are fitted, a 3D map
-     - and =  its number: N, index of refraction, roughness, s, sigma; also with the right button,
-        dragged; maps are filtered anew at once, from what is known of the environment already
+        microfacets are fitted, a 3D map; and the levels of a file as they are
+     - and =  its number: N, index of refraction, roughness, s, sigma, level; also with the right
+        button, dragged; maps are filtered anew at once, from what is known of the environment
      F  what is under the coat: nothing, diffuse light added, diffuse light by 1 - F
      L  lookup: cube, dual paraboloid (texture matrices, alpha at the rim), the same in two passes,
         sphere map          O  object          E  environment          , .  turn it
      9 0  exposure          B  background sharp or not          H  hide the words
-   Drag to orbit, wheel to come closer; drop a lat-long .pfm onto the window to stand in it.
+   Drag to orbit, wheel to come closer; drop a lat-long .pfm onto the window to stand in it, or a
+   .ktx, .ktx2 or .dds, as `envmap bake` writes them.
 
-   usage: viewer [--headless out.png] [--keys MM=L] [overcast | studio | sun | sky.pfm]
+   usage: viewer [--headless out.png] [--keys MM=L] [overcast | studio | sun | sky.pfm | cube.ktx2]
 
    SPDX-License-Identifier: MIT */
 
 #include "stage.h"
 #include "../tool/brdfs.h"
 
-enum { MIRROR, PHONG, DIFFUSE, COATED, GGX, BANKS, ELLIPTICAL, FITTED, MATERIALS };
+enum { MIRROR, PHONG, DIFFUSE, COATED, GGX, BANKS, ELLIPTICAL, FITTED, FILED, MATERIALS };
 
 typedef struct viewer {
     gl_app app;
@@ -45,7 +46,7 @@ typedef struct recipe {
 } recipe;
 
 static recipe recipe_of(const viewer *v) {
-    static const int sizes[MATERIALS] = {256, 128, 1, 256, 128, 64, 128, 64};
+    static const int sizes[MATERIALS] = {256, 128, 1, 256, 128, 64, 128, 64, 1};
     int m = v->material, i;
     recipe r = {0};
     r.mapping = m == BANKS || m == FITTED ? ENVMAP_PARABOLOID : surface_mapping[v->s.lookup];
@@ -81,9 +82,10 @@ static envmap_result filter_map(viewer *v, envmap *map) {
     return result;
 }
 
-/* Whether the stage's own cube is the map. */
-static int mirrors_cube(const viewer *v) {
-    return v->s.lookup == SURFACE_CUBE && (v->material == MIRROR || v->material == COATED);
+/* A cube that the stage has already, or 0. */
+static GLuint cube_at_hand(const viewer *v) {
+    int mirror = v->s.lookup == SURFACE_CUBE && (v->material == MIRROR || v->material == COATED);
+    return v->material == FILED ? v->st.file : mirror ? v->st.sky : 0;
 }
 
 /* Filters what the material asks for, and puts it into textures. */
@@ -91,7 +93,7 @@ static void refresh(viewer *v) {
     envmap map = {0};
     double start = gl_seconds();
     int i, good = 1;
-    if (v->material != DIFFUSE && !mirrors_cube(v)) good = stage_say(filter_map(v, &map));
+    if (v->material != DIFFUSE && !cube_at_hand(v)) good = stage_say(filter_map(v, &map));
     v->filtering = gl_seconds() - start;
     v->app.began += v->filtering; /* a frame is counted without */
     v->stale = 0;
@@ -116,6 +118,7 @@ static void step(viewer *v, float by) {
     case BANKS: *x = 1 - fminf(fmaxf((1 - *x) * powf(0.8f, by), 0.01f), 1); break;
     case ELLIPTICAL: *x = fminf(fmaxf(*x * powf(1.25f, by), 0.1f), 0.9f); break;
     case FITTED: *x = fminf(fmaxf(*x + 0.05f * by, 0.25f), 1); break;
+    case FILED: *x = fminf(fmaxf(*x + 0.25f * by, 0), (float)(v->st.file_levels - 1)); break;
     default: break;
     }
     v->stale = v->stale || v->material == PHONG || v->material == BANKS || v->material == FITTED;
@@ -130,9 +133,12 @@ static void press_step(viewer *v, int up) {
     else *x = indices[up ? (i < 2 ? i + 1 : 2) : (i > 0 ? i - 1 : 0)];
 }
 
-/* Whatever follows from another environment. */
+/* Whatever follows from another environment. A file's levels are shown first, and their texels are
+   too coarse for a background in focus. */
 static int enlighten(viewer *v) {
     envmap_lobe lobe = envmap_lobe_phong(stage_sharpest(&v->st));
+    if (v->st.file) v->material = FILED, v->number[FILED] = 0, v->sharp = 0;
+    else if (v->material == FILED) v->material = MIRROR;
     v->number[PHONG] = fminf(v->number[PHONG], stage_sharpest(&v->st));
     v->stale = 1;
     envmap_prepared_free(&v->prepared);
@@ -151,7 +157,9 @@ static void light(viewer *v, const char *path) {
 
 static void press(viewer *v, int key) {
     switch (key) {
-    case 'M': v->material = (v->material + 1) % MATERIALS, v->stale = 1; break;
+    case 'M':
+        v->material = (v->material + 1) % (v->st.file ? MATERIALS : FILED), v->stale = 1;
+        break;
     case 'L': v->s.lookup = (v->s.lookup + 1) % SURFACE_LOOKUPS, v->stale = 1; break;
     case 'F': v->s.diffuse = (v->s.diffuse + 1) % 3; break;
     case 'O': v->object = (v->object + 1) % GL_MESH_COUNT; break;
@@ -178,7 +186,8 @@ static void words(viewer *v) {
                                                      "GGX, roughness %.2f",
                                                      "Banks, s = %.3f",
                                                      "elliptical, sigma %.2f",
-                                                     "copper, roughness %.2f, fitted"};
+                                                     "copper, roughness %.2f, fitted",
+                                                     "level %.2f of the file"};
     static const char *const lookups[SURFACE_LOOKUPS] = {
         "cube", "dual paraboloid, one pass", "dual paraboloid, two passes", "sphere map"};
     static const char *const under[3] = {"", " over diffuse", " blended with diffuse"};
@@ -199,7 +208,7 @@ static void words(viewer *v) {
 static void draw(viewer *v) {
     static const int axes[MATERIALS] = {SURFACE_REFLECTION, SURFACE_REFLECTION, SURFACE_REFLECTION,
                                         SURFACE_REFLECTION, SURFACE_REFLECTION, SURFACE_TANGENT,
-                                        SURFACE_FAN,        SURFACE_VIEW};
+                                        SURFACE_FAN,        SURFACE_VIEW,       SURFACE_REFLECTION};
     surface s = v->s;
     float model[16], pose[16];
     int i, diffuse = v->material == DIFFUSE, coated = v->material == COATED;
@@ -208,12 +217,14 @@ static void draw(viewer *v) {
     memcpy(s.turn, v->st.turn, sizeof s.turn);
     memcpy(s.sh, v->st.sh, sizeof s.sh);
     s.axis = axes[v->material];
-    if (mirrors_cube(v)) s.map = v->st.sky;
+    if (cube_at_hand(v)) s.map = cube_at_hand(v), s.lookup = SURFACE_CUBE;
     if (v->material == ELLIPTICAL)
         surface_fan(&s, (double)v->number[ELLIPTICAL],
                     1 / sqrt((double)fminf(ACROSS, stage_sharpest(&v->st))));
     s.index = coated ? v->number[COATED] : 0;
-    s.level = v->material == GGX ? v->number[GGX] * (CHAIN - 1) : 0;
+    s.level = v->material == GGX     ? v->number[GGX] * (CHAIN - 1)
+              : v->material == FILED ? v->number[FILED]
+                                     : 0;
     s.diffuse = diffuse ? SURFACE_PLUS_DIFFUSE : coated ? v->s.diffuse : SURFACE_NO_DIFFUSE;
     if (diffuse) {
         s.tint[0] = s.tint[1] = s.tint[2] = 0;
@@ -226,7 +237,7 @@ static void draw(viewer *v) {
 }
 
 int main(int argc, char **argv) {
-    static const float numbers[MATERIALS] = {0, 100, 0, 1.5f, 0.4f, 0.95f, 0.4f, 0.4f};
+    static const float numbers[MATERIALS] = {0, 100, 0, 1.5f, 0.4f, 0.95f, 0.4f, 0.4f, 0};
     static viewer v;
     int i, good;
     if (!gl_open(&v.app, "viewer", 1200, 720, argc, argv)) return 1;
