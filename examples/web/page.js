@@ -10,7 +10,8 @@ const state = {
   fileCount: 0,
   ready: false,
   failure: '',
-  levels: []
+  levels: [],
+  wishes: 0
 };
 const number = id => Number($(id).value);
 const chosen = name => Number(document.querySelector(`input[name=${name}]:checked`)?.value ?? -1);
@@ -98,7 +99,8 @@ const answers = {
     draw();
   },
   sky({h, texels}) {
-    smallSky(h, texels);
+    state.sky = {h, texels};
+    smallSky();
   },
   nine({texels}) {
     view?.set({sh: texels});
@@ -106,11 +108,12 @@ const answers = {
     $('glsl').textContent = state.glsl;
     draw();
   },
-  level({level, size, texels}) {
+  level({level, size, texels, wish}) {
     if (view && (state.size !== size << level)) state.size = size << level, state.levels = [];
     view?.set({top: LEVELS - 1});
     view?.level(level, LEVELS, size, texels);
     state.levels[level] = {size, texels};
+    if (!level) state.whole = {wish, at: performance.now()};
     busy(level > 1 ? 'Wide lobes are there; sharp ones follow' : 'The sharpest lobes come last');
     draw();
   },
@@ -162,6 +165,7 @@ function wish() {
   state.idle = false;
   worker?.postMessage({
     wish: {
+      number: ++state.wishes,
       file: file?.bytes,
       sky: chosen('sky'),
       skyKey: file ? `file ${file.number}` : `scene ${chosen('sky')}`,
@@ -258,8 +262,9 @@ function explain() {
       ' The map above is |error| over the mean of the result, in all directions, against ' +
       'the same lobe at 1e-5.';
 }
-/* The lit sky, with the tone curve of the picture. */
-function smallSky(h, texels) {
+/* The sky, with the tone curve of the picture. */
+function smallSky() {
+  const {h, texels} = state.sky;
   const pixels = new ImageData(2 * h, h), white = 2 ** number('exposure'), small = $('small');
   const tone = x => 255 * (1 - Math.exp(-x * white)) ** (1 / 2.2);
   for (let i = 0; i < texels.length; i++) {
@@ -350,6 +355,7 @@ function changed(event) {
   if (input.name === 'sky') state.file = null;
   if (input.type === 'range') label(input);
   if (input.tagName === 'SELECT') explain();
+  if (input.id === 'exposure' && state.sky) smallSky();
   if (REFILTERS.includes(input.id) || input.name === 'sky') wish();
   if (input.id === 'slowly' && input.checked) requestAnimationFrame(turnSlowly);
   draw();
