@@ -11,38 +11,100 @@ const state = {
   ready: false,
   failure: '',
   levels: [],
-  wishes: 0
+  wishes: 0,
+  tried: new Map()
 };
 const number = id => Number($(id).value);
 const chosen = name => Number(document.querySelector(`input[name=${name}]:checked`)?.value ?? -1);
 const radians = id => number(id) * Math.PI / 180;
 
+/* One sentence a control, with its formula, and a page of docs. */
+const r = 'r = 2 (n·v) n − v';
 const FORMULAS = [
-  'L(r): the environment itself, at the reflected eye r. The level is a resampling, no filter.',
-  'L(r) = ∫ max(r·l, 0)<sup>N</sup> L<sub>in</sub> dl / norm: one lobe around r.',
-  'E(n)/π by nine numbers a channel, printed below. Three bands hold all but a few percent.',
-  'F(n·v) L(r) + (1 − F) albedo E(n)/π, with Fresnel’s F for an index of 1.5.',
-  'L<sub>α</sub>(r) (f<sub>0</sub> scale + bias): GGX, α = roughness², n = v = r, and the split sum.',
-  'max(0, √(1−x²) √(1−c²) − xc − s) about the tangent t, with 16 slices of c = v·t.',
-  'A GGX copper as one tabulated lobe with its own axis, with 16 slices of n·v.',
-  'Lookups along an arc in a round Phong map widen its lobe to the length across the strokes.'
+  [`L(r) = L<sub>in</sub>(r), ${r}: the sky itself, a resampling and no filter.`, 'parameterizations'],
+  ['L(r) = ∫ max(r·l, 0)<sup>N</sup> L<sub>in</sub>(l) dl / norm: one lobe around r.', 'filters'],
+  [
+    'E(n)/π = Σ λ<sub>l</sub> a<sub>lm</sub> Y<sub>lm</sub>(n): nine numbers a channel, printed below.',
+    'harmonics'
+  ],
+  ['L = F L(r) + (1 − F) albedo E(n)/π, with Fresnel’s F(n·v) for an index of 1.5.', 'materials'],
+  [
+    'L = L<sub>α</sub>(r) (f<sub>0</sub> scale + bias): GGX with n = v = r, and the split sum.',
+    'materials.md#what-engines-use'
+  ],
+  [
+    'k(x) = max(0, √(1−x²) √(1−c²) − xc − s) about the tangent t; 16 slices of c = v·t.',
+    'filters.md#what-scenes-are-like-and-what-it-costs'
+  ],
+  [
+    'L = factor(n·v) L(axis; n·v): a GGX copper as one table of angles, 16 slices of n·v.',
+    'materials.md#fits-any-isotropic-brdf'
+  ],
+  [
+    'L = Σ w<sub>i</sub> L(r<sub>i</sub>): lookups along an arc in a round Phong map.',
+    'materials.md#anisotropy'
+  ]
 ];
-const PAGES = [
-  'parameterizations', 'filters', 'harmonics', 'materials', 'materials', 'filters', 'materials',
-  'materials'
-];
-const FAILURES = {
-  1: 'Every texel of the source for every texel of the map: what all else is held against.',
-  2: 'Lobe and environment as mip-maps: steps where a lobe changes its level. ' +
-      '<a href="../docs/stability.md#a-threshold-on-lobes">A threshold on lobes</a>',
-  5: 'Box levels with each cube face alone: squares, and seams along the faces’ edges. ' +
-      '<a href="../docs/stability.md#faces-mipmapped-alone">Faces mipmapped alone</a>',
-  6: 'Sixteen directions a texel: a sun falls between them, and shows as spots. ' +
-      '<a href="../docs/stability.md#fireflies">Fireflies</a>',
-  7: 'Three bands for a sharp lobe: it rings, and light goes below zero. ' +
-      '<a href="../docs/stability.md#ringing">Ringing</a>',
-  8: 'A source of 8 bits: what is brighter than four times its mean is gone. ' +
-      '<a href="../docs/stability.md#maps-of-8-bits">Maps of 8 bits</a>'
+const METHODS = {
+  0: ['rms ≤ tolerance: the cheapest way that keeps it.', 'accuracy-speed'],
+  1: ['L(a) = Σ k(a·l) L<sub>in</sub>(l) ω(l) / Σ k ω over every texel: the definition.',
+      'filters.md#reference'],
+  2: ['|k<sub>child</sub> − k<sub>parent</sub>| ≤ tolerance opens a texel: steps where a lobe changes its level.',
+      'stability.md#a-threshold-on-lobes'],
+  3: ['filter = fill ∘ λ ∘ project: through harmonics, and sums of few texels where they cannot.',
+      'filters.md#fast'],
+  4: ['L = Σ λ<sub>l</sub> a<sub>lm</sub> Y<sub>lm</sub>: harmonics alone, where bands suffice.',
+      'harmonics'],
+  5: ['L<sub>i+1</sub> = mean of 2 × 2 texels of L<sub>i</sub>: squares, and seams along the edges of faces.',
+      'stability.md#faces-mipmapped-alone'],
+  6: ['L ≈ Σ L<sub>in</sub>(l<sub>i</sub>)/16: the sun falls between 16 directions and shows as spots.',
+      'stability.md#fireflies'],
+  7: ['L = Σ λ<sub>l</sub> a<sub>lm</sub> Y<sub>lm</sub>, l ≤ 2: a sharp lobe rings, and light goes below zero.',
+      'stability.md#ringing'],
+  8: ['min(L<sub>in</sub>, 4 mean) in 8 bits: what is brighter is gone, the sun first of all.',
+      'stability.md#maps-of-8-bits']
+};
+const WHY = {
+  sky: ['L<sub>in</sub>(l) at u = ½ + atan2(x, −z)/2π, v = acos(y)/π; or drop an .hdr or .pfm. ' +
+        'Drag in the map to move a sun.', 'parameterizations.md#lat-long'],
+  file: ['L<sub>in</sub> = your picture, twice as wide as high: Radiance .hdr, or PFM.',
+         'parameterizations.md#lat-long'],
+  flux: ['L<sub>in</sub> = sky + sun, so L = filter(sky) + filter(sun): all levels follow while ' +
+         'it moves, and at rest are filtered anew.', 'filters'],
+  azimuth: ['d = (cos h sin a, sin h, −cos h cos a): a = 0° is −z, the middle of the map.',
+            'parameterizations.md#lat-long'],
+  height: ['d = (cos h sin a, sin h, −cos h cos a): h = 90° is +y, the map’s upper edge.',
+           'parameterizations.md#lat-long'],
+  object: [`${r}: each point looks up with its own normal n and view v; no rays, no shadows.`,
+           'stability.md#away-from-the-centre'],
+  look: () => FORMULAS[number('look')],
+  roughness: ['α = roughness², at level 5 × roughness of the chain.', 'materials.md#what-engines-use'],
+  metal: ['f<sub>0</sub> = 0.04 + metal (gold − 0.04), and (1 − metal) albedo E(n)/π besides.',
+          'materials.md#what-engines-use'],
+  exponent: ['k(x) = max(x, 0)<sup>N</sup>, about 1/√N rad wide.',
+             'stability.md#exponents-from-0-to-infinity'],
+  banks: ['k = 0 where √(1−x²) √(1−c²) − xc ≤ s: the larger s, the thinner the ring.',
+          'stability.md#rings-thinner-than-a-texel'],
+  fit: ['α = roughness² of the copper that is fitted.', 'materials.md#fits-any-isotropic-brdf'],
+  along: ['s² = along² − across²: the variance of the lookups’ weights along the arc.',
+          'materials.md#anisotropy'],
+  turn: ['L(R<sub>y</sub>(t) d): only the lookup turns, nothing is filtered.', 'shaders'],
+  spin: ['n → R<sub>y</sub>(s) n: other lookups in the same maps.', 'shaders'],
+  exposure: ['pixel = (1 − exp(−2<sup>EV</sup> L))<sup>1/2.2</sup>: maps stay linear.', 'shaders'],
+  blur: ['level = 5 × blur of the GGX chain, behind the object; 0 is the sky itself.',
+         'materials.md#what-engines-use'],
+  slowly: ['s = 12° × seconds; off where the system asks for less motion.', 'shaders'],
+  method: () => METHODS[$('method').value],
+  tolerance: ['√(Σ ω |a−b|² / Σ ω |b|²) ≤ tolerance: the rms error; the time pays for it.',
+              'accuracy-speed'],
+  'save-chain': ['level l = GGX of α = (l/5)²: six levels of half floats in KTX 2, as the tool bakes.',
+                 'bake'],
+  'save-hdr': ['8 bits × 2<sup>e−136</sup>: the map that is looked up, as Radiance’s RGBE.', 'bake'],
+  'save-pfm': ['32-bit floats of the map that is looked up, faces stacked: w × 6w.', 'parameterizations'],
+  'save-sh': ['E(n)/π = Σ λ<sub>l</sub> a<sub>lm</sub> Y<sub>lm</sub>(n): seven vec4 and a function.',
+              'harmonics.md#in-a-shader'],
+  copy: ['E(n)/π = Σ λ<sub>l</sub> a<sub>lm</sub> Y<sub>lm</sub>(n): the text below, into the clipboard.',
+         'harmonics.md#in-a-shader']
 };
 
 /* ---- the module and its worker */
@@ -53,19 +115,37 @@ const HAS_SIMD = WebAssembly.validate(new Uint8Array([
   2, 1,  0,   10,  10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11
 ]));
 
-let worker, view;
+let worker, artist, view; /* the artist makes skies as fine as a window */
 const SCALAR = new URLSearchParams(location.search).has('scalar') || !HAS_SIMD;
 function startWorker() {
   worker?.terminate();
-  worker = new Worker(
-      URL.createObjectURL(new Blob([$('worker').textContent], {type: 'text/javascript'})));
-  worker.onmessage = ({data}) => {
+  worker = newWorker(data => {
     state.heard = performance.now();
     answers[data.type]?.(data);
-  };
-  worker.onerror = event => fail(event.message);
-  worker.postMessage({module: $(SCALAR ? 'module-scalar' : 'module-simd').textContent});
+  });
   state.heard = performance.now();
+}
+function newWorker(answer) {
+  const source = new Blob([$('worker').textContent], {type: 'text/javascript'});
+  const made = new Worker(URL.createObjectURL(source));
+  made.onmessage = ({data}) => answer(data);
+  made.onerror = event => fail(event.message);
+  made.postMessage({module: $(SCALAR ? 'module-scalar' : 'module-simd').textContent});
+  return made;
+}
+/* Four times as fine as what is filtered; once the picture is there, and never to the filter. */
+const skyKey = () => state.file ? `file ${state.file.number}` : `scene ${chosen('sky')}`;
+function paint() {
+  if (state.file || !view || state.painted === skyKey()) return;
+  state.painted = skyKey();
+  artist ??= newWorker(({type, key, h, texels}) => {
+    if (type === 'ready') artist.postMessage(artist.backdrop);
+    if (type !== 'sky' || key !== skyKey()) return;
+    view.sky(h, texels);
+    draw();
+  });
+  artist.backdrop = {backdrop: {sky: chosen('sky'), skyKey: skyKey(), size: 1024}};
+  artist.postMessage(artist.backdrop);
 }
 function start() {
   startWorker();
@@ -98,9 +178,12 @@ const answers = {
     view?.mesh(kind, texels, indices);
     draw();
   },
-  sky({h, texels}) {
-    state.sky = {h, texels};
+  sky({h, radius, texels}) {
+    state.sky = {h, texels}, state.painted = '';
     smallSky();
+    view?.set({sunRadius: radius});
+    view?.sky(h, texels);
+    draw();
   },
   nine({texels}) {
     view?.set({sh: texels});
@@ -131,11 +214,14 @@ const answers = {
     $('rms').textContent = texels ? rms.toExponential(1) : '–';
     $('worst').textContent = texels ? worst.toExponential(1) : '–';
     heat(texels);
+    if (texels) tried(ms, rms);
+    plot();
   },
   idle({bytes, note}) {
     state.bytes = bytes;
     state.idle = true;
     busy(note);
+    paint();
     if (!view) cpuPicture();
   },
   split({texels}) {
@@ -156,9 +242,12 @@ const answers = {
 
 /* ---- wishes */
 
+function sunDirection() {
+  const a = radians('azimuth'), h = radians('height');
+  return [Math.cos(h) * Math.sin(a), Math.sin(h), -Math.cos(h) * Math.cos(a)];
+}
 function wish() {
   placeSun();
-  const a = radians('azimuth'), h = radians('height');
   const file = state.file;
   if (worker && !state.idle && performance.now() - state.heard > 3000)
     startWorker(); /* reference: minutes */
@@ -168,9 +257,9 @@ function wish() {
       number: ++state.wishes,
       file: file?.bytes,
       sky: chosen('sky'),
-      skyKey: file ? `file ${file.number}` : `scene ${chosen('sky')}`,
+      skyKey: skyKey(),
       size: 256,
-      sun: [Math.cos(h) * Math.sin(a), Math.sin(h), -Math.cos(h) * Math.cos(a)],
+      sun: sunDirection(),
       flux: number('flux'),
       look: number('look'),
       exponent: 10 ** number('exponent'),
@@ -199,7 +288,12 @@ async function open(file) {
 /* ---- the picture */
 
 function viewNow() {
+  const [sunX, sunY, sunZ] = sunDirection();
   return {
+    sunX,
+    sunY,
+    sunZ,
+    flux: number('flux'),
     look: number('look'),
     yaw: state.yaw,
     pitch: state.pitch,
@@ -249,29 +343,30 @@ function label(input) {
   const output = input.parentElement.querySelector('output');
   if (output) output.textContent = (shown[input.id] ?? (v => v.toFixed(2)))(Number(input.value));
 }
-function explain() {
-  const look = number('look');
-  document.querySelectorAll('[data-looks]').forEach(row => {
-    row.hidden = !row.dataset.looks.includes(look);
-  });
-  $('formula').innerHTML = `${FORMULAS[look]} <a href="../docs/${PAGES[look]}.md">More</a>`;
-  $('failure').innerHTML =
-      (FAILURES[$('method').value] ??
-       'The rms error keeps the tolerance; the time pays for it. ' +
-           '<a href="../docs/accuracy-speed.md">All methods</a>') +
-      ' The map above is |error| over the mean of the result, in all directions, against ' +
-      'the same lobe at 1e-5.';
+/* The sentence of a control, below its group. */
+function explain(control) {
+  const entry = WHY[control.name || control.id], group = control.closest('fieldset');
+  if (!entry || !group) return;
+  const [sentence, page] = typeof entry === 'function' ? entry() : entry;
+  const link = page.includes('#') ? page : `${page}.md`;
+  group.querySelector('.why').innerHTML = `${sentence} <a href="../docs/${link}">More</a>`;
 }
-/* The sky, with the tone curve of the picture. */
+function rows() {
+  document.querySelectorAll('[data-looks]').forEach(row => {
+    row.hidden = !row.dataset.looks.includes(number('look'));
+  });
+}
+/* The sky, with the tone curve of the picture; every step-th texel will do. */
 function smallSky() {
-  const {h, texels} = state.sky;
+  const step = Math.max(1, Math.floor(state.sky.h / 256)), h = Math.floor(state.sky.h / step);
   const pixels = new ImageData(2 * h, h), white = 2 ** number('exposure'), small = $('small');
-  const tone = x => 255 * (1 - Math.exp(-x * white)) ** (1 / 2.2);
-  for (let i = 0; i < texels.length; i++) {
-    const pixel = Math.floor(i / 3);
-    pixels.data[4 * pixel + i % 3] = tone(texels[i]);
-    pixels.data[4 * pixel + 3] = 255;
-  }
+  for (let y = 0, at = 0; y < h; y++)
+    for (let x = 0; x < 2 * h; x++) {
+      const from = 3 * step * (2 * state.sky.h * y + x);
+      for (let c = 0; c < 3; c++)
+        pixels.data[at++] = 255 * (1 - Math.exp(-state.sky.texels[from + c] * white)) ** (1 / 2.2);
+      pixels.data[at++] = 255;
+    }
   small.width = 2 * h, small.height = h;
   small.getContext('2d').putImageData(pixels, 0, 0);
 }
@@ -305,6 +400,41 @@ function heat(logs) {
   for (let i = 0; logs && i < width * height; i++)
     picture.data.set([...heatColour((logs[i] + 6) / 6), 255], 4 * i);
   context.putImageData(picture, 0, 0);
+}
+/* rms over time of every setting that was tried on this lobe and scene, both logarithmic. */
+const PLOT = {
+  x: ms => 46 + 244 * Math.min(Math.max(Math.log10(ms), 0), 4) / 4,
+  y: rms => 128 - 120 * Math.min(Math.max(Math.log10(rms) + 7, 0), 7) / 7
+};
+function plot() {
+  const line = (x1, y1, x2, y2) => `<path d="M${x1} ${y1}L${x2} ${y2}"/>`;
+  const text = (x, y, anchor, words) =>
+      `<text x="${x}" y="${y}" text-anchor="${anchor}">${words}</text>`;
+  let out = '';
+  for (const [ms, words] of [[1, '1'], [10, '10'], [100, '100'], [1000, '1 s'], [1e4, '10 s']])
+    out += line(PLOT.x(ms), 8, PLOT.x(ms), 128) + text(PLOT.x(ms), 142, 'middle', words);
+  for (const [rms, words] of [[1, '1'], [1e-2, '10⁻²'], [1e-4, '10⁻⁴'], [1e-6, '10⁻⁶']])
+    out += line(46, PLOT.y(rms), 290, PLOT.y(rms)) + text(41, PLOT.y(rms) + 4, 'end', words);
+  out += text(168, 158, 'middle', 'time of this lobe, ms') +
+      `<text transform="translate(9 68) rotate(-90)" text-anchor="middle">rms error</text>`;
+  const last = [...state.tried.values()].at(-1);
+  for (const dot of state.tried.values())
+    out += `<circle cx="${PLOT.x(dot.ms)}" cy="${PLOT.y(dot.rms)}" r="4.5" class="${
+        dot.method > 4 ? 'fails' : ''} ${dot === last ? 'now' : ''}"><title>${dot.name}: ${
+        dot.ms.toFixed(1)} ms, rms ${dot.rms.toExponential(1)}</title></circle>`;
+  $('plot').innerHTML = out;
+}
+function tried(ms, rms) {
+  const lobe = [
+    skyKey(), ...['flux', 'azimuth', 'height', 'look', 'roughness', 'exponent', 'banks', 'fit'].map(
+        number)
+  ].join();
+  if (state.lobe !== lobe) state.tried.clear();
+  state.lobe = lobe;
+  const select = $('method'), name = select.selectedOptions[0].text;
+  const key = [select.value, select.value < 5 && number('tolerance')].join();
+  state.tried.delete(key); /* the last is the newest */
+  state.tried.set(key, {ms, rms, method: number('method'), name});
 }
 /* The same text as `envmap sh sky.pfm --glsl`. */
 function glsl(packed) {
@@ -354,7 +484,8 @@ function changed(event) {
   if (input.type === 'file') return open(input.files[0]);
   if (input.name === 'sky') state.file = null;
   if (input.type === 'range') label(input);
-  if (input.tagName === 'SELECT') explain();
+  explain(input);
+  rows();
   if (input.id === 'exposure' && state.sky) smallSky();
   if (REFILTERS.includes(input.id) || input.name === 'sky') wish();
   if (input.id === 'slowly' && input.checked) requestAnimationFrame(turnSlowly);
@@ -363,6 +494,7 @@ function changed(event) {
 let turned = 0;
 function turnSlowly(now) {
   if (!$('slowly').checked) return void (turned = 0);
+  if (!state.first) return void requestAnimationFrame(turnSlowly);
   const spin = number('spin') + (turned ? (now - turned) * 0.012 : 0);
   turned = now;
   $('spin').step = 'any';
@@ -378,6 +510,7 @@ function orbit(dx, dy) {
   draw();
 }
 function listen() {
+  $('panel').addEventListener('focusin', event => explain(event.target));
   $('panel').addEventListener('input', changed);
   $('panel').addEventListener('submit', event => event.preventDefault());
   canvas.addEventListener('pointermove', event => {
@@ -430,10 +563,20 @@ function listen() {
 }
 
 document.querySelectorAll('input[type=range]').forEach(label);
-explain();
+for (const id of ['sky', 'look', 'turn', 'method', 'save-chain'])
+  explain($(id).querySelector('input') ?? $(id));
+rows();
 $('ramp').style.background =
     `linear-gradient(90deg, ${[0, 0.25, 0.5, 0.75, 1].map(t => `rgb(${heatColour(t)})`).join()})`;
 listen();
+plot();
+const less = matchMedia('(prefers-reduced-motion: reduce)');
+const motion = () => {
+  $('slowly').checked = !less.matches;
+  requestAnimationFrame(turnSlowly);
+};
+motion();
+less.addEventListener('change', motion);
 try {
   start();
 } catch (error) {

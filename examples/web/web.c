@@ -127,12 +127,22 @@ int web_create(int map, int mapping, int size, int levels, int slices) {
     return result ? (int)result : (int)web_put(map, &made);
 }
 
-WEB_CALL(web_scene) int web_scene(int scene, int size) {
+/* `quick`: one sample a texel instead of nine. */
+WEB_CALL(web_scene) int web_scene(int scene, int size, int quick) {
     envmap_result result;
     envmap made = {0};
+    int x, y;
     result = envmap_create(&made, ENVMAP_LATLONG, size, 1, 1);
     if (result) return result;
-    scene_fill(&made, scene);
+    for (y = 0; y < size && quick; y++)
+        for (x = 0; x < 2 * size; x++) {
+            float d[3];
+            envmap_direction(d, ENVMAP_LATLONG, 0, ((float)x + 0.5f) / (float)(2 * size),
+                             ((float)y + 0.5f) / (float)size);
+            scene_radiance(envmap_texel(&made, 0, 0, 0, x, y), d, scene);
+        }
+    if (!quick) scene_fill(&made, scene);
+    else if (scene == SCENE_SUN) scene_add_sun(&made);
     return web_put(WEB_SKY, &made);
 }
 
@@ -475,6 +485,7 @@ WEB_CALL(web_split_sum) void web_split_sum(float roughness, int count) {
 /* What view.js knows of a picture, in the same order; its fragment shader is these functions. */
 typedef struct web_view {
     float look, yaw, pitch, distance, sky_turn, exposure, roughness, metal, blur, along, across;
+    float sun[3], flux;
 } web_view;
 enum {
     WEB_LOOK_MIRROR,
@@ -501,6 +512,15 @@ static void web_nine_at(float rgb[3], const float n[3]) {
         for (k = 0; k < 4; k++) rgb[c] += web_sh[12 + 4 * c + k] * b[k];
         rgb[c] = fmaxf(rgb[c], 0);
     }
+}
+
+/* The sky itself, with the sun's tent, whose solid angle is a third of a disc's. */
+static void web_sky_at(float rgb[3], const float d[3]) {
+    float radius = web_sun_radius(), angle = acosf(fmaxf(-1, fminf(1, mesh_dot(d, web_seen.sun))));
+    float glow = web_seen.flux * fmaxf(0, 1 - angle / radius) * 6 / (MESH_TURN * radius * radius);
+    int c;
+    envmap_lookup(rgb, web_maps + WEB_SKY, d, 0);
+    for (c = 0; c < 3; c++) rgb[c] += web_sun_colour[c] * glow;
 }
 
 static void web_coated(float rgb[3], const float n[3], const float r[3], float nv) {
@@ -548,7 +568,7 @@ static void web_shade(float rgb[3], const float n[3], const float v[3]) {
     case WEB_LOOK_ELLIPTICAL:
         envmap_lookup_fan(rgb, map, n, across, v, web_taps[0], web_taps[1], web_tap_count);
         break;
-    default: envmap_lookup(rgb, web_maps + WEB_CHAIN, r, 0);
+    default: web_sky_at(rgb, r);
     }
 }
 
@@ -563,8 +583,11 @@ static void web_ray(float rgb[3], const float eye[3], const float d[3]) {
     float b = mesh_dot(eye, d), q = b * b - mesh_dot(eye, eye) + 1, n[3], v[3], p[3];
     int c;
     if (q < 0) {
+        float level = web_seen.blur * (float)(chain->levels - 1), sharp[3];
         web_turned(n, d);
-        envmap_lookup(rgb, chain, n, web_seen.blur * (float)(chain->levels - 1));
+        envmap_lookup(rgb, chain, n, fmaxf(1, level));
+        web_sky_at(sharp, n);
+        for (c = 0; c < 3; c++) rgb[c] += (sharp[c] - rgb[c]) * fmaxf(0, 1 - level);
         return;
     }
     for (c = 0; c < 3; c++) p[c] = eye[c] - (b + sqrtf(q)) * d[c], v[c] = -d[c];

@@ -54,9 +54,9 @@ function say(what, result) {
   return !result;
 }
 
-/* A file, or a scene: its coarse form first when there is no picture yet. */
+/* A file, or a scene: a quick one when there is no picture yet. */
 function openSky(w) {
-  if (!w.file) return say('sky', lib.web_scene(w.sky, shown ? w.size : w.size / 4));
+  if (!w.file) return say('sky', lib.web_scene(w.sky, w.size, !shown));
   const bytes = new Uint8Array(w.file), at = lib.web_buffer(bytes.length || 1);
   if (!at) return say('sky', 2);
   new Uint8Array(lib.memory.buffer, at, bytes.length).set(bytes);
@@ -67,24 +67,25 @@ function openSky(w) {
   return say('sky', result);
 }
 
-/* Every step-th texel of SKY, about 512 x 256 of them. */
-function smallSky() {
+/* SKY as it is, or each step-th texel of it: what is drawn sharp. */
+function tellSky(key) {
   const size = lib.web_map_size(SKY);
   const all = new Float32Array(lib.memory.buffer, lib.web_map_texels(SKY, 0), 6 * size * size);
-  const step = Math.max(1, Math.floor(size / 256)), h = Math.floor(size / step);
+  const step = Math.ceil(size / 1024), h = Math.floor(size / step);
   const out = new Float32Array(6 * h * h);
   for (let y = 0, at = 0; y < h; y++)
     for (let x = 0; x < 2 * h; x++, at += 3) {
       const from = 3 * step * (2 * size * y + x);
       out.set(all.subarray(from, from + 3), at);
     }
-  tell('sky', {h}, out);
+  tell('sky', {h, key, radius: 2 * Math.PI / size}, out);
 }
 
 /* What is made of a sky at once: its small picture, nine numbers, room for its chain. */
 function newSky(w) {
+  done.meshes ??= meshes() ?? true;
   if (!openSky(w)) return;
-  smallSky();
+  tellSky(w.skyKey);
   nine(w, 1);
   const size = lib.web_map_size(SKY), edge = 2 ** Math.floor(Math.log2(size / 2));
   for (const map of [CHAIN, SKY_CHAIN])
@@ -303,7 +304,6 @@ async function start(base64) {
   made.exports._initialize?.();
   lib = made.exports;
   tell('ready', {imports: WebAssembly.Module.imports(module).length});
-  meshes();
 }
 
 onmessage = async ({data}) => {
@@ -312,6 +312,8 @@ onmessage = async ({data}) => {
     } catch (error) {
       tell('failed', {why: `the module does not start: ${error.message}`});
     }
+  if (data.backdrop && lib && !lib.web_scene(data.backdrop.sky, data.backdrop.size, 1))
+    return tellSky(data.backdrop.skyKey);
   if (data.picture) return picture(...data.picture);
   if (data.save) return save(data.save);
   if (data.wish) wish = data.wish, wished = performance.now();

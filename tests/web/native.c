@@ -15,7 +15,7 @@ static unsigned hash(const void *data, size_t bytes) {
 
 int main(void) {
     int i;
-    if (web_scene(SCENE_SUN, 64) || web_light(0, 1, 0, 2) || web_prepare(0.16f, 1e-3f) ||
+    if (web_scene(SCENE_SUN, 64, 0) || web_light(0, 1, 0, 2) || web_prepare(0.16f, 1e-3f) ||
         web_create(WEB_CHAIN, ENVMAP_CUBE, 64, 6, 1))
         return 1;
     for (i = 5; i >= 0; i--) {

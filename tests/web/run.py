@@ -73,6 +73,7 @@ def the_first_picture_comes_soon(page, url):
 PICTURE_ERROR = """(async () => {
   const got = new Promise(done => { state.onPicture = done; });
   canvas.style.width = '160px', canvas.style.height = '120px';
+  view.sky(state.sky.h, state.sky.texels);
   drawNow();
   cpuPicture(canvas.width, canvas.height);
   const {rgba, w, h} = await got;
@@ -339,7 +340,7 @@ HASHES = """(async () => {
   const code = await new Response(stream).arrayBuffer();
   const e = (await WebAssembly.instantiate(code, {})).instance.exports;
   e._initialize?.();
-  e.web_scene(2, 64), e.web_light(0, 1, 0, 2), e.web_prepare(0.16, 1e-3);
+  e.web_scene(2, 64, 0), e.web_light(0, 1, 0, 2), e.web_prepare(0.16, 1e-3);
   e.web_create(2, 0, 64, 6, 1);
   return [5, 4, 3, 2, 1, 0].map(i => {
     e.web_filter(2, i, i ? 3 : 0, (i / 5) ** 2, 0, 1e-3);
