@@ -5,7 +5,7 @@ const canvas = $('picture'), LEVELS = 6;
 const CHAIN = 2, MAP = 3, PFM = 0, HDR = 1, KTX2 = 2; /* as in web.c */
 const state = {
   yaw: 0.45,
-  pitch: 0.22,
+  pitch: 0.1,
   file: null,
   fileCount: 0,
   ready: false,
@@ -61,7 +61,7 @@ const METHODS = {
       'stability.md#fireflies'],
   7: ['L = Σ λ<sub>l</sub> a<sub>lm</sub> Y<sub>lm</sub>, l ≤ 2: a sharp lobe rings, and light goes below zero.',
       'stability.md#ringing'],
-  8: ['min(L<sub>in</sub>, 4 mean) in 8 bits: what is brighter is gone, the sun first of all.',
+  8: ['L<sub>in</sub> → min(L<sub>in</sub>, 4 mean) in 8 bits: what is brighter is gone, the sun first of all.',
       'stability.md#maps-of-8-bits']
 };
 const WHY = {
@@ -142,6 +142,7 @@ function paint() {
     if (type === 'ready') artist.postMessage(artist.backdrop);
     if (type !== 'sky' || key !== skyKey()) return;
     view.sky(h, texels);
+    state.fine = true;
     draw();
   });
   artist.backdrop = {backdrop: {sky: chosen('sky'), skyKey: skyKey(), size: 1024}};
