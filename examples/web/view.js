@@ -3,7 +3,9 @@
    this fragment shader on the CPU.
    SPDX-License-Identifier: MIT */
 const VIEW = [
-  'look', 'yaw', 'pitch', 'distance', 'skyTurn', 'exposure', 'roughness', 'metal', 'blur', 'along',
+  '' +
+      'look',
+  'yaw', 'pitch', 'distance', 'skyTurn', 'exposure', 'roughness', 'metal', 'blur', 'along',
   'across', 'sunX', 'sunY', 'sunZ', 'flux'
 ];
 const TANGENT = 0.35; /* of half the vertical field of view */
@@ -193,9 +195,10 @@ function createView(canvas) {
         '32-bit float maps' :
         'no linear lookups of 32-bit floats here: the maps are half floats, radiance up to 65504',
     sky(h, texels) { /* only looked at, so half floats do */
-      texture('sky', gl.TEXTURE_2D, 1, h, 0, gl.RGB16F);
-      gl.texSubImage2D(
-          gl.TEXTURE_2D, 0, 0, 0, 2 * h, h, gl.RGB, gl.FLOAT, fitting(texels.slice(), 65504));
+                     texture('sky', gl.TEXTURE_2D, 1, h, 0, gl.RGB16F);
+                     gl.texSubImage2D(
+                         gl.TEXTURE_2D, 0, 0, 0, 2 * h, h, gl.RGB, gl.FLOAT,
+                         fitting(texels.slice(), 65504));
     },
     level(level, levels, size, texels) {
       texture('chain', gl.TEXTURE_CUBE_MAP, levels, size << level, 0);

@@ -75,8 +75,8 @@ static int web_printf(char *out, size_t room, const char *format, ...) {
 
 /* ------------------------------------------------------------------------------------ >>maps -- */
 
-/* SKY is the scene or file; LIT has the sun added; CHAIN and MAP, which are drawn, METHOD and TRUTH,
-   one map by two methods, are LIT filtered. SKY_CHAIN and SKY_MAP are SKY filtered. */
+/* SKY is the scene or file; LIT has the sun added; CHAIN and MAP, which are drawn, METHOD and
+   TRUTH, one map by two methods, are LIT filtered. SKY_CHAIN and SKY_MAP are SKY filtered. */
 enum {
     WEB_SKY,
     WEB_LIT,
@@ -216,8 +216,7 @@ int web_light(float dx, float dy, float dz, float flux) {
                 float w = web_tent(sky, d, x, y), *texel = envmap_texel(lit, 0, 0, 0, x, y);
                 if (!pass) total += (double)w * envmap_solid_angle(sky, 0, 0, x, y);
                 else
-                    for (c = 0; c < 3; c++)
-                        texel[c] += web_sun_colour[c] * flux * w / (float)total;
+                    for (c = 0; c < 3; c++) texel[c] += web_sun_colour[c] * flux * w / (float)total;
             }
     return ENVMAP_OK;
 }
@@ -375,7 +374,8 @@ void web_sun(int map, int level, float dx, float dy, float dz, float flux) {
     float d[3] = {dx, dy, dz}, a[3], *texel = envmap_texel(to, level, 0, 0, 0, 0);
     size_t slice = 3 * (size_t)(faces * n * n);
     mesh_unit(d);
-    memcpy(texel, envmap_texel(from, level, 0, 0, 0, 0), slice * (size_t)to->slices * sizeof *texel);
+    memcpy(texel, envmap_texel(from, level, 0, 0, 0, 0),
+           slice * (size_t)to->slices * sizeof *texel);
     to->p0 = from->p0, to->p1 = from->p1;
     for (face = 0; face < faces; face++)
         for (y = 0; y < n; y++)

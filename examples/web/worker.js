@@ -312,8 +312,11 @@ onmessage = async ({data}) => {
     } catch (error) {
       tell('failed', {why: `the module does not start: ${error.message}`});
     }
-  if (data.backdrop && lib && !lib.web_scene(data.backdrop.sky, data.backdrop.size, 1))
-    return tellSky(data.backdrop.skyKey);
+  if (data.backdrop) {
+    const {sky, size, quick, skyKey} = data.backdrop;
+    if (!lib.web_scene(sky, size, quick)) tellSky(skyKey);
+    return;
+  }
   if (data.picture) return picture(...data.picture);
   if (data.save) return save(data.save);
   if (data.wish) wish = data.wish, wished = performance.now();

@@ -16,8 +16,8 @@ static unsigned hash(const void *data, size_t bytes) {
 }
 
 static int chain(int sky, int edge, int quick) {
-    return web_scene(SCENE_SUN, sky, quick) || web_light(0, 1, 0, 2) ||
-           web_prepare(0.16f, 1e-3f) || web_create(WEB_CHAIN, ENVMAP_CUBE, edge, 6, 1);
+    return web_scene(SCENE_SUN, sky, quick) || web_light(0, 1, 0, 2) || web_prepare(0.16f, 1e-3f) ||
+           web_create(WEB_CHAIN, ENVMAP_CUBE, edge, 6, 1);
 }
 static int level(int i) {
     float alpha = (float)(i / 5.0 * (i / 5.0));
