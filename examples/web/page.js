@@ -442,6 +442,9 @@ function listen() {
   for (const type of ['pointerdown', 'pointermove']) $('small').addEventListener(type, dragSun);
   $('small').addEventListener(
       'pointerdown', event => $('small').setPointerCapture(event.pointerId));
+  canvas.addEventListener(
+      'webglcontextlost',
+      () => fail('The browser took WebGL away. Reload the page to have it again.'));
   addEventListener('dragover', event => {
     event.preventDefault();
     $('drop').hidden = false;
