@@ -269,12 +269,13 @@ def a_slow_method_can_be_left(page):
 
 
 FOLLOW = """(async () => {
-  const times = [];
-  for (let i = 0; i < 30; i++) {
+  const times = [], end = performance.now() + 60000;
+  for (let i = 0; i < 30 && performance.now() < end; i++) {
     const start = performance.now();
     $('azimuth').value = -60 + 4 * i;
     $('azimuth').dispatchEvent(new Event('input', {bubbles: true}));
-    while (state.whole.wish !== state.wishes) await new Promise(go => setTimeout(go, 1));
+    while (state.whole.wish !== state.wishes && performance.now() < end)
+      await new Promise(go => setTimeout(go, 1));
     times.push(state.whole.at - start);
   }
   return times.sort((a, b) => a - b);
@@ -288,18 +289,19 @@ def the_chain_follows_the_sun(page):
     times = page.run(FOLLOW)
     check(
         "the whole chain follows a moving sun within two frames",
-        times[15] <= 1000 / 30 * slower(),
+        len(times) == 30 and times[15] <= 1000 / 30 * slower(),
         f"{times[15]:.0f} ms in the middle, {times[27]:.0f} ms for one in ten",
     )
 
 
 SUN_ERROR = """(async () => {
-  const live = () => state.levels.map(l => l.texels);
+  const live = () => state.levels.map(l => l.texels), end = performance.now() + 60000;
   $('height').value = 50;
   $('height').dispatchEvent(new Event('input', {bubbles: true}));
-  while (state.whole.wish !== state.wishes) await new Promise(go => setTimeout(go, 1));
+  while (state.whole.wish !== state.wishes && performance.now() < end)
+    await new Promise(go => setTimeout(go, 1));
   const a = live();
-  while (!state.idle) await new Promise(go => setTimeout(go, 10));
+  while (!state.idle && performance.now() < end) await new Promise(go => setTimeout(go, 10));
   return live().map((b, l) => {
     let error = 0, norm = 0;
     for (let i = 0; i < b.length; i++) error += (b[i] - a[l][i]) ** 2, norm += b[i] ** 2;
