@@ -212,7 +212,7 @@ docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
 	$(BUILD)/envmap demo $(BUILD)/demo && cp $(BUILD)/demo/contact-sheet.png $(DOCS)/images/
 	$(BUILD)/envmap generate labels $(DOCS)/images/labels.png
 
-gallery: ## render the OpenGL pictures of docs/gallery.md, headless
+gallery: ## render the OpenGL pictures of docs/gallery.md and README's page, headless
 ifeq ($(HAS_EGL),yes)
 	@mkdir -p $(GALLERY)
 	@$(MAKE) --no-print-directory $(GL)
@@ -226,6 +226,10 @@ ifeq ($(HAS_EGL),yes)
 else
 	@echo "gallery $(NO_GL)"
 endif
+	@$(MAKE) --no-print-directory web
+	@if command -v python3 >/dev/null; \
+	then python3 tests/web/run.py $(BUILD)/envmap.html $(GALLERY)/web.png; \
+	else echo "gallery passed by the page: no python3 here (Debian: python3)"; fi
 
 test-web: web ## the page in a headless Chromium; three minutes
 	@if command -v python3 >/dev/null; then python3 tests/web/run.py $(BUILD)/envmap.html; \

@@ -5,44 +5,18 @@ const canvas = $('picture'), LEVELS = 6;
 const CHAIN = 2, MAP = 3, PFM = 0, HDR = 1, KTX2 = 2; /* as in web.c */
 const state = {
   yaw: 0.45,
-  pitch: 0.22,
+  pitch: 0.1,
   file: null,
   fileCount: 0,
   ready: false,
   failure: '',
-  levels: []
+  levels: [],
+  wishes: 0,
+  tried: new Map()
 };
 const number = id => Number($(id).value);
 const chosen = name => Number(document.querySelector(`input[name=${name}]:checked`)?.value ?? -1);
 const radians = id => number(id) * Math.PI / 180;
-
-const FORMULAS = [
-  'L(r): the environment itself, at the reflected eye r. The level is a resampling, no filter.',
-  'L(r) = ∫ max(r·l, 0)<sup>N</sup> L<sub>in</sub> dl / norm: one lobe around r.',
-  'E(n)/π by nine numbers a channel, printed below. Three bands hold all but a few percent.',
-  'F(n·v) L(r) + (1 − F) albedo E(n)/π, with Fresnel’s F for an index of 1.5.',
-  'L<sub>α</sub>(r) (f<sub>0</sub> scale + bias): GGX, α = roughness², n = v = r, and the split sum.',
-  'max(0, √(1−x²) √(1−c²) − xc − s) about the tangent t, with 16 slices of c = v·t.',
-  'A GGX copper as one tabulated lobe with its own axis, with 16 slices of n·v.',
-  'Lookups along an arc in a round Phong map widen its lobe to the length across the strokes.'
-];
-const PAGES = [
-  'parameterizations', 'filters', 'harmonics', 'materials', 'materials', 'filters', 'materials',
-  'materials'
-];
-const FAILURES = {
-  1: 'Every texel of the source for every texel of the map: what all else is held against.',
-  2: 'Lobe and environment as mip-maps: steps where a lobe changes its level. ' +
-      '<a href="../docs/stability.md#a-threshold-on-lobes">A threshold on lobes</a>',
-  5: 'Box levels with each cube face alone: squares, and seams along the faces’ edges. ' +
-      '<a href="../docs/stability.md#faces-mipmapped-alone">Faces mipmapped alone</a>',
-  6: 'Sixteen directions a texel: a sun falls between them, and shows as spots. ' +
-      '<a href="../docs/stability.md#fireflies">Fireflies</a>',
-  7: 'Three bands for a sharp lobe: it rings, and light goes below zero. ' +
-      '<a href="../docs/stability.md#ringing">Ringing</a>',
-  8: 'A source of 8 bits: what is brighter than four times its mean is gone. ' +
-      '<a href="../docs/stability.md#maps-of-8-bits">Maps of 8 bits</a>'
-};
 
 /* ---- the module and its worker */
 
@@ -52,19 +26,39 @@ const HAS_SIMD = WebAssembly.validate(new Uint8Array([
   2, 1,  0,   10,  10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11
 ]));
 
-let worker, view;
+let worker, artist, view; /* the artist makes skies as fine as a window */
 const SCALAR = new URLSearchParams(location.search).has('scalar') || !HAS_SIMD;
 function startWorker() {
   worker?.terminate();
-  worker = new Worker(
-      URL.createObjectURL(new Blob([$('worker').textContent], {type: 'text/javascript'})));
-  worker.onmessage = ({data}) => {
+  worker = newWorker(data => {
     state.heard = performance.now();
     answers[data.type]?.(data);
-  };
-  worker.onerror = event => fail(event.message);
-  worker.postMessage({module: $(SCALAR ? 'module-scalar' : 'module-simd').textContent});
+  });
   state.heard = performance.now();
+}
+function newWorker(answer) {
+  const source = new Blob([$('worker').textContent], {type: 'text/javascript'});
+  const made = new Worker(URL.createObjectURL(source));
+  made.onmessage = ({data}) => answer(data);
+  made.onerror = event => fail(event.message);
+  made.postMessage({module: $(SCALAR ? 'module-scalar' : 'module-simd').textContent});
+  return made;
+}
+const skyKey = () => state.file ? `file ${state.file.number}` : `scene ${chosen('sky')}`;
+/* A sky four times as fine as what is filtered, quickly and then in full: only to be looked at. */
+function paint() {
+  if (state.file || !view || state.painted === skyKey()) return;
+  state.painted = skyKey(), state.fine = 0;
+  artist?.terminate();
+  const mine = artist = newWorker(({type, key, h, texels}) => {
+    if (type === 'ready')
+      for (const quick of [1, 0])
+        mine.postMessage({backdrop: {sky: chosen('sky'), skyKey: skyKey(), size: 1024, quick}});
+    if (type !== 'sky' || key !== skyKey()) return;
+    view.sky(h, texels);
+    draw();
+    if (++state.fine === 2) mine.terminate();
+  });
 }
 function start() {
   startWorker();
@@ -97,8 +91,12 @@ const answers = {
     view?.mesh(kind, texels, indices);
     draw();
   },
-  sky({h, texels}) {
-    smallSky(h, texels);
+  sky({h, radius, texels}) {
+    state.sky = {h, texels}, state.painted = '';
+    smallSky();
+    view?.set({sunRadius: radius});
+    view?.sky(h, texels);
+    draw();
   },
   nine({texels}) {
     view?.set({sh: texels});
@@ -106,11 +104,12 @@ const answers = {
     $('glsl').textContent = state.glsl;
     draw();
   },
-  level({level, size, texels}) {
+  level({level, size, texels, wish}) {
     if (view && (state.size !== size << level)) state.size = size << level, state.levels = [];
     view?.set({top: LEVELS - 1});
     view?.level(level, LEVELS, size, texels);
     state.levels[level] = {size, texels};
+    if (!level) state.whole = {wish, at: performance.now()};
     busy(level > 1 ? 'Wide lobes are there; sharp ones follow' : 'The sharpest lobes come last');
     draw();
   },
@@ -128,11 +127,14 @@ const answers = {
     $('rms').textContent = texels ? rms.toExponential(1) : '–';
     $('worst').textContent = texels ? worst.toExponential(1) : '–';
     heat(texels);
+    if (texels) tried(ms, rms);
+    plot();
   },
   idle({bytes, note}) {
     state.bytes = bytes;
     state.idle = true;
     busy(note);
+    paint();
     if (!view) cpuPicture();
   },
   split({texels}) {
@@ -153,20 +155,24 @@ const answers = {
 
 /* ---- wishes */
 
+function sunDirection() {
+  const a = radians('azimuth'), h = radians('height');
+  return [Math.cos(h) * Math.sin(a), Math.sin(h), -Math.cos(h) * Math.cos(a)];
+}
 function wish() {
   placeSun();
-  const a = radians('azimuth'), h = radians('height');
   const file = state.file;
   if (worker && !state.idle && performance.now() - state.heard > 3000)
     startWorker(); /* reference: minutes */
   state.idle = false;
   worker?.postMessage({
     wish: {
+      number: ++state.wishes,
       file: file?.bytes,
       sky: chosen('sky'),
-      skyKey: file ? `file ${file.number}` : `scene ${chosen('sky')}`,
+      skyKey: skyKey(),
       size: 256,
-      sun: [Math.cos(h) * Math.sin(a), Math.sin(h), -Math.cos(h) * Math.cos(a)],
+      sun: sunDirection(),
       flux: number('flux'),
       look: number('look'),
       exponent: 10 ** number('exponent'),
@@ -195,11 +201,16 @@ async function open(file) {
 /* ---- the picture */
 
 function viewNow() {
+  const [sunX, sunY, sunZ] = sunDirection();
   return {
+    sunX,
+    sunY,
+    sunZ,
+    flux: number('flux'),
     look: number('look'),
     yaw: state.yaw,
     pitch: state.pitch,
-    distance: 4.4 * Math.max(1, 1.2 * canvas.height / canvas.width),
+    distance: 4.4 * Math.max(1, 1.4 * canvas.height / canvas.width),
     skyTurn: radians('turn'),
     exposure: 2 ** number('exposure'),
     roughness: number('roughness'),
@@ -245,28 +256,30 @@ function label(input) {
   const output = input.parentElement.querySelector('output');
   if (output) output.textContent = (shown[input.id] ?? (v => v.toFixed(2)))(Number(input.value));
 }
-function explain() {
-  const look = number('look');
-  document.querySelectorAll('[data-looks]').forEach(row => {
-    row.hidden = !row.dataset.looks.includes(look);
-  });
-  $('formula').innerHTML = `${FORMULAS[look]} <a href="../docs/${PAGES[look]}.md">More</a>`;
-  $('failure').innerHTML =
-      (FAILURES[$('method').value] ??
-       'The rms error keeps the tolerance; the time pays for it. ' +
-           '<a href="../docs/accuracy-speed.md">All methods</a>') +
-      ' The map above is |error| over the mean of the result, in all directions, against ' +
-      'the same lobe at 1e-5.';
+/* The sentence of a control, below its group. */
+function explain(control) {
+  const entry = WHY[control.name || control.id], group = control.closest('fieldset');
+  if (!entry || !group) return;
+  const [sentence, page] = typeof entry === 'function' ? entry() : entry;
+  const link = page.includes('#') ? page : `${page}.md`;
+  group.querySelector('.why').innerHTML = `${sentence} <a href="../docs/${link}">More</a>`;
 }
-/* The lit sky, with the tone curve of the picture. */
-function smallSky(h, texels) {
+function rows() {
+  document.querySelectorAll('[data-looks]').forEach(row => {
+    row.hidden = !row.dataset.looks.includes(number('look'));
+  });
+}
+/* The sky, with the tone curve of the picture; every step-th texel will do. */
+function smallSky() {
+  const step = Math.max(1, Math.floor(state.sky.h / 256)), h = Math.floor(state.sky.h / step);
   const pixels = new ImageData(2 * h, h), white = 2 ** number('exposure'), small = $('small');
-  const tone = x => 255 * (1 - Math.exp(-x * white)) ** (1 / 2.2);
-  for (let i = 0; i < texels.length; i++) {
-    const pixel = Math.floor(i / 3);
-    pixels.data[4 * pixel + i % 3] = tone(texels[i]);
-    pixels.data[4 * pixel + 3] = 255;
-  }
+  for (let y = 0, at = 0; y < h; y++)
+    for (let x = 0; x < 2 * h; x++) {
+      const from = 3 * step * (2 * state.sky.h * y + x);
+      for (let c = 0; c < 3; c++)
+        pixels.data[at++] = 255 * (1 - Math.exp(-state.sky.texels[from + c] * white)) ** (1 / 2.2);
+      pixels.data[at++] = 255;
+    }
   small.width = 2 * h, small.height = h;
   small.getContext('2d').putImageData(pixels, 0, 0);
 }
@@ -300,6 +313,41 @@ function heat(logs) {
   for (let i = 0; logs && i < width * height; i++)
     picture.data.set([...heatColour((logs[i] + 6) / 6), 255], 4 * i);
   context.putImageData(picture, 0, 0);
+}
+/* rms over time of every setting that was tried on this lobe and scene, both logarithmic. */
+const PLOT = {
+  x: ms => 46 + 244 * Math.min(Math.max(Math.log10(ms), 0), 4) / 4,
+  y: rms => 128 - 120 * Math.min(Math.max(Math.log10(rms) + 7, 0), 7) / 7
+};
+function plot() {
+  const line = (x1, y1, x2, y2) => `<path d="M${x1} ${y1}L${x2} ${y2}"/>`;
+  const text = (x, y, anchor, words) =>
+      `<text x="${x}" y="${y}" text-anchor="${anchor}">${words}</text>`;
+  let out = '';
+  for (const [ms, words] of [[1, '1'], [10, '10'], [100, '100'], [1000, '1 s'], [1e4, '10 s']])
+    out += line(PLOT.x(ms), 8, PLOT.x(ms), 128) + text(PLOT.x(ms), 142, 'middle', words);
+  for (const [rms, words] of [[1, '1'], [1e-2, '10⁻²'], [1e-4, '10⁻⁴'], [1e-6, '10⁻⁶']])
+    out += line(46, PLOT.y(rms), 290, PLOT.y(rms)) + text(41, PLOT.y(rms) + 4, 'end', words);
+  out += text(168, 158, 'middle', 'time of this lobe, ms') +
+      `<text transform="translate(9 68) rotate(-90)" text-anchor="middle">rms error</text>`;
+  const last = [...state.tried.values()].at(-1);
+  for (const dot of state.tried.values())
+    out += `<circle cx="${PLOT.x(dot.ms)}" cy="${PLOT.y(dot.rms)}" r="4.5" class="${
+        dot.method > 4 ? 'fails' : ''} ${dot === last ? 'now' : ''}"><title>${dot.name}: ${
+        dot.ms.toFixed(1)} ms, rms ${dot.rms.toExponential(1)}</title></circle>`;
+  $('plot').innerHTML = out;
+}
+function tried(ms, rms) {
+  const lobe = [
+    skyKey(),
+    ...['flux', 'azimuth', 'height', 'look', 'roughness', 'exponent', 'banks', 'fit'].map(number)
+  ].join();
+  if (state.lobe !== lobe) state.tried.clear();
+  state.lobe = lobe;
+  const select = $('method'), name = select.selectedOptions[0].text;
+  const key = [select.value, select.value < 5 && number('tolerance')].join();
+  state.tried.delete(key); /* the last is the newest */
+  state.tried.set(key, {ms, rms, method: number('method'), name});
 }
 /* The same text as `envmap sh sky.pfm --glsl`. */
 function glsl(packed) {
@@ -349,7 +397,9 @@ function changed(event) {
   if (input.type === 'file') return open(input.files[0]);
   if (input.name === 'sky') state.file = null;
   if (input.type === 'range') label(input);
-  if (input.tagName === 'SELECT') explain();
+  explain(input);
+  rows();
+  if (input.id === 'exposure' && state.sky) smallSky();
   if (REFILTERS.includes(input.id) || input.name === 'sky') wish();
   if (input.id === 'slowly' && input.checked) requestAnimationFrame(turnSlowly);
   draw();
@@ -357,6 +407,7 @@ function changed(event) {
 let turned = 0;
 function turnSlowly(now) {
   if (!$('slowly').checked) return void (turned = 0);
+  if (!state.first) return void requestAnimationFrame(turnSlowly);
   const spin = number('spin') + (turned ? (now - turned) * 0.012 : 0);
   turned = now;
   $('spin').step = 'any';
@@ -372,6 +423,7 @@ function orbit(dx, dy) {
   draw();
 }
 function listen() {
+  $('panel').addEventListener('focusin', event => explain(event.target));
   $('panel').addEventListener('input', changed);
   $('panel').addEventListener('submit', event => event.preventDefault());
   canvas.addEventListener('pointermove', event => {
@@ -390,6 +442,9 @@ function listen() {
   for (const type of ['pointerdown', 'pointermove']) $('small').addEventListener(type, dragSun);
   $('small').addEventListener(
       'pointerdown', event => $('small').setPointerCapture(event.pointerId));
+  canvas.addEventListener(
+      'webglcontextlost',
+      () => fail('The browser took WebGL away. Reload the page to have it again.'));
   addEventListener('dragover', event => {
     event.preventDefault();
     $('drop').hidden = false;
@@ -424,10 +479,20 @@ function listen() {
 }
 
 document.querySelectorAll('input[type=range]').forEach(label);
-explain();
+for (const id of ['sky', 'look', 'turn', 'method', 'save-chain'])
+  explain($(id).querySelector('input') ?? $(id));
+rows();
 $('ramp').style.background =
     `linear-gradient(90deg, ${[0, 0.25, 0.5, 0.75, 1].map(t => `rgb(${heatColour(t)})`).join()})`;
 listen();
+plot();
+const less = matchMedia('(prefers-reduced-motion: reduce)');
+const motion = () => {
+  $('slowly').checked = !less.matches;
+  requestAnimationFrame(turnSlowly);
+};
+motion();
+less.addEventListener('change', motion);
 try {
   start();
 } catch (error) {

@@ -3,8 +3,10 @@
    this fragment shader on the CPU.
    SPDX-License-Identifier: MIT */
 const VIEW = [
-  'look', 'yaw', 'pitch', 'distance', 'skyTurn', 'exposure', 'roughness', 'metal', 'blur', 'along',
-  'across'
+  '' +
+      'look',
+  'yaw', 'pitch', 'distance', 'skyTurn', 'exposure', 'roughness', 'metal', 'blur', 'along',
+  'across', 'sunX', 'sunY', 'sunZ', 'flux'
 ];
 const TANGENT = 0.35; /* of half the vertical field of view */
 
@@ -13,6 +15,9 @@ precision highp float;
 precision highp sampler2DArray;
 uniform samplerCube chain, gloss;
 uniform sampler2DArray discs;
+uniform sampler2D sky;
+uniform vec4 sun; /* direction, flux */
+uniform float sunRadius;
 uniform vec4 sh[7], fit[16];
 uniform vec2 split[32], fan[64];
 uniform float yaw, pitch, distance_, aspect, skyTurn, exposure, roughness, metal, blur, top;
@@ -21,6 +26,12 @@ out vec4 colour;
 vec3 turned(vec3 d) {
   float s = sin(skyTurn), c = cos(skyTurn);
   return vec3(c * d.x - s * d.z, d.y, s * d.x + c * d.z);
+}
+vec3 skyAt(vec3 d) { /* lat-long, and the sun's tent */
+  vec2 at = vec2(0.5 + atan(d.x, -d.z) / 6.2831853, acos(clamp(d.y, -1.0, 1.0)) / 3.1415927);
+  float angle = 2.0 * asin(min(0.5 * length(d - sun.xyz), 1.0));
+  float glow = sun.w * max(0.0, 1.0 - angle / sunRadius) / (1.0471976 * sunRadius * sunRadius);
+  return textureLod(sky, at, 0.0).rgb + vec3(1.1, 1.0, 0.8) * glow;
 }
 vec3 tone(vec3 x) { return pow(1.0 - exp(-max(x, 0.0) * exposure), vec3(1.0 / 2.2)); }
 `;
@@ -37,7 +48,8 @@ in vec2 at;
 uniform mat3 camera;
 void main() {
   vec3 d = turned(normalize(camera * vec3(at, -1.0)));
-  colour = vec4(tone(textureLod(chain, d, blur * top).rgb), 1.0);
+  vec3 soft = textureLod(chain, d, max(1.0, blur * top)).rgb;
+  colour = vec4(tone(mix(soft, skyAt(d), max(0.0, 1.0 - blur * top))), 1.0);
 }`;
 const OBJECT_VERTEX = `#version 300 es
 layout(location = 0) in vec3 point;
@@ -110,7 +122,7 @@ void main() {
   } else if (look == 5) L = sliced(T, 0.5 + 0.5 * dot(V, T));
   else if (look == 6) L = copper(N, V, c);
   else if (look == 7) L = elliptical(N, V, T);
-  else L = textureLod(chain, R, 0.0).rgb;
+  else L = skyAt(R);
   colour = vec4(tone(L), 1.0);
 }`;
 
@@ -149,8 +161,8 @@ function createView(canvas) {
   const textures = {}, meshes = [], numbers = {};
   const empty = gl.createVertexArray();
 
-  function texture(name, target, levels, size, layers) {
-    const key = [levels, size, layers].join();
+  function texture(name, target, levels, size, layers, format = internal) {
+    const key = [levels, size, layers].join(), flat = target === gl.TEXTURE_2D;
     if (textures[name]?.key === key) return gl.bindTexture(target, textures[name].made);
     if (textures[name]) gl.deleteTexture(textures[name].made);
     textures[name] = {key, target, made: gl.createTexture()};
@@ -158,15 +170,16 @@ function createView(canvas) {
     if (layers)
       gl.texStorage3D(target, levels, internal, size, size, layers);
     else
-      gl.texStorage2D(target, levels, internal, size, size);
-    gl.texParameteri(target, gl.TEXTURE_MIN_FILTER, layers ? gl.LINEAR : gl.LINEAR_MIPMAP_LINEAR);
+      gl.texStorage2D(target, levels, format, flat ? 2 * size : size, size);
+    gl.texParameteri(
+        target, gl.TEXTURE_MIN_FILTER, layers || flat ? gl.LINEAR : gl.LINEAR_MIPMAP_LINEAR);
     gl.texParameteri(target, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
-    for (const wrap of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T])
-      gl.texParameteri(target, wrap, gl.CLAMP_TO_EDGE);
+    gl.texParameteri(target, gl.TEXTURE_WRAP_S, flat ? gl.REPEAT : gl.CLAMP_TO_EDGE);
+    gl.texParameteri(target, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
   }
-  const fitting = texels => {
-    if (!linear)
-      for (let i = 0; i < texels.length; i++) texels[i] = Math.min(texels[i], most);
+  const fitting = (texels, limit = most) => {
+    if (limit < 3e38)
+      for (let i = 0; i < texels.length; i++) texels[i] = Math.min(texels[i], limit);
     return texels;
   };
   gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
@@ -181,6 +194,12 @@ function createView(canvas) {
     format: linear ?
         '32-bit float maps' :
         'no linear lookups of 32-bit floats here: the maps are half floats, radiance up to 65504',
+    sky(h, texels) { /* only looked at, so half floats do */
+                     texture('sky', gl.TEXTURE_2D, 1, h, 0, gl.RGB16F);
+                     gl.texSubImage2D(
+                         gl.TEXTURE_2D, 0, 0, 0, 2 * h, h, gl.RGB, gl.FLOAT,
+                         fitting(texels.slice(), 65504));
+    },
     level(level, levels, size, texels) {
       texture('chain', gl.TEXTURE_CUBE_MAP, levels, size << level, 0);
       faces(level, size, texels);
@@ -213,7 +232,7 @@ function createView(canvas) {
       meshes[kind] = {array, count: indices.length};
       gl.bindVertexArray(null);
     },
-    ready: look => textures.chain && numbers.sh &&
+    ready: look => textures.chain && textures.sky && numbers.sh &&
         (look === 1 || look === 7     ? textures.gloss :
              look === 5 || look === 6 ? textures.discs :
                                         true),
@@ -224,11 +243,12 @@ function createView(canvas) {
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
       gl.enable(gl.DEPTH_TEST);
       gl.depthFunc(gl.LEQUAL);
-      const units = ['chain', 'gloss', 'discs'];
+      const units = ['chain', 'gloss', 'discs', 'sky'];
       units.forEach((name, i) => {
         gl.activeTexture(gl.TEXTURE0 + i);
         gl.bindTexture(
-            i === 2 ? gl.TEXTURE_2D_ARRAY : gl.TEXTURE_CUBE_MAP, textures[name]?.made ?? null);
+            [gl.TEXTURE_CUBE_MAP, gl.TEXTURE_CUBE_MAP, gl.TEXTURE_2D_ARRAY, gl.TEXTURE_2D][i],
+            textures[name]?.made ?? null);
       });
       for (const p of [object, sky]) {
         gl.useProgram(p.made);
@@ -237,6 +257,8 @@ function createView(canvas) {
           gl.uniform1f(p.at(name), view[name]);
         gl.uniform1f(p.at('aspect'), w / h);
         gl.uniform1f(p.at('top'), numbers.top);
+        gl.uniform4f(p.at('sun'), view.sunX, view.sunY, view.sunZ, view.flux);
+        gl.uniform1f(p.at('sunRadius'), numbers.sunRadius ?? 1);
         gl.uniformMatrix3fv(p.at('camera'), false, axes);
       }
       gl.bindVertexArray(empty);

@@ -6,6 +6,7 @@
 
    >>maps      the places of maps, and the environment: a scene, a file, a sun added to it
    >>filter    a lobe, a method, a level of a map
+   >>sun       the sun by itself, while it moves
    >>outcome   error, harmonics, fit, fan, split sum
    >>picture   the ball as the CPU draws it: what the test holds WebGL against
    >>files     what the tool's writers make of a map
@@ -74,9 +75,19 @@ static int web_printf(char *out, size_t room, const char *format, ...) {
 
 /* ------------------------------------------------------------------------------------ >>maps -- */
 
-/* SKY is the scene or file; LIT has the sun added and is what gets filtered; CHAIN and MAP are
-   drawn; METHOD and TRUTH are one map by two methods. */
-enum { WEB_SKY, WEB_LIT, WEB_CHAIN, WEB_MAP, WEB_METHOD, WEB_TRUTH, WEB_MAPS };
+/* SKY is the scene or file; LIT has the sun added; CHAIN and MAP, which are drawn, METHOD and
+   TRUTH, one map by two methods, are LIT filtered. SKY_CHAIN and SKY_MAP are SKY filtered. */
+enum {
+    WEB_SKY,
+    WEB_LIT,
+    WEB_CHAIN,
+    WEB_MAP,
+    WEB_METHOD,
+    WEB_TRUTH,
+    WEB_SKY_CHAIN,
+    WEB_SKY_MAP,
+    WEB_MAPS
+};
 static envmap web_maps[WEB_MAPS];
 static envmap_prepared web_prepared;
 static float web_numbers[4096]; /* what calls hand back; large enough for the longest, a ramp */
@@ -116,12 +127,22 @@ int web_create(int map, int mapping, int size, int levels, int slices) {
     return result ? (int)result : (int)web_put(map, &made);
 }
 
-WEB_CALL(web_scene) int web_scene(int scene, int size) {
+/* `quick`: one sample a texel instead of nine. */
+WEB_CALL(web_scene) int web_scene(int scene, int size, int quick) {
     envmap_result result;
     envmap made = {0};
+    int x, y;
     result = envmap_create(&made, ENVMAP_LATLONG, size, 1, 1);
     if (result) return result;
-    scene_fill(&made, scene);
+    for (y = 0; y < size && quick; y++)
+        for (x = 0; x < 2 * size; x++) {
+            float d[3];
+            envmap_direction(d, ENVMAP_LATLONG, 0, ((float)x + 0.5f) / (float)(2 * size),
+                             ((float)y + 0.5f) / (float)size);
+            scene_radiance(envmap_texel(&made, 0, 0, 0, x, y), d, scene);
+        }
+    if (!quick) scene_fill(&made, scene);
+    else if (scene == SCENE_SUN) scene_add_sun(&made);
     return web_put(WEB_SKY, &made);
 }
 
@@ -164,12 +185,16 @@ WEB_CALL(web_open_hdr) int web_open_hdr(const void *data, int bytes) {
     return result;
 }
 
-/* How much of a small disc about d a texel gets: a tent of two texels of the equator. */
+/* The sun is a small disc, brightest in its middle: a tent, whose radius is two texels of SKY's
+   equator. */
+static const float web_sun_colour[3] = {1.1f, 1, 0.8f};
+static float web_sun_radius(void) { return MESH_TURN / (float)web_maps[WEB_SKY].size; }
+
 static float web_tent(const envmap *map, const float d[3], int x, int y) {
-    float c[3], radius = 2 * MESH_TURN / (float)(2 * map->size);
+    float c[3];
     envmap_direction(c, ENVMAP_LATLONG, 0, ((float)x + 0.5f) / (float)(2 * map->size),
                      ((float)y + 0.5f) / (float)map->size);
-    return fmaxf(0, 1 - acosf(fminf(1, mesh_dot(c, d))) / radius);
+    return fmaxf(0, 1 - acosf(fminf(1, mesh_dot(c, d))) / web_sun_radius());
 }
 
 /* LIT = SKY and a sun in direction d, whose light is `flux` (radiance * sr) in green. */
@@ -179,7 +204,7 @@ int web_light(float dx, float dy, float dz, float flux) {
     envmap *lit = web_maps + WEB_LIT;
     float d[3] = {dx, dy, dz}, row;
     double total = 0;
-    int pass, x, y, result = web_create(WEB_LIT, ENVMAP_LATLONG, sky->size, 1, 1);
+    int pass, x, y, c, result = web_create(WEB_LIT, ENVMAP_LATLONG, sky->size, 1, 1);
     if (result) return result;
     envmap_prepared_free(&web_prepared);
     memcpy(lit->texels, sky->texels, method_floats(sky) * sizeof(float));
@@ -191,8 +216,7 @@ int web_light(float dx, float dy, float dz, float flux) {
                 float w = web_tent(sky, d, x, y), *texel = envmap_texel(lit, 0, 0, 0, x, y);
                 if (!pass) total += (double)w * envmap_solid_angle(sky, 0, 0, x, y);
                 else
-                    texel[0] += 1.1f * flux * w / (float)total, texel[1] += flux * w / (float)total,
-                        texel[2] += 0.8f * flux * w / (float)total;
+                    for (c = 0; c < 3; c++) texel[c] += web_sun_colour[c] * flux * w / (float)total;
             }
     return ENVMAP_OK;
 }
@@ -250,8 +274,8 @@ static envmap_result web_bytes(envmap *dst, const envmap *src, const envmap_lobe
     return result;
 }
 
-static envmap_result web_by(envmap *dst, const envmap_lobe *lobe, int method, float tolerance) {
-    const envmap *src = web_maps + WEB_LIT;
+static envmap_result web_by(envmap *dst, const envmap *src, const envmap_lobe *lobe, int method,
+                            float tolerance) {
     envmap_filter_desc desc = {0};
     method_desc published = {0};
     published.form = METHOD_PUBLISHED, published.samples = 16;
@@ -262,11 +286,11 @@ static envmap_result web_by(envmap *dst, const envmap_lobe *lobe, int method, fl
     if (method == WEB_BYTES) return web_bytes(dst, src, lobe, &desc);
     desc.method = method;
     desc.threshold = tolerance;
-    desc.prepared = web_prepared.state ? &web_prepared : NULL;
+    if (src == web_maps + WEB_LIT && web_prepared.state) desc.prepared = &web_prepared;
     return envmap_filter(dst, src, lobe, &desc);
 }
 
-/* Level `level` of a map = LIT filtered; the mirror and levels that the method refuses: see the
+/* Level `level` of a map = LIT (or SKY) filtered; the mirror and levels that the method refuses: see the
    result. The map stays as it was when that is not 0. */
 WEB_CALL(web_filter)
 int web_filter(int map, int level, int kind, float value, int method, float tolerance) {
@@ -276,7 +300,8 @@ int web_filter(int map, int level, int kind, float value, int method, float tole
     if (kind == WEB_MIRROR) method = ENVMAP_METHOD_AUTO;
     result = envmap_create(&dst, to->mapping, to->size >> level, 1, to->slices);
     if (result) return result;
-    result = web_by(&dst, &lobe, method, tolerance);
+    result = web_by(&dst, web_maps + (map >= WEB_SKY_CHAIN ? WEB_SKY : WEB_LIT), &lobe, method,
+                    tolerance);
     if (!result) {
         memcpy(envmap_texel(to, level, 0, 0, 0, 0), dst.texels,
                method_floats(&dst) * (size_t)dst.slices * sizeof(float));
@@ -284,6 +309,84 @@ int web_filter(int map, int level, int kind, float value, int method, float tole
     }
     envmap_free(&dst);
     return result;
+}
+
+/* ------------------------------------------------------------------------------------- >>sun --
+   Filters are linear: filter(sky + sun) = filter(sky) + filter(sun). What a lobe makes of a small
+   disc depends only on the angle theta between the axis and the disc's middle,
+     K(theta) = mean over the disc of k(a.l) / norm,
+   so a table of K for each level, or slice, stands for the filter while the sun moves.
+   Tested by tests/web: the_sun_by_itself_is_the_filters_sun. */
+
+enum { WEB_RINGS = 5, WEB_ARCS = 8, WEB_STEPS = 512, WEB_TABLES = 16 };
+static float web_glows[2][WEB_TABLES][WEB_STEPS + 2]; /* of CHAIN's levels and of MAP's slices */
+
+/* The tent's rings weigh r (1 - r). */
+static double web_glow(const envmap_lobe *lobe, double theta, double p) {
+    double sum = 0, weights = 0;
+    int i, j;
+    for (i = 0; i < WEB_RINGS; i++) {
+        double r = (i + 0.5) / WEB_RINGS, a = r * (double)web_sun_radius();
+        for (j = 0; j < WEB_ARCS; j++) {
+            double turn = cos(3.14159265358979 * (j + 0.5) / WEB_ARCS);
+            double x = cos(theta) * cos(a) + sin(theta) * sin(a) * turn;
+            sum += r * (1 - r) * envmap_lobe_value(lobe, fmin(fmax(x, -1), 1), p);
+        }
+        weights += WEB_ARCS * r * (1 - r);
+    }
+    return sum / weights;
+}
+
+/* The tables of CHAIN's level, or of MAP's slices: theta = pi (i / STEPS)^2, closest at the peak.
+   A mirror's texels are means over themselves, about a Gaussian of their width. */
+WEB_CALL(web_sun_tables) void web_sun_tables(int map, int level, int kind, float value) {
+    const envmap *m = web_maps + map;
+    envmap_lobe lobe = web_lobe(kind, value);
+    float texel = MESH_TURN / 4 / (float)(m->size >> level);
+    int i, k;
+    if (kind == WEB_MIRROR) lobe = envmap_lobe_gaussian(12 / (texel * texel));
+    for (k = 0; k < m->slices && k < WEB_TABLES; k++) {
+        double p = (double)lobe.p0 + (double)(lobe.p1 - lobe.p0) * (k + 0.5) / m->slices;
+        double norm = envmap_lobe_integral(&lobe, kind == WEB_BANKS ? 0 : p);
+        float *table = web_glows[map == WEB_MAP][map == WEB_MAP ? k : level];
+        for (i = 0; i <= WEB_STEPS; i++) {
+            double t = (double)i / WEB_STEPS;
+            table[i] = (float)(web_glow(&lobe, 3.14159265358979 * t * t, p) / norm);
+        }
+        table[WEB_STEPS + 1] = table[WEB_STEPS];
+    }
+}
+
+static void web_sun_texel(float *texel, const float *table, float cosine, float flux) {
+    float theta = acosf(fmaxf(-1, fminf(1, cosine)));
+    float t = (float)WEB_STEPS * sqrtf(theta * (2 / MESH_TURN));
+    int i = (int)t, c;
+    float glow = flux * (table[i] + (t - (float)i) * (table[i + 1] - table[i]));
+    for (c = 0; c < 3; c++) texel[c] += web_sun_colour[c] * glow;
+}
+
+/* A level of CHAIN, or MAP, = the same of SKY_CHAIN, or SKY_MAP, and the sun's tables. */
+WEB_CALL(web_sun)
+void web_sun(int map, int level, float dx, float dy, float dz, float flux) {
+    envmap *to = web_maps + map;
+    const envmap *from = web_maps + (map == WEB_MAP ? WEB_SKY_MAP : WEB_SKY_CHAIN);
+    int n = to->size >> level, faces = envmap_faces(to->mapping), face, x, y, k;
+    float d[3] = {dx, dy, dz}, a[3], *texel = envmap_texel(to, level, 0, 0, 0, 0);
+    size_t slice = 3 * (size_t)(faces * n * n);
+    mesh_unit(d);
+    memcpy(texel, envmap_texel(from, level, 0, 0, 0, 0),
+           slice * (size_t)to->slices * sizeof *texel);
+    to->p0 = from->p0, to->p1 = from->p1;
+    for (face = 0; face < faces; face++)
+        for (y = 0; y < n; y++)
+            for (x = 0; x < n; x++, texel += 3) {
+                envmap_direction(a, to->mapping, face, ((float)x + 0.5f) / (float)n,
+                                 ((float)y + 0.5f) / (float)n);
+                for (k = 0; k < to->slices && k < WEB_TABLES; k++)
+                    web_sun_texel(texel + (size_t)k * slice,
+                                  web_glows[map == WEB_MAP][map == WEB_MAP ? k : level],
+                                  mesh_dot(a, d), flux);
+            }
 }
 
 /* --------------------------------------------------------------------------------- >>outcome -- */
@@ -311,13 +414,25 @@ WEB_CALL(web_error) int web_error(int w, int h) {
     return ENVMAP_OK;
 }
 
-/* floats = the 28 numbers of envmap_sh_pack. */
-WEB_CALL(web_diffuse) int web_diffuse(void) {
-    double sh[27];
+static double web_sky_sh[27]; /* of SKY */
+static float web_sh[28];      /* the last that web_diffuse gave, for web_picture */
+
+/* floats = the 28 numbers of envmap_sh_pack, of SKY's coefficients and the sun's: a light adds its
+   flux times Y(d). `again`: SKY is another one. */
+WEB_CALL(web_diffuse) int web_diffuse(int again, float dx, float dy, float dz, float flux) {
+    double sh[27], Y[9];
+    const double d[3] = {(double)dx, (double)dy, (double)dz};
+    int i;
     envmap_lobe lobe = envmap_lobe_diffuse();
-    envmap_result result = envmap_sh_project(sh, 3, web_maps + WEB_LIT, 0, 1e-4, NULL);
+    envmap_result result = ENVMAP_OK;
+    if (again) result = envmap_sh_project(web_sky_sh, 3, web_maps + WEB_SKY, 0, 1e-4, NULL);
+    if (!result) result = envmap_sh_basis(Y, 3, d);
+    for (i = 0; i < 27 && !result; i++)
+        sh[i] = web_sky_sh[i] + (double)(flux * web_sun_colour[i % 3]) * Y[i / 3];
     if (!result) result = envmap_sh_convolve(sh, sh, 3, &lobe, 0);
-    return result ? result : envmap_sh_pack(NULL, web_numbers, sh);
+    if (!result) result = envmap_sh_pack(NULL, web_numbers, sh);
+    if (!result) memcpy(web_sh, web_numbers, sizeof web_sh);
+    return result;
 }
 
 /* Rough copper as one lobe with a slice for each n.v; floats = factor and m of each slice. */
@@ -370,6 +485,7 @@ WEB_CALL(web_split_sum) void web_split_sum(float roughness, int count) {
 /* What view.js knows of a picture, in the same order; its fragment shader is these functions. */
 typedef struct web_view {
     float look, yaw, pitch, distance, sky_turn, exposure, roughness, metal, blur, along, across;
+    float sun[3], flux;
 } web_view;
 enum {
     WEB_LOOK_MIRROR,
@@ -382,7 +498,7 @@ enum {
     WEB_LOOK_ELLIPTICAL
 };
 static web_view web_seen;
-static float web_sh[28], web_taps[2][64];
+static float web_taps[2][64];
 static int web_tap_count;
 
 WEB_CALL(web_view_floats) float *web_view_floats(void) { return &web_seen.look; }
@@ -396,6 +512,15 @@ static void web_nine_at(float rgb[3], const float n[3]) {
         for (k = 0; k < 4; k++) rgb[c] += web_sh[12 + 4 * c + k] * b[k];
         rgb[c] = fmaxf(rgb[c], 0);
     }
+}
+
+/* The sky itself, with the sun's tent, whose solid angle is a third of a disc's. */
+static void web_sky_at(float rgb[3], const float d[3]) {
+    float radius = web_sun_radius(), angle = acosf(fmaxf(-1, fminf(1, mesh_dot(d, web_seen.sun))));
+    float glow = web_seen.flux * fmaxf(0, 1 - angle / radius) * 6 / (MESH_TURN * radius * radius);
+    int c;
+    envmap_lookup(rgb, web_maps + WEB_SKY, d, 0);
+    for (c = 0; c < 3; c++) rgb[c] += web_sun_colour[c] * glow;
 }
 
 static void web_coated(float rgb[3], const float n[3], const float r[3], float nv) {
@@ -443,7 +568,7 @@ static void web_shade(float rgb[3], const float n[3], const float v[3]) {
     case WEB_LOOK_ELLIPTICAL:
         envmap_lookup_fan(rgb, map, n, across, v, web_taps[0], web_taps[1], web_tap_count);
         break;
-    default: envmap_lookup(rgb, web_maps + WEB_CHAIN, r, 0);
+    default: web_sky_at(rgb, r);
     }
 }
 
@@ -458,8 +583,11 @@ static void web_ray(float rgb[3], const float eye[3], const float d[3]) {
     float b = mesh_dot(eye, d), q = b * b - mesh_dot(eye, eye) + 1, n[3], v[3], p[3];
     int c;
     if (q < 0) {
+        float level = web_seen.blur * (float)(chain->levels - 1), sharp[3];
         web_turned(n, d);
-        envmap_lookup(rgb, chain, n, web_seen.blur * (float)(chain->levels - 1));
+        envmap_lookup(rgb, chain, n, fmaxf(1, level));
+        web_sky_at(sharp, n);
+        for (c = 0; c < 3; c++) rgb[c] += (sharp[c] - rgb[c]) * fmaxf(0, 1 - level);
         return;
     }
     for (c = 0; c < 3; c++) p[c] = eye[c] - (b + sqrtf(q)) * d[c], v[c] = -d[c];
@@ -480,8 +608,7 @@ WEB_CALL(web_picture) unsigned char *web_picture(int w, int h) {
                           s->distance * cosf(s->pitch) * cosf(s->yaw)};
     float view[16], at[3] = {0, 0, 0}, d[3], rgb[3];
     int x, y, c;
-    if (!out || web_diffuse()) return out;
-    memcpy(web_sh, web_numbers, sizeof web_sh);
+    if (!out) return out;
     web_tap_count = envmap_fan(web_taps[0], web_taps[1], 64, (double)fmaxf(s->along, s->across),
                                (double)s->across, 0.01);
     if (web_tap_count > 64) web_tap_count = 0;

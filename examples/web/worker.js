@@ -1,8 +1,8 @@
 /* Filters, apart from the page. The page posts what it wants, whole, each time that anything of it
    changes; what is done is compared with that, one piece at a time, so that a newer wish is seen
-   between two pieces. Answers carry copies of the texels.
+   between two pieces. Answers carry copies of the texels, and the number of the wish.
    SPDX-License-Identifier: MIT */
-const SKY = 0, LIT = 1, CHAIN = 2, MAP = 3, METHOD = 4, TRUTH = 5;
+const SKY = 0, LIT = 1, CHAIN = 2, MAP = 3, METHOD = 4, TRUTH = 5, SKY_CHAIN = 6, SKY_MAP = 7;
 const CUBE = 0, PARABOLOID = 1, LEVELS = 6, SLICES = 16, ONE = 64;
 const REFUSED = 11; /* ENVMAP_ERROR_METHOD */
 const LOBE = {
@@ -14,7 +14,8 @@ const LOBE = {
   fit: 5
 };
 const NEEDS_MAP = [0, 1, 0, 0, 0, 1, 1, 1];
-let lib, wish, busy = false, shown = false, done = {}, failed = {}, note = '';
+const REST = 150; /* ms without a newer wish: the sun rests */
+let lib, wish, wished = 0, busy = false, shown = false, done = {}, failed = {}, note = '';
 
 const floats = (at, count) => new Float32Array(lib.memory.buffer, at, count).slice();
 const text = at => {
@@ -53,9 +54,9 @@ function say(what, result) {
   return !result;
 }
 
-/* A file, or a scene: its coarse form first when there is no picture yet. */
+/* A file, or a scene: a quick one when there is no picture yet. */
 function openSky(w) {
-  if (!w.file) return say('sky', lib.web_scene(w.sky, shown ? w.size : w.size / 4));
+  if (!w.file) return say('sky', lib.web_scene(w.sky, w.size, !shown));
   const bytes = new Uint8Array(w.file), at = lib.web_buffer(bytes.length || 1);
   if (!at) return say('sky', 2);
   new Uint8Array(lib.memory.buffer, at, bytes.length).set(bytes);
@@ -66,31 +67,36 @@ function openSky(w) {
   return say('sky', result);
 }
 
-/* Every step-th texel of LIT, about 512 x 256 of them. */
-function smallSky(size) {
-  const lit = new Float32Array(lib.memory.buffer, lib.web_map_texels(LIT, 0), 6 * size * size);
-  const step = Math.max(1, Math.floor(size / 256)), h = Math.floor(size / step);
+/* SKY as it is, or each step-th texel of it: what is drawn sharp. */
+function tellSky(key) {
+  const size = lib.web_map_size(SKY);
+  const all = new Float32Array(lib.memory.buffer, lib.web_map_texels(SKY, 0), 6 * size * size);
+  const step = Math.ceil(size / 1024), h = Math.floor(size / step);
   const out = new Float32Array(6 * h * h);
   for (let y = 0, at = 0; y < h; y++)
     for (let x = 0; x < 2 * h; x++, at += 3) {
       const from = 3 * step * (2 * size * y + x);
-      out.set(lit.subarray(from, from + 3), at);
+      out.set(all.subarray(from, from + 3), at);
     }
-  tell('sky', {h}, out);
+  tell('sky', {h, key, radius: 2 * Math.PI / size}, out);
 }
 
+/* What is made of a sky at once: its small picture, nine numbers, room for its chain. */
+function newSky(w) {
+  done.meshes ??= meshes() ?? true;
+  if (!openSky(w)) return;
+  tellSky(w.skyKey);
+  nine(w, 1);
+  const size = lib.web_map_size(SKY), edge = 2 ** Math.floor(Math.log2(size / 2));
+  for (const map of [CHAIN, SKY_CHAIN])
+    say('room', lib.web_create(map, CUBE, Math.min(256, Math.max(32, edge)), LEVELS, 1));
+}
+function nine(w, again) {
+  if (say('nine', lib.web_diffuse(again, ...w.sun, w.flux)))
+    tell('nine', {}, floats(lib.web_floats(), 28));
+}
 function light(w) {
-  const size = lib.web_map_size(SKY);
-  if (!say('sun', lib.web_light(...w.sun, w.flux))) return false;
-  smallSky(size);
-  if (!say('nine', lib.web_diffuse())) return false;
-  tell('nine', {}, floats(lib.web_floats(), 28));
-  lib.web_prepare(0.16, w.tolerance);
-  return say(
-      'room',
-      lib.web_create(
-          CHAIN, CUBE, Math.min(256, Math.max(32, 2 ** Math.floor(Math.log2(size / 2)))), LEVELS,
-          1));
+  if (say('sun', lib.web_light(...w.sun, w.flux))) lib.web_prepare(0.16, w.tolerance);
 }
 
 /* By the method of the wish; where it does not know the lobe, by the library's choice. */
@@ -101,19 +107,28 @@ function filter(w, map, i, lobe, value) {
   return lib.web_filter(map, i, lobe, value, 0, w.tolerance);
 }
 
+const lobeOfLevel = i => [i ? LOBE.ggx : LOBE.mirror, (i / (LEVELS - 1)) ** 2];
+function tellLevel(w, i, ms) {
+  const size = Math.max(1, lib.web_map_size(CHAIN) >> i);
+  const texels = floats(lib.web_map_texels(CHAIN, i), 18 * size * size);
+  tell('level', {level: i, size, ms, wish: w.number}, texels);
+}
 function level(w, i) {
-  const roughness = i / (LEVELS - 1), size = Math.max(1, lib.web_map_size(CHAIN) >> i);
-  const lobe = i ? LOBE.ggx : LOBE.mirror;
-  const [result, ms] = time(() => filter(w, CHAIN, i, lobe, roughness ** 2));
-  if (say('chain', result))
-    tell('level', {level: i, size, ms}, floats(lib.web_map_texels(CHAIN, i), 18 * size * size));
+  const [result, ms] = time(() => filter(w, CHAIN, i, ...lobeOfLevel(i)));
+  if (say('chain', result)) tellLevel(w, i, ms);
   return ms;
 }
 
+const isSliced = w => w.look === 5 || w.look === 6;
+const shapeOf = w => [isSliced(w) ? PARABOLOID : CUBE, ONE, 1, isSliced(w) ? SLICES : 1];
+function tellMap(w, more) {
+  tell(
+      'map', {size: ONE, sliced: isSliced(w), slices: SLICES, wish: w.number, ...more},
+      floats(lib.web_map_texels(MAP, 0), 3 * ONE * ONE * (isSliced(w) ? 2 * SLICES : 6)));
+}
 function ownMap(w) {
-  const sliced = w.look === 5 || w.look === 6, [lobe, value] = lobeOf(w);
-  let result = lib.web_create(MAP, sliced ? PARABOLOID : CUBE, ONE, 1, sliced ? SLICES : 1), fit,
-      fan, across;
+  const [lobe, value] = lobeOf(w);
+  let result = lib.web_create(MAP, ...shapeOf(w)), fit, fan, across;
   if (!result && w.look === 6)
     result = lib.web_fit_copper(w.fit, SLICES), fit = floats(lib.web_floats(), 4 * SLICES);
   if (!result && w.look === 7) {
@@ -123,16 +138,40 @@ function ownMap(w) {
     fan = floats(lib.web_floats(), 2 * taps);
   }
   if (!result) result = filter(w, MAP, 0, lobe, value);
-  if (say('map', result))
-    tell(
-        'map', {size: ONE, sliced, slices: SLICES, fit, fan, across},
-        floats(lib.web_map_texels(MAP, 0), 3 * ONE * ONE * (sliced ? 2 * SLICES : 6)));
+  if (say('map', result)) tellMap(w, {fit, fan, across});
 }
+
+/* The sky alone, and what each lobe makes of the sun alone: then a sun that moves is a sum. */
+function skyLevel(w, i) {
+  lib.web_filter(SKY_CHAIN, i, ...lobeOfLevel(i), 0, 1e-3);
+  lib.web_sun_tables(CHAIN, i, ...lobeOfLevel(i));
+}
+function skyMap(w) {
+  if (lib.web_create(SKY_MAP, ...shapeOf(w))) return;
+  lib.web_filter(SKY_MAP, 0, ...lobeOf(w), 0, 1e-3);
+  lib.web_sun_tables(MAP, 0, ...lobeOf(w));
+}
+function follow(w) {
+  done.filter = done.map = ''; /* at rest all is filtered anew */
+  nine(w, 0);
+  for (let i = LEVELS - 1; i >= 0; i--) {
+    lib.web_sun(CHAIN, i, ...w.sun, w.flux);
+    tellLevel(w, i, 0);
+  }
+  if (!NEEDS_MAP[w.look]) return;
+  lib.web_sun(MAP, 0, ...w.sun, w.flux);
+  tellMap(w, {});
+}
+const pause = async () => {
+  for (const now = wish; wish === now && performance.now() < wished + REST;)
+    await new Promise(go => setTimeout(go, 10));
+};
 
 /* The material's lobe by the method asked for, and by the library at 1e-5. */
 function judge(w) {
-  const sliced = w.look === 5 || w.look === 6, [lobe, value] = lobeOf(w), w_ = 90, h = 45;
-  const shape = [sliced ? PARABOLOID : CUBE, ONE, 1, 1];
+  const [lobe, value] = lobeOf(w), w_ = 90, h = 45;
+  const shape = shapeOf(w);
+  shape[3] = 1;
   let result = lib.web_create(METHOD, ...shape) || lib.web_create(TRUTH, ...shape), ms = 0;
   if (!result && w.look === 6) result = lib.web_fit_copper(w.fit, SLICES);
   if (!result)
@@ -145,26 +184,47 @@ function judge(w) {
   tell('error', {ms, rms: out[0], worst: out[1]}, out.slice(16));
 }
 
-/* What is not yet as wished, most visible first. Each piece returns nothing; keys say what it was
-   made from. */
+/* What is not yet as wished, most visible first. Keys say what each thing was made from. */
+function keysOf(w) {
+  const sky = w.skyKey + (shown ? '' : ' coarse'), lobe = [w.look === 5, ...lobeOf(w)].join();
+  const sun = [sky, w.flux && w.sun, w.flux].join(), filter = [sun, w.tolerance, w.method].join();
+  return {
+    sky,
+    sun,
+    filter,
+    split: w.roughness,
+    light: [sun, w.tolerance].join(),
+    map: [filter, w.look, w.look === 7 && w.along, lobe].join(),
+    error: [filter, isSliced(w), lobe].join(),
+    skyChain: sky,
+    skyMap: [sky, lobe].join()
+  };
+}
+/* Whether a sun is a sum: forms that fail are to fail on the sun, too. */
+const follows = (w, keys) => (w.method === 0 || w.method === 3) && done.skyChain === keys.sky &&
+    (!NEEDS_MAP[w.look] || done.skyMap === keys.skyMap);
+
 function* pieces(w) {
-  const keys = {sky: w.skyKey + (shown ? '' : ' coarse'), split: w.roughness};
-  keys.light = [keys.sky, w.flux && w.sun, w.flux, w.tolerance].join();
-  keys.filter = [keys.light, w.method].join();
-  keys.map = [keys.filter, w.look, w.look === 7 && w.along, ...lobeOf(w)].join();
-  keys.error = [keys.filter, w.look === 5 || w.look === 6, ...lobeOf(w)].join();
+  const keys = keysOf(w);
   const stale = what => done[what] !== keys[what] && (done[what] = keys[what], true);
-  if (stale('sky')) yield() => openSky(w);
+  if (stale('sky')) yield() => newSky(w);
   if (!lib.web_map_size(SKY)) return;
-  if (stale('light')) yield() => light(w);
   if (stale('split'))
     yield() => {
       lib.web_split_sum(w.roughness, 32);
       tell('split', {}, floats(lib.web_floats(), 64));
     };
+  if (stale('sun'))
+    if (follows(w, keys)) {
+      yield() => follow(w);
+      yield pause;
+    } else
+      yield() => nine(w, 0);
+  if (stale('light')) yield() => light(w);
   if (NEEDS_MAP[w.look] && stale('map')) yield() => ownMap(w);
   if (done.filter !== keys.filter) {
     let ms = 0;
+    done.filter = '';
     for (let i = LEVELS - 1; i >= 0; i--)
       yield() => {
         ms += level(w, i);
@@ -176,9 +236,18 @@ function* pieces(w) {
     shown = true;
     return;
   }
+  yield pause;
   if (w === wish && stale('error')) yield() => judge(w);
+  if (done.skyChain !== keys.skyChain) {
+    for (let i = LEVELS - 1; i >= 0; i--) yield() => skyLevel(w, i);
+    done.skyChain = keys.skyChain;
+  }
+  if (NEEDS_MAP[w.look] && stale('skyMap')) yield() => skyMap(w);
 }
 
+/* Whether what is being made for one wish is of no use for a newer one. */
+const isOther = (a, b) => ['skyKey', 'method', 'tolerance'].some(key => a[key] !== b[key]) ||
+    keysOf(a).sun !== keysOf(b).sun && follows(a, keysOf(a));
 async function work() {
   busy = true;
   for (let now = null; now !== wish || !shown;) {
@@ -186,9 +255,9 @@ async function work() {
     if (wish !== now) note = '';
     now = wish;
     for (const piece of pieces(now)) {
-      piece();
+      await piece();
       await breath();
-      if (['skyKey', 'method', 'tolerance'].some(key => wish[key] !== now[key])) break;
+      if (wish !== now && isOther(wish, now)) break;
     }
     if (first && !shown && wish === now) break; /* no sky: wait for another wish */
     if (first) now = null;
@@ -229,18 +298,28 @@ async function unpack(base64) {
   return WebAssembly.compile(await new Response(stream).arrayBuffer());
 }
 
+async function start(base64) {
+  const module = await unpack(base64);
+  const made = await WebAssembly.instantiate(module, {});
+  made.exports._initialize?.();
+  lib = made.exports;
+  tell('ready', {imports: WebAssembly.Module.imports(module).length});
+}
+
 onmessage = async ({data}) => {
-  if (data.module) {
-    const module = await unpack(data.module);
-    const made = await WebAssembly.instantiate(module, {});
-    made.exports._initialize?.();
-    lib = made.exports;
-    tell('ready', {imports: WebAssembly.Module.imports(module).length});
-    meshes();
+  if (data.module) try {
+      await start(data.module);
+    } catch (error) {
+      tell('failed', {why: `the module does not start: ${error.message}`});
+    }
+  if (data.backdrop) {
+    const {sky, size, quick, skyKey} = data.backdrop;
+    if (!lib.web_scene(sky, size, quick)) tellSky(skyKey);
+    return;
   }
   if (data.picture) return picture(...data.picture);
   if (data.save) return save(data.save);
-  if (data.wish) wish = data.wish;
+  if (data.wish) wish = data.wish, wished = performance.now();
   if (lib && wish && !busy)
     work().catch(error => {
       busy = false;

@@ -114,7 +114,7 @@ class Browser:
         elif kind == "Log.entryAdded" and what["entry"]["level"] in ("error", "warning"):
             self.problems.append(what["entry"]["text"])
 
-    def open(self, url, width=1280, height=800, scheme="light"):
+    def open(self, url, width=1280, height=800, scheme="light", motion="reduce"):
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width,
@@ -124,7 +124,10 @@ class Browser:
         )
         self.call(
             "Emulation.setEmulatedMedia",
-            features=[{"name": "prefers-color-scheme", "value": scheme}],
+            features=[
+                {"name": "prefers-color-scheme", "value": scheme},
+                {"name": "prefers-reduced-motion", "value": motion},
+            ],
         )
         self.call("Page.navigate", url=url)
 
