@@ -16,7 +16,9 @@
 
 #include "../gl/mesh.h"
 #include "../methods/box_levels.h"
+#include "../methods/cabral.h"
 #include "../methods/paraboloid_convolution.h"
+#include "../tool/brdfs.h"
 #include "../tool/picture.h"
 #include "../tool/scenes.h"
 
@@ -497,6 +499,76 @@ static void views(const char *name) {
     sheet_end(&p, name);
 }
 
+/* A caption in the first NAMED rows of pixels of a pane. */
+enum { NAMED = 20 };
+static void pane_name(picture *p, const sheet *s, int column, int row, const char *text) {
+    picture_caption(p, (float)(sheet_x(s, column) + s->width / 2), (float)sheet_y(s, row) + 4, 10,
+                    grey, text);
+}
+
+/* A sphere map below its name. */
+static void draw_sphere(picture *p, const sheet *s, int column, int row, float exposure,
+                        const envmap *map, const char *text) {
+    picture_map(p, sheet_x(s, column), sheet_y(s, row) + NAMED, s->width, s->width, exposure, map,
+                ENVMAP_SPHERE, 0);
+    pane_name(p, s, column, row, text);
+}
+
+/* A stored view: a source map above, and below it what the warp makes of it for the new view. */
+static void cabral_column(picture *p, const sheet *look, int k, const cabral *set,
+                          const int index[3], const float weight[3], const float frame[9]) {
+    static const char *const axes[3] = {"view +x", "view +y", "view +z"};
+    const float alone[3] = {(float)(k == 0), (float)(k == 1), (float)(k == 2)};
+    envmap warped = measure_map(ENVMAP_SPHERE, 80, 1, 1);
+    char text[32];
+    snprintf(text, sizeof text, "b = %.2f", (double)weight[k]);
+    measure_must(cabral_view(&warped, set, index, alone, frame), "the warp");
+    draw_sphere(p, look, k, 0, exposure_of[SCENE_STUDIO], set->maps + index[k], axes[k]);
+    draw_sphere(p, look, k, 1, exposure_of[SCENE_STUDIO], &warped, text);
+    envmap_free(&warped);
+}
+
+/* The paper's figure 4: source maps, warped, and the weighted sum that is the new view's map. */
+static void cabral_warp(const char *name) {
+    enum { EDGE = 80 };
+    static const sheet look = {
+        "Cabral et al. 1999: a map for a new view",
+        "GGX, alpha 0.2, in the studio, six stored views. A point of a map is a normal, the centre "
+        "faces the viewer. Warped: by the reflected direction; b: the stored view's weight.",
+        3, 3, 168, 168 + NAMED, 118,
+        {NULL}, {NULL},
+        {"source maps", "warped", "new view"},
+        {"eq. 1 for each stored view", "to v = (0.39, 0.49, 0.78)",
+         "the sum is a map of 80 x 80 texels"}};
+    static envmap_frame frames[EDGE * EDGE];
+    brdf_values values = {{1, 1, 1}, 0.2, 0.2, 20, 0, 0};
+    envmap_brdf brdf = {brdf_ggx, &values};
+    picture p = sheet_begin(&look);
+    envmap src = scene_map(SCENE_STUDIO, ENVMAP_CUBE, 40, 1);
+    envmap sum = measure_map(ENVMAP_SPHERE, EDGE, 1, 1);
+    envmap truth = measure_map(ENVMAP_SPHERE, EDGE, 1, 1);
+    float frame[9], weight[3], v[3] = {0.39f, 0.49f, 0.78f};
+    int index[3], x = sheet_x(&look, 2), y = sheet_y(&look, 2);
+    char text[32];
+    cabral set;
+    mesh_unit(v);
+    method_frame(frame, frame + 3, v);
+    memcpy(frame + 6, v, sizeof v);
+    measure_must(cabral_create(&set, &src, &brdf, 1, EDGE, NULL), "stored views");
+    cabral_triangle(index, weight, set.steps, v);
+    for (int k = 0; k < 3; ++k) cabral_column(&p, &look, k, &set, index, weight, frame);
+    measure_must(cabral_view(&sum, &set, index, weight, frame), "the sum");
+    measure_must(cabral_shade(&truth, frame, &src, &brdf, frames, NULL), "eq. 1");
+    draw_sphere(&p, &look, 0, 2, exposure_of[SCENE_STUDIO], &sum, "sum of b times warped");
+    draw_sphere(&p, &look, 1, 2, exposure_of[SCENE_STUDIO], &truth, "eq. 1 itself");
+    heat_face(&p, x, y + NAMED, look.width, &sum, &truth, 0);
+    snprintf(text, sizeof text, "off by, rms %.0f %%", 100 * rms_of(&sum, &truth));
+    pane_name(&p, &look, 2, 2, text);
+    heat_scale(&p, x + 36, y + look.height + 3);
+    cabral_free(&set), envmap_free(&src), envmap_free(&sum), envmap_free(&truth);
+    sheet_end(&p, name);
+}
+
 /* The maps of a row of lobes, and what they light. */
 static void glossy_maps(const char *name) {
     static const sheet look = {
@@ -754,6 +826,7 @@ static const struct {
     const char *name;
     void (*draw)(const char *name);
 } figures[] = {{"kautz-4", fig4}, {"kautz-5", fig5}, {"views", views},
+             {"cabral", cabral_warp},
              {"maps", glossy_maps},
              {"vr-3", materials},
              {"vr-4-5", biases},
