@@ -18,6 +18,7 @@
 #include "../methods/box_levels.h"
 #include "../methods/cabral.h"
 #include "../methods/paraboloid_convolution.h"
+#include "../methods/separable_gaussian.h"
 #include "../tool/brdfs.h"
 #include "../tool/picture.h"
 #include "../tool/scenes.h"
@@ -274,6 +275,13 @@ static void foot(picture *p, const sheet *s, int column, int row, const char *te
     picture_text(p, (float)x + 8, (float)y - 17, 10, ink, text);
 }
 
+/* A caption in the first NAMED rows of pixels of a pane. */
+enum { NAMED = 20 };
+static void pane_name(picture *p, const sheet *s, int column, int row, const char *text) {
+    picture_caption(p, (float)(sheet_x(s, column) + s->width / 2), (float)sheet_y(s, row) + 4, 10,
+                    grey, text);
+}
+
 /* From black over red and yellow to white, x in [0,1]: display light. */
 static unsigned heat_colour(float x) {
     float rgb[3];
@@ -452,6 +460,43 @@ static void fig5(const char *name) {
     sheet_end(&p, name);
 }
 
+/* Section 5.2: what a border of 64 texels and maps of [0,1] make of it. */
+static void border(const char *name) {
+    static const sheet look = {
+        "Kautz et al. 2000, section 5.2: the border and [0, 1]",
+        "Front maps in the studio, from faces of 512 x 512 texels by 7 x 7 taps in two passes. "
+        "Off by: rms of the whole map, relative to the exact one's.",
+        4, 4, 132, 132 + NAMED, 84,
+        {"exact", "the square", "64 texels", "in [0, 1]"},
+        {"", "its edge repeated", "beyond the disc", "and 64 texels"},
+        {"N = 10", "N = 10", "N = 50", "N = 50"},
+        {"the map", "off by", "the map", "off by"}};
+    static const float exponents[2] = {10, 50};
+    picture p = sheet_begin(&look);
+    envmap src = scene_map(SCENE_STUDIO, ENVMAP_PARABOLOID, 512, 1);
+    for (int i = 0; i < 8; ++i) {
+        int x = sheet_x(&look, i % 4), row = 2 * (i / 4);
+        envmap_lobe lobe = envmap_lobe_phong(exponents[i / 4]);
+        envmap truth = filtered(&src, lobe, ENVMAP_PARABOLOID, 128, ENVMAP_METHOD_AUTO), map;
+        method_desc way = {0};
+        char text[32];
+        way.form = METHOD_PUBLISHED;
+        way.border = i % 4 >= 2 ? 0.25f : 0, way.white = i % 4 == 3 ? 1 : 0;
+        map = by_method(&src, lobe, ENVMAP_PARABOLOID, 128, method_paraboloid_convolution, &way);
+        snprintf(text, sizeof text, "off by %.0f %%", 100 * rms_of(&map, &truth));
+        draw_disc(&p, x, sheet_y(&look, row) + NAMED, look.width, exposure_of[SCENE_STUDIO],
+                  i % 4 ? &map : &truth, 0);
+        if (i % 4) {
+            pane_name(&p, &look, i % 4, row + 1, text);
+            heat_face(&p, x, sheet_y(&look, row + 1) + NAMED, look.width, &map, &truth, 0);
+        }
+        envmap_free(&map), envmap_free(&truth);
+    }
+    heat_scale(&p, sheet_x(&look, 0) + 22, sheet_y(&look, 1) + 80);
+    envmap_free(&src);
+    sheet_end(&p, name);
+}
+
 /* -------------------------------------------------------------------------------- >>tutorial -- */
 
 /* A sphere map that was made for one view. */
@@ -497,13 +542,6 @@ static void views(const char *name) {
     }
     envmap_free(maps), envmap_free(maps + 1);
     sheet_end(&p, name);
-}
-
-/* A caption in the first NAMED rows of pixels of a pane. */
-enum { NAMED = 20 };
-static void pane_name(picture *p, const sheet *s, int column, int row, const char *text) {
-    picture_caption(p, (float)(sheet_x(s, column) + s->width / 2), (float)sheet_y(s, row) + 4, 10,
-                    grey, text);
 }
 
 /* A sphere map below its name. */
@@ -820,17 +858,98 @@ static void lookup_filters(const char *name) {
     sheet_end(&p, name);
 }
 
+/* -------------------------------------------------------------------------------- >>gaussian -- */
+
+enum { GAUSSIANS = 3, GAUSSIAN_EDGE = 128 };
+static const float gaussian_exponents[GAUSSIANS] = {640, 160, 40};
+
+/* Levels of a chain as maps of their own. */
+static void gaussian_chain(envmap out[GAUSSIANS], const envmap *src, const method_desc *desc) {
+    envmap chain = measure_map(ENVMAP_CUBE, GAUSSIAN_EDGE, GAUSSIANS, 1);
+    envmap_lobe lobes[GAUSSIANS];
+    for (int i = 0; i < GAUSSIANS; ++i) lobes[i] = envmap_lobe_phong(gaussian_exponents[i]);
+    measure_must(desc ? method_separable_chain(&chain, src, lobes, GAUSSIANS, desc)
+                      : envmap_filter_chain(&chain, src, lobes, GAUSSIANS, NULL),
+                 "a chain");
+    for (int i = 0; i < GAUSSIANS; ++i) {
+        out[i] = measure_map(ENVMAP_CUBE, GAUSSIAN_EDGE >> i, 1, 1);
+        memcpy(out[i].texels, envmap_texel(&chain, i, 0, 0, 0, 0), measure_bytes(out + i, 1));
+    }
+    envmap_free(&chain);
+}
+
+/* A level seen from inside, or (truth not NULL) how far it is from the truth. */
+typedef struct gaussian_view {
+    picture_camera camera;
+    const envmap *truth;
+    float mean;
+} gaussian_view;
+
+static void gaussian_pane(picture *p, int left, int top, int width, int height,
+                          const gaussian_view *view) {
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            float s = ((float)x + 0.5f) / (float)width, t = ((float)y + 0.5f) / (float)height;
+            picture_camera exact = view->camera;
+            float a[3], b[3], worst = 0;
+            exact.map = view->truth;
+            picture_camera_point(a, s, t, &view->camera), picture_camera_point(b, s, t, &exact);
+            for (int c = 0; c < 3; ++c)
+                worst = fmaxf(worst, fabsf(a[c] - b[c]) / fmaxf(b[c], 0.1f * view->mean));
+            picture_blend(p, left + x, top + y, heat_colour(worst / HOTTEST), 1);
+        }
+}
+
+/* The write-up's program, two rounds from the level before, beside a single pass. */
+static void gaussians(const char *name) {
+    static const sheet look = {
+        "Separable Gaussians: one round, the program's two, mended",
+        "Towards a corner of the cube, whose three edges meet in the middle of a pane: the third "
+        "level of a chain, faces of 32 x 32 texels, and how far each level is from Phong's. "
+        "Off by: rms of the whole level, relative to the exact one's.",
+        4, 4, 190, 130 + NAMED, 90,
+        {"exact", "one round", "two rounds", "mended"},
+        {"", "from the source's levels", "from the level before", "exact flow, along the grid"},
+        {"N = 40", "N = 640", "N = 160", "N = 40"},
+        {"the level", "off by", "off by", "off by"}};
+    picture p = sheet_begin(&look);
+    envmap src = scene_map(SCENE_STUDIO, ENVMAP_CUBE, GAUSSIAN_EDGE, 1), all[4][GAUSSIANS];
+    method_desc one = {0}, two = {0}, mended = {0};
+    const method_desc *ways[4] = {NULL, &one, &two, &mended};
+    one.form = two.form = METHOD_PUBLISHED, two.rounds = 2;
+    for (int i = 0; i < 4; ++i) gaussian_chain(all[i], &src, ways[i]);
+    for (int i = 0; i < 4; ++i) {
+        gaussian_view v = {{all[i] + 2, 2.356194f, 0.6154797f, 0.9f, 0.9f * 130 / 190, 0}, NULL, 0.5f};
+        picture_draw(&p, sheet_x(&look, i), sheet_y(&look, 0) + NAMED, look.width, 130,
+                     exposure_of[SCENE_STUDIO], picture_camera_point, &v.camera);
+        for (int k = 0; k < GAUSSIANS && i; ++k) {
+            char text[32];
+            v.camera.map = all[i] + k, v.truth = all[0] + k;
+            gaussian_pane(&p, sheet_x(&look, i), sheet_y(&look, k + 1) + NAMED, look.width, 130, &v);
+            snprintf(text, sizeof text, "%.2g %%", 100 * rms_of(all[i] + k, all[0] + k));
+            pane_name(&p, &look, i, k + 1, text);
+        }
+    }
+    heat_scale(&p, sheet_x(&look, 0) + 40, sheet_y(&look, 2) + 70);
+    for (int i = 0; i < 4 * GAUSSIANS; ++i) envmap_free(&all[0][0] + i);
+    envmap_free(&src);
+    sheet_end(&p, name);
+}
+
 /* ------------------------------------------------------------------------------------ >>main -- */
 
 static const struct {
     const char *name;
     void (*draw)(const char *name);
-} figures[] = {{"kautz-4", fig4}, {"kautz-5", fig5}, {"views", views},
+} figures[] = {{"kautz-4", fig4}, {"kautz-5", fig5},
+             {"kautz-border", border},
+             {"views", views},
              {"cabral", cabral_warp},
              {"maps", glossy_maps},
              {"vr-3", materials},
              {"vr-4-5", biases},
-             {"lookups", lookup_filters}};
+             {"lookups", lookup_filters},
+             {"gaussians", gaussians}};
 
 int main(int argc, char **argv) {
     if (argc < 2) {
