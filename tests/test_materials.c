@@ -862,6 +862,23 @@ static void drawn_silhouettes_have_the_same_width_at_every_level(void) {
     envmap_free(&averaged);
 }
 
+static void gooch_is_drawn_with_two_triangles_and_a_circle_and_blurred(void) {
+    envmap map = black(ENVMAP_SPHERE, 64, 1, 1);
+    npr_gooch_desc gooch = {{1, 0.8f, 0.2f}, {0.1f, 0.2f, 0.9f}, {0, 0.6f, 0.8f}, 50};
+    const float *middle = envmap_texel(&map, 0, 0, 0, 10, 32), *highlight;
+    highlight = envmap_texel(&map, 0, 0, 0, 32, 32 - 10); /* of (l + z)/|l + z|: y = 0.316 */
+    CHECK(npr_gooch_drawn(&map, &gooch, 0) == ENVMAP_OK);
+    CHECK_CLOSE(envmap_texel(&map, 0, 0, 0, 32, 60)[2], 0.9, 1e-4);
+    CHECK_CLOSE(envmap_texel(&map, 0, 0, 0, 32, 3)[0], 1, 1e-4);
+    CHECK_CLOSE(highlight[2], 1, 1e-4);
+    CHECK_CLOSE(middle[2], 0.9, 1e-4);
+    CHECK(npr_gooch_drawn(&map, &gooch, 0.2f) == ENVMAP_OK);
+    CHECK(middle[2] > 0.45f && middle[2] < 0.7f); /* half warm, half cool */
+    CHECK(highlight[2] > 0.3f && highlight[2] < 0.95f);
+    CHECK(npr_gooch_drawn(&map, &gooch, -1) == ENVMAP_ERROR_ARGUMENT);
+    envmap_free(&map);
+}
+
 static void drawn_maps_are_what_their_formulas_say(void) {
     envmap map = black(ENVMAP_SPHERE, 64, 1, 1), cube = black(ENVMAP_CUBE, 8, 1, 1);
     npr_gooch_desc gooch = {{1, 0.8f, 0.2f}, {0.1f, 0.2f, 0.9f}, {0, 1, 0}, 50};
@@ -918,6 +935,7 @@ int main(void) {
     RUN(cabral_corners_are_counted_once_and_weights_hold_the_view);
     RUN(the_map_for_a_view_holds_its_lookups);
     RUN(drawn_silhouettes_have_the_same_width_at_every_level);
+    RUN(gooch_is_drawn_with_two_triangles_and_a_circle_and_blurred);
     RUN(drawn_maps_are_what_their_formulas_say);
     return test_summary();
 }

@@ -17,6 +17,7 @@
 #include "../gl/mesh.h"
 #include "../methods/box_levels.h"
 #include "../methods/cabral.h"
+#include "../methods/nonphotorealistic.h"
 #include "../methods/paraboloid_convolution.h"
 #include "../methods/separable_gaussian.h"
 #include "../tool/brdfs.h"
@@ -638,6 +639,46 @@ static void glossy_maps(const char *name) {
     sheet_end(&p, name);
 }
 
+/* By the normal in the viewer's frame: user is a one_view. */
+static void shade_drawn(float rgb[3], const float n[3], const float v[3], const void *user) {
+    const one_view *w = (const one_view *)user;
+    const float ahead[3] = {0, 0, 1};
+    float eye[3], d[3];
+    (void)v;
+    for (int k = 0; k < 3; ++k) eye[k] = (k == 2 ? -1.0f : 1.0f) * mesh_dot(w->axes[k], n);
+    reflected(d, eye, ahead); /* a sphere map has direction d at the normal that reflects it */
+    envmap_lookup(rgb, w->map, d, 0);
+}
+
+/* Gooch's map as the course draws it: two triangles and a circle, then blurred. */
+static void gooch(const char *name) {
+    static const sheet look = {
+        "The tutorial: a map for Gooch's shading, drawn by hand",
+        "A point of the map is a normal, its centre faces the viewer. Blur: sigma of a Gaussian, in "
+        "radii of the disc.",
+        4, 2, 190, 190, 70,
+        {"drawn", "blurred", "blurred more", "by the formula"},
+        {"two triangles, a circle", "0.12 radii", "0.25 radii", "k warm + (1 - k) cool"},
+        {"map", "teapot"}, {"", ""}};
+    static const float sigma[3] = {0, 0.12f, 0.25f};
+    picture p = sheet_begin(&look);
+    shot s = teapot_shot(look.width, look.height, 6.0f);
+    for (int i = 0; i < 4; ++i) {
+        envmap map = measure_map(ENVMAP_SPHERE, 256, 1, 1);
+        one_view w = {&map, {{0}}, 0};
+        camera_axes(w.axes, &s.camera);
+        measure_must(i < 3 ? npr_gooch_drawn(&map, &npr_gooch_example, sigma[i])
+                           : npr_gooch(&map, &npr_gooch_example),
+                     "Gooch");
+        picture_map(&p, sheet_x(&look, i), sheet_y(&look, 0), look.width, look.height, 0.8f, &map,
+                    ENVMAP_SPHERE, 0);
+        shot_draw(&p, sheet_x(&look, i), sheet_y(&look, 1), &s, 0.8f, shade_drawn, &w);
+        envmap_free(&map);
+    }
+    shot_free(&s);
+    sheet_end(&p, name);
+}
+
 /* -------------------------------------------------------------------------------------- >>vr -- */
 
 /* (1 - F) albedo E(n) / pi + F L(r), F per channel by Schlick. */
@@ -946,6 +987,7 @@ static const struct {
              {"views", views},
              {"cabral", cabral_warp},
              {"maps", glossy_maps},
+             {"gooch", gooch},
              {"vr-3", materials},
              {"vr-4-5", biases},
              {"lookups", lookup_filters},
