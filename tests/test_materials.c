@@ -813,6 +813,35 @@ static void cabral_corners_are_counted_once_and_weights_hold_the_view(void) {
     }
 }
 
+static void the_map_for_a_view_holds_its_lookups(void) {
+    envmap src = smooth(ENVMAP_CUBE, 8), map = black(ENVMAP_SPHERE, 32, 1, 1);
+    brdf_values shiny = values(0, 20, 0);
+    envmap_brdf brdf = model(brdf_lafortune, &shiny);
+    const float v[3] = {0.48f, 0.6f, 0.64f};
+    float weight[3], frame[9];
+    int index[3];
+    cabral set;
+    CHECK(cabral_create(&set, &src, &brdf, 2, 24, NULL) == ENVMAP_OK);
+    cabral_triangle(index, weight, set.steps, v);
+    method_frame(frame, frame + 3, v);
+    memcpy(frame + 6, v, sizeof v);
+    CHECK(cabral_view(&map, &set, index, weight, frame) == ENVMAP_OK);
+    for (int i = 5; i < 27; ++i) {
+        float d[3], r[3], n[3], rgb[3];
+        envmap_direction(d, ENVMAP_SPHERE, 0, ((float)i + 0.5f) / 32, 0.4f + 0.5f / 32);
+        cabral_turn(r, frame, d);
+        for (int k = 0; k < 3; ++k) n[k] = r[k] + v[k];
+        cabral_lookup(rgb, &set, n, v);
+        float mine[3];
+        envmap_lookup(mine, &map, d, 0);
+        CHECK_CLOSE(mine[1], rgb[1], 2e-2 * (double)rgb[1]);
+    }
+    CHECK(cabral_view(&src, &set, index, weight, frame) == ENVMAP_ERROR_ARGUMENT);
+    cabral_free(&set);
+    envmap_free(&src);
+    envmap_free(&map);
+}
+
 static void drawn_silhouettes_have_the_same_width_at_every_level(void) {
     envmap map = black(ENVMAP_SPHERE, 128, 6, 1), averaged = black(ENVMAP_SPHERE, 128, 6, 1);
     npr_silhouette_desc desc = {3, {1, 1, 1}, {0, 0, 0}};
@@ -831,6 +860,23 @@ static void drawn_silhouettes_have_the_same_width_at_every_level(void) {
     }
     envmap_free(&map);
     envmap_free(&averaged);
+}
+
+static void gooch_is_drawn_with_two_triangles_and_a_circle_and_blurred(void) {
+    envmap map = black(ENVMAP_SPHERE, 64, 1, 1);
+    npr_gooch_desc gooch = {{1, 0.8f, 0.2f}, {0.1f, 0.2f, 0.9f}, {0, 0.6f, 0.8f}, 50};
+    const float *middle = envmap_texel(&map, 0, 0, 0, 10, 32), *highlight;
+    highlight = envmap_texel(&map, 0, 0, 0, 32, 32 - 10); /* of (l + z)/|l + z|: y = 0.316 */
+    CHECK(npr_gooch_drawn(&map, &gooch, 0) == ENVMAP_OK);
+    CHECK_CLOSE(envmap_texel(&map, 0, 0, 0, 32, 60)[2], 0.9, 1e-4);
+    CHECK_CLOSE(envmap_texel(&map, 0, 0, 0, 32, 3)[0], 1, 1e-4);
+    CHECK_CLOSE(highlight[2], 1, 1e-4);
+    CHECK_CLOSE(middle[2], 0.9, 1e-4);
+    CHECK(npr_gooch_drawn(&map, &gooch, 0.2f) == ENVMAP_OK);
+    CHECK(middle[2] > 0.45f && middle[2] < 0.7f); /* half warm, half cool */
+    CHECK(highlight[2] > 0.3f && highlight[2] < 0.95f);
+    CHECK(npr_gooch_drawn(&map, &gooch, -1) == ENVMAP_ERROR_ARGUMENT);
+    envmap_free(&map);
 }
 
 static void drawn_maps_are_what_their_formulas_say(void) {
@@ -887,7 +933,9 @@ int main(void) {
     RUN(a_fan_about_n_is_the_sum_of_its_maps);
     RUN(cabral_blends_towards_eq_1_with_more_views);
     RUN(cabral_corners_are_counted_once_and_weights_hold_the_view);
+    RUN(the_map_for_a_view_holds_its_lookups);
     RUN(drawn_silhouettes_have_the_same_width_at_every_level);
+    RUN(gooch_is_drawn_with_two_triangles_and_a_circle_and_blurred);
     RUN(drawn_maps_are_what_their_formulas_say);
     return test_summary();
 }

@@ -107,11 +107,11 @@ static envmap_result hierarchical(envmap *dst, const envmap *src, const envmap_l
 }
 
 #define FORM(form)                                                                                 \
-    { form, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
+    { form, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 #define ONE_MAP                                                                                    \
-    { METHOD_PUBLISHED, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0 }
+    { METHOD_PUBLISHED, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 #define SAMPLES                                                                                    \
-    { METHOD_MENDED, 0, 0, 0, 0, 0, 0, 32, 0, 0, 0 }
+    { METHOD_MENDED, 0, 0, 0, 0, 0, 0, 32, 0, 0, 0, 0, 0, 0 }
 
 /* NULL: the reference, which all are held against. */
 static const method_row old_ways[6] = {

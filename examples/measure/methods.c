@@ -68,13 +68,13 @@ static envmap_result fast(envmap *dst, const envmap *src, const envmap_lobe *lob
 
 /* What each kind of method reads of a method_desc. */
 #define PLAIN(form)                                                                                \
-    { form, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
+    { form, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 #define PARABOLOID(form, cut, limit, one, lossy)                                                   \
-    { form, cut, limit, one, lossy, 0, 0, 0, 0, 0, 0 }
+    { form, cut, limit, one, lossy, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 #define SAMPLING(form, samples, half)                                                              \
-    { form, 0, 0, 0, 0, 0, 0, samples, half, 0, 0 }
+    { form, 0, 0, 0, 0, 0, 0, samples, half, 0, 0, 0, 0, 0 }
 #define AREAS(form, discs, strips)                                                                 \
-    { form, 0, 0, 0, 0, 0, 0, 0, 0, discs, strips }
+    { form, 0, 0, 0, 0, 0, 0, 0, 0, discs, strips, 0, 0, 0 }
 
 static const row rows[] = {
     {"`envmap_filter`, tolerance 1e-3", fast, PLAIN(0)},

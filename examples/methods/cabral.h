@@ -76,10 +76,10 @@ static inline void cabral_turn(float out[3], const float frame[9], const float d
     for (k = 0; k < 3; ++k) out[k] = frame[k] * d[0] + frame[3 + k] * d[1] + frame[6 + k] * d[2];
 }
 
-static inline envmap_result cabral_shade(cabral *set, int i, const envmap *src,
+/* The sphere map of the view frame[6 .. 8]; frames: room for its texels. */
+static inline envmap_result cabral_shade(envmap *map, const float frame[9], const envmap *src,
                                          const envmap_brdf *brdf, envmap_frame *frames,
                                          const envmap_filter_desc *desc) {
-    envmap *map = set->maps + i;
     int x, y, k, size = map->size;
     for (y = 0; y < size; ++y)
         for (x = 0; x < size; ++x) {
@@ -88,9 +88,9 @@ static inline envmap_result cabral_shade(cabral *set, int i, const envmap *src,
             envmap_direction(d, ENVMAP_SPHERE, 0, ((float)x + 0.5f) / (float)size,
                              ((float)y + 0.5f) / (float)size);
             if (d[2] < -0.9999f) d[0] += 0.02f; /* at the rim r = -v is no reflection */
-            cabral_turn(r, set->frames[i], d);
+            cabral_turn(r, frame, d);
             for (k = 0; k < 3; ++k) {
-                f->v[k] = set->views[i][k];
+                f->v[k] = frame[6 + k];
                 f->n[k] = r[k] + f->v[k];
                 f->t[k] = 0;
             }
@@ -127,7 +127,8 @@ static inline envmap_result cabral_create(cabral *set, const envmap *src, const 
                 method_frame(made.frames[i], made.frames[i] + 3, made.views[i]);
                 memcpy(made.frames[i] + 6, made.views[i], 3 * sizeof(float));
                 result = envmap_create(made.maps + i, ENVMAP_SPHERE, size, 1, 1);
-                if (!result) result = cabral_shade(&made, i, src, brdf, frames, desc);
+                if (!result)
+                    result = cabral_shade(made.maps + i, made.frames[i], src, brdf, frames, desc);
             }
     if (frames) METHOD_FREE(frames);
     if (result) cabral_free(&made);
@@ -135,16 +136,11 @@ static inline envmap_result cabral_create(cabral *set, const envmap *src, const 
     return result;
 }
 
-/* What a surface with normal n shows towards v. Black where n.v <= 0. */
-static inline void cabral_lookup(float rgb[3], const cabral *set, const float n[3],
-                                 const float v[3]) {
-    float weight[3], nn = 0, vv = 0, nv = 0, r[3];
-    int index[3], k, c;
+/* sum b_i S_i(r): the warp is that all three maps are looked up at the same reflected direction. */
+static inline void cabral_blend(float rgb[3], const cabral *set, const int index[3],
+                                const float weight[3], const float r[3]) {
+    int k, c;
     rgb[0] = rgb[1] = rgb[2] = 0;
-    for (k = 0; k < 3; ++k) nn += n[k] * n[k], vv += v[k] * v[k], nv += n[k] * v[k];
-    if (!(nn > 0 && vv > 0 && nv > 0) || !set->maps) return;
-    for (k = 0; k < 3; ++k) r[k] = 2 * nv / nn * n[k] - v[k];
-    cabral_triangle(index, weight, set->steps, v);
     for (k = 0; k < 3; ++k) {
         const float *f = set->frames[index[k]];
         float d[3], part[3];
@@ -152,6 +148,38 @@ static inline void cabral_lookup(float rgb[3], const cabral *set, const float n[
         envmap_lookup(part, set->maps + index[k], d, 0);
         for (c = 0; c < 3; ++c) rgb[c] += weight[k] * part[c];
     }
+}
+
+/* The two-dimensional map for a view, as the paper makes it: level 0 of the sphere map dst, in a
+   frame whose centre is the view, from three stored maps. Errors: ARGUMENT.
+   Test: the_map_for_a_view_holds_its_lookups. */
+static inline envmap_result cabral_view(envmap *dst, const cabral *set, const int index[3],
+                                        const float weight[3], const float frame[9]) {
+    int x, y;
+    if (!envmap_texel(dst, 0, 0, 0, 0, 0) || dst->mapping != ENVMAP_SPHERE || !set->maps)
+        return ENVMAP_ERROR_ARGUMENT;
+    for (y = 0; y < dst->size; ++y)
+        for (x = 0; x < dst->size; ++x) {
+            float d[3], r[3];
+            envmap_direction(d, ENVMAP_SPHERE, 0, ((float)x + 0.5f) / (float)dst->size,
+                             ((float)y + 0.5f) / (float)dst->size);
+            cabral_turn(r, frame, d);
+            cabral_blend(envmap_texel(dst, 0, 0, 0, x, y), set, index, weight, r);
+        }
+    return ENVMAP_OK;
+}
+
+/* What a surface with normal n shows towards v. Black where n.v <= 0. */
+static inline void cabral_lookup(float rgb[3], const cabral *set, const float n[3],
+                                 const float v[3]) {
+    float weight[3], nn = 0, vv = 0, nv = 0, r[3];
+    int index[3], k;
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (k = 0; k < 3; ++k) nn += n[k] * n[k], vv += v[k] * v[k], nv += n[k] * v[k];
+    if (!(nn > 0 && vv > 0 && nv > 0) || !set->maps) return;
+    for (k = 0; k < 3; ++k) r[k] = 2 * nv / nn * n[k] - v[k];
+    cabral_triangle(index, weight, set->steps, v);
+    cabral_blend(rgb, set, index, weight, r);
 }
 
 #endif /* METHOD_CABRAL_H */

@@ -40,6 +40,11 @@ typedef struct method_desc {
     int half_texel; /* importance sampling: 1: every lookup half a texel off                      */
     int discs;      /* summed areas: discs that stack up to the lobe, 1 .. 64; 0: 8               */
     int strips;     /* summed areas: boxes per disc, 1 .. 64; 0: 9                                */
+    float border;   /* paraboloid, published: radii beyond the rim that are filled, black from
+                       there; the paper's 64 texels are 0.25; 0: the square, its edge repeated    */
+    float white;    /* paraboloid, published: the radiance that is 1 in maps of [0,1]; 0: floats  */
+    int rounds;     /* Gaussian, published: of three passes; more than 0: each level of a chain
+                       from the one before, as the write-up's program does it; 0: one             */
 } method_desc;
 
 /* A method with its settings, for tables of them. */
@@ -121,24 +126,26 @@ static inline envmap_result method_check(method_desc *out, const envmap *dst, co
 /* ---------------------------------------------------------------------------------- >>levels -- */
 
 /* The plain mean of the four texels above, each face alone: what most tools do. */
-static inline void method_plain_levels(envmap *map) {
-    int l, f, x, y, k, c;
-    for (l = 1; l < map->levels; ++l) {
-        int edge = method_edge(map, l), width = method_width(map, l);
-        int last_x = method_width(map, l - 1) - 1, last_y = method_edge(map, l - 1) - 1;
-        for (f = 0; f < envmap_faces(map->mapping); ++f)
-            for (y = 0; y < edge; ++y)
-                for (x = 0; x < width; ++x) {
-                    float *to = envmap_texel(map, l, 0, f, x, y);
-                    to[0] = to[1] = to[2] = 0;
-                    for (k = 0; k < 4; ++k) {
-                        int i = 2 * x + k % 2, j = 2 * y + k / 2;
-                        const float *from = envmap_texel(map, l - 1, 0, f, i < last_x ? i : last_x,
-                                                         j < last_y ? j : last_y);
-                        for (c = 0; c < 3; ++c) to[c] += 0.25f * from[c];
-                    }
+static inline void method_plain_level(envmap *map, int l) {
+    int f, x, y, k, c, edge = method_edge(map, l), width = method_width(map, l);
+    int last_x = method_width(map, l - 1) - 1, last_y = method_edge(map, l - 1) - 1;
+    for (f = 0; f < envmap_faces(map->mapping); ++f)
+        for (y = 0; y < edge; ++y)
+            for (x = 0; x < width; ++x) {
+                float *to = envmap_texel(map, l, 0, f, x, y);
+                to[0] = to[1] = to[2] = 0;
+                for (k = 0; k < 4; ++k) {
+                    int i = 2 * x + k % 2, j = 2 * y + k / 2;
+                    const float *from = envmap_texel(map, l - 1, 0, f, i < last_x ? i : last_x,
+                                                     j < last_y ? j : last_y);
+                    for (c = 0; c < 3; ++c) to[c] += 0.25f * from[c];
                 }
-    }
+            }
+}
+
+static inline void method_plain_levels(envmap *map) {
+    int l;
+    for (l = 1; l < map->levels; ++l) method_plain_level(map, l);
 }
 
 /* The edge, a power of two, at which a map of another parameterization loses nothing. */

@@ -5,7 +5,8 @@
    lighting model for automatic technical illustration, SIGGRAPH 1998.
 
      window      the sketch of a window with panes, as cartoonists put it on anything that shines
-     gooch       k = (1 + l.n)/2: k warm + (1 - k) cool, and a highlight max(r.l,0)^N
+     gooch       k = (1 + l.n)/2: k warm + (1 - k) cool, and a highlight max(r.l,0)^N; or drawn, as
+                 the course has it: two triangles and a circle, blurred
      silhouette  a black rim, `width` texels wide at every level: hand-built levels, for a level
                  that is averaged from the one above has a grey rim of half as many texels
      hatch       strokes on paper, close to the silhouette only, as many texels apart on every level
@@ -105,6 +106,45 @@ static inline envmap_result npr_gooch(envmap *map, const npr_gooch_desc *desc) {
     return desc ? npr_draw(map, npr_gooch_point, desc) : ENVMAP_ERROR_ARGUMENT;
 }
 
+/* A square cut along its diagonal into a warm and a cool triangle, and a white circle where the
+   highlight is. */
+static inline void npr_gooch_flat(float rgb[3], float x, float y, const npr_gooch_desc *d) {
+    float half = sqrtf(2 + 2 * d->light[2]), hx = d->light[0] / half, hy = d->light[1] / half;
+    int white = hypotf(x - hx, y - hy) < sqrtf(1.4f / d->exponent), c;
+    const float *colour = x * d->light[0] + y * d->light[1] > 0 ? d->warm : d->cool;
+    for (c = 0; c < 3; ++c) rgb[c] = white ? 1 : colour[c];
+}
+
+typedef struct npr_gooch_blur {
+    const npr_gooch_desc *gooch;
+    float sigma; /* in radii of the disc */
+} npr_gooch_blur;
+
+#define NPR_BLUR 256
+
+/* The mean of points that are spread like a Gaussian. */
+static inline void npr_gooch_blur_point(float rgb[3], float x, float y, int edge,
+                                        const void *user) {
+    const npr_gooch_blur *d = (const npr_gooch_blur *)user;
+    int k, c;
+    (void)edge;
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (k = 0; k < NPR_BLUR; ++k) {
+        float r = d->sigma * sqrtf(-2 * logf(1 - ((float)k + 0.5f) / NPR_BLUR)), one[3];
+        float turn = 2.39996323f * (float)k; /* the golden angle */
+        npr_gooch_flat(one, x + r * cosf(turn), y + r * sinf(turn), d->gooch);
+        for (c = 0; c < 3; ++c) rgb[c] += one[c] / NPR_BLUR;
+    }
+}
+
+/* sigma  of the blur, in radii of the disc; 0: as it was drawn */
+static inline envmap_result npr_gooch_drawn(envmap *map, const npr_gooch_desc *desc, float sigma) {
+    npr_gooch_blur blur;
+    blur.gooch = desc, blur.sigma = sigma;
+    return desc && sigma >= 0 ? npr_draw(map, npr_gooch_blur_point, &blur)
+                              : ENVMAP_ERROR_ARGUMENT;
+}
+
 /* ------------------------------------------------------------------------------ >>silhouette -- */
 
 typedef struct npr_silhouette_desc {
@@ -143,7 +183,7 @@ static inline void npr_hatch_point(float rgb[3], float x, float y, int edge, con
     a = (x + 0.6f * y) * 0.8575f * texels / d->spacing,
     b = (x - 0.6f * y) * 0.8575f * texels / d->spacing;
     a -= floorf(a), b -= floorf(b);
-    black = dark > 0 && (a < 0.55f * dark || (dark > 0.5f && b < 0.8f * (dark - 0.5f)));
+    black = dark > 0 && (a < 0.2f + 0.4f * dark || (dark > 0.5f && b < 0.8f * (dark - 0.5f)));
     memcpy(rgb, black ? d->ink : d->paper, 3 * sizeof(float));
 }
 
@@ -158,14 +198,15 @@ static inline envmap_result npr_hatch(envmap *map, const npr_hatch_desc *desc) {
 enum { NPR_WINDOW, NPR_GOOCH, NPR_SILHOUETTE, NPR_HATCH, NPR_COUNT };
 static const char *const npr_name[NPR_COUNT] = {"window", "Gooch", "silhouette", "hatching"};
 
+static const npr_gooch_desc npr_gooch_example = {
+    {0.9f, 0.6f, 0.15f}, {0.08f, 0.12f, 0.6f}, {-0.5f, 0.7f, 0.51f}, 60};
+
 static inline envmap_result npr_example(envmap *map, int kind) {
     static const npr_window_desc window = {{0.06f, 0.1f, 0.28f}, {1.3f, 1.3f, 1.2f}, 2};
-    static const npr_gooch_desc gooch = {
-        {0.9f, 0.6f, 0.15f}, {0.08f, 0.12f, 0.6f}, {-0.5f, 0.7f, 0.51f}, 60};
     static const npr_silhouette_desc rim = {2, {0.8f, 0.8f, 0.8f}, {0, 0, 0}};
-    static const npr_hatch_desc hatch = {5, 0.75f, {0.9f, 0.9f, 0.85f}, {0, 0, 0}};
+    static const npr_hatch_desc hatch = {7, 0.9f, {0.9f, 0.9f, 0.85f}, {0, 0, 0}};
     return kind == NPR_WINDOW       ? npr_window(map, &window)
-           : kind == NPR_GOOCH      ? npr_gooch(map, &gooch)
+           : kind == NPR_GOOCH      ? npr_gooch(map, &npr_gooch_example)
            : kind == NPR_SILHOUETTE ? npr_silhouette(map, &rim)
                                     : npr_hatch(map, &hatch);
 }

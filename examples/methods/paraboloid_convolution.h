@@ -12,7 +12,8 @@
 
    Published: taps count alike though a texel at the rim is a quarter of one in the centre, the
    circle's centre stays on the axis though it moves outwards by sec t - 1 at the rim, taps off the
-   square repeat its border, plain boxes shrink. Mended: taps weigh their solid angle (sums of
+   square repeat its border, plain boxes shrink. `border` has a rim of filled texels around the disc
+   instead and black beyond it, and `white` what maps of [0,1] hold. Mended: taps weigh their solid angle (sums of
    weights are convolved beside the colours), the square goes on over its border by direction, the
    kernel stands where its mean direction is the axis, its radius at the rim is tan t, levels are
    weighted by solid angle. `lossy` keeps the loss of the cut tail; `one_map` is S alone.
@@ -130,23 +131,39 @@ static inline int paraboloid_plane_create(paraboloid_plane *plane, int edge, int
     return plane->texels != NULL;
 }
 
+/* A texel of the published form: the map's own, the square's edge repeated; or, with a border, by
+   direction up to the border's end. */
+static inline void paraboloid_published(float rgb[3], const envmap *map, int level, int face, int i,
+                                        int j, const method_desc *d) {
+    int c, last = method_edge(map, level) - 1;
+    if (d->border > 0) {
+        float half = 0.5f * (float)(last + 1), dir[3];
+        float X = ((float)i + 0.5f) / half - 1, Y = 1 - ((float)j + 0.5f) / half;
+        paraboloid_direction(dir, face, X, Y);
+        envmap_lookup(rgb, map, dir, (float)level);
+        for (c = 0; c < 3 && hypotf(X, Y) > 1 + d->border; ++c) rgb[c] = 0;
+    } else {
+        i = i < 0 ? 0 : i > last ? last : i, j = j < 0 ? 0 : j > last ? last : j;
+        memcpy(rgb, envmap_texel(map, level, 0, face, i, j), 3 * sizeof *rgb);
+    }
+}
+
 /* A level of the map as a plane: mended, looked up by direction and weighed by solid angle;
-   published, its own texels, the border repeated. */
+   published, each texel counts alike. */
 static inline void paraboloid_plane_read(paraboloid_plane *plane, const envmap *map, int level,
-                                         int face, int mended) {
-    int x, y, last = method_edge(map, level) - 1;
+                                         int face, const method_desc *d) {
+    int x, y;
     for (y = 0; y < plane->n; ++y)
         for (x = 0; x < plane->n; ++x) {
             float *to = plane->texels + 4 * ((size_t)y * (size_t)plane->n + (size_t)x), dir[3];
             int i = x - plane->pad, j = y - plane->pad;
             float w = paraboloid_direction(dir, face, ((float)i + 0.5f) / plane->half - 1,
                                            1 - ((float)j + 0.5f) / plane->half);
-            if (mended) {
+            if (d->form == METHOD_MENDED) {
                 envmap_lookup(to, map, dir, (float)level);
                 to[0] *= w, to[1] *= w, to[2] *= w, to[3] = w;
             } else {
-                i = i < 0 ? 0 : i > last ? last : i, j = j < 0 ? 0 : j > last ? last : j;
-                memcpy(to, envmap_texel(map, level, 0, face, i, j), 3 * sizeof *to);
+                paraboloid_published(to, map, level, face, i, j, d);
                 to[3] = 1;
             }
         }
@@ -191,8 +208,8 @@ static inline double paraboloid_stand(const paraboloid_kernel *kernel, double d)
 
 static inline envmap_result paraboloid_map_create(paraboloid_map *out, const envmap *map,
                                                   const paraboloid_kernel *kernel, int level,
-                                                  int mended) {
-    int face, i, edge = method_edge(map, level);
+                                                  const method_desc *desc) {
+    int face, i, edge = method_edge(map, level), mended = desc->form == METHOD_MENDED;
     int pad = mended ? (int)ceil(0.51 * kernel->half) + 2 : 2;
     for (i = 0; i <= PARABOLOID_STEPS; ++i) {
         double d = (double)i / PARABOLOID_STEPS;
@@ -205,7 +222,7 @@ static inline envmap_result paraboloid_map_create(paraboloid_map *out, const env
             METHOD_FREE(from.texels);
             return ENVMAP_ERROR_MEMORY;
         }
-        paraboloid_plane_read(&from, map, level, face, mended);
+        paraboloid_plane_read(&from, map, level, face, desc);
         paraboloid_convolve(&out->face[face], &from, kernel);
         METHOD_FREE(from.texels);
     }
@@ -266,6 +283,13 @@ static inline double paraboloid_share(const envmap_lobe *lobe, double angle) {
     return 2 * METHOD_PI * sum * angle / 512 / 3 / envmap_lobe_integral(lobe, p);
 }
 
+/* What a map of [0,1] holds: means of it lie there too. */
+static inline void paraboloid_clamp(envmap *map, float white) {
+    size_t i, n = method_floats(map);
+    for (i = 0; i < n; ++i) map->texels[i] = fminf(fmaxf(map->texels[i], 0), white);
+    method_plain_levels(map);
+}
+
 static inline envmap_result method_paraboloid_convolution(envmap *dst, const envmap *src,
                                                           const envmap_lobe *lobe,
                                                           const method_desc *desc) {
@@ -280,10 +304,11 @@ static inline envmap_result method_paraboloid_convolution(envmap *dst, const env
     cut = d.cut > 0 ? (double)d.cut : 0.1, angle = paraboloid_angle(lobe, cut);
     mended = d.form == METHOD_MENDED;
     if (!method_setting(&limit, d.limit, 7, 63) || !(d.cut >= 0 && cut < 1) ||
-        !method_falls(lobe) || angle > METHOD_PI * 80 / 180)
+        !(d.border >= 0) || !(d.white >= 0) || !method_falls(lobe) || angle > METHOD_PI * 80 / 180)
         return ENVMAP_ERROR_METHOD;
     result = method_levels(&map, src, ENVMAP_PARABOLOID, !mended);
     if (result) return result;
+    if (!mended && d.white > 0) paraboloid_clamp(&map, d.white);
     memset(&pair, 0, sizeof pair);
     pair.one_map = d.one_map;
     for (k = 0; k < 2 && !result; ++k) {
@@ -291,7 +316,7 @@ static inline envmap_result method_paraboloid_convolution(envmap *dst, const env
         int level = 0, shrink = paraboloid_shrink((int)size, map.size, limit);
         while (1 << level < shrink && level < map.levels - 1) ++level;
         paraboloid_kernel_of(&kernel, lobe, angle, limit, method_edge(&map, level), k, mended);
-        result = paraboloid_map_create(k ? &pair.rim : &pair.centre, &map, &kernel, level, mended);
+        result = paraboloid_map_create(k ? &pair.rim : &pair.centre, &map, &kernel, level, &d);
     }
     if (!result)
         method_fill(dst, lobe, method_scale(lobe) * (d.lossy ? paraboloid_share(lobe, angle) : 1),

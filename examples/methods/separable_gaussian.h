@@ -14,7 +14,8 @@
    Published (hyper3d-envmapgen's write-up): steps straight on the face, u' = u + rho t, on the
    pole face r' = r (1 - rho t), rho^2 = 1 + u^2 + v^2, which drift to the face's centre by
    sigma^2 tan(angle) and leave a seam; order X Y Z; sigma^2 = 1/N, the lobe's curvature at its
-   peak; plain boxes shrink. Mended: the exact flow, order X/2 Y/2 Z/2 Z/2 Y/2 X/2, in rounds of at
+   peak; plain boxes shrink. Its program works in `rounds` of three passes, at least two, and makes
+   each level from the one before. Mended: the exact flow, order X/2 Y/2 Z/2 Z/2 Y/2 X/2, in rounds of at
    most sigma 0.1, Catmull-Rom wherever lookups fall between texels (bilinear ones would widen the
    kernel), sigma by the lobe's first harmonic; boxes by solid angle, and the variance that they
    add (texel^2 / 12) is taken off. Chains go along the grid (separable_grid.h).
@@ -307,9 +308,10 @@ static inline void separable_copy(separable *s, const envmap *map, int level, in
 /* s->image = a level of a cube times the heat kernel of a variance, its border filled. Creates s;
    free it in any case. */
 static inline envmap_result separable_run(separable *s, const envmap *map, int level,
-                                          double variance, int published) {
+                                          double variance, const method_desc *desc) {
     static const int order[] = {0, 1, 2, 2, 1, 0};
-    int i, rounds = published ? 1 : 1 + (int)(sqrt(variance) / SEPARABLE_ROUND);
+    int i, published = desc->form == METHOD_PUBLISHED;
+    int rounds = published ? desc->rounds : 1 + (int)(sqrt(variance) / SEPARABLE_ROUND);
     double sigma = sqrt(variance * (published ? 1 : 0.5) / rounds), *tau;
     if (!separable_create(s, method_edge(map, level), sigma, published)) return ENVMAP_ERROR_MEMORY;
     tau = (double *)method_alloc((size_t)s->side, 2 * sizeof *tau);
@@ -317,7 +319,8 @@ static inline envmap_result separable_run(separable *s, const envmap *map, int l
     separable_border(s);
     separable_copy(s, map, level, 0);
     separable_weights(s, sigma, tau);
-    for (i = 0; i < (published ? 3 : 6 * rounds); ++i) separable_pass(s, order[i % 6]);
+    for (i = 0; i < (published ? 3 : 6) * rounds; ++i)
+        separable_pass(s, order[i % (published ? 3 : 6)]);
     separable_fill_border(s);
     METHOD_FREE(tau);
     return ENVMAP_OK;
@@ -374,13 +377,13 @@ static inline envmap_result method_separable_gaussian(envmap *dst, const envmap 
     int level;
     envmap_result result = method_check(&d, dst, src, lobe, desc);
     if (result) return result;
+    if (!method_setting(&d.rounds, d.rounds, 1, 64)) return ENVMAP_ERROR_METHOD;
     sigma = separable_sigma(lobe, d.form), kernel = d.kernel > 0 ? (double)d.kernel : 4;
     if (!(sigma > 0) || !(d.kernel >= 0 && kernel >= 1 && kernel <= 16)) return ENVMAP_ERROR_METHOD;
     result = method_levels(&map, src, ENVMAP_CUBE, d.form);
     if (result) return result;
     level = separable_level_of(sigma, map.size, kernel);
-    result =
-        separable_run(&s, &map, level, separable_variance(sigma, map.size, level, d.form), d.form);
+    result = separable_run(&s, &map, level, separable_variance(sigma, map.size, level, d.form), &d);
     if (!result) method_fill(dst, lobe, method_scale(lobe), separable_value, &s);
     separable_free(&s);
     envmap_free(&map);
@@ -405,15 +408,20 @@ static inline envmap_result separable_check_chain(method_desc *d, double *sigma,
     return result;
 }
 
-/* Each level by itself, from the source's. work: as dst, count levels */
-static inline envmap_result separable_chain_plain(envmap *work, const envmap *map,
-                                                  const double *sigma, int form) {
+/* Each level by itself, from the source's; as the program does it, from the result before, halved
+   by plain boxes. work: as dst, count levels; map: the levels, which the program's way overwrites */
+static inline envmap_result separable_chain_plain(envmap *work, envmap *map, const double *sigma,
+                                                  const method_desc *desc, int from_before) {
     int i;
     envmap_result result = ENVMAP_OK;
     for (i = 0; i < work->levels && !result; ++i) {
+        double variance = separable_variance(sigma[i], map->size, i, desc->form);
         separable s;
-        result = separable_run(&s, map, i, separable_variance(sigma[i], map->size, i, form), form);
+        if (i && from_before) variance = fmax(variance - sigma[i - 1] * sigma[i - 1], 0);
+        result = separable_run(&s, map, i, variance, desc);
         if (!result) separable_copy(&s, work, i, 1);
+        if (!result && from_before) separable_copy(&s, map, i, 1);
+        if (!result && from_before && i + 1 < map->levels) method_plain_level(map, i + 1);
         separable_free(&s);
     }
     return result;
@@ -478,11 +486,13 @@ static inline envmap_result method_separable_chain(envmap *dst, const envmap *sr
     method_desc d;
     envmap map, work;
     double sigma[32];
-    int i;
+    int i, from_before;
     envmap_result result = count > 32
                                ? ENVMAP_ERROR_METHOD
                                : separable_check_chain(&d, sigma, dst, src, lobes, count, desc);
     if (result) return result;
+    from_before = d.form == METHOD_PUBLISHED && d.rounds > 0;
+    if (!method_setting(&d.rounds, d.rounds, 1, 64)) return ENVMAP_ERROR_METHOD;
     if (d.form == METHOD_MENDED && separable_goes_on(src, sigma, count))
         return separable_chain_grid(dst, src, lobes, sigma, count);
     result = method_levels(&map, src, ENVMAP_CUBE, d.form);
@@ -490,7 +500,7 @@ static inline envmap_result method_separable_chain(envmap *dst, const envmap *sr
     memset(&work, 0, sizeof work);
     work.memory = src->memory;
     result = envmap_create(&work, ENVMAP_CUBE, map.size, count, 1);
-    if (!result) result = separable_chain_plain(&work, &map, sigma, d.form);
+    if (!result) result = separable_chain_plain(&work, &map, sigma, &d, from_before);
     for (i = 0; i < count && !result; ++i) {
         size_t k, n = 18 * (size_t)method_edge(dst, i) * (size_t)method_edge(dst, i);
         float *to = envmap_texel(dst, i, 0, 0, 0, 0);

@@ -249,6 +249,46 @@ static void the_mended_paraboloid_filter_sees_rims_and_centres_alike(void) {
     FIGURE("mended: lamp at 45 degrees", lamp_miss(PI / 4, 50, &mended).rms, 0.1);
 }
 
+/* The green channel at the rim of a white world, with the border of the paper. */
+static float white_at_the_rim(float n, float border) {
+    envmap src = tests_map(ENVMAP_PARABOLOID, 128, 1), dst = tests_map(ENVMAP_PARABOLOID, 16, 1);
+    envmap_lobe lobe = envmap_lobe_phong(n);
+    method_desc desc = tests_desc(METHOD_PUBLISHED);
+    const float rim[3] = {1, 0, 0.02f};
+    float rgb[3];
+    desc.border = border;
+    for (size_t i = 0; i < method_floats(&src); ++i) src.texels[i] = 1;
+    CHECK(method_paraboloid_convolution(&dst, &src, &lobe, &desc) == ENVMAP_OK);
+    envmap_lookup(rgb, &dst, rim, 0);
+    envmap_free(&src);
+    envmap_free(&dst);
+    return rgb[1];
+}
+
+static void a_border_of_64_texels_of_512_is_enough_for_sharp_lobes_only(void) {
+    CHECK_CLOSE(white_at_the_rim(500, 0.25f), 1, 1e-5);
+    CHECK_CLOSE(white_at_the_rim(10, 0), 1, 1e-5);
+    float wide = white_at_the_rim(10, 0.25f);
+    printf("    %-64s %.3g\n", "N = 10: a white world at the rim, 64 texels of border", (double)wide);
+    CHECK(wide > 0.8f && wide < 0.97f);
+}
+
+static void maps_of_zero_to_one_lose_what_is_brighter(void) {
+    envmap src = tests_map(ENVMAP_PARABOLOID, 64, 1), dst = tests_map(ENVMAP_PARABOLOID, 32, 1);
+    envmap_lobe lobe = envmap_lobe_phong(50);
+    method_desc desc = tests_desc(METHOD_PUBLISHED);
+    tests_lamp(&src, 0, 0, 1, 0.2, 10);
+    CHECK(method_paraboloid_convolution(&dst, &src, &lobe, &desc) == ENVMAP_OK);
+    double all = tests_energy(&dst);
+    desc.white = 1;
+    CHECK(method_paraboloid_convolution(&dst, &src, &lobe, &desc) == ENVMAP_OK);
+    CHECK_CLOSE(tests_energy(&dst), all / 10, 1e-3 * all);
+    desc.white = -1;
+    CHECK(method_paraboloid_convolution(&dst, &src, &lobe, &desc) == ENVMAP_ERROR_METHOD);
+    envmap_free(&src);
+    envmap_free(&dst);
+}
+
 static void lobes_that_do_not_fit_a_paraboloid_are_refused(void) {
     envmap src = tests_map(ENVMAP_PARABOLOID, 16, 1), dst = tests_map(ENVMAP_PARABOLOID, 8, 1);
     envmap_lobe diffuse = envmap_lobe_diffuse(), wide = envmap_lobe_gaussian(1);
@@ -333,6 +373,8 @@ int main(void) {
     RUN(the_cut_loses_the_tail_and_lossy_shows_it);
     RUN(two_paraboloid_maps_serve_centre_and_rim_and_one_only_the_centre);
     RUN(the_mended_paraboloid_filter_sees_rims_and_centres_alike);
+    RUN(a_border_of_64_texels_of_512_is_enough_for_sharp_lobes_only);
+    RUN(maps_of_zero_to_one_lose_what_is_brighter);
     RUN(lobes_that_do_not_fit_a_paraboloid_are_refused);
     RUN(box_levels_are_one_apart_for_four_times_the_exponent);
     RUN(box_levels_of_a_lobe_are_nearly_the_best);
