@@ -127,7 +127,7 @@ coverage: ## lines and branches of envmap.h that the quick tests take (gcov), an
 	@if command -v gcov >/dev/null; then \
 	    rm -f $(BUILD)/coverage/tests/*.gcda; \
 	    TEST_QUICK=1 $(MAKE) --no-print-directory test BUILD=$(BUILD)/coverage CC=gcc \
-	        CFLAGS='-O1 --coverage -fprofile-update=atomic' COMPILE= SKIP='gl $(SKIP)' && \
+	        CFLAGS='-O1 --coverage' COMPILE= SKIP='gl $(SKIP)' && \
 	    sh tests/coverage.sh $(BUILD)/coverage; \
 	else \
 	    echo "coverage passed by: no gcov here (Debian: gcc)"; \

@@ -2413,7 +2413,8 @@ ENVMAPI_BODY envmap_result envmap_pfm_read(envmap *map, const void *data, size_t
     for (int y = in.height - 1; y >= 0; --y) {
         float *row = map->texels + 3 * (size_t)y * (size_t)in.width;
         for (int i = 0; i < 3 * in.width; ++i) {
-            row[i] = factor * envmapi_pfm_sample(sample, in.scale < 0);
+            row[i] = envmapi_pfm_sample(sample, in.scale < 0);
+            if (factor < 1 || factor > 1) row[i] *= factor; /* 1 keeps the bits of NaN */
             if (in.channels == 3 || i % 3 == 2) sample += 4;
         }
     }

@@ -8,8 +8,7 @@ cd "$(dirname "$0")/.." || exit 1
 table=
 [ "${1:-}" = -o ] && table=$2 && shift 2
 wanted=" $* "
-build=${BUILD:-build}/targets
-mkdir -p "$build"
+mkdir -p "${BUILD:-build}/targets" && build=$(cd "${BUILD:-build}/targets" && pwd) || exit 1
 body= names= passed=0 failed=0
 strict='-Wall -Wextra -Wpedantic -Wshadow -Wundef -Werror'
 few='base compare directions pfm lobes prepared'
@@ -67,9 +66,12 @@ qemu aarch64
 qemu riscv64
 qemu s390x # big-endian
 wine=$(command -v wine64 || echo /usr/lib/wine/wine64)
-WINEPREFIX=${WINEPREFIX:-$PWD/$build/wine} WINEDEBUG=-all
+WINEPREFIX=${WINEPREFIX:-$build/wine} WINEDEBUG=-all
 export WINEPREFIX WINEDEBUG
-target mingw64 "$more" 'gcc-mingw-w64-x86-64 wine64' x86_64-w64-mingw32-gcc '-O2 -static' "$wine"
+# gcc adds .exe to a name and wine does not; Windows ends lines with CR LF.
+printf '%s\n' "'$wine' \"\$1.exe\" >\"\$1.out\"" 'status=$?' "tr -d '\\r' <\"\$1.out\"" 'exit $status' \
+    >"$build/wine.sh"
+target mingw64 "$more" 'gcc-mingw-w64-x86-64 wine64' x86_64-w64-mingw32-gcc '-O2 -static' "sh $build/wine.sh"
 target wasm32 "$more" 'clang wasi-libc libclang-rt-14-dev-wasm32 lld nodejs' clang \
     '-O2 --target=wasm32-wasi -D_WASI_EMULATED_PROCESS_CLOCKS' \
     'node --no-warnings tests/compile/wasi.js' \
@@ -91,7 +93,7 @@ if [ -n "$table" ]; then
         echo '|---|---|---|---|---|'
         for name in $names; do
             [ ! -e "$build/$name/row" ] || cat "$build/$name/row"
-        done | sed 's|/usr/lib/wine/||; s/ *`/`/2; s/|  *|/| |/g'
+        done | sed "s|sh $build/wine.sh|wine64|" | sed 's|/usr/lib/wine/||; s/ *`/`/2; s/|  *|/| |/g'
     } >"$table"
 fi
 echo "$passed passed, $failed failed"

@@ -92,7 +92,7 @@ static inline void grid_sum(float *to, const float *from, size_t step, const flo
     memset(sum, 0, sizeof sum);
     for (k = 0; k < count; ++k, from += step, w += next)
         for (c = 0; c < GRID_KNOT / GRID_LANES; ++c)
-            memcpy(&t, from + c * GRID_LANES, sizeof t), sum[c] += *w * t;
+            memcpy(&t, from + c * GRID_LANES, sizeof t), sum[c] += (float)*w * t; /* not wider, as x87 would */
     for (c = 0; c < GRID_KNOT / GRID_LANES; ++c) memcpy(to + c * GRID_LANES, sum + c, sizeof t);
 }
 
