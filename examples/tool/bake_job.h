@@ -205,7 +205,7 @@ static inline envmap_result bake_table(bake_job *j) {
 /* ----------------------------------------------------------------------------------- >>files -- */
 
 static inline int bake_wrong_file(bake_job *j, int error) {
-    return fail(FILE_ERROR, j->path, strerror(error), NULL);
+    return fail(FILE_ERROR, j->path, why_not(error), NULL);
 }
 
 static inline double bake_mean(const envmap *map) {

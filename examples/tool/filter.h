@@ -213,11 +213,11 @@ static inline int filter_into(envmap *out, const envmap *in, const options *o) {
 
 static inline int run_filter(const options *o) {
     envmap in, out = no_map;
-    int status = check_output(o->files[1]);
+    int status = check_output(o);
     if (!status) status = load(&in, o->files[0], o);
     if (status) return status;
     status = filter_into(&out, &in, o);
-    if (!status) status = save(&out, o->files[1], o->exposure);
+    if (!status) status = save(&out, o->files[1], o);
     envmap_free(&in);
     envmap_free(&out);
     return status;

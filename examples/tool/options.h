@@ -19,6 +19,7 @@ typedef struct options {
     int mapping, to, size, slices, lobe, method, threads; /* mapping, to, size: -1 if not given */
     double exponent, sharpness, alpha, s, scale, tolerance, threshold, exposure;
     int raw, glsl, window, progress, help;
+    int format;                    /* texel_format of what is written */
     int flip, horizon, convention; /* of what is read; horizon: -1 if not given */
     double limit, rotate[3];
     int engine, chain, levels, sun, verify; /* of bake; levels: 0 if not given */
@@ -43,6 +44,9 @@ static const char *const lobe_words[] = {"mirror", "diffuse", "phong", "gaussian
 static const char *const method_words[] = {"auto", "reference", "hierarchical",
                                            "fast", "harmonics", NULL};
 enum { LOBE_MIRROR, LOBE_DIFFUSE, LOBE_PHONG, LOBE_GAUSSIAN, LOBE_GGX, LOBE_BANKS };
+
+/* In the order of texel_format. */
+static const char *const format_words[] = {"rgba16f", "rgba32f", "rgb9e5", "b10g11r11", NULL};
 
 static const char *const horizon_words[] = {"black", "mean", NULL};
 
@@ -90,6 +94,8 @@ static const option_spec option_table[] = {
     {"--threads", INTEGER, AT(threads), 1, THREADS_MOST, NULL, "default: one per processor"},
     {"--exposure", NUMBER, AT(exposure), -40, 40, NULL,
      "of a PNG, in stops above the automatic one"},
+    {"--format", WORD, AT(format), 0, 0, format_words,
+     "of the texels of .ktx2, .ktx and .dds (default rgba16f)"},
     {"--for", WORD, AT(engine), 0, 0, bake_words, "the engine (default opengl)"},
     {"--chain", WORD, AT(chain), 0, 0, bake_lobe_words, "lobe of the specular chain (default ggx)"},
     {"--levels", INTEGER, AT(levels), 1, 16, NULL, "of the chain (default: down to an edge of 4)"},
@@ -197,6 +203,12 @@ static inline const option_spec *find_option(const command *c, const char *text)
     return NULL;
 }
 
+static inline int is_given(const options *o, const char *name) {
+    int k = 0;
+    while (k < OPTION_COUNT && strcmp(option_table[k].name, name)) k++;
+    return (int)(o->given >> k & 1);
+}
+
 static inline int parse_operand(options *o, const command *c, const char *text) {
     if (o->file_count == c->file_count)
         return fail(USAGE_ERROR, text, "is one argument too many", NULL);
@@ -228,17 +240,16 @@ static inline int check_unused(const options *o) {
     } uses[] = {{"--exponent", "--lobe phong"}, {"--sharpness", "--lobe gaussian"},
                 {"--alpha", "--lobe ggx"},      {"--s", "--lobe banks"},
                 {"--scale", "--raw"},           {"--threshold", "--method hierarchical"}};
-    int used[6], k, u;
+    int used[6], u;
     used[0] = o->lobe == LOBE_PHONG, used[1] = o->lobe == LOBE_GAUSSIAN;
     used[2] = o->lobe == LOBE_GGX, used[3] = o->lobe == LOBE_BANKS;
     used[4] = o->raw, used[5] = o->method == ENVMAP_METHOD_HIERARCHICAL;
-    for (k = 0; k < OPTION_COUNT; k++)
-        for (u = 0; u < 6; u++)
-            if ((o->given >> k & 1) && !used[u] && !strcmp(option_table[k].name, uses[u].option)) {
-                char remedy[64];
-                snprintf(remedy, sizeof remedy, "it goes with %s", uses[u].use);
-                return fail(USAGE_ERROR, uses[u].option, "would do nothing here", remedy);
-            }
+    for (u = 0; u < 6; u++)
+        if (!used[u] && is_given(o, uses[u].option)) {
+            char remedy[64];
+            snprintf(remedy, sizeof remedy, "it goes with %s", uses[u].use);
+            return fail(USAGE_ERROR, uses[u].option, "would do nothing here", remedy);
+        }
     return DONE;
 }
 
