@@ -65,7 +65,7 @@ MAP       =
 LONG    =
 TARGETS =
 .PHONY: help all demo test search check strict sanitize tsan analyze mutate coverage targets valgrind \
-        fuzz $(MEASURE) bench-baseline size docs-check docs-test examples docs gallery web test-web \
+        fuzz $(MEASURE) bench-baseline size docs-check docs-test examples docs gallery web test-web test-three \
         install clean FORCE
 .DEFAULT_GOAL = help
 
@@ -93,7 +93,7 @@ search: ## random works against sums of their own: SECONDS=60 SEED=1, or WORK=".
 
 check: ## all that can be checked here: tests by gcc and clang, strict, sanitizers, analyze, valgrind, pages
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'TEST_WHOLE=1 $(MAKE) --no-print-directory test CC=$(c) BUILD=$(BUILD)/$(c)') \
-	    $(foreach t,strict sanitize tsan analyze valgrind test-web docs-test docs-check,'$(MAKE) --no-print-directory $(t)')
+	    $(foreach t,strict sanitize tsan analyze valgrind test-web test-three docs-test docs-check,'$(MAKE) --no-print-directory $(t)')
 
 strict: ## every standard, every strict warning, header, tests and examples, gcc and clang
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'sh tests/compile/run.sh $(c) $(BUILD)/strict/$(c) strict')
@@ -229,6 +229,13 @@ endif
 test-web: web ## the page in a headless Chromium; three minutes
 	@if command -v python3 >/dev/null; then python3 tests/web/run.py $(BUILD)/envmap.html; \
 	else echo "test-web passed by: no python3 here (Debian: python3)"; fi
+
+THREE = $(if $(NODE_MODULES),$(NODE_MODULES),build/npm)/node_modules/three
+test-three: $(BUILD)/envmap ## three.js in a headless Chromium draws what bake wrote as the CPU does
+	@$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. tests/three/balls.c -o $(BUILD)/balls $(LIBS)
+	@if command -v python3 >/dev/null; then \
+	    python3 tests/three/run.py $(THREE) $(BUILD)/envmap $(BUILD)/balls $(BUILD)/three; \
+	else echo "test-three passed by: no python3 here (Debian: python3)"; fi
 
 web: ## the library in a browser tab: build/envmap.html, one file; needs clang for WebAssembly
 	@mkdir -p $(BUILD)

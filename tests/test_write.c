@@ -374,8 +374,8 @@ static void ktx_parse_reads_them(void) {
     snprintf(command, sizeof command, "node tests/read_ktx2.mjs >/dev/null 2>&1");
     if (!runs(command)) {
         printf(
-            "    passed by: node or ktx-parse is not here (npm install ktx-parse in a folder, and "
-            "name it in NODE_MODULES)\n");
+            "    ktx-parse passed by: it or node is not here (npm install --prefix build/npm "
+            "ktx-parse@2.0.0)\n");
         envmap_free(&map);
         return;
     }

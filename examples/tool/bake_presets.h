@@ -53,7 +53,7 @@ static const bake_preset bake_presets[] = {
      {3, 2, -1},
      "right-handed, +y up, the picture's middle is +x",
      "three.js filters every environment of its own materials again (PMREMGenerator): give them "
-     "environment.hdr. The KTX files are for a ShaderMaterial of yours, as docs/cookbook.md shows; "
+     "environment.hdr. The KTX files are for a ShaderMaterial of yours, as docs/bake.md shows; "
      "LightProbe takes the nine radiance coefficients as they are"},
     {"babylon",
      BAKE_DDS,
