@@ -911,6 +911,14 @@ static void wrong_use_is_said_in_words(void) {
     check_tool("convert -- @sky.pfm @out.pfm --size", 1, "one argument too many");
     check_tool("convert @sky.pfm @out.pfm --rotate 1,2", 1, "angle");
     check_tool("convert @sky.pfm @out.pfm --rotate 90x", 1, "angle");
+    check_tool("convert @sky.pfm @out.pfm --rotate nan", 1, "angle");
+    check_tool("convert @sky.pfm @out.pfm --rotate 1,2,99999", 1, "angle");
+    check_tool("convert @sky.pfm @out.pfm --size 0", 3, "from 1 to 16384");
+    check_tool("convert @sky.pfm @out.pfm --size 4.5", 1, "whole number");
+    check_tool("convert @sky.pfm @out.pfm --limit inf", 1, "is not a number");
+    check_tool("bake @sky.pfm @out --lobe banks", 1, "phong or charlie");
+    check_tool("info", 1, "too few arguments");
+    check_tool("nothing", 1, "no such command");
     check_tool("convert @sky.pfm @out.pfm --rotate=90,0,-1e1", 0, NULL);
     check_tool("convert @sky.pfm @out.pfm --from-convention nobody", 1, "openexr");
     check_tool("filter @sky.pfm @out.pfm --lobe phong --alpha 0.5", 1, "--lobe ggx");
@@ -927,7 +935,9 @@ static void what_the_system_refuses_is_said_in_words(void) {
     snprintf(line, sizeof line, "info %s", folder);
     check_tool(line, 2, "is a folder");
     check_tool("info @sky.pfm/inside", 2, "a part of the path is a file");
-    check_tool("convert @sky.pfm @nowhere/out.pfm", 2, "does not exist");
+    check_tool("convert @sky.pfm @nowhere/out.pfm", 2, "its folder does not exist");
+    check_tool("bake @sky.pfm /dev/null/out --size 4", 2, "a part of the path is a file");
+    check_tool("convert @sky.pfm @huge.pfm --size 16384 --to cube", 3, "a smaller --size");
     if (geteuid()) { /* root may read all */
         CHECK(chmod(file_at("sky.pfm"), 0) == 0);
         check_tool("info @sky.pfm", 2, "permission");
@@ -939,9 +949,13 @@ static void what_the_system_refuses_is_said_in_words(void) {
     check_tool("info @empty.hdr", 2, "is empty");
     write_file("image.hdr", "\x89PNG\r\n", 6);
     check_tool("info @image.hdr", 2, "is a PNG");
-    CHECK(tool_from(NULL, NULL, "info --help") == 2 && strstr(said, "is closed"));
-    if (access("/dev/full", W_OK) == 0)
-        CHECK(tool_from(NULL, "/dev/full", "info --help") == 2 && strstr(said, "no space"));
+    for (int k = 0; k < 5; ++k) {
+        static const char *const prints[] = {"info --help", "info @sky.pfm", "sh @sky.pfm",
+                                             "compare @sky.pfm @sky.pfm", "mips @sky.pfm @out-"};
+        CHECK(tool_from(NULL, NULL, prints[k]) == 2 && strstr(said, "is closed"));
+        if (access("/dev/full", W_OK) == 0)
+            CHECK(tool_from(NULL, "/dev/full", prints[k]) == 2 && strstr(said, "no space"));
+    }
 }
 
 /* ---------------------------------------------------------------------- readers not ours ---- */

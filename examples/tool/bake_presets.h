@@ -131,7 +131,6 @@ enum { BAKE_PRESETS = sizeof bake_presets / sizeof bake_presets[0] };
 /* The same names for --for, in the same order: a test compares them. */
 static const char *const bake_words[] = {"opengl",   "d3d",  "three", "babylon", "godot", "bevy",
                                          "filament", "gltf", "unity", "unreal",  NULL};
-static const char *const bake_lobe_words[] = {"ggx", "phong", "charlie", NULL};
 
 /* Our direction from the engine's. */
 static inline void bake_to_ours(float ours[3], const bake_preset *p, const float engine[3]) {

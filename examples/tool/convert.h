@@ -55,7 +55,7 @@ static inline int save_levels(const envmap *map, const char *prefix) {
     int level, status = DONE;
     for (level = 0; level < map->levels && !status; level++) {
         snprintf(path, sizeof path, "%s%d.pfm", prefix, level);
-        status = check(write_result(write_pfm(map, level, path)), path);
+        status = check_written(write_pfm(map, level, path), path);
         if (!status) printf("%s\n", path);
     }
     return status;

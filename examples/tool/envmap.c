@@ -43,6 +43,7 @@
 #include "write_png.h"
 #include "scenes.h"
 #include "shader.h"
+#include "sheen.h"
 #include "gallery.h"
 #include "labels.h"
 #include "threads.h"
@@ -107,7 +108,7 @@ static int run_docs(const options *o) {
 
 static const command commands[] = {
     {"bake", "IN|FOLDER DIR", 2,
-     LOAD_OPTIONS "--for --size --levels --bend --chain --sun --tolerance --verify --threads "
+     LOAD_OPTIONS "--for --size --levels --bend --lobe --sun --sheen --tolerance --verify --threads "
                   "--exposure --progress ",
      "Writes what an engine loads: filtered cubes, irradiance, table, preview, manifest.",
      "envmap bake sky.hdr out/ --for filament --sun", run_bake},

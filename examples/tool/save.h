@@ -66,6 +66,12 @@ static inline int save_png(const envmap *map, const char *path, float exposure) 
     return error;
 }
 
+/* 0, or the exit status after what a writer returned. */
+static inline int check_written(int error, const char *path) {
+    if (!error || error == ENOMEM) return check(write_result(error), path);
+    return fail(FILE_ERROR, path, why_not_written(error), NULL);
+}
+
 /* One file; numbers that its format cannot hold are said. */
 static inline int save_file(const envmap *map, const char *path, float exposure, int format) {
     int kind = save_kind(path), error;
@@ -83,7 +89,7 @@ static inline int save_file(const envmap *map, const char *path, float exposure,
         fprintf(stderr, "envmap %s: %s: %ld numbers are too large for %s, and became its largest\n",
                 command_name, path, t.saturated,
                 kind == SAVE_HDR ? "RGBE" : texel_format_name[format]);
-    return check(write_result(error), path);
+    return check_written(error, path);
 }
 
 /* Six files, the % in whose name stands for px nx py ny pz nz. */
