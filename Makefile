@@ -65,7 +65,7 @@ MAP       =
 LONG    =
 TARGETS =
 .PHONY: help all demo test search check strict sanitize tsan analyze mutate coverage targets valgrind \
-        fuzz $(MEASURE) bench-baseline size docs-check docs-test examples docs gallery web test-web \
+        fuzz $(MEASURE) bench-baseline size docs-check docs-test examples docs gallery web test-web test-three \
         install clean FORCE
 .DEFAULT_GOAL = help
 
@@ -93,7 +93,7 @@ search: ## random works against sums of their own: SECONDS=60 SEED=1, or WORK=".
 
 check: ## all that can be checked here: tests by gcc and clang, strict, sanitizers, analyze, valgrind, pages
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'TEST_WHOLE=1 $(MAKE) --no-print-directory test CC=$(c) BUILD=$(BUILD)/$(c)') \
-	    $(foreach t,strict sanitize tsan analyze valgrind test-web docs-test docs-check,'$(MAKE) --no-print-directory $(t)')
+	    $(foreach t,strict sanitize tsan analyze valgrind test-web test-three docs-test docs-check,'$(MAKE) --no-print-directory $(t)')
 
 strict: ## every standard, every strict warning, header, tests and examples, gcc and clang
 	@sh tests/run.sh $(foreach c,$(COMPILERS),'sh tests/compile/run.sh $(c) $(BUILD)/strict/$(c) strict')
@@ -146,17 +146,22 @@ valgrind: ## the quicker tests under valgrind
 
 FUZZCC      = clang
 FUZZSECONDS = 30
-fuzz: ## libFuzzer on every reader and on calls, half a minute each: FUZZSECONDS=30
-	@mkdir -p $(BUILD)/fuzz
+fuzz: $(BUILD)/envmap ## libFuzzer on every reader, options and calls, half a minute each: FUZZSECONDS=30
+	@mkdir -p $(BUILD)/fuzz/corpus_fuzz_tool $(BUILD)/fuzz/corpus_fuzz_options
+	@$(BUILD)/envmap generate labels $(BUILD)/fuzz/seed.pfm --size 8 # oiiotool makes an .exr of it
+	@for k in zip piz none; do ! command -v oiiotool >/dev/null || oiiotool $(BUILD)/fuzz/seed.pfm \
+	    -d half --compression $$k -o $(BUILD)/fuzz/corpus_fuzz_tool/$$k.exr; done
+	@printf 'a.pfm\nb.ktx2\n--size=4\n--lobe\nggx\n--alpha\n.5\n--rotate\n1,2,3' >$(BUILD)/fuzz/corpus_fuzz_options/seed
 	@echo '#include <stddef.h>' >$(BUILD)/fuzz/probe.c
 	@echo 'int LLVMFuzzerTestOneInput(const unsigned char *d, size_t n) { return d && n > 9 ? 0 : 0; }' \
 	    >>$(BUILD)/fuzz/probe.c
 	@if $(FUZZCC) -fsanitize=fuzzer $(BUILD)/fuzz/probe.c -o $(BUILD)/fuzz/probe 2>/dev/null; then \
 	    for f in $(basename $(notdir $(wildcard tests/fuzz_*.c))); do \
 	        $(FUZZCC) -std=c99 -O1 -g -I. -Itests -fsanitize=fuzzer,address,undefined,float-cast-overflow \
-	            -fno-sanitize-recover=all tests/$$f.c -o $(BUILD)/fuzz/$$f -lm && \
+	            -fno-sanitize-recover=all $(EXRFLAGS) tests/$$f.c -o $(BUILD)/fuzz/$$f $(EXRLIBS) $(LIBS) && \
 	        mkdir -p $(BUILD)/fuzz/corpus_$$f && \
 	        $(BUILD)/fuzz/$$f -max_total_time=$(FUZZSECONDS) -max_len=4096 -malloc_limit_mb=64 -timeout=60 \
+	            -close_fd_mask=3 \
 	            -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/corpus_$$f || exit 1; \
 	    done; \
 	else \
@@ -169,6 +174,8 @@ fuzz: ## libFuzzer on every reader and on calls, half a minute each: FUZZSECONDS
 DOCS = docs
 MAPS = $(foreach m,$(MAP),'$(m)')
 architecture: ARGS = $(DOCS) ## the rooms of envmap.h and a texel's way through them: docs/architecture.md
+baking: $(BUILD)/envmap
+baking: ARGS = $(BUILD)/envmap $(DOCS) ## bake beside 1024 samples a texel, time and memory: docs/bake.md
 bench: ARGS = $(MAPS:%=--map %) $(BENCHARGS) ## verify, then time the filter; takes MAP, BENCH and BENCHARGS=--quick
 chart: ARGS = $(if $(MAP),$(BUILD) $(MAPS),$(DOCS)) ## speed against accuracy of every method: docs/accuracy-speed.md; MAP: build/charts
 conversions: ARGS = $(DOCS) ## what turning a map into another one takes and loses: docs/parameterizations.md
@@ -235,6 +242,13 @@ endif
 test-web: web ## the page in a headless Chromium; three minutes
 	@if command -v python3 >/dev/null; then python3 tests/web/run.py $(BUILD)/envmap.html; \
 	else echo "test-web passed by: no python3 here (Debian: python3)"; fi
+
+THREE = $(if $(NODE_MODULES),$(NODE_MODULES),build/npm)/node_modules/three
+test-three: $(BUILD)/envmap ## three.js in a headless Chromium draws what bake wrote as the CPU does
+	@$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. tests/three/balls.c -o $(BUILD)/balls $(LIBS)
+	@if command -v python3 >/dev/null; then \
+	    python3 tests/three/run.py $(THREE) $(BUILD)/envmap $(BUILD)/balls $(BUILD)/three; \
+	else echo "test-three passed by: no python3 here (Debian: python3)"; fi
 
 web: ## the library in a browser tab: build/envmap.html, one file; needs clang for WebAssembly
 	@mkdir -p $(BUILD)

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 // usage: node tests/read_ktx2.mjs [FILE FORMAT EDGE LEVELS FACES]
 // Reads a KTX 2 file with npm's ktx-parse, and holds its header against what was written. Exit
-// status 0: it is so; without arguments: ktx-parse is here. NODE_MODULES names the folder that has
-// it, else node looks where it always does.
+// status 0: it is so; without arguments: ktx-parse is here. It is looked for in the folder NODE_MODULES,
+// else in build/npm, and then where node always looks.
 import { createRequire } from 'node:module';
 import { readFileSync } from 'node:fs';
+import { resolve } from 'node:path';
 import { strict as assert } from 'node:assert';
 
-const require = createRequire((process.env.NODE_MODULES ?? process.cwd()) + '/');
+const require = createRequire(resolve(process.env.NODE_MODULES || 'build/npm') + '/');
 const { read } = require('ktx-parse');
 const [file, format, edge, levels, faces] = process.argv.slice(2);
 if (file) {

@@ -791,6 +791,60 @@ static void six_files_are_a_cube(void) {
     check_tool("info @none-%.pfm", 2, "six files");
 }
 
+/* Six files, and the containers that hold them all, as a name's ending and a % ask. */
+static void files_are_written_by_their_ending(void) {
+    static const char *const magic[] = {"PF", "\x89PNG", "#?RADIANCE", "\253KTX 20", "\253KTX 11",
+                                        "DDS "};
+    static const char *const ends[] = {"pfm", "PNG", "hdr", "ktx2", "KTX", "dds"};
+    char line[256], head[16];
+    for (int k = 0; k < 6; ++k) {
+        snprintf(line, sizeof line, "generate labels @kind.%s --to cube --size 8", ends[k]);
+        check_tool(line, 0, NULL);
+        snprintf(line, sizeof line, "kind.%s", ends[k]);
+        CHECK(read_back(file_at(line), head, sizeof head) == 15);
+        CHECK(!strncmp(head, magic[k], strlen(magic[k])));
+    }
+    check_tool("convert @kind.pfm @faces-%.pfm", 0, NULL);
+    check_tool("compare @faces-%.pfm @kind.pfm", 0, "rms    0 ");
+    check_tool("mips @kind.pfm @levels.ktx2 --format rgb9e5", 0, NULL);
+    CHECK(read_back(file_at("levels.ktx2"), head, sizeof head) == 15 && head[12] == 123);
+    write_bad("bad.pfm", 1e6f);
+    check_tool("convert @bad.pfm @half.dds", 0, "2 numbers are too large for RGBA16F");
+    check_tool("convert @kind.pfm @faces-%.dds", 1, "all six faces");
+    check_tool("convert @bad.pfm @faces-%.pfm", 1, "--to cube");
+    check_tool("convert @kind.pfm @out.pfm --format rgb9e5", 1, "nothing here");
+    check_tool("mips @kind.pfm @out- --format rgb9e5", 1, "nothing here");
+    check_tool("convert @kind.pfm @out.hdr --exposure 1", 1, "nothing here");
+    check_tool("convert @kind.pfm @out.dds --to paraboloid --size 8", 1, "one picture");
+    check_tool("convert @kind.pfm @out.jpg", 1, "end it in");
+}
+
+/* A link to a device is written through and stays; a name that cannot be written leaves nothing. */
+static void links_to_devices_stay_and_failures_leave_nothing(void) {
+    static const char *const commands[] = {"convert @sky.pfm @link.%s --to cube --size 64",
+                                           "filter @sky.pfm @link.%s --lobe phong --size 64",
+                                           "generate sun @link.%s --size 64"};
+    struct stat about;
+    char line[256];
+    write_bad("sky.pfm", 2);
+    for (int k = 0; k < 9 && access("/dev/full", W_OK) == 0; ++k) {
+        const char *end = k % 3 == 0 ? "pfm" : k % 3 == 1 ? "png" : "hdr";
+        snprintf(line, sizeof line, "link.%s", end);
+        remove(file_at(line));
+        CHECK(symlink("/dev/full", file_at(line)) == 0);
+        snprintf(line, sizeof line, commands[k / 3], end);
+        check_tool(line, 2, "no space left");
+        snprintf(line, sizeof line, "link.%s", end);
+        CHECK(lstat(file_at(line), &about) == 0 && S_ISLNK(about.st_mode));
+        remove(file_at(line));
+    }
+    snprintf(line, sizeof line, "%s", file_at("level-0.pfm"));
+    CHECK(symlink("/dev/full", line) == 0);
+    check_tool("mips @sky.pfm @level- --to cube --size 64", 2, "no space left");
+    CHECK(lstat(line, &about) == 0 && S_ISLNK(about.st_mode));
+    remove(line);
+}
+
 /* The corners of each face, which no letter reaches, have the colour of its axis. */
 static void the_labelled_sky_has_a_colour_for_each_axis(void) {
     static const int brightest[6] = {0, 1, 1, 0, 2, 0};
@@ -857,6 +911,14 @@ static void wrong_use_is_said_in_words(void) {
     check_tool("convert -- @sky.pfm @out.pfm --size", 1, "one argument too many");
     check_tool("convert @sky.pfm @out.pfm --rotate 1,2", 1, "angle");
     check_tool("convert @sky.pfm @out.pfm --rotate 90x", 1, "angle");
+    check_tool("convert @sky.pfm @out.pfm --rotate nan", 1, "angle");
+    check_tool("convert @sky.pfm @out.pfm --rotate 1,2,99999", 1, "angle");
+    check_tool("convert @sky.pfm @out.pfm --size 0", 3, "from 1 to 16384");
+    check_tool("convert @sky.pfm @out.pfm --size 4.5", 1, "whole number");
+    check_tool("convert @sky.pfm @out.pfm --limit inf", 1, "is not a number");
+    check_tool("bake @sky.pfm @out --lobe banks", 1, "phong or charlie");
+    check_tool("info", 1, "too few arguments");
+    check_tool("nothing", 1, "no such command");
     check_tool("convert @sky.pfm @out.pfm --rotate=90,0,-1e1", 0, NULL);
     check_tool("convert @sky.pfm @out.pfm --from-convention nobody", 1, "openexr");
     check_tool("filter @sky.pfm @out.pfm --lobe phong --alpha 0.5", 1, "--lobe ggx");
@@ -873,7 +935,9 @@ static void what_the_system_refuses_is_said_in_words(void) {
     snprintf(line, sizeof line, "info %s", folder);
     check_tool(line, 2, "is a folder");
     check_tool("info @sky.pfm/inside", 2, "a part of the path is a file");
-    check_tool("convert @sky.pfm @nowhere/out.pfm", 2, "does not exist");
+    check_tool("convert @sky.pfm @nowhere/out.pfm", 2, "its folder does not exist");
+    check_tool("bake @sky.pfm /dev/null/out --size 4", 2, "a part of the path is a file");
+    check_tool("convert @sky.pfm @huge.pfm --size 16384 --to cube", 3, "a smaller --size");
     if (geteuid()) { /* root may read all */
         CHECK(chmod(file_at("sky.pfm"), 0) == 0);
         check_tool("info @sky.pfm", 2, "permission");
@@ -885,9 +949,13 @@ static void what_the_system_refuses_is_said_in_words(void) {
     check_tool("info @empty.hdr", 2, "is empty");
     write_file("image.hdr", "\x89PNG\r\n", 6);
     check_tool("info @image.hdr", 2, "is a PNG");
-    CHECK(tool_from(NULL, NULL, "info --help") == 2 && strstr(said, "is closed"));
-    if (access("/dev/full", W_OK) == 0)
-        CHECK(tool_from(NULL, "/dev/full", "info --help") == 2 && strstr(said, "no space"));
+    for (int k = 0; k < 5; ++k) {
+        static const char *const prints[] = {"info --help", "info @sky.pfm", "sh @sky.pfm",
+                                             "compare @sky.pfm @sky.pfm", "mips @sky.pfm @out-"};
+        CHECK(tool_from(NULL, NULL, prints[k]) == 2 && strstr(said, "is closed"));
+        if (access("/dev/full", W_OK) == 0)
+            CHECK(tool_from(NULL, "/dev/full", prints[k]) == 2 && strstr(said, "no space"));
+    }
 }
 
 /* ---------------------------------------------------------------------- readers not ours ---- */
@@ -1007,6 +1075,8 @@ int main(int argc, char **argv) {
     RUN(any_angle_turns_what_is_seen);
     RUN(the_tool_reads_every_format_and_standard_input);
     RUN(six_files_are_a_cube);
+    RUN(files_are_written_by_their_ending);
+    RUN(links_to_devices_stay_and_failures_leave_nothing);
     RUN(the_labelled_sky_has_a_colour_for_each_axis);
     RUN(bad_samples_are_cleaned_by_all_commands_and_it_is_said);
     RUN(info_remarks_on_what_programs_do_to_files);

@@ -32,19 +32,20 @@ static inline int bake_load(bake_job *j) {
     if (!status && j->o->limit > 0)
         status = check(envmap_clean(&j->source, (float)j->o->limit, &j->cleaned), j->input);
     j->source_mapping = j->source.mapping, j->source_size = j->source.size;
+    bake_choose(j);
+    bake_expect(j);
     return status;
 }
 
 static inline int bake_compute(bake_job *j) {
     int status;
-    bake_choose(j);
     if (j->o->sun) j->light_count = bake_take_lights(j->lights, &j->source);
-    bake_stage(j, BAKE_SUN, 0.05f, 0.7f);
+    bake_stage(j, BAKE_SUN, 0.16f, 0.58f);
     status = bake_check(j, j->preset->container == BAKE_NONE ? ENVMAP_OK : bake_filter(j));
-    bake_stage(j, BAKE_FILTERING, 0.7f, 0.8f);
+    bake_stage(j, BAKE_FILTERING, 0.58f, 0.65f);
     if (!status) status = bake_check(j, bake_diffuse(j));
     if (!status) status = bake_check(j, bake_table(j));
-    bake_stage(j, BAKE_DIFFUSE, 0.8f, 0.9f);
+    bake_stage(j, BAKE_DIFFUSE, 0.65f, BAKE_BEFORE);
     return status;
 }
 
@@ -55,15 +56,14 @@ static inline void bake_forget(bake_job *j) {
 }
 
 static inline int bake_finish(bake_job *j) {
-    int status = make_folder(j->folder), none = j->preset->container == BAKE_NONE;
-    if (status) return status;
+    int status = DONE, none = j->preset->container == BAKE_NONE;
     bake_forget(j);
     if (!none) status = bake_save_maps(j);
     if (!status && j->preset->panorama) status = bake_save_panorama(j);
     if (!status && none) status = bake_check(j, bake_stand_in(j));
     if (!status) status = bake_check(j, ENVMAP_OK);
     if (!status) status = bake_preview(j);
-    bake_stage(j, BAKE_WRITING, 0.9f, 1);
+    bake_stage(j, BAKE_WRITING, BAKE_BEFORE, 1);
     if (!status && !none) status = bake_measure(j);
     bake_stage(j, BAKE_MEASURING, 1, 1);
     if (!status) status = bake_check(j, ENVMAP_OK);
@@ -103,12 +103,14 @@ static inline int bake_one(const options *o, const char *input, const char *fold
     bake_job *j = (bake_job *)calloc(1, sizeof *j);
     int status;
     if (!j) return check(ENVMAP_ERROR_MEMORY, input);
+    j->lobe = is_given(o, "--lobe") ? o->lobe : LOBE_GGX;
     j->o = o, j->preset = &bake_presets[o->engine], j->input = input, j->folder = folder;
     j->source = no_map, j->m = meter_start(o), j->started = seconds();
     j->desc = describe(o, &j->threads, &j->m);
     j->desc.work.progress.user = j, j->desc.work.progress.report = bake_report;
     status = bake_load(j);
-    bake_stage(j, BAKE_READING, 0.05f, 0.05f);
+    bake_stage(j, BAKE_READING, 0.06f, 0.16f);
+    if (!status) status = make_folder(j->folder);
     if (!status) status = bake_compute(j);
     if (!status) status = bake_finish(j);
     meter_stop(&j->m);
@@ -146,12 +148,17 @@ static inline int bake_folder(const options *o, DIR *directory) {
 
 static inline int run_bake(const options *o) {
     struct sigaction action;
-    DIR *directory = opendir(o->files[0]);
+    DIR *directory;
     int status;
+    if (is_given(o, "--lobe") && o->lobe != LOBE_PHONG && o->lobe != LOBE_GGX &&
+        o->lobe != LOBE_CHARLIE)
+        return fail(USAGE_ERROR, lobe_words[o->lobe], "is no lobe of a chain",
+                    "--lobe ggx, phong or charlie");
     memset(&action, 0, sizeof action);
     action.sa_handler = bake_stop;
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
+    directory = opendir(o->files[0]);
     if (!directory) return bake_one(o, o->files[0], o->files[1]);
     status = bake_folder(o, directory);
     closedir(directory);

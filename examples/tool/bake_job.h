@@ -1,5 +1,5 @@
 /* bake_job.h - one map on its way to an engine: what is computed, written, read back and measured.
-   Include after bake_presets.h, bake_sun.h and bake_read.h.
+   Include after sheen.h, bake_presets.h, bake_sun.h and bake_read.h.
 
    >>maps      specular chain, irradiance, harmonics, table
    >>files     written, read back, compared
@@ -14,6 +14,7 @@
 
 #define BAKE_LEVELS     16
 #define BAKE_TABLE      64
+#define BAKE_AXES       32 /* that a texel is added to at once, so that its direction is known once */
 #define BAKE_IRRADIANCE 32 /* edge: diffuse light is smooth, this loses less than 1e-3 */
 
 typedef struct bake_file {
@@ -39,7 +40,7 @@ typedef struct bake_job {
     envmap source, chain, irradiance, table; /* as written: in the engine's axes */
     envmap chain_back, irradiance_back;      /* as read from the files */
     bake_level levels[BAKE_LEVELS];
-    int level_count, size, source_mapping, source_size;
+    int level_count, lobe, size, source_mapping, source_size;
     double sh[27], diffuse[27], zonal[3], axis[3]; /* in the engine's axes */
     double ringing; /* rms that windowing against negative light would move */
     bake_light lights[BAKE_LIGHTS];
@@ -49,6 +50,8 @@ typedef struct bake_job {
     int file_count, threads;
     meter m;
     float done, share; /* progress: of the stages before, and of this one */
+    float verifying;   /* the part of the time that --verify takes: about 4 ns a texel and axis,
+                          where the rest takes about 0.7 us a texel */
     double seconds[6], started;
     char path[WRITE_PATH];
     envmap_filter_desc desc;
@@ -63,9 +66,14 @@ static inline void bake_stop(int signal_number) {
     bake_stopped = 1;
 }
 
+#define BAKE_BEFORE 0.9f /* where in the stages measuring begins */
+
 static inline int bake_report(void *user, float fraction) {
     bake_job *j = (bake_job *)user;
-    meter_report(&j->m, j->done + j->share * fraction);
+    float raw = (j->done + j->share * fraction) / BAKE_BEFORE, before = 1 - j->verifying;
+    if (raw > 1) raw = before + (raw - 1) * BAKE_BEFORE / (1 - BAKE_BEFORE) * j->verifying;
+    else raw *= before;
+    meter_report(&j->m, raw);
     return bake_stopped;
 }
 
@@ -83,24 +91,11 @@ static inline const char *bake_path(bake_job *j, const char *name) {
 
 /* ------------------------------------------------------------------------------------ >>maps -- */
 
-/* Charlie, the sheen of cloth: D = (2 + 1/alpha) sin^(1/alpha) / 2 pi at the half vector, n = v = r
-   Source: Estevez and Kulla, "Production Friendly Microfacet Sheen BRDF", 2017. */
-static inline double bake_charlie(double x, double p, void *user) {
-    double sharp = 1 / *(const double *)user;
-    (void)p;
-    return x > 0 ? (2 + sharp) * pow(0.5 * (1 - x), 0.5 * sharp) / 6.28318530717959 * x : 0;
-}
-
-static const float bake_charlie_kink[1] = {1.57079633f};
-
 static inline void bake_lobe(bake_level *l, int kind) {
     l->alpha = l->roughness * l->roughness;
-    if (kind == 2) {
-        l->alpha = fmax(l->alpha, 0.01);
-        l->lobe = envmap_lobe_function(bake_charlie, &l->alpha);
-        l->lobe.kinks = bake_charlie_kink, l->lobe.kink_count = 1;
-    } else if (l->alpha <= 0) l->lobe = envmap_lobe_mirror();
-    else if (kind == 1)
+    if (kind == LOBE_CHARLIE) l->lobe = sheen_lobe(&l->alpha);
+    else if (l->alpha <= 0) l->lobe = envmap_lobe_mirror();
+    else if (kind == LOBE_PHONG)
         l->lobe = envmap_lobe_phong((float)fmax(1, 0.5 / (l->alpha * l->alpha) - 0.5));
     else l->lobe = envmap_lobe_ggx((float)l->alpha);
 }
@@ -121,8 +116,14 @@ static inline void bake_choose(bake_job *j) {
     for (l = 0; l < j->level_count; l++) {
         j->levels[l].roughness = bake_roughness(j->preset, j->size, l, j->level_count, o->bend);
         j->levels[l].measured = j->levels[l].worst = -1;
-        bake_lobe(&j->levels[l], o->chain);
+        bake_lobe(&j->levels[l], j->lobe);
     }
+}
+
+static inline void bake_expect(bake_job *j) {
+    double sums = ceil((double)j->o->verify / BAKE_AXES) * BAKE_AXES * j->level_count;
+    if (j->preset->container != BAKE_NONE)
+        j->verifying = (float)(4e-9 * sums / (4e-9 * sums + 0.7e-6));
 }
 
 static inline envmap_result bake_filter(bake_job *j) {
@@ -187,7 +188,17 @@ static inline envmap_result bake_diffuse(bake_job *j) {
     return result;
 }
 
-/* The split-sum table as a picture: x = n.v, y = roughness; R scale, G bias. */
+/* One row of the table's sheen. */
+static inline void bake_sheen(void *context, int y) {
+    envmap *table = (envmap *)context;
+    double r = (y + 0.5) / BAKE_TABLE;
+    int x;
+    for (x = 0; x < BAKE_TABLE; x++)
+        envmap_texel(table, 0, 0, 0, x, y)[2] =
+            (float)sheen_albedo((x + 0.5) / BAKE_TABLE, r * r);
+}
+
+/* The split-sum table as a picture: x = n.v, y = roughness; R scale, G bias, B sheen. */
 static inline envmap_result bake_table(bake_job *j) {
     float *values = (float *)malloc(2 * BAKE_TABLE * BAKE_TABLE * sizeof *values);
     int i;
@@ -198,6 +209,7 @@ static inline envmap_result bake_table(bake_job *j) {
         j->table.texels[3 * i] = values[2 * i];
         j->table.texels[3 * i + 1] = values[2 * i + 1];
     }
+    if (!result && j->o->sheen) threads_run(&j->threads, bake_sheen, &j->table, BAKE_TABLE);
     free(values);
     return result;
 }
@@ -205,7 +217,7 @@ static inline envmap_result bake_table(bake_job *j) {
 /* ----------------------------------------------------------------------------------- >>files -- */
 
 static inline int bake_wrong_file(bake_job *j, int error) {
-    return fail(FILE_ERROR, j->path, strerror(error), NULL);
+    return fail(FILE_ERROR, j->path, why_not_written(error), NULL);
 }
 
 static inline double bake_mean(const envmap *map) {
@@ -320,8 +332,10 @@ static inline int bake_save_maps(bake_job *j) {
         bake_compare(j, &j->files[j->file_count - 1], &j->irradiance_back, &j->irradiance, 0);
     if (!status)
         status = bake_save(j, &table_back, &j->table, "split-sum",
-                           "x: n.v, y: roughness, at texel centres; R scale, G bias", TEXEL_RGBA16F,
-                           NULL, 0);
+                           j->o->sheen ? "x: n.v, y: roughness, at texel centres; R scale, G bias, "
+                                         "B sheen"
+                                       : "x: n.v, y: roughness, at texel centres; R scale, G bias",
+                           TEXEL_RGBA16F, NULL, 0);
     if (!status) bake_compare(j, &j->files[j->file_count - 1], &table_back, &j->table, 0);
     envmap_free(&table_back);
     return status;
@@ -329,33 +343,46 @@ static inline int bake_save_maps(bake_job *j) {
 
 /* -------------------------------------------------------------------------------- >>measures -- */
 
-/* Texels of the source: direction and solid angle; and the axis sums are taken for. */
-typedef struct bake_sum {
+typedef struct bake_sums {
     const envmap *source;
     const envmap_lobe *lobe;
-    double axis[3], ggx; /* ggx: alpha^2, or 0 for other lobes */
-    double rgb[3];
-} bake_sum;
+    double ggx; /* alpha^2, or 0 for other lobes */
+    int count;
+    double axis[3][BAKE_AXES], rgb[3][BAKE_AXES], norm[BAKE_AXES];
+} bake_sums;
+
+/* k(a.l) of every axis. */
+static inline void bake_values(double k[BAKE_AXES], const bake_sums *s, const double l[3]) {
+    int i;
+    for (i = 0; i < BAKE_AXES; i++)
+        k[i] = s->axis[0][i] * l[0] + s->axis[1][i] * l[1] + s->axis[2][i] * l[2];
+    if (s->ggx > 0)
+        for (i = 0; i < BAKE_AXES; i++) {
+            double f = (s->ggx - 1) * 0.5 * (1 + k[i]) + 1;
+            k[i] = (k[i] > 0 ? k[i] : 0) / (f * f);
+        }
+    else
+        for (i = 0; i < s->count; i++) k[i] = envmap_lobe_value(s->lobe, k[i], 0);
+}
 
 /* The definition, in double: sum k(a.l) L w / sum k w over every texel. */
-static inline void bake_add_up(void *context, int i) {
-    bake_sum *s = (bake_sum *)context + i;
+static inline void bake_add_up(void *context, int task) {
+    bake_sums *s = (bake_sums *)context + task;
     bake_texel t = bake_first_texel;
-    double norm = 0;
-    int c;
-    s->rgb[0] = s->rgb[1] = s->rgb[2] = 0;
+    double k[BAKE_AXES] = {0}, l[3];
+    int i, c;
     while (bake_next_texel(&t, s->source)) {
-        double x, k, f;
         bake_texel_direction(&t, s->source);
-        x = s->axis[0] * (double)t.direction[0] + s->axis[1] * (double)t.direction[1] +
-            s->axis[2] * (double)t.direction[2];
-        f = (s->ggx - 1) * 0.5 * (1 + x) + 1;
-        k = s->ggx > 0 ? (x > 0 ? x / (f * f) : 0) : envmap_lobe_value(s->lobe, x, 0);
-        k *= t.omega;
-        for (c = 0; c < 3; c++) s->rgb[c] += k * (double)t.rgb[c];
-        norm += k;
+        for (c = 0; c < 3; c++) l[c] = (double)t.direction[c];
+        bake_values(k, s, l);
+        for (i = 0; i < BAKE_AXES; i++) s->norm[i] += k[i] *= t.omega;
+        for (c = 0; c < 3; c++) {
+            double radiance = (double)t.rgb[c];
+            for (i = 0; i < BAKE_AXES; i++) s->rgb[c][i] += k[i] * radiance;
+        }
     }
-    for (c = 0; c < 3; c++) s->rgb[c] /= norm > 0 ? norm : 1;
+    for (c = 0; c < 3; c++)
+        for (i = 0; i < s->count; i++) s->rgb[c][i] /= s->norm[i] > 0 ? s->norm[i] : 1;
 }
 
 /* Texel number i of count, spread evenly over a level of the file, and what it holds. */
@@ -381,23 +408,38 @@ static inline int bake_measurable(const bake_job *j, const bake_level *l) {
     return l->lobe.kind != ENVMAP_LOBE_MIRROR && envmap_lobe_sigma(&l->lobe, 0) > 2.2 * texel;
 }
 
-static inline void bake_measure_level(bake_job *j, int level, bake_sum *sums, int count) {
+/* The axes of `count` texels of a level, in groups. */
+static inline void bake_ask(bake_sums *sums, const bake_job *j, int level, int count) {
+    const bake_level *l = &j->levels[level];
+    int i, c;
+    for (i = 0; i < count; i++) {
+        bake_sums *s = &sums[i / BAKE_AXES];
+        double axis[3];
+        if (i % BAKE_AXES == 0) memset(s, 0, sizeof *s);
+        s->source = &j->source, s->lobe = &l->lobe, s->count = i % BAKE_AXES + 1;
+        s->ggx = l->lobe.kind == ENVMAP_LOBE_GGX ? l->alpha * l->alpha : 0;
+        bake_pick(axis, j, level, i, count);
+        for (c = 0; c < 3; c++) s->axis[c][i % BAKE_AXES] = axis[c];
+    }
+}
+
+static inline void bake_measure_level(bake_job *j, int level, bake_sums *sums, int count) {
     bake_level *l = &j->levels[level];
     double error = 0, all = 0;
     int i, c;
-    for (i = 0; i < count; i++) {
-        sums[i].source = &j->source, sums[i].lobe = &l->lobe;
-        sums[i].ggx = l->lobe.kind == ENVMAP_LOBE_GGX ? l->alpha * l->alpha : 0;
-        bake_pick(sums[i].axis, j, level, i, count);
-    }
-    threads_run(&j->threads, bake_add_up, sums, count);
+    bake_ask(sums, j, level, count);
+    threads_run(&j->threads, bake_add_up, sums, (count + BAKE_AXES - 1) / BAKE_AXES);
     l->worst = 0;
     for (i = 0; i < count; i++) {
-        double axis[3], most = fmax(sums[i].rgb[0], fmax(sums[i].rgb[1], sums[i].rgb[2]));
+        double axis[3], want[3], most = 0;
         const float *got = bake_pick(axis, j, level, i, count);
         for (c = 0; c < 3; c++) {
-            double off = (double)got[c] - sums[i].rgb[c];
-            error += off * off, all += sums[i].rgb[c] * sums[i].rgb[c];
+            want[c] = sums[i / BAKE_AXES].rgb[c][i % BAKE_AXES];
+            most = fmax(most, want[c]);
+        }
+        for (c = 0; c < 3; c++) {
+            double off = (double)got[c] - want[c];
+            error += off * off, all += want[c] * want[c];
             if (most > 0) l->worst = fmax(l->worst, fabs(off) / most);
         }
     }
@@ -407,13 +449,13 @@ static inline void bake_measure_level(bake_job *j, int level, bake_sum *sums, in
 /* --verify N: N texels of every level that can be measured. */
 static inline int bake_measure(bake_job *j) {
     int level, count = j->o->verify;
-    bake_sum *sums;
+    bake_sums *sums;
     if (count < 1) return DONE;
-    sums = (bake_sum *)calloc((size_t)count, sizeof *sums);
+    sums = (bake_sums *)calloc((size_t)(count + BAKE_AXES - 1) / BAKE_AXES, sizeof *sums);
     if (!sums) return check(ENVMAP_ERROR_MEMORY, j->folder);
     for (level = 0; level < j->level_count && !bake_stopped; level++) {
         if (bake_measurable(j, &j->levels[level])) bake_measure_level(j, level, sums, count);
-        bake_report(j, (float)level / (float)j->level_count);
+        bake_report(j, (float)(level + 1) / (float)j->level_count);
     }
     free(sums);
     return DONE;

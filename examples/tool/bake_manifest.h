@@ -68,7 +68,7 @@ static inline void manifest_specular(FILE *to, const bake_job *j) {
     double bend = j->o->bend >= 0 ? j->o->bend : j->preset->bend;
     int l;
     fputs("  \"specular\": {\n    ", to);
-    manifest_pair(to, "lobe", bake_lobe_words[j->o->chain], ",\n    ");
+    manifest_pair(to, "lobe", lobe_words[j->lobe], ",\n    ");
     if (j->preset->scale > 0 && j->o->bend < 0)
         fprintf(to, "\"level\": \"%g log2(edge roughness^2)\",\n", j->preset->scale);
     else
@@ -154,7 +154,13 @@ static inline void manifest_head(FILE *to, const bake_job *j) {
                   "colour = (f0 R + G) specular; lost between facets, times diffuse "
                   "light: F E (1 - S) / (1 - F (1 - S)), S = R + G, E = f0 R + G, "
                   "F = f0 + (1 - f0) / 21",
-                  "},\n");
+                  j->o->sheen ? ",\n    " : "},\n");
+    if (j->o->sheen)
+        manifest_pair(to, "sheen",
+                      "B is what Charlie (Estevez and Kulla), with Neubelt and Pettineo's "
+                      "visibility, reflects of a white environment: sheen colour B times a chain "
+                      "of lobe charlie; what lies below gets 1 - B times the largest channel",
+                      "},\n");
 }
 
 /* 0, or an exit status. Written last: a folder that has it has everything. */

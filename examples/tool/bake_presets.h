@@ -53,7 +53,7 @@ static const bake_preset bake_presets[] = {
      {3, 2, -1},
      "right-handed, +y up, the picture's middle is +x",
      "three.js filters every environment of its own materials again (PMREMGenerator): give them "
-     "environment.hdr. The KTX files are for a ShaderMaterial of yours, as docs/cookbook.md shows; "
+     "environment.hdr. The KTX files are for a ShaderMaterial of yours, as docs/bake.md shows; "
      "LightProbe takes the nine radiance coefficients as they are"},
     {"babylon",
      BAKE_DDS,
@@ -131,7 +131,6 @@ enum { BAKE_PRESETS = sizeof bake_presets / sizeof bake_presets[0] };
 /* The same names for --for, in the same order: a test compares them. */
 static const char *const bake_words[] = {"opengl",   "d3d",  "three", "babylon", "godot", "bevy",
                                          "filament", "gltf", "unity", "unreal",  NULL};
-static const char *const bake_lobe_words[] = {"ggx", "phong", "charlie", NULL};
 
 /* Our direction from the engine's. */
 static inline void bake_to_ours(float ours[3], const bake_preset *p, const float engine[3]) {

@@ -39,12 +39,12 @@ static inline int resample(envmap *out, const envmap *in, const options *o) {
 
 static inline int run_convert(const options *o) {
     envmap in, out = no_map;
-    int status = check_output(o->files[1]);
+    int status = check_output(o);
     if (!status) status = load(&in, o->files[0], o);
     if (status) return status;
     status = create_output(&out, &in, o, 1, in.slices);
     if (!status) status = resample(&out, &in, o);
-    if (!status) status = save(&out, o->files[1], o->exposure);
+    if (!status) status = save(&out, o->files[1], o);
     envmap_free(&in);
     envmap_free(&out);
     return status;
@@ -55,7 +55,7 @@ static inline int save_levels(const envmap *map, const char *prefix) {
     int level, status = DONE;
     for (level = 0; level < map->levels && !status; level++) {
         snprintf(path, sizeof path, "%s%d.pfm", prefix, level);
-        status = check(envmap_pfm_save(map, path, level), path);
+        status = check_written(write_pfm(map, level, path), path);
         if (!status) printf("%s\n", path);
     }
     return status;
@@ -63,12 +63,16 @@ static inline int save_levels(const envmap *map, const char *prefix) {
 
 static inline int run_mips(const options *o) {
     envmap in, out = no_map;
-    int status = load(&in, o->files[0], o);
+    int kind = save_kind(o->files[1]), whole = kind >= SAVE_KTX2 && kind < SAVE_KINDS, status;
+    if (!whole && is_given(o, "--format"))
+        return fail(USAGE_ERROR, "--format", "would do nothing here", "it goes with ktx2|ktx|dds");
+    status = load(&in, o->files[0], o);
     if (status) return status;
     status = create_output(&out, &in, o, 0, in.slices);
     if (!status) status = resample(&out, &in, o);
     if (!status) status = check(envmap_mips_build(&out), o->files[0]);
-    if (!status) status = save_levels(&out, o->files[1]);
+    if (!status && whole) status = save(&out, o->files[1], o);
+    else if (!status) status = save_levels(&out, o->files[1]);
     envmap_free(&in);
     envmap_free(&out);
     return status;
@@ -77,7 +81,7 @@ static inline int run_mips(const options *o) {
 /* A scene, or the labelled sky, whose number is SCENE_COUNT. */
 static inline int run_generate(const options *o) {
     envmap map = no_map;
-    int scene, status = check_output(o->files[1]);
+    int scene, status = check_output(o);
     int to = o->to >= 0 ? o->to : ENVMAP_LATLONG;
     for (scene = 0; scene < SCENE_COUNT; scene++)
         if (!strcmp(scene_name[scene], o->files[0])) break;
@@ -88,7 +92,7 @@ static inline int run_generate(const options *o) {
     if (status) return status;
     if (scene < SCENE_COUNT) scene_fill(&map, scene);
     else labels_fill(&map);
-    status = save(&map, o->files[1], o->exposure);
+    status = save(&map, o->files[1], o);
     envmap_free(&map);
     return status;
 }

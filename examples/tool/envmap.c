@@ -38,18 +38,20 @@
 
 #include "brdfs.h"
 #include "picture.h"
+#include "write_file.h"
+#include "write_pfm.h"
+#include "write_png.h"
 #include "scenes.h"
 #include "shader.h"
+#include "sheen.h"
 #include "gallery.h"
 #include "labels.h"
 #include "threads.h"
 
-#include "write_file.h"
 #include "write_texels.h"
 #include "write_ktx.h"
 #include "write_dds.h"
 #include "write_hdr.h"
-#include "write_png.h"
 #include "bake_presets.h"
 
 #include "read.h"
@@ -106,26 +108,26 @@ static int run_docs(const options *o) {
 
 static const command commands[] = {
     {"bake", "IN|FOLDER DIR", 2,
-     LOAD_OPTIONS "--for --size --levels --bend --chain --sun --tolerance --verify --threads "
+     LOAD_OPTIONS "--for --size --levels --bend --lobe --sun --sheen --tolerance --verify --threads "
                   "--exposure --progress ",
      "Writes what an engine loads: filtered cubes, irradiance, table, preview, manifest.",
      "envmap bake sky.hdr out/ --for filament --sun", run_bake},
     {"info", "FILE", 1, LOAD_OPTIONS, "Prints shape, radiance, contrast and damage of a map.",
      "envmap info sky.hdr", run_info},
-    {"convert", "IN OUT.pfm|png", 2, LOAD_OPTIONS "--to --size --exposure ",
-     "Brings a map into another parameterization or size, or into a picture.",
+    {"convert", "IN OUT", 2, LOAD_OPTIONS "--to --size --format --exposure ",
+     "Brings a map into another parameterization, size or kind of file.",
      "envmap convert sky.hdr sky-cube.pfm --to cube --size 128", run_convert},
-    {"mips", "IN OUT_PREFIX", 2, LOAD_OPTIONS "--to --size ",
-     "Writes every mip level, weighted by solid angle, to OUT_PREFIX0.pfm, OUT_PREFIX1.pfm ...",
+    {"mips", "IN PREFIX|OUT.ktx2", 2, LOAD_OPTIONS "--to --size --format ",
+     "Writes every mip level, weighted by solid angle: PREFIX0.pfm ..., or a ktx2, ktx or dds.",
      "envmap mips sky.hdr sky-level- --to cube --size 128", run_mips},
     {"plan", "IN", 1,
      LOAD_OPTIONS "--to --size --slices --lobe --exponent --sharpness --alpha --s --tolerance ",
      "Says how much of everything a map, a lobe and a tolerance need, why, and what it will cost.",
      "envmap plan sky.hdr --lobe phong --exponent 100 --tolerance 1e-3", run_plan},
-    {"filter", "IN OUT.pfm|png", 2,
+    {"filter", "IN OUT", 2,
      LOAD_OPTIONS "--to --size --slices --lobe --exponent --sharpness --alpha --s --raw "
                   "--scale "
-                  "--method --tolerance --threshold --threads --exposure --progress ",
+                  "--method --tolerance --threshold --threads --format --exposure --progress ",
      "Filters a map with a lobe into a cube as small as `plan` says, or what --to and --size say.",
      "envmap filter sky.hdr gloss.pfm --lobe phong --exponent 50 --to cube --size 32", run_filter},
     {"sh", "IN", 1, LOAD_OPTIONS "--glsl --window ",
@@ -133,7 +135,7 @@ static const command commands[] = {
      "envmap sh sky.hdr --glsl", run_sh},
     {"compare", "A B", 2, LOAD_OPTIONS, "Prints how far A is from B, the truth.",
      "envmap compare fast.pfm exact.pfm --mapping cube", run_compare},
-    {"generate", "SCENE OUT.pfm|png", 2, "--to --size --exposure ",
+    {"generate", "SCENE OUT", 2, "--to --size --format --exposure ",
      "Makes an environment, overcast, studio or sun, or a sky with labels on its axes: labels.",
      "envmap generate sun sun.pfm --to latlong --size 256", run_generate},
     {"demo", "DIR", 1, "--threads --progress ",
@@ -152,6 +154,7 @@ static void print_commands(FILE *to) {
           "files:   Radiance (.hdr, .pic), PFM and OpenEXR; \"-\" reads standard input, and % in\n"
           "         a name stands for px nx py ny pz nz, so that six files are one cube. Shapes:\n"
           "         lat-long, strips and crosses of a cube; squares need --mapping.\n"
+          "         Written by a name's ending: " SAVE_NAMES "; six files with %.\n"
           "example: envmap filter sky.hdr gloss.pfm --lobe phong --exponent 50\n"
           "status:  0 done, 1 wrong use, 2 file or format, 3 out of range or refused\n",
           to);

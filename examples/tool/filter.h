@@ -7,14 +7,17 @@
 
 #include <math.h>
 
-static inline envmap_lobe chosen_lobe(const options *o) {
+/* *alpha is what some lobes borrow, so it must outlive the lobe. */
+static inline envmap_lobe chosen_lobe(double *alpha, const options *o) {
     envmap_lobe lobe = envmap_lobe_mirror();
+    *alpha = o->alpha;
     switch (o->lobe) {
     case LOBE_DIFFUSE: lobe = envmap_lobe_diffuse(); break;
     case LOBE_PHONG: lobe = envmap_lobe_phong((float)o->exponent); break;
     case LOBE_GAUSSIAN: lobe = envmap_lobe_gaussian((float)o->sharpness); break;
     case LOBE_GGX: lobe = envmap_lobe_ggx((float)o->alpha); break;
     case LOBE_BANKS: lobe = envmap_lobe_banks((float)o->s); break;
+    case LOBE_CHARLIE: lobe = sheen_lobe(alpha); break;
     default: break;
     }
     lobe.raw = o->raw;
@@ -26,7 +29,8 @@ static inline envmap_lobe chosen_lobe(const options *o) {
    that loses nothing, or as fine as the source where that is less. */
 static inline int plan_for(envmap_plan *needs, options *asked, const envmap *in, const options *o) {
     envmap shape = no_map;
-    envmap_lobe lobe = chosen_lobe(o);
+    double alpha;
+    envmap_lobe lobe = chosen_lobe(&alpha, o);
     envmap_filter_desc desc;
     int threads, status;
     *asked = *o;
@@ -45,11 +49,11 @@ static inline int plan_for(envmap_plan *needs, options *asked, const envmap *in,
 }
 
 static inline const char *lobe_text(char text[64], const options *o) {
-    static const char *const names[] = {NULL, NULL, "N", "lambda", "alpha", "s"};
+    static const char *const names[] = {NULL, NULL, "N", "lambda", "alpha", "s", "alpha"};
     double value = o->lobe == LOBE_PHONG      ? o->exponent
                    : o->lobe == LOBE_GAUSSIAN ? o->sharpness
-                   : o->lobe == LOBE_GGX      ? o->alpha
-                                              : o->s;
+                   : o->lobe == LOBE_BANKS    ? o->s
+                                              : o->alpha;
     if (names[o->lobe])
         snprintf(text, 64, "%s, %s = %g", lobe_words[o->lobe], names[o->lobe], value);
     else snprintf(text, 64, "%s", lobe_words[o->lobe]);
@@ -108,7 +112,8 @@ static inline void print_method(const envmap_plan *n) {
    it cannot. */
 static inline double filter_seconds(const envmap *in, const options *asked, int method, int size) {
     envmap out = no_map;
-    envmap_lobe lobe = chosen_lobe(asked);
+    double alpha;
+    envmap_lobe lobe = chosen_lobe(&alpha, asked);
     envmap_filter_desc desc = {0};
     double t = -1;
     desc.method = method, desc.tolerance = (float)asked->tolerance;
@@ -190,7 +195,8 @@ static inline int run_plan(const options *o) {
    for. */
 static inline int filter_into(envmap *out, const envmap *in, const options *o) {
     options asked;
-    envmap_lobe lobe = chosen_lobe(o);
+    double alpha;
+    envmap_lobe lobe = chosen_lobe(&alpha, o);
     envmap_plan needs;
     envmap_filter_desc desc;
     envmap_result result;
@@ -213,11 +219,11 @@ static inline int filter_into(envmap *out, const envmap *in, const options *o) {
 
 static inline int run_filter(const options *o) {
     envmap in, out = no_map;
-    int status = check_output(o->files[1]);
+    int status = check_output(o);
     if (!status) status = load(&in, o->files[0], o);
     if (status) return status;
     status = filter_into(&out, &in, o);
-    if (!status) status = save(&out, o->files[1], o->exposure);
+    if (!status) status = save(&out, o->files[1], o);
     envmap_free(&in);
     envmap_free(&out);
     return status;

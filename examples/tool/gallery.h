@@ -146,7 +146,7 @@ static inline envmap_result gallery_demo_map(gallery *g, picture *p, const envma
     snprintf(name, sizeof name, "%s.pfm", look->file);
     gallery_path(g, scene_name[scene], name);
     result = gallery_filter(g, &map, environment, look);
-    if (!result) result = envmap_pfm_save(&map, g->path, 0);
+    if (!result) result = write_result(write_pfm(&map, 0, g->path));
     if (!result)
         picture_ball(p, gallery_column(k), GALLERY_TOP + scene * GALLERY_ROW + GALLERY_GAP / 2,
                      GALLERY_BALL, look->albedo * gallery_exposure[scene], &map, look->ball);
@@ -160,7 +160,7 @@ static inline envmap_result gallery_demo_scene(gallery *g, picture *p, int scene
     int k;
     gallery_path(g, scene_name[scene], "environment.pfm");
     result = gallery_environment(&environment, scene, 256);
-    if (!result) result = envmap_pfm_save(&environment, g->path, 0);
+    if (!result) result = write_result(write_pfm(&environment, 0, g->path));
     if (!result) gallery_row_head(p, &environment, scene);
     for (k = 0; k < GALLERY_LOOKS && !result; k++)
         result = gallery_demo_map(g, p, &environment, scene, k);
@@ -169,7 +169,7 @@ static inline envmap_result gallery_demo_scene(gallery *g, picture *p, int scene
 }
 
 static inline envmap_result gallery_save(gallery *g, const picture *p, const char *name) {
-    return picture_save(p, gallery_path(g, "", name)) ? ENVMAP_OK : ENVMAP_ERROR_FILE;
+    return write_result(write_png(p, gallery_path(g, "", name)));
 }
 
 /* Sets up progress over `jobs` maps; the caller's progress hears of the whole. */

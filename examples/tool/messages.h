@@ -35,6 +35,11 @@ static inline const char *why_not(int error) {
     }
 }
 
+/* The same where a file could not be written: it need not exist, but its folder must. */
+static inline const char *why_not_written(int error) {
+    return error == ENOENT ? "its folder does not exist" : why_not(error);
+}
+
 static inline int status_of(envmap_result result) {
     switch (result) {
     case ENVMAP_OK: return DONE;

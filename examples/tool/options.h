@@ -19,9 +19,10 @@ typedef struct options {
     int mapping, to, size, slices, lobe, method, threads; /* mapping, to, size: -1 if not given */
     double exponent, sharpness, alpha, s, scale, tolerance, threshold, exposure;
     int raw, glsl, window, progress, help;
+    int format;                    /* texel_format of what is written */
     int flip, horizon, convention; /* of what is read; horizon: -1 if not given */
     double limit, rotate[3];
-    int engine, chain, levels, sun, verify; /* of bake; levels: 0 if not given */
+    int engine, levels, sun, sheen, verify; /* of bake; levels: 0 if not given */
     double bend;                            /* -1 if not given */
     unsigned long long given;               /* a bit for each option of the table */
 } options;
@@ -39,10 +40,13 @@ static const options defaults = {.mapping = -1,
                                  .bend = -1};
 
 static const char *const lobe_words[] = {"mirror", "diffuse", "phong", "gaussian",
-                                         "ggx",    "banks",   NULL};
+                                         "ggx",    "banks",   "charlie", NULL};
 static const char *const method_words[] = {"auto", "reference", "hierarchical",
                                            "fast", "harmonics", NULL};
-enum { LOBE_MIRROR, LOBE_DIFFUSE, LOBE_PHONG, LOBE_GAUSSIAN, LOBE_GGX, LOBE_BANKS };
+enum { LOBE_MIRROR, LOBE_DIFFUSE, LOBE_PHONG, LOBE_GAUSSIAN, LOBE_GGX, LOBE_BANKS, LOBE_CHARLIE };
+
+/* In the order of texel_format. */
+static const char *const format_words[] = {"rgba16f", "rgba32f", "rgb9e5", "b10g11r11", NULL};
 
 static const char *const horizon_words[] = {"black", "mean", NULL};
 
@@ -74,10 +78,10 @@ static const option_spec option_table[] = {
     {"--size", INTEGER, AT(size), 1, 16384, NULL, "face edge in texels (lat-long: its height)"},
     {"--slices", INTEGER, AT(slices), 1, 4096, NULL,
      "slices of the third dimension (default 1; banks 16)"},
-    {"--lobe", WORD, AT(lobe), 0, 0, lobe_words, "which lobe (default mirror)"},
+    {"--lobe", WORD, AT(lobe), 0, 0, lobe_words, "which lobe (default mirror; of a chain ggx)"},
     {"--exponent", NUMBER, AT(exponent), 0, 1e9, NULL, "N of phong (default 100)"},
     {"--sharpness", NUMBER, AT(sharpness), 0, 1e9, NULL, "lambda of gaussian (default 100)"},
-    {"--alpha", NUMBER, AT(alpha), 1e-4, 1, NULL, "alpha of ggx, roughness squared (default 0.25)"},
+    {"--alpha", NUMBER, AT(alpha), 1e-4, 1, NULL, "alpha of ggx and charlie, roughness squared (default 0.25)"},
     {"--s", NUMBER, AT(s), 0, 0.99999, NULL, "s of banks (default 0.9)"},
     {"--raw", FLAG, AT(raw), 0, 0, NULL, "the papers' sums instead of normalised ones"},
     {"--scale", NUMBER, AT(scale), 0, 1e9, NULL, "k_s or k_d with --raw (default 1)"},
@@ -90,12 +94,14 @@ static const option_spec option_table[] = {
     {"--threads", INTEGER, AT(threads), 1, THREADS_MOST, NULL, "default: one per processor"},
     {"--exposure", NUMBER, AT(exposure), -40, 40, NULL,
      "of a PNG, in stops above the automatic one"},
+    {"--format", WORD, AT(format), 0, 0, format_words,
+     "of the texels of .ktx2, .ktx and .dds (default rgba16f)"},
     {"--for", WORD, AT(engine), 0, 0, bake_words, "the engine (default opengl)"},
-    {"--chain", WORD, AT(chain), 0, 0, bake_lobe_words, "lobe of the specular chain (default ggx)"},
     {"--levels", INTEGER, AT(levels), 1, 16, NULL, "of the chain (default: down to an edge of 4)"},
     {"--bend", NUMBER, AT(bend), 0, 1, NULL,
      "level = (levels - 1) r (1 + bend - bend r) (default: the engine's)"},
     {"--sun", FLAG, AT(sun), 0, 0, NULL, "take the brightest compact lights out of the maps"},
+    {"--sheen", FLAG, AT(sheen), 0, 0, NULL, "put sheen (charlie) into the table's third channel"},
     {"--verify", INTEGER, AT(verify), 0, 10000, NULL,
      "measure so many texels of every level against plain sums (default 0)"},
     {"--progress", FLAG, AT(progress), 0, 0, NULL,
@@ -153,13 +159,13 @@ static inline int store_number(options *o, const option_spec *option, const char
 static inline int store_angles(options *o, const option_spec *option, const char *text) {
     double angles[3] = {0, 0, 0};
     char *end = NULL;
-    int k;
+    int k, good = 1;
     for (k = 0; k < 3; k++, text = end + 1) {
         angles[k] = strtod(text, &end);
-        if (end == text || !(angles[k] >= option->low && angles[k] <= option->high)) break;
-        if (*end != ',') break;
+        good = good && end != text && angles[k] >= option->low && angles[k] <= option->high;
+        if (!good || *end != ',') break;
     }
-    if (end == text || *end || k == 1)
+    if (!good || *end || k == 1)
         return fail(USAGE_ERROR, option->name, "takes an angle, or three with commas between",
                     "YAW or YAW,PITCH,ROLL, in degrees");
     memcpy((char *)o + option->offset, angles, sizeof angles);
@@ -197,6 +203,12 @@ static inline const option_spec *find_option(const command *c, const char *text)
     return NULL;
 }
 
+static inline int is_given(const options *o, const char *name) {
+    int k = 0;
+    while (k < OPTION_COUNT && strcmp(option_table[k].name, name)) k++;
+    return (int)(o->given >> k & 1);
+}
+
 static inline int parse_operand(options *o, const command *c, const char *text) {
     if (o->file_count == c->file_count)
         return fail(USAGE_ERROR, text, "is one argument too many", NULL);
@@ -226,19 +238,18 @@ static inline int check_unused(const options *o) {
     static const struct {
         const char *option, *use;
     } uses[] = {{"--exponent", "--lobe phong"}, {"--sharpness", "--lobe gaussian"},
-                {"--alpha", "--lobe ggx"},      {"--s", "--lobe banks"},
+                {"--alpha", "--lobe ggx or charlie"},      {"--s", "--lobe banks"},
                 {"--scale", "--raw"},           {"--threshold", "--method hierarchical"}};
-    int used[6], k, u;
+    int used[6], u;
     used[0] = o->lobe == LOBE_PHONG, used[1] = o->lobe == LOBE_GAUSSIAN;
-    used[2] = o->lobe == LOBE_GGX, used[3] = o->lobe == LOBE_BANKS;
+    used[2] = o->lobe == LOBE_GGX || o->lobe == LOBE_CHARLIE, used[3] = o->lobe == LOBE_BANKS;
     used[4] = o->raw, used[5] = o->method == ENVMAP_METHOD_HIERARCHICAL;
-    for (k = 0; k < OPTION_COUNT; k++)
-        for (u = 0; u < 6; u++)
-            if ((o->given >> k & 1) && !used[u] && !strcmp(option_table[k].name, uses[u].option)) {
-                char remedy[64];
-                snprintf(remedy, sizeof remedy, "it goes with %s", uses[u].use);
-                return fail(USAGE_ERROR, uses[u].option, "would do nothing here", remedy);
-            }
+    for (u = 0; u < 6; u++)
+        if (!used[u] && is_given(o, uses[u].option)) {
+            char remedy[64];
+            snprintf(remedy, sizeof remedy, "it goes with %s", uses[u].use);
+            return fail(USAGE_ERROR, uses[u].option, "would do nothing here", remedy);
+        }
     return DONE;
 }
 

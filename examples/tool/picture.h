@@ -704,17 +704,22 @@ static inline int picture_write(const picture *p, FILE *file) {
     return good;
 }
 
-/* Returns 1 when the whole file was written; else removes it. */
+/* Removes a file that is not whole: something with a length. A device, or a link to one, has none
+   and stays. */
+static inline void picture_discard(const char *path) {
+    FILE *file = fopen(path, "rb");
+    int plain = file && !fseek(file, 0, SEEK_END) && ftell(file) > 0;
+    if (file) fclose(file);
+    if (plain) remove(path);
+}
+
+/* Returns 1 when the whole file was written; else none is left. */
 static inline int picture_save(const picture *p, const char *path) {
-    int good;
     FILE *file = fopen(path, "wb");
-    if (!file) return 0;
-    good = picture_write(p, file);
-    if (fclose(file) || !good) {
-        remove(path);
-        return 0;
-    }
-    return 1;
+    int good = file && picture_write(p, file);
+    good = file && !fclose(file) && good;
+    if (file && !good) picture_discard(path);
+    return good;
 }
 
 #endif /* PICTURE_H */

@@ -2,7 +2,8 @@
    same folder, and renamed when every byte is on it.
 
    What exists and is no plain file (a device, a pipe) is written to, never renamed over and never
-   removed; a link stays, and what it points to is replaced. Test: tests/test_write.c.
+   removed; a link stays, and what it points to is replaced. Include after envmap.h. Test:
+   tests/test_write.c.
 
    SPDX-License-Identifier: MIT */
 
@@ -76,6 +77,12 @@ static inline int write_close(write_file *w) {
     if (*w->temporary && w->error) remove(w->temporary);
     *w->temporary = 0;
     return w->error;
+}
+
+/* What a writer returned as a result of envmap.h, with the reason left in errno. */
+static inline envmap_result write_result(int error) {
+    errno = error;
+    return !error ? ENVMAP_OK : error == ENOMEM ? ENVMAP_ERROR_MEMORY : ENVMAP_ERROR_FILE;
 }
 
 #endif /* WRITE_FILE_H */
