@@ -278,8 +278,8 @@ static void measure_family(FILE *out, const family *f, envmap_filter_desc *exact
     char cpu[64];
     measure_processor(cpu, sizeof cpu);
     fprintf(out,
-            "Time of the processor, %s, %s; source 6 x %d², result 6 x %d² ... %d².\nLevels 1 ... "
-            "5: %s.\n\n"
+            "Time of the processor, %s, %s; source 6 x %d², result 6 x %d² ... "
+            "%d².\nLevels 1 ... 5: %s.\n\n"
             "| scene | way | ms | rms of levels 1 ... 5 | worst texel of all |\n"
             "|---|---|--:|---|--:|\n",
             cpu, MEASURE_COMPILER, SIZE, SIZE, SIZE >> (LEVELS - 1), f->levels);
