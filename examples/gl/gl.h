@@ -707,7 +707,8 @@ static inline void gl_write(picture *p, const char *caption, int x, int y) {
         memcpy(line, caption, kept);
         line[kept] = 0;
         if (kept)
-            picture_rectangle(p, x - 7, y - 6, (int)picture_text_width(line, 13) + 14, 26, 0, 0.55f);
+            picture_rectangle(p, x - 7, y - 6, (int)picture_text_width(line, 13) + 14, 26, 0,
+                              0.55f);
         picture_text(p, (float)x, (float)y, 13, 0xFFFFFFu, line);
         caption += n + (caption[n] != 0);
     }

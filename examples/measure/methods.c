@@ -523,8 +523,8 @@ static label label_place(const svg_axes *a, const point *p, const char *text, co
         int rise = step / 6, out = 7 + 18 * (step / 2 % 3);
         l.x = x + (step & 1 ? -out - l.width : out);
         l.y = y + 3 + 6 * (rise & 1 ? rise + 1 : -rise);
-        clear = l.x > a->left && l.x + l.width < a->right && l.y > a->top + 12 &&
-                l.y < a->bottom && label_clear(&l, others, count);
+        clear = l.x > a->left && l.x + l.width < a->right && l.y > a->top + 12 && l.y < a->bottom &&
+                label_clear(&l, others, count);
         label_leader(leader, &l, x, y);
         for (int i = 0; i < LEADER && out + rise > 7; ++i)
             clear &= label_clear(&leader[i], others, count);

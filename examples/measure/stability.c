@@ -165,8 +165,7 @@ static void chart_line(chart *c, const char *label, const char *dash, const doub
     char style[64] = "";
     if (dash) snprintf(style, sizeof style, "stroke-dasharray=\"%s\"", dash);
     svg_line(c->file, &c->axes, x, y, count, colour, 2, style);
-    for (int i = 0; i < count; ++i)
-        c->below |= y[i] < c->axes.y0, c->above |= y[i] > c->axes.y1;
+    for (int i = 0; i < count; ++i) c->below |= y[i]<c->axes.y0, c->above |= y[i]> c->axes.y1;
     fprintf(c->file, "<path d=\"M512 %dh22\" stroke=\"%s\" stroke-width=\"2\" %s/>\n", at - 4,
             colour, style);
     svg_text(c->file, 540, at, 13, "start", colour, "%.*s",
