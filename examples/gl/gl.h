@@ -700,14 +700,16 @@ static inline void gl_develop_frame(gl_app *app) {
 
 #define GL_TEXT_LINE 26 /* pixels between lines of a caption */
 
-/* Writes the caption into a picture, its first line at (x,y). */
+/* Writes the caption into a picture, its first line at (x,y), on darkened ground. */
 static inline void gl_write(picture *p, const char *caption, int x, int y) {
     char line[256];
     for (; *caption; y += GL_TEXT_LINE) {
         size_t n = strcspn(caption, "\n"), kept = n < sizeof line ? n : sizeof line - 1;
         memcpy(line, caption, kept);
         line[kept] = 0;
-        picture_text(p, (float)x + 1, (float)y + 1, 13, 0x000000u, line);
+        if (kept)
+            picture_rectangle(p, x - 7, y - 6, (int)picture_text_width(line, 13) + 14, 26, 0,
+                              0.55f);
         picture_text(p, (float)x, (float)y, 13, 0xFFFFFFu, line);
         caption += n + (caption[n] != 0);
     }

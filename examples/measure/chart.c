@@ -541,13 +541,16 @@ static void draw_panel(FILE *f, const svg_axes *a, const char *title, const spot
     svg_text(f, svg_x(a, 1) + 4, svg_y(a, eight_bits()) + 12, 10, "start", "#111", "8 bits");
     for (int m = METHODS - 1; m >= 0; --m) draw_method(f, a, spots, count, m);
     svg_text(f, a->left, a->top - 7, 13, "start", "#111", "%s", title);
+    svg_text(f, a->left - 6, a->top + 10, 11, "end", "#444", "rms error");
+    svg_text(f, (a->left + a->right) / 2, a->bottom + 31, 11, "middle", "#444", "time, copies");
 }
 
 static void draw_legend(FILE *f, double x, double y, int columns, double step) {
     for (int m = 0; m < METHODS; ++m) {
         double left = x + step * (m % columns), line = y + 20 * (m / columns);
         svg_bar(f, left, line - 9, 14, 10, methods[m].colour);
-        svg_text(f, left + 20, line, 12, "start", "#111", "%s", methods[m].name);
+        svg_text(f, left + 20, line, 12, "start", "#111", "%s%s", methods[m].name,
+                 m == HARMONICS ? ", below FAST" : "");
     }
     double line = y + 20 * ((METHODS + columns - 1) / columns);
     svg_bar(f, x, line - 9, 14, 10, "#f8dd94");
@@ -555,8 +558,8 @@ static void draw_legend(FILE *f, double x, double y, int columns, double step) {
              "the Pareto front: no setting is both quicker and more exact; what stands on it is "
              "ringed. Open dots: as published.");
     svg_text(f, x, line + 20, 12, "start", "#444",
-             "Above the dashed line 8 bits show the error. On the lower edge: the reference, which "
-             "is the truth.");
+             "A copy: memcpy of source and result. Above the dashed line 8 bits show the error. On "
+             "the lower edge: the reference, which is the truth.");
 }
 
 enum { WIDE = 300, HIGH = 220, GAP_X = 68, GAP_Y = 62 };
@@ -580,8 +583,6 @@ static void draw_family(const char *folder, const char *family, const char *titl
         }
         ++row;
     }
-    svg_text(f, 70, bottom - 12, 12, "start", "#444",
-             "right: time in copies of source and result; up: relative rms error");
     draw_legend(f, 70, bottom + 12, 5, 205);
     svg_close(f);
 }
@@ -596,9 +597,7 @@ static void draw_overview(const char *folder) {
         svg_axes a = panel_axes(70 + i % 2 * 480, 64 + i / 2 * 320, 410, 260);
         draw_panel(f, &a, works[shown[i]].name, spots, collect(spots, shown[i], -1));
     }
-    svg_text(f, 70, 692, 12, "start", "#444",
-             "right: time in copies of source and result; up: relative rms error");
-    draw_legend(f, 70, 722, 5, 190);
+    draw_legend(f, 70, 712, 5, 190);
     svg_close(f);
 }
 
@@ -763,7 +762,7 @@ static void growth_line(FILE *f, const svg_axes *a, const growth *g, int line) {
 }
 
 static void draw_growth(const char *folder) {
-    static const char *const names[] = {"1 thousand", "10", "100", "1 million"};
+    static const char *const names[] = {"1e3", "1e4", "1e5", "1e6"};
     FILE *f = svg_open(folder, "growth.svg", 900, 440,
                        "Time by texels: Phong N = 100, the sun, one thread");
     FILE *out = measure_begin(&document, "growth");

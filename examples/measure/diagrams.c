@@ -90,7 +90,7 @@ static void ground(FILE *f, const svg_axes *a) {
 }
 
 static void draw_lobes(void) {
-    FILE *f = svg_open(folder, "diagram-lobes.svg", 900, 330,
+    FILE *f = svg_open(folder, "diagram-lobes.svg", 920, 330,
                        "A map is looked up along an axis; a lobe around it says what light counts");
     svg_axes a = area(20, 40, 270, -1.15, 1.15);
     envmap_lobe phong = envmap_lobe_phong(12), diffuse = envmap_lobe_diffuse();

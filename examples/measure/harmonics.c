@@ -382,7 +382,7 @@ static void ringing_curve(FILE *f, const double *sh, int bands, const char *colo
 
 static void draw_ringing(const char *folder) {
     FILE *f =
-        svg_open(folder, "ringing.svg", 600, 350, "Irradiance of one light, by the angle to it");
+        svg_open(folder, "ringing.svg", 600, 370, "Irradiance of one light, by the angle to it");
     envmap_lobe diffuse = envmap_lobe_diffuse();
     double sh[108], windowed[108];
     int i;
@@ -392,6 +392,8 @@ static void draw_ringing(const char *folder) {
     for (i = 0; i <= 180; i += 45)
         fprintf(f, "<text x=\"%.0f\" y=\"335\" text-anchor=\"middle\">%d&#176;</text>\n",
                 70 + 2.7 * i, i);
+    svg_text(f, 313, 358, 13, "middle", "#444", "angle from the light to the normal");
+    svg_text(f, 170, 48, 12, "start", "#444", "irradiance, 1: facing the light");
     ringing_curve(f, NULL, 0, "#222", "exact: max(cos, 0)", 0);
     light(sh, 3);
     ringing_curve(f, sh, 3, svg_colours[2], "3 bands", 1);

@@ -451,9 +451,9 @@ static void fresnel_chart(const char *docs) {
         fprintf(f, "\"/><text x=\"552\" y=\"%d\" fill=\"%s\">alpha = %g</text>\n", 80 + 22 * i,
                 svg_colours[i], alphas[i]);
     }
-    fprintf(f, "<text x=\"552\" y=\"190\" fill=\"#444\">beyond 5:</text>\n"
-               "<text x=\"552\" y=\"206\" fill=\"#444\">see table</text>\n"
-               "<text x=\"62\" y=\"36\" fill=\"#444\">ratio, no unit</text>\n");
+    fprintf(f, "<text x=\"552\" y=\"190\" fill=\"#444\">cut at 5: the</text>\n"
+               "<text x=\"552\" y=\"206\" fill=\"#444\">table goes on</text>\n"
+               "<text x=\"70\" y=\"42\" fill=\"#444\">ratio, no unit</text>\n");
     svg_close(f);
 }
 

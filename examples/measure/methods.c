@@ -471,7 +471,7 @@ static FILE *chart_open(const char *dir, const char *name, const char *title, co
                         const char *y) {
     FILE *f = svg_open(dir, name, 720, 440, title);
     svg_text(f, 370, 432, 12, "middle", "#444", "%s", x);
-    svg_text(f, 70, 36, 11, "end", "#444", "%s", y);
+    svg_text(f, 70, 39, 12, "start", "#444", "%s", y);
     return f;
 }
 
@@ -488,24 +488,46 @@ static void chart_tick(FILE *f, const svg_axes *a, int vertical, double value) {
     else svg_tick_x(f, a, value, label);
 }
 
-/* A label's box: x, y, width; twelve high. */
+/* A label's box; y is the text's baseline. Dots and points of leaders are boxes too. */
 typedef struct label {
-    double x, y, width;
+    double x, y, width, height;
 } label;
 
+static int label_clear(const label *l, const label *others, int count) {
+    for (int i = 0; i < count; ++i)
+        if (fabs(others[i].y - l->y) < (others[i].height + l->height) / 2 &&
+            others[i].x <= l->x + l->width && others[i].x + others[i].width >= l->x)
+            return 0;
+    return 1;
+}
+
+enum { LEADER = 8 };
+
+/* Points of the line from a dot to its label, without those beside the dot. */
+static void label_leader(label out[LEADER], const label *l, double x, double y) {
+    double near_x = l->x > x ? l->x - 1 : l->x + l->width + 1;
+    for (int i = 0; i < LEADER; ++i) {
+        double t = (i + 3.0) / (LEADER + 3);
+        out[i].x = x + t * (near_x - x), out[i].y = y + 3 + t * (l->y - 3 - y);
+        out[i].width = 1, out[i].height = 2;
+    }
+}
+
 /* Puts a label to the right or left of its dot, level with it or above or below, where it is clear
-   of the others and inside the frame. */
+   of the others, leaders too, and inside the frame. */
 static label label_place(const svg_axes *a, const point *p, const char *text, const label *others,
                          int count) {
-    label l = {0, 0, 5.6 * (double)strlen(text)};
-    for (int step = 0, clear = 0; !clear && step < 40; ++step) {
-        int rise = step / 2;
-        l.x = svg_x(a, p->ms) + (step & 1 ? -7 - l.width : 7);
-        l.y = svg_y(a, p->rms) + 3 + 6 * (rise & 1 ? rise + 1 : -rise);
-        clear = l.x > a->left && l.x + l.width < a->right && l.y > a->top + 12 && l.y < a->bottom;
-        for (int i = 0; i < count; ++i)
-            clear &= fabs(others[i].y - l.y) >= 12 || others[i].x > l.x + l.width ||
-                     others[i].x + others[i].width < l.x;
+    label l = {0, 0, 5.6 * (double)strlen(text), 12}, leader[LEADER];
+    double x = svg_x(a, p->ms), y = svg_y(a, p->rms);
+    for (int step = 0, clear = 0; !clear && step < 120; ++step) {
+        int rise = step / 6, out = 7 + 18 * (step / 2 % 3);
+        l.x = x + (step & 1 ? -out - l.width : out);
+        l.y = y + 3 + 6 * (rise & 1 ? rise + 1 : -rise);
+        clear = l.x > a->left && l.x + l.width < a->right && l.y > a->top + 12 && l.y < a->bottom &&
+                label_clear(&l, others, count);
+        label_leader(leader, &l, x, y);
+        for (int i = 0; i < LEADER && out + rise > 7; ++i)
+            clear &= label_clear(&leader[i], others, count);
     }
     return l;
 }
@@ -513,15 +535,15 @@ static label label_place(const svg_axes *a, const point *p, const char *text, co
 /* Error against time of every method, for one lobe, on the second scene. */
 static void chart_methods(const char *dir, const char *name, const char *title,
                           const point *chart) {
-    FILE *f = chart_open(dir, name, title, "ms", "rms");
+    FILE *f = chart_open(dir, name, title, "time, ms", "rms error, relative");
     svg_axes a = chart_axes(1, 1e4, 1e-6, 1, 1);
     for (double t = 1; t < 2e4; t *= 10) chart_tick(f, &a, 0, t);
     for (double e = 1e-6; e < 2; e *= 10) chart_tick(f, &a, 1, e);
     svg_frame(f, &a);
-    label labels[2 * COUNT(rows)]; /* the dots, then the labels */
+    label labels[(2 + LEADER) * COUNT(rows)]; /* the dots, then labels and leaders */
     int count = 0;
     for (int i = 0; i < COUNT(rows); ++i) {
-        label dot = {svg_x(&a, chart[i].ms) - 5, svg_y(&a, chart[i].rms) + 3, 10};
+        label dot = {svg_x(&a, chart[i].ms) - 5, svg_y(&a, chart[i].rms) + 3, 10, 10};
         if (chart[i].ok) labels[count++] = dot;
     }
     for (int i = 0; i < COUNT(rows); ++i) {
@@ -532,12 +554,14 @@ static void chart_methods(const char *dir, const char *name, const char *title,
                              : strstr(rows[i].name, "half") ? svg_colours[2]
                                                             : svg_colours[0];
         label l = labels[count] = label_place(&a, chart + i, text, labels, count);
+        ++count;
         double x = svg_x(&a, chart[i].ms), y = svg_y(&a, chart[i].rms);
         double near_x = l.x > x ? l.x : l.x + l.width;
-        ++count;
-        if (fabs(l.y - y) > 6)
+        if (fabs(l.y - y) > 6 || fabs(near_x - x) > 8) {
+            label_leader(labels + count, &l, x, y), count += LEADER;
             fprintf(f, "<path d=\"M%.1f %.1fL%.1f %.1f\" stroke=\"%s\" stroke-width=\"0.7\"/>\n", x,
                     y, l.x > x ? near_x - 1 : near_x + 1, l.y - 3, colour);
+        }
         svg_dot(f, &a, chart[i].ms, chart[i].rms, 4, colour, colour);
         svg_text(f, near_x, l.y, 10, l.x > x ? "start" : "end", colour, "%s", text);
     }
@@ -546,7 +570,7 @@ static void chart_methods(const char *dir, const char *name, const char *title,
 
 static void chart_samples(const char *dir) {
     FILE *f = chart_open(dir, "sampling.svg", "Filtered importance sampling, GGX alpha = 0.25",
-                         "samples per texel", "rms");
+                         "samples per texel", "rms error, relative");
     svg_axes a = chart_axes(8, 4096, 1e-4, 1, 1);
     double x[COUNT(sample_counts)];
     for (int n = 8; n <= 4096; n *= 2) chart_tick(f, &a, 0, n);
@@ -564,7 +588,8 @@ static void chart_distortion(const char *dir) {
     FILE *f = chart_open(dir, "distortion.svg",
                          "How far a circle's image is off its centre: "
                          "|a - b| / (a + b)",
-                         "distance d from the map's centre", "");
+                         "distance d from the map's centre, 1: the rim",
+                         "offset over the circle's width");
     svg_axes a = chart_axes(0, 1, 0, 0.5, 0);
     double x[65], y[65];
     for (int i = 0; i <= 5; ++i) chart_tick(f, &a, 0, 0.2 * i), chart_tick(f, &a, 1, 0.1 * i);

@@ -1,15 +1,22 @@
 /* SPDX-License-Identifier: MIT
    A GGX chain as most engines bake it, beside this library's: one loop of 1024 samples a texel, on
-   the source itself or on a level that fits the sample's share of the sphere.
+   the source itself or on a level that fits the sample's share of the sphere. And the tools that
+   it is pointed at, each beside this library with that tool's lobes:
+       CMGEN=path   Filament's cmgen       CMFT=path   cmft
 
-   What you will see: time and error of each on two scenes, after a minute; `peers DOCS` also writes
-   the table to DOCS/peers.md. Errors are against the exact sum of the same lobe, D(h) (n.l) with
-   n = v = r, over all texels.
+   What you will see: time and error of each on two scenes, after some minutes; `peers DOCS` also
+   writes the tables to DOCS/peers.md. Errors are against the exact sum of the same lobe over all
+   texels. Source and results pass as files of floats.
        cc -O3 -march=native -I. examples/measure/peers.c -o peers -lm -lpthread */
 #define _POSIX_C_SOURCE 200809L
+#define _DEFAULT_SOURCE /* realpath, for write_file.h */
 #include "measure.h"
 #include "../tool/scenes.h"
 #include "../tool/threads.h"
+#include "../tool/write_file.h"
+#include "../tool/write_texels.h"
+#include "../tool/write_dds.h"
+#include <sys/times.h>
 
 enum { SIZE = 128, LEVELS = 6, SAMPLES = 1024 };
 enum { OURS, FILTERED, PLAIN, WAYS };
@@ -76,22 +83,186 @@ static void sampled_chain(envmap *dst, envmap *src, int filtered) {
     }
 }
 
-static void chain_of(envmap *dst, const envmap *src, const envmap_filter_desc *desc) {
+/* -------------------------------------------------------------------------------- others' tools */
+
+static void must_run(const char *command) {
+    int status = system(command);
+    if (!status) return;
+    fprintf(stderr, "%s\nended with %d\n", command, status);
+    exit(2);
+}
+
+/* Seconds of all processes that have ended, theirs and their threads'. */
+static double seconds_of_others(void) {
+    struct tms t;
+    times(&t);
+    return (double)(t.tms_cutime + t.tms_cstime) / (double)sysconf(_SC_CLK_TCK);
+}
+
+static float big_endian(const unsigned char *b) {
+    uint32_t bits = (uint32_t)b[0] << 24 | (uint32_t)b[1] << 16 | (uint32_t)b[2] << 8 | b[3];
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/* The last `bytes` of a file: texels stand at the end of PSD and DDS. */
+static unsigned char *tail_of(const char *path, size_t bytes) {
+    FILE *file = fopen(path, "rb");
+    unsigned char *data = (unsigned char *)malloc(bytes);
+    if (!file || !data || fseek(file, -(long)bytes, SEEK_END) ||
+        fread(data, 1, bytes, file) != bytes)
+        measure_must(ENVMAP_ERROR_FILE, path);
+    fclose(file);
+    return data;
+}
+
+static void write_big(FILE *file, uint32_t value, int bytes) {
+    while (bytes-- > 0) fputc((int)(value >> 8 * bytes & 255), file);
+}
+
+/* Level 0 as a lying cross in a Photoshop file of 32-bit floats, channel after channel. */
+static void write_psd_cross(const envmap *map, const char *path) {
+    static const int column[6] = {2, 0, 1, 1, 1, 3}, row[6] = {1, 1, 0, 2, 1, 1};
+    int n = map->size;
+    size_t plane = (size_t)(4 * n) * (size_t)(3 * n);
+    float *cross = (float *)calloc(3 * plane, sizeof *cross);
+    FILE *file = fopen(path, "wb");
+    if (!file || !cross) measure_must(ENVMAP_ERROR_FILE, path);
+    for (int i = 0; i < 6 * n * n; ++i) {
+        int face = i / (n * n), y = i / n % n, x = i % n;
+        size_t at = (size_t)(row[face] * n + y) * (size_t)(4 * n) + (size_t)(column[face] * n + x);
+        for (size_t c = 0; c < 3; ++c)
+            cross[c * plane + at] = envmap_texel(map, 0, 0, face, x, y)[c];
+    }
+    fputs("8BPS", file), write_big(file, 1, 2), write_big(file, 0, 6), write_big(file, 3, 2);
+    write_big(file, (uint32_t)(3 * n), 4), write_big(file, (uint32_t)(4 * n), 4);
+    write_big(file, 32, 2), write_big(file, 3, 2); /* bits, RGB */
+    write_big(file, 0, 4), write_big(file, 0, 4), write_big(file, 0, 4), write_big(file, 0, 2);
+    for (size_t i = 0; i < 3 * plane; ++i) {
+        uint32_t bits;
+        memcpy(&bits, cross + i, sizeof bits);
+        write_big(file, bits, 4);
+    }
+    fclose(file), free(cross);
+}
+
+static void read_psd_face(envmap *dst, int level, int face, const char *path) {
+    size_t plane = (size_t)(dst->size >> level) * (size_t)(dst->size >> level);
+    unsigned char *data = tail_of(path, 12 * plane);
+    float *out = envmap_texel(dst, level, 0, face, 0, 0);
+    for (size_t i = 0; i < 3 * plane; ++i)
+        out[i % plane * 3 + i / plane] = big_endian(data + 4 * i);
+    free(data);
+}
+
+/* Filament maps level l of n to the roughness 1 - sqrt(1 - l/(n-1)); its lobe is GGX, n = v = r. */
+static envmap_lobe cmgen_lobe(int level) {
+    double r = 1 - sqrt(1 - level / (LEVELS - 1.0));
+    return envmap_lobe_ggx((float)(r * r));
+}
+
+static void cmgen_chain(envmap *dst, const envmap *src, const char *tool, const char *folder) {
+    static const char *const face_name[6] = {"px", "nx", "py", "ny", "pz", "nz"};
+    char text[8192];
+    snprintf(text, sizeof text, "%s/sky.psd", folder);
+    write_psd_cross(src, text);
+    snprintf(text, sizeof text,
+             "'%s' -q -f psd -c 32 --no-mirror -s %d --ibl-min-lod-size=%d --ibl-ld='%s/out' "
+             "'%s/sky.psd' >/dev/null",
+             tool, SIZE, SIZE >> (LEVELS - 1), folder, folder);
+    must_run(text);
+    for (int i = 0; i < 6 * LEVELS; ++i) {
+        snprintf(text, sizeof text, "%s/out/sky/m%d_%s.psd", folder, i / 6, face_name[i % 6]);
+        read_psd_face(dst, i / 6, i % 6, text);
+    }
+}
+
+/* cmft maps level l of n to the exponent 2^(scale (1 - l/(n-1)) + bias), here 10 and 1. */
+static envmap_lobe cmft_lobe(int level) {
+    if (level == 0) return envmap_lobe_mirror();
+    return envmap_lobe_phong((float)pow(2, 10 * (1 - level / (LEVELS - 1.0)) + 1));
+}
+
+static void cmft_chain(envmap *dst, const envmap *src, const char *tool, const char *folder) {
+    envmap level0 = measure_map(ENVMAP_CUBE, SIZE, 1, 1);
+    texture t = {0};
+    char text[8192];
+    memcpy(level0.texels, src->texels, measure_bytes(src, 1));
+    t.map = &level0, t.format = TEXEL_RGBA32F;
+    snprintf(text, sizeof text, "%s/sky.dds", folder);
+    if (write_dds(&t, text)) measure_must(ENVMAP_ERROR_FILE, text);
+    envmap_free(&level0);
+    snprintf(text, sizeof text,
+             "'%s' --input '%s/sky.dds' --filter radiance --srcFaceSize 0 --dstFaceSize %d "
+             "--excludeBase true --mipCount %d --glossScale 10 --glossBias 1 --lightingModel phong "
+             "--edgeFixup none --numCpuProcessingThreads 1 --useOpenCL false --outputNum 1 "
+             "--output0 '%s/out' --output0params dds,rgba32f,cubemap --silent >/dev/null",
+             tool, folder, SIZE, LEVELS, folder);
+    must_run(text);
+    size_t texels = measure_bytes(dst, LEVELS) / (3 * sizeof(float));
+    snprintf(text, sizeof text, "%s/out.dds", folder);
+    unsigned char *data = tail_of(text, 16 * texels), *at = data;
+    for (int i = 0; i < 6 * LEVELS; ++i) {
+        int face = i / LEVELS, level = i % LEVELS, edge = SIZE >> level;
+        for (int k = 0; k < edge * edge; ++k, at += 16)
+            memcpy(envmap_texel(dst, level, 0, face, k % edge, k / edge), at, 3 * sizeof(float));
+    }
+    free(data);
+}
+
+/* ----------------------------------------------------------------------------------- measuring */
+
+static envmap_lobe engine_lobe(int level) {
+    return envmap_lobe_ggx((float)(roughness(level) * roughness(level)));
+}
+
+/* Rows that share the lobes of their levels, and so the exact sum. */
+typedef struct family {
+    const char *mark, *tool; /* tool: the variable that says where it is, or NULL */
+    envmap_lobe (*lobe)(int level);
+    void (*chain)(envmap *dst, const envmap *src, const char *tool, const char *folder);
+    const char *name, *levels;
+} family;
+
+static const family families[] = {
+    {"table", NULL, engine_lobe, NULL, NULL, "GGX, roughness 0.2, 0.4, 0.6, 0.8, 1"},
+    {"cmgen", "CMGEN", cmgen_lobe, cmgen_chain, "cmgen, 1024 samples and more on lower levels",
+     "GGX, roughness 0.106, 0.225, 0.368, 0.553, 1"},
+    {"cmft", "CMFT", cmft_lobe, cmft_chain, "cmft, every texel within the lobe's reach",
+     "Phong, exponent 512, 128, 32, 8, 2"},
+};
+
+static void chain_of(envmap *dst, const envmap *src, const family *f,
+                     const envmap_filter_desc *desc) {
     envmap_lobe lobes[LEVELS];
-    for (int l = 0; l < LEVELS; ++l)
-        lobes[l] = envmap_lobe_ggx((float)(roughness(l) * roughness(l)));
+    for (int l = 0; l < LEVELS; ++l) lobes[l] = f->lobe(l);
     measure_must(envmap_filter_chain(dst, src, lobes, LEVELS, desc), "chain");
 }
 
+static double theirs(envmap *dst, const envmap *src, const family *f) {
+    char folder[] = "/tmp/peers-XXXXXX", text[64];
+    double begun = seconds_of_others(), ended;
+    if (!mkdtemp(folder)) measure_must(ENVMAP_ERROR_FILE, folder);
+    f->chain(dst, src, getenv(f->tool), folder);
+    ended = seconds_of_others();
+    snprintf(text, sizeof text, "rm -r '%s'", folder);
+    must_run(text);
+    return ended - begun;
+}
+
 /* One way on one scene: seconds, and the errors of the levels after the mirror. */
-static void measure_way(FILE *out, const char *scene, envmap *src, const envmap *truth, int way) {
+static void measure_way(FILE *out, const char *scene, envmap *src, const envmap *truth,
+                        const family *f, int way) {
     envmap dst = measure_map(ENVMAP_CUBE, SIZE, LEVELS, 1);
     envmap_filter_desc desc = {0};
-    double begun = measure_seconds(), worst = 0;
-    if (way == OURS) chain_of(&dst, src, &desc);
+    double begun = measure_seconds(), seconds = 0, worst = 0;
+    if (way == OURS) chain_of(&dst, src, f, &desc);
+    else if (f->chain) seconds = theirs(&dst, src, f);
     else sampled_chain(&dst, src, way == FILTERED);
-    double seconds = measure_seconds() - begun;
-    fprintf(out, "| %s | %s | %.0f |", scene, names[way], 1e3 * seconds);
+    if (!f->chain || way == OURS) seconds = measure_seconds() - begun;
+    const char *name = way && f->chain ? f->name : names[way];
+    fprintf(out, "| %s | %s | %.0f |", scene, name, 1e3 * seconds);
     for (int level = 1; level < LEVELS; ++level) {
         envmap_difference d;
         measure_must(envmap_compare(&d, &dst, truth, level), "compare");
@@ -102,31 +273,46 @@ static void measure_way(FILE *out, const char *scene, envmap *src, const envmap 
     envmap_free(&dst);
 }
 
-int main(int argc, char **argv) {
+static void measure_family(FILE *out, const family *f, envmap_filter_desc *exact) {
     static const int scenes[2] = {SCENE_STUDIO, SCENE_SUN};
-    static measure_document document;
-    int threads = threads_here();
-    envmap_filter_desc exact = {0};
-    FILE *out = measure_begin(&document, "table");
-    exact.method = ENVMAP_METHOD_REFERENCE;
-    exact.work.executor.run = threads_run, exact.work.executor.user = &threads;
+    char cpu[64];
+    measure_processor(cpu, sizeof cpu);
     fprintf(out,
-            "One thread, %s; source 6 x %d², result 6 x %d² ... %d².\n\n"
+            "Time of the processor, %s, %s; source 6 x %d², result 6 x %d² ... "
+            "%d².\nLevels 1 ... 5: %s.\n\n"
             "| scene | way | ms | rms of levels 1 ... 5 | worst texel of all |\n"
             "|---|---|--:|---|--:|\n",
-            MEASURE_COMPILER, SIZE, SIZE, SIZE >> (LEVELS - 1));
+            cpu, MEASURE_COMPILER, SIZE, SIZE, SIZE >> (LEVELS - 1), f->levels);
     for (int s = 0; s < 2; ++s) {
         envmap wide = measure_map(ENVMAP_LATLONG, 2 * SIZE, 1, 1);
         envmap src = measure_map(ENVMAP_CUBE, SIZE, envmap_levels(SIZE), 1);
         envmap truth = measure_map(ENVMAP_CUBE, SIZE, LEVELS, 1);
         scene_fill(&wide, scenes[s]);
         measure_must(envmap_resample(&src, &wide, NULL), "source");
-        chain_of(&truth, &src, &exact);
-        for (int way = 0; way < WAYS; ++way)
-            measure_way(out, scene_name[scenes[s]], &src, &truth, way);
+        chain_of(&truth, &src, f, exact);
+        for (int way = 0; way < (f->chain ? 2 : WAYS); ++way)
+            measure_way(out, scene_name[scenes[s]], &src, &truth, f, way);
         envmap_free(&wide), envmap_free(&src), envmap_free(&truth);
     }
-    measure_end(&document, out, 1);
+}
+
+int main(int argc, char **argv) {
+    static measure_document document;
+    int threads = threads_here();
+    envmap_filter_desc exact = {0};
+    exact.method = ENVMAP_METHOD_REFERENCE;
+    exact.work.executor.run = threads_run, exact.work.executor.user = &threads;
+    for (int i = 0; i < COUNT(families); ++i) {
+        const family *f = &families[i];
+        const char *path = f->tool ? getenv(f->tool) : "here";
+        if (!path || !*path) {
+            printf("%s passed by: %s=path says where it is\n", f->mark, f->tool);
+            continue;
+        }
+        FILE *out = measure_begin(&document, f->mark);
+        measure_family(out, f, &exact);
+        measure_end(&document, out, 1);
+    }
     if (argc > 1) {
         char path[4096];
         snprintf(path, sizeof path, "%s/peers.md", argv[1]);

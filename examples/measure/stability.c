@@ -123,7 +123,7 @@ typedef struct chart_axis {
 typedef struct chart {
     FILE *file;
     svg_axes axes;
-    int lines;
+    int lines, below, above; /* below, above: data that leave the frame */
 } chart;
 
 static void chart_ticks(const chart *c, const chart_axis *a, int vertical) {
@@ -138,7 +138,7 @@ static void chart_ticks(const chart *c, const chart_axis *a, int vertical) {
 }
 
 static chart chart_open(const char *name, const char *title, chart_axis x, chart_axis y) {
-    chart c = {NULL, {80, 65, 500, 335, x.from, x.to, y.from, y.to, x.log, y.log}, 0};
+    chart c = {NULL, {80, 65, 500, 335, x.from, x.to, y.from, y.to, x.log, y.log}, 0, 0, 0};
     char file[128];
     snprintf(file, sizeof file, "%s.svg", name);
     c.file = svg_open(docs, file, 740, 385, title);
@@ -146,6 +146,15 @@ static chart chart_open(const char *name, const char *title, chart_axis x, chart
     svg_text(c.file, 70, 46, 13, "start", "#666", "%s", y.name);
     chart_ticks(&c, &x, 0), chart_ticks(&c, &y, 1);
     return c;
+}
+
+/* Says beside the frame where lines leave it; they are drawn along its edge there. */
+static void chart_close(chart *c) {
+    if (c->below)
+        svg_text(c->file, 512, 335, 11, "start", "#666", "on the lower edge: below %g", c->axes.y0);
+    if (c->above)
+        svg_text(c->file, 512, 61, 11, "start", "#666", "on the upper edge: above %g", c->axes.y1);
+    svg_close(c->file);
 }
 
 /* dash NULL: solid. The label, one line or two around a '|', stands on the right. */
@@ -156,6 +165,7 @@ static void chart_line(chart *c, const char *label, const char *dash, const doub
     char style[64] = "";
     if (dash) snprintf(style, sizeof style, "stroke-dasharray=\"%s\"", dash);
     svg_line(c->file, &c->axes, x, y, count, colour, 2, style);
+    for (int i = 0; i < count; ++i) c->below |= y[i]<c->axes.y0, c->above |= y[i]> c->axes.y1;
     fprintf(c->file, "<path d=\"M512 %dh22\" stroke=\"%s\" stroke-width=\"2\" %s/>\n", at - 4,
             colour, style);
     svg_text(c->file, 540, at, 13, "start", colour, "%.*s",
@@ -287,7 +297,7 @@ static void density_chart(const char *name, const char *title, chart_axis y,
         for (int i = 0; i < 201; ++i) value[i] = values[m][i * (SPHERE - 1) / 200];
         chart_line(&c, mapping_name[m], NULL, at, value, 201);
     }
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 static void density_table(void) {
@@ -436,7 +446,7 @@ static void round_trips(void) {
     chart_line(&c, "angular map beside +z", NULL, x, y, N);
     for (int i = 0; i < N; ++i) y[i] = round_trip(ENVMAP_PARABOLOID, -1, x[i]);
     chart_line(&c, "paraboloid beside -z", NULL, x, y, N);
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 /* Corners of a triangle of an edge about d. */
@@ -485,7 +495,7 @@ static void interpolation_chart(void) {
     }
     for (int i = 0; i < N; ++i) y[i] = 1e-7;
     chart_line(&c, "directions: none", "2 5", x, y, N);
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 typedef struct triangle {
@@ -570,7 +580,7 @@ static void poles(void) {
         }
     chart_line(&c, "rows clamped at the pole", NULL, x, y[0], N);
     chart_line(&c, "library: the pole is|its row's mean", "6 4", x, y[1], N);
-    svg_close(c.file);
+    chart_close(&c);
     note("Poles of a lat-long map",
          "%.1f of the mean on a circle of 1e-4 rad | %.2f, falling with the distance", y[0][0],
          y[1][0]);
@@ -612,7 +622,7 @@ static void seams(void) {
         envmap_free(&plain), envmap_free(&map);
     }
     chart_line(&c, "library, all three", "6 4", x, most, LEVELS);
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 static double mean_at(const envmap *map, int level) {
@@ -648,7 +658,7 @@ static void drifts(void) {
     note("Boxes without weights", "the mean of a cube drifts %.1f %%, overcast | %.0e", 100 * cube,
          most[LEVELS - 1]);
     chart_line(&c, "library, all six", "6 4", x, most, LEVELS);
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 /* Lookups half a texel off, level by level; at the level that is looked up, right ones. */
@@ -684,7 +694,7 @@ static void half_texels(void) {
         envmap_free(&map);
     }
     chart_line(&c, "the angle, rad:|(texel / root 2) 2^level", "6 4", x, angle, LEVELS);
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 /* A white world in paraboloids whose circles were drawn into black. */
@@ -714,7 +724,7 @@ static void rims(void) {
     }
     chart_line(&c, "black outside,|plain levels", NULL, x, y[0], LEVELS);
     chart_line(&c, "library", "6 4", x, y[1], LEVELS);
-    svg_close(c.file);
+    chart_close(&c);
     note("Around a paraboloid", "%.2f at the rim of a world of 1, level 1 | %.2f", y[0][1],
          y[1][1]);
     picture p = sheet_of(1080, 310);
@@ -758,7 +768,7 @@ static void eight_bits(void) {
     }
     note("Maps of 8 bits", "rms %.0f %% with a sun, at the best exposure | floats: none",
          100 * best);
-    svg_close(c.file);
+    chart_close(&c);
     static const float white[4] = {0, 1, 30, 1000};
     picture p = sheet_of(1080, 300);
     for (int i = 0; i < 4; ++i) {
@@ -888,7 +898,7 @@ static void exponents(void) {
     chart_line(&c, "texels as points, floats", NULL, x, y[0], N);
     chart_line(&c, "texels as points, doubles", "6 4", x, y[1], N);
     chart_line(&c, "library", NULL, x, y[2], N);
-    svg_close(c.file);
+    chart_close(&c);
     fault_points_free(&points), envmap_free(&src);
 }
 
@@ -924,7 +934,7 @@ static void float_directions(void) {
     chart_line(&c, "float directions and product", NULL, x, y[0], N);
     chart_line(&c, "6e-8 N", "6 4", x, law, N);
     chart_line(&c, "doubles", NULL, x, y[1], N);
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 static void rings(void) {
@@ -958,7 +968,7 @@ static void rings(void) {
         chart_line(&c, at ? "library, t along v" : "library, v.t = 0.3", at ? "6 4" : NULL, x, y[1],
                    N);
     }
-    svg_close(c.file);
+    chart_close(&c);
     fault_points_free(&points), envmap_free(&src);
 }
 
@@ -994,7 +1004,7 @@ static void horizons(void) {
          100 * below(lobes + 1, 80 * PI / 180));
     for (int i = 0; i < N; ++i) y[i] = 0.5;
     chart_line(&c, "Banks, t across n", "6 4", x, y, N);
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 /* A lamp of a share of all light in an even sky, through so many bands: lowest over mean. */
@@ -1035,7 +1045,7 @@ static void ringing(void) {
          fabs(y[N - 1]) < 1e-6 ? 0 : y[N - 1], moved[N - 1]);
     chart_line(&c, "3 bands, windowed", "6 4", x, y, N);
     chart_line(&c, "moved by the window", "2 4", x, moved, N);
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 /* The paper's threshold under clouds, and with a sun. */
@@ -1072,7 +1082,7 @@ static void thresholds(void) {
         if (s) chart_line(&c, "sun: library (AUTO), rms", NULL, x, fast, N);
         envmap_free(&src), envmap_free(&dst);
     }
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 static void lobes(void) {
@@ -1118,7 +1128,7 @@ static void clamps(void) {
          "radius, N = 10 | no kernel, no clamp",
          100 * paraboloid_distortion(1, 260.0 / 512));
     chart_line(&c, "a circle's centre at the|rim, off by (clamp 0.1)", "6 4", x, rim, N);
-    svg_close(c.file);
+    chart_close(&c);
     envmap_free(&src), envmap_free(&dst);
 }
 
@@ -1187,7 +1197,7 @@ static void gaussians(void) {
         }
         envmap_free(&src);
     }
-    svg_close(c.file);
+    chart_close(&c);
     note("Gaussians stepped on the plane",
          "%.0f %% of a lamp's peak, sigma to 0.36 | %.1f %% along the "
          "flow",
@@ -1276,7 +1286,7 @@ static void grazing(void) {
                  100 * y[0], x[0], 100 * y[N - 1], x[N - 1]);
         envmap_fit_free(&fit);
     }
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 /* eq. 1 between three stored views. */
@@ -1330,7 +1340,7 @@ static void views(void) {
         snprintf(label, sizeof label, "GGX alpha = %g", alpha[k]);
         chart_line(&c, label, NULL, x, y, N);
     }
-    svg_close(c.file);
+    chart_close(&c);
     envmap_free(&src);
 }
 
@@ -1378,7 +1388,7 @@ static void parallaxes(void) {
          asin(0.1) * 180 / PI);
     chart_line(&c, "worst, asin p", NULL, x, worst, N);
     chart_line(&c, "mean over directions", NULL, x, mean, N);
-    svg_close(c.file);
+    chart_close(&c);
     picture p = sheet_of(1080, 300);
     for (int i = 0; i < 4; ++i) {
         static const char *const names[4] = {"from the centre: any size",
@@ -1508,7 +1518,7 @@ static void float_sums(void) {
          100 * y[N - 1], wide[N - 1]);
     chart_line(&c, "float", NULL, x, y, N);
     chart_line(&c, "double", NULL, x, wide, N);
-    svg_close(c.file);
+    chart_close(&c);
     free(values);
 }
 
@@ -1536,7 +1546,7 @@ static void sizes(void) {
     }
     for (int i = 0; i < COUNT(edges); ++i) y[i] = fmin(1, 1 / (x[i] * x[i]));
     chart_line(&c, "1 / size^2", "6 4", x, y, COUNT(edges));
-    svg_close(c.file);
+    chart_close(&c);
 }
 
 /* Files that are not what they say. */

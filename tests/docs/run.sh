@@ -90,6 +90,22 @@ tests_of_papers_run() {
     [ ! -s "$dir/unknown" ]
 }
 
+# From an equation's or figure's number to what does it and to what holds it: every row of the page
+# has a code name or a link that exists (see above), and a test or a target of the Makefile.
+papers_lead_to_code_and_tests() {
+    sed -nE 's/^([a-z0-9-]+):.*/\1/p; s/^\.PHONY: (.*)/\1/p' Makefile | tr ' ' '\n' >"$dir/targets"
+    ls examples/measure/*.c | sed 's|.*/||; s|\.c$||' >>"$dir/targets"
+    prose docs/papers.md | grep -oE '`make [a-z0-9-]+' | sed 's/.* //' | sort -u |
+        grep -vxFf "$dir/targets" | sed 's/^/no target /' >"$dir/unknown"
+    prose docs/papers.md | awk -F'|' '
+        !/^\|/ || /^\|[ -]*-/ || NF < 7 { next }
+        $5 ~ /test or target/ { next }
+        $4 !~ /`[^`]+`|\]\(/ { print "no code for:" $2 }
+        $5 !~ /`[^`]+`/ { print "no test for:" $2 }' >>"$dir/unknown"
+    cat "$dir/unknown"
+    [ ! -s "$dir/unknown" ]
+}
+
 split() { # PAGE: its blocks as NNN.sh, NNN.text and NNN.file (whose first line is the name)
     awk -v dir="$dir/walk" '
         /^```/ && out { close(out); out = ""; next }
@@ -131,6 +147,7 @@ ok links_lead_somewhere links_lead_somewhere
 ok every_page_is_on_the_map every_page_is_on_the_map
 ok code_names_exist code_names_exist
 ok tests_of_papers_run tests_of_papers_run
+ok papers_lead_to_code_and_tests papers_lead_to_code_and_tests
 ok getting_started_does_what_it_says walk docs/getting-started.md
 ok contributing_does_what_it_says walk docs/contributing.md
 echo "$passed passed, $failed failed"
