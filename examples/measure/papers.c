@@ -3,11 +3,11 @@
 
    usage: papers DOCS [NAME ...]
    Draws DOCS/images/papers-NAME.png for every figure in the table at the end, or for those named.
-   `make papers` runs it: about a minute.
+   `make papers` runs it: half a minute.
 
    What you will see: docs/gallery.md has each picture beside the figure that it stands for.
 
-   >>shots >>sheets >>kautz >>tutorial >>vr >>lecture >>main
+   >>shots >>sheets >>maps >>kautz >>tutorial >>vr >>lecture >>gaussian >>main
 
    SPDX-License-Identifier: MIT */
 
@@ -698,6 +698,55 @@ static void shade_material(float rgb[3], const float n[3], const float v[3], con
     }
 }
 
+/* The diffuse map of 64 x 64 texels that nine coefficients of a map give. */
+static envmap nine(const envmap *src, int mapping) {
+    double sh[27];
+    envmap diffuse = measure_map(mapping, 64, 1, 1);
+    envmap_lobe lobe = envmap_lobe_diffuse();
+    measure_must(envmap_sh_project(sh, 3, src, 0, 0, NULL), "project");
+    measure_must(envmap_sh_convolve(sh, sh, 3, &lobe, 0), "convolve");
+    measure_must(envmap_sh_fill(&diffuse, 0, 0, sh, 3, 0, NULL), "fill");
+    return diffuse;
+}
+
+/* Section 4: nine coefficients from faces of 8 x 8 texels, and from finer ones. */
+static void small_faces(const char *name) {
+    static const sheet look = {
+        "The VR paper: coefficients from 8 x 8 faces",
+        "Sphere maps of irradiance over pi. Cubes of a scene, resampled to 8 x 8, 16 x 16 and "
+        "128 x 128 texels a face, give nine coefficients each. Off by: rms, of the nine of 128 x 128.",
+        4, 4, 132, 132 + NAMED, 84,
+        {"8 x 8", "16 x 16", "128 x 128", "exact"},
+        {"as published", "build/one_pass", "what is compared with", "diffuse map"},
+        {"overcast", "overcast", "sun", "sun"},
+        {"the map", "off by", "the map", "off by"}};
+    static const int edges[3] = {8, 16, 128};
+    picture p = sheet_begin(&look);
+    for (int i = 0; i < 2; ++i) {
+        int scene = i ? SCENE_SUN : SCENE_OVERCAST;
+        float exposure = exposure_of[scene] * (i ? 0.5f : 1);
+        envmap maps[4];
+        for (int k = 0; k < 3; ++k) {
+            envmap cube = scene_map(scene, ENVMAP_CUBE, edges[k], 1);
+            maps[k] = nine(&cube, ENVMAP_SPHERE);
+            envmap_free(&cube);
+        }
+        maps[3] = filtered(sky(scene), envmap_lobe_diffuse(), ENVMAP_SPHERE, 64, ENVMAP_METHOD_AUTO);
+        for (int k = 0; k < 4; ++k) {
+            char text[32];
+            draw_sphere(&p, &look, k, 2 * i, exposure, maps + k, "");
+            if (k == 2) continue;
+            snprintf(text, sizeof text, "off by %.2g %%", 100 * rms_of(maps + k, maps + 2));
+            pane_name(&p, &look, k, 2 * i + 1, text);
+            heat_face(&p, sheet_x(&look, k), sheet_y(&look, 2 * i + 1) + NAMED, look.width,
+                      maps + k, maps + 2, 0);
+        }
+        for (int k = 0; k < 4; ++k) envmap_free(maps + k);
+    }
+    heat_scale(&p, sheet_x(&look, 2) + 18, sheet_y(&look, 1) + 80);
+    sheet_end(&p, name);
+}
+
 /* Fig. 3: three materials in two scenes. */
 static void materials(const char *name) {
     static const sheet look = {
@@ -714,13 +763,8 @@ static void materials(const char *name) {
     shot s = teapot_shot(look.width, look.height, 5.4f);
     for (int i = 0; i < 6; ++i) {
         int x = sheet_x(&look, i % 3), y = sheet_y(&look, i / 3), scene = scenes[i / 3];
-        double sh[27];
-        envmap diffuse = measure_map(ENVMAP_CUBE, 32, 1, 1), glossy;
-        envmap_lobe lobe = envmap_lobe_diffuse();
+        envmap diffuse = nine(sky(scene), ENVMAP_CUBE), glossy;
         material m = {&diffuse, &glossy, {0.30f, 0.06f, 0.04f}, {0, 0, 0}};
-        measure_must(envmap_sh_project(sh, 3, sky(scene), 0, 1e-3, NULL), "project");
-        measure_must(envmap_sh_convolve(sh, sh, 3, &lobe, 0), "convolve");
-        measure_must(envmap_sh_fill(&diffuse, 0, 0, sh, 3, 1e-3, NULL), "fill");
         glossy = filtered(sky(scene), envmap_lobe_phong(exponents[i % 3]), ENVMAP_CUBE, 128,
                           ENVMAP_METHOD_AUTO);
         if (i % 3 == 1) scene_set(m.f0, 0.06f, 0.06f, 0.06f);
@@ -990,6 +1034,7 @@ static const struct {
              {"gooch", gooch},
              {"vr-3", materials},
              {"vr-4-5", biases},
+             {"vr-faces", small_faces},
              {"lookups", lookup_filters},
              {"gaussians", gaussians}};
 
