@@ -203,7 +203,7 @@ bench-baseline: ## bench, quick, as it is (A) and with -O2 (B), side by side
 	@$(BUILD)/bench --join $(BUILD)/bench-a.csv $(BUILD)/bench-b.csv
 
 # What is quick to make again, and does not depend on the machine but for times.
-CHECKED = architecture diagrams docs size harmonics conversions materials stability
+CHECKED = architecture diagrams docs size harmonics conversions materials stability papers
 docs-check: ## makes tables and pictures of docs/ again, in build/, and fails where pages differ: CHECKED
 	@sh tests/docs/check.sh $(BUILD)/docs-check $(CHECKED)
 

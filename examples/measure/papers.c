@@ -3,11 +3,11 @@
 
    usage: papers DOCS [NAME ...]
    Draws DOCS/images/papers-NAME.png for every figure in the table at the end, or for those named.
-   `make papers` runs it: about a minute.
+   `make papers` runs it: half a minute.
 
    What you will see: docs/gallery.md has each picture beside the figure that it stands for.
 
-   >>shots >>sheets >>kautz >>tutorial >>vr >>lecture >>main
+   >>shots >>sheets >>maps >>kautz >>tutorial >>vr >>lecture >>gaussian >>main
 
    SPDX-License-Identifier: MIT */
 
@@ -52,7 +52,8 @@ typedef struct corner {
     float x, y, z, n[3];
 } corner;
 
-static corner corner_of(const shot *s, float axes[3][3], const float *vertex, const float turn[16]) {
+static corner corner_of(const shot *s, float axes[3][3], const float *vertex,
+                        const float turn[16]) {
     corner c;
     float p[3], at[3];
     for (int k = 0; k < 3; ++k) {
@@ -181,11 +182,9 @@ static void shot_draw(picture *p, int left, int top, const shot *s, float exposu
                 ++hits;
             }
             for (int c = 0; c < 3 && hits; ++c) light[c] /= (float)hits;
-            picture_blend(p, left + x, top + y, picture_colour(light),
-                          (float)hits / (FINE * FINE));
+            picture_blend(p, left + x, top + y, picture_colour(light), (float)hits / (FINE * FINE));
         }
 }
-
 
 static void reflected(float r[3], const float n[3], const float v[3]) {
     float nv = 2 * mesh_dot(n, v);
@@ -211,7 +210,7 @@ static void shade_diffuse(float rgb[3], const float n[3], const float v[3], cons
 typedef struct sheet {
     const char *title, *remark;
     int columns, rows, width, height, left;
-    const char *heads[6], *notes[6];     /* over the columns: white, and grey below it */
+    const char *heads[6], *notes[6];      /* over the columns: white, and grey below it */
     const char *sides[6], *side_notes[6]; /* beside the rows */
 } sheet;
 
@@ -295,7 +294,8 @@ static unsigned heat_colour(float x) {
 /* The scale of heat maps, below the left heads. */
 static void heat_scale(picture *p, int x, int y) {
     char text[32];
-    for (int i = 0; i < 84; ++i) picture_rectangle(p, x + i, y, 1, 9, heat_colour((float)i / 83), 1);
+    for (int i = 0; i < 84; ++i)
+        picture_rectangle(p, x + i, y, 1, 9, heat_colour((float)i / 83), 1);
     for (int i = 0; i <= 3; ++i) {
         snprintf(text, sizeof text, "%d", 10 * i);
         picture_caption(p, (float)(x + 28 * i), (float)y + 14, 9, grey, text);
@@ -392,7 +392,11 @@ static void fig4(const char *name) {
         "Kautz et al. 2000, figure 4: Phong N = 100 by five ways",
         "Front maps, the torus that each lights, and how far the map is from the reference. From "
         "faces of 256 x 256 texels to 128 x 128.",
-        5, 3, 132, 132, 90,
+        5,
+        3,
+        132,
+        132,
+        90,
         {"unfiltered", "reference", "hierarchical", "two passes", "one pass"},
         {"", "every texel", "threshold 0.001", "7 x 7 taps, S and L", "7 x 7 taps, S only"},
         {"map", "torus", "off by"},
@@ -408,8 +412,8 @@ static void fig4(const char *name) {
     maps[1] = filtered(&src, lobe, ENVMAP_PARABOLOID, 128, ENVMAP_METHOD_REFERENCE);
     maps[2] = filtered(&src, lobe, ENVMAP_PARABOLOID, 128, ENVMAP_METHOD_HIERARCHICAL);
     for (int i = 0; i < 2; ++i)
-        maps[3 + i] = by_method(&src, lobe, ENVMAP_PARABOLOID, 128, method_paraboloid_convolution,
-                                ways + i);
+        maps[3 + i] =
+            by_method(&src, lobe, ENVMAP_PARABOLOID, 128, method_paraboloid_convolution, ways + i);
     for (int i = 0; i < 5; ++i) {
         int x = sheet_x(&look, i);
         draw_disc(&p, x, sheet_y(&look, 0), look.width, exposure, maps + i, 0);
@@ -418,8 +422,8 @@ static void fig4(const char *name) {
             char text[32];
             heat_face(&p, x, sheet_y(&look, 2), look.width, maps + i, maps + 1, 0);
             snprintf(text, sizeof text, "rms %.2g %%", 100 * rms_of(maps + i, maps + 1));
-            picture_caption(&p, (float)(x + look.width / 2), (float)(sheet_y(&look, 3) - 7), 10, ink,
-                            text);
+            picture_caption(&p, (float)(x + look.width / 2), (float)(sheet_y(&look, 3) - 7), 10,
+                            ink, text);
         }
     }
     for (int i = 0; i < 5; ++i) envmap_free(maps + i);
@@ -434,7 +438,15 @@ static void fig5(const char *name) {
         "Kautz et al. 2000, figure 5: two scenes by their hardware filter",
         "Two maps of 7 x 7 taps, blended by d^2, from faces of 512 x 512 texels, as published. Off "
         "by: rms of the whole map, relative to the exact one's.",
-        2, 2, 390, 240, 0, {"N = 50", "N = 500"}, {"", ""}, {NULL}, {NULL}};
+        2,
+        2,
+        390,
+        240,
+        0,
+        {"N = 50", "N = 500"},
+        {"", ""},
+        {NULL},
+        {NULL}};
     static const int scenes[2] = {SCENE_OVERCAST, SCENE_STUDIO};
     static const float exponents[2] = {50, 500};
     method_desc way = {0};
@@ -446,8 +458,7 @@ static void fig5(const char *name) {
         int x = sheet_x(&look, i % 2), y = sheet_y(&look, i / 2), scene = scenes[i / 2];
         envmap src = scene_map(scene, ENVMAP_PARABOLOID, 512, 1);
         envmap_lobe lobe = envmap_lobe_phong(exponents[i % 2]);
-        envmap map =
-            by_method(&src, lobe, ENVMAP_CUBE, 128, method_paraboloid_convolution, &way);
+        envmap map = by_method(&src, lobe, ENVMAP_CUBE, 128, method_paraboloid_convolution, &way);
         envmap truth = filtered(&src, lobe, ENVMAP_CUBE, 128, ENVMAP_METHOD_AUTO);
         char text[64];
         backdrop(&p, x, y, s + i / 2, scene);
@@ -467,7 +478,11 @@ static void border(const char *name) {
         "Kautz et al. 2000, section 5.2: the border and [0, 1]",
         "Front maps in the studio, from faces of 512 x 512 texels by 7 x 7 taps in two passes. "
         "Off by: rms of the whole map, relative to the exact one's.",
-        4, 4, 132, 132 + NAMED, 84,
+        4,
+        4,
+        132,
+        132 + NAMED,
+        84,
         {"exact", "the square", "64 texels", "in [0, 1]"},
         {"", "its edge repeated", "beyond the disc", "and 64 texels"},
         {"N = 10", "N = 10", "N = 50", "N = 50"},
@@ -520,9 +535,14 @@ static void shade_one_view(float rgb[3], const float n[3], const float v[3], con
 static void views(const char *name) {
     static const sheet look = {
         "One environment from several view points",
-        "A mirror, each map of 13000 texels. Looked up in the viewer's frame, a sphere map shows its "
+        "A mirror, each map of 13000 texels. Looked up in the viewer's frame, a sphere map shows "
+        "its "
         "first view wherever the viewer goes.",
-        5, 3, 118, 110, 150,
+        5,
+        3,
+        118,
+        110,
+        150,
         {"0 degrees", "45 degrees", "90 degrees", "135 degrees", "180 degrees"},
         {"the map's view", "", "", "", ""},
         {"sphere map", "sphere map", "two paraboloids"},
@@ -574,8 +594,13 @@ static void cabral_warp(const char *name) {
         "Cabral et al. 1999: a map for a new view",
         "GGX, alpha 0.2, in the studio, six stored views. A point of a map is a normal, the centre "
         "faces the viewer. Warped: by the reflected direction; b: the stored view's weight.",
-        3, 3, 168, 168 + NAMED, 118,
-        {NULL}, {NULL},
+        3,
+        3,
+        168,
+        168 + NAMED,
+        118,
+        {NULL},
+        {NULL},
         {"source maps", "warped", "new view"},
         {"eq. 1 for each stored view", "to v = (0.39, 0.49, 0.78)",
          "the sum is a map of 80 x 80 texels"}};
@@ -612,9 +637,14 @@ static void cabral_warp(const char *name) {
 static void glossy_maps(const char *name) {
     static const sheet look = {
         "The tutorial's prefiltered maps",
-        "Both faces of the paraboloid maps themselves, and a teapot that looks them up: glossy ones "
+        "Both faces of the paraboloid maps themselves, and a teapot that looks them up: glossy "
+        "ones "
         "by the reflected direction, the diffuse one (k_d = 0.6) by the normal.",
-        5, 3, 130, 130, 70,
+        5,
+        3,
+        130,
+        130,
+        70,
         {"mirror", "N = 1024", "N = 64", "N = 8", "diffuse"},
         {"256 x 256 texels", "256 x 256", "64 x 64", "32 x 32", "32 x 32"},
         {"front", "back", "teapot"},
@@ -654,12 +684,18 @@ static void shade_drawn(float rgb[3], const float n[3], const float v[3], const 
 static void gooch(const char *name) {
     static const sheet look = {
         "The tutorial: a map for Gooch's shading, drawn by hand",
-        "A point of the map is a normal, its centre faces the viewer. Blur: sigma of a Gaussian, in "
+        "A point of the map is a normal, its centre faces the viewer. Blur: sigma of a Gaussian, "
+        "in "
         "radii of the disc.",
-        4, 2, 190, 190, 70,
+        4,
+        2,
+        190,
+        190,
+        70,
         {"drawn", "blurred", "blurred more", "by the formula"},
         {"two triangles, a circle", "0.12 radii", "0.25 radii", "k warm + (1 - k) cool"},
-        {"map", "teapot"}, {"", ""}};
+        {"map", "teapot"},
+        {"", ""}};
     static const float sigma[3] = {0, 0.12f, 0.25f};
     picture p = sheet_begin(&look);
     shot s = teapot_shot(look.width, look.height, 6.0f);
@@ -698,29 +734,84 @@ static void shade_material(float rgb[3], const float n[3], const float v[3], con
     }
 }
 
+/* The diffuse map of 64 x 64 texels that nine coefficients of a map give. */
+static envmap nine(const envmap *src, int mapping) {
+    double sh[27];
+    envmap diffuse = measure_map(mapping, 64, 1, 1);
+    envmap_lobe lobe = envmap_lobe_diffuse();
+    measure_must(envmap_sh_project(sh, 3, src, 0, 0, NULL), "project");
+    measure_must(envmap_sh_convolve(sh, sh, 3, &lobe, 0), "convolve");
+    measure_must(envmap_sh_fill(&diffuse, 0, 0, sh, 3, 0, NULL), "fill");
+    return diffuse;
+}
+
+/* Section 4: nine coefficients from faces of 8 x 8 texels, and from finer ones. */
+static void small_faces(const char *name) {
+    static const sheet look = {
+        "The VR paper: coefficients from 8 x 8 faces",
+        "Sphere maps of irradiance over pi. Cubes of a scene, resampled to 8 x 8, 16 x 16 and "
+        "128 x 128 texels a face, give nine coefficients each. Off by: rms, of the nine of 128 x "
+        "128.",
+        4,
+        4,
+        132,
+        132 + NAMED,
+        84,
+        {"8 x 8", "16 x 16", "128 x 128", "exact"},
+        {"as published", "build/one_pass", "what is compared with", "diffuse map"},
+        {"overcast", "overcast", "sun", "sun"},
+        {"the map", "off by", "the map", "off by"}};
+    static const int edges[3] = {8, 16, 128};
+    picture p = sheet_begin(&look);
+    for (int i = 0; i < 2; ++i) {
+        int scene = i ? SCENE_SUN : SCENE_OVERCAST;
+        float exposure = exposure_of[scene] * (i ? 0.5f : 1);
+        envmap maps[4];
+        for (int k = 0; k < 3; ++k) {
+            envmap cube = scene_map(scene, ENVMAP_CUBE, edges[k], 1);
+            maps[k] = nine(&cube, ENVMAP_SPHERE);
+            envmap_free(&cube);
+        }
+        maps[3] =
+            filtered(sky(scene), envmap_lobe_diffuse(), ENVMAP_SPHERE, 64, ENVMAP_METHOD_AUTO);
+        for (int k = 0; k < 4; ++k) {
+            char text[32];
+            draw_sphere(&p, &look, k, 2 * i, exposure, maps + k, "");
+            if (k == 2) continue;
+            snprintf(text, sizeof text, "off by %.2g %%", 100 * rms_of(maps + k, maps + 2));
+            pane_name(&p, &look, k, 2 * i + 1, text);
+            heat_face(&p, sheet_x(&look, k), sheet_y(&look, 2 * i + 1) + NAMED, look.width,
+                      maps + k, maps + 2, 0);
+        }
+        for (int k = 0; k < 4; ++k) envmap_free(maps + k);
+    }
+    heat_scale(&p, sheet_x(&look, 2) + 18, sheet_y(&look, 1) + 80);
+    sheet_end(&p, name);
+}
+
 /* Fig. 3: three materials in two scenes. */
 static void materials(const char *name) {
     static const sheet look = {
         "The VR paper, figure 3: three materials from one pass",
         "(1 - F) k_d E(n) + F L(r): nine coefficients give E, a map of exponent N gives L; F is "
         "Schlick's, and begins at f.",
-        3, 2, 290, 210, 0,
+        3,
+        2,
+        290,
+        210,
+        0,
         {"diffuse", "coated", "metal"},
         {"f = 0", "f = 0.06, N = 500", "f = 0.95, 0.64, 0.54, k_d = 0, N = 100"},
-        {NULL}, {NULL}};
+        {NULL},
+        {NULL}};
     static const int scenes[2] = {SCENE_OVERCAST, SCENE_SUN};
     static const float exponents[3] = {100, 500, 100};
     picture p = sheet_begin(&look);
     shot s = teapot_shot(look.width, look.height, 5.4f);
     for (int i = 0; i < 6; ++i) {
         int x = sheet_x(&look, i % 3), y = sheet_y(&look, i / 3), scene = scenes[i / 3];
-        double sh[27];
-        envmap diffuse = measure_map(ENVMAP_CUBE, 32, 1, 1), glossy;
-        envmap_lobe lobe = envmap_lobe_diffuse();
+        envmap diffuse = nine(sky(scene), ENVMAP_CUBE), glossy;
         material m = {&diffuse, &glossy, {0.30f, 0.06f, 0.04f}, {0, 0, 0}};
-        measure_must(envmap_sh_project(sh, 3, sky(scene), 0, 1e-3, NULL), "project");
-        measure_must(envmap_sh_convolve(sh, sh, 3, &lobe, 0), "convolve");
-        measure_must(envmap_sh_fill(&diffuse, 0, 0, sh, 3, 1e-3, NULL), "fill");
         glossy = filtered(sky(scene), envmap_lobe_phong(exponents[i % 3]), ENVMAP_CUBE, 128,
                           ENVMAP_METHOD_AUTO);
         if (i % 3 == 1) scene_set(m.f0, 0.06f, 0.06f, 0.06f);
@@ -752,14 +843,20 @@ static void shade_biased(float rgb[3], const float n[3], const float v[3], const
 static void biases(const char *name) {
     static const sheet look = {
         "The VR paper, figures 4 and 5: one level, chosen by a bias b",
-        "Box levels of a cube. Left, b = 9.4 is beyond the last level of faces of 512: six colours. "
+        "Box levels of a cube. Left, b = 9.4 is beyond the last level of faces of 512: six "
+        "colours. "
         "Right, N = 225 and the level that the paper pairs with it, b = 2.25 (faces of 51 texels, "
         "where the formula of box_levels.h agrees).",
-        5, 2, 176, 176, 74,
+        5,
+        2,
+        176,
+        176,
+        74,
         {"b = 9.4", "b = 9.4", "N = 225", "b = 2.25", "b = 2.25"},
         {"published: faces alone", "levels across faces", "exact", "published: faces alone",
          "levels across faces"},
-        {"ball", "teapot"}, {"", ""}};
+        {"ball", "teapot"},
+        {"", ""}};
     picture p = sheet_begin(&look);
     envmap top[2], small[2], exact;
     shot s[2] = {ball_shot(look.width, look.height, 0.55f),
@@ -836,7 +933,8 @@ static void sampled(float rgb[3], const envmap *map, float x, float y) {
 /* The pixel about (x,y) of the ball; its footprint is the change of r to the next pixels. */
 static int lookup_pixel(float rgb[3], float x, float y, const lookups *l) {
     float r[3], beside[2][3];
-    float back_x = x > 0 ? -2.0f / PIXELS : 2.0f / PIXELS, back_y = y > 0 ? -2.0f / PIXELS : 2.0f / PIXELS;
+    float back_x = x > 0 ? -2.0f / PIXELS : 2.0f / PIXELS,
+          back_y = y > 0 ? -2.0f / PIXELS : 2.0f / PIXELS;
     if (!ball_reflects(r, x, y)) return 0;
     ball_reflects(beside[0], x + back_x, y), ball_reflects(beside[1], x, y + back_y);
     for (int k = 0; k < 3; ++k) beside[0][k] -= r[k], beside[1][k] -= r[k];
@@ -845,8 +943,7 @@ static int lookup_pixel(float rgb[3], float x, float y, const lookups *l) {
     if (l->filter == BILINEAR) envmap_lookup(rgb, l->map, r, 0);
     if (l->filter == NEAREST_LEVEL) envmap_lookup(rgb, l->map, r, floorf(level + 0.5f));
     if (l->filter == TRILINEAR) envmap_lookup(rgb, l->map, r, level);
-    if (l->filter == ANISOTROPIC)
-        envmap_lookup_footprint(rgb, l->map, r, beside[0], beside[1], 16);
+    if (l->filter == ANISOTROPIC) envmap_lookup_footprint(rgb, l->map, r, beside[0], beside[1], 16);
     if (l->filter == SAMPLED) sampled(rgb, l->map, x, y);
     return 1;
 }
@@ -876,13 +973,21 @@ static double lookup_pane(picture *p, int left, int top, int edge, const lookups
 static void lookup_filters(const char *name) {
     static const sheet look = {
         "The lecture's lookups: one lookup a pixel",
-        "A mirror ball of 64 x 64 pixels and a cube of faces of 512 x 512 texels. Towards the rim a "
-        "pixel reflects more and more of the cube, in one direction more than in the other. Off by: "
+        "A mirror ball of 64 x 64 pixels and a cube of faces of 512 x 512 texels. Towards the rim "
+        "a "
+        "pixel reflects more and more of the cube, in one direction more than in the other. Off "
+        "by: "
         "rms of the displayed light, relative to the mean of 256 points a pixel.",
-        6, 1, 192, 192, 0,
+        6,
+        1,
+        192,
+        192,
+        0,
         {"nearest texel", "bilinear", "bilinear, nearest level", "trilinear",
          "anisotropic, 16 probes", "256 points"},
-        {NULL}, {NULL}, {NULL}};
+        {NULL},
+        {NULL},
+        {NULL}};
     static float truth[PIXELS * PIXELS][3];
     picture p = sheet_begin(&look);
     envmap map = scene_map(SCENE_SUN, ENVMAP_CUBE, 512, 10);
@@ -948,7 +1053,11 @@ static void gaussians(const char *name) {
         "Towards a corner of the cube, whose three edges meet in the middle of a pane: the third "
         "level of a chain, faces of 32 x 32 texels, and how far each level is from Phong's. "
         "Off by: rms of the whole level, relative to the exact one's.",
-        4, 4, 190, 130 + NAMED, 90,
+        4,
+        4,
+        190,
+        130 + NAMED,
+        90,
         {"exact", "one round", "two rounds", "mended"},
         {"", "from the source's levels", "from the level before", "exact flow, along the grid"},
         {"N = 40", "N = 640", "N = 160", "N = 40"},
@@ -960,13 +1069,15 @@ static void gaussians(const char *name) {
     one.form = two.form = METHOD_PUBLISHED, two.rounds = 2;
     for (int i = 0; i < 4; ++i) gaussian_chain(all[i], &src, ways[i]);
     for (int i = 0; i < 4; ++i) {
-        gaussian_view v = {{all[i] + 2, 2.356194f, 0.6154797f, 0.9f, 0.9f * 130 / 190, 0}, NULL, 0.5f};
+        gaussian_view v = {
+            {all[i] + 2, 2.356194f, 0.6154797f, 0.9f, 0.9f * 130 / 190, 0}, NULL, 0.5f};
         picture_draw(&p, sheet_x(&look, i), sheet_y(&look, 0) + NAMED, look.width, 130,
                      exposure_of[SCENE_STUDIO], picture_camera_point, &v.camera);
         for (int k = 0; k < GAUSSIANS && i; ++k) {
             char text[32];
             v.camera.map = all[i] + k, v.truth = all[0] + k;
-            gaussian_pane(&p, sheet_x(&look, i), sheet_y(&look, k + 1) + NAMED, look.width, 130, &v);
+            gaussian_pane(&p, sheet_x(&look, i), sheet_y(&look, k + 1) + NAMED, look.width, 130,
+                          &v);
             snprintf(text, sizeof text, "%.2g %%", 100 * rms_of(all[i] + k, all[0] + k));
             pane_name(&p, &look, i, k + 1, text);
         }
@@ -982,16 +1093,10 @@ static void gaussians(const char *name) {
 static const struct {
     const char *name;
     void (*draw)(const char *name);
-} figures[] = {{"kautz-4", fig4}, {"kautz-5", fig5},
-             {"kautz-border", border},
-             {"views", views},
-             {"cabral", cabral_warp},
-             {"maps", glossy_maps},
-             {"gooch", gooch},
-             {"vr-3", materials},
-             {"vr-4-5", biases},
-             {"lookups", lookup_filters},
-             {"gaussians", gaussians}};
+} figures[] = {{"kautz-4", fig4},         {"kautz-5", fig5},           {"kautz-border", border},
+               {"views", views},          {"cabral", cabral_warp},     {"maps", glossy_maps},
+               {"gooch", gooch},          {"vr-3", materials},         {"vr-4-5", biases},
+               {"vr-faces", small_faces}, {"lookups", lookup_filters}, {"gaussians", gaussians}};
 
 int main(int argc, char **argv) {
     if (argc < 2) {

@@ -141,8 +141,7 @@ static inline void npr_gooch_blur_point(float rgb[3], float x, float y, int edge
 static inline envmap_result npr_gooch_drawn(envmap *map, const npr_gooch_desc *desc, float sigma) {
     npr_gooch_blur blur;
     blur.gooch = desc, blur.sigma = sigma;
-    return desc && sigma >= 0 ? npr_draw(map, npr_gooch_blur_point, &blur)
-                              : ENVMAP_ERROR_ARGUMENT;
+    return desc && sigma >= 0 ? npr_draw(map, npr_gooch_blur_point, &blur) : ENVMAP_ERROR_ARGUMENT;
 }
 
 /* ------------------------------------------------------------------------------ >>silhouette -- */

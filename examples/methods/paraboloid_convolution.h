@@ -13,9 +13,9 @@
    Published: taps count alike though a texel at the rim is a quarter of one in the centre, the
    circle's centre stays on the axis though it moves outwards by sec t - 1 at the rim, taps off the
    square repeat its border, plain boxes shrink. `border` has a rim of filled texels around the disc
-   instead and black beyond it, and `white` what maps of [0,1] hold. Mended: taps weigh their solid angle (sums of
-   weights are convolved beside the colours), the square goes on over its border by direction, the
-   kernel stands where its mean direction is the axis, its radius at the rim is tan t, levels are
+   instead and black beyond it, and `white` what maps of [0,1] hold. Mended: taps weigh their solid
+   angle (sums of weights are convolved beside the colours), the square goes on over its border by
+   direction, the kernel stands where its mean direction is the axis, its radius at the rim is tan t, levels are
    weighted by solid angle. `lossy` keeps the loss of the cut tail; `one_map` is S alone.
 
    Domain: lobes that fall from their axis and are below `cut` before 80 degrees (Phong N > 1.4
@@ -303,8 +303,8 @@ static inline envmap_result method_paraboloid_convolution(envmap *dst, const env
     if (result) return result;
     cut = d.cut > 0 ? (double)d.cut : 0.1, angle = paraboloid_angle(lobe, cut);
     mended = d.form == METHOD_MENDED;
-    if (!method_setting(&limit, d.limit, 7, 63) || !(d.cut >= 0 && cut < 1) ||
-        !(d.border >= 0) || !(d.white >= 0) || !method_falls(lobe) || angle > METHOD_PI * 80 / 180)
+    if (!method_setting(&limit, d.limit, 7, 63) || !(d.cut >= 0 && cut < 1) || !(d.border >= 0) ||
+        !(d.white >= 0) || !method_falls(lobe) || angle > METHOD_PI * 80 / 180)
         return ENVMAP_ERROR_METHOD;
     result = method_levels(&map, src, ENVMAP_PARABOLOID, !mended);
     if (result) return result;

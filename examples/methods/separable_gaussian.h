@@ -15,9 +15,9 @@
    pole face r' = r (1 - rho t), rho^2 = 1 + u^2 + v^2, which drift to the face's centre by
    sigma^2 tan(angle) and leave a seam; order X Y Z; sigma^2 = 1/N, the lobe's curvature at its
    peak; plain boxes shrink. Its program works in `rounds` of three passes, at least two, and makes
-   each level from the one before. Mended: the exact flow, order X/2 Y/2 Z/2 Z/2 Y/2 X/2, in rounds of at
-   most sigma 0.1, Catmull-Rom wherever lookups fall between texels (bilinear ones would widen the
-   kernel), sigma by the lobe's first harmonic; boxes by solid angle, and the variance that they
+   each level from the one before. Mended: the exact flow, order X/2 Y/2 Z/2 Z/2 Y/2 X/2, in rounds
+   of at most sigma 0.1, Catmull-Rom wherever lookups fall between texels (bilinear ones would widen
+   the kernel), sigma by the lobe's first harmonic; boxes by solid angle, and the variance that they
    add (texel^2 / 12) is taken off. Chains go along the grid (separable_grid.h).
 
    Domain: lobes like a Gaussian: sigma <= 0.36 and no more than 20 % rms from its heat
@@ -409,7 +409,7 @@ static inline envmap_result separable_check_chain(method_desc *d, double *sigma,
 }
 
 /* Each level by itself, from the source's; as the program does it, from the result before, halved
-   by plain boxes. work: as dst, count levels; map: the levels, which the program's way overwrites */
+   by plain boxes. work: as dst, count levels; map: the levels, overwritten by the program's way */
 static inline envmap_result separable_chain_plain(envmap *work, envmap *map, const double *sigma,
                                                   const method_desc *desc, int from_before) {
     int i;

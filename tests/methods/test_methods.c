@@ -269,7 +269,8 @@ static void a_border_of_64_texels_of_512_is_enough_for_sharp_lobes_only(void) {
     CHECK_CLOSE(white_at_the_rim(500, 0.25f), 1, 1e-5);
     CHECK_CLOSE(white_at_the_rim(10, 0), 1, 1e-5);
     float wide = white_at_the_rim(10, 0.25f);
-    printf("    %-64s %.3g\n", "N = 10: a white world at the rim, 64 texels of border", (double)wide);
+    printf("    %-64s %.3g\n", "N = 10: a white world at the rim, 64 texels of border",
+           (double)wide);
     CHECK(wide > 0.8f && wide < 0.97f);
 }
 
