@@ -1730,7 +1730,8 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    deviation.
    A side of 1/16 rad is straight enough; a face has 128 cells at least; a texel that a rim cuts is
    24 x 24 points, one beside it 8 x 8.  Test: resampling_keeps_the_energy_of_each_texel fails with
-   a quarter of these, or 12 x 12. Beside is r > 0.9, where no test fails without.
+   a quarter of these, or 12 x 12. Beside is r > 0.9 and nearer than 16 texels, where no test fails
+   without.
    >>mips uses envmapi_task_nest and envmapi_span.  Source: [Jones99], first order.
    Tests: tests/test_maps.c; resampling_* . */
 
@@ -1914,13 +1915,6 @@ static void envmapi_task_lookup(void *context, int row) {
 
 /* ---- polygons */
 
-/* The mean of clamp(s, 0, 1) over s from p to q. */
-static double envmapi_ramp(double p, double q) {
-    double a = envmapi_clamp(p, 0, 1), b = envmapi_clamp(q, 0, 1);
-    if ((a >= p && a <= p && b >= q && b <= q) || fabs(q - p) < 1e-9) return (a + b) / 2;
-    return ((b * b - a * a) / 2 + fmax(q, 1) - fmax(p, 1)) / (q - p);
-}
-
 #define ENVMAPI_BOX 16
 
 /* Cells of a face, and how much of each polygons cover. */
@@ -1929,15 +1923,32 @@ typedef struct envmapi_box {
     double area[ENVMAPI_BOX * ENVMAPI_BOX];
 } envmapi_box;
 
-/* An area is the integral of y dx around it: a side from a to b adds what lies below it. */
+/* An area is the integral of x dy around it: what lies to the left of a piece of a side, within a
+   cell or to its right, counts. A number is the difference from that of the next cell to the
+   right. */
+static void envmapi_box_piece(envmapi_box *box, double x, double y0, double y1, double sign) {
+    int row = (int)floor((y0 + y1) / 2) - box->y, at = (int)floor(x), column = at - box->x;
+    double dy = sign * (y1 - y0), part = dy * (x - at);
+    if (row < 0 || row >= box->height || column < 0) return;
+    if (column >= box->width) column = box->width - 1, part = dy;
+    box->area[row * box->width + column] += part;
+    if (column > 0) box->area[row * box->width + column - 1] += dy - part;
+}
+
+/* A side from a to b, cell by cell. */
 static void envmapi_box_side(envmapi_box *box, const double a[2], const double b[2], double sign) {
-    double low = fmin(a[0], b[0]), high = fmax(a[0], b[0]), slope = (b[1] - a[1]) / (b[0] - a[0]);
-    for (int x = low > box->x ? (int)low : box->x; x < box->x + box->width && x < high; ++x) {
-        double x0 = envmapi_clamp(a[0], x, x + 1), x1 = envmapi_clamp(b[0], x, x + 1);
-        double y0 = a[1] + slope * (x0 - a[0]) - box->y, y1 = a[1] + slope * (x1 - a[0]) - box->y;
-        for (int y = 0; y < box->height && fabs(x1 - x0) > 0; ++y)
-            box->area[y * box->width + x - box->x] +=
-                sign * (x1 - x0) * envmapi_ramp(y0 - y, y1 - y);
+    double slope[2] = {b[0] - a[0], b[1] - a[1]}, next[2], by[2], s = 0, y0 = a[1];
+    if (!(fabs(slope[1]) > 0)) return;
+    for (int k = 0; k < 2; ++k) { /* where it leaves the cell, and the cells after it */
+        double edge = slope[k] > 0 ? floor(a[k]) + 1 : ceil(a[k]) - 1;
+        int moves = fabs(slope[k]) > 1e-12;
+        next[k] = moves ? (edge - a[k]) / slope[k] : 2, by[k] = moves ? 1 / fabs(slope[k]) : 2;
+    }
+    while (s < 1) {
+        int k = next[1] < next[0];
+        double end = next[k] < 1 ? next[k] : 1, y1 = end < 1 ? a[1] + slope[1] * end : b[1];
+        envmapi_box_piece(box, a[0] + slope[0] * (s + end) / 2, y0, y1, sign);
+        y0 = y1, s = end, next[k] += by[k];
     }
 }
 
@@ -1948,8 +1959,11 @@ static void envmapi_box_fill(envmapi_box *box, double p[][2], int corners) {
         double area = (p[i + 2][0] - p[i][0]) * (p[i + 3][1] - p[i + 1][1]) -
                       (p[i + 2][1] - p[i][1]) * (p[i + 3][0] - p[i + 1][0]);
         for (int k = 0; k < 4; ++k)
-            envmapi_box_side(box, p[i + k], p[i + (k + 1) % 4], area > 0 ? -1 : 1);
+            envmapi_box_side(box, p[i + k], p[i + (k + 1) % 4], area > 0 ? 1 : -1);
     }
+    for (int y = 0; y < box->height; ++y)
+        for (int x = box->width - 1; x > 0; --x)
+            box->area[y * box->width + x - 1] += box->area[y * box->width + x];
 }
 
 /* ---- a texel of X and its images */
@@ -1987,18 +2001,24 @@ static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r, const
     return 1;
 }
 
+/* The cells to be scattered to have rows that are a little longer: rows a power of two apart would
+   push each other out of the caches. */
+#define ENVMAPI_ROW(edge) ((size_t)(edge) + 5)
+
 /* Cell (x,y) of a face, with what solid angle it has in common with the texel: its images. */
 static void envmapi_orbit_add(envmapi_orbit *o, const envmapi_resampling *r, int face, int x, int y,
                               double common) {
+    if (r->fine > 1) x /= r->fine, y /= r->fine;
     for (int k = 0; k < o->count; ++k) {
-        size_t cell = envmapi_turned(r->scatter ? &r->dst : &r->src, o->cube[k] + face, x / r->fine,
-                                     y / r->fine);
+        const envmapi_place *to = o->cube[k] + face;
+        int row = to->face * r->cube + to->y0 + to->yx * x + to->yy * y;
+        size_t column = (size_t)(to->x0 + to->xx * x + to->xy * y);
+        const float *from = r->src.texels + 3 * ((size_t)row * (size_t)r->cube + column);
+        double *cell = r->cells + 4 * ((size_t)row * ENVMAPI_ROW(r->cube) + column);
         if (r->scatter)
-            envmapi_double4_add(envmapi_double4_at(r->cells + 4 * cell), common,
-                                envmapi_double4_at(o->light[k]));
+            envmapi_double4_add(envmapi_double4_at(cell), common, envmapi_double4_at(o->light[k]));
         else
-            for (size_t c = 0; c < 3; ++c)
-                o->sums[k][c] += common * (double)r->src.texels[3 * cell + c];
+            for (int c = 0; c < 3; ++c) o->sums[k][c] += common * (double)from[c];
     }
     o->all += common;
 }
@@ -2028,7 +2048,7 @@ static void envmapi_orbit_face(envmapi_orbit *o, const envmapi_resampling *r, in
             envmapi_box_fill(&box, p, 4 * polygons);
             for (int i = 0; i < box.width * box.height; ++i) {
                 int x = box.x + i % box.width, y = box.y + i / box.width;
-                if (!(box.area[i] > 0)) continue;
+                if (!(box.area[i] > 1e-12)) continue;
                 double rho = envmapi_density(ENVMAP_CUBE, (x + 0.5) / c, (y + 0.5) / c);
                 envmapi_orbit_add(o, r, face, x, y, box.area[i] * rho / c / c / polygons);
             }
@@ -2136,13 +2156,15 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r) {
     double X = fabs((2 * o->x + 1.0) / size - 1), Y = fabs((2 * o->y + 1.0) / size - 1), d[3],
            uv[2];
     int cut = hypot(X + 1.0 / size, Y + 1.0 / size) > 1, n = cut ? 24 : 8;
-    if (!cut && !(bent && hypot(X, Y) > 0.9)) return 0;
+    if (!cut && !(bent && hypot(X, Y) > fmax(0.9, 1 - 16.0 / size))) return 0;
+    if (hypot(fmax(X - 1.0 / size, 0), fmax(Y - 1.0 / size, 0)) >= 1) return 1; /* outside */
     for (int i = 0; i <= n * n; ++i) { /* the last one where all others miss a sliver */
         double u = (o->x + (i % n + 0.5) / n) / size, v = (o->y + (i / n + 0.5) / n) / size;
-        double w = envmapi_density(r->src.mapping, u, v) / n / n / size / size;
-        if (i == n * n) w = envmapi_texel_cell(uv, r->src.mapping, size, o->x, o->y);
+        if (i < n * n ? (u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5) > 0.25 : o->all > 0) continue;
+        double w = i < n * n ? envmapi_density(r->src.mapping, u, v) / n / n / size / size
+                             : envmapi_texel_cell(uv, r->src.mapping, size, o->x, o->y);
+        if (!(w > 0)) continue;
         if (i == n * n) u = uv[0], v = uv[1];
-        if (i < n * n ? hypot(2 * u - 1, 2 * v - 1) > 1 : o->all > 0 || !(w > 0)) continue;
         envmapi_direction(d, r->src.mapping, o->face, u, v);
         int face = envmapi_face(ENVMAP_CUBE, d);
         envmapi_project(uv, ENVMAP_CUBE, face, d);
@@ -2181,9 +2203,10 @@ static envmap_result envmapi_resample_cube(envmapi_resampling *r, const envmap_w
     size_t texels = 6 * envmapi_area(ENVMAP_CUBE, r->cube);
     if (r->scatter) { /* cells are shared by rows */
         serial.executor.run = NULL;
-        r->cells = (double *)envmapi_pool_get(pool, 4 * texels, sizeof(double));
+        size_t cells = 24 * (size_t)r->cube * ENVMAPI_ROW(r->cube);
+        r->cells = (double *)envmapi_pool_get(pool, cells, sizeof(double));
         if (!r->cells) return ENVMAP_ERROR_MEMORY;
-        memset(r->cells, 0, 4 * texels * sizeof(double));
+        memset(r->cells, 0, cells * sizeof(double));
     }
     r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     if (!r->turns) return ENVMAP_ERROR_MEMORY;
@@ -2191,9 +2214,10 @@ static envmap_result envmapi_resample_cube(envmapi_resampling *r, const envmap_w
     envmap_result result =
         envmapi_run(&serial, envmapi_task_overlap, r, envmap_faces(X->mapping) * X->size);
     for (size_t i = 0; i < texels && r->scatter && !result; ++i) {
-        for (size_t c = 0; c < 3; ++c)
-            r->dst.texels[3 * i + c] = (float)(r->cells[4 * i + c] / r->cells[4 * i + 3]);
-        if (!(r->cells[4 * i + 3] > 0)) envmapi_resample_lookup(r, i);
+        size_t edge = (size_t)r->cube;
+        const double *cell = r->cells + 4 * (i / edge * ENVMAPI_ROW(edge) + i % edge);
+        for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * i + c] = (float)(cell[c] / cell[3]);
+        if (!(cell[3] > 0)) envmapi_resample_lookup(r, i);
     }
     return result;
 }
