@@ -279,7 +279,7 @@ $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(SHARED) $(BUILD)/flags
 	    $< -o $@ $(LIBS)
 
 $(BUILD)/tests/test_gl $(BUILD)/tests/test_shaders: $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(HELPERS) $(SHARED) $(BUILD)/flags
-	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) -DTEST_SHARED $(SHARED) \
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) \
 	    $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
 
 $(BUILD)/tests/test_tool_%: test_tool_%.c envmap.h $(TEST_HELPERS) $(HELPERS) $(SHARED) $(BUILD)/envmap $(BUILD)/flags
