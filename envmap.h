@@ -1474,7 +1474,8 @@ static double envmapi_octa_rectangle(const double p[4][2]) {
             double t = from / (from - to);
             envmapi_octa_ray(d[n++], a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]));
         }
-        for (int i = 2; i < n; ++i) w += envmapi_spherical_triangle(d[0], d[i - 1], d[i]);
+        for (int i = 2; i < n && i < 6; ++i) /* a compiler cannot know that n is 5 at most */
+            w += envmapi_spherical_triangle(d[0], d[i - 1], d[i]);
     }
     return w;
 }
@@ -4026,7 +4027,8 @@ static void envmapi_grid_side(int run[2], const envmapi_grid *grid, int n, int s
 
 /* The same of its texels in row y, one of its rows. */
 static void envmapi_grid_run(int run[2], const envmapi_grid *grid, int face, int y) {
-    int size = grid->map->size, horizon = abs(2 * y + 1 - size) / 2, right = face & 1;
+    int size = grid->map->size, right = face & 1;
+    int horizon = (2 * y + 1 > size ? 2 * y + 1 - size : size - 2 * y - 1) / 2;
     envmapi_grid_side(run, grid, envmapi_width(grid->map->mapping, size), right);
     if (grid->folded) run[right ^ face >> 2] = right ? size - horizon : horizon;
 }
@@ -7979,7 +7981,7 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
 static int envmapi_few_pairs(const envmap *dst, const envmap *src, const envmap_lobe *lobe) {
     double floats = (double)envmapi_slice_floats(dst, 0) * (double)envmapi_slice_floats(src, 0);
     return dst->slices * floats / 9 < 1e5 &&
-           envmap_lobe_sigma(lobe, lobe->p0) >= 1.5 * envmapi_texel_extent(src);
+           envmap_lobe_sigma(lobe, (double)lobe->p0) >= 1.5 * envmapi_texel_extent(src);
 }
 
 /* What one call works with: levels, and specs for those that go to the fast filter. */
