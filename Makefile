@@ -25,7 +25,7 @@ MEASURE  = $(patsubst examples/measure/%.c,%,$(wildcard examples/measure/*.c))
 # The tests that take longest start first, so that none of them runs alone at the end.
 LONGEST  = %/test_fast %/test_search %/test_near %/test_filters %/test_maps %/test_gl
 # Tests that define ENVMAP_IMPLEMENTATION have bodies of their own, the others share one object.
-OWN     := $(shell grep -l 'define ENVMAP_IMPLEMENTATION' tests/test_*.c tests/*/test_*.c)
+OWN     := $(shell grep -l 'define ENVMAP_IMPLEMENTATION$$' tests/test_*.c tests/*/test_*.c)
 SHARED   = $(BUILD)/tests/oracle.o
 BODYFLAGS =
 # No two programs have the same name, so one can be built and run without its folder's.
@@ -258,11 +258,13 @@ $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(SHARED) $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) \
 	    $< -o $@ $(LIBS)
 
-$(BUILD)/tests/test_gl $(BUILD)/tests/test_shaders: $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/flags
-	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
+$(BUILD)/tests/test_gl $(BUILD)/tests/test_shaders: $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(HELPERS) $(SHARED) $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) -DTEST_SHARED $(SHARED) \
+	    $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
 
-$(BUILD)/tests/test_tool_%: test_tool_%.c envmap.h $(TEST_HELPERS) $(HELPERS) $(BUILD)/envmap $(BUILD)/flags
-	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(EXRFLAGS) -I. -Itests $< -o $@ $(EXRLIBS) $(LIBS)
+$(BUILD)/tests/test_tool_%: test_tool_%.c envmap.h $(TEST_HELPERS) $(HELPERS) $(SHARED) $(BUILD)/envmap $(BUILD)/flags
+	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(EXRFLAGS) -I. -Itests \
+	    $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) $< -o $@ $(EXRLIBS) $(LIBS)
 
 # These test what the tool is made of.
 $(BUILD)/tests/test_write $(BUILD)/tests/test_bake: $(HELPERS)

@@ -3,7 +3,9 @@
    textures.h, and held against plain sums over the source, in the engine's axes as this file writes
    them down a second time. */
 #define _DEFAULT_SOURCE
-#define ENVMAP_IMPLEMENTATION
+#ifdef TEST_SHARED
+#define ENVMAP_IMPLEMENTATION_ONCE /* envmap.c asks for bodies; they are in the shared object */
+#endif
 #include "oracle.h"
 #define MEMORY_H /* the tool's memory: here it is the oracle's */
 #undef _DEFAULT_SOURCE /* which envmap.c defines itself */

@@ -470,7 +470,7 @@ static void a_cluster_of_lights_is_its_texels(void) {
                            : i == 2 ? envmap_lobe_diffuse()
                                     : envmap_lobe_ggx(i ? 1 : 0.3f);
         int slices = i == 3 ? 4 : 1;
-        envmap fast = black(ENVMAP_CUBE, 33, 1, slices), truth = black(ENVMAP_CUBE, 33, 1, slices);
+        envmap fast = black(ENVMAP_CUBE, 13, 1, slices), truth = black(ENVMAP_CUBE, 13, 1, slices);
         envmap_difference d;
         envmap_plan plan;
         CHECK(envmap_filter_plan(&plan, &fast, &src, &lobe, NULL) == ENVMAP_OK && plan.lights > 50);
@@ -536,9 +536,10 @@ static void lights_beside_the_poles_of_a_lat_long_keep_the_tolerance(void) {
     for (int i = 0; i < 9; ++i) {
         envmap src = black(ENVMAP_LATLONG, 64, 1, 1);
         envmap_texel(&src, 0, 0, 0, 40 * (i / 3), rows[i / 3])[1] = 1;
-        from = larger(from, miss_by(ENVMAP_CUBE, 16, 1, &src, lobe_of(lobes[i % 3]),
+        from = larger(from, miss_by(ENVMAP_CUBE, 12, 1, &src, lobe_of(lobes[i % 3]),
                                     ENVMAP_METHOD_FAST, 1e-3));
         envmap_free(&src);
+        if (i % 4) continue; /* each row and each lobe once: these are dear */
         src = black(ENVMAP_CUBE, 28, 1, 1);
         add_sun(&src, 0.3, i / 3 - 1, 0.2), add_sun(&src, -0.7, 0.1 * i, 0.6);
         to = larger(to, miss_by(ENVMAP_LATLONG, 56, 1, &src, lobe_of(lobes[i % 3]),
@@ -560,7 +561,7 @@ static void lights_beside_an_edge_keep_the_tolerance(void) {
             envmap src = black(mapping, size, 1, 1);
             int x = face ? size - 1 - i / 8 : along, y = face ? along : i / 8;
             envmap_texel(&src, 0, 0, face, x, y)[2] = 1;
-            all = larger(all, miss_by(i / 2 & 1 ? ENVMAP_PARABOLOID : ENVMAP_CUBE, 24, 1, &src,
+            all = larger(all, miss_by(i / 2 & 1 ? ENVMAP_PARABOLOID : ENVMAP_CUBE, 15, 1, &src,
                                       lobe_of(lobes[i % 4]), ENVMAP_METHOD_FAST, 1e-3));
             envmap_free(&src);
         }
@@ -730,7 +731,7 @@ static void light_of_a_lobe_that_is_nowhere_negative_is_not(void) {
     for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping)
         for (int i = 0; i < 6; ++i) {
             envmap src = black(mapping, 2 * fast_size[mapping], 1, 1);
-            envmap dst = black(ENVMAP_CUBE, 24, 1, 2), truth = black(ENVMAP_CUBE, 24, 1, 2);
+            envmap dst = black(ENVMAP_CUBE, 9, 1, 2), truth = black(ENVMAP_CUBE, 9, 1, 2);
             envmap_lobe lobe = i < 3 ? lobe_of(14 + i) : lobe_of(i < 5 ? 0 : 15);
             if (i == 3) lobe = envmap_lobe_function(hat, NULL);
             if (i > 3) lobe.raw = 1, lobe.scale = -1;
@@ -802,22 +803,26 @@ static void a_constant_source_of_raw_lobes_is_summed(void) {
    what a larger map has. */
 static void few_texels_keep_the_tolerance_relative_to_the_scene(void) {
     miss most = {0, 0};
-    for (int i = 0; i < 4 * ENVMAP_MAPPING_COUNT; ++i) {
-        int mapping = i / 4;
+    for (int i = 0; i < 4; ++i) {
         envmap src = black(ENVMAP_CUBE, 32, 1, 1), all = black(ENVMAP_CUBE, 32, 1, 1);
-        envmap dst = black(mapping, 1, 1, 1), truth = black(mapping, 1, 1, 1);
-        envmap_lobe lobe = lobe_of(3 + i % 4);
-        double square = 0, off = 0;
-        add_sun(&src, 0.1, i % 4 < 2 ? 0.9 : -0.9, 0.3);
+        envmap_lobe lobe = lobe_of(3 + i);
+        double square = 0;
+        add_sun(&src, 0.1, i < 2 ? 0.9 : -0.9, 0.3);
         CHECK(filter(&all, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
-        CHECK(filter(&truth, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
-        CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
         for (size_t n = 0; n < floats_of(&all); ++n) square += pow((double)all.texels[n], 2);
-        for (size_t n = 0; n < floats_of(&dst); ++n)
-            off += pow((double)dst.texels[n] - (double)truth.texels[n], 2);
-        off /= (double)floats_of(&dst), square /= (double)floats_of(&all);
-        most.rms = fmax(most.rms, sqrt(off / square) / 1e-3);
-        envmap_free(&src), envmap_free(&all), envmap_free(&dst), envmap_free(&truth);
+        square /= (double)floats_of(&all);
+        for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping) {
+            envmap dst = black(mapping, 1, 1, 1), truth = black(mapping, 1, 1, 1);
+            double off = 0;
+            CHECK(filter(&truth, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+            CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_FAST, 1e-3) == ENVMAP_OK);
+            for (size_t n = 0; n < floats_of(&dst); ++n)
+                off += pow((double)dst.texels[n] - (double)truth.texels[n], 2);
+            off /= (double)floats_of(&dst);
+            most.rms = fmax(most.rms, sqrt(off / square) / 1e-3);
+            envmap_free(&dst), envmap_free(&truth);
+        }
+        envmap_free(&src), envmap_free(&all);
     }
     FIGURE("one texel that misses the lamp, against the scene: rms / tolerance", most.rms, 1);
 }

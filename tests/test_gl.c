@@ -3,9 +3,7 @@
    examples' shaders against envmap_lookup at the same normals, eyes and tangents, which the card
    writes out too. Without EGL at compile time, or without a driver, the meshes alone are tested. */
 #define _POSIX_C_SOURCE 200809L
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
-#include "test.h"
+#include "oracle.h"
 #include "examples/tool/scenes.h"
 #include "examples/gl/mesh.h"
 #include "examples/methods/paraboloid_convolution.h"

@@ -230,6 +230,7 @@ static void all_rules_are_kept(void) {
 
 int main(void) {
     (void)work_draw, (void)work_simplify; /* the search's */
+    judge_budget = 0.08;                  /* seconds of sums a result: a part of its texels */
     RUN(turns_take_texels_to_texels);
     RUN(a_cube_of_noise_keeps_the_tolerance);
     RUN(paraboloids_of_noise_keep_the_tolerance);

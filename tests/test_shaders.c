@@ -4,9 +4,7 @@
    but textures. HLSL goes to SPIR-V and on to GLSL by glslangValidator and spirv-cross. Without EGL at
    compile time, or without a driver, the page's blocks are only looked for. */
 #define _POSIX_C_SOURCE 200809L
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
-#include "test.h"
+#include "oracle.h"
 #include "examples/tool/scenes.h"
 #ifdef TEST_GL
 #include <stdarg.h>

@@ -3,9 +3,7 @@
    published pages of the formats alone: KTX 2 and 1, DDS, Radiance, and the numbers in them. Where
    node and npm's ktx-parse or OpenImageIO's oiiotool are here, they read them too. */
 #define _XOPEN_SOURCE 700
-#define ENVMAP_IMPLEMENTATION
-#include "envmap.h"
-#include "test.h"
+#include "oracle.h"
 #include <signal.h>
 #include <sys/resource.h>
 #include <dirent.h>

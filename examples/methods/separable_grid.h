@@ -38,10 +38,10 @@
 
 enum { GRID_U, GRID_V, GRID_D };
 
-/* Floats that are filtered at once. */
+/* Floats that are filtered at once; one where a product of floats is wider than a float, as x87's. */
 #if defined(__GNUC__) && defined(__AVX__)
 typedef float grid_lanes __attribute__((vector_size(32)));
-#elif defined(__GNUC__)
+#elif defined(__GNUC__) && __FLT_EVAL_METHOD__ == 0
 typedef float grid_lanes __attribute__((vector_size(16)));
 #else
 typedef float grid_lanes;
@@ -92,7 +92,7 @@ static inline void grid_sum(float *to, const float *from, size_t step, const flo
     memset(sum, 0, sizeof sum);
     for (k = 0; k < count; ++k, from += step, w += next)
         for (c = 0; c < GRID_KNOT / GRID_LANES; ++c)
-            memcpy(&t, from + c * GRID_LANES, sizeof t), sum[c] += (float)*w * t; /* not wider, as x87 would */
+            memcpy(&t, from + c * GRID_LANES, sizeof t), sum[c] += *w * t;
     for (c = 0; c < GRID_KNOT / GRID_LANES; ++c) memcpy(to + c * GRID_LANES, sum + c, sizeof t);
 }
 
