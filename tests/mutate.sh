@@ -5,7 +5,8 @@
 # less, a term dropped, a condition turned), runs the tests of the room that it fell into, and does so
 # COUNT times. A fault that no test notices survives, and is listed. Faults that do not compile do
 # not count, nor do comments. The bodies are compiled once a fault, as the tests' shared object; only
-# tests of private functions are compiled again. CC, CFLAGS (-O1), LIMIT (seconds a test may take, 120).
+# tests of private functions are compiled again. CC, CFLAGS (-O1), LIMIT (processor
+# seconds a test may take, 120).
 cd "$(dirname "$0")/.." || exit 1
 dir=$1 count=$2 seed=${3:-1} room=${4:-}
 mkdir -p "$dir/src" || exit 1
@@ -22,8 +23,8 @@ tests_of() {
     windows | near) echo "near search" ;;
     lights | scene | fast) echo "prepared search scenes fast" ;;
     filters) echo "prepared search filters" ;;
-    maps) echo "maps stability_maps search" ;;
-    directions | mips) echo "$1 stability_maps" ;;
+    directions) echo "directions stability_maps maps" ;;
+    maps | mips) echo "$1 stability_maps search" ;;
     pfm | compare | materials | lobes) echo "$1" ;;
     *) echo "$1 search" ;;
     esac
@@ -81,7 +82,9 @@ build() { # TEST: $dir/test, with the fault in it
     fi
 }
 
-run() { (ulimit -v 4000000; TEST_QUICK=1 TEST_FIRST=1 timeout "$limit" "$dir/test") >"$dir/log" 2>&1; }
+run() { # seconds of its processor, so that a busy machine changes nothing
+    (ulimit -v 4000000; ulimit -t "$limit"; TEST_QUICK=1 TEST_FIRST=1 "$dir/test") >"$dir/log" 2>&1
+}
 
 fails() { # TEST: 0 where it fails with $dir/src/envmap.h, 2 where that does not compile
     build "$1" 2>/dev/null || return 2
