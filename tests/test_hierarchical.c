@@ -135,6 +135,25 @@ static void its_error_grows_with_the_threshold(void) {
     envmap_free(&src);
 }
 
+/* Two values, 0.15 apart: where children differ at all, one is at least 0.075 from their mean. */
+static double two_values(double x, double p, void *user) {
+    (void)p, (void)user;
+    return x > 0.4 ? 1 : 0.85;
+}
+
+static void what_differs_by_more_than_the_threshold_is_opened(void) {
+    static const float thresholds[3] = {0.01f, 0.074f, 0.076f};
+    envmap src = noise(ENVMAP_CUBE, 32, 9), dst[3];
+    for (int i = 0; i < 3; ++i) {
+        dst[i] = black(ENVMAP_CUBE, 6, 1, 1);
+        CHECK(hierarchical(dst + i, &src, envmap_lobe_function(two_values, NULL), thresholds[i]) ==
+              ENVMAP_OK);
+    }
+    CHECK(same_bits(&dst[0], &dst[1]) && !same_bits(&dst[1], &dst[2]));
+    envmap_free(&src);
+    for (int i = 0; i < 3; ++i) envmap_free(dst + i);
+}
+
 static void zero_is_a_threshold_of_a_thousandth(void) {
     envmap src = noise(ENVMAP_PARABOLOID, 24, 13), a = black(ENVMAP_CUBE, 6, 1, 1), b = a;
     b = black(ENVMAP_CUBE, 6, 1, 1);
@@ -322,6 +341,7 @@ int main(void) {
     RUN(opened_everywhere_it_is_the_reference);
     RUN(it_knows_every_parameterization_and_odd_sizes);
     RUN(its_error_grows_with_the_threshold);
+    RUN(what_differs_by_more_than_the_threshold_is_opened);
     RUN(zero_is_a_threshold_of_a_thousandth);
     RUN(a_constant_environment_stays_itself);
     RUN(a_sun_is_not_kept_to_the_same_visual_quality);
