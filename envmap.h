@@ -3900,8 +3900,7 @@ static void envmapi_task_omega(void *context, int y) {
         double X = 1 - (2 * x + 1.0) * (1.0 / width), p = 1 - X - fabs(Y), low = p < 0 ? p : 0;
         double Z = fabs(Y) + low, xp = X + low - fabs(p), zp = Z - fabs(p);
         double r = envmapi_inverse_root((X + low) * (X + low) + Z * Z + p * p), i = r * r;
-        once[x] = (float)(area * i * r *
-                          (1 + area * i * (0.625 * i * (xp * xp + zp * zp) - 0.5)));
+        once[x] = (float)(area * i * r * (1 + area * i * (0.625 * i * (xp * xp + zp * zp) - 0.5)));
     }
     for (int x = 0; !smooth && x < (width + 1) / 2; ++x) { /* where a fold is nearer than 0.7 */
         double X = 1 - (2 * x + 1.0) / width, Z = fabs(Y), p = fabs(1 - X - Z), e = side / 2;
@@ -3975,7 +3974,7 @@ static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels
    (identity), which have one tap each. closed: nodes beyond an edge are others of the grid.
    folded: an octahedral map's faces are the octahedron's, two triangles in each quadrant, whose
-   nodes fill it: bit 0 of a face is the right half, bit 1 the one below, bit 2 beyond the horizon. */
+   nodes fill it: bit 0 of a face is the right half, bit 1 the lower, bit 2 beyond the horizon. */
 typedef struct envmapi_grid {
     const envmap *map;
     int faces, width, height, nu, nv, pad, identity, closed, folded, taps;
@@ -4102,8 +4101,8 @@ static void envmapi_task_points(void *context, int y) {
         if (n > first + ENVMAPI_CHUNK - i) n = first + ENVMAPI_CHUNK - i;
         next = i + n;
         int face = i / width, right = grid->folded & face, below = grid->folded & face >> 1;
-        envmapi_rays(d, i - first, n, grid, face,
-                     (i % width - grid->pad + 0.5) * du + 0.5 * right, du, v + 0.5 * below);
+        envmapi_rays(d, i - first, n, grid, face, (i % width - grid->pad + 0.5) * du + 0.5 * right,
+                     du, v + 0.5 * below);
         if (next - first < ENVMAPI_CHUNK && next < total) continue;
         envmapi_rings_points(points, &t->rings, d, next - first);
         for (int k = first; k < next; ++k) {
@@ -5837,6 +5836,7 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
        the rectangle                   _box: of a cube by tangents, of a lat-long by its rows, of
                                        discs by a sector, of an octahedral map's quadrant by planes
        where the axis is               _frame, _project
+       sigma in texels; d omega        _finest; _density
        nodes at texels' centres        _centres
        nodes of Gauss-Legendre         _pieces, which end at the lines through texel centres
    Used by >>near.  Source: ours.  Tests: tests/test_near.c; a cap that holds a face's axis in
@@ -5844,6 +5844,9 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
    a_wide_ring_about_the_corners_keeps_the_tolerance. */
 
 /* Tuned as those of >>near are. */
+/* So much shorter are pieces where paraboloids blend, and across an octahedral map's horizon: there
+   light has kinks off the lines. */
+#define ENVMAPI_BLEND 0.4
 #define ENVMAPI_PIECES                                                                             \
     { 0.3, 0.65, 1.1, 1.8, 2.5 } /* sigma for 2 .. 6 nodes at 1e-3 */
 
@@ -5976,6 +5979,40 @@ static int envmapi_window_parts(int mapping) {
     return mapping == ENVMAP_OCTAHEDRAL ? 4 : envmap_faces(mapping);
 }
 
+/* sigma in texels along u (i 0) or v (1) where the window is finest: over |d direction / du|. */
+static double envmapi_window_finest(const envmapi_level *level, double sigma, double box[2][2],
+                                    const double a[3], int face, int i) {
+    double most = 0, hair = 1e-5, at[2];
+    int size = i ? level->edge : level->width;
+    envmapi_window_project(at, level->mapping, face, box, a);
+    for (int k = 0; k < 3; ++k) {
+        double low[3], high[3], uv[2], square = 0;
+        uv[i] = envmapi_clamp(at[i], box[i][0], box[i][1]);
+        uv[1 - i] = k < 2 ? box[1 - i][k] : envmapi_clamp(at[1 - i], box[1 - i][0], box[1 - i][1]);
+        uv[i] -= hair, envmapi_direction(low, level->mapping, face, uv[0], uv[1]);
+        uv[i] += 2 * hair, envmapi_direction(high, level->mapping, face, uv[0], uv[1]);
+        for (int c = 0; c < 3; ++c) square += (high[c] - low[c]) * (high[c] - low[c]);
+        most = fmax(most, sqrt(square) / (2 * hair));
+    }
+    double X = fmax(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1));
+    double Y = fmax(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
+    double least = fmin(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1)) +
+                   fmin(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
+    if (level->mapping == ENVMAP_PARABOLOID && X * X + Y * Y > 1 - 4.0 / size)
+        most /= ENVMAPI_BLEND;
+    if (level->mapping == ENVMAP_OCTAHEDRAL && X + Y > 1 && least < 1) most /= ENVMAPI_BLEND;
+    return sigma * size / most;
+}
+
+/* What a point of a face counts: d omega / du dv; near the paraboloids' rim both have a share. */
+static double envmapi_window_density(const envmapi_level *level, double u, double v) {
+    double X = 2 * u - 1, Y = 2 * v - 1, r = sqrt(X * X + Y * Y), inside = 1;
+    double density = envmapi_density(level->mapping, u, v);
+    if (level->mapping == ENVMAP_PARABOLOID)
+        inside = 0.5 + (r > 1 ? -0.5 : 0.5) * fmin((r > 1 ? 1 - 1 / r : 1 - r) * level->edge, 1);
+    return (level->mapping == ENVMAP_SPHERE && r >= 1) || inside <= 0 ? 0 : density * inside;
+}
+
 /* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
    whole numbers: each texel at its centre, or spread. */
 static int envmapi_window_centres(envmapi_knot *node, int room, double from, double to, double n,
@@ -6037,9 +6074,6 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
-#define ENVMAPI_BLEND                                                                              \
-    0.4 /* so much shorter are pieces where paraboloids blend, and across the    \
-                             octahedral map's horizon: there light has kinks off the lines */
 /* a_sphere_map_of_noise_keeps_the_tolerance */
 #define ENVMAPI_RIM     0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
 #define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
@@ -6199,32 +6233,6 @@ static double envmapi_near_reach(const envmapi_near *s, double R, int texels) {
     return R + (texels ? 3 * s->axis.tent * s->axis.texel : 0);
 }
 
-/* sigma in texels along u (i 0) or v (1) where the window is finest: over |d direction / du|. */
-static double envmapi_near_finest(const envmapi_near *s, double box[2][2], const double a[3],
-                                  int face, int i) {
-    const envmapi_level *level = &s->axis.level;
-    double most = 0, hair = 1e-5, at[2];
-    int size = i ? level->edge : level->width;
-    envmapi_window_project(at, level->mapping, face, box, a);
-    for (int k = 0; k < 3; ++k) {
-        double low[3], high[3], uv[2], square = 0;
-        uv[i] = envmapi_clamp(at[i], box[i][0], box[i][1]);
-        uv[1 - i] = k < 2 ? box[1 - i][k] : envmapi_clamp(at[1 - i], box[1 - i][0], box[1 - i][1]);
-        uv[i] -= hair, envmapi_direction(low, level->mapping, face, uv[0], uv[1]);
-        uv[i] += 2 * hair, envmapi_direction(high, level->mapping, face, uv[0], uv[1]);
-        for (int c = 0; c < 3; ++c) square += (high[c] - low[c]) * (high[c] - low[c]);
-        most = fmax(most, sqrt(square) / (2 * hair));
-    }
-    double X = fmax(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1));
-    double Y = fmax(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
-    double least = fmin(fabs(2 * box[0][0] - 1), fabs(2 * box[0][1] - 1)) +
-                   fmin(fabs(2 * box[1][0] - 1), fabs(2 * box[1][1] - 1));
-    if (level->mapping == ENVMAP_PARABOLOID && X * X + Y * Y > 1 - 4.0 / size)
-        most /= ENVMAPI_BLEND;
-    if (level->mapping == ENVMAP_OCTAHEDRAL && X + Y > 1 && least < 1) most /= ENVMAPI_BLEND;
-    return s->sigma * size / most;
-}
-
 static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_axes *axes) {
     const double *middle = w->axes[axes->count / 2];
@@ -6243,13 +6251,15 @@ static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part,
     int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
     if (!envmapi_window_box(box, level->mapping, part, w->middle, R, envmapi_near_border(s)))
         return 0;
-    for (int i = 0; i < 2; ++i) w->sigma[i] = envmapi_near_finest(s, box, w->middle, face, i);
+    for (int i = 0; i < 2; ++i)
+        w->sigma[i] = envmapi_window_finest(level, s->sigma, box, w->middle, face, i);
     w->R = far, w->limit = pow(sin(far), 2);
     w->face = face, w->part = part, w->x = (int)floor(box[0][0] * wide - 0.5);
     w->y = (int)floor(box[1][0] * level->edge - 0.5);
     w->width = (int)floor(box[0][1] * wide - 0.5) + 2 - w->x;
     w->height = (int)floor(box[1][1] * level->edge - 0.5) + 2 - w->y;
     if (level->mapping == ENVMAP_LATLONG && w->width > wide) w->width = wide;
+    if (w->height > level->edge + 1 - w->y) w->height = level->edge + 1 - w->y; /* all there are */
     return 1;
 }
 
@@ -6276,15 +6286,6 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
 }
 
 /* ---- K */
-
-/* What a point of a face counts: d omega / du dv; near the paraboloids' rim both have a share. */
-static double envmapi_near_density(const envmapi_level *level, double u, double v) {
-    double X = 2 * u - 1, Y = 2 * v - 1, r = sqrt(X * X + Y * Y), inside = 1;
-    double density = envmapi_density(level->mapping, u, v);
-    if (level->mapping == ENVMAP_PARABOLOID)
-        inside = 0.5 + (r > 1 ? -0.5 : 0.5) * fmin((r > 1 ? 1 - 1 / r : 1 - r) * level->edge, 1);
-    return (level->mapping == ENVMAP_SPHERE && r >= 1) || inside <= 0 ? 0 : density * inside;
-}
 
 /* sin^2, to a float's digits: the series at less than a quarter turn. */
 static double envmapi_sine_square(double x) {
@@ -6343,7 +6344,7 @@ static void envmapi_near_sines(float *sines, float *density, const envmapi_windo
             envmapi_direction(d, level->mapping, w->face, u, v->at);
             double c = envmapi_dot(w->a, d);
             sines[i] = c > 0 ? (float)((1 - c) * (1 + c)) : 2;
-            density[i] = (float)envmapi_near_density(level, u, v->at);
+            density[i] = (float)envmapi_window_density(level, u, v->at);
         }
     }
 }
@@ -6571,11 +6572,13 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     envmapi_near_aim(w, s, axes);
     for (int n = 0; n < axes->count; ++n) w->rim[n] = envmapi_near_singular(s, w->axes[n]);
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
-        int seen = envmapi_near_open(w, s, part, s->R_bright);
-        unsigned bright = seen && s->R < s->R_bright ? envmapi_near_bright(w, s) : 0;
-        if (bright) envmapi_near_look(w, s, axes->count, bright);
-        if (bright != all && envmapi_near_open(w, s, part, s->R))
-            envmapi_near_look(w, s, axes->count, all & ~bright);
+        unsigned bright = 0;
+        for (int far = 1; far >= 0; --far) {
+            if (!envmapi_near_open(w, s, part, far ? s->R_bright : s->R)) continue;
+            if (far && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
+            unsigned groups = far ? bright : all & ~bright;
+            if (groups) envmapi_near_look(w, s, axes->count, groups);
+        }
     }
     for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, w->rim[n]);
 }
@@ -6656,7 +6659,8 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
 static double envmapi_near_contrast(double look[3], const float *t, size_t count) {
     double sum = 0;
     float high = 0, low = 3e38f;
-    size_t runs[ENVMAPI_OCTAVES] = {0}, above = 0;
+    int runs[ENVMAPI_OCTAVES] = {0};
+    size_t above = 0;
     for (size_t i = 0; i < count;) {
         size_t end = i + 3 * ENVMAPI_RUN < count ? i + 3 * ENVMAPI_RUN : count;
         float most = 0;
@@ -6672,7 +6676,7 @@ static double envmapi_near_contrast(double look[3], const float *t, size_t count
     }
     look[0] = (double)high, look[1] = (double)low, look[2] = 3 * sum / (double)count;
     int octave = ENVMAPI_OCTAVES;
-    while (octave > 0 && (above += runs[octave - 1]) * 64 * 3 * ENVMAPI_RUN <= count) --octave;
+    while (octave > 0 && (above += (size_t)runs[octave - 1]) * 192 * ENVMAPI_RUN <= count) --octave;
     return fmin(ldexp(1, octave - ENVMAPI_OCTAVES / 2), (double)high);
 }
 

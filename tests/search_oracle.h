@@ -431,7 +431,7 @@ typedef struct oracle_filter {
     oracle_image image;
     const oracle_lobe *lobe;
     double p, sigma, extent, from, to;
-    double fine; /* 1, or more for a finer quadrature of the bilinear radiance */
+    double fine; /* 1, or more for a finer quadrature of the bilinear radiance; 0: cell by cell */
 } oracle_filter;
 
 static double oracle_step(double value, double from, double to) {
@@ -545,6 +545,60 @@ static void oracle_polar(double sum[4], const oracle_filter *f, const double a[3
     }
 }
 
+/* The same where neither the lobe nor a rim has kinks, more exactly: Gauss's rule on halves of
+   texels, whose sides hold all kinks of the bilinear radiance and all folds but an octahedral map's
+   horizon. Du dv counts for |ray|^-3 of a solid angle: the largest coordinate of d, or their sum. */
+static int oracle_has_cells(const oracle_filter *f) {
+    int mapping = f->image.mapping, kind = f->lobe->kind;
+    return (mapping == ENVMAP_CUBE || mapping == ENVMAP_LATLONG || mapping == ENVMAP_OCTAHEDRAL) &&
+           (kind == LOBE_PHONG || kind == LOBE_GAUSSIAN || kind == LOBE_GGX);
+}
+
+static void oracle_cell_part(double sum[4], const oracle_filter *f, const double a[3], int face,
+                             const double low[2], const double side[2], double reach) {
+    double x[4], w[4], d[3], rgb[3] = {0, 0, 0};
+    oracle_gauss(x, w, 4);
+    for (int i = 0; i < 16; ++i) {
+        double u = low[0] + side[0] * (1 + x[i & 3]) / 2, v = low[1] + side[1] * (1 + x[i >> 2]) / 2;
+        oracle_direction(d, f->image.mapping, face, u, v);
+        double b[3] = {fabs(d[0]), fabs(d[1]), fabs(d[2])}, density = 2 * PI * PI * sin(PI * v);
+        if (f->image.mapping == ENVMAP_CUBE) density = 4 * pow(fmax(b[0], fmax(b[1], b[2])), 3);
+        if (f->image.mapping == ENVMAP_OCTAHEDRAL) density = 4 * pow(b[0] + b[1] + b[2], 3);
+        double k = oracle_k(f->lobe, oracle_dot(a, d), f->p), cosine = oracle_dot(a, d);
+        if (f->to > reach)
+            k *= 1 - oracle_step(acos(oracle_clamp(cosine, -1, 1)), reach / 2, reach);
+        k *= density * w[i & 3] * w[i >> 2] * side[0] * side[1] / 4;
+        oracle_bilinear(rgb, &f->image, face, u, v, k);
+        sum[3] += k;
+    }
+    for (int c = 0; c < 3; ++c) sum[c] += rgb[c];
+}
+
+static void oracle_cells(double sum[4], const oracle_filter *f, const double a[3], double reach) {
+    int w = 2 * f->image.width, h = 2 * f->image.size, mapping = f->image.mapping;
+    for (int i = 0; i < w * h * oracle_faces(mapping); ++i) {
+        int face = i / (w * h), y = i / w % h, column = i % w;
+        double low[2] = {(double)column / w, (double)y / h}, d[3], corner[3], radius = 0;
+        double X = fabs(low[0] + 0.5 / w - 0.5), Y = fabs(low[1] + 0.5 / h - 0.5);
+        oracle_direction(d, mapping, face, low[0] + 0.5 / w, low[1] + 0.5 / h);
+        for (int k = 0; k < 4; ++k) {
+            oracle_direction(corner, mapping, face, low[0] + (double)(k & 1) / w,
+                             low[1] + (double)(k >> 1) / h);
+            radius = fmax(radius, acos(oracle_clamp(oracle_dot(d, corner), -1, 1)));
+        }
+        double away = acos(oracle_clamp(oracle_dot(a, d), -1, 1)) - radius;
+        if (away > fmin(reach, f->to)) continue;
+        double parts = ceil(2 * radius / fmax(f->sigma / 2, away / 4));
+        if (mapping == ENVMAP_OCTAHEDRAL && fabs(X + Y - 0.5) < 1.01 / w) parts *= 8;
+        int n = (int)fmin(parts, 200);
+        for (int k = 0; k < n * n; ++k) {
+            double side[2] = {1.0 / w / n, 1.0 / h / n};
+            double at[2] = {low[0] + k % n * side[0], low[1] + k / n * side[1]};
+            oracle_cell_part(sum, f, a, face, at, side, reach);
+        }
+    }
+}
+
 /* The definition of one texel of a result: texel centres for lobes of two mean texels and more; for
    thinner ones tents of half-width t = clamp(2 - sigma/texel, 0, 1), which go over into the bilinear
    radiance between t = 1/2 and 1. */
@@ -558,7 +612,8 @@ static void oracle_axis(double rgb[3], const oracle_filter *f, const double a[3]
         oracle_tents(texels, f, a, tent, reach);
     if (bilinear > 0) {
         if (f->from > 0 || reach > f->to) reach = f->to;
-        oracle_polar(smooth, f, a, reach);
+        if (f->fine > 0) oracle_polar(smooth, f, a, reach);
+        else oracle_cells(smooth, f, a, reach);
         if (f->to > reach) oracle_centres(smooth, f, a, reach);
     }
     for (int c = 0; c < 4; ++c) texels[c] += bilinear * (smooth[c] - texels[c]);

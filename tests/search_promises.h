@@ -234,20 +234,20 @@ static int judge_excepts(const work *w, const double b[3], double mean) {
 }
 
 /* The truth of one texel. Where the bilinear radiance counts and the result seems off, it is summed
-   again, twice as fine, until it moves by less than a tenth of what the result is off. */
+   again, exactly, or twice as fine until it moves by less than a tenth of what the result is off. */
 static void judge_axis(double rgb[3], oracle_filter *f, const double axis[3], const float *a,
                        double mean, double tolerance) {
     oracle_axis(rgb, f, axis);
     while (f->sigma < 1.5 * f->extent && f->fine < 8) {
-        double off = 0, peak = mean, moved = 0, again[3];
+        double off = 0, peak = 1e-3 * mean, moved = 0, again[3];
         for (int c = 0; c < 3; ++c)
             off = fmax(off, fabs((double)a[c] - rgb[c])), peak = fmax(peak, fabs(rgb[c]));
-        if (off < 0.3 * tolerance * peak) break;
-        f->fine *= 2;
+        if (off < 0.3 * tolerance * fmin(fmax(mean, peak), 20 * peak)) break;
+        f->fine = oracle_has_cells(f) ? 0 : 2 * f->fine;
         oracle_axis(again, f, axis);
         for (int c = 0; c < 3; ++c) moved = fmax(moved, fabs(again[c] - rgb[c]));
         memcpy(rgb, again, sizeof again);
-        if (moved < 0.1 * off) break;
+        if (moved < 0.1 * off || !(f->fine > 0)) break;
     }
     f->fine = 1;
 }

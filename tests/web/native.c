@@ -3,6 +3,7 @@
    cube of 128 took.
    SPDX-License-Identifier: MIT */
 
+#define _POSIX_C_SOURCE 199309L
 #include "../../examples/web/web.c"
 #undef snprintf
 #include <stdio.h>
