@@ -7981,11 +7981,13 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
 }
 
 /* Where pairs of texels are few, the definition is the fastest method too, and exact while it is a
-   sum over texels; its integral of a sharp lobe is not more exact than 1e-3 of the lobe. */
+   sum over texels; its integral of a sharp lobe is not more exact than 1e-3 of the lobe. GGX's tail
+   would go through FAST, for which few texels are too coarse. */
 static int envmapi_few_pairs(const envmap *dst, const envmap *src, const envmap_lobe *lobe) {
     double floats = (double)envmapi_slice_floats(dst, 0) * (double)envmapi_slice_floats(src, 0);
     return dst->slices * floats / 9 < 1e5 &&
-           envmap_lobe_sigma(lobe, (double)lobe->p0) >= 1.5 * envmapi_texel_extent(src);
+           (lobe->kind == ENVMAP_LOBE_GGX ||
+            envmap_lobe_sigma(lobe, (double)lobe->p0) >= 1.5 * envmapi_texel_extent(src));
 }
 
 /* What one call works with: levels, and specs for those that go to the fast filter. */
