@@ -69,7 +69,8 @@
      ENVMAP_STATIC           everything static to this file (define it before every include)
      ENVMAP_NO_STDIO         leave out what needs <stdio.h>: envmap_pfm_load, envmap_pfm_save
      ENVMAP_MALLOC(ctx, n)   memory; ctx is the map's or the desc's `memory` (default malloc(n))
-     ENVMAP_FREE(ctx, ptr)   (default free(ptr)); define both or neither
+     ENVMAP_FREE(ctx, ptr)   (default free(ptr)); define both or neither. Both are called on the
+                             thread that called, never by tasks of an executor (make tsan)
      ENVMAP_NO_SIMD          plain loops where GCC and Clang would get vector types
 
    CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/;
@@ -524,7 +525,7 @@ typedef struct envmap_filter_desc {
    As a lobe gets thinner than two texels of src, each texel spreads into a tent (bilinear radiance
    at the end), so the result is continuous in N, and N -> infinity is the bilinear mirror.
    Also writes dst->p0, p1. desc NULL: AUTO, that is FAST, or the reference where texels are few
-   and the lobe is wider than they.
+   and the lobe is wider than they, or GGX.
    Errors: ARGUMENT (bad map or desc, dst is src), LOBE, RADIANCE (NaN, Inf; negative for all but
    the reference), METHOD, MEMORY, CANCELLED.
    REFERENCE: O(texels of src * texels and slices of dst). Tiles of texels where k is below 1e-12 of
@@ -6550,7 +6551,7 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
 }
 
 /* Some axes: what they see of an open window, summed up for these groups of turns. */
-static void envmapi_near_look(envmapi_window *w, const envmapi_near *s, int axes, unsigned groups) {
+static void envmapi_near_part(envmapi_window *w, const envmapi_near *s, int axes, unsigned groups) {
     double share = s->axis.bilinear;
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
     for (int n = 0; n < axes; ++n) {
@@ -6577,7 +6578,7 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             if (!envmapi_near_open(w, s, part, far ? s->R_bright : s->R)) continue;
             if (far && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
             unsigned groups = far ? bright : all & ~bright;
-            if (groups) envmapi_near_look(w, s, axes->count, groups);
+            if (groups) envmapi_near_part(w, s, axes->count, groups);
         }
     }
     for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, w->rim[n]);
@@ -7981,8 +7982,9 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
 }
 
 /* Where pairs of texels are few, the definition is the fastest method too, and exact while it is a
-   sum over texels; its integral of a sharp lobe is not more exact than 1e-3 of the lobe. GGX's tail
-   would go through FAST, for which few texels are too coarse. */
+   sum over texels. Its integral of a sharp lobe is some percent off where little light comes from;
+   near's is not (few_pairs_of_a_sharp_lobe_are_integrated). GGX's tail would go through FAST, for
+   which few texels are too coarse. */
 static int envmapi_few_pairs(const envmap *dst, const envmap *src, const envmap_lobe *lobe) {
     double floats = (double)envmapi_slice_floats(dst, 0) * (double)envmapi_slice_floats(src, 0);
     return dst->slices * floats / 9 < 1e5 &&

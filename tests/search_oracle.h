@@ -564,7 +564,7 @@ static void oracle_cell_part(double sum[4], const oracle_filter *f, const double
         double b[3] = {fabs(d[0]), fabs(d[1]), fabs(d[2])}, density = 2 * PI * PI * sin(PI * v);
         if (f->image.mapping == ENVMAP_CUBE) density = 4 * pow(fmax(b[0], fmax(b[1], b[2])), 3);
         if (f->image.mapping == ENVMAP_OCTAHEDRAL) density = 4 * pow(b[0] + b[1] + b[2], 3);
-        double k = oracle_k(f->lobe, oracle_dot(a, d), f->p), cosine = oracle_dot(a, d);
+        double cosine = oracle_dot(a, d), k = oracle_k(f->lobe, cosine, f->p);
         if (f->to > reach)
             k *= 1 - oracle_step(acos(oracle_clamp(cosine, -1, 1)), reach / 2, reach);
         k *= density * w[i & 3] * w[i >> 2] * side[0] * side[1] / 4;

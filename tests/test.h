@@ -7,8 +7,8 @@
    A failing check prints file, line, the expression and its values, and the test goes on; a test
    passes when all of its checks did, and fails when it made none; its processor time stands beside
    its name where that is half a second or more; with TEST_FIRST set the first that fails ends the
-   program (make mutate). FIGURE prints a measured number
-   beside its bound, so that the log of a run is the table that docs quote. */
+   program (make mutate). FIGURE prints a measured number beside its bound, so that the log of a run
+   is the table that docs quote. */
 #ifndef TEST_H
 #define TEST_H
 

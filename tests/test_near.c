@@ -228,10 +228,38 @@ static void all_rules_are_kept(void) {
         }
 }
 
+/* One lit texel of an octahedral map, seen from sigma 4.5 away: the integral of k over the texel's
+   bilinear weights by 360 000 points, over that of k, 2 pi (1 - e^-2 lambda) / lambda. Few pairs go
+   to the reference where lobes are wide; its polar sum of this one is 2.6 % off. */
+static void few_pairs_of_a_sharp_lobe_are_integrated(void) {
+    enum { N = 300 };
+    double lambda = 1000 / 3.0, a[3], d[3], sum = 0;
+    envmap src, dst;
+    memset(&src, 0, sizeof src), memset(&dst, 0, sizeof dst);
+    CHECK(envmap_create(&src, ENVMAP_OCTAHEDRAL, 16, 1, 1) == ENVMAP_OK);
+    CHECK(envmap_create(&dst, ENVMAP_CUBE, 5, 1, 1) == ENVMAP_OK);
+    float *lit = envmap_texel(&src, 0, 0, 0, 8, 8);
+    lit[0] = lit[1] = lit[2] = 1;
+    envmap_lobe lobe = envmap_lobe_gaussian((float)lambda);
+    envmap_filter_desc desc;
+    memset(&desc, 0, sizeof desc), desc.tolerance = 6e-5f;
+    CHECK(envmap_filter(&dst, &src, &lobe, &desc) == ENVMAP_OK);
+    oracle_direction(a, ENVMAP_CUBE, 2, 0.7, 0.7);
+    for (int i = 0; i < 4 * N * N; ++i) {
+        double s = (i % (2 * N) + 0.5) / N - 1, t = ((i / (2 * N)) + 0.5) / N - 1;
+        oracle_direction(d, ENVMAP_OCTAHEDRAL, 0, (8.5 + s) / 16, (8.5 + t) / 16);
+        double density = 4 * pow(fabs(d[0]) + fabs(d[1]) + fabs(d[2]), 3) / (16 * 16 * N * N);
+        sum += (1 - fabs(s)) * (1 - fabs(t)) * density * exp(lambda * (oracle_dot(a, d) - 1));
+    }
+    sum *= lambda / (2 * PI);
+    CHECK_CLOSE(envmap_texel(&dst, 0, 0, 2, 3, 3)[0], sum, 1e-3 * sum);
+    envmap_free(&src), envmap_free(&dst);
+}
+
 int main(void) {
     (void)work_draw, (void)work_simplify; /* the search's */
-    judge_budget = 0.08;                  /* seconds of sums a result: a part of its texels */
     RUN(turns_take_texels_to_texels);
+    RUN(few_pairs_of_a_sharp_lobe_are_integrated);
     RUN(a_cube_of_noise_keeps_the_tolerance);
     RUN(paraboloids_of_noise_keep_the_tolerance);
     RUN(a_lat_long_of_noise_keeps_the_tolerance);
