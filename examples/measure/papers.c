@@ -638,8 +638,7 @@ static void glossy_maps(const char *name) {
     static const sheet look = {
         "The tutorial's prefiltered maps",
         "Both faces of the paraboloid maps themselves, and a teapot that looks them up: glossy "
-        "ones "
-        "by the reflected direction, the diffuse one (k_d = 0.6) by the normal.",
+        "ones by the reflected direction, the diffuse one (k_d = 0.2) by the normal.",
         5,
         3,
         130,
@@ -656,7 +655,7 @@ static void glossy_maps(const char *name) {
     shot s = teapot_shot(look.width, look.height, 6.0f);
     for (int i = 0; i < 5; ++i) {
         int x = sheet_x(&look, i);
-        float exposure = exposure_of[SCENE_SUN] * (i < 4 ? 1 : 0.6f);
+        float exposure = exposure_of[SCENE_SUN] * (i < 4 ? 1 : 0.2f);
         envmap_lobe lobe = i ? envmap_lobe_phong(exponents[i]) : envmap_lobe_mirror();
         envmap map = filtered(&src, lobe, ENVMAP_PARABOLOID, sizes[i], ENVMAP_METHOD_AUTO);
         for (int face = 0; face < 2; ++face)
@@ -685,8 +684,7 @@ static void gooch(const char *name) {
     static const sheet look = {
         "The tutorial: a map for Gooch's shading, drawn by hand",
         "A point of the map is a normal, its centre faces the viewer. Blur: sigma of a Gaussian, "
-        "in "
-        "radii of the disc.",
+        "in radii of the disc.",
         4,
         2,
         190,
