@@ -525,7 +525,7 @@ typedef struct envmap_filter_desc {
    As a lobe gets thinner than two texels of src, each texel spreads into a tent (bilinear radiance
    at the end), so the result is continuous in N, and N -> infinity is the bilinear mirror.
    Also writes dst->p0, p1. desc NULL: AUTO, that is FAST, or the reference where texels are few
-   and the lobe is wider than they, or GGX.
+   and the lobe is wider than they, or GGX, or src has a rim.
    Errors: ARGUMENT (bad map or desc, dst is src), LOBE, RADIANCE (NaN, Inf; negative for all but
    the reference), METHOD, MEMORY, CANCELLED.
    REFERENCE: O(texels of src * texels and slices of dst). Tiles of texels where k is below 1e-12 of
@@ -7982,14 +7982,14 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
 }
 
 /* Where pairs of texels are few, the definition is the fastest method too, and exact while it is a
-   sum over texels. Its integral of a sharp lobe is some percent off where little light comes from;
-   near's is not (few_pairs_of_a_sharp_lobe_are_integrated). GGX's tail would go through FAST, for
-   which few texels are too coarse. */
+   sum over texels. Its integral of the bilinear radiance is some percent off where little light
+   comes from; near's is not (few_pairs_of_a_sharp_lobe_are_integrated), but for maps with rims.
+   GGX's tail would go through FAST, for which few texels are too coarse. */
 static int envmapi_few_pairs(const envmap *dst, const envmap *src, const envmap_lobe *lobe) {
     double floats = (double)envmapi_slice_floats(dst, 0) * (double)envmapi_slice_floats(src, 0);
-    return dst->slices * floats / 9 < 1e5 &&
-           (lobe->kind == ENVMAP_LOBE_GGX ||
-            envmap_lobe_sigma(lobe, (double)lobe->p0) >= 1.5 * envmapi_texel_extent(src));
+    int summed = lobe->kind == ENVMAP_LOBE_GGX || envmapi_is_disc(src->mapping) ||
+                 envmap_lobe_sigma(lobe, (double)lobe->p0) > envmapi_texel_extent(src);
+    return summed && dst->slices * floats / 9 < 1e5;
 }
 
 /* What one call works with: levels, and specs for those that go to the fast filter. */
