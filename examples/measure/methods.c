@@ -517,26 +517,28 @@ static void label_leader(label out[LEADER], const label *l, double x, double y) 
    of the others, leaders too, and inside the frame. */
 static label label_place(const svg_axes *a, const point *p, const char *text, const label *others,
                          int count) {
-    label l = {0, 0, 5.6 * (double)strlen(text), 12}, leader[LEADER];
+    label l = {0, 0, 5.6 * (double)strlen(text), 12}, leader[LEADER], second = l;
     double x = svg_x(a, p->ms), y = svg_y(a, p->rms);
-    for (int step = 0, clear = 0; !clear && step < 120; ++step) {
-        int rise = step / 6, out = 7 + 18 * (step / 2 % 3);
+    int clear = 0;
+    for (int step = 0; !clear && step < 240; ++step) {
+        int rise = step / 12, out = 7 + 18 * (step / 2 % 6);
         l.x = x + (step & 1 ? -out - l.width : out);
         l.y = y + 3 + 6 * (rise & 1 ? rise + 1 : -rise);
         clear = l.x > a->left && l.x + l.width < a->right && l.y > a->top + 12 && l.y < a->bottom &&
                 label_clear(&l, others, count);
+        if (clear && !(second.x > 0)) second = l; /* its leader may cross another */
         label_leader(leader, &l, x, y);
         for (int i = 0; i < LEADER && out + rise > 7; ++i)
             clear &= label_clear(&leader[i], others, count);
     }
-    return l;
+    return clear || !(second.x > 0) ? l : second;
 }
 
 /* Error against time of every method, for one lobe, on the second scene. */
 static void chart_methods(const char *dir, const char *name, const char *title,
                           const point *chart) {
     FILE *f = chart_open(dir, name, title, "time, ms", "rms error, relative");
-    svg_axes a = chart_axes(1, 1e4, 1e-6, 1, 1);
+    svg_axes a = chart_axes(0.3, 1e4, 1e-6, 1, 1);
     for (double t = 1; t < 2e4; t *= 10) chart_tick(f, &a, 0, t);
     for (double e = 1e-6; e < 2; e *= 10) chart_tick(f, &a, 1, e);
     svg_frame(f, &a);
