@@ -6123,6 +6123,20 @@ typedef struct envmapi_near_axes {
     int face, x, y, count;
 } envmapi_near_axes;
 
+/* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache. */
+#define ENVMAPI_NEAR_TILE 32
+#define ENVMAPI_NEAR_WIDE 160 /* texels that a knot sees in a row, at most */
+typedef struct envmapi_near_tile {
+    int face, x, y, first, count;
+} envmapi_near_tile;
+
+/* K of 4 x 4 axes of a tile, in windows alike about each: [16][height][width]; x, y: of a window
+   about texel 0. */
+typedef struct envmapi_near_knots {
+    int ready, x, y, width, height;
+    float *K;
+} envmapi_near_knots;
+
 /* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
    the last bright one of each group of four turns. */
 typedef struct envmapi_near_row {
@@ -6133,9 +6147,12 @@ typedef struct envmapi_near_row {
 typedef struct envmapi_near {
     envmapi_axis axis; /* the lobe, and what it is to the source */
     envmap dst;
-    int slice, tasks, first, axes_count, turn_count; /* first: of the axes that are at work */
+    int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
+    int tile, ratio, knot[4]; /* edge of a tile; texels of the source to one of dst, or 0; knots */
+    float between[ENVMAPI_NEAR_TILE][4]; /* weights of the knots, for each place in a tile */
     envmapi_turn *turns;
     envmapi_near_axes *axes;
+    envmapi_near_tile *tiles;
     envmapi_near_row *rows;
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
@@ -6159,11 +6176,13 @@ typedef struct envmapi_window {
     double axes[ENVMAPI_NEAR_AXES][3], middle[3], spread; /* spread: how far from the middle */
     int rim[ENVMAPI_NEAR_AXES];                           /* of axes: the reference serves them */
     double a[3], m[3];                                    /* an axis, and on a cube's face */
-    double R, limit;                                      /* R in use, and its sine's square */
+    double R, limit; /* R in use, and its sine's square */
+    int knot;        /* it is about a knot: K is that of the face's plane, beyond its edges too */
     envmapi_knot *u, *v;                                  /* [room] */
     float *place, *apart;                                 /* [room] of u: what _sines asks of it */
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
     float *K;       /* [height][width][axes] */
+    envmapi_near_knots knots[2]; /* within R, and within R_bright */
     envmapi_float16 sums[12][ENVMAPI_NEAR_AXES];
 } envmapi_window;
 
@@ -6224,9 +6243,11 @@ static void envmapi_task_near_blocks(void *context, int task) {
 /* ---- windows */
 
 /* How far a box goes beyond the face: paraboloids blend there. */
-static double envmapi_near_border(const envmapi_near *s) {
+static double envmapi_near_border(const envmapi_window *w, const envmapi_near *s, int texels) {
     const envmapi_level *level = &s->axis.level;
-    return level->mapping == ENVMAP_PARABOLOID && s->axis.bilinear > 0 ? 0.5 / level->edge : 0;
+    if (w->knot) return 1;
+    if (level->mapping != ENVMAP_PARABOLOID || texels || !(s->axis.bilinear > 0)) return 0;
+    return 0.5 / level->edge;
 }
 
 /* How far the texels lie that an axis needs. */
@@ -6250,7 +6271,8 @@ static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part,
     const envmapi_level *level = &s->axis.level;
     double box[2][2], R = envmapi_near_reach(s, far, s->axis.bilinear < 1) + w->spread;
     int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
-    if (!envmapi_window_box(box, level->mapping, part, w->middle, R, envmapi_near_border(s)))
+    if (!envmapi_window_box(box, level->mapping, part, w->middle, R,
+                             envmapi_near_border(w, s, 0)))
         return 0;
     for (int i = 0; i < 2; ++i)
         w->sigma[i] = envmapi_window_finest(level, s->sigma, box, w->middle, face, i);
@@ -6260,7 +6282,7 @@ static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part,
     w->width = (int)floor(box[0][1] * wide - 0.5) + 2 - w->x;
     w->height = (int)floor(box[1][1] * level->edge - 0.5) + 2 - w->y;
     if (level->mapping == ENVMAP_LATLONG && w->width > wide) w->width = wide;
-    if (w->height > level->edge + 1 - w->y) w->height = level->edge + 1 - w->y; /* all there are */
+    if (!w->knot && w->height > level->edge + 1 - w->y) w->height = level->edge + 1 - w->y; /* all there are */
     return 1;
 }
 
@@ -6372,16 +6394,24 @@ static void envmapi_near_k(float *k, const envmapi_near *s, float limit, const f
     for (int i = 0; i < n; ++i) k[i] = w[i] * (low[i] + y[i] * (high[i] - low[i]));
 }
 
+/* The solid angle of a texel of a cube's face, or of its plane, by that at its centre. */
+static float envmapi_near_omega(const envmapi_level *level, int x, int y) {
+    double u = (x + 0.5) / level->edge, v = (y + 0.5) / level->edge;
+    return (float)(envmapi_density(level->mapping, u, v) / level->edge / level->edge);
+}
+
 /* Adds a finished row of nodes to K of texels y; then it is empty. */
 static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, int count, int y,
                                int texels) {
     float *row = w->rows[y & 1], *K = w->K + ((y - w->y) * w->width) * ENVMAPI_NEAR_AXES + n;
     const envmapi_level *level = &s->axis.level;
-    const float *omega = texels ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
+    const float *omega =
+        texels && !w->knot ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
     for (int j = 0; j < count && y >= w->y && y < w->y + w->height; ++j) {
         const envmapi_knot *u = w->u + j;
         float k = row[j] * u->weight, next = k * u->f;
-        if (texels) k *= omega[envmapi_wrap(u->texel, level->width)];
+        if (omega) k *= omega[envmapi_wrap(u->texel, level->width)];
+        else if (texels) k *= envmapi_near_omega(level, u->texel, y);
         if (u->column[0] >= 0) K[u->column[0] * ENVMAPI_NEAR_AXES] += k - next;
         if (u->column[1] >= 0 && !texels) K[u->column[1] * ENVMAPI_NEAR_AXES] += next;
     }
@@ -6401,7 +6431,7 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     double box[2][2], R = envmapi_near_reach(s, w->R, texels);
     float limit = (float)w->limit, sines[ENVMAPI_CHUNK], k[ENVMAPI_CHUNK], density[ENVMAPI_CHUNK];
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
-                            texels ? 0 : envmapi_near_border(s)))
+                            envmapi_near_border(w, s, texels)))
         return;
     int count = envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
@@ -6550,8 +6580,8 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     }
 }
 
-/* Some axes: what they see of an open window, summed up for these groups of turns. */
-static void envmapi_near_part(envmapi_window *w, const envmapi_near *s, int axes, unsigned groups) {
+/* K of some axes, in an open window. */
+static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int axes) {
     double share = s->axis.bilinear;
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
     for (int n = 0; n < axes; ++n) {
@@ -6562,12 +6592,85 @@ static void envmapi_near_part(envmapi_window *w, const envmapi_near *s, int axes
         if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
         if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
     }
-    envmapi_near_apply(w, s, groups);
+}
+
+/* K of the knots of a tile: one window's size holds what each of them sees. 0 where that is more
+   than there is room for. */
+static int envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
+                            const envmapi_near_tile *tile, envmapi_near_knots *knots, double far) {
+    int box[2][2] = {{1 << 20, -1}, {1 << 20, -1}};
+    w->knot = 1, knots->ready = -1;
+    for (int k = 0; k < 32; ++k) { /* the windows first, then K in them */
+        envmapi_near_axes one = {tile->face, tile->x + s->knot[k & 3],
+                                 tile->y + s->knot[k >> 2 & 3], 1};
+        int shift[2] = {(1 << 16) - one.x * s->ratio, (1 << 16) - one.y * s->ratio};
+        envmapi_near_aim(w, s, &one);
+        if (!envmapi_near_open(w, s, tile->face, far)) break;
+        int x = w->x + shift[0], y = w->y + shift[1];
+        if (k < 16) {
+            box[0][0] = x < box[0][0] ? x : box[0][0], box[1][0] = y < box[1][0] ? y : box[1][0];
+            if (x + w->width > box[0][1]) box[0][1] = x + w->width;
+            if (y + w->height > box[1][1]) box[1][1] = y + w->height;
+            continue;
+        }
+        if (k == 16) {
+            knots->x = box[0][0] - (1 << 16), knots->y = box[1][0] - (1 << 16);
+            knots->width = box[0][1] - box[0][0], knots->height = box[1][1] - box[1][0];
+            if (knots->width > ENVMAPI_NEAR_WIDE ||
+                (size_t)(knots->width * knots->height) > s->area)
+                break;
+        }
+        w->x = knots->x + one.x * s->ratio, w->y = knots->y + one.y * s->ratio;
+        w->width = knots->width, w->height = knots->height;
+        envmapi_near_kernel(w, s, 1);
+        float *K = knots->K + (k - 16) * w->width * w->height;
+        for (int i = 0; i < w->width * w->height; ++i) K[i] = w->K[i * ENVMAPI_NEAR_AXES];
+        knots->ready = k == 31 ? 1 : knots->ready;
+    }
+    w->knot = 0;
+    return knots->ready > 0;
+}
+
+/* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
+static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
+                                 const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                                 const envmapi_near_knots *knots) {
+    const float *along = s->between[axes->y - tile->y];
+    size_t area = (size_t)(knots->width * knots->height);
+    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+    for (int row = 0; row < knots->height; ++row) {
+        int y = knots->y + row + axes->y * s->ratio - w->y;
+        const float *K = knots->K + row * knots->width;
+        float lines[4][ENVMAPI_NEAR_WIDE];
+        if (y < 0 || y >= w->height) continue;
+        for (int i = 0; i < 4; ++i)
+            for (int x = 0; x < knots->width; ++x) {
+                const float *k = K + (size_t)i * area + x;
+                lines[i][x] = along[0] * k[0] + along[1] * k[4 * area] + along[2] * k[8 * area] +
+                              along[3] * k[12 * area];
+            }
+        for (int n = 0; n < axes->count; ++n) {
+            const float *f = s->between[axes->x + n - tile->x];
+            int shift = knots->x + (axes->x + n) * s->ratio - w->x;
+            int from = shift < 0 ? -shift : 0;
+            int to = knots->width < w->width - shift ? knots->width : w->width - shift;
+            float *out = w->K + (y * w->width + shift) * ENVMAPI_NEAR_AXES + n;
+            for (int x = from; x < to; ++x)
+                out[x * ENVMAPI_NEAR_AXES] = f[0] * lines[0][x] + f[1] * lines[1][x] +
+                                             f[2] * lines[2][x] + f[3] * lines[3][x];
+        }
+    }
+}
+
+/* Is the open window one of whole texels of the axes' own face? */
+static int envmapi_near_inside(const envmapi_window *w, const envmapi_near *s) {
+    return w->x >= 0 && w->y >= 0 && w->x + w->width <= s->axis.level.width &&
+           w->y + w->height <= s->axis.level.edge;
 }
 
 /* Some axes: what they see of every part, farther under those turns that show a bright texel. */
 static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_axes *axes) {
+                             const envmapi_near_tile *tile, const envmapi_near_axes *axes) {
     unsigned all = (1u << envmapi_near_groups(s)) - 1;
     memset(w->sums, 0, sizeof w->sums);
     envmapi_near_aim(w, s, axes);
@@ -6578,13 +6681,25 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             if (!envmapi_near_open(w, s, part, far ? s->R_bright : s->R)) continue;
             if (far && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
             unsigned groups = far ? bright : all & ~bright;
-            if (groups) envmapi_near_part(w, s, axes->count, groups);
+            if (!groups) continue;
+            envmapi_near_knots *knots = w->knots + far;
+            if (s->ratio && part == axes->face && knots->ready >= 0 && envmapi_near_inside(w, s)) {
+                if (!knots->ready) {
+                    envmapi_near_tie(w, s, tile, knots, w->R);
+                    envmapi_near_aim(w, s, axes);
+                    envmapi_near_open(w, s, part, far ? s->R_bright : s->R);
+                }
+                if (knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
+            }
+            if (!(s->ratio && part == axes->face && knots->ready > 0 && envmapi_near_inside(w, s)))
+                envmapi_near_kernel(w, s, axes->count);
+            envmapi_near_apply(w, s, groups);
         }
     }
     for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, w->rim[n]);
 }
 
-#define ENVMAPI_NEAR_ROUND 1024 /* groups of axes between two words to the progress callback */
+#define ENVMAPI_NEAR_ROUND 64 /* tiles between two words to the progress callback */
 
 static void envmapi_task_near(void *context, int task) {
     const envmapi_near *s = (const envmapi_near *)context;
@@ -6594,9 +6709,16 @@ static void envmapi_task_near(void *context, int task) {
     w->place = (float *)(w->v + room), w->apart = w->place + room;
     w->rows[0] = w->apart + room, w->rows[1] = w->rows[0] + room, w->K = w->rows[1] + room;
     memset(w->rows[0], 0, 2 * room * sizeof(float));
+    w->knots[0].K = w->K + s->area * ENVMAPI_NEAR_AXES;
+    w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
     int last = s->first + ENVMAPI_NEAR_ROUND;
-    if (last > s->axes_count) last = s->axes_count;
-    for (int i = s->first + task; i < last; i += s->tasks) envmapi_near_see(w, s, s->axes + i);
+    if (last > s->tile_count) last = s->tile_count;
+    for (int i = s->first + task; i < last; i += s->tasks) {
+        const envmapi_near_tile *tile = s->tiles + i;
+        w->knots[0].ready = w->knots[1].ready = 0;
+        for (int n = 0; n < tile->count; ++n)
+            envmapi_near_see(w, s, tile, s->axes + tile->first + n);
+    }
 }
 
 /* The first of the texels that turns take to each other does the work for all of them. */
@@ -6612,6 +6734,7 @@ static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
 /* The texels that some axes need, row by row; and the largest window. */
 static void envmapi_near_needs(envmapi_near *s, const envmapi_near_axes *axes) {
     envmapi_window w;
+    w.knot = 0;
     envmapi_near_aim(&w, s, axes);
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
         if (!envmapi_near_open(&w, s, part, s->R_bright)) continue;
@@ -6626,28 +6749,65 @@ static void envmapi_near_needs(envmapi_near *s, const envmapi_near_axes *axes) {
     }
 }
 
-/* Which axes are summed, side by side as far as they see the same, and what they need. */
+/* Squares of dst, and whether K is summed for a few of their axes only: where texels of both maps
+   lie alike about each axis. */
+static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolerance) {
+    int size = s->dst.size, kind = s->axis.lobe->kind;
+    s->tile = ENVMAPI_NEAR_TILE, s->ratio = 0;
+    if (s->dst.mapping != ENVMAP_CUBE || src->mapping != ENVMAP_CUBE || size < 128 ||
+        src->size % size || kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4)
+        return;
+    s->ratio = src->size / size;
+    if (size / 16 < s->tile) s->tile = size / 16;
+    for (int i = 0; i < 4; ++i) s->knot[i] = (s->tile - 1) * i / 3;
+    for (int t = 0; t < s->tile; ++t)
+        for (int i = 0; i < 4; ++i) {
+            double f = 1;
+            for (int j = 0; j < 4; ++j)
+                if (j != i) f *= (double)(t - s->knot[j]) / (s->knot[i] - s->knot[j]);
+            s->between[t][i] = (float)f;
+        }
+}
+
+/* The axes of a tile that are summed, side by side as far as they see the same. */
+static void envmapi_near_line(envmapi_near *s, envmapi_near_tile *tile, int *count, int most) {
+    int width = envmapi_width(s->dst.mapping, s->dst.size);
+    int end = tile->x + s->tile < width ? tile->x + s->tile : width;
+    tile->first = *count;
+    for (int y = tile->y; y < tile->y + s->tile && y < s->dst.size; ++y)
+        for (int x = tile->x; x < end; ++x) {
+            envmapi_near_axes *axes = s->axes + *count;
+            axes->face = tile->face, axes->x = x, axes->y = y;
+            while (x < end && x < axes->x + most && envmapi_near_first(s, tile->face, x, y)) ++x;
+            axes->count = x - axes->x;
+            if (axes->count) envmapi_near_needs(s, axes), ++*count, --x;
+        }
+    tile->count = *count - tile->first;
+}
+
+/* Which axes are summed, and what they need. */
 static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     const envmap *dst = &s->dst;
     int width = envmapi_width(dst->mapping, dst->size), faces = envmap_faces(dst->mapping);
     int most = (int)envmapi_clamp(1 + s->R / envmapi_texel_extent(dst), 1, ENVMAPI_NEAR_AXES);
-    int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2);
-    size_t room = (size_t)faces * (size_t)dst->size * (size_t)(width / most + 2);
+    int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2), count = 0;
+    int across = width / s->tile + 1, down = dst->size / s->tile + 1;
+    size_t room = (size_t)(faces * dst->size) * (size_t)(across * (s->tile / most + 1));
     s->axes = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof(envmapi_near_axes));
     s->rows = (envmapi_near_row *)envmapi_pool_get(pool, (size_t)rows, sizeof *s->rows);
-    if (!s->axes || !s->rows) return ENVMAP_ERROR_MEMORY;
+    s->tiles = (envmapi_near_tile *)envmapi_pool_get(pool, (size_t)(faces * across * down),
+                                                     sizeof *s->tiles);
+    if (!s->axes || !s->rows || !s->tiles) return ENVMAP_ERROR_MEMORY;
     memset(s->rows, 0, (size_t)rows * sizeof *s->rows);
-    s->axes_count = 0, s->count = s->area = 0;
-    for (int i = 0; i < faces * dst->size; ++i)
-        for (int face = i / dst->size, y = i % dst->size, x = 0; x < width; ++x) {
-            for (int t = 0; t < s->turn_count; ++t)
-                if (s->turns[t].dst[face].face < face) x = width;
-            envmapi_near_axes *axes = s->axes + s->axes_count;
-            axes->face = face, axes->x = x, axes->y = y;
-            while (x < width && x < axes->x + most && envmapi_near_first(s, face, x, y)) ++x;
-            axes->count = x - axes->x;
-            if (axes->count) envmapi_near_needs(s, axes), ++s->axes_count, --x;
-        }
+    s->tile_count = 0, s->count = s->area = 0;
+    for (int i = 0; i < faces * across * down; ++i) {
+        envmapi_near_tile *tile = s->tiles + s->tile_count;
+        int face = i / (across * down), first = 1;
+        for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
+        tile->face = face, tile->x = i % across * s->tile;
+        tile->y = i / across % down * s->tile;
+        if (first) envmapi_near_line(s, tile, &count, most), s->tile_count += tile->count > 0;
+    }
     for (int i = 0; i < rows; ++i)
         s->rows[i].first = s->count, s->count += (size_t)(s->rows[i].to - s->rows[i].from);
     size_t groups = (size_t)envmapi_near_groups(s);
@@ -6772,16 +6932,17 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
+    envmapi_near_tiles(s, src, tolerance);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
     s->tasks = envmapi_tasks(&desc->work), s->room = 6 * (size_t)level->width + 1024;
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
-    s->bytes = (s->bytes + s->area * ENVMAPI_NEAR_AXES * sizeof(float) + 127) / 64 * 64;
+    s->bytes = (s->bytes + s->area * (ENVMAPI_NEAR_AXES + 32) * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;
     envmapi_run_all(&desc->work, envmapi_task_near_blocks, s, rows);
-    for (s->first = 0; s->first < s->axes_count; s->first += ENVMAPI_NEAR_ROUND) {
-        if (envmapi_tell(&desc->work.progress, (double)s->first / s->axes_count))
+    for (s->first = 0; s->first < s->tile_count; s->first += ENVMAPI_NEAR_ROUND) {
+        if (envmapi_tell(&desc->work.progress, (double)s->first / s->tile_count))
             return ENVMAP_CANCELLED;
         envmapi_run_all(&desc->work, envmapi_task_near, s, s->tasks);
     }
