@@ -6063,12 +6063,14 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
    centres, where B_i has its kinks, and are 2.5 sigma long at most.
    K_i depends on no radiance. Some of the 48 turns and mirrors take texels to texels, on both maps:
    all 48 for two cubes, 16 for a lat-long and a cube, 2 to 16 with discs. So one K_i serves all
-   images of an axis and a texel. A texel's images lie side by side, as a block of 16 numbers for
-   every four turns, and up to eight neighbouring axes share what is read of a block.
+   images of an axis and a texel. The RGB of these lie side by side, in blocks of 16 numbers, and
+   up to eight neighbouring axes share what is read of a block.
    Where a lobe never ends (GGX) >>fast sums its tail.
        which axes, and the texels they need       _plan; these side by side: _task_near_blocks
        windows and their nodes                    _open, _nodes
        K: the angles of nodes, k there, texels    _sines, _k, _add, _flush, _rim
+       K between axes where two cubes' texels     _tie, _between: K changes slowly from axis to axis
+          lie alike about all of a tile
        times L for all turns; into dst            _apply, _put
        R, by the brightest texel in sight         _radius; _contrast tells which are bright
    Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
@@ -6138,9 +6140,10 @@ typedef struct envmapi_near_knots {
 } envmapi_near_knots;
 
 /* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
-   the last bright one of each group of four turns. */
+   the last bright one of each block. */
+#define ENVMAPI_NEAR_BLOCKS 9 /* 48 turns */
 typedef struct envmapi_near_row {
-    int from, to, bright[12][2];
+    int from, to, bright[ENVMAPI_NEAR_BLOCKS][2];
     size_t first;
 } envmapi_near_row;
 
@@ -6156,7 +6159,7 @@ typedef struct envmapi_near {
     envmapi_near_row *rows;
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
-    float *blocks; /* [turns / 4][block][4][4]: RGB and 1 of a texel's images under four turns */
+    float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
     size_t count, area;              /* blocks; texels of the largest window */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
@@ -6172,6 +6175,7 @@ typedef struct envmapi_near {
    the sums of all axes and turns. */
 typedef struct envmapi_window {
     int face, part, x, y, width, height;
+    double box[2][2];                                     /* of u, of v */
     double sigma[2];                                      /* of the lobe, in texels along u and v */
     double axes[ENVMAPI_NEAR_AXES][3], middle[3], spread; /* spread: how far from the middle */
     int rim[ENVMAPI_NEAR_AXES];                           /* of axes: the reference serves them */
@@ -6183,7 +6187,8 @@ typedef struct envmapi_window {
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
     float *K;       /* [height][width][axes] */
     envmapi_near_knots knots[2]; /* within R, and within R_bright */
-    envmapi_float16 sums[12][ENVMAPI_NEAR_AXES];
+    envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
+    double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
 
 /* ---- the source as lookups see it, in blocks */
@@ -6211,8 +6216,8 @@ static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, in
     if (s->exponent) envmapi_floats_scale(out, out, 3, -s->exponent);
 }
 
-/* Blocks of four turns; those that are missing in the last one are the first again. */
-static int envmapi_near_groups(const envmapi_near *s) { return (s->turn_count + 3) / 4; }
+/* Blocks of 16 numbers: RGB of turn after turn. */
+static int envmapi_near_groups(const envmapi_near *s) { return (3 * s->turn_count + 15) / 16; }
 
 static void envmapi_task_near_blocks(void *context, int task) {
     const envmapi_near *s = (const envmapi_near *)context;
@@ -6221,21 +6226,29 @@ static void envmapi_task_near_blocks(void *context, int task) {
     int high = level->edge + 2, face = task / high, y = task % high - 1, w = level->width;
     int round = level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR;
     float most = (float)ldexp(s->bright, -s->exponent);
-    for (int t = 0; t < 4 * envmapi_near_groups(s); ++t) {
-        int *bright = row->bright[t / 4];
-        const envmapi_place *to = s->turns[t < s->turn_count ? t : 0].src + face;
-        float *out = s->blocks + 16 * ((size_t)(t / 4) * s->count + row->first) + 4 * (t % 4);
+    for (int i = 3 * s->turn_count; i < 16 * envmapi_near_groups(s); ++i)
+        for (int x = 0; x < row->to - row->from; ++x)
+            s->blocks[16 * ((size_t)(i / 16) * s->count + row->first + (size_t)x) +
+                      (size_t)(i % 16)] = 0;
+    for (int t = 0; t < s->turn_count; ++t) {
+        const envmapi_place *to = s->turns[t].src + face;
         const float *image = level->texels + 3 * (size_t)(to->face * level->edge) * (size_t)w;
-        for (int x = row->from; x < row->to; ++x, out += 16) {
+        float *out[3], rgb[3];
+        for (int c = 0; c < 3; ++c)
+            out[c] = s->blocks + 16 * ((size_t)((3 * t + c) / 16) * s->count + row->first) +
+                     (3 * t + c) % 16;
+        for (int x = row->from; x < row->to; ++x) {
             int X = to->x0 + to->xx * x + to->xy * y, Y = to->y0 + to->yx * x + to->yy * y;
             if (s->exponent || round || X < 0 || Y < 0 || X >= w || Y >= level->edge)
-                envmapi_near_texel(out, s, to->face, X, Y);
-            else memcpy(out, image + 3 * ((size_t)Y * (size_t)w + (size_t)X), 3 * sizeof *out);
-            out[3] = 1;
-            if (out[0] > most || out[1] > most || out[2] > most) {
-                if (bright[0] == bright[1]) bright[0] = x;
-                bright[1] = x + 1;
-            }
+                envmapi_near_texel(rgb, s, to->face, X, Y);
+            else memcpy(rgb, image + 3 * ((size_t)Y * (size_t)w + (size_t)X), sizeof rgb);
+            for (int c = 0; c < 3; ++c) out[c][16 * (x - row->from)] = rgb[c];
+            if (rgb[0] > most || rgb[1] > most || rgb[2] > most)
+                for (int g = 3 * t / 16; g <= (3 * t + 2) / 16; ++g) {
+                    if (row->bright[g][0] == row->bright[g][1]) row->bright[g][0] = x;
+                    if (x < row->bright[g][0]) row->bright[g][0] = x;
+                    if (x >= row->bright[g][1]) row->bright[g][1] = x + 1;
+                }
         }
     }
 }
@@ -6274,15 +6287,15 @@ static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part,
     if (!envmapi_window_box(box, level->mapping, part, w->middle, R,
                              envmapi_near_border(w, s, 0)))
         return 0;
-    for (int i = 0; i < 2; ++i)
-        w->sigma[i] = envmapi_window_finest(level, s->sigma, box, w->middle, face, i);
+    memcpy(w->box, box, sizeof box);
     w->R = far, w->limit = pow(sin(far), 2);
     w->face = face, w->part = part, w->x = (int)floor(box[0][0] * wide - 0.5);
     w->y = (int)floor(box[1][0] * level->edge - 0.5);
     w->width = (int)floor(box[0][1] * wide - 0.5) + 2 - w->x;
     w->height = (int)floor(box[1][1] * level->edge - 0.5) + 2 - w->y;
     if (level->mapping == ENVMAP_LATLONG && w->width > wide) w->width = wide;
-    if (!w->knot && w->height > level->edge + 1 - w->y) w->height = level->edge + 1 - w->y; /* all there are */
+    int below = level->edge + 1 - w->y; /* all rows that there are */
+    if (!w->knot && w->height > below) w->height = below;
     return 1;
 }
 
@@ -6493,7 +6506,7 @@ static envmapi_near_row *envmapi_near_rows(const envmapi_near *s, const envmapi_
     return s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
 }
 
-/* Groups of turns that have a bright texel in the window, as bits. */
+/* Blocks that have a bright texel in the window, as bits. */
 static unsigned envmapi_near_bright(const envmapi_window *w, const envmapi_near *s) {
     const envmapi_near_row *row = envmapi_near_rows(s, w);
     unsigned groups = 0;
@@ -6503,16 +6516,18 @@ static unsigned envmapi_near_bright(const envmapi_window *w, const envmapi_near 
     return groups;
 }
 
-/* sums += K times blocks: one K serves a texel's images under all turns; those of these groups. */
+/* sums += K times blocks: one K serves a texel's images under all turns; those of these blocks. */
 static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigned groups) {
     enum { N = ENVMAPI_NEAR_AXES };
     const envmapi_near_row *row = envmapi_near_rows(s, w);
+    float total[N] = {0};
     for (int y = 0; y < w->height; ++y, ++row) {
         const float *K = w->K + y * w->width * N;
         int from = 0, to = w->width * N;
         while (from < to && !(K[from] > 0 || K[from] < 0)) ++from;
         while (from < to && !(K[to - 1] > 0 || K[to - 1] < 0)) --to;
         from /= N, to = (to + N - 1) / N;
+        for (int i = from * N; i < to * N; ++i) total[i % N] += K[i];
         for (int g = 0; g < envmapi_near_groups(s); ++g) {
             if (!(groups >> g & 1)) continue;
             size_t at = (size_t)g * s->count + row->first + (size_t)(w->x - row->from);
@@ -6525,6 +6540,8 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
             memcpy(w->sums[g], sums, sizeof sums);
         }
     }
+    for (int g = 0; g < envmapi_near_groups(s); ++g)
+        for (int n = 0; n < N && groups >> g & 1; ++n) w->norms[g][n] += (double)total[n];
 }
 
 /* ---- a slice */
@@ -6553,7 +6570,7 @@ static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t 
    mirror is its own image. */
 static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int n,
                              const envmapi_near_axes *axes, int rim) {
-    float *out[48], before[48][3];
+    float *out[48], before[48][3], lanes[16 * ENVMAPI_NEAR_BLOCKS];
     const envmapi_tail *tail = rim && s->axis.bilinear < 1 ? NULL : s->tail; /* the sum has it */
     int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
@@ -6562,73 +6579,76 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
         out[t] = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
         if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
+    for (int g = 0; g < envmapi_near_groups(s); ++g)
+        memcpy(lanes + 16 * g, w->sums[g] + n, 16 * sizeof *lanes);
     for (int t = 0; t < s->turn_count; ++t) {
-        float lanes[16];
         double sum[4];
-        memcpy(lanes, w->sums[t / 4] + n, sizeof lanes);
-        for (int c = 0; c < 4; ++c) sum[c] = (double)lanes[4 * (t % 4) + c];
-        for (int c = 0; c < 3 && s->exponent; ++c) sum[c] = ldexp(sum[c], s->exponent);
         if (rim)
             envmapi_near_reference(sum, s,
                                    (size_t)(out[t] - envmapi_image(&s->dst, 0, s->slice, 0)) / 3);
-        double norm = fixed ? s->norm / unit : sum[3] + beyond;
-        for (int c = 0; c < 3; ++c) {
+        for (int i = 3 * t, c = 0; c < 3; ++c, ++i) {
             double more = tail ? (double)before[t][c] : 0;
-            out[t][c] = envmapi_to_float(fixed ? more + sum[c] / norm
-                                               : (sum[c] + beyond * fmax(more, 0)) / norm);
+            double whole = rim ? sum[3] : w->norms[i / 16][n];
+            double light = rim ? sum[c] : (double)lanes[i];
+            if (s->exponent && !rim) light = ldexp(light, s->exponent);
+            light = fixed ? more + light * unit / s->norm
+                          : (light + beyond * fmax(more, 0)) / (whole + beyond);
+            out[t][c] = envmapi_to_float(light);
         }
     }
 }
 
 /* K of some axes, in an open window. */
 static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int axes) {
+    const envmapi_level *level = &s->axis.level;
     double share = s->axis.bilinear;
+    for (int i = 0; i < 2 && share > 0; ++i)
+        w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->middle, w->face, i);
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
     for (int n = 0; n < axes; ++n) {
         memcpy(w->a, w->axes[n], sizeof w->a);
         if (w->rim[n]) continue;
-        envmapi_window_frame(w->m, s->axis.level.mapping, w->face, w->a);
+        envmapi_window_frame(w->m, level->mapping, w->face, w->a);
         if (share > 0) envmapi_near_add(w, s, n, 0, share);
         if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
         if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
     }
 }
 
-/* K of the knots of a tile: one window's size holds what each of them sees. 0 where that is more
-   than there is room for. */
-static int envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
-                            const envmapi_near_tile *tile, envmapi_near_knots *knots, double far) {
-    int box[2][2] = {{1 << 20, -1}, {1 << 20, -1}};
-    w->knot = 1, knots->ready = -1;
-    for (int k = 0; k < 32; ++k) { /* the windows first, then K in them */
-        envmapi_near_axes one = {tile->face, tile->x + s->knot[k & 3],
-                                 tile->y + s->knot[k >> 2 & 3], 1};
-        int shift[2] = {(1 << 16) - one.x * s->ratio, (1 << 16) - one.y * s->ratio};
-        envmapi_near_aim(w, s, &one);
-        if (!envmapi_near_open(w, s, tile->face, far)) break;
-        int x = w->x + shift[0], y = w->y + shift[1];
-        if (k < 16) {
-            box[0][0] = x < box[0][0] ? x : box[0][0], box[1][0] = y < box[1][0] ? y : box[1][0];
-            if (x + w->width > box[0][1]) box[0][1] = x + w->width;
-            if (y + w->height > box[1][1]) box[1][1] = y + w->height;
-            continue;
-        }
-        if (k == 16) {
-            knots->x = box[0][0] - (1 << 16), knots->y = box[1][0] - (1 << 16);
-            knots->width = box[0][1] - box[0][0], knots->height = box[1][1] - box[1][0];
-            if (knots->width > ENVMAPI_NEAR_WIDE ||
-                (size_t)(knots->width * knots->height) > s->area)
-                break;
-        }
-        w->x = knots->x + one.x * s->ratio, w->y = knots->y + one.y * s->ratio;
-        w->width = knots->width, w->height = knots->height;
+/* Opens the window of one of a tile's knots; x, y: where a window alike about texel 0 begins. */
+static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_tile *tile, int knot, double far, int *x, int *y) {
+    envmapi_near_axes one = {tile->face, tile->x, tile->y, 1};
+    one.x += s->knot[knot & 3], one.y += s->knot[knot >> 2];
+    envmapi_near_aim(w, s, &one);
+    if (!envmapi_near_open(w, s, tile->face, far)) return 0;
+    *x = w->x - one.x * s->ratio, *y = w->y - one.y * s->ratio;
+    return 1;
+}
+
+/* K of the knots of a tile, in windows of one size; ready is -1 where there is no room. */
+static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_tile *tile, envmapi_near_knots *knots, double far) {
+    int x = 0, y = 0, right = INT_MIN, below = INT_MIN, open = 1;
+    w->knot = 1, knots->x = knots->y = INT_MAX;
+    for (int k = 0; k < 16 && open; ++k) {
+        open = envmapi_near_knot(w, s, tile, k, far, &x, &y);
+        knots->x = x < knots->x ? x : knots->x, knots->y = y < knots->y ? y : knots->y;
+        right = x + w->width > right ? x + w->width : right;
+        below = y + w->height > below ? y + w->height : below;
+    }
+    knots->width = right - knots->x, knots->height = below - knots->y;
+    size_t area = (size_t)(knots->width * knots->height);
+    knots->ready = open && knots->width <= ENVMAPI_NEAR_WIDE && area <= s->area ? 1 : -1;
+    for (int k = 0; k < 16 && knots->ready > 0; ++k) {
+        envmapi_near_knot(w, s, tile, k, far, &x, &y);
+        w->x += knots->x - x, w->width = knots->width;
+        w->y += knots->y - y, w->height = knots->height;
         envmapi_near_kernel(w, s, 1);
-        float *K = knots->K + (k - 16) * w->width * w->height;
-        for (int i = 0; i < w->width * w->height; ++i) K[i] = w->K[i * ENVMAPI_NEAR_AXES];
-        knots->ready = k == 31 ? 1 : knots->ready;
+        for (size_t i = 0; i < area; ++i)
+            knots->K[(size_t)k * area + i] = w->K[i * ENVMAPI_NEAR_AXES];
     }
     w->knot = 0;
-    return knots->ready > 0;
 }
 
 /* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
@@ -6662,17 +6682,27 @@ static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
     }
 }
 
-/* Is the open window one of whole texels of the axes' own face? */
-static int envmapi_near_inside(const envmapi_window *w, const envmapi_near *s) {
-    return w->x >= 0 && w->y >= 0 && w->x + w->width <= s->axis.level.width &&
-           w->y + w->height <= s->axis.level.edge;
+/* K of some axes in the open window: by the knots where all of it lies on the axes' own face. */
+static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
+                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                               envmapi_near_knots *knots) {
+    const envmapi_level *level = &s->axis.level;
+    int alike = s->ratio && w->part == axes->face && w->x >= 0 && w->y >= 0 &&
+                w->x + w->width <= level->width && w->y + w->height <= level->edge;
+    if (alike && !knots->ready) {
+        envmapi_near_tie(w, s, tile, knots, w->R);
+        envmapi_near_aim(w, s, axes);
+        envmapi_near_open(w, s, axes->face, w->R);
+    }
+    if (alike && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
+    else envmapi_near_kernel(w, s, axes->count);
 }
 
 /* Some axes: what they see of every part, farther under those turns that show a bright texel. */
 static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_tile *tile, const envmapi_near_axes *axes) {
     unsigned all = (1u << envmapi_near_groups(s)) - 1;
-    memset(w->sums, 0, sizeof w->sums);
+    memset(w->sums, 0, sizeof w->sums), memset(w->norms, 0, sizeof w->norms);
     envmapi_near_aim(w, s, axes);
     for (int n = 0; n < axes->count; ++n) w->rim[n] = envmapi_near_singular(s, w->axes[n]);
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
@@ -6682,17 +6712,7 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             if (far && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
             unsigned groups = far ? bright : all & ~bright;
             if (!groups) continue;
-            envmapi_near_knots *knots = w->knots + far;
-            if (s->ratio && part == axes->face && knots->ready >= 0 && envmapi_near_inside(w, s)) {
-                if (!knots->ready) {
-                    envmapi_near_tie(w, s, tile, knots, w->R);
-                    envmapi_near_aim(w, s, axes);
-                    envmapi_near_open(w, s, part, far ? s->R_bright : s->R);
-                }
-                if (knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
-            }
-            if (!(s->ratio && part == axes->face && knots->ready > 0 && envmapi_near_inside(w, s)))
-                envmapi_near_kernel(w, s, axes->count);
+            envmapi_near_weigh(w, s, tile, axes, w->knots + far);
             envmapi_near_apply(w, s, groups);
         }
     }
