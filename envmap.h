@@ -901,7 +901,7 @@ static void envmapi_run_all(const envmap_work *work, envmap_task *task, void *co
 
 /* Tasks share nothing and each result is summed in the same order however many there are, so one
    will do where there is one thread. */
-#define ENVMAPI_TASKS 16 /* <= 16: the bits of envmapi_transform.reach */
+#define ENVMAPI_TASKS 16
 static int envmapi_tasks(const envmap_work *work) { return work->executor.run ? ENVMAPI_TASKS : 1; }
 
 /* A part of the caller's progress, for one of several runs. */
@@ -3186,8 +3186,6 @@ typedef struct envmapi_rings {
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
     double *work;             /* a task's part: envmapi_rings_work */
-    unsigned short *reach;    /* the spreading tasks that each line of points concerns; NULL: one */
-    size_t line, lines;       /* lines of so many points; others follow */
 } envmapi_rings;
 
 /* The next M >= least, a multiple of 4 (so that blocks of 2 ring pairs are whole), for which
@@ -3629,29 +3627,12 @@ static int envmapi_spread_tasks(const envmapi_rings *r) {
     return tasks;
 }
 
-/* The spreading tasks that a line of points concerns, a bit each. */
-static unsigned short envmapi_reached(const envmapi_rings *r, const envmapi_point *points,
-                                      size_t count) {
-    int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
-    unsigned all = (1u << tasks) - 1, mask = 0;
-    for (size_t i = 0; i < count && mask < all; ++i)
-        for (int end = -2; end <= 3; end += 5) { /* the first k with k n/tasks > it, less one */
-            int k = envmapi_wrap(points[i].k + end, n);
-            mask |= 1u << (((k + 1) * tasks + n - 1) / n - 1);
-        }
-    return (unsigned short)mask;
-}
-
 static void envmapi_task_spread(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
     int from = n * task / tasks, to = n * (task + 1) / tasks;
-    size_t done = r->reach ? r->line * r->lines : 0;
     memset(r->G + (size_t)from * r->row, 0, (size_t)(to - from) * r->row * sizeof(double));
-    for (size_t i = 0; i < done; i += r->line)
-        if (r->reach[i / r->line] >> task & 1)
-            envmapi_rings_spread(r, r->points + i, r->values + 4 * i, r->line, from, to);
-    envmapi_rings_spread(r, r->points + done, r->values + 4 * done, r->count - done, from, to);
+    envmapi_rings_spread(r, r->points, r->values, r->count, from, to);
 }
 
 static void envmapi_task_interpolate(void *context, int task) {
@@ -4112,11 +4093,6 @@ static void envmapi_task_points(void *context, int y) {
         }
         first = next;
     }
-    for (int face = 0; face < grid->faces && t->rings.reach; ++face) {
-        size_t row = (size_t)face * (size_t)grid->height + (size_t)y;
-        t->rings.reach[row] = envmapi_reached(
-            &t->rings, t->rings.points + row * (size_t)grid->width, (size_t)grid->width);
-    }
 }
 
 /* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them. in:
@@ -4139,12 +4115,6 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
         envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_tasks(work),
                              done ? &done->rings : NULL, pool))
         return ENVMAP_ERROR_MEMORY;
-    t->rings.line = wide, t->rings.lines = (size_t)t->grid.faces * high;
-    if (t->rings.tasks > 1) { /* else all lines concern the one task */
-        t->rings.reach =
-            (unsigned short *)envmapi_pool_get(pool, t->rings.lines, sizeof *t->rings.reach);
-        if (!t->rings.reach) return ENVMAP_ERROR_MEMORY;
-    }
     t->v = t->u + width;
     envmapi_taps_fill(t->u, (int)width, t->grid.nu, &t->grid);
     envmapi_taps_fill(t->v, map->size, t->grid.nv, &t->grid);
@@ -4829,8 +4799,8 @@ static void envmapi_sh_moments_join(double M[4][4], const envmapi_sh_moments *m,
             turn[i / 4][i % 4] = envmapi_sh_turn(mapping, image, i / 4, i % 4);
         for (int i = 0; i < 16; ++i)
             for (int j = 0; j < 16; ++j)
-                M[j / 4][j % 4] += turn[i / 4][j / 4] * turn[i % 4][j % 4] *
-                                   m->of[image][c][i / 4][i % 4];
+                M[j / 4][j % 4] +=
+                    turn[i / 4][j / 4] * turn[i % 4][j % 4] * m->of[image][c][i / 4][i % 4];
     }
 }
 
@@ -4847,10 +4817,15 @@ static void envmapi_task_sh_nine(void *context, int task) {
             envmapi_sh_moments_add(&m, job, x, y);
     for (int c = 0; c < 3; ++c) {
         envmapi_sh_moments_join(M, &m, mapping, c);
-        const double Y[9] = {k0 * M[3][3], k1 * M[3][1], k1 * M[3][2],
-                             k1 * M[3][0], k2 * M[0][1], k2 * M[1][2],
+        const double Y[9] = {k0 * M[3][3],
+                             k1 * M[3][1],
+                             k1 * M[3][2],
+                             k1 * M[3][0],
+                             k2 * M[0][1],
+                             k2 * M[1][2],
                              sqrt(5.0) / 2 * k0 * (3 * M[2][2] - M[3][3]),
-                             k2 * M[0][2], k2 / 2 * (M[0][0] - M[1][1])};
+                             k2 * M[0][2],
+                             k2 / 2 * (M[0][0] - M[1][1])};
         for (int i = 0; i < bands * bands; ++i) sh[3 * i + c] = Y[i];
     }
 }
