@@ -2,7 +2,7 @@
    SPDX-License-Identifier: MIT */
 const $ = id => document.getElementById(id);
 const canvas = $('picture'), LEVELS = 6;
-const CHAIN = 2, MAP = 3, PFM = 0, HDR = 1, KTX2 = 2; /* as in web.c */
+const LIT = 1, CHAIN = 2, MAP = 3, PFM = 0, HDR = 1, KTX2 = 2; /* as in web.c */
 const state = {
   yaw: 0.45,
   pitch: 0.1,
@@ -349,7 +349,7 @@ function tried(ms, rms) {
   state.tried.delete(key); /* the last is the newest */
   state.tried.set(key, {ms, rms, method: number('method'), name});
 }
-/* The same text as `envmap sh sky.pfm --glsl`. */
+/* In the form of `envmap sh sky.pfm --glsl`, with the numbers of bake's manifest. */
 function glsl(packed) {
   const digits = v => String(Number(v.toPrecision(9)));
   const rows = Array.from(
@@ -461,7 +461,10 @@ function listen() {
   $('save-pfm').addEventListener('click', () => saveMap(PFM, 'pfm'));
   $('save-hdr').addEventListener('click', () => saveMap(HDR, 'hdr'));
   $('save-chain').addEventListener('click', () => worker.postMessage({
-    save: {kind: KTX2, map: CHAIN, level: 0, name: 'ggx.ktx2'}
+    save: {kind: KTX2, map: CHAIN, level: 0, name: 'specular.ktx2'}
+  }));
+  $('save-sky').addEventListener('click', () => worker.postMessage({
+    save: {kind: HDR, map: LIT, level: 0, name: 'environment.hdr'}
   }));
   $('save-sh').addEventListener('click', () => save(state.glsl, 'sh.glsl'));
   $('copy').addEventListener('click', async () => {

@@ -5,7 +5,7 @@
 The last line counts "N passed, N failed". Without a page or a Chromium it passes by and says so.
 FOLDER gets screenshots: light, dark, narrow. PICTURE.png is README's; nothing is tested then."""
 
-import functools, http.server, os, re, shutil, struct, subprocess, sys, tempfile, threading, time
+import functools, http.server, json, os, re, shutil, struct, subprocess, sys, tempfile, threading, time
 
 sys.dont_write_bytecode = True
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -487,12 +487,16 @@ LEVEL_ERRORS = (
 )
 
 
-def native(folder, compiler, *flags):
-    """native.c, compiled."""
+SCALAR = ("-O1", "-DENVMAP_NO_SIMD", "-ffp-contract=off", "-static")
+
+
+def native(folder, compiler, *flags, source=os.path.join(HERE, "native.c")):
+    """A program, compiled."""
     out = os.path.join(folder, compiler.replace("/", "_"))
-    include, source = os.path.join(HERE, "../.."), os.path.join(HERE, "native.c")
+    include = os.path.join(HERE, "../..")
+    libs = ("-lm", "-lpthread")
     subprocess.run(
-        [compiler, "-std=gnu99", *flags, "-I", include, source, "-o", out, "-lm"], check=True
+        [compiler, "-std=gnu99", *flags, "-I", include, source, "-o", out, *libs], check=True
     )
     return out
 
@@ -517,7 +521,7 @@ def scalar_is_native(page):
         print("  the native bits passed by: no musl-gcc here (Debian: musl-tools)")
         return
     with tempfile.TemporaryDirectory() as folder:
-        made = native(folder, "musl-gcc", "-O1", "-DENVMAP_NO_SIMD", "-ffp-contract=off", "-static")
+        made = native(folder, "musl-gcc", *SCALAR)
         bits = words(made)
     check(
         "scalar code has the bits of a native program", bits == [str(h) for h in page.run(HASHES)]
@@ -569,6 +573,92 @@ def files_are_taken_away(page):
         and saved["pfm"][1].startswith(b"PF\n")
         and saved["glsl"][1].startswith(b"// irradia"),
     )
+
+
+WHOLE_FILES = """(async () => {
+  const out = [], make = URL.createObjectURL, click = HTMLAnchorElement.prototype.click;
+  URL.createObjectURL = blob => { out.blob = blob; return 'data:,'; };
+  HTMLAnchorElement.prototype.click = function () { out.push(out.blob); };
+  for (const id of ['save-chain', 'save-sky']) $(id).click();
+  while (out.length < 2) await new Promise(done => setTimeout(done, 20));
+  URL.createObjectURL = make, HTMLAnchorElement.prototype.click = click;
+  const text = async blob => Array.from(new Uint8Array(await blob.arrayBuffer()),
+                                        b => b.toString(16).padStart(2, '0')).join('');
+  return [...await Promise.all(out.map(text)), state.glsl];
+})()"""
+
+
+def taken(page, url, sky):
+    """The chain, the sky and the nine numbers that the page gives for a file."""
+    load(page, url)
+    drop(page, sky)
+    page.wait(IDLE, 60)
+    chain, hdr_, glsl = page.run(WHOLE_FILES)
+    return bytes.fromhex(chain), bytes.fromhex(hdr_), glsl
+
+
+def halves_apart(one, two):
+    """Between files of equal heads: by how many steps halves differ at most, and how many do."""
+    count = len(one) // 2
+    numbers = [struct.unpack(f"<{count}H", file[: 2 * count]) for file in (one, two)]
+    steps = [abs(a - b) for a, b in zip(*numbers)]
+    return max(steps), sum(map(bool, steps)) / count
+
+
+def glsl_error(text, manifest):
+    """The seven vec4 against the polynomial that the manifest's coefficients are."""
+    s = [[row[c] for row in manifest["harmonics"]["irradiance_over_pi"]] for c in range(3)]
+    y0, y1, y2, y3, y4 = 0.28209479, 0.48860251, 1.09254843, 0.31539157, 0.54627422
+    want = [v for a in s for v in (y1 * a[3], y1 * a[1], y1 * a[2], y0 * a[0] - y3 * a[6])]
+    want += [v for a in s for v in (y2 * a[4], y2 * a[5], 3 * y3 * a[6], y2 * a[7])]
+    want += [y4 * a[8] for a in s]
+    got = [float(v) for row in re.findall(r"vec4\((.*?)\)", text)[:7] for v in row.split(", ")]
+    return max(abs(a - b) for a, b in zip(got, want)) / max(map(abs, want)), len(got)
+
+
+def what_is_taken_away_is_what_bake_writes(page, url, tool):
+    """Byte for byte without SIMD and with one libm; else to a step of a half."""
+    with tempfile.TemporaryDirectory() as folder:
+        sky, out = os.path.join(folder, "sky.pfm"), os.path.join(folder, "out")
+        subprocess.run([tool, "generate", "sun", sky, "--size", "64"], check=True)
+        with open(sky, "rb") as file:
+            data = file.read()
+
+        def baked(program):
+            for engine, name in (("opengl", "specular.ktx2"), ("three", "environment.hdr")):
+                words(program, "bake", sky, out, "--for", engine, "--size", "32", "--levels", "6")
+                with open(os.path.join(out, name), "rb") as file:
+                    yield file.read()
+
+        chain, environment, glsl = taken(page, url, data)
+        own, picture_ = baked(tool)
+        steps, share = halves_apart(chain, own)
+        check(
+            "SIMD: the chain is bake's to a step of a half in one of 100 numbers",
+            len(chain) == len(own) and steps <= 1 and share < 0.01,
+            f"{steps} steps, {100 * share:.2f} %",
+        )
+        check("the sky is bake's environment.hdr, byte for byte", environment == picture_)
+        words(tool, "bake", sky, out, "--for", "opengl", "--size", "8")
+        with open(os.path.join(out, "manifest.json"), encoding="utf-8") as file:
+            error, count = glsl_error(glsl, json.load(file))
+        check(
+            "the nine numbers are those of bake's manifest",
+            error < 1e-6 and count == 28,
+            f"{error:.1e}",
+        )
+        if not shutil.which("musl-gcc"):
+            print("  the same bytes passed by: no musl-gcc here (Debian: musl-tools)")
+            return
+        source = os.path.join(HERE, "../../examples/tool/envmap.c")
+        made = native(folder, "musl-gcc", *SCALAR, source=source)
+        own, picture_ = baked(made)
+        chain, environment, _ = taken(page, url + "?scalar", data)
+        check(
+            "scalar: chain and sky are bake's, byte for byte",
+            chain == own and environment == picture_,
+            f"{len(chain)} and {len(environment)} bytes",
+        )
 
 
 def without(page, url, script, name, text):
@@ -743,6 +833,7 @@ def main(path, folder=None):
     )
     build_names_what_is_missing()
     server, url = serve(path)
+    tool = os.path.join(os.path.dirname(os.path.abspath(path)), "envmap")
     page = browser.Browser(chromium)
     try:
         check("a picture comes", bool(load(page, url)))
@@ -762,6 +853,7 @@ def main(path, folder=None):
         a_slow_method_can_be_left(page)
         files_are_dropped(page)
         files_are_taken_away(page)
+        what_is_taken_away_is_what_bake_writes(page, url, tool)
         memory_stops_growing(page)
         simd_is_scalar(page, url)
         what_is_missing_is_named(page, url)
