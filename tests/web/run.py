@@ -13,7 +13,7 @@ sys.path.insert(0, HERE)
 import browser
 
 IDLE = "typeof state === 'object' && state.idle === true"
-MOST_BYTES, MOST_SECONDS = 500_000, 1.0
+MOST_BYTES, MOST_SECONDS, MOST_RATIO = 500_000, 1.0, 2.5
 counts = [0, 0]
 
 
@@ -349,6 +349,65 @@ def hdr(width, height):
     ) * (width * height)
 
 
+DROPPED = """(async () => {
+  const answers_ = {...answers}, seen = {}, start = performance.now();
+  for (const type of ['nine', 'level'])
+    answers[type] = data => {
+      answers_[type](data);
+      seen[type === 'nine' ? type : `level ${data.level}`] ??= performance.now() - start;
+    };
+  const rgb = new Float32Array(3 * 512 * 256);
+  for (let i = 0; i < rgb.length; i++) rgb[i] = 1 + Math.sin(state.wishes + i % 1537 / 240);
+  const files = new DataTransfer();
+  files.items.add(new File(['PF\\n512 256\\n-1\\n', rgb], 'sky.pfm'));
+  dispatchEvent(new DragEvent('drop', {dataTransfer: files, cancelable: true}));
+  while (!seen['level 0'] && performance.now() < start + 60000)
+    await new Promise(go => setTimeout(go, 5));
+  Object.assign(answers, answers_);
+  return Object.entries(seen);
+})()"""
+# What a worker does between a file and its widest level, in the page itself.
+FIRST_LEVEL = """(() => {
+  const e = module, at = e.web_buffer(file.length);
+  new Uint8Array(e.memory.buffer, at, file.length).set(file);
+  const failed = e.web_open_pfm(at, file.length) || e.web_diffuse(1, 0, 1, 0, 0) ||
+      e.web_create(2, 0, 128, 6, 1) || e.web_light(0, 1, 0, 0) || e.web_prepare(0.16, 1e-3) ||
+      e.web_filter(2, 5, 3, 1, 0, 1e-3);
+  e.web_release(at);
+  return failed;
+})()"""
+
+
+def a_dropped_sky_comes_wide_levels_first(page):
+    """512 x 256; the time of the processor decides, as others use the machine."""
+    seen = []
+    for _ in range(5):
+        seen.append(page.run(DROPPED))
+        page.wait(IDLE, 60)
+    order = ["nine", "level 5", "level 4", "level 3", "level 2", "level 1", "level 0"]
+    best = min(seen, key=lambda s: s[1][1])
+    check(
+        "of a dropped sky diffuse light comes first, then levels, the widest first",
+        all([name for name, _ in s] == order for s in seen),
+        ", ".join(f"{name} {ms:.0f} ms" for name, ms in best),
+    )
+    page.call("Performance.enable", timeDomain="threadTicks")
+    page.run(
+        "(async () => {"
+        + MODULE
+        + """[window.module] = await start('module-simd');
+        window.file = new Uint8Array(14 + 12 * 512 * 256).fill(63);
+        file.set(new TextEncoder().encode('PF\\n512 256\\n-1\\n')); })()"""
+    )
+    least = min(thread_ms(page, FIRST_LEVEL) for _ in range(8))
+    page.call("Performance.disable")
+    check(
+        "from a file to its widest level is less than two frames' time",
+        page.run(FIRST_LEVEL) == 0 and 0 < least <= 1000 / 30,
+        f"{least:.0f} ms of the processor",
+    )
+
+
 def files_are_dropped(page):
     check("a PFM is dropped", drop(page, pfm(32, 16)) == "")
     page.wait(IDLE)
@@ -455,15 +514,10 @@ SPEED = (
     "(async () => {"
     + MODULE
     + """
-  const [e] = await start('module-simd'), times = [];
+  const [e] = await start('module-simd');
   e.web_scene(2, 256, 1), e.web_light(0, 1, 0, 2), e.web_prepare(0.16, 1e-3);
   e.web_create(2, 0, 128, 6, 1);
-  for (let i = 0; i < 9; i++) {
-    const start = performance.now();
-    chain(e);
-    times.push(performance.now() - start);
-  }
-  return Math.min(...times);
+  window.timed = () => chain(e);
 })()"""
 )
 FLOORS = (
@@ -528,20 +582,36 @@ def scalar_is_native(page):
     )
 
 
+def thread_ms(page, code):
+    """Of the processor, that the page's own thread spends on it."""
+
+    def spent():
+        metrics = page.call("Performance.getMetrics")["metrics"]
+        return 1e3 * next(m["value"] for m in metrics if m["name"] == "ThreadTime")
+
+    before = spent()
+    page.run(code)
+    return spent() - before
+
+
 def simd_is_a_third_as_fast_as_native(page):
-    """The best of nine, by turns, as others use the machine."""
+    """Time of the processor, by turns, the least of each: others use the machine. MOST_RATIO is
+    below the 3 that is promised, so that what grows is seen before it is too much."""
     page.wait("state.fine === 2", 60)
+    page.call("Performance.enable", timeDomain="threadTicks")
+    page.run(SPEED)
+    tab, own = [], []
     with tempfile.TemporaryDirectory() as folder:
         made = native(folder, os.environ.get("CC", "cc"), "-O2")
-        ratios = []
-        for _ in range(3):
-            tab, own = page.run(SPEED), float(words(made, "time")[0])
-            ratios.append((tab / own, tab, own))
-    ratio, tab, own = min(ratios)
+        for _ in range(8):
+            tab += [thread_ms(page, "timed(), 0") for _ in range(3)]
+            own.append(float(words(made, "time")[0]))
+    page.call("Performance.disable")
+    tab, own = min(tab), min(own)
     check(
-        "a GGX chain of a 128 x 128 cube takes no more than thrice the native time",
-        ratio <= 3,
-        f"{tab:.0f} ms, native {own:.0f} ms, ratio {ratio:.2f}",
+        f"a GGX chain of a 128 x 128 cube takes no more than {MOST_RATIO} native times",
+        0 < tab <= MOST_RATIO * own,
+        f"{tab:.1f} ms, native {own:.1f} ms of the processor, ratio {tab / own:.2f}",
     )
 
 
@@ -715,6 +785,8 @@ def the_object_turns_where_motion_is_welcome(page, url):
         page.wait("typeof state === 'object' && state.first", 60)
         before = page.run("number('spin')")
         time.sleep(1)
+        if motion != "reduce":
+            page.wait(f"number('spin') !== {before}", 20)
         angles.append(abs(page.run("number('spin')") - before))
     check(
         "the object turns, but not where less motion is asked for",
@@ -852,6 +924,7 @@ def main(path, folder=None):
         the_sun_by_itself_is_the_filters_sun(page)
         a_slow_method_can_be_left(page)
         files_are_dropped(page)
+        a_dropped_sky_comes_wide_levels_first(page)
         files_are_taken_away(page)
         what_is_taken_away_is_what_bake_writes(page, url, tool)
         memory_stops_growing(page)
