@@ -290,8 +290,8 @@ static envmap_result web_by(envmap *dst, const envmap *src, const envmap_lobe *l
     return envmap_filter(dst, src, lobe, &desc);
 }
 
-/* Level `level` of a map = LIT (or SKY) filtered; the mirror and levels that the method refuses: see the
-   result. The map stays as it was when that is not 0. */
+/* Level `level` of a map = LIT (or SKY) filtered; the mirror and levels that the method refuses: see
+   the result. The map stays as it was when that is not 0. */
 WEB_CALL(web_filter)
 int web_filter(int map, int level, int kind, float value, int method, float tolerance) {
     envmap *to = web_maps + map, dst = {0};

@@ -5,7 +5,8 @@
 The last line counts "N passed, N failed". Without a page or a Chromium it passes by and says so.
 FOLDER gets screenshots: light, dark, narrow. PICTURE.png is README's; nothing is tested then."""
 
-import functools, http.server, json, os, re, shutil, struct, subprocess, sys, tempfile, threading, time
+import functools, http.server, json, os, re, shutil, struct, subprocess, sys, tempfile, threading
+import time
 
 sys.dont_write_bytecode = True
 HERE = os.path.dirname(os.path.abspath(__file__))
