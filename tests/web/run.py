@@ -755,6 +755,14 @@ def what_is_missing_is_named(page, url):
         "without WebGL2 the CPU draws",
         "No WebGL2",
     )
+    shape = page.run("canvas.width / canvas.height / (canvas.clientWidth / canvas.clientHeight)")
+    before = page.run("canvas.toDataURL()")
+    set_control(page, "exposure", 2)
+    check(
+        "the CPU's ball is round, and controls change it",
+        abs(shape - 1) < 0.02 and page.wait(f"canvas.toDataURL() !== '{before}'", 60),
+        f"{shape:.3f}",
+    )
     without(
         page,
         url,
