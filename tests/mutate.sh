@@ -5,7 +5,7 @@
 # less, a term dropped, a condition turned), runs the tests of the room that it fell into, and does so
 # COUNT times. A fault that no test notices survives, and is listed. Faults that do not compile do
 # not count, nor do comments. The bodies are compiled once a fault, as the tests' shared object; only
-# tests of private functions are compiled again. CC, CFLAGS (-O1), LIMIT (processor
+# tests of private functions are compiled again, with what they use. CC, CFLAGS (-O1), LIMIT (processor
 # seconds a test may take, 120).
 cd "$(dirname "$0")/.." || exit 1
 dir=$1 count=$2 seed=${3:-1} room=${4:-}
@@ -76,7 +76,8 @@ ready() { # TEST
 
 build() { # TEST: $dir/test, with the fault in it
     if grep -q 'define ENVMAP_IMPLEMENTATION$' "tests/test_$1.c"; then
-        $cc -I"$dir/src" -I. -Itests "tests/test_$1.c" -o "$dir/test" -lm -lpthread
+        $cc -I"$dir/src" -I. -Itests -DTEST_SHARED "tests/test_$1.c" "$dir/oracle.o" -o "$dir/test" \
+            -lm -lpthread
     else
         ready "$1" && $cc "$dir/$1.o" "$dir/oracle.o" -o "$dir/test" -lm -lpthread
     fi
