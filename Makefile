@@ -66,7 +66,7 @@ MAP       =
 
 LONG    =
 TARGETS =
-.PHONY: help all demo test search check strict sanitize tsan analyze mutate coverage targets valgrind \
+.PHONY: help all demo test search check strict sanitize tsan analyze mutate coverage targets limits valgrind \
         fuzz $(MEASURE) bench-baseline size docs-check docs-test examples docs gallery web test-web test-three \
         install clean FORCE
 .DEFAULT_GOAL = help
@@ -134,6 +134,10 @@ coverage: ## lines and branches of envmap.h that the quick tests take (gcov), an
 	else \
 	    echo "coverage passed by: no gcov here (Debian: gcc)"; \
 	fi
+
+EDGE = 8192
+limits: $(BUILD)/envmap ## the tool on the largest maps, EDGE=8192: time and peak memory; 8 GB of disk
+	@sh tests/limits.sh $(BUILD)/envmap $(BUILD)/limits $(EDGE)
 
 targets: ## the tests as other compilers, flags and machines see them: docs/targets.md; LONG=1 runs more
 	@LONG='$(LONG)' sh tests/targets.sh $(if $(TARGETS),$(TARGETS),-o docs/targets.md)
@@ -279,8 +283,8 @@ $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(SHARED) $(BUILD)/flags
 	    $(if $(filter $<,$(PRIVATE)),-isystem .) -DTEST_SHARED $(SHARED)) $< -o $@ $(LIBS)
 
 $(BUILD)/tests/test_gl $(BUILD)/tests/test_shaders: $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(HELPERS) $(SHARED) $(BUILD)/flags
-	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) \
-	    $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) -DTEST_ROOT='"$(CURDIR)"' \
+	    $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
 
 $(BUILD)/tests/test_tool_%: test_tool_%.c envmap.h $(TEST_HELPERS) $(HELPERS) $(SHARED) $(BUILD)/envmap $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(EXRFLAGS) -I. -Itests \
