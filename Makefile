@@ -136,7 +136,7 @@ coverage: ## lines and branches of envmap.h that the quick tests take (gcov), an
 	fi
 
 EDGE = 8192
-limits: $(BUILD)/envmap ## the tool on the largest maps, EDGE=8192: time and peak memory; 8 GB of disk
+limits: $(BUILD)/envmap ## the tool on the largest maps, EDGE=8192: time and peak memory
 	@sh tests/limits.sh $(BUILD)/envmap $(BUILD)/limits $(EDGE)
 
 targets: ## the tests as other compilers, flags and machines see them: docs/targets.md; LONG=1 runs more
