@@ -287,8 +287,16 @@ static void few_pairs_of_a_sharp_lobe_are_integrated(void) {
     envmap_free(&src), envmap_free(&dst);
 }
 
+static void squared_sines_have_a_floats_digits(void) {
+    double worst = 0;
+    for (int i = -700; i <= 700; ++i)
+        worst = fmax(worst, fabs(envmapi_sine_square(0.01 * i) - pow(sin(0.01 * i), 2)));
+    FIGURE("sin^2 off by", worst, 2e-7);
+}
+
 int main(void) {
     (void)work_draw, (void)work_simplify; /* the search's */
+    RUN(squared_sines_have_a_floats_digits);
     RUN(turns_take_texels_to_texels);
     RUN(few_pairs_of_a_sharp_lobe_are_integrated);
     RUN(a_cube_of_noise_keeps_the_tolerance);
