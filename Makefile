@@ -189,7 +189,7 @@ harmonics: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## what few coefficients c
 materials: ARGS = $(DOCS) ## every reflection model beside eq. 1: docs/materials.md
 methods: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## the approximations of examples/methods/: docs/methods.md; MAP prints
 papers: ARGS = $(DOCS) ## the papers' figures that need no OpenGL: docs/papers-drawn.md
-peers: ARGS = $(DOCS) ## beside engines' loop of 1024 samples, CMGEN=path CMFT=path: docs/peers.md
+peers: ARGS = $(DOCS) ## beside what engines do, CMGEN= CMFT= IBLSAMPLER= THREE=path: docs/peers.md
 plan: ARGS = $(DOCS) ## what envmap_filter_plan expects, held against what happens: docs/plan.md
 pyramid: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## a chain from the source, from levels, from differences: docs/pyramids.md; MAP prints
 stability: ARGS = $(DOCS) ## where methods fail: docs/stability.md
