@@ -5296,9 +5296,9 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
                    within 12 texels or 8 sigma, by Gauss-Legendre on patches that end where it has
-                   kinks; in polar coordinates about a for sphere and angular maps. What a
-                   lobe has beyond (the tail of GGX) is smooth at a texel's scale and stays a sum
-                   over texels.
+                   kinks; in polar coordinates about a for sphere and angular maps and lobes
+                   with edges. What a lobe has beyond (the tail of GGX) is smooth at a texel's
+                   scale and stays a sum over texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
    tuned; they are the definition.
@@ -5592,8 +5592,8 @@ static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
 }
 
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
-   thin where all of a rim's texels meet: rings, eight or more in two texels, of eight points a
-   texel. */
+   thin where all of a rim's texels meet, or against a lobe with edges, which are circles about a:
+   rings, eight or more in two texels, of eight points a texel. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
     const double *a = axis->a;
@@ -5621,7 +5621,8 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
 /* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     envmapi_patch patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
-    if (axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR) {
+    int edges = axis->lobe->kind >= ENVMAP_LOBE_BANKS && axis->kink_count > 0;
+    if (edges || axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR) {
         envmapi_axis_polar(axis, share, reach);
         return;
     }
