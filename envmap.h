@@ -5208,15 +5208,17 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
    the texel while the lobe is wide: sigma >= 2 mean texels. Below that each texel is spread by a
    tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
-       t = 1       the spread texels are the bilinear radiance. Its integral against k is taken in
-                   polar coordinates about a, within 12 texels or 8 sigma. What a lobe has beyond
-                   (the tail of GGX) is smooth at a texel's scale and stays a sum over texels.
+       t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
+                   within 12 texels or 8 sigma, by Gauss-Legendre on patches that end where it has
+                   kinks; in polar coordinates about a for sphere and angular maps and lobes
+                   with edges. What a lobe has beyond (the tail of GGX) is smooth at a texel's
+                   scale and stays a sum over texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
    tuned; they are the definition.
        l_i, w_i, L_i w_i           envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
-       the bilinear radiance       envmapi_axis_polar
+       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
    Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
@@ -5319,7 +5321,10 @@ typedef struct envmapi_axis {
     double from, to;    /* support of the lobe, rad (envmap_lobe_support) */
     double texel, tent; /* side of the mean texel, rad; t of the card */
     double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
-    double reach;       /* rad: up to here the lobe may be sharp */
+    double sigma, reach; /* rad: of the lobe; up to here it may be sharp */
+    int curves, kink_count; /* parts of a patch; kinks of the lobe */
+    double kinks[ENVMAPI_KINKS];
+    double gauss[7][6][2]; /* node and weight of rules of 2 .. 6 */
     double sum[4];      /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
 } envmapi_axis;
 
@@ -5379,20 +5384,130 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
     }
 }
 
+/* A part of a face's quadrant: (p,q) = (|2u - 1| width, |2v - 1| edge), whole numbers on the edges
+   of texels and on the lines through their centres. */
+typedef struct envmapi_patch {
+    double share, reach, from[2], to[2];
+    int face, quadrant;
+} envmapi_patch;
+
+/* (p,q) to (u,v) and the direction there. */
+static void envmapi_patch_at(double uv[2], double d[3], const envmapi_axis *axis,
+                             const envmapi_patch *patch, double p, double q) {
+    uv[0] = 0.5 + (patch->quadrant & 1 ? 0.5 : -0.5) * p / axis->level.width;
+    uv[1] = 0.5 + (patch->quadrant & 2 ? 0.5 : -0.5) * q / axis->level.edge;
+    envmapi_direction(d, axis->level.mapping, patch->face, uv[0], uv[1]);
+}
+
+/* Adds k times the bilinear radiance there. */
+static void envmapi_patch_node(envmapi_axis *axis, const envmapi_patch *patch, double p, double q,
+                               double weight) {
+    double uv[2], d[3];
+    envmapi_patch_at(uv, d, axis, patch, p, q);
+    double x = envmapi_dot(axis->a, d), k = envmapi_k(axis->lobe, x, axis->p);
+    if (axis->to > patch->reach)
+        k *= 1 - envmapi_smooth_step(envmapi_acos(x), patch->reach / 2, patch->reach);
+    k *= weight * patch->share * envmapi_density(axis->level.mapping, uv[0], uv[1]);
+    if (k >= 0 && k <= 0) return;
+    if (axis->level.mapping == ENVMAP_PARABOLOID) envmapi_add_lookup(axis->sum, &axis->level, d, k);
+    else envmapi_add_bilinear(axis->sum, &axis->level, patch->face, uv[0], uv[1], k);
+    axis->sum[3] += k;
+}
+
+/* Where integrands have kinks off the lines: q at p on curve i, from the inside out. That is an
+   octahedral map's horizon; where paraboloids begin to blend, and their rim, beyond which the other
+   face goes on. */
+static double envmapi_patch_curve(const envmapi_level *level, int i, double p) {
+    int mapping = level->mapping, n = level->edge;
+    if (i < 0) return -1;
+    if (mapping == ENVMAP_OCTAHEDRAL && !i) return n - p;
+    if (mapping != ENVMAP_PARABOLOID) return 1e9;
+    double r = i ? n : n - 1;
+    return r > p ? sqrt((r - p) * (r + p)) : 0;
+}
+
+/* Adds what lies between curve - 1 and curve, with so many nodes along p and q. The outer
+   coordinate is the one along which the curves are flatter; its range is cut where a curve enters
+   or leaves the patch. */
+static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, int curve,
+                              const int nodes[2]) {
+    const envmapi_level *level = &axis->level;
+    int outer = patch->from[0] > patch->from[1], inner = !outer;
+    double p[2], end[6] = {patch->from[outer], 0, 0, 0, 0, patch->to[outer]}, swap;
+    double unit = 0.25 / level->width / level->edge; /* du dv over dp dq */
+    for (int i = 0; i < 4; ++i)
+        end[1 + i] = envmapi_patch_curve(level, curve - 1 + (i >> 1),
+                                         i & 1 ? patch->from[inner] : patch->to[inner]);
+    if (end[2] > end[3]) swap = end[2], end[2] = end[3], end[3] = swap;
+    for (int i = 1; i < 5; ++i) end[i] = envmapi_clamp(end[i], end[0], end[5]);
+    for (int i = 0; i < 5 * nodes[outer]; ++i) {
+        double from = end[i / nodes[outer]], to = end[i / nodes[outer] + 1];
+        const double *g = axis->gauss[nodes[outer]][i % nodes[outer]];
+        p[outer] = (from + to + g[0] * (to - from)) / 2;
+        double low = fmax(patch->from[inner], envmapi_patch_curve(level, curve - 1, p[outer]));
+        double high = fmin(patch->to[inner], envmapi_patch_curve(level, curve, p[outer]));
+        if (!(from < to && low < high)) continue;
+        for (int j = 0; j < nodes[inner]; ++j) {
+            const double *h = axis->gauss[nodes[inner]][j];
+            double weight = unit * g[1] * h[1] * (to - from) * (high - low) / 4;
+            p[inner] = (low + high + h[0] * (high - low)) / 2;
+            envmapi_patch_node(axis, patch, p[0], p[1], weight);
+        }
+    }
+}
+
+/* Adds a patch. It is halved until it lies between lines and six nodes a side suffice: for 0.9
+   sigma, or 0.45 of the distance where a lobe falls from its axis; for an eighth of that across a
+   kink of the lobe. Off by less than 1e-6; near paraboloids' rims, where the other face's lines are
+   no lines here, by 1e-5. */
+static void envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch) {
+    double corner[4][3], middle[3], uv[2], radius = 0, length[2], size[2];
+    for (int i = 0; i < 4; ++i)
+        envmapi_patch_at(uv, corner[i], axis, patch, i & 1 ? patch->to[0] : patch->from[0],
+                         i & 2 ? patch->to[1] : patch->from[1]);
+    envmapi_patch_at(uv, middle, axis, patch, (patch->from[0] + patch->to[0]) / 2,
+                     (patch->from[1] + patch->to[1]) / 2);
+    for (int i = 0; i < 4; ++i) radius = fmax(radius, 1.1 * envmapi_angle(middle, corner[i]));
+    double away = envmapi_angle(axis->a, middle), scale = axis->sigma, finer = 1;
+    if (away - radius > fmin(patch->reach, axis->to) || away + radius < axis->from) return;
+    if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
+    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
+    for (int i = 0; i < axis->kink_count; ++i)
+        if (fabs(away - axis->kinks[i]) < radius) finer = 8;
+    if (axis->level.mapping == ENVMAP_PARABOLOID && axis->level.edge > 1 && finer < 3 &&
+        hypot(patch->to[0], patch->to[1]) > axis->level.edge - 1)
+        finer = 3; /* the other face's lines */
+    int nodes[2], whole = 1;
+    for (int i = 0; i < 2; ++i) {
+        length[i] = fmax(envmapi_angle(corner[0], corner[i ? 2 : 1]),
+                         envmapi_angle(corner[3], corner[i ? 1 : 2]));
+        nodes[i] = (int)fmin(1.5 + 5 * finer * length[i] / fmin(scale, 1), 100);
+        size[i] = patch->to[i] - patch->from[i];
+        if (size[i] > 1) whole = 0;
+    }
+    if (whole && nodes[0] <= 5 && nodes[1] <= 5) {
+        ++nodes[0], ++nodes[1];
+        for (int i = 0; i < axis->curves; ++i) envmapi_patch_sum(axis, patch, i, nodes);
+        return;
+    }
+    envmapi_patch half[2] = {*patch, *patch};
+    int cut = whole ? length[1] > length[0] : size[1] > size[0];
+    half[0].to[cut] = half[1].from[cut] =
+        patch->from[cut] + (whole ? size[cut] / 2 : floor((size[cut] + 1) / 2));
+    envmapi_patch_add(axis, half), envmapi_patch_add(axis, half + 1);
+}
+
 /* How narrow texels are, over the mean, where the circle of angle theta about the axis comes
-   closest to the point at which all texels of a row or of a rim meet. */
+   closest to the point at which all texels of a rim meet. */
 static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
-    double y = fabs(axis->a[1]), z = axis->a[2];
-    double x = axis->level.mapping == ENVMAP_LATLONG   ? y
-               : axis->level.mapping == ENVMAP_SPHERE  ? -z
-               : axis->level.mapping == ENVMAP_ANGULAR ? z
-                                                       : 0;
+    double x = axis->level.mapping == ENVMAP_SPHERE ? -axis->a[2] : axis->a[2];
     double apart = fabs(envmapi_acos(x) - theta);
     return apart < ENVMAPI_PI / 2 ? sin(apart) + 1e-9 : 1;
 }
 
-/* Adds the bilinear radiance around a, times `share`, out to about `reach`: rings, eight or more in
-   two texels, of eight points a texel. */
+/* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
+   thin where all of a rim's texels meet, or against a lobe with edges, which are circles about a:
+   rings, eight or more in two texels, of eight points a texel. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
     const double *a = axis->a;
@@ -5417,11 +5532,26 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     }
 }
 
+/* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
+static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
+    envmapi_patch patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
+    int edges = axis->lobe->kind >= ENVMAP_LOBE_BANKS && axis->kink_count > 0;
+    if (edges || axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR) {
+        envmapi_axis_polar(axis, share, reach);
+        return;
+    }
+    patch.to[0] = axis->level.width, patch.to[1] = axis->level.edge;
+    for (int i = 0; i < 4 * envmap_faces(axis->level.mapping); ++i) {
+        patch.face = i / 4, patch.quadrant = i % 4;
+        envmapi_patch_add(axis, &patch);
+    }
+}
+
 static void envmapi_axis_filter(envmapi_axis *axis, const void *method) {
     (void)method;
     if (axis->bilinear < 1) envmapi_axis_sum(axis, 1 - axis->bilinear, 0);
     if (!(axis->bilinear > 0)) return;
-    envmapi_axis_polar(axis, axis->bilinear, axis->reach);
+    envmapi_axis_integral(axis, axis->bilinear, axis->reach);
     if (axis->to > axis->reach) envmapi_axis_sum(axis, axis->bilinear, 1);
 }
 
@@ -5440,13 +5570,18 @@ typedef struct envmapi_axes {
 static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
     axis->p = envmapi_slice_p(axis->lobe, slice, slices);
-    double sigma = envmap_lobe_sigma(axis->lobe, axis->p);
+    axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
     axis->texel = envmapi_texel_extent(src);
-    axis->tent = envmapi_clamp(2 - sigma / axis->texel, 0, 1);
+    axis->tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
-    axis->reach = fmax(12 * axis->texel, 8 * sigma);
+    axis->reach = fmax(12 * axis->texel, 8 * axis->sigma);
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
+    axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
+    axis->curves = src->mapping == ENVMAP_PARABOLOID || src->mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
+    for (int n = 2; n < 7; ++n)
+        for (int i = 0; i < n; ++i)
+            axis->gauss[n][i][1] = envmapi_gauss_many(&axis->gauss[n][i][0], i, n);
 }
 
 static void envmapi_axes_row(void *context, int task) {
@@ -5726,7 +5861,7 @@ static void envmapi_hier_filter(envmapi_axis *axis, const void *method) {
         envmapi_hier_visit(&mean, h, axis, h->tree.last, face);
     if (fabs(axis->sum[3]) > 1e-100 * h->peak) return;
     memset(axis->sum, 0, sizeof axis->sum); /* no sample of the lobe fell on a texel */
-    envmapi_axis_polar(axis, 1, axis->to);
+    envmapi_axis_integral(axis, 1, axis->to);
 }
 
 static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
@@ -6475,7 +6610,7 @@ static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t 
     int width = envmapi_width(s->dst.mapping, s->dst.size), row = (int)(texel / (size_t)width);
     envmapi_texel_direction(axis.a, s->dst.mapping, row / s->dst.size, s->dst.size,
                             (int)(texel % (size_t)width), row % s->dst.size);
-    if (s->tail && axis.bilinear >= 1) envmapi_axis_polar(&axis, 1, axis.reach);
+    if (s->tail && axis.bilinear >= 1) envmapi_axis_integral(&axis, 1, axis.reach);
     else envmapi_axis_filter(&axis, NULL);
     memcpy(sum, axis.sum, sizeof axis.sum);
 }
@@ -8076,10 +8211,9 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
     return 1;
 }
 
-/* Where pairs of texels are few, the definition is the fastest method too, and exact while it is a
-   sum over texels. Its integral of the bilinear radiance is some percent off where little light
-   comes from; near's is not (few_pairs_of_a_sharp_lobe_are_integrated), but for maps with rims.
-   GGX's tail would go through FAST, for which few texels are too coarse. */
+/* Where pairs of texels are few, the definition is the fastest method too while it is a sum over
+   texels. Its integral of the bilinear radiance takes longer than near's, which serves all maps but
+   those with rims. GGX's tail would go through FAST, for which few texels are too coarse. */
 static int envmapi_few_pairs(const envmap *dst, const envmap *src, const envmap_lobe *lobe) {
     double floats = (double)envmapi_slice_floats(dst, 0) * (double)envmapi_slice_floats(src, 0);
     int summed = lobe->kind == ENVMAP_LOBE_GGX || envmapi_is_disc(src->mapping) ||
