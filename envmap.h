@@ -6213,7 +6213,7 @@ typedef struct envmapi_near {
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
-    double piece, gauss[5][6][2];      /* pieces over ENVMAPI_PIECES; nodes and weights of 2 .. 6 */
+    double piece;                      /* pieces over ENVMAPI_PIECES */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
@@ -6367,7 +6367,7 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
                                  s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
-                                 s->gauss);
+                                 s->axis.gauss + 2);
 }
 
 /* ---- K */
@@ -6989,9 +6989,6 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (!s->tail) s->R = envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
     if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
-    for (int k = 0; k < 5; ++k)
-        for (int i = 0; i < k + 2; ++i)
-            s->gauss[k][i][1] = envmapi_gauss_many(&s->gauss[k][i][0], i, k + 2);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);
