@@ -819,6 +819,29 @@ static void files_are_written_by_their_ending(void) {
     check_tool("convert @kind.pfm @out.jpg", 1, "end it in");
 }
 
+/* Every file of an octahedral map can have a border; what has none is told so. */
+static void octahedral_maps_get_a_border_where_asked(void) {
+    static const char *const commands[] = {"generate labels @b.pfm", "convert @kind.pfm @b.pfm",
+                                           "filter @kind.pfm @b.pfm --lobe phong"};
+    char line[256];
+    check_tool("generate labels @kind.pfm --to cube --size 8", 0, NULL);
+    for (int k = 0; k < 3; ++k) {
+        envmap map = {0};
+        snprintf(line, sizeof line, "%s --to octahedral --size 12 --border 2", commands[k]);
+        check_tool(line, 0, NULL);
+        CHECK(!envmap_pfm_load(&map, file_at("b.pfm"), ENVMAP_OCTAHEDRAL) && map.size == 16);
+        for (int i = 0; i < 12 && map.texels; ++i) /* the first row inside, turned, and outside */
+            CHECK(!memcmp(envmap_texel(&map, 0, 0, 0, 2 + i, 2),
+                          envmap_texel(&map, 0, 0, 0, 13 - i, 1), 12));
+        envmap_free(&map);
+    }
+    check_tool("mips @kind.pfm @border- --to octahedral --size 8 --border 2", 0, "border-1.pfm");
+    CHECK(!strstr(said, "border-2.pfm"));
+    check_tool("convert @kind.pfm @b.pfm --border 2", 1, "--to octahedral");
+    check_tool("convert @kind.pfm @b.pfm --to octahedral --size 4 --border 5", 3, "wider than");
+    check_tool("convert @kind.pfm @b.pfm --to octahedral --size 16384 --border 1", 3, "smaller");
+}
+
 /* A link to a device is written through and stays; a name that cannot be written leaves nothing. */
 static void links_to_devices_stay_and_failures_leave_nothing(void) {
     static const char *const commands[] = {"convert @sky.pfm @link.%s --to cube --size 64",
@@ -1076,6 +1099,7 @@ int main(int argc, char **argv) {
     RUN(the_tool_reads_every_format_and_standard_input);
     RUN(six_files_are_a_cube);
     RUN(files_are_written_by_their_ending);
+    RUN(octahedral_maps_get_a_border_where_asked);
     RUN(links_to_devices_stay_and_failures_leave_nothing);
     RUN(the_labelled_sky_has_a_colour_for_each_axis);
     RUN(bad_samples_are_cleaned_by_all_commands_and_it_is_said);

@@ -107,6 +107,20 @@ static inline int save_faces(const envmap *map, const char *pattern, float expos
     return status;
 }
 
+/* --border: the map becomes the wider picture that is written. */
+static inline int add_border(envmap *map, const options *o) {
+    envmap wide = no_map;
+    int status;
+    if (!o->border) return DONE;
+    if (o->border > map->size)
+        return fail(RANGE_ERROR, "--border", "is wider than the map", "at most its --size");
+    status = check(border_map(&wide, map, o->border), "--border");
+    if (status) return status;
+    envmap_free(map);
+    *map = wide;
+    return DONE;
+}
+
 /* Level 0, and of containers all levels, as --exposure and --format say. */
 static inline int save(const envmap *map, const char *path, const options *o) {
     float exposure = picture_exposure(map) * exp2f((float)o->exposure);
