@@ -147,17 +147,14 @@ static inline int bake_folder(const options *o, DIR *directory) {
 }
 
 static inline int run_bake(const options *o) {
-    struct sigaction action;
     DIR *directory;
     int status;
     if (is_given(o, "--lobe") && o->lobe != LOBE_PHONG && o->lobe != LOBE_GGX &&
         o->lobe != LOBE_CHARLIE)
         return fail(USAGE_ERROR, lobe_words[o->lobe], "is no lobe of a chain",
                     "--lobe ggx, phong or charlie");
-    memset(&action, 0, sizeof action);
-    action.sa_handler = bake_stop;
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
+    signal(SIGINT, bake_stop);
+    signal(SIGTERM, bake_stop);
     directory = opendir(o->files[0]);
     if (!directory) return bake_one(o, o->files[0], o->files[1]);
     status = bake_folder(o, directory);

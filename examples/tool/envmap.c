@@ -7,6 +7,7 @@
    Exit status: 0 done, 1 wrong use, 2 a file or its format, 3 a value out of range or a filter that
    was refused.
 
+   system.h     what it wants of POSIX, for Windows
    memory.h     large pages for large maps
    messages.h   what was wrong, where, what to do
    options.h    one table: parsing, ranges and help come from it
@@ -27,12 +28,13 @@
 
 #define _DEFAULT_SOURCE /* madvise, for memory.h */
 #define _XOPEN_SOURCE   700
+#define _FILE_OFFSET_BITS 64 /* files beyond 2 GiB */
+#include "system.h"
 #include "memory.h"
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -194,17 +196,9 @@ static int run(char **arguments) {
     return fail(USAGE_ERROR, "no such command", name, "envmap --help lists them");
 }
 
-/* Where standard input, output or error is closed, its number must not go to a file that is opened
-   later: it is a device that can only be read, so that printing to it fails and is noticed. */
-static void hold_standard_streams(void) {
-    int k;
-    for (k = 0; k < 3; k++)
-        if (fcntl(k, F_GETFD) == -1 && open("/dev/null", O_RDONLY) != k) return;
-}
-
 int main(int argc, char **argv) {
     int status;
-    hold_standard_streams();
+    system_start();
     status = run(argv + (argc > 0));
     if ((fflush(stdout) || ferror(stdout)) && status == DONE)
         status = fail(FILE_ERROR, "standard output", why_not(errno), NULL);

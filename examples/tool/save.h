@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
 
 static inline int ends_with(const char *text, const char *end) {
     size_t a = strlen(text), b = strlen(end);
@@ -142,7 +141,7 @@ static inline int make_folder(const char *path) {
     if (length >= sizeof part) return fail(FILE_ERROR, path, "the path is too long", NULL);
     for (i = 0; i <= length; i++) {
         part[i] = path[i];
-        if (i == 0 || (path[i] && path[i] != '/')) continue;
+        if (i == 0 || (path[i] && !strchr(SYSTEM_SLASHES, path[i])) || path[i - 1] == ':') continue;
         part[i] = 0;
         if (mkdir(part, 0777) && errno != EEXIST)
             return fail(FILE_ERROR, part, why_not(errno), "name a folder that can be created");
