@@ -9,6 +9,7 @@
 #include "examples/tool/layouts.h"
 #include "examples/tool/orientation.h"
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <stdint.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -951,6 +952,24 @@ static void wrong_use_is_said_in_words(void) {
     check_tool("filter @sky.pfm @out.pfm --lobe banks --to latlong --size 4", 1, "one slice");
 }
 
+/* Files may grow to 4096 bytes only; the message is one of its own, and no temporary is left. */
+static void a_file_that_may_not_grow_leaves_nothing(void) {
+    struct rlimit before, small;
+    char line[4200];
+    write_bad("sky.pfm", 2);
+    snprintf(line, sizeof line, "%s/full", folder);
+    mkdir(line, 0777);
+    getrlimit(RLIMIT_FSIZE, &before);
+    small = before, small.rlim_cur = 4096;
+    setrlimit(RLIMIT_FSIZE, &small);
+    snprintf(line, sizeof line, "convert @sky.pfm %s/full/a.pfm --to cube --size 64", folder);
+    int status = tool(line);
+    setrlimit(RLIMIT_FSIZE, &before);
+    CHECK(status == 2 && strstr(said, "too large"));
+    snprintf(line, sizeof line, "%s/full", folder);
+    CHECK(rmdir(line) == 0); /* it is empty */
+}
+
 static void what_the_system_refuses_is_said_in_words(void) {
     char line[4200];
     write_bad("sky.pfm", 2);
@@ -1105,6 +1124,7 @@ int main(int argc, char **argv) {
     RUN(bad_samples_are_cleaned_by_all_commands_and_it_is_said);
     RUN(info_remarks_on_what_programs_do_to_files);
     RUN(wrong_use_is_said_in_words);
+    RUN(a_file_that_may_not_grow_leaves_nothing);
     RUN(what_the_system_refuses_is_said_in_words);
 #ifndef TOOL_EXR
     RUN(without_the_library_an_exr_names_the_package);

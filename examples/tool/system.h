@@ -9,6 +9,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/stat.h>
@@ -44,9 +45,11 @@ static inline void system_start(void) { _setmode(_fileno(stdin), _O_BINARY); }
 static inline int system_rename(const char *from, const char *to) { return rename(from, to); }
 
 /* Where standard input, output or error is closed, its number must not go to a file that is opened
-   later: it is a device that can only be read, so that printing to it fails and is noticed. */
+   later: it is a device that can only be read, so that printing to it fails and is noticed. A file
+   that may not grow is an error to clean up after, not the end of the program. */
 static inline void system_start(void) {
     int k;
+    signal(SIGXFSZ, SIG_IGN);
     for (k = 0; k < 3; k++)
         if (fcntl(k, F_GETFD) == -1 && open("/dev/null", O_RDONLY) != k) return;
 }
