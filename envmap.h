@@ -422,8 +422,8 @@ ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envm
    are not finite, or 1e100 and more, with RADIANCE.
    Source [RH01], [Sloan08].  Tests: tests/test_sh.c; docs/harmonics.md has the tables. */
 
-/* basis[l(l+1)+m] = Y_lm(dir), stable to all bands. A light of flux e from dir adds e Y_lm(dir) to sh.
-   Errors: ARGUMENT.  Test: the_basis_is_orthonormal. */
+/* basis[l(l+1)+m] = Y_lm(dir), stable to all bands. A light of flux e from dir adds e Y_lm(dir) to
+   sh.  Errors: ARGUMENT.  Test: the_basis_is_orthonormal. */
 ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double dir[3]);
 
 /* sh = sum over texels L w Y_lm(texel's centre), level 0 of one slice.

@@ -236,7 +236,7 @@ static inline int parse_option(options *o, const command *c, char **arguments, i
     return store_option(o, option, value ? value + 1 : arguments[(*i)++]);
 }
 
-/* What belongs to one lobe, method or mapping must not be given with another: it would do nothing. */
+/* What belongs to one lobe, method or mapping would do nothing with another: it is refused. */
 static inline int check_unused(const options *o) {
     static const struct {
         const char *option, *use;
