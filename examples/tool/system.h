@@ -1,6 +1,5 @@
-/* system.h - what the tool wants of POSIX, on Windows too. There a file that exists is replaced by a
-   call of its own, links are not followed, and what the console hands over is bytes only when it is
-   asked to. Include before envmap.h, and define _XOPEN_SOURCE 700 before all.
+/* system.h - what the tool wants of POSIX, on Windows too. There a file that exists is replaced by
+   a call of its own, links are not followed, and standard input is bytes only when asked to be. Include before envmap.h, and define _XOPEN_SOURCE 700 before all.
 
    SPDX-License-Identifier: MIT */
 
@@ -20,7 +19,8 @@
 #include <io.h>
 
 /* Of windows.h, whose other names are in the way. */
-__declspec(dllimport) int __stdcall MoveFileExA(const char *from, const char *to, unsigned long how);
+__declspec(dllimport) int __stdcall MoveFileExA(const char *from, const char *to,
+                                                unsigned long how);
 enum { SYSTEM_REPLACE = 1 }; /* MOVEFILE_REPLACE_EXISTING */
 
 #define SYSTEM_SLASHES    "/\\"
