@@ -239,7 +239,7 @@ endif
 	then python3 tests/web/run.py $(BUILD)/envmap.html $(GALLERY)/web.png; \
 	else echo "gallery passed by the page: no python3 here (Debian: python3)"; fi
 
-test-web: web ## the page in a headless Chromium; three minutes
+test-web: web $(BUILD)/envmap ## the page in a headless Chromium; three minutes
 	@if command -v python3 >/dev/null; then python3 tests/web/run.py $(BUILD)/envmap.html; \
 	else echo "test-web passed by: no python3 here (Debian: python3)"; fi
 

@@ -1,5 +1,6 @@
 /* system.h - what the tool wants of POSIX, on Windows too. There a file that exists is replaced by
-   a call of its own, links are not followed, and standard input is bytes only when asked to be. Include before envmap.h, and define _XOPEN_SOURCE 700 before all.
+   a call of its own, links are not followed, and standard input is bytes only when asked to be.
+   Include before envmap.h, and define _XOPEN_SOURCE 700 before all.
 
    SPDX-License-Identifier: MIT */
 
