@@ -6554,7 +6554,8 @@ static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int ax
 
 /* Opens the window of one of a tile's knots; x, y: where a window alike about texel 0 begins. */
 static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_tile *tile, int knot, double radius, int *x, int *y) {
+                             const envmapi_near_tile *tile, int knot, double radius, int *x,
+                             int *y) {
     envmapi_near_axes one = {tile->face, tile->x, tile->y, 1};
     one.x += s->knot[knot & 3], one.y += s->knot[knot >> 2];
     envmapi_near_aim(w, s, &one);
@@ -6565,7 +6566,8 @@ static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
 
 /* K of the knots of a tile, in windows of one size; ready is -1 where there is no room. */
 static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_tile *tile, envmapi_near_knots *knots, double radius) {
+                             const envmapi_near_tile *tile, envmapi_near_knots *knots,
+                             double radius) {
     int x = 0, y = 0, right = INT_MIN, below = INT_MIN, open = 1;
     w->knot = 1, knots->x = knots->y = INT_MAX;
     for (int k = 0; k < 16 && open; ++k) {
