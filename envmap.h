@@ -72,6 +72,8 @@
      ENVMAP_FREE(ctx, ptr)   (default free(ptr)); define both or neither. Both are called on the
                              thread that called, never by tasks of an executor (make tsan)
      ENVMAP_NO_SIMD          plain loops where GCC and Clang would get vector types
+   The bodies have the papers' letters for names: what says `#define N 8` goes behind them. Macros
+   that take arguments, windows.h, and before the declarations any macro, do no harm.
 
    CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/;
    rings to transform, and reference to fast, declare nothing.
@@ -304,7 +306,8 @@ ENVMAP_API envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *b
 
 #ifndef ENVMAP_NO_STDIO
 /* The same from and to a path, with as much memory as the file has bytes; FILE, MEMORY too. A file
-   that could not be written whole is removed. */
+   that could not be written whole is removed. On Windows the path is in the program's code page,
+   which is UTF-8 where its manifest says so. */
 ENVMAP_API envmap_result envmap_pfm_load(envmap *map, const char *path, int mapping);
 ENVMAP_API envmap_result envmap_pfm_save(const envmap *map, const char *path, int level);
 #endif
@@ -419,9 +422,9 @@ ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envm
    are not finite, or 1e100 and more, with RADIANCE.
    Source [RH01], [Sloan08].  Tests: tests/test_sh.c; docs/harmonics.md has the tables. */
 
-/* Y[l(l+1)+m] = Y_lm(dir), stable to all bands. A light of flux e from dir adds e Y_lm(dir) to sh.
-   Errors: ARGUMENT.  Test: the_basis_is_orthonormal. */
-ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]);
+/* basis[l(l+1)+m] = Y_lm(dir), stable to all bands. A light of flux e from dir adds e Y_lm(dir) to
+   sh.  Errors: ARGUMENT.  Test: the_basis_is_orthonormal. */
+ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double dir[3]);
 
 /* sh = sum over texels L w Y_lm(texel's centre), level 0 of one slice.
    tolerance  0: every texel, in double. Otherwise a_lm may be off by tolerance * sqrt(2l+1) * a_00
@@ -2487,15 +2490,35 @@ ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t 
 }
 
 #ifndef ENVMAP_NO_STDIO
+static FILE *envmapi_pfm_open(const char *path, const char *mode) {
+#ifdef _MSC_VER /* warns of fopen, which under /sdl is an error */
+    FILE *file = NULL;
+    return fopen_s(&file, path, mode) ? NULL : file;
+#else
+    return fopen(path, mode);
+#endif
+}
+
+/* How long a file is, -1 for what has no length; goes back to its start. */
+static int64_t envmapi_pfm_bytes(FILE *file) {
+#ifdef _WIN32 /* whose long ends at 2 GiB */
+    int64_t bytes = _fseeki64(file, 0, SEEK_END) ? -1 : _ftelli64(file);
+#else
+    long end = fseek(file, 0, SEEK_END) ? -1 : ftell(file);
+    int64_t bytes = end < LONG_MAX ? end : -1; /* LONG_MAX: a folder */
+#endif
+    return fseek(file, 0, SEEK_SET) ? -1 : bytes;
+}
+
 /* The whole file in memory, its size first, so that no header can make us allocate more. */
 ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int mapping) {
     envmap_result result = ENVMAP_ERROR_FILE;
     if (!map || !path || !envmap_faces(mapping)) return ENVMAP_ERROR_ARGUMENT;
-    FILE *file = fopen(path, "rb");
+    FILE *file = envmapi_pfm_open(path, "rb");
     if (!file) return ENVMAP_ERROR_FILE;
-    long bytes = fseek(file, 0, SEEK_END) ? -1 : ftell(file);
+    int64_t bytes = envmapi_pfm_bytes(file);
     void *data = NULL;
-    if (bytes >= 0 && bytes < LONG_MAX && !fseek(file, 0, SEEK_SET)) {
+    if (bytes >= 0) {
         result = ENVMAP_ERROR_MEMORY; /* one byte more: an empty file is no failed allocation */
         if ((uint64_t)bytes <= 2 * ENVMAPI_BYTE_LIMIT)
             data = ENVMAP_MALLOC(map->memory, (size_t)bytes + 1);
@@ -2511,9 +2534,9 @@ ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int ma
 
 /* Something with a length: a device must not be removed. */
 static int envmapi_pfm_is_file(const char *path) {
-    FILE *file = fopen(path, "rb");
+    FILE *file = envmapi_pfm_open(path, "rb");
     if (!file) return 0;
-    int is_file = !fseek(file, 0, SEEK_END) && ftell(file) > 0;
+    int is_file = envmapi_pfm_bytes(file) > 0;
     fclose(file);
     return is_file;
 }
@@ -2524,7 +2547,7 @@ ENVMAPI_BODY envmap_result envmap_pfm_save(const envmap *map, const char *path, 
     void *data = ENVMAP_MALLOC(map->memory, bytes);
     if (!data) return ENVMAP_ERROR_MEMORY;
     envmap_pfm_write(data, bytes, NULL, map, level);
-    FILE *file = fopen(path, "wb");
+    FILE *file = envmapi_pfm_open(path, "wb");
     int whole = file && fwrite(data, 1, bytes, file) == bytes;
     whole = file && fclose(file) == 0 && whole;
     if (file && !whole && envmapi_pfm_is_file(path)) remove(path);
@@ -6329,15 +6352,15 @@ static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
 }
 
 /* The window of the axes on such a part; 0 where they see nothing of it. */
-static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part, double far) {
+static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part, double radius) {
     const envmapi_level *level = &s->axis.level;
-    double box[2][2], R = envmapi_near_reach(s, far, s->axis.bilinear < 1) + w->spread;
+    double box[2][2], R = envmapi_near_reach(s, radius, s->axis.bilinear < 1) + w->spread;
     int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
     if (!envmapi_window_box(box, level->mapping, part, w->middle, R,
                              envmapi_near_border(w, s, 0)))
         return 0;
     memcpy(w->box, box, sizeof box);
-    w->R = far, w->limit = pow(sin(far), 2);
+    w->R = radius, w->limit = pow(sin(radius), 2);
     w->face = face, w->part = part, w->x = (int)floor(box[0][0] * wide - 0.5);
     w->y = (int)floor(box[1][0] * level->edge - 0.5);
     w->width = (int)floor(box[0][1] * wide - 0.5) + 2 - w->x;
@@ -6666,22 +6689,24 @@ static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int ax
 
 /* Opens the window of one of a tile's knots; x, y: where a window alike about texel 0 begins. */
 static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_tile *tile, int knot, double far, int *x, int *y) {
+                             const envmapi_near_tile *tile, int knot, double radius, int *x,
+                             int *y) {
     envmapi_near_axes one = {tile->face, tile->x, tile->y, 1};
     one.x += s->knot[knot & 3], one.y += s->knot[knot >> 2];
     envmapi_near_aim(w, s, &one);
-    if (!envmapi_near_open(w, s, tile->face, far)) return 0;
+    if (!envmapi_near_open(w, s, tile->face, radius)) return 0;
     *x = w->x - one.x * s->ratio, *y = w->y - one.y * s->ratio;
     return 1;
 }
 
 /* K of the knots of a tile, in windows of one size; ready is -1 where there is no room. */
 static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_tile *tile, envmapi_near_knots *knots, double far) {
+                             const envmapi_near_tile *tile, envmapi_near_knots *knots,
+                             double radius) {
     int x = 0, y = 0, right = INT_MIN, below = INT_MIN, open = 1;
     w->knot = 1, knots->x = knots->y = INT_MAX;
     for (int k = 0; k < 16 && open; ++k) {
-        open = envmapi_near_knot(w, s, tile, k, far, &x, &y);
+        open = envmapi_near_knot(w, s, tile, k, radius, &x, &y);
         knots->x = x < knots->x ? x : knots->x, knots->y = y < knots->y ? y : knots->y;
         right = x + w->width > right ? x + w->width : right;
         below = y + w->height > below ? y + w->height : below;
@@ -6690,7 +6715,7 @@ static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
     size_t area = (size_t)(knots->width * knots->height);
     knots->ready = open && knots->width <= ENVMAPI_NEAR_WIDE && area <= s->area ? 1 : -1;
     for (int k = 0; k < 16 && knots->ready > 0; ++k) {
-        envmapi_near_knot(w, s, tile, k, far, &x, &y);
+        envmapi_near_knot(w, s, tile, k, radius, &x, &y);
         w->x += knots->x - x, w->width = knots->width;
         w->y += knots->y - y, w->height = knots->height;
         envmapi_near_kernel(w, s, 1);
@@ -6756,12 +6781,12 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     for (int n = 0; n < axes->count; ++n) w->rim[n] = envmapi_near_singular(s, w->axes[n]);
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
         unsigned bright = 0;
-        for (int far = 1; far >= 0; --far) {
-            if (!envmapi_near_open(w, s, part, far ? s->R_bright : s->R)) continue;
-            if (far && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
-            unsigned groups = far ? bright : all & ~bright;
+        for (int outer = 1; outer >= 0; --outer) {
+            if (!envmapi_near_open(w, s, part, outer ? s->R_bright : s->R)) continue;
+            if (outer && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
+            unsigned groups = outer ? bright : all & ~bright;
             if (!groups) continue;
-            envmapi_near_weigh(w, s, tile, axes, w->knots + far);
+            envmapi_near_weigh(w, s, tile, axes, w->knots + outer);
             envmapi_near_apply(w, s, groups);
         }
     }
