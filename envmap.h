@@ -6731,12 +6731,13 @@ static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
                                  const envmapi_near_knots *knots) {
     const float *along = s->between[axes->y - tile->y];
     size_t area = (size_t)(knots->width * knots->height);
+    int edge = s->axis.level.edge;
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
     for (int row = 0; row < knots->height; ++row) {
         int y = knots->y + row + axes->y * s->ratio - w->y;
         const float *K = knots->K + row * knots->width;
         float lines[4][ENVMAPI_NEAR_WIDE];
-        if (y < 0 || y >= w->height) continue;
+        if (y < 0 || y >= w->height || w->y + y < 0 || w->y + y >= edge) continue;
         for (int i = 0; i < 4; ++i)
             for (int x = 0; x < knots->width; ++x) {
                 const float *k = K + (size_t)i * area + x;
@@ -6746,8 +6747,9 @@ static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
         for (int n = 0; n < axes->count; ++n) {
             const float *f = s->between[axes->x + n - tile->x];
             int shift = knots->x + (axes->x + n) * s->ratio - w->x;
-            int from = shift < 0 ? -shift : 0;
-            int to = knots->width < w->width - shift ? knots->width : w->width - shift;
+            int from = -shift - (w->x < 0 ? w->x : 0);
+            int to = (w->x + w->width < edge ? w->width : edge - w->x) - shift;
+            from = from > 0 ? from : 0, to = to < knots->width ? to : knots->width;
             float *out = w->K + (y * w->width + shift) * ENVMAPI_NEAR_AXES + n;
             for (int x = from; x < to; ++x)
                 out[x * ENVMAPI_NEAR_AXES] = f[0] * lines[0][x] + f[1] * lines[1][x] +
@@ -6756,13 +6758,15 @@ static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
     }
 }
 
-/* K of some axes in the open window: by the knots where all of it lies on the axes' own face. */
+/* K of some axes in the open window: by the knots on the axes' own face, but where the integral ends
+   at its edges. */
 static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
                                const envmapi_near_tile *tile, const envmapi_near_axes *axes,
                                envmapi_near_knots *knots) {
     const envmapi_level *level = &s->axis.level;
-    int alike = s->ratio && w->part == axes->face && w->x >= 0 && w->y >= 0 &&
-                w->x + w->width <= level->width && w->y + w->height <= level->edge;
+    int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
+                 w->y + w->height <= level->edge;
+    int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
     if (alike && !knots->ready) {
         envmapi_near_tie(w, s, tile, knots, w->R);
         envmapi_near_aim(w, s, axes);
