@@ -91,7 +91,8 @@
      >>reference     the definition: every texel
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
      >>windows       what of a face an axis sees
-     >>near          sharp lobes: the few texels that one reaches
+     >>kernels       sharp lobes: what each texel in sight of an axis counts
+    >>near          the sum over these
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
      >>filters       the filter call, chains, prepared sources
@@ -5912,7 +5913,7 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
        sigma in texels; d omega        _finest; _density
        nodes at texels' centres        _centres
        nodes of Gauss-Legendre         _pieces, which end at the lines through texel centres
-   Used by >>near.  Source: ours.  Tests: tests/test_near.c; a cap that holds a face's axis in
+   Used by >>kernels.  Source: ours.  Tests: tests/test_near.c; a cap that holds a face's axis in
    every_tolerance_is_kept_in_a_mild_scene, an octahedral map's corners in
    a_wide_ring_about_the_corners_keeps_the_tolerance. */
 
@@ -6124,35 +6125,22 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
     return count;
 }
 
-/* ------------------------------------------------------------------------------------- >>near --
-   Sharp lobes: the sum that >>reference defines, over the few texels that such a lobe reaches.
-     in     a slice of a source, a lobe, its p, a tolerance       out    a slice of a result
-       L(a) = sum_i K_i(a) L_i / sum_i K_i       texels i within R of the axis a
+/* -------------------------------------------------------------------------------- >>kernels --
+   What each texel in sight of an axis counts.
+     in     a source's level, a lobe, its p, axes of a result       out    K
        texels, tents of half-width t      K_i = w_i mean of k at c_i +- t/sqrt 6 along u and v
        the bilinear radiance              K_i = integral of k B_i, B_i the bilinear weight of i
    Both are sums over the nodes of a window of a face, some along u times some along v. For the
    integral these are Gauss-Legendre's, two to six a piece; pieces end at the lines through texel
    centres, where B_i has its kinks, and are 2.5 sigma long at most.
-   K_i depends on no radiance. Some of the 48 turns and mirrors take texels to texels, on both maps:
-   all 48 for two cubes, 16 for a lat-long and a cube, 2 to 16 with discs. So one K_i serves all
-   images of an axis and a texel. The RGB of these lie side by side, in blocks of 16 numbers, and
-   up to eight neighbouring axes share what is read of a block.
-   Where a lobe never ends (GGX) >>fast sums its tail.
-       which axes, and the texels they need       _plan; these side by side: _task_near_blocks
+   Where a lobe never ends (GGX) >>fast sums its tail. Where two cubes' texels lie alike about all
+   axes of a face, K changes slowly from axis to axis.
+       what is left to >>fast                     _tail_of
        windows and their nodes                    _open, _nodes
-       K: the angles of nodes, k there, texels    _sines, _k, _add, _flush, _rim
-       K between axes where two cubes' texels     _tie, _between: K changes slowly from axis to axis
-          lie alike about all of a tile
-       times L for all turns; into dst            _apply, _put
-       R, by the brightest texel in sight         _radius; _contrast tells which are bright
-   Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
-
-/* Tuned on tests/test_near.c; the test named above a constant fails without it.
-   a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
-/* a_sphere_map_of_noise_keeps_the_tolerance */
-#define ENVMAPI_RIM     0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
-#define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
-#define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
+       the angles of nodes, k there, texels       _sines, _k, _add, _flush, _rim
+       K of axes; between axes that lie alike     _kernel; _tie, _between
+   Used by >>near.  Source: ours.  Tests: tests/test_near.c,
+   axes_between_knots_agree_with_those_summed_one_by_one of all. */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
@@ -6262,68 +6250,6 @@ typedef struct envmapi_window {
     envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
     double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
-
-/* ---- the source as lookups see it, in blocks */
-
-/* A texel, or what add_tap finds beyond an edge. The texel beyond a cube's corner is the mean of
-   the three that meet there; the row beyond a lat-long's pole lets linear interpolation end at the
-   row's mean on the pole. */
-static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, int x, int y) {
-    const envmapi_level *level = &s->axis.level;
-    int w = level->width, h = level->edge, pole = y < 0 || y >= h;
-    double rgb[3] = {0, 0, 0};
-    if (level->mapping == ENVMAP_LATLONG) x = ((x % w) + w) % w;
-    if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && pole) {
-        int in_x = x < 0 ? 0 : w - 1, in_y = y < 0 ? 0 : h - 1;
-        envmapi_add_tap(rgb, level, face, in_x, in_y, 1.0 / 3);
-        envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
-        envmapi_add_tap(rgb, level, face, in_x, y, 1.0 / 3);
-    } else if (level->mapping == ENVMAP_LATLONG && pole) {
-        for (int i = 0; i < w; ++i) envmapi_add_tap(rgb, level, face, i, y, 2.0 / w);
-        envmapi_add_tap(rgb, level, face, x, y, -1);
-    } else {
-        envmapi_add_tap(rgb, level, face, x, y, 1);
-    }
-    for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
-    if (s->exponent) envmapi_floats_scale(out, out, 3, -s->exponent);
-}
-
-/* Blocks of 16 numbers: RGB of turn after turn. */
-static int envmapi_near_groups(const envmapi_near *s) { return (3 * s->turn_count + 15) / 16; }
-
-static void envmapi_task_near_blocks(void *context, int task) {
-    const envmapi_near *s = (const envmapi_near *)context;
-    const envmapi_level *level = &s->axis.level;
-    envmapi_near_row *row = s->rows + task;
-    int high = level->edge + 2, face = task / high, y = task % high - 1, w = level->width;
-    int round = level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR;
-    float most = (float)ldexp(s->bright, -s->exponent);
-    for (int i = 3 * s->turn_count; i < 16 * envmapi_near_groups(s); ++i)
-        for (int x = 0; x < row->to - row->from; ++x)
-            s->blocks[16 * ((size_t)(i / 16) * s->count + row->first + (size_t)x) +
-                      (size_t)(i % 16)] = 0;
-    for (int t = 0; t < s->turn_count; ++t) {
-        const envmapi_place *to = s->turns[t].src + face;
-        const float *image = level->texels + 3 * (size_t)(to->face * level->edge) * (size_t)w;
-        float *out[3], rgb[3];
-        for (int c = 0; c < 3; ++c)
-            out[c] = s->blocks + 16 * ((size_t)((3 * t + c) / 16) * s->count + row->first) +
-                     (3 * t + c) % 16;
-        for (int x = row->from; x < row->to; ++x) {
-            int X = to->x0 + to->xx * x + to->xy * y, Y = to->y0 + to->yx * x + to->yy * y;
-            if (s->exponent || round || X < 0 || Y < 0 || X >= w || Y >= level->edge)
-                envmapi_near_texel(rgb, s, to->face, X, Y);
-            else memcpy(rgb, image + 3 * ((size_t)Y * (size_t)w + (size_t)X), sizeof rgb);
-            for (int c = 0; c < 3; ++c) out[c][16 * (x - row->from)] = rgb[c];
-            if (rgb[0] > most || rgb[1] > most || rgb[2] > most)
-                for (int g = 3 * t / 16; g <= (3 * t + 2) / 16; ++g) {
-                    if (row->bright[g][0] == row->bright[g][1]) row->bright[g][0] = x;
-                    if (x < row->bright[g][0]) row->bright[g][0] = x;
-                    if (x >= row->bright[g][1]) row->bright[g][1] = x + 1;
-                }
-        }
-    }
-}
 
 /* ---- windows */
 
@@ -6574,6 +6500,194 @@ static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, do
     }
 }
 
+/* K of some axes, in an open window. */
+static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int axes) {
+    const envmapi_level *level = &s->axis.level;
+    double share = s->axis.bilinear;
+    for (int i = 0; i < 2 && share > 0; ++i)
+        w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->middle, w->face, i);
+    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+    for (int n = 0; n < axes; ++n) {
+        memcpy(w->a, w->axes[n], sizeof w->a);
+        if (w->rim[n]) continue;
+        envmapi_window_frame(w->m, level->mapping, w->face, w->a);
+        if (share > 0) envmapi_near_add(w, s, n, 0, share);
+        if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
+        if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
+    }
+}
+
+/* Opens the window of one of a tile's knots; x, y: where a window alike about texel 0 begins. */
+static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_tile *tile, int knot, double radius, int *x,
+                             int *y) {
+    envmapi_near_axes one = {tile->face, tile->x, tile->y, 1};
+    one.x += s->knot[knot & 3], one.y += s->knot[knot >> 2];
+    envmapi_near_aim(w, s, &one);
+    if (!envmapi_near_open(w, s, tile->face, radius)) return 0;
+    *x = w->x - one.x * s->ratio, *y = w->y - one.y * s->ratio;
+    return 1;
+}
+
+/* K of the knots of a tile, in windows of one size; ready is -1 where there is no room. */
+static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_tile *tile, envmapi_near_knots *knots,
+                             double radius) {
+    int x = 0, y = 0, right = INT_MIN, below = INT_MIN, open = 1;
+    w->knot = 1, knots->x = knots->y = INT_MAX;
+    for (int k = 0; k < 16 && open; ++k) {
+        open = envmapi_near_knot(w, s, tile, k, radius, &x, &y);
+        knots->x = x < knots->x ? x : knots->x, knots->y = y < knots->y ? y : knots->y;
+        right = x + w->width > right ? x + w->width : right;
+        below = y + w->height > below ? y + w->height : below;
+    }
+    knots->width = right - knots->x, knots->height = below - knots->y;
+    size_t area = (size_t)(knots->width * knots->height);
+    knots->ready = open && knots->width <= ENVMAPI_NEAR_WIDE && area <= s->area ? 1 : -1;
+    for (int k = 0; k < 16 && knots->ready > 0; ++k) {
+        envmapi_near_knot(w, s, tile, k, radius, &x, &y);
+        w->x += knots->x - x, w->width = knots->width;
+        w->y += knots->y - y, w->height = knots->height;
+        envmapi_near_kernel(w, s, 1);
+        for (size_t i = 0; i < area; ++i)
+            knots->K[(size_t)k * area + i] = w->K[i * ENVMAPI_NEAR_AXES];
+    }
+    w->knot = 0;
+}
+
+/* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
+static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
+                                 const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                                 const envmapi_near_knots *knots) {
+    const float *along = s->between[axes->y - tile->y];
+    size_t area = (size_t)(knots->width * knots->height);
+    int edge = s->axis.level.edge;
+    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+    for (int row = 0; row < knots->height; ++row) {
+        int y = knots->y + row + axes->y * s->ratio - w->y;
+        const float *K = knots->K + row * knots->width;
+        float lines[4][ENVMAPI_NEAR_WIDE];
+        if (y < 0 || y >= w->height || w->y + y < 0 || w->y + y >= edge) continue;
+        for (int i = 0; i < 4; ++i)
+            for (int x = 0; x < knots->width; ++x) {
+                const float *k = K + (size_t)i * area + x;
+                lines[i][x] = along[0] * k[0] + along[1] * k[4 * area] + along[2] * k[8 * area] +
+                              along[3] * k[12 * area];
+            }
+        for (int n = 0; n < axes->count; ++n) {
+            const float *f = s->between[axes->x + n - tile->x];
+            int shift = knots->x + (axes->x + n) * s->ratio - w->x;
+            int from = -shift - (w->x < 0 ? w->x : 0);
+            int to = (w->x + w->width < edge ? w->width : edge - w->x) - shift;
+            from = from > 0 ? from : 0, to = to < knots->width ? to : knots->width;
+            float *out = w->K + (y * w->width + shift) * ENVMAPI_NEAR_AXES + n;
+            for (int x = from; x < to; ++x)
+                out[x * ENVMAPI_NEAR_AXES] = f[0] * lines[0][x] + f[1] * lines[1][x] +
+                                             f[2] * lines[2][x] + f[3] * lines[3][x];
+        }
+    }
+}
+
+/* K of some axes in the open window: by the knots on the axes' own face, but where the integral
+   ends at its edges. */
+static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
+                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                               envmapi_near_knots *knots) {
+    const envmapi_level *level = &s->axis.level;
+    int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
+                 w->y + w->height <= level->edge;
+    int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
+    if (alike && !knots->ready) {
+        envmapi_near_tie(w, s, tile, knots, w->R);
+        envmapi_near_aim(w, s, axes);
+        envmapi_near_open(w, s, axes->face, w->R);
+    }
+    if (alike && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
+    else envmapi_near_kernel(w, s, axes->count);
+}
+
+/* ------------------------------------------------------------------------------------- >>near --
+   Sharp lobes: the sum that >>reference defines, over the few texels that such a lobe reaches.
+     in     a slice of a source, a lobe, its p, a tolerance       out    a slice of a result
+       L(a) = sum_i K_i(a) L_i / sum_i K_i       texels i within R of the axis a
+   K_i depends on no radiance. Some of the 48 turns and mirrors take texels to texels, on both maps:
+   all 48 for two cubes, 16 for a lat-long and a cube, 2 to 16 with discs. So one K_i serves all
+   images of an axis and a texel. The RGB of these lie side by side, in blocks of 16 numbers, and
+   up to eight neighbouring axes share what is read of a block.
+       which axes, and the texels they need       _plan; these side by side: _task_near_blocks
+       K times L for all turns; into dst          _apply, _put
+       R, by the brightest texel in sight         _radius; _contrast tells which are bright
+   Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
+
+/* Tuned on tests/test_near.c; the test named above a constant fails without it.
+   a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
+/* a_sphere_map_of_noise_keeps_the_tolerance */
+#define ENVMAPI_RIM     0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
+#define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
+#define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
+
+/* ---- the source as lookups see it, in blocks */
+
+/* A texel, or what add_tap finds beyond an edge. The texel beyond a cube's corner is the mean of
+   the three that meet there; the row beyond a lat-long's pole lets linear interpolation end at the
+   row's mean on the pole. */
+static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, int x, int y) {
+    const envmapi_level *level = &s->axis.level;
+    int w = level->width, h = level->edge, pole = y < 0 || y >= h;
+    double rgb[3] = {0, 0, 0};
+    if (level->mapping == ENVMAP_LATLONG) x = ((x % w) + w) % w;
+    if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && pole) {
+        int in_x = x < 0 ? 0 : w - 1, in_y = y < 0 ? 0 : h - 1;
+        envmapi_add_tap(rgb, level, face, in_x, in_y, 1.0 / 3);
+        envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
+        envmapi_add_tap(rgb, level, face, in_x, y, 1.0 / 3);
+    } else if (level->mapping == ENVMAP_LATLONG && pole) {
+        for (int i = 0; i < w; ++i) envmapi_add_tap(rgb, level, face, i, y, 2.0 / w);
+        envmapi_add_tap(rgb, level, face, x, y, -1);
+    } else {
+        envmapi_add_tap(rgb, level, face, x, y, 1);
+    }
+    for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
+    if (s->exponent) envmapi_floats_scale(out, out, 3, -s->exponent);
+}
+
+/* Blocks of 16 numbers: RGB of turn after turn. */
+static int envmapi_near_groups(const envmapi_near *s) { return (3 * s->turn_count + 15) / 16; }
+
+static void envmapi_task_near_blocks(void *context, int task) {
+    const envmapi_near *s = (const envmapi_near *)context;
+    const envmapi_level *level = &s->axis.level;
+    envmapi_near_row *row = s->rows + task;
+    int high = level->edge + 2, face = task / high, y = task % high - 1, w = level->width;
+    int round = level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR;
+    float most = (float)ldexp(s->bright, -s->exponent);
+    for (int i = 3 * s->turn_count; i < 16 * envmapi_near_groups(s); ++i)
+        for (int x = 0; x < row->to - row->from; ++x)
+            s->blocks[16 * ((size_t)(i / 16) * s->count + row->first + (size_t)x) +
+                      (size_t)(i % 16)] = 0;
+    for (int t = 0; t < s->turn_count; ++t) {
+        const envmapi_place *to = s->turns[t].src + face;
+        const float *image = level->texels + 3 * (size_t)(to->face * level->edge) * (size_t)w;
+        float *out[3], rgb[3];
+        for (int c = 0; c < 3; ++c)
+            out[c] = s->blocks + 16 * ((size_t)((3 * t + c) / 16) * s->count + row->first) +
+                     (3 * t + c) % 16;
+        for (int x = row->from; x < row->to; ++x) {
+            int X = to->x0 + to->xx * x + to->xy * y, Y = to->y0 + to->yx * x + to->yy * y;
+            if (s->exponent || round || X < 0 || Y < 0 || X >= w || Y >= level->edge)
+                envmapi_near_texel(rgb, s, to->face, X, Y);
+            else memcpy(rgb, image + 3 * ((size_t)Y * (size_t)w + (size_t)X), sizeof rgb);
+            for (int c = 0; c < 3; ++c) out[c][16 * (x - row->from)] = rgb[c];
+            if (rgb[0] > most || rgb[1] > most || rgb[2] > most)
+                for (int g = 3 * t / 16; g <= (3 * t + 2) / 16; ++g) {
+                    if (row->bright[g][0] == row->bright[g][1]) row->bright[g][0] = x;
+                    if (x < row->bright[g][0]) row->bright[g][0] = x;
+                    if (x >= row->bright[g][1]) row->bright[g][1] = x + 1;
+                }
+        }
+    }
+}
+
 static envmapi_near_row *envmapi_near_rows(const envmapi_near *s, const envmapi_window *w) {
     return s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
 }
@@ -6668,112 +6782,6 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
             out[t][c] = envmapi_to_float(light);
         }
     }
-}
-
-/* K of some axes, in an open window. */
-static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int axes) {
-    const envmapi_level *level = &s->axis.level;
-    double share = s->axis.bilinear;
-    for (int i = 0; i < 2 && share > 0; ++i)
-        w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->middle, w->face, i);
-    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-    for (int n = 0; n < axes; ++n) {
-        memcpy(w->a, w->axes[n], sizeof w->a);
-        if (w->rim[n]) continue;
-        envmapi_window_frame(w->m, level->mapping, w->face, w->a);
-        if (share > 0) envmapi_near_add(w, s, n, 0, share);
-        if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
-        if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
-    }
-}
-
-/* Opens the window of one of a tile's knots; x, y: where a window alike about texel 0 begins. */
-static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_tile *tile, int knot, double radius, int *x,
-                             int *y) {
-    envmapi_near_axes one = {tile->face, tile->x, tile->y, 1};
-    one.x += s->knot[knot & 3], one.y += s->knot[knot >> 2];
-    envmapi_near_aim(w, s, &one);
-    if (!envmapi_near_open(w, s, tile->face, radius)) return 0;
-    *x = w->x - one.x * s->ratio, *y = w->y - one.y * s->ratio;
-    return 1;
-}
-
-/* K of the knots of a tile, in windows of one size; ready is -1 where there is no room. */
-static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_tile *tile, envmapi_near_knots *knots,
-                             double radius) {
-    int x = 0, y = 0, right = INT_MIN, below = INT_MIN, open = 1;
-    w->knot = 1, knots->x = knots->y = INT_MAX;
-    for (int k = 0; k < 16 && open; ++k) {
-        open = envmapi_near_knot(w, s, tile, k, radius, &x, &y);
-        knots->x = x < knots->x ? x : knots->x, knots->y = y < knots->y ? y : knots->y;
-        right = x + w->width > right ? x + w->width : right;
-        below = y + w->height > below ? y + w->height : below;
-    }
-    knots->width = right - knots->x, knots->height = below - knots->y;
-    size_t area = (size_t)(knots->width * knots->height);
-    knots->ready = open && knots->width <= ENVMAPI_NEAR_WIDE && area <= s->area ? 1 : -1;
-    for (int k = 0; k < 16 && knots->ready > 0; ++k) {
-        envmapi_near_knot(w, s, tile, k, radius, &x, &y);
-        w->x += knots->x - x, w->width = knots->width;
-        w->y += knots->y - y, w->height = knots->height;
-        envmapi_near_kernel(w, s, 1);
-        for (size_t i = 0; i < area; ++i)
-            knots->K[(size_t)k * area + i] = w->K[i * ENVMAPI_NEAR_AXES];
-    }
-    w->knot = 0;
-}
-
-/* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
-static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
-                                 const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                                 const envmapi_near_knots *knots) {
-    const float *along = s->between[axes->y - tile->y];
-    size_t area = (size_t)(knots->width * knots->height);
-    int edge = s->axis.level.edge;
-    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-    for (int row = 0; row < knots->height; ++row) {
-        int y = knots->y + row + axes->y * s->ratio - w->y;
-        const float *K = knots->K + row * knots->width;
-        float lines[4][ENVMAPI_NEAR_WIDE];
-        if (y < 0 || y >= w->height || w->y + y < 0 || w->y + y >= edge) continue;
-        for (int i = 0; i < 4; ++i)
-            for (int x = 0; x < knots->width; ++x) {
-                const float *k = K + (size_t)i * area + x;
-                lines[i][x] = along[0] * k[0] + along[1] * k[4 * area] + along[2] * k[8 * area] +
-                              along[3] * k[12 * area];
-            }
-        for (int n = 0; n < axes->count; ++n) {
-            const float *f = s->between[axes->x + n - tile->x];
-            int shift = knots->x + (axes->x + n) * s->ratio - w->x;
-            int from = -shift - (w->x < 0 ? w->x : 0);
-            int to = (w->x + w->width < edge ? w->width : edge - w->x) - shift;
-            from = from > 0 ? from : 0, to = to < knots->width ? to : knots->width;
-            float *out = w->K + (y * w->width + shift) * ENVMAPI_NEAR_AXES + n;
-            for (int x = from; x < to; ++x)
-                out[x * ENVMAPI_NEAR_AXES] = f[0] * lines[0][x] + f[1] * lines[1][x] +
-                                             f[2] * lines[2][x] + f[3] * lines[3][x];
-        }
-    }
-}
-
-/* K of some axes in the open window: by the knots on the axes' own face, but where the integral ends
-   at its edges. */
-static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
-                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                               envmapi_near_knots *knots) {
-    const envmapi_level *level = &s->axis.level;
-    int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
-                 w->y + w->height <= level->edge;
-    int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
-    if (alike && !knots->ready) {
-        envmapi_near_tie(w, s, tile, knots, w->R);
-        envmapi_near_aim(w, s, axes);
-        envmapi_near_open(w, s, axes->face, w->R);
-    }
-    if (alike && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
-    else envmapi_near_kernel(w, s, axes->count);
 }
 
 /* Some axes: what they see of every part, farther under those turns that show a bright texel. */
@@ -7032,7 +7040,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (!result) result = envmapi_near_table(s, tolerance, pool);
     s->tasks = envmapi_tasks(&desc->work), s->room = 6 * (size_t)level->width + 1024;
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
-    s->bytes = (s->bytes + s->area * (ENVMAPI_NEAR_AXES + 32) * sizeof(float) + 127) / 64 * 64;
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0));
+    s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;
     envmapi_run_all(&desc->work, envmapi_task_near_blocks, s, rows);
