@@ -5410,6 +5410,7 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
 
 /* A part of a face's quadrant: (p,q) = (|2u - 1| width, |2v - 1| edge), whole numbers on the edges
    of texels and on the lines through their centres. */
+#define ENVMAPI_PATCHES 64 /* 12 halvings a side to a texel of the largest map, and more below it */
 typedef struct envmapi_patch {
     double share, reach, from[2], to[2];
     int face, quadrant;
@@ -5480,11 +5481,11 @@ static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, in
     }
 }
 
-/* Adds a patch. It is halved until it lies between lines and six nodes a side suffice: for 0.9
-   sigma, or 0.45 of the distance where a lobe falls from its axis; for an eighth of that across a
-   kink of the lobe. Off by less than 1e-6; near paraboloids' rims, where the other face's lines are
-   no lines here, by 1e-5. */
-static void envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch) {
+/* Adds a patch that lies between lines where six nodes a side suffice: for 0.9 sigma, or 0.45 of
+   the distance where a lobe falls from its axis; for an eighth of that across a kink of the lobe.
+   Else returns 1, and its halves. */
+static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
+                             envmapi_patch half[2]) {
     double corner[4][3], middle[3], uv[2], radius = 0, length[2], size[2];
     for (int i = 0; i < 4; ++i)
         envmapi_patch_at(uv, corner[i], axis, patch, i & 1 ? patch->to[0] : patch->from[0],
@@ -5493,7 +5494,7 @@ static void envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch) {
                      (patch->from[1] + patch->to[1]) / 2);
     for (int i = 0; i < 4; ++i) radius = fmax(radius, 1.1 * envmapi_angle(middle, corner[i]));
     double away = envmapi_angle(axis->a, middle), scale = axis->sigma, finer = 1;
-    if (away - radius > fmin(patch->reach, axis->to) || away + radius < axis->from) return;
+    if (away - radius > fmin(patch->reach, axis->to) || away + radius < axis->from) return 0;
     if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
     else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
     for (int i = 0; i < axis->kink_count; ++i)
@@ -5512,13 +5513,13 @@ static void envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch) {
     if (whole && nodes[0] <= 5 && nodes[1] <= 5) {
         ++nodes[0], ++nodes[1];
         for (int i = 0; i < axis->curves; ++i) envmapi_patch_sum(axis, patch, i, nodes);
-        return;
+        return 0;
     }
-    envmapi_patch half[2] = {*patch, *patch};
+    half[0] = half[1] = *patch;
     int cut = whole ? length[1] > length[0] : size[1] > size[0];
     half[0].to[cut] = half[1].from[cut] =
         patch->from[cut] + (whole ? size[cut] / 2 : floor((size[cut] + 1) / 2));
-    envmapi_patch_add(axis, half), envmapi_patch_add(axis, half + 1);
+    return 1;
 }
 
 /* How narrow texels are, over the mean, where the circle of angle theta about the axis comes
@@ -5558,7 +5559,7 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
 
 /* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
-    envmapi_patch patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
+    envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
     int edges = axis->lobe->kind >= ENVMAP_LOBE_BANKS && axis->kink_count > 0;
     if (edges || axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR) {
         envmapi_axis_polar(axis, share, reach);
@@ -5566,8 +5567,13 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
     }
     patch.to[0] = axis->level.width, patch.to[1] = axis->level.edge;
     for (int i = 0; i < 4 * envmap_faces(axis->level.mapping); ++i) {
-        patch.face = i / 4, patch.quadrant = i % 4;
-        envmapi_patch_add(axis, &patch);
+        int count = 1;
+        patch.face = i / 4, patch.quadrant = i % 4, todo[0] = patch;
+        while (count) {
+            envmapi_patch one = todo[--count];
+            if (envmapi_patch_add(axis, &one, todo + count) && count + 4 <= ENVMAPI_PATCHES)
+                count += 2;
+        }
     }
 }
 
@@ -6187,7 +6193,7 @@ typedef struct envmapi_near_axes {
 
 /* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache. */
 #define ENVMAPI_NEAR_TILE 32
-#define ENVMAPI_NEAR_WIDE 160 /* texels that a knot sees in a row, at most */
+#define ENVMAPI_NEAR_WIDE 80 /* texels that a knot sees in a row, at most */
 typedef struct envmapi_near_tile {
     int face, x, y, first, count;
 } envmapi_near_tile;
@@ -6838,20 +6844,18 @@ static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
 }
 
 /* The texels that some axes need, row by row; and the largest window. */
-static void envmapi_near_needs(envmapi_near *s, const envmapi_near_axes *axes) {
-    envmapi_window w;
-    w.knot = 0;
-    envmapi_near_aim(&w, s, axes);
+static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi_near_axes *axes) {
+    envmapi_near_aim(w, s, axes);
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
-        if (!envmapi_near_open(&w, s, part, s->R_bright)) continue;
-        envmapi_near_row *row = s->rows + w.face * (s->axis.level.edge + 2) + w.y + 1;
-        for (int y = 0; y < w.height; ++y, ++row) {
-            if (row->from == row->to) row->from = w.x, row->to = w.x + w.width;
-            if (w.x < row->from) row->from = w.x;
-            if (w.x + w.width > row->to) row->to = w.x + w.width;
+        if (!envmapi_near_open(w, s, part, s->R_bright)) continue;
+        envmapi_near_row *row = s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
+        for (int y = 0; y < w->height; ++y, ++row) {
+            if (row->from == row->to) row->from = w->x, row->to = w->x + w->width;
+            if (w->x < row->from) row->from = w->x;
+            if (w->x + w->width > row->to) row->to = w->x + w->width;
         }
-        if ((size_t)w.width * (size_t)w.height > s->area)
-            s->area = (size_t)w.width * (size_t)w.height;
+        if ((size_t)w->width * (size_t)w->height > s->area)
+            s->area = (size_t)w->width * (size_t)w->height;
     }
 }
 
@@ -6876,7 +6880,8 @@ static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolera
 }
 
 /* The axes of a tile that are summed, side by side as far as they see the same. */
-static void envmapi_near_line(envmapi_near *s, envmapi_near_tile *tile, int *count, int most) {
+static void envmapi_near_line(envmapi_window *w, envmapi_near *s, envmapi_near_tile *tile,
+                              int *count, int most) {
     int width = envmapi_width(s->dst.mapping, s->dst.size);
     int end = tile->x + s->tile < width ? tile->x + s->tile : width;
     tile->first = *count;
@@ -6886,7 +6891,7 @@ static void envmapi_near_line(envmapi_near *s, envmapi_near_tile *tile, int *cou
             axes->face = tile->face, axes->x = x, axes->y = y;
             while (x < end && x < axes->x + most && envmapi_near_first(s, tile->face, x, y)) ++x;
             axes->count = x - axes->x;
-            if (axes->count) envmapi_near_needs(s, axes), ++*count, --x;
+            if (axes->count) envmapi_near_needs(w, s, axes), ++*count, --x;
         }
     tile->count = *count - tile->first;
 }
@@ -6903,7 +6908,9 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     s->rows = (envmapi_near_row *)envmapi_pool_get(pool, (size_t)rows, sizeof *s->rows);
     s->tiles = (envmapi_near_tile *)envmapi_pool_get(pool, (size_t)(faces * across * down),
                                                      sizeof *s->tiles);
-    if (!s->axes || !s->rows || !s->tiles) return ENVMAP_ERROR_MEMORY;
+    envmapi_window *w = (envmapi_window *)envmapi_pool_get(pool, 1, sizeof *w);
+    if (!s->axes || !s->rows || !s->tiles || !w) return ENVMAP_ERROR_MEMORY;
+    w->knot = 0;
     memset(s->rows, 0, (size_t)rows * sizeof *s->rows);
     s->tile_count = 0, s->count = s->area = 0;
     for (int i = 0; i < faces * across * down; ++i) {
@@ -6912,7 +6919,7 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
         for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
         tile->face = face, tile->x = i % across * s->tile;
         tile->y = i / across % down * s->tile;
-        if (first) envmapi_near_line(s, tile, &count, most), s->tile_count += tile->count > 0;
+        if (first) envmapi_near_line(w, s, tile, &count, most), s->tile_count += tile->count > 0;
     }
     for (int i = 0; i < rows; ++i)
         s->rows[i].first = s->count, s->count += (size_t)(s->rows[i].to - s->rows[i].from);
