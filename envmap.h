@@ -92,7 +92,7 @@
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
      >>windows       what of a face an axis sees
      >>kernels       sharp lobes: what each texel in sight of an axis counts
-    >>near          the sum over these
+     >>near          the sum over these
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
      >>filters       the filter call, chains, prepared sources
@@ -5345,11 +5345,11 @@ typedef struct envmapi_axis {
     double from, to;    /* support of the lobe, rad (envmap_lobe_support) */
     double texel, tent; /* side of the mean texel, rad; t of the card */
     double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
-    double sigma, reach; /* rad: of the lobe; up to here it may be sharp */
+    double sigma, reach;    /* rad: of the lobe; up to here it may be sharp */
     int curves, kink_count; /* parts of a patch; kinks of the lobe */
     double kinks[ENVMAPI_KINKS];
-    double gauss[7][6][2]; /* node and weight of rules of 2 .. 6 */
-    double sum[4];      /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
+    double gauss[7][6][2];  /* node and weight of rules of 2 .. 6 */
+    double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
 } envmapi_axis;
 
 /* 0 up to from, 1 beyond to, smooth between. */
@@ -5410,7 +5410,7 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
 
 /* A part of a face's quadrant: (p,q) = (|2u - 1| width, |2v - 1| edge), whole numbers on the edges
    of texels and on the lines through their centres. */
-#define ENVMAPI_PATCHES 64 /* 12 halvings a side to a texel of the largest map, and more below it */
+#define ENVMAPI_PATCHES 64 /* 15 halvings a side to the largest map's texel, and a few more */
 typedef struct envmapi_patch {
     double share, reach, from[2], to[2];
     int face, quadrant;
@@ -5483,7 +5483,8 @@ static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, in
 
 /* Adds a patch that lies between lines where six nodes a side suffice: for 0.9 sigma, or 0.45 of
    the distance where a lobe falls from its axis; for an eighth of that across a kink of the lobe.
-   Else returns 1, and its halves. */
+   Else returns 1, and its halves, the one nearer to the axis first: it waits while the other, which
+   is cut a few times, is done; so few wait however sharp the lobe is. */
 static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
                              envmapi_patch half[2]) {
     double corner[4][3], middle[3], uv[2], radius = 0, length[2], size[2];
@@ -5519,6 +5520,15 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     int cut = whole ? length[1] > length[0] : size[1] > size[0];
     half[0].to[cut] = half[1].from[cut] =
         patch->from[cut] + (whole ? size[cut] / 2 : floor((size[cut] + 1) / 2));
+    double closer[3], other[3];
+    for (int i = 0; i < 2; ++i)
+        envmapi_patch_at(uv, i ? other : closer, axis, half + i,
+                         (half[i].from[0] + half[i].to[0]) / 2,
+                         (half[i].from[1] + half[i].to[1]) / 2);
+    if (envmapi_dot(axis->a, other) > envmapi_dot(axis->a, closer)) {
+        envmapi_patch swap = half[0];
+        half[0] = half[1], half[1] = swap;
+    }
     return 1;
 }
 
