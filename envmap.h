@@ -3038,7 +3038,7 @@ static void envmapi_zonal_gaussian(double *lambda, int bands, double kappa) {
     for (int l = 1; l < bands; ++l) lambda[l] *= lambda[l - 1];
 }
 
-/* P_l at 64 places, one l after the other: side by side they cost a fourteenth of one by one. */
+/* P_l at 64 cosines side by side, for vectors to do; one l after the other. */
 #define ENVMAPI_ANGLES 64
 typedef struct envmapi_series {
     int l;
@@ -3063,7 +3063,8 @@ static void envmapi_series_next(envmapi_series *series) {
 /* sum_j w_j P_l */
 static double envmapi_series_sum(const envmapi_series *series, const double *w) {
     double sum[8] = {0};
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) sum[j % 8] += w[j] * series->P[j];
+    for (int j = 0; j < ENVMAPI_ANGLES; j += 8)
+        for (int i = 0; i < 8; ++i) sum[i] += w[j + i] * series->P[j + i];
     return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
 }
 
