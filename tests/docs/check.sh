@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # usage: tests/docs/check.sh DIR NAME ...
-# Runs `make NAME DOCS=DIR/docs` on a copy of docs/, and fails where the pages say something else than
-# they said at the start (DIR/was), so that docs/ may be edited meanwhile.
+# Runs `make NAME DOCS=DIR/docs` on a copy of docs/, and fails where the pages then say something
+# else than at the start (DIR/was); docs/ itself may be edited meanwhile.
 # Numbers may differ by 15 % (other compilers, other processors), and errors below 1e-5 and points
 # of charts by a little; columns of times are not looked at. Pictures may differ by 1/200 of their
 # bytes.
