@@ -5266,8 +5266,8 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
                    within 12 texels or 8 sigma, by Gauss-Legendre on patches that end where it has
-                   kinks; in polar coordinates about a for sphere and angular maps and lobes
-                   with edges. What a lobe has beyond (the tail of GGX) is smooth at a texel's
+                   kinks; in polar coordinates about a for sphere and angular maps and
+                   Banks' lobes. What a lobe has beyond (the tail of GGX) is smooth at a texel's
                    scale and stays a sum over texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
@@ -5565,15 +5565,18 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
 }
 
 /* How narrow texels are, over the mean, where the circle of angle theta about the axis comes
-   closest to the point at which all texels of a rim meet. */
+   closest to a point at which all texels of a row or of a rim meet. */
 static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
-    double x = axis->level.mapping == ENVMAP_SPHERE ? -axis->a[2] : axis->a[2];
+    int mapping = axis->level.mapping, poles = mapping == ENVMAP_LATLONG;
+    double x = poles ? fabs(axis->a[1]) : mapping == ENVMAP_SPHERE ? -axis->a[2] : axis->a[2];
     double apart = fabs(envmapi_acos(x) - theta);
+    if (poles) apart = fmin(apart, fabs(ENVMAPI_PI - envmapi_acos(x) - theta));
+    else if (mapping != ENVMAP_SPHERE && mapping != ENVMAP_ANGULAR) return 1;
     return apart < ENVMAPI_PI / 2 ? sin(apart) + 1e-9 : 1;
 }
 
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
-   thin where all of a rim's texels meet, or against a lobe with edges, which are circles about a:
+   thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
    rings, eight or more in two texels, of eight points a texel. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
@@ -5602,8 +5605,7 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
 /* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
-    int edges = axis->lobe->kind >= ENVMAP_LOBE_BANKS && axis->kink_count > 0;
-    if (edges || axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR) {
+    if (axis->lobe->kind == ENVMAP_LOBE_BANKS || axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR) {
         envmapi_axis_polar(axis, share, reach);
         return;
     }
