@@ -2019,12 +2019,13 @@ static void envmapi_orbit_add(envmapi_orbit *o, const envmapi_resampling *r, int
         const envmapi_place *to = o->cube[k] + face;
         int row = to->face * r->cube + to->y0 + to->yx * x + to->yy * y;
         size_t column = (size_t)(to->x0 + to->xx * x + to->xy * y);
-        const float *from = r->src.texels + 3 * ((size_t)row * (size_t)r->cube + column);
-        double *cell = r->cells + 4 * ((size_t)row * ENVMAPI_ROW(r->cube) + column);
-        if (r->scatter)
+        if (r->scatter) {
+            double *cell = r->cells + 4 * ((size_t)row * ENVMAPI_ROW(r->cube) + column);
             envmapi_double4_add(envmapi_double4_at(cell), common, envmapi_double4_at(o->light[k]));
-        else
-            for (int c = 0; c < 3; ++c) o->sums[k][c] += common * (double)from[c];
+            continue;
+        }
+        const float *from = r->src.texels + 3 * ((size_t)row * (size_t)r->cube + column);
+        for (int c = 0; c < 3; ++c) o->sums[k][c] += common * (double)from[c];
     }
     o->all += common;
 }
