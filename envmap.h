@@ -383,7 +383,7 @@ typedef struct envmap_lobe {
              in [-1,1]  [Banks94], [KVHS00] section 4
    function  any k; set p0 != p1 for slices, kinks where it has any
    table     Catmull-Rom along theta over `size` >= 4 samples from 0 to pi; `slices` rows at slice
-             centres of p, linear between                                              [KM00] */
+             centres of p, linear between; at most 2^28 numbers                        [KM00] */
 ENVMAP_API envmap_lobe envmap_lobe_mirror(void);
 ENVMAP_API envmap_lobe envmap_lobe_diffuse(void);
 ENVMAP_API envmap_lobe envmap_lobe_phong(float exponent);
@@ -2475,6 +2475,7 @@ ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t 
     int edge = envmapi_edge(map->size, level);
     size_t width = (size_t)envmapi_width(map->mapping, edge), row = 12 * width;
     size_t rows = (size_t)edge * (size_t)envmap_faces(map->mapping) * (size_t)map->slices;
+    if (rows > PTRDIFF_MAX / row) return ENVMAP_ERROR_ARGUMENT; /* no memory holds such a map */
     char *end = envmapi_pfm_decimal(title + 3, width);
     *end++ = ' ';
     end = envmapi_pfm_decimal(end, rows);
@@ -2740,7 +2741,8 @@ static int envmapi_lobe_ok(const envmap_lobe *lobe) {
         return lobe->function && lobe->kink_count >= 0 && (lobe->kinks || !lobe->kink_count);
     case ENVMAP_LOBE_TABLE:
         return lobe->table && lobe->table_size >= 4 && lobe->table_size <= 1 << 20 &&
-               lobe->table_slices >= 1 && lobe->table_slices <= ENVMAPI_SLICE_LIMIT;
+               lobe->table_slices >= 1 && lobe->table_slices <= ENVMAPI_SLICE_LIMIT &&
+               lobe->table_size <= (1 << 28) / lobe->table_slices; /* so that int counts them */
     default: return 0;
     }
 }

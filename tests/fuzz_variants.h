@@ -20,12 +20,13 @@ static uint32_t fuzz_draw(uint32_t *state) {
 static void fuzz_change(uint8_t *data, size_t bytes, uint32_t *state) {
     static const char words[] = "0123456789-+.eE \n\r#PFfXY=?/\xff";
     size_t most = bytes > 32 && fuzz_draw(state) % 4 ? 32 : bytes, at = fuzz_draw(state) % most;
-    data[at] = (uint8_t)(fuzz_draw(state) % 4 ? (unsigned char)words[fuzz_draw(state) % sizeof words]
-                                              : fuzz_draw(state));
+    uint32_t word = fuzz_draw(state) % sizeof words, any = fuzz_draw(state);
+    data[at] = any % 4 ? (uint8_t)words[word] : (uint8_t)(any >> 2);
 }
 
 /* Each variant has a block of its own size, so that the address sanitizer sees its end. */
-static void fuzz_variants(void (*read)(const uint8_t *, size_t), const uint8_t *data, size_t bytes) {
+static void fuzz_variants(void (*read)(const uint8_t *, size_t), const uint8_t *data,
+                          size_t bytes) {
     uint32_t state = 1;
     read(data, bytes);
     for (size_t i = 0; i < bytes; ++i) state = (state ^ data[i]) * 16777619u;
