@@ -118,7 +118,7 @@ tsan: ## every call that takes an executor, under the thread sanitizer
 	    echo "tsan passed by: $(TSANCC) has no thread sanitizer (Debian: clang libclang-rt-14-dev)"; \
 	fi
 
-analyze: ## clang-tidy and cppcheck on envmap.h, each where it is here
+analyze: ## clang-tidy, cppcheck and scan-build on envmap.h, each where it is here
 	@sh tests/analyze.sh $(BUILD)/analyze
 
 MUTANTS = 200

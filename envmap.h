@@ -380,10 +380,10 @@ typedef struct envmap_lobe {
    ggx       D(sqrt((1+x)/2)) max(x,0), D(c) = alpha^2 / (pi ((alpha^2-1) c^2 + 1)^2), alpha =
              roughness^2 in [0, 1]; 0 is the mirror, (0, 1e-4) counts as 1e-4  [WMLT07] eq. 33
    banks     max(0, sqrt(1-x^2) sqrt(1-c^2) - x c - s) / (1-s)^2, s in [0, 0.99999], c = p
-             [Banks94], [KVHS00] section 4
+             in [-1,1]  [Banks94], [KVHS00] section 4
    function  any k; set p0 != p1 for slices, kinks where it has any
    table     Catmull-Rom along theta over `size` >= 4 samples from 0 to pi; `slices` rows at slice
-             centres of p, linear between                                              [KM00] */
+             centres of p, linear between; at most 2^28 numbers                        [KM00] */
 ENVMAP_API envmap_lobe envmap_lobe_mirror(void);
 ENVMAP_API envmap_lobe envmap_lobe_diffuse(void);
 ENVMAP_API envmap_lobe envmap_lobe_phong(float exponent);
@@ -2019,12 +2019,13 @@ static void envmapi_orbit_add(envmapi_orbit *o, const envmapi_resampling *r, int
         const envmapi_place *to = o->cube[k] + face;
         int row = to->face * r->cube + to->y0 + to->yx * x + to->yy * y;
         size_t column = (size_t)(to->x0 + to->xx * x + to->xy * y);
-        const float *from = r->src.texels + 3 * ((size_t)row * (size_t)r->cube + column);
-        double *cell = r->cells + 4 * ((size_t)row * ENVMAPI_ROW(r->cube) + column);
-        if (r->scatter)
+        if (r->scatter) {
+            double *cell = r->cells + 4 * ((size_t)row * ENVMAPI_ROW(r->cube) + column);
             envmapi_double4_add(envmapi_double4_at(cell), common, envmapi_double4_at(o->light[k]));
-        else
-            for (int c = 0; c < 3; ++c) o->sums[k][c] += common * (double)from[c];
+            continue;
+        }
+        const float *from = r->src.texels + 3 * ((size_t)row * (size_t)r->cube + column);
+        for (int c = 0; c < 3; ++c) o->sums[k][c] += common * (double)from[c];
     }
     o->all += common;
 }
@@ -2474,6 +2475,7 @@ ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t 
     int edge = envmapi_edge(map->size, level);
     size_t width = (size_t)envmapi_width(map->mapping, edge), row = 12 * width;
     size_t rows = (size_t)edge * (size_t)envmap_faces(map->mapping) * (size_t)map->slices;
+    if (rows > PTRDIFF_MAX / row) return ENVMAP_ERROR_ARGUMENT; /* no memory holds such a map */
     char *end = envmapi_pfm_decimal(title + 3, width);
     *end++ = ' ';
     end = envmapi_pfm_decimal(end, rows);
@@ -2719,6 +2721,9 @@ ENVMAPI_BODY envmap_lobe envmap_lobe_table(const float *values, int size, int sl
     return lobe;
 }
 
+/* A cosine, to rounding, is what Banks' p must be. */
+static int envmapi_cosine_ok(double p) { return fabs(p) <= 1 + 1e-6; }
+
 /* What a query needs to be safe: kind, numbers and pointers, in O(1). */
 static int envmapi_lobe_ok(const envmap_lobe *lobe) {
     if (!lobe) return 0;
@@ -2729,12 +2734,15 @@ static int envmapi_lobe_ok(const envmap_lobe *lobe) {
     case ENVMAP_LOBE_PHONG:
     case ENVMAP_LOBE_GAUSSIAN: return parameter >= 0 && parameter <= 1e9;
     case ENVMAP_LOBE_GGX: return parameter >= 0.99e-4 && parameter <= 1;
-    case ENVMAP_LOBE_BANKS: return parameter >= 0 && parameter <= 0.99999;
+    case ENVMAP_LOBE_BANKS:
+        return parameter >= 0 && parameter <= 0.99999 && envmapi_cosine_ok(p0) &&
+               envmapi_cosine_ok(p1);
     case ENVMAP_LOBE_FUNCTION:
         return lobe->function && lobe->kink_count >= 0 && (lobe->kinks || !lobe->kink_count);
     case ENVMAP_LOBE_TABLE:
         return lobe->table && lobe->table_size >= 4 && lobe->table_size <= 1 << 20 &&
-               lobe->table_slices >= 1 && lobe->table_slices <= ENVMAPI_SLICE_LIMIT;
+               lobe->table_slices >= 1 && lobe->table_slices <= ENVMAPI_SLICE_LIMIT &&
+               lobe->table_size <= (1 << 28) / lobe->table_slices; /* so that int counts them */
     default: return 0;
     }
 }
@@ -2753,7 +2761,8 @@ static int envmapi_lobe_sound(const envmap_lobe *lobe) {
 
 /* The mirror is a lobe, but no function. */
 static int envmapi_lobe_has_k(const envmap_lobe *lobe, double p) {
-    return envmapi_lobe_ok(lobe) && lobe->kind != ENVMAP_LOBE_MIRROR && envmapi_finite(p);
+    return envmapi_lobe_ok(lobe) && lobe->kind != ENVMAP_LOBE_MIRROR && envmapi_finite(p) &&
+           (lobe->kind != ENVMAP_LOBE_BANKS || envmapi_cosine_ok(p));
 }
 
 static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
@@ -5552,12 +5561,11 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     int cut = whole ? length[1] > length[0] : size[1] > size[0];
     half[0].to[cut] = half[1].from[cut] =
         patch->from[cut] + (whole ? size[cut] / 2 : floor((size[cut] + 1) / 2));
-    double closer[3], other[3];
+    double at[2][3];
     for (int i = 0; i < 2; ++i)
-        envmapi_patch_at(uv, i ? other : closer, axis, half + i,
-                         (half[i].from[0] + half[i].to[0]) / 2,
+        envmapi_patch_at(uv, at[i], axis, half + i, (half[i].from[0] + half[i].to[0]) / 2,
                          (half[i].from[1] + half[i].to[1]) / 2);
-    if (envmapi_dot(axis->a, other) > envmapi_dot(axis->a, closer)) {
+    if (envmapi_dot(axis->a, at[1]) > envmapi_dot(axis->a, at[0])) {
         envmapi_patch swap = half[0];
         half[0] = half[1], half[1] = swap;
     }
