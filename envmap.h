@@ -6195,13 +6195,14 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     return tail->part > 1e-9 && tail->part <= 1;
 }
 
-/* Axes side by side, in a row of dst: their windows are nearly the same texels. */
+/* An axis of dst. Its windows and those of the count - 1 that follow are nearly the same texels. */
 #define ENVMAPI_NEAR_AXES 8
 typedef struct envmapi_near_axes {
     int face, x, y, count;
 } envmapi_near_axes;
 
-/* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache. */
+/* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache.
+   Where the source is a lat-long, all axes between the centres of its rows y and y + 1. */
 #define ENVMAPI_NEAR_TILE 32
 #define ENVMAPI_NEAR_WIDE 80 /* texels that a knot sees in a row, at most */
 typedef struct envmapi_near_tile {
@@ -6214,6 +6215,20 @@ typedef struct envmapi_near_knots {
     int ready, x, y, width, height;
     float *K;
 } envmapi_near_knots;
+
+/* K of the axes between the centres of rows `row` and row + 1 of a lat-long, for knots at so many
+   rows and columns from there: [latitude][longitude][rows][columns], from row y and from column
+   -reach on. Knots are three a piece; they lie in [0,1] alike from either end. */
+#define ENVMAPI_NEAR_KNOTS 96
+#ifndef ENVMAPI_NEAR_PIECE
+#define ENVMAPI_NEAR_PIECE 1.2
+#endif
+typedef struct envmapi_near_cell {
+    int ready, row, y, rows, columns, reach, last[2];
+    double at[2][ENVMAPI_NEAR_KNOTS + 1]; /* along u, along v */
+    double *twice;                        /* k integrated twice, from the axis' meridian on */
+    float *K;
+} envmapi_near_cell;
 
 /* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
    the last bright one of each block. */
@@ -6236,12 +6251,13 @@ typedef struct envmapi_near {
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
-    size_t count, area;              /* blocks; texels of the largest window */
+    size_t count, area, cell;        /* blocks; texels of the largest window; K of a cell */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
-    double piece;                      /* pieces over ENVMAPI_PIECES */
+    double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows, or 0 */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
+    double poles[2][3]; /* a lat-long's means of its first and its last row */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
     size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
@@ -6263,6 +6279,8 @@ typedef struct envmapi_window {
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
     float *K;       /* [height][width][axes] */
     envmapi_near_knots knots[2]; /* within R, and within R_bright */
+    envmapi_near_cell cell;
+    int tied; /* points along u, while K of the cell is summed */
     envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
     double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
@@ -6286,8 +6304,8 @@ static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_axes *axes) {
     const double *middle = w->axes[axes->count / 2];
     for (int n = 0; n < axes->count; ++n)
-        envmapi_texel_direction(w->axes[n], s->dst.mapping, axes->face, s->dst.size, axes->x + n,
-                                axes->y);
+        envmapi_texel_direction(w->axes[n], s->dst.mapping, axes[n].face, s->dst.size, axes[n].x,
+                                axes[n].y);
     memcpy(w->middle, middle, sizeof w->middle), w->spread = 0;
     for (int n = 0; n < axes->count; ++n)
         w->spread = fmax(w->spread, 1.01 * envmapi_angle(w->axes[n], middle));
@@ -6427,6 +6445,33 @@ static float envmapi_near_omega(const envmapi_level *level, int x, int y) {
     return (float)(envmapi_density(level->mapping, u, v) / level->edge / level->edge);
 }
 
+/* Adds a finished row of points to K of a cell's n-th latitude. Of the integral it has k times the
+   solid angle: its second integral's second differences are those times B_i. omega: of the sum. */
+static void envmapi_near_fold(envmapi_window *w, int n, int y, const float *omega) {
+    envmapi_near_cell *cell = &w->cell;
+    const float *k = w->rows[y & 1];
+    const double *at = cell->at[0];
+    double *twice = cell->twice, sum = 0, gauss = sqrt(1.0 / 12);
+    int last = cell->last[0], most = (cell->reach + 1) * last, area = cell->rows * cell->columns;
+    float *out = w->apart;
+    if (y < cell->y || y >= cell->y + cell->rows) return;
+    if (omega)
+        for (int i = 0; i <= most; ++i) out[i] = (k[2 * i] + k[2 * i + 1]) / 2 * *omega;
+    twice[0] = 0;
+    for (int i = 0; i < most + last && !omega; ++i, k += 2) {
+        double step = at[i % last + 1] - at[i % last], a = (double)k[0], b = (double)k[1];
+        twice[i + 1] =
+            twice[i] + step * (sum + step / 2 * ((0.5 + gauss) * a + (0.5 - gauss) * b));
+        sum += step / 2 * (a + b);
+    }
+    for (int i = 0; i <= most && !omega; ++i)
+        out[i] = (float)(twice[i + last] - 2 * twice[i] + twice[abs(i - last)]);
+    for (int q = 0; q <= last; ++q) {
+        float *K = cell->K + (n * (last + 1) + q) * area + (y - cell->y) * cell->columns;
+        for (int c = 0; c < cell->columns; ++c) K[c] += out[abs((c - cell->reach) * last - q)];
+    }
+}
+
 /* Adds a finished row of nodes to K of texels y; then it is empty. */
 static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, int count, int y,
                                int texels) {
@@ -6434,7 +6479,8 @@ static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, 
     const envmapi_level *level = &s->axis.level;
     const float *omega =
         texels && !w->knot ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
-    for (int j = 0; j < count && y >= w->y && y < w->y + w->height; ++j) {
+    if (w->tied) envmapi_near_fold(w, n, y, omega), count = (count + 15) / 16 * 16;
+    for (int j = 0; j < count && !w->tied && y >= w->y && y < w->y + w->height; ++j) {
         const envmapi_knot *u = w->u + j;
         float k = row[j] * u->weight, next = k * u->f;
         if (omega) k *= omega[envmapi_wrap(u->texel, level->width)];
@@ -6460,12 +6506,12 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
                             envmapi_near_border(w, s, texels)))
         return;
-    int count = envmapi_near_nodes(w->u, s, w, box, 0, texels);
+    int count = w->tied ? w->tied : envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
     if (!count || !lines) return;
     int padded = (count + 15) / 16 * 16;
     int line = level->mapping == ENVMAP_CUBE || level->mapping == ENVMAP_LATLONG;
-    for (int j = 0; j < padded; ++j) {
+    for (int j = 0; j < padded && !w->tied; ++j) {
         if (j >= count) w->u[j] = w->u[count - 1];
         envmapi_near_place(w->place + j, w->apart + j, w, level->mapping, w->u[j].at, 0);
         for (int i = 0; i < 2; ++i)
@@ -6604,6 +6650,146 @@ static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
     }
 }
 
+/* Knots between two texels' centres, where K has kinks as wide as the lobe: the ends of pieces, and
+   two within each for a cubic polynomial. Pieces within `reach` of a kink are of one length, others
+   as long as they are far. Returns the last. */
+static int envmapi_near_pieces(double at[ENVMAPI_NEAR_KNOTS + 1], double piece, double reach) {
+    double sum = 0, end = 0;
+    int count = 0;
+    while (sum < 1 && 3 * count < ENVMAPI_NEAR_KNOTS) {
+        double from = 0, length = 0;
+        sum = 0, ++count;
+        for (int i = 0; i < (count + 1) / 2; ++i, from += length) {
+            length = from < reach ? piece : fmax(piece, from);
+            at[3 * i] = at[3 * (count - 1 - i)] = length;
+        }
+        for (int i = 0; i < count; ++i) sum += at[3 * i];
+    }
+    for (int i = 0; i < count; ++i) {
+        double from = end, length = at[3 * i] / sum;
+        end += length, at[3 * i] = from;
+        at[3 * i + 1] = from + (1 - sqrt(0.5)) * length, at[3 * i + 2] = from + sqrt(0.5) * length;
+    }
+    at[3 * count] = 1;
+    return sum < 1 ? 0 : 3 * count;
+}
+
+/* What is to be summed for a cell; K's numbers, or 0 where so few axes are summed one by one. */
+static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *s,
+                                   const envmapi_near_tile *tile) {
+    const envmapi_level *level = &s->axis.level;
+    cell->ready = 0;
+    if (!(s->cell_piece > 0)) return 0;
+    double high = ENVMAPI_PI / level->edge, R = envmapi_near_reach(s, s->R_bright, 1);
+    double theta = high * fmax(fmin(tile->y + 0.5, level->edge - tile->y - 1.5), 0);
+    double across = theta > R ? asin(sin(R) / sin(theta)) / high : level->edge;
+    double reach = s->tail ? 0 : s->R_bright / high;
+    double piece = s->cell_piece, sine = fmax(sin(theta + high), 1e-3);
+    cell->row = tile->y, cell->y = tile->y - (int)(R / high) - 1;
+    cell->rows = 2 * (tile->y - cell->y) + 2, cell->reach = (int)across + 1;
+    if (2 * cell->reach + 2 > level->width) cell->reach = level->width / 2 - 1;
+    cell->columns = 2 * cell->reach + 2;
+    cell->last[0] = envmapi_near_pieces(cell->at[0], piece / sine, reach / sine);
+    cell->last[1] = envmapi_near_pieces(cell->at[1], piece, reach);
+    int knots = cell->last[0] * cell->last[1];
+    cell->ready = knots && knots < 12 * tile->count &&
+                  2 * (cell->reach + 2) * (cell->last[0] + 1) < (int)s->room;
+    size_t all = (size_t)((cell->last[0] + 1) * (cell->last[1] + 1));
+    return cell->ready ? all * (size_t)(cell->rows * cell->columns) : 0;
+}
+
+/* Points along u about a cell's meridian: two of Gauss and Legendre between knots, or those of a
+   tent about each. Returns how many. */
+static int envmapi_near_points(envmapi_window *w, const envmapi_near *s, int texels) {
+    const envmapi_near_cell *cell = &w->cell;
+    int last = cell->last[0], count = 2 * ((cell->reach + 2) * last + 1);
+    w->m[0] = 0;
+    for (int i = 0; i < count + 15; ++i) {
+        const double *at = cell->at[0] + i / 2 % last;
+        double side = i % 2 ? 1 : -1, x = i / 2 / last + at[0];
+        x += texels ? side * s->axis.tent / sqrt(6.0) : (at[1] - at[0]) * (3 + side * sqrt(3.0)) / 6;
+        envmapi_near_place(w->place + i, w->apart + i, w, ENVMAP_LATLONG, x / s->axis.level.width,
+                           0);
+    }
+    return count;
+}
+
+/* K of a cell's knots. */
+static void envmapi_near_tie_cell(envmapi_window *w, const envmapi_near *s,
+                                  const envmapi_near_tile *tile) {
+    envmapi_near_cell *cell = &w->cell;
+    int edge = s->axis.level.edge;
+    double share = s->axis.bilinear;
+    size_t count = envmapi_near_cell_of(cell, s, tile);
+    if (!cell->ready) return;
+    memset(cell->K, 0, count * sizeof(float));
+    w->R = s->R_bright, w->limit = pow(sin(w->R), 2), w->part = w->face = 0;
+    w->sigma[1] = s->sigma * edge / ENVMAPI_PI;
+    for (int texels = share < 1 ? 1 : 0; texels >= (share > 0 ? 0 : 1); --texels) {
+        double part = texels ? 1 - share : share / s->axis.level.width;
+        w->tied = envmapi_near_points(w, s, texels);
+        for (int n = 0; n <= cell->last[1]; ++n) {
+            double v = (cell->row + 0.5 + cell->at[1][n]) / edge;
+            envmapi_direction(w->a, ENVMAP_LATLONG, 0, 0, v);
+            w->m[1] = ENVMAPI_PI * v, w->m[2] = sin(w->m[1]);
+            envmapi_near_add(w, s, n, texels, part);
+        }
+    }
+    w->tied = 0;
+    for (size_t i = 0; i < count; ++i) /* of lobes that fall as exp(-x^2) the root is smoother */
+        cell->K[i] = sqrtf(sqrtf(cell->K[i] > 0 ? cell->K[i] : 0));
+}
+
+/* Weights of the four knots about x, from the one that is returned on. */
+static int envmapi_near_between_knots(double weight[4], const double *at, int last, double x) {
+    int first = 0;
+    while (first + 3 < last && x > at[first + 3]) first += 3;
+    for (int i = 0; i < 4; ++i) {
+        weight[i] = 1;
+        for (int j = 0; j < 4; ++j)
+            if (j != i) weight[i] *= (x - at[first + j]) / (at[first + i] - at[first + j]);
+    }
+    return first;
+}
+
+/* K of an axis between a cell's knots: to the open window. */
+static void envmapi_near_from_cell(envmapi_window *w, const envmapi_near *s, int n) {
+    const envmapi_near_cell *cell = &w->cell;
+    const envmapi_level *level = &s->axis.level;
+    int area = cell->rows * cell->columns, wide = level->width, next = cell->last[0] + 1;
+    double uv[2], along[4], down[4];
+    envmapi_project(uv, ENVMAP_LATLONG, 0, w->axes[n]);
+    double x = uv[0] * wide - 0.5, y = uv[1] * level->edge - 0.5 - cell->row;
+    int column = (int)floor(x), shift = column - cell->reach - w->x, first = 0, end;
+    int q = envmapi_near_between_knots(along, cell->at[0], cell->last[0], x - column);
+    int p = envmapi_near_between_knots(down, cell->at[1], cell->last[1], y);
+    shift = ((shift % wide) + wide) % wide; /* of the window, where the cell's first column is */
+    if (w->width + cell->columns <= wide) { /* else the window may have two parts of the cell */
+        shift = shift + cell->columns > wide ? shift - wide : shift;
+        first = shift < 0 ? -shift : 0;
+    }
+    end = w->width + cell->columns > wide || w->width - shift > cell->columns ? cell->columns
+                                                                              : w->width - shift;
+    for (int row = 0; row < cell->rows; ++row) {
+        int line = cell->y + row - w->y;
+        if (line < 0 || line >= w->height) continue;
+        const float *K = cell->K + (p * next + q) * area + row * cell->columns;
+        float *out = w->K + line * w->width * ENVMAPI_NEAR_AXES + n, *k = w->apart;
+        memset(k, 0, (size_t)cell->columns * sizeof *k);
+        for (int i = 0; i < 4; ++i, K += next * area) {
+            float f[4];
+            for (int j = 0; j < 4; ++j) f[j] = (float)(down[i] * along[j]);
+            for (int c = first; c < end; ++c)
+                k[c] += f[0] * K[c] + f[1] * K[c + area] + f[2] * K[c + 2 * area] +
+                        f[3] * K[c + 3 * area];
+        }
+        for (int c = first; c < end; ++c) {
+            int to = shift + c < wide ? shift + c : shift + c - wide;
+            if (to < w->width) out[to * ENVMAPI_NEAR_AXES] = k[c] * k[c] * k[c] * k[c];
+        }
+    }
+}
+
 /* K of some axes in the open window: by the knots on the axes' own face, but where the integral
    ends at its edges. */
 static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
@@ -6612,6 +6798,11 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
     const envmapi_level *level = &s->axis.level;
     int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
                  w->y + w->height <= level->edge;
+    if (w->cell.ready) {
+        memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+        for (int n = 0; n < axes->count; ++n) envmapi_near_from_cell(w, s, n);
+        return;
+    }
     int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
     if (alike && !knots->ready) {
         envmapi_near_tie(w, s, tile, knots, w->R);
@@ -6658,8 +6849,8 @@ static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, in
         envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
         envmapi_add_tap(rgb, level, face, in_x, y, 1.0 / 3);
     } else if (level->mapping == ENVMAP_LATLONG && pole) {
-        for (int i = 0; i < w; ++i) envmapi_add_tap(rgb, level, face, i, y, 2.0 / w);
         envmapi_add_tap(rgb, level, face, x, y, -1);
+        for (int c = 0; c < 3; ++c) rgb[c] += 2 * s->poles[y < 0 ? 0 : 1][c];
     } else {
         envmapi_add_tap(rgb, level, face, x, y, 1);
     }
@@ -6777,7 +6968,7 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
     for (int t = 0; t < s->turn_count; ++t) {
-        size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x + n, axes->y);
+        size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x, axes->y);
         out[t] = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
         if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
@@ -6818,7 +7009,7 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             envmapi_near_apply(w, s, groups);
         }
     }
-    for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, w->rim[n]);
+    for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes + n, w->rim[n]);
 }
 
 #define ENVMAPI_NEAR_ROUND 64 /* tiles between two words to the progress callback */
@@ -6833,13 +7024,16 @@ static void envmapi_task_near(void *context, int task) {
     memset(w->rows[0], 0, 2 * room * sizeof(float));
     w->knots[0].K = w->K + s->area * ENVMAPI_NEAR_AXES;
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
+    w->cell.twice = (double *)(void *)((char *)w + s->bytes) - room;
+    w->cell.K = (float *)(void *)w->cell.twice - s->cell, w->cell.ready = w->tied = 0;
     int last = s->first + ENVMAPI_NEAR_ROUND;
     if (last > s->tile_count) last = s->tile_count;
     for (int i = s->first + task; i < last; i += s->tasks) {
         const envmapi_near_tile *tile = s->tiles + i;
         w->knots[0].ready = w->knots[1].ready = 0;
-        for (int n = 0; n < tile->count; ++n)
-            envmapi_near_see(w, s, tile, s->axes + tile->first + n);
+        if (s->cell) envmapi_near_tie_cell(w, s, tile);
+        const envmapi_near_axes *axes = s->axes + tile->first, *end = axes + tile->count;
+        for (; axes < end; axes += axes->count) envmapi_near_see(w, s, tile, axes);
     }
 }
 
@@ -6873,7 +7067,10 @@ static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi
    lie alike about each axis. */
 static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolerance) {
     int size = s->dst.size, kind = s->axis.lobe->kind;
-    s->tile = ENVMAPI_NEAR_TILE, s->ratio = 0;
+    s->tile = ENVMAPI_NEAR_TILE, s->ratio = 0, s->cell_piece = 0;
+    if (src->mapping == ENVMAP_LATLONG && kind < ENVMAP_LOBE_FUNCTION && tolerance >= 1e-4 &&
+        envmapi_lobe_nonnegative(s->axis.lobe, s->axis.p))
+        s->cell_piece = ENVMAPI_NEAR_PIECE * s->sigma * src->size / ENVMAPI_PI;
     if (s->dst.mapping != ENVMAP_CUBE || src->mapping != ENVMAP_CUBE || size < 128 ||
         src->size % size || kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4)
         return;
@@ -6898,12 +7095,55 @@ static void envmapi_near_line(envmapi_window *w, envmapi_near *s, envmapi_near_t
     for (int y = tile->y; y < tile->y + s->tile && y < s->dst.size; ++y)
         for (int x = tile->x; x < end; ++x) {
             envmapi_near_axes *axes = s->axes + *count;
-            axes->face = tile->face, axes->x = x, axes->y = y;
-            while (x < end && x < axes->x + most && envmapi_near_first(s, tile->face, x, y)) ++x;
-            axes->count = x - axes->x;
-            if (axes->count) envmapi_near_needs(w, s, axes), ++*count, --x;
+            int n = 0;
+            for (; n < most && x < end && envmapi_near_first(s, tile->face, x, y); ++n, ++x)
+                axes[n].face = tile->face, axes[n].x = x, axes[n].y = y;
+            axes->count = n, *count += n;
+            if (n) envmapi_near_needs(w, s, axes), --x;
         }
     tile->count = *count - tile->first;
+}
+
+/* The axes of a lat-long by latitude and longitude: tiles of those between two rows of texels. */
+static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size_t room,
+                                        envmapi_pool *pool) {
+    const envmap *dst = &s->dst;
+    const envmapi_level *level = &s->axis.level;
+    int width = envmapi_width(dst->mapping, dst->size), bins = level->width / 4 + 1, count = 0;
+    envmapi_near_axes *found = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof *found);
+    int *first = (int *)envmapi_pool_get(pool, (size_t)(bins * (level->edge + 1)), sizeof *first);
+    if (!found || !first) return ENVMAP_ERROR_MEMORY;
+    memset(first, -1, (size_t)(bins * (level->edge + 1)) * sizeof *first);
+    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size * width; ++i) {
+        envmapi_near_axes axis = {i / width / dst->size, i % width, i / width % dst->size, 0};
+        if (!envmapi_near_first(s, axis.face, axis.x, axis.y)) continue;
+        double a[3], uv[2];
+        envmapi_texel_direction(a, dst->mapping, axis.face, dst->size, axis.x, axis.y);
+        envmapi_project(uv, ENVMAP_LATLONG, 0, a);
+        int *bin = first + (int)(uv[1] * level->edge + 0.5) * bins + (int)(uv[0] * (bins - 1));
+        axis.count = *bin, found[count] = axis, *bin = count++; /* count: the next in a bin */
+    }
+    count = 0;
+    for (int row = 0; row <= level->edge; ++row) {
+        envmapi_near_tile *tile = s->tiles + s->tile_count;
+        envmapi_near_axes *axes = NULL;
+        int from = 0;
+        tile->face = tile->x = 0, tile->y = row - 1, tile->first = count;
+        for (int bin = 0; bin < bins; ++bin)
+            for (int i = first[row * bins + bin]; i >= 0; i = found[i].count) {
+                if (!axes || axes->count == ENVMAPI_NEAR_AXES || bin > from + 2)
+                    axes = s->axes + count, axes->count = 0, from = bin;
+                int n = axes->count;
+                s->axes[count] = found[i], s->axes[count++].count = 1, axes->count = n + 1;
+            }
+        tile->count = count - tile->first, s->tile_count += tile->count > 0;
+    }
+    for (int n = 0; n < count; n += s->axes[n].count) envmapi_near_needs(w, s, s->axes + n);
+    for (int i = 0; i < s->tile_count; ++i) {
+        size_t cell = envmapi_near_cell_of(&w->cell, s, s->tiles + i);
+        if (cell > s->cell) s->cell = cell;
+    }
+    return ENVMAP_OK;
 }
 
 /* Which axes are summed, and what they need. */
@@ -6913,17 +7153,21 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     int most = (int)envmapi_clamp(1 + s->R / envmapi_texel_extent(dst), 1, ENVMAPI_NEAR_AXES);
     int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2), count = 0;
     int across = width / s->tile + 1, down = dst->size / s->tile + 1;
-    size_t room = (size_t)(faces * dst->size) * (size_t)(across * (s->tile / most + 1));
+    /* texels over turns, and those on mirrors */
+    size_t room = (size_t)(faces * dst->size) * (size_t)(width / s->turn_count + 1) +
+                  (size_t)(8 * faces * width);
     s->axes = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof(envmapi_near_axes));
     s->rows = (envmapi_near_row *)envmapi_pool_get(pool, (size_t)rows, sizeof *s->rows);
-    s->tiles = (envmapi_near_tile *)envmapi_pool_get(pool, (size_t)(faces * across * down),
-                                                     sizeof *s->tiles);
+    s->tiles = (envmapi_near_tile *)envmapi_pool_get(
+        pool, (size_t)(faces * across * down + s->axis.level.edge + 1), sizeof *s->tiles);
     envmapi_window *w = (envmapi_window *)envmapi_pool_get(pool, 1, sizeof *w);
     if (!s->axes || !s->rows || !s->tiles || !w) return ENVMAP_ERROR_MEMORY;
     w->knot = 0;
     memset(s->rows, 0, (size_t)rows * sizeof *s->rows);
-    s->tile_count = 0, s->count = s->area = 0;
-    for (int i = 0; i < faces * across * down; ++i) {
+    s->tile_count = 0, s->count = s->area = s->cell = 0;
+    if (s->axis.level.mapping == ENVMAP_LATLONG && envmapi_near_cells(w, s, room, pool))
+        return ENVMAP_ERROR_MEMORY;
+    for (int i = 0; i < faces * across * down && s->axis.level.mapping != ENVMAP_LATLONG; ++i) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
         int face = i / (across * down), first = 1;
         for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
@@ -7052,12 +7296,18 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
+    s->room = 6 * (size_t)level->width + 1024;
     envmapi_near_tiles(s, src, tolerance);
+    memset(s->poles, 0, sizeof s->poles);
+    for (int i = 0; i < 2 * level->width && src->mapping == ENVMAP_LATLONG; ++i)
+        envmapi_add_tap(s->poles[i % 2], level, 0, i / 2, i % 2 * (level->edge - 1),
+                        1.0 / level->width);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
-    s->tasks = envmapi_tasks(&desc->work), s->room = 6 * (size_t)level->width + 1024;
+    s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0));
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) + s->cell +
+                     2 * s->room;
     s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;

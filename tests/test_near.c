@@ -119,9 +119,8 @@ static void heavy_tails_keep_the_tolerance(void) {
     FIGURE("the worst texel's", worst_texel, 20);
 }
 
-/* Where texels of two cubes lie alike, K of a few axes serves those between; a tolerance below 1e-4
-   sums K for each. */
-static void axes_between_knots_agree_with_those_summed_one_by_one(void) {
+/* K of a few axes serves those between; a tolerance below 1e-4 sums K for each. */
+static void knots_agree_with_axes_summed_one_by_one(int from) {
     static const char *const alike[] = {"phong:2000:0", "phong:6000:0", "gaussian:1e5:0",
                                         "ggx:0.02:0", "ggx:0.002:0"};
     double rms = 0, worst = 0;
@@ -131,7 +130,7 @@ static void axes_between_knots_agree_with_those_summed_one_by_one(void) {
         bench b;
         snprintf(rest, sizeof rest, "lobe=%s raw=0:1 tolerance=1e-3 scene=%s", alike[i % 5],
                  i < 5 ? "noise:0:0" : "sun:0:0");
-        work w = work_of(ENVMAP_CUBE, ENVMAP_CUBE, 128, rest);
+        work w = work_of(from, ENVMAP_CUBE, 128, rest);
         w.src_size = i % 2 ? 256 : 128;
         if (!CHECK(bench_create(&b, &w))) return;
         envmap_difference off;
@@ -148,6 +147,16 @@ static void axes_between_knots_agree_with_those_summed_one_by_one(void) {
     }
     FIGURE("rms in tolerances", rms * 1e3, 0.7);
     FIGURE("the worst texel's", worst * 1e3, 5);
+}
+
+/* Texels of two cubes lie alike about all axes of a face. */
+static void axes_between_knots_agree_with_those_summed_one_by_one(void) {
+    knots_agree_with_axes_summed_one_by_one(ENVMAP_CUBE);
+}
+
+/* Texels of a lat-long's row look alike from all axes of one latitude. */
+static void latitudes_between_knots_agree_with_axes_summed_one_by_one(void) {
+    knots_agree_with_axes_summed_one_by_one(ENVMAP_LATLONG);
 }
 
 static void tight_tolerances_are_kept(void) {
@@ -313,6 +322,7 @@ int main(void) {
     RUN(tables_and_functions_keep_the_tolerance);
     RUN(heavy_tails_keep_the_tolerance);
     RUN(axes_between_knots_agree_with_those_summed_one_by_one);
+    RUN(latitudes_between_knots_agree_with_axes_summed_one_by_one);
     RUN(tight_tolerances_are_kept);
     RUN(raw_sums_are_whole);
     RUN(the_sharpest_lobe_is_the_bilinear_lookup);
