@@ -6674,13 +6674,13 @@ static int envmapi_near_pieces(double at[ENVMAPI_NEAR_KNOTS + 1], double piece, 
     return sum < 1 ? 0 : 3 * count;
 }
 
-/* What is to be summed for a cell; K's numbers, or 0 where so few axes are summed one by one. */
+/* What is to be summed for a cell: K's numbers, or 0 where so few axes are summed one by one. */
 static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *s,
                                    const envmapi_near_tile *tile) {
     const envmapi_level *level = &s->axis.level;
     cell->ready = 0;
     if (!(s->cell_piece > 0)) return 0;
-    double high = ENVMAPI_PI / level->edge, R = envmapi_near_reach(s, s->R_bright, 1);
+    double high = ENVMAPI_PI / level->edge, R = envmapi_near_reach(s, s->R_bright, s->axis.bilinear < 1);
     double theta = high * fmax(fmin(tile->y + 0.5, level->edge - tile->y - 1.5), 0);
     double across = theta > R ? asin(sin(R) / sin(theta)) / high : level->edge;
     double reach = s->tail ? 0 : s->R_bright / high;
@@ -6741,13 +6741,14 @@ static void envmapi_near_tie_cell(envmapi_window *w, const envmapi_near *s,
 }
 
 /* Weights of the four knots about x, from the one that is returned on. */
-static int envmapi_near_between_knots(double weight[4], const double *at, int last, double x) {
+static int envmapi_near_weights(float weight[4], const double *at, int last, double x) {
     int first = 0;
     while (first + 3 < last && x > at[first + 3]) first += 3;
     for (int i = 0; i < 4; ++i) {
-        weight[i] = 1;
+        double f = 1;
         for (int j = 0; j < 4; ++j)
-            if (j != i) weight[i] *= (x - at[first + j]) / (at[first + i] - at[first + j]);
+            if (j != i) f *= (x - at[first + j]) / (at[first + i] - at[first + j]);
+        weight[i] = (float)f;
     }
     return first;
 }
@@ -6757,36 +6758,34 @@ static void envmapi_near_from_cell(envmapi_window *w, const envmapi_near *s, int
     const envmapi_near_cell *cell = &w->cell;
     const envmapi_level *level = &s->axis.level;
     int area = cell->rows * cell->columns, wide = level->width, next = cell->last[0] + 1;
-    double uv[2], along[4], down[4];
+    int top = w->y > cell->y ? w->y - cell->y : 0, bottom = w->y + w->height - cell->y;
+    double uv[2];
+    float along[4], down[4], *k = cell->K + (cell->last[1] + 1) * next * area;
     envmapi_project(uv, ENVMAP_LATLONG, 0, w->axes[n]);
     double x = uv[0] * wide - 0.5, y = uv[1] * level->edge - 0.5 - cell->row;
-    int column = (int)floor(x), shift = column - cell->reach - w->x, first = 0, end;
-    int q = envmapi_near_between_knots(along, cell->at[0], cell->last[0], x - column);
-    int p = envmapi_near_between_knots(down, cell->at[1], cell->last[1], y);
-    shift = ((shift % wide) + wide) % wide; /* of the window, where the cell's first column is */
-    if (w->width + cell->columns <= wide) { /* else the window may have two parts of the cell */
-        shift = shift + cell->columns > wide ? shift - wide : shift;
-        first = shift < 0 ? -shift : 0;
+    int column = (int)floor(x), shift = (column - cell->reach - w->x) % wide;
+    int q = envmapi_near_weights(along, cell->at[0], cell->last[0], x - column);
+    int p = envmapi_near_weights(down, cell->at[1], cell->last[1], y);
+    bottom = bottom < cell->rows ? bottom : cell->rows, top *= cell->columns;
+    int count = bottom * cell->columns - top;
+    if (count > 0) memset(k, 0, (size_t)count * sizeof *k);
+    for (int i = 0; i < 4; ++i) {
+        const float *a = cell->K + ((p + i) * next + q) * area + top, *b = a + area;
+        const float *c = b + area, *d = c + area;
+        float f = down[i] * along[0], g = down[i] * along[1], h = down[i] * along[2];
+        float l = down[i] * along[3];
+        for (int j = 0; j < count; ++j) k[j] += f * a[j] + g * b[j] + h * c[j] + l * d[j];
     }
-    end = w->width + cell->columns > wide || w->width - shift > cell->columns ? cell->columns
-                                                                              : w->width - shift;
-    for (int row = 0; row < cell->rows; ++row) {
-        int line = cell->y + row - w->y;
-        if (line < 0 || line >= w->height) continue;
-        const float *K = cell->K + (p * next + q) * area + row * cell->columns;
-        float *out = w->K + line * w->width * ENVMAPI_NEAR_AXES + n, *k = w->apart;
-        memset(k, 0, (size_t)cell->columns * sizeof *k);
-        for (int i = 0; i < 4; ++i, K += next * area) {
-            float f[4];
-            for (int j = 0; j < 4; ++j) f[j] = (float)(down[i] * along[j]);
-            for (int c = first; c < end; ++c)
-                k[c] += f[0] * K[c] + f[1] * K[c + area] + f[2] * K[c + 2 * area] +
-                        f[3] * K[c + 3 * area];
+    for (int j = 0; j < count; ++j) k[j] *= k[j], k[j] *= k[j];
+    float *out = w->K + n + (cell->y > w->y ? cell->y - w->y : 0) * w->width * ENVMAPI_NEAR_AXES;
+    shift = shift < 0 ? shift + wide : shift;
+    for (int row = top; row < top + count; row += cell->columns, k += cell->columns) {
+        for (int to = shift; to > shift - 2 * wide; to -= wide) { /* also what is over the seam */
+            int first = to < 0 ? -to : 0, end = w->width - to;
+            end = end < cell->columns ? end : cell->columns;
+            for (int c = first; c < end; ++c) out[(to + c) * ENVMAPI_NEAR_AXES] = k[c];
         }
-        for (int c = first; c < end; ++c) {
-            int to = shift + c < wide ? shift + c : shift + c - wide;
-            if (to < w->width) out[to * ENVMAPI_NEAR_AXES] = k[c] * k[c] * k[c] * k[c];
-        }
+        out += w->width * ENVMAPI_NEAR_AXES;
     }
 }
 
@@ -7141,7 +7140,8 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
     for (int n = 0; n < count; n += s->axes[n].count) envmapi_near_needs(w, s, s->axes + n);
     for (int i = 0; i < s->tile_count; ++i) {
         size_t cell = envmapi_near_cell_of(&w->cell, s, s->tiles + i);
-        if (cell > s->cell) s->cell = cell;
+        cell += (size_t)(w->cell.rows * w->cell.columns); /* an axis' own K */
+        if (w->cell.ready && cell > s->cell) s->cell = cell;
     }
     return ENVMAP_OK;
 }
