@@ -6220,6 +6220,9 @@ typedef struct envmapi_near_knots {
    rows and columns from there: [latitude][longitude][rows][columns], from row y and from column
    -reach on. Knots are three a piece; they lie in [0,1] alike from either end. */
 #define ENVMAPI_NEAR_KNOTS 96
+#ifndef ENVMAPI_NEAR_CORE
+#define ENVMAPI_NEAR_CORE 2.0
+#endif
 #ifndef ENVMAPI_NEAR_PIECE
 #define ENVMAPI_NEAR_PIECE 1.2
 #endif
@@ -6238,7 +6241,8 @@ typedef struct envmapi_near_row {
     size_t first;
 } envmapi_near_row;
 
-typedef struct envmapi_near {
+typedef struct envmapi_near envmapi_near;
+struct envmapi_near {
     envmapi_axis axis; /* the lobe, and what it is to the source */
     envmap dst;
     int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
@@ -6261,7 +6265,12 @@ typedef struct envmapi_near {
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
     size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
-} envmapi_near;
+    /* Cells' lobe: this one, or two. A sharp GGX has detail within `core`, the other has what is
+       beyond, where fewer knots serve. */
+    envmapi_near *parts;
+    int part_count;
+    double core, beyond; /* where k fades out, or fades in; or 0 */
+};
 
 /* What a task works with: the texels of a face that some axes see, what an axis makes of them, and
    the sums of all axes and turns. */
@@ -6279,8 +6288,8 @@ typedef struct envmapi_window {
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
     float *K;       /* [height][width][axes] */
     envmapi_near_knots knots[2]; /* within R, and within R_bright */
-    envmapi_near_cell cell;
-    int tied; /* points along u, while K of the cell is summed */
+    envmapi_near_cell cells[2], *cell; /* cell: the one whose K is being summed */
+    int tied;                          /* points along u, while K of the cell is summed */
     envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
     double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
@@ -6448,7 +6457,7 @@ static float envmapi_near_omega(const envmapi_level *level, int x, int y) {
 /* Adds a finished row of points to K of a cell's n-th latitude. Of the integral it has k times the
    solid angle: its second integral's second differences are those times B_i. omega: of the sum. */
 static void envmapi_near_fold(envmapi_window *w, int n, int y, const float *omega) {
-    envmapi_near_cell *cell = &w->cell;
+    envmapi_near_cell *cell = w->cell;
     const float *k = w->rows[y & 1];
     const double *at = cell->at[0];
     double *twice = cell->twice, sum = 0, gauss = sqrt(1.0 / 12);
@@ -6678,12 +6687,10 @@ static int envmapi_near_pieces(double at[ENVMAPI_NEAR_KNOTS + 1], double piece, 
 static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *s,
                                    const envmapi_near_tile *tile) {
     const envmapi_level *level = &s->axis.level;
-    cell->ready = 0;
-    if (!(s->cell_piece > 0)) return 0;
     double high = ENVMAPI_PI / level->edge, R = envmapi_near_reach(s, s->R_bright, s->axis.bilinear < 1);
     double theta = high * fmax(fmin(tile->y + 0.5, level->edge - tile->y - 1.5), 0);
     double across = theta > R ? asin(sin(R) / sin(theta)) / high : level->edge;
-    double reach = s->tail ? 0 : s->R_bright / high;
+    double reach = s->beyond > 0 ? 1 : s->tail ? 0 : s->R_bright / high;
     double piece = s->cell_piece, sine = fmax(sin(theta + high), 1e-3);
     cell->row = tile->y, cell->y = tile->y - (int)(R / high) - 1;
     cell->rows = 2 * (tile->y - cell->y) + 2, cell->reach = (int)across + 1;
@@ -6701,7 +6708,7 @@ static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *
 /* Points along u about a cell's meridian: two of Gauss and Legendre between knots, or those of a
    tent about each. Returns how many. */
 static int envmapi_near_points(envmapi_window *w, const envmapi_near *s, int texels) {
-    const envmapi_near_cell *cell = &w->cell;
+    const envmapi_near_cell *cell = w->cell;
     int last = cell->last[0], count = 2 * ((cell->reach + 2) * last + 1);
     w->m[0] = 0;
     for (int i = 0; i < count + 15; ++i) {
@@ -6717,7 +6724,7 @@ static int envmapi_near_points(envmapi_window *w, const envmapi_near *s, int tex
 /* K of a cell's knots. */
 static void envmapi_near_tie_cell(envmapi_window *w, const envmapi_near *s,
                                   const envmapi_near_tile *tile) {
-    envmapi_near_cell *cell = &w->cell;
+    envmapi_near_cell *cell = w->cell;
     int edge = s->axis.level.edge;
     double share = s->axis.bilinear;
     size_t count = envmapi_near_cell_of(cell, s, tile);
@@ -6736,7 +6743,7 @@ static void envmapi_near_tie_cell(envmapi_window *w, const envmapi_near *s,
         }
     }
     w->tied = 0;
-    for (size_t i = 0; i < count; ++i) /* of lobes that fall as exp(-x^2) the root is smoother */
+    for (size_t i = 0; i < count; ++i) /* the root of exp(-x^2) is smoother */
         cell->K[i] = sqrtf(sqrtf(cell->K[i] > 0 ? cell->K[i] : 0));
 }
 
@@ -6753,9 +6760,9 @@ static int envmapi_near_weights(float weight[4], const double *at, int last, dou
     return first;
 }
 
-/* K of an axis between a cell's knots: to the open window. */
-static void envmapi_near_from_cell(envmapi_window *w, const envmapi_near *s, int n) {
-    const envmapi_near_cell *cell = &w->cell;
+/* Adds K of an axis between a cell's knots to the open window. */
+static void envmapi_near_from_cell(envmapi_window *w, const envmapi_near *s, int n,
+                                   const envmapi_near_cell *cell) {
     const envmapi_level *level = &s->axis.level;
     int area = cell->rows * cell->columns, wide = level->width, next = cell->last[0] + 1;
     int top = w->y > cell->y ? w->y - cell->y : 0, bottom = w->y + w->height - cell->y;
@@ -6783,7 +6790,7 @@ static void envmapi_near_from_cell(envmapi_window *w, const envmapi_near *s, int
         for (int to = shift; to > shift - 2 * wide; to -= wide) { /* also what is over the seam */
             int first = to < 0 ? -to : 0, end = w->width - to;
             end = end < cell->columns ? end : cell->columns;
-            for (int c = first; c < end; ++c) out[(to + c) * ENVMAPI_NEAR_AXES] = k[c];
+            for (int c = first; c < end; ++c) out[(to + c) * ENVMAPI_NEAR_AXES] += k[c];
         }
         out += w->width * ENVMAPI_NEAR_AXES;
     }
@@ -6797,9 +6804,10 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
     const envmapi_level *level = &s->axis.level;
     int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
                  w->y + w->height <= level->edge;
-    if (w->cell.ready) {
+    if (w->cells[0].ready && (s->part_count < 2 || w->cells[1].ready)) {
         memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-        for (int n = 0; n < axes->count; ++n) envmapi_near_from_cell(w, s, n);
+        for (int i = 0; i < s->part_count * axes->count; ++i)
+            envmapi_near_from_cell(w, s, i % axes->count, w->cells + i / axes->count);
         return;
     }
     int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
@@ -7023,16 +7031,23 @@ static void envmapi_task_near(void *context, int task) {
     memset(w->rows[0], 0, 2 * room * sizeof(float));
     w->knots[0].K = w->K + s->area * ENVMAPI_NEAR_AXES;
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
-    w->cell.twice = (double *)(void *)((char *)w + s->bytes) - room;
-    w->cell.K = (float *)(void *)w->cell.twice - s->cell, w->cell.ready = w->tied = 0;
+    w->cells[0].ready = w->tied = 0;
+    float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
+    for (int i = 0; i < s->part_count; ++i) {
+        w->cells[i].twice = (double *)(void *)((char *)w + s->bytes) - room;
+        w->cells[i].K = end -= s->parts[i].cell;
+    }
     int last = s->first + ENVMAPI_NEAR_ROUND;
     if (last > s->tile_count) last = s->tile_count;
     for (int i = s->first + task; i < last; i += s->tasks) {
         const envmapi_near_tile *tile = s->tiles + i;
         w->knots[0].ready = w->knots[1].ready = 0;
-        if (s->cell) envmapi_near_tie_cell(w, s, tile);
-        const envmapi_near_axes *axes = s->axes + tile->first, *end = axes + tile->count;
-        for (; axes < end; axes += axes->count) envmapi_near_see(w, s, tile, axes);
+        for (int part = 0; part < s->part_count; ++part) {
+            w->cell = w->cells + part;
+            envmapi_near_tie_cell(w, s->parts + part, tile);
+        }
+        const envmapi_near_axes *axes = s->axes + tile->first, *after = axes + tile->count;
+        for (; axes < after; axes += axes->count) envmapi_near_see(w, s, tile, axes);
     }
 }
 
@@ -7066,10 +7081,7 @@ static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi
    lie alike about each axis. */
 static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolerance) {
     int size = s->dst.size, kind = s->axis.lobe->kind;
-    s->tile = ENVMAPI_NEAR_TILE, s->ratio = 0, s->cell_piece = 0;
-    if (src->mapping == ENVMAP_LATLONG && kind < ENVMAP_LOBE_FUNCTION && tolerance >= 1e-4 &&
-        envmapi_lobe_nonnegative(s->axis.lobe, s->axis.p))
-        s->cell_piece = ENVMAPI_NEAR_PIECE * s->sigma * src->size / ENVMAPI_PI;
+    s->tile = ENVMAPI_NEAR_TILE, s->ratio = 0;
     if (s->dst.mapping != ENVMAP_CUBE || src->mapping != ENVMAP_CUBE || size < 128 ||
         src->size % size || kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4)
         return;
@@ -7083,6 +7095,26 @@ static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolera
                 if (j != i) f *= (double)(t - s->knot[j]) / (s->knot[i] - s->knot[j]);
             s->between[t][i] = (float)f;
         }
+}
+
+/* For which lobes K of a lat-long's cells is summed, if any. */
+static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envmapi_pool *pool) {
+    const envmapi_level *level = &s->axis.level;
+    double high = ENVMAPI_PI / level->edge;
+    s->part_count = 0, s->core = s->beyond = s->cell_piece = 0, s->cell = 0;
+    if (level->mapping != ENVMAP_LATLONG || s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION ||
+        tolerance < 1e-4 || !envmapi_lobe_nonnegative(s->axis.lobe, s->axis.p))
+        return ENVMAP_OK;
+    s->cell_piece = ENVMAPI_NEAR_PIECE * s->sigma / high;
+    s->parts = (envmapi_near *)envmapi_pool_get(pool, 2, sizeof *s->parts);
+    if (!s->parts) return ENVMAP_ERROR_MEMORY;
+    s->parts[0] = s->parts[1] = *s;
+    s->part_count = 1;
+    if (!s->tail || s->cell_piece > 0.5) return ENVMAP_OK;
+    s->parts[0].core = s->parts[0].R_bright = s->parts[1].beyond = ENVMAPI_NEAR_CORE * high;
+    s->parts[1].cell_piece = 0.5;
+    s->part_count = 2;
+    return ENVMAP_OK;
 }
 
 /* The axes of a tile that are summed, side by side as far as they see the same. */
@@ -7138,10 +7170,11 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
         tile->count = count - tile->first, s->tile_count += tile->count > 0;
     }
     for (int n = 0; n < count; n += s->axes[n].count) envmapi_near_needs(w, s, s->axes + n);
-    for (int i = 0; i < s->tile_count; ++i) {
-        size_t cell = envmapi_near_cell_of(&w->cell, s, s->tiles + i);
-        cell += (size_t)(w->cell.rows * w->cell.columns); /* an axis' own K */
-        if (w->cell.ready && cell > s->cell) s->cell = cell;
+    for (int i = 0; i < s->tile_count * s->part_count; ++i) {
+        envmapi_near *part = s->parts + i % s->part_count;
+        size_t cell = envmapi_near_cell_of(w->cells, part, s->tiles + i / s->part_count);
+        cell += (size_t)(w->cells->rows * w->cells->columns); /* an axis' own K */
+        if (w->cells->ready && cell > part->cell) part->cell = cell;
     }
     return ENVMAP_OK;
 }
@@ -7164,7 +7197,7 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     if (!s->axes || !s->rows || !s->tiles || !w) return ENVMAP_ERROR_MEMORY;
     w->knot = 0;
     memset(s->rows, 0, (size_t)rows * sizeof *s->rows);
-    s->tile_count = 0, s->count = s->area = s->cell = 0;
+    s->tile_count = 0, s->count = s->area = 0;
     if (s->axis.level.mapping == ENVMAP_LATLONG && envmapi_near_cells(w, s, room, pool))
         return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < faces * across * down && s->axis.level.mapping != ENVMAP_LATLONG; ++i) {
@@ -7257,6 +7290,8 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
         double x = sqrt(fmax(1 - (double)(y - 1) * s->sigma * s->sigma, 0));
         double k = envmapi_k(axis->lobe, x, axis->p);
         if (s->tail) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->R / 2, s->R);
+        if (s->core > 0) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->core / 2, s->core);
+        if (s->beyond > 0) k *= envmapi_smooth_step(envmapi_acos(x), s->beyond / 2, s->beyond);
         s->table[i] = (float)(k / s->scale);
     }
     return ENVMAP_OK;
@@ -7302,11 +7337,16 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     for (int i = 0; i < 2 * level->width && src->mapping == ENVMAP_LATLONG; ++i)
         envmapi_add_tap(s->poles[i % 2], level, 0, i / 2, i % 2 * (level->edge - 1),
                         1.0 / level->width);
+    if (!result) result = envmapi_near_parts(s, tolerance, pool);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
+    for (int i = 0; i < s->part_count && !result; ++i)
+        result = envmapi_near_table(s->parts + i, tolerance, pool);
     s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) + s->cell +
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) +
+                     (s->part_count ? s->parts[0].cell : 0) +
+                     (s->part_count > 1 ? s->parts[1].cell : 0) +
                      2 * s->room;
     s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
