@@ -6150,13 +6150,17 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
    integral these are Gauss-Legendre's, two to six a piece; pieces end at the lines through texel
    centres, where B_i has its kinks, and are 2.5 sigma long at most.
    Where a lobe never ends (GGX) >>fast sums its tail. Where two cubes' texels lie alike about all
-   axes of a face, K changes slowly from axis to axis.
+   axes of a face, K changes slowly from axis to axis. For a lat-long K is a function of the axis'
+   latitude, the texel's row and the difference of their longitudes: it is summed at knots of both,
+   for all axes between the centres of two rows, which are a cell.
        what is left to >>fast                     _tail_of
        windows and their nodes                    _open, _nodes
        the angles of nodes, k there, texels       _sines, _k, _add, _flush, _rim
        K of axes; between axes that lie alike     _kernel; _tie, _between
+       K of a cell, and of an axis in it          _points, _fold, _cell_tie; _cell_add
    Used by >>near.  Source: ours.  Tests: tests/test_near.c,
-   axes_between_knots_agree_with_those_summed_one_by_one of all. */
+   axes_between_knots_agree_with_those_summed_one_by_one and
+   latitudes_between_knots_agree_with_axes_summed_one_by_one of all. */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
@@ -6216,20 +6220,16 @@ typedef struct envmapi_near_knots {
     float *K;
 } envmapi_near_knots;
 
-/* K of the axes between the centres of rows `row` and row + 1 of a lat-long, for knots at so many
-   rows and columns from there: [latitude][longitude][rows][columns], from row y and from column
-   -reach on. Knots are three a piece; they lie in [0,1] alike from either end. */
-#define ENVMAPI_NEAR_KNOTS 96
-#ifndef ENVMAPI_NEAR_CORE
-#define ENVMAPI_NEAR_CORE 2.0
-#endif
-#ifndef ENVMAPI_NEAR_PIECE
-#define ENVMAPI_NEAR_PIECE 1.2
-#endif
+/* K^(1/4) of a cell, whose axes lie between the centres of rows `row` and row + 1 of a lat-long, at
+   knots: [latitude][longitude][rows][columns], from row y and from `reach` columns before the axis'
+   on. The root of a Gaussian is one twice as wide, so pieces of cubic polynomials are long. */
+#define ENVMAPI_CELL_KNOTS 96  /* at most, along u or v; any number is right */
+#define ENVMAPI_CELL_PIECE 1.2 /* sigma at 1e-3; at 2.4 the latitudes' test fails, see the card */
+#define ENVMAPI_CELL_CORE  1.5 /* texels about an axis where a sharp GGX has detail (speed only) */
 typedef struct envmapi_near_cell {
     int ready, row, y, rows, columns, reach, last[2];
-    double at[2][ENVMAPI_NEAR_KNOTS + 1]; /* along u, along v */
-    double *twice;                        /* k integrated twice, from the axis' meridian on */
+    double at[2][ENVMAPI_CELL_KNOTS + 1]; /* knots along u and v, in [0,1], alike from either end */
+    double *twice;                        /* k integrated twice from the axis' meridian on */
     float *K;
 } envmapi_near_cell;
 
@@ -6255,21 +6255,19 @@ struct envmapi_near {
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
-    size_t count, area, cell;        /* blocks; texels of the largest window; K of a cell */
+    size_t count, area, cell;        /* blocks; texels of the largest window; a cell's K */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
-    double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows, or 0 */
+    double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
     double poles[2][3]; /* a lat-long's means of its first and its last row */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
     size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
-    /* Cells' lobe: this one, or two. A sharp GGX has detail within `core`, the other has what is
-       beyond, where fewer knots serve. */
-    envmapi_near *parts;
-    int part_count;
-    double core, beyond; /* where k fades out, or fades in; or 0 */
+    envmapi_near *parts;   /* of the lobe: all, or what is about the axis and what is beyond */
+    int part_count;        /* 0: K is summed for each axis */
+    double core, beyond;   /* where k fades out, or in; or 0 */
 };
 
 /* What a task works with: the texels of a face that some axes see, what an axis makes of them, and
@@ -6454,27 +6452,25 @@ static float envmapi_near_omega(const envmapi_level *level, int x, int y) {
     return (float)(envmapi_density(level->mapping, u, v) / level->edge / level->edge);
 }
 
-/* Adds a finished row of points to K of a cell's n-th latitude. Of the integral it has k times the
-   solid angle: its second integral's second differences are those times B_i. omega: of the sum. */
+/* Adds a finished row of points to K of a cell's n-th latitude: the mean of a tent's two times
+   omega, or where this is NULL, the integral of k B_i: k's second integral's second difference. */
 static void envmapi_near_fold(envmapi_window *w, int n, int y, const float *omega) {
     envmapi_near_cell *cell = w->cell;
-    const float *k = w->rows[y & 1];
-    const double *at = cell->at[0];
-    double *twice = cell->twice, sum = 0, gauss = sqrt(1.0 / 12);
     int last = cell->last[0], most = (cell->reach + 1) * last, area = cell->rows * cell->columns;
+    const float *k = w->rows[y & 1];
+    double *twice = cell->twice, sum = 0, gauss = sqrt(1.0 / 12);
     float *out = w->apart;
     if (y < cell->y || y >= cell->y + cell->rows) return;
-    if (omega)
-        for (int i = 0; i <= most; ++i) out[i] = (k[2 * i] + k[2 * i + 1]) / 2 * *omega;
     twice[0] = 0;
-    for (int i = 0; i < most + last && !omega; ++i, k += 2) {
-        double step = at[i % last + 1] - at[i % last], a = (double)k[0], b = (double)k[1];
-        twice[i + 1] =
-            twice[i] + step * (sum + step / 2 * ((0.5 + gauss) * a + (0.5 - gauss) * b));
-        sum += step / 2 * (a + b);
+    for (int i = 0; i < most + last; ++i) {
+        double step = cell->at[0][i % last + 1] - cell->at[0][i % last];
+        double a = step / 2 * (double)k[2 * i], b = step / 2 * (double)k[2 * i + 1];
+        twice[i + 1] = twice[i] + step * (sum + (0.5 + gauss) * a + (0.5 - gauss) * b);
+        sum += a + b;
     }
-    for (int i = 0; i <= most && !omega; ++i)
-        out[i] = (float)(twice[i + last] - 2 * twice[i] + twice[abs(i - last)]);
+    for (int i = 0; i <= most; ++i)
+        out[i] = omega ? (k[2 * i] + k[2 * i + 1]) / 2 * *omega
+                       : (float)(twice[i + last] - 2 * twice[i] + twice[abs(i - last)]);
     for (int q = 0; q <= last; ++q) {
         float *K = cell->K + (n * (last + 1) + q) * area + (y - cell->y) * cell->columns;
         for (int c = 0; c < cell->columns; ++c) K[c] += out[abs((c - cell->reach) * last - q)];
@@ -6662,10 +6658,10 @@ static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
 /* Knots between two texels' centres, where K has kinks as wide as the lobe: the ends of pieces, and
    two within each for a cubic polynomial. Pieces within `reach` of a kink are of one length, others
    as long as they are far. Returns the last. */
-static int envmapi_near_pieces(double at[ENVMAPI_NEAR_KNOTS + 1], double piece, double reach) {
+static int envmapi_near_cell_knots(double at[ENVMAPI_CELL_KNOTS + 1], double piece, double reach) {
     double sum = 0, end = 0;
     int count = 0;
-    while (sum < 1 && 3 * count < ENVMAPI_NEAR_KNOTS) {
+    while (sum < 1 && 3 * count < ENVMAPI_CELL_KNOTS) {
         double from = 0, length = 0;
         sum = 0, ++count;
         for (int i = 0; i < (count + 1) / 2; ++i, from += length) {
@@ -6683,26 +6679,26 @@ static int envmapi_near_pieces(double at[ENVMAPI_NEAR_KNOTS + 1], double piece, 
     return sum < 1 ? 0 : 3 * count;
 }
 
-/* What is to be summed for a cell: K's numbers, or 0 where so few axes are summed one by one. */
+/* What is to be summed for a cell; returns how many numbers K has, or 0 where the axes are so few
+   that each is summed. */
 static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *s,
                                    const envmapi_near_tile *tile) {
     const envmapi_level *level = &s->axis.level;
-    double high = ENVMAPI_PI / level->edge, R = envmapi_near_reach(s, s->R_bright, s->axis.bilinear < 1);
+    double high = ENVMAPI_PI / level->edge, least = s->beyond > 0 ? 1 : 0;
+    double R = envmapi_near_reach(s, s->R_bright, s->axis.bilinear < 1);
     double theta = high * fmax(fmin(tile->y + 0.5, level->edge - tile->y - 1.5), 0);
     double across = theta > R ? asin(sin(R) / sin(theta)) / high : level->edge;
-    double reach = s->beyond > 0 ? 1 : s->tail ? 0 : s->R_bright / high;
-    double piece = s->cell_piece, sine = fmax(sin(theta + high), 1e-3);
+    double sine = fmax(sin(theta + high), 1e-3), even = s->tail ? least : s->R_bright / high;
     cell->row = tile->y, cell->y = tile->y - (int)(R / high) - 1;
     cell->rows = 2 * (tile->y - cell->y) + 2, cell->reach = (int)across + 1;
     if (2 * cell->reach + 2 > level->width) cell->reach = level->width / 2 - 1;
     cell->columns = 2 * cell->reach + 2;
-    cell->last[0] = envmapi_near_pieces(cell->at[0], piece / sine, reach / sine);
-    cell->last[1] = envmapi_near_pieces(cell->at[1], piece, reach);
-    int knots = cell->last[0] * cell->last[1];
-    cell->ready = knots && knots < 12 * tile->count &&
-                  2 * (cell->reach + 2) * (cell->last[0] + 1) < (int)s->room;
-    size_t all = (size_t)((cell->last[0] + 1) * (cell->last[1] + 1));
-    return cell->ready ? all * (size_t)(cell->rows * cell->columns) : 0;
+    int u = envmapi_near_cell_knots(cell->at[0], s->cell_piece / sine, even / sine);
+    int v = envmapi_near_cell_knots(cell->at[1], s->cell_piece, even);
+    cell->last[0] = u, cell->last[1] = v;
+    cell->ready = u && v && u * v < 12 * tile->count &&
+                  2 * (cell->reach + 2) * (u + 1) < (int)s->room; /* 12: speed only */
+    return cell->ready ? (size_t)((u + 1) * (v + 1)) * (size_t)(cell->rows * cell->columns) : 0;
 }
 
 /* Points along u about a cell's meridian: two of Gauss and Legendre between knots, or those of a
@@ -6714,7 +6710,8 @@ static int envmapi_near_points(envmapi_window *w, const envmapi_near *s, int tex
     for (int i = 0; i < count + 15; ++i) {
         const double *at = cell->at[0] + i / 2 % last;
         double side = i % 2 ? 1 : -1, x = i / 2 / last + at[0];
-        x += texels ? side * s->axis.tent / sqrt(6.0) : (at[1] - at[0]) * (3 + side * sqrt(3.0)) / 6;
+        if (texels) x += side * s->axis.tent / sqrt(6.0);
+        else x += (at[1] - at[0]) * (3 + side * sqrt(3.0)) / 6;
         envmapi_near_place(w->place + i, w->apart + i, w, ENVMAP_LATLONG, x / s->axis.level.width,
                            0);
     }
@@ -6722,7 +6719,7 @@ static int envmapi_near_points(envmapi_window *w, const envmapi_near *s, int tex
 }
 
 /* K of a cell's knots. */
-static void envmapi_near_tie_cell(envmapi_window *w, const envmapi_near *s,
+static void envmapi_near_cell_tie(envmapi_window *w, const envmapi_near *s,
                                   const envmapi_near_tile *tile) {
     envmapi_near_cell *cell = w->cell;
     int edge = s->axis.level.edge;
@@ -6743,8 +6740,15 @@ static void envmapi_near_tie_cell(envmapi_window *w, const envmapi_near *s,
         }
     }
     w->tied = 0;
-    for (size_t i = 0; i < count; ++i) /* the root of exp(-x^2) is smoother */
-        cell->K[i] = sqrtf(sqrtf(cell->K[i] > 0 ? cell->K[i] : 0));
+    for (size_t i = 0; i < count; ++i) { /* K^(-1/4) by Newton's steps, as envmapi_inverse_root */
+        float K = cell->K[i] > 1e-30f ? cell->K[i] : 1e-30f, r;
+        uint32_t bits;
+        memcpy(&bits, &K, sizeof bits);
+        bits = 0x4F58CCCD - (bits >> 2);
+        memcpy(&r, &bits, sizeof r);
+        for (int step = 0; step < 3; ++step) r *= 1.25f - 0.25f * K * r * r * r * r;
+        cell->K[i] = K * r * r * r;
+    }
 }
 
 /* Weights of the four knots about x, from the one that is returned on. */
@@ -6761,7 +6765,7 @@ static int envmapi_near_weights(float weight[4], const double *at, int last, dou
 }
 
 /* Adds K of an axis between a cell's knots to the open window. */
-static void envmapi_near_from_cell(envmapi_window *w, const envmapi_near *s, int n,
+static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int n,
                                    const envmapi_near_cell *cell) {
     const envmapi_level *level = &s->axis.level;
     int area = cell->rows * cell->columns, wide = level->width, next = cell->last[0] + 1;
@@ -6807,7 +6811,7 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
     if (w->cells[0].ready && (s->part_count < 2 || w->cells[1].ready)) {
         memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
         for (int i = 0; i < s->part_count * axes->count; ++i)
-            envmapi_near_from_cell(w, s, i % axes->count, w->cells + i / axes->count);
+            envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
         return;
     }
     int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
@@ -7044,7 +7048,7 @@ static void envmapi_task_near(void *context, int task) {
         w->knots[0].ready = w->knots[1].ready = 0;
         for (int part = 0; part < s->part_count; ++part) {
             w->cell = w->cells + part;
-            envmapi_near_tie_cell(w, s->parts + part, tile);
+            envmapi_near_cell_tie(w, s->parts + part, tile);
         }
         const envmapi_near_axes *axes = s->axes + tile->first, *after = axes + tile->count;
         for (; axes < after; axes += axes->count) envmapi_near_see(w, s, tile, axes);
@@ -7081,39 +7085,33 @@ static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi
    lie alike about each axis. */
 static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolerance) {
     int size = s->dst.size, kind = s->axis.lobe->kind;
+    double at[4];
     s->tile = ENVMAPI_NEAR_TILE, s->ratio = 0;
     if (s->dst.mapping != ENVMAP_CUBE || src->mapping != ENVMAP_CUBE || size < 128 ||
         src->size % size || kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4)
         return;
     s->ratio = src->size / size;
     if (size / 16 < s->tile) s->tile = size / 16;
-    for (int i = 0; i < 4; ++i) s->knot[i] = (s->tile - 1) * i / 3;
-    for (int t = 0; t < s->tile; ++t)
-        for (int i = 0; i < 4; ++i) {
-            double f = 1;
-            for (int j = 0; j < 4; ++j)
-                if (j != i) f *= (double)(t - s->knot[j]) / (s->knot[i] - s->knot[j]);
-            s->between[t][i] = (float)f;
-        }
+    for (int i = 0; i < 4; ++i) at[i] = s->knot[i] = (s->tile - 1) * i / 3;
+    for (int t = 0; t < s->tile; ++t) envmapi_near_weights(s->between[t], at, 3, t);
 }
 
-/* For which lobes K of a lat-long's cells is summed, if any. */
+/* Which lobes K of a lat-long's cells is summed for: none where k may be negative or has kinks
+   anywhere; a sharp GGX in two, as fewer knots serve beyond its core. */
 static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envmapi_pool *pool) {
-    const envmapi_level *level = &s->axis.level;
-    double high = ENVMAPI_PI / level->edge;
-    s->part_count = 0, s->core = s->beyond = s->cell_piece = 0, s->cell = 0;
-    if (level->mapping != ENVMAP_LATLONG || s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION ||
+    double high = ENVMAPI_PI / s->axis.level.edge;
+    s->part_count = 0, s->core = s->beyond = 0, s->cell = 0;
+    s->cell_piece = ENVMAPI_CELL_PIECE * pow(tolerance * 1e3, 0.25) * s->sigma / high;
+    if (s->axis.level.mapping != ENVMAP_LATLONG || s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION ||
         tolerance < 1e-4 || !envmapi_lobe_nonnegative(s->axis.lobe, s->axis.p))
         return ENVMAP_OK;
-    s->cell_piece = ENVMAPI_NEAR_PIECE * s->sigma / high;
     s->parts = (envmapi_near *)envmapi_pool_get(pool, 2, sizeof *s->parts);
     if (!s->parts) return ENVMAP_ERROR_MEMORY;
     s->parts[0] = s->parts[1] = *s;
-    s->part_count = 1;
-    if (!s->tail || s->cell_piece > 0.5) return ENVMAP_OK;
-    s->parts[0].core = s->parts[0].R_bright = s->parts[1].beyond = ENVMAPI_NEAR_CORE * high;
+    s->part_count = s->tail && s->cell_piece < 0.5 ? 2 : 1;
+    if (s->part_count == 1) return ENVMAP_OK;
+    s->parts[0].core = s->parts[0].R_bright = s->parts[1].beyond = ENVMAPI_CELL_CORE * high;
     s->parts[1].cell_piece = 0.5;
-    s->part_count = 2;
     return ENVMAP_OK;
 }
 
@@ -7145,15 +7143,16 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
     int *first = (int *)envmapi_pool_get(pool, (size_t)(bins * (level->edge + 1)), sizeof *first);
     if (!found || !first) return ENVMAP_ERROR_MEMORY;
     memset(first, -1, (size_t)(bins * (level->edge + 1)) * sizeof *first);
-    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size * width; ++i) {
-        envmapi_near_axes axis = {i / width / dst->size, i % width, i / width % dst->size, 0};
-        if (!envmapi_near_first(s, axis.face, axis.x, axis.y)) continue;
-        double a[3], uv[2];
-        envmapi_texel_direction(a, dst->mapping, axis.face, dst->size, axis.x, axis.y);
-        envmapi_project(uv, ENVMAP_LATLONG, 0, a);
-        int *bin = first + (int)(uv[1] * level->edge + 0.5) * bins + (int)(uv[0] * (bins - 1));
-        axis.count = *bin, found[count] = axis, *bin = count++; /* count: the next in a bin */
-    }
+    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size; ++i)
+        for (int x = 0; x < width; ++x) {
+            envmapi_near_axes axis = {i / dst->size, x, i % dst->size, 0};
+            if (!envmapi_near_first(s, axis.face, x, axis.y)) continue;
+            double a[3], uv[2];
+            envmapi_texel_direction(a, dst->mapping, axis.face, dst->size, x, axis.y);
+            envmapi_project(uv, ENVMAP_LATLONG, 0, a);
+            int *bin = first + (int)(uv[1] * level->edge + 0.5) * bins + (int)(uv[0] * (bins - 1));
+            axis.count = *bin, found[count] = axis, *bin = count++; /* count: the next in a bin */
+        }
     count = 0;
     for (int row = 0; row <= level->edge; ++row) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
@@ -7344,10 +7343,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
         result = envmapi_near_table(s->parts + i, tolerance, pool);
     s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) +
-                     (s->part_count ? s->parts[0].cell : 0) +
-                     (s->part_count > 1 ? s->parts[1].cell : 0) +
-                     2 * s->room;
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) + 2 * s->room;
+    for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
     s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;
