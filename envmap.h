@@ -6224,7 +6224,7 @@ typedef struct envmapi_near_knots {
    knots: [latitude][longitude][rows][columns], from row y and from `reach` columns before the axis'
    on. The root of a Gaussian is one twice as wide, so pieces of cubic polynomials are long. */
 #define ENVMAPI_CELL_KNOTS 96  /* at most, along u or v; any number is right */
-#define ENVMAPI_CELL_PIECE 1.2 /* sigma at 1e-3; at 2.4 the latitudes' test fails, see the card */
+#define ENVMAPI_CELL_PIECE 1.2 /* sigma at 1e-3; at 2.4 the latitudes' test (above) fails */
 #define ENVMAPI_CELL_CORE  1.5 /* texels about an axis where a sharp GGX has detail (speed only) */
 typedef struct envmapi_near_cell {
     int ready, row, y, rows, columns, reach, last[2];
