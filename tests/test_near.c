@@ -268,6 +268,20 @@ static void all_rules_are_kept(void) {
         }
 }
 
+static void latitudes_have_the_same_bits_for_any_executor(void) {
+    static const char *const sharp[] = {"phong:3000:0", "ggx:0.005:0"};
+    for (int i = 0; i < 2; ++i) {
+        char rest[200];
+        snprintf(rest, sizeof rest, "lobe=%s raw=0:1 tolerance=1e-3 scene=sun:0.5:0.1", sharp[i]);
+        work w = work_of(ENVMAP_LATLONG, ENVMAP_CUBE, 64, rest);
+        w.src_size = 64, w.check = CHECK_EXECUTORS;
+        verdict v = check_work(&w);
+        v.over[PROMISE_COST] = -1;
+        for (int p = 0; p < PROMISE_COUNT; ++p)
+            if (!CHECK(!broken(&v, p))) printf("    %s\n", promise_text[p]);
+    }
+}
+
 /* One lit texel of an octahedral map, seen from sigma 4.5 away: the integral of k over the texel's
    bilinear weights by 360 000 points, over that of k, 2 pi (1 - e^-2 lambda) / lambda. AUTO takes
    this work to >>near; the reference has a sum of its own. */
@@ -328,5 +342,6 @@ int main(void) {
     RUN(the_sharpest_lobe_is_the_bilinear_lookup);
     RUN(k_is_asked_for_some_thousand_times);
     RUN(all_rules_are_kept);
+    RUN(latitudes_have_the_same_bits_for_any_executor);
     return test_summary();
 }
