@@ -6761,6 +6761,7 @@ static void envmapi_near_cell_tie(envmapi_window *w, const envmapi_near *s,
     memset(cell->K, 0, count * sizeof(float));
     w->R = s->R_bright, w->limit = pow(sin(w->R), 2), w->part = w->face = 0;
     w->sigma[1] = s->sigma * edge / ENVMAPI_PI;
+    w->y = w->width = w->height = 0; /* no window is open */
     for (int texels = share < 1 ? 1 : 0; texels >= (share > 0 ? 0 : 1); --texels) {
         double part = texels ? 1 - share : share / s->axis.level.width;
         w->tied = envmapi_near_points(w, s, texels);
