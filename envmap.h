@@ -6192,13 +6192,17 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
    integral these are Gauss-Legendre's, two to six a piece; pieces end at the lines through texel
    centres, where B_i has its kinks, and are 2.5 sigma long at most.
    Where a lobe never ends (GGX) >>fast sums its tail. Where two cubes' texels lie alike about all
-   axes of a face, K changes slowly from axis to axis.
+   axes of a face, K changes slowly from axis to axis. For a lat-long K is a function of the axis'
+   latitude, the texel's row and the difference of their longitudes: it is summed at knots of both,
+   for all axes between the centres of two rows, which are a cell.
        what is left to >>fast                     _tail_of
        windows and their nodes                    _open, _nodes
        the angles of nodes, k there, texels       _sines, _k, _add, _flush, _rim
        K of axes; between axes that lie alike     _kernel; _tie, _between
+       K of a cell, and of an axis in it          _points, _fold, _cell_tie; _cell_add
    Used by >>near.  Source: ours.  Tests: tests/test_near.c,
-   axes_between_knots_agree_with_those_summed_one_by_one of all. */
+   axes_between_knots_agree_with_those_summed_one_by_one and
+   latitudes_between_knots_agree_with_axes_summed_one_by_one of all. */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
@@ -6237,13 +6241,14 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     return tail->part > 1e-9 && tail->part <= 1;
 }
 
-/* Axes side by side, in a row of dst: their windows are nearly the same texels. */
+/* An axis of dst. Its windows and those of the count - 1 that follow are nearly the same texels. */
 #define ENVMAPI_NEAR_AXES 8
 typedef struct envmapi_near_axes {
     int face, x, y, count;
 } envmapi_near_axes;
 
-/* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache. */
+/* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache.
+   Where the source is a lat-long, all axes between the centres of its rows y and y + 1. */
 #define ENVMAPI_NEAR_TILE 32
 #define ENVMAPI_NEAR_WIDE 80 /* texels that a knot sees in a row, at most */
 typedef struct envmapi_near_tile {
@@ -6257,6 +6262,19 @@ typedef struct envmapi_near_knots {
     float *K;
 } envmapi_near_knots;
 
+/* K^(1/4) of a cell, whose axes lie between the centres of rows `row` and row + 1 of a lat-long, at
+   knots: [latitude][longitude][rows][columns], from row y and from `reach` columns before the axis'
+   on. The root of a Gaussian is one twice as wide, so pieces of cubic polynomials are long. */
+#define ENVMAPI_CELL_KNOTS 96  /* at most, along u or v; any number is right */
+#define ENVMAPI_CELL_PIECE 1.2 /* sigma at 1e-3; at 2.4 the latitudes' test (above) fails */
+#define ENVMAPI_CELL_CORE  1.5 /* texels about an axis where a sharp GGX has detail (speed only) */
+typedef struct envmapi_near_cell {
+    int ready, row, y, rows, columns, reach, last[2];
+    double at[2][ENVMAPI_CELL_KNOTS + 1]; /* knots along u and v, in [0,1], alike from either end */
+    double *twice;                        /* k integrated twice from the axis' meridian on */
+    float *K;
+} envmapi_near_cell;
+
 /* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
    the last bright one of each block. */
 #define ENVMAPI_NEAR_BLOCKS 9 /* 48 turns */
@@ -6265,7 +6283,8 @@ typedef struct envmapi_near_row {
     size_t first;
 } envmapi_near_row;
 
-typedef struct envmapi_near {
+typedef struct envmapi_near envmapi_near;
+struct envmapi_near {
     envmapi_axis axis; /* the lobe, and what it is to the source */
     envmap dst;
     int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
@@ -6278,16 +6297,20 @@ typedef struct envmapi_near {
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
-    size_t count, area;              /* blocks; texels of the largest window */
+    size_t count, area, cell;        /* blocks; texels of the largest window; a cell's K */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
-    double piece;                      /* pieces over ENVMAPI_PIECES */
+    double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
+    double poles[2][3]; /* a lat-long's means of its first and its last row */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
     size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
-} envmapi_near;
+    envmapi_near *parts;   /* of the lobe: all, or what is about the axis and what is beyond */
+    int part_count;        /* 0: K is summed for each axis */
+    double core, beyond;   /* where k fades out, or in; or 0 */
+};
 
 /* What a task works with: the texels of a face that some axes see, what an axis makes of them, and
    the sums of all axes and turns. */
@@ -6305,6 +6328,8 @@ typedef struct envmapi_window {
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
     float *K;       /* [height][width][axes] */
     envmapi_near_knots knots[2]; /* within R, and within R_bright */
+    envmapi_near_cell cells[2], *cell; /* cell: the one whose K is being summed */
+    int tied;                          /* points along u, while K of the cell is summed */
     envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
     double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
@@ -6328,8 +6353,8 @@ static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_axes *axes) {
     const double *middle = w->axes[axes->count / 2];
     for (int n = 0; n < axes->count; ++n)
-        envmapi_texel_direction(w->axes[n], s->dst.mapping, axes->face, s->dst.size, axes->x + n,
-                                axes->y);
+        envmapi_texel_direction(w->axes[n], s->dst.mapping, axes[n].face, s->dst.size, axes[n].x,
+                                axes[n].y);
     memcpy(w->middle, middle, sizeof w->middle), w->spread = 0;
     for (int n = 0; n < axes->count; ++n)
         w->spread = fmax(w->spread, 1.01 * envmapi_angle(w->axes[n], middle));
@@ -6469,6 +6494,31 @@ static float envmapi_near_omega(const envmapi_level *level, int x, int y) {
     return (float)(envmapi_density(level->mapping, u, v) / level->edge / level->edge);
 }
 
+/* Adds a finished row of points to K of a cell's n-th latitude: the mean of a tent's two times
+   omega, or where this is NULL, the integral of k B_i: k's second integral's second difference. */
+static void envmapi_near_fold(envmapi_window *w, int n, int y, const float *omega) {
+    envmapi_near_cell *cell = w->cell;
+    int last = cell->last[0], most = (cell->reach + 1) * last, area = cell->rows * cell->columns;
+    const float *k = w->rows[y & 1];
+    double *twice = cell->twice, sum = 0, gauss = sqrt(1.0 / 12);
+    float *out = w->apart;
+    if (y < cell->y || y >= cell->y + cell->rows) return;
+    twice[0] = 0;
+    for (int i = 0; i < most + last; ++i) {
+        double step = cell->at[0][i % last + 1] - cell->at[0][i % last];
+        double a = step / 2 * (double)k[2 * i], b = step / 2 * (double)k[2 * i + 1];
+        twice[i + 1] = twice[i] + step * (sum + (0.5 + gauss) * a + (0.5 - gauss) * b);
+        sum += a + b;
+    }
+    for (int i = 0; i <= most; ++i)
+        out[i] = omega ? (k[2 * i] + k[2 * i + 1]) / 2 * *omega
+                       : (float)(twice[i + last] - 2 * twice[i] + twice[abs(i - last)]);
+    for (int q = 0; q <= last; ++q) {
+        float *K = cell->K + (n * (last + 1) + q) * area + (y - cell->y) * cell->columns;
+        for (int c = 0; c < cell->columns; ++c) K[c] += out[abs((c - cell->reach) * last - q)];
+    }
+}
+
 /* Adds a finished row of nodes to K of texels y; then it is empty. */
 static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, int count, int y,
                                int texels) {
@@ -6476,7 +6526,8 @@ static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, 
     const envmapi_level *level = &s->axis.level;
     const float *omega =
         texels && !w->knot ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
-    for (int j = 0; j < count && y >= w->y && y < w->y + w->height; ++j) {
+    if (w->tied) envmapi_near_fold(w, n, y, omega), count = (count + 15) / 16 * 16;
+    for (int j = 0; j < count && !w->tied && y >= w->y && y < w->y + w->height; ++j) {
         const envmapi_knot *u = w->u + j;
         float k = row[j] * u->weight, next = k * u->f;
         if (omega) k *= omega[envmapi_wrap(u->texel, level->width)];
@@ -6502,12 +6553,12 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
                             envmapi_near_border(w, s, texels)))
         return;
-    int count = envmapi_near_nodes(w->u, s, w, box, 0, texels);
+    int count = w->tied ? w->tied : envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
     if (!count || !lines) return;
     int padded = (count + 15) / 16 * 16;
     int line = level->mapping == ENVMAP_CUBE || level->mapping == ENVMAP_LATLONG;
-    for (int j = 0; j < padded; ++j) {
+    for (int j = 0; j < padded && !w->tied; ++j) {
         if (j >= count) w->u[j] = w->u[count - 1];
         envmapi_near_place(w->place + j, w->apart + j, w, level->mapping, w->u[j].at, 0);
         for (int i = 0; i < 2; ++i)
@@ -6646,6 +6697,152 @@ static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
     }
 }
 
+/* Knots between two texels' centres, where K has kinks as wide as the lobe: the ends of pieces, and
+   two within each for a cubic polynomial. Pieces within `reach` of a kink are of one length, others
+   as long as they are far. Returns the last. */
+static int envmapi_near_cell_knots(double at[ENVMAPI_CELL_KNOTS + 1], double piece, double reach) {
+    double sum = 0, end = 0;
+    int count = 0;
+    while (sum < 1 && 3 * count < ENVMAPI_CELL_KNOTS) {
+        double from = 0, length = 0;
+        sum = 0, ++count;
+        for (int i = 0; i < (count + 1) / 2; ++i, from += length) {
+            length = from < reach ? piece : fmax(piece, from);
+            at[3 * i] = at[3 * (count - 1 - i)] = length;
+        }
+        for (int i = 0; i < count; ++i) sum += at[3 * i];
+    }
+    for (int i = 0; i < count; ++i) {
+        double from = end, length = at[3 * i] / sum;
+        end += length, at[3 * i] = from;
+        at[3 * i + 1] = from + (1 - sqrt(0.5)) * length, at[3 * i + 2] = from + sqrt(0.5) * length;
+    }
+    at[3 * count] = 1;
+    return sum < 1 ? 0 : 3 * count;
+}
+
+/* What is to be summed for a cell; returns how many numbers K has, or 0 where the axes are so few
+   that each is summed. */
+static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *s,
+                                   const envmapi_near_tile *tile) {
+    const envmapi_level *level = &s->axis.level;
+    double high = ENVMAPI_PI / level->edge, least = s->beyond > 0 ? 1 : 0;
+    double R = envmapi_near_reach(s, s->R_bright, s->axis.bilinear < 1);
+    double theta = high * fmax(fmin(tile->y + 0.5, level->edge - tile->y - 1.5), 0);
+    double across = theta > R ? asin(sin(R) / sin(theta)) / high : level->edge;
+    double sine = fmax(sin(theta + high), 1e-3), even = s->tail ? least : s->R_bright / high;
+    cell->row = tile->y, cell->y = tile->y - (int)(R / high) - 1;
+    cell->rows = 2 * (tile->y - cell->y) + 2, cell->reach = (int)across + 1;
+    if (2 * cell->reach + 2 > level->width) cell->reach = level->width / 2 - 1;
+    cell->columns = 2 * cell->reach + 2;
+    int u = envmapi_near_cell_knots(cell->at[0], s->cell_piece / sine, even / sine);
+    int v = envmapi_near_cell_knots(cell->at[1], s->cell_piece, even);
+    cell->last[0] = u, cell->last[1] = v;
+    cell->ready = u && v && u * v < 12 * tile->count &&
+                  2 * (cell->reach + 2) * (u + 1) < (int)s->room; /* 12: speed only */
+    return cell->ready ? (size_t)((u + 1) * (v + 1)) * (size_t)(cell->rows * cell->columns) : 0;
+}
+
+/* Points along u about a cell's meridian: two of Gauss and Legendre between knots, or those of a
+   tent about each. Returns how many. */
+static int envmapi_near_points(envmapi_window *w, const envmapi_near *s, int texels) {
+    const envmapi_near_cell *cell = w->cell;
+    int last = cell->last[0], count = 2 * ((cell->reach + 2) * last + 1);
+    w->m[0] = 0;
+    for (int i = 0; i < count + 15; ++i) {
+        const double *at = cell->at[0] + i / 2 % last;
+        double side = i % 2 ? 1 : -1, x = i / 2 / last + at[0];
+        if (texels) x += side * s->axis.tent / sqrt(6.0);
+        else x += (at[1] - at[0]) * (3 + side * sqrt(3.0)) / 6;
+        envmapi_near_place(w->place + i, w->apart + i, w, ENVMAP_LATLONG, x / s->axis.level.width,
+                           0);
+    }
+    return count;
+}
+
+/* K of a cell's knots. */
+static void envmapi_near_cell_tie(envmapi_window *w, const envmapi_near *s,
+                                  const envmapi_near_tile *tile) {
+    envmapi_near_cell *cell = w->cell;
+    int edge = s->axis.level.edge;
+    double share = s->axis.bilinear;
+    size_t count = envmapi_near_cell_of(cell, s, tile);
+    if (!cell->ready) return;
+    memset(cell->K, 0, count * sizeof(float));
+    w->R = s->R_bright, w->limit = pow(sin(w->R), 2), w->part = w->face = 0;
+    w->sigma[1] = s->sigma * edge / ENVMAPI_PI;
+    w->y = w->width = w->height = 0; /* no window is open */
+    for (int texels = share < 1 ? 1 : 0; texels >= (share > 0 ? 0 : 1); --texels) {
+        double part = texels ? 1 - share : share / s->axis.level.width;
+        w->tied = envmapi_near_points(w, s, texels);
+        for (int n = 0; n <= cell->last[1]; ++n) {
+            double v = (cell->row + 0.5 + cell->at[1][n]) / edge;
+            envmapi_direction(w->a, ENVMAP_LATLONG, 0, 0, v);
+            w->m[1] = ENVMAPI_PI * v, w->m[2] = sin(w->m[1]);
+            envmapi_near_add(w, s, n, texels, part);
+        }
+    }
+    w->tied = 0;
+    for (size_t i = 0; i < count; ++i) { /* K^(-1/4) by Newton's steps, as envmapi_inverse_root */
+        float K = cell->K[i] > 1e-30f ? cell->K[i] : 1e-30f, r;
+        uint32_t bits;
+        memcpy(&bits, &K, sizeof bits);
+        bits = 0x4F58CCCD - (bits >> 2);
+        memcpy(&r, &bits, sizeof r);
+        for (int step = 0; step < 3; ++step) r *= 1.25f - 0.25f * K * r * r * r * r;
+        cell->K[i] = K * r * r * r;
+    }
+}
+
+/* Weights of the four knots about x, from the one that is returned on. */
+static int envmapi_near_weights(float weight[4], const double *at, int last, double x) {
+    int first = 0;
+    while (first + 3 < last && x > at[first + 3]) first += 3;
+    for (int i = 0; i < 4; ++i) {
+        double f = 1;
+        for (int j = 0; j < 4; ++j)
+            if (j != i) f *= (x - at[first + j]) / (at[first + i] - at[first + j]);
+        weight[i] = (float)f;
+    }
+    return first;
+}
+
+/* Adds K of an axis between a cell's knots to the open window. */
+static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int n,
+                                   const envmapi_near_cell *cell) {
+    const envmapi_level *level = &s->axis.level;
+    int area = cell->rows * cell->columns, wide = level->width, next = cell->last[0] + 1;
+    int top = w->y > cell->y ? w->y - cell->y : 0, bottom = w->y + w->height - cell->y;
+    double uv[2];
+    float along[4], down[4], *k = cell->K + (cell->last[1] + 1) * next * area;
+    envmapi_project(uv, ENVMAP_LATLONG, 0, w->axes[n]);
+    double x = uv[0] * wide - 0.5, y = uv[1] * level->edge - 0.5 - cell->row;
+    int column = (int)floor(x), shift = (column - cell->reach - w->x) % wide;
+    int q = envmapi_near_weights(along, cell->at[0], cell->last[0], x - column);
+    int p = envmapi_near_weights(down, cell->at[1], cell->last[1], y);
+    bottom = bottom < cell->rows ? bottom : cell->rows, top *= cell->columns;
+    int count = bottom * cell->columns - top;
+    if (count > 0) memset(k, 0, (size_t)count * sizeof *k);
+    for (int i = 0; i < 4; ++i) {
+        const float *a = cell->K + ((p + i) * next + q) * area + top, *b = a + area;
+        const float *c = b + area, *d = c + area;
+        float f = down[i] * along[0], g = down[i] * along[1], h = down[i] * along[2];
+        float l = down[i] * along[3];
+        for (int j = 0; j < count; ++j) k[j] += f * a[j] + g * b[j] + h * c[j] + l * d[j];
+    }
+    for (int j = 0; j < count; ++j) k[j] *= k[j], k[j] *= k[j];
+    float *out = w->K + n + (cell->y > w->y ? cell->y - w->y : 0) * w->width * ENVMAPI_NEAR_AXES;
+    shift = shift < 0 ? shift + wide : shift;
+    for (int row = top; row < top + count; row += cell->columns, k += cell->columns) {
+        for (int to = shift; to > shift - 2 * wide; to -= wide) { /* also what is over the seam */
+            int first = to < 0 ? -to : 0, end = w->width - to;
+            end = end < cell->columns ? end : cell->columns;
+            for (int c = first; c < end; ++c) out[(to + c) * ENVMAPI_NEAR_AXES] += k[c];
+        }
+        out += w->width * ENVMAPI_NEAR_AXES;
+    }
+}
+
 /* K of some axes in the open window: by the knots on the axes' own face, but where the integral
    ends at its edges. */
 static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
@@ -6654,6 +6851,12 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
     const envmapi_level *level = &s->axis.level;
     int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
                  w->y + w->height <= level->edge;
+    if (w->cells[0].ready && (s->part_count < 2 || w->cells[1].ready)) {
+        memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+        for (int i = 0; i < s->part_count * axes->count; ++i)
+            envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
+        return;
+    }
     int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
     if (alike && !knots->ready) {
         envmapi_near_tie(w, s, tile, knots, w->R);
@@ -6700,8 +6903,8 @@ static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, in
         envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
         envmapi_add_tap(rgb, level, face, in_x, y, 1.0 / 3);
     } else if (level->mapping == ENVMAP_LATLONG && pole) {
-        for (int i = 0; i < w; ++i) envmapi_add_tap(rgb, level, face, i, y, 2.0 / w);
         envmapi_add_tap(rgb, level, face, x, y, -1);
+        for (int c = 0; c < 3; ++c) rgb[c] += 2 * s->poles[y < 0 ? 0 : 1][c];
     } else {
         envmapi_add_tap(rgb, level, face, x, y, 1);
     }
@@ -6819,7 +7022,7 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
     for (int t = 0; t < s->turn_count; ++t) {
-        size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x + n, axes->y);
+        size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x, axes->y);
         out[t] = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
         if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
@@ -6860,7 +7063,7 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             envmapi_near_apply(w, s, groups);
         }
     }
-    for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, w->rim[n]);
+    for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes + n, w->rim[n]);
 }
 
 #define ENVMAPI_NEAR_ROUND 64 /* tiles between two words to the progress callback */
@@ -6875,13 +7078,23 @@ static void envmapi_task_near(void *context, int task) {
     memset(w->rows[0], 0, 2 * room * sizeof(float));
     w->knots[0].K = w->K + s->area * ENVMAPI_NEAR_AXES;
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
+    w->cells[0].ready = w->tied = 0;
+    float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
+    for (int i = 0; i < s->part_count; ++i) {
+        w->cells[i].twice = (double *)(void *)((char *)w + s->bytes) - room;
+        w->cells[i].K = end -= s->parts[i].cell;
+    }
     int last = s->first + ENVMAPI_NEAR_ROUND;
     if (last > s->tile_count) last = s->tile_count;
     for (int i = s->first + task; i < last; i += s->tasks) {
         const envmapi_near_tile *tile = s->tiles + i;
         w->knots[0].ready = w->knots[1].ready = 0;
-        for (int n = 0; n < tile->count; ++n)
-            envmapi_near_see(w, s, tile, s->axes + tile->first + n);
+        for (int part = 0; part < s->part_count; ++part) {
+            w->cell = w->cells + part;
+            envmapi_near_cell_tie(w, s->parts + part, tile);
+        }
+        const envmapi_near_axes *axes = s->axes + tile->first, *after = axes + tile->count;
+        for (; axes < after; axes += axes->count) envmapi_near_see(w, s, tile, axes);
     }
 }
 
@@ -6915,20 +7128,34 @@ static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi
    lie alike about each axis. */
 static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolerance) {
     int size = s->dst.size, kind = s->axis.lobe->kind;
+    double at[4];
     s->tile = ENVMAPI_NEAR_TILE, s->ratio = 0;
     if (s->dst.mapping != ENVMAP_CUBE || src->mapping != ENVMAP_CUBE || size < 128 ||
         src->size % size || kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4)
         return;
     s->ratio = src->size / size;
     if (size / 16 < s->tile) s->tile = size / 16;
-    for (int i = 0; i < 4; ++i) s->knot[i] = (s->tile - 1) * i / 3;
-    for (int t = 0; t < s->tile; ++t)
-        for (int i = 0; i < 4; ++i) {
-            double f = 1;
-            for (int j = 0; j < 4; ++j)
-                if (j != i) f *= (double)(t - s->knot[j]) / (s->knot[i] - s->knot[j]);
-            s->between[t][i] = (float)f;
-        }
+    for (int i = 0; i < 4; ++i) at[i] = s->knot[i] = (s->tile - 1) * i / 3;
+    for (int t = 0; t < s->tile; ++t) envmapi_near_weights(s->between[t], at, 3, t);
+}
+
+/* Which lobes K of a lat-long's cells is summed for: none where k may be negative or has kinks
+   anywhere; a sharp GGX in two, as fewer knots serve beyond its core. */
+static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envmapi_pool *pool) {
+    double high = ENVMAPI_PI / s->axis.level.edge;
+    s->part_count = 0, s->core = s->beyond = 0, s->cell = 0;
+    s->cell_piece = ENVMAPI_CELL_PIECE * pow(tolerance * 1e3, 0.25) * s->sigma / high;
+    if (s->axis.level.mapping != ENVMAP_LATLONG || s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION ||
+        tolerance < 1e-4 || !envmapi_lobe_nonnegative(s->axis.lobe, s->axis.p))
+        return ENVMAP_OK;
+    s->parts = (envmapi_near *)envmapi_pool_get(pool, 2, sizeof *s->parts);
+    if (!s->parts) return ENVMAP_ERROR_MEMORY;
+    s->parts[0] = s->parts[1] = *s;
+    s->part_count = s->tail && s->cell_piece < 0.5 ? 2 : 1;
+    if (s->part_count == 1) return ENVMAP_OK;
+    s->parts[0].core = s->parts[0].R_bright = s->parts[1].beyond = ENVMAPI_CELL_CORE * high;
+    s->parts[1].cell_piece = 0.5;
+    return ENVMAP_OK;
 }
 
 /* The axes of a tile that are summed, side by side as far as they see the same. */
@@ -6940,12 +7167,58 @@ static void envmapi_near_line(envmapi_window *w, envmapi_near *s, envmapi_near_t
     for (int y = tile->y; y < tile->y + s->tile && y < s->dst.size; ++y)
         for (int x = tile->x; x < end; ++x) {
             envmapi_near_axes *axes = s->axes + *count;
-            axes->face = tile->face, axes->x = x, axes->y = y;
-            while (x < end && x < axes->x + most && envmapi_near_first(s, tile->face, x, y)) ++x;
-            axes->count = x - axes->x;
-            if (axes->count) envmapi_near_needs(w, s, axes), ++*count, --x;
+            int n = 0;
+            for (; n < most && x < end && envmapi_near_first(s, tile->face, x, y); ++n, ++x)
+                axes[n].face = tile->face, axes[n].x = x, axes[n].y = y;
+            axes->count = n, *count += n;
+            if (n) envmapi_near_needs(w, s, axes), --x;
         }
     tile->count = *count - tile->first;
+}
+
+/* The axes of a lat-long by latitude and longitude: tiles of those between two rows of texels. */
+static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size_t room,
+                                        envmapi_pool *pool) {
+    const envmap *dst = &s->dst;
+    const envmapi_level *level = &s->axis.level;
+    int width = envmapi_width(dst->mapping, dst->size), bins = level->width / 4 + 1, count = 0;
+    envmapi_near_axes *found = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof *found);
+    int *first = (int *)envmapi_pool_get(pool, (size_t)(bins * (level->edge + 1)), sizeof *first);
+    if (!found || !first) return ENVMAP_ERROR_MEMORY;
+    memset(first, -1, (size_t)(bins * (level->edge + 1)) * sizeof *first);
+    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size; ++i)
+        for (int x = 0; x < width; ++x) {
+            envmapi_near_axes axis = {i / dst->size, x, i % dst->size, 0};
+            if (!envmapi_near_first(s, axis.face, x, axis.y)) continue;
+            double a[3], uv[2];
+            envmapi_texel_direction(a, dst->mapping, axis.face, dst->size, x, axis.y);
+            envmapi_project(uv, ENVMAP_LATLONG, 0, a);
+            int *bin = first + (int)(uv[1] * level->edge + 0.5) * bins + (int)(uv[0] * (bins - 1));
+            axis.count = *bin, found[count] = axis, *bin = count++; /* count: the next in a bin */
+        }
+    count = 0;
+    for (int row = 0; row <= level->edge; ++row) {
+        envmapi_near_tile *tile = s->tiles + s->tile_count;
+        envmapi_near_axes *axes = NULL;
+        int from = 0;
+        tile->face = tile->x = 0, tile->y = row - 1, tile->first = count;
+        for (int bin = 0; bin < bins; ++bin)
+            for (int i = first[row * bins + bin]; i >= 0; i = found[i].count) {
+                if (!axes || axes->count == ENVMAPI_NEAR_AXES || bin > from + 2)
+                    axes = s->axes + count, axes->count = 0, from = bin;
+                int n = axes->count;
+                s->axes[count] = found[i], s->axes[count++].count = 1, axes->count = n + 1;
+            }
+        tile->count = count - tile->first, s->tile_count += tile->count > 0;
+    }
+    for (int n = 0; n < count; n += s->axes[n].count) envmapi_near_needs(w, s, s->axes + n);
+    for (int i = 0; i < s->tile_count * s->part_count; ++i) {
+        envmapi_near *part = s->parts + i % s->part_count;
+        size_t cell = envmapi_near_cell_of(w->cells, part, s->tiles + i / s->part_count);
+        cell += (size_t)(w->cells->rows * w->cells->columns); /* an axis' own K */
+        if (w->cells->ready && cell > part->cell) part->cell = cell;
+    }
+    return ENVMAP_OK;
 }
 
 /* Which axes are summed, and what they need. */
@@ -6955,17 +7228,21 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     int most = (int)envmapi_clamp(1 + s->R / envmapi_texel_extent(dst), 1, ENVMAPI_NEAR_AXES);
     int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2), count = 0;
     int across = width / s->tile + 1, down = dst->size / s->tile + 1;
-    size_t room = (size_t)(faces * dst->size) * (size_t)(across * (s->tile / most + 1));
+    /* texels over turns, and those on mirrors */
+    size_t room = (size_t)(faces * dst->size) * (size_t)(width / s->turn_count + 1) +
+                  (size_t)(8 * faces * width);
     s->axes = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof(envmapi_near_axes));
     s->rows = (envmapi_near_row *)envmapi_pool_get(pool, (size_t)rows, sizeof *s->rows);
-    s->tiles = (envmapi_near_tile *)envmapi_pool_get(pool, (size_t)(faces * across * down),
-                                                     sizeof *s->tiles);
+    s->tiles = (envmapi_near_tile *)envmapi_pool_get(
+        pool, (size_t)(faces * across * down + s->axis.level.edge + 1), sizeof *s->tiles);
     envmapi_window *w = (envmapi_window *)envmapi_pool_get(pool, 1, sizeof *w);
     if (!s->axes || !s->rows || !s->tiles || !w) return ENVMAP_ERROR_MEMORY;
     w->knot = 0;
     memset(s->rows, 0, (size_t)rows * sizeof *s->rows);
     s->tile_count = 0, s->count = s->area = 0;
-    for (int i = 0; i < faces * across * down; ++i) {
+    if (s->axis.level.mapping == ENVMAP_LATLONG && envmapi_near_cells(w, s, room, pool))
+        return ENVMAP_ERROR_MEMORY;
+    for (int i = 0; i < faces * across * down && s->axis.level.mapping != ENVMAP_LATLONG; ++i) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
         int face = i / (across * down), first = 1;
         for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
@@ -7055,6 +7332,8 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
         double x = sqrt(fmax(1 - (double)(y - 1) * s->sigma * s->sigma, 0));
         double k = envmapi_k(axis->lobe, x, axis->p);
         if (s->tail) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->R / 2, s->R);
+        if (s->core > 0) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->core / 2, s->core);
+        if (s->beyond > 0) k *= envmapi_smooth_step(envmapi_acos(x), s->beyond / 2, s->beyond);
         s->table[i] = (float)(k / s->scale);
     }
     return ENVMAP_OK;
@@ -7094,12 +7373,21 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
+    s->room = 6 * (size_t)level->width + 1024;
     envmapi_near_tiles(s, src, tolerance);
+    memset(s->poles, 0, sizeof s->poles);
+    for (int i = 0; i < 2 * level->width && src->mapping == ENVMAP_LATLONG; ++i)
+        envmapi_add_tap(s->poles[i % 2], level, 0, i / 2, i % 2 * (level->edge - 1),
+                        1.0 / level->width);
+    if (!result) result = envmapi_near_parts(s, tolerance, pool);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
-    s->tasks = envmapi_tasks(&desc->work), s->room = 6 * (size_t)level->width + 1024;
+    for (int i = 0; i < s->part_count && !result; ++i)
+        result = envmapi_near_table(s->parts + i, tolerance, pool);
+    s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0));
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) + 2 * s->room;
+    for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
     s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;

@@ -119,9 +119,8 @@ static void heavy_tails_keep_the_tolerance(void) {
     FIGURE("the worst texel's", worst_texel, 20);
 }
 
-/* Where texels of two cubes lie alike, K of a few axes serves those between; a tolerance below 1e-4
-   sums K for each. */
-static void axes_between_knots_agree_with_those_summed_one_by_one(void) {
+/* K of a few axes serves those between; a tolerance below 1e-4 sums K for each. */
+static void knots_agree_with_axes_summed_one_by_one(int from) {
     static const char *const alike[] = {"phong:2000:0", "phong:6000:0", "gaussian:1e5:0",
                                         "ggx:0.02:0", "ggx:0.002:0"};
     double rms = 0, worst = 0;
@@ -131,7 +130,7 @@ static void axes_between_knots_agree_with_those_summed_one_by_one(void) {
         bench b;
         snprintf(rest, sizeof rest, "lobe=%s raw=0:1 tolerance=1e-3 scene=%s", alike[i % 5],
                  i < 5 ? "noise:0:0" : "sun:0:0");
-        work w = work_of(ENVMAP_CUBE, ENVMAP_CUBE, 128, rest);
+        work w = work_of(from, ENVMAP_CUBE, 128, rest);
         w.src_size = i % 2 ? 256 : 128;
         if (!CHECK(bench_create(&b, &w))) return;
         envmap_difference off;
@@ -148,6 +147,16 @@ static void axes_between_knots_agree_with_those_summed_one_by_one(void) {
     }
     FIGURE("rms in tolerances", rms * 1e3, 0.7);
     FIGURE("the worst texel's", worst * 1e3, 5);
+}
+
+/* Texels of two cubes lie alike about all axes of a face. */
+static void axes_between_knots_agree_with_those_summed_one_by_one(void) {
+    knots_agree_with_axes_summed_one_by_one(ENVMAP_CUBE);
+}
+
+/* Texels of a lat-long's row look alike from all axes of one latitude. */
+static void latitudes_between_knots_agree_with_axes_summed_one_by_one(void) {
+    knots_agree_with_axes_summed_one_by_one(ENVMAP_LATLONG);
 }
 
 static void tight_tolerances_are_kept(void) {
@@ -285,6 +294,20 @@ static void all_rules_are_kept(void) {
         }
 }
 
+static void latitudes_have_the_same_bits_for_any_executor(void) {
+    static const char *const sharp[] = {"phong:3000:0", "ggx:0.005:0"};
+    for (int i = 0; i < 2; ++i) {
+        char rest[200];
+        snprintf(rest, sizeof rest, "lobe=%s raw=0:1 tolerance=1e-3 scene=sun:0.5:0.1", sharp[i]);
+        work w = work_of(ENVMAP_LATLONG, ENVMAP_CUBE, 64, rest);
+        w.src_size = 64, w.check = CHECK_EXECUTORS;
+        verdict v = check_work(&w);
+        v.over[PROMISE_COST] = -1;
+        for (int p = 0; p < PROMISE_COUNT; ++p)
+            if (!CHECK(!broken(&v, p))) printf("    %s\n", promise_text[p]);
+    }
+}
+
 /* One lit texel of an octahedral map, seen from sigma 4.5 away: the integral of k over the texel's
    bilinear weights by 360 000 points, over that of k, 2 pi (1 - e^-2 lambda) / lambda. AUTO takes
    this work to >>near; the reference has a sum of its own. */
@@ -340,10 +363,12 @@ int main(void) {
     RUN(a_cone_beside_a_pole_is_the_same_by_both_methods);
     RUN(heavy_tails_keep_the_tolerance);
     RUN(axes_between_knots_agree_with_those_summed_one_by_one);
+    RUN(latitudes_between_knots_agree_with_axes_summed_one_by_one);
     RUN(tight_tolerances_are_kept);
     RUN(raw_sums_are_whole);
     RUN(the_sharpest_lobe_is_the_bilinear_lookup);
     RUN(k_is_asked_for_some_thousand_times);
     RUN(all_rules_are_kept);
+    RUN(latitudes_have_the_same_bits_for_any_executor);
     return test_summary();
 }
