@@ -433,7 +433,8 @@ ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double 
               floats overflow or vanish, it is every texel again
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
    With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16
-   sets of coefficients.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
+   sets of coefficients, for 3 bands also of 144 rows of the map.  Test:
+   a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
 
@@ -4716,7 +4717,8 @@ ENVMAPI_BODY envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, i
 typedef struct envmapi_sh_job {
     envmap map;
     int slice, bands;
-    double tolerance, *sums; /* project: the tasks', [ENVMAPI_TASKS][bands^2][3] */
+    double tolerance, *sums; /* project: the tasks', [ENVMAPI_TASKS][room], first [bands^2][3] */
+    size_t room;
     const double *sh;        /* fill: from these */
     float *texels;           /* project: from these; fill: to these */
     envmap_work work;
@@ -4766,110 +4768,138 @@ static void envmapi_sh_texels(const envmapi_sh_job *job, double *sums, int x0, i
 /* Tasks: every 16th row. */
 static void envmapi_task_sh(void *context, int task) {
     const envmapi_sh_job *job = (const envmapi_sh_job *)context;
-    size_t numbers = 3 * (size_t)(job->bands * job->bands);
-    double *sums = job->sums ? job->sums + (size_t)task * numbers : NULL;
+    double *sums = job->sums ? job->sums + (size_t)task * job->room : NULL;
     for (int y = task; y < job->map.size; y += ENVMAPI_TASKS)
         for (int x = 0; x < envmapi_width(job->map.mapping, job->map.size); x += ENVMAPI_SH_POINTS)
             envmapi_sh_texels(job, sums, x, y);
 }
 
-/* Sums of e d d^t, d = (x, y, z, 1), of the texels of a face and their mirror images along u and v,
-   all where the first one's are on face 0 (a cube's +Z): all moments that three bands need. */
-typedef struct envmapi_sh_moments {
-    double of[24][3][4][4]; /* face and mirror, channel */
-} envmapi_sh_moments;
+/* Sums of w L d_i d_j, d = (x, y, z, 1) on a face's own axes, for these i and j: all that three
+   bands need. Odd along u, 1, or v, 2: there the mirror image of a texel counts negative. */
+#define ENVMAPI_SH_MOMENTS 10
+static const struct {
+    int i, j, odd;
+} envmapi_sh_moments[ENVMAPI_SH_MOMENTS] = {{0, 0, 0}, {1, 1, 0}, {2, 2, 0}, {2, 3, 0}, {3, 3, 0},
+                                            {0, 2, 1}, {0, 3, 1}, {1, 2, 2}, {1, 3, 2}, {0, 1, 3}};
 
-/* Adds a run of texels in the upper left quarter. In the middle they are their own images. */
-static void envmapi_sh_moments_add(envmapi_sh_moments *m, const envmapi_sh_job *job, int x0,
-                                   int y) {
+/* Axis i of a face: S, T, M as of a cube's; which axis of the map it is, and its sign. */
+static int envmapi_sh_axis(double *sign, int mapping, int face, int i) {
+    int like = mapping == ENVMAP_CUBE ? face : mapping == ENVMAP_OCTAHEDRAL ? 2 : 4, j = 0;
+    *sign = mapping == ENVMAP_PARABOLOID && face && i == 2 ? -1 : 1;
+    if (i == 3) return i;
+    while (!envmapi_cube[like][i][j]) ++j;
+    *sign *= envmapi_cube[like][i][j];
+    return j;
+}
+
+/* The left half of row y of a face's upper half: d and |d|, w / |d|^2, then their products. A texel
+   in the middle is its own mirror image. On lat-long each d is the one before, turned by a column,
+   and rows differ from the first, `from`, by a factor. */
+static void envmapi_sh_products(double *to, size_t half, const envmapi_sh_job *job, int from,
+                                int y) {
     int mapping = job->map.mapping, edge = job->map.size, width = envmapi_width(mapping, edge);
-    int count = (width + 1) / 2 - x0 < 16 ? (width + 1) / 2 - x0 : 16;
-    double dd[16][16], at[2], d[4] = {0, 0, 0, 1};
-    for (int i = 0; i < count; ++i) {
-        double w = envmapi_texel_cell(at, mapping, edge, x0 + i, y);
-        envmapi_direction(d, mapping, mapping == ENVMAP_CUBE ? 4 : 0, at[0], at[1]);
-        if (2 * (x0 + i) + 1 == width) w /= 2;
-        if (2 * y + 1 == edge) w /= 2;
-        for (int k = 0; k < 16; ++k) dd[i][k] = w * d[k / 4] * d[k % 4];
+    double at[2], d[3] = {0}, sign[4], *along[4], step = ENVMAPI_PI / edge;
+    double c = cos(step), s = sin(step);
+    double w = 0, scale = 2 * y + 1 == edge ? 0.5 : 1, *weights = to + 4 * half;
+    for (size_t k = 0; k < 4; ++k)
+        along[envmapi_sh_axis(sign + k, mapping, 0, (int)k)] = to + k * half;
+    for (int i = 0; i < (int)half && (mapping != ENVMAP_LATLONG || y == from); ++i) {
+        double x = d[0];
+        if (mapping != ENVMAP_LATLONG || i % 64 == 0) {
+            w = envmapi_texel_cell(at, mapping, edge, i, y);
+            envmapi_ray(d, mapping, 0, at[0], at[1]);
+        } else d[0] = c * x - s * d[2], d[2] = s * x + c * d[2];
+        double dd = envmapi_dot(d, d);
+        along[0][i] = d[0], along[1][i] = d[1], along[2][i] = d[2], along[3][i] = sqrt(dd);
+        weights[i] = (2 * i + 1 == width ? 0.5 : 1) * w / dd;
     }
-    for (int image = 0; image < 4 * envmap_faces(mapping); ++image) {
-        int x = image & 1 ? width - 1 - x0 : x0, step = image & 1 ? -3 : 3;
-        const float *texel = envmapi_sh_texel(job, image / 4, x, image & 2 ? edge - 1 - y : y);
-        for (int c = 0; c < 3; ++c) {
-            double *sums = m->of[image][c][0];
-            for (int i = 0; i < count; ++i)
-                for (int k = 0; k < 16; ++k) sums[k] += (double)texel[i * step + c] * dd[i][k];
+    if (mapping == ENVMAP_LATLONG) {
+        double sine = sin((y + 0.5) * step) / sin((from + 0.5) * step);
+        scale *= sine, sign[0] *= sine, sign[2] *= sine;
+        sign[1] *= cos((y + 0.5) * step) / cos((from + 0.5) * step);
+    }
+    for (size_t k = 0; k < ENVMAPI_SH_MOMENTS; ++k) {
+        int i = envmapi_sh_moments[k].i, j = envmapi_sh_moments[k].j;
+        double *a = to + (size_t)i * half, *b = to + (size_t)j * half, *out = to + (5 + k) * half;
+        double factor = scale * sign[i] * sign[j];
+        for (size_t n = 0; n < half; ++n) out[n] = factor * weights[n] * a[n] * b[n];
+    }
+}
+
+/* Adds row y of a face and its mirror image. A lane is a channel.
+   rows  [2][3 width], and one more: the two added, and subtracted */
+static void envmapi_sh_moments_add(envmapi_double4 *sums, const envmapi_sh_job *job, int face,
+                                   int y, const double *products, double *rows) {
+    int edge = job->map.size, width = envmapi_width(job->map.mapping, edge), half = (width + 1) / 2;
+    const float *a = envmapi_sh_texel(job, face, 0, y);
+    const float *b = envmapi_sh_texel(job, face, 0, edge - 1 - y);
+    envmapi_double4 e[4];
+    for (int i = 0; i < 3 * width; ++i) {
+        rows[i] = (double)a[i] + (double)b[i];
+        rows[3 * width + i] = (double)a[i] - (double)b[i];
+    }
+    for (int i = 0; i < half; ++i) {
+        for (int odd = 0; odd < 4; ++odd) {
+            const double *row = rows + odd / 2 * 3 * width;
+            e[odd] = *envmapi_double4_at(row + 3 * i);
+            envmapi_double4_add(e + odd, odd & 1 ? -1 : 1,
+                                envmapi_double4_at(row + 3 * (width - 1 - i)));
         }
+        for (int k = 0; k < ENVMAPI_SH_MOMENTS; ++k)
+            envmapi_double4_add(sums + k, products[k * half + i], e + envmapi_sh_moments[k].odd);
     }
 }
 
-/* How much of axis i of a texel on face 0 lies along axis j of its image. */
-static double envmapi_sh_turn(int mapping, int image, int i, int j) {
-    int v = mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
-    int mirrored = (image & 1 && i == 0) || (image & 2 && i == v);
-    double along = i != j ? 0 : i == 2 && mapping == ENVMAP_PARABOLOID && image >= 4 ? -1 : 1;
-    if (mapping == ENVMAP_CUBE && i < 3)
-        along = j == 3 ? 0 : envmapi_cube[image / 4][i][j] * (i == 1 ? -1 : 1);
-    return mirrored ? -along : along;
-}
-
-/* All faces' moments of a channel, on the axes of the map. */
-static void envmapi_sh_moments_join(double M[4][4], const envmapi_sh_moments *m, int mapping,
-                                    int c) {
-    double turn[4][4];
-    memset(M, 0, 16 * sizeof(double));
-    for (int image = 0; image < 4 * envmap_faces(mapping); ++image) {
-        for (int i = 0; i < 16; ++i)
-            turn[i / 4][i % 4] = envmapi_sh_turn(mapping, image, i / 4, i % 4);
-        for (int i = 0; i < 16; ++i)
-            for (int j = 0; j < 16; ++j)
-                M[j / 4][j % 4] +=
-                    turn[i / 4][j / 4] * turn[i % 4][j % 4] * m->of[image][c][i / 4][i % 4];
-    }
-}
-
-/* envmapi_task_sh for three bands and less (speed only: a fifth of its time). */
+/* envmapi_task_sh for three bands and less (speed only: a tenth of its time). */
 static void envmapi_task_sh_nine(void *context, int task) {
     const envmapi_sh_job *job = (const envmapi_sh_job *)context;
-    int mapping = job->map.mapping, bands = job->bands;
-    double *sh = job->sums + 3 * task * bands * bands, M[4][4];
+    int mapping = job->map.mapping, faces = envmap_faces(mapping), bands = job->bands;
+    double *sh = job->sums + (size_t)task * job->room, M[4][4], sign[2];
+    size_t width = (size_t)envmapi_width(mapping, job->map.size), half = (width + 1) / 2;
+    double *rows = sh + job->room - 6 * width - 1, *products = sh + 3 * bands * bands;
     double k0 = sqrt(1 / (4 * ENVMAPI_PI)), k1 = sqrt(3.0) * k0, k2 = sqrt(15.0) * k0;
-    envmapi_sh_moments m;
-    memset(&m, 0, sizeof m);
-    for (int y = task; 2 * y < job->map.size; y += ENVMAPI_TASKS)
-        for (int x = 0; 2 * x < envmapi_width(mapping, job->map.size); x += 16)
-            envmapi_sh_moments_add(&m, job, x, y);
+    envmapi_double4 sums[6][ENVMAPI_SH_MOMENTS];
+    memset(sums, 0, sizeof sums);
+    for (int y = task; 2 * y < job->map.size; y += ENVMAPI_TASKS) {
+        envmapi_sh_products(products, half, job, task, y);
+        for (int face = 0; face < faces; ++face)
+            envmapi_sh_moments_add(sums[face], job, face, y, products + 5 * half, rows);
+    }
     for (int c = 0; c < 3; ++c) {
-        envmapi_sh_moments_join(M, &m, mapping, c);
-        const double Y[9] = {k0 * M[3][3],
-                             k1 * M[3][1],
-                             k1 * M[3][2],
-                             k1 * M[3][0],
-                             k2 * M[0][1],
-                             k2 * M[1][2],
-                             sqrt(5.0) / 2 * k0 * (3 * M[2][2] - M[3][3]),
-                             k2 * M[0][2],
-                             k2 / 2 * (M[0][0] - M[1][1])};
+        memset(M, 0, sizeof M);
+        for (int k = 0; k < ENVMAPI_SH_MOMENTS * faces; ++k) {
+            int face = k / ENVMAPI_SH_MOMENTS, n = k % ENVMAPI_SH_MOMENTS;
+            int i = envmapi_sh_axis(sign, mapping, face, envmapi_sh_moments[n].i);
+            int j = envmapi_sh_axis(sign + 1, mapping, face, envmapi_sh_moments[n].j);
+            M[i < j ? i : j][i < j ? j : i] +=
+                sign[0] * sign[1] * ((const double *)&sums[face][n])[c];
+        }
+        double Y[9] = {k0 * M[3][3], k1 * M[1][3], k1 * M[2][3], k1 * M[0][3]};
+        Y[4] = k2 * M[0][1], Y[5] = k2 * M[1][2], Y[7] = k2 * M[0][2];
+        Y[6] = sqrt(5.0) / 2 * k0 * (3 * M[2][2] - M[3][3]), Y[8] = k2 / 2 * (M[0][0] - M[1][1]);
         for (int i = 0; i < bands * bands; ++i) sh[3 * i + c] = Y[i];
     }
 }
 
 /* The definition, to sh or, when all of them are there, to texels; the other is NULL. */
 static envmap_result envmapi_sh_exact(double *sh, float *texels, envmapi_sh_job *job) {
-    size_t numbers = 3 * (size_t)(job->bands * job->bands), all = ENVMAPI_TASKS * numbers;
+    size_t numbers = 3 * (size_t)(job->bands * job->bands);
+    size_t width = (size_t)envmapi_width(job->map.mapping, job->map.size), nine = job->bands <= 3;
     size_t floats = envmapi_slice_floats(&job->map, 0);
+    job->room = numbers + nine * (width / 2 * (5 + ENVMAPI_SH_MOMENTS) + 6 * width + 16);
+    size_t all = ENVMAPI_TASKS * job->room;
     void *room = sh ? envmapi_pool_get(&job->pool, all, sizeof(double))
                     : envmapi_pool_get(&job->pool, floats, sizeof(float));
     if (!room) return ENVMAP_ERROR_MEMORY;
     if (sh) job->sums = (double *)memset(room, 0, all * sizeof(double));
     job->texels = sh ? envmapi_image(&job->map, 0, job->slice, 0) : (float *)room;
-    envmap_result result =
-        envmapi_run(&job->work, sh && job->bands <= 3 ? envmapi_task_sh_nine : envmapi_task_sh, job,
-                    ENVMAPI_TASKS);
+    envmap_task *task = sh && nine ? envmapi_task_sh_nine : envmapi_task_sh;
+    envmap_result result = envmapi_run(&job->work, task, job, ENVMAPI_TASKS);
     if (texels && !result) memcpy(texels, room, floats * sizeof(float));
     if (!sh || result) return result;
     memset(sh, 0, numbers * sizeof(double));
-    for (size_t i = 0; i < all; ++i) sh[i % numbers] += job->sums[i];
+    for (size_t i = 0; i < ENVMAPI_TASKS * numbers; ++i)
+        sh[i % numbers] += job->sums[i / numbers * job->room + i % numbers];
     return envmapi_sh_check(sh, job->bands, ENVMAPI_SH_LIMIT);
 }
 
