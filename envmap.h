@@ -596,7 +596,7 @@ typedef struct envmap_plan {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, work, prepared
-   Errors: those of envmap_filter.  Cost: 0.5 to 1 times the filter's, more for lobes with slices.
+   Errors: those of envmap_filter.  Cost: 0.5 to 0.9 times the filter's, more for lobes with slices.
    Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
@@ -4719,6 +4719,7 @@ typedef struct envmapi_sh_job {
     int slice, bands;
     double tolerance, *sums; /* project: the tasks', [ENVMAPI_TASKS][room], first [bands^2][3] */
     size_t room;
+    const envmapi_input *in; /* project: of the map and slice, or NULL */
     const double *sh;        /* fill: from these */
     float *texels;           /* project: from these; fill: to these */
     envmap_work work;
@@ -4922,13 +4923,15 @@ static void envmapi_sh_exchange(double *to, const double *from, int bands, int t
 static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *job) {
     envmapi_input in;
     envmapi_transform t;
+    const envmapi_input *from = job->in ? job->in : sh ? &in : NULL;
     int bands = job->bands;
     double lambda[ENVMAPI_SH_BANDS], h = envmapi_widest_spacing(bands);
     double *a = (double *)envmapi_pool_get(&job->pool, envmapi_triangle(bands, bands), sizeof *a);
     while (3 * envmapi_band_error(bands - 1, h) > job->tolerance) h *= 0.96;
-    if (!a || (sh && envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
-        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, sh ? &in : NULL, NULL,
-                                 &job->work, &job->pool))
+    if (!a || (sh && !job->in &&
+               envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
+        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, from, NULL, &job->work,
+                                 &job->pool))
         return ENVMAP_ERROR_MEMORY;
     for (int l = 0; l < bands; ++l) lambda[l] = 1;
     t.rings.a = a, t.rings.a_bands = bands, t.rings.lambda = lambda, t.out = texels;
@@ -4943,23 +4946,31 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
     return envmapi_fill_texels(&t, &job->work, ENVMAP_ERROR_RADIANCE);
 }
 
+/* Frees the job's memory; sh may be written though it fails. */
+static envmap_result envmapi_sh_project(double *sh, envmapi_sh_job *job) {
+    const envmap *map = &job->map;
+    envmap_result result = ENVMAP_ERROR_RADIANCE;
+    if (job->tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(sh, NULL, job);
+    if (!result && !envmapi_sh_check(sh, job->bands, 1e-25) &&
+        envmapi_exponent(envmapi_image(map, 0, job->slice, 0), envmapi_slice_floats(map, 0)) < -60)
+        result = ENVMAP_ERROR_RADIANCE;
+    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow, or vanish, where doubles do not */
+        result = envmapi_sh_exact(sh, NULL, job);
+    envmapi_pool_free(&job->pool, 0);
+    return result;
+}
+
 ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                              double tolerance, const envmap_work *work) {
     envmapi_sh_job job;
     if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS || !envmapi_valid(map) || slice < 0 ||
         slice >= map->slices || !envmapi_sh_job_of(&job, map, slice, bands, tolerance, work))
         return ENVMAP_ERROR_ARGUMENT;
-    size_t numbers = 3 * (size_t)(bands * bands);
-    double *out = (double *)envmapi_pool_get(&job.pool, numbers, sizeof(double));
-    envmap_result result = out ? ENVMAP_ERROR_RADIANCE : ENVMAP_ERROR_MEMORY;
-    if (out && tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(out, NULL, &job);
-    if (!result && !envmapi_sh_check(out, bands, 1e-25) &&
-        envmapi_exponent(envmapi_image(map, 0, slice, 0), envmapi_slice_floats(map, 0)) < -60)
-        result = ENVMAP_ERROR_RADIANCE;
-    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow, or vanish, where doubles do not */
-        result = envmapi_sh_exact(out, NULL, &job);
-    if (!result) memcpy(sh, out, numbers * sizeof(double));
-    envmapi_pool_free(&job.pool, 0);
+    size_t bytes = 3 * (size_t)(bands * bands) * sizeof(double);
+    double *out = (double *)ENVMAP_MALLOC(job.work.memory, bytes);
+    envmap_result result = out ? envmapi_sh_project(out, &job) : ENVMAP_ERROR_MEMORY;
+    if (!result) memcpy(sh, out, bytes);
+    if (out) ENVMAP_FREE(job.work.memory, out);
     return result;
 }
 
@@ -8608,8 +8619,11 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     d->scene = d->sh + numbers, d->gain = d->scene + bands, d->P = d->gain + bands;
     slice->lambda = d->P + bands;
     if (!envmapi_power_lobe(d, job->views[0].slices, slice)) return ENVMAP_ERROR_LOBE;
-    envmap_result result =
-        envmap_sh_project(d->sh, d->known, job->src, 0, tolerance, &job->desc.work);
+    envmapi_sh_job sh;
+    if (!envmapi_sh_job_of(&sh, job->src, 0, d->known, tolerance, &job->desc.work))
+        return ENVMAP_ERROR_ARGUMENT;
+    if (spec->L && !job->scenes.whole.in.exponent) sh.in = &job->scenes.whole.in;
+    envmap_result result = envmapi_sh_project(d->sh, &sh);
     if (result) return result;
     envmapi_power_scene(d);
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
