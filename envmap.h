@@ -5464,30 +5464,46 @@ static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
     return sum;
 }
 
+/* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are `last` or more. */
+static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, size_t *i,
+                             size_t end, double last) {
+    const envmapi_source *s = axis->source;
+    int n = 0;
+    for (; *i < end && n < 64; ++*i) {
+        x[n] = axis->a[0] * s->x[*i] + axis->a[1] * s->y[*i] + axis->a[2] * s->z[*i];
+        seen[n] = *i, n += x[n] >= last;
+    }
+    return n;
+}
+
 /* Adds the sum over texels, times `share`. Tents where the lobe is sharp, which is near its axis or
    its ring, to two texels as tents are; centres elsewhere. tail: centres only, beyond the reach. */
 static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
     const envmapi_source *s = axis->source;
     double margin = axis->tent > 0 && !tail ? 2 * axis->texel : 0, end = axis->to + margin + 1e-9;
     double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
-    double sharp_from = envmapi_cosine(axis->from - margin);
+    double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
     double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
+    double sum[4] = {0, 0, 0, 0}, from = axis->reach / 2;
+    size_t seen[64];
     for (size_t tile = 0; tile < s->tiles; ++tile) {
         if (envmapi_dot(axis->a, s->centre[tile]) < last_tile) continue;
-        for (size_t i = s->first[tile]; i < s->first[tile + 1]; ++i) {
-            double x = axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i];
-            if (x < last) continue;
-            double step =
-                tail ? envmapi_smooth_step(envmapi_acos(x), axis->reach / 2, axis->reach) : 1;
-            if (!(step > 0)) continue;
-            double k = x > sharp_to && x <= sharp_from ? envmapi_axis_tent_k(axis, i)
-                                                       : envmapi_k(axis->lobe, x, axis->p);
-            if (k >= 0 && k <= 0) continue; /* NaN goes on: it must be seen */
-            k *= share * step;
-            axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
-            axis->sum[3] += k * s->w[i];
+        for (size_t next = s->first[tile]; next < s->first[tile + 1];) {
+            int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last);
+            envmapi_k_many(many, x, n, axis->lobe, axis->p); /* together: speed only */
+            for (int j = 0; j < n; ++j) {
+                size_t i = seen[j];
+                double k = x[j] > sharp_to && x[j] <= sharp_from ? envmapi_axis_tent_k(axis, i)
+                                                                 : many[j];
+                double step = tail ? envmapi_smooth_step(envmapi_acos(x[j]), from, axis->reach) : 1;
+                if ((k >= 0 && k <= 0) || !(step > 0)) continue; /* NaN goes on: it must be seen */
+                k *= step;
+                sum[0] += k * s->r[i], sum[1] += k * s->g[i], sum[2] += k * s->b[i];
+                sum[3] += k * s->w[i];
+            }
         }
     }
+    for (int c = 0; c < 4; ++c) axis->sum[c] += share * sum[c];
 }
 
 /* A part of a face's quadrant: (p,q) = (|2u - 1| width, |2v - 1| edge), whole numbers on the edges
