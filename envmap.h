@@ -3056,11 +3056,6 @@ typedef struct envmapi_series {
     double P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
 } envmapi_series;
 
-static void envmapi_series_begin(envmapi_series *series, const double *x) {
-    series->l = 0, series->x = x;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) series->P[j] = 1, series->before[j] = 0;
-}
-
 static void envmapi_series_next(envmapi_series *series) {
     double a = (2 * series->l + 1.0) / (series->l + 1), b = series->l / (series->l + 1.0);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
@@ -3070,29 +3065,27 @@ static void envmapi_series_next(envmapi_series *series) {
     ++series->l;
 }
 
-/* sum_j w_j P_l */
-static double envmapi_series_sum(const envmapi_series *series, const double *w) {
-    double sum[8] = {0};
-    for (int j = 0; j < ENVMAPI_ANGLES; j += 8)
-        for (int i = 0; i < 8; ++i) sum[i] += w[j + i] * series->P[j + i];
-    return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
-}
-
+/* The weights k go into P_0, as the recurrence is linear: lambda_l += sum_j k_j P_l. */
 static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lobe *lobe, double p,
                                      double factor) {
     envmapi_quadrature q = envmapi_quadrature_of(lobe, p, 0, ENVMAPI_PI, 8.0 / bands);
-    double theta, weight, x[ENVMAPI_ANGLES] = {0}, k[ENVMAPI_ANGLES];
+    double theta, weight, x[ENVMAPI_ANGLES] = {0};
     envmapi_series series;
     memset(lambda, 0, (size_t)bands * sizeof *lambda);
     for (int n = ENVMAPI_ANGLES; n == ENVMAPI_ANGLES;) {
-        memset(k, 0, sizeof k);
+        memset(&series, 0, sizeof series);
+        series.x = x;
         for (n = 0; n < ENVMAPI_ANGLES && envmapi_quadrature_next(&q, &theta, &weight); ++n) {
             x[n] = cos(theta);
-            k[n] = factor * 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x[n], p);
+            series.P[n] = factor * 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x[n], p);
         }
-        envmapi_series_begin(&series, x);
-        for (int l = 0; l < bands; ++l, envmapi_series_next(&series))
-            lambda[l] += envmapi_series_sum(&series, k);
+        for (int l = 0; l < bands; ++l, envmapi_series_next(&series)) {
+            double sum[8] = {0};
+            for (int j = 0; j < ENVMAPI_ANGLES; j += 8)
+                for (int i = 0; i < 8; ++i) sum[i] += series.P[j + i];
+            lambda[l] += ((sum[0] + sum[1]) + (sum[2] + sum[3])) +
+                         ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+        }
     }
 }
 
@@ -5199,7 +5192,7 @@ static int envmapi_ringing_look(envmapi_ringing *r) {
     envmapi_sh_points n;
     for (int j = 0; j < rings; ++j)
         for (int k = 0; k < around; k += room - 2) { /* the others are neighbours */
-            double low[ENVMAPI_SH_POINTS][4];
+            double low[ENVMAPI_SH_POINTS / 2 + 1][4]; /* no two neighbours are */
             int lows = 0;
             envmapi_sh_ring(&n, cos(ENVMAPI_PI * (j + 0.5) / rings), around, k - 1, around + 1);
             envmapi_ringing_values(r, &n);
@@ -5670,7 +5663,8 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
 /* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
-    if (axis->lobe->kind == ENVMAP_LOBE_BANKS || axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR) {
+    if (axis->lobe->kind == ENVMAP_LOBE_BANKS || axis->level.mapping == ENVMAP_SPHERE ||
+        axis->level.mapping == ENVMAP_ANGULAR) {
         envmapi_axis_polar(axis, share, reach);
         return;
     }
@@ -6567,12 +6561,17 @@ static void envmapi_near_fold(envmapi_window *w, int n, int y, const float *omeg
         twice[i + 1] = twice[i] + step * (sum + (0.5 + gauss) * a + (0.5 - gauss) * b);
         sum += a + b;
     }
-    for (int i = 0; i <= most; ++i)
+    for (int i = 0; i <= most; ++i) {
+        double before = twice[i > last ? i - last : last - i];
         out[i] = omega ? (k[2 * i] + k[2 * i + 1]) / 2 * *omega
-                       : (float)(twice[i + last] - 2 * twice[i] + twice[abs(i - last)]);
+                       : (float)(twice[i + last] - 2 * twice[i] + before);
+    }
     for (int q = 0; q <= last; ++q) {
         float *K = cell->K + (n * (last + 1) + q) * area + (y - cell->y) * cell->columns;
-        for (int c = 0; c < cell->columns; ++c) K[c] += out[abs((c - cell->reach) * last - q)];
+        for (int c = 0; c < cell->columns; ++c) {
+            int apart = (c - cell->reach) * last - q;
+            K[c] += out[apart < 0 ? -apart : apart];
+        }
     }
 }
 
@@ -8085,6 +8084,11 @@ static double envmapi_slice_power(const envmapi_slice *slice, int to, double h) 
         sum += (2 * l + 1) * slice->lambda[l] * slice->lambda[l] * e * e;
     }
     return sum;
+}
+
+static void envmapi_series_begin(envmapi_series *series, const double *x) {
+    series->l = 0, series->x = x;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) series->P[j] = 1, series->before[j] = 0;
 }
 
 /* sum += weight (2l+1) P_l; l goes on. */
