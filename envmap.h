@@ -539,7 +539,8 @@ typedef struct envmap_filter_desc {
    it is black (AUTO, FAST, HARMONICS).
    Lobes thinner than two texels of src, or of more than 768 bands: O(texels of dst * texels that
    the lobe reaches). Rings thinner than that (Banks, s -> 1), and what looks at the point where a
-   sphere or angular map's rim meets, go to the reference: slow.
+   sphere or angular map's rim meets, go to the reference: slow. Its weights serve 2 to 48 axes at a
+   time where src has no more than 20000 texels.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
@@ -6243,7 +6244,8 @@ typedef struct envmapi_near {
     envmapi_axis axis; /* the lobe, and what it is to the source */
     envmap dst;
     int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
-    int tile, ratio, knot[4]; /* edge of a tile; texels of the source to one of dst, or 0; knots */
+    int round, tile, ratio, knot[4]; /* tiles between two words to the progress callback; edge of
+                                        one; texels of the source to one of dst, or 0; knots */
     float between[ENVMAPI_NEAR_TILE][4]; /* weights of the knots, for each place in a tile */
     envmapi_turn *turns;
     envmapi_near_axes *axes;
@@ -6869,8 +6871,6 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, w->rim[n]);
 }
 
-#define ENVMAPI_NEAR_ROUND 64 /* tiles between two words to the progress callback */
-
 static void envmapi_task_near(void *context, int task) {
     const envmapi_near *s = (const envmapi_near *)context;
     size_t room = s->room;
@@ -6882,7 +6882,7 @@ static void envmapi_task_near(void *context, int task) {
     memset(w->rows[0], 0, 2 * room * sizeof(float));
     w->knots[0].K = w->K + s->area * ENVMAPI_NEAR_AXES;
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
-    int last = s->first + ENVMAPI_NEAR_ROUND;
+    int last = s->first + s->round;
     if (last > s->tile_count) last = s->tile_count;
     for (int i = s->first + task; i < last; i += s->tasks) {
         const envmapi_near_tile *tile = s->tiles + i;
@@ -6922,7 +6922,8 @@ static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi
    lie alike about each axis. */
 static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolerance) {
     int size = s->dst.size, kind = s->axis.lobe->kind;
-    s->tile = ENVMAPI_NEAR_TILE, s->ratio = 0;
+    s->tile = s->all ? ENVMAPI_NEAR_AXES : ENVMAPI_NEAR_TILE, s->ratio = 0;
+    s->round = s->all ? 16 : 64;
     if (s->dst.mapping != ENVMAP_CUBE || src->mapping != ENVMAP_CUBE || size < 128 ||
         src->size % size || kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4)
         return;
@@ -7128,7 +7129,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;
     envmapi_run_all(&desc->work, envmapi_task_near_blocks, s, rows);
-    for (s->first = 0; s->first < s->tile_count; s->first += ENVMAPI_NEAR_ROUND) {
+    for (s->first = 0; s->first < s->tile_count; s->first += s->round) {
         if (envmapi_tell(&desc->work.progress, (double)s->first / s->tile_count))
             return ENVMAP_CANCELLED;
         envmapi_run_all(&desc->work, envmapi_task_near, s, s->tasks);
