@@ -3040,19 +3040,51 @@ static void envmapi_zonal_gaussian(double *lambda, int bands, double kappa) {
     for (int l = 1; l < bands; ++l) lambda[l] *= lambda[l - 1];
 }
 
+/* P_l at 64 cosines side by side, for vectors to do; one l after the other. */
+#define ENVMAPI_ANGLES 64
+typedef struct envmapi_series {
+    int l;
+    const double *x;
+    double P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
+} envmapi_series;
+
+static void envmapi_series_begin(envmapi_series *series, const double *x) {
+    series->l = 0, series->x = x;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) series->P[j] = 1, series->before[j] = 0;
+}
+
+static void envmapi_series_next(envmapi_series *series) {
+    double a = (2 * series->l + 1.0) / (series->l + 1), b = series->l / (series->l + 1.0);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double P = series->P[j];
+        series->P[j] = a * series->x[j] * P - b * series->before[j], series->before[j] = P;
+    }
+    ++series->l;
+}
+
+/* sum_j w_j P_l */
+static double envmapi_series_sum(const envmapi_series *series, const double *w) {
+    double sum[8] = {0};
+    for (int j = 0; j < ENVMAPI_ANGLES; j += 8)
+        for (int i = 0; i < 8; ++i) sum[i] += w[j + i] * series->P[j + i];
+    return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+}
+
 static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lobe *lobe, double p,
                                      double factor) {
     envmapi_quadrature q = envmapi_quadrature_of(lobe, p, 0, ENVMAPI_PI, 8.0 / bands);
-    double theta, weight;
+    double theta, weight, x[ENVMAPI_ANGLES] = {0}, k[ENVMAPI_ANGLES];
+    envmapi_series series;
     memset(lambda, 0, (size_t)bands * sizeof *lambda);
-    while (envmapi_quadrature_next(&q, &theta, &weight)) {
-        double x = cos(theta), before = 0, P = 1;
-        double k = factor * 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x, p);
-        for (int l = 0; l < bands; ++l) {
-            lambda[l] += k * P;
-            double next = ((2 * l + 1) * x * P - l * before) / (l + 1);
-            before = P, P = next;
+    for (int n = ENVMAPI_ANGLES; n == ENVMAPI_ANGLES;) {
+        memset(k, 0, sizeof k);
+        for (n = 0; n < ENVMAPI_ANGLES && envmapi_quadrature_next(&q, &theta, &weight); ++n) {
+            x[n] = cos(theta);
+            k[n] = factor * 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x[n], p);
         }
+        envmapi_series_begin(&series, x);
+        for (int l = 0; l < bands; ++l, envmapi_series_next(&series))
+            lambda[l] += envmapi_series_sum(&series, k);
     }
 }
 
@@ -7188,7 +7220,6 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
    Used by >>fast and >>plan.  Tests: tests/test_prepared.c, tests/test_scenes.c. */
 
 #define ENVMAPI_SCALES 13 /* blocks of 4, 8 ... texels up to the largest map: 4 2^12 = 16384 */
-#define ENVMAPI_ANGLES 64 /* of a histogram, pi (j/64)^2: denser towards the axis */
 /* Tuned as those of >>fast are. The test named above a constant fails without it.
    lights_are_the_texels_of_a_2000th_of_the_energy, of_too_many_lights_the_brightest_are_taken */
 #define ENVMAPI_LIGHT  2000 /* a texel with more than this part of all energy is a light */
@@ -7769,28 +7800,11 @@ static double envmapi_slice_power(const envmapi_slice *slice, int to, double h) 
     return sum;
 }
 
-/* (2l+1) P_l at the angles, one l after the other. */
-typedef struct envmapi_series {
-    int l;
-    const double *x;
-    double P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
-} envmapi_series;
-
-static void envmapi_series_begin(envmapi_series *series, const envmapi_angles *angles) {
-    series->l = 0, series->x = angles->x;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) series->P[j] = 1, series->before[j] = 0;
-}
-
 /* sum += weight (2l+1) P_l; l goes on. */
 static void envmapi_series_add(envmapi_series *series, double *sum, double weight) {
-    double a = (2 * series->l + 1.0) / (series->l + 1), b = series->l / (series->l + 1.0);
     weight *= 2 * series->l + 1;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double P = series->P[j], next = a * series->x[j] * P - b * series->before[j];
-        sum[j] += weight * P;
-        series->before[j] = P, series->P[j] = next;
-    }
-    ++series->l;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) sum[j] += weight * series->P[j];
+    envmapi_series_next(series);
 }
 
 /* lambda_l for `bands` bands, and the power beyond them by Parseval: sum (2l+1) lambda_l^2 =
@@ -7930,7 +7944,7 @@ static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *s
         if (!envmapi_slice_rms(slice, spec, tail, c2, 0.5)) break;
     }
     if (!texels) return L;
-    envmapi_series_begin(&series, spec->angles);
+    envmapi_series_begin(&series, spec->angles->x);
     memcpy(lost, slice->k, sizeof lost);
     for (int l = 0, next = L; l < spec->known - 1 && l < 3 * L; ++l) {
         if (l == next) {
@@ -7963,7 +7977,7 @@ static int envmapi_spacing_holds(void *user, int n) {
     envmapi_series series;
     if (!envmapi_slice_rms(slice, spec, c2 * envmapi_slice_power(slice, slice->L, h), c2, 0.25))
         return 0;
-    envmapi_series_begin(&series, spec->angles);
+    envmapi_series_begin(&series, spec->angles->x);
     for (int l = 0; l < slice->L; ++l)
         envmapi_series_add(&series, lost, slice->lambda[l] * envmapi_band_error(l, h));
     return envmapi_slice_allows(slice, spec, test->scene, lost, ENVMAPI_SHARE * spec->tolerance,
@@ -7984,7 +7998,7 @@ static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
     if (bands <= spec->known) return 1;
     for (spec->known = bands; slice < spec->slice + spec->slices; ++slice) {
         envmapi_series series;
-        envmapi_series_begin(&series, spec->angles);
+        envmapi_series_begin(&series, spec->angles->x);
         if (!envmapi_slice_lambda(slice, spec->lobe, bands)) return 0;
         memset(slice->k, 0, sizeof slice->k);
         for (int l = 0; l < bands; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
