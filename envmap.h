@@ -5444,6 +5444,7 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
         if (envmapi_dot(axis->a, s->centre[tile]) < last_tile) continue;
         for (size_t i = s->first[tile]; i < s->first[tile + 1]; ++i) {
             x[n] = axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i], at[n] = i;
+            if (fabs(x[n]) < 1e-15) x[n] = 0; /* on the horizon; k may jump there */
             n += !(x[n] < last);
         }
         envmapi_k_many(k, x, n, axis->lobe, axis->p);
