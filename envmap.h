@@ -5387,6 +5387,7 @@ typedef struct envmapi_axis {
     double gauss[7][6][2];  /* node and weight of rules of 2 .. 6 */
     double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
     double *light;          /* sum; or, where the level has no texels, [texels] what each counts */
+    double sight;           /* rad: integrals end where so little is left of the lobe; to */
     double ease;            /* nodes away from kinks, over what the definition takes */
 } envmapi_axis;
 
@@ -5545,7 +5546,8 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
                      (patch->from[1] + patch->to[1]) / 2);
     for (int i = 0; i < 4; ++i) radius = fmax(radius, 1.1 * envmapi_angle(middle, corner[i]));
     double away = envmapi_angle(axis->a, middle), scale = axis->sigma, finer = axis->ease;
-    if (away - radius > fmin(patch->reach, axis->to) || away + radius < axis->from) return 0;
+    double end = fmin(fmin(patch->reach, axis->to), axis->sight);
+    if (away - radius > end || away + radius < axis->from) return 0;
     if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
     else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
     for (int i = 0; i < axis->kink_count; ++i)
@@ -5594,7 +5596,7 @@ static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
    thin where all of a rim's texels meet, or against a lobe with edges, which are circles about a:
    rings, eight or more in two texels, of eight points a texel. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
-    envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->to),
+    envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel);
     const double *a = axis->a;
     double t[3], b[3], theta, weight, d[3];
@@ -5666,6 +5668,7 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
     axis->reach = fmax(12 * axis->texel, 8 * axis->sigma);
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
+    axis->sight = axis->to;
     axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
     axis->curves = src->mapping == ENVMAP_PARABOLOID || src->mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
     for (int n = 2; n < 7; ++n)
@@ -6866,9 +6869,7 @@ static void envmapi_near_all(envmapi_window *w, const envmapi_near *s, int axes)
     enum { N = ENVMAPI_NEAR_AXES };
     envmapi_axis axis = s->axis;
     float *K = w->K;
-    axis.level.texels = NULL, axis.light = w->light;
-    if (s->R_bright < axis.reach / 2 || axis.lobe->kind < ENVMAP_LOBE_BANKS)
-        axis.to = fmin(axis.to, s->R_bright); /* else a bell may lie where the integral fades out */
+    axis.level.texels = NULL, axis.light = w->light, axis.sight = s->R_bright;
     memset(K, 0, s->all * N * sizeof *K);
     for (int n = 0; n < axes; ++n) {
         memset(w->light, 0, s->all * sizeof *w->light);

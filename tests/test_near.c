@@ -136,6 +136,14 @@ static void wide_lobes_keep(double tolerance, int first, int count) {
     FIGURE("the worst texel's", worst_texel, 20);
 }
 
+/* Little of a lobe lies within 0.01 rad of the opposite, but all of a texel may. */
+static void the_texel_opposite_to_an_axis_counts(void) {
+    work w = work_of(ENVMAP_CUBE, ENVMAP_CUBE, 9,
+                     "lobe=gaussian:0.2368:0 raw=0:1 tolerance=5e-5 scene=sun:0.42:0.45");
+    w.src_size = 9;
+    keeps(&w);
+}
+
 static void coarse_sources_keep_the_tolerance(void) { wide_lobes_keep(1e-3, 0, WIDE); }
 static void coarse_sources_keep_tight_tolerances(void) { wide_lobes_keep(2e-5, 1, 10); }
 
@@ -344,6 +352,7 @@ int main(void) {
     RUN(a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches);
     RUN(a_wide_ring_about_the_corners_keeps_the_tolerance);
     RUN(tables_and_functions_keep_the_tolerance);
+    RUN(the_texel_opposite_to_an_axis_counts);
     RUN(coarse_sources_keep_the_tolerance);
     RUN(coarse_sources_keep_tight_tolerances);
     RUN(heavy_tails_keep_the_tolerance);
