@@ -380,10 +380,10 @@ typedef struct envmap_lobe {
    ggx       D(sqrt((1+x)/2)) max(x,0), D(c) = alpha^2 / (pi ((alpha^2-1) c^2 + 1)^2), alpha =
              roughness^2 in [0, 1]; 0 is the mirror, (0, 1e-4) counts as 1e-4  [WMLT07] eq. 33
    banks     max(0, sqrt(1-x^2) sqrt(1-c^2) - x c - s) / (1-s)^2, s in [0, 0.99999], c = p
-             [Banks94], [KVHS00] section 4
+             in [-1,1]  [Banks94], [KVHS00] section 4
    function  any k; set p0 != p1 for slices, kinks where it has any
    table     Catmull-Rom along theta over `size` >= 4 samples from 0 to pi; `slices` rows at slice
-             centres of p, linear between                                              [KM00] */
+             centres of p, linear between; at most 2^28 numbers                        [KM00] */
 ENVMAP_API envmap_lobe envmap_lobe_mirror(void);
 ENVMAP_API envmap_lobe envmap_lobe_diffuse(void);
 ENVMAP_API envmap_lobe envmap_lobe_phong(float exponent);
@@ -433,7 +433,8 @@ ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double 
               floats overflow or vanish, it is every texel again
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
    With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16
-   sets of coefficients.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
+   sets of coefficients, for 3 bands also of 144 rows of the map.  Test:
+   a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
 
@@ -596,7 +597,7 @@ typedef struct envmap_plan {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, work, prepared
-   Errors: those of envmap_filter.  Cost: 0.7 to 1.1 times the filter's, more for lobes with slices.
+   Errors: those of envmap_filter.  Cost: 0.5 to 0.9 times the filter's, more for lobes with slices.
    Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
@@ -2021,12 +2022,13 @@ static void envmapi_orbit_add(envmapi_orbit *o, const envmapi_resampling *r, int
         const envmapi_place *to = o->cube[k] + face;
         int row = to->face * r->cube + to->y0 + to->yx * x + to->yy * y;
         size_t column = (size_t)(to->x0 + to->xx * x + to->xy * y);
-        const float *from = r->src.texels + 3 * ((size_t)row * (size_t)r->cube + column);
-        double *cell = r->cells + 4 * ((size_t)row * ENVMAPI_ROW(r->cube) + column);
-        if (r->scatter)
+        if (r->scatter) {
+            double *cell = r->cells + 4 * ((size_t)row * ENVMAPI_ROW(r->cube) + column);
             envmapi_double4_add(envmapi_double4_at(cell), common, envmapi_double4_at(o->light[k]));
-        else
-            for (int c = 0; c < 3; ++c) o->sums[k][c] += common * (double)from[c];
+            continue;
+        }
+        const float *from = r->src.texels + 3 * ((size_t)row * (size_t)r->cube + column);
+        for (int c = 0; c < 3; ++c) o->sums[k][c] += common * (double)from[c];
     }
     o->all += common;
 }
@@ -2476,6 +2478,7 @@ ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t 
     int edge = envmapi_edge(map->size, level);
     size_t width = (size_t)envmapi_width(map->mapping, edge), row = 12 * width;
     size_t rows = (size_t)edge * (size_t)envmap_faces(map->mapping) * (size_t)map->slices;
+    if (rows > PTRDIFF_MAX / row) return ENVMAP_ERROR_ARGUMENT; /* no memory holds such a map */
     char *end = envmapi_pfm_decimal(title + 3, width);
     *end++ = ' ';
     end = envmapi_pfm_decimal(end, rows);
@@ -2721,6 +2724,9 @@ ENVMAPI_BODY envmap_lobe envmap_lobe_table(const float *values, int size, int sl
     return lobe;
 }
 
+/* A cosine, to rounding, is what Banks' p must be. */
+static int envmapi_cosine_ok(double p) { return fabs(p) <= 1 + 1e-6; }
+
 /* What a query needs to be safe: kind, numbers and pointers, in O(1). */
 static int envmapi_lobe_ok(const envmap_lobe *lobe) {
     if (!lobe) return 0;
@@ -2731,12 +2737,15 @@ static int envmapi_lobe_ok(const envmap_lobe *lobe) {
     case ENVMAP_LOBE_PHONG:
     case ENVMAP_LOBE_GAUSSIAN: return parameter >= 0 && parameter <= 1e9;
     case ENVMAP_LOBE_GGX: return parameter >= 0.99e-4 && parameter <= 1;
-    case ENVMAP_LOBE_BANKS: return parameter >= 0 && parameter <= 0.99999;
+    case ENVMAP_LOBE_BANKS:
+        return parameter >= 0 && parameter <= 0.99999 && envmapi_cosine_ok(p0) &&
+               envmapi_cosine_ok(p1);
     case ENVMAP_LOBE_FUNCTION:
         return lobe->function && lobe->kink_count >= 0 && (lobe->kinks || !lobe->kink_count);
     case ENVMAP_LOBE_TABLE:
         return lobe->table && lobe->table_size >= 4 && lobe->table_size <= 1 << 20 &&
-               lobe->table_slices >= 1 && lobe->table_slices <= ENVMAPI_SLICE_LIMIT;
+               lobe->table_slices >= 1 && lobe->table_slices <= ENVMAPI_SLICE_LIMIT &&
+               lobe->table_size <= (1 << 28) / lobe->table_slices; /* so that int counts them */
     default: return 0;
     }
 }
@@ -2755,7 +2764,8 @@ static int envmapi_lobe_sound(const envmap_lobe *lobe) {
 
 /* The mirror is a lobe, but no function. */
 static int envmapi_lobe_has_k(const envmap_lobe *lobe, double p) {
-    return envmapi_lobe_ok(lobe) && lobe->kind != ENVMAP_LOBE_MIRROR && envmapi_finite(p);
+    return envmapi_lobe_ok(lobe) && lobe->kind != ENVMAP_LOBE_MIRROR && envmapi_finite(p) &&
+           (lobe->kind != ENVMAP_LOBE_BANKS || envmapi_cosine_ok(p));
 }
 
 static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
@@ -4750,7 +4760,9 @@ ENVMAPI_BODY envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, i
 typedef struct envmapi_sh_job {
     envmap map;
     int slice, bands;
-    double tolerance, *sums; /* project: the tasks', [ENVMAPI_TASKS][bands^2][3] */
+    double tolerance, *sums; /* project: the tasks', [ENVMAPI_TASKS][room], first [bands^2][3] */
+    size_t room;
+    const envmapi_input *in; /* project: of the map and slice, or NULL */
     const double *sh;        /* fill: from these */
     float *texels;           /* project: from these; fill: to these */
     envmap_work work;
@@ -4800,110 +4812,138 @@ static void envmapi_sh_texels(const envmapi_sh_job *job, double *sums, int x0, i
 /* Tasks: every 16th row. */
 static void envmapi_task_sh(void *context, int task) {
     const envmapi_sh_job *job = (const envmapi_sh_job *)context;
-    size_t numbers = 3 * (size_t)(job->bands * job->bands);
-    double *sums = job->sums ? job->sums + (size_t)task * numbers : NULL;
+    double *sums = job->sums ? job->sums + (size_t)task * job->room : NULL;
     for (int y = task; y < job->map.size; y += ENVMAPI_TASKS)
         for (int x = 0; x < envmapi_width(job->map.mapping, job->map.size); x += ENVMAPI_SH_POINTS)
             envmapi_sh_texels(job, sums, x, y);
 }
 
-/* Sums of e d d^t, d = (x, y, z, 1), of the texels of a face and their mirror images along u and v,
-   all where the first one's are on face 0 (a cube's +Z): all moments that three bands need. */
-typedef struct envmapi_sh_moments {
-    double of[24][3][4][4]; /* face and mirror, channel */
-} envmapi_sh_moments;
+/* Sums of w L d_i d_j, d = (x, y, z, 1) on a face's own axes, for these i and j: all that three
+   bands need. Odd along u, 1, or v, 2: there the mirror image of a texel counts negative. */
+#define ENVMAPI_SH_MOMENTS 10
+static const struct {
+    int i, j, odd;
+} envmapi_sh_moments[ENVMAPI_SH_MOMENTS] = {{0, 0, 0}, {1, 1, 0}, {2, 2, 0}, {2, 3, 0}, {3, 3, 0},
+                                            {0, 2, 1}, {0, 3, 1}, {1, 2, 2}, {1, 3, 2}, {0, 1, 3}};
 
-/* Adds a run of texels in the upper left quarter. In the middle they are their own images. */
-static void envmapi_sh_moments_add(envmapi_sh_moments *m, const envmapi_sh_job *job, int x0,
-                                   int y) {
+/* Axis i of a face: S, T, M as of a cube's; which axis of the map it is, and its sign. */
+static int envmapi_sh_axis(double *sign, int mapping, int face, int i) {
+    int like = mapping == ENVMAP_CUBE ? face : mapping == ENVMAP_OCTAHEDRAL ? 2 : 4, j = 0;
+    *sign = mapping == ENVMAP_PARABOLOID && face && i == 2 ? -1 : 1;
+    if (i == 3) return i;
+    while (!envmapi_cube[like][i][j]) ++j;
+    *sign *= envmapi_cube[like][i][j];
+    return j;
+}
+
+/* The left half of row y of a face's upper half: d and |d|, w / |d|^2, then their products. A texel
+   in the middle is its own mirror image. On lat-long each d is the one before, turned by a column,
+   and rows differ from the first, `from`, by a factor. */
+static void envmapi_sh_products(double *to, size_t half, const envmapi_sh_job *job, int from,
+                                int y) {
     int mapping = job->map.mapping, edge = job->map.size, width = envmapi_width(mapping, edge);
-    int count = (width + 1) / 2 - x0 < 16 ? (width + 1) / 2 - x0 : 16;
-    double dd[16][16], at[2], d[4] = {0, 0, 0, 1};
-    for (int i = 0; i < count; ++i) {
-        double w = envmapi_texel_cell(at, mapping, edge, x0 + i, y);
-        envmapi_direction(d, mapping, mapping == ENVMAP_CUBE ? 4 : 0, at[0], at[1]);
-        if (2 * (x0 + i) + 1 == width) w /= 2;
-        if (2 * y + 1 == edge) w /= 2;
-        for (int k = 0; k < 16; ++k) dd[i][k] = w * d[k / 4] * d[k % 4];
+    double at[2], d[3] = {0}, sign[4], *along[4], step = ENVMAPI_PI / edge;
+    double c = cos(step), s = sin(step);
+    double w = 0, scale = 2 * y + 1 == edge ? 0.5 : 1, *weights = to + 4 * half;
+    for (size_t k = 0; k < 4; ++k)
+        along[envmapi_sh_axis(sign + k, mapping, 0, (int)k)] = to + k * half;
+    for (int i = 0; i < (int)half && (mapping != ENVMAP_LATLONG || y == from); ++i) {
+        double x = d[0];
+        if (mapping != ENVMAP_LATLONG || i % 64 == 0) {
+            w = envmapi_texel_cell(at, mapping, edge, i, y);
+            envmapi_ray(d, mapping, 0, at[0], at[1]);
+        } else d[0] = c * x - s * d[2], d[2] = s * x + c * d[2];
+        double dd = envmapi_dot(d, d);
+        along[0][i] = d[0], along[1][i] = d[1], along[2][i] = d[2], along[3][i] = sqrt(dd);
+        weights[i] = (2 * i + 1 == width ? 0.5 : 1) * w / dd;
     }
-    for (int image = 0; image < 4 * envmap_faces(mapping); ++image) {
-        int x = image & 1 ? width - 1 - x0 : x0, step = image & 1 ? -3 : 3;
-        const float *texel = envmapi_sh_texel(job, image / 4, x, image & 2 ? edge - 1 - y : y);
-        for (int c = 0; c < 3; ++c) {
-            double *sums = m->of[image][c][0];
-            for (int i = 0; i < count; ++i)
-                for (int k = 0; k < 16; ++k) sums[k] += (double)texel[i * step + c] * dd[i][k];
+    if (mapping == ENVMAP_LATLONG) {
+        double sine = sin((y + 0.5) * step) / sin((from + 0.5) * step);
+        scale *= sine, sign[0] *= sine, sign[2] *= sine;
+        sign[1] *= cos((y + 0.5) * step) / cos((from + 0.5) * step);
+    }
+    for (size_t k = 0; k < ENVMAPI_SH_MOMENTS; ++k) {
+        int i = envmapi_sh_moments[k].i, j = envmapi_sh_moments[k].j;
+        double *a = to + (size_t)i * half, *b = to + (size_t)j * half, *out = to + (5 + k) * half;
+        double factor = scale * sign[i] * sign[j];
+        for (size_t n = 0; n < half; ++n) out[n] = factor * weights[n] * a[n] * b[n];
+    }
+}
+
+/* Adds row y of a face and its mirror image. A lane is a channel.
+   rows  [2][3 width], and one more: the two added, and subtracted */
+static void envmapi_sh_moments_add(envmapi_double4 *sums, const envmapi_sh_job *job, int face,
+                                   int y, const double *products, double *rows) {
+    int edge = job->map.size, width = envmapi_width(job->map.mapping, edge), half = (width + 1) / 2;
+    const float *a = envmapi_sh_texel(job, face, 0, y);
+    const float *b = envmapi_sh_texel(job, face, 0, edge - 1 - y);
+    envmapi_double4 e[4];
+    for (int i = 0; i < 3 * width; ++i) {
+        rows[i] = (double)a[i] + (double)b[i];
+        rows[3 * width + i] = (double)a[i] - (double)b[i];
+    }
+    for (int i = 0; i < half; ++i) {
+        for (int odd = 0; odd < 4; ++odd) {
+            const double *row = rows + odd / 2 * 3 * width;
+            e[odd] = *envmapi_double4_at(row + 3 * i);
+            envmapi_double4_add(e + odd, odd & 1 ? -1 : 1,
+                                envmapi_double4_at(row + 3 * (width - 1 - i)));
         }
+        for (int k = 0; k < ENVMAPI_SH_MOMENTS; ++k)
+            envmapi_double4_add(sums + k, products[k * half + i], e + envmapi_sh_moments[k].odd);
     }
 }
 
-/* How much of axis i of a texel on face 0 lies along axis j of its image. */
-static double envmapi_sh_turn(int mapping, int image, int i, int j) {
-    int v = mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
-    int mirrored = (image & 1 && i == 0) || (image & 2 && i == v);
-    double along = i != j ? 0 : i == 2 && mapping == ENVMAP_PARABOLOID && image >= 4 ? -1 : 1;
-    if (mapping == ENVMAP_CUBE && i < 3)
-        along = j == 3 ? 0 : envmapi_cube[image / 4][i][j] * (i == 1 ? -1 : 1);
-    return mirrored ? -along : along;
-}
-
-/* All faces' moments of a channel, on the axes of the map. */
-static void envmapi_sh_moments_join(double M[4][4], const envmapi_sh_moments *m, int mapping,
-                                    int c) {
-    double turn[4][4];
-    memset(M, 0, 16 * sizeof(double));
-    for (int image = 0; image < 4 * envmap_faces(mapping); ++image) {
-        for (int i = 0; i < 16; ++i)
-            turn[i / 4][i % 4] = envmapi_sh_turn(mapping, image, i / 4, i % 4);
-        for (int i = 0; i < 16; ++i)
-            for (int j = 0; j < 16; ++j)
-                M[j / 4][j % 4] +=
-                    turn[i / 4][j / 4] * turn[i % 4][j % 4] * m->of[image][c][i / 4][i % 4];
-    }
-}
-
-/* envmapi_task_sh for three bands and less (speed only: a fifth of its time). */
+/* envmapi_task_sh for three bands and less (speed only: a tenth of its time). */
 static void envmapi_task_sh_nine(void *context, int task) {
     const envmapi_sh_job *job = (const envmapi_sh_job *)context;
-    int mapping = job->map.mapping, bands = job->bands;
-    double *sh = job->sums + 3 * task * bands * bands, M[4][4];
+    int mapping = job->map.mapping, faces = envmap_faces(mapping), bands = job->bands;
+    double *sh = job->sums + (size_t)task * job->room, M[4][4], sign[2];
+    size_t width = (size_t)envmapi_width(mapping, job->map.size), half = (width + 1) / 2;
+    double *rows = sh + job->room - 6 * width - 1, *products = sh + 3 * bands * bands;
     double k0 = sqrt(1 / (4 * ENVMAPI_PI)), k1 = sqrt(3.0) * k0, k2 = sqrt(15.0) * k0;
-    envmapi_sh_moments m;
-    memset(&m, 0, sizeof m);
-    for (int y = task; 2 * y < job->map.size; y += ENVMAPI_TASKS)
-        for (int x = 0; 2 * x < envmapi_width(mapping, job->map.size); x += 16)
-            envmapi_sh_moments_add(&m, job, x, y);
+    envmapi_double4 sums[6][ENVMAPI_SH_MOMENTS];
+    memset(sums, 0, sizeof sums);
+    for (int y = task; 2 * y < job->map.size; y += ENVMAPI_TASKS) {
+        envmapi_sh_products(products, half, job, task, y);
+        for (int face = 0; face < faces; ++face)
+            envmapi_sh_moments_add(sums[face], job, face, y, products + 5 * half, rows);
+    }
     for (int c = 0; c < 3; ++c) {
-        envmapi_sh_moments_join(M, &m, mapping, c);
-        const double Y[9] = {k0 * M[3][3],
-                             k1 * M[3][1],
-                             k1 * M[3][2],
-                             k1 * M[3][0],
-                             k2 * M[0][1],
-                             k2 * M[1][2],
-                             sqrt(5.0) / 2 * k0 * (3 * M[2][2] - M[3][3]),
-                             k2 * M[0][2],
-                             k2 / 2 * (M[0][0] - M[1][1])};
+        memset(M, 0, sizeof M);
+        for (int k = 0; k < ENVMAPI_SH_MOMENTS * faces; ++k) {
+            int face = k / ENVMAPI_SH_MOMENTS, n = k % ENVMAPI_SH_MOMENTS;
+            int i = envmapi_sh_axis(sign, mapping, face, envmapi_sh_moments[n].i);
+            int j = envmapi_sh_axis(sign + 1, mapping, face, envmapi_sh_moments[n].j);
+            M[i < j ? i : j][i < j ? j : i] +=
+                sign[0] * sign[1] * ((const double *)&sums[face][n])[c];
+        }
+        double Y[9] = {k0 * M[3][3], k1 * M[1][3], k1 * M[2][3], k1 * M[0][3]};
+        Y[4] = k2 * M[0][1], Y[5] = k2 * M[1][2], Y[7] = k2 * M[0][2];
+        Y[6] = sqrt(5.0) / 2 * k0 * (3 * M[2][2] - M[3][3]), Y[8] = k2 / 2 * (M[0][0] - M[1][1]);
         for (int i = 0; i < bands * bands; ++i) sh[3 * i + c] = Y[i];
     }
 }
 
 /* The definition, to sh or, when all of them are there, to texels; the other is NULL. */
 static envmap_result envmapi_sh_exact(double *sh, float *texels, envmapi_sh_job *job) {
-    size_t numbers = 3 * (size_t)(job->bands * job->bands), all = ENVMAPI_TASKS * numbers;
+    size_t numbers = 3 * (size_t)(job->bands * job->bands);
+    size_t width = (size_t)envmapi_width(job->map.mapping, job->map.size), nine = job->bands <= 3;
     size_t floats = envmapi_slice_floats(&job->map, 0);
+    job->room = numbers + nine * (width / 2 * (5 + ENVMAPI_SH_MOMENTS) + 6 * width + 16);
+    size_t all = ENVMAPI_TASKS * job->room;
     void *room = sh ? envmapi_pool_get(&job->pool, all, sizeof(double))
                     : envmapi_pool_get(&job->pool, floats, sizeof(float));
     if (!room) return ENVMAP_ERROR_MEMORY;
     if (sh) job->sums = (double *)memset(room, 0, all * sizeof(double));
     job->texels = sh ? envmapi_image(&job->map, 0, job->slice, 0) : (float *)room;
-    envmap_result result =
-        envmapi_run(&job->work, sh && job->bands <= 3 ? envmapi_task_sh_nine : envmapi_task_sh, job,
-                    ENVMAPI_TASKS);
+    envmap_task *task = sh && nine ? envmapi_task_sh_nine : envmapi_task_sh;
+    envmap_result result = envmapi_run(&job->work, task, job, ENVMAPI_TASKS);
     if (texels && !result) memcpy(texels, room, floats * sizeof(float));
     if (!sh || result) return result;
     memset(sh, 0, numbers * sizeof(double));
-    for (size_t i = 0; i < all; ++i) sh[i % numbers] += job->sums[i];
+    for (size_t i = 0; i < ENVMAPI_TASKS * numbers; ++i)
+        sh[i % numbers] += job->sums[i / numbers * job->room + i % numbers];
     return envmapi_sh_check(sh, job->bands, ENVMAPI_SH_LIMIT);
 }
 
@@ -4926,13 +4966,15 @@ static void envmapi_sh_exchange(double *to, const double *from, int bands, int t
 static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *job) {
     envmapi_input in;
     envmapi_transform t;
+    const envmapi_input *from = job->in ? job->in : sh ? &in : NULL;
     int bands = job->bands;
     double lambda[ENVMAPI_SH_BANDS], h = envmapi_widest_spacing(bands);
     double *a = (double *)envmapi_pool_get(&job->pool, envmapi_triangle(bands, bands), sizeof *a);
     while (3 * envmapi_band_error(bands - 1, h) > job->tolerance) h *= 0.96;
-    if (!a || (sh && envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
-        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, sh ? &in : NULL, NULL,
-                                 &job->work, &job->pool))
+    if (!a || (sh && !job->in &&
+               envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
+        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, from, NULL, &job->work,
+                                 &job->pool))
         return ENVMAP_ERROR_MEMORY;
     for (int l = 0; l < bands; ++l) lambda[l] = 1;
     t.rings.a = a, t.rings.a_bands = bands, t.rings.lambda = lambda, t.out = texels;
@@ -4947,23 +4989,31 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
     return envmapi_fill_texels(&t, &job->work, ENVMAP_ERROR_RADIANCE);
 }
 
+/* Frees the job's memory; sh may be written though it fails. */
+static envmap_result envmapi_sh_project(double *sh, envmapi_sh_job *job) {
+    const envmap *map = &job->map;
+    envmap_result result = ENVMAP_ERROR_RADIANCE;
+    if (job->tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(sh, NULL, job);
+    if (!result && !envmapi_sh_check(sh, job->bands, 1e-25) &&
+        envmapi_exponent(envmapi_image(map, 0, job->slice, 0), envmapi_slice_floats(map, 0)) < -60)
+        result = ENVMAP_ERROR_RADIANCE;
+    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow, or vanish, where doubles do not */
+        result = envmapi_sh_exact(sh, NULL, job);
+    envmapi_pool_free(&job->pool, 0);
+    return result;
+}
+
 ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                              double tolerance, const envmap_work *work) {
     envmapi_sh_job job;
     if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS || !envmapi_valid(map) || slice < 0 ||
         slice >= map->slices || !envmapi_sh_job_of(&job, map, slice, bands, tolerance, work))
         return ENVMAP_ERROR_ARGUMENT;
-    size_t numbers = 3 * (size_t)(bands * bands);
-    double *out = (double *)envmapi_pool_get(&job.pool, numbers, sizeof(double));
-    envmap_result result = out ? ENVMAP_ERROR_RADIANCE : ENVMAP_ERROR_MEMORY;
-    if (out && tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(out, NULL, &job);
-    if (!result && !envmapi_sh_check(out, bands, 1e-25) &&
-        envmapi_exponent(envmapi_image(map, 0, slice, 0), envmapi_slice_floats(map, 0)) < -60)
-        result = ENVMAP_ERROR_RADIANCE;
-    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow, or vanish, where doubles do not */
-        result = envmapi_sh_exact(out, NULL, &job);
-    if (!result) memcpy(sh, out, numbers * sizeof(double));
-    envmapi_pool_free(&job.pool, 0);
+    size_t bytes = 3 * (size_t)(bands * bands) * sizeof(double);
+    double *out = (double *)ENVMAP_MALLOC(job.work.memory, bytes);
+    envmap_result result = out ? envmapi_sh_project(out, &job) : ENVMAP_ERROR_MEMORY;
+    if (!result) memcpy(sh, out, bytes);
+    if (out) ENVMAP_FREE(job.work.memory, out);
     return result;
 }
 
@@ -5268,8 +5318,8 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
                    within 12 texels or 8 sigma, by Gauss-Legendre on patches that end where it has
-                   kinks; in polar coordinates about a for sphere and angular maps and lobes
-                   with edges. What a lobe has beyond (the tail of GGX) is smooth at a texel's
+                   kinks; in polar coordinates about a for sphere and angular maps and
+                   Banks' lobes. What a lobe has beyond (the tail of GGX) is smooth at a texel's
                    scale and stays a sum over texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
@@ -5430,30 +5480,41 @@ static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
     else axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
 }
 
+/* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are `last` or more. */
+static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, size_t *i,
+                             size_t end, double last) {
+    const envmapi_source *s = axis->source;
+    int n = 0;
+    for (; *i < end && n < 64; ++*i) {
+        x[n] = axis->a[0] * s->x[*i] + axis->a[1] * s->y[*i] + axis->a[2] * s->z[*i];
+        if (fabs(x[n]) < 1e-15) x[n] = 0; /* on the horizon; k may jump there */
+        seen[n] = *i, n += x[n] >= last;
+    }
+    return n;
+}
+
 /* Adds the sum over texels, times `share`. Tents where the lobe is sharp, which is near its axis or
    its ring, to two texels as tents are; centres elsewhere. tail: centres only, beyond the reach. */
 static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
     const envmapi_source *s = axis->source;
     double margin = axis->tent > 0 && !tail ? 2 * axis->texel : 0, end = axis->to + margin + 1e-9;
     double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
-    double sharp_from = envmapi_cosine(axis->from - margin);
+    double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
     double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
-    double x[ENVMAPI_TILE], k[ENVMAPI_TILE];
+    double from = axis->reach / 2;
+    size_t seen[64];
     for (size_t tile = 0; tile < s->tiles; ++tile) {
-        size_t at[ENVMAPI_TILE];
-        int n = 0;
         if (envmapi_dot(axis->a, s->centre[tile]) < last_tile) continue;
-        for (size_t i = s->first[tile]; i < s->first[tile + 1]; ++i) {
-            x[n] = axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i], at[n] = i;
-            if (fabs(x[n]) < 1e-15) x[n] = 0; /* on the horizon; k may jump there */
-            n += !(x[n] < last);
-        }
-        envmapi_k_many(k, x, n, axis->lobe, axis->p);
-        for (int j = 0; j < n; ++j) {
-            if (x[j] > sharp_to && x[j] <= sharp_from) k[j] = envmapi_axis_tent_k(axis, at[j]);
-            if (tail)
-                k[j] *= envmapi_smooth_step(envmapi_acos(x[j]), axis->reach / 2, axis->reach);
-            envmapi_axis_add(axis, at[j], share * k[j]);
+        for (size_t next = s->first[tile]; next < s->first[tile + 1];) {
+            int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last);
+            envmapi_k_many(many, x, n, axis->lobe, axis->p); /* together: speed only */
+            for (int j = 0; j < n; ++j) {
+                size_t i = seen[j];
+                double k = x[j] > sharp_to && x[j] <= sharp_from ? envmapi_axis_tent_k(axis, i)
+                                                                 : many[j];
+                double step = tail ? envmapi_smooth_step(envmapi_acos(x[j]), from, axis->reach) : 1;
+                if (step > 0) envmapi_axis_add(axis, i, share * step * k);
+            }
         }
     }
 }
@@ -5572,12 +5633,11 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     int cut = whole ? length[1] > length[0] : size[1] > size[0];
     half[0].to[cut] = half[1].from[cut] =
         patch->from[cut] + (whole ? size[cut] / 2 : floor((size[cut] + 1) / 2));
-    double closer[3], other[3];
+    double at[2][3];
     for (int i = 0; i < 2; ++i)
-        envmapi_patch_at(uv, i ? other : closer, axis, half + i,
-                         (half[i].from[0] + half[i].to[0]) / 2,
+        envmapi_patch_at(uv, at[i], axis, half + i, (half[i].from[0] + half[i].to[0]) / 2,
                          (half[i].from[1] + half[i].to[1]) / 2);
-    if (envmapi_dot(axis->a, other) > envmapi_dot(axis->a, closer)) {
+    if (envmapi_dot(axis->a, at[1]) > envmapi_dot(axis->a, at[0])) {
         envmapi_patch swap = half[0];
         half[0] = half[1], half[1] = swap;
     }
@@ -5585,15 +5645,18 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
 }
 
 /* How narrow texels are, over the mean, where the circle of angle theta about the axis comes
-   closest to the point at which all texels of a rim meet. */
+   closest to a point at which all texels of a row or of a rim meet. */
 static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
-    double x = axis->level.mapping == ENVMAP_SPHERE ? -axis->a[2] : axis->a[2];
+    int mapping = axis->level.mapping, poles = mapping == ENVMAP_LATLONG;
+    double x = poles ? fabs(axis->a[1]) : mapping == ENVMAP_SPHERE ? -axis->a[2] : axis->a[2];
     double apart = fabs(envmapi_acos(x) - theta);
+    if (poles) apart = fmin(apart, fabs(ENVMAPI_PI - envmapi_acos(x) - theta));
+    else if (mapping != ENVMAP_SPHERE && mapping != ENVMAP_ANGULAR) return 1;
     return apart < ENVMAPI_PI / 2 ? sin(apart) + 1e-9 : 1;
 }
 
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
-   thin where all of a rim's texels meet, or against a lobe with edges, which are circles about a:
+   thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
    rings, eight or more in two texels, of eight points a texel. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
@@ -5621,8 +5684,7 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
 /* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
-    int edges = axis->lobe->kind >= ENVMAP_LOBE_BANKS && axis->kink_count > 0;
-    if (edges || axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR) {
+    if (axis->lobe->kind == ENVMAP_LOBE_BANKS || axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR) {
         envmapi_axis_polar(axis, share, reach);
         return;
     }
@@ -6203,13 +6265,17 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
    integral these are Gauss-Legendre's, two to six a piece; pieces end at the lines through texel
    centres, where B_i has its kinks, and are 2.5 sigma long at most.
    Where a lobe never ends (GGX) >>fast sums its tail. Where two cubes' texels lie alike about all
-   axes of a face, K changes slowly from axis to axis.
+   axes of a face, K changes slowly from axis to axis. For a lat-long K is a function of the axis'
+   latitude, the texel's row and the difference of their longitudes: it is summed at knots of both,
+   for all axes between the centres of two rows, which are a cell.
        what is left to >>fast                     _tail_of
        windows and their nodes                    _open, _nodes
        the angles of nodes, k there, texels       _sines, _k, _add, _flush, _rim
        K of axes; between axes that lie alike     _kernel; _tie, _between
+       K of a cell, and of an axis in it          _points, _fold, _cell_tie; _cell_add
    Used by >>near.  Source: ours.  Tests: tests/test_near.c,
-   axes_between_knots_agree_with_those_summed_one_by_one of all. */
+   axes_between_knots_agree_with_those_summed_one_by_one and
+   latitudes_between_knots_agree_with_axes_summed_one_by_one of all. */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
@@ -6248,13 +6314,14 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     return tail->part > 1e-9 && tail->part <= 1;
 }
 
-/* Axes side by side, in a row of dst: their windows are nearly the same texels. */
+/* An axis of dst. Its windows and those of the count - 1 that follow are nearly the same texels. */
 #define ENVMAPI_NEAR_AXES 8
 typedef struct envmapi_near_axes {
     int face, x, y, count;
 } envmapi_near_axes;
 
-/* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache. */
+/* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache.
+   Where the source is a lat-long, all axes between the centres of its rows y and y + 1. */
 #define ENVMAPI_NEAR_TILE 32
 #define ENVMAPI_NEAR_WIDE 80 /* texels that a knot sees in a row, at most */
 typedef struct envmapi_near_tile {
@@ -6268,6 +6335,19 @@ typedef struct envmapi_near_knots {
     float *K;
 } envmapi_near_knots;
 
+/* K^(1/4) of a cell, whose axes lie between the centres of rows `row` and row + 1 of a lat-long, at
+   knots: [latitude][longitude][rows][columns], from row y and from `reach` columns before the axis'
+   on. The root of a Gaussian is one twice as wide, so pieces of cubic polynomials are long. */
+#define ENVMAPI_CELL_KNOTS 96  /* at most, along u or v; any number is right */
+#define ENVMAPI_CELL_PIECE 1.2 /* sigma at 1e-3; at 2.4 the latitudes' test (above) fails */
+#define ENVMAPI_CELL_CORE  1.5 /* texels about an axis where a sharp GGX has detail (speed only) */
+typedef struct envmapi_near_cell {
+    int ready, row, y, rows, columns, reach, last[2];
+    double at[2][ENVMAPI_CELL_KNOTS + 1]; /* knots along u and v, in [0,1], alike from either end */
+    double *twice;                        /* k integrated twice from the axis' meridian on */
+    float *K;
+} envmapi_near_cell;
+
 /* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
    the last bright one of each block. */
 #define ENVMAPI_NEAR_BLOCKS 9 /* 48 turns */
@@ -6276,7 +6356,8 @@ typedef struct envmapi_near_row {
     size_t first;
 } envmapi_near_row;
 
-typedef struct envmapi_near {
+typedef struct envmapi_near envmapi_near;
+struct envmapi_near {
     envmapi_axis axis; /* the lobe, and what it is to the source */
     envmap dst;
     int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
@@ -6290,17 +6371,21 @@ typedef struct envmapi_near {
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
-    size_t count, area;              /* blocks; texels of the largest window */
+    size_t count, area, cell;        /* blocks; texels of the largest window; a cell's K */
     size_t all;                      /* texels, where the reference weighs them for all turns */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
-    double piece;                      /* pieces over ENVMAPI_PIECES */
+    double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
+    double poles[2][3]; /* a lat-long's means of its first and its last row */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
     size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
-} envmapi_near;
+    envmapi_near *parts;   /* of the lobe: all, or what is about the axis and what is beyond */
+    int part_count;        /* 0: K is summed for each axis */
+    double core, beyond;   /* where k fades out, or in; or 0 */
+};
 
 /* What a task works with: the texels of a face that some axes see, what an axis makes of them, and
    the sums of all axes and turns. */
@@ -6319,6 +6404,8 @@ typedef struct envmapi_window {
     float *K;       /* [height][width][axes] */
     double *light;  /* [all] of an axis */
     envmapi_near_knots knots[2]; /* within R, and within R_bright */
+    envmapi_near_cell cells[2], *cell; /* cell: the one whose K is being summed */
+    int tied;                          /* points along u, while K of the cell is summed */
     envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
     double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
@@ -6342,8 +6429,8 @@ static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_axes *axes) {
     const double *middle = w->axes[axes->count / 2];
     for (int n = 0; n < axes->count; ++n)
-        envmapi_texel_direction(w->axes[n], s->dst.mapping, axes->face, s->dst.size, axes->x + n,
-                                axes->y);
+        envmapi_texel_direction(w->axes[n], s->dst.mapping, axes[n].face, s->dst.size, axes[n].x,
+                                axes[n].y);
     memcpy(w->middle, middle, sizeof w->middle), w->spread = 0;
     for (int n = 0; n < axes->count; ++n)
         w->spread = fmax(w->spread, 1.01 * envmapi_angle(w->axes[n], middle));
@@ -6483,6 +6570,31 @@ static float envmapi_near_omega(const envmapi_level *level, int x, int y) {
     return (float)(envmapi_density(level->mapping, u, v) / level->edge / level->edge);
 }
 
+/* Adds a finished row of points to K of a cell's n-th latitude: the mean of a tent's two times
+   omega, or where this is NULL, the integral of k B_i: k's second integral's second difference. */
+static void envmapi_near_fold(envmapi_window *w, int n, int y, const float *omega) {
+    envmapi_near_cell *cell = w->cell;
+    int last = cell->last[0], most = (cell->reach + 1) * last, area = cell->rows * cell->columns;
+    const float *k = w->rows[y & 1];
+    double *twice = cell->twice, sum = 0, gauss = sqrt(1.0 / 12);
+    float *out = w->apart;
+    if (y < cell->y || y >= cell->y + cell->rows) return;
+    twice[0] = 0;
+    for (int i = 0; i < most + last; ++i) {
+        double step = cell->at[0][i % last + 1] - cell->at[0][i % last];
+        double a = step / 2 * (double)k[2 * i], b = step / 2 * (double)k[2 * i + 1];
+        twice[i + 1] = twice[i] + step * (sum + (0.5 + gauss) * a + (0.5 - gauss) * b);
+        sum += a + b;
+    }
+    for (int i = 0; i <= most; ++i)
+        out[i] = omega ? (k[2 * i] + k[2 * i + 1]) / 2 * *omega
+                       : (float)(twice[i + last] - 2 * twice[i] + twice[abs(i - last)]);
+    for (int q = 0; q <= last; ++q) {
+        float *K = cell->K + (n * (last + 1) + q) * area + (y - cell->y) * cell->columns;
+        for (int c = 0; c < cell->columns; ++c) K[c] += out[abs((c - cell->reach) * last - q)];
+    }
+}
+
 /* Adds a finished row of nodes to K of texels y; then it is empty. */
 static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, int count, int y,
                                int texels) {
@@ -6490,7 +6602,8 @@ static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, 
     const envmapi_level *level = &s->axis.level;
     const float *omega =
         texels && !w->knot ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
-    for (int j = 0; j < count && y >= w->y && y < w->y + w->height; ++j) {
+    if (w->tied) envmapi_near_fold(w, n, y, omega), count = (count + 15) / 16 * 16;
+    for (int j = 0; j < count && !w->tied && y >= w->y && y < w->y + w->height; ++j) {
         const envmapi_knot *u = w->u + j;
         float k = row[j] * u->weight, next = k * u->f;
         if (omega) k *= omega[envmapi_wrap(u->texel, level->width)];
@@ -6516,12 +6629,12 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
                             envmapi_near_border(w, s, texels)))
         return;
-    int count = envmapi_near_nodes(w->u, s, w, box, 0, texels);
+    int count = w->tied ? w->tied : envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
     if (!count || !lines) return;
     int padded = (count + 15) / 16 * 16;
     int line = level->mapping == ENVMAP_CUBE || level->mapping == ENVMAP_LATLONG;
-    for (int j = 0; j < padded; ++j) {
+    for (int j = 0; j < padded && !w->tied; ++j) {
         if (j >= count) w->u[j] = w->u[count - 1];
         envmapi_near_place(w->place + j, w->apart + j, w, level->mapping, w->u[j].at, 0);
         for (int i = 0; i < 2; ++i)
@@ -6660,6 +6773,152 @@ static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
     }
 }
 
+/* Knots between two texels' centres, where K has kinks as wide as the lobe: the ends of pieces, and
+   two within each for a cubic polynomial. Pieces within `reach` of a kink are of one length, others
+   as long as they are far. Returns the last. */
+static int envmapi_near_cell_knots(double at[ENVMAPI_CELL_KNOTS + 1], double piece, double reach) {
+    double sum = 0, end = 0;
+    int count = 0;
+    while (sum < 1 && 3 * count < ENVMAPI_CELL_KNOTS) {
+        double from = 0, length = 0;
+        sum = 0, ++count;
+        for (int i = 0; i < (count + 1) / 2; ++i, from += length) {
+            length = from < reach ? piece : fmax(piece, from);
+            at[3 * i] = at[3 * (count - 1 - i)] = length;
+        }
+        for (int i = 0; i < count; ++i) sum += at[3 * i];
+    }
+    for (int i = 0; i < count; ++i) {
+        double from = end, length = at[3 * i] / sum;
+        end += length, at[3 * i] = from;
+        at[3 * i + 1] = from + (1 - sqrt(0.5)) * length, at[3 * i + 2] = from + sqrt(0.5) * length;
+    }
+    at[3 * count] = 1;
+    return sum < 1 ? 0 : 3 * count;
+}
+
+/* What is to be summed for a cell; returns how many numbers K has, or 0 where the axes are so few
+   that each is summed. */
+static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *s,
+                                   const envmapi_near_tile *tile) {
+    const envmapi_level *level = &s->axis.level;
+    double high = ENVMAPI_PI / level->edge, least = s->beyond > 0 ? 1 : 0;
+    double R = envmapi_near_reach(s, s->R_bright, s->axis.bilinear < 1);
+    double theta = high * fmax(fmin(tile->y + 0.5, level->edge - tile->y - 1.5), 0);
+    double across = theta > R ? asin(sin(R) / sin(theta)) / high : level->edge;
+    double sine = fmax(sin(theta + high), 1e-3), even = s->tail ? least : s->R_bright / high;
+    cell->row = tile->y, cell->y = tile->y - (int)(R / high) - 1;
+    cell->rows = 2 * (tile->y - cell->y) + 2, cell->reach = (int)across + 1;
+    if (2 * cell->reach + 2 > level->width) cell->reach = level->width / 2 - 1;
+    cell->columns = 2 * cell->reach + 2;
+    int u = envmapi_near_cell_knots(cell->at[0], s->cell_piece / sine, even / sine);
+    int v = envmapi_near_cell_knots(cell->at[1], s->cell_piece, even);
+    cell->last[0] = u, cell->last[1] = v;
+    cell->ready = u && v && u * v < 12 * tile->count &&
+                  2 * (cell->reach + 2) * (u + 1) < (int)s->room; /* 12: speed only */
+    return cell->ready ? (size_t)((u + 1) * (v + 1)) * (size_t)(cell->rows * cell->columns) : 0;
+}
+
+/* Points along u about a cell's meridian: two of Gauss and Legendre between knots, or those of a
+   tent about each. Returns how many. */
+static int envmapi_near_points(envmapi_window *w, const envmapi_near *s, int texels) {
+    const envmapi_near_cell *cell = w->cell;
+    int last = cell->last[0], count = 2 * ((cell->reach + 2) * last + 1);
+    w->m[0] = 0;
+    for (int i = 0; i < count + 15; ++i) {
+        const double *at = cell->at[0] + i / 2 % last;
+        double side = i % 2 ? 1 : -1, x = i / 2 / last + at[0];
+        if (texels) x += side * s->axis.tent / sqrt(6.0);
+        else x += (at[1] - at[0]) * (3 + side * sqrt(3.0)) / 6;
+        envmapi_near_place(w->place + i, w->apart + i, w, ENVMAP_LATLONG, x / s->axis.level.width,
+                           0);
+    }
+    return count;
+}
+
+/* K of a cell's knots. */
+static void envmapi_near_cell_tie(envmapi_window *w, const envmapi_near *s,
+                                  const envmapi_near_tile *tile) {
+    envmapi_near_cell *cell = w->cell;
+    int edge = s->axis.level.edge;
+    double share = s->axis.bilinear;
+    size_t count = envmapi_near_cell_of(cell, s, tile);
+    if (!cell->ready) return;
+    memset(cell->K, 0, count * sizeof(float));
+    w->R = s->R_bright, w->limit = pow(sin(w->R), 2), w->part = w->face = 0;
+    w->sigma[1] = s->sigma * edge / ENVMAPI_PI;
+    w->y = w->width = w->height = 0; /* no window is open */
+    for (int texels = share < 1 ? 1 : 0; texels >= (share > 0 ? 0 : 1); --texels) {
+        double part = texels ? 1 - share : share / s->axis.level.width;
+        w->tied = envmapi_near_points(w, s, texels);
+        for (int n = 0; n <= cell->last[1]; ++n) {
+            double v = (cell->row + 0.5 + cell->at[1][n]) / edge;
+            envmapi_direction(w->a, ENVMAP_LATLONG, 0, 0, v);
+            w->m[1] = ENVMAPI_PI * v, w->m[2] = sin(w->m[1]);
+            envmapi_near_add(w, s, n, texels, part);
+        }
+    }
+    w->tied = 0;
+    for (size_t i = 0; i < count; ++i) { /* K^(-1/4) by Newton's steps, as envmapi_inverse_root */
+        float K = cell->K[i] > 1e-30f ? cell->K[i] : 1e-30f, r;
+        uint32_t bits;
+        memcpy(&bits, &K, sizeof bits);
+        bits = 0x4F58CCCD - (bits >> 2);
+        memcpy(&r, &bits, sizeof r);
+        for (int step = 0; step < 3; ++step) r *= 1.25f - 0.25f * K * r * r * r * r;
+        cell->K[i] = K * r * r * r;
+    }
+}
+
+/* Weights of the four knots about x, from the one that is returned on. */
+static int envmapi_near_weights(float weight[4], const double *at, int last, double x) {
+    int first = 0;
+    while (first + 3 < last && x > at[first + 3]) first += 3;
+    for (int i = 0; i < 4; ++i) {
+        double f = 1;
+        for (int j = 0; j < 4; ++j)
+            if (j != i) f *= (x - at[first + j]) / (at[first + i] - at[first + j]);
+        weight[i] = (float)f;
+    }
+    return first;
+}
+
+/* Adds K of an axis between a cell's knots to the open window. */
+static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int n,
+                                   const envmapi_near_cell *cell) {
+    const envmapi_level *level = &s->axis.level;
+    int area = cell->rows * cell->columns, wide = level->width, next = cell->last[0] + 1;
+    int top = w->y > cell->y ? w->y - cell->y : 0, bottom = w->y + w->height - cell->y;
+    double uv[2];
+    float along[4], down[4], *k = cell->K + (cell->last[1] + 1) * next * area;
+    envmapi_project(uv, ENVMAP_LATLONG, 0, w->axes[n]);
+    double x = uv[0] * wide - 0.5, y = uv[1] * level->edge - 0.5 - cell->row;
+    int column = (int)floor(x), shift = (column - cell->reach - w->x) % wide;
+    int q = envmapi_near_weights(along, cell->at[0], cell->last[0], x - column);
+    int p = envmapi_near_weights(down, cell->at[1], cell->last[1], y);
+    bottom = bottom < cell->rows ? bottom : cell->rows, top *= cell->columns;
+    int count = bottom * cell->columns - top;
+    if (count > 0) memset(k, 0, (size_t)count * sizeof *k);
+    for (int i = 0; i < 4; ++i) {
+        const float *a = cell->K + ((p + i) * next + q) * area + top, *b = a + area;
+        const float *c = b + area, *d = c + area;
+        float f = down[i] * along[0], g = down[i] * along[1], h = down[i] * along[2];
+        float l = down[i] * along[3];
+        for (int j = 0; j < count; ++j) k[j] += f * a[j] + g * b[j] + h * c[j] + l * d[j];
+    }
+    for (int j = 0; j < count; ++j) k[j] *= k[j], k[j] *= k[j];
+    float *out = w->K + n + (cell->y > w->y ? cell->y - w->y : 0) * w->width * ENVMAPI_NEAR_AXES;
+    shift = shift < 0 ? shift + wide : shift;
+    for (int row = top; row < top + count; row += cell->columns, k += cell->columns) {
+        for (int to = shift; to > shift - 2 * wide; to -= wide) { /* also what is over the seam */
+            int first = to < 0 ? -to : 0, end = w->width - to;
+            end = end < cell->columns ? end : cell->columns;
+            for (int c = first; c < end; ++c) out[(to + c) * ENVMAPI_NEAR_AXES] += k[c];
+        }
+        out += w->width * ENVMAPI_NEAR_AXES;
+    }
+}
+
 /* K of some axes in the open window: by the knots on the axes' own face, but where the integral
    ends at its edges. */
 static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
@@ -6668,6 +6927,12 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
     const envmapi_level *level = &s->axis.level;
     int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
                  w->y + w->height <= level->edge;
+    if (w->cells[0].ready && (s->part_count < 2 || w->cells[1].ready)) {
+        memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+        for (int i = 0; i < s->part_count * axes->count; ++i)
+            envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
+        return;
+    }
     int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
     if (alike && !knots->ready) {
         envmapi_near_tie(w, s, tile, knots, w->R);
@@ -6721,8 +6986,8 @@ static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, in
         envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
         envmapi_add_tap(rgb, level, face, in_x, y, 1.0 / 3);
     } else if (level->mapping == ENVMAP_LATLONG && pole) {
-        for (int i = 0; i < w; ++i) envmapi_add_tap(rgb, level, face, i, y, 2.0 / w);
         envmapi_add_tap(rgb, level, face, x, y, -1);
+        for (int c = 0; c < 3; ++c) rgb[c] += 2 * s->poles[y < 0 ? 0 : 1][c];
     } else {
         envmapi_add_tap(rgb, level, face, x, y, 1);
     }
@@ -6841,7 +7106,7 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
     for (int t = 0; t < s->turn_count; ++t) {
-        size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x + n, axes->y);
+        size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x, axes->y);
         out[t] = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
         if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
@@ -6902,7 +7167,7 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             envmapi_near_apply(w, s, groups);
         }
     }
-    for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, w->rim[n]);
+    for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes + n, w->rim[n]);
 }
 
 static void envmapi_task_near(void *context, int task) {
@@ -6916,13 +7181,23 @@ static void envmapi_task_near(void *context, int task) {
     memset(w->rows[0], 0, 2 * room * sizeof(float));
     w->knots[0].K = w->K + s->area * ENVMAPI_NEAR_AXES;
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
+    w->cells[0].ready = w->tied = 0;
+    float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
+    for (int i = 0; i < s->part_count; ++i) {
+        w->cells[i].twice = (double *)(void *)((char *)w + s->bytes) - room;
+        w->cells[i].K = end -= s->parts[i].cell;
+    }
     int last = s->first + s->round;
     if (last > s->tile_count) last = s->tile_count;
     for (int i = s->first + task; i < last; i += s->tasks) {
         const envmapi_near_tile *tile = s->tiles + i;
         w->knots[0].ready = w->knots[1].ready = 0;
-        for (int n = 0; n < tile->count; ++n)
-            envmapi_near_see(w, s, tile, s->axes + tile->first + n);
+        for (int part = 0; part < s->part_count; ++part) {
+            w->cell = w->cells + part;
+            envmapi_near_cell_tie(w, s->parts + part, tile);
+        }
+        const envmapi_near_axes *axes = s->axes + tile->first, *after = axes + tile->count;
+        for (; axes < after; axes += axes->count) envmapi_near_see(w, s, tile, axes);
     }
 }
 
@@ -6956,6 +7231,7 @@ static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi
    lie alike about each axis. */
 static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolerance) {
     int size = s->dst.size, kind = s->axis.lobe->kind;
+    double at[4];
     s->tile = s->all ? ENVMAPI_NEAR_AXES : ENVMAPI_NEAR_TILE, s->ratio = 0;
     s->round = s->all ? 16 : 64;
     if (s->dst.mapping != ENVMAP_CUBE || src->mapping != ENVMAP_CUBE || size < 128 ||
@@ -6963,14 +7239,28 @@ static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolera
         return;
     s->ratio = src->size / size;
     if (size / 16 < s->tile) s->tile = size / 16;
-    for (int i = 0; i < 4; ++i) s->knot[i] = (s->tile - 1) * i / 3;
-    for (int t = 0; t < s->tile; ++t)
-        for (int i = 0; i < 4; ++i) {
-            double f = 1;
-            for (int j = 0; j < 4; ++j)
-                if (j != i) f *= (double)(t - s->knot[j]) / (s->knot[i] - s->knot[j]);
-            s->between[t][i] = (float)f;
-        }
+    for (int i = 0; i < 4; ++i) at[i] = s->knot[i] = (s->tile - 1) * i / 3;
+    for (int t = 0; t < s->tile; ++t) envmapi_near_weights(s->between[t], at, 3, t);
+}
+
+/* Which lobes K of a lat-long's cells is summed for: none where k may be negative or has kinks
+   anywhere; a sharp GGX in two, as fewer knots serve beyond its core. */
+static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envmapi_pool *pool) {
+    double high = ENVMAPI_PI / s->axis.level.edge;
+    s->part_count = 0, s->core = s->beyond = 0, s->cell = 0;
+    s->cell_piece = ENVMAPI_CELL_PIECE * pow(tolerance * 1e3, 0.25) * s->sigma / high;
+    if (s->all || s->axis.level.mapping != ENVMAP_LATLONG ||
+        s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION ||
+        tolerance < 1e-4 || !envmapi_lobe_nonnegative(s->axis.lobe, s->axis.p))
+        return ENVMAP_OK;
+    s->parts = (envmapi_near *)envmapi_pool_get(pool, 2, sizeof *s->parts);
+    if (!s->parts) return ENVMAP_ERROR_MEMORY;
+    s->parts[0] = s->parts[1] = *s;
+    s->part_count = s->tail && s->cell_piece < 0.5 ? 2 : 1;
+    if (s->part_count == 1) return ENVMAP_OK;
+    s->parts[0].core = s->parts[0].R_bright = s->parts[1].beyond = ENVMAPI_CELL_CORE * high;
+    s->parts[1].cell_piece = 0.5;
+    return ENVMAP_OK;
 }
 
 /* The axes of a tile that are summed, side by side as far as they see the same. */
@@ -6982,12 +7272,58 @@ static void envmapi_near_line(envmapi_window *w, envmapi_near *s, envmapi_near_t
     for (int y = tile->y; y < tile->y + s->tile && y < s->dst.size; ++y)
         for (int x = tile->x; x < end; ++x) {
             envmapi_near_axes *axes = s->axes + *count;
-            axes->face = tile->face, axes->x = x, axes->y = y;
-            while (x < end && x < axes->x + most && envmapi_near_first(s, tile->face, x, y)) ++x;
-            axes->count = x - axes->x;
-            if (axes->count) envmapi_near_needs(w, s, axes), ++*count, --x;
+            int n = 0;
+            for (; n < most && x < end && envmapi_near_first(s, tile->face, x, y); ++n, ++x)
+                axes[n].face = tile->face, axes[n].x = x, axes[n].y = y;
+            axes->count = n, *count += n;
+            if (n) envmapi_near_needs(w, s, axes), --x;
         }
     tile->count = *count - tile->first;
+}
+
+/* The axes of a lat-long by latitude and longitude: tiles of those between two rows of texels. */
+static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size_t room,
+                                        envmapi_pool *pool) {
+    const envmap *dst = &s->dst;
+    const envmapi_level *level = &s->axis.level;
+    int width = envmapi_width(dst->mapping, dst->size), bins = level->width / 4 + 1, count = 0;
+    envmapi_near_axes *found = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof *found);
+    int *first = (int *)envmapi_pool_get(pool, (size_t)(bins * (level->edge + 1)), sizeof *first);
+    if (!found || !first) return ENVMAP_ERROR_MEMORY;
+    memset(first, -1, (size_t)(bins * (level->edge + 1)) * sizeof *first);
+    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size; ++i)
+        for (int x = 0; x < width; ++x) {
+            envmapi_near_axes axis = {i / dst->size, x, i % dst->size, 0};
+            if (!envmapi_near_first(s, axis.face, x, axis.y)) continue;
+            double a[3], uv[2];
+            envmapi_texel_direction(a, dst->mapping, axis.face, dst->size, x, axis.y);
+            envmapi_project(uv, ENVMAP_LATLONG, 0, a);
+            int *bin = first + (int)(uv[1] * level->edge + 0.5) * bins + (int)(uv[0] * (bins - 1));
+            axis.count = *bin, found[count] = axis, *bin = count++; /* count: the next in a bin */
+        }
+    count = 0;
+    for (int row = 0; row <= level->edge; ++row) {
+        envmapi_near_tile *tile = s->tiles + s->tile_count;
+        envmapi_near_axes *axes = NULL;
+        int from = 0;
+        tile->face = tile->x = 0, tile->y = row - 1, tile->first = count;
+        for (int bin = 0; bin < bins; ++bin)
+            for (int i = first[row * bins + bin]; i >= 0; i = found[i].count) {
+                if (!axes || axes->count == ENVMAPI_NEAR_AXES || bin > from + 2)
+                    axes = s->axes + count, axes->count = 0, from = bin;
+                int n = axes->count;
+                s->axes[count] = found[i], s->axes[count++].count = 1, axes->count = n + 1;
+            }
+        tile->count = count - tile->first, s->tile_count += tile->count > 0;
+    }
+    for (int n = 0; n < count; n += s->axes[n].count) envmapi_near_needs(w, s, s->axes + n);
+    for (int i = 0; i < s->tile_count * s->part_count; ++i) {
+        envmapi_near *part = s->parts + i % s->part_count;
+        size_t cell = envmapi_near_cell_of(w->cells, part, s->tiles + i / s->part_count);
+        cell += (size_t)(w->cells->rows * w->cells->columns); /* an axis' own K */
+        if (w->cells->ready && cell > part->cell) part->cell = cell;
+    }
+    return ENVMAP_OK;
 }
 
 /* Which axes are summed, and what they need. */
@@ -6998,11 +7334,13 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     if (s->all) most = ENVMAPI_NEAR_AXES;
     int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2), count = 0;
     int across = width / s->tile + 1, down = dst->size / s->tile + 1;
-    size_t room = (size_t)(faces * dst->size) * (size_t)(across * (s->tile / most + 1));
+    /* texels over turns, and those on mirrors */
+    size_t room = (size_t)(faces * dst->size) * (size_t)(width / s->turn_count + 1) +
+                  (size_t)(8 * faces * width);
     s->axes = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof(envmapi_near_axes));
     s->rows = (envmapi_near_row *)envmapi_pool_get(pool, (size_t)rows, sizeof *s->rows);
-    s->tiles = (envmapi_near_tile *)envmapi_pool_get(pool, (size_t)(faces * across * down),
-                                                     sizeof *s->tiles);
+    s->tiles = (envmapi_near_tile *)envmapi_pool_get(
+        pool, (size_t)(faces * across * down + s->axis.level.edge + 1), sizeof *s->tiles);
     envmapi_window *w = (envmapi_window *)envmapi_pool_get(pool, 1, sizeof *w);
     if (!s->axes || !s->rows || !s->tiles || !w) return ENVMAP_ERROR_MEMORY;
     w->knot = 0;
@@ -7010,7 +7348,9 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     for (int i = 0; i < rows && s->all; ++i)
         if ((i + 1) % (s->axis.level.edge + 2) > 1) s->rows[i].to = s->axis.level.width;
     s->tile_count = 0, s->count = 0, s->area = s->all;
-    for (int i = 0; i < faces * across * down; ++i) {
+    int cells = s->axis.level.mapping == ENVMAP_LATLONG && !s->all;
+    if (cells && envmapi_near_cells(w, s, room, pool)) return ENVMAP_ERROR_MEMORY;
+    for (int i = 0; i < faces * across * down && !cells; ++i) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
         int face = i / (across * down), first = 1;
         for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
@@ -7100,6 +7440,8 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
         double x = sqrt(fmax(1 - (double)(y - 1) * s->sigma * s->sigma, 0));
         double k = envmapi_k(axis->lobe, x, axis->p);
         if (s->tail) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->R / 2, s->R);
+        if (s->core > 0) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->core / 2, s->core);
+        if (s->beyond > 0) k *= envmapi_smooth_step(envmapi_acos(x), s->beyond / 2, s->beyond);
         s->table[i] = (float)(k / s->scale);
     }
     return ENVMAP_OK;
@@ -7152,13 +7494,22 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
+    s->room = 6 * (size_t)level->width + 1024;
     envmapi_near_tiles(s, src, tolerance);
+    memset(s->poles, 0, sizeof s->poles);
+    for (int i = 0; i < 2 * level->width && src->mapping == ENVMAP_LATLONG; ++i)
+        envmapi_add_tap(s->poles[i % 2], level, 0, i / 2, i % 2 * (level->edge - 1),
+                        1.0 / level->width);
+    if (!result) result = envmapi_near_parts(s, tolerance, pool);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
-    s->tasks = envmapi_tasks(&desc->work), s->room = 6 * (size_t)level->width + 1024;
+    for (int i = 0; i < s->part_count && !result; ++i)
+        result = envmapi_near_table(s->parts + i, tolerance, pool);
+    s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
     s->bytes += s->all * sizeof(double);
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0));
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) + 2 * s->room;
+    for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
     s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;
@@ -8630,13 +8981,14 @@ static void envmapi_power_scene(envmapi_power *d) {
 }
 
 /* Where FAST has no specification the definition interpolates between texels, and the scene has
-   nothing finer. A projection is least exact in its last bands, of which smooth lobes leave little;
-   where lights are taken out of it again, its error has to be small beside what remains. */
+   nothing finer. Smooth lobes leave little of FAST's last bands (Phong 3 % at 0.7 L), so 0.7 L are
+   projected, whose last may be inexact; where lights are taken out of them again, their error has
+   to be small beside what remains.  Test: one_light_is_equally_bright_in_every_band. */
 static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     const envmapi_spec *spec = job->specs;
     double tolerance = !spec->L ? 1e-3 : spec->kinked ? 0.01 : 0.1;
     d->lobe = job->lobes, d->tolerance = (double)job->desc.tolerance;
-    d->known = spec->L ? (int)envmapi_clamp(spec->L, 12, ENVMAPI_SH_BANDS) : 24;
+    d->known = spec->L ? (int)envmapi_clamp(0.7 * spec->L, 12, ENVMAPI_SH_BANDS) : 24;
     d->bands = spec->L ? spec->known : ENVMAPI_FAST_BANDS;
     d->finest = spec->L ? HUGE_VAL : ENVMAPI_PI / envmapi_texel_extent(job->src);
     size_t numbers = 3 * (size_t)(d->known * d->known), bands = ENVMAPI_FAST_BANDS + 1;
@@ -8647,8 +8999,11 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     d->scene = d->sh + numbers, d->gain = d->scene + bands, d->P = d->gain + bands;
     slice->lambda = d->P + bands;
     if (!envmapi_power_lobe(d, job->views[0].slices, slice)) return ENVMAP_ERROR_LOBE;
-    envmap_result result =
-        envmap_sh_project(d->sh, d->known, job->src, 0, tolerance, &job->desc.work);
+    envmapi_sh_job sh;
+    if (!envmapi_sh_job_of(&sh, job->src, 0, d->known, tolerance, &job->desc.work))
+        return ENVMAP_ERROR_ARGUMENT;
+    if (spec->L && !job->scenes.whole.in.exponent) sh.in = &job->scenes.whole.in;
+    envmap_result result = envmapi_sh_project(d->sh, &sh);
     if (result) return result;
     envmapi_power_scene(d);
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;

@@ -672,7 +672,7 @@ static double returns_odd(double x, double p, void *user) {
     return x;
 }
 
-enum { BAD = 39 };
+enum { BAD = 41 };
 static void bad_lobes(envmap_lobe bad[BAD]) {
     static const float table[8] = {1, 1, 1, 1, 1, 1, 1, 1}, holed[4] = {1, NAN, 1, 1};
     static const float black[4] = {0, 0, 0, 0}, wide[4] = {1, INFINITY, 1, 1};
@@ -720,6 +720,10 @@ static void bad_lobes(envmap_lobe bad[BAD]) {
     bad[n++].scale = NAN;
     bad[n] = envmap_lobe_banks(0.5f);
     bad[n++].p0 = NAN;
+    bad[n] = envmap_lobe_banks(0.5f); /* p is a cosine */
+    bad[n++].p0 = -1.01f;
+    bad[n] = envmap_lobe_banks(0.5f);
+    bad[n++].p1 = 1e30f;
     bad[n] = envmap_lobe_function(glossier, NULL);
     bad[n++].kink_count = 2;
     bad[n] = envmap_lobe_function(glossier, NULL);
@@ -773,6 +777,9 @@ static void queries_of_null_and_nan_answer_0(void) {
     envmap_lobe_support(NULL, NULL, &good, 0);
     CHECK(envmap_lobe_value(&good, (double)NAN, 0) == 0.0);
     CHECK(envmap_lobe_value(&banks, 0.5, (double)NAN) == 0.0);
+    CHECK(envmap_lobe_integral(&banks, 1.01) == 0.0 && envmap_lobe_value(&banks, -1, -1e30) == 0.0);
+    CHECK(envmap_lobe_zonal(lambda, 2, &banks, 1e30) == ENVMAP_ERROR_LOBE);
+    CHECK(envmap_lobe_value(&banks, -1, 1 + 1e-7) > 1.9); /* a cosine, but for rounding */
     static const float row[8] = {1, 0.5f, 0.2f, 0, 1, 1, 1, 1};
     envmap_lobe table = envmap_lobe_table(row, 4, 2, 0, 1);
     CHECK(envmap_lobe_value(&table, (double)NAN, 0) == 0.0);
