@@ -540,7 +540,8 @@ typedef struct envmap_filter_desc {
    it is black (AUTO, FAST, HARMONICS).
    Lobes thinner than two texels of src, or of more than 768 bands: O(texels of dst * texels that
    the lobe reaches). Rings thinner than that (Banks, s -> 1), and what looks at the point where a
-   sphere or angular map's rim meets, go to the reference: slow.
+   sphere or angular map's rim meets, go to the reference: slow. Its weights serve 2 to 48 axes at a
+   time where src has no more than 20000 texels.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
@@ -1544,7 +1545,7 @@ static void envmapi_texel_direction(double d[3], int mapping, int face, int edge
 
 /* One level of one slice. */
 typedef struct envmapi_level {
-    const float *texels; /* face 0 */
+    const float *texels; /* face 0; NULL: lookups add weights, to numbers one a texel */
     int mapping, edge, width;
 } envmapi_level;
 
@@ -1586,7 +1587,7 @@ static void envmapi_octa_neighbour(int *x, int *y, int edge) {
     if (*y < 0 || *y >= edge) *y = (*y < 0 ? -1 : 2 * edge - 1) - *y, *x = edge - 1 - *x;
 }
 
-static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face, int x, int y,
+static void envmapi_add_tap(double *rgb, const envmapi_level *level, int face, int x, int y,
                             double weight) {
     int edge = level->edge, width = level->width;
     if (level->mapping == ENVMAP_CUBE) {
@@ -1599,15 +1600,16 @@ static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face,
         if (level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR)
             envmapi_rim_neighbour(&x, &y, edge);
     }
-    size_t row = (size_t)face * (size_t)edge + (size_t)y;
-    const float *texel = level->texels + 3 * (row * (size_t)width + (size_t)x);
-    for (int c = 0; c < 3; ++c) rgb[c] += weight * (double)texel[c];
+    size_t at = ((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x;
+    if (!level->texels) rgb[at] += weight;
+    for (int c = 0; c < 3 && level->texels; ++c)
+        rgb[c] += weight * (double)level->texels[3 * at + (size_t)c];
 }
 
 /* rgb += weight times the bilinear value at (u,v) of a face. Within half a texel of a lat-long pole
    the row blends into its mean. Beyond a cube's corner there is no texel: the mean of the three
    that meet there stands in, which is continuous. */
-static void envmapi_add_bilinear(double rgb[3], const envmapi_level *level, int face, double u,
+static void envmapi_add_bilinear(double *rgb, const envmapi_level *level, int face, double u,
                                  double v, double weight) {
     double s = u * level->width - 0.5, t = v * level->edge - 0.5;
     int x = (int)floor(s), y = (int)floor(t), n = level->edge;
@@ -1630,7 +1632,7 @@ static void envmapi_add_bilinear(double rgb[3], const envmapi_level *level, int 
 
 /* Bilinear in direction d. In the last half texel before the rim the paraboloids blend, to half
    and half on it, so that front and back agree there. */
-static void envmapi_add_lookup(double rgb[3], const envmapi_level *level, const double d[3],
+static void envmapi_add_lookup(double *rgb, const envmapi_level *level, const double d[3],
                                double weight) {
     int face = envmapi_face(level->mapping, d);
     double uv[2];
@@ -5341,6 +5343,7 @@ typedef struct envmapi_source {
     double *x, *y, *z, *w; /* [count] direction and solid angle */
     double *r, *g, *b;     /* [count] radiance times solid angle */
     uint32_t *code;        /* [count] face, then the bits of y and x in turn, 2 bits of them */
+    uint32_t *place;       /* [count] of the texel in the map */
     int bits;              /* of y and x each */
     double (*centre)[3];   /* [tiles] unit mean of a tile's texels */
     size_t *first;         /* [tiles + 1] first texel of a tile */
@@ -5373,6 +5376,7 @@ static void envmapi_source_tile(envmapi_source *s, int slice, uint32_t from) {
         if (!(w > 0)) continue;
         const float *rgb = image + 3 * ((size_t)y * (size_t)width + (size_t)x);
         size_t i = s->count++;
+        s->place[i] = (uint32_t)((rgb - envmapi_image(s->map, 0, slice, 0)) / 3);
         envmapi_direction(d, mapping, face, at[0], at[1]);
         s->x[i] = d[0], s->y[i] = d[1], s->z[i] = d[2], s->w[i] = w, s->code[i] = from + n;
         s->r[i] = w * (double)rgb[0], s->g[i] = w * (double)rgb[1], s->b[i] = w * (double)rgb[2];
@@ -5394,7 +5398,7 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     size_t tiles = (size_t)((width + 15) / 16) * (size_t)((map->size + 15) / 16) * (size_t)faces;
     memset(s, 0, sizeof *s);
     if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
-    size_t bytes = n * (7 * sizeof *s->x + sizeof *s->code);
+    size_t bytes = n * (7 * sizeof *s->x + 2 * sizeof *s->code);
     bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
     double *block = (double *)ENVMAP_MALLOC(memory, bytes);
     if (!block) return ENVMAP_ERROR_MEMORY;
@@ -5404,7 +5408,7 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     s->r = block + 4 * n, s->g = block + 5 * n, s->b = block + 6 * n;
     s->centre = (double(*)[3])(block + 7 * n);
     s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
-    s->code = (uint32_t *)(s->first + tiles + 1);
+    s->code = (uint32_t *)(s->first + tiles + 1), s->place = s->code + n;
     for (uint32_t code = 0; code >> 2 * s->bits < (uint32_t)faces; code += ENVMAPI_TILE)
         if (envmapi_unzip(code, s->bits) < width && envmapi_unzip(code >> 1, s->bits) < map->size)
             envmapi_source_tile(s, slice, code);
@@ -5425,6 +5429,9 @@ typedef struct envmapi_axis {
     double kinks[ENVMAPI_KINKS];
     double gauss[7][6][2];  /* node and weight of rules of 2 .. 6 */
     double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
+    double *light;          /* sum; or, where the level has no texels, [texels] what each counts */
+    double sight;           /* rad: integrals end where so little is left of the lobe; to */
+    double ease;            /* nodes away from kinks, over what the definition takes */
 } envmapi_axis;
 
 /* 0 up to from, 1 beyond to, smooth between. */
@@ -5457,6 +5464,15 @@ static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
     return sum;
 }
 
+/* Adds k times texel i. */
+static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
+    const envmapi_source *s = axis->source;
+    if (k >= 0 && k <= 0) return; /* NaN goes on: it must be seen */
+    axis->sum[3] += k * s->w[i];
+    if (!axis->level.texels) axis->light[s->place[i]] += k * s->w[i];
+    else axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
+}
+
 /* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are `last` or more. */
 static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, size_t *i,
                              size_t end, double last) {
@@ -5464,6 +5480,7 @@ static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, 
     int n = 0;
     for (; *i < end && n < 64; ++*i) {
         x[n] = axis->a[0] * s->x[*i] + axis->a[1] * s->y[*i] + axis->a[2] * s->z[*i];
+        if (fabs(x[n]) < 1e-15) x[n] = 0; /* on the horizon; k may jump there */
         seen[n] = *i, n += x[n] >= last;
     }
     return n;
@@ -5477,7 +5494,7 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
     double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
     double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
     double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
-    double sum[4] = {0, 0, 0, 0}, from = axis->reach / 2;
+    double from = axis->reach / 2;
     size_t seen[64];
     for (size_t tile = 0; tile < s->tiles; ++tile) {
         if (envmapi_dot(axis->a, s->centre[tile]) < last_tile) continue;
@@ -5489,14 +5506,10 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
                 double k = x[j] > sharp_to && x[j] <= sharp_from ? envmapi_axis_tent_k(axis, i)
                                                                  : many[j];
                 double step = tail ? envmapi_smooth_step(envmapi_acos(x[j]), from, axis->reach) : 1;
-                if ((k >= 0 && k <= 0) || !(step > 0)) continue; /* NaN goes on: it must be seen */
-                k *= step;
-                sum[0] += k * s->r[i], sum[1] += k * s->g[i], sum[2] += k * s->b[i];
-                sum[3] += k * s->w[i];
+                if (step > 0) envmapi_axis_add(axis, i, share * step * k);
             }
         }
     }
-    for (int c = 0; c < 4; ++c) axis->sum[c] += share * sum[c];
 }
 
 /* A part of a face's quadrant: (p,q) = (|2u - 1| width, |2v - 1| edge), whole numbers on the edges
@@ -5525,8 +5538,9 @@ static void envmapi_patch_node(envmapi_axis *axis, const envmapi_patch *patch, d
         k *= 1 - envmapi_smooth_step(envmapi_acos(x), patch->reach / 2, patch->reach);
     k *= weight * patch->share * envmapi_density(axis->level.mapping, uv[0], uv[1]);
     if (k >= 0 && k <= 0) return;
-    if (axis->level.mapping == ENVMAP_PARABOLOID) envmapi_add_lookup(axis->sum, &axis->level, d, k);
-    else envmapi_add_bilinear(axis->sum, &axis->level, patch->face, uv[0], uv[1], k);
+    if (axis->level.mapping == ENVMAP_PARABOLOID)
+        envmapi_add_lookup(axis->light, &axis->level, d, k);
+    else envmapi_add_bilinear(axis->light, &axis->level, patch->face, uv[0], uv[1], k);
     axis->sum[3] += k;
 }
 
@@ -5585,8 +5599,9 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     envmapi_patch_at(uv, middle, axis, patch, (patch->from[0] + patch->to[0]) / 2,
                      (patch->from[1] + patch->to[1]) / 2);
     for (int i = 0; i < 4; ++i) radius = fmax(radius, 1.1 * envmapi_angle(middle, corner[i]));
-    double away = envmapi_angle(axis->a, middle), scale = axis->sigma, finer = 1;
-    if (away - radius > fmin(patch->reach, axis->to) || away + radius < axis->from) return 0;
+    double away = envmapi_angle(axis->a, middle), scale = axis->sigma, finer = axis->ease;
+    double end = fmin(fmin(patch->reach, axis->to), axis->sight);
+    if (away - radius > end || away + radius < axis->from) return 0;
     if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
     else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
     for (int i = 0; i < axis->kink_count; ++i)
@@ -5637,7 +5652,8 @@ static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
    thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
    rings, eight or more in two texels, of eight points a texel. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
-    envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
+    envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
+                                                 2 * axis->texel);
     const double *a = axis->a;
     double t[3], b[3], theta, weight, d[3];
     envmapi_tangents(t, b, a, NULL);
@@ -5647,15 +5663,13 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
         double texels = 2 * ENVMAPI_PI * sin(theta) / axis->texel;
         double most = fmax(texels, 2 * axis->level.width);
         int n = (int)fmax(8 * fmin(texels / envmapi_axis_squeeze(axis, theta), most), 32);
-        double sum[3] = {0, 0, 0};
+        k *= 2 * ENVMAPI_PI * share;
         for (int i = 0; i < n; ++i) {
             double phi = 2 * ENVMAPI_PI * (i + 0.5) / n;
             for (int j = 0; j < 3; ++j)
                 d[j] = cos(theta) * a[j] + sin(theta) * (cos(phi) * t[j] + sin(phi) * b[j]);
-            envmapi_add_lookup(sum, &axis->level, d, 1.0 / n);
+            envmapi_add_lookup(axis->light, &axis->level, d, k / n);
         }
-        k *= 2 * ENVMAPI_PI * share;
-        for (int c = 0; c < 3; ++c) axis->sum[c] += k * sum[c];
         axis->sum[3] += k;
     }
 }
@@ -5702,7 +5716,7 @@ typedef struct envmapi_axes {
 /* Makes ready for a slice of src and of `slices` of a result. */
 static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
-    axis->p = envmapi_slice_p(axis->lobe, slice, slices);
+    axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1;
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
     axis->texel = envmapi_texel_extent(src);
@@ -5710,6 +5724,7 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
     axis->reach = fmax(12 * axis->texel, 8 * axis->sigma);
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
+    axis->sight = axis->to;
     axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
     axis->curves = src->mapping == ENVMAP_PARABOLOID || src->mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
     for (int n = 2; n < 7; ++n)
@@ -5723,6 +5738,7 @@ static void envmapi_axes_row(void *context, int task) {
     int face = task / dst->size, y = task % dst->size;
     float *out = envmap_texel(dst, 0, axes->slice, face, 0, y);
     envmapi_axis axis = axes->axis;
+    axis.light = axis.sum;
     for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x, out += 3) {
         envmapi_texel_direction(axis.a, dst->mapping, face, dst->size, x, y);
         memset(axis.sum, 0, sizeof axis.sum);
@@ -6339,7 +6355,8 @@ struct envmapi_near {
     envmapi_axis axis; /* the lobe, and what it is to the source */
     envmap dst;
     int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
-    int tile, ratio, knot[4]; /* edge of a tile; texels of the source to one of dst, or 0; knots */
+    int round, tile, ratio, knot[4]; /* tiles between two words to the progress callback; edge of
+                                        one; texels of the source to one of dst, or 0; knots */
     float between[ENVMAPI_NEAR_TILE][4]; /* weights of the knots, for each place in a tile */
     envmapi_turn *turns;
     envmapi_near_axes *axes;
@@ -6349,6 +6366,7 @@ struct envmapi_near {
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
     size_t count, area, cell;        /* blocks; texels of the largest window; a cell's K */
+    size_t all;                      /* texels, where the reference weighs them for all turns */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
@@ -6378,6 +6396,7 @@ typedef struct envmapi_window {
     float *place, *apart;                                 /* [room] of u: what _sines asks of it */
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
     float *K;       /* [height][width][axes] */
+    double *light;  /* [all] of an axis */
     envmapi_near_knots knots[2]; /* within R, and within R_bright */
     envmapi_near_cell cells[2], *cell; /* cell: the one whose K is being summed */
     int tied;                          /* points along u, while K of the cell is summed */
@@ -6934,12 +6953,16 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
        which axes, and the texels they need       _plan; these side by side: _task_near_blocks
        K times L for all turns; into dst          _apply, _put
        R, by the brightest texel in sight         _radius; _contrast tells which are bright
+   Of a source of few texels all are in sight of a lobe that reaches far; there K_i is what the
+   reference counts: _all.
    Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
 /* a_sphere_map_of_noise_keeps_the_tolerance */
 #define ENVMAPI_RIM     0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
+#define ENVMAPI_COARSE  0.1 /* rad: texels wider than this are coarser than any kernel of FAST */
+#define ENVMAPI_FEW   20000 /* texels of a source that all turns may have at once (memory) */
 #define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
 #define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
 
@@ -6953,7 +6976,10 @@ static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, in
     int w = level->width, h = level->edge, pole = y < 0 || y >= h;
     double rgb[3] = {0, 0, 0};
     if (level->mapping == ENVMAP_LATLONG) x = ((x % w) + w) % w;
-    if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && pole) {
+    if (s->all) { /* none is beyond an edge, some beyond a rim */
+        const float *texel = level->texels + 3 * ((face * h + y) * w + x);
+        for (int c = 0; c < 3; ++c) rgb[c] = (double)texel[c];
+    } else if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && pole) {
         int in_x = x < 0 ? 0 : w - 1, in_y = y < 0 ? 0 : h - 1;
         envmapi_add_tap(rgb, level, face, in_x, in_y, 1.0 / 3);
         envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
@@ -7054,13 +7080,14 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
 static int envmapi_near_singular(const envmapi_near *s, const double a[3]) {
     int mapping = s->axis.level.mapping, sphere = mapping == ENVMAP_SPHERE;
     double reach = fmin(s->R_bright, 8 * s->sigma) + (sphere ? ENVMAPI_RIM : 2 * s->axis.texel);
-    if (!sphere && mapping != ENVMAP_ANGULAR) return 0;
+    if (s->all || (!sphere && mapping != ENVMAP_ANGULAR)) return 0;
     return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
 }
 
 /* The reference's sum for a texel of dst; without what is in dst already. */
 static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t texel) {
     envmapi_axis axis = s->axis;
+    axis.light = axis.sum;
     int width = envmapi_width(s->dst.mapping, s->dst.size), row = (int)(texel / (size_t)width);
     envmapi_texel_direction(axis.a, s->dst.mapping, row / s->dst.size, s->dst.size,
                             (int)(texel % (size_t)width), row % s->dst.size);
@@ -7101,14 +7128,34 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     }
 }
 
+/* Some axes: all texels, as the reference weighs them. */
+static void envmapi_near_all(envmapi_window *w, const envmapi_near *s, int axes) {
+    enum { N = ENVMAPI_NEAR_AXES };
+    envmapi_axis axis = s->axis;
+    float *K = w->K;
+    axis.level.texels = NULL, axis.light = w->light, axis.sight = s->R_bright;
+    memset(K, 0, s->all * N * sizeof *K);
+    for (int n = 0; n < axes; ++n) {
+        memset(w->light, 0, s->all * sizeof *w->light);
+        memcpy(axis.a, w->axes[n], sizeof axis.a);
+        envmapi_axis_filter(&axis, NULL);
+        for (size_t i = 0; i < s->all; ++i) K[i * N + (size_t)n] = (float)(w->light[i] / s->scale);
+    }
+    w->x = w->y = w->face = 0, w->width = s->axis.level.width, w->height = s->axis.level.edge;
+    for (; w->K < K + s->all * N; w->K += w->width * w->height * N, ++w->face)
+        envmapi_near_apply(w, s, (1u << envmapi_near_groups(s)) - 1);
+    w->K = K;
+}
+
 /* Some axes: what they see of every part, farther under those turns that show a bright texel. */
 static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_tile *tile, const envmapi_near_axes *axes) {
     unsigned all = (1u << envmapi_near_groups(s)) - 1;
     memset(w->sums, 0, sizeof w->sums), memset(w->norms, 0, sizeof w->norms);
     envmapi_near_aim(w, s, axes);
+    if (s->all) envmapi_near_all(w, s, axes->count);
     for (int n = 0; n < axes->count; ++n) w->rim[n] = envmapi_near_singular(s, w->axes[n]);
-    for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
+    for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         unsigned bright = 0;
         for (int outer = 1; outer >= 0; --outer) {
             if (!envmapi_near_open(w, s, part, outer ? s->R_bright : s->R)) continue;
@@ -7122,13 +7169,12 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes + n, w->rim[n]);
 }
 
-#define ENVMAPI_NEAR_ROUND 64 /* tiles between two words to the progress callback */
-
 static void envmapi_task_near(void *context, int task) {
     const envmapi_near *s = (const envmapi_near *)context;
     size_t room = s->room;
     envmapi_window *w = (envmapi_window *)(void *)(s->work + (size_t)task * s->bytes);
-    w->u = (envmapi_knot *)(w + 1), w->v = w->u + room;
+    w->light = (double *)(void *)(w + 1);
+    w->u = (envmapi_knot *)(void *)(w->light + s->all), w->v = w->u + room;
     w->place = (float *)(w->v + room), w->apart = w->place + room;
     w->rows[0] = w->apart + room, w->rows[1] = w->rows[0] + room, w->K = w->rows[1] + room;
     memset(w->rows[0], 0, 2 * room * sizeof(float));
@@ -7140,7 +7186,7 @@ static void envmapi_task_near(void *context, int task) {
         w->cells[i].twice = (double *)(void *)((char *)w + s->bytes) - room;
         w->cells[i].K = end -= s->parts[i].cell;
     }
-    int last = s->first + ENVMAPI_NEAR_ROUND;
+    int last = s->first + s->round;
     if (last > s->tile_count) last = s->tile_count;
     for (int i = s->first + task; i < last; i += s->tasks) {
         const envmapi_near_tile *tile = s->tiles + i;
@@ -7167,7 +7213,7 @@ static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
 /* The texels that some axes need, row by row; and the largest window. */
 static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi_near_axes *axes) {
     envmapi_near_aim(w, s, axes);
-    for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
+    for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         if (!envmapi_near_open(w, s, part, s->R_bright)) continue;
         envmapi_near_row *row = s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
         for (int y = 0; y < w->height; ++y, ++row) {
@@ -7185,7 +7231,8 @@ static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi
 static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolerance) {
     int size = s->dst.size, kind = s->axis.lobe->kind;
     double at[4];
-    s->tile = ENVMAPI_NEAR_TILE, s->ratio = 0;
+    s->tile = s->all ? ENVMAPI_NEAR_AXES : ENVMAPI_NEAR_TILE, s->ratio = 0;
+    s->round = s->all ? 16 : 64;
     if (s->dst.mapping != ENVMAP_CUBE || src->mapping != ENVMAP_CUBE || size < 128 ||
         src->size % size || kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4)
         return;
@@ -7201,7 +7248,8 @@ static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envma
     double high = ENVMAPI_PI / s->axis.level.edge;
     s->part_count = 0, s->core = s->beyond = 0, s->cell = 0;
     s->cell_piece = ENVMAPI_CELL_PIECE * pow(tolerance * 1e3, 0.25) * s->sigma / high;
-    if (s->axis.level.mapping != ENVMAP_LATLONG || s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION ||
+    if (s->all || s->axis.level.mapping != ENVMAP_LATLONG ||
+        s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION ||
         tolerance < 1e-4 || !envmapi_lobe_nonnegative(s->axis.lobe, s->axis.p))
         return ENVMAP_OK;
     s->parts = (envmapi_near *)envmapi_pool_get(pool, 2, sizeof *s->parts);
@@ -7282,6 +7330,7 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     const envmap *dst = &s->dst;
     int width = envmapi_width(dst->mapping, dst->size), faces = envmap_faces(dst->mapping);
     int most = (int)envmapi_clamp(1 + s->R / envmapi_texel_extent(dst), 1, ENVMAPI_NEAR_AXES);
+    if (s->all) most = ENVMAPI_NEAR_AXES;
     int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2), count = 0;
     int across = width / s->tile + 1, down = dst->size / s->tile + 1;
     /* texels over turns, and those on mirrors */
@@ -7295,10 +7344,12 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     if (!s->axes || !s->rows || !s->tiles || !w) return ENVMAP_ERROR_MEMORY;
     w->knot = 0;
     memset(s->rows, 0, (size_t)rows * sizeof *s->rows);
-    s->tile_count = 0, s->count = s->area = 0;
-    if (s->axis.level.mapping == ENVMAP_LATLONG && envmapi_near_cells(w, s, room, pool))
-        return ENVMAP_ERROR_MEMORY;
-    for (int i = 0; i < faces * across * down && s->axis.level.mapping != ENVMAP_LATLONG; ++i) {
+    for (int i = 0; i < rows && s->all; ++i)
+        if ((i + 1) % (s->axis.level.edge + 2) > 1) s->rows[i].to = s->axis.level.width;
+    s->tile_count = 0, s->count = 0, s->area = s->all;
+    int cells = s->axis.level.mapping == ENVMAP_LATLONG && !s->all;
+    if (cells && envmapi_near_cells(w, s, room, pool)) return ENVMAP_ERROR_MEMORY;
+    for (int i = 0; i < faces * across * down && !cells; ++i) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
         int face = i / (across * down), first = 1;
         for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
@@ -7404,6 +7455,12 @@ static int envmapi_near_serves(const envmapi_near *s) {
            (s->tail || (texels < 64 && (grows || s->R_bright < 60 * s->sigma)));
 }
 
+/* The texels of a source, or 0 where they are too many to weigh all for an axis. */
+static size_t envmapi_near_few(const envmap *src) {
+    size_t texels = envmapi_area(src->mapping, src->size) * (size_t)envmap_faces(src->mapping);
+    return texels <= ENVMAPI_FEW ? texels : 0;
+}
+
 /* A slice of src, or its only one, into a slice of dst. *served: 0 where it reaches too far. */
 static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
@@ -7423,7 +7480,14 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);
-    if (!*served) return ENVMAP_OK;
+    s->all = envmapi_near_few(src);
+    if (*served && (s->axis.texel < ENVMAPI_COARSE ||
+                    (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
+                     s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
+        s->all = 0;
+    if (!*served && !s->all) return ENVMAP_OK;
+    *served = 1;
+    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     if (!s->turns ||
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
@@ -7442,13 +7506,14 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
         result = envmapi_near_table(s->parts + i, tolerance, pool);
     s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
+    s->bytes += s->all * sizeof(double);
     size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) + 2 * s->room;
     for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
     s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;
     envmapi_run_all(&desc->work, envmapi_task_near_blocks, s, rows);
-    for (s->first = 0; s->first < s->tile_count; s->first += ENVMAPI_NEAR_ROUND) {
+    for (s->first = 0; s->first < s->tile_count; s->first += s->round) {
         if (envmapi_tell(&desc->work.progress, (double)s->first / s->tile_count))
             return ENVMAP_CANCELLED;
         envmapi_run_all(&desc->work, envmapi_task_near, s, s->tasks);
@@ -7457,7 +7522,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
 }
 
 /* Slices from `first` on; adds to a lobe's tail, where there is one. Where a lobe without reaches
-   too far, the reference for all. */
+   too far in a source of many texels, the reference for all. */
 static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                          const envmapi_tail *tail, int first, int slices,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
@@ -7472,7 +7537,8 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
         envmapi_part part;
         envmap_filter_desc one = *desc;
         one.work = envmapi_work_part(&part, &desc->work, run, 1, runs), s.slice = first + run;
-        if ((src->mapping == ENVMAP_SPHERE || src->mapping == ENVMAP_ANGULAR) &&
+        if ((envmapi_near_few(src) || src->mapping == ENVMAP_SPHERE ||
+             src->mapping == ENVMAP_ANGULAR) &&
             (!run || src->slices > 1)) {
             envmapi_source_free(&source, desc->work.memory);
             result = envmapi_source_create(&source, src, src->slices > 1 ? s.slice : 0,
@@ -8636,16 +8702,6 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
     return 1;
 }
 
-/* Where pairs of texels are few, the definition is the fastest method too while it is a sum over
-   texels. Its integral of the bilinear radiance takes longer than near's, which serves all maps but
-   those with rims. GGX's tail would go through FAST, for which few texels are too coarse. */
-static int envmapi_few_pairs(const envmap *dst, const envmap *src, const envmap_lobe *lobe) {
-    double floats = (double)envmapi_slice_floats(dst, 0) * (double)envmapi_slice_floats(src, 0);
-    int summed = lobe->kind == ENVMAP_LOBE_GGX || envmapi_is_disc(src->mapping) ||
-                 envmap_lobe_sigma(lobe, (double)lobe->p0) > envmapi_texel_extent(src);
-    return summed && dst->slices * floats / 9 < 1e5;
-}
-
 /* What one call works with: levels, and specs for those that go to the fast filter. */
 typedef struct envmapi_job {
     const envmap *src;
@@ -8682,17 +8738,15 @@ static int envmapi_job_constant(const envmapi_job *job, int l) {
 /* Does this level go to the fast filter, which shares the source? Then it has a spec. */
 static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
-    int method = job->desc.method;
-    int few = envmapi_few_pairs(job->views + l, job->src, job->lobes + l);
+    int method = job->desc.method, coarse = envmapi_texel_extent(job->src) > ENVMAPI_COARSE;
     if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
-        method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l) ||
-        (method == ENVMAP_METHOD_AUTO && few))
+        method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l))
         return ENVMAP_OK;
-    if (envmapi_texel_extent(job->src) <= 0.1) /* else coarser than any kernel of these */
+    if (!coarse)
         job->planned[l] =
             envmapi_spec_create(job->specs + job->fast, job->views + l, job->lobes + l, job->src,
                                 (double)job->desc.tolerance, &job->pool, &result);
-    if (!job->planned[l] && !result && method != ENVMAP_METHOD_HARMONICS &&
+    if (!coarse && !job->planned[l] && !result && method != ENVMAP_METHOD_HARMONICS &&
         envmapi_tail_of(job->tails + job->fast, job->lobes + l, job->src)) {
         job->planned[l] =
             envmapi_spec_create(job->specs + job->fast, job->views + l, &job->tails[job->fast].lobe,
@@ -8764,9 +8818,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         else if (desc.method != ENVMAP_METHOD_REFERENCE && envmapi_job_constant(job, l))
             for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(job->views + l, 0); ++i)
                 job->views[l].texels[i] = job->src->texels[i % 3];
-        else if (desc.method != ENVMAP_METHOD_REFERENCE &&
-                 (desc.method == ENVMAP_METHOD_FAST ||
-                  !envmapi_few_pairs(job->views + l, job->src, job->lobes + l)))
+        else if (desc.method != ENVMAP_METHOD_REFERENCE)
             result = envmapi_filter_near(job->views + l, job->src, lobe, NULL, 0, slices, &desc,
                                          &job->pool);
         else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
@@ -9132,9 +9184,8 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
         out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &d);
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
     if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
-    int few = envmapi_few_pairs(dst, job->src, job->lobes);
-    out->method = few && !constant ? ENVMAP_METHOD_REFERENCE : ENVMAP_METHOD_FAST;
-    if (few || !spec->L) return ENVMAP_OK;
+    out->method = ENVMAP_METHOD_FAST;
+    if (!spec->L) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
     return ENVMAP_OK;
 }
