@@ -5480,7 +5480,6 @@ static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, 
     int n = 0;
     for (; *i < end && n < 64; ++*i) {
         x[n] = axis->a[0] * s->x[*i] + axis->a[1] * s->y[*i] + axis->a[2] * s->z[*i];
-        if (fabs(x[n]) < 1e-15) x[n] = 0; /* on the horizon; k may jump there */
         seen[n] = *i, n += x[n] >= last;
     }
     return n;
@@ -7480,7 +7479,9 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);
-    s->all = envmapi_near_few(src);
+    /* Phong 0 jumps at the horizon, where images of an axis may differ by a rounding */
+    if (s->axis.lobe->kind != ENVMAP_LOBE_PHONG || s->axis.lobe->parameter > 0)
+        s->all = envmapi_near_few(src);
     if (*served && (s->axis.texel < ENVMAPI_COARSE ||
                     (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
                      s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
