@@ -7044,32 +7044,35 @@ static unsigned envmapi_near_bright(const envmapi_window *w, const envmapi_near 
     return groups;
 }
 
-/* sums += K times blocks: one K serves a texel's images under all turns; those of these blocks. */
+/* sums += K times blocks: one K serves a texel's images under all turns; those of these blocks. A
+   row is summed by itself, as floats that are added one by one to a large sum lose more. */
 static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigned groups) {
     enum { N = ENVMAPI_NEAR_AXES };
     const envmapi_near_row *row = envmapi_near_rows(s, w);
-    float total[N] = {0};
+    double total[N] = {0};
     for (int y = 0; y < w->height; ++y, ++row) {
         const float *K = w->K + y * w->width * N;
+        float in_row[N] = {0};
         int from = 0, to = w->width * N;
         while (from < to && !(K[from] > 0 || K[from] < 0)) ++from;
         while (from < to && !(K[to - 1] > 0 || K[to - 1] < 0)) --to;
         from /= N, to = (to + N - 1) / N;
-        for (int i = from * N; i < to * N; ++i) total[i % N] += K[i];
+        for (int i = from * N; i < to * N; ++i) in_row[i % N] += K[i];
+        for (int n = 0; n < N; ++n) total[n] += (double)in_row[n];
         for (int g = 0; g < envmapi_near_groups(s); ++g) {
             if (!(groups >> g & 1)) continue;
             size_t at = (size_t)g * s->count + row->first + (size_t)(w->x - row->from);
             const float *block = s->blocks + 16 * (at + (size_t)from), *k = K + from * N;
             envmapi_float16 sums[N];
-            memcpy(sums, w->sums[g], sizeof sums);
+            memset(sums, 0, sizeof sums);
             for (int x = from; x < to; ++x, block += 16, k += N)
                 for (int n = 0; n < N; ++n)
                     envmapi_float16_add(sums + n, k[n], envmapi_float16_at(block));
-            memcpy(w->sums[g], sums, sizeof sums);
+            for (int n = 0; n < N; ++n) envmapi_float16_add(w->sums[g] + n, 1, sums + n);
         }
     }
     for (int g = 0; g < envmapi_near_groups(s); ++g)
-        for (int n = 0; n < N && groups >> g & 1; ++n) w->norms[g][n] += (double)total[n];
+        for (int n = 0; n < N && groups >> g & 1; ++n) w->norms[g][n] += total[n];
 }
 
 /* ---- a slice */
