@@ -7482,8 +7482,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);
-    /* Phong 0 jumps at the horizon, where images of an axis may differ by a rounding */
-    if (s->axis.lobe->kind != ENVMAP_LOBE_PHONG || s->axis.lobe->parameter > 0)
+    /* x^N, N < 1/2, jumps at the horizon, where cosines of an axis' images differ by roundings */
+    if (s->axis.lobe->kind != ENVMAP_LOBE_PHONG || s->axis.lobe->parameter >= 0.5f)
         s->all = envmapi_near_few(src);
     if (*served && (s->axis.texel < ENVMAPI_COARSE ||
                     (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
