@@ -6212,15 +6212,17 @@ static double envmapi_window_density(const envmapi_level *level, double u, doubl
 }
 
 /* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
-   whole numbers: each texel at its centre, or spread. */
+   whole numbers: each texel at its centre, or spread to two or four places, which have a tent's
+   moments to the third or to the fifth. */
 static int envmapi_window_centres(envmapi_knot *node, int room, double from, double to, double n,
-                                  double tent) {
-    int count = 0, sides = tent > 0 ? 2 : 1;
-    for (double x = ceil(from); x <= to && count + 2 <= room; x += 1)
+                                  double tent, int places) {
+    int count = 0, sides = tent > 0 ? places : 1;
+    for (double x = ceil(from), root = sqrt(6.0); x <= to && count + 4 <= room; x += 1)
         for (int i = 0; i < sides; ++i, ++count) {
-            node[count].at = (x + 0.5 + (i ? tent : -tent) / sqrt(6.0)) / n;
-            node[count].texel = (int)x, node[count].f = 0,
-            node[count].weight = sides > 1 ? 0.5f : 1;
+            double far = i < 2 ? -1 : 1, place = sides > 2 ? (4 + far * root) / 10 : 1 / root;
+            node[count].at = (x + 0.5 + (i % 2 ? tent : -tent) * place) / n;
+            node[count].texel = (int)x, node[count].f = 0;
+            node[count].weight = (float)(sides > 2 ? 0.25 - far * root / 36 : 1.0 / sides);
         }
     return count;
 }
@@ -6464,7 +6466,7 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
     if (texels) /* each column of a lat-long once */
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
-                                      s->axis.tent);
+                                      s->axis.tent, s->piece < 0.9 ? 4 : 2);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
                                  s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
