@@ -8741,10 +8741,14 @@ static int envmapi_job_constant(const envmapi_job *job, int l) {
            !memcmp(t, t + 3, more * sizeof *t);
 }
 
-/* Does this level go to the fast filter, which shares the source? Then it has a spec. */
+/* Does this level go to the fast filter, which shares the source? Then it has a spec. Of a coarse
+   source, or of few pairs of texels, sums are as fast and exact. */
 static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
+    double floats = (double)envmapi_slice_floats(job->src, 0);
+    double pairs = floats / 9 * (double)envmapi_slice_floats(job->views + l, 0);
     int method = job->desc.method, coarse = envmapi_texel_extent(job->src) > ENVMAPI_COARSE;
+    if (method == ENVMAP_METHOD_AUTO && pairs * job->views[l].slices < 1e5) coarse = 1;
     if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
         method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l))
         return ENVMAP_OK;
