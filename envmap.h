@@ -3001,10 +3001,10 @@ static double envmapi_lobe_flank(const envmap_lobe *lobe, double p, double peak,
                                  int side) {
     double inside = 0, outside = 0, room = side > 0 ? ENVMAPI_PI - peak : peak;
     for (int halved = 0; halved < 40;) {
-        double s = outside > 0 ? 0.5 * (inside + outside) : 1.1 * inside + 1e-6;
-        if (!(s < room)) return room;
-        if (fabs(envmapi_k(lobe, cos(peak + side * s), p)) >= level) inside = s;
-        else outside = s;
+        double s = outside > 0 ? 0.5 * (inside + outside) : fmin(1.1 * inside + 1e-6, room);
+        if (fabs(envmapi_k(lobe, cos(peak + side * s), p)) < level) outside = s;
+        else if (s < room) inside = s;
+        else return room;
         if (outside > 0) ++halved;
     }
     return outside;
