@@ -8957,6 +8957,7 @@ typedef struct envmapi_power {
     double *gain;                  /* (2l+1) lambda_l^2, the mean of the slices */
     double *P;                     /* scene times gain */
     int known, bands, needed;      /* needed: what P_l says; 0: there is no scene */
+    int angles;                    /* of a lone light, where there is none: sixteen a sigma */
     envmapi_sh_points *points;     /* room for the lights */
 } envmapi_power;
 
@@ -9104,7 +9105,6 @@ static int envmapi_lookups_hold(void *user, int size) {
 
 /* ---- how many slices */
 
-#define ENVMAPI_PROFILE 2048 /* angles of a lone light */
 
 /* Up to 128 numbers from the first-th on, whose squares add up to the power of the slice at p: of
    as many of the scene's bands as are needed, or where there is no scene, of a lone light at many
@@ -9115,8 +9115,8 @@ static int envmapi_profile(double *v, const envmapi_power *d, double p, int firs
     if (bands && !envmapi_zonal(v, bands, d->lobe, p)) return 0;
     for (int l = 0; l < bands; ++l) v[l] *= sqrt((2 * l + 1) * d->scene[l]);
     if (d->needed) return bands;
-    if (first >= ENVMAPI_PROFILE) return 0;
-    for (int j = 0; j < 128; ++j) x[j] = cos(ENVMAPI_PI * (first + j + 0.5) / ENVMAPI_PROFILE);
+    if (first >= d->angles) return 0;
+    for (int j = 0; j < 128; ++j) x[j] = cos(ENVMAPI_PI * (first + j + 0.5) / d->angles);
     envmapi_k_many(v, x, 128, d->lobe, p);
     for (int j = 0; j < 128; ++j) v[j] *= sqrt(sqrt(1 - x[j] * x[j]));
     return 128;
@@ -9126,7 +9126,7 @@ static int envmapi_profile(double *v, const envmapi_power *d, double p, int firs
    towards both ends, where a ring closes and where lookups clamp, and fall in step with no n. */
 static double envmapi_slices_error(const envmapi_power *d, int n) {
     const envmap_lobe *lobe = d->lobe;
-    int samples = d->needed ? 24 : n < 24 ? 96 : n < 512 ? 4 * n : 2048;
+    int samples = d->needed ? 24 : n < 24 ? 96 : n < 256 ? 4 * n : 1024;
     double k[128], k_low[128], k_high[128], lost = 0, total = 0;
     for (int i = 0; i < samples; ++i) {
         double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
@@ -9157,6 +9157,10 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
     if (!envmapi_lobe_sound(lobe) || !envmapi_finite(tolerance) || tolerance < 0) return 0;
     if (lobe->kind == ENVMAP_LOBE_MIRROR || lobe->p0 == lobe->p1) return 1;
     light.lobe = lobe, light.tolerance = tolerance, light.needed = 0;
+    double sigma = lobe->kind == ENVMAP_LOBE_TABLE ? 0 : ENVMAPI_PI; /* its rows may be unrelated */
+    for (int k = 0; k < 8; ++k)
+        sigma = fmin(sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, 8)));
+    light.angles = 128 * (int)envmapi_clamp(ceil(ENVMAPI_PI / (8 * fmax(sigma, 1e-3))), 2, 16);
     return envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &light);
 }
 
