@@ -3001,10 +3001,10 @@ static double envmapi_lobe_flank(const envmap_lobe *lobe, double p, double peak,
                                  int side) {
     double inside = 0, outside = 0, room = side > 0 ? ENVMAPI_PI - peak : peak;
     for (int halved = 0; halved < 40;) {
-        double s = outside > 0 ? 0.5 * (inside + outside) : 1.1 * inside + 1e-6;
-        if (!(s < room)) return room;
-        if (fabs(envmapi_k(lobe, cos(peak + side * s), p)) >= level) inside = s;
-        else outside = s;
+        double s = outside > 0 ? 0.5 * (inside + outside) : fmin(1.1 * inside + 1e-6, room);
+        if (fabs(envmapi_k(lobe, cos(peak + side * s), p)) < level) outside = s;
+        else if (s < room) inside = s;
+        else return room;
         if (outside > 0) ++halved;
     }
     return outside;
@@ -8741,10 +8741,14 @@ static int envmapi_job_constant(const envmapi_job *job, int l) {
            !memcmp(t, t + 3, more * sizeof *t);
 }
 
-/* Does this level go to the fast filter, which shares the source? Then it has a spec. */
+/* Does this level go to the fast filter, which shares the source? Then it has a spec. Of a coarse
+   source, or of few pairs of texels, sums are as fast and exact. */
 static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
+    double floats = (double)envmapi_slice_floats(job->src, 0);
+    double pairs = floats / 9 * (double)envmapi_slice_floats(job->views + l, 0);
     int method = job->desc.method, coarse = envmapi_texel_extent(job->src) > ENVMAPI_COARSE;
+    if (method == ENVMAP_METHOD_AUTO && pairs * job->views[l].slices < 1e5) coarse = 1;
     if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
         method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l))
         return ENVMAP_OK;
@@ -8953,6 +8957,7 @@ typedef struct envmapi_power {
     double *gain;                  /* (2l+1) lambda_l^2, the mean of the slices */
     double *P;                     /* scene times gain */
     int known, bands, needed;      /* needed: what P_l says; 0: there is no scene */
+    int angles;                    /* of a lone light, where there is none: sixteen a sigma */
     envmapi_sh_points *points;     /* room for the lights */
 } envmapi_power;
 
@@ -9100,7 +9105,6 @@ static int envmapi_lookups_hold(void *user, int size) {
 
 /* ---- how many slices */
 
-#define ENVMAPI_PROFILE 2048 /* angles of a lone light */
 
 /* Up to 128 numbers from the first-th on, whose squares add up to the power of the slice at p: of
    as many of the scene's bands as are needed, or where there is no scene, of a lone light at many
@@ -9111,8 +9115,8 @@ static int envmapi_profile(double *v, const envmapi_power *d, double p, int firs
     if (bands && !envmapi_zonal(v, bands, d->lobe, p)) return 0;
     for (int l = 0; l < bands; ++l) v[l] *= sqrt((2 * l + 1) * d->scene[l]);
     if (d->needed) return bands;
-    if (first >= ENVMAPI_PROFILE) return 0;
-    for (int j = 0; j < 128; ++j) x[j] = cos(ENVMAPI_PI * (first + j + 0.5) / ENVMAPI_PROFILE);
+    if (first >= d->angles) return 0;
+    for (int j = 0; j < 128; ++j) x[j] = cos(ENVMAPI_PI * (first + j + 0.5) / d->angles);
     envmapi_k_many(v, x, 128, d->lobe, p);
     for (int j = 0; j < 128; ++j) v[j] *= sqrt(sqrt(1 - x[j] * x[j]));
     return 128;
@@ -9122,7 +9126,7 @@ static int envmapi_profile(double *v, const envmapi_power *d, double p, int firs
    towards both ends, where a ring closes and where lookups clamp, and fall in step with no n. */
 static double envmapi_slices_error(const envmapi_power *d, int n) {
     const envmap_lobe *lobe = d->lobe;
-    int samples = d->needed ? 24 : n < 24 ? 96 : n < 512 ? 4 * n : 2048;
+    int samples = d->needed ? 24 : n < 24 ? 96 : n < 256 ? 4 * n : 1024;
     double k[128], k_low[128], k_high[128], lost = 0, total = 0;
     for (int i = 0; i < samples; ++i) {
         double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
@@ -9153,6 +9157,10 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
     if (!envmapi_lobe_sound(lobe) || !envmapi_finite(tolerance) || tolerance < 0) return 0;
     if (lobe->kind == ENVMAP_LOBE_MIRROR || lobe->p0 == lobe->p1) return 1;
     light.lobe = lobe, light.tolerance = tolerance, light.needed = 0;
+    double sigma = lobe->kind == ENVMAP_LOBE_TABLE ? 0 : ENVMAPI_PI; /* its rows may be unrelated */
+    for (int k = 0; k < 8; ++k)
+        sigma = fmin(sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, 8)));
+    light.angles = 128 * (int)envmapi_clamp(ceil(ENVMAPI_PI / (8 * fmax(sigma, 1e-3))), 2, 16);
     return envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &light);
 }
 

@@ -563,6 +563,18 @@ static void a_rings_sigma_is_its_half_width_whatever_its_sign(void) {
     }
 }
 
+/* The same about 0.0771, wide 0.075: it falls to e^(-1/2) just before the axis. */
+static double close_ring(double x, double p, void *user) {
+    double t = (acos(x) - 0.0771) / 0.075;
+    (void)p, (void)user;
+    return exp(-t * t / 2);
+}
+
+static void a_ring_that_falls_just_before_the_axis_does_not_reach_it(void) {
+    envmap_lobe lobe = envmap_lobe_function(close_ring, NULL);
+    CHECK_CLOSE(envmap_lobe_sigma(&lobe, 0) / 0.075, 1, 3e-3);
+}
+
 static void zonal_coefficients_are_finite_and_at_most_one(void) {
     pair pairs[PAIRS];
     double *lambda = (double *)malloc(4096 * sizeof(double));
@@ -888,6 +900,7 @@ int main(void) {
     RUN(tables_pass_through_their_samples);
     RUN(function_and_table_lobes_know_their_support_and_sigma);
     RUN(a_rings_sigma_is_its_half_width_whatever_its_sign);
+    RUN(a_ring_that_falls_just_before_the_axis_does_not_reach_it);
     RUN(zonal_coefficients_are_finite_and_at_most_one);
     RUN(beyond_the_bands_the_tail_is_below_the_tolerance);
     RUN(bands_of_bad_requests_are_0);
