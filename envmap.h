@@ -6212,17 +6212,22 @@ static double envmapi_window_density(const envmapi_level *level, double u, doubl
 }
 
 /* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
-   whole numbers: each texel at its centre, or spread to two or four places, which have a tent's
-   moments to the third or to the fifth. */
+   whole numbers: each texel at so many places and weights of a tent: its centre; two and three that
+   have the second moment of the definition's, and the fourth; the definition's four. */
 static int envmapi_window_centres(envmapi_knot *node, int room, double from, double to, double n,
                                   double tent, int places) {
-    int count = 0, sides = tent > 0 ? places : 1;
-    for (double x = ceil(from), root = sqrt(6.0); x <= to && count + 4 <= room; x += 1)
-        for (int i = 0; i < sides; ++i, ++count) {
-            double far = i < 2 ? -1 : 1, place = sides > 2 ? (4 + far * root) / 10 : 1 / root;
-            node[count].at = (x + 0.5 + (i % 2 ? tent : -tent) * place) / n;
+    static const double rules[4][4][2] = {
+        {{0, 1}},
+        {{-0.40824829, 0.5}, {0.40824829, 0.5}},
+        {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
+        {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
+         {0.64494897, 0.18195861}}};
+    int count = 0;
+    for (double x = ceil(from); x <= to && count + 4 <= room; x += 1)
+        for (int i = 0; i < places; ++i, ++count) {
+            node[count].at = (x + 0.5 + tent * rules[places - 1][i][0]) / n;
+            node[count].weight = (float)rules[places - 1][i][1];
             node[count].texel = (int)x, node[count].f = 0;
-            node[count].weight = (float)(sides > 2 ? 0.25 - far * root / 36 : 1.0 / sides);
         }
     return count;
 }
@@ -6254,7 +6259,7 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
 /* -------------------------------------------------------------------------------- >>kernels --
    What each texel in sight of an axis counts.
      in     a source's level, a lobe, its p, axes of a result       out    K
-       texels, tents of half-width t      K_i = w_i mean of k at c_i +- t/sqrt 6 along u and v
+       texels, tents of half-width t      K_i = w_i mean of k at places about c_i along u and v
        the bilinear radiance              K_i = integral of k B_i, B_i the bilinear weight of i
    Both are sums over the nodes of a window of a face, some along u times some along v. For the
    integral these are Gauss-Legendre's, two to six a piece; pieces end at the lines through texel
@@ -6463,10 +6468,11 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
                               double box[2][2], int i, int texels) {
     const envmapi_level *level = &s->axis.level;
     int size = i ? level->edge : level->width, room = (int)s->room - 16;
-    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
+    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2], tent = s->axis.tent;
+    int places = !(tent > 0) ? 1 : s->piece < 0.9 ? 4 : tent > 0.6 ? 3 : 2;
     if (texels) /* each column of a lat-long once */
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
-                                      s->axis.tent, s->piece < 0.9 ? 4 : 2);
+                                      tent, places);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
                                  s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
