@@ -6891,7 +6891,7 @@ static int envmapi_near_weights(float weight[4], const double *at, int last, dou
 
 /* Adds K of an axis between a cell's knots to the open window. */
 static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int n,
-                                   const envmapi_near_cell *cell) {
+                                  const envmapi_near_cell *cell) {
     const envmapi_level *level = &s->axis.level;
     int area = cell->rows * cell->columns, wide = level->width, next = cell->last[0] + 1;
     int top = w->y > cell->y ? w->y - cell->y : 0, bottom = w->y + w->height - cell->y;
@@ -7259,8 +7259,8 @@ static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envma
     s->part_count = 0, s->core = s->beyond = 0, s->cell = 0;
     s->cell_piece = ENVMAPI_CELL_PIECE * pow(tolerance * 1e3, 0.25) * s->sigma / high;
     if (s->all || s->axis.level.mapping != ENVMAP_LATLONG ||
-        s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION ||
-        tolerance < 1e-4 || !envmapi_lobe_nonnegative(s->axis.lobe, s->axis.p))
+        s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4 ||
+        !envmapi_lobe_nonnegative(s->axis.lobe, s->axis.p))
         return ENVMAP_OK;
     s->parts = (envmapi_near *)envmapi_pool_get(pool, 2, sizeof *s->parts);
     if (!s->parts) return ENVMAP_ERROR_MEMORY;
