@@ -5445,20 +5445,28 @@ static double envmapi_cosine(double angle) {
     return angle > ENVMAPI_PI ? -2 : angle < 0 ? 2 : cos(angle);
 }
 
+/* A tent by 1 to 4 places a side, and their weights: its centre; two and three that have the second
+   moment of the four, which are the definition's. */
+static const double envmapi_tent[4][4][2] = {
+    {{0, 1}},
+    {{-0.40824829, 0.5}, {0.40824829, 0.5}},
+    {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
+    {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
+     {0.64494897, 0.18195861}}};
+
 /* k averaged over texel i spread by the tent. */
 static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
-    static const double at[4] = {-0.64494897, -0.15505103, 0.15505103, 0.64494897};
-    static const double weight[4] = {0.18195861, 0.31804139, 0.31804139, 0.18195861};
+    const double(*at)[2] = envmapi_tent[3];
     const envmapi_source *s = axis->source;
     int mapping = s->map->mapping, width = axis->level.width, edge = axis->level.edge;
     int face = (int)(s->code[i] >> 2 * s->bits);
     double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0;
     envmapi_project(uv, mapping, face, d);
     for (int j = 0; j < 16; ++j) {
-        double u = uv[0] + axis->tent * at[j & 3] / width;
-        double v = uv[1] + axis->tent * at[j >> 2] / edge;
+        double u = uv[0] + axis->tent * at[j & 3][0] / width;
+        double v = uv[1] + axis->tent * at[j >> 2][0] / edge;
         envmapi_direction(d, mapping, face, u, v);
-        sum += weight[j & 3] * weight[j >> 2] *
+        sum += at[j & 3][1] * at[j >> 2][1] *
                envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
     }
     return sum;
@@ -6212,21 +6220,14 @@ static double envmapi_window_density(const envmapi_level *level, double u, doubl
 }
 
 /* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
-   whole numbers: each texel at so many places and weights of a tent: its centre; two and three that
-   have the second moment of the definition's, and the fourth; the definition's four. */
+   whole numbers: each texel at so many places of a tent. */
 static int envmapi_window_centres(envmapi_knot *node, int room, double from, double to, double n,
                                   double tent, int places) {
-    static const double rules[4][4][2] = {
-        {{0, 1}},
-        {{-0.40824829, 0.5}, {0.40824829, 0.5}},
-        {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
-        {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
-         {0.64494897, 0.18195861}}};
     int count = 0;
     for (double x = ceil(from); x <= to && count + 4 <= room; x += 1)
         for (int i = 0; i < places; ++i, ++count) {
-            node[count].at = (x + 0.5 + tent * rules[places - 1][i][0]) / n;
-            node[count].weight = (float)rules[places - 1][i][1];
+            node[count].at = (x + 0.5 + tent * envmapi_tent[places - 1][i][0]) / n;
+            node[count].weight = (float)envmapi_tent[places - 1][i][1];
             node[count].texel = (int)x, node[count].f = 0;
         }
     return count;
@@ -6463,16 +6464,20 @@ static int envmapi_near_column(const envmapi_window *w, const envmapi_level *lev
     return x < w->width ? x : -1;
 }
 
+/* Places of a tent: two would be off by 22 tolerances beside one lit texel, by 9 in rms at 2e-5. */
+static int envmapi_near_places(const envmapi_near *s) {
+    return !(s->axis.tent > 0) ? 1 : s->piece < 0.9 ? 4 : s->axis.tent > 0.6 ? 3 : 2;
+}
+
 /* Nodes along u (i 0) or v (1) of a window; returns how many. */
 static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const envmapi_window *w,
                               double box[2][2], int i, int texels) {
     const envmapi_level *level = &s->axis.level;
     int size = i ? level->edge : level->width, room = (int)s->room - 16;
-    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2], tent = s->axis.tent;
-    int places = !(tent > 0) ? 1 : s->piece < 0.9 ? 4 : tent > 0.6 ? 3 : 2;
+    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
     if (texels) /* each column of a lat-long once */
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
-                                      tent, places);
+                                      s->axis.tent, envmapi_near_places(s));
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
                                  s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
@@ -6571,9 +6576,9 @@ static float envmapi_near_omega(const envmapi_level *level, int x, int y) {
     return (float)(envmapi_density(level->mapping, u, v) / level->edge / level->edge);
 }
 
-/* Adds a finished row of points to K of a cell's n-th latitude: the mean of a tent's two times
+/* Adds a finished row of points to K of a cell's n-th latitude: the mean of a tent's `places` times
    omega, or where this is NULL, the integral of k B_i: k's second integral's second difference. */
-static void envmapi_near_fold(envmapi_window *w, int n, int y, const float *omega) {
+static void envmapi_near_fold(envmapi_window *w, int places, int n, int y, const float *omega) {
     envmapi_near_cell *cell = w->cell;
     int last = cell->last[0], most = (cell->reach + 1) * last, area = cell->rows * cell->columns;
     const float *k = w->rows[y & 1];
@@ -6581,16 +6586,18 @@ static void envmapi_near_fold(envmapi_window *w, int n, int y, const float *omeg
     float *out = w->apart;
     if (y < cell->y || y >= cell->y + cell->rows) return;
     twice[0] = 0;
-    for (int i = 0; i < most + last; ++i) {
+    for (int i = 0; i < most + last && !omega; ++i) {
         double step = cell->at[0][i % last + 1] - cell->at[0][i % last];
         double a = step / 2 * (double)k[2 * i], b = step / 2 * (double)k[2 * i + 1];
         twice[i + 1] = twice[i] + step * (sum + (0.5 + gauss) * a + (0.5 - gauss) * b);
         sum += a + b;
     }
     for (int i = 0; i <= most; ++i) {
-        double before = twice[i > last ? i - last : last - i];
-        out[i] = omega ? (k[2 * i] + k[2 * i + 1]) / 2 * *omega
-                       : (float)(twice[i + last] - 2 * twice[i] + before);
+        double mean = 0;
+        for (int j = 0; j < places && omega; ++j)
+            mean += envmapi_tent[places - 1][j][1] * (double)k[places * i + j];
+        out[i] = omega ? (float)mean * *omega
+                       : (float)(twice[i + last] - 2 * twice[i] + twice[abs(i - last)]);
     }
     for (int q = 0; q <= last; ++q) {
         float *K = cell->K + (n * (last + 1) + q) * area + (y - cell->y) * cell->columns;
@@ -6608,7 +6615,7 @@ static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, 
     const envmapi_level *level = &s->axis.level;
     const float *omega =
         texels && !w->knot ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
-    if (w->tied) envmapi_near_fold(w, n, y, omega), count = (count + 15) / 16 * 16;
+    if (w->tied) envmapi_near_fold(w, envmapi_near_places(s), n, y, omega), count = (count + 15) / 16 * 16;
     for (int j = 0; j < count && !w->tied && y >= w->y && y < w->y + w->height; ++j) {
         const envmapi_knot *u = w->u + j;
         float k = row[j] * u->weight, next = k * u->f;
@@ -6671,23 +6678,26 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
 static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, double share) {
     const envmapi_level *level = &s->axis.level;
     size_t width = (size_t)level->width, area = width * (size_t)level->edge;
-    double uv[2], d[3], apart = s->axis.tent / sqrt(6.0) / level->edge;
+    int places = envmapi_near_places(s), count = places * places;
+    const double(*at)[2] = envmapi_tent[places - 1];
+    double uv[2], d[3], tent = s->axis.tent / level->edge;
     double reach = cos(fmin(envmapi_near_reach(s, w->R, 1), ENVMAPI_PI));
     for (const envmapi_light *cut = s->in.rim; cut < s->in.rim + s->in.rim_count; ++cut) {
         int x = (int)(cut->texel % width) - w->x, y = (int)(cut->texel % area / width) - w->y;
         if ((int)(cut->texel / area) != w->face || x < 0 || x >= w->width || y < 0 ||
             y >= w->height || envmapi_dot(w->a, cut->d) < reach)
             continue;
-        float sines[4], weight[4], k[4];
+        float sines[16], weight[16], k[16];
         envmapi_project(uv, level->mapping, w->face, cut->d);
-        for (int i = 0; i < 4; ++i) {
-            envmapi_direction(d, level->mapping, w->face, uv[0] + (i & 1 ? apart : -apart),
-                              uv[1] + (i & 2 ? apart : -apart));
+        for (int i = 0; i < count; ++i) {
+            const double *u = at[i % places], *v = at[i / places];
+            envmapi_direction(d, level->mapping, w->face, uv[0] + tent * u[0], uv[1] + tent * v[0]);
             double c = envmapi_dot(w->a, d);
-            sines[i] = (float)((1 - c) * (1 + c)), weight[i] = (float)(share * cut->value[3] / 4);
+            sines[i] = (float)((1 - c) * (1 + c));
+            weight[i] = (float)(share * cut->value[3] * u[1] * v[1]);
         }
-        envmapi_near_k(k, s, (float)w->limit, sines, weight, 4);
-        w->K[(y * w->width + x) * ENVMAPI_NEAR_AXES + n] += k[0] + k[1] + k[2] + k[3];
+        envmapi_near_k(k, s, (float)w->limit, sines, weight, count);
+        for (int i = 0; i < count; ++i) w->K[(y * w->width + x) * ENVMAPI_NEAR_AXES + n] += k[i];
     }
 }
 
@@ -6821,7 +6831,7 @@ static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *
     int v = envmapi_near_cell_knots(cell->at[1], s->cell_piece, even);
     cell->last[0] = u, cell->last[1] = v;
     cell->ready = u && v && u * v < 12 * tile->count &&
-                  2 * (cell->reach + 2) * (u + 1) < (int)s->room; /* 12: speed only */
+                  4 * (cell->reach + 2) * (u + 1) < (int)s->room - 16; /* 12: speed only */
     return cell->ready ? (size_t)((u + 1) * (v + 1)) * (size_t)(cell->rows * cell->columns) : 0;
 }
 
@@ -6829,12 +6839,13 @@ static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *
    tent about each. Returns how many. */
 static int envmapi_near_points(envmapi_window *w, const envmapi_near *s, int texels) {
     const envmapi_near_cell *cell = w->cell;
-    int last = cell->last[0], count = 2 * ((cell->reach + 2) * last + 1);
+    int points = texels ? envmapi_near_places(s) : 2;
+    int last = cell->last[0], count = points * ((cell->reach + 2) * last + 1);
     w->m[0] = 0;
     for (int i = 0; i < count + 15; ++i) {
-        const double *at = cell->at[0] + i / 2 % last;
-        double side = i % 2 ? 1 : -1, x = i / 2 / last + at[0];
-        if (texels) x += side * s->axis.tent / sqrt(6.0);
+        const double *at = cell->at[0] + i / points % last;
+        double side = i % 2 ? 1 : -1, x = i / points / last + at[0];
+        if (texels) x += s->axis.tent * envmapi_tent[points - 1][i % points][0];
         else x += (at[1] - at[0]) * (3 + side * sqrt(3.0)) / 6;
         envmapi_near_place(w->place + i, w->apart + i, w, ENVMAP_LATLONG, x / s->axis.level.width,
                            0);
