@@ -6324,15 +6324,15 @@ typedef struct envmapi_near_axes {
 /* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache.
    Where the source is a lat-long, all axes between the centres of its rows y and y + 1. */
 #define ENVMAPI_NEAR_TILE 32
-#define ENVMAPI_NEAR_WIDE 80 /* texels that a knot sees in a row, at most */
 typedef struct envmapi_near_tile {
     int face, x, y, first, count;
 } envmapi_near_tile;
 
-/* K of 4 x 4 axes of a tile, in windows alike about each: [16][height][width]; x, y: of a window
-   about texel 0. */
+/* K of 4 x 4 axes of a tile, or of 4 axes of a row of it, in windows alike about each: [16 or 4]
+   [height][width]; x, y: of a window about axis 0 of a row, of a tile about that of row 0. */
 typedef struct envmapi_near_knots {
-    int ready, x, y, width, height;
+    int ready, x, y, width, height, plane; /* plane: K is that of the face's plane */
+    int part, row, step[2];                /* texels from axis to axis of a row */
     float *K;
 } envmapi_near_knots;
 
@@ -6404,7 +6404,8 @@ typedef struct envmapi_window {
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
     float *K;       /* [height][width][axes] */
     double *light;  /* [all] of an axis */
-    envmapi_near_knots knots[2]; /* within R, and within R_bright */
+    envmapi_near_knots knots[2], lines[2][2]; /* within R, and within R_bright; of a row: on its
+                                                 own face, and on another */
     envmapi_near_cell cells[2], *cell; /* cell: the one whose K is being summed */
     int tied;                          /* points along u, while K of the cell is summed */
     envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
@@ -6718,73 +6719,101 @@ static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int ax
     }
 }
 
-/* Opens the window of one of a tile's knots; x, y: where a window alike about texel 0 begins. */
-static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_tile *tile, int knot, double radius, int *x,
-                             int *y) {
-    envmapi_near_axes one = {tile->face, tile->x, tile->y, 1};
-    one.x += s->knot[knot & 3], one.y += s->knot[knot >> 2];
-    envmapi_near_aim(w, s, &one);
-    if (!envmapi_near_open(w, s, tile->face, radius)) return 0;
-    *x = w->x - one.x * s->ratio, *y = w->y - one.y * s->ratio;
-    return 1;
+/* Steps of windows on a part from axis to axis of a row: whole texels on the axes' own face, and on
+   that beyond the edge along the row. 0 on others. */
+static int envmapi_near_steps(int step[2], const envmapi_near *s, int part,
+                              const envmapi_near_axes *axes) {
+    double d[3], uv[2][2], size = s->dst.size, v = 2 * axes->y < s->dst.size ? 0 : 1;
+    for (int i = 0; i < 2 && s->ratio; ++i) {
+        envmapi_direction(d, ENVMAP_CUBE, axes->face, (axes->x + i) / size, v);
+        envmapi_project(uv[i], ENVMAP_CUBE, part, d);
+    }
+    for (int i = 0; i < 2 && s->ratio; ++i) {
+        double apart = (uv[1][i] - uv[0][i]) * s->axis.level.edge;
+        step[i] = (int)floor(apart + 0.5);
+        if (fabs(apart - step[i]) > 1e-3) return 0;
+    }
+    return s->ratio;
 }
 
-/* K of the knots of a tile, in windows of one size; ready is -1 where there is no room. */
+/* Opens the window of a knot; x, y: where a window alike about axis 0 begins. 0 where it shows
+   nothing; -1 where the face ends along a row. */
+static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_tile *tile, const envmapi_near_knots *knots,
+                             int knot, double radius, int *x, int *y) {
+    envmapi_near_axes one = {tile->face, tile->x + s->knot[knot & 3], knots->row, 1};
+    const int *step = knots->step, edge = s->axis.level.edge;
+    if (knots->plane) one.y = tile->y + s->knot[knot >> 2];
+    envmapi_near_aim(w, s, &one);
+    if (!envmapi_near_open(w, s, knots->part, radius)) return 0;
+    *x = w->x - step[0] * one.x, *y = w->y - step[1] * one.x;
+    if (knots->plane) *y -= s->ratio * one.y;
+    int from = step[0] ? w->x : w->y, length = step[0] ? w->width : w->height;
+    return knots->plane || (from >= 0 && from + length <= edge) ? 1 : -1;
+}
+
+/* K of knots, in windows of one size; ready is -1 where there is no room. */
 static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_tile *tile, envmapi_near_knots *knots,
                              double radius) {
-    int x = 0, y = 0, right = INT_MIN, below = INT_MIN, open = 1;
-    w->knot = 1, knots->x = knots->y = INT_MAX;
-    for (int k = 0; k < 16 && open; ++k) {
-        open = envmapi_near_knot(w, s, tile, k, radius, &x, &y);
+    int x, y, right = 0, below = 0, open = 1, first = 1, count = knots->plane ? 16 : 4;
+    w->knot = knots->plane;
+    for (int k = 0; k < count && open >= 0; ++k) {
+        open = envmapi_near_knot(w, s, tile, knots, k, radius, &x, &y);
+        if (open < 1) continue;
+        if (first) knots->x = right = x, knots->y = below = y, first = 0;
         knots->x = x < knots->x ? x : knots->x, knots->y = y < knots->y ? y : knots->y;
         right = x + w->width > right ? x + w->width : right;
         below = y + w->height > below ? y + w->height : below;
     }
     knots->width = right - knots->x, knots->height = below - knots->y;
     size_t area = (size_t)(knots->width * knots->height);
-    knots->ready = open && knots->width <= ENVMAPI_NEAR_WIDE && area <= s->area ? 1 : -1;
-    for (int k = 0; k < 16 && knots->ready > 0; ++k) {
-        envmapi_near_knot(w, s, tile, k, radius, &x, &y);
+    knots->ready = open >= 0 && !first && area <= s->area ? 1 : -1;
+    for (int k = 0; k < count && knots->ready > 0; ++k) {
+        float *K = knots->K + (size_t)k * area;
+        memset(K, 0, area * sizeof *K);
+        if (!envmapi_near_knot(w, s, tile, knots, k, radius, &x, &y)) continue;
         w->x += knots->x - x, w->width = knots->width;
         w->y += knots->y - y, w->height = knots->height;
         envmapi_near_kernel(w, s, 1);
-        for (size_t i = 0; i < area; ++i)
-            knots->K[(size_t)k * area + i] = w->K[i * ENVMAPI_NEAR_AXES];
+        for (size_t i = 0; i < area; ++i) K[i] = w->K[i * ENVMAPI_NEAR_AXES];
     }
     w->knot = 0;
 }
 
-/* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
+/* K of a row's knots, between those of its tile. */
+static void envmapi_near_line_of(envmapi_near_knots *line, const envmapi_near_knots *knots,
+                                 const float weight[4], int ratio) {
+    int area = knots->width * knots->height;
+    line->x = knots->x, line->y = knots->y + ratio * line->row;
+    line->width = knots->width, line->height = knots->height, line->ready = knots->ready;
+    for (int i = 0; i < 4 * area && knots->ready > 0; ++i) {
+        const float *k = knots->K + i;
+        line->K[i] = weight[0] * k[0] + weight[1] * k[4 * area] + weight[2] * k[8 * area] +
+                     weight[3] * k[12 * area];
+    }
+}
+
+/* K of axes between a row's knots, by Lagrange's cubic polynomials: to the open window. */
 static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
                                  const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                                 const envmapi_near_knots *knots) {
-    const float *along = s->between[axes->y - tile->y];
-    size_t area = (size_t)(knots->width * knots->height);
-    int edge = s->axis.level.edge;
+                                 const envmapi_near_knots *line) {
+    int area = line->width * line->height, edge = s->axis.level.edge;
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-    for (int row = 0; row < knots->height; ++row) {
-        int y = knots->y + row + axes->y * s->ratio - w->y;
-        const float *K = knots->K + row * knots->width;
-        float lines[4][ENVMAPI_NEAR_WIDE];
-        if (y < 0 || y >= w->height || w->y + y < 0 || w->y + y >= edge) continue;
-        for (int i = 0; i < 4; ++i)
-            for (int x = 0; x < knots->width; ++x) {
-                const float *k = K + (size_t)i * area + x;
-                lines[i][x] = along[0] * k[0] + along[1] * k[4 * area] + along[2] * k[8 * area] +
-                              along[3] * k[12 * area];
-            }
-        for (int n = 0; n < axes->count; ++n) {
-            const float *f = s->between[axes->x + n - tile->x];
-            int shift = knots->x + (axes->x + n) * s->ratio - w->x;
-            int from = -shift - (w->x < 0 ? w->x : 0);
-            int to = (w->x + w->width < edge ? w->width : edge - w->x) - shift;
-            from = from > 0 ? from : 0, to = to < knots->width ? to : knots->width;
+    for (int n = 0; n < axes->count; ++n) {
+        const float *f = s->between[axes->x + n - tile->x], *k = line->K;
+        int shift = line->x + line->step[0] * (axes->x + n) - w->x, from = -shift;
+        int y = line->y + line->step[1] * (axes->x + n) - w->y, to = w->width - shift;
+        if (line->plane && w->x < 0) from -= w->x;
+        if (line->plane && w->x + w->width > edge) to = edge - w->x - shift;
+        from = from > 0 ? from : 0, to = to < line->width ? to : line->width;
+        for (int row = 0; row < line->height; ++row, ++y, k += line->width) {
+            if (y < 0 || y >= w->height) continue;
+            if (line->plane && (w->y + y < 0 || w->y + y >= edge)) continue;
             float *out = w->K + (y * w->width + shift) * ENVMAPI_NEAR_AXES + n;
             for (int x = from; x < to; ++x)
-                out[x * ENVMAPI_NEAR_AXES] = f[0] * lines[0][x] + f[1] * lines[1][x] +
-                                             f[2] * lines[2][x] + f[3] * lines[3][x];
+                out[x * ENVMAPI_NEAR_AXES] = f[0] * k[x] + f[1] * k[area + x] +
+                                             f[2] * k[2 * area + x] + f[3] * k[3 * area + x];
         }
     }
 }
@@ -6936,27 +6965,46 @@ static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int 
     }
 }
 
-/* K of some axes in the open window: by the knots on the axes' own face, but where the integral
-   ends at its edges. */
-static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
-                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                               envmapi_near_knots *knots) {
+/* The row's knots for the open window: between those of its tile on the axes' own face, but where
+   the integral ends at its edges. Opens the window again. */
+static envmapi_near_knots *envmapi_near_row_knots(envmapi_window *w, const envmapi_near *s,
+                                                  const envmapi_near_tile *tile,
+                                                  const envmapi_near_axes *axes, int outer) {
     const envmapi_level *level = &s->axis.level;
+    envmapi_near_knots *line = w->lines[outer] + (w->part != axes->face), *knots = w->knots + outer;
     int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
                  w->y + w->height <= level->edge;
+    int plane = w->part == axes->face && (inside || !(s->axis.bilinear > 0));
+    double R = w->R;
+    if (line->ready && line->row == axes->y && line->part == w->part && line->plane == plane)
+        return line;
+    line->part = w->part, line->row = axes->y, line->plane = plane, line->ready = -1;
+    if (!envmapi_near_steps(line->step, s, w->part, axes)) return line;
+    if (plane && !knots->ready) {
+        float *K = knots->K;
+        *knots = *line, knots->K = K;
+        envmapi_near_tie(w, s, tile, knots, R);
+    }
+    if (plane) envmapi_near_line_of(line, knots, s->between[axes->y - tile->y], s->ratio);
+    else envmapi_near_tie(w, s, tile, line, R);
+    envmapi_near_aim(w, s, axes);
+    envmapi_near_open(w, s, line->part, R);
+    return line;
+}
+
+/* K of some axes in the open window. */
+static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
+                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                               int outer) {
     if (w->cells[0].ready && (s->part_count < 2 || w->cells[1].ready)) {
         memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
         for (int i = 0; i < s->part_count * axes->count; ++i)
             envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
         return;
     }
-    int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
-    if (alike && !knots->ready) {
-        envmapi_near_tie(w, s, tile, knots, w->R);
-        envmapi_near_aim(w, s, axes);
-        envmapi_near_open(w, s, axes->face, w->R);
-    }
-    if (alike && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
+    const envmapi_near_knots *line =
+        s->ratio ? envmapi_near_row_knots(w, s, tile, axes, outer) : NULL;
+    if (line && line->ready > 0) envmapi_near_between(w, s, tile, axes, line);
     else envmapi_near_kernel(w, s, axes->count);
 }
 
@@ -7183,7 +7231,7 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             if (outer && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
             unsigned groups = outer ? bright : all & ~bright;
             if (!groups) continue;
-            envmapi_near_weigh(w, s, tile, axes, w->knots + outer);
+            envmapi_near_weigh(w, s, tile, axes, outer);
             envmapi_near_apply(w, s, groups);
         }
     }
@@ -7201,6 +7249,8 @@ static void envmapi_task_near(void *context, int task) {
     memset(w->rows[0], 0, 2 * room * sizeof(float));
     w->knots[0].K = w->K + s->area * ENVMAPI_NEAR_AXES;
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
+    for (size_t i = 0; i < 4; ++i)
+        w->lines[i / 2][i % 2].K = w->knots[1].K + s->area * (16 + 4 * i);
     w->cells[0].ready = w->tied = 0;
     float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
     for (int i = 0; i < s->part_count; ++i) {
@@ -7212,6 +7262,7 @@ static void envmapi_task_near(void *context, int task) {
     for (int i = s->first + task; i < last; i += s->tasks) {
         const envmapi_near_tile *tile = s->tiles + i;
         w->knots[0].ready = w->knots[1].ready = 0;
+        for (int line = 0; line < 4; ++line) w->lines[line / 2][line % 2].ready = 0;
         for (int part = 0; part < s->part_count; ++part) {
             w->cell = w->cells + part;
             envmapi_near_cell_tie(w, s->parts + part, tile);
@@ -7530,7 +7581,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
     s->bytes += s->all * sizeof(double);
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) + 2 * s->room;
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 48 : 0)) + 2 * s->room;
     for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
     s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
