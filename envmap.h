@@ -6757,7 +6757,7 @@ static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_tile *tile, envmapi_near_knots *knots,
                              double radius) {
     int x, y, right = 0, below = 0, open = 1, first = 1, count = knots->plane ? 16 : 4;
-    w->knot = knots->plane;
+    w->knot = knots->plane, knots->x = knots->y = 0;
     for (int k = 0; k < count && open >= 0; ++k) {
         open = envmapi_near_knot(w, s, tile, knots, k, radius, &x, &y);
         if (open < 1) continue;
@@ -6768,7 +6768,7 @@ static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
     }
     knots->width = right - knots->x, knots->height = below - knots->y;
     size_t area = (size_t)(knots->width * knots->height);
-    knots->ready = open >= 0 && !first && area <= s->area ? 1 : -1;
+    knots->ready = open >= 0 && area <= s->area ? 1 : -1;
     for (int k = 0; k < count && knots->ready > 0; ++k) {
         float *K = knots->K + (size_t)k * area;
         memset(K, 0, area * sizeof *K);
