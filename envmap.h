@@ -7168,22 +7168,21 @@ static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t 
    mirror is its own image. */
 static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int n,
                              const envmapi_near_axes *axes, int rim) {
-    float *out[48], before[48][3], lanes[16 * ENVMAPI_NEAR_BLOCKS];
+    float *image = envmapi_image(&s->dst, 0, s->slice, 0), *out[48], before[48][3];
+    float lanes[16 * ENVMAPI_NEAR_BLOCKS];
     const envmapi_tail *tail = rim && s->axis.bilinear < 1 ? NULL : s->tail; /* the sum has it */
     int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
     for (int t = 0; t < s->turn_count; ++t) {
         size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x, axes->y);
-        out[t] = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
+        out[t] = image + 3 * at;
         if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
     for (int g = 0; g < envmapi_near_groups(s); ++g)
         memcpy(lanes + 16 * g, w->sums[g] + n, 16 * sizeof *lanes);
     for (int t = 0; t < s->turn_count; ++t) {
         double sum[4];
-        if (rim)
-            envmapi_near_reference(sum, s,
-                                   (size_t)(out[t] - envmapi_image(&s->dst, 0, s->slice, 0)) / 3);
+        if (rim) envmapi_near_reference(sum, s, (size_t)(out[t] - image) / 3);
         for (int i = 3 * t, c = 0; c < 3; ++c, ++i) {
             double more = tail ? (double)before[t][c] : 0;
             double whole = rim ? sum[3] : w->norms[i / 16][n];
