@@ -5311,10 +5311,11 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
    tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
-                   within 12 texels or 8 sigma, by Gauss-Legendre on patches that end where it has
-                   kinks; in polar coordinates about a for sphere and angular maps and
-                   Banks' lobes. What a lobe has beyond (the tail of GGX) is smooth at a texel's
-                   scale and stays a sum over texels.
+                   within 12 texels, 8 sigma, or twice the angle of a function's or a table's last
+                   flank, by Gauss-Legendre on patches that end where it has kinks; in polar
+                   coordinates about a for sphere and angular maps and Banks' lobes. What a lobe
+                   has beyond (the tail of GGX) is smooth at a texel's scale and stays a sum over
+                   texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
    tuned; they are the definition.
@@ -5722,6 +5723,20 @@ typedef struct envmapi_axes {
 } envmapi_axes;
 
 /* Makes ready for a slice of src and of `slices` of a result. */
+/* The last flank of a function or a table: the angle beyond which k falls no faster than theta^-11,
+   or is next to nothing. */
+static double envmapi_axis_flank(const envmap_lobe *lobe, double p, double sigma) {
+    double step = fmax(sigma / 2, ENVMAPI_PI / 4096), all = 0, last = 0, before = 0;
+    for (double theta = step; theta < ENVMAPI_PI && lobe->kind >= ENVMAP_LOBE_FUNCTION;
+         theta += step) {
+        double k = fabs(envmapi_k(lobe, cos(theta), p)), ring = before * theta * step;
+        all += ring;
+        if (k < before * exp(-11 * step / theta) && ring > 1e-4 * all) last = theta;
+        before = k;
+    }
+    return last;
+}
+
 static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
     axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1;
@@ -5730,7 +5745,8 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->texel = envmapi_texel_extent(src);
     axis->tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
-    axis->reach = fmax(12 * axis->texel, 8 * axis->sigma);
+    axis->reach = fmax(fmax(12 * axis->texel, 8 * axis->sigma),
+                       2 * envmapi_axis_flank(axis->lobe, axis->p, axis->sigma));
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
     axis->sight = axis->to;
     axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
