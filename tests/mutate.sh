@@ -70,12 +70,14 @@ faults() {
     }
     /^\/\* -+ >>/ { room = $0; sub(/.*>>/, "", room); sub(/[^a-z].*/, "", room) }
     /you can stop reading here/ { bodies = 1 }
-    !bodies || /^ *(\/\*|\*|#|[A-Z]\. )|^   [A-Z]|^ +[a-z].*\*\/$|\\$|static const/ { next }
-    room !~ want { next }
-    !/[;{]/ { next }
+    comment { comment = !/\*\//; next }
     {
         code = $0
-        sub(/\/\*.*/, "", code)
+        gsub(/\/\*.*\*\//, "", code)
+        comment = sub(/\/\*.*/, "", code)
+    }
+    !bodies || room !~ want || code ~ /^ *#|\\$|static const/ || code !~ /[;{]/ { next }
+    {
         each(" \\+ ", " - "); each(" - ", " + "); each(" \\* ", " / "); each(" < ", " <= ")
         each(" <= ", " < "); each(" > ", " >= "); each(" >= ", " > "); each(" && ", " || ")
         each(" \\|\\| ", " && "); each("[0-9]*\\.[0-9]+", "2x"); each("[0-9]e-[0-9]+", "2x")
