@@ -9,6 +9,7 @@
 #include <locale.h>
 #if !defined(_WIN32) && !defined(__wasm__) /* what only POSIX can do to a file */
 #define TEST_POSIX
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -616,6 +617,18 @@ static void a_full_disk_is_a_file_error(void) {
     envmap_free(&small), envmap_free(&large);
 }
 
+/* Nor can a pipe be read: it has no length. */
+static void a_pipe_is_a_file_error(void) {
+    envmap map = {0};
+    remove(own_path);
+    if (mkfifo(own_path, 0666)) return (void)(CHECK(1), printf("    not tried: no pipes here\n"));
+    int other_end = open(own_path, O_RDWR); /* or opening it would wait for somebody to write */
+    CHECK(other_end >= 0 && envmap_pfm_load(&map, own_path, ENVMAP_CUBE) == ENVMAP_ERROR_FILE);
+    CHECK(map.texels == NULL && oracle_live == 0);
+    close(other_end);
+    remove(own_path);
+}
+
 /* The system stops a file at 4096 bytes: what is there of it must go. */
 static void a_file_that_is_not_whole_is_removed(void) {
     envmap large = {0};
@@ -711,6 +724,7 @@ int main(int argc, char **argv) {
 #ifdef TEST_POSIX
     RUN(a_directory_is_not_written_over);
     RUN(a_full_disk_is_a_file_error);
+    RUN(a_pipe_is_a_file_error);
     RUN(a_file_that_is_not_whole_is_removed);
 #endif
     RUN(without_memory_files_leak_nothing);

@@ -109,6 +109,28 @@ static void linear_interpolation_loses_what_is_said(void) {
     FIGURE("bilinear error of a plane wave, off by a share of", most, 0.1);
 }
 
+/* What lookups lose is the mean over the sphere: of sixteen texels in a quarter of a map, each has its
+   solid angle, a paraboloid's (1 + z)^2, and those outside a disc have none. */
+static void lookups_are_weighed_by_solid_angle_inside_the_circle(void) {
+    envmapi_power power;
+    envmapi_lookups t;
+    memset(&power, 0, sizeof power);
+    for (int m = 0; m < MAPPINGS; ++m) {
+        double sum = 0, d[3], last[3];
+        envmapi_lookups_create(&t, &power, m, 0);
+        for (int i = 0; i < 16; ++i) {
+            double u = (i % 4 + 0.5) / 8, v = ((i / 4) + 0.5) / 8;
+            int outside = oracle_is_disc(m) && hypot(2 * u - 1, 2 * v - 1) > 1;
+            CHECK((t.w[i] > 0) == !outside);
+            sum += t.w[i];
+            oracle_direction(d, m, 0, u, v), oracle_direction(last, m, 0, 0.4375, 0.4375);
+            if (m == ENVMAP_PARABOLOID && !outside)
+                CHECK_CLOSE(t.w[i] / t.w[15], pow((1 + d[2]) / (1 + last[2]), 2), 1e-6);
+        }
+        CHECK_CLOSE(sum, 1, 1e-12);
+    }
+}
+
 /* ------------------------------------------------------------------------------- needs ---- */
 
 static void a_planned_size_is_enough_and_half_of_it_is_not(void) {
@@ -471,6 +493,7 @@ static void nothing_leaks(void) { CHECK(oracle_live == 0 && oracle_wrong_context
 int main(void) {
     RUN(one_light_is_equally_bright_in_every_band);
     RUN(linear_interpolation_loses_what_is_said);
+    RUN(lookups_are_weighed_by_solid_angle_inside_the_circle);
     RUN(a_planned_size_is_enough_and_half_of_it_is_not);
     RUN(planned_slices_are_enough_and_half_of_them_are_not);
     RUN(planned_bands_are_enough_and_one_less_is_not);
