@@ -307,7 +307,8 @@ static void fresnel_has_its_textbook_values(void) {
     CHECK_CLOSE(envmap_fresnel(-1, 1.5, 0), 1, 2e-16);
     CHECK(envmap_fresnel((double)NAN, 1.5, 0) == 0 && envmap_fresnel(1, 0, 0) == 0 &&
           envmap_fresnel(1, (double)NAN, 0) == 0 && envmap_fresnel(1, 1, -1) == 0 &&
-          envmap_fresnel(1, HUGE_VAL, 0) == 0);
+          envmap_fresnel(1, HUGE_VAL, 0) == 0 && envmap_fresnel(1, 1e9, 0) == 0 &&
+          envmap_fresnel(1, 2, 1e9) == 0 && envmap_fresnel(1, 2, 9e8) > 0.99);
     CHECK_CLOSE(envmap_fresnel_schlick(1, 0.04), 0.04, 1e-17);
     CHECK_CLOSE(envmap_fresnel_schlick(0, 0.04), 1, 2e-16);
     CHECK(envmap_fresnel_schlick(0.5, 2) == 0);
