@@ -325,6 +325,15 @@ static void expected_errors_are_made_and_below_the_tolerance(void) {
 }
 
 /* The plan's method gives AUTO's bits, for few texels, for sharp lobes and for others. */
+/* A lobe without a kink needs none, and no band limit holds one that is sharper than the texels. */
+static void lights_are_for_lobes_with_a_kink_that_have_bands(void) {
+    envmap src = scene_map(SCENE_SUN, ENVMAP_CUBE, 32), shape = shape_of(ENVMAP_CUBE, 8, 1);
+    CHECK(plan_of(&shape, &src, envmap_lobe_ggx(1), 1e-3).lights > 0);
+    CHECK(plan_of(&shape, &src, envmap_lobe_gaussian(20), 1e-3).lights == 0);
+    CHECK(plan_of(&shape, &src, envmap_lobe_ggx(0.02f), 1e-3).lights == 0);
+    envmap_free(&src);
+}
+
 static void the_method_is_what_auto_takes(void) {
     static const struct {
         int source, edge;
@@ -501,6 +510,7 @@ int main(void) {
     RUN(a_uniform_scene_needs_one_texel);
     RUN(a_scene_turned_by_a_quarter_needs_the_same);
     RUN(expected_errors_are_made_and_below_the_tolerance);
+    RUN(lights_are_for_lobes_with_a_kink_that_have_bands);
     RUN(the_method_is_what_auto_takes);
     RUN(what_is_sharper_than_the_source_needs_its_size);
     RUN(bad_input_is_refused);
