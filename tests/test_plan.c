@@ -325,6 +325,21 @@ static void expected_errors_are_made_and_below_the_tolerance(void) {
 }
 
 /* The plan's method gives AUTO's bits, for few texels, for sharp lobes and for others. */
+static double about_the_axis(double x, double p, void *user) {
+    (void)user;
+    return exp(-(30 + 15 * p) * (1 - x));
+}
+
+static double opposite_to_it(double x, double p, void *user) { return about_the_axis(-x, p, user); }
+
+static void slices_are_as_many_for_a_lobe_opposite_to_its_axis(void) {
+    envmap_lobe about = envmap_lobe_function(about_the_axis, NULL);
+    envmap_lobe opposite = envmap_lobe_function(opposite_to_it, NULL);
+    about.p0 = opposite.p0 = -1, about.p1 = opposite.p1 = 1;
+    int n = envmap_lobe_slices(&about, 1e-2);
+    CHECK(n > 2 && abs(envmap_lobe_slices(&opposite, 1e-2) - n) <= 1);
+}
+
 /* A lobe without a kink needs none, and no band limit holds one that is sharper than the texels. */
 static void lights_are_for_lobes_with_a_kink_that_have_bands(void) {
     envmap src = scene_map(SCENE_SUN, ENVMAP_CUBE, 32), shape = shape_of(ENVMAP_CUBE, 8, 1);
@@ -510,6 +525,7 @@ int main(void) {
     RUN(a_uniform_scene_needs_one_texel);
     RUN(a_scene_turned_by_a_quarter_needs_the_same);
     RUN(expected_errors_are_made_and_below_the_tolerance);
+    RUN(slices_are_as_many_for_a_lobe_opposite_to_its_axis);
     RUN(lights_are_for_lobes_with_a_kink_that_have_bands);
     RUN(the_method_is_what_auto_takes);
     RUN(what_is_sharper_than_the_source_needs_its_size);
