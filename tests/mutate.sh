@@ -5,15 +5,15 @@
 # less, a term dropped, a condition turned), runs the tests of the room that it fell into, and does so
 # COUNT times. A fault that no test notices survives, and is listed. Faults that do not compile do
 # not count, nor do comments.
-# A fault's number is made of its text and of SEED, so that it stays when other lines change, and the
-# COUNT lowest are tried. DIR/SEED.log has a line for each that was tried; faults that it names are
-# passed over, so a run that was stopped goes on. (Delete lines there to try them again.) ROOM is a
-# regular expression; with a FAULT's number this one is tried, and what its test prints is shown.
-# What survives runs once more, each test for 20 seconds, under the address sanitizer, as make sanitize
-# would; SANITIZED= leaves that out. The bodies are compiled once a fault, as the tests' shared object;
-# only tests of private functions are compiled again. A test that takes three times as long as without
-# a fault has noticed it. CC, CFLAGS (-O1), SKIP (tests that are not asked: "near fast" take a minute
-# each time that they notice nothing).
+# A fault's number is made of its text and of SEED, so it stays when other lines change; the COUNT
+# lowest are tried. DIR/SEED.log has a line for each that was tried; faults that it names are passed
+# over, so a run that was stopped goes on. (Delete lines there to try these again.) ROOM is a regular
+# expression. With a FAULT's number this one is tried, and what its test prints is shown.
+# What survives runs once more, each test for 20 seconds, under the address sanitizer, as make
+# sanitize would; SANITIZED= leaves that out. The bodies are compiled once a fault, as the tests'
+# shared object; only tests of private functions are compiled again. A test that takes three times as
+# long as without a fault has noticed it. CC, CFLAGS (-O1), SKIP (tests that are not asked: near and
+# fast take a minute each time that they notice nothing).
 cd "$(dirname "$0")/.." || exit 1
 dir=$1 count=$2 seed=${3:-1} room=${4:-.*} fault=
 case $room in [0-9]*) fault=$room room='.*' ;; esac
@@ -21,7 +21,7 @@ mkdir -p "$dir/src" || exit 1
 plain="${CC:-cc} -std=c99 ${CFLAGS:--O1} -w" sanitized=${SANITIZED-yes} log=$dir/$seed.log
 tab=$(printf '\t')
 echo 'int main(void) { return 0; }' >"$dir/probe.c"
-[ -z "$sanitized" ] || sanitized="$plain -fsanitize=address,bounds"
+[ -z "$sanitized" ] || sanitized="$plain -fsanitize=address,bounds -fno-sanitize-recover=all"
 $sanitized "$dir/probe.c" -o "$dir/probe" 2>/dev/null || sanitized=
 
 # Tests of a room: the quickest first, those that are compiled again behind them.
@@ -35,12 +35,12 @@ tests_of() {
     mips) echo "mips search stability_maps" ;;
     lobes) echo "lobes calls search materials filters" ;;
     rings | transform | harmonics) echo "search prepared harmonics sh fast" ;;
-    lights | scene | fast) echo "search calls scenes prepared fast" ;;
+    lights | scene | fast) echo "search prepared calls scenes fast" ;;
     reference) echo "search filters" ;;
     hierarchical) echo "search hierarchical" ;;
     windows | kernels | near) echo "search calls prepared near" ;;
     filters) echo "search calls prepared filters" ;;
-    plan) echo "plan search" ;;
+    plan) echo "plan search materials" ;;
     *) echo "$1 search" ;;
     esac
 }
@@ -82,12 +82,14 @@ faults() {
         each(" <= ", " < "); each(" > ", " >= "); each(" >= ", " > "); each(" && ", " || ")
         each(" \\|\\| ", " && "); each("[0-9]*\\.[0-9]+", "2x"); each("[0-9]e-[0-9]+", "2x")
         each(" \\+ 1", ""); each(" - 1", ""); each(" == ", " != ")
-    }' envmap.h | sort -n -u -k1,1 | if [ -n "$fault" ]; then grep "^$fault$tab"; else head -n "$count"; fi
+    }' envmap.h | sort -n -u -k1,1 | if [ -n "$fault" ]; then grep "^$fault$tab"
+    else head -n "$count"; fi
 }
 
 # What the fault-free test depends on, as a number: what was made for it once serves again.
 key() { # TEST
-    { echo "$cc"; cat envmap.h tests/*.h tests/fuzz_calls.c "tests/test_$1.c"; } | cksum | cut -d ' ' -f 1
+    { echo "$cc"; cat envmap.h tests/*.h tests/fuzz_calls.c "tests/test_$1.c"; } | cksum |
+        cut -d ' ' -f 1
 }
 
 run() { # SECONDS of its processor, so that a busy machine changes nothing
@@ -102,8 +104,8 @@ run() { # SECONDS of its processor, so that a busy machine changes nothing
     return $status
 }
 
-# A test that fails without a fault tells nothing: it is left out, and named. $of_test: what its files
-# are called; seconds: what it takes, and longer where others work here.
+# A test that fails without a fault tells nothing: it is left out, and named. $of_test: what its
+# files are called; $seconds: three times what it took, and three.
 sound() { # TEST
     of_test=$dir/$1-$kind-$(key "$1")
     if [ ! -e "$of_test" ]; then

@@ -712,7 +712,7 @@ static void solid_angles_of_whole_rows_are_those_of_their_texels(void) {
                 for (int x = 0; x < width; ++x) {
                     double exact = envmap_solid_angle(&map, 0, 0, x, y);
                     double own = (double)omega[4 * width * y + 3 * x];
-                    if (own > 0 || !oracle_is_disc(mapping)) /* texels that a rim cuts are not there */
+                    if (own > 0 || !oracle_is_disc(mapping)) /* 0: a rim cuts it */
                         worst = fmax(worst, fabs(own / exact - 1));
                 }
             }

@@ -621,12 +621,11 @@ static void a_full_disk_is_a_file_error(void) {
 static void a_pipe_is_a_file_error(void) {
     envmap map = {0};
     remove(own_path);
-    if (mkfifo(own_path, 0666)) return (void)(CHECK(1), printf("    not tried: no pipes here\n"));
-    int other_end = open(own_path, O_RDWR); /* or opening it would wait for somebody to write */
-    CHECK(other_end >= 0 && envmap_pfm_load(&map, own_path, ENVMAP_CUBE) == ENVMAP_ERROR_FILE);
+    int made = mkfifo(own_path, 0666) == 0;
+    int other_end = made ? open(own_path, O_RDWR) : -1; /* or to open it would wait for a writer */
+    CHECK(!made || envmap_pfm_load(&map, own_path, ENVMAP_CUBE) == ENVMAP_ERROR_FILE);
     CHECK(map.texels == NULL && oracle_live == 0);
-    close(other_end);
-    remove(own_path);
+    if (made) close(other_end), remove(own_path);
 }
 
 /* The system stops a file at 4096 bytes: what is there of it must go. */

@@ -109,8 +109,8 @@ static void linear_interpolation_loses_what_is_said(void) {
     FIGURE("bilinear error of a plane wave, off by a share of", most, 0.1);
 }
 
-/* What lookups lose is the mean over the sphere: of sixteen texels in a quarter of a map, each has its
-   solid angle, a paraboloid's (1 + z)^2, and those outside a disc have none. */
+/* What lookups lose is the mean over the sphere: of sixteen texels in a quarter of a map, each has
+   its solid angle, a paraboloid's (1 + z)^2, and those outside a disc have none. */
 static void lookups_are_weighed_by_solid_angle_inside_the_circle(void) {
     envmapi_power power;
     envmapi_lookups t;
