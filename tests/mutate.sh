@@ -38,7 +38,7 @@ tests_of() {
     lights | scene | fast) echo "search prepared calls scenes fast" ;;
     reference) echo "search filters" ;;
     hierarchical) echo "search hierarchical" ;;
-    windows | kernels | near) echo "search calls prepared near" ;;
+    windows | kernels | knots | near) echo "search calls prepared near" ;;
     filters) echo "search calls prepared filters" ;;
     plan) echo "plan search materials" ;;
     *) echo "$1 search" ;;
