@@ -48,7 +48,7 @@ void *oracle_malloc(void *context, size_t bytes) {
     void **block = (void **)malloc(bytes + 16);
     if (!block) return NULL;
     block[0] = context;
-    memset((char *)block + 16, 0xA5, bytes);
+    memset((char *)block + 16, 0xFF, bytes); /* NaN, as float and as double */
     oracle_counts(&oracle_live, 1);
     return (char *)block + 16;
 }
