@@ -3242,7 +3242,7 @@ typedef struct envmapi_rings {
     /* the points, and what is there: RGB and solid angle */
     envmapi_point *points;
     float *values; /* [count][4] */
-    size_t count, room;
+    size_t count, room;       /* room: doubles from G on, for the values too */
     double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
@@ -3296,28 +3296,27 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
 /* What a task of these needs: the FFT's block, or the rings of one m with their tables. */
 static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
 
-/* Rings for `room` points; G and values are those of `done`, whose work is done, where there is one
-   and they are large enough. */
+/* Rings for `room` points; G and values are in the block of `done`, whose work is done, where there
+   is one and it is large enough. All else is in one block: glibc's malloc gives the heap's end back
+   after each call in which no block is half of all, and the next call has it mapped anew. */
 static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t room,
                                           int tasks, const envmapi_rings *done,
                                           envmapi_pool *pool) {
     size_t n = 2 * (size_t)M, H = (size_t)M / 2, L = (size_t)bands;
     memset(rings, 0, sizeof *rings);
     rings->M = M, rings->bands = bands, rings->tasks = tasks, rings->row = 4 * ((size_t)M + 6);
-    rings->room = room;
-    if (done && done->M >= M) rings->G = done->G;
-    else rings->G = (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
-    if (done && done->room >= room) rings->values = done->values;
-    else rings->values = (float *)envmapi_pool_get(pool, 4 * room, sizeof(float));
-    rings->points = (envmapi_point *)envmapi_pool_get(pool, room, sizeof(envmapi_point));
-    rings->reversed = (int *)envmapi_pool_get(pool, n, sizeof(int));
     size_t tables = 2 * n + 2 * L + 14 * H + 24, work = envmapi_rings_work(M) * (size_t)tasks;
-    rings->twiddles = (double *)envmapi_pool_get(pool, tables + work, sizeof(double));
-    if (!rings->G || !rings->values || !rings->points || !rings->reversed || !rings->twiddles)
-        return ENVMAP_ERROR_MEMORY;
-    rings->response = rings->twiddles + 2 * n, rings->norms = rings->response + L;
-    rings->x = rings->norms + L, rings->log_sin = rings->x + H;
-    rings->factors = (double(*)[3])(rings->log_sin + H), rings->work = rings->twiddles + tables;
+    size_t grid = n * rings->row, own = rings->room = grid + 2 * room;
+    if (done && done->room >= own) own = 0;
+    double *block = (double *)envmapi_pool_get(
+        pool, own + tables + work + (n + 1) / 2 + (3 * room + 1) / 2, sizeof(double));
+    if (!block) return ENVMAP_ERROR_MEMORY;
+    rings->G = own ? block : done->G, rings->values = (float *)(rings->G + grid);
+    rings->twiddles = block + own, rings->response = rings->twiddles + 2 * n;
+    rings->norms = rings->response + L, rings->x = rings->norms + L;
+    rings->log_sin = rings->x + H, rings->factors = (double(*)[3])(rings->log_sin + H);
+    rings->work = rings->twiddles + tables, rings->reversed = (int *)(rings->work + work);
+    rings->points = (envmapi_point *)(rings->reversed + (n + 1) / 2 * 2);
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
 }
