@@ -3150,13 +3150,13 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
 
 /* Quintic B-spline at the six samples around a point, f in [0,1] past the third. */
 ENVMAPI_INLINE void envmapi_spline(float w[6], float f) {
-    float g = 1 - f, f2 = f * f, g2 = g * g, f3 = f2 * f, g3 = g2 * g;
-    w[0] = g3 * g2 / 120;
-    w[1] = (1 + g * 5 + 10 * g2 + 10 * g3 + g2 * g2 * (5 - 5 * g)) / 120;
-    w[2] = (66 - 60 * f2 + f2 * f2 * (30 - 10 * f)) / 120;
-    w[3] = (66 - 60 * g2 + g2 * g2 * (30 - 10 * g)) / 120;
-    w[4] = (1 + f * 5 + 10 * f2 + 10 * f3 + f2 * f2 * (5 - 5 * f)) / 120;
-    w[5] = f3 * f2 / 120;
+    float g = 1 - f, f2 = f * f, g2 = g * g, f3 = f2 * f, g3 = g2 * g, one = 1.0f / 120;
+    w[0] = g3 * g2 * one;
+    w[1] = (1 + g * 5 + 10 * g2 + 10 * g3 + g2 * g2 * (5 - 5 * g)) * one;
+    w[2] = (66 - 60 * f2 + f2 * f2 * (30 - 10 * f)) * one;
+    w[3] = (66 - 60 * g2 + g2 * g2 * (30 - 10 * g)) * one;
+    w[4] = (1 + f * 5 + 10 * f2 + 10 * f3 + f2 * f2 * (5 - 5 * f)) * one;
+    w[5] = f3 * f2 * one;
 }
 
 /* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^6 over
