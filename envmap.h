@@ -3141,22 +3141,32 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
    and back by the same steps in reverse order. Spline and FFT are never inverted approximately, so
    all that is lost is what a spline loses of a wave of f cycles a sample, about 2.4 f^6
    (_spline_error), and the bands left out. Four channels: RGB and solid angle.
-   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre; F_m
-   takes the place of the rings it was made from, so that there is one grid of rings, no more.
+   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre.
+   Samples are floats, whose rounding stays where it is; F_m are doubles, as theirs goes around.
    Used by >>transform.  Source [Swarztrauber79] for e and o; splines [Unser91].
    Tests: tests/test_harmonics.c. */
 
 /* ---- splines */
 
-/* Quintic B-spline at the six samples around a point, f in [0,1] past the third. */
-ENVMAPI_INLINE void envmapi_spline(float w[6], float f) {
-    float g = 1 - f, f2 = f * f, g2 = g * g, f3 = f2 * f, g3 = g2 * g, one = 1.0f / 120;
-    w[0] = g3 * g2 * one;
-    w[1] = (1 + g * 5 + 10 * g2 + 10 * g3 + g2 * g2 * (5 - 5 * g)) * one;
-    w[2] = (66 - 60 * f2 + f2 * f2 * (30 - 10 * f)) * one;
-    w[3] = (66 - 60 * g2 + g2 * g2 * (30 - 10 * g)) * one;
-    w[4] = (1 + f * 5 + 10 * f2 + 10 * f3 + f2 * f2 * (5 - 5 * f)) * one;
-    w[5] = f3 * f2 * one;
+/* Quintic B-splines at the six samples around two points, f and g in [0,1] past the third:
+   w[0..5] and w[8..13], by Horner's rule in 120 w. */
+ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
+    static const float powers[6][16] = {
+        {-1, 5, -10, 10, -5, 1, 0, 0, -1, 5, -10, 10, -5, 1},
+        {5, -20, 30, -20, 5, 0, 0, 0, 5, -20, 30, -20, 5},
+        {-10, 20, 0, -20, 10, 0, 0, 0, -10, 20, 0, -20, 10},
+        {10, 20, -60, 20, 10, 0, 0, 0, 10, 20, -60, 20, 10},
+        {-5, -50, 0, 50, 5, 0, 0, 0, -5, -50, 0, 50, 5},
+        {1, 26, 66, 26, 1, 0, 0, 0, 1, 26, 66, 26, 1},
+    };
+    const float at[16] = {f, f, f, f, f, f, f, f, g, g, g, g, g, g, g, g};
+    envmapi_float16 sum = *envmapi_float16_at(powers[0]), next, x = *envmapi_float16_at(at);
+    for (int i = 1; i < 6; ++i) {
+        next = *envmapi_float16_at(powers[i]);
+        envmapi_float16_mad(&next, &sum, &x), sum = next;
+    }
+    memset(&next, 0, sizeof next), envmapi_float16_add(&next, 1.0f / 120, &sum);
+    memcpy(w, &next, sizeof next);
 }
 
 /* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^6 over
@@ -3231,9 +3241,9 @@ typedef struct envmapi_point {
 
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
-    size_t row;       /* doubles a row of G: rings -3 .. M+2, 4 channels */
-    double *G;        /* [2M][row]; or F_m, m < bands: e in row 2m, o in row 2m+1, the real part of
-                         ring pair j at ring j, the imaginary one at ring M-1-j */
+    size_t row, pairs; /* floats a row of G: rings -3 .. M+2, 4 channels; M/2, in blocks of 8 */
+    float *G;         /* [-3 .. 2M+2][row] */
+    double *F;        /* F_m, [bands][pairs][16]: e re, e im, o re, o im; where the values are */
     double *twiddles; /* cos, sin of 2 pi i/2M */
     double *response; /* 1 / the spline's response at m */
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
@@ -3242,7 +3252,7 @@ typedef struct envmapi_rings {
     /* the points, and what is there: RGB and solid angle */
     envmapi_point *points;
     float *values; /* [count][4] */
-    size_t count, room;       /* room: doubles from G on, for the values too */
+    size_t count, room; /* room: doubles from G on, F and values are there too */
     double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
@@ -3293,11 +3303,11 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
         envmapi_spline_factor(rings->factors + i * (H + 2), H, i & 2 ? -1 : 1, i & 1 ? -1 : 1);
 }
 
-/* What a task of these needs: the FFT's block, or the rings of one m with their tables. */
-static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
+/* What a task of these needs: the FFT's block, or the tables of one m. */
+static size_t envmapi_rings_work(int M) { return 32 * (size_t)M + 64; }
 
-/* Rings for `room` points; G and values are in the block of `done`, whose work is done, where there
-   is one and it is large enough. All else is in one block: glibc's malloc gives the heap's end back
+/* Rings for `room` points; G, F and values are in the block of `done`, whose work is done, where
+   there is one and it is large enough. All else is in one block: glibc's malloc gives the heap's end back
    after each call in which no block is half of all, and the next call has it mapped anew. */
 static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t room,
                                           int tasks, const envmapi_rings *done,
@@ -3306,12 +3316,15 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     memset(rings, 0, sizeof *rings);
     rings->M = M, rings->bands = bands, rings->tasks = tasks, rings->row = 4 * ((size_t)M + 6);
     size_t tables = 2 * n + 2 * L + 14 * H + 24, work = envmapi_rings_work(M) * (size_t)tasks;
-    size_t grid = n * rings->row, own = rings->room = grid + 2 * room;
+    rings->pairs = (H + 7) / 8 * 8;
+    size_t grid = (n + 6) * rings->row / 2, F = 16 * L * rings->pairs;
+    size_t own = rings->room = grid + (F > 2 * room ? F : 2 * room);
     if (done && done->room >= own) own = 0;
     double *block = (double *)envmapi_pool_get(
         pool, own + tables + work + (n + 1) / 2 + (3 * room + 1) / 2, sizeof(double));
     if (!block) return ENVMAP_ERROR_MEMORY;
-    rings->G = own ? block : done->G, rings->values = (float *)(rings->G + grid);
+    rings->G = own ? (float *)block : done->G, rings->F = (double *)(void *)rings->G + grid;
+    rings->values = (float *)rings->F;
     rings->twiddles = block + own, rings->response = rings->twiddles + 2 * n;
     rings->norms = rings->response + L, rings->x = rings->norms + L;
     rings->log_sin = rings->x + H, rings->factors = (double(*)[3])(rings->log_sin + H);
@@ -3321,9 +3334,9 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     return ENVMAP_OK;
 }
 
-/* Channels of ring j, -3 .. M+2, at point k. */
-ENVMAPI_INLINE double *envmapi_ring(const envmapi_rings *rings, int k, int j) {
-    return rings->G + (size_t)k * rings->row + 4 * (size_t)(j + 3);
+/* Channels of ring j, -3 .. M+2, at point k, -3 .. 2M+2. */
+ENVMAPI_INLINE float *envmapi_ring(const envmapi_rings *rings, int k, int j) {
+    return rings->G + (size_t)(k + 3) * rings->row + 4 * (size_t)(j + 3);
 }
 
 /* The polar axis is z; n <= 64 directions d[0..2][] of any length. */
@@ -3349,61 +3362,71 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
    can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
-    int n = 2 * rings->M;
     for (size_t i = 0; i < count; ++i) {
         const envmapi_point *p = points + i;
-        if ((p->k + 3 < from || p->k - 2 >= to) && p->k > 1 && p->k < n - 3) continue;
-        envmapi_double4 terms[6];
-        double value[4];
-        float w_k[6], w_j[6];
-        envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
-        for (int c = 0; c < 4; ++c) value[c] = (double)values[4 * i + (size_t)c];
+        int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
+        if (end > 6) end = 6;
+        if (a >= end) continue;
+        envmapi_float4 terms[6];
+        float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
+        envmapi_splines(w, p->f_k, p->f_j);
         memset(terms, 0, sizeof terms);
         for (int b = 0; b < 6; ++b)
-            envmapi_double4_add(terms + b, (double)w_j[b], envmapi_double4_at(value));
-        for (int a = 0; a < 6; ++a) {
-            int k = envmapi_wrap(p->k - 2 + a, n);
-            if (k < from || k >= to) continue;
-            envmapi_double4 *ring = envmapi_double4_at(envmapi_ring(rings, k, p->j - 2));
-            for (int b = 0; b < 6; ++b) envmapi_double4_add(ring + b, (double)w_k[a], terms + b);
-        }
+            envmapi_float4_add(terms + b, w[8 + b], envmapi_float4_at(values + 4 * i));
+        for (; a < end; ++a, ring += rings->row)
+            for (int b = 0; b < 6; ++b)
+                envmapi_float4_add(envmapi_float4_at(ring + 4 * b), w[a], terms + b);
     }
 }
 
 static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_point *points,
                                       float *values, size_t count) {
-    int n = 2 * rings->M;
     for (size_t i = 0; i < count; ++i) {
         const envmapi_point *p = points + i;
-        envmapi_double4 sums[6], sum;
-        double value[4];
-        float w_k[6], w_j[6];
-        envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
-        memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
-        for (int a = 0; a < 6; ++a) {
-            const envmapi_double4 *ring =
-                envmapi_double4_at(envmapi_ring(rings, envmapi_wrap(p->k - 2 + a, n), p->j - 2));
-            for (int b = 0; b < 6; ++b) envmapi_double4_add(sums + b, (double)w_k[a], ring + b);
+        envmapi_float16 four; /* of six samples down the rings, and the other two */
+        envmapi_float4 sums[6], sum;
+        float w[16];
+        const float *ring = envmapi_ring(rings, p->k - 2, p->j - 2);
+        envmapi_splines(w, p->f_k, p->f_j);
+        memset(&four, 0, sizeof four), memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
+        for (int a = 0; a < 6; ++a, ring += rings->row) {
+            envmapi_float16_add(&four, w[a], envmapi_float16_at(ring));
+            envmapi_float4_add(sums + 4, w[a], envmapi_float4_at(ring + 16));
+            envmapi_float4_add(sums + 5, w[a], envmapi_float4_at(ring + 20));
         }
-        for (int b = 0; b < 6; ++b) envmapi_double4_add(&sum, (double)w_j[b], sums + b);
-        memcpy(value, &sum, sizeof value);
-        for (int c = 0; c < 4; ++c) values[4 * i + (size_t)c] = (float)value[c];
+        memcpy(sums, &four, sizeof four);
+        for (int b = 0; b < 6; ++b) envmapi_float4_add(&sum, w[8 + b], sums + b);
+        *envmapi_float4_at(values + 4 * i) = sum;
     }
 }
 
-/* Rings beyond a pole are the first ones half a turn on: add them there (fold), or copy. */
-static void envmapi_rings_poles(envmapi_rings *rings, int fold) {
+/* Samples beyond the seam are those a whole turn on, and rings beyond a pole the first ones half a
+   turn on: add them there (fold), or copy. */
+static void envmapi_rings_seam(envmapi_rings *rings, int fold) {
+    for (int i = 0, n = 2 * rings->M; i < 6; ++i) {
+        float *beyond = envmapi_ring(rings, i < 3 ? i - 3 : n + i - 3, -3);
+        float *inside = envmapi_ring(rings, i < 3 ? n + i - 3 : i - 3, -3);
+        for (size_t j = 0; j < rings->row; ++j) {
+            if (fold) inside[j] += beyond[j];
+            else beyond[j] = inside[j];
+        }
+    }
+}
+
+static void envmapi_rings_close(envmapi_rings *rings, int fold) {
     int M = rings->M;
+    if (fold) envmapi_rings_seam(rings, fold);
     for (int k = 0; k < 2 * M; ++k)
         for (int i = 0; i < 6; ++i) {
             int j = i < 3 ? i : M - 1 - (i - 3), mirrored = i < 3 ? -1 - i : M + (i - 3);
-            double *beyond = envmapi_ring(rings, k, mirrored);
-            double *inside = envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), j);
+            float *beyond = envmapi_ring(rings, k, mirrored);
+            float *inside = envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), j);
             for (int c = 0; c < 4; ++c) {
                 if (fold) inside[c] += beyond[c];
                 else beyond[c] = inside[c];
             }
         }
+    if (!fold) envmapi_rings_seam(rings, fold);
 }
 
 /* ---- FFT along the rings */
@@ -3485,39 +3508,38 @@ static void envmapi_fft(const envmapi_rings *rings, double *z, int sign) {
     }
 }
 
-/* Rings 2b, 2b+1 (real parts of z) and M-2-2b, M-1-2b (imaginary ones) of block b; F_m from and to
-   their place in G. */
-static void envmapi_rings_unpack(envmapi_rings *rings, int block, const double *z) {
-    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
+ENVMAPI_INLINE double *envmapi_rings_F(const envmapi_rings *rings, int m) {
+    return rings->F + 16 * rings->pairs * (size_t)m;
+}
+
+/* Rings 2b, 2b+1 (real parts of z) and M-2-2b, M-1-2b (imaginary ones) of block b -> F_m. */
+static void envmapi_rings_unpack(const envmapi_rings *rings, int block, const double *z) {
+    int n = 2 * rings->M;
     for (int m = 0; m < rings->bands; ++m) {
         const double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         const double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
-        double *e_re = envmapi_ring(rings, 2 * m, north), half = rings->response[m] / 2;
-        double *e_im = envmapi_ring(rings, 2 * m, south);
-        double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
-        for (int i = 0; i < 8; ++i) {
-            int s = i ^ 4; /* the pair's southern ring is the other one */
-            double n_re = (p[i] + q[i]) * half, n_im = (p[8 + i] - q[8 + i]) * half;
-            double s_re = (p[8 + s] + q[8 + s]) * half, s_im = (q[s] - p[s]) * half;
-            e_re[i] = n_re + s_re, e_im[s] = n_im + s_im;
-            o_re[i] = n_re - s_re, o_im[s] = n_im - s_im;
-        }
+        double *f = envmapi_rings_F(rings, m) + 32 * block, half = rings->response[m] / 2;
+        for (int r = 0; r < 8; r += 4, f += 16)
+            for (int i = r, s = r ^ 4, c = 0; c < 4; ++c, ++i, ++s) { /* the southern ring is the other */
+                double n_re = (p[i] + q[i]) * half, n_im = (p[8 + i] - q[8 + i]) * half;
+                double s_re = (p[8 + s] + q[8 + s]) * half, s_im = (q[s] - p[s]) * half;
+                f[c] = n_re + s_re, f[c + 4] = n_im + s_im;
+                f[c + 8] = n_re - s_re, f[c + 12] = n_im - s_im;
+            }
     }
 }
 
 static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z) {
-    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
+    int n = 2 * rings->M;
     memset(z, 0, (size_t)n * 2 * ENVMAPI_BLOCK * sizeof(double));
     for (int m = rings->bands - 1; m >= 0; --m) {
         double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
-        const double *e_re = envmapi_ring(rings, 2 * m, north), w = rings->response[m];
-        const double *e_im = envmapi_ring(rings, 2 * m, south);
-        const double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
+        const double *f = envmapi_rings_F(rings, m) + 32 * block, w = rings->response[m];
         for (int i = 0; i < 8; ++i) { /* p = N + i S, q = conj N + i conj S */
-            int s = i ^ 4;
-            double n_re = (e_re[i] + o_re[i]) * w, n_im = (e_im[s] + o_im[s]) * w;
-            double s_re = (e_re[s] - o_re[s]) * w, s_im = (e_im[i] - o_im[i]) * w;
+            const double *north = f + i + 12 * (i / 4), *south = f + (i ^ 4) + 12 * ((i ^ 4) / 4);
+            double n_re = (north[0] + north[8]) * w, n_im = (north[4] + north[12]) * w;
+            double s_re = (south[0] - south[8]) * w, s_im = (south[4] - south[12]) * w;
             q[i] = n_re + s_im, q[8 + i] = s_re - n_im;
             p[i] = m ? n_re - s_im : n_re, p[8 + i] = m ? s_re + n_im : s_re;
         }
@@ -3525,12 +3547,14 @@ static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z)
 }
 
 /* z between a block's rings and the FFT. */
-static void envmapi_rings_block(envmapi_rings *rings, int block, double *z, int out) {
+static void envmapi_rings_block(const envmapi_rings *rings, int block, double *z, int out) {
     int north = 2 * block, south = rings->M - 2 - north;
     for (int k = 0; k < 2 * rings->M; ++k, z += 2 * ENVMAPI_BLOCK) {
-        double *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
-        if (out) memcpy(a, z, 64), memcpy(b, z + ENVMAPI_BLOCK, 64);
-        else memcpy(z, a, 64), memcpy(z + ENVMAPI_BLOCK, b, 64);
+        float *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
+        for (int i = 0; i < ENVMAPI_BLOCK; ++i) {
+            if (out) a[i] = (float)z[i], b[i] = (float)z[ENVMAPI_BLOCK + i];
+            else z[i] = (double)a[i], z[ENVMAPI_BLOCK + i] = (double)b[i];
+        }
     }
 }
 
@@ -3589,29 +3613,17 @@ static size_t envmapi_triangle(int bands, int m) {
     return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
 }
 
+/* A task's tables for one m. */
 typedef struct envmapi_legendre_work {
-    double *A, *B, *P, *f, *a; /* f: F_m, [H][16]: e re, e im, o re, o im */
+    double *A, *B, *P, *a;
 } envmapi_legendre_work;
 
 static envmapi_legendre_work envmapi_legendre_work_of(const envmapi_rings *rings, int m,
                                                       double *work) {
-    size_t L = (size_t)rings->bands, H = (size_t)rings->M / 2;
-    envmapi_legendre_work w = {work, work + L + 1, work + 2 * L + 2, work + 10 * L + 2, NULL};
-    w.a = w.f + 16 * H + 128;
-    memset(w.f + 16 * H, 0, 16 * 8 * sizeof(double));
+    size_t L = (size_t)rings->bands;
+    envmapi_legendre_work w = {work, work + L + 1, work + 2 * L + 2, work + 10 * L + 2};
     envmapi_legendre_factors(w.A, w.B, m, rings->bands);
     return w;
-}
-
-/* F_m of all rings from G to f and back. */
-static void envmapi_rings_copy(const envmapi_rings *rings, double *f, int m, int back) {
-    for (int odd = 0; odd < 2; ++odd)
-        for (int j = 0; j < rings->M / 2; ++j) {
-            double *re = envmapi_ring(rings, 2 * m + odd, j), *to = f + 16 * j + 8 * odd;
-            double *im = envmapi_ring(rings, 2 * m + odd, rings->M - 1 - j);
-            if (back) memcpy(re, to, 32), memcpy(im, to + 4, 32);
-            else memcpy(to, re, 32), memcpy(to + 4, im, 32);
-        }
 }
 
 /* Solves down the rings of one m, e and o apart: the equator mirrors c as +-c, the pole as
@@ -3626,14 +3638,15 @@ static void envmapi_rings_solve(const envmapi_rings *rings, double *f, int m) {
 /* a[l] = sum_j P_l(j) F(j): even l - m see e, odd ones o. */
 static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
+    double *F = envmapi_rings_F(rings, m);
     envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
-    envmapi_rings_copy(rings, w.f, m, 0);
-    envmapi_rings_solve(rings, w.f, m);
+    memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
+    envmapi_rings_solve(rings, F, m);
     memset(a, 0, (size_t)count * 8 * sizeof(double));
     for (int first = 0; first < H; first += 8) {
         int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
         envmapi_double8 f[16];
-        memcpy(f, w.f + 16 * first, sizeof f);
+        memcpy(f, F + 16 * first, sizeof f);
         for (; l >= 0 && l < count; l += 2) {
             envmapi_double8 even = *envmapi_double8_at(a + 8 * l), odd;
             const double *P = w.P + 8 * l, *Q = l + 1 < count ? P + 8 : P;
@@ -3663,18 +3676,18 @@ ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const doub
 static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double *a,
                                         const double *lambda, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
+    double *F = envmapi_rings_F(rings, m);
     envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
     for (int i = 0; i < 8 * count; ++i) w.a[i] = lambda[m + i / 8] * a[i];
     for (int first = 0; first < H; first += 8) {
         int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
         for (int part = 0; part < 4; ++part) { /* even and odd l - m, four rings and four more */
             int odd = part & 1, b = 2 * (part & 2);
-            envmapi_legendre_four(w.f + 16 * (first + b) + 8 * odd, w.a, w.P + b,
+            envmapi_legendre_four(F + 16 * (first + b) + 8 * odd, w.a, w.P + b,
                                   l < 0 ? count : l + odd, count);
         }
     }
-    envmapi_rings_solve(rings, w.f, m);
-    envmapi_rings_copy(rings, w.f, m, 1);
+    envmapi_rings_solve(rings, F, m);
 }
 
 /* ---- as tasks, each a part that the data alone defines */
@@ -3690,8 +3703,9 @@ static int envmapi_spread_tasks(const envmapi_rings *r) {
 static void envmapi_task_spread(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
-    int from = n * task / tasks, to = n * (task + 1) / tasks;
-    memset(r->G + (size_t)from * r->row, 0, (size_t)(to - from) * r->row * sizeof(double));
+    int from = task ? n * task / tasks : -3;
+    int to = task + 1 < tasks ? n * (task + 1) / tasks : n + 3;
+    memset(envmapi_ring(r, from, -3), 0, (size_t)(to - from) * r->row * sizeof(float));
     envmapi_rings_spread(r, r->points, r->values, r->count, from, to);
 }
 
@@ -3728,7 +3742,7 @@ static void envmapi_task_legendre(void *context, int task) {
 static void envmapi_analyse(envmapi_rings *r, const envmap_work *work) {
     r->back = 0;
     envmapi_run_all(work, envmapi_task_spread, r, envmapi_spread_tasks(r));
-    envmapi_rings_poles(r, 1);
+    envmapi_rings_close(r, 1);
     envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
     envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
 }
@@ -3738,7 +3752,7 @@ static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
     r->back = 1;
     envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
     envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
-    envmapi_rings_poles(r, 0);
+    envmapi_rings_close(r, 0);
     envmapi_run_all(work, envmapi_task_interpolate, r, r->tasks);
 }
 
@@ -4092,8 +4106,10 @@ static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, const e
         double at = (x + 0.5) / texels * nodes * (1 + grid->folded) - 0.5 + grid->pad;
         if (grid->folded && x >= texels / 2) at -= nodes;
         double before = floor(at);
+        float w[16];
         taps[x].start = (int)before - 2;
-        envmapi_spline(taps[x].w, (float)(at - before));
+        envmapi_splines(w, (float)(at - before), 0);
+        memcpy(taps[x].w, w, sizeof taps[x].w);
         if (grid->identity)
             memset(taps[x].w, 0, sizeof taps[x].w), taps[x].w[0] = 1, taps[x].start = x;
     }
