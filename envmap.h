@@ -3210,23 +3210,20 @@ static void envmapi_spline_factor(double (*factors)[3], int n, double first, dou
 
 #define ENVMAPI_CHUNK 64 /* directions that are worked on together */
 
-/* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-10. No branches, no
-   calls that set errno, so that compilers make vectors of it. */
+/* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-12. No branches, no
+   calls that set errno, so that compilers make vectors of it; but not where y or x is written to. */
 static void envmapi_polar(double *angle, double *length, const double *y, const double *x) {
-    static const double taylor[13] = {1.0,       -1.0 / 3,  1.0 / 5,   -1.0 / 7, 1.0 / 9,
-                                      -1.0 / 11, 1.0 / 13,  -1.0 / 15, 1.0 / 17, -1.0 / 19,
-                                      1.0 / 21,  -1.0 / 23, 1.0 / 25};
+    static const double atan[8] = {0.9999999999941719,  -0.333333331674598,  0.19999986206395,
+                                   -0.142851974611006,  0.1110077376986512,  -0.0897214949338374,
+                                   0.06895142217074653, -0.036429357645156486};
     for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
-        double ax = fabs(x[i]), ay = fabs(y[i]), most = ax > ay ? ax : ay,
-               least = ax > ay ? ay : ax;
-        double t = least / (most + 1e-300), reduced = (t - 1) / (t + 1), q = t * t;
-        double root = 1 + q * (0.4875 - 0.0733 * q); /* sqrt(1 + q), two steps after Heron */
-        root = 0.5 * (root + (1 + q) / root);
-        length[i] = most * (0.5 * (root + (1 + q) / root));
-        double s = t > 0.41421356237309503 ? reduced : t, r = 0; /* |s| <= tan pi/8 */
-        q = s * s;
-        for (int k = 12; k >= 0; --k) r = q * r + taylor[k];
-        r = r * s + (t > 0.41421356237309503 ? ENVMAPI_PI / 4 : 0);
+        double ax = fabs(x[i]), ay = fabs(y[i]), square = ax * ax + ay * ay;
+        double most = ax > ay ? ax : ay, least = ax > ay ? ay : ax, r = 0;
+        int wide = least > 0.41421356237309503 * most; /* |s| <= tan pi/8 */
+        double s = (wide ? least - most : least) / ((wide ? least + most : most) + 1e-300);
+        length[i] = square * envmapi_inverse_root(square);
+        for (int k = 7; k >= 0; --k) r = s * s * r + atan[k];
+        r = r * s + (wide ? ENVMAPI_PI / 4 : 0);
         r = ay > ax ? ENVMAPI_PI / 2 - r : r;
         r = x[i] < 0 ? ENVMAPI_PI - r : r;
         angle[i] = y[i] < 0 ? -r : r;
@@ -3343,15 +3340,15 @@ ENVMAPI_INLINE float *envmapi_ring(const envmapi_rings *rings, int k, int j) {
 static void envmapi_rings_points(envmapi_point *points, const envmapi_rings *rings,
                                  double d[3][ENVMAPI_CHUNK], int n) {
     double scale = rings->M / ENVMAPI_PI, phi[ENVMAPI_CHUNK], theta[ENVMAPI_CHUNK];
-    double length[ENVMAPI_CHUNK];
+    double across[ENVMAPI_CHUNK], length[ENVMAPI_CHUNK];
+    int whole = 2 * rings->M;
     for (int i = n; i < ENVMAPI_CHUNK; ++i) d[0][i] = d[1][i] = d[2][i] = 1;
-    envmapi_polar(phi, length, d[1], d[0]);
-    envmapi_polar(theta, length, length, d[2]);
+    envmapi_polar(phi, across, d[1], d[0]);
+    envmapi_polar(theta, length, across, d[2]);
     for (int i = 0; i < n; ++i) {
-        double t = theta[i] * scale - 0.5, f = phi[i] * scale;
-        if (f < 0) f += 2 * rings->M;
-        int k = (int)f, j = (int)(t + 1) - 1;
-        points[i].k = (short)(k >= 2 * rings->M ? k - 2 * rings->M : k), points[i].j = (short)j;
+        double t = theta[i] * scale + 0.5, f = phi[i] * scale + (phi[i] < 0 ? whole : 0);
+        int k = (int)f, j = (int)t;
+        points[i].k = (short)(k < whole ? k : 0), points[i].j = (short)(j - 1);
         points[i].f_k = (float)(f - k), points[i].f_j = (float)(t - j);
     }
 }
@@ -3520,7 +3517,8 @@ static void envmapi_rings_unpack(const envmapi_rings *rings, int block, const do
         const double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
         double *f = envmapi_rings_F(rings, m) + 32 * block, half = rings->response[m] / 2;
         for (int r = 0; r < 8; r += 4, f += 16)
-            for (int i = r, s = r ^ 4, c = 0; c < 4; ++c, ++i, ++s) { /* the southern ring is the other */
+            for (int c = 0; c < 4; ++c) {
+                int i = r + c, s = i ^ 4; /* the pair's southern ring is the other one */
                 double n_re = (p[i] + q[i]) * half, n_im = (p[8 + i] - q[8 + i]) * half;
                 double s_re = (p[8 + s] + q[8 + s]) * half, s_im = (q[s] - p[s]) * half;
                 f[c] = n_re + s_re, f[c + 4] = n_im + s_im;
@@ -3536,13 +3534,14 @@ static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z)
         double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
         const double *f = envmapi_rings_F(rings, m) + 32 * block, w = rings->response[m];
-        for (int i = 0; i < 8; ++i) { /* p = N + i S, q = conj N + i conj S */
-            const double *north = f + i + 12 * (i / 4), *south = f + (i ^ 4) + 12 * ((i ^ 4) / 4);
-            double n_re = (north[0] + north[8]) * w, n_im = (north[4] + north[12]) * w;
-            double s_re = (south[0] - south[8]) * w, s_im = (south[4] - south[12]) * w;
-            q[i] = n_re + s_im, q[8 + i] = s_re - n_im;
-            p[i] = m ? n_re - s_im : n_re, p[8 + i] = m ? s_re + n_im : s_re;
-        }
+        for (int r = 0; r < 8; r += 4) /* p = N + i S, q = conj N + i conj S */
+            for (int c = 0; c < 4; ++c) {
+                const double *north = f + 4 * r + c, *south = f + 4 * (r ^ 4) + c;
+                double n_re = (north[0] + north[8]) * w, n_im = (north[4] + north[12]) * w;
+                double s_re = (south[0] - south[8]) * w, s_im = (south[4] - south[12]) * w;
+                q[r + c] = n_re + s_im, q[8 + r + c] = s_re - n_im;
+                p[r + c] = m ? n_re - s_im : n_re, p[8 + r + c] = m ? s_re + n_im : s_re;
+            }
     }
 }
 
@@ -3560,15 +3559,15 @@ static void envmapi_rings_block(const envmapi_rings *rings, int block, double *z
 
 /* ---- Legendre functions along the meridian */
 
-/* A and B of P_l = A_l (x P_(l-1) - B_l P_(l-2)), A_l = sqrt((4l^2-1)/(l^2-m^2)),
-   B_l = sqrt(((l-1)^2-m^2)/(4(l-1)^2-1)), for l = m+1 .. bands. */
+/* A and B of P_l = A_l x P_(l-1) - B_l P_(l-2), A_l = sqrt((4l^2-1)/(l^2-m^2)), B_l = A_l/A_(l-1),
+   for l = m+1 .. bands; P_(m-1) is 0. */
 static void envmapi_legendre_factors(double *A, double *B, int m, int bands) {
-    double mm = (double)m * m;
     for (int l = m + 1; l <= bands; ++l) {
-        double ll = (double)l * l, before = (l - 1.0) * (l - 1.0);
-        A[l] = sqrt((4 * ll - 1) / (ll - mm));
-        B[l] = l - 1 > m ? sqrt((before - mm) / (4 * before - 1)) : 0;
+        double ll = (double)l * l, square = (4 * ll - 1) / (ll - (double)m * m);
+        A[l] = square * envmapi_inverse_root(square);
     }
+    A[m] = 1;
+    for (int l = m + 1; l <= bands; ++l) B[l] = A[l] / A[l - 1];
 }
 
 /* P_(l-1), P_(l-2) at 8 points x -> P_l, P_(l-1). */
@@ -3577,31 +3576,30 @@ ENVMAPI_INLINE void envmapi_legendre_step(envmapi_double8 *now, envmapi_double8 
     envmapi_double8 ax, next;
     memset(&ax, 0, sizeof ax), memset(&next, 0, sizeof next);
     envmapi_double8_add(&ax, A, x);
-    envmapi_double8_add(&next, -A * B, before);
+    envmapi_double8_add(&next, -B, before);
     envmapi_double8_mad(&next, &ax, now);
     *before = *now, *now = next;
 }
 
 /* P_lm of 8 rings for l = m .. bands-1. sin^m begins as its logarithm: where it underflows, below
-   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-18 on
-   all 8 rings, or -1 when all are: far less than the rounding of P, which is of order 1.
-   Test: skipped_legendre_functions_are_negligible. */
+   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-14 on
+   all 8 rings, or -1 when all are: less than the rounding of what is summed. Up to there P grows
+   with l and towards the equator.  Test: skipped_legendre_functions_are_negligible. */
 static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
                             const double *A, const double *B) {
-    int H = rings->M / 2, any = 0, skip = -1;
+    int H = rings->M / 2, last = first + 8 < H ? 7 : H - 1 - first, skip = -1;
     double x[8], start[8];
     envmapi_double8 before, now;
     for (int b = 0; b < 8; ++b) {
         int j = first + b < H ? first + b : H - 1;
         double logarithm = rings->norms[m] + m * rings->log_sin[j];
         start[b] = logarithm > -700 && first + b < H ? exp(logarithm) : 0;
-        x[b] = rings->x[j], any |= start[b] > 0;
+        x[b] = rings->x[j];
     }
     now = *envmapi_double8_at(start), memset(&before, 0, sizeof before);
-    for (int l = m; any && l < rings->bands; ++l, P += 8) {
+    for (int l = m; start[last] > 0 && l < rings->bands; ++l, P += 8) {
         *envmapi_double8_at(P) = now;
-        for (int b = 0; b < 8 && skip < 0; ++b)
-            if (fabs(P[b]) > 1e-18) skip = (l - m) & ~1;
+        if (skip < 0 && fabs(P[last]) > 1e-14) skip = (l - m) & ~1;
         envmapi_legendre_step(&now, &before, envmapi_double8_at(x), A[l + 1], B[l + 1]);
     }
     return skip;
