@@ -3211,7 +3211,7 @@ static void envmapi_spline_factor(double (*factors)[3], int n, double first, dou
 #define ENVMAPI_CHUNK 64 /* directions that are worked on together */
 
 /* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-12. No branches, no
-   calls that set errno, so that compilers make vectors of it; but not where y or x is written to. */
+   calls that set errno, so that compilers make vectors of it; no array may be another. */
 static void envmapi_polar(double *angle, double *length, const double *y, const double *x) {
     static const double atan[8] = {0.9999999999941719,  -0.333333331674598,  0.19999986206395,
                                    -0.142851974611006,  0.1110077376986512,  -0.0897214949338374,
@@ -3304,8 +3304,8 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
 static size_t envmapi_rings_work(int M) { return 32 * (size_t)M + 64; }
 
 /* Rings for `room` points; G, F and values are in the block of `done`, whose work is done, where
-   there is one and it is large enough. All else is in one block: glibc's malloc gives the heap's end back
-   after each call in which no block is half of all, and the next call has it mapped anew. */
+   there is one and it is large enough. All else is in one block: glibc's malloc gives the heap's
+   end back after each call in which no block is half of all, and the next call has it mapped anew. */
 static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t room,
                                           int tasks, const envmapi_rings *done,
                                           envmapi_pool *pool) {
@@ -3516,6 +3516,7 @@ static void envmapi_rings_unpack(const envmapi_rings *rings, int block, const do
         const double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         const double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
         double *f = envmapi_rings_F(rings, m) + 32 * block, half = rings->response[m] / 2;
+        for (int i = 0; i < 32; i += 8) ENVMAPI_PREFETCH(f + 64 * rings->pairs + i);
         for (int r = 0; r < 8; r += 4, f += 16)
             for (int c = 0; c < 4; ++c) {
                 int i = r + c, s = i ^ 4; /* the pair's southern ring is the other one */
@@ -3534,6 +3535,7 @@ static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z)
         double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
         const double *f = envmapi_rings_F(rings, m) + 32 * block, w = rings->response[m];
+        for (int i = 0; m > 3 && i < 32; i += 8) ENVMAPI_PREFETCH(f - 64 * rings->pairs + i);
         for (int r = 0; r < 8; r += 4) /* p = N + i S, q = conj N + i conj S */
             for (int c = 0; c < 4; ++c) {
                 const double *north = f + 4 * r + c, *south = f + 4 * (r ^ 4) + c;
@@ -3550,6 +3552,7 @@ static void envmapi_rings_block(const envmapi_rings *rings, int block, double *z
     int north = 2 * block, south = rings->M - 2 - north;
     for (int k = 0; k < 2 * rings->M; ++k, z += 2 * ENVMAPI_BLOCK) {
         float *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
+        ENVMAPI_PREFETCH(a + 8 * rings->row), ENVMAPI_PREFETCH(b + 8 * rings->row);
         for (int i = 0; i < ENVMAPI_BLOCK; ++i) {
             if (out) a[i] = (float)z[i], b[i] = (float)z[ENVMAPI_BLOCK + i];
             else z[i] = (double)a[i], z[ENVMAPI_BLOCK + i] = (double)b[i];
