@@ -3304,8 +3304,8 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
 static size_t envmapi_rings_work(int M) { return 32 * (size_t)M + 64; }
 
 /* Rings for `room` points; G, F and values are in the block of `done`, whose work is done, where
-   there is one and it is large enough. All else is in one block: glibc's malloc gives the heap's
-   end back after each call in which no block is half of all, and the next call has it mapped anew. */
+   there is one and it is large enough. All else is in one block: glibc's malloc gives back the
+   heap's end after a call in which no block is half of all, and the next has it mapped anew. */
 static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t room,
                                           int tasks, const envmapi_rings *done,
                                           envmapi_pool *pool) {
@@ -4031,13 +4031,20 @@ static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels
    (identity), which have one tap each. closed: nodes beyond an edge are others of the grid.
    folded: an octahedral map's faces are the octahedron's, two triangles in each quadrant, whose
-   nodes fill it: bit 0 of a face is the right half, bit 1 the lower, bit 2 beyond the horizon. */
+   nodes fill it: bit 0 of a face is the right half, bit 1 the lower, bit 2 beyond the horizon.
+   bent: a cube's nodes lie at u = (1 + tan a/tan g)/2, a even from -g to g: fewer are wasted on
+   corners. */
 typedef struct envmapi_grid {
     const envmap *map;
-    int faces, width, height, nu, nv, pad, identity, closed, folded, taps;
+    int faces, width, height, nu, nv, pad, identity, closed, folded, bent, taps;
     int line[2];  /* nodes that are solved together along v, and along u */
     size_t count; /* nodes */
 } envmapi_grid;
+
+/* g: the larger, the fewer nodes, but the farther apart where a face's spline ends. At 0.6
+   lights_beside_an_edge_keep_the_tolerance fails: 33 tolerances. */
+#define ENVMAPI_BEND     0.5
+#define ENVMAPI_BEND_TAN 0.54630248984379 /* its tangent */
 
 /* The largest |d direction / du| of a mapping, but at the rims of sphere and angular maps. */
 static double envmapi_stretch(int mapping) {
@@ -4057,16 +4064,19 @@ static envmapi_grid envmapi_grid_of(const envmap *map, double h, double toleranc
     envmapi_grid grid;
     int width = envmapi_width(map->mapping, map->size), closed = map->mapping == ENVMAP_LATLONG;
     int folds = map->mapping == ENVMAP_OCTAHEDRAL, faces = folds ? 8 : envmap_faces(map->mapping);
-    int n = (int)fmax(ceil(envmapi_stretch(map->mapping) / h / (1 + closed + folds)), 4) + folds;
-    grid.map = map;
-    grid.pad = 3 + (closed ? 0 : (int)ceil(log(0.002 / fmin(tolerance, 0.002)) / 0.843));
+    int pad = 3 + (closed ? 0 : (int)ceil(log(0.002 / fmin(tolerance, 0.002)) / 0.843));
+    double span = envmapi_stretch(map->mapping) / (1 + closed + folds);
+    grid.map = map, grid.pad = pad;
+    grid.bent = map->mapping == ENVMAP_CUBE && span > 4 * pad * h; /* nodes end before pi/2 */
+    if (grid.bent) span *= ENVMAPI_BEND / ENVMAPI_BEND_TAN;
+    int n = (int)fmax(ceil(span / h), 4) + folds;
     double nodes = faces * ((1.0 + closed) * n + 2 * grid.pad) * (n + 2.0 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
                     nodes > 0.8 * envmap_faces(map->mapping) * width * map->size;
     grid.closed = closed && !grid.identity, grid.taps = grid.identity ? 1 : 6;
     grid.folded = folds && !grid.identity;
     grid.faces = grid.folded ? faces : envmap_faces(map->mapping);
-    if (grid.identity) grid.pad = 0;
+    if (grid.identity) grid.pad = grid.bent = 0;
     grid.nu = grid.identity ? width : n * (1 + closed);
     grid.nv = grid.identity ? map->size : n;
     grid.width = grid.nu + 2 * grid.pad, grid.height = grid.nv + 2 * grid.pad;
@@ -4104,7 +4114,9 @@ typedef struct envmapi_taps {
 
 static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, const envmapi_grid *grid) {
     for (int x = 0; x < texels; ++x) {
-        double at = (x + 0.5) / texels * nodes * (1 + grid->folded) - 0.5 + grid->pad;
+        double at = (x + 0.5) / texels;
+        if (grid->bent) at = 0.5 + 0.5 / ENVMAPI_BEND * atan(ENVMAPI_BEND_TAN * (2 * at - 1));
+        at = at * nodes * (1 + grid->folded) - 0.5 + grid->pad;
         if (grid->folded && x >= texels / 2) at -= nodes;
         double before = floor(at);
         float w[16];
@@ -4123,6 +4135,7 @@ typedef struct envmapi_transform {
     const envmapi_input *in;    /* of a source */
     envmapi_taps *u, *v;        /* of the texels */
     double (*factors)[3];       /* of the solve along columns, rows; of odd parts */
+    double *places;             /* u of the nodes, on a face's left half where it is folded */
     float *rows;                /* a task's rows of texels */
     int strips, along, adjoint; /* strips: of a face's grid, one a task; solve along rows */
     envmapi_lights lights;      /* summed apart */
@@ -4131,20 +4144,27 @@ typedef struct envmapi_transform {
     int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
 } envmapi_transform;
 
-/* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
+/* Rays of n texels or nodes at (u,v), to d[][at ..]; right: 1/2 to add to u, or 0. */
 static void envmapi_rays(double d[3][ENVMAPI_CHUNK], int at, int n, const envmapi_grid *grid,
-                         int face, double u, double du, double v) {
-    double ray[3], last[3];
+                         int face, const double *u, double right, double v) {
+    double ray[3], next[3];
     int flat = grid->map->mapping == ENVMAP_CUBE || grid->folded;
     for (int i = 0; i < n && !flat; ++i) {
-        envmapi_grid_ray(ray, grid, face, u + i * du, v);
+        envmapi_grid_ray(ray, grid, face, u[i] + right, v);
         for (int c = 0; c < 3; ++c) d[c][at + i] = ray[c];
     }
     if (!flat) return;
-    envmapi_grid_ray(ray, grid, face, u, v);
-    envmapi_grid_ray(last, grid, face, u + n * du, v);
+    envmapi_grid_ray(ray, grid, face, right, v);
+    envmapi_grid_ray(next, grid, face, right + 1, v);
     for (int c = 0; c < 3; ++c)
-        for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + i * ((last[c] - ray[c]) / n);
+        for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + u[i] * (next[c] - ray[c]);
+}
+
+/* u, or v, of the k-th of n nodes. */
+static double envmapi_grid_place(const envmapi_grid *grid, int k, int n) {
+    double at = (k - grid->pad + 0.5) / n; /* of a folded face, which is half of the map */
+    if (grid->bent) return 0.5 + 0.5 / ENVMAPI_BEND_TAN * tan(ENVMAPI_BEND * (2 * at - 1));
+    return grid->folded ? at / 2 : at;
 }
 
 /* Where the nodes are. Task: a row of the grid, of every face: 64 nodes at a time. */
@@ -4152,16 +4172,15 @@ static void envmapi_task_points(void *context, int y) {
     envmapi_transform *t = (envmapi_transform *)context;
     const envmapi_grid *grid = &t->grid;
     int width = grid->width, total = grid->faces * width, first = 0;
-    double d[3][ENVMAPI_CHUNK], part = grid->folded ? 0.5 : 1; /* of the map, a face's (u,v) are */
-    double du = part / grid->nu, v = (y - grid->pad + 0.5) * part / grid->nv;
+    double d[3][ENVMAPI_CHUNK], v = envmapi_grid_place(grid, y, grid->nv);
     envmapi_point points[ENVMAPI_CHUNK];
     for (int i = 0, next, n; i < total; i = next) { /* a run on one face, up to a full chunk */
         n = width - i % width;
         if (n > first + ENVMAPI_CHUNK - i) n = first + ENVMAPI_CHUNK - i;
         next = i + n;
         int face = i / width, right = grid->folded & face, below = grid->folded & face >> 1;
-        envmapi_rays(d, i - first, n, grid, face, (i % width - grid->pad + 0.5) * du + 0.5 * right,
-                     du, v + 0.5 * below);
+        envmapi_rays(d, i - first, n, grid, face, t->places + i % width, 0.5 * right,
+                     v + 0.5 * below);
         if (next - first < ENVMAPI_CHUNK && next < total) continue;
         envmapi_rings_points(points, &t->rings, d, next - first);
         for (int k = first; k < next; ++k) {
@@ -4187,12 +4206,14 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / h, bands + 2)));
     t->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
-    t->factors = (double(*)[3])envmapi_pool_get(pool, 2 * (high + wide + 4), 3 * sizeof(double));
-    if (!t->u || !t->rows || !t->factors ||
+    t->places = (double *)envmapi_pool_get(pool, wide + 6 * (high + wide + 4), sizeof(double));
+    if (!t->u || !t->rows || !t->places ||
         envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_tasks(work),
                              done ? &done->rings : NULL, pool))
         return ENVMAP_ERROR_MEMORY;
-    t->v = t->u + width;
+    t->v = t->u + width, t->factors = (double(*)[3])(t->places + wide);
+    for (int x = 0; x < t->grid.width; ++x)
+        t->places[x] = envmapi_grid_place(&t->grid, x, t->grid.nu);
     envmapi_taps_fill(t->u, (int)width, t->grid.nu, &t->grid);
     envmapi_taps_fill(t->v, map->size, t->grid.nv, &t->grid);
     for (int i = 0; i < 4; ++i) { /* along v, u; the same for odd parts of closed lines */
@@ -4492,9 +4513,10 @@ static void envmapi_task_norm(void *context, int task) {
 /* sums += what the lights send to n <= 64 texels from (x,y) on, over their norm. */
 static void envmapi_add_lights(float *sums, const float *norm, const envmapi_transform *t, int face,
                                int x, int y, int n) {
-    double a[3][ENVMAPI_CHUNK] = {{0}}, scale = 1 / t->norm;
-    double du = 1.0 / envmapi_width(t->grid.map->mapping, t->grid.map->size);
-    envmapi_rays(a, 0, n, &t->grid, face, (x + 0.5) * du, du, (y + 0.5) / t->grid.map->size);
+    double a[3][ENVMAPI_CHUNK] = {{0}}, u[ENVMAPI_CHUNK], scale = 1 / t->norm;
+    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
+    for (int i = 0; i < n; ++i) u[i] = (x + i + 0.5) / width;
+    envmapi_rays(a, 0, n, &t->grid, face, u, 0, (y + 0.5) / t->grid.map->size);
     for (int i = 0; i < n; i += ENVMAPI_BESIDE) {
         envmapi_lit lit;
         int m = n - i < ENVMAPI_BESIDE ? n - i : ENVMAPI_BESIDE;
