@@ -4333,8 +4333,8 @@ static void envmapi_grid_solve(envmapi_transform *t, int adjoint, const envmap_w
 /* Rows of texels that are worked on together (speed only: one by one takes 1.9 x). */
 #define ENVMAPI_ROWS 16
 
-/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; y NULL: 1. The sums
-   stay in registers while rows go by. */
+/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; product 0: without y,
+   -1: that and sums are 0 before. The sums stay in registers while rows go by. */
 typedef struct envmapi_rows {
     const float *x[ENVMAPI_ROWS], *y[ENVMAPI_ROWS];
     float w[ENVMAPI_ROWS][6];
@@ -4354,11 +4354,12 @@ ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, cons
     envmapi_bits16 bits, all;
     if (notes) squares = notes->squares, all = notes->bits;
     memset(acc, 0, sizeof acc), memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega);
-    for (int j = 0; j < taps; ++j) memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
+    for (int j = 0; j < taps && product >= 0; ++j)
+        memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
     for (int r = 0; r < in->rows; ++r) {
         ENVMAPI_PREFETCH(in->x[r] + at + 64);
         memcpy(&texel, in->x[r] + at, bytes), light = texel;
-        if (product) {
+        if (product > 0) {
             memcpy(&omega, in->y[r] + at, bytes), memset(&light, 0, sizeof light);
             envmapi_float16_mad(&light, &texel, &omega);
         }
@@ -4563,14 +4564,12 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_transfo
     envmapi_grid_run(run, &t->grid, face, y);
     int from = run[0], n = run[1] - run[0];
     out += 3 * from;
-    memset(out, 0, 3 * (size_t)n * sizeof *out);
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * from;
-    envmapi_rows_add(out, 0, 1, in, 0, NULL, 3 * (size_t)n);
+    envmapi_rows_add(out, 0, 1, in, -1, NULL, 3 * (size_t)n);
     for (int i = 0; i < 3 * n && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
     if (!t->lights.count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width - 2 * from;
-    memset(norm, 0, (size_t)n * sizeof *norm);
-    envmapi_rows_add(norm, 0, 1, in, 0, NULL, (size_t)n);
+    envmapi_rows_add(norm, 0, 1, in, -1, NULL, (size_t)n);
     for (int x = 0; x < n; x += ENVMAPI_CHUNK)
         envmapi_add_lights(out + 3 * x, norm + x, t, face, from + x, y,
                            n - x < ENVMAPI_CHUNK ? n - x : ENVMAPI_CHUNK);
