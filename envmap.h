@@ -992,7 +992,7 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
 
 /* _add: y += a x. _mad: y += x z. _at: lanes in memory. _solve: (1, 26, 66, 26, 1)/120 c = f in
    place, see envmapi_spline_factor: n items `step` numbers apart, each of 1 .. 4 groups of lanes
-   `apart` numbers apart, which hide each other's latency. */
+   `apart` numbers apart, which hide each other's latency; their factors are `each` rows apart. */
 #define ENVMAPI_LANES(type, scalar, lanes)                                                         \
     ENVMAPI_LANE_TYPE(type, scalar, lanes);                                                        \
     ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
@@ -1003,14 +1003,14 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
     }                                                                                              \
     ENVMAPI_INLINE type *type##_at(const scalar *x) { return (type *)(uintptr_t)x; }               \
     ENVMAPI_INLINE void type##_solve(scalar *f, int n, size_t step, int groups, size_t apart,      \
-                                     double(*factors)[3]) {                                        \
+                                     double(*factors)[3], int each) {                              \
         type one[4], two[4];                                                                       \
         memset(one, 0, sizeof one), memset(two, 0, sizeof two);                                    \
         for (int i = 0; i < n; ++i)                                                                \
             for (int g = 0; g < groups; ++g) {                                                     \
                 type *now = type##_at(f + (size_t)i * step + (size_t)g * apart);                   \
-                type##_add(now, (scalar)-factors[i][1], one + g);                                  \
-                type##_add(now, (scalar)-factors[i][2], two + g);                                  \
+                type##_add(now, (scalar)-factors[i + g * each][1], one + g);                       \
+                type##_add(now, (scalar)-factors[i + g * each][2], two + g);                       \
                 two[g] = one[g], one[g] = *now;                                                    \
             }                                                                                      \
         memset(one, 0, sizeof one), memset(two, 0, sizeof two);                                    \
@@ -1018,9 +1018,9 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
             for (int g = 0; g < groups; ++g) {                                                     \
                 type *now = type##_at(f + (size_t)i * step + (size_t)g * apart), done;             \
                 memset(&done, 0, sizeof done);                                                     \
-                type##_add(&done, (scalar)(120 * factors[i][0]), now);                             \
-                type##_add(&done, (scalar)-factors[i + 1][1], one + g);                            \
-                type##_add(&done, (scalar)-factors[i + 2][2], two + g);                            \
+                type##_add(&done, (scalar)(120 * factors[i + g * each][0]), now);                  \
+                type##_add(&done, (scalar)-factors[i + 1 + g * each][1], one + g);                 \
+                type##_add(&done, (scalar)-factors[i + 2 + g * each][2], two + g);                 \
                 two[g] = one[g], one[g] = *now = done;                                             \
             }                                                                                      \
     }
@@ -3632,9 +3632,7 @@ static envmapi_legendre_work envmapi_legendre_work_of(const envmapi_rings *rings
    (-1)^m c. */
 static void envmapi_rings_solve(const envmapi_rings *rings, double *f, int m) {
     int H = rings->M / 2;
-    for (int odd = 0; odd < 2; ++odd)
-        envmapi_double8_solve(f + 8 * odd, H, 16, 1, 0,
-                              rings->factors + (2 * (m & 1) + odd) * (H + 2));
+    envmapi_double8_solve(f, H, 16, 2, 8, rings->factors + 2 * (m & 1) * (H + 2), H + 2);
 }
 
 /* a[l] = sum_j P_l(j) F(j): even l - m see e, odd ones o. */
@@ -4298,11 +4296,11 @@ ENVMAPI_INLINE void envmapi_lines_solve(float *line, const envmapi_transform *t,
     double(*factors)[3] = t->along ? t->factors + n[0] + 2 : t->factors;
     if (closed) envmapi_grid_parts(line, t, groups, step, apart, 1);
     else if (t->adjoint) envmapi_line_ends(line, t, groups, step, apart);
-    envmapi_float4_solve(line, n[t->along], step, groups, apart, factors);
+    envmapi_float4_solve(line, n[t->along], step, groups, apart, factors, 0);
     if (!closed && !t->adjoint) envmapi_line_ends(line, t, groups, step, apart);
     if (!closed) return;
     envmapi_float4_solve(line + 2 * t->grid.nu, n[t->along], step, groups, apart,
-                         factors + n[0] + n[1] + 4);
+                         factors + n[0] + n[1] + 4, 0);
     envmapi_grid_parts(line, t, groups, step, apart, 0.5f);
 }
 
@@ -4766,7 +4764,7 @@ ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double di
         envmapi_sh_points_order(&n, m, bands);
         for (int l = m; l < bands; ++l) {
             Y[l * (l + 1) - m] = now * n.powers[1][0], Y[l * (l + 1) + m] = now * n.powers[0][0];
-            double up = l + 1 < bands ? n.A[l + 1] * (n.z[0] * now - n.B[l + 1] * before) : 0;
+            double up = l + 1 < bands ? n.A[l + 1] * n.z[0] * now - n.B[l + 1] * before : 0;
             before = now, now = up;
         }
     }
