@@ -3398,32 +3398,30 @@ static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_
     }
 }
 
-/* Samples beyond the seam are those a whole turn on, and rings beyond a pole the first ones half a
-   turn on: add them there (fold), or copy. */
-static void envmapi_rings_seam(envmapi_rings *rings, int fold) {
-    for (int i = 0, n = 2 * rings->M; i < 6; ++i) {
-        float *beyond = envmapi_ring(rings, i < 3 ? i - 3 : n + i - 3, -3);
-        float *inside = envmapi_ring(rings, i < 3 ? n + i - 3 : i - 3, -3);
-        for (size_t j = 0; j < rings->row; ++j) {
-            if (fold) inside[j] += beyond[j];
-            else beyond[j] = inside[j];
-        }
+/* n numbers beyond an end are others inside: added to these (fold), or copied from there. */
+static void envmapi_fold(float *inside, float *beyond, size_t n, int fold) {
+    for (size_t i = 0; i < n; ++i) {
+        if (fold) inside[i] += beyond[i], beyond[i] = 0;
+        else beyond[i] = inside[i];
     }
 }
 
+/* Samples beyond the seam are those a whole turn on. */
+static void envmapi_rings_seam(envmapi_rings *rings, int fold) {
+    for (int k = -3, n = 2 * rings->M; k < 3; ++k)
+        envmapi_fold(envmapi_ring(rings, k < 0 ? n + k : k, -3),
+                     envmapi_ring(rings, k < 0 ? k : n + k, -3), rings->row, fold);
+}
+
+/* Rings beyond a pole are the first ones half a turn on. */
 static void envmapi_rings_close(envmapi_rings *rings, int fold) {
     int M = rings->M;
     if (fold) envmapi_rings_seam(rings, fold);
-    for (int k = 0; k < 2 * M; ++k)
-        for (int i = 0; i < 6; ++i) {
-            int j = i < 3 ? i : M - 1 - (i - 3), mirrored = i < 3 ? -1 - i : M + (i - 3);
-            float *beyond = envmapi_ring(rings, k, mirrored);
-            float *inside = envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), j);
-            for (int c = 0; c < 4; ++c) {
-                if (fold) inside[c] += beyond[c];
-                else beyond[c] = inside[c];
-            }
-        }
+    for (int i = 0; i < 12 * M; ++i) {
+        int k = i / 6, j = i % 3, south = i % 6 > 2;
+        envmapi_fold(envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), south ? M - 1 - j : j),
+                     envmapi_ring(rings, k, south ? M + j : -1 - j), 4, fold);
+    }
     if (!fold) envmapi_rings_seam(rings, fold);
 }
 
@@ -3554,10 +3552,10 @@ static void envmapi_rings_block(const envmapi_rings *rings, int block, double *z
     for (int k = 0; k < 2 * rings->M; ++k, z += 2 * ENVMAPI_BLOCK) {
         float *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
         ENVMAPI_PREFETCH(a + 8 * rings->row), ENVMAPI_PREFETCH(b + 8 * rings->row);
-        for (int i = 0; i < ENVMAPI_BLOCK; ++i) {
-            if (out) a[i] = (float)z[i], b[i] = (float)z[ENVMAPI_BLOCK + i];
-            else z[i] = (double)a[i], z[ENVMAPI_BLOCK + i] = (double)b[i];
-        }
+        for (int i = 0; i < ENVMAPI_BLOCK && out; ++i)
+            a[i] = (float)z[i], b[i] = (float)z[ENVMAPI_BLOCK + i];
+        for (int i = 0; i < ENVMAPI_BLOCK && !out; ++i)
+            z[i] = (double)a[i], z[ENVMAPI_BLOCK + i] = (double)b[i];
     }
 }
 
@@ -4235,10 +4233,7 @@ static void envmapi_grid_close(envmapi_transform *t) {
             int i = envmapi_wrap(j == y ? x : x + nu / 2, nu);
             float *beyond = t->rings.values + 4 * (size_t)((y + pad) * row + x + pad);
             float *inside = t->rings.values + 4 * (size_t)((j + pad) * row + i + pad);
-            for (int c = 0; c < 4 && beyond != inside; ++c) {
-                if (t->adjoint) inside[c] += beyond[c], beyond[c] = 0;
-                else beyond[c] = inside[c];
-            }
+            if (beyond != inside) envmapi_fold(inside, beyond, 4, t->adjoint);
         }
 }
 
