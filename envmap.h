@@ -3613,19 +3613,6 @@ static size_t envmapi_triangle(int bands, int m) {
     return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
 }
 
-/* A task's tables for one m. */
-typedef struct envmapi_legendre_work {
-    double *A, *B, *P, *a;
-} envmapi_legendre_work;
-
-static envmapi_legendre_work envmapi_legendre_work_of(const envmapi_rings *rings, int m,
-                                                      double *work) {
-    size_t L = (size_t)rings->bands;
-    envmapi_legendre_work w = {work, work + L + 1, work + 2 * L + 2, work + 10 * L + 2};
-    envmapi_legendre_factors(w.A, w.B, m, rings->bands);
-    return w;
-}
-
 /* Solves down the rings of one m, e and o apart: the equator mirrors c as +-c, the pole as
    (-1)^m c. */
 static void envmapi_rings_solve(const envmapi_rings *rings, double *f, int m) {
@@ -3637,21 +3624,22 @@ static void envmapi_rings_solve(const envmapi_rings *rings, double *f, int m) {
 static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
     double *F = envmapi_rings_F(rings, m);
-    envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
+    double *A = work, *B = A + rings->bands + 1, *P = B + rings->bands + 1;
+    envmapi_legendre_factors(A, B, m, rings->bands);
     memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
     envmapi_rings_solve(rings, F, m);
     memset(a, 0, (size_t)count * 8 * sizeof(double));
     for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
+        int l = envmapi_legendre(P, rings, m, first, A, B);
         envmapi_double8 f[16];
         memcpy(f, F + 16 * first, sizeof f);
         for (; l >= 0 && l < count; l += 2) {
             envmapi_double8 even = *envmapi_double8_at(a + 8 * l), odd;
-            const double *P = w.P + 8 * l, *Q = l + 1 < count ? P + 8 : P;
+            const double *p = P + 8 * l, *q = l + 1 < count ? p + 8 : p;
             memset(&odd, 0, sizeof odd);
             for (int b = 0; b < 8; ++b) {
-                envmapi_double8_add(&even, P[b], f + 2 * b);
-                envmapi_double8_add(&odd, Q[b], f + 2 * b + 1);
+                envmapi_double8_add(&even, p[b], f + 2 * b);
+                envmapi_double8_add(&odd, q[b], f + 2 * b + 1);
             }
             *envmapi_double8_at(a + 8 * l) = even;
             if (l + 1 < count) envmapi_double8_add(envmapi_double8_at(a + 8 * l + 8), 1, &odd);
@@ -3674,14 +3662,15 @@ ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const doub
 static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double *a,
                                         const double *lambda, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
-    double *F = envmapi_rings_F(rings, m);
-    envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
-    for (int i = 0; i < 8 * count; ++i) w.a[i] = lambda[m + i / 8] * a[i];
+    double *F = envmapi_rings_F(rings, m), *A = work, *B = A + rings->bands + 1;
+    double *P = B + rings->bands + 1, *scaled = P + 8 * rings->bands;
+    envmapi_legendre_factors(A, B, m, rings->bands);
+    for (int i = 0; i < 8 * count; ++i) scaled[i] = lambda[m + i / 8] * a[i];
     for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
+        int l = envmapi_legendre(P, rings, m, first, A, B);
         for (int part = 0; part < 4; ++part) { /* even and odd l - m, four rings and four more */
             int odd = part & 1, b = 2 * (part & 2);
-            envmapi_legendre_four(F + 16 * (first + b) + 8 * odd, w.a, w.P + b,
+            envmapi_legendre_four(F + 16 * (first + b) + 8 * odd, scaled, P + b,
                                   l < 0 ? count : l + odd, count);
         }
     }
