@@ -992,7 +992,7 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
 
 /* _add: y += a x. _mad: y += x z. _at: lanes in memory. _solve: (1, 26, 66, 26, 1)/120 c = f in
    place, see envmapi_spline_factor: n items `step` numbers apart, each of 1 .. 4 groups of lanes
-   `apart` numbers apart, which hide each other's latency. */
+   `apart` numbers apart, which hide each other's latency; their factors are `each` rows apart. */
 #define ENVMAPI_LANES(type, scalar, lanes)                                                         \
     ENVMAPI_LANE_TYPE(type, scalar, lanes);                                                        \
     ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
@@ -1003,14 +1003,14 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
     }                                                                                              \
     ENVMAPI_INLINE type *type##_at(const scalar *x) { return (type *)(uintptr_t)x; }               \
     ENVMAPI_INLINE void type##_solve(scalar *f, int n, size_t step, int groups, size_t apart,      \
-                                     double(*factors)[3]) {                                        \
+                                     double(*factors)[3], int each) {                              \
         type one[4], two[4];                                                                       \
         memset(one, 0, sizeof one), memset(two, 0, sizeof two);                                    \
         for (int i = 0; i < n; ++i)                                                                \
             for (int g = 0; g < groups; ++g) {                                                     \
                 type *now = type##_at(f + (size_t)i * step + (size_t)g * apart);                   \
-                type##_add(now, (scalar)-factors[i][1], one + g);                                  \
-                type##_add(now, (scalar)-factors[i][2], two + g);                                  \
+                type##_add(now, (scalar)-factors[i + g * each][1], one + g);                       \
+                type##_add(now, (scalar)-factors[i + g * each][2], two + g);                       \
                 two[g] = one[g], one[g] = *now;                                                    \
             }                                                                                      \
         memset(one, 0, sizeof one), memset(two, 0, sizeof two);                                    \
@@ -1018,9 +1018,9 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
             for (int g = 0; g < groups; ++g) {                                                     \
                 type *now = type##_at(f + (size_t)i * step + (size_t)g * apart), done;             \
                 memset(&done, 0, sizeof done);                                                     \
-                type##_add(&done, (scalar)(120 * factors[i][0]), now);                             \
-                type##_add(&done, (scalar)-factors[i + 1][1], one + g);                            \
-                type##_add(&done, (scalar)-factors[i + 2][2], two + g);                            \
+                type##_add(&done, (scalar)(120 * factors[i + g * each][0]), now);                  \
+                type##_add(&done, (scalar)-factors[i + 1 + g * each][1], one + g);                 \
+                type##_add(&done, (scalar)-factors[i + 2 + g * each][2], two + g);                 \
                 two[g] = one[g], one[g] = *now = done;                                             \
             }                                                                                      \
     }
@@ -3142,22 +3142,32 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
    and back by the same steps in reverse order. Spline and FFT are never inverted approximately, so
    all that is lost is what a spline loses of a wave of f cycles a sample, about 2.4 f^6
    (_spline_error), and the bands left out. Four channels: RGB and solid angle.
-   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre; F_m
-   takes the place of the rings it was made from, so that there is one grid of rings, no more.
+   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre.
+   Samples are floats, whose rounding stays where it is; F_m are doubles, as theirs goes around.
    Used by >>transform.  Source [Swarztrauber79] for e and o; splines [Unser91].
    Tests: tests/test_harmonics.c. */
 
 /* ---- splines */
 
-/* Quintic B-spline at the six samples around a point, f in [0,1] past the third. */
-ENVMAPI_INLINE void envmapi_spline(float w[6], float f) {
-    float g = 1 - f, f2 = f * f, g2 = g * g, f3 = f2 * f, g3 = g2 * g;
-    w[0] = g3 * g2 / 120;
-    w[1] = (1 + g * 5 + 10 * g2 + 10 * g3 + g2 * g2 * (5 - 5 * g)) / 120;
-    w[2] = (66 - 60 * f2 + f2 * f2 * (30 - 10 * f)) / 120;
-    w[3] = (66 - 60 * g2 + g2 * g2 * (30 - 10 * g)) / 120;
-    w[4] = (1 + f * 5 + 10 * f2 + 10 * f3 + f2 * f2 * (5 - 5 * f)) / 120;
-    w[5] = f3 * f2 / 120;
+/* Quintic B-splines at the six samples around two points, f and g in [0,1] past the third:
+   w[0..5] and w[8..13], by Horner's rule in 120 w. */
+ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
+    static const float powers[6][16] = {
+        {-1, 5, -10, 10, -5, 1, 0, 0, -1, 5, -10, 10, -5, 1},
+        {5, -20, 30, -20, 5, 0, 0, 0, 5, -20, 30, -20, 5},
+        {-10, 20, 0, -20, 10, 0, 0, 0, -10, 20, 0, -20, 10},
+        {10, 20, -60, 20, 10, 0, 0, 0, 10, 20, -60, 20, 10},
+        {-5, -50, 0, 50, 5, 0, 0, 0, -5, -50, 0, 50, 5},
+        {1, 26, 66, 26, 1, 0, 0, 0, 1, 26, 66, 26, 1},
+    };
+    const float at[16] = {f, f, f, f, f, f, f, f, g, g, g, g, g, g, g, g};
+    envmapi_float16 sum = *envmapi_float16_at(powers[0]), next, x = *envmapi_float16_at(at);
+    for (int i = 1; i < 6; ++i) {
+        next = *envmapi_float16_at(powers[i]);
+        envmapi_float16_mad(&next, &sum, &x), sum = next;
+    }
+    memset(&next, 0, sizeof next), envmapi_float16_add(&next, 1.0f / 120, &sum);
+    memcpy(w, &next, sizeof next);
 }
 
 /* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^6 over
@@ -3201,23 +3211,20 @@ static void envmapi_spline_factor(double (*factors)[3], int n, double first, dou
 
 #define ENVMAPI_CHUNK 64 /* directions that are worked on together */
 
-/* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-10. No branches, no
-   calls that set errno, so that compilers make vectors of it. */
+/* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-12. No branches, no
+   calls that set errno, so that compilers make vectors of it; no array may be another. */
 static void envmapi_polar(double *angle, double *length, const double *y, const double *x) {
-    static const double taylor[13] = {1.0,       -1.0 / 3,  1.0 / 5,   -1.0 / 7, 1.0 / 9,
-                                      -1.0 / 11, 1.0 / 13,  -1.0 / 15, 1.0 / 17, -1.0 / 19,
-                                      1.0 / 21,  -1.0 / 23, 1.0 / 25};
+    static const double atan[8] = {0.9999999999941719,  -0.333333331674598,  0.19999986206395,
+                                   -0.142851974611006,  0.1110077376986512,  -0.0897214949338374,
+                                   0.06895142217074653, -0.036429357645156486};
     for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
-        double ax = fabs(x[i]), ay = fabs(y[i]), most = ax > ay ? ax : ay,
-               least = ax > ay ? ay : ax;
-        double t = least / (most + 1e-300), reduced = (t - 1) / (t + 1), q = t * t;
-        double root = 1 + q * (0.4875 - 0.0733 * q); /* sqrt(1 + q), two steps after Heron */
-        root = 0.5 * (root + (1 + q) / root);
-        length[i] = most * (0.5 * (root + (1 + q) / root));
-        double s = t > 0.41421356237309503 ? reduced : t, r = 0; /* |s| <= tan pi/8 */
-        q = s * s;
-        for (int k = 12; k >= 0; --k) r = q * r + taylor[k];
-        r = r * s + (t > 0.41421356237309503 ? ENVMAPI_PI / 4 : 0);
+        double ax = fabs(x[i]), ay = fabs(y[i]), square = ax * ax + ay * ay;
+        double most = ax > ay ? ax : ay, least = ax > ay ? ay : ax, r = 0;
+        int wide = least > 0.41421356237309503 * most; /* |s| <= tan pi/8 */
+        double s = (wide ? least - most : least) / ((wide ? least + most : most) + 1e-300);
+        length[i] = square * envmapi_inverse_root(square);
+        for (int k = 7; k >= 0; --k) r = s * s * r + atan[k];
+        r = r * s + (wide ? ENVMAPI_PI / 4 : 0);
         r = ay > ax ? ENVMAPI_PI / 2 - r : r;
         r = x[i] < 0 ? ENVMAPI_PI - r : r;
         angle[i] = y[i] < 0 ? -r : r;
@@ -3232,9 +3239,9 @@ typedef struct envmapi_point {
 
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
-    size_t row;       /* doubles a row of G: rings -3 .. M+2, 4 channels */
-    double *G;        /* [2M][row]; or F_m, m < bands: e in row 2m, o in row 2m+1, the real part of
-                         ring pair j at ring j, the imaginary one at ring M-1-j */
+    size_t row, pairs; /* floats a row of G: rings -3 .. M+2, 4 channels; M/2, in blocks of 8 */
+    float *G;         /* [-3 .. 2M+2][row] */
+    double *F;        /* F_m, [bands][pairs][16]: e re, e im, o re, o im; where the values are */
     double *twiddles; /* cos, sin of 2 pi i/2M */
     double *response; /* 1 / the spline's response at m */
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
@@ -3243,7 +3250,7 @@ typedef struct envmapi_rings {
     /* the points, and what is there: RGB and solid angle */
     envmapi_point *points;
     float *values; /* [count][4] */
-    size_t count, room;
+    size_t count, room; /* room: doubles from G on, F and values are there too */
     double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
@@ -3294,53 +3301,55 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
         envmapi_spline_factor(rings->factors + i * (H + 2), H, i & 2 ? -1 : 1, i & 1 ? -1 : 1);
 }
 
-/* What a task of these needs: the FFT's block, or the rings of one m with their tables. */
-static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
+/* What a task of these needs: the FFT's block, or the tables of one m. */
+static size_t envmapi_rings_work(int M) { return 32 * (size_t)M + 64; }
 
-/* Rings for `room` points; G and values are those of `done`, whose work is done, where there is one
-   and they are large enough. */
+/* Rings for `room` points; G, F and values are in the block of `done`, whose work is done, where
+   there is one and it is large enough. All else is in one block: glibc's malloc gives back the
+   heap's end after a call in which no block is half of all, and the next has it mapped anew. */
 static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t room,
                                           int tasks, const envmapi_rings *done,
                                           envmapi_pool *pool) {
     size_t n = 2 * (size_t)M, H = (size_t)M / 2, L = (size_t)bands;
     memset(rings, 0, sizeof *rings);
     rings->M = M, rings->bands = bands, rings->tasks = tasks, rings->row = 4 * ((size_t)M + 6);
-    rings->room = room;
-    if (done && done->M >= M) rings->G = done->G;
-    else rings->G = (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
-    if (done && done->room >= room) rings->values = done->values;
-    else rings->values = (float *)envmapi_pool_get(pool, 4 * room, sizeof(float));
-    rings->points = (envmapi_point *)envmapi_pool_get(pool, room, sizeof(envmapi_point));
-    rings->reversed = (int *)envmapi_pool_get(pool, n, sizeof(int));
     size_t tables = 2 * n + 2 * L + 14 * H + 24, work = envmapi_rings_work(M) * (size_t)tasks;
-    rings->twiddles = (double *)envmapi_pool_get(pool, tables + work, sizeof(double));
-    if (!rings->G || !rings->values || !rings->points || !rings->reversed || !rings->twiddles)
-        return ENVMAP_ERROR_MEMORY;
-    rings->response = rings->twiddles + 2 * n, rings->norms = rings->response + L;
-    rings->x = rings->norms + L, rings->log_sin = rings->x + H;
-    rings->factors = (double(*)[3])(rings->log_sin + H), rings->work = rings->twiddles + tables;
+    rings->pairs = (H + 7) / 8 * 8;
+    size_t grid = (n + 6) * rings->row / 2, F = 16 * L * rings->pairs;
+    size_t own = rings->room = grid + (F > 2 * room ? F : 2 * room);
+    if (done && done->room >= own) own = 0;
+    double *block = (double *)envmapi_pool_get(
+        pool, own + tables + work + (n + 1) / 2 + (3 * room + 1) / 2, sizeof(double));
+    if (!block) return ENVMAP_ERROR_MEMORY;
+    rings->G = own ? (float *)block : done->G, rings->F = (double *)(void *)rings->G + grid;
+    rings->values = (float *)rings->F;
+    rings->twiddles = block + own, rings->response = rings->twiddles + 2 * n;
+    rings->norms = rings->response + L, rings->x = rings->norms + L;
+    rings->log_sin = rings->x + H, rings->factors = (double(*)[3])(rings->log_sin + H);
+    rings->work = rings->twiddles + tables, rings->reversed = (int *)(rings->work + work);
+    rings->points = (envmapi_point *)(rings->reversed + (n + 1) / 2 * 2);
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
 }
 
-/* Channels of ring j, -3 .. M+2, at point k. */
-ENVMAPI_INLINE double *envmapi_ring(const envmapi_rings *rings, int k, int j) {
-    return rings->G + (size_t)k * rings->row + 4 * (size_t)(j + 3);
+/* Channels of ring j, -3 .. M+2, at point k, -3 .. 2M+2. */
+ENVMAPI_INLINE float *envmapi_ring(const envmapi_rings *rings, int k, int j) {
+    return rings->G + (size_t)(k + 3) * rings->row + 4 * (size_t)(j + 3);
 }
 
 /* The polar axis is z; n <= 64 directions d[0..2][] of any length. */
 static void envmapi_rings_points(envmapi_point *points, const envmapi_rings *rings,
                                  double d[3][ENVMAPI_CHUNK], int n) {
     double scale = rings->M / ENVMAPI_PI, phi[ENVMAPI_CHUNK], theta[ENVMAPI_CHUNK];
-    double length[ENVMAPI_CHUNK];
+    double across[ENVMAPI_CHUNK], length[ENVMAPI_CHUNK];
+    int whole = 2 * rings->M;
     for (int i = n; i < ENVMAPI_CHUNK; ++i) d[0][i] = d[1][i] = d[2][i] = 1;
-    envmapi_polar(phi, length, d[1], d[0]);
-    envmapi_polar(theta, length, length, d[2]);
+    envmapi_polar(phi, across, d[1], d[0]);
+    envmapi_polar(theta, length, across, d[2]);
     for (int i = 0; i < n; ++i) {
-        double t = theta[i] * scale - 0.5, f = phi[i] * scale;
-        if (f < 0) f += 2 * rings->M;
-        int k = (int)f, j = (int)(t + 1) - 1;
-        points[i].k = (short)(k >= 2 * rings->M ? k - 2 * rings->M : k), points[i].j = (short)j;
+        double t = theta[i] * scale + 0.5, f = phi[i] * scale + (phi[i] < 0 ? whole : 0);
+        int k = (int)f, j = (int)t;
+        points[i].k = (short)(k < whole ? k : 0), points[i].j = (short)(j - 1);
         points[i].f_k = (float)(f - k), points[i].f_j = (float)(t - j);
     }
 }
@@ -3351,61 +3360,69 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
    can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
-    int n = 2 * rings->M;
     for (size_t i = 0; i < count; ++i) {
         const envmapi_point *p = points + i;
-        if ((p->k + 3 < from || p->k - 2 >= to) && p->k > 1 && p->k < n - 3) continue;
-        envmapi_double4 terms[6];
-        double value[4];
-        float w_k[6], w_j[6];
-        envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
-        for (int c = 0; c < 4; ++c) value[c] = (double)values[4 * i + (size_t)c];
+        int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
+        if (end > 6) end = 6;
+        if (a >= end) continue;
+        envmapi_float4 terms[6];
+        float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
+        envmapi_splines(w, p->f_k, p->f_j);
         memset(terms, 0, sizeof terms);
         for (int b = 0; b < 6; ++b)
-            envmapi_double4_add(terms + b, (double)w_j[b], envmapi_double4_at(value));
-        for (int a = 0; a < 6; ++a) {
-            int k = envmapi_wrap(p->k - 2 + a, n);
-            if (k < from || k >= to) continue;
-            envmapi_double4 *ring = envmapi_double4_at(envmapi_ring(rings, k, p->j - 2));
-            for (int b = 0; b < 6; ++b) envmapi_double4_add(ring + b, (double)w_k[a], terms + b);
-        }
+            envmapi_float4_add(terms + b, w[8 + b], envmapi_float4_at(values + 4 * i));
+        for (; a < end; ++a, ring += rings->row)
+            for (int b = 0; b < 6; ++b)
+                envmapi_float4_add(envmapi_float4_at(ring + 4 * b), w[a], terms + b);
     }
 }
 
 static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_point *points,
                                       float *values, size_t count) {
-    int n = 2 * rings->M;
     for (size_t i = 0; i < count; ++i) {
         const envmapi_point *p = points + i;
-        envmapi_double4 sums[6], sum;
-        double value[4];
-        float w_k[6], w_j[6];
-        envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
-        memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
-        for (int a = 0; a < 6; ++a) {
-            const envmapi_double4 *ring =
-                envmapi_double4_at(envmapi_ring(rings, envmapi_wrap(p->k - 2 + a, n), p->j - 2));
-            for (int b = 0; b < 6; ++b) envmapi_double4_add(sums + b, (double)w_k[a], ring + b);
+        envmapi_float16 four; /* of six samples down the rings, and the other two */
+        envmapi_float4 sums[6], sum;
+        float w[16];
+        const float *ring = envmapi_ring(rings, p->k - 2, p->j - 2);
+        envmapi_splines(w, p->f_k, p->f_j);
+        memset(&four, 0, sizeof four), memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
+        for (int a = 0; a < 6; ++a, ring += rings->row) {
+            envmapi_float16_add(&four, w[a], envmapi_float16_at(ring));
+            envmapi_float4_add(sums + 4, w[a], envmapi_float4_at(ring + 16));
+            envmapi_float4_add(sums + 5, w[a], envmapi_float4_at(ring + 20));
         }
-        for (int b = 0; b < 6; ++b) envmapi_double4_add(&sum, (double)w_j[b], sums + b);
-        memcpy(value, &sum, sizeof value);
-        for (int c = 0; c < 4; ++c) values[4 * i + (size_t)c] = (float)value[c];
+        memcpy(sums, &four, sizeof four);
+        for (int b = 0; b < 6; ++b) envmapi_float4_add(&sum, w[8 + b], sums + b);
+        *envmapi_float4_at(values + 4 * i) = sum;
     }
 }
 
-/* Rings beyond a pole are the first ones half a turn on: add them there (fold), or copy. */
-static void envmapi_rings_poles(envmapi_rings *rings, int fold) {
+/* n numbers beyond an end are others inside: added to these (fold), or copied from there. */
+static void envmapi_fold(float *inside, float *beyond, size_t n, int fold) {
+    for (size_t i = 0; i < n; ++i) {
+        if (fold) inside[i] += beyond[i], beyond[i] = 0;
+        else beyond[i] = inside[i];
+    }
+}
+
+/* Samples beyond the seam are those a whole turn on. */
+static void envmapi_rings_seam(envmapi_rings *rings, int fold) {
+    for (int k = -3, n = 2 * rings->M; k < 3; ++k)
+        envmapi_fold(envmapi_ring(rings, k < 0 ? n + k : k, -3),
+                     envmapi_ring(rings, k < 0 ? k : n + k, -3), rings->row, fold);
+}
+
+/* Rings beyond a pole are the first ones half a turn on. */
+static void envmapi_rings_close(envmapi_rings *rings, int fold) {
     int M = rings->M;
-    for (int k = 0; k < 2 * M; ++k)
-        for (int i = 0; i < 6; ++i) {
-            int j = i < 3 ? i : M - 1 - (i - 3), mirrored = i < 3 ? -1 - i : M + (i - 3);
-            double *beyond = envmapi_ring(rings, k, mirrored);
-            double *inside = envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), j);
-            for (int c = 0; c < 4; ++c) {
-                if (fold) inside[c] += beyond[c];
-                else beyond[c] = inside[c];
-            }
-        }
+    if (fold) envmapi_rings_seam(rings, fold);
+    for (int i = 0; i < 12 * M; ++i) {
+        int k = i / 6, j = i % 3, south = i % 6 > 2;
+        envmapi_fold(envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), south ? M - 1 - j : j),
+                     envmapi_ring(rings, k, south ? M + j : -1 - j), 4, fold);
+    }
+    if (!fold) envmapi_rings_seam(rings, fold);
 }
 
 /* ---- FFT along the rings */
@@ -3487,66 +3504,72 @@ static void envmapi_fft(const envmapi_rings *rings, double *z, int sign) {
     }
 }
 
-/* Rings 2b, 2b+1 (real parts of z) and M-2-2b, M-1-2b (imaginary ones) of block b; F_m from and to
-   their place in G. */
-static void envmapi_rings_unpack(envmapi_rings *rings, int block, const double *z) {
-    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
+ENVMAPI_INLINE double *envmapi_rings_F(const envmapi_rings *rings, int m) {
+    return rings->F + 16 * rings->pairs * (size_t)m;
+}
+
+/* Rings 2b, 2b+1 (real parts of z) and M-2-2b, M-1-2b (imaginary ones) of block b -> F_m. */
+static void envmapi_rings_unpack(const envmapi_rings *rings, int block, const double *z) {
+    int n = 2 * rings->M;
     for (int m = 0; m < rings->bands; ++m) {
         const double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         const double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
-        double *e_re = envmapi_ring(rings, 2 * m, north), half = rings->response[m] / 2;
-        double *e_im = envmapi_ring(rings, 2 * m, south);
-        double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
-        for (int i = 0; i < 8; ++i) {
-            int s = i ^ 4; /* the pair's southern ring is the other one */
-            double n_re = (p[i] + q[i]) * half, n_im = (p[8 + i] - q[8 + i]) * half;
-            double s_re = (p[8 + s] + q[8 + s]) * half, s_im = (q[s] - p[s]) * half;
-            e_re[i] = n_re + s_re, e_im[s] = n_im + s_im;
-            o_re[i] = n_re - s_re, o_im[s] = n_im - s_im;
-        }
+        double *f = envmapi_rings_F(rings, m) + 32 * block, half = rings->response[m] / 2;
+        for (int i = 0; i < 32; i += 8) ENVMAPI_PREFETCH(f + 64 * rings->pairs + i);
+        for (int r = 0; r < 8; r += 4, f += 16)
+            for (int c = 0; c < 4; ++c) {
+                int i = r + c, s = i ^ 4; /* the pair's southern ring is the other one */
+                double n_re = (p[i] + q[i]) * half, n_im = (p[8 + i] - q[8 + i]) * half;
+                double s_re = (p[8 + s] + q[8 + s]) * half, s_im = (q[s] - p[s]) * half;
+                f[c] = n_re + s_re, f[c + 4] = n_im + s_im;
+                f[c + 8] = n_re - s_re, f[c + 12] = n_im - s_im;
+            }
     }
 }
 
 static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z) {
-    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
+    int n = 2 * rings->M;
     memset(z, 0, (size_t)n * 2 * ENVMAPI_BLOCK * sizeof(double));
     for (int m = rings->bands - 1; m >= 0; --m) {
         double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
-        const double *e_re = envmapi_ring(rings, 2 * m, north), w = rings->response[m];
-        const double *e_im = envmapi_ring(rings, 2 * m, south);
-        const double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
-        for (int i = 0; i < 8; ++i) { /* p = N + i S, q = conj N + i conj S */
-            int s = i ^ 4;
-            double n_re = (e_re[i] + o_re[i]) * w, n_im = (e_im[s] + o_im[s]) * w;
-            double s_re = (e_re[s] - o_re[s]) * w, s_im = (e_im[i] - o_im[i]) * w;
-            q[i] = n_re + s_im, q[8 + i] = s_re - n_im;
-            p[i] = m ? n_re - s_im : n_re, p[8 + i] = m ? s_re + n_im : s_re;
-        }
+        const double *f = envmapi_rings_F(rings, m) + 32 * block, w = rings->response[m];
+        for (int i = 0; m > 3 && i < 32; i += 8) ENVMAPI_PREFETCH(f - 64 * rings->pairs + i);
+        for (int r = 0; r < 8; r += 4) /* p = N + i S, q = conj N + i conj S */
+            for (int c = 0; c < 4; ++c) {
+                const double *north = f + 4 * r + c, *south = f + 4 * (r ^ 4) + c;
+                double n_re = (north[0] + north[8]) * w, n_im = (north[4] + north[12]) * w;
+                double s_re = (south[0] - south[8]) * w, s_im = (south[4] - south[12]) * w;
+                q[r + c] = n_re + s_im, q[8 + r + c] = s_re - n_im;
+                p[r + c] = m ? n_re - s_im : n_re, p[8 + r + c] = m ? s_re + n_im : s_re;
+            }
     }
 }
 
 /* z between a block's rings and the FFT. */
-static void envmapi_rings_block(envmapi_rings *rings, int block, double *z, int out) {
+static void envmapi_rings_block(const envmapi_rings *rings, int block, double *z, int out) {
     int north = 2 * block, south = rings->M - 2 - north;
     for (int k = 0; k < 2 * rings->M; ++k, z += 2 * ENVMAPI_BLOCK) {
-        double *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
-        if (out) memcpy(a, z, 64), memcpy(b, z + ENVMAPI_BLOCK, 64);
-        else memcpy(z, a, 64), memcpy(z + ENVMAPI_BLOCK, b, 64);
+        float *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
+        ENVMAPI_PREFETCH(a + 8 * rings->row), ENVMAPI_PREFETCH(b + 8 * rings->row);
+        for (int i = 0; i < ENVMAPI_BLOCK && out; ++i)
+            a[i] = (float)z[i], b[i] = (float)z[ENVMAPI_BLOCK + i];
+        for (int i = 0; i < ENVMAPI_BLOCK && !out; ++i)
+            z[i] = (double)a[i], z[ENVMAPI_BLOCK + i] = (double)b[i];
     }
 }
 
 /* ---- Legendre functions along the meridian */
 
-/* A and B of P_l = A_l (x P_(l-1) - B_l P_(l-2)), A_l = sqrt((4l^2-1)/(l^2-m^2)),
-   B_l = sqrt(((l-1)^2-m^2)/(4(l-1)^2-1)), for l = m+1 .. bands. */
+/* A and B of P_l = A_l x P_(l-1) - B_l P_(l-2), A_l = sqrt((4l^2-1)/(l^2-m^2)), B_l = A_l/A_(l-1),
+   for l = m+1 .. bands; P_(m-1) is 0. */
 static void envmapi_legendre_factors(double *A, double *B, int m, int bands) {
-    double mm = (double)m * m;
     for (int l = m + 1; l <= bands; ++l) {
-        double ll = (double)l * l, before = (l - 1.0) * (l - 1.0);
-        A[l] = sqrt((4 * ll - 1) / (ll - mm));
-        B[l] = l - 1 > m ? sqrt((before - mm) / (4 * before - 1)) : 0;
+        double ll = (double)l * l, square = (4 * ll - 1) / (ll - (double)m * m);
+        A[l] = square * envmapi_inverse_root(square);
     }
+    A[m] = 1;
+    for (int l = m + 1; l <= bands; ++l) B[l] = A[l] / A[l - 1];
 }
 
 /* P_(l-1), P_(l-2) at 8 points x -> P_l, P_(l-1). */
@@ -3555,31 +3578,30 @@ ENVMAPI_INLINE void envmapi_legendre_step(envmapi_double8 *now, envmapi_double8 
     envmapi_double8 ax, next;
     memset(&ax, 0, sizeof ax), memset(&next, 0, sizeof next);
     envmapi_double8_add(&ax, A, x);
-    envmapi_double8_add(&next, -A * B, before);
+    envmapi_double8_add(&next, -B, before);
     envmapi_double8_mad(&next, &ax, now);
     *before = *now, *now = next;
 }
 
 /* P_lm of 8 rings for l = m .. bands-1. sin^m begins as its logarithm: where it underflows, below
-   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-18 on
-   all 8 rings, or -1 when all are: far less than the rounding of P, which is of order 1.
-   Test: skipped_legendre_functions_are_negligible. */
+   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-14 on
+   all 8 rings, or -1 when all are: less than the rounding of what is summed. Up to there P grows
+   with l and towards the equator.  Test: skipped_legendre_functions_are_negligible. */
 static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
                             const double *A, const double *B) {
-    int H = rings->M / 2, any = 0, skip = -1;
+    int H = rings->M / 2, last = first + 8 < H ? 7 : H - 1 - first, skip = -1;
     double x[8], start[8];
     envmapi_double8 before, now;
     for (int b = 0; b < 8; ++b) {
         int j = first + b < H ? first + b : H - 1;
         double logarithm = rings->norms[m] + m * rings->log_sin[j];
         start[b] = logarithm > -700 && first + b < H ? exp(logarithm) : 0;
-        x[b] = rings->x[j], any |= start[b] > 0;
+        x[b] = rings->x[j];
     }
     now = *envmapi_double8_at(start), memset(&before, 0, sizeof before);
-    for (int l = m; any && l < rings->bands; ++l, P += 8) {
+    for (int l = m; start[last] > 0 && l < rings->bands; ++l, P += 8) {
         *envmapi_double8_at(P) = now;
-        for (int b = 0; b < 8 && skip < 0; ++b)
-            if (fabs(P[b]) > 1e-18) skip = (l - m) & ~1;
+        if (skip < 0 && fabs(P[last]) > 1e-14) skip = (l - m) & ~1;
         envmapi_legendre_step(&now, &before, envmapi_double8_at(x), A[l + 1], B[l + 1]);
     }
     return skip;
@@ -3591,58 +3613,33 @@ static size_t envmapi_triangle(int bands, int m) {
     return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
 }
 
-typedef struct envmapi_legendre_work {
-    double *A, *B, *P, *f, *a; /* f: F_m, [H][16]: e re, e im, o re, o im */
-} envmapi_legendre_work;
-
-static envmapi_legendre_work envmapi_legendre_work_of(const envmapi_rings *rings, int m,
-                                                      double *work) {
-    size_t L = (size_t)rings->bands, H = (size_t)rings->M / 2;
-    envmapi_legendre_work w = {work, work + L + 1, work + 2 * L + 2, work + 10 * L + 2, NULL};
-    w.a = w.f + 16 * H + 128;
-    memset(w.f + 16 * H, 0, 16 * 8 * sizeof(double));
-    envmapi_legendre_factors(w.A, w.B, m, rings->bands);
-    return w;
-}
-
-/* F_m of all rings from G to f and back. */
-static void envmapi_rings_copy(const envmapi_rings *rings, double *f, int m, int back) {
-    for (int odd = 0; odd < 2; ++odd)
-        for (int j = 0; j < rings->M / 2; ++j) {
-            double *re = envmapi_ring(rings, 2 * m + odd, j), *to = f + 16 * j + 8 * odd;
-            double *im = envmapi_ring(rings, 2 * m + odd, rings->M - 1 - j);
-            if (back) memcpy(re, to, 32), memcpy(im, to + 4, 32);
-            else memcpy(to, re, 32), memcpy(to + 4, im, 32);
-        }
-}
-
 /* Solves down the rings of one m, e and o apart: the equator mirrors c as +-c, the pole as
    (-1)^m c. */
 static void envmapi_rings_solve(const envmapi_rings *rings, double *f, int m) {
     int H = rings->M / 2;
-    for (int odd = 0; odd < 2; ++odd)
-        envmapi_double8_solve(f + 8 * odd, H, 16, 1, 0,
-                              rings->factors + (2 * (m & 1) + odd) * (H + 2));
+    envmapi_double8_solve(f, H, 16, 2, 8, rings->factors + 2 * (m & 1) * (H + 2), H + 2);
 }
 
 /* a[l] = sum_j P_l(j) F(j): even l - m see e, odd ones o. */
 static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
-    envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
-    envmapi_rings_copy(rings, w.f, m, 0);
-    envmapi_rings_solve(rings, w.f, m);
+    double *F = envmapi_rings_F(rings, m);
+    double *A = work, *B = A + rings->bands + 1, *P = B + rings->bands + 1;
+    envmapi_legendre_factors(A, B, m, rings->bands);
+    memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
+    envmapi_rings_solve(rings, F, m);
     memset(a, 0, (size_t)count * 8 * sizeof(double));
     for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
+        int l = envmapi_legendre(P, rings, m, first, A, B);
         envmapi_double8 f[16];
-        memcpy(f, w.f + 16 * first, sizeof f);
+        memcpy(f, F + 16 * first, sizeof f);
         for (; l >= 0 && l < count; l += 2) {
             envmapi_double8 even = *envmapi_double8_at(a + 8 * l), odd;
-            const double *P = w.P + 8 * l, *Q = l + 1 < count ? P + 8 : P;
+            const double *p = P + 8 * l, *q = l + 1 < count ? p + 8 : p;
             memset(&odd, 0, sizeof odd);
             for (int b = 0; b < 8; ++b) {
-                envmapi_double8_add(&even, P[b], f + 2 * b);
-                envmapi_double8_add(&odd, Q[b], f + 2 * b + 1);
+                envmapi_double8_add(&even, p[b], f + 2 * b);
+                envmapi_double8_add(&odd, q[b], f + 2 * b + 1);
             }
             *envmapi_double8_at(a + 8 * l) = even;
             if (l + 1 < count) envmapi_double8_add(envmapi_double8_at(a + 8 * l + 8), 1, &odd);
@@ -3665,18 +3662,19 @@ ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const doub
 static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double *a,
                                         const double *lambda, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
-    envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
-    for (int i = 0; i < 8 * count; ++i) w.a[i] = lambda[m + i / 8] * a[i];
+    double *F = envmapi_rings_F(rings, m), *A = work, *B = A + rings->bands + 1;
+    double *P = B + rings->bands + 1, *scaled = P + 8 * rings->bands;
+    envmapi_legendre_factors(A, B, m, rings->bands);
+    for (int i = 0; i < 8 * count; ++i) scaled[i] = lambda[m + i / 8] * a[i];
     for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
+        int l = envmapi_legendre(P, rings, m, first, A, B);
         for (int part = 0; part < 4; ++part) { /* even and odd l - m, four rings and four more */
             int odd = part & 1, b = 2 * (part & 2);
-            envmapi_legendre_four(w.f + 16 * (first + b) + 8 * odd, w.a, w.P + b,
+            envmapi_legendre_four(F + 16 * (first + b) + 8 * odd, scaled, P + b,
                                   l < 0 ? count : l + odd, count);
         }
     }
-    envmapi_rings_solve(rings, w.f, m);
-    envmapi_rings_copy(rings, w.f, m, 1);
+    envmapi_rings_solve(rings, F, m);
 }
 
 /* ---- as tasks, each a part that the data alone defines */
@@ -3692,8 +3690,9 @@ static int envmapi_spread_tasks(const envmapi_rings *r) {
 static void envmapi_task_spread(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
-    int from = n * task / tasks, to = n * (task + 1) / tasks;
-    memset(r->G + (size_t)from * r->row, 0, (size_t)(to - from) * r->row * sizeof(double));
+    int from = task ? n * task / tasks : -3;
+    int to = task + 1 < tasks ? n * (task + 1) / tasks : n + 3;
+    memset(envmapi_ring(r, from, -3), 0, (size_t)(to - from) * r->row * sizeof(float));
     envmapi_rings_spread(r, r->points, r->values, r->count, from, to);
 }
 
@@ -3730,7 +3729,7 @@ static void envmapi_task_legendre(void *context, int task) {
 static void envmapi_analyse(envmapi_rings *r, const envmap_work *work) {
     r->back = 0;
     envmapi_run_all(work, envmapi_task_spread, r, envmapi_spread_tasks(r));
-    envmapi_rings_poles(r, 1);
+    envmapi_rings_close(r, 1);
     envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
     envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
 }
@@ -3740,7 +3739,7 @@ static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
     r->back = 1;
     envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
     envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
-    envmapi_rings_poles(r, 0);
+    envmapi_rings_close(r, 0);
     envmapi_run_all(work, envmapi_task_interpolate, r, r->tasks);
 }
 
@@ -4018,13 +4017,20 @@ static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels
    (identity), which have one tap each. closed: nodes beyond an edge are others of the grid.
    folded: an octahedral map's faces are the octahedron's, two triangles in each quadrant, whose
-   nodes fill it: bit 0 of a face is the right half, bit 1 the lower, bit 2 beyond the horizon. */
+   nodes fill it: bit 0 of a face is the right half, bit 1 the lower, bit 2 beyond the horizon.
+   bent: a cube's nodes lie at u = (1 + tan a/tan g)/2, a even from -g to g: fewer are wasted on
+   corners. */
 typedef struct envmapi_grid {
     const envmap *map;
-    int faces, width, height, nu, nv, pad, identity, closed, folded, taps;
+    int faces, width, height, nu, nv, pad, identity, closed, folded, bent, taps;
     int line[2];  /* nodes that are solved together along v, and along u */
     size_t count; /* nodes */
 } envmapi_grid;
+
+/* g: the larger, the fewer nodes, but the farther apart where a face's spline ends. At 0.6
+   lights_beside_an_edge_keep_the_tolerance fails: 33 tolerances. */
+#define ENVMAPI_BEND     0.5
+#define ENVMAPI_BEND_TAN 0.54630248984379 /* its tangent */
 
 /* The largest |d direction / du| of a mapping, but at the rims of sphere and angular maps. */
 static double envmapi_stretch(int mapping) {
@@ -4044,16 +4050,19 @@ static envmapi_grid envmapi_grid_of(const envmap *map, double h, double toleranc
     envmapi_grid grid;
     int width = envmapi_width(map->mapping, map->size), closed = map->mapping == ENVMAP_LATLONG;
     int folds = map->mapping == ENVMAP_OCTAHEDRAL, faces = folds ? 8 : envmap_faces(map->mapping);
-    int n = (int)fmax(ceil(envmapi_stretch(map->mapping) / h / (1 + closed + folds)), 4) + folds;
-    grid.map = map;
-    grid.pad = 3 + (closed ? 0 : (int)ceil(log(0.002 / fmin(tolerance, 0.002)) / 0.843));
+    int pad = 3 + (closed ? 0 : (int)ceil(log(0.002 / fmin(tolerance, 0.002)) / 0.843));
+    double span = envmapi_stretch(map->mapping) / (1 + closed + folds);
+    grid.map = map, grid.pad = pad;
+    grid.bent = map->mapping == ENVMAP_CUBE && span > 4 * pad * h; /* nodes end before pi/2 */
+    if (grid.bent) span *= ENVMAPI_BEND / ENVMAPI_BEND_TAN;
+    int n = (int)fmax(ceil(span / h), 4) + folds;
     double nodes = faces * ((1.0 + closed) * n + 2 * grid.pad) * (n + 2.0 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
                     nodes > 0.8 * envmap_faces(map->mapping) * width * map->size;
     grid.closed = closed && !grid.identity, grid.taps = grid.identity ? 1 : 6;
     grid.folded = folds && !grid.identity;
     grid.faces = grid.folded ? faces : envmap_faces(map->mapping);
-    if (grid.identity) grid.pad = 0;
+    if (grid.identity) grid.pad = grid.bent = 0;
     grid.nu = grid.identity ? width : n * (1 + closed);
     grid.nv = grid.identity ? map->size : n;
     grid.width = grid.nu + 2 * grid.pad, grid.height = grid.nv + 2 * grid.pad;
@@ -4091,11 +4100,15 @@ typedef struct envmapi_taps {
 
 static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, const envmapi_grid *grid) {
     for (int x = 0; x < texels; ++x) {
-        double at = (x + 0.5) / texels * nodes * (1 + grid->folded) - 0.5 + grid->pad;
+        double at = (x + 0.5) / texels;
+        if (grid->bent) at = 0.5 + 0.5 / ENVMAPI_BEND * atan(ENVMAPI_BEND_TAN * (2 * at - 1));
+        at = at * nodes * (1 + grid->folded) - 0.5 + grid->pad;
         if (grid->folded && x >= texels / 2) at -= nodes;
         double before = floor(at);
+        float w[16];
         taps[x].start = (int)before - 2;
-        envmapi_spline(taps[x].w, (float)(at - before));
+        envmapi_splines(w, (float)(at - before), 0);
+        memcpy(taps[x].w, w, sizeof taps[x].w);
         if (grid->identity)
             memset(taps[x].w, 0, sizeof taps[x].w), taps[x].w[0] = 1, taps[x].start = x;
     }
@@ -4108,6 +4121,7 @@ typedef struct envmapi_transform {
     const envmapi_input *in;    /* of a source */
     envmapi_taps *u, *v;        /* of the texels */
     double (*factors)[3];       /* of the solve along columns, rows; of odd parts */
+    double *places;             /* u of the nodes, on a face's left half where it is folded */
     float *rows;                /* a task's rows of texels */
     int strips, along, adjoint; /* strips: of a face's grid, one a task; solve along rows */
     envmapi_lights lights;      /* summed apart */
@@ -4116,20 +4130,27 @@ typedef struct envmapi_transform {
     int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
 } envmapi_transform;
 
-/* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
+/* Rays of n texels or nodes at (u,v), to d[][at ..]; right: 1/2 to add to u, or 0. */
 static void envmapi_rays(double d[3][ENVMAPI_CHUNK], int at, int n, const envmapi_grid *grid,
-                         int face, double u, double du, double v) {
-    double ray[3], last[3];
+                         int face, const double *u, double right, double v) {
+    double ray[3], next[3];
     int flat = grid->map->mapping == ENVMAP_CUBE || grid->folded;
     for (int i = 0; i < n && !flat; ++i) {
-        envmapi_grid_ray(ray, grid, face, u + i * du, v);
+        envmapi_grid_ray(ray, grid, face, u[i] + right, v);
         for (int c = 0; c < 3; ++c) d[c][at + i] = ray[c];
     }
     if (!flat) return;
-    envmapi_grid_ray(ray, grid, face, u, v);
-    envmapi_grid_ray(last, grid, face, u + n * du, v);
+    envmapi_grid_ray(ray, grid, face, right, v);
+    envmapi_grid_ray(next, grid, face, right + 1, v);
     for (int c = 0; c < 3; ++c)
-        for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + i * ((last[c] - ray[c]) / n);
+        for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + u[i] * (next[c] - ray[c]);
+}
+
+/* u, or v, of the k-th of n nodes. */
+static double envmapi_grid_place(const envmapi_grid *grid, int k, int n) {
+    double at = (k - grid->pad + 0.5) / n; /* of a folded face, which is half of the map */
+    if (grid->bent) return 0.5 + 0.5 / ENVMAPI_BEND_TAN * tan(ENVMAPI_BEND * (2 * at - 1));
+    return grid->folded ? at / 2 : at;
 }
 
 /* Where the nodes are. Task: a row of the grid, of every face: 64 nodes at a time. */
@@ -4137,16 +4158,15 @@ static void envmapi_task_points(void *context, int y) {
     envmapi_transform *t = (envmapi_transform *)context;
     const envmapi_grid *grid = &t->grid;
     int width = grid->width, total = grid->faces * width, first = 0;
-    double d[3][ENVMAPI_CHUNK], part = grid->folded ? 0.5 : 1; /* of the map, a face's (u,v) are */
-    double du = part / grid->nu, v = (y - grid->pad + 0.5) * part / grid->nv;
+    double d[3][ENVMAPI_CHUNK], v = envmapi_grid_place(grid, y, grid->nv);
     envmapi_point points[ENVMAPI_CHUNK];
     for (int i = 0, next, n; i < total; i = next) { /* a run on one face, up to a full chunk */
         n = width - i % width;
         if (n > first + ENVMAPI_CHUNK - i) n = first + ENVMAPI_CHUNK - i;
         next = i + n;
         int face = i / width, right = grid->folded & face, below = grid->folded & face >> 1;
-        envmapi_rays(d, i - first, n, grid, face, (i % width - grid->pad + 0.5) * du + 0.5 * right,
-                     du, v + 0.5 * below);
+        envmapi_rays(d, i - first, n, grid, face, t->places + i % width, 0.5 * right,
+                     v + 0.5 * below);
         if (next - first < ENVMAPI_CHUNK && next < total) continue;
         envmapi_rings_points(points, &t->rings, d, next - first);
         for (int k = first; k < next; ++k) {
@@ -4172,12 +4192,14 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / h, bands + 2)));
     t->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
-    t->factors = (double(*)[3])envmapi_pool_get(pool, 2 * (high + wide + 4), 3 * sizeof(double));
-    if (!t->u || !t->rows || !t->factors ||
+    t->places = (double *)envmapi_pool_get(pool, wide + 6 * (high + wide + 4), sizeof(double));
+    if (!t->u || !t->rows || !t->places ||
         envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_tasks(work),
                              done ? &done->rings : NULL, pool))
         return ENVMAP_ERROR_MEMORY;
-    t->v = t->u + width;
+    t->v = t->u + width, t->factors = (double(*)[3])(t->places + wide);
+    for (int x = 0; x < t->grid.width; ++x)
+        t->places[x] = envmapi_grid_place(&t->grid, x, t->grid.nu);
     envmapi_taps_fill(t->u, (int)width, t->grid.nu, &t->grid);
     envmapi_taps_fill(t->v, map->size, t->grid.nv, &t->grid);
     for (int i = 0; i < 4; ++i) { /* along v, u; the same for odd parts of closed lines */
@@ -4200,10 +4222,7 @@ static void envmapi_grid_close(envmapi_transform *t) {
             int i = envmapi_wrap(j == y ? x : x + nu / 2, nu);
             float *beyond = t->rings.values + 4 * (size_t)((y + pad) * row + x + pad);
             float *inside = t->rings.values + 4 * (size_t)((j + pad) * row + i + pad);
-            for (int c = 0; c < 4 && beyond != inside; ++c) {
-                if (t->adjoint) inside[c] += beyond[c], beyond[c] = 0;
-                else beyond[c] = inside[c];
-            }
+            if (beyond != inside) envmapi_fold(inside, beyond, 4, t->adjoint);
         }
 }
 
@@ -4261,11 +4280,11 @@ ENVMAPI_INLINE void envmapi_lines_solve(float *line, const envmapi_transform *t,
     double(*factors)[3] = t->along ? t->factors + n[0] + 2 : t->factors;
     if (closed) envmapi_grid_parts(line, t, groups, step, apart, 1);
     else if (t->adjoint) envmapi_line_ends(line, t, groups, step, apart);
-    envmapi_float4_solve(line, n[t->along], step, groups, apart, factors);
+    envmapi_float4_solve(line, n[t->along], step, groups, apart, factors, 0);
     if (!closed && !t->adjoint) envmapi_line_ends(line, t, groups, step, apart);
     if (!closed) return;
     envmapi_float4_solve(line + 2 * t->grid.nu, n[t->along], step, groups, apart,
-                         factors + n[0] + n[1] + 4);
+                         factors + n[0] + n[1] + 4, 0);
     envmapi_grid_parts(line, t, groups, step, apart, 0.5f);
 }
 
@@ -4296,8 +4315,8 @@ static void envmapi_grid_solve(envmapi_transform *t, int adjoint, const envmap_w
 /* Rows of texels that are worked on together (speed only: one by one takes 1.9 x). */
 #define ENVMAPI_ROWS 16
 
-/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; y NULL: 1. The sums
-   stay in registers while rows go by. */
+/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; product 0: without y,
+   -1: that and sums are 0 before. The sums stay in registers while rows go by. */
 typedef struct envmapi_rows {
     const float *x[ENVMAPI_ROWS], *y[ENVMAPI_ROWS];
     float w[ENVMAPI_ROWS][6];
@@ -4317,11 +4336,12 @@ ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, cons
     envmapi_bits16 bits, all;
     if (notes) squares = notes->squares, all = notes->bits;
     memset(acc, 0, sizeof acc), memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega);
-    for (int j = 0; j < taps; ++j) memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
+    for (int j = 0; j < taps && product >= 0; ++j)
+        memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
     for (int r = 0; r < in->rows; ++r) {
         ENVMAPI_PREFETCH(in->x[r] + at + 64);
         memcpy(&texel, in->x[r] + at, bytes), light = texel;
-        if (product) {
+        if (product > 0) {
             memcpy(&omega, in->y[r] + at, bytes), memset(&light, 0, sizeof light);
             envmapi_float16_mad(&light, &texel, &omega);
         }
@@ -4477,9 +4497,10 @@ static void envmapi_task_norm(void *context, int task) {
 /* sums += what the lights send to n <= 64 texels from (x,y) on, over their norm. */
 static void envmapi_add_lights(float *sums, const float *norm, const envmapi_transform *t, int face,
                                int x, int y, int n) {
-    double a[3][ENVMAPI_CHUNK] = {{0}}, scale = 1 / t->norm;
-    double du = 1.0 / envmapi_width(t->grid.map->mapping, t->grid.map->size);
-    envmapi_rays(a, 0, n, &t->grid, face, (x + 0.5) * du, du, (y + 0.5) / t->grid.map->size);
+    double a[3][ENVMAPI_CHUNK] = {{0}}, u[ENVMAPI_CHUNK], scale = 1 / t->norm;
+    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
+    for (int i = 0; i < n; ++i) u[i] = (x + i + 0.5) / width;
+    envmapi_rays(a, 0, n, &t->grid, face, u, 0, (y + 0.5) / t->grid.map->size);
     for (int i = 0; i < n; i += ENVMAPI_BESIDE) {
         envmapi_lit lit;
         int m = n - i < ENVMAPI_BESIDE ? n - i : ENVMAPI_BESIDE;
@@ -4525,14 +4546,12 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_transfo
     envmapi_grid_run(run, &t->grid, face, y);
     int from = run[0], n = run[1] - run[0];
     out += 3 * from;
-    memset(out, 0, 3 * (size_t)n * sizeof *out);
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * from;
-    envmapi_rows_add(out, 0, 1, in, 0, NULL, 3 * (size_t)n);
+    envmapi_rows_add(out, 0, 1, in, -1, NULL, 3 * (size_t)n);
     for (int i = 0; i < 3 * n && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
     if (!t->lights.count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width - 2 * from;
-    memset(norm, 0, (size_t)n * sizeof *norm);
-    envmapi_rows_add(norm, 0, 1, in, 0, NULL, (size_t)n);
+    envmapi_rows_add(norm, 0, 1, in, -1, NULL, (size_t)n);
     for (int x = 0; x < n; x += ENVMAPI_CHUNK)
         envmapi_add_lights(out + 3 * x, norm + x, t, face, from + x, y,
                            n - x < ENVMAPI_CHUNK ? n - x : ENVMAPI_CHUNK);
@@ -4729,7 +4748,7 @@ ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double di
         envmapi_sh_points_order(&n, m, bands);
         for (int l = m; l < bands; ++l) {
             Y[l * (l + 1) - m] = now * n.powers[1][0], Y[l * (l + 1) + m] = now * n.powers[0][0];
-            double up = l + 1 < bands ? n.A[l + 1] * (n.z[0] * now - n.B[l + 1] * before) : 0;
+            double up = l + 1 < bands ? n.A[l + 1] * n.z[0] * now - n.B[l + 1] * before : 0;
             before = now, now = up;
         }
     }
