@@ -7929,22 +7929,29 @@ static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
     return 1;
 }
 
+/* Of `sums`: the block that a light is in. */
+static float *envmapi_light_block(float *sums, const envmapi_scene *s, const envmapi_light *light) {
+    size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
+    size_t size = (size_t)s->in.map->size, x = light->texel % width, y = light->texel / width;
+    size_t row = y / size * (size_t)s->blocks[0].nv + y % size / (size_t)s->edge;
+    return sums + 4 * (row * (size_t)s->blocks[0].nu + x / (size_t)s->edge);
+}
+
 /* The contrast of what the lights leave, no texel of which has more than `limit` of all energy.
    rest: room for the blocks without the lights. */
 static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
     size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
-    size_t size = (size_t)s->in.map->size, nu = (size_t)s->blocks[0].nu;
+    size_t size = (size_t)s->in.map->size;
     double squares = s->squares, off = s->cut;
     memcpy(rest, s->sums, 4 * s->blocks[0].count * sizeof *rest);
     for (int i = 0; i < s->light_count; ++i) {
         const double *v = s->lights[i].value, square = envmapi_light_square(s->lights + i);
         size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
-        size_t row = y / size * (size_t)s->blocks[0].nv + y % size / (size_t)s->edge;
-        float *sum = rest + 4 * (row * nu + x / (size_t)s->edge);
+        float *sum = envmapi_light_block(rest, s, s->lights + i);
         int cut = !(envmapi_omega_row(&s->in, (int)(y % size))[3 * x] > 0);
         for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
         s->energy -= envmapi_light_energy(s->lights + i);
-        squares -= square * envmapi_block_group(s, 0, row * nu);
+        squares -= square * envmapi_block_group(s, 0, (size_t)(sum - rest) / 4);
         if (cut) off -= square;
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
@@ -9001,6 +9008,52 @@ static void envmapi_power_scene(envmapi_power *d) {
     }
 }
 
+/* a_lm of a scene's lights: added (1), or taken out (-1). */
+static void envmapi_power_lights(envmapi_power *d, const envmapi_scene *s, int sign) {
+    envmapi_sh_points *n = d->points;
+    for (int i = 0; i < s->light_count;) {
+        for (n->count = 0; n->count < ENVMAPI_SH_POINTS && i < s->light_count; ++i) {
+            for (int c = 0; c < 3; ++c)
+                n->e[c][n->count] = sign * ldexp(s->lights[i].value[c], s->in.exponent);
+            envmapi_sh_points_add(n, s->lights[i].d);
+        }
+        envmapi_sh_scatter(d->sh, d->known, n);
+    }
+}
+
+/* Can the blocks in which the scene was summed stand for its texels? They can where the shortest
+   wave is three blocks long, if each block is a texel of a smaller map. */
+static int envmapi_power_coarse(const envmapi_power *d, const envmapi_scene *s, const envmap *src) {
+    return !s->in.exponent && !envmapi_is_disc(src->mapping) && src->size % s->edge == 0 &&
+           d->known * s->edge * envmapi_texel_extent(src) < 2.1;
+}
+
+/* a_lm from blocks instead of texels, which need not be read again. Lights, where there are any,
+   are not in blocks. Over a block the mean of Y_lm is 1 - l(l+1) h^2/24 of that in its middle. */
+static envmap_result envmapi_power_blocks(envmapi_power *d, envmapi_job *job) {
+    const envmapi_scene *s = &job->scenes.whole, *unlit = &job->scenes.unlit;
+    double h = s->edge * envmapi_texel_extent(job->src);
+    size_t count = s->blocks[0].count;
+    envmap map = *job->src;
+    envmapi_sh_job sh;
+    map.texels = (float *)envmapi_pool_get(&job->pool, 4 * count, sizeof(float));
+    map.size = s->blocks[0].nv, map.levels = map.slices = 1;
+    if (!map.texels) return ENVMAP_ERROR_MEMORY;
+    memcpy(map.texels, s->sums, 4 * count * sizeof(float));
+    for (int i = 0; i < unlit->light_count; ++i)
+        for (int c = 0; c < 3; ++c)
+            envmapi_light_block(map.texels, s, unlit->lights + i)[c] -=
+                (float)unlit->lights[i].value[c];
+    for (size_t i = 0; i < 3 * count; ++i)
+        map.texels[i] = map.texels[i / 3 * 4 + i % 3] / s->sums[i / 3 * 4 + 3];
+    envmapi_sh_job_of(&sh, &map, 0, d->known, 0.01, &job->desc.work);
+    envmap_result result = envmapi_sh_project(d->sh, &sh);
+    for (int l = 0, i = 0; l < d->known && !result; ++l)
+        for (; i < 3 * (l + 1) * (l + 1); ++i) d->sh[i] /= 1 - l * (l + 1) * h * h / 24;
+    if (!result) envmapi_power_lights(d, unlit, 1);
+    return result;
+}
+
 /* Where FAST has no specification the definition interpolates between texels, and the scene has
    nothing finer. Smooth lobes leave little of FAST's last bands (Phong 3 % at 0.7 L), so 0.7 L are
    projected, whose last may be inexact; where lights are taken out of them again, their error has
@@ -9024,24 +9077,11 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     if (!envmapi_sh_job_of(&sh, job->src, 0, d->known, tolerance, &job->desc.work))
         return ENVMAP_ERROR_ARGUMENT;
     if (spec->L && !job->scenes.whole.in.exponent) sh.in = &job->scenes.whole.in;
-    envmap_result result = envmapi_sh_project(d->sh, &sh);
+    int coarse = spec->L && envmapi_power_coarse(d, &job->scenes.whole, job->src);
+    envmap_result result = coarse ? envmapi_power_blocks(d, job) : envmapi_sh_project(d->sh, &sh);
     if (result) return result;
     envmapi_power_scene(d);
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
-}
-
-/* The scene without the lights that are summed apart. */
-static void envmapi_power_unlit(envmapi_power *d, const envmapi_scene *s) {
-    envmapi_sh_points *n = d->points;
-    for (int i = 0; i < s->light_count;) {
-        for (n->count = 0; n->count < ENVMAPI_SH_POINTS && i < s->light_count; ++i) {
-            for (int c = 0; c < 3; ++c)
-                n->e[c][n->count] = -ldexp(s->lights[i].value[c], s->in.exponent);
-            envmapi_sh_points_add(n, s->lights[i].d);
-        }
-        envmapi_sh_scatter(d->sh, d->known, n);
-    }
-    envmapi_power_scene(d);
 }
 
 /* ---- how many texels */
@@ -9203,7 +9243,7 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     if (d.lobe->p0 < d.lobe->p1 || d.lobe->p0 > d.lobe->p1)
         out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &d);
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
-    if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
+    if (out->lights) envmapi_power_lights(&d, &scenes->unlit, -1), envmapi_power_scene(&d);
     out->method = ENVMAP_METHOD_FAST;
     if (!spec->L) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
