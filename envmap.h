@@ -5319,7 +5319,7 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
    tuned; they are the definition.
-       l_i, w_i, L_i w_i           envmapi_source_create, once for all axes
+       l_i, w_i                    envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
        the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
@@ -5341,9 +5341,9 @@ static double envmapi_texel_extent(const envmap *src) {
 #define ENVMAPI_TILE 256
 typedef struct envmapi_source {
     const envmap *map;
+    const float *texels; /* of the slice */
     size_t count, tiles;
     double *x, *y, *z, *w; /* [count] direction and solid angle */
-    double *r, *g, *b;     /* [count] radiance times solid angle */
     uint32_t *code;        /* [count] face, then the bits of y and x in turn, 2 bits of them */
     uint32_t *place;       /* [count] of the texel in the map */
     int bits;              /* of y and x each */
@@ -5352,6 +5352,10 @@ typedef struct envmapi_source {
     double radius;         /* of the widest tile, rad */
     void *block;           /* the memory of all of the above */
 } envmapi_source;
+
+static const float *envmapi_source_rgb(const envmapi_source *s, size_t i) {
+    return s->texels + 3 * (size_t)s->place[i];
+}
 
 static void envmapi_source_free(envmapi_source *source, void *memory) {
     if (source->block) ENVMAP_FREE(memory, source->block);
@@ -5366,22 +5370,19 @@ static int envmapi_unzip(uint32_t n, int bits) {
 }
 
 /* Appends the texels whose codes start at `from`, and their tile. */
-static void envmapi_source_tile(envmapi_source *s, int slice, uint32_t from) {
+static void envmapi_source_tile(envmapi_source *s, uint32_t from) {
     int mapping = s->map->mapping, edge = s->map->size, width = envmapi_width(mapping, edge);
     int face = (int)(from >> 2 * s->bits);
     int x0 = envmapi_unzip(from, s->bits), y0 = envmapi_unzip(from >> 1, s->bits);
-    const float *image = envmapi_image(s->map, 0, slice, face);
     double sum[3] = {0, 0, 0}, at[2], d[3];
     for (uint32_t n = 0; n < ENVMAPI_TILE; ++n) {
         int x = x0 + envmapi_unzip(n, 4), y = y0 + envmapi_unzip(n >> 1, 4);
         double w = x < width && y < edge ? envmapi_texel_cell(at, mapping, edge, x, y) : 0;
         if (!(w > 0)) continue;
-        const float *rgb = image + 3 * ((size_t)y * (size_t)width + (size_t)x);
         size_t i = s->count++;
-        s->place[i] = (uint32_t)((rgb - envmapi_image(s->map, 0, slice, 0)) / 3);
+        s->place[i] = (uint32_t)((face * edge + y) * width + x);
         envmapi_direction(d, mapping, face, at[0], at[1]);
         s->x[i] = d[0], s->y[i] = d[1], s->z[i] = d[2], s->w[i] = w, s->code[i] = from + n;
-        s->r[i] = w * (double)rgb[0], s->g[i] = w * (double)rgb[1], s->b[i] = w * (double)rgb[2];
         for (int c = 0; c < 3; ++c) sum[c] += d[c];
     }
     envmapi_unit(s->centre[s->tiles], sum);
@@ -5400,20 +5401,19 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     size_t tiles = (size_t)((width + 15) / 16) * (size_t)((map->size + 15) / 16) * (size_t)faces;
     memset(s, 0, sizeof *s);
     if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
-    size_t bytes = n * (7 * sizeof *s->x + 2 * sizeof *s->code);
+    size_t bytes = n * (4 * sizeof *s->x + 2 * sizeof *s->code);
     bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
     double *block = (double *)ENVMAP_MALLOC(memory, bytes);
     if (!block) return ENVMAP_ERROR_MEMORY;
-    s->map = map, s->block = block, s->bits = 4;
+    s->map = map, s->block = block, s->bits = 4, s->texels = envmapi_image(map, 0, slice, 0);
     while (1 << s->bits < width) ++s->bits;
     s->x = block, s->y = block + n, s->z = block + 2 * n, s->w = block + 3 * n;
-    s->r = block + 4 * n, s->g = block + 5 * n, s->b = block + 6 * n;
-    s->centre = (double(*)[3])(block + 7 * n);
+    s->centre = (double(*)[3])(block + 4 * n);
     s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
     s->code = (uint32_t *)(s->first + tiles + 1), s->place = s->code + n;
     for (uint32_t code = 0; code >> 2 * s->bits < (uint32_t)faces; code += ENVMAPI_TILE)
         if (envmapi_unzip(code, s->bits) < width && envmapi_unzip(code >> 1, s->bits) < map->size)
-            envmapi_source_tile(s, slice, code);
+            envmapi_source_tile(s, code);
     return ENVMAP_OK;
 }
 
@@ -5470,9 +5470,10 @@ static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
 static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
     const envmapi_source *s = axis->source;
     if (k >= 0 && k <= 0) return; /* NaN goes on: it must be seen */
-    axis->sum[3] += k * s->w[i];
-    if (!axis->level.texels) axis->light[s->place[i]] += k * s->w[i];
-    else axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
+    k *= s->w[i], axis->sum[3] += k;
+    if (!axis->level.texels) axis->light[s->place[i]] += k;
+    const float *rgb = envmapi_source_rgb(s, i);
+    for (int c = 0; c < 3 && axis->level.texels; ++c) axis->sum[c] += k * (double)rgb[c];
 }
 
 /* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are `last` or more. */
@@ -5847,7 +5848,8 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
     envmapi_node *node = tree->level[level];
     for (int i = 0; i < below; ++i) {
         envmapi_node *child = level > 1 ? tree->level[level - 1] + i : NULL;
-        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {s->r[i], s->g[i], s->b[i], s->w[i]};
+        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {0, 0, 0, s->w[i]};
+        for (int c = 0; c < 3; ++c) e[c] = e[3] * (double)envmapi_source_rgb(s, (size_t)i)[c];
         double radius = child ? envmapi_node_join(d, e, child) : 0;
         uint32_t code = (child ? child->code : s->code[i]) >> 2;
         if (node->children && node->code != code) ++node;
@@ -9415,7 +9417,8 @@ static void envmapi_view(void *context, int i) {
         if (!(l[2] > 0)) continue;
         l[0] = envmapi_dot(d, t), l[1] = envmapi_dot(d, b);
         envmapi_brdf_cosine(f, views->brdf, v, l, &bad);
-        rgb[0] += f[0] * s->r[k], rgb[1] += f[1] * s->g[k], rgb[2] += f[2] * s->b[k];
+        const float *texel = envmapi_source_rgb(s, k);
+        for (int c = 0; c < 3; ++c) rgb[c] += f[c] * s->w[k] * (double)texel[c];
     }
     for (int c = 0; c < 3; ++c)
         views->rgb[3 * i + c] =
