@@ -42,7 +42,8 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile' \
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
            %/test_materials %/test_gl %/test_shaders %/test_harmonics %/test_stability_filters \
-           %/test_plan %/test_search %/test_bake %/test_stack %/test_threads %/test_tool_speed
+           %/test_plan %/test_search %/test_bake %/test_stack %/test_threads %/test_tool_speed \
+           %/test_memory
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 

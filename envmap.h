@@ -432,8 +432,9 @@ ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double 
               (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
               floats overflow or vanish, it is every texel again
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
-   With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16
-   sets of coefficients, for 3 bands also of 144 rows of the map.  Test:
+   With a tolerance O(texels + bands^3) and the memory of the map and 1000 bands^2 bytes, as FAST;
+   without O(texels bands^2) and that of 16 sets of coefficients, for 3 bands also of 144 rows of
+   the map.  Test:
    a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
@@ -447,7 +448,7 @@ ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int
    tolerance  0, and below 1e-6: every coefficient, in double; also for numbers near the ends of
               floats. Otherwise the relative rms error
    Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then
-   stays as it was.  With a tolerance O(texels + bands^3), without O(texels bands^2).
+   stays as it was.  Time and memory as envmap_sh_project's; without a tolerance the level's.
    Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
                                         int bands, double tolerance, const envmap_work *work);
@@ -546,6 +547,10 @@ typedef struct envmap_filter_desc {
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
    darkest texels may be off by more than 20 tolerances.
+   Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 13 S + D;
+   FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
+   two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
+   executor.  Test: tests/test_memory.c.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
@@ -561,7 +566,7 @@ ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
    prepared  its memory context set, or zero; overwritten without freeing
    lobes     1 .. 32: those that will be asked for, or the sharpest of them
    desc      tolerance, executor
-   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY.
+   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY.  Memory as FAST's.
    Test: a_prepared_source_gives_the_same_map. */
 ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
                                         const envmap_lobe *lobes, int count,
@@ -597,7 +602,7 @@ typedef struct envmap_plan {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, work, prepared
-   Errors: those of envmap_filter.  Cost: 0.5 to 1 times the filter's, more for lobes with slices.
+   Errors: those of envmap_filter.  Cost: 0.3 to 0.7 times the filter's; memory as FAST's.
    Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
@@ -635,7 +640,8 @@ typedef struct envmap_frame {
    Models narrower than two texels of map see single texels: resample it to a finer map first.
    Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r
    negative or not finite), MEMORY, CANCELLED; rgb then stays as it was.
-   O(texels * count), in double.  Thread-safe.  Source [KVHS00] eq. 1.  Test: eq_1_* . */
+   O(texels * count), in double; 40 bytes a texel.  Thread-safe.  Source [KVHS00] eq. 1.
+   Test: eq_1_* . */
 ENVMAP_API envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
                                          const envmap_frame *frames, int count,
                                          const envmap_work *work);
@@ -702,7 +708,7 @@ ENVMAP_API double envmap_ggx_multiple(double f0, double scale, double bias);
 
 /* values[y][x] = (scale, bias), [size][size][2], at texel centres: n.v = (x + 1/2)/size, roughness
    = (y + 1/2)/size, alpha = roughness^2.  size 1 .. 1024.  The executor runs rows.
-   Errors: ARGUMENT, MEMORY, CANCELLED; values then stay as they were. */
+   Errors: ARGUMENT, MEMORY (as much again), CANCELLED; values then stay as they were. */
 ENVMAP_API envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work);
 
 /* level = (levels - 1) r (1 + bend - bend r) and its inverse: where in a chain a roughness lies.
@@ -742,7 +748,7 @@ typedef struct envmap_difference {
 /* How far level `level` of a is from b, the truth; texels outside a rim (w = 0) do not count.
    Black b: 0 where a is black too, else infinity.
    Errors: ARGUMENT (maps of different mapping, edge or slices), RADIANCE (NaN, Inf).
-   Thread-safe.  Test: differences_*. */
+   Allocates nothing.  Thread-safe.  Test: differences_*. */
 ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
                                         const envmap *b, int level);
 
@@ -2903,8 +2909,8 @@ static envmapi_quadrature envmapi_quadrature_of(const envmap_lobe *lobe, double 
     q.breaks[0] = from > low ? from : low, q.breaks[1] = to < high ? to : high, q.step = 0.1;
     if (!(q.breaks[0] < q.breaks[1])) return q;
     q.count = 2;
-    /* No lobe of known width has detail a tenth of that, a ring none but its kinks; a table's panels
-       are its own pieces. */
+    /* No lobe of known width has detail a tenth of that, a ring none but its kinks; a table has
+       pieces of its own. */
     if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN)
         finest = 0.1 / sqrt(width + 1);
     if (lobe->kind == ENVMAP_LOBE_GGX) finest = 0.1 * width;
@@ -9181,11 +9187,11 @@ typedef struct envmapi_slices {
     double lost[ENVMAPI_SLICE_TASKS], total[ENVMAPI_SLICE_TASKS];
 } envmapi_slices;
 
-/* Sample i at x, in slices from p0; returns its weight, 0 after the last. Most is lost near the ends
-   of p's range, where a ring closes, and in the half slices there, where lookups clamp. In a scene
-   each end has four samples in its half slice, and then one in gaps 0, 1, 2 ..., fewer and
-   fewer: where (t (1-t))^2 is 1/30, its mean over the gap. A lone light shows more
-   detail in p: samples that are denser towards both ends, and fall in step with no n. */
+/* Sample i at x, in slices from p0; returns its weight, 0 after the last. Most is lost near both
+   ends, where a ring closes, and in the half slices there, where lookups clamp. In a scene each end
+   has four samples in its half slice, and then one in gaps 0, 1, 2 ..., fewer and fewer: where
+   (t (1-t))^2 is 1/30, its mean over the gap. A lone light shows more detail in p: samples that are
+   denser towards both ends, and fall in step with no n. */
 static double envmapi_slices_sample(double *x, const envmapi_slices *s, int i) {
     double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
     double half = (s->n - 1) / 2.0, count = 0.125;
