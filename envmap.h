@@ -1452,14 +1452,21 @@ static double envmapi_disc_side(double *sums, int mapping, const double a[2], co
 
 /* A of four corners, as the argument of a product of complex numbers: one arc tangent, not four,
    and for a small cell its series, which is as exact and takes a fifth of the time. */
-static double envmapi_cube_cell(double x0, double y0, double x1, double y1) {
-    double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0;
-    double s11 = sqrt(a + p), s00 = sqrt(b + q), s01 = sqrt(b + p), s10 = sqrt(a + q);
+ENVMAPI_INLINE void envmapi_cube_turn(double to[2], double x0, double y0, double x1, double y1,
+                                      double s00, double s01, double s10, double s11) {
     double re = s11 * s00 - x1 * y1 * x0 * y0, im = s11 * x0 * y0 + s00 * x1 * y1;
     double less_re = s01 * s10 - x0 * y1 * x1 * y0, less_im = s01 * x1 * y0 + s10 * x0 * y1;
-    double y = im * less_re - re * less_im, x = re * less_re + im * less_im, z = y / x, zz = z * z;
-    if (!(fabs(z) < 0.02 && x > 0)) return atan2(y, x);
+    to[0] = re * less_re + im * less_im, to[1] = im * less_re - re * less_im;
+}
+ENVMAPI_INLINE double envmapi_small_atan(double z) {
+    double zz = z * z;
     return z * (1 - zz * (1 / 3.0 - zz * (1 / 5.0 - zz * (1 / 7.0 - zz / 9))));
+}
+static double envmapi_cube_cell(double x0, double y0, double x1, double y1) {
+    double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0, to[2];
+    envmapi_cube_turn(to, x0, y0, x1, y1, sqrt(b + q), sqrt(b + p), sqrt(a + q), sqrt(a + p));
+    int small = fabs(to[1]) < 0.02 * to[0];
+    return small ? envmapi_small_atan(to[1] / to[0]) : atan2(to[1], to[0]);
 }
 
 /* Solid angle of a triangle of three rays. */
@@ -4837,6 +4844,23 @@ static int envmapi_sh_axis(double *sign, int mapping, int face, int i) {
     return j;
 }
 
+/* S, T, M and |d|, w / |d|^2 of a cube's row of small texels, as below: by vectors. */
+static void envmapi_sh_cube_row(double *to, size_t half, int edge, int y) {
+    double side = 2.0 / edge, y0 = y * side - 1, y1 = y0 + side, Y = y0 + side / 2;
+    for (size_t i = 0; i < half; ++i) {
+        double x0 = (double)(int)i * side - 1, x1 = x0 + side, X = x0 + side / 2, turn[2];
+        double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0, dd = 1 + X * X + Y * Y;
+        double root = envmapi_inverse_root(dd);
+        envmapi_cube_turn(turn, x0, y0, x1, y1, (b + q) * envmapi_inverse_root(b + q),
+                          (b + p) * envmapi_inverse_root(b + p),
+                          (a + q) * envmapi_inverse_root(a + q),
+                          (a + p) * envmapi_inverse_root(a + p));
+        to[i] = X, to[half + i] = Y, to[2 * half + i] = 1, to[3 * half + i] = dd * root;
+        to[4 * half + i] = envmapi_small_atan(turn[1] / turn[0]) * root * root;
+    }
+    if (edge % 2) to[5 * half - 1] /= 2;
+}
+
 /* The left half of row y of a face's upper half: d and |d|, w / |d|^2, then their products. A texel
    in the middle is its own mirror image. On lat-long each d is the one before, turned by a column,
    and rows differ from the first, `from`, by a factor. */
@@ -4848,7 +4872,9 @@ static void envmapi_sh_products(double *to, size_t half, const envmapi_sh_job *j
     double w = 0, scale = 2 * y + 1 == edge ? 0.5 : 1, *weights = to + 4 * half;
     for (size_t k = 0; k < 4; ++k)
         along[envmapi_sh_axis(sign + k, mapping, 0, (int)k)] = to + k * half;
-    for (int i = 0; i < (int)half && (mapping != ENVMAP_LATLONG || y == from); ++i) {
+    int cube = mapping == ENVMAP_CUBE && edge >= 16;
+    if (cube) envmapi_sh_cube_row(to, half, edge, y), sign[0] = sign[1] = sign[2] = 1;
+    for (int i = 0; i < (int)half && !cube && (mapping != ENVMAP_LATLONG || y == from); ++i) {
         double x = d[0];
         if (mapping != ENVMAP_LATLONG || i % 64 == 0) {
             w = envmapi_texel_cell(at, mapping, edge, i, y);
