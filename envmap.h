@@ -8195,6 +8195,8 @@ typedef struct envmapi_spec {
     double brightest; /* the largest |lambda_0| of a slice */
     double dark;      /* D of the scene, for a smooth lobe */
     double midpoint;  /* side^2/24 of a texel's side: what its midpoint loses, over the curvature */
+    const envmapi_scene *scene; /* that it is being fitted to, slice by slice, as this work says */
+    const envmap_work *work;
 } envmapi_spec;
 
 /* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
@@ -8223,6 +8225,7 @@ static void envmapi_series_add(envmapi_series *series, double *sum, double weigh
    4 pi (2 pi integral of k^2) / norm^2; 0 where that is not finite. */
 static int envmapi_slice_lambda(envmapi_slice *slice, const envmap_lobe *lobe, int bands) {
     double norm = envmapi_lobe_norm(lobe);
+    slice->power = HUGE_VAL;
     if (!envmapi_zonal(slice->lambda, bands, lobe, slice->p)) return 0;
     if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, slice->p);
     slice->power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, slice->p, 2) / (norm * norm);
@@ -8404,18 +8407,30 @@ static double envmapi_slice_spacing(const envmapi_slice *slice, const envmapi_sp
     return test.widest * pow(0.96, envmapi_least(steps, envmapi_spacing_holds, &test) - 1);
 }
 
+/* A task for every slice; one alone does not ask the executor. */
+static void envmapi_spec_each(envmapi_spec *spec, envmap_task *task) {
+    if (spec->slices > 1) envmapi_run_all(spec->work, task, spec, spec->slices);
+    else task(spec, 0);
+}
+
 /* lambda_l of so many bands, and k of every slice; 0 where these are not finite. */
+static void envmapi_task_lambda(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    envmapi_slice *slice = spec->slice + k;
+    envmapi_series series;
+    envmapi_series_begin(&series, spec->angles->x);
+    memset(slice->k, 0, sizeof slice->k);
+    if (!envmapi_slice_lambda(slice, spec->lobe, spec->known)) return;
+    for (int l = 0; l < spec->known; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
+}
+
 static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
-    envmapi_slice *slice = spec->slice;
+    int finite = 1;
     if (bands <= spec->known) return 1;
-    for (spec->known = bands; slice < spec->slice + spec->slices; ++slice) {
-        envmapi_series series;
-        envmapi_series_begin(&series, spec->angles->x);
-        if (!envmapi_slice_lambda(slice, spec->lobe, bands)) return 0;
-        memset(slice->k, 0, sizeof slice->k);
-        for (int l = 0; l < bands; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
-    }
-    return 1;
+    spec->known = bands;
+    envmapi_spec_each(spec, envmapi_task_lambda);
+    for (int k = 0; k < spec->slices; ++k) finite &= envmapi_finite(spec->slice[k].power);
+    return finite;
 }
 
 /* A sum over texel centres shows the texels' lattice if lambda_l has not decayed by the lattice's
@@ -8436,32 +8451,47 @@ static int envmapi_spec_enough(const envmapi_spec *spec) {
     return spec->L <= spec->known - spec->known / 8;
 }
 
-/* Bands of every slice, and the most, unless there are not bands enough. */
-static void envmapi_spec_bands(envmapi_spec *spec, const envmapi_scene *s) {
-    spec->L = 1;
-    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-        slice->L = envmapi_slice_bands(slice, spec, s, 1);
-        if (slice->L > spec->L) spec->L = slice->L;
-        if (!envmapi_spec_enough(spec) && spec->known < ENVMAPI_FAST_BANDS) return;
-    }
+static void envmapi_task_look(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    envmapi_slice_look(spec->slice + k, spec, spec->scene);
+}
+
+static void envmapi_task_bands(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    spec->slice[k].L = envmapi_slice_bands(spec->slice + k, spec, spec->scene, 1);
+}
+
+static void envmapi_task_spacing(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    spec->slice[k].h = envmapi_slice_spacing(spec->slice + k, spec, spec->scene);
+}
+
+/* Bands of every slice, and the most; not all, where the first has not enough (speed only). */
+static void envmapi_spec_bands(envmapi_spec *spec) {
+    envmapi_task_bands(spec, 0);
+    spec->L = spec->slice[0].L;
+    if (spec->slices == 1) return;
+    if (!envmapi_spec_enough(spec) && spec->known < ENVMAPI_FAST_BANDS) return;
+    envmapi_spec_each(spec, envmapi_task_bands);
+    for (int k = 0; k < spec->slices; ++k)
+        if (spec->slice[k].L > spec->L) spec->L = spec->slice[k].L;
 }
 
 /* Bands for this scene; 0 where there are not enough, or more than `most`. lambda_l is known for
    24, 96, 192 ... bands until they are enough (speed only). */
-static int envmapi_spec_search(envmapi_spec *spec, const envmapi_scene *scene, double most) {
+static int envmapi_spec_search(envmapi_spec *spec, double most) {
     for (int bands = spec->known > 24 ? spec->known : 24;; bands = bands < 96 ? 96 : 2 * bands) {
         if (bands > ENVMAPI_FAST_BANDS) bands = ENVMAPI_FAST_BANDS;
         if (!envmapi_spec_lambda(spec, bands)) return 0;
-        for (int k = 0; k < spec->slices && !spec->L; ++k)
-            envmapi_slice_look(spec->slice + k, spec, scene);
-        envmapi_spec_bands(spec, scene);
+        if (!spec->L) envmapi_spec_each(spec, envmapi_task_look);
+        envmapi_spec_bands(spec);
         if (envmapi_spec_enough(spec)) return spec->L <= most;
         if (spec->L > most) return 0;
         if (bands < ENVMAPI_FAST_BANDS) continue;
         if (bands < ENVMAPI_SMOOTH / spec->sigma) return 0;
         spec->L = spec->known / 2; /* a kink beside nothing but dark: at least the rms */
         for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-            if (envmapi_slice_bands(slice, spec, scene, 0) > spec->L) return 0;
+            if (envmapi_slice_bands(slice, spec, spec->scene, 0) > spec->L) return 0;
             if (slice->L > spec->L) slice->L = spec->L;
         }
         return spec->L <= most;
@@ -8471,12 +8501,11 @@ static int envmapi_spec_search(envmapi_spec *spec, const envmapi_scene *scene, d
 /* Bands and spacing for this scene; L 0 where that cannot be. */
 static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
     spec->L = 0, spec->h = HUGE_VAL, spec->dark = envmapi_scene_dark(scene, spec->sigma);
-    if (!envmapi_spec_search(spec, scene, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
+    spec->scene = scene;
+    if (!envmapi_spec_search(spec, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
         return spec->L = 0;
-    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-        slice->h = envmapi_slice_spacing(slice, spec, scene);
-        spec->h = fmin(spec->h, slice->h);
-    }
+    envmapi_spec_each(spec, envmapi_task_spacing);
+    for (int k = 0; k < spec->slices; ++k) spec->h = fmin(spec->h, spec->slice[k].h);
     return spec->L;
 }
 
@@ -8519,12 +8548,12 @@ typedef struct envmapi_scenes {
 
 /* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave. */
 static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_scenes *scenes,
-                                       envmapi_pool *pool) {
+                                       const envmap_work *work, envmapi_pool *pool) {
     int kinked = 0;
     double extent = envmapi_texel_extent(scenes->whole.in.map), sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
     for (envmapi_spec *spec = specs; spec < specs + count; ++spec) {
-        spec->kinked = 0;
+        spec->kinked = 0, spec->work = work;
         spec->kinked =
             !envmapi_spec_fit(spec, &scenes->whole, fmax(24, ENVMAPI_SMOOTH / spec->sigma));
         kinked += spec->kinked;
@@ -8828,7 +8857,9 @@ static envmap_result envmapi_job_look(envmapi_job *job, int slice) {
         result = envmapi_scene_create(&job->scenes.whole, job->src, slice, sigma, &job->desc.work,
                                       &job->pool);
     }
-    return result ? result : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->pool);
+    return result ? result
+                  : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->desc.work,
+                                      &job->pool);
 }
 
 /* The one door: checks all but what envmapi_desc has checked, and finds out what there is to do. No
