@@ -114,7 +114,7 @@ tsan: ## every call that takes an executor, under the thread sanitizer
 	@mkdir -p $(BUILD) && echo 'int main(void) { return 0; }' >$(BUILD)/probe.c
 	@if $(TSANCC) -fsanitize=thread $(BUILD)/probe.c -o $(BUILD)/probe 2>/dev/null && $(BUILD)/probe; then \
 	    $(TSANCC) -std=c99 -O1 -g -fsanitize=thread $(STRICT) -I. -Itests tests/test_threads.c \
-	        -o $(BUILD)/test_threads_tsan $(LIBS) && $(BUILD)/test_threads_tsan; \
+	        -o $(BUILD)/test_threads_tsan $(LIBS) && TEST_QUICK=1 $(BUILD)/test_threads_tsan; \
 	else \
 	    echo "tsan passed by: $(TSANCC) has no thread sanitizer (Debian: clang libclang-rt-14-dev)"; \
 	fi
