@@ -91,7 +91,8 @@
      >>reference     the definition: every texel
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
      >>windows       what of a face an axis sees
-     >>kernels       sharp lobes: what each texel in sight of an axis counts
+     >>kernels       sharp lobes: what each texel in sight of an axis counts, K
+     >>knots         K of a few axes, and of those between
      >>near          the sum over these
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
@@ -5479,20 +5480,28 @@ static double envmapi_cosine(double angle) {
     return angle > ENVMAPI_PI ? -2 : angle < 0 ? 2 : cos(angle);
 }
 
+/* A tent by 1 to 4 places a side, and their weights: its centre; two and three that have the second
+   moment of the four, which are the definition's. */
+static const double envmapi_tent[4][4][2] = {
+    {{0, 1}},
+    {{-0.40824829, 0.5}, {0.40824829, 0.5}},
+    {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
+    {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
+     {0.64494897, 0.18195861}}};
+
 /* k averaged over texel i spread by the tent. */
 static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
-    static const double at[4] = {-0.64494897, -0.15505103, 0.15505103, 0.64494897};
-    static const double weight[4] = {0.18195861, 0.31804139, 0.31804139, 0.18195861};
+    const double(*at)[2] = envmapi_tent[3];
     const envmapi_source *s = axis->source;
     int mapping = s->map->mapping, width = axis->level.width, edge = axis->level.edge;
     int face = (int)(s->code[i] >> 2 * s->bits);
     double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0;
     envmapi_project(uv, mapping, face, d);
     for (int j = 0; j < 16; ++j) {
-        double u = uv[0] + axis->tent * at[j & 3] / width;
-        double v = uv[1] + axis->tent * at[j >> 2] / edge;
+        double u = uv[0] + axis->tent * at[j & 3][0] / width;
+        double v = uv[1] + axis->tent * at[j >> 2][0] / edge;
         envmapi_direction(d, mapping, face, u, v);
-        sum += weight[j & 3] * weight[j >> 2] *
+        sum += at[j & 3][1] * at[j >> 2][1] *
                envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
     }
     return sum;
@@ -6248,21 +6257,14 @@ static double envmapi_window_density(const envmapi_level *level, double u, doubl
 }
 
 /* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
-   whole numbers: each texel at so many places and weights of a tent: its centre; two and three that
-   have the second moment of the definition's, and the fourth; the definition's four. */
+   whole numbers: each texel at so many places of a tent. */
 static int envmapi_window_centres(envmapi_knot *node, int room, double from, double to, double n,
                                   double tent, int places) {
-    static const double rules[4][4][2] = {
-        {{0, 1}},
-        {{-0.40824829, 0.5}, {0.40824829, 0.5}},
-        {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
-        {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
-         {0.64494897, 0.18195861}}};
     int count = 0;
     for (double x = ceil(from); x <= to && count + 4 <= room; x += 1)
         for (int i = 0; i < places; ++i, ++count) {
-            node[count].at = (x + 0.5 + tent * rules[places - 1][i][0]) / n;
-            node[count].weight = (float)rules[places - 1][i][1];
+            node[count].at = (x + 0.5 + tent * envmapi_tent[places - 1][i][0]) / n;
+            node[count].weight = (float)envmapi_tent[places - 1][i][1];
             node[count].texel = (int)x, node[count].f = 0;
         }
     return count;
@@ -6300,18 +6302,12 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
    Both are sums over the nodes of a window of a face, some along u times some along v. For the
    integral these are Gauss-Legendre's, two to six a piece; pieces end at the lines through texel
    centres, where B_i has its kinks, and are 2.5 sigma long at most.
-   Where a lobe never ends (GGX) >>fast sums its tail. Where two cubes' texels lie alike about all
-   axes of a face, K changes slowly from axis to axis. For a lat-long K is a function of the axis'
-   latitude, the texel's row and the difference of their longitudes: it is summed at knots of both,
-   for all axes between the centres of two rows, which are a cell.
+   Where a lobe never ends (GGX) >>fast sums its tail.
        what is left to >>fast                     _tail_of
        windows and their nodes                    _open, _nodes
        the angles of nodes, k there, texels       _sines, _k, _add, _flush, _rim
-       K of axes; between axes that lie alike     _kernel; _tie, _between
-       K of a cell, and of an axis in it          _points, _fold, _cell_tie; _cell_add
-   Used by >>near.  Source: ours.  Tests: tests/test_near.c,
-   axes_between_knots_agree_with_those_summed_one_by_one and
-   latitudes_between_knots_agree_with_axes_summed_one_by_one of all. */
+       K of axes; of a lat-long's cell            _kernel; _fold
+   Used by >>knots and >>near.  Source: ours.  Tests: tests/test_near.c. */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
@@ -6359,29 +6355,29 @@ typedef struct envmapi_near_axes {
 /* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache.
    Where the source is a lat-long, all axes between the centres of its rows y and y + 1. */
 #define ENVMAPI_NEAR_TILE 32
-#define ENVMAPI_NEAR_WIDE 80 /* texels that a knot sees in a row, at most */
 typedef struct envmapi_near_tile {
     int face, x, y, first, count;
 } envmapi_near_tile;
 
-/* K of 4 x 4 axes of a tile, in windows alike about each: [16][height][width]; x, y: of a window
-   about texel 0. */
+/* K of 4 x 4 axes of a tile, or of 4 axes of a row of it, in windows alike about each: [16 or 4]
+   [height][width]; x, y: of a window about axis 0 of a row, of a tile about that of row 0. */
 typedef struct envmapi_near_knots {
-    int ready, x, y, width, height;
+    int ready, x, y, width, height, plane; /* plane: K is that of the face's plane */
+    int part, row, step[2];                /* texels from axis to axis of a row */
     float *K;
 } envmapi_near_knots;
 
 /* K^(1/4) of a cell, whose axes lie between the centres of rows `row` and row + 1 of a lat-long, at
    knots: [latitude][longitude][rows][columns], from row y and from `reach` columns before the axis'
-   on. The root of a Gaussian is one twice as wide, so pieces of cubic polynomials are long. */
+   on. */
 #define ENVMAPI_CELL_KNOTS 96  /* at most, along u or v; any number is right */
 #define ENVMAPI_CELL_PIECE 1.2 /* sigma at 1e-3; at 2.4 the latitudes' test (above) fails */
 #define ENVMAPI_CELL_CORE  1.5 /* texels about an axis where a sharp GGX has detail (speed only) */
 typedef struct envmapi_near_cell {
-    int ready, row, y, rows, columns, reach, last[2];
+    envmapi_near_knots knots;
+    int reach, last[2];
     double at[2][ENVMAPI_CELL_KNOTS + 1]; /* knots along u and v, in [0,1], alike from either end */
     double *twice;                        /* k integrated twice from the axis' meridian on */
-    float *K;
 } envmapi_near_cell;
 
 /* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
@@ -6407,7 +6403,7 @@ struct envmapi_near {
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
-    size_t count, area, cell;        /* blocks; texels of the largest window; a cell's K */
+    size_t count, area, cell, own; /* blocks; texels of the largest window; a cell's K, an axis' */
     size_t all;                      /* texels, where the reference weighs them for all turns */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
@@ -6437,9 +6433,10 @@ typedef struct envmapi_window {
     envmapi_knot *u, *v;                                  /* [room] */
     float *place, *apart;                                 /* [room] of u: what _sines asks of it */
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
-    float *K;       /* [height][width][axes] */
+    float *K, *own; /* [height][width][axes]; of an axis, between knots */
     double *light;  /* [all] of an axis */
-    envmapi_near_knots knots[2]; /* within R, and within R_bright */
+    envmapi_near_knots knots[2], lines[2][2]; /* within R, and within R_bright; of a row: on its
+                                                 own face, and on another */
     envmapi_near_cell cells[2], *cell; /* cell: the one whose K is being summed */
     int tied;                          /* points along u, while K of the cell is summed */
     envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
@@ -6499,16 +6496,20 @@ static int envmapi_near_column(const envmapi_window *w, const envmapi_level *lev
     return x < w->width ? x : -1;
 }
 
+/* Places of a tent: two would be off by 22 tolerances beside one lit texel, by 9 in rms at 2e-5. */
+static int envmapi_near_places(const envmapi_near *s) {
+    return !(s->axis.tent > 0) ? 1 : s->piece < 0.9 ? 4 : s->axis.tent > 0.6 ? 3 : 2;
+}
+
 /* Nodes along u (i 0) or v (1) of a window; returns how many. */
 static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const envmapi_window *w,
                               double box[2][2], int i, int texels) {
     const envmapi_level *level = &s->axis.level;
     int size = i ? level->edge : level->width, room = (int)s->room - 16;
-    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2], tent = s->axis.tent;
-    int places = !(tent > 0) ? 1 : s->piece < 0.9 ? 4 : tent > 0.6 ? 3 : 2;
+    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
     if (texels) /* each column of a lat-long once */
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
-                                      tent, places);
+                                      s->axis.tent, envmapi_near_places(s));
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
                                  s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
@@ -6607,30 +6608,33 @@ static float envmapi_near_omega(const envmapi_level *level, int x, int y) {
     return (float)(envmapi_density(level->mapping, u, v) / level->edge / level->edge);
 }
 
-/* Adds a finished row of points to K of a cell's n-th latitude: the mean of a tent's two times
+/* Adds a finished row of points to K of a cell's n-th latitude: the mean of a tent's `places` times
    omega, or where this is NULL, the integral of k B_i: k's second integral's second difference. */
-static void envmapi_near_fold(envmapi_window *w, int n, int y, const float *omega) {
+static void envmapi_near_fold(envmapi_window *w, int places, int n, int y, const float *omega) {
     envmapi_near_cell *cell = w->cell;
-    int last = cell->last[0], most = (cell->reach + 1) * last, area = cell->rows * cell->columns;
+    envmapi_near_knots *knots = &cell->knots;
+    int last = cell->last[0], most = (cell->reach + 1) * last, area = knots->height * knots->width;
     const float *k = w->rows[y & 1];
     double *twice = cell->twice, sum = 0, gauss = sqrt(1.0 / 12);
     float *out = w->apart;
-    if (y < cell->y || y >= cell->y + cell->rows) return;
+    if (y < knots->y || y >= knots->y + knots->height) return;
     twice[0] = 0;
-    for (int i = 0; i < most + last; ++i) {
+    for (int i = 0; i < most + last && !omega; ++i) {
         double step = cell->at[0][i % last + 1] - cell->at[0][i % last];
         double a = step / 2 * (double)k[2 * i], b = step / 2 * (double)k[2 * i + 1];
         twice[i + 1] = twice[i] + step * (sum + (0.5 + gauss) * a + (0.5 - gauss) * b);
         sum += a + b;
     }
     for (int i = 0; i <= most; ++i) {
-        double before = twice[i > last ? i - last : last - i];
-        out[i] = omega ? (k[2 * i] + k[2 * i + 1]) / 2 * *omega
-                       : (float)(twice[i + last] - 2 * twice[i] + before);
+        double mean = 0;
+        for (int j = 0; j < places && omega; ++j)
+            mean += envmapi_tent[places - 1][j][1] * (double)k[places * i + j];
+        out[i] = omega ? (float)mean * *omega
+                       : (float)(twice[i + last] - 2 * twice[i] + twice[abs(i - last)]);
     }
     for (int q = 0; q <= last; ++q) {
-        float *K = cell->K + (n * (last + 1) + q) * area + (y - cell->y) * cell->columns;
-        for (int c = 0; c < cell->columns; ++c) {
+        float *K = knots->K + (n * (last + 1) + q) * area + (y - knots->y) * knots->width;
+        for (int c = 0; c < knots->width; ++c) {
             int apart = (c - cell->reach) * last - q;
             K[c] += out[apart < 0 ? -apart : apart];
         }
@@ -6644,7 +6648,7 @@ static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, 
     const envmapi_level *level = &s->axis.level;
     const float *omega =
         texels && !w->knot ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
-    if (w->tied) envmapi_near_fold(w, n, y, omega), count = (count + 15) / 16 * 16;
+    if (w->tied) envmapi_near_fold(w, envmapi_near_places(s), n, y, omega), count += -count & 15;
     for (int j = 0; j < count && !w->tied && y >= w->y && y < w->y + w->height; ++j) {
         const envmapi_knot *u = w->u + j;
         float k = row[j] * u->weight, next = k * u->f;
@@ -6707,23 +6711,26 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
 static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, double share) {
     const envmapi_level *level = &s->axis.level;
     size_t width = (size_t)level->width, area = width * (size_t)level->edge;
-    double uv[2], d[3], apart = s->axis.tent / sqrt(6.0) / level->edge;
+    int places = envmapi_near_places(s), count = places * places;
+    const double(*at)[2] = envmapi_tent[places - 1];
+    double uv[2], d[3], tent = s->axis.tent / level->edge;
     double reach = cos(fmin(envmapi_near_reach(s, w->R, 1), ENVMAPI_PI));
     for (const envmapi_light *cut = s->in.rim; cut < s->in.rim + s->in.rim_count; ++cut) {
         int x = (int)(cut->texel % width) - w->x, y = (int)(cut->texel % area / width) - w->y;
         if ((int)(cut->texel / area) != w->face || x < 0 || x >= w->width || y < 0 ||
             y >= w->height || envmapi_dot(w->a, cut->d) < reach)
             continue;
-        float sines[4], weight[4], k[4];
+        float sines[16], weight[16], k[16];
         envmapi_project(uv, level->mapping, w->face, cut->d);
-        for (int i = 0; i < 4; ++i) {
-            envmapi_direction(d, level->mapping, w->face, uv[0] + (i & 1 ? apart : -apart),
-                              uv[1] + (i & 2 ? apart : -apart));
+        for (int i = 0; i < count; ++i) {
+            const double *u = at[i % places], *v = at[i / places];
+            envmapi_direction(d, level->mapping, w->face, uv[0] + tent * u[0], uv[1] + tent * v[0]);
             double c = envmapi_dot(w->a, d);
-            sines[i] = (float)((1 - c) * (1 + c)), weight[i] = (float)(share * cut->value[3] / 4);
+            sines[i] = (float)((1 - c) * (1 + c));
+            weight[i] = (float)(share * cut->value[3] * u[1] * v[1]);
         }
-        envmapi_near_k(k, s, (float)w->limit, sines, weight, 4);
-        w->K[(y * w->width + x) * ENVMAPI_NEAR_AXES + n] += k[0] + k[1] + k[2] + k[3];
+        envmapi_near_k(k, s, (float)w->limit, sines, weight, count);
+        for (int i = 0; i < count; ++i) w->K[(y * w->width + x) * ENVMAPI_NEAR_AXES + n] += k[i];
     }
 }
 
@@ -6744,75 +6751,130 @@ static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int ax
     }
 }
 
-/* Opens the window of one of a tile's knots; x, y: where a window alike about texel 0 begins. */
-static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_tile *tile, int knot, double radius, int *x,
-                             int *y) {
-    envmapi_near_axes one = {tile->face, tile->x, tile->y, 1};
-    one.x += s->knot[knot & 3], one.y += s->knot[knot >> 2];
-    envmapi_near_aim(w, s, &one);
-    if (!envmapi_near_open(w, s, tile->face, radius)) return 0;
-    *x = w->x - one.x * s->ratio, *y = w->y - one.y * s->ratio;
+/* ----------------------------------------------------------------------------------- >>knots --
+   K of a few axes, and of those between, by cubic polynomials.
+     in     a tile of axes, the open window of some       out    K of these
+   Two cubes' texels lie alike about all axes of a face, if one's edge is a multiple of the other's:
+   there K of a texel so many texels from the axis changes slowly from axis to axis. It is summed for
+   4 x 4 axes of a tile. Beside an edge it changes slowly along the edge only, on both faces: it is
+   summed for 4 axes of each row.
+   For a lat-long K is a function of the axis' latitude, the texel's row and the difference of their
+   longitudes. It is summed at knots of both, for all axes between the centres of two rows, which
+   are a cell; of its fourth root, as the root of a Gaussian is one twice as wide.
+       knots of a tile or of a row        _tied: _steps, _knot, _tie
+       those of a cell                    _cell_of, _cell_knots, _points, _cell_tie
+       K between knots                    _mix: _between, _weights, _cell_add
+   Used by >>near.  Source: ours.  Tests: tests/test_near.c,
+   axes_between_knots_agree_with_those_summed_one_by_one and
+   latitudes_between_knots_agree_with_axes_summed_one_by_one. */
+
+/* Steps of windows on a part from axis to axis of a row: whole texels on the axes' own face, and on
+   that beyond the edge along the row. 0 on others. */
+static int envmapi_near_steps(int step[2], const envmapi_near *s, int part,
+                              const envmapi_near_axes *axes) {
+    double d[3], uv[2][2], size = s->dst.size, v = 2 * axes->y < s->dst.size ? 0 : 1;
+    for (int i = 0; i < 2; ++i) {
+        envmapi_direction(d, ENVMAP_CUBE, axes->face, (axes->x + i) / size, v);
+        envmapi_project(uv[i], ENVMAP_CUBE, part, d);
+    }
+    for (int i = 0; i < 2; ++i) {
+        double apart = (uv[1][i] - uv[0][i]) * s->axis.level.edge;
+        step[i] = (int)floor(apart + 0.5);
+        if (fabs(apart - step[i]) > 1e-3) return 0;
+    }
     return 1;
 }
 
-/* K of the knots of a tile, in windows of one size; ready is -1 where there is no room. */
+/* Opens the window of a knot; x, y: where a window alike about axis 0 begins. 0 where it shows
+   nothing; -1 where the face ends along a row. */
+static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_tile *tile, const envmapi_near_knots *knots,
+                             int knot, double radius, int *x, int *y) {
+    envmapi_near_axes one = {tile->face, tile->x + s->knot[knot & 3], knots->row, 1};
+    const int *step = knots->step, edge = s->axis.level.edge;
+    if (knots->plane) one.y = tile->y + s->knot[knot >> 2];
+    envmapi_near_aim(w, s, &one);
+    if (!envmapi_near_open(w, s, knots->part, radius)) return 0;
+    *x = w->x - step[0] * one.x, *y = w->y - step[1] * one.x;
+    if (knots->plane) *y -= s->ratio * one.y;
+    int from = step[0] ? w->x : w->y, length = step[0] ? w->width : w->height;
+    return knots->plane || (from >= 0 && from + length <= edge) ? 1 : -1;
+}
+
+/* K of knots, in windows of one size; ready is -1 where there is no room. */
 static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_tile *tile, envmapi_near_knots *knots,
                              double radius) {
-    int x = 0, y = 0, right = INT_MIN, below = INT_MIN, open = 1;
-    w->knot = 1, knots->x = knots->y = INT_MAX;
-    for (int k = 0; k < 16 && open; ++k) {
-        open = envmapi_near_knot(w, s, tile, k, radius, &x, &y);
+    int x, y, right = 0, below = 0, open = 1, first = 1, count = knots->plane ? 16 : 4;
+    w->knot = knots->plane, knots->x = knots->y = 0;
+    for (int k = 0; k < count && open >= 0; ++k) {
+        open = envmapi_near_knot(w, s, tile, knots, k, radius, &x, &y);
+        if (open < 1) continue;
+        if (first) knots->x = right = x, knots->y = below = y, first = 0;
         knots->x = x < knots->x ? x : knots->x, knots->y = y < knots->y ? y : knots->y;
         right = x + w->width > right ? x + w->width : right;
         below = y + w->height > below ? y + w->height : below;
     }
     knots->width = right - knots->x, knots->height = below - knots->y;
     size_t area = (size_t)(knots->width * knots->height);
-    knots->ready = open && knots->width <= ENVMAPI_NEAR_WIDE && area <= s->area ? 1 : -1;
-    for (int k = 0; k < 16 && knots->ready > 0; ++k) {
-        envmapi_near_knot(w, s, tile, k, radius, &x, &y);
+    knots->ready = open >= 0 && area <= s->area ? 1 : -1;
+    for (int k = 0; k < count && knots->ready > 0; ++k) {
+        float *K = knots->K + (size_t)k * area;
+        memset(K, 0, area * sizeof *K);
+        if (!envmapi_near_knot(w, s, tile, knots, k, radius, &x, &y)) continue;
         w->x += knots->x - x, w->width = knots->width;
         w->y += knots->y - y, w->height = knots->height;
         envmapi_near_kernel(w, s, 1);
-        for (size_t i = 0; i < area; ++i)
-            knots->K[(size_t)k * area + i] = w->K[i * ENVMAPI_NEAR_AXES];
+        for (size_t i = 0; i < area; ++i) K[i] = w->K[i * ENVMAPI_NEAR_AXES];
     }
     w->knot = 0;
+}
+
+/* Adds K of axis n between knots to the open window, where that of the knots begins at x, y: 4
+   along u, and `lines` along v, from K on, `next` in a line. A lat-long's are roots, and go on over
+   its seam; a plane's end where its face does. */
+static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
+                             const envmapi_near_knots *knots, const float *K, int next, int lines,
+                             const float along[4], const float down[4], int x, int y) {
+    int width = knots->width, height = knots->height, area = width * height;
+    int edge = s->axis.level.edge, roots = s->axis.level.mapping == ENVMAP_LATLONG;
+    int left = 0, right = w->width, top = 0, bottom = w->height; /* of the window */
+    if (knots->plane) {
+        left = w->x < 0 ? -w->x : 0, right = right < edge - w->x ? right : edge - w->x;
+        top = w->y < 0 ? -w->y : 0, bottom = bottom < edge - w->y ? bottom : edge - w->y;
+    }
+    int from = top > y ? top - y : 0, count = bottom - y < height ? bottom - y : height;
+    count = (count - from) * width, K += from * width;
+    float *k = w->own, *out = w->K + n + (y + from) * w->width * ENVMAPI_NEAR_AXES;
+    if (count <= 0) return;
+    memset(k, 0, (size_t)count * sizeof *k);
+    for (int i = 0; i < lines; ++i) {
+        const float *a = K + i * next * area, *b = a + area, *c = b + area, *d = c + area;
+        float e = down[i] * along[0], f = down[i] * along[1], g = down[i] * along[2];
+        float h = down[i] * along[3];
+        for (int j = 0; j < count; ++j) k[j] += e * a[j] + f * b[j] + g * c[j] + h * d[j];
+    }
+    for (int j = 0; j < count && roots; ++j) k[j] *= k[j], k[j] *= k[j];
+    for (; count > 0; count -= width, k += width, out += w->width * ENVMAPI_NEAR_AXES)
+        for (int to = x; to > -width; to -= roots ? s->axis.level.width : 2 * edge + width) {
+            int first = left > to ? left - to : 0, end = right - to < width ? right - to : width;
+            for (int c = first; c < end; ++c) out[(to + c) * ENVMAPI_NEAR_AXES] += k[c];
+        }
 }
 
 /* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
 static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
                                  const envmapi_near_tile *tile, const envmapi_near_axes *axes,
                                  const envmapi_near_knots *knots) {
-    const float *along = s->between[axes->y - tile->y];
-    size_t area = (size_t)(knots->width * knots->height);
-    int edge = s->axis.level.edge;
+    static const float one[4] = {1};
+    const float *down = knots->plane ? s->between[axes->y - tile->y] : one;
+    int y = knots->y + (knots->plane ? s->ratio * axes->y : 0) - w->y;
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-    for (int row = 0; row < knots->height; ++row) {
-        int y = knots->y + row + axes->y * s->ratio - w->y;
-        const float *K = knots->K + row * knots->width;
-        float lines[4][ENVMAPI_NEAR_WIDE];
-        if (y < 0 || y >= w->height || w->y + y < 0 || w->y + y >= edge) continue;
-        for (int i = 0; i < 4; ++i)
-            for (int x = 0; x < knots->width; ++x) {
-                const float *k = K + (size_t)i * area + x;
-                lines[i][x] = along[0] * k[0] + along[1] * k[4 * area] + along[2] * k[8 * area] +
-                              along[3] * k[12 * area];
-            }
-        for (int n = 0; n < axes->count; ++n) {
-            const float *f = s->between[axes->x + n - tile->x];
-            int shift = knots->x + (axes->x + n) * s->ratio - w->x;
-            int from = -shift - (w->x < 0 ? w->x : 0);
-            int to = (w->x + w->width < edge ? w->width : edge - w->x) - shift;
-            from = from > 0 ? from : 0, to = to < knots->width ? to : knots->width;
-            float *out = w->K + (y * w->width + shift) * ENVMAPI_NEAR_AXES + n;
-            for (int x = from; x < to; ++x)
-                out[x * ENVMAPI_NEAR_AXES] = f[0] * lines[0][x] + f[1] * lines[1][x] +
-                                             f[2] * lines[2][x] + f[3] * lines[3][x];
-        }
-    }
+    for (int n = 0; n < axes->count; ++n)
+        envmapi_near_mix(w, s, n, knots, knots->K, 4, knots->plane ? 4 : 1,
+                         s->between[axes->x + n - tile->x], down,
+                         knots->x + knots->step[0] * (axes->x + n) - w->x,
+                         y + knots->step[1] * (axes->x + n));
 }
 
 /* Knots between two texels' centres, where K has kinks as wide as the lobe: the ends of pieces, and
@@ -6849,28 +6911,30 @@ static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *
     double theta = high * fmax(fmin(tile->y + 0.5, level->edge - tile->y - 1.5), 0);
     double across = theta > R ? asin(sin(R) / sin(theta)) / high : level->edge;
     double sine = fmax(sin(theta + high), 1e-3), even = s->tail ? least : s->R_bright / high;
-    cell->row = tile->y, cell->y = tile->y - (int)(R / high) - 1;
-    cell->rows = 2 * (tile->y - cell->y) + 2, cell->reach = (int)across + 1;
+    cell->knots.row = tile->y, cell->knots.y = tile->y - (int)(R / high) - 1;
+    cell->knots.height = 2 * (tile->y - cell->knots.y) + 2, cell->reach = (int)across + 1;
     if (2 * cell->reach + 2 > level->width) cell->reach = level->width / 2 - 1;
-    cell->columns = 2 * cell->reach + 2;
+    cell->knots.width = 2 * cell->reach + 2;
     int u = envmapi_near_cell_knots(cell->at[0], s->cell_piece / sine, even / sine);
     int v = envmapi_near_cell_knots(cell->at[1], s->cell_piece, even);
     cell->last[0] = u, cell->last[1] = v;
-    cell->ready = u && v && u * v < 12 * tile->count &&
-                  2 * (cell->reach + 2) * (u + 1) < (int)s->room; /* 12: speed only */
-    return cell->ready ? (size_t)((u + 1) * (v + 1)) * (size_t)(cell->rows * cell->columns) : 0;
+    cell->knots.ready = u && v && u * v < 12 * tile->count &&
+                  4 * (cell->reach + 2) * (u + 1) < (int)s->room - 16; /* 12: speed only */
+    return (size_t)cell->knots.ready * (size_t)((u + 1) * (v + 1)) *
+           (size_t)(cell->knots.height * cell->knots.width);
 }
 
 /* Points along u about a cell's meridian: two of Gauss and Legendre between knots, or those of a
    tent about each. Returns how many. */
 static int envmapi_near_points(envmapi_window *w, const envmapi_near *s, int texels) {
     const envmapi_near_cell *cell = w->cell;
-    int last = cell->last[0], count = 2 * ((cell->reach + 2) * last + 1);
+    int points = texels ? envmapi_near_places(s) : 2;
+    int last = cell->last[0], count = points * ((cell->reach + 2) * last + 1);
     w->m[0] = 0;
     for (int i = 0; i < count + 15; ++i) {
-        const double *at = cell->at[0] + i / 2 % last;
-        double side = i % 2 ? 1 : -1, x = i / 2 / last + at[0];
-        if (texels) x += side * s->axis.tent / sqrt(6.0);
+        const double *at = cell->at[0] + i / points % last;
+        double side = i % 2 ? 1 : -1, x = i / points / last + at[0];
+        if (texels) x += s->axis.tent * envmapi_tent[points - 1][i % points][0];
         else x += (at[1] - at[0]) * (3 + side * sqrt(3.0)) / 6;
         envmapi_near_place(w->place + i, w->apart + i, w, ENVMAP_LATLONG, x / s->axis.level.width,
                            0);
@@ -6885,8 +6949,8 @@ static void envmapi_near_cell_tie(envmapi_window *w, const envmapi_near *s,
     int edge = s->axis.level.edge;
     double share = s->axis.bilinear;
     size_t count = envmapi_near_cell_of(cell, s, tile);
-    if (!cell->ready) return;
-    memset(cell->K, 0, count * sizeof(float));
+    if (!cell->knots.ready) return;
+    memset(cell->knots.K, 0, count * sizeof(float));
     w->R = s->R_bright, w->limit = pow(sin(w->R), 2), w->part = w->face = 0;
     w->sigma[1] = s->sigma * edge / ENVMAPI_PI;
     w->y = w->width = w->height = 0; /* no window is open */
@@ -6894,7 +6958,7 @@ static void envmapi_near_cell_tie(envmapi_window *w, const envmapi_near *s,
         double part = texels ? 1 - share : share / s->axis.level.width;
         w->tied = envmapi_near_points(w, s, texels);
         for (int n = 0; n <= cell->last[1]; ++n) {
-            double v = (cell->row + 0.5 + cell->at[1][n]) / edge;
+            double v = (cell->knots.row + 0.5 + cell->at[1][n]) / edge;
             envmapi_direction(w->a, ENVMAP_LATLONG, 0, 0, v);
             w->m[1] = ENVMAPI_PI * v, w->m[2] = sin(w->m[1]);
             envmapi_near_add(w, s, n, texels, part);
@@ -6902,13 +6966,13 @@ static void envmapi_near_cell_tie(envmapi_window *w, const envmapi_near *s,
     }
     w->tied = 0;
     for (size_t i = 0; i < count; ++i) { /* K^(-1/4) by Newton's steps, as envmapi_inverse_root */
-        float K = cell->K[i] > 1e-30f ? cell->K[i] : 1e-30f, r;
+        float K = cell->knots.K[i] > 1e-30f ? cell->knots.K[i] : 1e-30f, r;
         uint32_t bits;
         memcpy(&bits, &K, sizeof bits);
         bits = 0x4F58CCCD - (bits >> 2);
         memcpy(&r, &bits, sizeof r);
         for (int step = 0; step < 3; ++step) r *= 1.25f - 0.25f * K * r * r * r * r;
-        cell->K[i] = K * r * r * r;
+        cell->knots.K[i] = K * r * r * r;
     }
 }
 
@@ -6929,59 +6993,53 @@ static int envmapi_near_weights(float weight[4], const double *at, int last, dou
 static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int n,
                                   const envmapi_near_cell *cell) {
     const envmapi_level *level = &s->axis.level;
-    int area = cell->rows * cell->columns, wide = level->width, next = cell->last[0] + 1;
-    int top = w->y > cell->y ? w->y - cell->y : 0, bottom = w->y + w->height - cell->y;
+    int wide = level->width, next = cell->last[0] + 1;
     double uv[2];
-    float along[4], down[4], *k = cell->K + (cell->last[1] + 1) * next * area;
+    float along[4], down[4];
     envmapi_project(uv, ENVMAP_LATLONG, 0, w->axes[n]);
-    double x = uv[0] * wide - 0.5, y = uv[1] * level->edge - 0.5 - cell->row;
+    double x = uv[0] * wide - 0.5, y = uv[1] * level->edge - 0.5 - cell->knots.row;
     int column = (int)floor(x), shift = (column - cell->reach - w->x) % wide;
     int q = envmapi_near_weights(along, cell->at[0], cell->last[0], x - column);
     int p = envmapi_near_weights(down, cell->at[1], cell->last[1], y);
-    bottom = bottom < cell->rows ? bottom : cell->rows, top *= cell->columns;
-    int count = bottom * cell->columns - top;
-    if (count > 0) memset(k, 0, (size_t)count * sizeof *k);
-    for (int i = 0; i < 4; ++i) {
-        const float *a = cell->K + ((p + i) * next + q) * area + top, *b = a + area;
-        const float *c = b + area, *d = c + area;
-        float f = down[i] * along[0], g = down[i] * along[1], h = down[i] * along[2];
-        float l = down[i] * along[3];
-        for (int j = 0; j < count; ++j) k[j] += f * a[j] + g * b[j] + h * c[j] + l * d[j];
-    }
-    for (int j = 0; j < count; ++j) k[j] *= k[j], k[j] *= k[j];
-    float *out = w->K + n + (cell->y > w->y ? cell->y - w->y : 0) * w->width * ENVMAPI_NEAR_AXES;
-    shift = shift < 0 ? shift + wide : shift;
-    for (int row = top; row < top + count; row += cell->columns, k += cell->columns) {
-        for (int to = shift; to > shift - 2 * wide; to -= wide) { /* also what is over the seam */
-            int first = to < 0 ? -to : 0, end = w->width - to;
-            end = end < cell->columns ? end : cell->columns;
-            for (int c = first; c < end; ++c) out[(to + c) * ENVMAPI_NEAR_AXES] += k[c];
-        }
-        out += w->width * ENVMAPI_NEAR_AXES;
-    }
+    const float *K = cell->knots.K + (p * next + q) * cell->knots.width * cell->knots.height;
+    envmapi_near_mix(w, s, n, &cell->knots, K, next, 4, along, down,
+                     shift < 0 ? shift + wide : shift, cell->knots.y - w->y);
 }
 
-/* K of some axes in the open window: by the knots on the axes' own face, but where the integral
-   ends at its edges. */
-static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
-                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                               envmapi_near_knots *knots) {
+/* The knots for the open window: a tile's on the axes' own face, but where the integral ends at its
+   edges, and a row's elsewhere. Opens the window again. */
+static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_near *s,
+                                             const envmapi_near_tile *tile,
+                                             const envmapi_near_axes *axes, int outer) {
     const envmapi_level *level = &s->axis.level;
+    int own = w->part == axes->face, part = w->part;
     int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
                  w->y + w->height <= level->edge;
-    if (w->cells[0].ready && (s->part_count < 2 || w->cells[1].ready)) {
+    int plane = own && (inside || !(s->axis.bilinear > 0));
+    envmapi_near_knots *knots = plane ? w->knots + outer : w->lines[outer] + own;
+    if (knots->ready && (plane || (knots->row == axes->y && knots->part == part))) return knots;
+    knots->part = part, knots->row = axes->y, knots->plane = plane, knots->ready = -1;
+    if (!envmapi_near_steps(knots->step, s, part, axes)) return knots;
+    double R = w->R;
+    envmapi_near_tie(w, s, tile, knots, R);
+    envmapi_near_aim(w, s, axes);
+    envmapi_near_open(w, s, part, R);
+    return knots;
+}
+
+/* K of some axes in the open window. */
+static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
+                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                               int outer) {
+    if (w->cells[0].knots.ready && (s->part_count < 2 || w->cells[1].knots.ready)) {
         memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
         for (int i = 0; i < s->part_count * axes->count; ++i)
             envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
         return;
     }
-    int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
-    if (alike && !knots->ready) {
-        envmapi_near_tie(w, s, tile, knots, w->R);
-        envmapi_near_aim(w, s, axes);
-        envmapi_near_open(w, s, axes->face, w->R);
-    }
-    if (alike && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
+    const envmapi_near_knots *knots =
+        s->ratio ? envmapi_near_tied(w, s, tile, axes, outer) : NULL;
+    if (knots && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
     else envmapi_near_kernel(w, s, axes->count);
 }
 
@@ -7146,22 +7204,21 @@ static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t 
    mirror is its own image. */
 static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int n,
                              const envmapi_near_axes *axes, int rim) {
-    float *out[48], before[48][3], lanes[16 * ENVMAPI_NEAR_BLOCKS];
+    float *image = envmapi_image(&s->dst, 0, s->slice, 0), *out[48], before[48][3];
+    float lanes[16 * ENVMAPI_NEAR_BLOCKS];
     const envmapi_tail *tail = rim && s->axis.bilinear < 1 ? NULL : s->tail; /* the sum has it */
     int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
     for (int t = 0; t < s->turn_count; ++t) {
         size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x, axes->y);
-        out[t] = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
+        out[t] = image + 3 * at;
         if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
     for (int g = 0; g < envmapi_near_groups(s); ++g)
         memcpy(lanes + 16 * g, w->sums[g] + n, 16 * sizeof *lanes);
     for (int t = 0; t < s->turn_count; ++t) {
         double sum[4];
-        if (rim)
-            envmapi_near_reference(sum, s,
-                                   (size_t)(out[t] - envmapi_image(&s->dst, 0, s->slice, 0)) / 3);
+        if (rim) envmapi_near_reference(sum, s, (size_t)(out[t] - image) / 3);
         for (int i = 3 * t, c = 0; c < 3; ++c, ++i) {
             double more = tail ? (double)before[t][c] : 0;
             double whole = rim ? sum[3] : w->norms[i / 16][n];
@@ -7208,7 +7265,7 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             if (outer && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
             unsigned groups = outer ? bright : all & ~bright;
             if (!groups) continue;
-            envmapi_near_weigh(w, s, tile, axes, w->knots + outer);
+            envmapi_near_weigh(w, s, tile, axes, outer);
             envmapi_near_apply(w, s, groups);
         }
     }
@@ -7226,17 +7283,21 @@ static void envmapi_task_near(void *context, int task) {
     memset(w->rows[0], 0, 2 * room * sizeof(float));
     w->knots[0].K = w->K + s->area * ENVMAPI_NEAR_AXES;
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
-    w->cells[0].ready = w->tied = 0;
+    for (size_t i = 0; i < 4; ++i)
+        w->lines[i / 2][i % 2].K = w->knots[1].K + s->area * (16 + 4 * i);
+    memset(w->cells, 0, sizeof w->cells), w->tied = 0;
     float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
+    w->own = end -= s->own;
     for (int i = 0; i < s->part_count; ++i) {
         w->cells[i].twice = (double *)(void *)((char *)w + s->bytes) - room;
-        w->cells[i].K = end -= s->parts[i].cell;
+        w->cells[i].knots.K = end -= s->parts[i].cell;
     }
     int last = s->first + s->round;
     if (last > s->tile_count) last = s->tile_count;
     for (int i = s->first + task; i < last; i += s->tasks) {
         const envmapi_near_tile *tile = s->tiles + i;
         w->knots[0].ready = w->knots[1].ready = 0;
+        for (int line = 0; line < 4; ++line) w->lines[line / 2][line % 2].ready = 0;
         for (int part = 0; part < s->part_count; ++part) {
             w->cell = w->cells + part;
             envmapi_near_cell_tie(w, s->parts + part, tile);
@@ -7292,7 +7353,7 @@ static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolera
    anywhere; a sharp GGX in two, as fewer knots serve beyond its core. */
 static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envmapi_pool *pool) {
     double high = ENVMAPI_PI / s->axis.level.edge;
-    s->part_count = 0, s->core = s->beyond = 0, s->cell = 0;
+    s->part_count = 0, s->core = s->beyond = 0, s->cell = s->own = 0;
     s->cell_piece = ENVMAPI_CELL_PIECE * pow(tolerance * 1e3, 0.25) * s->sigma / high;
     if (s->all || s->axis.level.mapping != ENVMAP_LATLONG ||
         s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4 ||
@@ -7365,8 +7426,9 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
     for (int i = 0; i < s->tile_count * s->part_count; ++i) {
         envmapi_near *part = s->parts + i % s->part_count;
         size_t cell = envmapi_near_cell_of(w->cells, part, s->tiles + i / s->part_count);
-        cell += (size_t)(w->cells->rows * w->cells->columns); /* an axis' own K */
-        if (w->cells->ready && cell > part->cell) part->cell = cell;
+        size_t own = (size_t)(w->cells->knots.height * w->cells->knots.width);
+        if (cell > part->cell) part->cell = cell;
+        if (cell && own > s->own) s->own = own;
     }
     return ENVMAP_OK;
 }
@@ -7555,8 +7617,10 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
     s->bytes += s->all * sizeof(double);
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) + 2 * s->room;
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 48 : 0)) + 2 * s->room;
+    if (s->ratio) s->own = s->area;
     for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
+    kernels += s->own;
     s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;

@@ -210,6 +210,19 @@ static void tight_tolerances_are_kept(void) {
     keeps(&w);
 }
 
+/* Tents of nearly a texel, where K is that of a lat-long's cell and of texels that a rim cuts: two
+   places a side were 35 tolerances off on the first. */
+static void one_lit_texel_keeps_the_tolerance_under_a_wide_tent(void) {
+    static const char *const lobe = "lobe=phong:150:0 raw=0:1 tolerance=1e-3 scene=texel:";
+    static const char *const at[] = {"0.5:0.5", "0.3:0.1", "0.07:0.25"};
+    for (int i = 0; i < 3; ++i) {
+        char rest[200];
+        snprintf(rest, sizeof rest, "%s%s", lobe, at[i]);
+        work w = work_of(i < 2 ? ENVMAP_LATLONG : ENVMAP_SPHERE, ENVMAP_CUBE, i < 2 ? 96 : 12, rest);
+        keeps(&w);
+    }
+}
+
 /* Raw sums have no norm that would hide what is missing of them. */
 static void raw_sums_are_whole(void) {
     for (int from = 0; from < MAPPINGS; ++from)
@@ -414,6 +427,7 @@ int main(void) {
     RUN(axes_between_knots_agree_with_those_summed_one_by_one);
     RUN(latitudes_between_knots_agree_with_axes_summed_one_by_one);
     RUN(tight_tolerances_are_kept);
+    RUN(one_lit_texel_keeps_the_tolerance_under_a_wide_tent);
     RUN(raw_sums_are_whole);
     RUN(the_sharpest_lobe_is_the_bilinear_lookup);
     RUN(k_is_asked_for_some_thousand_times);
