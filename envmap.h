@@ -8073,50 +8073,67 @@ static void envmapi_block_direction(double d[3], const envmapi_scene *s, int i, 
                       fmin((y % nv + 0.5) * wide / s->in.map->size, 1));
 }
 
+/* Blocks that axes see, for histograms: where, and RGB energy and parts of kappa^2; angle: the row
+   of a histogram where the cosine is 1 - i/512. */
+typedef struct envmapi_sight {
+    envmapi_histogram *histograms;
+    size_t count;
+    double (*d)[3], *squares;
+    float (*values)[3 + ENVMAPI_SCALES];
+    unsigned char angle[1026];
+} envmapi_sight;
+
+/* Task: what an axis sees. */
+static void envmapi_task_see(void *context, int a) {
+    const envmapi_sight *t = (const envmapi_sight *)context;
+    envmapi_histogram *to = t->histograms + a;
+    for (size_t b = 0; b < t->count; ++b) {
+        float *seen = to->seen[t->angle[(int)(512.5 - 512 * envmapi_dot(to->axis, t->d[b]))]];
+        envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(t->values[b]));
+    }
+}
+
 /* Adds the blocks at scale j to all histograms: energies if `from` is 0, and in detail the squares
-   in `rest` of scales from .. j, over their sum. squares: room for (j-from+1) times the blocks;
-   angle: of histograms, where the cosine is 1 - i/512. */
-static void envmapi_histograms_add(envmapi_scene *s, const float *rest, int from, int j,
-                                   double *squares, const unsigned char *angle) {
+   in `rest` of scales from .. j, over their sum. */
+static void envmapi_histograms_add(envmapi_sight *t, envmapi_scene *s, const float *rest, int from,
+                                   int j, const envmap_work *work) {
     const float *sums = s->sums + s->blocks[j].at;
-    size_t count = s->blocks[j].count;
-    memset(squares, 0, (size_t)(j - from + 1) * count * sizeof *squares);
+    size_t count = t->count = s->blocks[j].count;
+    memset(t->squares, 0, (size_t)(j - from + 1) * count * sizeof *t->squares);
+    memset(t->values, 0, count * sizeof *t->values);
     for (int i = from; i <= j && s->detail; ++i) {
         size_t spot;
-        double most = 0, *part = squares + (size_t)(i - from) * count;
+        double most = 0, *part = t->squares + (size_t)(i - from) * count;
         double total = envmapi_scene_squares(part, &most, &spot, s, rest, i, j);
-        for (size_t b = 0; b < count && total > 0; ++b) part[b] /= total;
+        for (size_t b = 0; b < count && total > 0; ++b)
+            t->values[b][3 + i] = (float)(part[b] / total);
     }
     for (size_t b = 0; b < count; ++b) {
-        float values[3 + ENVMAPI_SCALES] = {0};
-        double d[3];
-        envmapi_block_direction(d, s, j, b);
+        envmapi_block_direction(t->d[b], s, j, b);
         for (int c = 0; c < 3 && !from; ++c)
-            values[c] = (float)((double)sums[4 * b + (size_t)c] / s->strongest);
-        for (int i = from; i <= j; ++i)
-            values[3 + i] = (float)squares[(size_t)(i - from) * count + b];
-        for (envmapi_histogram *a = s->histograms; a < s->histograms + s->axes; ++a) {
-            float *seen = a->seen[angle[(int)(512.5 - 512 * envmapi_dot(a->axis, d))]];
-            envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(values));
-        }
+            t->values[b][c] = (float)((double)sums[4 * b + (size_t)c] / s->strongest);
     }
+    envmapi_run_all(work, envmapi_task_see, t, s->axes);
 }
 
 /* Fills the histograms. Energies and the finer scales come from blocks narrower than sigma/2, if
    these are not too many, coarser scales from their own; rest: the blocks without the lights. */
 static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, const float *rest,
-                                              envmapi_pool *pool) {
+                                              const envmap_work *work, envmapi_pool *pool) {
     int j = 0, edge = s->round == ENVMAPI_ROUND ? 5 : 3;
     double extent = s->edge * envmapi_texel_extent(s->in.map);
-    unsigned char angle[1026];
+    envmapi_sight t;
     while (j + 1 < s->scales && (4 * extent <= sigma || s->blocks[j].count > ENVMAPI_SEEN))
         ++j, extent *= 2;
-    double *squares =
-        (double *)envmapi_pool_get(pool, (size_t)(j + 1) * s->blocks[j].count, sizeof *squares);
-    if (!squares) return ENVMAP_ERROR_MEMORY;
+    size_t count = s->blocks[j].count;
+    t.histograms = s->histograms;
+    t.squares = (double *)envmapi_pool_get(pool, (size_t)(j + 1) * count, sizeof *t.squares);
+    t.d = (double(*)[3])envmapi_pool_get(pool, count, sizeof *t.d);
+    t.values = (float(*)[3 + ENVMAPI_SCALES])envmapi_pool_get(pool, count, sizeof *t.values);
+    if (!t.squares || !t.d || !t.values) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < 1026; ++i) {
-        double t = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
-        angle[i] = (unsigned char)fmin(sqrt(t) * ENVMAPI_ANGLES, ENVMAPI_ANGLES - 1);
+        double part = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
+        t.angle[i] = (unsigned char)fmin(sqrt(part) * ENVMAPI_ANGLES, ENVMAPI_ANGLES - 1);
     }
     memset(s->histograms, 0, (size_t)s->axes * sizeof *s->histograms);
     for (int a = 0; a < s->round; ++a)
@@ -8125,14 +8142,15 @@ static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, co
     for (int i = 0; i < s->axes - s->round; ++i)
         envmapi_block_direction(s->histograms[s->round + i].axis, s, i, s->scale[i].spot);
     for (int from = 0; s->strongest > 0 && j < s->scales && (s->detail || !from); from = ++j)
-        envmapi_histograms_add(s, rest, from, j, squares, angle);
+        envmapi_histograms_add(&t, s, rest, from, j, work);
     return ENVMAP_OK;
 }
 
 /* Lists the texels with more than 1/2000 of the scene's energy, or so much more, by doubling, that
    there is room for all; kappa is then what they leave. Histograms are for lobes of this sigma. The
    blocks in s->sums stay whole. */
-static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmapi_pool *pool) {
+static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, const envmap_work *work,
+                                          envmapi_pool *pool) {
     const envmapi_blocks *last = s->blocks + s->scales - 1;
     int fits = 0;
     s->detail = sigma <= ENVMAPI_NARROW;
@@ -8159,7 +8177,7 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmap
     }
     envmapi_scene_unlit(s, s->all > 0 ? limit / s->all : 1, rest);
     envmap_result result =
-        envmapi_scene_histograms(s, sigma, s->light_count ? rest : s->sums, pool);
+        envmapi_scene_histograms(s, sigma, s->light_count ? rest : s->sums, work, pool);
     envmapi_pool_free(pool, kept);
     return result;
 }
@@ -8625,7 +8643,7 @@ static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_s
     }
     if (kinked && !scenes->unlit.lights) {
         scenes->unlit = scenes->whole;
-        result = envmapi_scene_lights(&scenes->unlit, sigma, pool);
+        result = envmapi_scene_lights(&scenes->unlit, sigma, work, pool);
     }
     for (envmapi_spec *spec = specs; spec < specs + count && !result; ++spec)
         /* A kink sees the lattice of large texels. Test: a_lamp_anywhere_keeps_the_tolerance. */
