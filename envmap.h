@@ -1723,13 +1723,15 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
     memset(&out, 0, sizeof out);
     for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
         if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
-    for (size_t i = 0; i < count; ++i) {
-        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(i % area % width),
-                                      (int)(i % area / width));
-        int fit = 1;
-        for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
-            fit &= envmapi_clean_number(number, most, &out, energy, w);
-        solid += w, replaced += fit ? 0 : w;
+    for (size_t t = 0; t < area; ++t) { /* its solid angle is alike on all faces */
+        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(t % width),
+                                      (int)(t / width));
+        for (size_t i = t; i < count; i += area) {
+            int fit = 1;
+            for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
+                fit &= envmapi_clean_number(number, most, &out, energy, w);
+            solid += w, replaced += fit ? 0 : w;
+        }
     }
     out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
     if (cleaned) *cleaned = out;
