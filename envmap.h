@@ -433,8 +433,9 @@ ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double 
               (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
               floats overflow or vanish, it is every texel again
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
-   With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16
-   sets of coefficients, for 3 bands also of 144 rows of the map.  Test:
+   With a tolerance O(texels + bands^3) and the memory of the map and 1000 bands^2 bytes, as FAST;
+   without O(texels bands^2) and that of 16 sets of coefficients, for 3 bands also of 144 rows of
+   the map.  Test:
    a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
@@ -448,7 +449,7 @@ ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int
    tolerance  0, and below 1e-6: every coefficient, in double; also for numbers near the ends of
               floats. Otherwise the relative rms error
    Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then
-   stays as it was.  With a tolerance O(texels + bands^3), without O(texels bands^2).
+   stays as it was.  Time and memory as envmap_sh_project's; without a tolerance the level's.
    Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
                                         int bands, double tolerance, const envmap_work *work);
@@ -547,6 +548,10 @@ typedef struct envmap_filter_desc {
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
    darkest texels may be off by more than 20 tolerances.
+   Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 13 S + D;
+   FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
+   two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
+   executor.  Test: tests/test_memory.c.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
@@ -562,7 +567,7 @@ ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
    prepared  its memory context set, or zero; overwritten without freeing
    lobes     1 .. 32: those that will be asked for, or the sharpest of them
    desc      tolerance, executor
-   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY.
+   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY.  Memory as FAST's.
    Test: a_prepared_source_gives_the_same_map. */
 ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
                                         const envmap_lobe *lobes, int count,
@@ -598,7 +603,7 @@ typedef struct envmap_plan {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, work, prepared
-   Errors: those of envmap_filter.  Cost: 0.5 to 1 times the filter's, more for lobes with slices.
+   Errors: those of envmap_filter.  Cost: 0.3 to 0.7 times the filter's; memory as FAST's.
    Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
@@ -636,7 +641,8 @@ typedef struct envmap_frame {
    Models narrower than two texels of map see single texels: resample it to a finer map first.
    Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r
    negative or not finite), MEMORY, CANCELLED; rgb then stays as it was.
-   O(texels * count), in double.  Thread-safe.  Source [KVHS00] eq. 1.  Test: eq_1_* . */
+   O(texels * count), in double; 40 bytes a texel.  Thread-safe.  Source [KVHS00] eq. 1.
+   Test: eq_1_* . */
 ENVMAP_API envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
                                          const envmap_frame *frames, int count,
                                          const envmap_work *work);
@@ -703,7 +709,7 @@ ENVMAP_API double envmap_ggx_multiple(double f0, double scale, double bias);
 
 /* values[y][x] = (scale, bias), [size][size][2], at texel centres: n.v = (x + 1/2)/size, roughness
    = (y + 1/2)/size, alpha = roughness^2.  size 1 .. 1024.  The executor runs rows.
-   Errors: ARGUMENT, MEMORY, CANCELLED; values then stay as they were. */
+   Errors: ARGUMENT, MEMORY (as much again), CANCELLED; values then stay as they were. */
 ENVMAP_API envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work);
 
 /* level = (levels - 1) r (1 + bend - bend r) and its inverse: where in a chain a roughness lies.
@@ -743,7 +749,7 @@ typedef struct envmap_difference {
 /* How far level `level` of a is from b, the truth; texels outside a rim (w = 0) do not count.
    Black b: 0 where a is black too, else infinity.
    Errors: ARGUMENT (maps of different mapping, edge or slices), RADIANCE (NaN, Inf).
-   Thread-safe.  Test: differences_*. */
+   Allocates nothing.  Thread-safe.  Test: differences_*. */
 ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
                                         const envmap *b, int level);
 
@@ -1447,14 +1453,21 @@ static double envmapi_disc_side(double *sums, int mapping, const double a[2], co
 
 /* A of four corners, as the argument of a product of complex numbers: one arc tangent, not four,
    and for a small cell its series, which is as exact and takes a fifth of the time. */
-static double envmapi_cube_cell(double x0, double y0, double x1, double y1) {
-    double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0;
-    double s11 = sqrt(a + p), s00 = sqrt(b + q), s01 = sqrt(b + p), s10 = sqrt(a + q);
+ENVMAPI_INLINE void envmapi_cube_turn(double to[2], double x0, double y0, double x1, double y1,
+                                      double s00, double s01, double s10, double s11) {
     double re = s11 * s00 - x1 * y1 * x0 * y0, im = s11 * x0 * y0 + s00 * x1 * y1;
     double less_re = s01 * s10 - x0 * y1 * x1 * y0, less_im = s01 * x1 * y0 + s10 * x0 * y1;
-    double y = im * less_re - re * less_im, x = re * less_re + im * less_im, z = y / x, zz = z * z;
-    if (!(fabs(z) < 0.02 && x > 0)) return atan2(y, x);
+    to[0] = re * less_re + im * less_im, to[1] = im * less_re - re * less_im;
+}
+ENVMAPI_INLINE double envmapi_small_atan(double z) {
+    double zz = z * z;
     return z * (1 - zz * (1 / 3.0 - zz * (1 / 5.0 - zz * (1 / 7.0 - zz / 9))));
+}
+static double envmapi_cube_cell(double x0, double y0, double x1, double y1) {
+    double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0, to[2];
+    envmapi_cube_turn(to, x0, y0, x1, y1, sqrt(b + q), sqrt(b + p), sqrt(a + q), sqrt(a + p));
+    int small = fabs(to[1]) < 0.02 * to[0];
+    return small ? envmapi_small_atan(to[1] / to[0]) : atan2(to[1], to[0]);
 }
 
 /* Solid angle of a triangle of three rays. */
@@ -1710,13 +1723,15 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
     memset(&out, 0, sizeof out);
     for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
         if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
-    for (size_t i = 0; i < count; ++i) {
-        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(i % area % width),
-                                      (int)(i % area / width));
-        int fit = 1;
-        for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
-            fit &= envmapi_clean_number(number, most, &out, energy, w);
-        solid += w, replaced += fit ? 0 : w;
+    for (size_t t = 0; t < area; ++t) { /* its solid angle is alike on all faces */
+        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(t % width),
+                                      (int)(t / width));
+        for (size_t i = t; i < count; i += area) {
+            int fit = 1;
+            for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
+                fit &= envmapi_clean_number(number, most, &out, energy, w);
+            solid += w, replaced += fit ? 0 : w;
+        }
     }
     out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
     if (cleaned) *cleaned = out;
@@ -2904,10 +2919,12 @@ static envmapi_quadrature envmapi_quadrature_of(const envmap_lobe *lobe, double 
     q.breaks[0] = from > low ? from : low, q.breaks[1] = to < high ? to : high, q.step = 0.1;
     if (!(q.breaks[0] < q.breaks[1])) return q;
     q.count = 2;
-    /* No lobe of known width has detail a tenth of that; a table's panels are its own pieces. */
+    /* No lobe of known width has detail a tenth of that, a ring none but its kinks; a table has
+       pieces of its own. */
     if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN)
         finest = 0.1 / sqrt(width + 1);
     if (lobe->kind == ENVMAP_LOBE_GGX) finest = 0.1 * width;
+    if (lobe->kind == ENVMAP_LOBE_BANKS) finest = ENVMAPI_PI;
     if (lobe->kind == ENVMAP_LOBE_TABLE)
         q.step = ENVMAPI_PI / (lobe->table_size - 1), finest = ENVMAPI_PI;
     if (step < q.step) q.step /= ceil(q.step / step);
@@ -4849,6 +4866,23 @@ static int envmapi_sh_axis(double *sign, int mapping, int face, int i) {
     return j;
 }
 
+/* S, T, M and |d|, w / |d|^2 of a cube's row of small texels, as below: by vectors. */
+static void envmapi_sh_cube_row(double *to, size_t half, int edge, int y) {
+    double side = 2.0 / edge, y0 = y * side - 1, y1 = y0 + side, Y = y0 + side / 2;
+    for (size_t i = 0; i < half; ++i) {
+        double x0 = (double)(int)i * side - 1, x1 = x0 + side, X = x0 + side / 2, turn[2];
+        double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0, dd = 1 + X * X + Y * Y;
+        double root = envmapi_inverse_root(dd);
+        envmapi_cube_turn(turn, x0, y0, x1, y1, (b + q) * envmapi_inverse_root(b + q),
+                          (b + p) * envmapi_inverse_root(b + p),
+                          (a + q) * envmapi_inverse_root(a + q),
+                          (a + p) * envmapi_inverse_root(a + p));
+        to[i] = X, to[half + i] = Y, to[2 * half + i] = 1, to[3 * half + i] = dd * root;
+        to[4 * half + i] = envmapi_small_atan(turn[1] / turn[0]) * root * root;
+    }
+    if (edge % 2) to[5 * half - 1] /= 2;
+}
+
 /* The left half of row y of a face's upper half: d and |d|, w / |d|^2, then their products. A texel
    in the middle is its own mirror image. On lat-long each d is the one before, turned by a column,
    and rows differ from the first, `from`, by a factor. */
@@ -4860,7 +4894,9 @@ static void envmapi_sh_products(double *to, size_t half, const envmapi_sh_job *j
     double w = 0, scale = 2 * y + 1 == edge ? 0.5 : 1, *weights = to + 4 * half;
     for (size_t k = 0; k < 4; ++k)
         along[envmapi_sh_axis(sign + k, mapping, 0, (int)k)] = to + k * half;
-    for (int i = 0; i < (int)half && (mapping != ENVMAP_LATLONG || y == from); ++i) {
+    int cube = mapping == ENVMAP_CUBE && edge >= 16;
+    if (cube) envmapi_sh_cube_row(to, half, edge, y), sign[0] = sign[1] = sign[2] = 1;
+    for (int i = 0; i < (int)half && !cube && (mapping != ENVMAP_LATLONG || y == from); ++i) {
         double x = d[0];
         if (mapping != ENVMAP_LATLONG || i % 64 == 0) {
             w = envmapi_texel_cell(at, mapping, edge, i, y);
@@ -5338,7 +5374,7 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
    tuned; they are the definition.
-       l_i, w_i, L_i w_i           envmapi_source_create, once for all axes
+       l_i, w_i                    envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
        the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
@@ -5360,9 +5396,9 @@ static double envmapi_texel_extent(const envmap *src) {
 #define ENVMAPI_TILE 256
 typedef struct envmapi_source {
     const envmap *map;
+    const float *texels; /* of the slice */
     size_t count, tiles;
     double *x, *y, *z, *w; /* [count] direction and solid angle */
-    double *r, *g, *b;     /* [count] radiance times solid angle */
     uint32_t *code;        /* [count] face, then the bits of y and x in turn, 2 bits of them */
     uint32_t *place;       /* [count] of the texel in the map */
     int bits;              /* of y and x each */
@@ -5371,6 +5407,10 @@ typedef struct envmapi_source {
     double radius;         /* of the widest tile, rad */
     void *block;           /* the memory of all of the above */
 } envmapi_source;
+
+static const float *envmapi_source_rgb(const envmapi_source *s, size_t i) {
+    return s->texels + 3 * (size_t)s->place[i];
+}
 
 static void envmapi_source_free(envmapi_source *source, void *memory) {
     if (source->block) ENVMAP_FREE(memory, source->block);
@@ -5385,22 +5425,19 @@ static int envmapi_unzip(uint32_t n, int bits) {
 }
 
 /* Appends the texels whose codes start at `from`, and their tile. */
-static void envmapi_source_tile(envmapi_source *s, int slice, uint32_t from) {
+static void envmapi_source_tile(envmapi_source *s, uint32_t from) {
     int mapping = s->map->mapping, edge = s->map->size, width = envmapi_width(mapping, edge);
     int face = (int)(from >> 2 * s->bits);
     int x0 = envmapi_unzip(from, s->bits), y0 = envmapi_unzip(from >> 1, s->bits);
-    const float *image = envmapi_image(s->map, 0, slice, face);
     double sum[3] = {0, 0, 0}, at[2], d[3];
     for (uint32_t n = 0; n < ENVMAPI_TILE; ++n) {
         int x = x0 + envmapi_unzip(n, 4), y = y0 + envmapi_unzip(n >> 1, 4);
         double w = x < width && y < edge ? envmapi_texel_cell(at, mapping, edge, x, y) : 0;
         if (!(w > 0)) continue;
-        const float *rgb = image + 3 * ((size_t)y * (size_t)width + (size_t)x);
         size_t i = s->count++;
-        s->place[i] = (uint32_t)((rgb - envmapi_image(s->map, 0, slice, 0)) / 3);
+        s->place[i] = (uint32_t)((face * edge + y) * width + x);
         envmapi_direction(d, mapping, face, at[0], at[1]);
         s->x[i] = d[0], s->y[i] = d[1], s->z[i] = d[2], s->w[i] = w, s->code[i] = from + n;
-        s->r[i] = w * (double)rgb[0], s->g[i] = w * (double)rgb[1], s->b[i] = w * (double)rgb[2];
         for (int c = 0; c < 3; ++c) sum[c] += d[c];
     }
     envmapi_unit(s->centre[s->tiles], sum);
@@ -5419,20 +5456,19 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     size_t tiles = (size_t)((width + 15) / 16) * (size_t)((map->size + 15) / 16) * (size_t)faces;
     memset(s, 0, sizeof *s);
     if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
-    size_t bytes = n * (7 * sizeof *s->x + 2 * sizeof *s->code);
+    size_t bytes = n * (4 * sizeof *s->x + 2 * sizeof *s->code);
     bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
     double *block = (double *)ENVMAP_MALLOC(memory, bytes);
     if (!block) return ENVMAP_ERROR_MEMORY;
-    s->map = map, s->block = block, s->bits = 4;
+    s->map = map, s->block = block, s->bits = 4, s->texels = envmapi_image(map, 0, slice, 0);
     while (1 << s->bits < width) ++s->bits;
     s->x = block, s->y = block + n, s->z = block + 2 * n, s->w = block + 3 * n;
-    s->r = block + 4 * n, s->g = block + 5 * n, s->b = block + 6 * n;
-    s->centre = (double(*)[3])(block + 7 * n);
+    s->centre = (double(*)[3])(block + 4 * n);
     s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
     s->code = (uint32_t *)(s->first + tiles + 1), s->place = s->code + n;
     for (uint32_t code = 0; code >> 2 * s->bits < (uint32_t)faces; code += ENVMAPI_TILE)
         if (envmapi_unzip(code, s->bits) < width && envmapi_unzip(code >> 1, s->bits) < map->size)
-            envmapi_source_tile(s, slice, code);
+            envmapi_source_tile(s, code);
     return ENVMAP_OK;
 }
 
@@ -5497,9 +5533,10 @@ static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
 static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
     const envmapi_source *s = axis->source;
     if (k >= 0 && k <= 0) return; /* NaN goes on: it must be seen */
-    axis->sum[3] += k * s->w[i];
-    if (!axis->level.texels) axis->light[s->place[i]] += k * s->w[i];
-    else axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
+    k *= s->w[i], axis->sum[3] += k;
+    if (!axis->level.texels) axis->light[s->place[i]] += k;
+    const float *rgb = envmapi_source_rgb(s, i);
+    for (int c = 0; c < 3 && axis->level.texels; ++c) axis->sum[c] += k * (double)rgb[c];
 }
 
 /* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are `last` or more. */
@@ -5889,7 +5926,8 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
     envmapi_node *node = tree->level[level];
     for (int i = 0; i < below; ++i) {
         envmapi_node *child = level > 1 ? tree->level[level - 1] + i : NULL;
-        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {s->r[i], s->g[i], s->b[i], s->w[i]};
+        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {0, 0, 0, s->w[i]};
+        for (int c = 0; c < 3; ++c) e[c] = e[3] * (double)envmapi_source_rgb(s, (size_t)i)[c];
         double radius = child ? envmapi_node_join(d, e, child) : 0;
         uint32_t code = (child ? child->code : s->code[i]) >> 2;
         if (node->children && node->code != code) ++node;
@@ -8028,22 +8066,29 @@ static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
     return 1;
 }
 
+/* Of `sums`: the block that a light is in. */
+static float *envmapi_light_block(float *sums, const envmapi_scene *s, const envmapi_light *light) {
+    size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
+    size_t size = (size_t)s->in.map->size, x = light->texel % width, y = light->texel / width;
+    size_t row = y / size * (size_t)s->blocks[0].nv + y % size / (size_t)s->edge;
+    return sums + 4 * (row * (size_t)s->blocks[0].nu + x / (size_t)s->edge);
+}
+
 /* The contrast of what the lights leave, no texel of which has more than `limit` of all energy.
    rest: room for the blocks without the lights. */
 static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
     size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
-    size_t size = (size_t)s->in.map->size, nu = (size_t)s->blocks[0].nu;
+    size_t size = (size_t)s->in.map->size;
     double squares = s->squares, off = s->cut;
     memcpy(rest, s->sums, 4 * s->blocks[0].count * sizeof *rest);
     for (int i = 0; i < s->light_count; ++i) {
         const double *v = s->lights[i].value, square = envmapi_light_square(s->lights + i);
         size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
-        size_t row = y / size * (size_t)s->blocks[0].nv + y % size / (size_t)s->edge;
-        float *sum = rest + 4 * (row * nu + x / (size_t)s->edge);
+        float *sum = envmapi_light_block(rest, s, s->lights + i);
         int cut = !(envmapi_omega_row(&s->in, (int)(y % size))[3 * x] > 0);
         for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
         s->energy -= envmapi_light_energy(s->lights + i);
-        squares -= square * envmapi_block_group(s, 0, row * nu);
+        squares -= square * envmapi_block_group(s, 0, (size_t)(sum - rest) / 4);
         if (cut) off -= square;
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
@@ -8065,50 +8110,67 @@ static void envmapi_block_direction(double d[3], const envmapi_scene *s, int i, 
                       fmin((y % nv + 0.5) * wide / s->in.map->size, 1));
 }
 
+/* Blocks that axes see, for histograms: where, and RGB energy and parts of kappa^2; angle: the row
+   of a histogram where the cosine is 1 - i/512. */
+typedef struct envmapi_sight {
+    envmapi_histogram *histograms;
+    size_t count;
+    double (*d)[3], *squares;
+    float (*values)[3 + ENVMAPI_SCALES];
+    unsigned char angle[1026];
+} envmapi_sight;
+
+/* Task: what an axis sees. */
+static void envmapi_task_see(void *context, int a) {
+    const envmapi_sight *t = (const envmapi_sight *)context;
+    envmapi_histogram *to = t->histograms + a;
+    for (size_t b = 0; b < t->count; ++b) {
+        float *seen = to->seen[t->angle[(int)(512.5 - 512 * envmapi_dot(to->axis, t->d[b]))]];
+        envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(t->values[b]));
+    }
+}
+
 /* Adds the blocks at scale j to all histograms: energies if `from` is 0, and in detail the squares
-   in `rest` of scales from .. j, over their sum. squares: room for (j-from+1) times the blocks;
-   angle: of histograms, where the cosine is 1 - i/512. */
-static void envmapi_histograms_add(envmapi_scene *s, const float *rest, int from, int j,
-                                   double *squares, const unsigned char *angle) {
+   in `rest` of scales from .. j, over their sum. */
+static void envmapi_histograms_add(envmapi_sight *t, envmapi_scene *s, const float *rest, int from,
+                                   int j, const envmap_work *work) {
     const float *sums = s->sums + s->blocks[j].at;
-    size_t count = s->blocks[j].count;
-    memset(squares, 0, (size_t)(j - from + 1) * count * sizeof *squares);
+    size_t count = t->count = s->blocks[j].count;
+    memset(t->squares, 0, (size_t)(j - from + 1) * count * sizeof *t->squares);
+    memset(t->values, 0, count * sizeof *t->values);
     for (int i = from; i <= j && s->detail; ++i) {
         size_t spot;
-        double most = 0, *part = squares + (size_t)(i - from) * count;
+        double most = 0, *part = t->squares + (size_t)(i - from) * count;
         double total = envmapi_scene_squares(part, &most, &spot, s, rest, i, j);
-        for (size_t b = 0; b < count && total > 0; ++b) part[b] /= total;
+        for (size_t b = 0; b < count && total > 0; ++b)
+            t->values[b][3 + i] = (float)(part[b] / total);
     }
     for (size_t b = 0; b < count; ++b) {
-        float values[3 + ENVMAPI_SCALES] = {0};
-        double d[3];
-        envmapi_block_direction(d, s, j, b);
+        envmapi_block_direction(t->d[b], s, j, b);
         for (int c = 0; c < 3 && !from; ++c)
-            values[c] = (float)((double)sums[4 * b + (size_t)c] / s->strongest);
-        for (int i = from; i <= j; ++i)
-            values[3 + i] = (float)squares[(size_t)(i - from) * count + b];
-        for (envmapi_histogram *a = s->histograms; a < s->histograms + s->axes; ++a) {
-            float *seen = a->seen[angle[(int)(512.5 - 512 * envmapi_dot(a->axis, d))]];
-            envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(values));
-        }
+            t->values[b][c] = (float)((double)sums[4 * b + (size_t)c] / s->strongest);
     }
+    envmapi_run_all(work, envmapi_task_see, t, s->axes);
 }
 
 /* Fills the histograms. Energies and the finer scales come from blocks narrower than sigma/2, if
    these are not too many, coarser scales from their own; rest: the blocks without the lights. */
 static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, const float *rest,
-                                              envmapi_pool *pool) {
+                                              const envmap_work *work, envmapi_pool *pool) {
     int j = 0, edge = s->round == ENVMAPI_ROUND ? 5 : 3;
     double extent = s->edge * envmapi_texel_extent(s->in.map);
-    unsigned char angle[1026];
+    envmapi_sight t;
     while (j + 1 < s->scales && (4 * extent <= sigma || s->blocks[j].count > ENVMAPI_SEEN))
         ++j, extent *= 2;
-    double *squares =
-        (double *)envmapi_pool_get(pool, (size_t)(j + 1) * s->blocks[j].count, sizeof *squares);
-    if (!squares) return ENVMAP_ERROR_MEMORY;
+    size_t count = s->blocks[j].count;
+    t.histograms = s->histograms;
+    t.squares = (double *)envmapi_pool_get(pool, (size_t)(j + 1) * count, sizeof *t.squares);
+    t.d = (double(*)[3])envmapi_pool_get(pool, count, sizeof *t.d);
+    t.values = (float(*)[3 + ENVMAPI_SCALES])envmapi_pool_get(pool, count, sizeof *t.values);
+    if (!t.squares || !t.d || !t.values) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < 1026; ++i) {
-        double t = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
-        angle[i] = (unsigned char)fmin(sqrt(t) * ENVMAPI_ANGLES, ENVMAPI_ANGLES - 1);
+        double part = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
+        t.angle[i] = (unsigned char)fmin(sqrt(part) * ENVMAPI_ANGLES, ENVMAPI_ANGLES - 1);
     }
     memset(s->histograms, 0, (size_t)s->axes * sizeof *s->histograms);
     for (int a = 0; a < s->round; ++a)
@@ -8117,14 +8179,15 @@ static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, co
     for (int i = 0; i < s->axes - s->round; ++i)
         envmapi_block_direction(s->histograms[s->round + i].axis, s, i, s->scale[i].spot);
     for (int from = 0; s->strongest > 0 && j < s->scales && (s->detail || !from); from = ++j)
-        envmapi_histograms_add(s, rest, from, j, squares, angle);
+        envmapi_histograms_add(&t, s, rest, from, j, work);
     return ENVMAP_OK;
 }
 
 /* Lists the texels with more than 1/2000 of the scene's energy, or so much more, by doubling, that
    there is room for all; kappa is then what they leave. Histograms are for lobes of this sigma. The
    blocks in s->sums stay whole. */
-static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmapi_pool *pool) {
+static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, const envmap_work *work,
+                                          envmapi_pool *pool) {
     const envmapi_blocks *last = s->blocks + s->scales - 1;
     int fits = 0;
     s->detail = sigma <= ENVMAPI_NARROW;
@@ -8151,7 +8214,7 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmap
     }
     envmapi_scene_unlit(s, s->all > 0 ? limit / s->all : 1, rest);
     envmap_result result =
-        envmapi_scene_histograms(s, sigma, s->light_count ? rest : s->sums, pool);
+        envmapi_scene_histograms(s, sigma, s->light_count ? rest : s->sums, work, pool);
     envmapi_pool_free(pool, kept);
     return result;
 }
@@ -8251,6 +8314,8 @@ typedef struct envmapi_spec {
     double brightest; /* the largest |lambda_0| of a slice */
     double dark;      /* D of the scene, for a smooth lobe */
     double midpoint;  /* side^2/24 of a texel's side: what its midpoint loses, over the curvature */
+    const envmapi_scene *scene; /* that it is being fitted to, slice by slice, as this work says */
+    const envmap_work *work;
 } envmapi_spec;
 
 /* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
@@ -8279,6 +8344,7 @@ static void envmapi_series_add(envmapi_series *series, double *sum, double weigh
    4 pi (2 pi integral of k^2) / norm^2; 0 where that is not finite. */
 static int envmapi_slice_lambda(envmapi_slice *slice, const envmap_lobe *lobe, int bands) {
     double norm = envmapi_lobe_norm(lobe);
+    slice->power = HUGE_VAL;
     if (!envmapi_zonal(slice->lambda, bands, lobe, slice->p)) return 0;
     if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, slice->p);
     slice->power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, slice->p, 2) / (norm * norm);
@@ -8460,18 +8526,30 @@ static double envmapi_slice_spacing(const envmapi_slice *slice, const envmapi_sp
     return test.widest * pow(0.96, envmapi_least(steps, envmapi_spacing_holds, &test) - 1);
 }
 
+/* A task for every slice; one alone does not ask the executor. */
+static void envmapi_spec_each(envmapi_spec *spec, envmap_task *task) {
+    if (spec->slices > 1) envmapi_run_all(spec->work, task, spec, spec->slices);
+    else task(spec, 0);
+}
+
 /* lambda_l of so many bands, and k of every slice; 0 where these are not finite. */
+static void envmapi_task_lambda(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    envmapi_slice *slice = spec->slice + k;
+    envmapi_series series;
+    envmapi_series_begin(&series, spec->angles->x);
+    memset(slice->k, 0, sizeof slice->k);
+    if (!envmapi_slice_lambda(slice, spec->lobe, spec->known)) return;
+    for (int l = 0; l < spec->known; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
+}
+
 static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
-    envmapi_slice *slice = spec->slice;
+    int finite = 1;
     if (bands <= spec->known) return 1;
-    for (spec->known = bands; slice < spec->slice + spec->slices; ++slice) {
-        envmapi_series series;
-        envmapi_series_begin(&series, spec->angles->x);
-        if (!envmapi_slice_lambda(slice, spec->lobe, bands)) return 0;
-        memset(slice->k, 0, sizeof slice->k);
-        for (int l = 0; l < bands; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
-    }
-    return 1;
+    spec->known = bands;
+    envmapi_spec_each(spec, envmapi_task_lambda);
+    for (int k = 0; k < spec->slices; ++k) finite &= envmapi_finite(spec->slice[k].power);
+    return finite;
 }
 
 /* A sum over texel centres shows the texels' lattice if lambda_l has not decayed by the lattice's
@@ -8492,32 +8570,47 @@ static int envmapi_spec_enough(const envmapi_spec *spec) {
     return spec->L <= spec->known - spec->known / 8;
 }
 
-/* Bands of every slice, and the most, unless there are not bands enough. */
-static void envmapi_spec_bands(envmapi_spec *spec, const envmapi_scene *s) {
-    spec->L = 1;
-    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-        slice->L = envmapi_slice_bands(slice, spec, s, 1);
-        if (slice->L > spec->L) spec->L = slice->L;
-        if (!envmapi_spec_enough(spec) && spec->known < ENVMAPI_FAST_BANDS) return;
-    }
+static void envmapi_task_look(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    envmapi_slice_look(spec->slice + k, spec, spec->scene);
+}
+
+static void envmapi_task_bands(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    spec->slice[k].L = envmapi_slice_bands(spec->slice + k, spec, spec->scene, 1);
+}
+
+static void envmapi_task_spacing(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    spec->slice[k].h = envmapi_slice_spacing(spec->slice + k, spec, spec->scene);
+}
+
+/* Bands of every slice, and the most; not all, where the first has not enough (speed only). */
+static void envmapi_spec_bands(envmapi_spec *spec) {
+    envmapi_task_bands(spec, 0);
+    spec->L = spec->slice[0].L;
+    if (spec->slices == 1) return;
+    if (!envmapi_spec_enough(spec) && spec->known < ENVMAPI_FAST_BANDS) return;
+    envmapi_spec_each(spec, envmapi_task_bands);
+    for (int k = 0; k < spec->slices; ++k)
+        if (spec->slice[k].L > spec->L) spec->L = spec->slice[k].L;
 }
 
 /* Bands for this scene; 0 where there are not enough, or more than `most`. lambda_l is known for
    24, 96, 192 ... bands until they are enough (speed only). */
-static int envmapi_spec_search(envmapi_spec *spec, const envmapi_scene *scene, double most) {
+static int envmapi_spec_search(envmapi_spec *spec, double most) {
     for (int bands = spec->known > 24 ? spec->known : 24;; bands = bands < 96 ? 96 : 2 * bands) {
         if (bands > ENVMAPI_FAST_BANDS) bands = ENVMAPI_FAST_BANDS;
         if (!envmapi_spec_lambda(spec, bands)) return 0;
-        for (int k = 0; k < spec->slices && !spec->L; ++k)
-            envmapi_slice_look(spec->slice + k, spec, scene);
-        envmapi_spec_bands(spec, scene);
+        if (!spec->L) envmapi_spec_each(spec, envmapi_task_look);
+        envmapi_spec_bands(spec);
         if (envmapi_spec_enough(spec)) return spec->L <= most;
         if (spec->L > most) return 0;
         if (bands < ENVMAPI_FAST_BANDS) continue;
         if (bands < ENVMAPI_SMOOTH / spec->sigma) return 0;
         spec->L = spec->known / 2; /* a kink beside nothing but dark: at least the rms */
         for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-            if (envmapi_slice_bands(slice, spec, scene, 0) > spec->L) return 0;
+            if (envmapi_slice_bands(slice, spec, spec->scene, 0) > spec->L) return 0;
             if (slice->L > spec->L) slice->L = spec->L;
         }
         return spec->L <= most;
@@ -8527,12 +8620,11 @@ static int envmapi_spec_search(envmapi_spec *spec, const envmapi_scene *scene, d
 /* Bands and spacing for this scene; L 0 where that cannot be. */
 static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
     spec->L = 0, spec->h = HUGE_VAL, spec->dark = envmapi_scene_dark(scene, spec->sigma);
-    if (!envmapi_spec_search(spec, scene, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
+    spec->scene = scene;
+    if (!envmapi_spec_search(spec, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
         return spec->L = 0;
-    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-        slice->h = envmapi_slice_spacing(slice, spec, scene);
-        spec->h = fmin(spec->h, slice->h);
-    }
+    envmapi_spec_each(spec, envmapi_task_spacing);
+    for (int k = 0; k < spec->slices; ++k) spec->h = fmin(spec->h, spec->slice[k].h);
     return spec->L;
 }
 
@@ -8575,12 +8667,12 @@ typedef struct envmapi_scenes {
 
 /* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave. */
 static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_scenes *scenes,
-                                       envmapi_pool *pool) {
+                                       const envmap_work *work, envmapi_pool *pool) {
     int kinked = 0;
     double extent = envmapi_texel_extent(scenes->whole.in.map), sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
     for (envmapi_spec *spec = specs; spec < specs + count; ++spec) {
-        spec->kinked = 0;
+        spec->kinked = 0, spec->work = work;
         spec->kinked =
             !envmapi_spec_fit(spec, &scenes->whole, fmax(24, ENVMAPI_SMOOTH / spec->sigma));
         kinked += spec->kinked;
@@ -8588,7 +8680,7 @@ static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_s
     }
     if (kinked && !scenes->unlit.lights) {
         scenes->unlit = scenes->whole;
-        result = envmapi_scene_lights(&scenes->unlit, sigma, pool);
+        result = envmapi_scene_lights(&scenes->unlit, sigma, work, pool);
     }
     for (envmapi_spec *spec = specs; spec < specs + count && !result; ++spec)
         /* A kink sees the lattice of large texels. Test: a_lamp_anywhere_keeps_the_tolerance. */
@@ -8884,7 +8976,9 @@ static envmap_result envmapi_job_look(envmapi_job *job, int slice) {
         result = envmapi_scene_create(&job->scenes.whole, job->src, slice, sigma, &job->desc.work,
                                       &job->pool);
     }
-    return result ? result : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->pool);
+    return result ? result
+                  : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->desc.work,
+                                      &job->pool);
 }
 
 /* The one door: checks all but what envmapi_desc has checked, and finds out what there is to do. No
@@ -9100,6 +9194,52 @@ static void envmapi_power_scene(envmapi_power *d) {
     }
 }
 
+/* a_lm of a scene's lights: added (1), or taken out (-1). */
+static void envmapi_power_lights(envmapi_power *d, const envmapi_scene *s, int sign) {
+    envmapi_sh_points *n = d->points;
+    for (int i = 0; i < s->light_count;) {
+        for (n->count = 0; n->count < ENVMAPI_SH_POINTS && i < s->light_count; ++i) {
+            for (int c = 0; c < 3; ++c)
+                n->e[c][n->count] = sign * ldexp(s->lights[i].value[c], s->in.exponent);
+            envmapi_sh_points_add(n, s->lights[i].d);
+        }
+        envmapi_sh_scatter(d->sh, d->known, n);
+    }
+}
+
+/* Can the blocks in which the scene was summed stand for its texels? They can where the shortest
+   wave is three blocks long, if each block is a texel of a smaller map. */
+static int envmapi_power_coarse(const envmapi_power *d, const envmapi_scene *s, const envmap *src) {
+    return !s->in.exponent && !envmapi_is_disc(src->mapping) && src->size % s->edge == 0 &&
+           d->known * s->edge * envmapi_texel_extent(src) < 2.1;
+}
+
+/* a_lm from blocks instead of texels, which need not be read again. Lights, where there are any,
+   are not in blocks. Over a block the mean of Y_lm is 1 - l(l+1) h^2/24 of that in its middle. */
+static envmap_result envmapi_power_blocks(envmapi_power *d, envmapi_job *job) {
+    const envmapi_scene *s = &job->scenes.whole, *unlit = &job->scenes.unlit;
+    double h = s->edge * envmapi_texel_extent(job->src);
+    size_t count = s->blocks[0].count;
+    envmap map = *job->src;
+    envmapi_sh_job sh;
+    map.texels = (float *)envmapi_pool_get(&job->pool, 4 * count, sizeof(float));
+    map.size = s->blocks[0].nv, map.levels = map.slices = 1;
+    if (!map.texels) return ENVMAP_ERROR_MEMORY;
+    memcpy(map.texels, s->sums, 4 * count * sizeof(float));
+    for (int i = 0; i < unlit->light_count; ++i)
+        for (int c = 0; c < 3; ++c)
+            envmapi_light_block(map.texels, s, unlit->lights + i)[c] -=
+                (float)unlit->lights[i].value[c];
+    for (size_t i = 0; i < 3 * count; ++i)
+        map.texels[i] = map.texels[i / 3 * 4 + i % 3] / s->sums[i / 3 * 4 + 3];
+    envmapi_sh_job_of(&sh, &map, 0, d->known, 0.01, &job->desc.work);
+    envmap_result result = envmapi_sh_project(d->sh, &sh);
+    for (int l = 0, i = 0; l < d->known && !result; ++l)
+        for (; i < 3 * (l + 1) * (l + 1); ++i) d->sh[i] /= 1 - l * (l + 1) * h * h / 24;
+    if (!result) envmapi_power_lights(d, unlit, 1);
+    return result;
+}
+
 /* Where FAST has no specification the definition interpolates between texels, and the scene has
    nothing finer. Smooth lobes leave little of FAST's last bands (Phong 3 % at 0.7 L), so 0.7 L are
    projected, whose last may be inexact; where lights are taken out of them again, their error has
@@ -9123,24 +9263,11 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     if (!envmapi_sh_job_of(&sh, job->src, 0, d->known, tolerance, &job->desc.work))
         return ENVMAP_ERROR_ARGUMENT;
     if (spec->L && !job->scenes.whole.in.exponent) sh.in = &job->scenes.whole.in;
-    envmap_result result = envmapi_sh_project(d->sh, &sh);
+    int coarse = spec->L && envmapi_power_coarse(d, &job->scenes.whole, job->src);
+    envmap_result result = coarse ? envmapi_power_blocks(d, job) : envmapi_sh_project(d->sh, &sh);
     if (result) return result;
     envmapi_power_scene(d);
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
-}
-
-/* The scene without the lights that are summed apart. */
-static void envmapi_power_unlit(envmapi_power *d, const envmapi_scene *s) {
-    envmapi_sh_points *n = d->points;
-    for (int i = 0; i < s->light_count;) {
-        for (n->count = 0; n->count < ENVMAPI_SH_POINTS && i < s->light_count; ++i) {
-            for (int c = 0; c < 3; ++c)
-                n->e[c][n->count] = -ldexp(s->lights[i].value[c], s->in.exponent);
-            envmapi_sh_points_add(n, s->lights[i].d);
-        }
-        envmapi_sh_scatter(d->sh, d->known, n);
-    }
-    envmapi_power_scene(d);
 }
 
 /* ---- how many texels */
@@ -9227,34 +9354,94 @@ static int envmapi_profile(double *v, const envmapi_power *d, double p, int firs
     return 128;
 }
 
-/* Relative rms, over all p, of what lookups between n slices lose, at values of p that are denser
-   towards both ends, where a ring closes and where lookups clamp, and fall in step with no n. */
-static double envmapi_slices_error(const envmapi_power *d, int n) {
-    const envmap_lobe *lobe = d->lobe;
-    int samples = d->needed ? 24 : n < 24 ? 96 : n < 256 ? 4 * n : 1024;
-    double k[128], k_low[128], k_high[128], lost = 0, total = 0;
-    for (int i = 0; i < samples; ++i) {
-        double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
-        double part = 0.5 - 0.5 * cos(t), at = envmapi_clamp(part * n - 0.5, 0, n - 1);
-        double p = (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * part;
+/* What lookups between n slices lose, and all that there is, task by task. */
+#define ENVMAPI_SLICE_TASKS 16
+typedef struct envmapi_slices {
+    const envmapi_power *d;
+    int n, samples, ends; /* ends: 1 where -p loses what p does; 2 */
+    int failed[ENVMAPI_SLICE_TASKS];
+    double lost[ENVMAPI_SLICE_TASKS], total[ENVMAPI_SLICE_TASKS];
+} envmapi_slices;
+
+/* Sample i at x, in slices from p0; returns its weight, 0 after the last. Most is lost near both
+   ends, where a ring closes, and in the half slices there, where lookups clamp. In a scene each end
+   has four samples in its half slice, and then one in gaps 0, 1, 2 ..., fewer and fewer: where
+   (t (1-t))^2 is 1/30, its mean over the gap. A lone light shows more detail in p: samples that are
+   denser towards both ends, and fall in step with no n. */
+static double envmapi_slices_sample(double *x, const envmapi_slices *s, int i) {
+    double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
+    double half = (s->n - 1) / 2.0, count = 0.125;
+    if (!s->d->needed) {
+        *x = s->n * (0.5 - 0.5 * cos(t));
+        return i < s->samples ? sin(t) : 0;
+    }
+    int j = i / s->ends - 4, gap = 0, next = 1;
+    *x = (j + 4.5) / 8;
+    if (j >= 0) {
+        for (; j > 0 && next < half; --j) gap = next, next += 1 + gap / 2;
+        count = j ? 0 : fmin(next, half) - gap;
+        *x = 0.5 + gap + (next - gap - 1) / 2 + 0.2403;
+    }
+    if (i % s->ends) *x = s->n - *x;
+    return count;
+}
+
+static void envmapi_task_slices(void *context, int task) {
+    envmapi_slices *s = (envmapi_slices *)context;
+    const envmap_lobe *lobe = s->d->lobe;
+    double k[128], k_low[128], k_high[128], lost = 0, total = 0, x, weight;
+    for (int i = task, n = s->n; (weight = envmapi_slices_sample(&x, s, i)) > 0;
+         i += ENVMAPI_SLICE_TASKS) {
+        double p = (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * x / n;
+        double at = envmapi_clamp(x - 0.5, 0, n - 1);
         int low = (int)at, high = low + 1 < n ? low + 1 : low;
         double p_low = envmapi_slice_p(lobe, low, n), p_high = envmapi_slice_p(lobe, high, n);
-        for (int first = 0, count; (count = envmapi_profile(k, d, p, first)); first += count) {
-            if (!envmapi_profile(k_low, d, p_low, first) ||
-                !envmapi_profile(k_high, d, p_high, first))
-                return 0;
-            for (int j = 0; j < count; ++j) {
+        for (int first = 0, count; (count = envmapi_profile(k, s->d, p, first)); first += count) {
+            s->failed[task] |= !envmapi_profile(k_low, s->d, p_low, first) ||
+                               !envmapi_profile(k_high, s->d, p_high, first);
+            for (int j = 0; j < count && !s->failed[task]; ++j) {
                 double off = k[j] - k_low[j] - (at - low) * (k_high[j] - k_low[j]);
-                lost += sin(t) * off * off, total += sin(t) * k[j] * k[j];
+                lost += weight * off * off, total += weight * k[j] * k[j];
             }
         }
+    }
+    s->lost[task] = lost, s->total[task] = total;
+}
+
+/* Relative rms, over all p, of what lookups between n slices lose; 0 where the lobe fails. */
+static double envmapi_slices_error(const envmapi_power *d, int n, const envmap_work *work) {
+    const envmap_lobe *lobe = d->lobe;
+    envmapi_slices s;
+    double lost = 0, total = 0;
+    memset(&s, 0, sizeof s);
+    s.d = d, s.n = n, s.samples = n < 24 ? 96 : n < 256 ? 4 * n : 1024;
+    s.ends = lobe->kind == ENVMAP_LOBE_BANKS && !(fabs((double)lobe->p0 + (double)lobe->p1) > 0)
+                 ? 1
+                 : 2;
+    envmapi_run_all(work, envmapi_task_slices, &s, ENVMAPI_SLICE_TASKS);
+    for (int i = 0; i < ENVMAPI_SLICE_TASKS; ++i) {
+        lost += s.lost[i], total += s.total[i];
+        if (s.failed[i]) return 0;
     }
     return envmapi_rms(lost, total);
 }
 
-static int envmapi_slices_hold(void *user, int n) {
-    const envmapi_power *d = (const envmapi_power *)user;
-    return envmapi_slices_error(d, n) <= d->tolerance;
+/* The fewest slices, to 2 %, for which that is within the tolerance. The logarithm of the error is
+   about a line in that of n: a secant leads to where it meets the tolerance, a bit beyond, so that
+   one try is enough and another not; halves, where that takes long. */
+static int envmapi_slices_needed(const envmapi_power *d, const envmap_work *work) {
+    int low = 0, high = ENVMAPI_SLICE_LIMIT, n = 64, last = 0; /* not enough; enough, or no more */
+    double off = 0, was, slope = 1.2;
+    for (int tried = 0; high - low > 1 + low / 12; ++tried) {
+        was = off, off = log(envmapi_slices_error(d, n, work) / d->tolerance);
+        if (last) slope = envmapi_clamp((was - off) / log((double)n / last), 0.5, 4);
+        if (off > 0) low = n;
+        else high = n;
+        double next = n * exp(off / slope) * (off > 0 ? 1.01 : 0.99);
+        if (tried > 8 || !envmapi_finite(next)) next = low + (high - low) / 2;
+        last = n, n = (int)envmapi_clamp(ceil(next), low + 1, high - 1);
+    }
+    return high - low > 1 ? n : high;
 }
 
 ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
@@ -9266,7 +9453,9 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
     for (int k = 0; k < 8; ++k)
         sigma = fmin(sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, 8)));
     light.angles = 128 * (int)envmapi_clamp(ceil(ENVMAPI_PI / (8 * fmax(sigma, 1e-3))), 2, 16);
-    return envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &light);
+    envmap_work serial;
+    memset(&serial, 0, sizeof serial);
+    return envmapi_slices_needed(&light, &serial);
 }
 
 /* ---- the call */
@@ -9300,9 +9489,9 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
         out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &lookups);
     d.needed = out->bands;
     if (d.lobe->p0 < d.lobe->p1 || d.lobe->p0 > d.lobe->p1)
-        out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &d);
+        out->slices = envmapi_slices_needed(&d, &job->desc.work);
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
-    if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
+    if (out->lights) envmapi_power_lights(&d, &scenes->unlit, -1), envmapi_power_scene(&d);
     out->method = ENVMAP_METHOD_FAST;
     if (!spec->L) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
@@ -9410,7 +9599,8 @@ static void envmapi_view(void *context, int i) {
         if (!(l[2] > 0)) continue;
         l[0] = envmapi_dot(d, t), l[1] = envmapi_dot(d, b);
         envmapi_brdf_cosine(f, views->brdf, v, l, &bad);
-        rgb[0] += f[0] * s->r[k], rgb[1] += f[1] * s->g[k], rgb[2] += f[2] * s->b[k];
+        const float *texel = envmapi_source_rgb(s, k);
+        for (int c = 0; c < 3; ++c) rgb[c] += f[c] * s->w[k] * (double)texel[c];
     }
     for (int c = 0; c < 3; ++c)
         views->rgb[3 * i + c] =
