@@ -279,9 +279,10 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    sphere map's: 5e-4). Where dst is finer, boxes are smoothed; from four times as many texels on,
    and to a larger size of the same mapping, it is bilinear src at the texel's centre. Same mapping
    and size: the same texels.
-   work    NULL: serial, silent. From other maps than cubes serial in any case
-   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory up to
-   32 bytes a texel of a cube as fine as both.  Source: [Jones99].  Test: resampling_* . */
+   work    NULL: serial, silent. The executor runs rows
+   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory 8
+   bytes a row of src and 20 KB; with progress or several slices, a copy of the result too.
+   Source: [Jones99].  Test: resampling_* . */
 ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src, const envmap_work *work);
 
 /* ------------------------------------------------------------------------------------- >>pfm -- */
@@ -1722,18 +1723,17 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    so constants stay, and so does the energy of each texel, to second order.
      one mapping, fewer texels   rectangles                                   envmapi_task_nest
      more than 2 x finer         bilinear radiance at the centres             envmapi_task_lookup
-     a cube and another map X    X's texels as polygons on the cube's faces   envmapi_task_overlap
-     two others                  by way of a finer cube                       envmapi_resample_slice
-   A polygon's sides are straight on a face. Its neighbours have the same sides, so that polygons
-   cover each cell of the cube once, whatever the sides' true shape is. Symmetries that the cube has
-   in common with X (16 for a lat-long) serve one polygon to as many texels.
+     another mapping             texels of dst as polygons on src's faces     envmapi_task_overlap
+   A polygon's sides are straight on a face of src. Its neighbours have the same sides, so that
+   polygons cover each cell of src once, whatever the sides' true shape is. Symmetries that both
+   maps have in common (16 of a cube and a lat-long) serve one polygon to as many texels.
    Where j is smaller than i, boxes would show: i is spread by a box of t = 2 (1 - r) of its
    extents, r being the ratio of the extents: the polygon is moved to both sides by the box's
    deviation.
-   A side of 1/16 rad is straight enough; a face has 128 cells at least; a texel that a rim cuts is
-   24 x 24 points, one beside it 8 x 8.  Test: resampling_keeps_the_energy_of_each_texel fails with
-   a quarter of these, or 12 x 12. Beside is r > 0.9 and nearer than 16 texels, where no test fails
-   without.
+   A side of 1/16 rad is straight enough. Near a lat-long's pole, and near a rim that is one point,
+   sides are made of pieces; the texel around that point is closed along the pole or the rim.
+   A face has 128 cells at least, and an angular map more near its rim, as the density is that of a
+   cell's centre.
    >>mips uses envmapi_task_nest and envmapi_span.  Source: [Jones99], first order.
    Tests: tests/test_maps.c; resampling_* . */
 
@@ -1887,14 +1887,11 @@ static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, 
 /* ---- bilinear radiance */
 
 typedef struct envmapi_resampling {
-    envmap dst, src, last; /* one slice each; last: of the whole, its texels are the result's */
-    int cube;      /* edge of the cube of whose cells polygons are made: dst, src or between */
-    int fine;      /* each cell is fine x fine ones, or its density would be too coarse */
-    int scatter;   /* from X to the cube; else from it */
-    int between;   /* src is a finer cube than dst needs: no box of it shows */
-    double *cells; /* to be scattered to: RGB and solid angle */
-    int turn_count;
-    envmapi_turn *turns; /* at most 16: one of the maps is no cube */
+    envmap dst, src;   /* one slice each */
+    int parts;         /* a texel of dst is parts x parts quadrangles, or its sides would be bent */
+    double *cosines;   /* of the edges of a lat-long src's rows */
+    int turn_count;    /* turns: at most 16, as the maps are not both cubes */
+    envmapi_turn *turns;
 } envmapi_resampling;
 
 /* A texel of dst: src at its centre. */
@@ -1915,76 +1912,97 @@ static void envmapi_task_lookup(void *context, int row) {
     for (size_t x = 0; x < width; ++x) envmapi_resample_lookup(r, (size_t)row * width + x);
 }
 
-/* ---- polygons */
+/* ---- how much of cells a contour covers */
 
-#define ENVMAPI_BOX 16
+#define ENVMAPI_BOX   16
+#define ENVMAPI_SIDES 256
 
-/* Cells of a face, and how much of each polygons cover. */
+/* A closed line in cells of a face of src. */
+typedef struct envmapi_contour {
+    double at[ENVMAPI_SIDES][2], shift[2]; /* shift: to both sides, where cells are smoothed */
+    double azimuth, radius, sign;          /* of the last point, near a rim; else radius < 0 */
+    int count, face;
+} envmapi_contour;
+
 typedef struct envmapi_box {
     int x, y, width, height;
-    double area[ENVMAPI_BOX * ENVMAPI_BOX];
+    double area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
 } envmapi_box;
 
-/* An area is the integral of x dy around it: what lies to the left of a piece of a side, within a
-   cell or to its right, counts. A number is the difference from that of the next cell to the
-   right. */
-static void envmapi_box_piece(envmapi_box *box, double x, double y0, double y1, double sign) {
-    int row = (int)floor((y0 + y1) / 2) - box->y, at = (int)floor(x), column = at - box->x;
-    double dy = sign * (y1 - y0), part = dy * (x - at);
-    if (row < 0 || row >= box->height || column < 0) return;
-    if (column >= box->width) column = box->width - 1, part = dy;
-    box->area[row * box->width + column] += part;
-    if (column > 0) box->area[row * box->width + column - 1] += dy - part;
-}
-
-/* A side from a to b, cell by cell. */
-static void envmapi_box_side(envmapi_box *box, const double a[2], const double b[2], double sign) {
-    double slope[2] = {b[0] - a[0], b[1] - a[1]}, next[2], by[2], s = 0, y0 = a[1];
-    if (!(fabs(slope[1]) > 0)) return;
-    for (int k = 0; k < 2; ++k) { /* where it leaves the cell, and the cells after it */
-        double edge = slope[k] > 0 ? floor(a[k]) + 1 : ceil(a[k]) - 1;
-        int moves = fabs(slope[k]) > 1e-12;
-        next[k] = moves ? (edge - a[k]) / slope[k] : 2, by[k] = moves ? 1 / fabs(slope[k]) : 2;
-    }
-    while (s < 1) {
-        int k = next[1] < next[0];
-        double end = next[k] < 1 ? next[k] : 1, y1 = end < 1 ? a[1] + slope[1] * end : b[1];
-        envmapi_box_piece(box, a[0] + slope[0] * (s + end) / 2, y0, y1, sign);
-        y0 = y1, s = end, next[k] += by[k];
+/* A piece of a side within a row of cells, dy high: adds what lies to its right. A number is the
+   difference from that of the cell before. */
+static void envmapi_box_row(double *row, int width, double from, double to, double dy) {
+    double left = from < to ? from : to, right = from < to ? to : from;
+    int x = left > 0 ? (int)left : 0;
+    if (x >= width) return;
+    if (right <= 0) {
+        row[0] += dy;
+    } else if (left >= 0 && right <= x + 1) {
+        double part = dy * ((left + right) / 2 - x);
+        row[x] += dy - part, row[x + 1] += part;
+    } else {
+        double slope = dy / (right - left);
+        if (left < 0) row[0] -= slope * left, left = 0;
+        for (; left < right && x < width; ++x) {
+            double end = right < x + 1 ? right : x + 1, piece = slope * (end - left);
+            double part = piece * ((left + end) / 2 - x);
+            row[x] += piece - part, row[x + 1] += part, left = end;
+        }
     }
 }
 
-/* Quadrangles, corners in cells. */
-static void envmapi_box_fill(envmapi_box *box, double p[][2], int corners) {
-    memset(box->area, 0, (size_t)(box->width * box->height) * sizeof(double));
-    for (int i = 0; i < corners; i += 4) {
-        double area = (p[i + 2][0] - p[i][0]) * (p[i + 3][1] - p[i + 1][1]) -
-                      (p[i + 2][1] - p[i][1]) * (p[i + 3][0] - p[i + 1][0]);
-        for (int k = 0; k < 4; ++k)
-            envmapi_box_side(box, p[i + k], p[i + (k + 1) % 4], area > 0 ? 1 : -1);
+/* A side, in cells of the box, row by row. */
+static void envmapi_box_side(envmapi_box *box, double x0, double y0, double x1, double y1) {
+    double sign = 1, height = box->height;
+    if (y0 > y1) {
+        double x = x0, y = y0;
+        x0 = x1, y0 = y1, x1 = x, y1 = y, sign = -1;
     }
-    for (int y = 0; y < box->height; ++y)
-        for (int x = box->width - 1; x > 0; --x)
-            box->area[y * box->width + x - 1] += box->area[y * box->width + x];
+    if (!(y0 < y1) || y1 <= 0 || y0 >= height || (x0 >= box->width && x1 >= box->width)) return;
+    double slope = (x1 - x0) / (y1 - y0);
+    if (y0 < 0) x0 -= slope * y0, y0 = 0;
+    if (y1 > height) y1 = height;
+    for (int y = (int)y0; y0 < y1; ++y) {
+        double end = y1 < y + 1 ? y1 : y + 1, x = x0 + slope * (end - y0);
+        envmapi_box_row(box->area[y], box->width, x0, x, sign * (end - y0));
+        x0 = x, y0 = end;
+    }
 }
 
-/* ---- a texel of X and its images */
+/* Each cell is fine x fine ones. */
+static void envmapi_box_fill(envmapi_box *box, const envmapi_contour *c, double fine) {
+    memset(box->area, 0, (size_t)box->height * sizeof box->area[0]);
+    for (int move = 0; move < 4; ++move) {
+        double x = (move & 1 ? c->shift[0] : -c->shift[0]) * fine - box->x;
+        double y = (move & 2 ? c->shift[1] : -c->shift[1]) * fine - box->y;
+        if (move && !(c->shift[0] + c->shift[1] > 0)) break;
+        for (int i = 0; i < c->count; ++i) {
+            const double *a = c->at[i], *b = c->at[i + 1 < c->count ? i + 1 : 0];
+            envmapi_box_side(box, x + a[0] * fine, y + a[1] * fine, x + b[0] * fine,
+                             y + b[1] * fine);
+        }
+    }
+}
+
+/* ---- a texel of dst and its images */
 
 typedef struct envmapi_orbit {
     int face, x, y, count;
-    size_t texel[16];              /* images, each once */
-    const envmapi_place *cube[16]; /* where a turn that leads there takes the cube's faces */
-    double light[16][4];           /* to be scattered: RGB, 1 */
-    double sums[16][3], all;       /* gathered, and the solid angle; or what was scattered */
+    size_t texel[16];            /* images, each once */
+    const envmapi_place *at[16]; /* where a turn that leads there takes the faces of src */
+    double sums[16][3], all;     /* all: solid angle, in any unit */
+    int smooth;                  /* the face on which cells are smoothed, by shifts; or -1 */
+    double shift[2];
+    envmapi_contour sides; /* of the texel, or of a part of it */
+    envmapi_box box;
 } envmapi_orbit;
 
 /* 0: another texel of the orbit comes first. */
-static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r, const envmap *X) {
+static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r) {
     int kept = 0; /* by how many turns; if by one only, no image comes twice */
     o->count = 0, o->all = 0;
     for (int i = 0; i < r->turn_count; ++i) { /* the first is none */
-        const envmapi_turn *turn = r->turns + i;
-        o->texel[i] = envmapi_turned(X, (r->scatter ? turn->src : turn->dst) + o->face, o->x, o->y);
+        o->texel[i] = envmapi_turned(&r->dst, r->turns[i].dst + o->face, o->x, o->y);
         if (o->texel[i] < o->texel[0]) return 0;
         kept += o->texel[i] == o->texel[0];
     }
@@ -1992,271 +2010,468 @@ static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r, const
         for (k = kept > 1 ? 0 : o->count; k < o->count && o->texel[k] != o->texel[i];) ++k;
         if (k < o->count) continue;
         o->texel[k] = o->texel[i], ++o->count;
-        o->cube[k] = r->scatter ? r->turns[i].dst : r->turns[i].src;
+        o->at[k] = r->turns[i].src;
+        for (int c = 0; c < 3; ++c) o->sums[k][c] = 0;
     }
-    for (int k = 0; k < o->count; ++k)
-        for (int c = 0; c < 4; ++c) {
-            o->light[k][c] =
-                c == 3 || !r->scatter ? 1 : (double)X->texels[3 * o->texel[k] + (size_t)c];
-            if (c < 3) o->sums[k][c] = 0;
-        }
     return 1;
 }
 
-/* The cells to be scattered to have rows that are a little longer: rows a power of two apart would
-   push each other out of the caches. */
-#define ENVMAPI_ROW(edge) ((size_t)(edge) + 5)
+/* A cell that lies beyond an edge of a face of edge n: where it is instead. */
+static void envmapi_cell_wrap(int mapping, int n, int *face, int *x, int *y) {
+    if (mapping == ENVMAP_LATLONG) {
+        if (*y < 0 || *y >= n) *y = (*y < 0 ? -1 : 2 * n - 1) - *y, *x += n;
+        *x = (*x % (2 * n) + 2 * n) % (2 * n);
+    } else if (*x < 0 || *y < 0 || *x >= n || *y >= n) {
+        if (mapping == ENVMAP_OCTAHEDRAL) { /* after twice its edge it comes again */
+            *x = (*x % (2 * n) + 3 * n) % (2 * n) - n, *y = (*y % (2 * n) + 3 * n) % (2 * n) - n;
+            envmapi_octa_neighbour(x, y, n);
+        } else {
+            envmapi_cube_neighbour(face, x, y, n);
+        }
+    }
+}
 
-/* Cell (x,y) of a face, with what solid angle it has in common with the texel: its images. */
-static void envmapi_orbit_add(envmapi_orbit *o, const envmapi_resampling *r, int face, int x, int y,
-                              double common) {
-    if (r->fine > 1) x /= r->fine, y /= r->fine;
+/* Solid angle of a cell, in one unit for the whole of src, were it everywhere as dense as amid. */
+static double envmapi_cell_weight(const envmapi_resampling *r, int x, int y, int fine) {
+    int n = r->src.size * fine, face = 0;
+    if (r->src.mapping == ENVMAP_SPHERE) return 1;
+    envmapi_cell_wrap(r->src.mapping, n, &face, &x, &y);
+    if (r->src.mapping == ENVMAP_LATLONG) return r->cosines[y] - r->cosines[y + 1];
+    return envmapi_density(r->src.mapping, (x + 0.5) / n, (y + 0.5) / n) / (fine * fine);
+}
+
+/* Adds what the box covers to the texel and its images. Its corner is cell (x,y) of a face. */
+static void envmapi_orbit_gather(envmapi_orbit *o, const envmapi_resampling *r,
+                                 const envmapi_box *box, int face, int x, int y) {
+    ptrdiff_t n = r->src.size, width = envmapi_width(r->src.mapping, r->src.size);
+    const float *texels = r->src.texels;
+    unsigned char taps[ENVMAPI_BOX * ENVMAPI_BOX];
+    int count = 0;
+    for (int i = 0; i < box->height * ENVMAPI_BOX; ++i) {
+        double w = i % ENVMAPI_BOX < box->width ? box->area[i / ENVMAPI_BOX][i % ENVMAPI_BOX] : 0;
+        if (w > 0) taps[count++] = (unsigned char)i, o->all += w;
+    }
+    int inside = x >= 0 && y >= 0 && x + box->width <= width && y + box->height <= n;
     for (int k = 0; k < o->count; ++k) {
-        const envmapi_place *to = o->cube[k] + face;
-        int row = to->face * r->cube + to->y0 + to->yx * x + to->yy * y;
-        size_t column = (size_t)(to->x0 + to->xx * x + to->xy * y);
-        const float *from = r->src.texels + 3 * ((size_t)row * (size_t)r->cube + column);
-        double *cell = r->cells + 4 * ((size_t)row * ENVMAPI_ROW(r->cube) + column);
-        if (r->scatter)
-            envmapi_double4_add(envmapi_double4_at(cell), common, envmapi_double4_at(o->light[k]));
-        else
-            for (int c = 0; c < 3; ++c) o->sums[k][c] += common * (double)from[c];
-    }
-    o->all += common;
-}
-
-/* Polygons that together stand for a part of the texel, on a face, in boxes. A cell is everywhere
-   as dense as at its centre. */
-static void envmapi_orbit_face(envmapi_orbit *o, const envmapi_resampling *r, int face,
-                               double d[][4][3], int polygons) {
-    const signed char *m = envmapi_cube[face][2];
-    int c = r->cube * r->fine, from[2] = {c, c}, to[2] = {0, 0};
-    double p[16][2];
-    envmapi_box box;
-    for (int i = 0; i < 4 * polygons; ++i) {
-        const double *ray = d[i / 4][i % 4];
-        if (m[0] * ray[0] + m[1] * ray[1] + m[2] * ray[2] < 0.3) return;
-        envmapi_project(p[i], ENVMAP_CUBE, face, ray);
-        for (int k = 0; k < 2; ++k) {
-            p[i][k] *= c;
-            from[k] = (int)envmapi_clamp(p[i][k], 0, from[k]);
-            to[k] = (int)envmapi_clamp(ceil(p[i][k]), to[k], c);
+        const envmapi_place *to = o->at[k] + face;
+        ptrdiff_t right = to->xx + to->yx * width, down = to->xy + to->yy * width;
+        int from = to->x0 + to->xx * x + to->xy * y;
+        int wild = !inside;
+        if (r->src.mapping == ENVMAP_LATLONG) { /* a seam */
+            from += from < 0 ? (int)width : from >= width ? -(int)width : 0;
+            int end = from + to->xx * (box->width - 1);
+            wild |= end < 0 || end >= width;
         }
-    }
-    for (box.y = from[1]; box.y < to[1]; box.y += ENVMAPI_BOX)
-        for (box.x = from[0]; box.x < to[0]; box.x += ENVMAPI_BOX) {
-            box.width = to[0] - box.x < ENVMAPI_BOX ? to[0] - box.x : ENVMAPI_BOX;
-            box.height = to[1] - box.y < ENVMAPI_BOX ? to[1] - box.y : ENVMAPI_BOX;
-            envmapi_box_fill(&box, p, 4 * polygons);
-            for (int i = 0; i < box.width * box.height; ++i) {
-                int x = box.x + i % box.width, y = box.y + i / box.width;
-                if (!(box.area[i] > 1e-12)) continue;
-                double rho = envmapi_density(ENVMAP_CUBE, (x + 0.5) / c, (y + 0.5) / c);
-                envmapi_orbit_add(o, r, face, x, y, box.area[i] * rho / c / c / polygons);
+        ptrdiff_t corner = from + (to->y0 + to->yx * x + to->yy * y + to->face * n) * width;
+        double red = 0, green = 0, blue = 0;
+        for (int i = 0; i < count; ++i) {
+            int dx = taps[i] % ENVMAPI_BOX, dy = taps[i] / ENVMAPI_BOX;
+            ptrdiff_t at = corner + dx * right + dy * down;
+            double w = box->area[dy][dx];
+            if (wild) {
+                int other = face, u = x + dx, v = y + dy;
+                envmapi_cell_wrap(r->src.mapping, (int)n, &other, &u, &v);
+                at = (ptrdiff_t)envmapi_turned(&r->src, o->at[k] + other, u, v);
             }
+            const float *texel = texels + 3 * at;
+            red += w * (double)texel[0], green += w * (double)texel[1];
+            blue += w * (double)texel[2];
         }
-}
-
-/* Corners of a part of X, going round; returns its solid angle, that of a flat quadrangle. What
-   lies beyond a rim is moved onto it. */
-static double envmapi_part_corners(double d[4][3], const envmap *X, int face, double u, double v,
-                                   double du, double dv) {
-    double one[3], two[3], across[3];
-    for (int i = 0; i < 4; ++i) {
-        double x = u + (i == 1 || i == 2 ? du : 0) - 0.5, y = v + (i >= 2 ? dv : 0) - 0.5;
-        double out = envmapi_is_disc(X->mapping) ? fmax(2 * hypot(x, y), 1) : 1;
-        envmapi_direction(d[i], X->mapping, face, 0.5 + x / out, 0.5 + y / out);
+        o->sums[k][0] += red, o->sums[k][1] += green, o->sums[k][2] += blue;
     }
-    for (int c = 0; c < 3; ++c) one[c] = d[2][c] - d[0][c], two[c] = d[3][c] - d[1][c];
-    envmapi_cross(across, one, two);
-    return sqrt(envmapi_dot(across, across)) / 2;
 }
 
-/* The longer one of its sides along u (k = 0) or v. */
-static double envmapi_part_side(double d[4][3], int k) {
-    double longest = 0;
-    for (int i = 0; i < 4; i += 2) {
-        const double *a = d[i], *b = d[(i + (k ? 3 : 1)) & 3];
-        double x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2];
-        longest = fmax(longest, x * x + y * y + z * z);
+/* Areas to weights of whole cells, in place. */
+static void envmapi_box_weigh(envmapi_box *box, const envmapi_resampling *r, int fine,
+                              double sign) {
+    for (int y = 0; y < box->height; ++y) {
+        double sum = 0;
+        for (int x = 0; x < box->width; ++x) {
+            double *to = &box->area[y / fine][x / fine], w = 0;
+            sum += box->area[y][x];
+            if (sum * sign > 1e-12)
+                w = sum * sign * envmapi_cell_weight(r, box->x + x, box->y + y, fine);
+            if (x % fine || y % fine) *to += w;
+            else *to = w;
+        }
     }
-    return sqrt(longest);
+    box->width /= fine, box->height /= fine;
 }
 
-/* The same of a map's texel at d, along either side. */
-static double envmapi_extent_at(const envmap *map, const double d[3]) {
-    double uv[2], corners[4][3], du = 1.0 / envmapi_width(map->mapping, map->size);
-    int face = envmapi_face(map->mapping, d);
-    envmapi_project(uv, map->mapping, face, d);
-    envmapi_part_corners(corners, map, face, uv[0] - du / 2, uv[1] - 0.5 / map->size, du,
-                         1.0 / map->size);
-    return fmax(envmapi_part_side(corners, 0), envmapi_part_side(corners, 1));
+/* So many that the density changes little from one to the next; 0 beyond a rim. Cells x .. x + w,
+   y .. y + h. */
+static int envmapi_cell_fine(const envmapi_resampling *r, int x, int y, int w, int h) {
+    int n = r->src.size, fine = 1;
+    double want = 128.0 / n, X = fabs(2.0 * x + w - n), Y = fabs(2.0 * y + h - n);
+    if (r->src.mapping == ENVMAP_LATLONG || r->src.mapping == ENVMAP_SPHERE) return 1;
+    if (r->src.mapping == ENVMAP_ANGULAR) {
+        if (hypot(fmax(X - w, 0), fmax(Y - h, 0)) >= n) return 0;
+        want = fmax(want, 32 / fmax(n + 1 - hypot(X + w, Y + h), 1));
+    }
+    while (fine < want && fine < ENVMAPI_BOX) fine *= 2;
+    return fine;
 }
 
-/* How a texel is divided: parts along u and v, small enough to have straight sides, and what they
-   are moved by. */
-typedef struct envmapi_parts {
-    int n[2], moves;
-    double by[4][3], d[4][3]; /* corners of the whole texel */
-} envmapi_parts;
+/* Cells from (x,y) to `to`, and no more than `step` of them along each side, a power of 2. */
+static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r,
+                              const envmapi_contour *c, int x, int y, const int to[2], int step) {
+    int w = to[0] - x < step ? to[0] - x : step, h = to[1] - y < step ? to[1] - y : step;
+    int fine = envmapi_cell_fine(r, x, y, w, h);
+    envmapi_box *box = &o->box;
+    box->x = x * fine, box->y = y * fine, box->width = w * fine, box->height = h * fine;
+    if (fine * step <= ENVMAPI_BOX && fine) {
+        envmapi_box_fill(box, c, fine);
+        envmapi_box_weigh(box, r, fine, c->sign);
+        envmapi_orbit_gather(o, r, box, c->face, x, y);
+    }
+    for (int i = 0; i < 4 && fine * step > ENVMAPI_BOX; ++i) {
+        int left = x + (i & 1) * step / 2, top = y + i / 2 * step / 2;
+        if (left < to[0] && top < to[1]) envmapi_orbit_box(o, r, c, left, top, to, step / 2);
+    }
+}
 
-static envmapi_parts envmapi_parts_of(const envmapi_resampling *r, const envmapi_orbit *o) {
-    const envmap *X = r->scatter ? &r->src : &r->dst;
-    double w = envmapi_width(X->mapping, X->size), h = X->size, middle[3], own = 1 / h;
-    double x = fabs((2 * o->x + 1) / w - 1), y = fabs((2 * o->y + 1) / h - 1);
-    int disc = envmapi_is_disc(X->mapping),
-        out = disc && hypot(fmax(x - 1 / w, 0), fmax(y - 1 / h, 0)) >= 1;
-    int cut = disc && hypot(x + 1 / w, y + 1 / h) > 1;
-    envmapi_parts parts;
-    double(*d)[3] = parts.d;
-    envmapi_part_corners(d, X, o->face, o->x / w, o->y / h, 1 / w, 1 / h);
+static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r,
+                                envmapi_contour *c) {
+    int size[2] = {envmapi_width(r->src.mapping, r->src.size), r->src.size}, from[2], to[2];
+    double area = 0, low[2] = {c->at[0][0], c->at[0][1]}, high[2] = {low[0], low[1]};
+    for (int i = 0; i < c->count; ++i) {
+        const double *a = c->at[i], *b = c->at[i + 1 < c->count ? i + 1 : 0];
+        area += a[1] * b[0] - a[0] * b[1];
+        for (int k = 0; k < 2; ++k)
+            low[k] = a[k] < low[k] ? a[k] : low[k], high[k] = a[k] > high[k] ? a[k] : high[k];
+    }
     for (int k = 0; k < 2; ++k) {
-        double side = envmapi_part_side(d, k);
-        parts.n[k] = out ? 0 : (int)ceil(fmax(fmax(16 * side, cut ? 8 : 1), 64 / h));
-        own = fmax(own, side);
+        int beyond = c->shift[k] > 0 || r->src.mapping == ENVMAP_OCTAHEDRAL ||
+                     (k == 0 && r->src.mapping == ENVMAP_LATLONG);
+        low[k] -= c->shift[k], high[k] += c->shift[k];
+        if (!beyond) low[k] = fmax(low[k], 0), high[k] = fmin(high[k], size[k]);
+        from[k] = (int)floor(low[k]), to[k] = (int)ceil(high[k]);
     }
-    if (X->mapping == ENVMAP_OCTAHEDRAL) { /* folds are sides or diagonals of parts */
-        int n = parts.n[0] > parts.n[1] ? parts.n[0] : parts.n[1];
-        parts.n[0] = parts.n[1] = n + n * X->size % 2;
-    }
-    for (int k = 0; k < 3; ++k) middle[k] = d[0][k] + d[1][k] + d[2][k] + d[3][k];
-    envmapi_unit(middle, middle);
-    double other = r->between ? own : envmapi_extent_at(r->scatter ? &r->last : &r->src, middle);
-    double t = envmapi_clamp(2 - 2 * (r->scatter ? other / own : own / other), 0, 1);
-    double shift = sqrt(1 / 12.0) * t * (r->scatter ? 1 : other / own);
-    parts.moves = t > 0 ? 4 : 1;
-    for (int k = 0; k < 4; ++k) /* along a diagonal; of a texel with straight sides */
-        for (int i = 0; i < 3; ++i)
-            parts.by[k][i] = shift * (k & 1 ? -1 : 1) * (d[k / 2 + 2][i] - d[k / 2][i]);
-    return parts;
+    c->sign = area > 0 ? 1 : -1;
+    for (int y = from[1]; y < to[1]; y += ENVMAPI_BOX)
+        for (int x = from[0]; x < to[0]; x += ENVMAPI_BOX)
+            envmapi_orbit_box(o, r, c, x, y, to, ENVMAPI_BOX);
 }
 
-static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r) {
-    const envmap *X = r->scatter ? &r->src : &r->dst;
-    double du = 1.0 / envmapi_width(X->mapping, X->size), dv = 1.0 / X->size, d[4][4][3];
-    envmapi_parts parts = envmapi_parts_of(r, o);
-    du /= parts.n[0], dv /= parts.n[1];
-    for (int i = 0; i < parts.n[0] * parts.n[1]; ++i) {
-        int faces[6] = {0}, count = 0;
-        if (parts.n[0] * parts.n[1] > 1)
-            envmapi_part_corners(parts.d, X, o->face, (o->x * parts.n[0] + i % parts.n[0]) * du,
-                                 (o->y * parts.n[1] + i / parts.n[0]) * dv, du, dv);
-        for (int k = 0; k < 12 * parts.moves; ++k)
-            d[k / 12][k / 3 % 4][k % 3] = parts.d[k / 3 % 4][k % 3] + parts.by[k / 12][k % 3];
-        for (int k = 0; k < 4 * parts.moves; ++k)
-            ++faces[envmapi_face(ENVMAP_CUBE, d[k / 4][k % 4])];
-        for (int f = 0; f < 6; ++f) count += faces[f] > 0;
-        for (int f = 0; f < 6; ++f) /* where two have corners, a third may have an edge */
-            if (faces[f] || count > 1) envmapi_orbit_face(o, r, f, d, parts.moves);
+/* ---- contours */
+
+/* Where a direction is on a face of src, in cells. Rows of a lat-long are as high as their solid
+   angle, so that equal areas are equal solid angles. */
+static void envmapi_cell_place(double at[2], const envmapi_resampling *r, int face,
+                               const double d[3]) {
+    envmapi_project(at, r->src.mapping, face, d);
+    at[0] *= envmapi_width(r->src.mapping, r->src.size), at[1] *= r->src.size;
+    if (r->src.mapping != ENVMAP_LATLONG) return;
+    int row = (int)envmapi_clamp(at[1], 0, r->src.size - 1);
+    const double *edge = r->cosines + row;
+    at[1] = row + envmapi_clamp((edge[0] - d[1]) / (edge[0] - edge[1]), 0, 1);
+}
+
+/* The distance from where straight lines are bent, in radians: a lat-long's pole, a rim that is one
+   point. */
+static double envmapi_pole_distance(int mapping, const double d[3]) {
+    double across = sqrt(d[0] * d[0] + d[1] * d[1]);
+    if (mapping == ENVMAP_LATLONG) return sqrt(d[0] * d[0] + d[2] * d[2]);
+    if (mapping == ENVMAP_SPHERE && d[2] < 0) return 0.4 * across;
+    return mapping == ENVMAP_ANGULAR && d[2] > 0 ? 0.4 * across : 1;
+}
+
+static void envmapi_contour_put(envmapi_contour *c, double x, double y) {
+    if (c->count >= ENVMAPI_SIDES) return;
+    c->at[c->count][0] = x, c->at[c->count][1] = y, ++c->count;
+}
+
+/* Near a rim a contour runs from point to point as a spiral does, and so along the rim. */
+static void envmapi_contour_turn(envmapi_contour *c, double n, double azimuth, double radius) {
+    double by = azimuth - c->azimuth, out = radius - c->radius, R = n / 2;
+    int rim = radius >= 1 && c->radius >= 1, steps = 1;
+    double want = fabs(by) * (rim ? 10 : 3) * sqrt(n), most = rim ? 60 : 9 * fabs(by);
+    if (c->count) steps += (int)fmin(want, most);
+    for (int i = steps - 1; i >= 0; --i) {
+        double phi = azimuth - by * i / steps, rho = radius - out * i / steps;
+        envmapi_contour_put(c, R + R * rho * cos(phi), R - R * rho * sin(phi));
+    }
+    c->azimuth = azimuth, c->radius = radius;
+}
+
+/* The next point of a contour, next to the one before where the face goes on beyond its edges. */
+static void envmapi_contour_add(envmapi_contour *c, const envmapi_resampling *r,
+                                const double d[3]) {
+    double at[2], n = r->src.size, width = envmapi_width(r->src.mapping, r->src.size);
+    envmapi_cell_place(at, r, c->face, d);
+    if (c->radius >= 0) {
+        double X = 2 * at[0] / n - 1, Y = 1 - 2 * at[1] / n, turn = atan2(Y, X);
+        if (c->count)
+            turn += 2 * ENVMAPI_PI * floor((c->azimuth - turn) / (2 * ENVMAPI_PI) + 0.5);
+        envmapi_contour_turn(c, n, turn, fmin(hypot(X, Y), 1));
+        return;
+    }
+    const double *before = c->count ? c->at[c->count - 1] : at;
+    if (r->src.mapping == ENVMAP_LATLONG)
+        at[0] += width * floor((before[0] - at[0]) / width + 0.5);
+    if (r->src.mapping == ENVMAP_OCTAHEDRAL) {
+        double uv[2] = {at[0] / n, at[1] / n}, from[2] = {before[0] / n, before[1] / n};
+        envmapi_octa_image(uv, from);
+        at[0] = uv[0] * n, at[1] = uv[1] * n;
+    }
+    envmapi_contour_put(c, at[0], at[1]);
+}
+
+/* Back to the first point by way of the pole, where a contour went around or through it. */
+static void envmapi_contour_close(envmapi_contour *c, const envmapi_resampling *r, double azimuth) {
+    double first = c->at[0][0], last = c->at[c->count - 1][0];
+    if (c->radius >= 0) {
+        envmapi_contour_turn(c, r->src.size, c->azimuth, 1);
+        envmapi_contour_turn(c, r->src.size, azimuth, 1);
+    } else if (r->src.mapping == ENVMAP_LATLONG) {
+        double pole = 2 * c->at[0][1] < r->src.size ? 0 : r->src.size;
+        envmapi_contour_put(c, last, pole);
+        envmapi_contour_put(c, first, pole);
     }
 }
 
-/* A texel near a rim to be scattered: points instead, as its sides are bent, and as what lies
-   beyond is no part of it. 0: it is not near a rim. */
-static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r) {
-    int size = r->src.size, bent = r->src.mapping != ENVMAP_PARABOLOID;
-    double X = fabs((2 * o->x + 1.0) / size - 1), Y = fabs((2 * o->y + 1.0) / size - 1), d[3],
-           uv[2];
-    int cut = hypot(X + 1.0 / size, Y + 1.0 / size) > 1, n = cut ? 24 : 8;
-    if (!cut && !(bent && hypot(X, Y) > fmax(0.9, 1 - 16.0 / size))) return 0;
-    if (hypot(fmax(X - 1.0 / size, 0), fmax(Y - 1.0 / size, 0)) >= 1) return 1; /* outside */
-    for (int i = 0; i <= n * n; ++i) { /* the last one where all others miss a sliver */
-        double u = (o->x + (i % n + 0.5) / n) / size, v = (o->y + (i / n + 0.5) / n) / size;
-        if (i < n * n ? (u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5) > 0.25 : o->all > 0) continue;
-        double w = i < n * n ? envmapi_density(r->src.mapping, u, v) / n / n / size / size
-                             : envmapi_texel_cell(uv, r->src.mapping, size, o->x, o->y);
-        if (!(w > 0)) continue;
-        if (i == n * n) u = uv[0], v = uv[1];
-        envmapi_direction(d, r->src.mapping, o->face, u, v);
-        int face = envmapi_face(ENVMAP_CUBE, d);
-        envmapi_project(uv, ENVMAP_CUBE, face, d);
-        for (int k = 0; k < 2; ++k) uv[k] = envmapi_texel_at(uv[k], r->cube) * r->fine;
-        envmapi_orbit_add(o, r, face, (int)uv[0], (int)uv[1], w);
-    }
-    return 1;
+/* Where lines do not go on in one way: also the points of an octahedral map where folds meet. */
+static int envmapi_at_pole(int mapping, const double d[3]) {
+    return envmapi_pole_distance(mapping, d) < 1e-9 ||
+           (mapping == ENVMAP_OCTAHEDRAL && fmax(fmax(fabs(d[0]), -d[1]), fabs(d[2])) > 1 - 1e-12);
 }
 
-/* Task: a row of a face of X. */
-static void envmapi_task_overlap(void *context, int row) {
+/* A closed line of directions, on one face. It starts after a pole that it goes through. */
+static void envmapi_orbit_face(envmapi_orbit *o, const envmapi_resampling *r, int face,
+                               double d[][3], int count) {
+    const signed char *m = envmapi_cube[face][2];
+    double least = 1, most = 0, azimuth = 0;
+    envmapi_contour *c = &o->sides;
+    int mapping = r->src.mapping, pole = -1, smooth = face == o->smooth;
+    for (int i = 0; i < count; ++i) {
+        double uv[2];
+        if (mapping == ENVMAP_CUBE && m[0] * d[i][0] + m[1] * d[i][1] + m[2] * d[i][2] < 0.1)
+            return;
+        if (envmapi_at_pole(mapping, d[i]) && (i || !envmapi_at_pole(mapping, d[count - 1])))
+            pole = i;
+        if (!envmapi_is_disc(mapping)) continue;
+        envmapi_project(uv, mapping, face, d[i]);
+        double radius = 2 * hypot(uv[0] - 0.5, uv[1] - 0.5);
+        least = fmin(least, radius), most = fmax(most, radius);
+    }
+    if (mapping == ENVMAP_PARABOLOID && least >= 1) return;
+    c->count = 0, c->face = face, c->azimuth = 0;
+    c->radius = envmapi_is_disc(mapping) && least > 0.5 ? 0 : -1;
+    smooth = smooth && most < 1 - 1.0 / r->src.size;
+    for (int k = 0; k < 2; ++k) c->shift[k] = smooth ? o->shift[k] : 0;
+    for (int i = 1; i <= count + (pole < 0); ++i) {
+        const double *point = d[(pole + i) % count];
+        if (mapping == ENVMAP_OCTAHEDRAL || !envmapi_at_pole(mapping, point))
+            envmapi_contour_add(c, r, point);
+        if (c->count == 1) azimuth = c->azimuth;
+    }
+    if (!c->count) return;
+    double around = c->radius >= 0 ? c->azimuth - azimuth : c->at[c->count - 1][0] - c->at[0][0];
+    if (pole >= 0 || fabs(around) > 1) envmapi_contour_close(c, r, azimuth);
+    envmapi_orbit_cover(o, r, c);
+}
+
+/* Direction of a corner of dst's texels. What lies beyond a rim is moved onto it. */
+static void envmapi_corner_direction(double d[3], const envmap *dst, int face, double u, double v) {
+    double x = u - 0.5, y = v - 0.5;
+    double out = envmapi_is_disc(dst->mapping) ? fmax(2 * sqrt(x * x + y * y), 1) : 1;
+    envmapi_direction(d, dst->mapping, face, 0.5 + x / out, 0.5 + y / out);
+}
+
+/* Pieces that a side is made of, as many whichever end comes first. */
+static int envmapi_side_pieces(int mapping, const double a[3], const double b[3]) {
+    double apart[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    double pole = fmin(envmapi_pole_distance(mapping, a), envmapi_pole_distance(mapping, b));
+    double n = 16 * sqrt(envmapi_dot(apart, apart)) / fmax(pole, 1e-9);
+    int folds = (a[0] < 0) != (b[0] < 0) || (a[1] < 0) != (b[1] < 0);
+    int rim = (a[2] < 0) != (b[2] < 0);
+    if (mapping == ENVMAP_OCTAHEDRAL ? folds || rim : mapping == ENVMAP_PARABOLOID && rim)
+        n = fmax(n, 8);
+    return (int)ceil(envmapi_clamp(n, 1, 16));
+}
+
+/* A part of a texel. */
+static void envmapi_orbit_part(envmapi_orbit *o, const envmapi_resampling *r, double u, double v,
+                               double du, double dv) {
+    double corner[4][3], d[64][3];
+    int count = 0, faces[6] = {0}, touched = 0;
+    for (int i = 0; i < 4; ++i)
+        envmapi_corner_direction(corner[i], &r->dst, o->face, u + (i == 1 || i == 2 ? du : 0),
+                                 v + (i >= 2 ? dv : 0));
+    for (int i = 0; i < 4; ++i) {
+        int pieces = envmapi_side_pieces(r->src.mapping, corner[i], corner[(i + 1) & 3]);
+        for (int k = 0; k < pieces; ++k) {
+            double s = (double)k / pieces, along[4] = {s, 1, 1 - s, 0};
+            envmapi_corner_direction(d[count], &r->dst, o->face, u + along[i] * du,
+                                     v + along[(i + 3) & 3] * dv);
+            ++faces[envmapi_face(r->src.mapping, d[count++])];
+        }
+    }
+    for (int f = 0; f < 6; ++f) touched += faces[f] > 0;
+    for (int f = 0; f < envmap_faces(r->src.mapping); ++f) /* a third may have a corner */
+        if (faces[f] || touched > 1) envmapi_orbit_face(o, r, f, d, count);
+}
+
+/* ---- tiles of dst */
+
+#define ENVMAPI_TILE_ROWS    4
+#define ENVMAPI_TILE_COLUMNS 8
+
+/* A corner of texels of dst, and where it is on src. */
+typedef struct envmapi_vertex {
+    double d[3], at[2], pole;
+    int face, side; /* side: of an octahedral src's folds; -1: not known yet */
+} envmapi_vertex;
+
+static const envmapi_vertex *envmapi_vertex_of(envmapi_vertex *node, const envmapi_resampling *r,
+                                           int face, int x, int y) {
+    double *d = node->d, width = envmapi_width(r->dst.mapping, r->dst.size);
+    if (node->side >= 0) return node;
+    envmapi_corner_direction(d, &r->dst, face, x / width, (double)y / r->dst.size);
+    node->face = node->side = envmapi_face(r->src.mapping, d);
+    envmapi_cell_place(node->at, r, node->face, d);
+    node->pole = envmapi_pole_distance(r->src.mapping, d);
+    if (r->src.mapping == ENVMAP_OCTAHEDRAL)
+        node->side = (d[0] < 0) + 2 * (d[1] < 0) + 4 * (d[2] < 0);
+    return node;
+}
+
+static double envmapi_vertex_apart(const envmapi_vertex *a, const envmapi_vertex *b) {
+    double x = a->d[0] - b->d[0], y = a->d[1] - b->d[1], z = a->d[2] - b->d[2];
+    return x * x + y * y + z * z;
+}
+
+/* Whether the outermost (side 1) or innermost (-1) corner of texel (x,y) lies outside a rim. */
+static int envmapi_beyond(const envmap *dst, int x, int y, int side) {
+    double X = fabs(2 * x + 1.0 - dst->size) + side, Y = fabs(2 * y + 1.0 - dst->size) + side;
+    return envmapi_is_disc(dst->mapping) && hypot(fmax(X, 0), fmax(Y, 0)) >= dst->size;
+}
+
+/* A texel on one face of src, given its corners: whether its sides are straight, and where it is
+   smaller than cells what they are smoothed by. */
+static int envmapi_orbit_straight(envmapi_orbit *o, const envmapi_resampling *r,
+                                  const envmapi_vertex *const n[4], envmapi_contour *c) {
+    double pole = fmin(fmin(n[0]->pole, n[1]->pole), fmin(n[2]->pole, n[3]->pole)), outer = 0;
+    double apart = fmax(envmapi_vertex_apart(n[0], n[2]), envmapi_vertex_apart(n[1], n[3]));
+    o->smooth = -1;
+    for (int i = 0; i < 4; ++i) {
+        double x = n[i]->at[0], y = n[i]->at[1], width = 2.0 * r->src.size;
+        if (n[i]->side != n[0]->side) return 0;
+        if (r->src.mapping == ENVMAP_LATLONG)
+            x += width * floor((n[0]->at[0] - x) / width + 0.5);
+        c->at[i][0] = x, c->at[i][1] = y, x -= 0.5 * r->src.size, y -= 0.5 * r->src.size;
+        if (envmapi_is_disc(r->src.mapping)) outer = fmax(outer, x * x + y * y);
+    }
+    c->count = 4, c->face = n[0]->face;
+    double top = envmapi_vertex_apart(n[0], n[1]), below = envmapi_vertex_apart(n[2], n[3]);
+    double left = envmapi_vertex_apart(n[0], n[3]), right = envmapi_vertex_apart(n[1], n[2]);
+    int a = below > top ? 3 : 0, b = right > left ? 1 : 0; /* the longer ones start there */
+    double across = below > top ? below : top, along = right > left ? right : left;
+    double one[2], two[2], skew = 0;
+    for (int k = 0; k < 3; ++k)
+        skew += (n[a ? 2 : 1]->d[k] - n[a]->d[k]) * (n[b ? 2 : 3]->d[k] - n[b]->d[k]);
+    for (int k = 0; k < 2; ++k)
+        one[k] = c->at[a ? 2 : 1][k] - c->at[a][k], two[k] = c->at[b ? 2 : 3][k] - c->at[b][k];
+    double area = fabs(one[0] * two[1] - one[1] * two[0]);
+    for (int k = 0; k < 2; ++k) { /* the longer side over that of a cell along k */
+        double x = one[1 - k], y = two[1 - k], side;
+        side = sqrt(fabs(across * y * y + along * x * x - 2 * skew * x * y));
+        double extent = sqrt(across > along ? across : along) * area / (side > 0 ? side : 1);
+        o->shift[k] = sqrt(1 / 12.0) * envmapi_clamp(2 - 2 * extent, 0, 1);
+        c->shift[k] = 2 * sqrt(outer) > r->src.size - 1 ? 0 : o->shift[k];
+    }
+    int cut = r->dst.mapping != ENVMAP_PARABOLOID && envmapi_beyond(&r->dst, o->x, o->y, 1);
+    if (apart < pole * pole && r->parts < 20 && !cut)
+        o->smooth = c->face;
+    else c->shift[0] = c->shift[1] = 0;
+    return 128 * apart <= pole * pole;
+}
+
+static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
+                                const envmapi_vertex *const n[4]) {
+    double du = 1.0 / envmapi_width(r->dst.mapping, r->dst.size), dv = 1.0 / r->dst.size;
+    int parts = envmapi_beyond(&r->dst, o->x, o->y, -1) ? 0 : r->parts;
+    if (envmapi_orbit_straight(o, r, n, &o->sides) && parts == 1)
+        envmapi_orbit_cover(o, r, &o->sides);
+    else
+        for (int i = 0; i < parts * parts; ++i)
+            envmapi_orbit_part(o, r, (o->x + (double)(i % parts) / parts) * du,
+                               (o->y + (double)(i / parts) / parts) * dv, du / parts, dv / parts);
+    for (int k = 0; k < o->count; ++k) {
+        for (size_t c = 0; c < 3 && o->all > 0; ++c)
+            r->dst.texels[3 * o->texel[k] + c] = (float)(o->sums[k][c] / o->all);
+        if (!(o->all > 0)) envmapi_resample_lookup(r, o->texel[k]);
+    }
+}
+
+/* How many texels of a row may come first in their orbits. */
+static int envmapi_row_first(const envmapi_resampling *r, int face, int y) {
+    int width = envmapi_width(r->dst.mapping, r->dst.size), end = width;
+    for (int i = 0; i < r->turn_count; ++i) {
+        const envmapi_place *to = r->turns[i].dst + face;
+        if (to->face < face || (to->face == face && !to->yx && to->y0 + to->yy * y < y)) return 0;
+        if (to->face != face || to->yy != 1) continue;
+        if (to->xx == 1 && to->x0 && end > width - to->x0) end = width - to->x0;
+        if (to->xx == -1 && to->x0 == width - 1 && end > (width + 1) / 2) end = (width + 1) / 2;
+    }
+    return end;
+}
+
+/* Task: some rows of a face. */
+static void envmapi_task_overlap(void *context, int task) {
     const envmapi_resampling *r = (const envmapi_resampling *)context;
-    const envmap *X = r->scatter ? &r->src : &r->dst;
+    int bands = (r->dst.size + ENVMAPI_TILE_ROWS - 1) / ENVMAPI_TILE_ROWS;
+    int top = task % bands * ENVMAPI_TILE_ROWS, end[ENVMAPI_TILE_ROWS], longest = 0;
+    envmapi_vertex nodes[ENVMAPI_TILE_ROWS + 1][ENVMAPI_TILE_COLUMNS + 1];
     envmapi_orbit o;
-    o.face = row / X->size, o.y = row % X->size;
-    /* all maps are their own images in two mirrors */
-    for (o.x = 0; 2 * o.x < envmapi_width(X->mapping, X->size) && 2 * o.y < X->size; ++o.x) {
-        if (!envmapi_orbit_of(&o, r, X)) continue;
-        if (!r->scatter || !envmapi_is_disc(X->mapping) || !envmapi_orbit_points(&o, r))
-            envmapi_orbit_parts(&o, r);
-        for (int k = 0; k < o.count && !r->scatter; ++k) {
-            for (size_t c = 0; c < 3 && o.all > 0; ++c)
-                X->texels[3 * o.texel[k] + c] = (float)(o.sums[k][c] / o.all);
-            if (!(o.all > 0)) envmapi_resample_lookup(r, o.texel[k]);
+    o.face = task / bands;
+    for (int i = 0; i < ENVMAPI_TILE_ROWS; ++i) {
+        end[i] = top + i < r->dst.size ? envmapi_row_first(r, o.face, top + i) : 0;
+        longest = end[i] > longest ? end[i] : longest;
+    }
+    for (int left = 0; left < longest; left += ENVMAPI_TILE_COLUMNS) {
+        for (int i = 0; i <= ENVMAPI_TILE_ROWS; ++i)
+            for (int k = 0; k <= ENVMAPI_TILE_COLUMNS; ++k) nodes[i][k].side = -1;
+        for (int i = 0; i < ENVMAPI_TILE_ROWS * ENVMAPI_TILE_COLUMNS; ++i) {
+            int row = i / ENVMAPI_TILE_COLUMNS, column = i % ENVMAPI_TILE_COLUMNS;
+            const envmapi_vertex *corners[4];
+            o.x = left + column, o.y = top + row;
+            if (o.x >= end[row] || !envmapi_orbit_of(&o, r)) continue;
+            for (int k = 0; k < 4; ++k) {
+                int x = column + (k == 1 || k == 2), y = row + (k >= 2);
+                corners[k] = envmapi_vertex_of(&nodes[y][x], r, o.face, left + x, top + y);
+            }
+            envmapi_orbit_texel(&o, r, corners);
         }
     }
 }
 
 /* ---- one slice */
 
-/* Between a cube and another map: r->src to r->dst. */
-static envmap_result envmapi_resample_cube(envmapi_resampling *r, const envmap_work *work,
-                                           envmapi_pool *pool) {
-    const envmap *X = r->scatter ? &r->src : &r->dst;
-    envmap_work serial = *work;
-    size_t texels = 6 * envmapi_area(ENVMAP_CUBE, r->cube);
-    if (r->scatter) { /* cells are shared by rows */
-        serial.executor.run = NULL;
-        size_t cells = 24 * (size_t)r->cube * ENVMAPI_ROW(r->cube);
-        r->cells = (double *)envmapi_pool_get(pool, cells, sizeof(double));
-        if (!r->cells) return ENVMAP_ERROR_MEMORY;
-        memset(r->cells, 0, cells * sizeof(double));
-    }
-    r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
-    if (!r->turns) return ENVMAP_ERROR_MEMORY;
-    r->turn_count = envmapi_turns(r->turns, &r->dst, &r->src), r->fine = 1 + 127 / r->cube;
-    envmap_result result =
-        envmapi_run(&serial, envmapi_task_overlap, r, envmap_faces(X->mapping) * X->size);
-    for (size_t i = 0; i < texels && r->scatter && !result; ++i) {
-        size_t edge = (size_t)r->cube;
-        const double *cell = r->cells + 4 * (i / edge * ENVMAPI_ROW(edge) + i % edge);
-        for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * i + c] = (float)(cell[c] / cell[3]);
-        if (!(cell[3] > 0)) envmapi_resample_lookup(r, i);
-    }
-    return result;
-}
-
 static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_work *work,
                                             envmapi_pool *pool) {
-    const envmap dst = r->dst, src = r->src;
-    int faces = envmap_faces(dst.mapping);
-    double n_dst = (double)envmapi_area(dst.mapping, dst.size) * faces;
-    double n_src = (double)envmapi_area(src.mapping, src.size) * envmap_faces(src.mapping);
-    if (dst.mapping == src.mapping && dst.size == src.size) {
-        memcpy(dst.texels, src.texels, envmapi_slice_floats(&src, 0) * sizeof(float));
+    const envmap *dst = &r->dst, *src = &r->src;
+    int faces = envmap_faces(dst->mapping), n = src->size;
+    double n_dst = (double)envmapi_area(dst->mapping, dst->size) * faces;
+    double n_src = (double)envmapi_area(src->mapping, n) * envmap_faces(src->mapping);
+    if (dst->mapping == src->mapping && dst->size == n) {
+        memcpy(dst->texels, src->texels, envmapi_slice_floats(src, 0) * sizeof(float));
         return envmapi_tell(&work->progress, 1);
     }
-    if (dst.mapping == src.mapping && dst.size <= src.size) {
-        envmapi_nest nest = {src.texels, dst.texels, src.mapping, src.size, dst.size, faces};
-        return envmapi_run(work, envmapi_task_nest, &nest, (dst.size + 1) / 2);
+    if (dst->mapping == src->mapping && dst->size <= n) {
+        envmapi_nest nest = {src->texels, dst->texels, src->mapping, n, dst->size, faces};
+        return envmapi_run(work, envmapi_task_nest, &nest, (dst->size + 1) / 2);
     }
-    if (dst.mapping == src.mapping || n_dst >= 4 * n_src)
-        return envmapi_run(work, envmapi_task_lookup, r, faces * dst.size);
-    r->scatter = src.mapping != ENVMAP_CUBE;
-    if (!r->scatter) r->cube = src.size;
-    else if (dst.mapping != ENVMAP_CUBE) r->cube = (int)ceil(sqrt(fmax(n_src, n_dst) / 3));
-    else r->cube = dst.size * (int)fmax(1, sqrt(n_src / n_dst) / 2);
-    if (!r->scatter || (dst.mapping == ENVMAP_CUBE && r->cube == dst.size))
-        return envmapi_resample_cube(r, work, pool);
-    if (r->cube > ENVMAPI_SIZE_LIMIT) r->cube = ENVMAPI_SIZE_LIMIT;
-    envmapi_part first, second;
-    envmap_work part = envmapi_work_part(&first, work, 0, 1, 2);
-    size_t floats = 18 * envmapi_area(ENVMAP_CUBE, r->cube);
-    r->dst.mapping = ENVMAP_CUBE, r->dst.size = r->cube;
-    r->dst.texels = (float *)envmapi_pool_get(pool, floats, sizeof(float));
-    envmap_result result =
-        r->dst.texels ? envmapi_resample_cube(r, &part, pool) : ENVMAP_ERROR_MEMORY;
-    part = envmapi_work_part(&second, work, 1, 1, 2);
-    r->src = r->dst, r->dst = dst, r->between = 1;
-    return result ? result : envmapi_resample_slice(r, &part, pool);
+    if (dst->mapping == src->mapping || n_dst >= 4 * n_src)
+        return envmapi_run(work, envmapi_task_lookup, r, faces * dst->size);
+    r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
+    r->cosines = (double *)envmapi_pool_get(pool, (size_t)n + 1, sizeof(double));
+    if (!r->turns || !r->cosines) return ENVMAP_ERROR_MEMORY;
+    for (int y = 0; y <= n; ++y) r->cosines[y] = cos(ENVMAPI_PI * y / n);
+    r->turn_count = envmapi_turns(r->turns, dst, src), r->parts = (63 + dst->size) / dst->size;
+    if (dst->mapping == ENVMAP_OCTAHEDRAL && dst->size % 2) r->parts += r->parts % 2; /* folds */
+    return envmapi_run(work, envmapi_task_overlap, r,
+                       faces * ((dst->size + ENVMAPI_TILE_ROWS - 1) / ENVMAPI_TILE_ROWS));
 }
 
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
@@ -2279,7 +2494,6 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
         memset(&r, 0, sizeof r), envmapi_pool_free(&pool, kept);
         r.src = *src, r.dst = *dst, r.src.levels = r.src.slices = r.dst.slices = 1;
         r.src.texels = envmapi_image(src, 0, slice, 0), r.dst.texels = out + (size_t)slice * floats;
-        r.last = r.dst;
         result = envmapi_resample_slice(&r, &one, &pool);
     }
     if (!result && out != dst->texels) memcpy(dst->texels, out, floats * slices * sizeof(float));
