@@ -24,9 +24,11 @@ GL       = $(patsubst examples/gl/%.c,$(BUILD)/%,$(wildcard examples/gl/*.c))
 MEASURE  = $(patsubst examples/measure/%.c,%,$(wildcard examples/measure/*.c))
 # The tests that take longest start first, so that none of them runs alone at the end.
 LONGEST  = %/test_fast %/test_search %/test_near %/test_filters %/test_maps %/test_gl
-# Tests that define ENVMAP_IMPLEMENTATION have bodies of their own, the others share one object.
-OWN     := $(shell grep -l 'define ENVMAP_IMPLEMENTATION$$' tests/test_*.c tests/*/test_*.c)
+# Tests with memory of their own have bodies of their own, the others share one object (oracle.h).
+OWN     := $(shell grep -l '^\#include "envmap.h"' tests/test_*.c tests/*/test_*.c)
 SHARED   = $(BUILD)/tests/oracle.o
+# Those that use private names see bodies as of a system's header, whose inline functions do not warn.
+PRIVATE := $(shell grep -l 'define ENVMAP_IMPLEMENTATION$$' tests/test_*.c tests/*/test_*.c)
 BODYFLAGS =
 # No two programs have the same name, so one can be built and run without its folder's.
 vpath %.c examples examples/tool examples/gl examples/measure tests tests/methods
@@ -64,7 +66,7 @@ MAP       =
 
 LONG    =
 TARGETS =
-.PHONY: help all demo test search check strict sanitize tsan analyze mutate coverage targets valgrind \
+.PHONY: help all demo test search check strict sanitize tsan analyze mutate coverage targets limits valgrind \
         fuzz $(MEASURE) bench-baseline size docs-check docs-test examples docs gallery web test-web test-three \
         install clean FORCE
 .DEFAULT_GOAL = help
@@ -78,7 +80,7 @@ demo: $(BUILD)/envmap ## three environments, filtered; a picture of them in buil
 	$(BUILD)/envmap demo $(BUILD)/demo
 
 test: ## build and run the tests; the last line counts them
-	@$(MAKE) --no-print-directory $(SHARED) $(if $(COMPILE),$(BUILD)/envmap)
+	@$(MAKE) --no-print-directory -j$(JOBS) $(SHARED) $(if $(COMPILE),$(BUILD)/envmap)
 	@sh tests/run.sh -s -j$(JOBS) -l $(BUILD)/tests/log $(COMPILE) \
 	    $(foreach t,$(filter $(LONGEST),$(TESTS)) $(filter-out $(LONGEST),$(TESTS)), \
 	        '$(MAKE) -s --no-print-directory $(t) && $(strip $(RUN) $(t))')
@@ -96,7 +98,7 @@ check: ## all that can be checked here: tests by gcc and clang, strict, sanitize
 	    $(foreach t,strict sanitize tsan analyze valgrind test-web test-three docs-test docs-check,'$(MAKE) --no-print-directory $(t)')
 
 strict: ## every standard, every strict warning, header, tests and examples, gcc and clang
-	@sh tests/run.sh $(foreach c,$(COMPILERS),'sh tests/compile/run.sh $(c) $(BUILD)/strict/$(c) strict')
+	@sh tests/run.sh -j$(JOBS) $(foreach c,$(COMPILERS),'sh tests/compile/run.sh $(c) $(BUILD)/strict/$(c) strict')
 
 sanitize: ## the tests with the address and the undefined-behaviour sanitizer
 	@mkdir -p $(BUILD) && echo 'int main(void) { return 0; }' >$(BUILD)/probe.c
@@ -133,6 +135,10 @@ coverage: ## lines and branches of envmap.h that the quick tests take (gcov), an
 	    echo "coverage passed by: no gcov here (Debian: gcc)"; \
 	fi
 
+EDGE = 8192
+limits: $(BUILD)/envmap ## the tool on the largest maps, EDGE=8192: time and peak memory
+	@sh tests/limits.sh $(BUILD)/envmap $(BUILD)/limits $(EDGE)
+
 targets: ## the tests as other compilers, flags and machines see them: docs/targets.md; LONG=1 runs more
 	@LONG='$(LONG)' sh tests/targets.sh $(if $(TARGETS),$(TARGETS),-o docs/targets.md)
 
@@ -145,6 +151,8 @@ valgrind: ## the quicker tests under valgrind
 	fi
 
 FUZZCC      = clang
+FUZZERS     = $(basename $(notdir $(wildcard tests/fuzz_*.c)))
+FUZZFLAGS   = -fsanitize=fuzzer,address,undefined,float-cast-overflow -fno-sanitize-recover=all
 FUZZSECONDS = 30
 fuzz: $(BUILD)/envmap ## libFuzzer on every reader, options and calls, half a minute each: FUZZSECONDS=30
 	@mkdir -p $(BUILD)/fuzz/corpus_fuzz_tool $(BUILD)/fuzz/corpus_fuzz_options
@@ -156,14 +164,10 @@ fuzz: $(BUILD)/envmap ## libFuzzer on every reader, options and calls, half a mi
 	@echo 'int LLVMFuzzerTestOneInput(const unsigned char *d, size_t n) { return d && n > 9 ? 0 : 0; }' \
 	    >>$(BUILD)/fuzz/probe.c
 	@if $(FUZZCC) -fsanitize=fuzzer $(BUILD)/fuzz/probe.c -o $(BUILD)/fuzz/probe 2>/dev/null; then \
-	    for f in $(basename $(notdir $(wildcard tests/fuzz_*.c))); do \
-	        $(FUZZCC) -std=c99 -O1 -g -I. -Itests -fsanitize=fuzzer,address,undefined,float-cast-overflow \
-	            -fno-sanitize-recover=all $(EXRFLAGS) tests/$$f.c -o $(BUILD)/fuzz/$$f $(EXRLIBS) $(LIBS) && \
-	        mkdir -p $(BUILD)/fuzz/corpus_$$f && \
-	        $(BUILD)/fuzz/$$f -max_total_time=$(FUZZSECONDS) -max_len=4096 -malloc_limit_mb=64 -timeout=60 \
-	            -close_fd_mask=3 \
-	            -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ $(BUILD)/fuzz/corpus_$$f || exit 1; \
-	    done; \
+	    sh tests/run.sh -j$(JOBS) $(foreach f,$(FUZZERS),'$(MAKE) -s --no-print-directory $(BUILD)/fuzz/$(f) && \
+	        $(BUILD)/fuzz/$(f) -max_total_time=$(FUZZSECONDS) -max_len=4096 -malloc_limit_mb=64 \
+	        -timeout=60 -close_fd_mask=3 -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ \
+	        $(BUILD)/fuzz/corpus_$(f)'); \
 	else \
 	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
 	fi
@@ -185,7 +189,7 @@ harmonics: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## what few coefficients c
 materials: ARGS = $(DOCS) ## every reflection model beside eq. 1: docs/materials.md
 methods: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## the approximations of examples/methods/: docs/methods.md; MAP prints
 papers: ARGS = $(DOCS) ## the papers' figures that need no OpenGL: docs/papers-drawn.md
-peers: ARGS = $(DOCS) ## beside engines' loop of 1024 samples, CMGEN=path CMFT=path: docs/peers.md
+peers: ARGS = $(DOCS) ## beside what engines do, CMGEN= CMFT= IBLSAMPLER= THREE=path: docs/peers.md
 plan: ARGS = $(DOCS) ## what envmap_filter_plan expects, held against what happens: docs/plan.md
 pyramid: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## a chain from the source, from levels, from differences: docs/pyramids.md; MAP prints
 stability: ARGS = $(DOCS) ## where methods fail: docs/stability.md
@@ -223,7 +227,7 @@ docs: $(BUILD)/envmap ## draw the pictures of README and docs/ again
 gallery: ## render the OpenGL pictures of docs/gallery.md and README's page, headless
 ifeq ($(HAS_EGL),yes)
 	@mkdir -p $(GALLERY)
-	@$(MAKE) --no-print-directory $(GL)
+	@$(MAKE) --no-print-directory -j$(JOBS) $(GL)
 	$(BUILD)/gl_gallery $(GALLERY)
 	$(BUILD)/anisotropic --headless $(GALLERY)/anisotropic.png
 	$(BUILD)/one_pass --headless $(GALLERY)/one_pass.png
@@ -239,7 +243,7 @@ endif
 	then python3 tests/web/run.py $(BUILD)/envmap.html $(GALLERY)/web.png; \
 	else echo "gallery passed by the page: no python3 here (Debian: python3)"; fi
 
-test-web: web ## the page in a headless Chromium; three minutes
+test-web: web $(BUILD)/envmap ## the page in a headless Chromium; three minutes
 	@if command -v python3 >/dev/null; then python3 tests/web/run.py $(BUILD)/envmap.html; \
 	else echo "test-web passed by: no python3 here (Debian: python3)"; fi
 
@@ -275,12 +279,12 @@ $(SHARED): tests/oracle.c tests/oracle.h tests/test.h envmap.h $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) $(BODYFLAGS) $(STRICT) -I. -Itests -c $< -o $@
 
 $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(SHARED) $(BUILD)/flags
-	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) \
-	    $< -o $@ $(LIBS)
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(filter $<,$(OWN)),, \
+	    $(if $(filter $<,$(PRIVATE)),-isystem .) -DTEST_SHARED $(SHARED)) $< -o $@ $(LIBS)
 
 $(BUILD)/tests/test_gl $(BUILD)/tests/test_shaders: $(BUILD)/tests/%: %.c envmap.h $(TEST_HELPERS) $(HELPERS) $(SHARED) $(BUILD)/flags
-	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) \
-	    $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
+	$(CC) -std=c99 $(CFLAGS) $(STRICT) -I. -Itests $(if $(HAS_EGL),-DTEST_GL) -DTEST_ROOT='"$(CURDIR)"' \
+	    $(if $(filter $<,$(OWN)),,-DTEST_SHARED $(SHARED)) $< -o $@ $(if $(HAS_EGL),-lEGL) $(LIBS)
 
 $(BUILD)/tests/test_tool_%: test_tool_%.c envmap.h $(TEST_HELPERS) $(HELPERS) $(SHARED) $(BUILD)/envmap $(BUILD)/flags
 	$(CC) -std=c99 $(CFLAGS) -O3 $(STRICT) $(EXRFLAGS) -I. -Itests \
@@ -288,6 +292,10 @@ $(BUILD)/tests/test_tool_%: test_tool_%.c envmap.h $(TEST_HELPERS) $(HELPERS) $(
 
 # It runs the tool.
 $(BUILD)/tests/test_gl: $(BUILD)/envmap
+
+$(BUILD)/fuzz/fuzz_%: tests/fuzz_%.c envmap.h $(TEST_HELPERS) $(HELPERS)
+	@mkdir -p $(BUILD)/fuzz/corpus_fuzz_$*
+	$(FUZZCC) -std=c99 -O1 -g -I. -Itests $(FUZZFLAGS) $(EXRFLAGS) $< -o $@ $(EXRLIBS) $(LIBS)
 
 # These test what the tool is made of.
 $(BUILD)/tests/test_write $(BUILD)/tests/test_bake: $(HELPERS)

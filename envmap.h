@@ -764,7 +764,7 @@ ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const env
 
 #ifdef ENVMAP_STATIC
 #define ENVMAPI_BODY static inline
-#else
+#elif !defined(ENVMAPI_BODY) /* tests give one, to compile private functions alone */
 #define ENVMAPI_BODY
 #endif
 
@@ -902,7 +902,7 @@ static void envmapi_run_all(const envmap_work *work, envmap_task *task, void *co
 
 /* Tasks share nothing and each result is summed in the same order however many there are, so one
    will do where there is one thread. */
-#define ENVMAPI_TASKS 16 /* <= 16: the bits of envmapi_transform.reach */
+#define ENVMAPI_TASKS 16
 static int envmapi_tasks(const envmap_work *work) { return work->executor.run ? ENVMAPI_TASKS : 1; }
 
 /* A part of the caller's progress, for one of several runs. */
@@ -3400,8 +3400,6 @@ typedef struct envmapi_rings {
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
     double *work;             /* a task's part: envmapi_rings_work */
-    unsigned short *reach;    /* the spreading tasks that each line of points concerns; NULL: one */
-    size_t line, lines;       /* lines of so many points; others follow */
 } envmapi_rings;
 
 /* The next M >= least, a multiple of 4 (so that blocks of 2 ring pairs are whole), for which
@@ -3843,29 +3841,12 @@ static int envmapi_spread_tasks(const envmapi_rings *r) {
     return tasks;
 }
 
-/* The spreading tasks that a line of points concerns, a bit each. */
-static unsigned short envmapi_reached(const envmapi_rings *r, const envmapi_point *points,
-                                      size_t count) {
-    int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
-    unsigned all = (1u << tasks) - 1, mask = 0;
-    for (size_t i = 0; i < count && mask < all; ++i)
-        for (int end = -2; end <= 3; end += 5) { /* the first k with k n/tasks > it, less one */
-            int k = envmapi_wrap(points[i].k + end, n);
-            mask |= 1u << (((k + 1) * tasks + n - 1) / n - 1);
-        }
-    return (unsigned short)mask;
-}
-
 static void envmapi_task_spread(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
     int from = n * task / tasks, to = n * (task + 1) / tasks;
-    size_t done = r->reach ? r->line * r->lines : 0;
     memset(r->G + (size_t)from * r->row, 0, (size_t)(to - from) * r->row * sizeof(double));
-    for (size_t i = 0; i < done; i += r->line)
-        if (r->reach[i / r->line] >> task & 1)
-            envmapi_rings_spread(r, r->points + i, r->values + 4 * i, r->line, from, to);
-    envmapi_rings_spread(r, r->points + done, r->values + 4 * done, r->count - done, from, to);
+    envmapi_rings_spread(r, r->points, r->values, r->count, from, to);
 }
 
 static void envmapi_task_interpolate(void *context, int task) {
@@ -4326,11 +4307,6 @@ static void envmapi_task_points(void *context, int y) {
         }
         first = next;
     }
-    for (int face = 0; face < grid->faces && t->rings.reach; ++face) {
-        size_t row = (size_t)face * (size_t)grid->height + (size_t)y;
-        t->rings.reach[row] = envmapi_reached(
-            &t->rings, t->rings.points + row * (size_t)grid->width, (size_t)grid->width);
-    }
 }
 
 /* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them. in:
@@ -4353,12 +4329,6 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
         envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_tasks(work),
                              done ? &done->rings : NULL, pool))
         return ENVMAP_ERROR_MEMORY;
-    t->rings.line = wide, t->rings.lines = (size_t)t->grid.faces * high;
-    if (t->rings.tasks > 1) { /* else all lines concern the one task */
-        t->rings.reach =
-            (unsigned short *)envmapi_pool_get(pool, t->rings.lines, sizeof *t->rings.reach);
-        if (!t->rings.reach) return ENVMAP_ERROR_MEMORY;
-    }
     t->v = t->u + width;
     envmapi_taps_fill(t->u, (int)width, t->grid.nu, &t->grid);
     envmapi_taps_fill(t->v, map->size, t->grid.nv, &t->grid);
@@ -4771,7 +4741,7 @@ static envmap_result envmapi_fill_texels(envmapi_transform *t, const envmap_work
      with a tolerance   envmap_sh_project and envmap_sh_fill are halves of >>transform
      without one        they are the definition, sums over points, 64 at a time:
        project            a_lm += sum_i e_i Y_lm(d_i)    (envmapi_sh_scatter; for three bands and
-                          less envmapi_sh_nine_*, sums times 1, x, y, z and their products)
+                          less envmapi_sh_moments_add, sums times products of 1, x, y, z)
        fill, evaluate     e_i = sum_lm a_lm Y_lm(d_i)    (envmapi_sh_gather), its adjoint
    Y_lm is N_m (P_lm/sin^m)(z) times Re, Im (x+iy)^m: no angles. P/sin^m grows to e^82 by 256 bands,
    and where sin^m underflows the product would be below 1e-270.
@@ -4953,181 +4923,125 @@ static int envmapi_sh_job_of(envmapi_sh_job *job, const envmap *map, int slice, 
     return 1;
 }
 
-/* Texels of a row in the left half of a map: directions on face 0 (a cube's +Z), backwards in [1],
-   and solid angles; half of them in the middle, where a mirror image is the texel itself. */
-typedef struct envmapi_sh_row {
-    double d[2][3][ENVMAPI_SH_POINTS], w[2][ENVMAPI_SH_POINTS];
-    int count;
-} envmapi_sh_row;
-
-/* As many as there is room for. For solid angles they count at centroids. */
-static void envmapi_sh_row_of(envmapi_sh_row *row, const envmap *map, int x0, int y, int solid) {
-    int width = envmapi_width(map->mapping, map->size), left = (width + 1) / 2 - x0;
-    double at[2], d[3] = {0, 0, 1};
-    row->count = left < ENVMAPI_SH_POINTS ? left : ENVMAPI_SH_POINTS;
-    for (int i = 0; i < row->count; ++i) {
-        int back = row->count - 1 - i;
-        double w = solid ? envmapi_texel_cell(at, map->mapping, map->size, x0 + i, y) : 1;
-        if (!solid) at[0] = (x0 + i + 0.5) / width, at[1] = (y + 0.5) / map->size;
-        if (map->mapping == ENVMAP_CUBE) d[0] = 2 * at[0] - 1, d[1] = 1 - 2 * at[1];
-        else envmapi_ray(d, map->mapping, 0, at[0], at[1]);
-        double scale = 1 / sqrt(envmapi_dot(d, d));
-        for (int c = 0; c < 3; ++c) row->d[0][c][i] = row->d[1][c][back] = scale * d[c];
-        if (2 * (x0 + i) + 1 == width) w /= 2;
-        if (2 * y + 1 == map->size) w /= 2;
-        row->w[0][i] = row->w[1][back] = w;
-    }
-}
-
-/* Where the axes of row->d lie on a face, mirrored along u (mirror & 1) and v (& 2): axis k is axis
-   to[k], times sign[k]. */
-static void envmapi_sh_axes(int to[3], int sign[3], int mapping, int face, int mirror) {
-    int v = mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
-    for (int k = 0; k < 3; ++k) {
-        to[k] = k, sign[k] = k == 2 && face == 1 ? -1 : 1;
-        for (int c = 0; c < 3 && mapping == ENVMAP_CUBE; ++c)
-            if (envmapi_cube[face][k][c])
-                to[k] = c, sign[k] = k == 1 ? -envmapi_cube[face][k][c] : envmapi_cube[face][k][c];
-    }
-    if (mirror & 1) sign[0] *= -1;
-    if (mirror & 2) sign[v] *= -1;
-}
-
-#define ENVMAPI_SH_NINE 16 /* points of three channels; more take more stack */
-
-/* Moments of three bands: 1, the coordinates, their squares, the products of the other two. */
-typedef struct envmapi_sh_nine {
-    double Y[2][10][3 * ENVMAPI_SH_NINE]; /* of points, as they lie and backwards, each thrice */
-    double sums[10][24];                  /* channel i % 3 */
-} envmapi_sh_nine;
-
-static void envmapi_sh_nine_points(envmapi_sh_nine *n, const envmapi_sh_row *row, int from,
-                                   int count) {
-    for (int i = 0; i < 2 * ENVMAPI_SH_NINE; ++i) {
-        int side = i & 1, at = (side ? row->count - from - count : from) + i / 2;
-        if (i / 2 >= count) at = 0;
-        double x = side ? -row->d[1][0][at] : row->d[0][0][at], y = row->d[side][1][at];
-        double z = row->d[side][2][at], w = i / 2 < count ? row->w[side][at] : 0;
-        const double Y[10] = {w,         w * x,     w * y,     w * z,     w * x * x,
-                              w * y * y, w * z * z, w * y * z, w * z * x, w * x * y};
-        for (int k = 0; k < 10; ++k) {
-            double *to = n->Y[side][k] + i / 2 * 3;
-            to[0] = to[1] = to[2] = Y[k];
-        }
-    }
-}
-
-/* The points on a face: a row of texels and its image in the mirror along v, left and right. */
-static void envmapi_sh_nine_face(envmapi_sh_nine *n, int mapping, int face,
-                                 const float *texels[2][2]) {
-    double even[2][3 * ENVMAPI_SH_NINE], odd[2][3 * ENVMAPI_SH_NINE];
-    int to[3], sign[3], v = mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
-    envmapi_sh_axes(to, sign, mapping, face, 0);
-    for (int side = 0; side < 2; ++side)
-        for (int i = 0; i < 3 * ENVMAPI_SH_NINE; ++i) {
-            double a = (double)texels[0][side][i], b = (double)texels[1][side][i];
-            even[side][i] = a + b, odd[side][i] = a - b;
-        }
-    for (int k = 0; k < 10; ++k) {
-        int axis = (k + 2) % 3, group = (k + 2) / 3; /* 1: an axis, 2: squared, 3: other two */
-        double(*e)[3 * ENVMAPI_SH_NINE] =
-            (group == 1 && axis == v) || (group == 3 && axis != v) ? odd : even;
-        double turned = group == 1   ? sign[axis]
-                        : group == 3 ? sign[(axis + 1) % 3] * sign[(axis + 2) % 3]
-                                     : 1;
-        double *sums = n->sums[group ? 3 * group - 2 + to[axis] : 0];
-        const double *left = n->Y[0][k], *right = n->Y[1][k];
-        for (int i = 0; i < 24; ++i)
-            sums[i] += turned * ((left[i] * e[0][i] + left[i + 24] * e[0][i + 24]) +
-                                 (right[i] * e[1][i] + right[i + 24] * e[1][i + 24]));
-    }
-}
-
-static void envmapi_sh_nine_add(double *sh, int bands, envmapi_sh_nine *n) {
-    static const int at[9] = {0, 2, 3, 1, 9, 7, 6, 8, 4};
-    for (int i = 0; i < 3 * bands * bands; ++i) {
-        int k = i / 3;
-        double square = k == 0 ? 1 : k < 4 ? 3 : k == 6 ? 1.25 : k == 8 ? 3.75 : 15, sum = 0;
-        for (int j = i % 3; j < 24; j += 3)
-            sum += k == 6   ? 3 * n->sums[6][j] - n->sums[0][j]
-                   : k == 8 ? n->sums[4][j] - n->sums[5][j]
-                            : n->sums[at[k]][j];
-        sh[i] += sqrt(square / (4 * ENVMAPI_PI)) * sum;
-    }
-}
-
 static float *envmapi_sh_texel(const envmapi_sh_job *job, int face, int x, int y) {
     size_t width = (size_t)envmapi_width(job->map.mapping, job->map.size);
     size_t row = (size_t)face * (size_t)job->map.size + (size_t)y;
     return job->texels + 3 * (row * width + (size_t)x);
 }
 
-/* A row of texels and all its images, as they are, to three bands or less. */
-static void envmapi_sh_nine_row(envmapi_sh_nine *n, const envmapi_sh_job *job, int y) {
-    int width = envmapi_width(job->map.mapping, job->map.size);
-    float few[4][3 * ENVMAPI_SH_NINE]; /* where there are no more, as all are read */
-    envmapi_sh_row row;
-    memset(few, 0, sizeof few);
-    for (int x = 0; 2 * x < width; x += row.count) {
-        envmapi_sh_row_of(&row, &job->map, x, y, 1);
-        for (int from = 0; from < row.count; from += ENVMAPI_SH_NINE) {
-            int count = row.count - from < ENVMAPI_SH_NINE ? row.count - from : ENVMAPI_SH_NINE;
-            envmapi_sh_nine_points(n, &row, from, count);
-            for (int face = 0; face < envmap_faces(job->map.mapping); ++face) {
-                const float *texels[2][2];
-                for (int i = 0; i < 4; ++i) {
-                    int at = i & 1 ? width - x - from - count : x + from;
-                    const float *texel =
-                        envmapi_sh_texel(job, face, at, i / 2 ? job->map.size - 1 - y : y);
-                    if (count < ENVMAPI_SH_NINE)
-                        texel = (float *)memcpy(few[i], texel, (size_t)(3 * count) * sizeof *texel);
-                    texels[i / 2][i & 1] = texel;
-                }
-                envmapi_sh_nine_face(n, job->map.mapping, face, texels);
-            }
-        }
-    }
-}
-
-/* The same to more bands; or without sums, filled. */
+/* Texels from (x0,y) on of every face, as many as there is room for: added to the sums, at their
+   centroids; or without sums, filled at their centres. */
 static void envmapi_sh_texels(const envmapi_sh_job *job, double *sums, int x0, int y) {
-    int mapping = job->map.mapping, width = envmapi_width(mapping, job->map.size), to[3], sign[3];
-    envmapi_sh_row row;
+    int mapping = job->map.mapping, edge = job->map.size, width = envmapi_width(mapping, edge);
+    int count = width - x0 < ENVMAPI_SH_POINTS ? width - x0 : ENVMAPI_SH_POINTS;
+    double at[ENVMAPI_SH_POINTS][2], w[ENVMAPI_SH_POINTS], d[3];
     envmapi_sh_points n;
-    envmapi_sh_row_of(&row, &job->map, x0, y, sums != NULL);
-    for (int image = 0; image < 4 * envmap_faces(mapping); ++image) {
-        int side = image & 1, x = side ? width - x0 - row.count : x0;
-        float *texel = envmapi_sh_texel(job, image / 4, x, image & 2 ? job->map.size - 1 - y : y);
-        double *d[3] = {n.x, n.y, n.z};
-        envmapi_sh_axes(to, sign, mapping, image / 4, image & 3);
-        n.count = row.count;
-        for (int i = 0; i < 3 * row.count; ++i) {
-            d[to[i % 3]][i / 3] = sign[i % 3] * row.d[side][i % 3][i / 3];
-            if (sums) n.e[i % 3][i / 3] = row.w[side][i / 3] * (double)texel[i];
+    for (int i = 0; i < count; ++i) {
+        at[i][0] = (x0 + i + 0.5) / width, at[i][1] = (y + 0.5) / edge;
+        if (sums) w[i] = envmapi_texel_cell(at[i], mapping, edge, x0 + i, y);
+    }
+    for (int face = 0; face < envmap_faces(mapping); ++face) {
+        float *texel = envmapi_sh_texel(job, face, x0, y);
+        for (n.count = 0; n.count < count;) {
+            envmapi_direction(d, mapping, face, at[n.count][0], at[n.count][1]);
+            envmapi_sh_points_add(&n, d);
         }
+        for (int i = 0; i < 3 * count && sums; ++i) n.e[i % 3][i / 3] = w[i / 3] * (double)texel[i];
         if (sums) envmapi_sh_scatter(sums, job->bands, &n);
         else envmapi_sh_gather(&n, job->sh, job->bands, NULL);
-        for (int i = 0; i < 3 * row.count && !sums; ++i) texel[i] = (float)n.e[i % 3][i / 3];
+        for (int i = 0; i < 3 * count && !sums; ++i) texel[i] = (float)n.e[i % 3][i / 3];
     }
 }
 
-/* Tasks: every 16th row of the upper half. */
+/* Tasks: every 16th row. */
 static void envmapi_task_sh(void *context, int task) {
     const envmapi_sh_job *job = (const envmapi_sh_job *)context;
     size_t numbers = 3 * (size_t)(job->bands * job->bands);
     double *sums = job->sums ? job->sums + (size_t)task * numbers : NULL;
-    for (int y = task; 2 * y < job->map.size; y += ENVMAPI_TASKS)
-        for (int x = 0; 2 * x < envmapi_width(job->map.mapping, job->map.size);
-             x += ENVMAPI_SH_POINTS)
+    for (int y = task; y < job->map.size; y += ENVMAPI_TASKS)
+        for (int x = 0; x < envmapi_width(job->map.mapping, job->map.size); x += ENVMAPI_SH_POINTS)
             envmapi_sh_texels(job, sums, x, y);
 }
+
+/* Sums of e d d^t, d = (x, y, z, 1), of the texels of a face and their mirror images along u and v,
+   all where the first one's are on face 0 (a cube's +Z): all moments that three bands need. */
+typedef struct envmapi_sh_moments {
+    double of[24][3][4][4]; /* face and mirror, channel */
+} envmapi_sh_moments;
+
+/* Adds a run of texels in the upper left quarter. In the middle they are their own images. */
+static void envmapi_sh_moments_add(envmapi_sh_moments *m, const envmapi_sh_job *job, int x0,
+                                   int y) {
+    int mapping = job->map.mapping, edge = job->map.size, width = envmapi_width(mapping, edge);
+    int count = (width + 1) / 2 - x0 < 16 ? (width + 1) / 2 - x0 : 16;
+    double dd[16][16], at[2], d[4] = {0, 0, 0, 1};
+    for (int i = 0; i < count; ++i) {
+        double w = envmapi_texel_cell(at, mapping, edge, x0 + i, y);
+        envmapi_direction(d, mapping, mapping == ENVMAP_CUBE ? 4 : 0, at[0], at[1]);
+        if (2 * (x0 + i) + 1 == width) w /= 2;
+        if (2 * y + 1 == edge) w /= 2;
+        for (int k = 0; k < 16; ++k) dd[i][k] = w * d[k / 4] * d[k % 4];
+    }
+    for (int image = 0; image < 4 * envmap_faces(mapping); ++image) {
+        int x = image & 1 ? width - 1 - x0 : x0, step = image & 1 ? -3 : 3;
+        const float *texel = envmapi_sh_texel(job, image / 4, x, image & 2 ? edge - 1 - y : y);
+        for (int c = 0; c < 3; ++c) {
+            double *sums = m->of[image][c][0];
+            for (int i = 0; i < count; ++i)
+                for (int k = 0; k < 16; ++k) sums[k] += (double)texel[i * step + c] * dd[i][k];
+        }
+    }
+}
+
+/* How much of axis i of a texel on face 0 lies along axis j of its image. */
+static double envmapi_sh_turn(int mapping, int image, int i, int j) {
+    int v = mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
+    int mirrored = (image & 1 && i == 0) || (image & 2 && i == v);
+    double along = i != j ? 0 : i == 2 && mapping == ENVMAP_PARABOLOID && image >= 4 ? -1 : 1;
+    if (mapping == ENVMAP_CUBE && i < 3)
+        along = j == 3 ? 0 : envmapi_cube[image / 4][i][j] * (i == 1 ? -1 : 1);
+    return mirrored ? -along : along;
+}
+
+/* All faces' moments of a channel, on the axes of the map. */
+static void envmapi_sh_moments_join(double M[4][4], const envmapi_sh_moments *m, int mapping,
+                                    int c) {
+    double turn[4][4];
+    memset(M, 0, 16 * sizeof(double));
+    for (int image = 0; image < 4 * envmap_faces(mapping); ++image) {
+        for (int i = 0; i < 16; ++i)
+            turn[i / 4][i % 4] = envmapi_sh_turn(mapping, image, i / 4, i % 4);
+        for (int i = 0; i < 16; ++i)
+            for (int j = 0; j < 16; ++j)
+                M[j / 4][j % 4] +=
+                    turn[i / 4][j / 4] * turn[i % 4][j % 4] * m->of[image][c][i / 4][i % 4];
+    }
+}
+
+/* envmapi_task_sh for three bands and less (speed only: a fifth of its time). */
 static void envmapi_task_sh_nine(void *context, int task) {
     const envmapi_sh_job *job = (const envmapi_sh_job *)context;
-    envmapi_sh_nine nine;
-    memset(nine.sums, 0, sizeof nine.sums);
+    int mapping = job->map.mapping, bands = job->bands;
+    double *sh = job->sums + 3 * task * bands * bands, M[4][4];
+    double k0 = sqrt(1 / (4 * ENVMAPI_PI)), k1 = sqrt(3.0) * k0, k2 = sqrt(15.0) * k0;
+    envmapi_sh_moments m;
+    memset(&m, 0, sizeof m);
     for (int y = task; 2 * y < job->map.size; y += ENVMAPI_TASKS)
-        envmapi_sh_nine_row(&nine, job, y);
-    envmapi_sh_nine_add(job->sums + 3 * task * job->bands * job->bands, job->bands, &nine);
+        for (int x = 0; 2 * x < envmapi_width(mapping, job->map.size); x += 16)
+            envmapi_sh_moments_add(&m, job, x, y);
+    for (int c = 0; c < 3; ++c) {
+        envmapi_sh_moments_join(M, &m, mapping, c);
+        const double Y[9] = {k0 * M[3][3],
+                             k1 * M[3][1],
+                             k1 * M[3][2],
+                             k1 * M[3][0],
+                             k2 * M[0][1],
+                             k2 * M[1][2],
+                             sqrt(5.0) / 2 * k0 * (3 * M[2][2] - M[3][3]),
+                             k2 * M[0][2],
+                             k2 / 2 * (M[0][0] - M[1][1])};
+        for (int i = 0; i < bands * bands; ++i) sh[3 * i + c] = Y[i];
+    }
 }
 
 /* The definition, to sh or, when all of them are there, to texels; the other is NULL. */
@@ -6277,12 +6191,14 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
    centres, where B_i has its kinks, and are 2.5 sigma long at most.
    K_i depends on no radiance. Some of the 48 turns and mirrors take texels to texels, on both maps:
    all 48 for two cubes, 16 for a lat-long and a cube, 2 to 16 with discs. So one K_i serves all
-   images of an axis and a texel. A texel's images lie side by side, as a block of 16 numbers for
-   every four turns, and up to eight neighbouring axes share what is read of a block.
+   images of an axis and a texel. The RGB of these lie side by side, in blocks of 16 numbers, and
+   up to eight neighbouring axes share what is read of a block.
    Where a lobe never ends (GGX) >>fast sums its tail.
        which axes, and the texels they need       _plan; these side by side: _task_near_blocks
        windows and their nodes                    _open, _nodes
        K: the angles of nodes, k there, texels    _sines, _k, _add, _flush, _rim
+       K between axes where two cubes' texels     _tie, _between: K changes slowly from axis to axis
+          lie alike about all of a tile
        times L for all turns; into dst            _apply, _put
        R, by the brightest texel in sight         _radius; _contrast tells which are bright
    Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
@@ -6337,23 +6253,41 @@ typedef struct envmapi_near_axes {
     int face, x, y, count;
 } envmapi_near_axes;
 
+/* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache. */
+#define ENVMAPI_NEAR_TILE 32
+#define ENVMAPI_NEAR_WIDE 160 /* texels that a knot sees in a row, at most */
+typedef struct envmapi_near_tile {
+    int face, x, y, first, count;
+} envmapi_near_tile;
+
+/* K of 4 x 4 axes of a tile, in windows alike about each: [16][height][width]; x, y: of a window
+   about texel 0. */
+typedef struct envmapi_near_knots {
+    int ready, x, y, width, height;
+    float *K;
+} envmapi_near_knots;
+
 /* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
-   the last bright one of each group of four turns. */
+   the last bright one of each block. */
+#define ENVMAPI_NEAR_BLOCKS 9 /* 48 turns */
 typedef struct envmapi_near_row {
-    int from, to, bright[12][2];
+    int from, to, bright[ENVMAPI_NEAR_BLOCKS][2];
     size_t first;
 } envmapi_near_row;
 
 typedef struct envmapi_near {
     envmapi_axis axis; /* the lobe, and what it is to the source */
     envmap dst;
-    int slice, tasks, first, axes_count, turn_count; /* first: of the axes that are at work */
+    int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
+    int tile, ratio, knot[4]; /* edge of a tile; texels of the source to one of dst, or 0; knots */
+    float between[ENVMAPI_NEAR_TILE][4]; /* weights of the knots, for each place in a tile */
     envmapi_turn *turns;
     envmapi_near_axes *axes;
+    envmapi_near_tile *tiles;
     envmapi_near_row *rows;
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
-    float *blocks; /* [turns / 4][block][4][4]: RGB and 1 of a texel's images under four turns */
+    float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
     size_t count, area;              /* blocks; texels of the largest window */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
@@ -6369,16 +6303,20 @@ typedef struct envmapi_near {
    the sums of all axes and turns. */
 typedef struct envmapi_window {
     int face, part, x, y, width, height;
+    double box[2][2];                                     /* of u, of v */
     double sigma[2];                                      /* of the lobe, in texels along u and v */
     double axes[ENVMAPI_NEAR_AXES][3], middle[3], spread; /* spread: how far from the middle */
     int rim[ENVMAPI_NEAR_AXES];                           /* of axes: the reference serves them */
     double a[3], m[3];                                    /* an axis, and on a cube's face */
-    double R, limit;                                      /* R in use, and its sine's square */
+    double R, limit; /* R in use, and its sine's square */
+    int knot;        /* it is about a knot: K is that of the face's plane, beyond its edges too */
     envmapi_knot *u, *v;                                  /* [room] */
     float *place, *apart;                                 /* [room] of u: what _sines asks of it */
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
     float *K;       /* [height][width][axes] */
-    envmapi_float16 sums[12][ENVMAPI_NEAR_AXES];
+    envmapi_near_knots knots[2]; /* within R, and within R_bright */
+    envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
+    double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
 
 /* ---- the source as lookups see it, in blocks */
@@ -6406,8 +6344,8 @@ static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, in
     if (s->exponent) envmapi_floats_scale(out, out, 3, -s->exponent);
 }
 
-/* Blocks of four turns; those that are missing in the last one are the first again. */
-static int envmapi_near_groups(const envmapi_near *s) { return (s->turn_count + 3) / 4; }
+/* Blocks of 16 numbers: RGB of turn after turn. */
+static int envmapi_near_groups(const envmapi_near *s) { return (3 * s->turn_count + 15) / 16; }
 
 static void envmapi_task_near_blocks(void *context, int task) {
     const envmapi_near *s = (const envmapi_near *)context;
@@ -6416,21 +6354,29 @@ static void envmapi_task_near_blocks(void *context, int task) {
     int high = level->edge + 2, face = task / high, y = task % high - 1, w = level->width;
     int round = level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR;
     float most = (float)ldexp(s->bright, -s->exponent);
-    for (int t = 0; t < 4 * envmapi_near_groups(s); ++t) {
-        int *bright = row->bright[t / 4];
-        const envmapi_place *to = s->turns[t < s->turn_count ? t : 0].src + face;
-        float *out = s->blocks + 16 * ((size_t)(t / 4) * s->count + row->first) + 4 * (t % 4);
+    for (int i = 3 * s->turn_count; i < 16 * envmapi_near_groups(s); ++i)
+        for (int x = 0; x < row->to - row->from; ++x)
+            s->blocks[16 * ((size_t)(i / 16) * s->count + row->first + (size_t)x) +
+                      (size_t)(i % 16)] = 0;
+    for (int t = 0; t < s->turn_count; ++t) {
+        const envmapi_place *to = s->turns[t].src + face;
         const float *image = level->texels + 3 * (size_t)(to->face * level->edge) * (size_t)w;
-        for (int x = row->from; x < row->to; ++x, out += 16) {
+        float *out[3], rgb[3];
+        for (int c = 0; c < 3; ++c)
+            out[c] = s->blocks + 16 * ((size_t)((3 * t + c) / 16) * s->count + row->first) +
+                     (3 * t + c) % 16;
+        for (int x = row->from; x < row->to; ++x) {
             int X = to->x0 + to->xx * x + to->xy * y, Y = to->y0 + to->yx * x + to->yy * y;
             if (s->exponent || round || X < 0 || Y < 0 || X >= w || Y >= level->edge)
-                envmapi_near_texel(out, s, to->face, X, Y);
-            else memcpy(out, image + 3 * ((size_t)Y * (size_t)w + (size_t)X), 3 * sizeof *out);
-            out[3] = 1;
-            if (out[0] > most || out[1] > most || out[2] > most) {
-                if (bright[0] == bright[1]) bright[0] = x;
-                bright[1] = x + 1;
-            }
+                envmapi_near_texel(rgb, s, to->face, X, Y);
+            else memcpy(rgb, image + 3 * ((size_t)Y * (size_t)w + (size_t)X), sizeof rgb);
+            for (int c = 0; c < 3; ++c) out[c][16 * (x - row->from)] = rgb[c];
+            if (rgb[0] > most || rgb[1] > most || rgb[2] > most)
+                for (int g = 3 * t / 16; g <= (3 * t + 2) / 16; ++g) {
+                    if (row->bright[g][0] == row->bright[g][1]) row->bright[g][0] = x;
+                    if (x < row->bright[g][0]) row->bright[g][0] = x;
+                    if (x >= row->bright[g][1]) row->bright[g][1] = x + 1;
+                }
         }
     }
 }
@@ -6438,9 +6384,11 @@ static void envmapi_task_near_blocks(void *context, int task) {
 /* ---- windows */
 
 /* How far a box goes beyond the face: paraboloids blend there. */
-static double envmapi_near_border(const envmapi_near *s) {
+static double envmapi_near_border(const envmapi_window *w, const envmapi_near *s, int texels) {
     const envmapi_level *level = &s->axis.level;
-    return level->mapping == ENVMAP_PARABOLOID && s->axis.bilinear > 0 ? 0.5 / level->edge : 0;
+    if (w->knot) return 1;
+    if (level->mapping != ENVMAP_PARABOLOID || texels || !(s->axis.bilinear > 0)) return 0;
+    return 0.5 / level->edge;
 }
 
 /* How far the texels lie that an axis needs. */
@@ -6464,17 +6412,18 @@ static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part,
     const envmapi_level *level = &s->axis.level;
     double box[2][2], R = envmapi_near_reach(s, far, s->axis.bilinear < 1) + w->spread;
     int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
-    if (!envmapi_window_box(box, level->mapping, part, w->middle, R, envmapi_near_border(s)))
+    if (!envmapi_window_box(box, level->mapping, part, w->middle, R,
+                             envmapi_near_border(w, s, 0)))
         return 0;
-    for (int i = 0; i < 2; ++i)
-        w->sigma[i] = envmapi_window_finest(level, s->sigma, box, w->middle, face, i);
+    memcpy(w->box, box, sizeof box);
     w->R = far, w->limit = pow(sin(far), 2);
     w->face = face, w->part = part, w->x = (int)floor(box[0][0] * wide - 0.5);
     w->y = (int)floor(box[1][0] * level->edge - 0.5);
     w->width = (int)floor(box[0][1] * wide - 0.5) + 2 - w->x;
     w->height = (int)floor(box[1][1] * level->edge - 0.5) + 2 - w->y;
     if (level->mapping == ENVMAP_LATLONG && w->width > wide) w->width = wide;
-    if (w->height > level->edge + 1 - w->y) w->height = level->edge + 1 - w->y; /* all there are */
+    int below = level->edge + 1 - w->y; /* all rows that there are */
+    if (!w->knot && w->height > below) w->height = below;
     return 1;
 }
 
@@ -6586,16 +6535,24 @@ static void envmapi_near_k(float *k, const envmapi_near *s, float limit, const f
     for (int i = 0; i < n; ++i) k[i] = w[i] * (low[i] + y[i] * (high[i] - low[i]));
 }
 
+/* The solid angle of a texel of a cube's face, or of its plane, by that at its centre. */
+static float envmapi_near_omega(const envmapi_level *level, int x, int y) {
+    double u = (x + 0.5) / level->edge, v = (y + 0.5) / level->edge;
+    return (float)(envmapi_density(level->mapping, u, v) / level->edge / level->edge);
+}
+
 /* Adds a finished row of nodes to K of texels y; then it is empty. */
 static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, int count, int y,
                                int texels) {
     float *row = w->rows[y & 1], *K = w->K + ((y - w->y) * w->width) * ENVMAPI_NEAR_AXES + n;
     const envmapi_level *level = &s->axis.level;
-    const float *omega = texels ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
+    const float *omega =
+        texels && !w->knot ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
     for (int j = 0; j < count && y >= w->y && y < w->y + w->height; ++j) {
         const envmapi_knot *u = w->u + j;
         float k = row[j] * u->weight, next = k * u->f;
-        if (texels) k *= omega[envmapi_wrap(u->texel, level->width)];
+        if (omega) k *= omega[envmapi_wrap(u->texel, level->width)];
+        else if (texels) k *= envmapi_near_omega(level, u->texel, y);
         if (u->column[0] >= 0) K[u->column[0] * ENVMAPI_NEAR_AXES] += k - next;
         if (u->column[1] >= 0 && !texels) K[u->column[1] * ENVMAPI_NEAR_AXES] += next;
     }
@@ -6615,7 +6572,7 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     double box[2][2], R = envmapi_near_reach(s, w->R, texels);
     float limit = (float)w->limit, sines[ENVMAPI_CHUNK], k[ENVMAPI_CHUNK], density[ENVMAPI_CHUNK];
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
-                            texels ? 0 : envmapi_near_border(s)))
+                            envmapi_near_border(w, s, texels)))
         return;
     int count = envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
@@ -6677,7 +6634,7 @@ static envmapi_near_row *envmapi_near_rows(const envmapi_near *s, const envmapi_
     return s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
 }
 
-/* Groups of turns that have a bright texel in the window, as bits. */
+/* Blocks that have a bright texel in the window, as bits. */
 static unsigned envmapi_near_bright(const envmapi_window *w, const envmapi_near *s) {
     const envmapi_near_row *row = envmapi_near_rows(s, w);
     unsigned groups = 0;
@@ -6687,16 +6644,18 @@ static unsigned envmapi_near_bright(const envmapi_window *w, const envmapi_near 
     return groups;
 }
 
-/* sums += K times blocks: one K serves a texel's images under all turns; those of these groups. */
+/* sums += K times blocks: one K serves a texel's images under all turns; those of these blocks. */
 static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigned groups) {
     enum { N = ENVMAPI_NEAR_AXES };
     const envmapi_near_row *row = envmapi_near_rows(s, w);
+    float total[N] = {0};
     for (int y = 0; y < w->height; ++y, ++row) {
         const float *K = w->K + y * w->width * N;
         int from = 0, to = w->width * N;
         while (from < to && !(K[from] > 0 || K[from] < 0)) ++from;
         while (from < to && !(K[to - 1] > 0 || K[to - 1] < 0)) --to;
         from /= N, to = (to + N - 1) / N;
+        for (int i = from * N; i < to * N; ++i) total[i % N] += K[i];
         for (int g = 0; g < envmapi_near_groups(s); ++g) {
             if (!(groups >> g & 1)) continue;
             size_t at = (size_t)g * s->count + row->first + (size_t)(w->x - row->from);
@@ -6709,6 +6668,8 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
             memcpy(w->sums[g], sums, sizeof sums);
         }
     }
+    for (int g = 0; g < envmapi_near_groups(s); ++g)
+        for (int n = 0; n < N && groups >> g & 1; ++n) w->norms[g][n] += (double)total[n];
 }
 
 /* ---- a slice */
@@ -6737,7 +6698,7 @@ static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t 
    mirror is its own image. */
 static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int n,
                              const envmapi_near_axes *axes, int rim) {
-    float *out[48], before[48][3];
+    float *out[48], before[48][3], lanes[16 * ENVMAPI_NEAR_BLOCKS];
     const envmapi_tail *tail = rim && s->axis.bilinear < 1 ? NULL : s->tail; /* the sum has it */
     int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
@@ -6746,44 +6707,130 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
         out[t] = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
         if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
+    for (int g = 0; g < envmapi_near_groups(s); ++g)
+        memcpy(lanes + 16 * g, w->sums[g] + n, 16 * sizeof *lanes);
     for (int t = 0; t < s->turn_count; ++t) {
-        float lanes[16];
         double sum[4];
-        memcpy(lanes, w->sums[t / 4] + n, sizeof lanes);
-        for (int c = 0; c < 4; ++c) sum[c] = (double)lanes[4 * (t % 4) + c];
-        for (int c = 0; c < 3 && s->exponent; ++c) sum[c] = ldexp(sum[c], s->exponent);
         if (rim)
             envmapi_near_reference(sum, s,
                                    (size_t)(out[t] - envmapi_image(&s->dst, 0, s->slice, 0)) / 3);
-        double norm = fixed ? s->norm / unit : sum[3] + beyond;
-        for (int c = 0; c < 3; ++c) {
+        for (int i = 3 * t, c = 0; c < 3; ++c, ++i) {
             double more = tail ? (double)before[t][c] : 0;
-            out[t][c] = envmapi_to_float(fixed ? more + sum[c] / norm
-                                               : (sum[c] + beyond * fmax(more, 0)) / norm);
+            double whole = rim ? sum[3] : w->norms[i / 16][n];
+            double light = rim ? sum[c] : (double)lanes[i];
+            if (s->exponent && !rim) light = ldexp(light, s->exponent);
+            light = fixed ? more + light * unit / s->norm
+                          : (light + beyond * fmax(more, 0)) / (whole + beyond);
+            out[t][c] = envmapi_to_float(light);
         }
     }
 }
 
-/* Some axes: what they see of an open window, summed up for these groups of turns. */
-static void envmapi_near_part(envmapi_window *w, const envmapi_near *s, int axes, unsigned groups) {
+/* K of some axes, in an open window. */
+static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int axes) {
+    const envmapi_level *level = &s->axis.level;
     double share = s->axis.bilinear;
+    for (int i = 0; i < 2 && share > 0; ++i)
+        w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->middle, w->face, i);
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
     for (int n = 0; n < axes; ++n) {
         memcpy(w->a, w->axes[n], sizeof w->a);
         if (w->rim[n]) continue;
-        envmapi_window_frame(w->m, s->axis.level.mapping, w->face, w->a);
+        envmapi_window_frame(w->m, level->mapping, w->face, w->a);
         if (share > 0) envmapi_near_add(w, s, n, 0, share);
         if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
         if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
     }
-    envmapi_near_apply(w, s, groups);
+}
+
+/* Opens the window of one of a tile's knots; x, y: where a window alike about texel 0 begins. */
+static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_tile *tile, int knot, double far, int *x, int *y) {
+    envmapi_near_axes one = {tile->face, tile->x, tile->y, 1};
+    one.x += s->knot[knot & 3], one.y += s->knot[knot >> 2];
+    envmapi_near_aim(w, s, &one);
+    if (!envmapi_near_open(w, s, tile->face, far)) return 0;
+    *x = w->x - one.x * s->ratio, *y = w->y - one.y * s->ratio;
+    return 1;
+}
+
+/* K of the knots of a tile, in windows of one size; ready is -1 where there is no room. */
+static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_tile *tile, envmapi_near_knots *knots, double far) {
+    int x = 0, y = 0, right = INT_MIN, below = INT_MIN, open = 1;
+    w->knot = 1, knots->x = knots->y = INT_MAX;
+    for (int k = 0; k < 16 && open; ++k) {
+        open = envmapi_near_knot(w, s, tile, k, far, &x, &y);
+        knots->x = x < knots->x ? x : knots->x, knots->y = y < knots->y ? y : knots->y;
+        right = x + w->width > right ? x + w->width : right;
+        below = y + w->height > below ? y + w->height : below;
+    }
+    knots->width = right - knots->x, knots->height = below - knots->y;
+    size_t area = (size_t)(knots->width * knots->height);
+    knots->ready = open && knots->width <= ENVMAPI_NEAR_WIDE && area <= s->area ? 1 : -1;
+    for (int k = 0; k < 16 && knots->ready > 0; ++k) {
+        envmapi_near_knot(w, s, tile, k, far, &x, &y);
+        w->x += knots->x - x, w->width = knots->width;
+        w->y += knots->y - y, w->height = knots->height;
+        envmapi_near_kernel(w, s, 1);
+        for (size_t i = 0; i < area; ++i)
+            knots->K[(size_t)k * area + i] = w->K[i * ENVMAPI_NEAR_AXES];
+    }
+    w->knot = 0;
+}
+
+/* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
+static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
+                                 const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                                 const envmapi_near_knots *knots) {
+    const float *along = s->between[axes->y - tile->y];
+    size_t area = (size_t)(knots->width * knots->height);
+    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+    for (int row = 0; row < knots->height; ++row) {
+        int y = knots->y + row + axes->y * s->ratio - w->y;
+        const float *K = knots->K + row * knots->width;
+        float lines[4][ENVMAPI_NEAR_WIDE];
+        if (y < 0 || y >= w->height) continue;
+        for (int i = 0; i < 4; ++i)
+            for (int x = 0; x < knots->width; ++x) {
+                const float *k = K + (size_t)i * area + x;
+                lines[i][x] = along[0] * k[0] + along[1] * k[4 * area] + along[2] * k[8 * area] +
+                              along[3] * k[12 * area];
+            }
+        for (int n = 0; n < axes->count; ++n) {
+            const float *f = s->between[axes->x + n - tile->x];
+            int shift = knots->x + (axes->x + n) * s->ratio - w->x;
+            int from = shift < 0 ? -shift : 0;
+            int to = knots->width < w->width - shift ? knots->width : w->width - shift;
+            float *out = w->K + (y * w->width + shift) * ENVMAPI_NEAR_AXES + n;
+            for (int x = from; x < to; ++x)
+                out[x * ENVMAPI_NEAR_AXES] = f[0] * lines[0][x] + f[1] * lines[1][x] +
+                                             f[2] * lines[2][x] + f[3] * lines[3][x];
+        }
+    }
+}
+
+/* K of some axes in the open window: by the knots where all of it lies on the axes' own face. */
+static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
+                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                               envmapi_near_knots *knots) {
+    const envmapi_level *level = &s->axis.level;
+    int alike = s->ratio && w->part == axes->face && w->x >= 0 && w->y >= 0 &&
+                w->x + w->width <= level->width && w->y + w->height <= level->edge;
+    if (alike && !knots->ready) {
+        envmapi_near_tie(w, s, tile, knots, w->R);
+        envmapi_near_aim(w, s, axes);
+        envmapi_near_open(w, s, axes->face, w->R);
+    }
+    if (alike && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
+    else envmapi_near_kernel(w, s, axes->count);
 }
 
 /* Some axes: what they see of every part, farther under those turns that show a bright texel. */
 static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_axes *axes) {
+                             const envmapi_near_tile *tile, const envmapi_near_axes *axes) {
     unsigned all = (1u << envmapi_near_groups(s)) - 1;
-    memset(w->sums, 0, sizeof w->sums);
+    memset(w->sums, 0, sizeof w->sums), memset(w->norms, 0, sizeof w->norms);
     envmapi_near_aim(w, s, axes);
     for (int n = 0; n < axes->count; ++n) w->rim[n] = envmapi_near_singular(s, w->axes[n]);
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
@@ -6792,13 +6839,15 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             if (!envmapi_near_open(w, s, part, far ? s->R_bright : s->R)) continue;
             if (far && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
             unsigned groups = far ? bright : all & ~bright;
-            if (groups) envmapi_near_part(w, s, axes->count, groups);
+            if (!groups) continue;
+            envmapi_near_weigh(w, s, tile, axes, w->knots + far);
+            envmapi_near_apply(w, s, groups);
         }
     }
     for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, w->rim[n]);
 }
 
-#define ENVMAPI_NEAR_ROUND 1024 /* groups of axes between two words to the progress callback */
+#define ENVMAPI_NEAR_ROUND 64 /* tiles between two words to the progress callback */
 
 static void envmapi_task_near(void *context, int task) {
     const envmapi_near *s = (const envmapi_near *)context;
@@ -6808,9 +6857,16 @@ static void envmapi_task_near(void *context, int task) {
     w->place = (float *)(w->v + room), w->apart = w->place + room;
     w->rows[0] = w->apart + room, w->rows[1] = w->rows[0] + room, w->K = w->rows[1] + room;
     memset(w->rows[0], 0, 2 * room * sizeof(float));
+    w->knots[0].K = w->K + s->area * ENVMAPI_NEAR_AXES;
+    w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
     int last = s->first + ENVMAPI_NEAR_ROUND;
-    if (last > s->axes_count) last = s->axes_count;
-    for (int i = s->first + task; i < last; i += s->tasks) envmapi_near_see(w, s, s->axes + i);
+    if (last > s->tile_count) last = s->tile_count;
+    for (int i = s->first + task; i < last; i += s->tasks) {
+        const envmapi_near_tile *tile = s->tiles + i;
+        w->knots[0].ready = w->knots[1].ready = 0;
+        for (int n = 0; n < tile->count; ++n)
+            envmapi_near_see(w, s, tile, s->axes + tile->first + n);
+    }
 }
 
 /* The first of the texels that turns take to each other does the work for all of them. */
@@ -6826,6 +6882,7 @@ static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
 /* The texels that some axes need, row by row; and the largest window. */
 static void envmapi_near_needs(envmapi_near *s, const envmapi_near_axes *axes) {
     envmapi_window w;
+    w.knot = 0;
     envmapi_near_aim(&w, s, axes);
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
         if (!envmapi_near_open(&w, s, part, s->R_bright)) continue;
@@ -6840,28 +6897,65 @@ static void envmapi_near_needs(envmapi_near *s, const envmapi_near_axes *axes) {
     }
 }
 
-/* Which axes are summed, side by side as far as they see the same, and what they need. */
+/* Squares of dst, and whether K is summed for a few of their axes only: where texels of both maps
+   lie alike about each axis. */
+static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolerance) {
+    int size = s->dst.size, kind = s->axis.lobe->kind;
+    s->tile = ENVMAPI_NEAR_TILE, s->ratio = 0;
+    if (s->dst.mapping != ENVMAP_CUBE || src->mapping != ENVMAP_CUBE || size < 128 ||
+        src->size % size || kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4)
+        return;
+    s->ratio = src->size / size;
+    if (size / 16 < s->tile) s->tile = size / 16;
+    for (int i = 0; i < 4; ++i) s->knot[i] = (s->tile - 1) * i / 3;
+    for (int t = 0; t < s->tile; ++t)
+        for (int i = 0; i < 4; ++i) {
+            double f = 1;
+            for (int j = 0; j < 4; ++j)
+                if (j != i) f *= (double)(t - s->knot[j]) / (s->knot[i] - s->knot[j]);
+            s->between[t][i] = (float)f;
+        }
+}
+
+/* The axes of a tile that are summed, side by side as far as they see the same. */
+static void envmapi_near_line(envmapi_near *s, envmapi_near_tile *tile, int *count, int most) {
+    int width = envmapi_width(s->dst.mapping, s->dst.size);
+    int end = tile->x + s->tile < width ? tile->x + s->tile : width;
+    tile->first = *count;
+    for (int y = tile->y; y < tile->y + s->tile && y < s->dst.size; ++y)
+        for (int x = tile->x; x < end; ++x) {
+            envmapi_near_axes *axes = s->axes + *count;
+            axes->face = tile->face, axes->x = x, axes->y = y;
+            while (x < end && x < axes->x + most && envmapi_near_first(s, tile->face, x, y)) ++x;
+            axes->count = x - axes->x;
+            if (axes->count) envmapi_near_needs(s, axes), ++*count, --x;
+        }
+    tile->count = *count - tile->first;
+}
+
+/* Which axes are summed, and what they need. */
 static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     const envmap *dst = &s->dst;
     int width = envmapi_width(dst->mapping, dst->size), faces = envmap_faces(dst->mapping);
     int most = (int)envmapi_clamp(1 + s->R / envmapi_texel_extent(dst), 1, ENVMAPI_NEAR_AXES);
-    int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2);
-    size_t room = (size_t)faces * (size_t)dst->size * (size_t)(width / most + 2);
+    int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2), count = 0;
+    int across = width / s->tile + 1, down = dst->size / s->tile + 1;
+    size_t room = (size_t)(faces * dst->size) * (size_t)(across * (s->tile / most + 1));
     s->axes = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof(envmapi_near_axes));
     s->rows = (envmapi_near_row *)envmapi_pool_get(pool, (size_t)rows, sizeof *s->rows);
-    if (!s->axes || !s->rows) return ENVMAP_ERROR_MEMORY;
+    s->tiles = (envmapi_near_tile *)envmapi_pool_get(pool, (size_t)(faces * across * down),
+                                                     sizeof *s->tiles);
+    if (!s->axes || !s->rows || !s->tiles) return ENVMAP_ERROR_MEMORY;
     memset(s->rows, 0, (size_t)rows * sizeof *s->rows);
-    s->axes_count = 0, s->count = s->area = 0;
-    for (int i = 0; i < faces * dst->size; ++i)
-        for (int face = i / dst->size, y = i % dst->size, x = 0; x < width; ++x) {
-            for (int t = 0; t < s->turn_count; ++t)
-                if (s->turns[t].dst[face].face < face) x = width;
-            envmapi_near_axes *axes = s->axes + s->axes_count;
-            axes->face = face, axes->x = x, axes->y = y;
-            while (x < width && x < axes->x + most && envmapi_near_first(s, face, x, y)) ++x;
-            axes->count = x - axes->x;
-            if (axes->count) envmapi_near_needs(s, axes), ++s->axes_count, --x;
-        }
+    s->tile_count = 0, s->count = s->area = 0;
+    for (int i = 0; i < faces * across * down; ++i) {
+        envmapi_near_tile *tile = s->tiles + s->tile_count;
+        int face = i / (across * down), first = 1;
+        for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
+        tile->face = face, tile->x = i % across * s->tile;
+        tile->y = i / across % down * s->tile;
+        if (first) envmapi_near_line(s, tile, &count, most), s->tile_count += tile->count > 0;
+    }
     for (int i = 0; i < rows; ++i)
         s->rows[i].first = s->count, s->count += (size_t)(s->rows[i].to - s->rows[i].from);
     size_t groups = (size_t)envmapi_near_groups(s);
@@ -6986,16 +7080,17 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
+    envmapi_near_tiles(s, src, tolerance);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
     s->tasks = envmapi_tasks(&desc->work), s->room = 6 * (size_t)level->width + 1024;
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
-    s->bytes = (s->bytes + s->area * ENVMAPI_NEAR_AXES * sizeof(float) + 127) / 64 * 64;
+    s->bytes = (s->bytes + s->area * (ENVMAPI_NEAR_AXES + 32) * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;
     envmapi_run_all(&desc->work, envmapi_task_near_blocks, s, rows);
-    for (s->first = 0; s->first < s->axes_count; s->first += ENVMAPI_NEAR_ROUND) {
-        if (envmapi_tell(&desc->work.progress, (double)s->first / s->axes_count))
+    for (s->first = 0; s->first < s->tile_count; s->first += ENVMAPI_NEAR_ROUND) {
+        if (envmapi_tell(&desc->work.progress, (double)s->first / s->tile_count))
             return ENVMAP_CANCELLED;
         envmapi_run_all(&desc->work, envmapi_task_near, s, s->tasks);
     }

@@ -4,14 +4,17 @@
 # Puts one small fault into the bodies of envmap.h (a sign, a constant doubled, < for <=, one more or
 # less, a term dropped, a condition turned), runs the tests of the room that it fell into, and does so
 # COUNT times. A fault that no test notices survives, and is listed. Faults that do not compile do
-# not count, nor do comments. The bodies are compiled once a fault, as the tests' shared object; only
-# tests of private functions are compiled again. CC, CFLAGS (-O1), LIMIT (processor
+# not count, nor do comments. A fault that no test notices runs once more under the address sanitizer,
+# as make sanitize would. The bodies are compiled once a fault, as the tests' shared object; only
+# tests of private functions are compiled again, with what they use. CC, CFLAGS (-O1), LIMIT (processor
 # seconds a test may take, 120).
 cd "$(dirname "$0")/.." || exit 1
 dir=$1 count=$2 seed=${3:-1} room=${4:-}
 mkdir -p "$dir/src" || exit 1
 cc="${CC:-cc} -std=c99 ${CFLAGS:--O1} -w" limit=${LIMIT:-120}
-killed=0 survived=0 n=0
+killed=0 survived=0 n=0 kind= plain=$cc sanitized="$cc -fsanitize=address,bounds"
+echo 'int main(void) { return 0; }' >"$dir/probe.c"
+$sanitized "$dir/probe.c" -o "$dir/probe" 2>/dev/null || sanitized=
 
 # Tests of a room, the quickest first; a room's faults are looked for there and in `search`.
 tests_of() {
@@ -23,7 +26,8 @@ tests_of() {
     windows | near) echo "near search" ;;
     lights | scene | fast) echo "prepared search scenes fast" ;;
     filters) echo "prepared search filters" ;;
-    directions) echo "directions stability_maps maps" ;;
+    directions) echo "directions harmonics stability_maps maps" ;;
+    harmonics) echo "sh harmonics prepared" ;;
     maps | mips) echo "$1 stability_maps search" ;;
     pfm | compare | materials | lobes) echo "$1" ;;
     *) echo "$1 search" ;;
@@ -71,19 +75,20 @@ faults() {
 
 # The test's object, made when it is first asked for; none where the test has bodies of its own.
 ready() { # TEST
-    [ -e "$dir/$1.o" ] || $cc -I. -Itests -DTEST_SHARED -c "tests/test_$1.c" -o "$dir/$1.o"
+    [ -e "$dir/$1$kind.o" ] || $cc -I. -Itests -DTEST_SHARED -c "tests/test_$1.c" -o "$dir/$1$kind.o"
 }
 
 build() { # TEST: $dir/test, with the fault in it
     if grep -q 'define ENVMAP_IMPLEMENTATION$' "tests/test_$1.c"; then
-        $cc -I"$dir/src" -I. -Itests "tests/test_$1.c" -o "$dir/test" -lm -lpthread
+        $cc -I"$dir/src" -I. -Itests -DTEST_SHARED "tests/test_$1.c" "$dir/oracle.o" -o "$dir/test" \
+            -lm -lpthread
     else
-        ready "$1" && $cc "$dir/$1.o" "$dir/oracle.o" -o "$dir/test" -lm -lpthread
+        ready "$1" && $cc "$dir/$1$kind.o" "$dir/oracle.o" -o "$dir/test" -lm -lpthread
     fi
 }
 
 run() { # seconds of its processor, so that a busy machine changes nothing
-    (ulimit -v 4000000; ulimit -t "$limit"; TEST_QUICK=1 TEST_FIRST=1 "$dir/test") >"$dir/log" 2>&1
+    ([ -n "$kind" ] || ulimit -v 4000000; ulimit -t "$limit"; TEST_QUICK=1 TEST_FIRST=1 "$dir/test") >"$dir/log" 2>&1
 }
 
 fails() { # TEST: 0 where it fails with $dir/src/envmap.h, 2 where that does not compile
@@ -110,7 +115,7 @@ check_tests() {
     done
 }
 
-try() { # ROOM: 0 where a test notices, 1 where none does, 2 where none could: it does not compile
+noticed() { # ROOM: 0 where a test notices, 1 where none does, 2 where none could: it does not compile
     status=2
     $cc -I"$dir/src" -I. -Itests -c tests/oracle.c -o "$dir/oracle.o" 2>/dev/null || return 2
     for t in $(tests_of "$1"); do
@@ -120,6 +125,15 @@ try() { # ROOM: 0 where a test notices, 1 where none does, 2 where none could: i
         status=1
     done
     return $status
+}
+
+try() { # ROOM: as noticed; what survives is tried under the sanitizer
+    kind= cc=$plain
+    noticed "$1"
+    status=$?
+    [ $status = 1 ] && [ -n "$sanitized" ] || return $status
+    kind=-sanitized cc=$sanitized
+    noticed "$1"
 }
 
 rm -f "$dir"/*.o "$dir"/*.sound

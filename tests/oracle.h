@@ -3,9 +3,10 @@
    straight from their sources, a memory that counts and fails on demand, and scenes. Include it
    before envmap.h: it defines ENVMAP_MALLOC and ENVMAP_FREE.
 
-   A test that uses private names of the header defines ENVMAP_IMPLEMENTATION first. The others have
-   the bodies too when compiled alone; with -DTEST_SHARED they link those of tests/oracle.c, which
-   saves most of the time that compiling takes. */
+   A test that uses private names of the header defines ENVMAP_IMPLEMENTATION first. Compiled alone
+   every test has the bodies; with -DTEST_SHARED it links those of tests/oracle.c, which saves most of
+   the time that compiling takes: private names are then compiled once more, as far as the test uses
+   them, and bodies of public calls are seen but not emitted. */
 #ifndef ORACLE_H
 #define ORACLE_H
 
@@ -16,17 +17,23 @@
    of more than `oracle_most` too, and a block must come back with the context that it was asked
    with.
    Threads may count at once. */
-#if !defined(TEST_SHARED) && !defined(ENVMAP_IMPLEMENTATION)
+#ifndef TEST_SHARED
+#undef ENVMAP_IMPLEMENTATION
 #define ENVMAP_IMPLEMENTATION
+#elif defined(__clang__)
+#define ENVMAPI_BODY extern inline __attribute__((gnu_inline))
+#else
+#define ENVMAPI_BODY extern inline __attribute__((gnu_inline, noinline, noipa))
 #endif
 extern int oracle_live, oracle_calls, oracle_fail_at, oracle_wrong_context;
 extern size_t oracle_largest, oracle_most; /* largest: that was asked for */
-#ifdef ENVMAP_IMPLEMENTATION
+void *oracle_malloc(void *context, size_t bytes);
+void oracle_free(void *context, void *pointer);
+#ifndef TEST_SHARED
 int oracle_live, oracle_calls, oracle_fail_at = -1, oracle_wrong_context;
 size_t oracle_largest, oracle_most = (size_t)256 << 20;
-#endif
 
-static inline int oracle_counts(int *count, int n) { /* returns what it was */
+static int oracle_counts(int *count, int n) { /* returns what it was */
 #ifdef __TINYC__
     return (*count += n) - n;
 #else
@@ -34,7 +41,7 @@ static inline int oracle_counts(int *count, int n) { /* returns what it was */
 #endif
 }
 
-static inline void *oracle_malloc(void *context, size_t bytes) {
+void *oracle_malloc(void *context, size_t bytes) {
     if (bytes > oracle_largest) oracle_largest = bytes;
     if (oracle_counts(&oracle_calls, 1) == oracle_fail_at || bytes > oracle_most)
         return NULL;
@@ -46,13 +53,14 @@ static inline void *oracle_malloc(void *context, size_t bytes) {
     return (char *)block + 16;
 }
 
-static inline void oracle_free(void *context, void *pointer) {
+void oracle_free(void *context, void *pointer) {
     if (!pointer) return;
     void **block = (void **)((char *)pointer - 16);
     if (block[0] != context) oracle_counts(&oracle_wrong_context, 1);
     oracle_counts(&oracle_live, -1);
     free(block);
 }
+#endif
 
 #define ENVMAP_MALLOC(context, bytes) oracle_malloc(context, bytes)
 #define ENVMAP_FREE(context, pointer) oracle_free(context, pointer)

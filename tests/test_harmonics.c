@@ -691,7 +691,22 @@ static void any_number_of_tasks_gives_the_same_bits(void) {
 
 static void nothing_leaks(void) { CHECK(oracle_live == 0); }
 
+/* d omega / dA of every mapping, summed over the picture: 4 pi, on discs inside the circle. */
+static void densities_integrate_to_the_whole_sphere(void) {
+    enum { N = 200 };
+    for (int mapping = 0; mapping < MAPPINGS; ++mapping) {
+        double sum = 0;
+        for (int i = 0; i < N * N; ++i) {
+            double u = (i % N + 0.5) / N, v = (i / N + 0.5) / N;
+            if (oracle_is_disc(mapping) && hypot(2 * u - 1, 2 * v - 1) > 1) continue;
+            sum += envmapi_density(mapping, u, v) / (N * N);
+        }
+        CHECK_CLOSE(sum * envmap_faces(mapping) / (4 * PI), 1, 2e-3);
+    }
+}
+
 int main(void) {
+    RUN(densities_integrate_to_the_whole_sphere);
     RUN(rings_are_multiples_of_4_with_factors_2_and_3);
     RUN(the_fft_is_the_plain_dft);
     RUN(the_fft_back_undoes_the_fft);

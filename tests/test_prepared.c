@@ -706,7 +706,21 @@ static void axes_see_all_light_at_its_angle(void) {
 
 static void nothing_leaks(void) { CHECK(oracle_live == 0 && oracle_wrong_context == 0); }
 
+/* What is wider than from 0 to pi is said so by cosines that no direction has. */
+static void cosines_of_an_angle_less_and_plus_another_end_at_0_and_pi(void) {
+    for (int i = 1; i < 20; ++i)
+        for (int j = 1; j < 20; ++j) {
+            double a = PI * i / 20, b = PI * j / 20, x[2], angle[2];
+            if (i == j || i + j == 20) continue; /* either answer is right */
+            angle[0] = cos(a), angle[1] = sin(a);
+            envmapi_cosines(x, angle, cos(b), sin(b));
+            CHECK_CLOSE(x[0], i + j > 20 ? -2 : cos(a + b), 1e-12);
+            CHECK_CLOSE(x[1], i < j ? 2 : cos(a - b), 1e-12);
+        }
+}
+
 int main(void) {
+    RUN(cosines_of_an_angle_less_and_plus_another_end_at_0_and_pi);
     RUN(a_source_prepared_for_one_lobe_gives_the_same_bits);
     RUN(a_prepared_source_gives_the_same_map);
     RUN(what_was_not_prepared_is_right_all_the_same);

@@ -495,6 +495,8 @@ static void draw_front(FILE *f, const svg_axes *a, const spot *spots, int count)
     svg_line(f, a, x, y, n, "#f3c64f", 7, "stroke-opacity=\"0.55\" stroke-linejoin=\"round\"");
 }
 
+static int drawn[METHODS]; /* in this picture, for its legend */
+
 static void draw_method(FILE *f, const svg_axes *a, const spot *spots, int count, int method) {
     double x[TRIALS], y[TRIALS];
     int n = 0;
@@ -508,6 +510,7 @@ static void draw_method(FILE *f, const svg_axes *a, const spot *spots, int count
     for (int i = 0; i < count; ++i) {
         const trial *t = trials + spots[i].trial;
         if (t->method != method) continue;
+        drawn[method] = 1;
         svg_dot(f, a, spots[i].copies, spots[i].rms, spots[i].front ? 4 : 2.6,
                 t->chained ? colour : "#fff", spots[i].front ? "#111" : colour);
     }
@@ -545,15 +548,22 @@ static void draw_panel(FILE *f, const svg_axes *a, const char *title, const spot
     svg_text(f, (a->left + a->right) / 2, a->bottom + 31, 11, "middle", "#444", "time, copies");
 }
 
+/* Names the methods that this picture has drawn, and forgets them. */
 static void draw_legend(FILE *f, double x, double y, int columns, double step) {
+    int named = 0;
     for (int m = 0; m < METHODS; ++m) {
-        double left = x + step * (m % columns), line = y + 20 * (m / columns);
+        if (!drawn[m]) continue;
+        double left = x + step * (named % columns), line = y + 20 * (named / columns);
         svg_bar(f, left, line - 9, 14, 10, methods[m].colour);
         svg_text(f, left + 20, line, 12, "start", "#111", "%s%s", methods[m].name,
                  m == HARMONICS ? ", below FAST" : "");
+        drawn[m] = 0, ++named;
     }
-    double line = y + 20 * ((METHODS + columns - 1) / columns);
-    svg_bar(f, x, line - 9, 14, 10, "#f8dd94");
+    double line = y + 20 * ((named + columns - 1) / columns);
+    fprintf(f,
+            "<path d=\"M%.1f %.1fh14\" stroke=\"#f3c64f\" stroke-width=\"7\" "
+            "stroke-opacity=\"0.55\"/>\n",
+            x, line - 4);
     svg_text(f, x + 20, line, 12, "start", "#111",
              "the Pareto front: no setting is both quicker and more exact; what stands on it is "
              "ringed. Open dots: as published.");

@@ -379,7 +379,7 @@ static void draw_tolerances(const char *folder) {
                "stroke-dasharray=\"7 4\"/>\n");
     svg_text(f, 932, 254, 13, "start", "#222", "1 tolerance");
     svg_text(f, 932, 276, 13, "start", "#222", "20 tolerances");
-    svg_text(f, 72, 48, 13, "end", "#222", "error");
+    svg_text(f, 72, 88, 13, "end", "#222", "error");
     fprintf(f, "<text x=\"480\" y=\"508\" text-anchor=\"middle\">tolerance asked for</text>\n");
     svg_close(f);
 }

@@ -2,11 +2,13 @@
    A GGX chain as most engines bake it, beside this library's: one loop of 1024 samples a texel, on
    the source itself or on a level that fits the sample's share of the sphere. And the tools that
    it is pointed at, each beside this library with that tool's lobes:
-       CMGEN=path   Filament's cmgen       CMFT=path   cmft
+       CMGEN=path        Filament's cmgen          CMFT=path    cmft
+       IBLSAMPLER=path   Khronos' glTF-IBL-Sampler THREE=path   npm's folder of three.js
 
    What you will see: time and error of each on two scenes, after some minutes; `peers DOCS` also
    writes the tables to DOCS/peers.md. Errors are against the exact sum of the same lobe over all
-   texels. Source and results pass as files of floats.
+   texels. Source and results pass as files of floats; glTF-IBL-Sampler reads Radiance pictures.
+   Run it from the top of the project: three.js runs in a browser, by tests/three/pmrem.py.
        cc -O3 -march=native -I. examples/measure/peers.c -o peers -lm -lpthread */
 #define _POSIX_C_SOURCE 200809L
 #define _DEFAULT_SOURCE /* realpath, for write_file.h */
@@ -16,6 +18,7 @@
 #include "../tool/write_file.h"
 #include "../tool/write_texels.h"
 #include "../tool/write_dds.h"
+#include "../tool/write_hdr.h"
 #include <sys/times.h>
 
 enum { SIZE = 128, LEVELS = 6, SAMPLES = 1024 };
@@ -162,7 +165,7 @@ static envmap_lobe cmgen_lobe(int level) {
     return envmap_lobe_ggx((float)(r * r));
 }
 
-static void cmgen_chain(envmap *dst, const envmap *src, const char *tool, const char *folder) {
+static double cmgen_chain(envmap *dst, const envmap *src, const char *tool, const char *folder) {
     static const char *const face_name[6] = {"px", "nx", "py", "ny", "pz", "nz"};
     char text[8192];
     snprintf(text, sizeof text, "%s/sky.psd", folder);
@@ -176,6 +179,7 @@ static void cmgen_chain(envmap *dst, const envmap *src, const char *tool, const 
         snprintf(text, sizeof text, "%s/out/sky/m%d_%s.psd", folder, i / 6, face_name[i % 6]);
         read_psd_face(dst, i / 6, i % 6, text);
     }
+    return 0;
 }
 
 /* cmft maps level l of n to the exponent 2^(scale (1 - l/(n-1)) + bias), here 10 and 1. */
@@ -184,7 +188,7 @@ static envmap_lobe cmft_lobe(int level) {
     return envmap_lobe_phong((float)pow(2, 10 * (1 - level / (LEVELS - 1.0)) + 1));
 }
 
-static void cmft_chain(envmap *dst, const envmap *src, const char *tool, const char *folder) {
+static double cmft_chain(envmap *dst, const envmap *src, const char *tool, const char *folder) {
     envmap level0 = measure_map(ENVMAP_CUBE, SIZE, 1, 1);
     texture t = {0};
     char text[8192];
@@ -209,68 +213,158 @@ static void cmft_chain(envmap *dst, const envmap *src, const char *tool, const c
             memcpy(envmap_texel(dst, level, 0, face, k % edge, k / edge), at, 3 * sizeof(float));
     }
     free(data);
+    return 0;
 }
-
-/* ----------------------------------------------------------------------------------- measuring */
 
 static envmap_lobe engine_lobe(int level) {
     return envmap_lobe_ggx((float)(roughness(level) * roughness(level)));
 }
 
-/* Rows that share the lobes of their levels, and so the exact sum. */
+/* The panorama's middle column looks along +x there, along -z here: a quarter of the columns. */
+static void write_turned(const envmap *src, const char *path) {
+    envmap turned = measure_map(ENVMAP_LATLONG, src->size, 1, 1);
+    texture t = {0};
+    int width = 2 * src->size;
+    for (int y = 0; y < src->size; ++y)
+        for (int x = 0; x < width; ++x)
+            memcpy(envmap_texel(&turned, 0, 0, 0, x, y),
+                   envmap_texel(src, 0, 0, 0, (x + width / 4) % width, y), 3 * sizeof(float));
+    t.map = &turned;
+    if (write_hdr(&t, 0, path)) measure_must(ENVMAP_ERROR_FILE, path);
+    envmap_free(&turned);
+}
+
+/* KTX2 has the smallest level first, each with its six faces: RGBA floats up to the file's end. */
+static double sampler_chain(envmap *dst, const envmap *src, const char *tool, const char *folder) {
+    char text[8192];
+    snprintf(text, sizeof text, "%s/sky.hdr", folder);
+    write_turned(src, text);
+    snprintf(text, sizeof text,
+             "cd '%s' && '%s' -inputPath sky.hdr -outCubeMap out.ktx2 -outLUT lut.png "
+             "-cubeMapResolution %d -mipLevelCount %d -targetFormat R32G32B32A32_SFLOAT >/dev/null",
+             folder, tool, SIZE, LEVELS);
+    must_run(text);
+    snprintf(text, sizeof text, "%s/out.ktx2", folder);
+    unsigned char *data = tail_of(text, measure_bytes(dst, LEVELS) / 3 * 4), *at = data;
+    for (int level = LEVELS - 1; level >= 0; --level) {
+        int edge = SIZE >> level;
+        for (int k = 0; k < 6 * edge * edge; ++k, at += 16)
+            memcpy(envmap_texel(dst, level, 0, 0, 0, 0) + 3 * k, at, 3 * sizeof(float));
+    }
+    free(data);
+    return 0;
+}
+
+/* The browser filters twice; the second time counts, and is measured there. */
+static double three_chain(envmap *dst, const envmap *src, const char *tool, const char *folder) {
+    char text[8192];
+    double seconds = 0;
+    size_t bytes = measure_bytes(dst, LEVELS);
+    snprintf(text, sizeof text, "%s/sky.f32", folder);
+    FILE *file = fopen(text, "wb");
+    if (!file || fwrite(src->texels, measure_bytes(src, 1), 1, file) != 1 || fclose(file))
+        measure_must(ENVMAP_ERROR_FILE, text);
+    snprintf(text, sizeof text, "python3 tests/three/pmrem.py '%s' '%s' >'%s/seconds'", tool,
+             folder, folder);
+    must_run(text);
+    snprintf(text, sizeof text, "%s/seconds", folder);
+    file = fopen(text, "r");
+    if (!file || fscanf(file, "%lf", &seconds) != 1) measure_must(ENVMAP_ERROR_FILE, text);
+    fclose(file);
+    snprintf(text, sizeof text, "%s/out.f32", folder);
+    unsigned char *data = tail_of(text, bytes);
+    memcpy(dst->texels, data, bytes);
+    free(data);
+    return seconds;
+}
+
+/* ----------------------------------------------------------------------------------- measuring */
+
+/* Rows that share source and lobes of their levels, and so the exact sum. */
 typedef struct family {
     const char *mark, *tool; /* tool: the variable that says where it is, or NULL */
     envmap_lobe (*lobe)(int level);
-    void (*chain)(envmap *dst, const envmap *src, const char *tool, const char *folder);
+    /* Returns the seconds of the filter, or 0: then all that the processes took counts. */
+    double (*chain)(envmap *dst, const envmap *src, const char *tool, const char *folder);
     const char *name, *levels;
+    int edge, panorama; /* faces of the result; 1: the source is a lat-long map */
+    float scale;        /* of the source: halves end at 65504, below the sun */
+    int first;          /* the finest level that is compared: exact sums of large ones take long */
 } family;
 
 static const family families[] = {
-    {"table", NULL, engine_lobe, NULL, NULL, "GGX, roughness 0.2, 0.4, 0.6, 0.8, 1"},
+    {"table", NULL, engine_lobe, NULL, NULL, "GGX, roughness 0.2, 0.4, 0.6, 0.8, 1", SIZE, 0, 1, 1},
     {"cmgen", "CMGEN", cmgen_lobe, cmgen_chain, "cmgen, 1024 samples and more on lower levels",
-     "GGX, roughness 0.106, 0.225, 0.368, 0.553, 1"},
+     "GGX, roughness 0.106, 0.225, 0.368, 0.553, 1", SIZE, 0, 1, 1},
     {"cmft", "CMFT", cmft_lobe, cmft_chain, "cmft, every texel within the lobe's reach",
-     "Phong, exponent 512, 128, 32, 8, 2"},
+     "Phong, exponent 512, 128, 32, 8, 2", SIZE, 0, 1, 1},
+    {"iblsampler", "IBLSAMPLER", engine_lobe, sampler_chain, "glTF-IBL-Sampler, 1024 samples",
+     "GGX, roughness 0.2, 0.4, 0.6, 0.8, 1", SIZE, 1, 1, 1},
+    {"three", "THREE", cmgen_lobe, three_chain, "three.js, 256 samples or a source of 6 x 16²",
+     "GGX, roughness 0.225, 0.368, 0.553, 1", 256, 0, 0.25f, 2},
 };
 
-static void chain_of(envmap *dst, const envmap *src, const family *f,
+/* Levels before `first` are mirrors. */
+static void chain_of(envmap *dst, const envmap *src, const family *f, int first,
                      const envmap_filter_desc *desc) {
     envmap_lobe lobes[LEVELS];
-    for (int l = 0; l < LEVELS; ++l) lobes[l] = f->lobe(l);
+    for (int l = 0; l < LEVELS; ++l) lobes[l] = l < first ? envmap_lobe_mirror() : f->lobe(l);
     measure_must(envmap_filter_chain(dst, src, lobes, LEVELS, desc), "chain");
 }
 
 static double theirs(envmap *dst, const envmap *src, const family *f) {
     char folder[] = "/tmp/peers-XXXXXX", text[64];
-    double begun = seconds_of_others(), ended;
+    double begun = seconds_of_others(), seconds;
     if (!mkdtemp(folder)) measure_must(ENVMAP_ERROR_FILE, folder);
-    f->chain(dst, src, getenv(f->tool), folder);
-    ended = seconds_of_others();
+    seconds = f->chain(dst, src, getenv(f->tool), folder);
+    if (seconds <= 0) seconds = seconds_of_others() - begun;
     snprintf(text, sizeof text, "rm -r '%s'", folder);
     must_run(text);
-    return ended - begun;
+    return seconds;
 }
 
 /* One way on one scene: seconds, and the errors of the levels after the mirror. */
 static void measure_way(FILE *out, const char *scene, envmap *src, const envmap *truth,
                         const family *f, int way) {
-    envmap dst = measure_map(ENVMAP_CUBE, SIZE, LEVELS, 1);
+    envmap dst = measure_map(ENVMAP_CUBE, f->edge, LEVELS, 1);
     envmap_filter_desc desc = {0};
     double begun = measure_seconds(), seconds = 0, worst = 0;
-    if (way == OURS) chain_of(&dst, src, f, &desc);
+    if (way == OURS) chain_of(&dst, src, f, 0, &desc);
     else if (f->chain) seconds = theirs(&dst, src, f);
     else sampled_chain(&dst, src, way == FILTERED);
     if (!f->chain || way == OURS) seconds = measure_seconds() - begun;
     const char *name = way && f->chain ? f->name : names[way];
     fprintf(out, "| %s | %s | %.0f |", scene, name, 1e3 * seconds);
-    for (int level = 1; level < LEVELS; ++level) {
+    for (int level = f->first; level < LEVELS; ++level) {
         envmap_difference d;
         measure_must(envmap_compare(&d, &dst, truth, level), "compare");
-        fprintf(out, level > 1 ? ", %.2g" : " %.2g", d.rms);
+        fprintf(out, level > f->first ? ", %.2g" : " %.2g", d.rms);
         worst = fmax(worst, d.worst);
     }
     fprintf(out, " | %.2g |\n", worst);
     envmap_free(&dst);
+}
+
+/* The scene as the family reads it. What Radiance pictures hold has 8 bits a channel and one
+   exponent; so has the panorama here, for all. */
+static void source_of(envmap *src, const family *f, int scene) {
+    envmap wide = measure_map(ENVMAP_LATLONG, 2 * f->edge, 1, 1);
+    unsigned char rgbe[4];
+    long saturated = 0;
+    scene_fill(&wide, scene);
+    for (int i = 0; i < 6 * wide.size * wide.size; ++i) wide.texels[i] *= f->scale;
+    if (!f->panorama) {
+        *src = measure_map(ENVMAP_CUBE, f->edge, envmap_levels(f->edge), 1);
+        measure_must(envmap_resample(src, &wide, NULL), "source");
+        envmap_free(&wide);
+        return;
+    }
+    for (int i = 0; i < 2 * wide.size * wide.size; ++i) {
+        float *rgb = wide.texels + 3 * i;
+        hdr_pixel(rgbe, rgb, &saturated);
+        for (int c = 0; c < 3; ++c) rgb[c] = ldexpf(rgbe[c], rgbe[3] - 136);
+    }
+    *src = wide;
 }
 
 static void measure_family(FILE *out, const family *f, envmap_filter_desc *exact) {
@@ -278,21 +372,19 @@ static void measure_family(FILE *out, const family *f, envmap_filter_desc *exact
     char cpu[64];
     measure_processor(cpu, sizeof cpu);
     fprintf(out,
-            "Time of the processor, %s, %s; source 6 x %d², result 6 x %d² ... "
-            "%d².\nLevels 1 ... 5: %s.\n\n"
-            "| scene | way | ms | rms of levels 1 ... 5 | worst texel of all |\n"
+            "Time of the processor, %s, %s; source %d x %d², result 6 x %d² ... "
+            "%d².\nLevels %d ... 5: %s.\n\n"
+            "| scene | way | ms | rms of levels %d ... 5 | worst texel of all |\n"
             "|---|---|--:|---|--:|\n",
-            cpu, MEASURE_COMPILER, SIZE, SIZE, SIZE >> (LEVELS - 1), f->levels);
+            cpu, MEASURE_COMPILER, f->panorama ? 2 : 6, f->panorama ? 2 * f->edge : f->edge,
+            f->edge, f->edge >> (LEVELS - 1), f->first, f->levels, f->first);
     for (int s = 0; s < 2; ++s) {
-        envmap wide = measure_map(ENVMAP_LATLONG, 2 * SIZE, 1, 1);
-        envmap src = measure_map(ENVMAP_CUBE, SIZE, envmap_levels(SIZE), 1);
-        envmap truth = measure_map(ENVMAP_CUBE, SIZE, LEVELS, 1);
-        scene_fill(&wide, scenes[s]);
-        measure_must(envmap_resample(&src, &wide, NULL), "source");
-        chain_of(&truth, &src, f, exact);
+        envmap src, truth = measure_map(ENVMAP_CUBE, f->edge, LEVELS, 1);
+        source_of(&src, f, scenes[s]);
+        chain_of(&truth, &src, f, f->first, exact);
         for (int way = 0; way < (f->chain ? 2 : WAYS); ++way)
             measure_way(out, scene_name[scenes[s]], &src, &truth, f, way);
-        envmap_free(&wide), envmap_free(&src), envmap_free(&truth);
+        envmap_free(&src), envmap_free(&truth);
     }
 }
 

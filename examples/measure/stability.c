@@ -153,7 +153,7 @@ static void chart_close(chart *c) {
     if (c->below)
         svg_text(c->file, 512, 335, 11, "start", "#666", "on the lower edge: below %g", c->axes.y0);
     if (c->above)
-        svg_text(c->file, 512, 61, 11, "start", "#666", "on the upper edge: above %g", c->axes.y1);
+        svg_text(c->file, 512, 54, 11, "start", "#666", "on the upper edge: above %g", c->axes.y1);
     svg_close(c->file);
 }
 

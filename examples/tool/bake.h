@@ -146,10 +146,28 @@ static inline int bake_folder(const options *o, DIR *directory) {
     return worst;
 }
 
+/* An engine that filters for itself gets a picture: what is said about maps would do nothing. */
+static inline int bake_refuse(const options *o) {
+    static const char *const of_maps[] = {"--size", "--levels", "--bend", "--lobe",
+                                          "--sheen", "--tolerance", "--verify"};
+    char why[96];
+    int k;
+    if (bake_presets[o->engine].container != BAKE_NONE) return DONE;
+    for (k = 0; k < 7; k++) {
+        if (!is_given(o, of_maps[k])) continue;
+        snprintf(why, sizeof why, "does nothing with --for %s, which filters for itself",
+                 bake_words[o->engine]);
+        return fail(USAGE_ERROR, of_maps[k], why,
+                    "leave it out, or take --for opengl for maps that are filtered here");
+    }
+    return DONE;
+}
+
 static inline int run_bake(const options *o) {
     struct sigaction action;
     DIR *directory;
-    int status;
+    int status = bake_refuse(o);
+    if (status) return status;
     if (is_given(o, "--lobe") && o->lobe != LOBE_PHONG && o->lobe != LOBE_GGX &&
         o->lobe != LOBE_CHARLIE)
         return fail(USAGE_ERROR, lobe_words[o->lobe], "is no lobe of a chain",

@@ -91,10 +91,15 @@ static inline const char *bake_path(bake_job *j, const char *name) {
 
 /* ------------------------------------------------------------------------------------ >>maps -- */
 
-static inline void bake_lobe(bake_level *l, int kind) {
+/* Charlie is a ring about 2 alpha wide: one that is thinner than two texels of the source takes the
+   filter minutes, and nothing in the source tells it from a wider one. */
+static inline void bake_lobe(const bake_job *j, bake_level *l) {
+    int kind = j->lobe;
     l->alpha = l->roughness * l->roughness;
-    if (kind == LOBE_CHARLIE) l->lobe = sheen_lobe(&l->alpha);
-    else if (l->alpha <= 0) l->lobe = envmap_lobe_mirror();
+    if (kind == LOBE_CHARLIE) {
+        l->alpha = fmax(l->alpha, 1.5707963267948966 / natural_size(&j->source, ENVMAP_CUBE));
+        l->lobe = sheen_lobe(&l->alpha);
+    } else if (l->alpha <= 0) l->lobe = envmap_lobe_mirror();
     else if (kind == LOBE_PHONG)
         l->lobe = envmap_lobe_phong((float)fmax(1, 0.5 / (l->alpha * l->alpha) - 0.5));
     else l->lobe = envmap_lobe_ggx((float)l->alpha);
@@ -116,7 +121,7 @@ static inline void bake_choose(bake_job *j) {
     for (l = 0; l < j->level_count; l++) {
         j->levels[l].roughness = bake_roughness(j->preset, j->size, l, j->level_count, o->bend);
         j->levels[l].measured = j->levels[l].worst = -1;
-        bake_lobe(&j->levels[l], j->lobe);
+        bake_lobe(j, &j->levels[l]);
     }
 }
 

@@ -80,8 +80,12 @@ static inline void manifest_specular(FILE *to, const bake_job *j) {
           to);
     fprintf(to, "    \"tolerance\": %g, \"texels_measured\": %d,\n",
             j->o->tolerance > 0 ? j->o->tolerance : 1e-3, j->o->verify);
-    fputs("    \"measured\": \"the file's texels against sums over every texel of the source, in "
-          "double; null: not asked for (--verify), or the lobe is thinner than two texels\"},\n",
+    fputs(j->o->verify
+              ? "    \"measured\": \"the file's texels against sums over every texel of the "
+                "source, in double; null: the lobe is thinner than two texels, where the definition is "
+                "another\"},\n"
+              : "    \"measured\": \"not measured: --verify 200 holds 200 texels of each level "
+                "against sums over every texel of the source\"},\n",
           to);
     fputs("  \"levels\": [\n", to);
     for (l = 0; l < j->level_count; l++) manifest_level(to, j, l);

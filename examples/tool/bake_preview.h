@@ -80,7 +80,7 @@ static inline envmap_result bake_stand_in(bake_job *j) {
     j->size = 128, j->level_count = 6;
     for (l = 0; l < 6; l++) {
         j->levels[l].roughness = bake_roughness(j->preset, 128, l, 6, j->o->bend);
-        bake_lobe(&j->levels[l], j->lobe);
+        bake_lobe(j, &j->levels[l]);
     }
     result = bake_filter(j);
     if (!result) result = bake_diffuse(j);

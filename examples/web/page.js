@@ -2,7 +2,7 @@
    SPDX-License-Identifier: MIT */
 const $ = id => document.getElementById(id);
 const canvas = $('picture'), LEVELS = 6;
-const CHAIN = 2, MAP = 3, PFM = 0, HDR = 1, KTX2 = 2; /* as in web.c */
+const LIT = 1, CHAIN = 2, MAP = 3, PFM = 0, HDR = 1, KTX2 = 2; /* as in web.c */
 const state = {
   yaw: 0.45,
   pitch: 0.1,
@@ -30,6 +30,7 @@ let worker, artist, view; /* the artist makes skies as fine as a window */
 const SCALAR = new URLSearchParams(location.search).has('scalar') || !HAS_SIMD;
 function startWorker() {
   worker?.terminate();
+  state.painting = false;
   worker = newWorker(data => {
     state.heard = performance.now();
     answers[data.type]?.(data);
@@ -135,7 +136,7 @@ const answers = {
     state.idle = true;
     busy(note);
     paint();
-    if (!view) cpuPicture();
+    if (!view) draw();
   },
   split({texels}) {
     view?.set({split: texels});
@@ -145,11 +146,12 @@ const answers = {
     save(texels, name);
   },
   picture(data) {
-    if (state.onPicture)
-      state.onPicture(data);
-    else if (!view)
-      canvas.width = data.w, canvas.height = data.h,
-      canvas.getContext('2d').putImageData(new ImageData(data.rgba, data.w, data.h), 0, 0);
+    state.painting = false;
+    if (state.onPicture) return state.onPicture(data);
+    if (view) return;
+    canvas.width = data.w, canvas.height = data.h;
+    canvas.getContext('2d').putImageData(new ImageData(data.rgba, data.w, data.h), 0, 0);
+    if (state.repaint) state.repaint = false, draw();
   }
 };
 
@@ -210,7 +212,7 @@ function viewNow() {
     look: number('look'),
     yaw: state.yaw,
     pitch: state.pitch,
-    distance: 4.4 * Math.max(1, 1.4 * canvas.height / canvas.width),
+    distance: 4.4 * Math.max(1, 1.4 * canvas.clientHeight / canvas.clientWidth),
     skyTurn: radians('turn'),
     exposure: 2 ** number('exposure'),
     roughness: number('roughness'),
@@ -220,13 +222,19 @@ function viewNow() {
     across: state.across ?? 0.1
   };
 }
-function cpuPicture(w = 320, h = 240) {
+function cpuPicture(w = 320, h = Math.round(w * canvas.clientHeight / canvas.clientWidth)) {
   const now = viewNow();
   worker.postMessage({picture: [VIEW.map(name => now[name]), w, h]});
 }
 let asked = 0;
+/* Without WebGL one picture at a time comes from the worker, and a last one after changes. */
 function draw() {
-  asked ||= requestAnimationFrame(drawNow);
+  if (view)
+    asked ||= requestAnimationFrame(drawNow);
+  else if (!state.idle || state.painting)
+    state.repaint = state.painting;
+  else
+    state.painting = true, cpuPicture();
 }
 function drawNow() {
   asked = 0;
@@ -349,7 +357,7 @@ function tried(ms, rms) {
   state.tried.delete(key); /* the last is the newest */
   state.tried.set(key, {ms, rms, method: number('method'), name});
 }
-/* The same text as `envmap sh sky.pfm --glsl`. */
+/* In the form of `envmap sh sky.pfm --glsl`, with the numbers of bake's manifest. */
 function glsl(packed) {
   const digits = v => String(Number(v.toPrecision(9)));
   const rows = Array.from(
@@ -419,7 +427,6 @@ function turnSlowly(now) {
 function orbit(dx, dy) {
   state.yaw -= dx;
   state.pitch = Math.min(Math.max(state.pitch + dy, -1.4), 1.4);
-  if (!view) cpuPicture();
   draw();
 }
 function listen() {
@@ -461,7 +468,10 @@ function listen() {
   $('save-pfm').addEventListener('click', () => saveMap(PFM, 'pfm'));
   $('save-hdr').addEventListener('click', () => saveMap(HDR, 'hdr'));
   $('save-chain').addEventListener('click', () => worker.postMessage({
-    save: {kind: KTX2, map: CHAIN, level: 0, name: 'ggx.ktx2'}
+    save: {kind: KTX2, map: CHAIN, level: 0, name: 'specular.ktx2'}
+  }));
+  $('save-sky').addEventListener('click', () => worker.postMessage({
+    save: {kind: HDR, map: LIT, level: 0, name: 'environment.hdr'}
   }));
   $('save-sh').addEventListener('click', () => save(state.glsl, 'sh.glsl'));
   $('copy').addEventListener('click', async () => {

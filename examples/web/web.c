@@ -290,8 +290,8 @@ static envmap_result web_by(envmap *dst, const envmap *src, const envmap_lobe *l
     return envmap_filter(dst, src, lobe, &desc);
 }
 
-/* Level `level` of a map = LIT (or SKY) filtered; the mirror and levels that the method refuses: see the
-   result. The map stays as it was when that is not 0. */
+/* Level `level` of a map = LIT (or SKY) filtered; the mirror and levels that the method refuses: see
+   the result. The map stays as it was when that is not 0. */
 WEB_CALL(web_filter)
 int web_filter(int map, int level, int kind, float value, int method, float tolerance) {
     envmap *to = web_maps + map, dst = {0};
@@ -308,6 +308,29 @@ int web_filter(int map, int level, int kind, float value, int method, float tole
         to->p0 = dst.p0, to->p1 = dst.p1;
     }
     envmap_free(&dst);
+    return result;
+}
+
+/* All of CHAIN = LIT filtered by GGX in one call, level l of roughness l / (levels - 1): the
+   numbers that the tool bakes. */
+WEB_CALL(web_chain) int web_chain(int method, float tolerance) {
+    const envmap *shape = web_maps + WEB_CHAIN;
+    envmap_lobe lobes[16];
+    envmap_filter_desc desc = {0};
+    envmap made = {0};
+    envmap_result result;
+    int l;
+    if (!shape->texels || shape->levels > 16) return ENVMAP_ERROR_ARGUMENT;
+    for (l = 0; l < shape->levels; l++) {
+        double r = envmap_level_roughness(l, shape->levels, 0);
+        lobes[l] = l ? envmap_lobe_ggx((float)(r * r)) : envmap_lobe_mirror();
+    }
+    desc.method = method, desc.tolerance = tolerance;
+    result = envmap_create(&made, shape->mapping, shape->size, shape->levels, 1);
+    if (!result)
+        result = envmap_filter_chain(&made, web_maps + WEB_LIT, lobes, shape->levels, &desc);
+    if (!result) return web_put(WEB_CHAIN, &made);
+    envmap_free(&made);
     return result;
 }
 

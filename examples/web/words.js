@@ -142,6 +142,9 @@ const WHY = {
         'in KTX 2, as the tool bakes.',
     'bake'
   ],
+  'save-sky': [
+    'L<sub>in</sub> = sky + sun, lat-long: what an engine gets that filters for itself.', 'bake'
+  ],
   'save-hdr': [
     '8 bits × 2<sup>e−136</sup>: the map that is ' +
         'looked up, as Radiance’s RGBE.',

@@ -5,6 +5,7 @@
 const SKY = 0, LIT = 1, CHAIN = 2, MAP = 3, METHOD = 4, TRUTH = 5, SKY_CHAIN = 6, SKY_MAP = 7;
 const CUBE = 0, PARABOLOID = 1, LEVELS = 6, SLICES = 16, ONE = 64;
 const REFUSED = 11; /* ENVMAP_ERROR_METHOD */
+const FORMS_THAT_FAIL = 5, KTX2 = 2;
 const LOBE = {
   mirror: 0,
   phong: 1,
@@ -275,7 +276,11 @@ function picture(view, w, h) {
   postMessage({type: 'picture', w, h, rgba}, [rgba.buffer]);
 }
 
+/* The chain is filtered once more, in one call: then it has the numbers that the tool bakes. */
 function save({kind, map, level, name}) {
+  if (busy) light(wish);
+  if (map === CHAIN && kind === KTX2 && wish.method < FORMS_THAT_FAIL)
+    if (lib.web_chain(wish.method, wish.tolerance) === REFUSED) lib.web_chain(0, wish.tolerance);
   const at = lib.web_save(kind, map, level);
   if (at) tell('file', {name}, new Uint8Array(lib.memory.buffer, at, lib.web_saved()).slice());
 }

@@ -5,7 +5,8 @@
 The last line counts "N passed, N failed". Without a page or a Chromium it passes by and says so.
 FOLDER gets screenshots: light, dark, narrow. PICTURE.png is README's; nothing is tested then."""
 
-import functools, http.server, os, re, shutil, struct, subprocess, sys, tempfile, threading, time
+import functools, http.server, json, os, re, shutil, struct, subprocess, sys, tempfile, threading
+import time
 
 sys.dont_write_bytecode = True
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -13,7 +14,7 @@ sys.path.insert(0, HERE)
 import browser
 
 IDLE = "typeof state === 'object' && state.idle === true"
-MOST_BYTES, MOST_SECONDS = 500_000, 1.0
+MOST_BYTES, MOST_SECONDS, MOST_RATIO = 500_000, 1.0, 2.5
 counts = [0, 0]
 
 
@@ -349,6 +350,65 @@ def hdr(width, height):
     ) * (width * height)
 
 
+DROPPED = """(async () => {
+  const answers_ = {...answers}, seen = {}, start = performance.now();
+  for (const type of ['nine', 'level'])
+    answers[type] = data => {
+      answers_[type](data);
+      seen[type === 'nine' ? type : `level ${data.level}`] ??= performance.now() - start;
+    };
+  const rgb = new Float32Array(3 * 512 * 256);
+  for (let i = 0; i < rgb.length; i++) rgb[i] = 1 + Math.sin(state.wishes + i % 1537 / 240);
+  const files = new DataTransfer();
+  files.items.add(new File(['PF\\n512 256\\n-1\\n', rgb], 'sky.pfm'));
+  dispatchEvent(new DragEvent('drop', {dataTransfer: files, cancelable: true}));
+  while (!seen['level 0'] && performance.now() < start + 60000)
+    await new Promise(go => setTimeout(go, 5));
+  Object.assign(answers, answers_);
+  return Object.entries(seen);
+})()"""
+# What a worker does between a file and its widest level, in the page itself.
+FIRST_LEVEL = """(() => {
+  const e = module, at = e.web_buffer(file.length);
+  new Uint8Array(e.memory.buffer, at, file.length).set(file);
+  const failed = e.web_open_pfm(at, file.length) || e.web_diffuse(1, 0, 1, 0, 0) ||
+      e.web_create(2, 0, 128, 6, 1) || e.web_light(0, 1, 0, 0) || e.web_prepare(0.16, 1e-3) ||
+      e.web_filter(2, 5, 3, 1, 0, 1e-3);
+  e.web_release(at);
+  return failed;
+})()"""
+
+
+def a_dropped_sky_comes_wide_levels_first(page):
+    """512 x 256; the time of the processor decides, as others use the machine."""
+    seen = []
+    for _ in range(5):
+        seen.append(page.run(DROPPED))
+        page.wait(IDLE, 60)
+    order = ["nine", "level 5", "level 4", "level 3", "level 2", "level 1", "level 0"]
+    best = min(seen, key=lambda s: s[1][1])
+    check(
+        "of a dropped sky diffuse light comes first, then levels, the widest first",
+        all([name for name, _ in s] == order for s in seen),
+        ", ".join(f"{name} {ms:.0f} ms" for name, ms in best),
+    )
+    page.call("Performance.enable", timeDomain="threadTicks")
+    page.run(
+        "(async () => {"
+        + MODULE
+        + """[window.module] = await start('module-simd');
+        window.file = new Uint8Array(14 + 12 * 512 * 256).fill(63);
+        file.set(new TextEncoder().encode('PF\\n512 256\\n-1\\n')); })()"""
+    )
+    least = min(thread_ms(page, FIRST_LEVEL) for _ in range(8))
+    page.call("Performance.disable")
+    check(
+        "from a file to its widest level is less than two frames' time",
+        page.run(FIRST_LEVEL) == 0 and 0 < least <= 1000 / 30,
+        f"{least:.0f} ms of the processor",
+    )
+
+
 def files_are_dropped(page):
     check("a PFM is dropped", drop(page, pfm(32, 16)) == "")
     page.wait(IDLE)
@@ -455,15 +515,10 @@ SPEED = (
     "(async () => {"
     + MODULE
     + """
-  const [e] = await start('module-simd'), times = [];
+  const [e] = await start('module-simd');
   e.web_scene(2, 256, 1), e.web_light(0, 1, 0, 2), e.web_prepare(0.16, 1e-3);
   e.web_create(2, 0, 128, 6, 1);
-  for (let i = 0; i < 9; i++) {
-    const start = performance.now();
-    chain(e);
-    times.push(performance.now() - start);
-  }
-  return Math.min(...times);
+  window.timed = () => chain(e);
 })()"""
 )
 FLOORS = (
@@ -487,12 +542,16 @@ LEVEL_ERRORS = (
 )
 
 
-def native(folder, compiler, *flags):
-    """native.c, compiled."""
+SCALAR = ("-O1", "-DENVMAP_NO_SIMD", "-ffp-contract=off", "-static")
+
+
+def native(folder, compiler, *flags, source=os.path.join(HERE, "native.c")):
+    """A program, compiled."""
     out = os.path.join(folder, compiler.replace("/", "_"))
-    include, source = os.path.join(HERE, "../.."), os.path.join(HERE, "native.c")
+    include = os.path.join(HERE, "../..")
+    libs = ("-lm", "-lpthread")
     subprocess.run(
-        [compiler, "-std=gnu99", *flags, "-I", include, source, "-o", out, "-lm"], check=True
+        [compiler, "-std=gnu99", *flags, "-I", include, source, "-o", out, *libs], check=True
     )
     return out
 
@@ -517,27 +576,43 @@ def scalar_is_native(page):
         print("  the native bits passed by: no musl-gcc here (Debian: musl-tools)")
         return
     with tempfile.TemporaryDirectory() as folder:
-        made = native(folder, "musl-gcc", "-O1", "-DENVMAP_NO_SIMD", "-ffp-contract=off", "-static")
+        made = native(folder, "musl-gcc", *SCALAR)
         bits = words(made)
     check(
         "scalar code has the bits of a native program", bits == [str(h) for h in page.run(HASHES)]
     )
 
 
+def thread_ms(page, code):
+    """Of the processor, that the page's own thread spends on it."""
+
+    def spent():
+        metrics = page.call("Performance.getMetrics")["metrics"]
+        return 1e3 * next(m["value"] for m in metrics if m["name"] == "ThreadTime")
+
+    before = spent()
+    page.run(code)
+    return spent() - before
+
+
 def simd_is_a_third_as_fast_as_native(page):
-    """The best of nine, by turns, as others use the machine."""
+    """Time of the processor, by turns, the least of each: others use the machine. MOST_RATIO is
+    below the 3 that is promised, so that what grows is seen before it is too much."""
     page.wait("state.fine === 2", 60)
+    page.call("Performance.enable", timeDomain="threadTicks")
+    page.run(SPEED)
+    tab, own = [], []
     with tempfile.TemporaryDirectory() as folder:
         made = native(folder, os.environ.get("CC", "cc"), "-O2")
-        ratios = []
-        for _ in range(3):
-            tab, own = page.run(SPEED), float(words(made, "time")[0])
-            ratios.append((tab / own, tab, own))
-    ratio, tab, own = min(ratios)
+        for _ in range(8):
+            tab += [thread_ms(page, "timed(), 0") for _ in range(3)]
+            own.append(float(words(made, "time")[0]))
+    page.call("Performance.disable")
+    tab, own = min(tab), min(own)
     check(
-        "a GGX chain of a 128 x 128 cube takes no more than thrice the native time",
-        ratio <= 3,
-        f"{tab:.0f} ms, native {own:.0f} ms, ratio {ratio:.2f}",
+        f"a GGX chain of a 128 x 128 cube takes no more than {MOST_RATIO} native times",
+        0 < tab <= MOST_RATIO * own,
+        f"{tab:.1f} ms, native {own:.1f} ms of the processor, ratio {tab / own:.2f}",
     )
 
 
@@ -571,6 +646,92 @@ def files_are_taken_away(page):
     )
 
 
+WHOLE_FILES = """(async () => {
+  const out = [], make = URL.createObjectURL, click = HTMLAnchorElement.prototype.click;
+  URL.createObjectURL = blob => { out.blob = blob; return 'data:,'; };
+  HTMLAnchorElement.prototype.click = function () { out.push(out.blob); };
+  for (const id of ['save-chain', 'save-sky']) $(id).click();
+  while (out.length < 2) await new Promise(done => setTimeout(done, 20));
+  URL.createObjectURL = make, HTMLAnchorElement.prototype.click = click;
+  const text = async blob => Array.from(new Uint8Array(await blob.arrayBuffer()),
+                                        b => b.toString(16).padStart(2, '0')).join('');
+  return [...await Promise.all(out.map(text)), state.glsl];
+})()"""
+
+
+def taken(page, url, sky):
+    """The chain, the sky and the nine numbers that the page gives for a file."""
+    load(page, url)
+    drop(page, sky)
+    page.wait(IDLE, 60)
+    chain, hdr_, glsl = page.run(WHOLE_FILES)
+    return bytes.fromhex(chain), bytes.fromhex(hdr_), glsl
+
+
+def halves_apart(one, two):
+    """Between files of equal heads: by how many steps halves differ at most, and how many do."""
+    count = len(one) // 2
+    numbers = [struct.unpack(f"<{count}H", file[: 2 * count]) for file in (one, two)]
+    steps = [abs(a - b) for a, b in zip(*numbers)]
+    return max(steps), sum(map(bool, steps)) / count
+
+
+def glsl_error(text, manifest):
+    """The seven vec4 against the polynomial that the manifest's coefficients are."""
+    s = [[row[c] for row in manifest["harmonics"]["irradiance_over_pi"]] for c in range(3)]
+    y0, y1, y2, y3, y4 = 0.28209479, 0.48860251, 1.09254843, 0.31539157, 0.54627422
+    want = [v for a in s for v in (y1 * a[3], y1 * a[1], y1 * a[2], y0 * a[0] - y3 * a[6])]
+    want += [v for a in s for v in (y2 * a[4], y2 * a[5], 3 * y3 * a[6], y2 * a[7])]
+    want += [y4 * a[8] for a in s]
+    got = [float(v) for row in re.findall(r"vec4\((.*?)\)", text)[:7] for v in row.split(", ")]
+    return max(abs(a - b) for a, b in zip(got, want)) / max(map(abs, want)), len(got)
+
+
+def what_is_taken_away_is_what_bake_writes(page, url, tool):
+    """Byte for byte without SIMD and with one libm; else to a step of a half."""
+    with tempfile.TemporaryDirectory() as folder:
+        sky, out = os.path.join(folder, "sky.pfm"), os.path.join(folder, "out")
+        subprocess.run([tool, "generate", "sun", sky, "--size", "64"], check=True)
+        with open(sky, "rb") as file:
+            data = file.read()
+
+        def baked(program):
+            for engine, name in (("opengl", "specular.ktx2"), ("three", "environment.hdr")):
+                words(program, "bake", sky, out, "--for", engine, "--size", "32", "--levels", "6")
+                with open(os.path.join(out, name), "rb") as file:
+                    yield file.read()
+
+        chain, environment, glsl = taken(page, url, data)
+        own, picture_ = baked(tool)
+        steps, share = halves_apart(chain, own)
+        check(
+            "SIMD: the chain is bake's to a step of a half in one of 100 numbers",
+            len(chain) == len(own) and steps <= 1 and share < 0.01,
+            f"{steps} steps, {100 * share:.2f} %",
+        )
+        check("the sky is bake's environment.hdr, byte for byte", environment == picture_)
+        words(tool, "bake", sky, out, "--for", "opengl", "--size", "8")
+        with open(os.path.join(out, "manifest.json"), encoding="utf-8") as file:
+            error, count = glsl_error(glsl, json.load(file))
+        check(
+            "the nine numbers are those of bake's manifest",
+            error < 1e-6 and count == 28,
+            f"{error:.1e}",
+        )
+        if not shutil.which("musl-gcc"):
+            print("  the same bytes passed by: no musl-gcc here (Debian: musl-tools)")
+            return
+        source = os.path.join(HERE, "../../examples/tool/envmap.c")
+        made = native(folder, "musl-gcc", *SCALAR, source=source)
+        own, picture_ = baked(made)
+        chain, environment, _ = taken(page, url + "?scalar", data)
+        check(
+            "scalar: chain and sky are bake's, byte for byte",
+            chain == own and environment == picture_,
+            f"{len(chain)} and {len(environment)} bytes",
+        )
+
+
 def without(page, url, script, name, text):
     added = page.call("Page.addScriptToEvaluateOnNewDocument", source=script)["identifier"]
     load(page, url)
@@ -593,6 +754,14 @@ def what_is_missing_is_named(page, url):
         " return kind === 'webgl2' ? null : get.call(this, kind, ...more); };",
         "without WebGL2 the CPU draws",
         "No WebGL2",
+    )
+    shape = page.run("canvas.width / canvas.height / (canvas.clientWidth / canvas.clientHeight)")
+    before = page.run("canvas.toDataURL()")
+    set_control(page, "exposure", 2)
+    check(
+        "the CPU's ball is round, and controls change it",
+        abs(shape - 1) < 0.02 and page.wait(f"canvas.toDataURL() !== '{before}'", 60),
+        f"{shape:.3f}",
     )
     without(
         page,
@@ -625,6 +794,8 @@ def the_object_turns_where_motion_is_welcome(page, url):
         page.wait("typeof state === 'object' && state.first", 60)
         before = page.run("number('spin')")
         time.sleep(1)
+        if motion != "reduce":
+            page.wait(f"number('spin') !== {before}", 20)
         angles.append(abs(page.run("number('spin')") - before))
     check(
         "the object turns, but not where less motion is asked for",
@@ -743,6 +914,7 @@ def main(path, folder=None):
     )
     build_names_what_is_missing()
     server, url = serve(path)
+    tool = os.path.join(os.path.dirname(os.path.abspath(path)), "envmap")
     page = browser.Browser(chromium)
     try:
         check("a picture comes", bool(load(page, url)))
@@ -761,7 +933,9 @@ def main(path, folder=None):
         the_sun_by_itself_is_the_filters_sun(page)
         a_slow_method_can_be_left(page)
         files_are_dropped(page)
+        a_dropped_sky_comes_wide_levels_first(page)
         files_are_taken_away(page)
+        what_is_taken_away_is_what_bake_writes(page, url, tool)
         memory_stops_growing(page)
         simd_is_scalar(page, url)
         what_is_missing_is_named(page, url)
