@@ -192,6 +192,7 @@ papers: ARGS = $(DOCS) ## the papers' figures that need no OpenGL: docs/papers-d
 peers: ARGS = $(DOCS) ## beside what engines do, CMGEN= CMFT= IBLSAMPLER= THREE=path: docs/peers.md
 plan: ARGS = $(DOCS) ## what envmap_filter_plan expects, held against what happens: docs/plan.md
 pyramid: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## a chain from the source, from levels, from differences: docs/pyramids.md; MAP prints
+sharpness: ARGS = $(DOCS) ## cost and error from the widest lobe to the sharpest: docs/filters.md
 stability: ARGS = $(DOCS) ## where methods fail: docs/stability.md
 table1: ARGS = $(DOCS) ## the speed-ups of Kautz et al. 2000, Table 1, beside the published ones: docs/filters.md
 table2: ARGS = $(DOCS) ## the rates of Table 2 there, and of the fast filter: docs/accuracy-speed.md

@@ -72,6 +72,8 @@
      ENVMAP_FREE(ctx, ptr)   (default free(ptr)); define both or neither. Both are called on the
                              thread that called, never by tasks of an executor (make tsan)
      ENVMAP_NO_SIMD          plain loops where GCC and Clang would get vector types
+   The bodies have the papers' letters for names: what says `#define N 8` goes behind them. Macros
+   that take arguments, windows.h, and before the declarations any macro, do no harm.
 
    CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/;
    rings to transform, and reference to fast, declare nothing.
@@ -89,7 +91,8 @@
      >>reference     the definition: every texel
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
      >>windows       what of a face an axis sees
-     >>near          sharp lobes: the few texels that one reaches
+     >>kernels       sharp lobes: what each texel in sight of an axis counts
+     >>near          the sum over these
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
      >>filters       the filter call, chains, prepared sources
@@ -305,7 +308,8 @@ ENVMAP_API envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *b
 
 #ifndef ENVMAP_NO_STDIO
 /* The same from and to a path, with as much memory as the file has bytes; FILE, MEMORY too. A file
-   that could not be written whole is removed. */
+   that could not be written whole is removed. On Windows the path is in the program's code page,
+   which is UTF-8 where its manifest says so. */
 ENVMAP_API envmap_result envmap_pfm_load(envmap *map, const char *path, int mapping);
 ENVMAP_API envmap_result envmap_pfm_save(const envmap *map, const char *path, int level);
 #endif
@@ -420,9 +424,9 @@ ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envm
    are not finite, or 1e100 and more, with RADIANCE.
    Source [RH01], [Sloan08].  Tests: tests/test_sh.c; docs/harmonics.md has the tables. */
 
-/* Y[l(l+1)+m] = Y_lm(dir), stable to all bands. A light of flux e from dir adds e Y_lm(dir) to sh.
-   Errors: ARGUMENT.  Test: the_basis_is_orthonormal. */
-ENVMAP_API envmap_result envmap_sh_basis(double *Y, int bands, const double dir[3]);
+/* basis[l(l+1)+m] = Y_lm(dir), stable to all bands. A light of flux e from dir adds e Y_lm(dir) to
+   sh.  Errors: ARGUMENT.  Test: the_basis_is_orthonormal. */
+ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double dir[3]);
 
 /* sh = sum over texels L w Y_lm(texel's centre), level 0 of one slice.
    tolerance  0: every texel, in double. Otherwise a_lm may be off by tolerance * sqrt(2l+1) * a_00
@@ -2701,15 +2705,35 @@ ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t 
 }
 
 #ifndef ENVMAP_NO_STDIO
+static FILE *envmapi_pfm_open(const char *path, const char *mode) {
+#ifdef _MSC_VER /* warns of fopen, which under /sdl is an error */
+    FILE *file = NULL;
+    return fopen_s(&file, path, mode) ? NULL : file;
+#else
+    return fopen(path, mode);
+#endif
+}
+
+/* How long a file is, -1 for what has no length; goes back to its start. */
+static int64_t envmapi_pfm_bytes(FILE *file) {
+#ifdef _WIN32 /* whose long ends at 2 GiB */
+    int64_t bytes = _fseeki64(file, 0, SEEK_END) ? -1 : _ftelli64(file);
+#else
+    long end = fseek(file, 0, SEEK_END) ? -1 : ftell(file);
+    int64_t bytes = end < LONG_MAX ? end : -1; /* LONG_MAX: a folder */
+#endif
+    return fseek(file, 0, SEEK_SET) ? -1 : bytes;
+}
+
 /* The whole file in memory, its size first, so that no header can make us allocate more. */
 ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int mapping) {
     envmap_result result = ENVMAP_ERROR_FILE;
     if (!map || !path || !envmap_faces(mapping)) return ENVMAP_ERROR_ARGUMENT;
-    FILE *file = fopen(path, "rb");
+    FILE *file = envmapi_pfm_open(path, "rb");
     if (!file) return ENVMAP_ERROR_FILE;
-    long bytes = fseek(file, 0, SEEK_END) ? -1 : ftell(file);
+    int64_t bytes = envmapi_pfm_bytes(file);
     void *data = NULL;
-    if (bytes >= 0 && bytes < LONG_MAX && !fseek(file, 0, SEEK_SET)) {
+    if (bytes >= 0) {
         result = ENVMAP_ERROR_MEMORY; /* one byte more: an empty file is no failed allocation */
         if ((uint64_t)bytes <= 2 * ENVMAPI_BYTE_LIMIT)
             data = ENVMAP_MALLOC(map->memory, (size_t)bytes + 1);
@@ -2725,9 +2749,9 @@ ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int ma
 
 /* Something with a length: a device must not be removed. */
 static int envmapi_pfm_is_file(const char *path) {
-    FILE *file = fopen(path, "rb");
+    FILE *file = envmapi_pfm_open(path, "rb");
     if (!file) return 0;
-    int is_file = !fseek(file, 0, SEEK_END) && ftell(file) > 0;
+    int is_file = envmapi_pfm_bytes(file) > 0;
     fclose(file);
     return is_file;
 }
@@ -2738,7 +2762,7 @@ ENVMAPI_BODY envmap_result envmap_pfm_save(const envmap *map, const char *path, 
     void *data = ENVMAP_MALLOC(map->memory, bytes);
     if (!data) return ENVMAP_ERROR_MEMORY;
     envmap_pfm_write(data, bytes, NULL, map, level);
-    FILE *file = fopen(path, "wb");
+    FILE *file = envmapi_pfm_open(path, "wb");
     int whole = file && fwrite(data, 1, bytes, file) == bytes;
     whole = file && fclose(file) == 0 && whole;
     if (file && !whole && envmapi_pfm_is_file(path)) remove(path);
@@ -5422,15 +5446,17 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
    the texel while the lobe is wide: sigma >= 2 mean texels. Below that each texel is spread by a
    tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
-       t = 1       the spread texels are the bilinear radiance. Its integral against k is taken in
-                   polar coordinates about a, within 12 texels or 8 sigma. What a lobe has beyond
-                   (the tail of GGX) is smooth at a texel's scale and stays a sum over texels.
+       t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
+                   within 12 texels or 8 sigma, by Gauss-Legendre on patches that end where it has
+                   kinks; in polar coordinates about a for sphere and angular maps and lobes
+                   with edges. What a lobe has beyond (the tail of GGX) is smooth at a texel's
+                   scale and stays a sum over texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
    tuned; they are the definition.
        l_i, w_i, L_i w_i           envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
-       the bilinear radiance       envmapi_axis_polar
+       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
    Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
@@ -5533,8 +5559,11 @@ typedef struct envmapi_axis {
     double from, to;    /* support of the lobe, rad (envmap_lobe_support) */
     double texel, tent; /* side of the mean texel, rad; t of the card */
     double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
-    double reach;       /* rad: up to here the lobe may be sharp */
-    double sum[4];      /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
+    double sigma, reach;    /* rad: of the lobe; up to here it may be sharp */
+    int curves, kink_count; /* parts of a patch; kinks of the lobe */
+    double kinks[ENVMAPI_KINKS];
+    double gauss[7][6][2];  /* node and weight of rules of 2 .. 6 */
+    double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
 } envmapi_axis;
 
 /* 0 up to from, 1 beyond to, smooth between. */
@@ -5593,20 +5622,141 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
     }
 }
 
+/* A part of a face's quadrant: (p,q) = (|2u - 1| width, |2v - 1| edge), whole numbers on the edges
+   of texels and on the lines through their centres. */
+#define ENVMAPI_PATCHES 64 /* 15 halvings a side to the largest map's texel, and a few more */
+typedef struct envmapi_patch {
+    double share, reach, from[2], to[2];
+    int face, quadrant;
+} envmapi_patch;
+
+/* (p,q) to (u,v) and the direction there. */
+static void envmapi_patch_at(double uv[2], double d[3], const envmapi_axis *axis,
+                             const envmapi_patch *patch, double p, double q) {
+    uv[0] = 0.5 + (patch->quadrant & 1 ? 0.5 : -0.5) * p / axis->level.width;
+    uv[1] = 0.5 + (patch->quadrant & 2 ? 0.5 : -0.5) * q / axis->level.edge;
+    envmapi_direction(d, axis->level.mapping, patch->face, uv[0], uv[1]);
+}
+
+/* Adds k times the bilinear radiance there. */
+static void envmapi_patch_node(envmapi_axis *axis, const envmapi_patch *patch, double p, double q,
+                               double weight) {
+    double uv[2], d[3];
+    envmapi_patch_at(uv, d, axis, patch, p, q);
+    double x = envmapi_dot(axis->a, d), k = envmapi_k(axis->lobe, x, axis->p);
+    if (axis->to > patch->reach)
+        k *= 1 - envmapi_smooth_step(envmapi_acos(x), patch->reach / 2, patch->reach);
+    k *= weight * patch->share * envmapi_density(axis->level.mapping, uv[0], uv[1]);
+    if (k >= 0 && k <= 0) return;
+    if (axis->level.mapping == ENVMAP_PARABOLOID) envmapi_add_lookup(axis->sum, &axis->level, d, k);
+    else envmapi_add_bilinear(axis->sum, &axis->level, patch->face, uv[0], uv[1], k);
+    axis->sum[3] += k;
+}
+
+/* Where integrands have kinks off the lines: q at p on curve i, from the inside out. That is an
+   octahedral map's horizon; where paraboloids begin to blend, and their rim, beyond which the other
+   face goes on. */
+static double envmapi_patch_curve(const envmapi_level *level, int i, double p) {
+    int mapping = level->mapping, n = level->edge;
+    if (i < 0) return -1;
+    if (mapping == ENVMAP_OCTAHEDRAL && !i) return n - p;
+    if (mapping != ENVMAP_PARABOLOID) return 1e9;
+    double r = i ? n : n - 1;
+    return r > p ? sqrt((r - p) * (r + p)) : 0;
+}
+
+/* Adds what lies between curve - 1 and curve, with so many nodes along p and q. The outer
+   coordinate is the one along which the curves are flatter; its range is cut where a curve enters
+   or leaves the patch. */
+static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, int curve,
+                              const int nodes[2]) {
+    const envmapi_level *level = &axis->level;
+    int outer = patch->from[0] > patch->from[1], inner = !outer;
+    double p[2], end[6] = {patch->from[outer], 0, 0, 0, 0, patch->to[outer]}, swap;
+    double unit = 0.25 / level->width / level->edge; /* du dv over dp dq */
+    for (int i = 0; i < 4; ++i)
+        end[1 + i] = envmapi_patch_curve(level, curve - 1 + (i >> 1),
+                                         i & 1 ? patch->from[inner] : patch->to[inner]);
+    if (end[2] > end[3]) swap = end[2], end[2] = end[3], end[3] = swap;
+    for (int i = 1; i < 5; ++i) end[i] = envmapi_clamp(end[i], end[0], end[5]);
+    for (int i = 0; i < 5 * nodes[outer]; ++i) {
+        double from = end[i / nodes[outer]], to = end[i / nodes[outer] + 1];
+        const double *g = axis->gauss[nodes[outer]][i % nodes[outer]];
+        p[outer] = (from + to + g[0] * (to - from)) / 2;
+        double low = fmax(patch->from[inner], envmapi_patch_curve(level, curve - 1, p[outer]));
+        double high = fmin(patch->to[inner], envmapi_patch_curve(level, curve, p[outer]));
+        if (!(from < to && low < high)) continue;
+        for (int j = 0; j < nodes[inner]; ++j) {
+            const double *h = axis->gauss[nodes[inner]][j];
+            double weight = unit * g[1] * h[1] * (to - from) * (high - low) / 4;
+            p[inner] = (low + high + h[0] * (high - low)) / 2;
+            envmapi_patch_node(axis, patch, p[0], p[1], weight);
+        }
+    }
+}
+
+/* Adds a patch that lies between lines where six nodes a side suffice: for 0.9 sigma, or 0.45 of
+   the distance where a lobe falls from its axis; for an eighth of that across a kink of the lobe.
+   Else returns 1, and its halves, the one nearer to the axis first: it waits while the other, which
+   is cut a few times, is done; so few wait however sharp the lobe is. */
+static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
+                             envmapi_patch half[2]) {
+    double corner[4][3], middle[3], uv[2], radius = 0, length[2], size[2];
+    for (int i = 0; i < 4; ++i)
+        envmapi_patch_at(uv, corner[i], axis, patch, i & 1 ? patch->to[0] : patch->from[0],
+                         i & 2 ? patch->to[1] : patch->from[1]);
+    envmapi_patch_at(uv, middle, axis, patch, (patch->from[0] + patch->to[0]) / 2,
+                     (patch->from[1] + patch->to[1]) / 2);
+    for (int i = 0; i < 4; ++i) radius = fmax(radius, 1.1 * envmapi_angle(middle, corner[i]));
+    double away = envmapi_angle(axis->a, middle), scale = axis->sigma, finer = 1;
+    if (away - radius > fmin(patch->reach, axis->to) || away + radius < axis->from) return 0;
+    if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
+    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
+    for (int i = 0; i < axis->kink_count; ++i)
+        if (fabs(away - axis->kinks[i]) < radius) finer = 8;
+    if (axis->level.mapping == ENVMAP_PARABOLOID && axis->level.edge > 1 && finer < 3 &&
+        hypot(patch->to[0], patch->to[1]) > axis->level.edge - 1)
+        finer = 3; /* the other face's lines */
+    int nodes[2], whole = 1;
+    for (int i = 0; i < 2; ++i) {
+        length[i] = fmax(envmapi_angle(corner[0], corner[i ? 2 : 1]),
+                         envmapi_angle(corner[3], corner[i ? 1 : 2]));
+        nodes[i] = (int)fmin(1.5 + 5 * finer * length[i] / fmin(scale, 1), 100);
+        size[i] = patch->to[i] - patch->from[i];
+        if (size[i] > 1) whole = 0;
+    }
+    if (whole && nodes[0] <= 5 && nodes[1] <= 5) {
+        ++nodes[0], ++nodes[1];
+        for (int i = 0; i < axis->curves; ++i) envmapi_patch_sum(axis, patch, i, nodes);
+        return 0;
+    }
+    half[0] = half[1] = *patch;
+    int cut = whole ? length[1] > length[0] : size[1] > size[0];
+    half[0].to[cut] = half[1].from[cut] =
+        patch->from[cut] + (whole ? size[cut] / 2 : floor((size[cut] + 1) / 2));
+    double closer[3], other[3];
+    for (int i = 0; i < 2; ++i)
+        envmapi_patch_at(uv, i ? other : closer, axis, half + i,
+                         (half[i].from[0] + half[i].to[0]) / 2,
+                         (half[i].from[1] + half[i].to[1]) / 2);
+    if (envmapi_dot(axis->a, other) > envmapi_dot(axis->a, closer)) {
+        envmapi_patch swap = half[0];
+        half[0] = half[1], half[1] = swap;
+    }
+    return 1;
+}
+
 /* How narrow texels are, over the mean, where the circle of angle theta about the axis comes
-   closest to the point at which all texels of a row or of a rim meet. */
+   closest to the point at which all texels of a rim meet. */
 static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
-    double y = fabs(axis->a[1]), z = axis->a[2];
-    double x = axis->level.mapping == ENVMAP_LATLONG   ? y
-               : axis->level.mapping == ENVMAP_SPHERE  ? -z
-               : axis->level.mapping == ENVMAP_ANGULAR ? z
-                                                       : 0;
+    double x = axis->level.mapping == ENVMAP_SPHERE ? -axis->a[2] : axis->a[2];
     double apart = fabs(envmapi_acos(x) - theta);
     return apart < ENVMAPI_PI / 2 ? sin(apart) + 1e-9 : 1;
 }
 
-/* Adds the bilinear radiance around a, times `share`, out to about `reach`: rings, eight or more in
-   two texels, of eight points a texel. */
+/* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
+   thin where all of a rim's texels meet, or against a lobe with edges, which are circles about a:
+   rings, eight or more in two texels, of eight points a texel. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
     const double *a = axis->a;
@@ -5631,11 +5781,31 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     }
 }
 
+/* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
+static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
+    envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
+    int edges = axis->lobe->kind >= ENVMAP_LOBE_BANKS && axis->kink_count > 0;
+    if (edges || axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR) {
+        envmapi_axis_polar(axis, share, reach);
+        return;
+    }
+    patch.to[0] = axis->level.width, patch.to[1] = axis->level.edge;
+    for (int i = 0; i < 4 * envmap_faces(axis->level.mapping); ++i) {
+        int count = 1;
+        patch.face = i / 4, patch.quadrant = i % 4, todo[0] = patch;
+        while (count) {
+            envmapi_patch one = todo[--count];
+            if (envmapi_patch_add(axis, &one, todo + count) && count + 4 <= ENVMAPI_PATCHES)
+                count += 2;
+        }
+    }
+}
+
 static void envmapi_axis_filter(envmapi_axis *axis, const void *method) {
     (void)method;
     if (axis->bilinear < 1) envmapi_axis_sum(axis, 1 - axis->bilinear, 0);
     if (!(axis->bilinear > 0)) return;
-    envmapi_axis_polar(axis, axis->bilinear, axis->reach);
+    envmapi_axis_integral(axis, axis->bilinear, axis->reach);
     if (axis->to > axis->reach) envmapi_axis_sum(axis, axis->bilinear, 1);
 }
 
@@ -5654,13 +5824,18 @@ typedef struct envmapi_axes {
 static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
     axis->p = envmapi_slice_p(axis->lobe, slice, slices);
-    double sigma = envmap_lobe_sigma(axis->lobe, axis->p);
+    axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
     axis->texel = envmapi_texel_extent(src);
-    axis->tent = envmapi_clamp(2 - sigma / axis->texel, 0, 1);
+    axis->tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
-    axis->reach = fmax(12 * axis->texel, 8 * sigma);
+    axis->reach = fmax(12 * axis->texel, 8 * axis->sigma);
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
+    axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
+    axis->curves = src->mapping == ENVMAP_PARABOLOID || src->mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
+    for (int n = 2; n < 7; ++n)
+        for (int i = 0; i < n; ++i)
+            axis->gauss[n][i][1] = envmapi_gauss_many(&axis->gauss[n][i][0], i, n);
 }
 
 static void envmapi_axes_row(void *context, int task) {
@@ -5940,7 +6115,7 @@ static void envmapi_hier_filter(envmapi_axis *axis, const void *method) {
         envmapi_hier_visit(&mean, h, axis, h->tree.last, face);
     if (fabs(axis->sum[3]) > 1e-100 * h->peak) return;
     memset(axis->sum, 0, sizeof axis->sum); /* no sample of the lobe fell on a texel */
-    envmapi_axis_polar(axis, 1, axis->to);
+    envmapi_axis_integral(axis, 1, axis->to);
 }
 
 static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
@@ -5968,7 +6143,7 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
        sigma in texels; d omega        _finest; _density
        nodes at texels' centres        _centres
        nodes of Gauss-Legendre         _pieces, which end at the lines through texel centres
-   Used by >>near.  Source: ours.  Tests: tests/test_near.c; a cap that holds a face's axis in
+   Used by >>kernels.  Source: ours.  Tests: tests/test_near.c; a cap that holds a face's axis in
    every_tolerance_is_kept_in_a_mild_scene, an octahedral map's corners in
    a_wide_ring_about_the_corners_keeps_the_tolerance. */
 
@@ -6180,35 +6355,22 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
     return count;
 }
 
-/* ------------------------------------------------------------------------------------- >>near --
-   Sharp lobes: the sum that >>reference defines, over the few texels that such a lobe reaches.
-     in     a slice of a source, a lobe, its p, a tolerance       out    a slice of a result
-       L(a) = sum_i K_i(a) L_i / sum_i K_i       texels i within R of the axis a
+/* -------------------------------------------------------------------------------- >>kernels --
+   What each texel in sight of an axis counts.
+     in     a source's level, a lobe, its p, axes of a result       out    K
        texels, tents of half-width t      K_i = w_i mean of k at c_i +- t/sqrt 6 along u and v
        the bilinear radiance              K_i = integral of k B_i, B_i the bilinear weight of i
    Both are sums over the nodes of a window of a face, some along u times some along v. For the
    integral these are Gauss-Legendre's, two to six a piece; pieces end at the lines through texel
    centres, where B_i has its kinks, and are 2.5 sigma long at most.
-   K_i depends on no radiance. Some of the 48 turns and mirrors take texels to texels, on both maps:
-   all 48 for two cubes, 16 for a lat-long and a cube, 2 to 16 with discs. So one K_i serves all
-   images of an axis and a texel. The RGB of these lie side by side, in blocks of 16 numbers, and
-   up to eight neighbouring axes share what is read of a block.
-   Where a lobe never ends (GGX) >>fast sums its tail.
-       which axes, and the texels they need       _plan; these side by side: _task_near_blocks
+   Where a lobe never ends (GGX) >>fast sums its tail. Where two cubes' texels lie alike about all
+   axes of a face, K changes slowly from axis to axis.
+       what is left to >>fast                     _tail_of
        windows and their nodes                    _open, _nodes
-       K: the angles of nodes, k there, texels    _sines, _k, _add, _flush, _rim
-       K between axes where two cubes' texels     _tie, _between: K changes slowly from axis to axis
-          lie alike about all of a tile
-       times L for all turns; into dst            _apply, _put
-       R, by the brightest texel in sight         _radius; _contrast tells which are bright
-   Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
-
-/* Tuned on tests/test_near.c; the test named above a constant fails without it.
-   a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
-/* a_sphere_map_of_noise_keeps_the_tolerance */
-#define ENVMAPI_RIM     0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
-#define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
-#define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
+       the angles of nodes, k there, texels       _sines, _k, _add, _flush, _rim
+       K of axes; between axes that lie alike     _kernel; _tie, _between
+   Used by >>near.  Source: ours.  Tests: tests/test_near.c,
+   axes_between_knots_agree_with_those_summed_one_by_one of all. */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
@@ -6255,7 +6417,7 @@ typedef struct envmapi_near_axes {
 
 /* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache. */
 #define ENVMAPI_NEAR_TILE 32
-#define ENVMAPI_NEAR_WIDE 160 /* texels that a knot sees in a row, at most */
+#define ENVMAPI_NEAR_WIDE 80 /* texels that a knot sees in a row, at most */
 typedef struct envmapi_near_tile {
     int face, x, y, first, count;
 } envmapi_near_tile;
@@ -6292,7 +6454,7 @@ typedef struct envmapi_near {
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
-    double piece, gauss[5][6][2];      /* pieces over ENVMAPI_PIECES; nodes and weights of 2 .. 6 */
+    double piece;                      /* pieces over ENVMAPI_PIECES */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
@@ -6318,68 +6480,6 @@ typedef struct envmapi_window {
     envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
     double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
-
-/* ---- the source as lookups see it, in blocks */
-
-/* A texel, or what add_tap finds beyond an edge. The texel beyond a cube's corner is the mean of
-   the three that meet there; the row beyond a lat-long's pole lets linear interpolation end at the
-   row's mean on the pole. */
-static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, int x, int y) {
-    const envmapi_level *level = &s->axis.level;
-    int w = level->width, h = level->edge, pole = y < 0 || y >= h;
-    double rgb[3] = {0, 0, 0};
-    if (level->mapping == ENVMAP_LATLONG) x = ((x % w) + w) % w;
-    if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && pole) {
-        int in_x = x < 0 ? 0 : w - 1, in_y = y < 0 ? 0 : h - 1;
-        envmapi_add_tap(rgb, level, face, in_x, in_y, 1.0 / 3);
-        envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
-        envmapi_add_tap(rgb, level, face, in_x, y, 1.0 / 3);
-    } else if (level->mapping == ENVMAP_LATLONG && pole) {
-        for (int i = 0; i < w; ++i) envmapi_add_tap(rgb, level, face, i, y, 2.0 / w);
-        envmapi_add_tap(rgb, level, face, x, y, -1);
-    } else {
-        envmapi_add_tap(rgb, level, face, x, y, 1);
-    }
-    for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
-    if (s->exponent) envmapi_floats_scale(out, out, 3, -s->exponent);
-}
-
-/* Blocks of 16 numbers: RGB of turn after turn. */
-static int envmapi_near_groups(const envmapi_near *s) { return (3 * s->turn_count + 15) / 16; }
-
-static void envmapi_task_near_blocks(void *context, int task) {
-    const envmapi_near *s = (const envmapi_near *)context;
-    const envmapi_level *level = &s->axis.level;
-    envmapi_near_row *row = s->rows + task;
-    int high = level->edge + 2, face = task / high, y = task % high - 1, w = level->width;
-    int round = level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR;
-    float most = (float)ldexp(s->bright, -s->exponent);
-    for (int i = 3 * s->turn_count; i < 16 * envmapi_near_groups(s); ++i)
-        for (int x = 0; x < row->to - row->from; ++x)
-            s->blocks[16 * ((size_t)(i / 16) * s->count + row->first + (size_t)x) +
-                      (size_t)(i % 16)] = 0;
-    for (int t = 0; t < s->turn_count; ++t) {
-        const envmapi_place *to = s->turns[t].src + face;
-        const float *image = level->texels + 3 * (size_t)(to->face * level->edge) * (size_t)w;
-        float *out[3], rgb[3];
-        for (int c = 0; c < 3; ++c)
-            out[c] = s->blocks + 16 * ((size_t)((3 * t + c) / 16) * s->count + row->first) +
-                     (3 * t + c) % 16;
-        for (int x = row->from; x < row->to; ++x) {
-            int X = to->x0 + to->xx * x + to->xy * y, Y = to->y0 + to->yx * x + to->yy * y;
-            if (s->exponent || round || X < 0 || Y < 0 || X >= w || Y >= level->edge)
-                envmapi_near_texel(rgb, s, to->face, X, Y);
-            else memcpy(rgb, image + 3 * ((size_t)Y * (size_t)w + (size_t)X), sizeof rgb);
-            for (int c = 0; c < 3; ++c) out[c][16 * (x - row->from)] = rgb[c];
-            if (rgb[0] > most || rgb[1] > most || rgb[2] > most)
-                for (int g = 3 * t / 16; g <= (3 * t + 2) / 16; ++g) {
-                    if (row->bright[g][0] == row->bright[g][1]) row->bright[g][0] = x;
-                    if (x < row->bright[g][0]) row->bright[g][0] = x;
-                    if (x >= row->bright[g][1]) row->bright[g][1] = x + 1;
-                }
-        }
-    }
-}
 
 /* ---- windows */
 
@@ -6408,15 +6508,15 @@ static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
 }
 
 /* The window of the axes on such a part; 0 where they see nothing of it. */
-static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part, double far) {
+static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part, double radius) {
     const envmapi_level *level = &s->axis.level;
-    double box[2][2], R = envmapi_near_reach(s, far, s->axis.bilinear < 1) + w->spread;
+    double box[2][2], R = envmapi_near_reach(s, radius, s->axis.bilinear < 1) + w->spread;
     int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
     if (!envmapi_window_box(box, level->mapping, part, w->middle, R,
                              envmapi_near_border(w, s, 0)))
         return 0;
     memcpy(w->box, box, sizeof box);
-    w->R = far, w->limit = pow(sin(far), 2);
+    w->R = radius, w->limit = pow(sin(radius), 2);
     w->face = face, w->part = part, w->x = (int)floor(box[0][0] * wide - 0.5);
     w->y = (int)floor(box[1][0] * level->edge - 0.5);
     w->width = (int)floor(box[0][1] * wide - 0.5) + 2 - w->x;
@@ -6446,7 +6546,7 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
                                  s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
-                                 s->gauss);
+                                 s->axis.gauss + 2);
 }
 
 /* ---- K */
@@ -6630,6 +6730,194 @@ static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, do
     }
 }
 
+/* K of some axes, in an open window. */
+static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int axes) {
+    const envmapi_level *level = &s->axis.level;
+    double share = s->axis.bilinear;
+    for (int i = 0; i < 2 && share > 0; ++i)
+        w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->middle, w->face, i);
+    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+    for (int n = 0; n < axes; ++n) {
+        memcpy(w->a, w->axes[n], sizeof w->a);
+        if (w->rim[n]) continue;
+        envmapi_window_frame(w->m, level->mapping, w->face, w->a);
+        if (share > 0) envmapi_near_add(w, s, n, 0, share);
+        if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
+        if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
+    }
+}
+
+/* Opens the window of one of a tile's knots; x, y: where a window alike about texel 0 begins. */
+static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_tile *tile, int knot, double radius, int *x,
+                             int *y) {
+    envmapi_near_axes one = {tile->face, tile->x, tile->y, 1};
+    one.x += s->knot[knot & 3], one.y += s->knot[knot >> 2];
+    envmapi_near_aim(w, s, &one);
+    if (!envmapi_near_open(w, s, tile->face, radius)) return 0;
+    *x = w->x - one.x * s->ratio, *y = w->y - one.y * s->ratio;
+    return 1;
+}
+
+/* K of the knots of a tile, in windows of one size; ready is -1 where there is no room. */
+static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_tile *tile, envmapi_near_knots *knots,
+                             double radius) {
+    int x = 0, y = 0, right = INT_MIN, below = INT_MIN, open = 1;
+    w->knot = 1, knots->x = knots->y = INT_MAX;
+    for (int k = 0; k < 16 && open; ++k) {
+        open = envmapi_near_knot(w, s, tile, k, radius, &x, &y);
+        knots->x = x < knots->x ? x : knots->x, knots->y = y < knots->y ? y : knots->y;
+        right = x + w->width > right ? x + w->width : right;
+        below = y + w->height > below ? y + w->height : below;
+    }
+    knots->width = right - knots->x, knots->height = below - knots->y;
+    size_t area = (size_t)(knots->width * knots->height);
+    knots->ready = open && knots->width <= ENVMAPI_NEAR_WIDE && area <= s->area ? 1 : -1;
+    for (int k = 0; k < 16 && knots->ready > 0; ++k) {
+        envmapi_near_knot(w, s, tile, k, radius, &x, &y);
+        w->x += knots->x - x, w->width = knots->width;
+        w->y += knots->y - y, w->height = knots->height;
+        envmapi_near_kernel(w, s, 1);
+        for (size_t i = 0; i < area; ++i)
+            knots->K[(size_t)k * area + i] = w->K[i * ENVMAPI_NEAR_AXES];
+    }
+    w->knot = 0;
+}
+
+/* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
+static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
+                                 const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                                 const envmapi_near_knots *knots) {
+    const float *along = s->between[axes->y - tile->y];
+    size_t area = (size_t)(knots->width * knots->height);
+    int edge = s->axis.level.edge;
+    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+    for (int row = 0; row < knots->height; ++row) {
+        int y = knots->y + row + axes->y * s->ratio - w->y;
+        const float *K = knots->K + row * knots->width;
+        float lines[4][ENVMAPI_NEAR_WIDE];
+        if (y < 0 || y >= w->height || w->y + y < 0 || w->y + y >= edge) continue;
+        for (int i = 0; i < 4; ++i)
+            for (int x = 0; x < knots->width; ++x) {
+                const float *k = K + (size_t)i * area + x;
+                lines[i][x] = along[0] * k[0] + along[1] * k[4 * area] + along[2] * k[8 * area] +
+                              along[3] * k[12 * area];
+            }
+        for (int n = 0; n < axes->count; ++n) {
+            const float *f = s->between[axes->x + n - tile->x];
+            int shift = knots->x + (axes->x + n) * s->ratio - w->x;
+            int from = -shift - (w->x < 0 ? w->x : 0);
+            int to = (w->x + w->width < edge ? w->width : edge - w->x) - shift;
+            from = from > 0 ? from : 0, to = to < knots->width ? to : knots->width;
+            float *out = w->K + (y * w->width + shift) * ENVMAPI_NEAR_AXES + n;
+            for (int x = from; x < to; ++x)
+                out[x * ENVMAPI_NEAR_AXES] = f[0] * lines[0][x] + f[1] * lines[1][x] +
+                                             f[2] * lines[2][x] + f[3] * lines[3][x];
+        }
+    }
+}
+
+/* K of some axes in the open window: by the knots on the axes' own face, but where the integral
+   ends at its edges. */
+static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
+                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                               envmapi_near_knots *knots) {
+    const envmapi_level *level = &s->axis.level;
+    int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
+                 w->y + w->height <= level->edge;
+    int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
+    if (alike && !knots->ready) {
+        envmapi_near_tie(w, s, tile, knots, w->R);
+        envmapi_near_aim(w, s, axes);
+        envmapi_near_open(w, s, axes->face, w->R);
+    }
+    if (alike && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
+    else envmapi_near_kernel(w, s, axes->count);
+}
+
+/* ------------------------------------------------------------------------------------- >>near --
+   Sharp lobes: the sum that >>reference defines, over the few texels that such a lobe reaches.
+     in     a slice of a source, a lobe, its p, a tolerance       out    a slice of a result
+       L(a) = sum_i K_i(a) L_i / sum_i K_i       texels i within R of the axis a
+   K_i depends on no radiance. Some of the 48 turns and mirrors take texels to texels, on both maps:
+   all 48 for two cubes, 16 for a lat-long and a cube, 2 to 16 with discs. So one K_i serves all
+   images of an axis and a texel. The RGB of these lie side by side, in blocks of 16 numbers, and
+   up to eight neighbouring axes share what is read of a block.
+       which axes, and the texels they need       _plan; these side by side: _task_near_blocks
+       K times L for all turns; into dst          _apply, _put
+       R, by the brightest texel in sight         _radius; _contrast tells which are bright
+   Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
+
+/* Tuned on tests/test_near.c; the test named above a constant fails without it.
+   a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
+/* a_sphere_map_of_noise_keeps_the_tolerance */
+#define ENVMAPI_RIM     0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
+#define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
+#define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
+
+/* ---- the source as lookups see it, in blocks */
+
+/* A texel, or what add_tap finds beyond an edge. The texel beyond a cube's corner is the mean of
+   the three that meet there; the row beyond a lat-long's pole lets linear interpolation end at the
+   row's mean on the pole. */
+static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, int x, int y) {
+    const envmapi_level *level = &s->axis.level;
+    int w = level->width, h = level->edge, pole = y < 0 || y >= h;
+    double rgb[3] = {0, 0, 0};
+    if (level->mapping == ENVMAP_LATLONG) x = ((x % w) + w) % w;
+    if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && pole) {
+        int in_x = x < 0 ? 0 : w - 1, in_y = y < 0 ? 0 : h - 1;
+        envmapi_add_tap(rgb, level, face, in_x, in_y, 1.0 / 3);
+        envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
+        envmapi_add_tap(rgb, level, face, in_x, y, 1.0 / 3);
+    } else if (level->mapping == ENVMAP_LATLONG && pole) {
+        for (int i = 0; i < w; ++i) envmapi_add_tap(rgb, level, face, i, y, 2.0 / w);
+        envmapi_add_tap(rgb, level, face, x, y, -1);
+    } else {
+        envmapi_add_tap(rgb, level, face, x, y, 1);
+    }
+    for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
+    if (s->exponent) envmapi_floats_scale(out, out, 3, -s->exponent);
+}
+
+/* Blocks of 16 numbers: RGB of turn after turn. */
+static int envmapi_near_groups(const envmapi_near *s) { return (3 * s->turn_count + 15) / 16; }
+
+static void envmapi_task_near_blocks(void *context, int task) {
+    const envmapi_near *s = (const envmapi_near *)context;
+    const envmapi_level *level = &s->axis.level;
+    envmapi_near_row *row = s->rows + task;
+    int high = level->edge + 2, face = task / high, y = task % high - 1, w = level->width;
+    int round = level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR;
+    float most = (float)ldexp(s->bright, -s->exponent);
+    for (int i = 3 * s->turn_count; i < 16 * envmapi_near_groups(s); ++i)
+        for (int x = 0; x < row->to - row->from; ++x)
+            s->blocks[16 * ((size_t)(i / 16) * s->count + row->first + (size_t)x) +
+                      (size_t)(i % 16)] = 0;
+    for (int t = 0; t < s->turn_count; ++t) {
+        const envmapi_place *to = s->turns[t].src + face;
+        const float *image = level->texels + 3 * (size_t)(to->face * level->edge) * (size_t)w;
+        float *out[3], rgb[3];
+        for (int c = 0; c < 3; ++c)
+            out[c] = s->blocks + 16 * ((size_t)((3 * t + c) / 16) * s->count + row->first) +
+                     (3 * t + c) % 16;
+        for (int x = row->from; x < row->to; ++x) {
+            int X = to->x0 + to->xx * x + to->xy * y, Y = to->y0 + to->yx * x + to->yy * y;
+            if (s->exponent || round || X < 0 || Y < 0 || X >= w || Y >= level->edge)
+                envmapi_near_texel(rgb, s, to->face, X, Y);
+            else memcpy(rgb, image + 3 * ((size_t)Y * (size_t)w + (size_t)X), sizeof rgb);
+            for (int c = 0; c < 3; ++c) out[c][16 * (x - row->from)] = rgb[c];
+            if (rgb[0] > most || rgb[1] > most || rgb[2] > most)
+                for (int g = 3 * t / 16; g <= (3 * t + 2) / 16; ++g) {
+                    if (row->bright[g][0] == row->bright[g][1]) row->bright[g][0] = x;
+                    if (x < row->bright[g][0]) row->bright[g][0] = x;
+                    if (x >= row->bright[g][1]) row->bright[g][1] = x + 1;
+                }
+        }
+    }
+}
+
 static envmapi_near_row *envmapi_near_rows(const envmapi_near *s, const envmapi_window *w) {
     return s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
 }
@@ -6689,7 +6977,7 @@ static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t 
     int width = envmapi_width(s->dst.mapping, s->dst.size), row = (int)(texel / (size_t)width);
     envmapi_texel_direction(axis.a, s->dst.mapping, row / s->dst.size, s->dst.size,
                             (int)(texel % (size_t)width), row % s->dst.size);
-    if (s->tail && axis.bilinear >= 1) envmapi_axis_polar(&axis, 1, axis.reach);
+    if (s->tail && axis.bilinear >= 1) envmapi_axis_integral(&axis, 1, axis.reach);
     else envmapi_axis_filter(&axis, NULL);
     memcpy(sum, axis.sum, sizeof axis.sum);
 }
@@ -6726,106 +7014,6 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     }
 }
 
-/* K of some axes, in an open window. */
-static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int axes) {
-    const envmapi_level *level = &s->axis.level;
-    double share = s->axis.bilinear;
-    for (int i = 0; i < 2 && share > 0; ++i)
-        w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->middle, w->face, i);
-    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-    for (int n = 0; n < axes; ++n) {
-        memcpy(w->a, w->axes[n], sizeof w->a);
-        if (w->rim[n]) continue;
-        envmapi_window_frame(w->m, level->mapping, w->face, w->a);
-        if (share > 0) envmapi_near_add(w, s, n, 0, share);
-        if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
-        if (share < 1) envmapi_near_rim(w, s, n, 1 - share);
-    }
-}
-
-/* Opens the window of one of a tile's knots; x, y: where a window alike about texel 0 begins. */
-static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_tile *tile, int knot, double far, int *x, int *y) {
-    envmapi_near_axes one = {tile->face, tile->x, tile->y, 1};
-    one.x += s->knot[knot & 3], one.y += s->knot[knot >> 2];
-    envmapi_near_aim(w, s, &one);
-    if (!envmapi_near_open(w, s, tile->face, far)) return 0;
-    *x = w->x - one.x * s->ratio, *y = w->y - one.y * s->ratio;
-    return 1;
-}
-
-/* K of the knots of a tile, in windows of one size; ready is -1 where there is no room. */
-static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_tile *tile, envmapi_near_knots *knots, double far) {
-    int x = 0, y = 0, right = INT_MIN, below = INT_MIN, open = 1;
-    w->knot = 1, knots->x = knots->y = INT_MAX;
-    for (int k = 0; k < 16 && open; ++k) {
-        open = envmapi_near_knot(w, s, tile, k, far, &x, &y);
-        knots->x = x < knots->x ? x : knots->x, knots->y = y < knots->y ? y : knots->y;
-        right = x + w->width > right ? x + w->width : right;
-        below = y + w->height > below ? y + w->height : below;
-    }
-    knots->width = right - knots->x, knots->height = below - knots->y;
-    size_t area = (size_t)(knots->width * knots->height);
-    knots->ready = open && knots->width <= ENVMAPI_NEAR_WIDE && area <= s->area ? 1 : -1;
-    for (int k = 0; k < 16 && knots->ready > 0; ++k) {
-        envmapi_near_knot(w, s, tile, k, far, &x, &y);
-        w->x += knots->x - x, w->width = knots->width;
-        w->y += knots->y - y, w->height = knots->height;
-        envmapi_near_kernel(w, s, 1);
-        for (size_t i = 0; i < area; ++i)
-            knots->K[(size_t)k * area + i] = w->K[i * ENVMAPI_NEAR_AXES];
-    }
-    w->knot = 0;
-}
-
-/* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
-static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
-                                 const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                                 const envmapi_near_knots *knots) {
-    const float *along = s->between[axes->y - tile->y];
-    size_t area = (size_t)(knots->width * knots->height);
-    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-    for (int row = 0; row < knots->height; ++row) {
-        int y = knots->y + row + axes->y * s->ratio - w->y;
-        const float *K = knots->K + row * knots->width;
-        float lines[4][ENVMAPI_NEAR_WIDE];
-        if (y < 0 || y >= w->height) continue;
-        for (int i = 0; i < 4; ++i)
-            for (int x = 0; x < knots->width; ++x) {
-                const float *k = K + (size_t)i * area + x;
-                lines[i][x] = along[0] * k[0] + along[1] * k[4 * area] + along[2] * k[8 * area] +
-                              along[3] * k[12 * area];
-            }
-        for (int n = 0; n < axes->count; ++n) {
-            const float *f = s->between[axes->x + n - tile->x];
-            int shift = knots->x + (axes->x + n) * s->ratio - w->x;
-            int from = shift < 0 ? -shift : 0;
-            int to = knots->width < w->width - shift ? knots->width : w->width - shift;
-            float *out = w->K + (y * w->width + shift) * ENVMAPI_NEAR_AXES + n;
-            for (int x = from; x < to; ++x)
-                out[x * ENVMAPI_NEAR_AXES] = f[0] * lines[0][x] + f[1] * lines[1][x] +
-                                             f[2] * lines[2][x] + f[3] * lines[3][x];
-        }
-    }
-}
-
-/* K of some axes in the open window: by the knots where all of it lies on the axes' own face. */
-static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
-                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                               envmapi_near_knots *knots) {
-    const envmapi_level *level = &s->axis.level;
-    int alike = s->ratio && w->part == axes->face && w->x >= 0 && w->y >= 0 &&
-                w->x + w->width <= level->width && w->y + w->height <= level->edge;
-    if (alike && !knots->ready) {
-        envmapi_near_tie(w, s, tile, knots, w->R);
-        envmapi_near_aim(w, s, axes);
-        envmapi_near_open(w, s, axes->face, w->R);
-    }
-    if (alike && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
-    else envmapi_near_kernel(w, s, axes->count);
-}
-
 /* Some axes: what they see of every part, farther under those turns that show a bright texel. */
 static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_tile *tile, const envmapi_near_axes *axes) {
@@ -6835,12 +7023,12 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     for (int n = 0; n < axes->count; ++n) w->rim[n] = envmapi_near_singular(s, w->axes[n]);
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
         unsigned bright = 0;
-        for (int far = 1; far >= 0; --far) {
-            if (!envmapi_near_open(w, s, part, far ? s->R_bright : s->R)) continue;
-            if (far && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
-            unsigned groups = far ? bright : all & ~bright;
+        for (int outer = 1; outer >= 0; --outer) {
+            if (!envmapi_near_open(w, s, part, outer ? s->R_bright : s->R)) continue;
+            if (outer && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
+            unsigned groups = outer ? bright : all & ~bright;
             if (!groups) continue;
-            envmapi_near_weigh(w, s, tile, axes, w->knots + far);
+            envmapi_near_weigh(w, s, tile, axes, w->knots + outer);
             envmapi_near_apply(w, s, groups);
         }
     }
@@ -6880,20 +7068,18 @@ static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
 }
 
 /* The texels that some axes need, row by row; and the largest window. */
-static void envmapi_near_needs(envmapi_near *s, const envmapi_near_axes *axes) {
-    envmapi_window w;
-    w.knot = 0;
-    envmapi_near_aim(&w, s, axes);
+static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi_near_axes *axes) {
+    envmapi_near_aim(w, s, axes);
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
-        if (!envmapi_near_open(&w, s, part, s->R_bright)) continue;
-        envmapi_near_row *row = s->rows + w.face * (s->axis.level.edge + 2) + w.y + 1;
-        for (int y = 0; y < w.height; ++y, ++row) {
-            if (row->from == row->to) row->from = w.x, row->to = w.x + w.width;
-            if (w.x < row->from) row->from = w.x;
-            if (w.x + w.width > row->to) row->to = w.x + w.width;
+        if (!envmapi_near_open(w, s, part, s->R_bright)) continue;
+        envmapi_near_row *row = s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
+        for (int y = 0; y < w->height; ++y, ++row) {
+            if (row->from == row->to) row->from = w->x, row->to = w->x + w->width;
+            if (w->x < row->from) row->from = w->x;
+            if (w->x + w->width > row->to) row->to = w->x + w->width;
         }
-        if ((size_t)w.width * (size_t)w.height > s->area)
-            s->area = (size_t)w.width * (size_t)w.height;
+        if ((size_t)w->width * (size_t)w->height > s->area)
+            s->area = (size_t)w->width * (size_t)w->height;
     }
 }
 
@@ -6918,7 +7104,8 @@ static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolera
 }
 
 /* The axes of a tile that are summed, side by side as far as they see the same. */
-static void envmapi_near_line(envmapi_near *s, envmapi_near_tile *tile, int *count, int most) {
+static void envmapi_near_line(envmapi_window *w, envmapi_near *s, envmapi_near_tile *tile,
+                              int *count, int most) {
     int width = envmapi_width(s->dst.mapping, s->dst.size);
     int end = tile->x + s->tile < width ? tile->x + s->tile : width;
     tile->first = *count;
@@ -6928,7 +7115,7 @@ static void envmapi_near_line(envmapi_near *s, envmapi_near_tile *tile, int *cou
             axes->face = tile->face, axes->x = x, axes->y = y;
             while (x < end && x < axes->x + most && envmapi_near_first(s, tile->face, x, y)) ++x;
             axes->count = x - axes->x;
-            if (axes->count) envmapi_near_needs(s, axes), ++*count, --x;
+            if (axes->count) envmapi_near_needs(w, s, axes), ++*count, --x;
         }
     tile->count = *count - tile->first;
 }
@@ -6945,7 +7132,9 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     s->rows = (envmapi_near_row *)envmapi_pool_get(pool, (size_t)rows, sizeof *s->rows);
     s->tiles = (envmapi_near_tile *)envmapi_pool_get(pool, (size_t)(faces * across * down),
                                                      sizeof *s->tiles);
-    if (!s->axes || !s->rows || !s->tiles) return ENVMAP_ERROR_MEMORY;
+    envmapi_window *w = (envmapi_window *)envmapi_pool_get(pool, 1, sizeof *w);
+    if (!s->axes || !s->rows || !s->tiles || !w) return ENVMAP_ERROR_MEMORY;
+    w->knot = 0;
     memset(s->rows, 0, (size_t)rows * sizeof *s->rows);
     s->tile_count = 0, s->count = s->area = 0;
     for (int i = 0; i < faces * across * down; ++i) {
@@ -6954,7 +7143,7 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
         for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
         tile->face = face, tile->x = i % across * s->tile;
         tile->y = i / across % down * s->tile;
-        if (first) envmapi_near_line(s, tile, &count, most), s->tile_count += tile->count > 0;
+        if (first) envmapi_near_line(w, s, tile, &count, most), s->tile_count += tile->count > 0;
     }
     for (int i = 0; i < rows; ++i)
         s->rows[i].first = s->count, s->count += (size_t)(s->rows[i].to - s->rows[i].from);
@@ -7068,9 +7257,6 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (!s->tail) s->R = envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
     if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
-    for (int k = 0; k < 5; ++k)
-        for (int i = 0; i < k + 2; ++i)
-            s->gauss[k][i][1] = envmapi_gauss_many(&s->gauss[k][i][0], i, k + 2);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);
@@ -7085,7 +7271,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (!result) result = envmapi_near_table(s, tolerance, pool);
     s->tasks = envmapi_tasks(&desc->work), s->room = 6 * (size_t)level->width + 1024;
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
-    s->bytes = (s->bytes + s->area * (ENVMAPI_NEAR_AXES + 32) * sizeof(float) + 127) / 64 * 64;
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0));
+    s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;
     envmapi_run_all(&desc->work, envmapi_task_near_blocks, s, rows);
@@ -8290,10 +8477,9 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
     return 1;
 }
 
-/* Where pairs of texels are few, the definition is the fastest method too, and exact while it is a
-   sum over texels. Its integral of the bilinear radiance is some percent off where little light
-   comes from; near's is not (few_pairs_of_a_sharp_lobe_are_integrated), but for maps with rims.
-   GGX's tail would go through FAST, for which few texels are too coarse. */
+/* Where pairs of texels are few, the definition is the fastest method too while it is a sum over
+   texels. Its integral of the bilinear radiance takes longer than near's, which serves all maps but
+   those with rims. GGX's tail would go through FAST, for which few texels are too coarse. */
 static int envmapi_few_pairs(const envmap *dst, const envmap *src, const envmap_lobe *lobe) {
     double floats = (double)envmapi_slice_floats(dst, 0) * (double)envmapi_slice_floats(src, 0);
     int summed = lobe->kind == ENVMAP_LOBE_GGX || envmapi_is_disc(src->mapping) ||

@@ -4,7 +4,7 @@
 # Runs the tests, in their quick form, as other compilers, flags and machines see them, and prints a
 # table of it. A target whose packages are not here passes by and names them. LONG=1 runs the tests
 # that take minutes under an emulator, too.
-cd "$(dirname "$0")/.." || exit 1
+cd "$(dirname "$0")/.." && root=$PWD || exit 1
 table=
 [ "${1:-}" = -o ] && table=$2 && shift 2
 wanted=" $* "
@@ -45,7 +45,7 @@ target() { # NAME TESTS PACKAGES CC CFLAGS RUN [LIBS] [STRICT]
 
 qemu() { target "$1" "$few" "gcc-$1-linux-gnu qemu-user" "$1-linux-gnu-gcc" '-O2 -static' "qemu-$1"; }
 
-for cc in gcc-11 gcc-12 gcc-14 clang-13 clang-14 clang-16 clang-19; do
+for cc in gcc-11 gcc-12 gcc-14 clang-13 clang-14 clang-16 clang-19 clang-22; do
     target $cc "$more" $cc $cc -O2 ''
 done
 # tcc takes no NAN in a constant initializer.
@@ -72,9 +72,37 @@ export WINEPREFIX WINEDEBUG
 printf '%s\n' "'$wine' \"\$1.exe\" >\"\$1.out\"" 'status=$?' "tr -d '\\r' <\"\$1.out\"" 'exit $status' \
     >"$build/wine.sh"
 target mingw64 "$more" 'gcc-mingw-w64-x86-64 wine64' x86_64-w64-mingw32-gcc '-O2 -static' "sh $build/wine.sh"
+# The tool, too: what it bakes there is what it bakes here, byte for byte.
+windows_tool() {
+    names="$names mingw64-tool"
+    [ "$wanted" = '  ' ] || case $wanted in *' mingw64-tool '*) ;; *) return ;; esac
+    dir=$build/mingw64-tool cc=x86_64-w64-mingw32-gcc
+    rm -rf "$dir" && mkdir -p "$dir"
+    $cc "$build/probe.c" -o "$dir/probe.exe" 2>/dev/null && "$wine" "$dir/probe.exe" 2>/dev/null || {
+        echo 'target mingw64-tool passed by (Debian: gcc-mingw-w64-x86-64 wine64)'
+        return
+    }
+    line='0 passed, 1 failed'
+    make -s --no-print-directory "${BUILD:-build}/envmap" && here=$(cd "${BUILD:-build}" && pwd)/envmap &&
+        $cc -std=c99 -O2 -static $strict -I. examples/tool/envmap.c -o "$dir/envmap.exe" -lm -lpthread &&
+        cd "$dir" && "$here" generate sun sky.hdr --size 32 &&
+        "$here" bake sky.hdr here --size 16 >/dev/null &&
+        "$wine" envmap.exe bake sky.hdr 'out\there' --size 16 >/dev/null &&
+        "$wine" envmap.exe bake sky.hdr out/there --size 16 >/dev/null && # over what exists
+        cmp here/specular.ktx2 out/there/specular.ktx2 && cmp here/preview.png out/there/preview.png &&
+        cmp here/split-sum.ktx2 out/there/split-sum.ktx2 &&
+        cmp here/irradiance.ktx2 out/there/irradiance.ktx2 && [ -s out/there/manifest.json ] &&
+        "$wine" envmap.exe info - <sky.hdr | grep -q 'Radiance RGBE, 64 x 32' && line='1 passed, 0 failed'
+    cd "$root" || exit 1
+    n=${line#*, } passed=$((passed + ${line%% *})) failed=$((failed + ${n%% *}))
+    echo "target mingw64-tool: $line"
+    echo "| the tool, mingw64 | $($cc --version | head -n 1) | \`-O2 -static\` | wine64 | $line |" >"$dir/row"
+}
+windows_tool
+# Node 20 may crash at the end of a program unless it has one thread.
 target wasm32 "$more" 'clang wasi-libc libclang-rt-14-dev-wasm32 lld nodejs' clang \
     '-O2 --target=wasm32-wasi -D_WASI_EMULATED_PROCESS_CLOCKS' \
-    'node --no-warnings tests/compile/wasi.js' \
+    'node --no-warnings --single-threaded tests/compile/wasi.js' \
     '-lm -lwasi-emulated-process-clocks -Wl,-z,stack-size=1048576'
 
 # Of every target that has been run here, now or before.
@@ -88,6 +116,7 @@ if [ -n "$table" ]; then
         echo '`-Ofast` and `-ffast-math` the bodies of the header are compiled so, and the tests are not:'
         echo 'they could not tell what is not a number. clang then divides by multiplying with the'
         echo "reciprocal, so coordinates on a cube's edges may miss 0 and 1 by a rounding."
+        echo 'The tool is built for Windows, too, and what it bakes there compared byte for byte.'
         echo
         echo '| target | compiler | flags | run by | tests |'
         echo '|---|---|---|---|---|'

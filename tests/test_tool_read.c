@@ -9,6 +9,7 @@
 #include "examples/tool/layouts.h"
 #include "examples/tool/orientation.h"
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <stdint.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -819,6 +820,29 @@ static void files_are_written_by_their_ending(void) {
     check_tool("convert @kind.pfm @out.jpg", 1, "end it in");
 }
 
+/* Every file of an octahedral map can have a border; what has none is told so. */
+static void octahedral_maps_get_a_border_where_asked(void) {
+    static const char *const commands[] = {"generate labels @b.pfm", "convert @kind.pfm @b.pfm",
+                                           "filter @kind.pfm @b.pfm --lobe phong"};
+    char line[256];
+    check_tool("generate labels @kind.pfm --to cube --size 8", 0, NULL);
+    for (int k = 0; k < 3; ++k) {
+        envmap map = {0};
+        snprintf(line, sizeof line, "%s --to octahedral --size 12 --border 2", commands[k]);
+        check_tool(line, 0, NULL);
+        CHECK(!envmap_pfm_load(&map, file_at("b.pfm"), ENVMAP_OCTAHEDRAL) && map.size == 16);
+        for (int i = 0; i < 12 && map.texels; ++i) /* the first row inside, turned, and outside */
+            CHECK(!memcmp(envmap_texel(&map, 0, 0, 0, 2 + i, 2),
+                          envmap_texel(&map, 0, 0, 0, 13 - i, 1), 12));
+        envmap_free(&map);
+    }
+    check_tool("mips @kind.pfm @border- --to octahedral --size 8 --border 2", 0, "border-1.pfm");
+    CHECK(!strstr(said, "border-2.pfm"));
+    check_tool("convert @kind.pfm @b.pfm --border 2", 1, "--to octahedral");
+    check_tool("convert @kind.pfm @b.pfm --to octahedral --size 4 --border 5", 3, "wider than");
+    check_tool("convert @kind.pfm @b.pfm --to octahedral --size 16384 --border 1", 3, "smaller");
+}
+
 /* A link to a device is written through and stays; a name that cannot be written leaves nothing. */
 static void links_to_devices_stay_and_failures_leave_nothing(void) {
     static const char *const commands[] = {"convert @sky.pfm @link.%s --to cube --size 64",
@@ -926,6 +950,24 @@ static void wrong_use_is_said_in_words(void) {
     check_tool("filter @sky.pfm @out.pfm --lobe phong --scale 2", 1, "--raw");
     check_tool("filter @sky.pfm @out.pfm --lobe phong --threshold 1", 1, "hierarchical");
     check_tool("filter @sky.pfm @out.pfm --lobe banks --to latlong --size 4", 1, "one slice");
+}
+
+/* Files may grow to 4096 bytes only; the message is one of its own, and no temporary is left. */
+static void a_file_that_may_not_grow_leaves_nothing(void) {
+    struct rlimit before, small;
+    char line[4200];
+    write_bad("sky.pfm", 2);
+    snprintf(line, sizeof line, "%s/full", folder);
+    mkdir(line, 0777);
+    getrlimit(RLIMIT_FSIZE, &before);
+    small = before, small.rlim_cur = 4096;
+    setrlimit(RLIMIT_FSIZE, &small);
+    snprintf(line, sizeof line, "convert @sky.pfm %s/full/a.pfm --to cube --size 64", folder);
+    int status = tool(line);
+    setrlimit(RLIMIT_FSIZE, &before);
+    CHECK(status == 2 && strstr(said, "too large"));
+    snprintf(line, sizeof line, "%s/full", folder);
+    CHECK(rmdir(line) == 0); /* it is empty */
 }
 
 static void what_the_system_refuses_is_said_in_words(void) {
@@ -1076,11 +1118,13 @@ int main(int argc, char **argv) {
     RUN(the_tool_reads_every_format_and_standard_input);
     RUN(six_files_are_a_cube);
     RUN(files_are_written_by_their_ending);
+    RUN(octahedral_maps_get_a_border_where_asked);
     RUN(links_to_devices_stay_and_failures_leave_nothing);
     RUN(the_labelled_sky_has_a_colour_for_each_axis);
     RUN(bad_samples_are_cleaned_by_all_commands_and_it_is_said);
     RUN(info_remarks_on_what_programs_do_to_files);
     RUN(wrong_use_is_said_in_words);
+    RUN(a_file_that_may_not_grow_leaves_nothing);
     RUN(what_the_system_refuses_is_said_in_words);
 #ifndef TOOL_EXR
     RUN(without_the_library_an_exr_names_the_package);

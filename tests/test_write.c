@@ -16,6 +16,7 @@
 #include "examples/tool/write_hdr.h"
 #include "examples/tool/write_pfm.h"
 #include "examples/tool/write_png.h"
+#include "examples/tool/border.h"
 #include "textures.h"
 
 static char folder[] = "/tmp/envmap-write-XXXXXX";
@@ -186,6 +187,67 @@ static void paraboloids_and_slices_are_refused(void) {
     }
     CHECK(files_in_folder() == 0);
     envmap_free(&map), envmap_free(&slices);
+}
+
+/* What a sampler that knows of no folds and clamps sees at (u,v) of a file's level. */
+static void bilinear(double rgb[3], const texture_file *file, int level, double u, double v) {
+    int w = texture_file_width(file, level), h = texture_file_height(file, level);
+    double x = u * w - 0.5, y = v * h - 0.5, a = x - floor(x), b = y - floor(y);
+    memset(rgb, 0, 3 * sizeof *rgb);
+    for (int k = 0; k < 4; ++k) {
+        int i = (int)floor(x) + (k & 1), j = (int)floor(y) + (k >> 1);
+        double texel[3] = {0, 0, 0}, part = ((k & 1) ? a : 1 - a) * (k > 1 ? b : 1 - b);
+        i = i < 0 ? 0 : i < w ? i : w - 1, j = j < 0 ? 0 : j < h ? j : h - 1;
+        CHECK(texture_file_texel(texel, file, level, 0, i, j));
+        for (int c = 0; c < 3; ++c) rgb[c] += part * texel[c];
+    }
+}
+
+/* The worst difference of a level with its border from envmap_lookup, relative to the brightest;
+   every second place is within a texel of an edge, and some are corners. */
+static double worst_of_border(const envmap *map, const texture_file *file, int border, int level) {
+    unsigned long long seed = 5;
+    double most = 0, worst = 0, edge = 1.0 / (map->size >> level);
+    double b = border / (double)(map->size + 2 * border);
+    for (int i = 0; i < 4000; ++i) {
+        double at[2] = {test_random(&seed), test_random(&seed)}, rgb[3];
+        float d[3], want[3], u, v;
+        int face;
+        if (i % 2) at[i / 2 % 2] = i / 4 % 2 ? 1 - edge * at[i / 2 % 2] : edge * at[i / 2 % 2];
+        if (i < 16) at[0] = i & 1, at[1] = i >> 1 & 1;
+        envmap_direction(d, ENVMAP_OCTAHEDRAL, 0, (float)at[0], (float)at[1]);
+        envmap_lookup(want, map, d, (float)level);
+        envmap_coordinates(&face, &u, &v, ENVMAP_OCTAHEDRAL, d);
+        bilinear(rgb, file, level, b + (1 - 2 * b) * (double)u, b + (1 - 2 * b) * (double)v);
+        for (int c = 0; c < 3; ++c) {
+            most = fmax(most, (double)want[c]);
+            worst = fmax(worst, fabs(rgb[c] - (double)want[c]));
+        }
+    }
+    return worst / most;
+}
+
+static void with_a_border_a_plain_sampler_sees_no_edge(void) {
+    static const int shapes[][3] = {{16, 4, 3}, {7, 1, 1}, {12, 12, 3}, {1, 1, 1}};
+    for (int s = 0; s < 4; ++s) {
+        int size = shapes[s][0], border = shapes[s][1];
+        envmap map = a_map(ENVMAP_OCTAHEDRAL, size, envmap_levels(size)), wide = {0};
+        CHECK(!border_map(&wide, &map, border));
+        CHECK(wide.size == size + 2 * border && wide.levels == shapes[s][2]);
+        texture t = {0};
+        t.map = &wide, t.format = TEXEL_RGBA32F;
+        CHECK(write_ktx2(&t, in_folder("border.ktx2")) == 0);
+        texture_file file = texture_ktx2(path);
+        CHECK(file.good);
+        for (int l = 0; l < wide.levels; ++l)
+            FIGURE("octahedral with border: a bilinear sample, of the brightest",
+                   worst_of_border(&map, &file, border, l), 1e-6);
+        texture_file_free(&file);
+        envmap_free(&wide), envmap_free(&map);
+    }
+    envmap cube = a_map(ENVMAP_CUBE, 4, 1), out = {0};
+    CHECK(border_map(&out, &cube, 1) == ENVMAP_ERROR_ARGUMENT && !out.texels);
+    envmap_free(&cube);
 }
 
 /* Half a unit of 8 bits of the brightest channel. */
@@ -430,6 +492,7 @@ int main(void) {
     RUN(ktx1_files_hold_the_map);
     RUN(dds_files_hold_the_map);
     RUN(paraboloids_and_slices_are_refused);
+    RUN(with_a_border_a_plain_sampler_sees_no_edge);
     RUN(radiance_files_hold_the_map);
     RUN(radiance_pixels_come_back_as_they_were);
     RUN(six_faces_and_pfm_are_what_the_map_holds);

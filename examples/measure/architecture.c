@@ -60,6 +60,7 @@ static const struct described {
     {"reference", METHODS, "a slice, a lobe", "a slice of the result, by the definition's sum"},
     {"hierarchical", METHODS, "a slice, a lobe, a threshold", "the same sum over nodes of a tree"},
     {"windows", METHODS, "an axis, a radius, a face", "a rectangle of (u, v), nodes over it"},
+    {"kernels", METHODS, "a sharp lobe, axes side by side", "what each texel in sight counts"},
     {"near", METHODS, "a slice, a sharp lobe, a tolerance", "that sum over the texels within reach"},
     {"scene", METHODS, "a slice", "its contrast at every scale, its lights"},
     {"fast", METHODS, "a slice, its scene, lobes, a tolerance",

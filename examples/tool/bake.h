@@ -164,7 +164,6 @@ static inline int bake_refuse(const options *o) {
 }
 
 static inline int run_bake(const options *o) {
-    struct sigaction action;
     DIR *directory;
     int status = bake_refuse(o);
     if (status) return status;
@@ -172,10 +171,8 @@ static inline int run_bake(const options *o) {
         o->lobe != LOBE_CHARLIE)
         return fail(USAGE_ERROR, lobe_words[o->lobe], "is no lobe of a chain",
                     "--lobe ggx, phong or charlie");
-    memset(&action, 0, sizeof action);
-    action.sa_handler = bake_stop;
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
+    signal(SIGINT, bake_stop);
+    signal(SIGTERM, bake_stop);
     directory = opendir(o->files[0]);
     if (!directory) return bake_one(o, o->files[0], o->files[1]);
     status = bake_folder(o, directory);

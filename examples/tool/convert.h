@@ -44,6 +44,7 @@ static inline int run_convert(const options *o) {
     if (status) return status;
     status = create_output(&out, &in, o, 1, in.slices);
     if (!status) status = resample(&out, &in, o);
+    if (!status) status = add_border(&out, o);
     if (!status) status = save(&out, o->files[1], o);
     envmap_free(&in);
     envmap_free(&out);
@@ -71,6 +72,7 @@ static inline int run_mips(const options *o) {
     status = create_output(&out, &in, o, 0, in.slices);
     if (!status) status = resample(&out, &in, o);
     if (!status) status = check(envmap_mips_build(&out), o->files[0]);
+    if (!status) status = add_border(&out, o);
     if (!status && whole) status = save(&out, o->files[1], o);
     else if (!status) status = save_levels(&out, o->files[1]);
     envmap_free(&in);
@@ -92,7 +94,8 @@ static inline int run_generate(const options *o) {
     if (status) return status;
     if (scene < SCENE_COUNT) scene_fill(&map, scene);
     else labels_fill(&map);
-    status = save(&map, o->files[1], o);
+    status = add_border(&map, o);
+    if (!status) status = save(&map, o->files[1], o);
     envmap_free(&map);
     return status;
 }

@@ -7,6 +7,7 @@
    Exit status: 0 done, 1 wrong use, 2 a file or its format, 3 a value out of range or a filter that
    was refused.
 
+   system.h     what it wants of POSIX, for Windows
    memory.h     large pages for large maps
    messages.h   what was wrong, where, what to do
    options.h    one table: parsing, ranges and help come from it
@@ -15,7 +16,7 @@
    layouts.h    which map a picture is
    orientation.h  which way it looks
    load.h       all of these: from a file to a map
-   save.h       from a map to a file
+   save.h       from a map to a file; border.h: with a border that folds as the sphere does
    look.h       commands info, compare
    convert.h    commands convert, mips, generate
    filter.h     commands plan, filter, sh
@@ -27,12 +28,13 @@
 
 #define _DEFAULT_SOURCE /* madvise, for memory.h */
 #define _XOPEN_SOURCE   700
+#define _FILE_OFFSET_BITS 64 /* files beyond 2 GiB */
+#include "system.h"
 #include "memory.h"
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -53,6 +55,7 @@
 #include "write_dds.h"
 #include "write_hdr.h"
 #include "bake_presets.h"
+#include "border.h"
 
 #include "read.h"
 #include "layouts.h"
@@ -114,10 +117,10 @@ static const command commands[] = {
      "envmap bake sky.hdr out/ --for filament --sun", run_bake},
     {"info", "FILE", 1, LOAD_OPTIONS, "Prints shape, radiance, contrast and damage of a map.",
      "envmap info sky.hdr", run_info},
-    {"convert", "IN OUT", 2, LOAD_OPTIONS "--to --size --format --exposure ",
+    {"convert", "IN OUT", 2, LOAD_OPTIONS "--to --size --border --format --exposure ",
      "Brings a map into another parameterization, size or kind of file.",
      "envmap convert sky.hdr sky-cube.pfm --to cube --size 128", run_convert},
-    {"mips", "IN PREFIX|OUT.ktx2", 2, LOAD_OPTIONS "--to --size --format ",
+    {"mips", "IN PREFIX|OUT.ktx2", 2, LOAD_OPTIONS "--to --size --border --format ",
      "Writes every mip level, weighted by solid angle: PREFIX0.pfm ..., or a ktx2, ktx or dds.",
      "envmap mips sky.hdr sky-level- --to cube --size 128", run_mips},
     {"plan", "IN", 1,
@@ -125,8 +128,8 @@ static const command commands[] = {
      "Says how much of everything a map, a lobe and a tolerance need, why, and what it will cost.",
      "envmap plan sky.hdr --lobe phong --exponent 100 --tolerance 1e-3", run_plan},
     {"filter", "IN OUT", 2,
-     LOAD_OPTIONS "--to --size --slices --lobe --exponent --sharpness --alpha --s --raw "
-                  "--scale "
+     LOAD_OPTIONS "--to --size --border --slices --lobe --exponent --sharpness --alpha --s "
+                  "--raw --scale "
                   "--method --tolerance --threshold --threads --format --exposure --progress ",
      "Filters a map with a lobe into a cube as small as `plan` says, or what --to and --size say.",
      "envmap filter sky.hdr gloss.pfm --lobe phong --exponent 50 --to cube --size 32", run_filter},
@@ -135,7 +138,7 @@ static const command commands[] = {
      "envmap sh sky.hdr --glsl", run_sh},
     {"compare", "A B", 2, LOAD_OPTIONS, "Prints how far A is from B, the truth.",
      "envmap compare fast.pfm exact.pfm --mapping cube", run_compare},
-    {"generate", "SCENE OUT", 2, "--to --size --format --exposure ",
+    {"generate", "SCENE OUT", 2, "--to --size --border --format --exposure ",
      "Makes an environment, overcast, studio or sun, or a sky with labels on its axes: labels.",
      "envmap generate sun sun.pfm --to latlong --size 256", run_generate},
     {"demo", "DIR", 1, "--threads --progress ",
@@ -193,17 +196,9 @@ static int run(char **arguments) {
     return fail(USAGE_ERROR, "no such command", name, "envmap --help lists them");
 }
 
-/* Where standard input, output or error is closed, its number must not go to a file that is opened
-   later: it is a device that can only be read, so that printing to it fails and is noticed. */
-static void hold_standard_streams(void) {
-    int k;
-    for (k = 0; k < 3; k++)
-        if (fcntl(k, F_GETFD) == -1 && open("/dev/null", O_RDONLY) != k) return;
-}
-
 int main(int argc, char **argv) {
     int status;
-    hold_standard_streams();
+    system_start();
     status = run(argv + (argc > 0));
     if ((fflush(stdout) || ferror(stdout)) && status == DONE)
         status = fail(FILE_ERROR, "standard output", why_not(errno), NULL);

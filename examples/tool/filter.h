@@ -223,6 +223,7 @@ static inline int run_filter(const options *o) {
     if (!status) status = load(&in, o->files[0], o);
     if (status) return status;
     status = filter_into(&out, &in, o);
+    if (!status) status = add_border(&out, o);
     if (!status) status = save(&out, o->files[1], o);
     envmap_free(&in);
     envmap_free(&out);

@@ -12,7 +12,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 /* The options that load() heeds. */
 #define LOAD_OPTIONS "--mapping --from --flip --horizon --from-convention --rotate --limit "

@@ -8,17 +8,21 @@
 #define MEMORY_H
 
 #include <stdlib.h>
+#ifdef __unix__
 #include <sys/mman.h>
+#endif
 
 static inline void *memory_get(size_t bytes) {
+#ifdef MADV_HUGEPAGE
     const size_t page = (size_t)2 << 20;
     void *block = NULL;
-    if (bytes < 4 * page) return malloc(bytes);
-    if (posix_memalign(&block, page, bytes)) return NULL;
-#ifdef MADV_HUGEPAGE
-    madvise(block, bytes, MADV_HUGEPAGE); /* no harm where it is refused */
+    if (bytes >= 4 * page) {
+        if (posix_memalign(&block, page, bytes)) return NULL;
+        madvise(block, bytes, MADV_HUGEPAGE); /* no harm where it is refused */
+        return block;
+    }
 #endif
-    return block;
+    return malloc(bytes);
 }
 
 #define ENVMAP_MALLOC(context, bytes) ((void)(context), memory_get(bytes))

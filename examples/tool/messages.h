@@ -29,6 +29,7 @@ static inline const char *why_not(int error) {
     case EACCES:
     case EPERM: return "you have no permission for it";
     case EROFS: return "the disk can only be read";
+    case EFBIG: return "is too large for a file here";
     case ENOSPC: return "there is no space left";
     case EBADF: return "is closed";
     default: return error ? strerror(error) : "cannot be read or written";

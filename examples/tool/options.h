@@ -20,6 +20,7 @@ typedef struct options {
     double exponent, sharpness, alpha, s, scale, tolerance, threshold, exposure;
     int raw, glsl, window, progress, help;
     int format;                    /* texel_format of what is written */
+    int border;                    /* texels around an octahedral map that is written */
     int flip, horizon, convention; /* of what is read; horizon: -1 if not given */
     double limit, rotate[3];
     int engine, levels, sun, sheen, verify; /* of bake; levels: 0 if not given */
@@ -76,6 +77,8 @@ static const option_spec option_table[] = {
      "the most radiance to let pass (default 0: all that is finite)"},
     {"--to", WORD, AT(to), 0, 0, mapping_words, "parameterization of the output"},
     {"--size", INTEGER, AT(size), 1, 16384, NULL, "face edge in texels (lat-long: its height)"},
+    {"--border", INTEGER, AT(border), 1, 8192, NULL,
+     "so many texels around the map, with --to octahedral, for bilinear samplers"},
     {"--slices", INTEGER, AT(slices), 1, 4096, NULL,
      "slices of the third dimension (default 1; banks 16)"},
     {"--lobe", WORD, AT(lobe), 0, 0, lobe_words, "which lobe (default mirror; of a chain ggx)"},
@@ -233,18 +236,20 @@ static inline int parse_option(options *o, const command *c, char **arguments, i
     return store_option(o, option, value ? value + 1 : arguments[(*i)++]);
 }
 
-/* What belongs to one lobe or method must not be given with another: it would do nothing. */
+/* What belongs to one lobe, method or mapping would do nothing with another: it is refused. */
 static inline int check_unused(const options *o) {
     static const struct {
         const char *option, *use;
     } uses[] = {{"--exponent", "--lobe phong"}, {"--sharpness", "--lobe gaussian"},
                 {"--alpha", "--lobe ggx or charlie"},      {"--s", "--lobe banks"},
-                {"--scale", "--raw"},           {"--threshold", "--method hierarchical"}};
-    int used[6], u;
+                {"--scale", "--raw"},           {"--threshold", "--method hierarchical"},
+                {"--border", "--to octahedral"}};
+    int used[7], u;
     used[0] = o->lobe == LOBE_PHONG, used[1] = o->lobe == LOBE_GAUSSIAN;
     used[2] = o->lobe == LOBE_GGX || o->lobe == LOBE_CHARLIE, used[3] = o->lobe == LOBE_BANKS;
     used[4] = o->raw, used[5] = o->method == ENVMAP_METHOD_HIERARCHICAL;
-    for (u = 0; u < 6; u++)
+    used[6] = o->to == ENVMAP_OCTAHEDRAL;
+    for (u = 0; u < 7; u++)
         if (!used[u] && is_given(o, uses[u].option)) {
             char remedy[64];
             snprintf(remedy, sizeof remedy, "it goes with %s", uses[u].use);

@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
 
 static inline int ends_with(const char *text, const char *end) {
     size_t a = strlen(text), b = strlen(end);
@@ -107,6 +106,20 @@ static inline int save_faces(const envmap *map, const char *pattern, float expos
     return status;
 }
 
+/* --border: the map becomes the wider picture that is written. */
+static inline int add_border(envmap *map, const options *o) {
+    envmap wide = no_map;
+    int status;
+    if (!o->border) return DONE;
+    if (o->border > map->size)
+        return fail(RANGE_ERROR, "--border", "is wider than the map", "at most its --size");
+    status = check(border_map(&wide, map, o->border), "--border");
+    if (status) return status;
+    envmap_free(map);
+    *map = wide;
+    return DONE;
+}
+
 /* Level 0, and of containers all levels, as --exposure and --format say. */
 static inline int save(const envmap *map, const char *path, const options *o) {
     float exposure = picture_exposure(map) * exp2f((float)o->exposure);
@@ -128,7 +141,7 @@ static inline int make_folder(const char *path) {
     if (length >= sizeof part) return fail(FILE_ERROR, path, "the path is too long", NULL);
     for (i = 0; i <= length; i++) {
         part[i] = path[i];
-        if (i == 0 || (path[i] && path[i] != '/')) continue;
+        if (i == 0 || (path[i] && !strchr(SYSTEM_SLASHES, path[i])) || path[i - 1] == ':') continue;
         part[i] = 0;
         if (mkdir(part, 0777) && errno != EEXIST)
             return fail(FILE_ERROR, part, why_not(errno), "name a folder that can be created");

@@ -57,7 +57,11 @@ static inline void threads_run(void *user, envmap_task *task, void *context, int
 
 /* Processors of this machine. */
 static inline int threads_here(void) {
+#ifdef _WIN32
+    long count = pthread_num_processors_np();
+#else
     long count = sysconf(_SC_NPROCESSORS_ONLN);
+#endif
     return count < 1 ? 1 : count > THREADS_MOST ? THREADS_MOST : (int)count;
 }
 

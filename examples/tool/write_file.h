@@ -10,12 +10,9 @@
 #ifndef WRITE_FILE_H
 #define WRITE_FILE_H
 
-#include <errno.h>
-#include <stdio.h>
-#include <stdlib.h>
+#include "system.h"
+
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #define WRITE_PATH 4096
 
@@ -38,7 +35,7 @@ static inline int write_resolve(write_file *w, const char *path) {
 
 /* Opens a new file beside the path, with the permissions that a new file has. */
 static inline void write_temporary(write_file *w) {
-    mode_t mask = umask(0);
+    mode_t mask = (mode_t)umask(0);
     int descriptor;
     umask(mask);
     snprintf(w->temporary, sizeof w->temporary, "%s.XXXXXX", w->path);
@@ -73,7 +70,7 @@ static inline int write_close(write_file *w) {
     if (w->file && ferror(w->file) && !w->error) w->error = EIO; /* of what others wrote there */
     if (w->file && fclose(w->file) && !w->error) w->error = errno;
     w->file = NULL;
-    if (*w->temporary && !w->error && rename(w->temporary, w->path)) w->error = errno;
+    if (*w->temporary && !w->error && system_rename(w->temporary, w->path)) w->error = errno;
     if (*w->temporary && w->error) remove(w->temporary);
     *w->temporary = 0;
     return w->error;

@@ -119,8 +119,27 @@ fi
 
 ok "asserts off it is clean" $c -std=c99 -DNDEBUG -c "$dir/body.c" -o "$dir/ndebug.o"
 
-c99="$c -std=c99"
 links() { "$@" -lm && "$dir/a.out"; }
+c99="$c -std=c99"
+# Names that programs and their systems define, as numbers and with arguments: code that used one
+# would not compile. The bodies are held against the first only where it is no letter of the papers.
+names='near far min max small IN OUT ERROR interface PI EPS'
+letters='A B C D E F G H I J K L M N O P Q R S T U V W X Y Z'
+hostile() { # HOW NAMES FILE
+    flags=
+    for word in $2; do flags="$flags -D$word$1=)"; done
+    $c99 $flags -c "$3" -o "$dir/macros.o"
+}
+ok "macros of any name before the declarations break nothing" hostile '' "$names $letters" "$dir/alone.c"
+ok "macros with arguments, X(a, b), break no body" hostile '(a,b)' "$letters" "$dir/body.c"
+ok "macros $names break no body" hostile '' "$names" "$dir/body.c"
+windows=x86_64-w64-mingw32-gcc
+if command -v $windows >/dev/null; then
+    { echo '#include <windows.h>' && cat "$dir/body.c"; } >"$dir/windows.c"
+    ok "windows.h before it breaks nothing" $windows $warn -std=c99 -O2 -I"$here" -c "$dir/windows.c" -o "$dir/windows.o"
+else
+    echo "  windows.h passed by: no $windows here (Debian: gcc-mingw-w64-x86-64)"
+fi
 ok "-O3 -ffast-math refuses what is not finite" links $c99 -O3 -ffast-math \
     tests/compile/fast_math.c -o "$dir/a.out"
 ok "static it links and runs" links $c99 "$dir/static.c" -o "$dir/a.out"
