@@ -1727,17 +1727,17 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    so constants stay, and so does the energy of each texel, to second order.
      one mapping, fewer texels   rectangles                                   envmapi_task_nest
      more than 2 x finer         bilinear radiance at the centres             envmapi_task_lookup
-     another mapping             texels of dst as polygons on src's faces     envmapi_task_overlap
-   A polygon's sides are straight on a face of src. Its neighbours have the same sides, so that
-   polygons cover each cell of src once, whatever the sides' true shape is. Symmetries that both
-   maps have in common (16 of a cube and a lat-long) serve one polygon to as many texels.
-   Where j is smaller than i, boxes would show: i is spread by a box of t = 2 (1 - r) of its
-   extents, r being the ratio of the extents: the polygon is moved to both sides by the box's
-   deviation.
-   A side of 1/16 rad is straight enough. Near a lat-long's pole, and near a rim that is one point,
-   sides are made of pieces; the texel around that point is closed along the pole or the rim.
-   A face has 128 cells at least, and an angular map more near its rim, as the density is that of a
-   cell's centre.
+     another mapping             texels of dst as polygons on src's cells     envmapi_task_gather
+     near the poles of src       texels of src as polygons on dst's cells     envmapi_task_scatter
+   A polygon's sides are straight on a face, and its neighbours have the same sides, so that polygons
+   cover each cell once, whatever the sides' true shape is. Near a lat-long's poles and a rim that
+   is one point sides of dst are not straight, and a rim leaves slivers; so there src's texels are
+   the polygons, each of which counts as its whole solid angle. Symmetries that both maps have in
+   common (16 of a cube and a lat-long) serve one polygon to as many texels.
+   Where j is smaller than i, boxes would show: i is spread by a box of t = 2 (1 - r) texels, r
+   being the ratio of the extents: polygons are moved to both sides by the box's deviation.
+   A face has 128 cells at least, and 8 x 8 in each that a paraboloid's rim or a fold cuts, as the
+   density is that of a cell's centre.
    >>mips uses envmapi_task_nest and envmapi_span.  Source: [Jones99], first order.
    Tests: tests/test_maps.c; resampling_* . */
 
@@ -1890,12 +1890,16 @@ static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, 
 
 /* ---- bilinear radiance */
 
+/* Texels of X are polygons on the cells of Y. */
 typedef struct envmapi_resampling {
-    envmap dst, src;   /* one slice each */
-    int parts;         /* a texel of dst is parts x parts quadrangles, or its sides would be bent */
-    double *cosines;   /* of the edges of a lat-long src's rows */
-    int turn_count;    /* turns: at most 16, as the maps are not both cubes */
-    envmapi_turn *turns;
+    envmap dst, src, X, Y; /* one slice each */
+    int scatter;           /* X is src, of which texels near poles count; else dst */
+    int parts;             /* a texel is parts x parts polygons */
+    double zone, rim; /* around a pole of src: in radians; rows, or the radius in half texels */
+    double *cosines;  /* of the edges of a lat-long's rows */
+    double *light;    /* scattered: RGB and solid angle of texels of dst; or NULL */
+    int turn_count;
+    envmapi_turn *turns; /* at most 16, as the maps are not both cubes */
 } envmapi_resampling;
 
 /* A texel of dst: src at its centre. */
@@ -1916,17 +1920,82 @@ static void envmapi_task_lookup(void *context, int row) {
     for (size_t x = 0; x < width; ++x) envmapi_resample_lookup(r, (size_t)row * width + x);
 }
 
-/* ---- how much of cells a contour covers */
+/* ---- charts: faces of Y; of an octahedral map, those of the octahedron */
+
+static int envmapi_chart(int mapping, const double d[3]) {
+    if (mapping != ENVMAP_OCTAHEDRAL) return envmapi_face(mapping, d);
+    return (d[0] < 0) + 2 * (d[1] < 0) + 4 * (d[2] < 0);
+}
+
+/* Where a direction is on a chart and beyond its edges, in cells; 0: too far beyond. Rows of a
+   lat-long are as high as their solid angle. */
+static int envmapi_chart_place(double at[2], const envmapi_resampling *r, int chart,
+                               const double d[3]) {
+    int mapping = r->Y.mapping, n = r->Y.size;
+    if (mapping == ENVMAP_OCTAHEDRAL) {
+        double x = chart & 1 ? -d[0] : d[0], y = chart & 2 ? -d[1] : d[1];
+        double z = chart & 4 ? -d[2] : d[2], all = x + y + z;
+        if (all < 0.1) return 0;
+        at[0] = chart & 2 ? 1 - z / all : x / all, at[1] = chart & 2 ? 1 - x / all : z / all;
+        for (int k = 0; k < 2; ++k) at[k] = 0.5 * n * (1 + (chart >> 2 * k & 1 ? -at[k] : at[k]));
+        return 1;
+    }
+    if (mapping == ENVMAP_PARABOLOID && (chart ? -d[2] : d[2]) < -0.5) return 0;
+    if (mapping == ENVMAP_CUBE) {
+        const signed char *m = envmapi_cube[chart][2];
+        if (m[0] * d[0] + m[1] * d[1] + m[2] * d[2] < 0.1) return 0;
+    }
+    envmapi_project(at, mapping, chart, d);
+    at[0] *= envmapi_width(mapping, n), at[1] *= n;
+    if (mapping == ENVMAP_LATLONG) {
+        int row = (int)envmapi_clamp(at[1], 0, n - 1);
+        const double *edge = r->cosines + row;
+        at[1] = row + envmapi_clamp((edge[0] - d[1]) / (edge[0] - edge[1]), 0, 1);
+    }
+    return 1;
+}
+
+/* Solid angle of a cell, as dense everywhere as at its centre; each is fine x fine of Y's. */
+static double envmapi_chart_cell(const envmapi_resampling *r, int chart, int x, int y, int fine) {
+    int mapping = r->Y.mapping, n = r->Y.size * fine, X = 2 * x + 1 - n, Z = 2 * y + 1 - n;
+    double part = 1.0 / n / n;
+    if (mapping == ENVMAP_LATLONG) return (r->cosines[y] - r->cosines[y + 1]) * ENVMAPI_PI / n;
+    if (mapping == ENVMAP_SPHERE) return 16 * part;
+    if (mapping == ENVMAP_OCTAHEDRAL) { /* a cell on a fold is half here, half on another chart */
+        int below = abs(X) + abs(Z) - n;
+        if (chart & 2) below = -below;
+        if (below > 0 || X * (chart & 1 ? -1 : 1) < 0 || Z * (chart & 4 ? -1 : 1) < 0) return 0;
+        if (!below) part /= 2;
+    } else if (mapping == ENVMAP_PARABOLOID) {
+        double radius = hypot(X, Z), out = (n - radius) * radius / (abs(X) + abs(Z) + 1e-9);
+        part *= envmapi_clamp(0.5 + 0.5 * out, 0, 1);
+    }
+    return part * envmapi_density(mapping, (x + 0.5) / n, (y + 0.5) / n);
+}
+
+/* Whether a rim or a fold cuts a rectangle of cells; or whether an angular map's rim is near. */
+static int envmapi_chart_cut(const envmap *Y, const int from[2], const int to[2]) {
+    double mid[2], half[2], n = Y->size;
+    for (int k = 0; k < 2; ++k) mid[k] = fabs(from[k] + to[k] - n), half[k] = to[k] - from[k];
+    double far_x = mid[0] + half[0], far_y = mid[1] + half[1], inner_x = fmax(mid[0] - half[0], 0),
+           inner_y = fmax(mid[1] - half[1], 0);
+    if (Y->mapping == ENVMAP_ANGULAR) return hypot(far_x, far_y) > n - 32;
+    if (Y->mapping == ENVMAP_PARABOLOID)
+        return hypot(far_x, far_y) > n && hypot(inner_x, inner_y) < n;
+    return Y->mapping == ENVMAP_OCTAHEDRAL &&
+           (mid[0] < half[0] || mid[1] < half[1] || (far_x + far_y > n && inner_x + inner_y < n));
+}
+
+/* ---- how much of cells a polygon covers */
 
 #define ENVMAPI_BOX   16
-#define ENVMAPI_SIDES 256
+#define ENVMAPI_SIDES 64
 
-/* A closed line in cells of a face of src. */
-typedef struct envmapi_contour {
-    double at[ENVMAPI_SIDES][2], shift[2]; /* shift: to both sides, where cells are smoothed */
-    double azimuth, radius, sign;          /* of the last point, near a rim; else radius < 0 */
-    int count, face;
-} envmapi_contour;
+typedef struct envmapi_polygon {
+    double at[ENVMAPI_SIDES][2], by[4][2]; /* corners in cells, and what they are moved by */
+    double unit;                           /* of which it counts */
+    int count, moves, chart;
+} envmapi_polygon;
 
 typedef struct envmapi_box {
     int x, y, width, height;
@@ -1974,39 +2043,43 @@ static void envmapi_box_side(envmapi_box *box, double x0, double y0, double x1, 
 }
 
 /* Each cell is fine x fine ones. */
-static void envmapi_box_fill(envmapi_box *box, const envmapi_contour *c, double fine) {
+static void envmapi_box_fill(envmapi_box *box, const envmapi_polygon *p, double fine) {
     memset(box->area, 0, (size_t)box->height * sizeof box->area[0]);
-    for (int move = 0; move < 4; ++move) {
-        double x = (move & 1 ? c->shift[0] : -c->shift[0]) * fine - box->x;
-        double y = (move & 2 ? c->shift[1] : -c->shift[1]) * fine - box->y;
-        if (move && !(c->shift[0] + c->shift[1] > 0)) break;
-        for (int i = 0; i < c->count; ++i) {
-            const double *a = c->at[i], *b = c->at[i + 1 < c->count ? i + 1 : 0];
+    for (int move = 0; move < p->moves; ++move) {
+        double x = p->by[move][0] * fine - box->x, y = p->by[move][1] * fine - box->y;
+        for (int i = 0; i < p->count; ++i) {
+            const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
             envmapi_box_side(box, x + a[0] * fine, y + a[1] * fine, x + b[0] * fine,
                              y + b[1] * fine);
         }
     }
 }
 
-/* ---- a texel of dst and its images */
+/* ---- a texel of X and its images */
 
 typedef struct envmapi_orbit {
     int face, x, y, count;
     size_t texel[16];            /* images, each once */
-    const envmapi_place *at[16]; /* where a turn that leads there takes the faces of src */
-    double sums[16][3], all;     /* all: solid angle, in any unit */
-    int smooth;                  /* the face on which cells are smoothed, by shifts; or -1 */
-    double shift[2];
-    envmapi_contour sides; /* of the texel, or of a part of it */
+    const envmapi_place *at[16]; /* where a turn that leads there takes the faces of Y */
+    double sums[16][4], all;     /* RGB, gathered or to be scattered; solid angle */
+    double scale;                /* of what is scattered; 0: nothing yet */
+    struct {
+        int x, y;
+        double w;
+    } taps[ENVMAPI_BOX * ENVMAPI_BOX]; /* cells of Y */
+    int tap_count, tap_low, tap_high;  /* low, high: columns */
+    envmapi_polygon polygon;
     envmapi_box box;
 } envmapi_orbit;
 
 /* 0: another texel of the orbit comes first. */
 static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r) {
     int kept = 0; /* by how many turns; if by one only, no image comes twice */
-    o->count = 0, o->all = 0;
+    o->count = 0, o->all = 0, o->scale = 0;
     for (int i = 0; i < r->turn_count; ++i) { /* the first is none */
-        o->texel[i] = envmapi_turned(&r->dst, r->turns[i].dst + o->face, o->x, o->y);
+        const envmapi_turn *turn = r->turns + i;
+        o->texel[i] =
+            envmapi_turned(&r->X, (r->scatter ? turn->src : turn->dst) + o->face, o->x, o->y);
         if (o->texel[i] < o->texel[0]) return 0;
         kept += o->texel[i] == o->texel[0];
     }
@@ -2014,405 +2087,283 @@ static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r) {
         for (k = kept > 1 ? 0 : o->count; k < o->count && o->texel[k] != o->texel[i];) ++k;
         if (k < o->count) continue;
         o->texel[k] = o->texel[i], ++o->count;
-        o->at[k] = r->turns[i].src;
-        for (int c = 0; c < 3; ++c) o->sums[k][c] = 0;
+        o->at[k] = r->scatter ? r->turns[i].dst : r->turns[i].src;
+        for (int c = 0; c < 3; ++c)
+            o->sums[k][c] = r->scatter ? (double)r->src.texels[3 * o->texel[k] + (size_t)c] : 0;
+        o->sums[k][3] = 1;
     }
     return 1;
 }
 
-/* A cell that lies beyond an edge of a face of edge n: where it is instead. */
-static void envmapi_cell_wrap(int mapping, int n, int *face, int *x, int *y) {
-    if (mapping == ENVMAP_LATLONG) {
-        if (*y < 0 || *y >= n) *y = (*y < 0 ? -1 : 2 * n - 1) - *y, *x += n;
-        *x = (*x % (2 * n) + 2 * n) % (2 * n);
-    } else if (*x < 0 || *y < 0 || *x >= n || *y >= n) {
-        if (mapping == ENVMAP_OCTAHEDRAL) { /* after twice its edge it comes again */
-            *x = (*x % (2 * n) + 3 * n) % (2 * n) - n, *y = (*y % (2 * n) + 3 * n) % (2 * n) - n;
-            envmapi_octa_neighbour(x, y, n);
-        } else {
-            envmapi_cube_neighbour(face, x, y, n);
-        }
-    }
-}
-
-/* Solid angle of a cell, in one unit for the whole of src, were it everywhere as dense as amid. */
-static double envmapi_cell_weight(const envmapi_resampling *r, int x, int y, int fine) {
-    int n = r->src.size * fine, face = 0;
-    if (r->src.mapping == ENVMAP_SPHERE) return 1;
-    envmapi_cell_wrap(r->src.mapping, n, &face, &x, &y);
-    if (r->src.mapping == ENVMAP_LATLONG) return r->cosines[y] - r->cosines[y + 1];
-    return envmapi_density(r->src.mapping, (x + 0.5) / n, (y + 0.5) / n) / (fine * fine);
-}
-
-/* Adds what the box covers to the texel and its images. Its corner is cell (x,y) of a face. */
-static void envmapi_orbit_gather(envmapi_orbit *o, const envmapi_resampling *r,
-                                 const envmapi_box *box, int face, int x, int y) {
-    ptrdiff_t n = r->src.size, width = envmapi_width(r->src.mapping, r->src.size);
-    const float *texels = r->src.texels;
-    unsigned char taps[ENVMAPI_BOX * ENVMAPI_BOX];
-    int count = 0;
-    for (int i = 0; i < box->height * ENVMAPI_BOX; ++i) {
-        double w = i % ENVMAPI_BOX < box->width ? box->area[i / ENVMAPI_BOX][i % ENVMAPI_BOX] : 0;
-        if (w > 0) taps[count++] = (unsigned char)i, o->all += w;
-    }
-    int inside = x >= 0 && y >= 0 && x + box->width <= width && y + box->height <= n;
-    for (int k = 0; k < o->count; ++k) {
+/* The taps of a face, and those of the images. */
+static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, int face) {
+    int width = envmapi_width(r->Y.mapping, r->Y.size), low = o->tap_low, high = o->tap_high;
+    for (int k = 0; k < o->count && o->scale >= 0; ++k) {
         const envmapi_place *to = o->at[k] + face;
-        ptrdiff_t right = to->xx + to->yx * width, down = to->xy + to->yy * width;
-        int from = to->x0 + to->xx * x + to->xy * y;
-        int wild = !inside;
-        if (r->src.mapping == ENVMAP_LATLONG) { /* a seam */
-            from += from < 0 ? (int)width : from >= width ? -(int)width : 0;
-            int end = from + to->xx * (box->width - 1);
-            wild |= end < 0 || end >= width;
-        }
-        ptrdiff_t corner = from + (to->y0 + to->yx * x + to->yy * y + to->face * n) * width;
+        ptrdiff_t right = to->xx + (ptrdiff_t)to->yx * width;
+        ptrdiff_t down = to->xy + (ptrdiff_t)to->yy * width, origin = to->x0, seam = 0;
         double red = 0, green = 0, blue = 0;
-        for (int i = 0; i < count; ++i) {
-            int dx = taps[i] % ENVMAPI_BOX, dy = taps[i] / ENVMAPI_BOX;
-            ptrdiff_t at = corner + dx * right + dy * down;
-            double w = box->area[dy][dx];
-            if (wild) {
-                int other = face, u = x + dx, v = y + dy;
-                envmapi_cell_wrap(r->src.mapping, (int)n, &other, &u, &v);
-                at = (ptrdiff_t)envmapi_turned(&r->src, o->at[k] + other, u, v);
+        if (r->Y.mapping == ENVMAP_LATLONG) { /* turned, the taps may lie across a seam */
+            int a = to->x0 + to->xx * low, b = to->x0 + to->xx * high, least = a < b ? a : b;
+            origin -= (ptrdiff_t)width * (least < 0 ? -1 : least / width);
+            least = (least + width) % width, seam = least + high - low >= width;
+        }
+        origin += (to->y0 + (ptrdiff_t)to->face * r->Y.size) * width;
+        for (int i = 0; i < o->tap_count; ++i) {
+            ptrdiff_t x = o->taps[i].x, y = o->taps[i].y, at = origin + x * right + y * down;
+            if (seam && at >= (to->y0 + to->yy * y + 1) * width) at -= width;
+            double w = o->taps[i].w;
+            if (r->scatter) {
+                envmapi_double4_add(envmapi_double4_at(r->light + 4 * at), w * o->scale,
+                                    envmapi_double4_at(o->sums[k]));
+            } else {
+                const float *texel = r->src.texels + 3 * at;
+                red += w * (double)texel[0], green += w * (double)texel[1];
+                blue += w * (double)texel[2];
             }
-            const float *texel = texels + 3 * at;
-            red += w * (double)texel[0], green += w * (double)texel[1];
-            blue += w * (double)texel[2];
         }
-        o->sums[k][0] += red, o->sums[k][1] += green, o->sums[k][2] += blue;
+        if (!r->scatter) o->sums[k][0] += red, o->sums[k][1] += green, o->sums[k][2] += blue;
     }
+    o->tap_count = 0;
 }
 
-/* Areas to weights of whole cells, in place. */
-static void envmapi_box_weigh(envmapi_box *box, const envmapi_resampling *r, int fine,
-                              double sign) {
-    for (int y = 0; y < box->height; ++y) {
-        double sum = 0;
-        for (int x = 0; x < box->width; ++x) {
-            double *to = &box->area[y / fine][x / fine], w = 0;
-            sum += box->area[y][x];
-            if (sum * sign > 1e-12)
-                w = sum * sign * envmapi_cell_weight(r, box->x + x, box->y + y, fine);
-            if (x % fine || y % fine) *to += w;
-            else *to = w;
+/* Whether a texel of src is near a pole: such are scattered, as sides of dst are not straight
+   there, and a rim may cut texels to slivers. */
+static int envmapi_scattered(const envmapi_resampling *r, int x, int y) {
+    int n = r->src.size;
+    double X = abs(2 * x + 1 - n) + 1, Y = abs(2 * y + 1 - n) + 1;
+    if (r->src.mapping == ENVMAP_LATLONG) return y < r->rim || n - 1 - y < r->rim;
+    return (r->src.mapping == ENVMAP_SPHERE || r->src.mapping == ENVMAP_ANGULAR) &&
+           X * X + Y * Y > r->rim * r->rim;
+}
+
+/* A cell of Y, of which w counts. What a paraboloid's rim cuts counts, with all polygons there are,
+   as its solid angle. */
+static void envmapi_orbit_tap(envmapi_orbit *o, const envmapi_resampling *r, int x, int y, double w,
+                              int fine) {
+    int from[2] = {x, y}, to[2] = {x + 1, y + 1};
+    if (!(w > 0) || (!r->scatter && envmapi_scattered(r, x, y))) return;
+    if (r->Y.mapping == ENVMAP_PARABOLOID && fine > 1 && envmapi_chart_cut(&r->Y, from, to)) {
+        double all = 1e-300;
+        for (int i = 0; i < fine * fine; ++i)
+            all += envmapi_chart_cell(r, 0, x * fine + i % fine, y * fine + i / fine, fine);
+        w *= envmapi_texel_cell(NULL, r->Y.mapping, r->Y.size, x, y) / all;
+    }
+    o->taps[o->tap_count].x = x, o->taps[o->tap_count].y = y, o->taps[o->tap_count++].w = w;
+    o->all += w;
+}
+
+/* A box's cells, fine x fine of it each. */
+static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int fine,
+                              double unit) {
+    const envmapi_polygon *p = &o->polygon;
+    const envmapi_box *box = &o->box;
+    o->tap_low = box->x / fine, o->tap_high = (box->x + box->width - 1) / fine;
+    for (int y = 0; y < box->height; y += fine) {
+        double w[ENVMAPI_BOX] = {0};
+        for (int row = y; row < y + fine; ++row) {
+            double sum = 0;
+            for (int x = 0; x < box->width; ++x) {
+                sum += box->area[row][x];
+                if (sum * unit > 1e-12)
+                    w[x / fine] += sum * unit *
+                                   envmapi_chart_cell(r, p->chart, box->x + x, box->y + row, fine);
+            }
         }
+        for (int x = 0; x * fine < box->width; ++x)
+            envmapi_orbit_tap(o, r, box->x / fine + x, (box->y + y) / fine, w[x], fine);
     }
-    box->width /= fine, box->height /= fine;
+    envmapi_orbit_flush(o, r, r->Y.mapping == ENVMAP_OCTAHEDRAL ? 0 : p->chart);
 }
 
-/* So many that the density changes little from one to the next; 0 beyond a rim. Cells x .. x + w,
-   y .. y + h. */
-static int envmapi_cell_fine(const envmapi_resampling *r, int x, int y, int w, int h) {
-    int n = r->src.size, fine = 1;
-    double want = 128.0 / n, X = fabs(2.0 * x + w - n), Y = fabs(2.0 * y + h - n);
-    if (r->src.mapping == ENVMAP_LATLONG || r->src.mapping == ENVMAP_SPHERE) return 1;
-    if (r->src.mapping == ENVMAP_ANGULAR) {
-        if (hypot(fmax(X - w, 0), fmax(Y - h, 0)) >= n) return 0;
-        want = fmax(want, 32 / fmax(n + 1 - hypot(X + w, Y + h), 1));
-    }
-    while (fine < want && fine < ENVMAPI_BOX) fine *= 2;
-    return fine;
-}
-
-/* Cells from (x,y) to `to`, and no more than `step` of them along each side, a power of 2. */
-static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r,
-                              const envmapi_contour *c, int x, int y, const int to[2], int step) {
-    int w = to[0] - x < step ? to[0] - x : step, h = to[1] - y < step ? to[1] - y : step;
-    int fine = envmapi_cell_fine(r, x, y, w, h);
-    envmapi_box *box = &o->box;
-    box->x = x * fine, box->y = y * fine, box->width = w * fine, box->height = h * fine;
-    if (fine * step <= ENVMAPI_BOX && fine) {
-        envmapi_box_fill(box, c, fine);
-        envmapi_box_weigh(box, r, fine, c->sign);
-        envmapi_orbit_gather(o, r, box, c->face, x, y);
-    }
-    for (int i = 0; i < 4 && fine * step > ENVMAPI_BOX; ++i) {
-        int left = x + (i & 1) * step / 2, top = y + i / 2 * step / 2;
-        if (left < to[0] && top < to[1]) envmapi_orbit_box(o, r, c, left, top, to, step / 2);
-    }
-}
-
-static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r,
-                                envmapi_contour *c) {
-    int size[2] = {envmapi_width(r->src.mapping, r->src.size), r->src.size}, from[2], to[2];
-    double area = 0, low[2] = {c->at[0][0], c->at[0][1]}, high[2] = {low[0], low[1]};
-    for (int i = 0; i < c->count; ++i) {
-        const double *a = c->at[i], *b = c->at[i + 1 < c->count ? i + 1 : 0];
+/* The polygon, box by box. Cells are divided until the density is even: a face has 128 at least. */
+static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
+    envmapi_polygon *p = &o->polygon;
+    int n = r->Y.size, from[2], to[2], fine = 1, mapping = r->Y.mapping;
+    double area = 0, low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9}, move[2] = {0, 0};
+    for (int i = 1; i < p->count && mapping == ENVMAP_LATLONG; ++i) /* a seam */
+        p->at[i][0] += 2 * n * floor((p->at[0][0] - p->at[i][0]) / (2 * n) + 0.5);
+    for (int i = 0; i < p->count; ++i) {
+        const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
         area += a[1] * b[0] - a[0] * b[1];
         for (int k = 0; k < 2; ++k)
             low[k] = a[k] < low[k] ? a[k] : low[k], high[k] = a[k] > high[k] ? a[k] : high[k];
     }
     for (int k = 0; k < 2; ++k) {
-        int beyond = c->shift[k] > 0 || r->src.mapping == ENVMAP_OCTAHEDRAL ||
-                     (k == 0 && r->src.mapping == ENVMAP_LATLONG);
-        low[k] -= c->shift[k], high[k] += c->shift[k];
-        if (!beyond) low[k] = fmax(low[k], 0), high[k] = fmin(high[k], size[k]);
-        from[k] = (int)floor(low[k]), to[k] = (int)ceil(high[k]);
+        int first = 0, end = n, wraps = !k && mapping == ENVMAP_LATLONG;
+        for (int i = 0; i < p->moves; ++i) move[k] = fmax(move[k], fabs(p->by[i][k]));
+        if (mapping == ENVMAP_OCTAHEDRAL) {
+            int lower = p->chart >> 2 * k & 1;
+            first = lower ? 0 : n / 2, end = lower ? (n + 1) / 2 : n;
+        }
+        from[k] = (int)floor(wraps ? low[k] - move[k] : fmax(low[k] - move[k], first));
+        to[k] = (int)ceil(wraps ? high[k] + move[k] : fmin(high[k] + move[k], end));
     }
-    c->sign = area > 0 ? 1 : -1;
-    for (int y = from[1]; y < to[1]; y += ENVMAPI_BOX)
-        for (int x = from[0]; x < to[0]; x += ENVMAPI_BOX)
-            envmapi_orbit_box(o, r, c, x, y, to, ENVMAPI_BOX);
+    if (from[0] >= to[0] || from[1] >= to[1]) return;
+    while (mapping != ENVMAP_LATLONG && mapping != ENVMAP_SPHERE && fine * n < 128 && fine < 16)
+        fine *= 2;
+    if (envmapi_chart_cut(&r->Y, from, to) && fine < 8) fine = 8;
+    int step = ENVMAPI_BOX / fine;
+    for (int y = from[1]; y < to[1]; y += step)
+        for (int x = from[0]; x < to[0]; x += step) {
+            o->box.x = x * fine, o->box.y = y * fine;
+            o->box.width = fine * (to[0] - x < step ? to[0] - x : step);
+            o->box.height = fine * (to[1] - y < step ? to[1] - y : step);
+            envmapi_box_fill(&o->box, p, fine);
+            envmapi_orbit_box(o, r, fine, area > 0 ? p->unit : -p->unit);
+        }
 }
 
-/* ---- contours */
+/* ---- texels as polygons */
 
-/* Where a direction is on a face of src, in cells. Rows of a lat-long are as high as their solid
-   angle, so that equal areas are equal solid angles. */
-static void envmapi_cell_place(double at[2], const envmapi_resampling *r, int face,
-                               const double d[3]) {
-    envmapi_project(at, r->src.mapping, face, d);
-    at[0] *= envmapi_width(r->src.mapping, r->src.size), at[1] *= r->src.size;
-    if (r->src.mapping != ENVMAP_LATLONG) return;
-    int row = (int)envmapi_clamp(at[1], 0, r->src.size - 1);
-    const double *edge = r->cosines + row;
-    at[1] = row + envmapi_clamp((edge[0] - d[1]) / (edge[0] - edge[1]), 0, 1);
-}
+/* A corner of X's texels, and where it is on Y. */
+typedef struct envmapi_corner {
+    double d[3], at[2], pole, out; /* pole: of Y, how far away; out: of the centre of a disc */
+    int chart;
+} envmapi_corner;
 
 /* The distance from where straight lines are bent, in radians: a lat-long's pole, a rim that is one
    point. */
 static double envmapi_pole_distance(int mapping, const double d[3]) {
-    double across = sqrt(d[0] * d[0] + d[1] * d[1]);
+    int along = mapping == ENVMAP_SPHERE ? d[2] < 0 : mapping == ENVMAP_ANGULAR && d[2] > 0;
     if (mapping == ENVMAP_LATLONG) return sqrt(d[0] * d[0] + d[2] * d[2]);
-    if (mapping == ENVMAP_SPHERE && d[2] < 0) return 0.4 * across;
-    return mapping == ENVMAP_ANGULAR && d[2] > 0 ? 0.4 * across : 1;
+    return along ? sqrt(d[0] * d[0] + d[1] * d[1]) : 1;
 }
 
-static void envmapi_contour_put(envmapi_contour *c, double x, double y) {
-    if (c->count >= ENVMAPI_SIDES) return;
-    c->at[c->count][0] = x, c->at[c->count][1] = y, ++c->count;
-}
-
-/* Near a rim a contour runs from point to point as a spiral does, and so along the rim. */
-static void envmapi_contour_turn(envmapi_contour *c, double n, double azimuth, double radius) {
-    double by = azimuth - c->azimuth, out = radius - c->radius, R = n / 2;
-    int rim = radius >= 1 && c->radius >= 1, steps = 1;
-    double want = fabs(by) * (rim ? 10 : 3) * sqrt(n), most = rim ? 60 : 9 * fabs(by);
-    if (c->count) steps += (int)fmin(want, most);
-    for (int i = steps - 1; i >= 0; --i) {
-        double phi = azimuth - by * i / steps, rho = radius - out * i / steps;
-        envmapi_contour_put(c, R + R * rho * cos(phi), R - R * rho * sin(phi));
-    }
-    c->azimuth = azimuth, c->radius = radius;
-}
-
-/* The next point of a contour, next to the one before where the face goes on beyond its edges. */
-static void envmapi_contour_add(envmapi_contour *c, const envmapi_resampling *r,
-                                const double d[3]) {
-    double at[2], n = r->src.size, width = envmapi_width(r->src.mapping, r->src.size);
-    envmapi_cell_place(at, r, c->face, d);
-    if (c->radius >= 0) {
-        double X = 2 * at[0] / n - 1, Y = 1 - 2 * at[1] / n, turn = atan2(Y, X);
-        if (c->count)
-            turn += 2 * ENVMAPI_PI * floor((c->azimuth - turn) / (2 * ENVMAPI_PI) + 0.5);
-        envmapi_contour_turn(c, n, turn, fmin(hypot(X, Y), 1));
-        return;
-    }
-    const double *before = c->count ? c->at[c->count - 1] : at;
-    if (r->src.mapping == ENVMAP_LATLONG)
-        at[0] += width * floor((before[0] - at[0]) / width + 0.5);
-    if (r->src.mapping == ENVMAP_OCTAHEDRAL) {
-        double uv[2] = {at[0] / n, at[1] / n}, from[2] = {before[0] / n, before[1] / n};
-        envmapi_octa_image(uv, from);
-        at[0] = uv[0] * n, at[1] = uv[1] * n;
-    }
-    envmapi_contour_put(c, at[0], at[1]);
-}
-
-/* Back to the first point by way of the pole, where a contour went around or through it. */
-static void envmapi_contour_close(envmapi_contour *c, const envmapi_resampling *r, double azimuth) {
-    double first = c->at[0][0], last = c->at[c->count - 1][0];
-    if (c->radius >= 0) {
-        envmapi_contour_turn(c, r->src.size, c->azimuth, 1);
-        envmapi_contour_turn(c, r->src.size, azimuth, 1);
-    } else if (r->src.mapping == ENVMAP_LATLONG) {
-        double pole = 2 * c->at[0][1] < r->src.size ? 0 : r->src.size;
-        envmapi_contour_put(c, last, pole);
-        envmapi_contour_put(c, first, pole);
-    }
-}
-
-/* Where lines do not go on in one way: also the points of an octahedral map where folds meet. */
-static int envmapi_at_pole(int mapping, const double d[3]) {
-    return envmapi_pole_distance(mapping, d) < 1e-9 ||
-           (mapping == ENVMAP_OCTAHEDRAL && fmax(fmax(fabs(d[0]), -d[1]), fabs(d[2])) > 1 - 1e-12);
-}
-
-/* A closed line of directions, on one face. It starts after a pole that it goes through. */
-static void envmapi_orbit_face(envmapi_orbit *o, const envmapi_resampling *r, int face,
-                               double d[][3], int count) {
-    const signed char *m = envmapi_cube[face][2];
-    double least = 1, most = 0, azimuth = 0;
-    envmapi_contour *c = &o->sides;
-    int mapping = r->src.mapping, pole = -1, smooth = face == o->smooth;
-    for (int i = 0; i < count; ++i) {
-        double uv[2];
-        if (mapping == ENVMAP_CUBE && m[0] * d[i][0] + m[1] * d[i][1] + m[2] * d[i][2] < 0.1)
-            return;
-        if (envmapi_at_pole(mapping, d[i]) && (i || !envmapi_at_pole(mapping, d[count - 1])))
-            pole = i;
-        if (!envmapi_is_disc(mapping)) continue;
-        envmapi_project(uv, mapping, face, d[i]);
-        double radius = 2 * hypot(uv[0] - 0.5, uv[1] - 0.5);
-        least = fmin(least, radius), most = fmax(most, radius);
-    }
-    if (mapping == ENVMAP_PARABOLOID && least >= 1) return;
-    c->count = 0, c->face = face, c->azimuth = 0;
-    c->radius = envmapi_is_disc(mapping) && least > 0.5 ? 0 : -1;
-    smooth = smooth && most < 1 - 1.0 / r->src.size;
-    for (int k = 0; k < 2; ++k) c->shift[k] = smooth ? o->shift[k] : 0;
-    for (int i = 1; i <= count + (pole < 0); ++i) {
-        const double *point = d[(pole + i) % count];
-        if (mapping == ENVMAP_OCTAHEDRAL || !envmapi_at_pole(mapping, point))
-            envmapi_contour_add(c, r, point);
-        if (c->count == 1) azimuth = c->azimuth;
-    }
-    if (!c->count) return;
-    double around = c->radius >= 0 ? c->azimuth - azimuth : c->at[c->count - 1][0] - c->at[0][0];
-    if (pole >= 0 || fabs(around) > 1) envmapi_contour_close(c, r, azimuth);
-    envmapi_orbit_cover(o, r, c);
-}
-
-/* Direction of a corner of dst's texels. What lies beyond a rim is moved onto it. */
-static void envmapi_corner_direction(double d[3], const envmap *dst, int face, double u, double v) {
+/* What lies beyond a rim of X is moved onto it. */
+static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, int face, double u,
+                              double v) {
     double x = u - 0.5, y = v - 0.5;
-    double out = envmapi_is_disc(dst->mapping) ? fmax(2 * sqrt(x * x + y * y), 1) : 1;
-    envmapi_direction(d, dst->mapping, face, 0.5 + x / out, 0.5 + y / out);
+    c->out = envmapi_is_disc(r->X.mapping) ? 2 * sqrt(x * x + y * y) : 0;
+    double out = fmax(c->out, 1);
+    envmapi_direction(c->d, r->X.mapping, face, 0.5 + x / out, 0.5 + y / out);
+    c->chart = envmapi_chart(r->Y.mapping, c->d);
+    envmapi_chart_place(c->at, r, c->chart, c->d);
+    c->pole = envmapi_pole_distance(r->Y.mapping, c->d);
+}
+
+static double envmapi_apart(const double a[3], const double b[3]) {
+    double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return sqrt(x * x + y * y + z * z);
 }
 
 /* Pieces that a side is made of, as many whichever end comes first. */
-static int envmapi_side_pieces(int mapping, const double a[3], const double b[3]) {
-    double apart[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-    double pole = fmin(envmapi_pole_distance(mapping, a), envmapi_pole_distance(mapping, b));
-    double n = 16 * sqrt(envmapi_dot(apart, apart)) / fmax(pole, 1e-9);
-    int folds = (a[0] < 0) != (b[0] < 0) || (a[1] < 0) != (b[1] < 0);
-    int rim = (a[2] < 0) != (b[2] < 0);
-    if (mapping == ENVMAP_OCTAHEDRAL ? folds || rim : mapping == ENVMAP_PARABOLOID && rim)
-        n = fmax(n, 8);
-    return (int)ceil(envmapi_clamp(n, 1, 16));
+static int envmapi_side_pieces(const envmapi_resampling *r, const envmapi_corner *a,
+                               const envmapi_corner *b) {
+    double pole = fmin(fmin(a->pole, b->pole), envmapi_pole_distance(r->X.mapping, a->d));
+    double bend = envmapi_apart(a->d, b->d) /
+                  fmax(fmin(pole, envmapi_pole_distance(r->X.mapping, b->d)), 1e-9);
+    int rim = fmax(a->out, b->out) > 1 - 2.0 / r->X.size;
+    return (int)ceil(envmapi_clamp(11 * bend, rim ? 8 : 1, 15));
+}
+
+/* The longer side of a map's texel at d, in radians; a sphere map's mean, as needles are no boxes. */
+static double envmapi_extent(const envmap *map, const double d[3]) {
+    double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]), most = fmax(fmax(x, y), z);
+    switch (map->mapping) {
+    case ENVMAP_CUBE:
+        return 2 * most * sqrt(1 - fmin(fmin(x, y), z) * fmin(fmin(x, y), z)) / map->size;
+    case ENVMAP_PARABOLOID: return 2 * (1 + z) / map->size;
+    case ENVMAP_SPHERE: return 4.0 / map->size;
+    case ENVMAP_OCTAHEDRAL: return (4 * (x + y + z) - 2) / map->size;
+    default: return (map->mapping == ENVMAP_LATLONG ? ENVMAPI_PI : 6.1) / map->size;
+    }
+}
+
+/* The standard deviation, in texels of src along each side, by which these are spread so that they
+   do not show where dst is finer. */
+static double envmapi_blur(const envmapi_resampling *r, const envmapi_corner c[4]) {
+    double d[3];
+    for (int k = 0; k < 3; ++k) d[k] = c[0].d[k] + c[1].d[k] + c[2].d[k] + c[3].d[k];
+    envmapi_unit(d, d);
+    double t = 2 - 2 * envmapi_extent(&r->dst, d) / envmapi_extent(&r->src, d);
+    return sqrt(1 / 12.0) * envmapi_clamp(t, 0, 1);
+}
+
+/* A polygon of directions on all charts that it touches. */
+static void envmapi_orbit_charts(envmapi_orbit *o, const envmapi_resampling *r, double d[][3],
+                                 int count) {
+    envmapi_polygon *p = &o->polygon;
+    int octants = r->Y.mapping == ENVMAP_OCTAHEDRAL;
+    p->count = count;
+    for (p->chart = 0; p->chart < (octants ? 8 : envmap_faces(r->Y.mapping)); ++p->chart) {
+        int ok = 1;
+        for (int i = 0; i < count && ok; ++i) ok = envmapi_chart_place(p->at[i], r, p->chart, d[i]);
+        if (ok) envmapi_orbit_cover(o, r);
+    }
 }
 
 /* A part of a texel. */
 static void envmapi_orbit_part(envmapi_orbit *o, const envmapi_resampling *r, double u, double v,
                                double du, double dv) {
-    double corner[4][3], d[64][3];
-    int count = 0, faces[6] = {0}, touched = 0;
-    for (int i = 0; i < 4; ++i)
-        envmapi_corner_direction(corner[i], &r->dst, o->face, u + (i == 1 || i == 2 ? du : 0),
-                                 v + (i >= 2 ? dv : 0));
+    double d[ENVMAPI_SIDES][3];
+    envmapi_corner c[4], point;
+    int count = 0, inside = !r->scatter;
     for (int i = 0; i < 4; ++i) {
-        int pieces = envmapi_side_pieces(r->src.mapping, corner[i], corner[(i + 1) & 3]);
+        envmapi_corner_of(c + i, r, o->face, u + (i == 1 || i == 2 ? du : 0), v + (i > 1 ? dv : 0));
+        inside &= c[i].pole < 0.95 * r->zone;
+    }
+    if (inside) return;
+    for (int i = 0; i < 4; ++i) {
+        int pieces = envmapi_side_pieces(r, c + i, c + ((i + 1) & 3));
         for (int k = 0; k < pieces; ++k) {
             double s = (double)k / pieces, along[4] = {s, 1, 1 - s, 0};
-            envmapi_corner_direction(d[count], &r->dst, o->face, u + along[i] * du,
-                                     v + along[(i + 3) & 3] * dv);
-            ++faces[envmapi_face(r->src.mapping, d[count++])];
+            envmapi_corner_of(&point, r, o->face, u + along[i] * du, v + along[(i + 3) & 3] * dv);
+            memcpy(d[count++], point.d, sizeof point.d);
         }
     }
-    for (int f = 0; f < 6; ++f) touched += faces[f] > 0;
-    for (int f = 0; f < envmap_faces(r->src.mapping); ++f) /* a third may have a corner */
-        if (faces[f] || touched > 1) envmapi_orbit_face(o, r, f, d, count);
+    envmapi_orbit_charts(o, r, d, count);
 }
 
-/* ---- tiles of dst */
-
-#define ENVMAPI_TILE_ROWS    4
-#define ENVMAPI_TILE_COLUMNS 8
-
-/* A corner of texels of dst, and where it is on src. */
-typedef struct envmapi_vertex {
-    double d[3], at[2], pole;
-    int face, side; /* side: of an octahedral src's folds; -1: not known yet */
-} envmapi_vertex;
-
-static const envmapi_vertex *envmapi_vertex_of(envmapi_vertex *node, const envmapi_resampling *r,
-                                           int face, int x, int y) {
-    double *d = node->d, width = envmapi_width(r->dst.mapping, r->dst.size);
-    if (node->side >= 0) return node;
-    envmapi_corner_direction(d, &r->dst, face, x / width, (double)y / r->dst.size);
-    node->face = node->side = envmapi_face(r->src.mapping, d);
-    envmapi_cell_place(node->at, r, node->face, d);
-    node->pole = envmapi_pole_distance(r->src.mapping, d);
-    if (r->src.mapping == ENVMAP_OCTAHEDRAL)
-        node->side = (d[0] < 0) + 2 * (d[1] < 0) + 4 * (d[2] < 0);
-    return node;
+/* All parts of the texel that is so many texels further along u and v. */
+static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, double x, double y) {
+    double du = 1.0 / envmapi_width(r->X.mapping, r->X.size), dv = 1.0 / r->X.size;
+    for (int i = 0; i < r->parts * r->parts; ++i)
+        envmapi_orbit_part(o, r, (o->x + x + (double)(i % r->parts) / r->parts) * du,
+                           (o->y + y + (double)(i / r->parts) / r->parts) * dv, du / r->parts,
+                           dv / r->parts);
 }
 
-static double envmapi_vertex_apart(const envmapi_vertex *a, const envmapi_vertex *b) {
-    double x = a->d[0] - b->d[0], y = a->d[1] - b->d[1], z = a->d[2] - b->d[2];
-    return x * x + y * y + z * z;
-}
-
-/* Whether the outermost (side 1) or innermost (-1) corner of texel (x,y) lies outside a rim. */
-static int envmapi_beyond(const envmap *dst, int x, int y, int side) {
-    double X = fabs(2 * x + 1.0 - dst->size) + side, Y = fabs(2 * y + 1.0 - dst->size) + side;
-    return envmapi_is_disc(dst->mapping) && hypot(fmax(X, 0), fmax(Y, 0)) >= dst->size;
-}
-
-/* A texel on one face of src, given its corners: whether its sides are straight, and where it is
-   smaller than cells what they are smoothed by. */
-static int envmapi_orbit_straight(envmapi_orbit *o, const envmapi_resampling *r,
-                                  const envmapi_vertex *const n[4], envmapi_contour *c) {
-    double pole = fmin(fmin(n[0]->pole, n[1]->pole), fmin(n[2]->pole, n[3]->pole)), outer = 0;
-    double apart = fmax(envmapi_vertex_apart(n[0], n[2]), envmapi_vertex_apart(n[1], n[3]));
-    o->smooth = -1;
-    for (int i = 0; i < 4; ++i) {
-        double x = n[i]->at[0], y = n[i]->at[1], width = 2.0 * r->src.size;
-        if (n[i]->side != n[0]->side) return 0;
-        if (r->src.mapping == ENVMAP_LATLONG)
-            x += width * floor((n[0]->at[0] - x) / width + 0.5);
-        c->at[i][0] = x, c->at[i][1] = y, x -= 0.5 * r->src.size, y -= 0.5 * r->src.size;
-        if (envmapi_is_disc(r->src.mapping)) outer = fmax(outer, x * x + y * y);
-    }
-    c->count = 4, c->face = n[0]->face;
-    double top = envmapi_vertex_apart(n[0], n[1]), below = envmapi_vertex_apart(n[2], n[3]);
-    double left = envmapi_vertex_apart(n[0], n[3]), right = envmapi_vertex_apart(n[1], n[2]);
-    int a = below > top ? 3 : 0, b = right > left ? 1 : 0; /* the longer ones start there */
-    double across = below > top ? below : top, along = right > left ? right : left;
-    double one[2], two[2], skew = 0;
-    for (int k = 0; k < 3; ++k)
-        skew += (n[a ? 2 : 1]->d[k] - n[a]->d[k]) * (n[b ? 2 : 3]->d[k] - n[b]->d[k]);
-    for (int k = 0; k < 2; ++k)
-        one[k] = c->at[a ? 2 : 1][k] - c->at[a][k], two[k] = c->at[b ? 2 : 3][k] - c->at[b][k];
-    double area = fabs(one[0] * two[1] - one[1] * two[0]);
-    for (int k = 0; k < 2; ++k) { /* the longer side over that of a cell along k */
-        double x = one[1 - k], y = two[1 - k], side;
-        side = sqrt(fabs(across * y * y + along * x * x - 2 * skew * x * y));
-        double extent = sqrt(across > along ? across : along) * area / (side > 0 ? side : 1);
-        o->shift[k] = sqrt(1 / 12.0) * envmapi_clamp(2 - 2 * extent, 0, 1);
-        c->shift[k] = 2 * sqrt(outer) > r->src.size - 1 ? 0 : o->shift[k];
-    }
-    int cut = r->dst.mapping != ENVMAP_PARABOLOID && envmapi_beyond(&r->dst, o->x, o->y, 1);
-    if (apart < pole * pole && r->parts < 20 && !cut)
-        o->smooth = c->face;
-    else c->shift[0] = c->shift[1] = 0;
-    return 128 * apart <= pole * pole;
+/* Whether a polygon that is moved by so much stays on its chart. */
+static int envmapi_chart_has(const envmapi_resampling *r, const double at[2], double by) {
+    double n = r->Y.size, x = fabs(2 * at[0] - n), y = fabs(2 * at[1] - n);
+    if (r->Y.mapping == ENVMAP_PARABOLOID || r->Y.mapping == ENVMAP_OCTAHEDRAL) by += 0.25;
+    if (r->Y.mapping == ENVMAP_LATLONG) return y <= n - 2 * by;
+    if (r->Y.mapping == ENVMAP_CUBE) return fmax(x, y) <= n - 2 * by;
+    if (r->Y.mapping == ENVMAP_OCTAHEDRAL) return fmin(x, y) >= 2 * by && fabs(n - x - y) >= 4 * by;
+    return hypot(x, y) <= n - 2 * by;
 }
 
 static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
-                                const envmapi_vertex *const n[4]) {
-    double du = 1.0 / envmapi_width(r->dst.mapping, r->dst.size), dv = 1.0 / r->dst.size;
-    int parts = envmapi_beyond(&r->dst, o->x, o->y, -1) ? 0 : r->parts;
-    if (envmapi_orbit_straight(o, r, n, &o->sides) && parts == 1)
-        envmapi_orbit_cover(o, r, &o->sides);
-    else
-        for (int i = 0; i < parts * parts; ++i)
-            envmapi_orbit_part(o, r, (o->x + (double)(i % parts) / parts) * du,
-                               (o->y + (double)(i / parts) / parts) * dv, du / parts, dv / parts);
-    for (int k = 0; k < o->count; ++k) {
-        for (size_t c = 0; c < 3 && o->all > 0; ++c)
-            r->dst.texels[3 * o->texel[k] + c] = (float)(o->sums[k][c] / o->all);
-        if (!(o->all > 0)) envmapi_resample_lookup(r, o->texel[k]);
+                                const envmapi_corner c[4]) {
+    envmapi_polygon *p = &o->polygon;
+    double blur = envmapi_blur(r, c);
+    int whole = r->parts == 1 && !r->scatter, moves = blur > 0 ? 4 : 1;
+    p->chart = c->chart, p->count = 4, p->unit = 1.0 / moves, p->moves = r->scatter ? 1 : moves;
+    for (int m = 0; m < 4; ++m) {
+        double x = m & 1 ? -blur : blur, y = m & 2 ? -blur : blur;
+        p->by[m][0] = r->scatter ? 0 : x, p->by[m][1] = r->scatter ? 0 : y;
+        if (r->scatter && m < moves) envmapi_orbit_parts(o, r, x, y);
     }
+    for (int i = 0; i < 4 && whole; ++i)
+        whole = c[i].chart == c->chart && envmapi_chart_has(r, c[i].at, blur) &&
+                envmapi_side_pieces(r, c + i, c + ((i + 1) & 3)) == 1;
+    for (int i = 0; i < 4; ++i) memcpy(p->at[i], c[i].at, sizeof c[i].at);
+    if (whole) envmapi_orbit_cover(o, r);
+    else if (!r->scatter) envmapi_orbit_parts(o, r, 0, 0);
+}
+
+/* Whether a texel's innermost corner lies outside a rim. */
+static int envmapi_beyond(const envmap *map, int x, int y) {
+    double X = fabs(2 * x + 1.0 - map->size) - 1, Y = fabs(2 * y + 1.0 - map->size) - 1;
+    return envmapi_is_disc(map->mapping) && hypot(fmax(X, 0), fmax(Y, 0)) >= map->size;
 }
 
 /* How many texels of a row may come first in their orbits. */
 static int envmapi_row_first(const envmapi_resampling *r, int face, int y) {
-    int width = envmapi_width(r->dst.mapping, r->dst.size), end = width;
+    int width = envmapi_width(r->X.mapping, r->X.size), end = width;
     for (int i = 0; i < r->turn_count; ++i) {
-        const envmapi_place *to = r->turns[i].dst + face;
+        const envmapi_place *to = (r->scatter ? r->turns[i].src : r->turns[i].dst) + face;
         if (to->face < face || (to->face == face && !to->yx && to->y0 + to->yy * y < y)) return 0;
         if (to->face != face || to->yy != 1) continue;
         if (to->xx == 1 && to->x0 && end > width - to->x0) end = width - to->x0;
@@ -2421,43 +2372,73 @@ static int envmapi_row_first(const envmapi_resampling *r, int face, int y) {
     return end;
 }
 
-/* Task: some rows of a face. */
-static void envmapi_task_overlap(void *context, int task) {
+/* Task: a row of a face of dst. */
+static void envmapi_task_gather(void *context, int row) {
     const envmapi_resampling *r = (const envmapi_resampling *)context;
-    int bands = (r->dst.size + ENVMAPI_TILE_ROWS - 1) / ENVMAPI_TILE_ROWS;
-    int top = task % bands * ENVMAPI_TILE_ROWS, end[ENVMAPI_TILE_ROWS], longest = 0;
-    envmapi_vertex nodes[ENVMAPI_TILE_ROWS + 1][ENVMAPI_TILE_COLUMNS + 1];
+    envmapi_corner c[4];
     envmapi_orbit o;
-    o.face = task / bands;
-    for (int i = 0; i < ENVMAPI_TILE_ROWS; ++i) {
-        end[i] = top + i < r->dst.size ? envmapi_row_first(r, o.face, top + i) : 0;
-        longest = end[i] > longest ? end[i] : longest;
-    }
-    for (int left = 0; left < longest; left += ENVMAPI_TILE_COLUMNS) {
-        for (int i = 0; i <= ENVMAPI_TILE_ROWS; ++i)
-            for (int k = 0; k <= ENVMAPI_TILE_COLUMNS; ++k) nodes[i][k].side = -1;
-        for (int i = 0; i < ENVMAPI_TILE_ROWS * ENVMAPI_TILE_COLUMNS; ++i) {
-            int row = i / ENVMAPI_TILE_COLUMNS, column = i % ENVMAPI_TILE_COLUMNS;
-            const envmapi_vertex *corners[4];
-            o.x = left + column, o.y = top + row;
-            if (o.x >= end[row] || !envmapi_orbit_of(&o, r)) continue;
-            for (int k = 0; k < 4; ++k) {
-                int x = column + (k == 1 || k == 2), y = row + (k >= 2);
-                corners[k] = envmapi_vertex_of(&nodes[y][x], r, o.face, left + x, top + y);
-            }
-            envmapi_orbit_texel(&o, r, corners);
+    double w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size;
+    int next = -1; /* the texel whose left corners are known */
+    o.face = row / r->X.size, o.y = row % r->X.size, o.tap_count = 0;
+    int end = envmapi_row_first(r, o.face, o.y);
+    for (o.x = 0; o.x < end; ++o.x) {
+        if (!envmapi_orbit_of(&o, r)) continue;
+        if (next == o.x) c[0] = c[1], c[3] = c[2];
+        for (int i = next == o.x; i < (next == o.x ? 3 : 4); ++i)
+            envmapi_corner_of(c + i, r, o.face, (o.x + (i == 1 || i == 2)) / w,
+                              (o.y + (i > 1)) / h);
+        next = o.x + 1;
+        if (!envmapi_beyond(&r->X, o.x, o.y)) envmapi_orbit_texel(&o, r, c);
+        for (int k = 0; k < o.count; ++k) {
+            const double *light = r->light ? r->light + 4 * o.texel[k] : NULL;
+            double all = o.all + (light ? light[3] : 0);
+            for (size_t i = 0; i < 3 && all > 0; ++i)
+                r->dst.texels[3 * o.texel[k] + i] =
+                    (float)((o.sums[k][i] + (light ? light[i] : 0)) / all);
+            if (!(all > 0)) envmapi_resample_lookup(r, o.texel[k]);
         }
+    }
+}
+
+/* Task, not at the same time as others, which share texels of dst: a row of src, near its poles. */
+static void envmapi_task_scatter(void *context, int row) {
+    const envmapi_resampling *r = (const envmapi_resampling *)context;
+    envmapi_corner c[4];
+    envmapi_orbit o;
+    double w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size;
+    o.face = o.tap_count = 0, o.y = row;
+    for (o.x = 0; o.x < w; ++o.x) {
+        if (!envmapi_scattered(r, o.x, o.y) || !envmapi_orbit_of(&o, r)) continue;
+        double all = envmapi_texel_cell(NULL, r->X.mapping, r->X.size, o.x, o.y);
+        if (!(all > 0)) continue;
+        for (int i = 0; i < 4; ++i)
+            envmapi_corner_of(c + i, r, 0, (o.x + (i == 1 || i == 2)) / w, (o.y + (i > 1)) / h);
+        o.scale = -1, envmapi_orbit_texel(&o, r, c);
+        o.scale = o.all > 0 ? all / o.all : 0, envmapi_orbit_texel(&o, r, c);
     }
 }
 
 /* ---- one slice */
 
+/* The zones around the poles of src are a few texels of dst wide, or what a rim cuts. */
+static void envmapi_resample_zone(envmapi_resampling *r) {
+    static const double extents[ENVMAP_MAPPING_COUNT] = {2, 4, 5.7, 3.2, 6.3, 3};
+    double n = r->src.size, zone = 2.5 * extents[r->dst.mapping] / (r->dst.size * r->parts);
+    r->zone = zone;
+    if (r->src.mapping == ENVMAP_LATLONG) r->rim = ceil(n * zone / ENVMAPI_PI);
+    else if (r->src.mapping == ENVMAP_SPHERE) r->rim = n * fmin(cos(zone / 2), 1);
+    else if (r->src.mapping == ENVMAP_ANGULAR) r->rim = fmin(n * (1 - zone / ENVMAPI_PI), n - 4);
+    else r->zone = 0;
+}
+
 static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_work *work,
                                             envmapi_pool *pool) {
     const envmap *dst = &r->dst, *src = &r->src;
+    envmap_work serial = *work;
     int faces = envmap_faces(dst->mapping), n = src->size;
     double n_dst = (double)envmapi_area(dst->mapping, dst->size) * faces;
     double n_src = (double)envmapi_area(src->mapping, n) * envmap_faces(src->mapping);
+    size_t texels = (size_t)faces * envmapi_area(dst->mapping, dst->size);
     if (dst->mapping == src->mapping && dst->size == n) {
         memcpy(dst->texels, src->texels, envmapi_slice_floats(src, 0) * sizeof(float));
         return envmapi_tell(&work->progress, 1);
@@ -2468,14 +2449,24 @@ static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_
     }
     if (dst->mapping == src->mapping || n_dst >= 4 * n_src)
         return envmapi_run(work, envmapi_task_lookup, r, faces * dst->size);
-    r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
-    r->cosines = (double *)envmapi_pool_get(pool, (size_t)n + 1, sizeof(double));
-    if (!r->turns || !r->cosines) return ENVMAP_ERROR_MEMORY;
-    for (int y = 0; y <= n; ++y) r->cosines[y] = cos(ENVMAPI_PI * y / n);
-    r->turn_count = envmapi_turns(r->turns, dst, src), r->parts = (63 + dst->size) / dst->size;
+    int edge = src->mapping == ENVMAP_LATLONG ? n : dst->size;
+    r->X = *dst, r->Y = *src, r->parts = (63 + dst->size) / dst->size;
     if (dst->mapping == ENVMAP_OCTAHEDRAL && dst->size % 2) r->parts += r->parts % 2; /* folds */
-    return envmapi_run(work, envmapi_task_overlap, r,
-                       faces * ((dst->size + ENVMAPI_TILE_ROWS - 1) / ENVMAPI_TILE_ROWS));
+    envmapi_resample_zone(r);
+    r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
+    r->cosines = (double *)envmapi_pool_get(pool, (size_t)edge + 1, sizeof(double));
+    if (r->zone > 0) r->light = (double *)envmapi_pool_get(pool, 4 * texels, sizeof(double));
+    if (!r->turns || !r->cosines || (r->zone > 0 && !r->light)) return ENVMAP_ERROR_MEMORY;
+    for (int y = 0; y <= edge; ++y) r->cosines[y] = cos(ENVMAPI_PI * y / edge);
+    r->turn_count = envmapi_turns(r->turns, dst, src);
+    serial.executor.run = NULL;
+    if (r->zone > 0) {
+        memset(r->light, 0, 4 * texels * sizeof(double));
+        envmapi_resampling back = *r;
+        back.X = *src, back.Y = *dst, back.scatter = 1, back.parts = (63 + n) / n;
+        envmapi_run_all(&serial, envmapi_task_scatter, &back, n);
+    }
+    return envmapi_run(work, envmapi_task_gather, r, faces * dst->size);
 }
 
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
@@ -5556,14 +5547,14 @@ typedef struct envmapi_axis {
     const envmap_lobe *lobe;
     envmapi_level level; /* of the source, for lookups */
     double a[3], p;
-    double from, to;    /* support of the lobe, rad (envmap_lobe_support) */
-    double texel, tent; /* side of the mean texel, rad; t of the card */
-    double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
+    double from, to;        /* support of the lobe, rad (envmap_lobe_support) */
+    double texel, tent;     /* side of the mean texel, rad; t of the card */
+    double bilinear;        /* share of the bilinear radiance, 0 .. 1 */
     double sigma, reach;    /* rad: of the lobe; up to here it may be sharp */
     int curves, kink_count; /* parts of a patch; kinks of the lobe */
     double kinks[ENVMAPI_KINKS];
-    double gauss[7][6][2];  /* node and weight of rules of 2 .. 6 */
-    double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
+    double gauss[7][6][2]; /* node and weight of rules of 2 .. 6 */
+    double sum[4];         /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
 } envmapi_axis;
 
 /* 0 up to from, 1 beyond to, smooth between. */
@@ -6448,11 +6439,11 @@ typedef struct envmapi_near {
     envmapi_near_tile *tiles;
     envmapi_near_row *rows;
     envmapi_input in;
-    int exponent;  /* texels and sums are 2^-exponent of what they are */
-    float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
-    size_t count, area;              /* blocks; texels of the largest window */
-    int shift;                       /* of a float, to its place in the table; the fraction of it */
-    float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
+    int exponent;       /* texels and sums are 2^-exponent of what they are */
+    float *blocks;      /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
+    size_t count, area; /* blocks; texels of the largest window */
+    int shift;          /* of a float, to its place in the table; the fraction of it */
+    float *table, inverse, fraction;   /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
     double piece;                      /* pieces over ENVMAPI_PIECES */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
@@ -6470,12 +6461,12 @@ typedef struct envmapi_window {
     double axes[ENVMAPI_NEAR_AXES][3], middle[3], spread; /* spread: how far from the middle */
     int rim[ENVMAPI_NEAR_AXES];                           /* of axes: the reference serves them */
     double a[3], m[3];                                    /* an axis, and on a cube's face */
-    double R, limit; /* R in use, and its sine's square */
-    int knot;        /* it is about a knot: K is that of the face's plane, beyond its edges too */
-    envmapi_knot *u, *v;                                  /* [room] */
-    float *place, *apart;                                 /* [room] of u: what _sines asks of it */
-    float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
-    float *K;       /* [height][width][axes] */
+    double R, limit;                                      /* R in use, and its sine's square */
+    int knot; /* it is about a knot: K is that of the face's plane, beyond its edges too */
+    envmapi_knot *u, *v;         /* [room] */
+    float *place, *apart;        /* [room] of u: what _sines asks of it */
+    float *rows[2];              /* [room] a row of texels and the next, by nodes along u */
+    float *K;                    /* [height][width][axes] */
     envmapi_near_knots knots[2]; /* within R, and within R_bright */
     envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
     double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
@@ -6512,8 +6503,7 @@ static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part,
     const envmapi_level *level = &s->axis.level;
     double box[2][2], R = envmapi_near_reach(s, radius, s->axis.bilinear < 1) + w->spread;
     int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
-    if (!envmapi_window_box(box, level->mapping, part, w->middle, R,
-                             envmapi_near_border(w, s, 0)))
+    if (!envmapi_window_box(box, level->mapping, part, w->middle, R, envmapi_near_border(w, s, 0)))
         return 0;
     memcpy(w->box, box, sizeof box);
     w->R = radius, w->limit = pow(sin(radius), 2);
