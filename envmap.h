@@ -381,10 +381,10 @@ typedef struct envmap_lobe {
    ggx       D(sqrt((1+x)/2)) max(x,0), D(c) = alpha^2 / (pi ((alpha^2-1) c^2 + 1)^2), alpha =
              roughness^2 in [0, 1]; 0 is the mirror, (0, 1e-4) counts as 1e-4  [WMLT07] eq. 33
    banks     max(0, sqrt(1-x^2) sqrt(1-c^2) - x c - s) / (1-s)^2, s in [0, 0.99999], c = p
-             [Banks94], [KVHS00] section 4
+             in [-1,1]  [Banks94], [KVHS00] section 4
    function  any k; set p0 != p1 for slices, kinks where it has any
    table     Catmull-Rom along theta over `size` >= 4 samples from 0 to pi; `slices` rows at slice
-             centres of p, linear between                                              [KM00] */
+             centres of p, linear between; at most 2^28 numbers                        [KM00] */
 ENVMAP_API envmap_lobe envmap_lobe_mirror(void);
 ENVMAP_API envmap_lobe envmap_lobe_diffuse(void);
 ENVMAP_API envmap_lobe envmap_lobe_phong(float exponent);
@@ -434,7 +434,8 @@ ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double 
               floats overflow or vanish, it is every texel again
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
    With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16
-   sets of coefficients.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
+   sets of coefficients, for 3 bands also of 144 rows of the map.  Test:
+   a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
 
@@ -540,7 +541,8 @@ typedef struct envmap_filter_desc {
    it is black (AUTO, FAST, HARMONICS).
    Lobes thinner than two texels of src, or of more than 768 bands: O(texels of dst * texels that
    the lobe reaches). Rings thinner than that (Banks, s -> 1), and what looks at the point where a
-   sphere or angular map's rim meets, go to the reference: slow.
+   sphere or angular map's rim meets, go to the reference: slow. Its weights serve 2 to 48 axes at a
+   time where src has no more than 20000 texels.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
@@ -596,7 +598,7 @@ typedef struct envmap_plan {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, work, prepared
-   Errors: those of envmap_filter.  Cost: 0.7 to 1.1 times the filter's, more for lobes with slices.
+   Errors: those of envmap_filter.  Cost: 0.5 to 1 times the filter's, more for lobes with slices.
    Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
@@ -1544,7 +1546,7 @@ static void envmapi_texel_direction(double d[3], int mapping, int face, int edge
 
 /* One level of one slice. */
 typedef struct envmapi_level {
-    const float *texels; /* face 0 */
+    const float *texels; /* face 0; NULL: lookups add weights, to numbers one a texel */
     int mapping, edge, width;
 } envmapi_level;
 
@@ -1586,7 +1588,7 @@ static void envmapi_octa_neighbour(int *x, int *y, int edge) {
     if (*y < 0 || *y >= edge) *y = (*y < 0 ? -1 : 2 * edge - 1) - *y, *x = edge - 1 - *x;
 }
 
-static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face, int x, int y,
+static void envmapi_add_tap(double *rgb, const envmapi_level *level, int face, int x, int y,
                             double weight) {
     int edge = level->edge, width = level->width;
     if (level->mapping == ENVMAP_CUBE) {
@@ -1599,15 +1601,16 @@ static void envmapi_add_tap(double rgb[3], const envmapi_level *level, int face,
         if (level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR)
             envmapi_rim_neighbour(&x, &y, edge);
     }
-    size_t row = (size_t)face * (size_t)edge + (size_t)y;
-    const float *texel = level->texels + 3 * (row * (size_t)width + (size_t)x);
-    for (int c = 0; c < 3; ++c) rgb[c] += weight * (double)texel[c];
+    size_t at = ((size_t)face * (size_t)edge + (size_t)y) * (size_t)width + (size_t)x;
+    if (!level->texels) rgb[at] += weight;
+    for (int c = 0; c < 3 && level->texels; ++c)
+        rgb[c] += weight * (double)level->texels[3 * at + (size_t)c];
 }
 
 /* rgb += weight times the bilinear value at (u,v) of a face. Within half a texel of a lat-long pole
    the row blends into its mean. Beyond a cube's corner there is no texel: the mean of the three
    that meet there stands in, which is continuous. */
-static void envmapi_add_bilinear(double rgb[3], const envmapi_level *level, int face, double u,
+static void envmapi_add_bilinear(double *rgb, const envmapi_level *level, int face, double u,
                                  double v, double weight) {
     double s = u * level->width - 0.5, t = v * level->edge - 0.5;
     int x = (int)floor(s), y = (int)floor(t), n = level->edge;
@@ -1630,7 +1633,7 @@ static void envmapi_add_bilinear(double rgb[3], const envmapi_level *level, int 
 
 /* Bilinear in direction d. In the last half texel before the rim the paraboloids blend, to half
    and half on it, so that front and back agree there. */
-static void envmapi_add_lookup(double rgb[3], const envmapi_level *level, const double d[3],
+static void envmapi_add_lookup(double *rgb, const envmapi_level *level, const double d[3],
                                double weight) {
     int face = envmapi_face(level->mapping, d);
     double uv[2];
@@ -2679,6 +2682,7 @@ ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t 
     int edge = envmapi_edge(map->size, level);
     size_t width = (size_t)envmapi_width(map->mapping, edge), row = 12 * width;
     size_t rows = (size_t)edge * (size_t)envmap_faces(map->mapping) * (size_t)map->slices;
+    if (rows > PTRDIFF_MAX / row) return ENVMAP_ERROR_ARGUMENT; /* no memory holds such a map */
     char *end = envmapi_pfm_decimal(title + 3, width);
     *end++ = ' ';
     end = envmapi_pfm_decimal(end, rows);
@@ -2924,6 +2928,9 @@ ENVMAPI_BODY envmap_lobe envmap_lobe_table(const float *values, int size, int sl
     return lobe;
 }
 
+/* A cosine, to rounding, is what Banks' p must be. */
+static int envmapi_cosine_ok(double p) { return fabs(p) <= 1 + 1e-6; }
+
 /* What a query needs to be safe: kind, numbers and pointers, in O(1). */
 static int envmapi_lobe_ok(const envmap_lobe *lobe) {
     if (!lobe) return 0;
@@ -2934,12 +2941,15 @@ static int envmapi_lobe_ok(const envmap_lobe *lobe) {
     case ENVMAP_LOBE_PHONG:
     case ENVMAP_LOBE_GAUSSIAN: return parameter >= 0 && parameter <= 1e9;
     case ENVMAP_LOBE_GGX: return parameter >= 0.99e-4 && parameter <= 1;
-    case ENVMAP_LOBE_BANKS: return parameter >= 0 && parameter <= 0.99999;
+    case ENVMAP_LOBE_BANKS:
+        return parameter >= 0 && parameter <= 0.99999 && envmapi_cosine_ok(p0) &&
+               envmapi_cosine_ok(p1);
     case ENVMAP_LOBE_FUNCTION:
         return lobe->function && lobe->kink_count >= 0 && (lobe->kinks || !lobe->kink_count);
     case ENVMAP_LOBE_TABLE:
         return lobe->table && lobe->table_size >= 4 && lobe->table_size <= 1 << 20 &&
-               lobe->table_slices >= 1 && lobe->table_slices <= ENVMAPI_SLICE_LIMIT;
+               lobe->table_slices >= 1 && lobe->table_slices <= ENVMAPI_SLICE_LIMIT &&
+               lobe->table_size <= (1 << 28) / lobe->table_slices; /* so that int counts them */
     default: return 0;
     }
 }
@@ -2958,7 +2968,8 @@ static int envmapi_lobe_sound(const envmap_lobe *lobe) {
 
 /* The mirror is a lobe, but no function. */
 static int envmapi_lobe_has_k(const envmap_lobe *lobe, double p) {
-    return envmapi_lobe_ok(lobe) && lobe->kind != ENVMAP_LOBE_MIRROR && envmapi_finite(p);
+    return envmapi_lobe_ok(lobe) && lobe->kind != ENVMAP_LOBE_MIRROR && envmapi_finite(p) &&
+           (lobe->kind != ENVMAP_LOBE_BANKS || envmapi_cosine_ok(p));
 }
 
 static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
@@ -3194,10 +3205,10 @@ static double envmapi_lobe_flank(const envmap_lobe *lobe, double p, double peak,
                                  int side) {
     double inside = 0, outside = 0, room = side > 0 ? ENVMAPI_PI - peak : peak;
     for (int halved = 0; halved < 40;) {
-        double s = outside > 0 ? 0.5 * (inside + outside) : 1.1 * inside + 1e-6;
-        if (!(s < room)) return room;
-        if (fabs(envmapi_k(lobe, cos(peak + side * s), p)) >= level) inside = s;
-        else outside = s;
+        double s = outside > 0 ? 0.5 * (inside + outside) : fmin(1.1 * inside + 1e-6, room);
+        if (fabs(envmapi_k(lobe, cos(peak + side * s), p)) < level) outside = s;
+        else if (s < room) inside = s;
+        else return room;
         if (outside > 0) ++halved;
     }
     return outside;
@@ -3243,18 +3254,43 @@ static void envmapi_zonal_gaussian(double *lambda, int bands, double kappa) {
     for (int l = 1; l < bands; ++l) lambda[l] *= lambda[l - 1];
 }
 
+/* P_l at 64 cosines side by side, for vectors to do; one l after the other. */
+#define ENVMAPI_ANGLES 64
+typedef struct envmapi_series {
+    int l;
+    const double *x;
+    double P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
+} envmapi_series;
+
+static void envmapi_series_next(envmapi_series *series) {
+    double a = (2 * series->l + 1.0) / (series->l + 1), b = series->l / (series->l + 1.0);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
+        double P = series->P[j];
+        series->P[j] = a * series->x[j] * P - b * series->before[j], series->before[j] = P;
+    }
+    ++series->l;
+}
+
+/* The weights k go into P_0, as the recurrence is linear: lambda_l += sum_j k_j P_l. */
 static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lobe *lobe, double p,
                                      double factor) {
     envmapi_quadrature q = envmapi_quadrature_of(lobe, p, 0, ENVMAPI_PI, 8.0 / bands);
-    double theta, weight;
+    double theta, weight, x[ENVMAPI_ANGLES] = {0};
+    envmapi_series series;
     memset(lambda, 0, (size_t)bands * sizeof *lambda);
-    while (envmapi_quadrature_next(&q, &theta, &weight)) {
-        double x = cos(theta), before = 0, P = 1;
-        double k = factor * 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x, p);
-        for (int l = 0; l < bands; ++l) {
-            lambda[l] += k * P;
-            double next = ((2 * l + 1) * x * P - l * before) / (l + 1);
-            before = P, P = next;
+    for (int n = ENVMAPI_ANGLES; n == ENVMAPI_ANGLES;) {
+        memset(&series, 0, sizeof series);
+        series.x = x;
+        for (n = 0; n < ENVMAPI_ANGLES && envmapi_quadrature_next(&q, &theta, &weight); ++n) {
+            x[n] = cos(theta);
+            series.P[n] = factor * 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x[n], p);
+        }
+        for (int l = 0; l < bands; ++l, envmapi_series_next(&series)) {
+            double sum[8] = {0};
+            for (int j = 0; j < ENVMAPI_ANGLES; j += 8)
+                for (int i = 0; i < 8; ++i) sum[i] += series.P[j + i];
+            lambda[l] += ((sum[0] + sum[1]) + (sum[2] + sum[3])) +
+                         ((sum[4] + sum[5]) + (sum[6] + sum[7]));
         }
     }
 }
@@ -4921,7 +4957,9 @@ ENVMAPI_BODY envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, i
 typedef struct envmapi_sh_job {
     envmap map;
     int slice, bands;
-    double tolerance, *sums; /* project: the tasks', [ENVMAPI_TASKS][bands^2][3] */
+    double tolerance, *sums; /* project: the tasks', [ENVMAPI_TASKS][room], first [bands^2][3] */
+    size_t room;
+    const envmapi_input *in; /* project: of the map and slice, or NULL */
     const double *sh;        /* fill: from these */
     float *texels;           /* project: from these; fill: to these */
     envmap_work work;
@@ -4971,110 +5009,138 @@ static void envmapi_sh_texels(const envmapi_sh_job *job, double *sums, int x0, i
 /* Tasks: every 16th row. */
 static void envmapi_task_sh(void *context, int task) {
     const envmapi_sh_job *job = (const envmapi_sh_job *)context;
-    size_t numbers = 3 * (size_t)(job->bands * job->bands);
-    double *sums = job->sums ? job->sums + (size_t)task * numbers : NULL;
+    double *sums = job->sums ? job->sums + (size_t)task * job->room : NULL;
     for (int y = task; y < job->map.size; y += ENVMAPI_TASKS)
         for (int x = 0; x < envmapi_width(job->map.mapping, job->map.size); x += ENVMAPI_SH_POINTS)
             envmapi_sh_texels(job, sums, x, y);
 }
 
-/* Sums of e d d^t, d = (x, y, z, 1), of the texels of a face and their mirror images along u and v,
-   all where the first one's are on face 0 (a cube's +Z): all moments that three bands need. */
-typedef struct envmapi_sh_moments {
-    double of[24][3][4][4]; /* face and mirror, channel */
-} envmapi_sh_moments;
+/* Sums of w L d_i d_j, d = (x, y, z, 1) on a face's own axes, for these i and j: all that three
+   bands need. Odd along u, 1, or v, 2: there the mirror image of a texel counts negative. */
+#define ENVMAPI_SH_MOMENTS 10
+static const struct {
+    int i, j, odd;
+} envmapi_sh_moments[ENVMAPI_SH_MOMENTS] = {{0, 0, 0}, {1, 1, 0}, {2, 2, 0}, {2, 3, 0}, {3, 3, 0},
+                                            {0, 2, 1}, {0, 3, 1}, {1, 2, 2}, {1, 3, 2}, {0, 1, 3}};
 
-/* Adds a run of texels in the upper left quarter. In the middle they are their own images. */
-static void envmapi_sh_moments_add(envmapi_sh_moments *m, const envmapi_sh_job *job, int x0,
-                                   int y) {
+/* Axis i of a face: S, T, M as of a cube's; which axis of the map it is, and its sign. */
+static int envmapi_sh_axis(double *sign, int mapping, int face, int i) {
+    int like = mapping == ENVMAP_CUBE ? face : mapping == ENVMAP_OCTAHEDRAL ? 2 : 4, j = 0;
+    *sign = mapping == ENVMAP_PARABOLOID && face && i == 2 ? -1 : 1;
+    if (i == 3) return i;
+    while (!envmapi_cube[like][i][j]) ++j;
+    *sign *= envmapi_cube[like][i][j];
+    return j;
+}
+
+/* The left half of row y of a face's upper half: d and |d|, w / |d|^2, then their products. A texel
+   in the middle is its own mirror image. On lat-long each d is the one before, turned by a column,
+   and rows differ from the first, `from`, by a factor. */
+static void envmapi_sh_products(double *to, size_t half, const envmapi_sh_job *job, int from,
+                                int y) {
     int mapping = job->map.mapping, edge = job->map.size, width = envmapi_width(mapping, edge);
-    int count = (width + 1) / 2 - x0 < 16 ? (width + 1) / 2 - x0 : 16;
-    double dd[16][16], at[2], d[4] = {0, 0, 0, 1};
-    for (int i = 0; i < count; ++i) {
-        double w = envmapi_texel_cell(at, mapping, edge, x0 + i, y);
-        envmapi_direction(d, mapping, mapping == ENVMAP_CUBE ? 4 : 0, at[0], at[1]);
-        if (2 * (x0 + i) + 1 == width) w /= 2;
-        if (2 * y + 1 == edge) w /= 2;
-        for (int k = 0; k < 16; ++k) dd[i][k] = w * d[k / 4] * d[k % 4];
+    double at[2], d[3] = {0}, sign[4], *along[4], step = ENVMAPI_PI / edge;
+    double c = cos(step), s = sin(step);
+    double w = 0, scale = 2 * y + 1 == edge ? 0.5 : 1, *weights = to + 4 * half;
+    for (size_t k = 0; k < 4; ++k)
+        along[envmapi_sh_axis(sign + k, mapping, 0, (int)k)] = to + k * half;
+    for (int i = 0; i < (int)half && (mapping != ENVMAP_LATLONG || y == from); ++i) {
+        double x = d[0];
+        if (mapping != ENVMAP_LATLONG || i % 64 == 0) {
+            w = envmapi_texel_cell(at, mapping, edge, i, y);
+            envmapi_ray(d, mapping, 0, at[0], at[1]);
+        } else d[0] = c * x - s * d[2], d[2] = s * x + c * d[2];
+        double dd = envmapi_dot(d, d);
+        along[0][i] = d[0], along[1][i] = d[1], along[2][i] = d[2], along[3][i] = sqrt(dd);
+        weights[i] = (2 * i + 1 == width ? 0.5 : 1) * w / dd;
     }
-    for (int image = 0; image < 4 * envmap_faces(mapping); ++image) {
-        int x = image & 1 ? width - 1 - x0 : x0, step = image & 1 ? -3 : 3;
-        const float *texel = envmapi_sh_texel(job, image / 4, x, image & 2 ? edge - 1 - y : y);
-        for (int c = 0; c < 3; ++c) {
-            double *sums = m->of[image][c][0];
-            for (int i = 0; i < count; ++i)
-                for (int k = 0; k < 16; ++k) sums[k] += (double)texel[i * step + c] * dd[i][k];
+    if (mapping == ENVMAP_LATLONG) {
+        double sine = sin((y + 0.5) * step) / sin((from + 0.5) * step);
+        scale *= sine, sign[0] *= sine, sign[2] *= sine;
+        sign[1] *= cos((y + 0.5) * step) / cos((from + 0.5) * step);
+    }
+    for (size_t k = 0; k < ENVMAPI_SH_MOMENTS; ++k) {
+        int i = envmapi_sh_moments[k].i, j = envmapi_sh_moments[k].j;
+        double *a = to + (size_t)i * half, *b = to + (size_t)j * half, *out = to + (5 + k) * half;
+        double factor = scale * sign[i] * sign[j];
+        for (size_t n = 0; n < half; ++n) out[n] = factor * weights[n] * a[n] * b[n];
+    }
+}
+
+/* Adds row y of a face and its mirror image. A lane is a channel.
+   rows  [2][3 width], and one more: the two added, and subtracted */
+static void envmapi_sh_moments_add(envmapi_double4 *sums, const envmapi_sh_job *job, int face,
+                                   int y, const double *products, double *rows) {
+    int edge = job->map.size, width = envmapi_width(job->map.mapping, edge), half = (width + 1) / 2;
+    const float *a = envmapi_sh_texel(job, face, 0, y);
+    const float *b = envmapi_sh_texel(job, face, 0, edge - 1 - y);
+    envmapi_double4 e[4];
+    for (int i = 0; i < 3 * width; ++i) {
+        rows[i] = (double)a[i] + (double)b[i];
+        rows[3 * width + i] = (double)a[i] - (double)b[i];
+    }
+    for (int i = 0; i < half; ++i) {
+        for (int odd = 0; odd < 4; ++odd) {
+            const double *row = rows + odd / 2 * 3 * width;
+            e[odd] = *envmapi_double4_at(row + 3 * i);
+            envmapi_double4_add(e + odd, odd & 1 ? -1 : 1,
+                                envmapi_double4_at(row + 3 * (width - 1 - i)));
         }
+        for (int k = 0; k < ENVMAPI_SH_MOMENTS; ++k)
+            envmapi_double4_add(sums + k, products[k * half + i], e + envmapi_sh_moments[k].odd);
     }
 }
 
-/* How much of axis i of a texel on face 0 lies along axis j of its image. */
-static double envmapi_sh_turn(int mapping, int image, int i, int j) {
-    int v = mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
-    int mirrored = (image & 1 && i == 0) || (image & 2 && i == v);
-    double along = i != j ? 0 : i == 2 && mapping == ENVMAP_PARABOLOID && image >= 4 ? -1 : 1;
-    if (mapping == ENVMAP_CUBE && i < 3)
-        along = j == 3 ? 0 : envmapi_cube[image / 4][i][j] * (i == 1 ? -1 : 1);
-    return mirrored ? -along : along;
-}
-
-/* All faces' moments of a channel, on the axes of the map. */
-static void envmapi_sh_moments_join(double M[4][4], const envmapi_sh_moments *m, int mapping,
-                                    int c) {
-    double turn[4][4];
-    memset(M, 0, 16 * sizeof(double));
-    for (int image = 0; image < 4 * envmap_faces(mapping); ++image) {
-        for (int i = 0; i < 16; ++i)
-            turn[i / 4][i % 4] = envmapi_sh_turn(mapping, image, i / 4, i % 4);
-        for (int i = 0; i < 16; ++i)
-            for (int j = 0; j < 16; ++j)
-                M[j / 4][j % 4] +=
-                    turn[i / 4][j / 4] * turn[i % 4][j % 4] * m->of[image][c][i / 4][i % 4];
-    }
-}
-
-/* envmapi_task_sh for three bands and less (speed only: a fifth of its time). */
+/* envmapi_task_sh for three bands and less (speed only: a tenth of its time). */
 static void envmapi_task_sh_nine(void *context, int task) {
     const envmapi_sh_job *job = (const envmapi_sh_job *)context;
-    int mapping = job->map.mapping, bands = job->bands;
-    double *sh = job->sums + 3 * task * bands * bands, M[4][4];
+    int mapping = job->map.mapping, faces = envmap_faces(mapping), bands = job->bands;
+    double *sh = job->sums + (size_t)task * job->room, M[4][4], sign[2];
+    size_t width = (size_t)envmapi_width(mapping, job->map.size), half = (width + 1) / 2;
+    double *rows = sh + job->room - 6 * width - 1, *products = sh + 3 * bands * bands;
     double k0 = sqrt(1 / (4 * ENVMAPI_PI)), k1 = sqrt(3.0) * k0, k2 = sqrt(15.0) * k0;
-    envmapi_sh_moments m;
-    memset(&m, 0, sizeof m);
-    for (int y = task; 2 * y < job->map.size; y += ENVMAPI_TASKS)
-        for (int x = 0; 2 * x < envmapi_width(mapping, job->map.size); x += 16)
-            envmapi_sh_moments_add(&m, job, x, y);
+    envmapi_double4 sums[6][ENVMAPI_SH_MOMENTS];
+    memset(sums, 0, sizeof sums);
+    for (int y = task; 2 * y < job->map.size; y += ENVMAPI_TASKS) {
+        envmapi_sh_products(products, half, job, task, y);
+        for (int face = 0; face < faces; ++face)
+            envmapi_sh_moments_add(sums[face], job, face, y, products + 5 * half, rows);
+    }
     for (int c = 0; c < 3; ++c) {
-        envmapi_sh_moments_join(M, &m, mapping, c);
-        const double Y[9] = {k0 * M[3][3],
-                             k1 * M[3][1],
-                             k1 * M[3][2],
-                             k1 * M[3][0],
-                             k2 * M[0][1],
-                             k2 * M[1][2],
-                             sqrt(5.0) / 2 * k0 * (3 * M[2][2] - M[3][3]),
-                             k2 * M[0][2],
-                             k2 / 2 * (M[0][0] - M[1][1])};
+        memset(M, 0, sizeof M);
+        for (int k = 0; k < ENVMAPI_SH_MOMENTS * faces; ++k) {
+            int face = k / ENVMAPI_SH_MOMENTS, n = k % ENVMAPI_SH_MOMENTS;
+            int i = envmapi_sh_axis(sign, mapping, face, envmapi_sh_moments[n].i);
+            int j = envmapi_sh_axis(sign + 1, mapping, face, envmapi_sh_moments[n].j);
+            M[i < j ? i : j][i < j ? j : i] +=
+                sign[0] * sign[1] * ((const double *)&sums[face][n])[c];
+        }
+        double Y[9] = {k0 * M[3][3], k1 * M[1][3], k1 * M[2][3], k1 * M[0][3]};
+        Y[4] = k2 * M[0][1], Y[5] = k2 * M[1][2], Y[7] = k2 * M[0][2];
+        Y[6] = sqrt(5.0) / 2 * k0 * (3 * M[2][2] - M[3][3]), Y[8] = k2 / 2 * (M[0][0] - M[1][1]);
         for (int i = 0; i < bands * bands; ++i) sh[3 * i + c] = Y[i];
     }
 }
 
 /* The definition, to sh or, when all of them are there, to texels; the other is NULL. */
 static envmap_result envmapi_sh_exact(double *sh, float *texels, envmapi_sh_job *job) {
-    size_t numbers = 3 * (size_t)(job->bands * job->bands), all = ENVMAPI_TASKS * numbers;
+    size_t numbers = 3 * (size_t)(job->bands * job->bands);
+    size_t width = (size_t)envmapi_width(job->map.mapping, job->map.size), nine = job->bands <= 3;
     size_t floats = envmapi_slice_floats(&job->map, 0);
+    job->room = numbers + nine * (width / 2 * (5 + ENVMAPI_SH_MOMENTS) + 6 * width + 16);
+    size_t all = ENVMAPI_TASKS * job->room;
     void *room = sh ? envmapi_pool_get(&job->pool, all, sizeof(double))
                     : envmapi_pool_get(&job->pool, floats, sizeof(float));
     if (!room) return ENVMAP_ERROR_MEMORY;
     if (sh) job->sums = (double *)memset(room, 0, all * sizeof(double));
     job->texels = sh ? envmapi_image(&job->map, 0, job->slice, 0) : (float *)room;
-    envmap_result result =
-        envmapi_run(&job->work, sh && job->bands <= 3 ? envmapi_task_sh_nine : envmapi_task_sh, job,
-                    ENVMAPI_TASKS);
+    envmap_task *task = sh && nine ? envmapi_task_sh_nine : envmapi_task_sh;
+    envmap_result result = envmapi_run(&job->work, task, job, ENVMAPI_TASKS);
     if (texels && !result) memcpy(texels, room, floats * sizeof(float));
     if (!sh || result) return result;
     memset(sh, 0, numbers * sizeof(double));
-    for (size_t i = 0; i < all; ++i) sh[i % numbers] += job->sums[i];
+    for (size_t i = 0; i < ENVMAPI_TASKS * numbers; ++i)
+        sh[i % numbers] += job->sums[i / numbers * job->room + i % numbers];
     return envmapi_sh_check(sh, job->bands, ENVMAPI_SH_LIMIT);
 }
 
@@ -5097,13 +5163,15 @@ static void envmapi_sh_exchange(double *to, const double *from, int bands, int t
 static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *job) {
     envmapi_input in;
     envmapi_transform t;
+    const envmapi_input *from = job->in ? job->in : sh ? &in : NULL;
     int bands = job->bands;
     double lambda[ENVMAPI_SH_BANDS], h = envmapi_widest_spacing(bands);
     double *a = (double *)envmapi_pool_get(&job->pool, envmapi_triangle(bands, bands), sizeof *a);
     while (3 * envmapi_band_error(bands - 1, h) > job->tolerance) h *= 0.96;
-    if (!a || (sh && envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
-        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, sh ? &in : NULL, NULL,
-                                 &job->work, &job->pool))
+    if (!a || (sh && !job->in &&
+               envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
+        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, from, NULL, &job->work,
+                                 &job->pool))
         return ENVMAP_ERROR_MEMORY;
     for (int l = 0; l < bands; ++l) lambda[l] = 1;
     t.rings.a = a, t.rings.a_bands = bands, t.rings.lambda = lambda, t.out = texels;
@@ -5118,23 +5186,31 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
     return envmapi_fill_texels(&t, &job->work, ENVMAP_ERROR_RADIANCE);
 }
 
+/* Frees the job's memory; sh may be written though it fails. */
+static envmap_result envmapi_sh_project(double *sh, envmapi_sh_job *job) {
+    const envmap *map = &job->map;
+    envmap_result result = ENVMAP_ERROR_RADIANCE;
+    if (job->tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(sh, NULL, job);
+    if (!result && !envmapi_sh_check(sh, job->bands, 1e-25) &&
+        envmapi_exponent(envmapi_image(map, 0, job->slice, 0), envmapi_slice_floats(map, 0)) < -60)
+        result = ENVMAP_ERROR_RADIANCE;
+    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow, or vanish, where doubles do not */
+        result = envmapi_sh_exact(sh, NULL, job);
+    envmapi_pool_free(&job->pool, 0);
+    return result;
+}
+
 ENVMAPI_BODY envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                              double tolerance, const envmap_work *work) {
     envmapi_sh_job job;
     if (!sh || bands < 1 || bands > ENVMAPI_SH_BANDS || !envmapi_valid(map) || slice < 0 ||
         slice >= map->slices || !envmapi_sh_job_of(&job, map, slice, bands, tolerance, work))
         return ENVMAP_ERROR_ARGUMENT;
-    size_t numbers = 3 * (size_t)(bands * bands);
-    double *out = (double *)envmapi_pool_get(&job.pool, numbers, sizeof(double));
-    envmap_result result = out ? ENVMAP_ERROR_RADIANCE : ENVMAP_ERROR_MEMORY;
-    if (out && tolerance >= ENVMAPI_SH_FLOATS) result = envmapi_sh_fast(out, NULL, &job);
-    if (!result && !envmapi_sh_check(out, bands, 1e-25) &&
-        envmapi_exponent(envmapi_image(map, 0, slice, 0), envmapi_slice_floats(map, 0)) < -60)
-        result = ENVMAP_ERROR_RADIANCE;
-    if (result == ENVMAP_ERROR_RADIANCE) /* floats overflow, or vanish, where doubles do not */
-        result = envmapi_sh_exact(out, NULL, &job);
-    if (!result) memcpy(sh, out, numbers * sizeof(double));
-    envmapi_pool_free(&job.pool, 0);
+    size_t bytes = 3 * (size_t)(bands * bands) * sizeof(double);
+    double *out = (double *)ENVMAP_MALLOC(job.work.memory, bytes);
+    envmap_result result = out ? envmapi_sh_project(out, &job) : ENVMAP_ERROR_MEMORY;
+    if (!result) memcpy(sh, out, bytes);
+    if (out) ENVMAP_FREE(job.work.memory, out);
     return result;
 }
 
@@ -5322,7 +5398,7 @@ static int envmapi_ringing_look(envmapi_ringing *r) {
     envmapi_sh_points n;
     for (int j = 0; j < rings; ++j)
         for (int k = 0; k < around; k += room - 2) { /* the others are neighbours */
-            double low[ENVMAPI_SH_POINTS][4];
+            double low[ENVMAPI_SH_POINTS / 2 + 1][4]; /* no two neighbours are */
             int lows = 0;
             envmapi_sh_ring(&n, cos(ENVMAPI_PI * (j + 0.5) / rings), around, k - 1, around + 1);
             envmapi_ringing_values(r, &n);
@@ -5439,8 +5515,8 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
                    within 12 texels or 8 sigma, by Gauss-Legendre on patches that end where it has
-                   kinks; in polar coordinates about a for sphere and angular maps and lobes
-                   with edges. What a lobe has beyond (the tail of GGX) is smooth at a texel's
+                   kinks; in polar coordinates about a for sphere and angular maps and
+                   Banks' lobes. What a lobe has beyond (the tail of GGX) is smooth at a texel's
                    scale and stays a sum over texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
@@ -5471,6 +5547,7 @@ typedef struct envmapi_source {
     double *x, *y, *z, *w; /* [count] direction and solid angle */
     double *r, *g, *b;     /* [count] radiance times solid angle */
     uint32_t *code;        /* [count] face, then the bits of y and x in turn, 2 bits of them */
+    uint32_t *place;       /* [count] of the texel in the map */
     int bits;              /* of y and x each */
     double (*centre)[3];   /* [tiles] unit mean of a tile's texels */
     size_t *first;         /* [tiles + 1] first texel of a tile */
@@ -5503,6 +5580,7 @@ static void envmapi_source_tile(envmapi_source *s, int slice, uint32_t from) {
         if (!(w > 0)) continue;
         const float *rgb = image + 3 * ((size_t)y * (size_t)width + (size_t)x);
         size_t i = s->count++;
+        s->place[i] = (uint32_t)((rgb - envmapi_image(s->map, 0, slice, 0)) / 3);
         envmapi_direction(d, mapping, face, at[0], at[1]);
         s->x[i] = d[0], s->y[i] = d[1], s->z[i] = d[2], s->w[i] = w, s->code[i] = from + n;
         s->r[i] = w * (double)rgb[0], s->g[i] = w * (double)rgb[1], s->b[i] = w * (double)rgb[2];
@@ -5524,7 +5602,7 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     size_t tiles = (size_t)((width + 15) / 16) * (size_t)((map->size + 15) / 16) * (size_t)faces;
     memset(s, 0, sizeof *s);
     if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
-    size_t bytes = n * (7 * sizeof *s->x + sizeof *s->code);
+    size_t bytes = n * (7 * sizeof *s->x + 2 * sizeof *s->code);
     bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
     double *block = (double *)ENVMAP_MALLOC(memory, bytes);
     if (!block) return ENVMAP_ERROR_MEMORY;
@@ -5534,7 +5612,7 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     s->r = block + 4 * n, s->g = block + 5 * n, s->b = block + 6 * n;
     s->centre = (double(*)[3])(block + 7 * n);
     s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
-    s->code = (uint32_t *)(s->first + tiles + 1);
+    s->code = (uint32_t *)(s->first + tiles + 1), s->place = s->code + n;
     for (uint32_t code = 0; code >> 2 * s->bits < (uint32_t)faces; code += ENVMAPI_TILE)
         if (envmapi_unzip(code, s->bits) < width && envmapi_unzip(code >> 1, s->bits) < map->size)
             envmapi_source_tile(s, slice, code);
@@ -5547,14 +5625,17 @@ typedef struct envmapi_axis {
     const envmap_lobe *lobe;
     envmapi_level level; /* of the source, for lookups */
     double a[3], p;
-    double from, to;        /* support of the lobe, rad (envmap_lobe_support) */
-    double texel, tent;     /* side of the mean texel, rad; t of the card */
-    double bilinear;        /* share of the bilinear radiance, 0 .. 1 */
+    double from, to;    /* support of the lobe, rad (envmap_lobe_support) */
+    double texel, tent; /* side of the mean texel, rad; t of the card */
+    double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
     double sigma, reach;    /* rad: of the lobe; up to here it may be sharp */
     int curves, kink_count; /* parts of a patch; kinks of the lobe */
     double kinks[ENVMAPI_KINKS];
-    double gauss[7][6][2]; /* node and weight of rules of 2 .. 6 */
-    double sum[4];         /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
+    double gauss[7][6][2];  /* node and weight of rules of 2 .. 6 */
+    double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
+    double *light;          /* sum; or, where the level has no texels, [texels] what each counts */
+    double sight;           /* rad: integrals end where so little is left of the lobe; to */
+    double ease;            /* nodes away from kinks, over what the definition takes */
 } envmapi_axis;
 
 /* 0 up to from, 1 beyond to, smooth between. */
@@ -5587,28 +5668,49 @@ static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
     return sum;
 }
 
+/* Adds k times texel i. */
+static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
+    const envmapi_source *s = axis->source;
+    if (k >= 0 && k <= 0) return; /* NaN goes on: it must be seen */
+    axis->sum[3] += k * s->w[i];
+    if (!axis->level.texels) axis->light[s->place[i]] += k * s->w[i];
+    else axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
+}
+
+/* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are `last` or more. */
+static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, size_t *i,
+                             size_t end, double last) {
+    const envmapi_source *s = axis->source;
+    int n = 0;
+    for (; *i < end && n < 64; ++*i) {
+        x[n] = axis->a[0] * s->x[*i] + axis->a[1] * s->y[*i] + axis->a[2] * s->z[*i];
+        seen[n] = *i, n += x[n] >= last;
+    }
+    return n;
+}
+
 /* Adds the sum over texels, times `share`. Tents where the lobe is sharp, which is near its axis or
    its ring, to two texels as tents are; centres elsewhere. tail: centres only, beyond the reach. */
 static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
     const envmapi_source *s = axis->source;
     double margin = axis->tent > 0 && !tail ? 2 * axis->texel : 0, end = axis->to + margin + 1e-9;
     double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
-    double sharp_from = envmapi_cosine(axis->from - margin);
+    double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
     double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
+    double from = axis->reach / 2;
+    size_t seen[64];
     for (size_t tile = 0; tile < s->tiles; ++tile) {
         if (envmapi_dot(axis->a, s->centre[tile]) < last_tile) continue;
-        for (size_t i = s->first[tile]; i < s->first[tile + 1]; ++i) {
-            double x = axis->a[0] * s->x[i] + axis->a[1] * s->y[i] + axis->a[2] * s->z[i];
-            if (x < last) continue;
-            double step =
-                tail ? envmapi_smooth_step(envmapi_acos(x), axis->reach / 2, axis->reach) : 1;
-            if (!(step > 0)) continue;
-            double k = x > sharp_to && x <= sharp_from ? envmapi_axis_tent_k(axis, i)
-                                                       : envmapi_k(axis->lobe, x, axis->p);
-            if (k >= 0 && k <= 0) continue; /* NaN goes on: it must be seen */
-            k *= share * step;
-            axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
-            axis->sum[3] += k * s->w[i];
+        for (size_t next = s->first[tile]; next < s->first[tile + 1];) {
+            int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last);
+            envmapi_k_many(many, x, n, axis->lobe, axis->p); /* together: speed only */
+            for (int j = 0; j < n; ++j) {
+                size_t i = seen[j];
+                double k = x[j] > sharp_to && x[j] <= sharp_from ? envmapi_axis_tent_k(axis, i)
+                                                                 : many[j];
+                double step = tail ? envmapi_smooth_step(envmapi_acos(x[j]), from, axis->reach) : 1;
+                if (step > 0) envmapi_axis_add(axis, i, share * step * k);
+            }
         }
     }
 }
@@ -5639,8 +5741,9 @@ static void envmapi_patch_node(envmapi_axis *axis, const envmapi_patch *patch, d
         k *= 1 - envmapi_smooth_step(envmapi_acos(x), patch->reach / 2, patch->reach);
     k *= weight * patch->share * envmapi_density(axis->level.mapping, uv[0], uv[1]);
     if (k >= 0 && k <= 0) return;
-    if (axis->level.mapping == ENVMAP_PARABOLOID) envmapi_add_lookup(axis->sum, &axis->level, d, k);
-    else envmapi_add_bilinear(axis->sum, &axis->level, patch->face, uv[0], uv[1], k);
+    if (axis->level.mapping == ENVMAP_PARABOLOID)
+        envmapi_add_lookup(axis->light, &axis->level, d, k);
+    else envmapi_add_bilinear(axis->light, &axis->level, patch->face, uv[0], uv[1], k);
     axis->sum[3] += k;
 }
 
@@ -5699,8 +5802,9 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     envmapi_patch_at(uv, middle, axis, patch, (patch->from[0] + patch->to[0]) / 2,
                      (patch->from[1] + patch->to[1]) / 2);
     for (int i = 0; i < 4; ++i) radius = fmax(radius, 1.1 * envmapi_angle(middle, corner[i]));
-    double away = envmapi_angle(axis->a, middle), scale = axis->sigma, finer = 1;
-    if (away - radius > fmin(patch->reach, axis->to) || away + radius < axis->from) return 0;
+    double away = envmapi_angle(axis->a, middle), scale = axis->sigma, finer = axis->ease;
+    double end = fmin(fmin(patch->reach, axis->to), axis->sight);
+    if (away - radius > end || away + radius < axis->from) return 0;
     if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
     else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
     for (int i = 0; i < axis->kink_count; ++i)
@@ -5725,12 +5829,11 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     int cut = whole ? length[1] > length[0] : size[1] > size[0];
     half[0].to[cut] = half[1].from[cut] =
         patch->from[cut] + (whole ? size[cut] / 2 : floor((size[cut] + 1) / 2));
-    double closer[3], other[3];
+    double at[2][3];
     for (int i = 0; i < 2; ++i)
-        envmapi_patch_at(uv, i ? other : closer, axis, half + i,
-                         (half[i].from[0] + half[i].to[0]) / 2,
+        envmapi_patch_at(uv, at[i], axis, half + i, (half[i].from[0] + half[i].to[0]) / 2,
                          (half[i].from[1] + half[i].to[1]) / 2);
-    if (envmapi_dot(axis->a, other) > envmapi_dot(axis->a, closer)) {
+    if (envmapi_dot(axis->a, at[1]) > envmapi_dot(axis->a, at[0])) {
         envmapi_patch swap = half[0];
         half[0] = half[1], half[1] = swap;
     }
@@ -5738,18 +5841,22 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
 }
 
 /* How narrow texels are, over the mean, where the circle of angle theta about the axis comes
-   closest to the point at which all texels of a rim meet. */
+   closest to a point at which all texels of a row or of a rim meet. */
 static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
-    double x = axis->level.mapping == ENVMAP_SPHERE ? -axis->a[2] : axis->a[2];
+    int mapping = axis->level.mapping, poles = mapping == ENVMAP_LATLONG;
+    double x = poles ? fabs(axis->a[1]) : mapping == ENVMAP_SPHERE ? -axis->a[2] : axis->a[2];
     double apart = fabs(envmapi_acos(x) - theta);
+    if (poles) apart = fmin(apart, fabs(ENVMAPI_PI - envmapi_acos(x) - theta));
+    else if (mapping != ENVMAP_SPHERE && mapping != ENVMAP_ANGULAR) return 1;
     return apart < ENVMAPI_PI / 2 ? sin(apart) + 1e-9 : 1;
 }
 
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
-   thin where all of a rim's texels meet, or against a lobe with edges, which are circles about a:
+   thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
    rings, eight or more in two texels, of eight points a texel. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
-    envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, reach, 2 * axis->texel);
+    envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
+                                                 2 * axis->texel);
     const double *a = axis->a;
     double t[3], b[3], theta, weight, d[3];
     envmapi_tangents(t, b, a, NULL);
@@ -5759,15 +5866,13 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
         double texels = 2 * ENVMAPI_PI * sin(theta) / axis->texel;
         double most = fmax(texels, 2 * axis->level.width);
         int n = (int)fmax(8 * fmin(texels / envmapi_axis_squeeze(axis, theta), most), 32);
-        double sum[3] = {0, 0, 0};
+        k *= 2 * ENVMAPI_PI * share;
         for (int i = 0; i < n; ++i) {
             double phi = 2 * ENVMAPI_PI * (i + 0.5) / n;
             for (int j = 0; j < 3; ++j)
                 d[j] = cos(theta) * a[j] + sin(theta) * (cos(phi) * t[j] + sin(phi) * b[j]);
-            envmapi_add_lookup(sum, &axis->level, d, 1.0 / n);
+            envmapi_add_lookup(axis->light, &axis->level, d, k / n);
         }
-        k *= 2 * ENVMAPI_PI * share;
-        for (int c = 0; c < 3; ++c) axis->sum[c] += k * sum[c];
         axis->sum[3] += k;
     }
 }
@@ -5775,8 +5880,8 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
 /* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
-    int edges = axis->lobe->kind >= ENVMAP_LOBE_BANKS && axis->kink_count > 0;
-    if (edges || axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR) {
+    if (axis->lobe->kind == ENVMAP_LOBE_BANKS || axis->level.mapping == ENVMAP_SPHERE ||
+        axis->level.mapping == ENVMAP_ANGULAR) {
         envmapi_axis_polar(axis, share, reach);
         return;
     }
@@ -5814,7 +5919,7 @@ typedef struct envmapi_axes {
 /* Makes ready for a slice of src and of `slices` of a result. */
 static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
-    axis->p = envmapi_slice_p(axis->lobe, slice, slices);
+    axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1;
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
     axis->texel = envmapi_texel_extent(src);
@@ -5822,6 +5927,7 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
     axis->reach = fmax(12 * axis->texel, 8 * axis->sigma);
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
+    axis->sight = axis->to;
     axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
     axis->curves = src->mapping == ENVMAP_PARABOLOID || src->mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
     for (int n = 2; n < 7; ++n)
@@ -5835,6 +5941,7 @@ static void envmapi_axes_row(void *context, int task) {
     int face = task / dst->size, y = task % dst->size;
     float *out = envmap_texel(dst, 0, axes->slice, face, 0, y);
     envmapi_axis axis = axes->axis;
+    axis.light = axis.sum;
     for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x, out += 3) {
         envmapi_texel_direction(axis.a, dst->mapping, face, dst->size, x, y);
         memset(axis.sum, 0, sizeof axis.sum);
@@ -6309,15 +6416,22 @@ static double envmapi_window_density(const envmapi_level *level, double u, doubl
 }
 
 /* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
-   whole numbers: each texel at its centre, or spread. */
+   whole numbers: each texel at so many places and weights of a tent: its centre; two and three that
+   have the second moment of the definition's, and the fourth; the definition's four. */
 static int envmapi_window_centres(envmapi_knot *node, int room, double from, double to, double n,
-                                  double tent) {
-    int count = 0, sides = tent > 0 ? 2 : 1;
-    for (double x = ceil(from); x <= to && count + 2 <= room; x += 1)
-        for (int i = 0; i < sides; ++i, ++count) {
-            node[count].at = (x + 0.5 + (i ? tent : -tent) / sqrt(6.0)) / n;
-            node[count].texel = (int)x, node[count].f = 0,
-            node[count].weight = sides > 1 ? 0.5f : 1;
+                                  double tent, int places) {
+    static const double rules[4][4][2] = {
+        {{0, 1}},
+        {{-0.40824829, 0.5}, {0.40824829, 0.5}},
+        {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
+        {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
+         {0.64494897, 0.18195861}}};
+    int count = 0;
+    for (double x = ceil(from); x <= to && count + 4 <= room; x += 1)
+        for (int i = 0; i < places; ++i, ++count) {
+            node[count].at = (x + 0.5 + tent * rules[places - 1][i][0]) / n;
+            node[count].weight = (float)rules[places - 1][i][1];
+            node[count].texel = (int)x, node[count].f = 0;
         }
     return count;
 }
@@ -6349,19 +6463,23 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
 /* -------------------------------------------------------------------------------- >>kernels --
    What each texel in sight of an axis counts.
      in     a source's level, a lobe, its p, axes of a result       out    K
-       texels, tents of half-width t      K_i = w_i mean of k at c_i +- t/sqrt 6 along u and v
+       texels, tents of half-width t      K_i = w_i mean of k at places about c_i along u and v
        the bilinear radiance              K_i = integral of k B_i, B_i the bilinear weight of i
    Both are sums over the nodes of a window of a face, some along u times some along v. For the
    integral these are Gauss-Legendre's, two to six a piece; pieces end at the lines through texel
    centres, where B_i has its kinks, and are 2.5 sigma long at most.
    Where a lobe never ends (GGX) >>fast sums its tail. Where two cubes' texels lie alike about all
-   axes of a face, K changes slowly from axis to axis.
+   axes of a face, K changes slowly from axis to axis. For a lat-long K is a function of the axis'
+   latitude, the texel's row and the difference of their longitudes: it is summed at knots of both,
+   for all axes between the centres of two rows, which are a cell.
        what is left to >>fast                     _tail_of
        windows and their nodes                    _open, _nodes
        the angles of nodes, k there, texels       _sines, _k, _add, _flush, _rim
        K of axes; between axes that lie alike     _kernel; _tie, _between
+       K of a cell, and of an axis in it          _points, _fold, _cell_tie; _cell_add
    Used by >>near.  Source: ours.  Tests: tests/test_near.c,
-   axes_between_knots_agree_with_those_summed_one_by_one of all. */
+   axes_between_knots_agree_with_those_summed_one_by_one and
+   latitudes_between_knots_agree_with_axes_summed_one_by_one of all. */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
@@ -6400,13 +6518,14 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     return tail->part > 1e-9 && tail->part <= 1;
 }
 
-/* Axes side by side, in a row of dst: their windows are nearly the same texels. */
+/* An axis of dst. Its windows and those of the count - 1 that follow are nearly the same texels. */
 #define ENVMAPI_NEAR_AXES 8
 typedef struct envmapi_near_axes {
     int face, x, y, count;
 } envmapi_near_axes;
 
-/* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache. */
+/* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache.
+   Where the source is a lat-long, all axes between the centres of its rows y and y + 1. */
 #define ENVMAPI_NEAR_TILE 32
 #define ENVMAPI_NEAR_WIDE 80 /* texels that a knot sees in a row, at most */
 typedef struct envmapi_near_tile {
@@ -6420,6 +6539,19 @@ typedef struct envmapi_near_knots {
     float *K;
 } envmapi_near_knots;
 
+/* K^(1/4) of a cell, whose axes lie between the centres of rows `row` and row + 1 of a lat-long, at
+   knots: [latitude][longitude][rows][columns], from row y and from `reach` columns before the axis'
+   on. The root of a Gaussian is one twice as wide, so pieces of cubic polynomials are long. */
+#define ENVMAPI_CELL_KNOTS 96  /* at most, along u or v; any number is right */
+#define ENVMAPI_CELL_PIECE 1.2 /* sigma at 1e-3; at 2.4 the latitudes' test (above) fails */
+#define ENVMAPI_CELL_CORE  1.5 /* texels about an axis where a sharp GGX has detail (speed only) */
+typedef struct envmapi_near_cell {
+    int ready, row, y, rows, columns, reach, last[2];
+    double at[2][ENVMAPI_CELL_KNOTS + 1]; /* knots along u and v, in [0,1], alike from either end */
+    double *twice;                        /* k integrated twice from the axis' meridian on */
+    float *K;
+} envmapi_near_cell;
+
 /* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
    the last bright one of each block. */
 #define ENVMAPI_NEAR_BLOCKS 9 /* 48 turns */
@@ -6428,29 +6560,36 @@ typedef struct envmapi_near_row {
     size_t first;
 } envmapi_near_row;
 
-typedef struct envmapi_near {
+typedef struct envmapi_near envmapi_near;
+struct envmapi_near {
     envmapi_axis axis; /* the lobe, and what it is to the source */
     envmap dst;
     int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
-    int tile, ratio, knot[4]; /* edge of a tile; texels of the source to one of dst, or 0; knots */
+    int round, tile, ratio, knot[4]; /* tiles between two words to the progress callback; edge of
+                                        one; texels of the source to one of dst, or 0; knots */
     float between[ENVMAPI_NEAR_TILE][4]; /* weights of the knots, for each place in a tile */
     envmapi_turn *turns;
     envmapi_near_axes *axes;
     envmapi_near_tile *tiles;
     envmapi_near_row *rows;
     envmapi_input in;
-    int exponent;       /* texels and sums are 2^-exponent of what they are */
-    float *blocks;      /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
-    size_t count, area; /* blocks; texels of the largest window */
-    int shift;          /* of a float, to its place in the table; the fraction of it */
-    float *table, inverse, fraction;   /* k by 1 + inverse sin^2: envmapi_near_k */
+    int exponent;  /* texels and sums are 2^-exponent of what they are */
+    float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
+    size_t count, area, cell;        /* blocks; texels of the largest window; a cell's K */
+    size_t all;                      /* texels, where the reference weighs them for all turns */
+    int shift;                       /* of a float, to its place in the table; the fraction of it */
+    float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
-    double piece;                      /* pieces over ENVMAPI_PIECES */
+    double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
+    double poles[2][3]; /* a lat-long's means of its first and its last row */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
     size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
-} envmapi_near;
+    envmapi_near *parts;   /* of the lobe: all, or what is about the axis and what is beyond */
+    int part_count;        /* 0: K is summed for each axis */
+    double core, beyond;   /* where k fades out, or in; or 0 */
+};
 
 /* What a task works with: the texels of a face that some axes see, what an axis makes of them, and
    the sums of all axes and turns. */
@@ -6461,13 +6600,16 @@ typedef struct envmapi_window {
     double axes[ENVMAPI_NEAR_AXES][3], middle[3], spread; /* spread: how far from the middle */
     int rim[ENVMAPI_NEAR_AXES];                           /* of axes: the reference serves them */
     double a[3], m[3];                                    /* an axis, and on a cube's face */
-    double R, limit;                                      /* R in use, and its sine's square */
-    int knot; /* it is about a knot: K is that of the face's plane, beyond its edges too */
-    envmapi_knot *u, *v;         /* [room] */
-    float *place, *apart;        /* [room] of u: what _sines asks of it */
-    float *rows[2];              /* [room] a row of texels and the next, by nodes along u */
-    float *K;                    /* [height][width][axes] */
+    double R, limit; /* R in use, and its sine's square */
+    int knot;        /* it is about a knot: K is that of the face's plane, beyond its edges too */
+    envmapi_knot *u, *v;                                  /* [room] */
+    float *place, *apart;                                 /* [room] of u: what _sines asks of it */
+    float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
+    float *K;       /* [height][width][axes] */
+    double *light;  /* [all] of an axis */
     envmapi_near_knots knots[2]; /* within R, and within R_bright */
+    envmapi_near_cell cells[2], *cell; /* cell: the one whose K is being summed */
+    int tied;                          /* points along u, while K of the cell is summed */
     envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
     double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
@@ -6491,8 +6633,8 @@ static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_axes *axes) {
     const double *middle = w->axes[axes->count / 2];
     for (int n = 0; n < axes->count; ++n)
-        envmapi_texel_direction(w->axes[n], s->dst.mapping, axes->face, s->dst.size, axes->x + n,
-                                axes->y);
+        envmapi_texel_direction(w->axes[n], s->dst.mapping, axes[n].face, s->dst.size, axes[n].x,
+                                axes[n].y);
     memcpy(w->middle, middle, sizeof w->middle), w->spread = 0;
     for (int n = 0; n < axes->count; ++n)
         w->spread = fmax(w->spread, 1.01 * envmapi_angle(w->axes[n], middle));
@@ -6503,7 +6645,8 @@ static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part,
     const envmapi_level *level = &s->axis.level;
     double box[2][2], R = envmapi_near_reach(s, radius, s->axis.bilinear < 1) + w->spread;
     int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
-    if (!envmapi_window_box(box, level->mapping, part, w->middle, R, envmapi_near_border(w, s, 0)))
+    if (!envmapi_window_box(box, level->mapping, part, w->middle, R,
+                             envmapi_near_border(w, s, 0)))
         return 0;
     memcpy(w->box, box, sizeof box);
     w->R = radius, w->limit = pow(sin(radius), 2);
@@ -6529,10 +6672,11 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
                               double box[2][2], int i, int texels) {
     const envmapi_level *level = &s->axis.level;
     int size = i ? level->edge : level->width, room = (int)s->room - 16;
-    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
+    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2], tent = s->axis.tent;
+    int places = !(tent > 0) ? 1 : s->piece < 0.9 ? 4 : tent > 0.6 ? 3 : 2;
     if (texels) /* each column of a lat-long once */
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
-                                      s->axis.tent);
+                                      tent, places);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
                                  s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
@@ -6631,6 +6775,36 @@ static float envmapi_near_omega(const envmapi_level *level, int x, int y) {
     return (float)(envmapi_density(level->mapping, u, v) / level->edge / level->edge);
 }
 
+/* Adds a finished row of points to K of a cell's n-th latitude: the mean of a tent's two times
+   omega, or where this is NULL, the integral of k B_i: k's second integral's second difference. */
+static void envmapi_near_fold(envmapi_window *w, int n, int y, const float *omega) {
+    envmapi_near_cell *cell = w->cell;
+    int last = cell->last[0], most = (cell->reach + 1) * last, area = cell->rows * cell->columns;
+    const float *k = w->rows[y & 1];
+    double *twice = cell->twice, sum = 0, gauss = sqrt(1.0 / 12);
+    float *out = w->apart;
+    if (y < cell->y || y >= cell->y + cell->rows) return;
+    twice[0] = 0;
+    for (int i = 0; i < most + last; ++i) {
+        double step = cell->at[0][i % last + 1] - cell->at[0][i % last];
+        double a = step / 2 * (double)k[2 * i], b = step / 2 * (double)k[2 * i + 1];
+        twice[i + 1] = twice[i] + step * (sum + (0.5 + gauss) * a + (0.5 - gauss) * b);
+        sum += a + b;
+    }
+    for (int i = 0; i <= most; ++i) {
+        double before = twice[i > last ? i - last : last - i];
+        out[i] = omega ? (k[2 * i] + k[2 * i + 1]) / 2 * *omega
+                       : (float)(twice[i + last] - 2 * twice[i] + before);
+    }
+    for (int q = 0; q <= last; ++q) {
+        float *K = cell->K + (n * (last + 1) + q) * area + (y - cell->y) * cell->columns;
+        for (int c = 0; c < cell->columns; ++c) {
+            int apart = (c - cell->reach) * last - q;
+            K[c] += out[apart < 0 ? -apart : apart];
+        }
+    }
+}
+
 /* Adds a finished row of nodes to K of texels y; then it is empty. */
 static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, int count, int y,
                                int texels) {
@@ -6638,7 +6812,8 @@ static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, 
     const envmapi_level *level = &s->axis.level;
     const float *omega =
         texels && !w->knot ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
-    for (int j = 0; j < count && y >= w->y && y < w->y + w->height; ++j) {
+    if (w->tied) envmapi_near_fold(w, n, y, omega), count = (count + 15) / 16 * 16;
+    for (int j = 0; j < count && !w->tied && y >= w->y && y < w->y + w->height; ++j) {
         const envmapi_knot *u = w->u + j;
         float k = row[j] * u->weight, next = k * u->f;
         if (omega) k *= omega[envmapi_wrap(u->texel, level->width)];
@@ -6664,12 +6839,12 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
                             envmapi_near_border(w, s, texels)))
         return;
-    int count = envmapi_near_nodes(w->u, s, w, box, 0, texels);
+    int count = w->tied ? w->tied : envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
     if (!count || !lines) return;
     int padded = (count + 15) / 16 * 16;
     int line = level->mapping == ENVMAP_CUBE || level->mapping == ENVMAP_LATLONG;
-    for (int j = 0; j < padded; ++j) {
+    for (int j = 0; j < padded && !w->tied; ++j) {
         if (j >= count) w->u[j] = w->u[count - 1];
         envmapi_near_place(w->place + j, w->apart + j, w, level->mapping, w->u[j].at, 0);
         for (int i = 0; i < 2; ++i)
@@ -6808,6 +6983,152 @@ static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
     }
 }
 
+/* Knots between two texels' centres, where K has kinks as wide as the lobe: the ends of pieces, and
+   two within each for a cubic polynomial. Pieces within `reach` of a kink are of one length, others
+   as long as they are far. Returns the last. */
+static int envmapi_near_cell_knots(double at[ENVMAPI_CELL_KNOTS + 1], double piece, double reach) {
+    double sum = 0, end = 0;
+    int count = 0;
+    while (sum < 1 && 3 * count < ENVMAPI_CELL_KNOTS) {
+        double from = 0, length = 0;
+        sum = 0, ++count;
+        for (int i = 0; i < (count + 1) / 2; ++i, from += length) {
+            length = from < reach ? piece : fmax(piece, from);
+            at[3 * i] = at[3 * (count - 1 - i)] = length;
+        }
+        for (int i = 0; i < count; ++i) sum += at[3 * i];
+    }
+    for (int i = 0; i < count; ++i) {
+        double from = end, length = at[3 * i] / sum;
+        end += length, at[3 * i] = from;
+        at[3 * i + 1] = from + (1 - sqrt(0.5)) * length, at[3 * i + 2] = from + sqrt(0.5) * length;
+    }
+    at[3 * count] = 1;
+    return sum < 1 ? 0 : 3 * count;
+}
+
+/* What is to be summed for a cell; returns how many numbers K has, or 0 where the axes are so few
+   that each is summed. */
+static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *s,
+                                   const envmapi_near_tile *tile) {
+    const envmapi_level *level = &s->axis.level;
+    double high = ENVMAPI_PI / level->edge, least = s->beyond > 0 ? 1 : 0;
+    double R = envmapi_near_reach(s, s->R_bright, s->axis.bilinear < 1);
+    double theta = high * fmax(fmin(tile->y + 0.5, level->edge - tile->y - 1.5), 0);
+    double across = theta > R ? asin(sin(R) / sin(theta)) / high : level->edge;
+    double sine = fmax(sin(theta + high), 1e-3), even = s->tail ? least : s->R_bright / high;
+    cell->row = tile->y, cell->y = tile->y - (int)(R / high) - 1;
+    cell->rows = 2 * (tile->y - cell->y) + 2, cell->reach = (int)across + 1;
+    if (2 * cell->reach + 2 > level->width) cell->reach = level->width / 2 - 1;
+    cell->columns = 2 * cell->reach + 2;
+    int u = envmapi_near_cell_knots(cell->at[0], s->cell_piece / sine, even / sine);
+    int v = envmapi_near_cell_knots(cell->at[1], s->cell_piece, even);
+    cell->last[0] = u, cell->last[1] = v;
+    cell->ready = u && v && u * v < 12 * tile->count &&
+                  2 * (cell->reach + 2) * (u + 1) < (int)s->room; /* 12: speed only */
+    return cell->ready ? (size_t)((u + 1) * (v + 1)) * (size_t)(cell->rows * cell->columns) : 0;
+}
+
+/* Points along u about a cell's meridian: two of Gauss and Legendre between knots, or those of a
+   tent about each. Returns how many. */
+static int envmapi_near_points(envmapi_window *w, const envmapi_near *s, int texels) {
+    const envmapi_near_cell *cell = w->cell;
+    int last = cell->last[0], count = 2 * ((cell->reach + 2) * last + 1);
+    w->m[0] = 0;
+    for (int i = 0; i < count + 15; ++i) {
+        const double *at = cell->at[0] + i / 2 % last;
+        double side = i % 2 ? 1 : -1, x = i / 2 / last + at[0];
+        if (texels) x += side * s->axis.tent / sqrt(6.0);
+        else x += (at[1] - at[0]) * (3 + side * sqrt(3.0)) / 6;
+        envmapi_near_place(w->place + i, w->apart + i, w, ENVMAP_LATLONG, x / s->axis.level.width,
+                           0);
+    }
+    return count;
+}
+
+/* K of a cell's knots. */
+static void envmapi_near_cell_tie(envmapi_window *w, const envmapi_near *s,
+                                  const envmapi_near_tile *tile) {
+    envmapi_near_cell *cell = w->cell;
+    int edge = s->axis.level.edge;
+    double share = s->axis.bilinear;
+    size_t count = envmapi_near_cell_of(cell, s, tile);
+    if (!cell->ready) return;
+    memset(cell->K, 0, count * sizeof(float));
+    w->R = s->R_bright, w->limit = pow(sin(w->R), 2), w->part = w->face = 0;
+    w->sigma[1] = s->sigma * edge / ENVMAPI_PI;
+    w->y = w->width = w->height = 0; /* no window is open */
+    for (int texels = share < 1 ? 1 : 0; texels >= (share > 0 ? 0 : 1); --texels) {
+        double part = texels ? 1 - share : share / s->axis.level.width;
+        w->tied = envmapi_near_points(w, s, texels);
+        for (int n = 0; n <= cell->last[1]; ++n) {
+            double v = (cell->row + 0.5 + cell->at[1][n]) / edge;
+            envmapi_direction(w->a, ENVMAP_LATLONG, 0, 0, v);
+            w->m[1] = ENVMAPI_PI * v, w->m[2] = sin(w->m[1]);
+            envmapi_near_add(w, s, n, texels, part);
+        }
+    }
+    w->tied = 0;
+    for (size_t i = 0; i < count; ++i) { /* K^(-1/4) by Newton's steps, as envmapi_inverse_root */
+        float K = cell->K[i] > 1e-30f ? cell->K[i] : 1e-30f, r;
+        uint32_t bits;
+        memcpy(&bits, &K, sizeof bits);
+        bits = 0x4F58CCCD - (bits >> 2);
+        memcpy(&r, &bits, sizeof r);
+        for (int step = 0; step < 3; ++step) r *= 1.25f - 0.25f * K * r * r * r * r;
+        cell->K[i] = K * r * r * r;
+    }
+}
+
+/* Weights of the four knots about x, from the one that is returned on. */
+static int envmapi_near_weights(float weight[4], const double *at, int last, double x) {
+    int first = 0;
+    while (first + 3 < last && x > at[first + 3]) first += 3;
+    for (int i = 0; i < 4; ++i) {
+        double f = 1;
+        for (int j = 0; j < 4; ++j)
+            if (j != i) f *= (x - at[first + j]) / (at[first + i] - at[first + j]);
+        weight[i] = (float)f;
+    }
+    return first;
+}
+
+/* Adds K of an axis between a cell's knots to the open window. */
+static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int n,
+                                  const envmapi_near_cell *cell) {
+    const envmapi_level *level = &s->axis.level;
+    int area = cell->rows * cell->columns, wide = level->width, next = cell->last[0] + 1;
+    int top = w->y > cell->y ? w->y - cell->y : 0, bottom = w->y + w->height - cell->y;
+    double uv[2];
+    float along[4], down[4], *k = cell->K + (cell->last[1] + 1) * next * area;
+    envmapi_project(uv, ENVMAP_LATLONG, 0, w->axes[n]);
+    double x = uv[0] * wide - 0.5, y = uv[1] * level->edge - 0.5 - cell->row;
+    int column = (int)floor(x), shift = (column - cell->reach - w->x) % wide;
+    int q = envmapi_near_weights(along, cell->at[0], cell->last[0], x - column);
+    int p = envmapi_near_weights(down, cell->at[1], cell->last[1], y);
+    bottom = bottom < cell->rows ? bottom : cell->rows, top *= cell->columns;
+    int count = bottom * cell->columns - top;
+    if (count > 0) memset(k, 0, (size_t)count * sizeof *k);
+    for (int i = 0; i < 4; ++i) {
+        const float *a = cell->K + ((p + i) * next + q) * area + top, *b = a + area;
+        const float *c = b + area, *d = c + area;
+        float f = down[i] * along[0], g = down[i] * along[1], h = down[i] * along[2];
+        float l = down[i] * along[3];
+        for (int j = 0; j < count; ++j) k[j] += f * a[j] + g * b[j] + h * c[j] + l * d[j];
+    }
+    for (int j = 0; j < count; ++j) k[j] *= k[j], k[j] *= k[j];
+    float *out = w->K + n + (cell->y > w->y ? cell->y - w->y : 0) * w->width * ENVMAPI_NEAR_AXES;
+    shift = shift < 0 ? shift + wide : shift;
+    for (int row = top; row < top + count; row += cell->columns, k += cell->columns) {
+        for (int to = shift; to > shift - 2 * wide; to -= wide) { /* also what is over the seam */
+            int first = to < 0 ? -to : 0, end = w->width - to;
+            end = end < cell->columns ? end : cell->columns;
+            for (int c = first; c < end; ++c) out[(to + c) * ENVMAPI_NEAR_AXES] += k[c];
+        }
+        out += w->width * ENVMAPI_NEAR_AXES;
+    }
+}
+
 /* K of some axes in the open window: by the knots on the axes' own face, but where the integral
    ends at its edges. */
 static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
@@ -6816,6 +7137,12 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
     const envmapi_level *level = &s->axis.level;
     int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
                  w->y + w->height <= level->edge;
+    if (w->cells[0].ready && (s->part_count < 2 || w->cells[1].ready)) {
+        memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+        for (int i = 0; i < s->part_count * axes->count; ++i)
+            envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
+        return;
+    }
     int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
     if (alike && !knots->ready) {
         envmapi_near_tie(w, s, tile, knots, w->R);
@@ -6837,12 +7164,16 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
        which axes, and the texels they need       _plan; these side by side: _task_near_blocks
        K times L for all turns; into dst          _apply, _put
        R, by the brightest texel in sight         _radius; _contrast tells which are bright
+   Of a source of few texels all are in sight of a lobe that reaches far; there K_i is what the
+   reference counts: _all.
    Called by filters for what FAST leaves.  Source: ours.  Tests: tests/test_near.c. */
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
 /* a_sphere_map_of_noise_keeps_the_tolerance */
 #define ENVMAPI_RIM     0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
+#define ENVMAPI_COARSE  0.1 /* rad: texels wider than this are coarser than any kernel of FAST */
+#define ENVMAPI_FEW   20000 /* texels of a source that all turns may have at once (memory) */
 #define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
 #define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
 
@@ -6856,14 +7187,17 @@ static void envmapi_near_texel(float out[3], const envmapi_near *s, int face, in
     int w = level->width, h = level->edge, pole = y < 0 || y >= h;
     double rgb[3] = {0, 0, 0};
     if (level->mapping == ENVMAP_LATLONG) x = ((x % w) + w) % w;
-    if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && pole) {
+    if (s->all) { /* none is beyond an edge, some beyond a rim */
+        const float *texel = level->texels + 3 * ((face * h + y) * w + x);
+        for (int c = 0; c < 3; ++c) rgb[c] = (double)texel[c];
+    } else if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= w) && pole) {
         int in_x = x < 0 ? 0 : w - 1, in_y = y < 0 ? 0 : h - 1;
         envmapi_add_tap(rgb, level, face, in_x, in_y, 1.0 / 3);
         envmapi_add_tap(rgb, level, face, x, in_y, 1.0 / 3);
         envmapi_add_tap(rgb, level, face, in_x, y, 1.0 / 3);
     } else if (level->mapping == ENVMAP_LATLONG && pole) {
-        for (int i = 0; i < w; ++i) envmapi_add_tap(rgb, level, face, i, y, 2.0 / w);
         envmapi_add_tap(rgb, level, face, x, y, -1);
+        for (int c = 0; c < 3; ++c) rgb[c] += 2 * s->poles[y < 0 ? 0 : 1][c];
     } else {
         envmapi_add_tap(rgb, level, face, x, y, 1);
     }
@@ -6922,32 +7256,35 @@ static unsigned envmapi_near_bright(const envmapi_window *w, const envmapi_near 
     return groups;
 }
 
-/* sums += K times blocks: one K serves a texel's images under all turns; those of these blocks. */
+/* sums += K times blocks: one K serves a texel's images under all turns; those of these blocks. A
+   row is summed by itself, as floats that are added one by one to a large sum lose more. */
 static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigned groups) {
     enum { N = ENVMAPI_NEAR_AXES };
     const envmapi_near_row *row = envmapi_near_rows(s, w);
-    float total[N] = {0};
+    double total[N] = {0};
     for (int y = 0; y < w->height; ++y, ++row) {
         const float *K = w->K + y * w->width * N;
+        float in_row[N] = {0};
         int from = 0, to = w->width * N;
         while (from < to && !(K[from] > 0 || K[from] < 0)) ++from;
         while (from < to && !(K[to - 1] > 0 || K[to - 1] < 0)) --to;
         from /= N, to = (to + N - 1) / N;
-        for (int i = from * N; i < to * N; ++i) total[i % N] += K[i];
+        for (int i = from * N; i < to * N; ++i) in_row[i % N] += K[i];
+        for (int n = 0; n < N; ++n) total[n] += (double)in_row[n];
         for (int g = 0; g < envmapi_near_groups(s); ++g) {
             if (!(groups >> g & 1)) continue;
             size_t at = (size_t)g * s->count + row->first + (size_t)(w->x - row->from);
             const float *block = s->blocks + 16 * (at + (size_t)from), *k = K + from * N;
             envmapi_float16 sums[N];
-            memcpy(sums, w->sums[g], sizeof sums);
+            memset(sums, 0, sizeof sums);
             for (int x = from; x < to; ++x, block += 16, k += N)
                 for (int n = 0; n < N; ++n)
                     envmapi_float16_add(sums + n, k[n], envmapi_float16_at(block));
-            memcpy(w->sums[g], sums, sizeof sums);
+            for (int n = 0; n < N; ++n) envmapi_float16_add(w->sums[g] + n, 1, sums + n);
         }
     }
     for (int g = 0; g < envmapi_near_groups(s); ++g)
-        for (int n = 0; n < N && groups >> g & 1; ++n) w->norms[g][n] += (double)total[n];
+        for (int n = 0; n < N && groups >> g & 1; ++n) w->norms[g][n] += total[n];
 }
 
 /* ---- a slice */
@@ -6957,13 +7294,14 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
 static int envmapi_near_singular(const envmapi_near *s, const double a[3]) {
     int mapping = s->axis.level.mapping, sphere = mapping == ENVMAP_SPHERE;
     double reach = fmin(s->R_bright, 8 * s->sigma) + (sphere ? ENVMAPI_RIM : 2 * s->axis.texel);
-    if (!sphere && mapping != ENVMAP_ANGULAR) return 0;
+    if (s->all || (!sphere && mapping != ENVMAP_ANGULAR)) return 0;
     return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
 }
 
 /* The reference's sum for a texel of dst; without what is in dst already. */
 static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t texel) {
     envmapi_axis axis = s->axis;
+    axis.light = axis.sum;
     int width = envmapi_width(s->dst.mapping, s->dst.size), row = (int)(texel / (size_t)width);
     envmapi_texel_direction(axis.a, s->dst.mapping, row / s->dst.size, s->dst.size,
                             (int)(texel % (size_t)width), row % s->dst.size);
@@ -6981,7 +7319,7 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
     for (int t = 0; t < s->turn_count; ++t) {
-        size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x + n, axes->y);
+        size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x, axes->y);
         out[t] = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
         if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
@@ -7004,14 +7342,34 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     }
 }
 
+/* Some axes: all texels, as the reference weighs them. */
+static void envmapi_near_all(envmapi_window *w, const envmapi_near *s, int axes) {
+    enum { N = ENVMAPI_NEAR_AXES };
+    envmapi_axis axis = s->axis;
+    float *K = w->K;
+    axis.level.texels = NULL, axis.light = w->light, axis.sight = s->R_bright;
+    memset(K, 0, s->all * N * sizeof *K);
+    for (int n = 0; n < axes; ++n) {
+        memset(w->light, 0, s->all * sizeof *w->light);
+        memcpy(axis.a, w->axes[n], sizeof axis.a);
+        envmapi_axis_filter(&axis, NULL);
+        for (size_t i = 0; i < s->all; ++i) K[i * N + (size_t)n] = (float)(w->light[i] / s->scale);
+    }
+    w->x = w->y = w->face = 0, w->width = s->axis.level.width, w->height = s->axis.level.edge;
+    for (; w->K < K + s->all * N; w->K += w->width * w->height * N, ++w->face)
+        envmapi_near_apply(w, s, (1u << envmapi_near_groups(s)) - 1);
+    w->K = K;
+}
+
 /* Some axes: what they see of every part, farther under those turns that show a bright texel. */
 static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_tile *tile, const envmapi_near_axes *axes) {
     unsigned all = (1u << envmapi_near_groups(s)) - 1;
     memset(w->sums, 0, sizeof w->sums), memset(w->norms, 0, sizeof w->norms);
     envmapi_near_aim(w, s, axes);
+    if (s->all) envmapi_near_all(w, s, axes->count);
     for (int n = 0; n < axes->count; ++n) w->rim[n] = envmapi_near_singular(s, w->axes[n]);
-    for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
+    for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         unsigned bright = 0;
         for (int outer = 1; outer >= 0; --outer) {
             if (!envmapi_near_open(w, s, part, outer ? s->R_bright : s->R)) continue;
@@ -7022,28 +7380,37 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             envmapi_near_apply(w, s, groups);
         }
     }
-    for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes, w->rim[n]);
+    for (int n = 0; n < axes->count; ++n) envmapi_near_put(w, s, n, axes + n, w->rim[n]);
 }
-
-#define ENVMAPI_NEAR_ROUND 64 /* tiles between two words to the progress callback */
 
 static void envmapi_task_near(void *context, int task) {
     const envmapi_near *s = (const envmapi_near *)context;
     size_t room = s->room;
     envmapi_window *w = (envmapi_window *)(void *)(s->work + (size_t)task * s->bytes);
-    w->u = (envmapi_knot *)(w + 1), w->v = w->u + room;
+    w->light = (double *)(void *)(w + 1);
+    w->u = (envmapi_knot *)(void *)(w->light + s->all), w->v = w->u + room;
     w->place = (float *)(w->v + room), w->apart = w->place + room;
     w->rows[0] = w->apart + room, w->rows[1] = w->rows[0] + room, w->K = w->rows[1] + room;
     memset(w->rows[0], 0, 2 * room * sizeof(float));
     w->knots[0].K = w->K + s->area * ENVMAPI_NEAR_AXES;
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
-    int last = s->first + ENVMAPI_NEAR_ROUND;
+    w->cells[0].ready = w->tied = 0;
+    float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
+    for (int i = 0; i < s->part_count; ++i) {
+        w->cells[i].twice = (double *)(void *)((char *)w + s->bytes) - room;
+        w->cells[i].K = end -= s->parts[i].cell;
+    }
+    int last = s->first + s->round;
     if (last > s->tile_count) last = s->tile_count;
     for (int i = s->first + task; i < last; i += s->tasks) {
         const envmapi_near_tile *tile = s->tiles + i;
         w->knots[0].ready = w->knots[1].ready = 0;
-        for (int n = 0; n < tile->count; ++n)
-            envmapi_near_see(w, s, tile, s->axes + tile->first + n);
+        for (int part = 0; part < s->part_count; ++part) {
+            w->cell = w->cells + part;
+            envmapi_near_cell_tie(w, s->parts + part, tile);
+        }
+        const envmapi_near_axes *axes = s->axes + tile->first, *after = axes + tile->count;
+        for (; axes < after; axes += axes->count) envmapi_near_see(w, s, tile, axes);
     }
 }
 
@@ -7060,7 +7427,7 @@ static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
 /* The texels that some axes need, row by row; and the largest window. */
 static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi_near_axes *axes) {
     envmapi_near_aim(w, s, axes);
-    for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping); ++part) {
+    for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         if (!envmapi_near_open(w, s, part, s->R_bright)) continue;
         envmapi_near_row *row = s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
         for (int y = 0; y < w->height; ++y, ++row) {
@@ -7077,20 +7444,36 @@ static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi
    lie alike about each axis. */
 static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolerance) {
     int size = s->dst.size, kind = s->axis.lobe->kind;
-    s->tile = ENVMAPI_NEAR_TILE, s->ratio = 0;
+    double at[4];
+    s->tile = s->all ? ENVMAPI_NEAR_AXES : ENVMAPI_NEAR_TILE, s->ratio = 0;
+    s->round = s->all ? 16 : 64;
     if (s->dst.mapping != ENVMAP_CUBE || src->mapping != ENVMAP_CUBE || size < 128 ||
         src->size % size || kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4)
         return;
     s->ratio = src->size / size;
     if (size / 16 < s->tile) s->tile = size / 16;
-    for (int i = 0; i < 4; ++i) s->knot[i] = (s->tile - 1) * i / 3;
-    for (int t = 0; t < s->tile; ++t)
-        for (int i = 0; i < 4; ++i) {
-            double f = 1;
-            for (int j = 0; j < 4; ++j)
-                if (j != i) f *= (double)(t - s->knot[j]) / (s->knot[i] - s->knot[j]);
-            s->between[t][i] = (float)f;
-        }
+    for (int i = 0; i < 4; ++i) at[i] = s->knot[i] = (s->tile - 1) * i / 3;
+    for (int t = 0; t < s->tile; ++t) envmapi_near_weights(s->between[t], at, 3, t);
+}
+
+/* Which lobes K of a lat-long's cells is summed for: none where k may be negative or has kinks
+   anywhere; a sharp GGX in two, as fewer knots serve beyond its core. */
+static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envmapi_pool *pool) {
+    double high = ENVMAPI_PI / s->axis.level.edge;
+    s->part_count = 0, s->core = s->beyond = 0, s->cell = 0;
+    s->cell_piece = ENVMAPI_CELL_PIECE * pow(tolerance * 1e3, 0.25) * s->sigma / high;
+    if (s->all || s->axis.level.mapping != ENVMAP_LATLONG ||
+        s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4 ||
+        !envmapi_lobe_nonnegative(s->axis.lobe, s->axis.p))
+        return ENVMAP_OK;
+    s->parts = (envmapi_near *)envmapi_pool_get(pool, 2, sizeof *s->parts);
+    if (!s->parts) return ENVMAP_ERROR_MEMORY;
+    s->parts[0] = s->parts[1] = *s;
+    s->part_count = s->tail && s->cell_piece < 0.5 ? 2 : 1;
+    if (s->part_count == 1) return ENVMAP_OK;
+    s->parts[0].core = s->parts[0].R_bright = s->parts[1].beyond = ENVMAPI_CELL_CORE * high;
+    s->parts[1].cell_piece = 0.5;
+    return ENVMAP_OK;
 }
 
 /* The axes of a tile that are summed, side by side as far as they see the same. */
@@ -7102,12 +7485,58 @@ static void envmapi_near_line(envmapi_window *w, envmapi_near *s, envmapi_near_t
     for (int y = tile->y; y < tile->y + s->tile && y < s->dst.size; ++y)
         for (int x = tile->x; x < end; ++x) {
             envmapi_near_axes *axes = s->axes + *count;
-            axes->face = tile->face, axes->x = x, axes->y = y;
-            while (x < end && x < axes->x + most && envmapi_near_first(s, tile->face, x, y)) ++x;
-            axes->count = x - axes->x;
-            if (axes->count) envmapi_near_needs(w, s, axes), ++*count, --x;
+            int n = 0;
+            for (; n < most && x < end && envmapi_near_first(s, tile->face, x, y); ++n, ++x)
+                axes[n].face = tile->face, axes[n].x = x, axes[n].y = y;
+            axes->count = n, *count += n;
+            if (n) envmapi_near_needs(w, s, axes), --x;
         }
     tile->count = *count - tile->first;
+}
+
+/* The axes of a lat-long by latitude and longitude: tiles of those between two rows of texels. */
+static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size_t room,
+                                        envmapi_pool *pool) {
+    const envmap *dst = &s->dst;
+    const envmapi_level *level = &s->axis.level;
+    int width = envmapi_width(dst->mapping, dst->size), bins = level->width / 4 + 1, count = 0;
+    envmapi_near_axes *found = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof *found);
+    int *first = (int *)envmapi_pool_get(pool, (size_t)(bins * (level->edge + 1)), sizeof *first);
+    if (!found || !first) return ENVMAP_ERROR_MEMORY;
+    memset(first, -1, (size_t)(bins * (level->edge + 1)) * sizeof *first);
+    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size; ++i)
+        for (int x = 0; x < width; ++x) {
+            envmapi_near_axes axis = {i / dst->size, x, i % dst->size, 0};
+            if (!envmapi_near_first(s, axis.face, x, axis.y)) continue;
+            double a[3], uv[2];
+            envmapi_texel_direction(a, dst->mapping, axis.face, dst->size, x, axis.y);
+            envmapi_project(uv, ENVMAP_LATLONG, 0, a);
+            int *bin = first + (int)(uv[1] * level->edge + 0.5) * bins + (int)(uv[0] * (bins - 1));
+            axis.count = *bin, found[count] = axis, *bin = count++; /* count: the next in a bin */
+        }
+    count = 0;
+    for (int row = 0; row <= level->edge; ++row) {
+        envmapi_near_tile *tile = s->tiles + s->tile_count;
+        envmapi_near_axes *axes = NULL;
+        int from = 0;
+        tile->face = tile->x = 0, tile->y = row - 1, tile->first = count;
+        for (int bin = 0; bin < bins; ++bin)
+            for (int i = first[row * bins + bin]; i >= 0; i = found[i].count) {
+                if (!axes || axes->count == ENVMAPI_NEAR_AXES || bin > from + 2)
+                    axes = s->axes + count, axes->count = 0, from = bin;
+                int n = axes->count;
+                s->axes[count] = found[i], s->axes[count++].count = 1, axes->count = n + 1;
+            }
+        tile->count = count - tile->first, s->tile_count += tile->count > 0;
+    }
+    for (int n = 0; n < count; n += s->axes[n].count) envmapi_near_needs(w, s, s->axes + n);
+    for (int i = 0; i < s->tile_count * s->part_count; ++i) {
+        envmapi_near *part = s->parts + i % s->part_count;
+        size_t cell = envmapi_near_cell_of(w->cells, part, s->tiles + i / s->part_count);
+        cell += (size_t)(w->cells->rows * w->cells->columns); /* an axis' own K */
+        if (w->cells->ready && cell > part->cell) part->cell = cell;
+    }
+    return ENVMAP_OK;
 }
 
 /* Which axes are summed, and what they need. */
@@ -7115,19 +7544,26 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     const envmap *dst = &s->dst;
     int width = envmapi_width(dst->mapping, dst->size), faces = envmap_faces(dst->mapping);
     int most = (int)envmapi_clamp(1 + s->R / envmapi_texel_extent(dst), 1, ENVMAPI_NEAR_AXES);
+    if (s->all) most = ENVMAPI_NEAR_AXES;
     int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2), count = 0;
     int across = width / s->tile + 1, down = dst->size / s->tile + 1;
-    size_t room = (size_t)(faces * dst->size) * (size_t)(across * (s->tile / most + 1));
+    /* texels over turns, and those on mirrors */
+    size_t room = (size_t)(faces * dst->size) * (size_t)(width / s->turn_count + 1) +
+                  (size_t)(8 * faces * width);
     s->axes = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof(envmapi_near_axes));
     s->rows = (envmapi_near_row *)envmapi_pool_get(pool, (size_t)rows, sizeof *s->rows);
-    s->tiles = (envmapi_near_tile *)envmapi_pool_get(pool, (size_t)(faces * across * down),
-                                                     sizeof *s->tiles);
+    s->tiles = (envmapi_near_tile *)envmapi_pool_get(
+        pool, (size_t)(faces * across * down + s->axis.level.edge + 1), sizeof *s->tiles);
     envmapi_window *w = (envmapi_window *)envmapi_pool_get(pool, 1, sizeof *w);
     if (!s->axes || !s->rows || !s->tiles || !w) return ENVMAP_ERROR_MEMORY;
     w->knot = 0;
     memset(s->rows, 0, (size_t)rows * sizeof *s->rows);
-    s->tile_count = 0, s->count = s->area = 0;
-    for (int i = 0; i < faces * across * down; ++i) {
+    for (int i = 0; i < rows && s->all; ++i)
+        if ((i + 1) % (s->axis.level.edge + 2) > 1) s->rows[i].to = s->axis.level.width;
+    s->tile_count = 0, s->count = 0, s->area = s->all;
+    int cells = s->axis.level.mapping == ENVMAP_LATLONG && !s->all;
+    if (cells && envmapi_near_cells(w, s, room, pool)) return ENVMAP_ERROR_MEMORY;
+    for (int i = 0; i < faces * across * down && !cells; ++i) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
         int face = i / (across * down), first = 1;
         for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
@@ -7217,6 +7653,8 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
         double x = sqrt(fmax(1 - (double)(y - 1) * s->sigma * s->sigma, 0));
         double k = envmapi_k(axis->lobe, x, axis->p);
         if (s->tail) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->R / 2, s->R);
+        if (s->core > 0) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->core / 2, s->core);
+        if (s->beyond > 0) k *= envmapi_smooth_step(envmapi_acos(x), s->beyond / 2, s->beyond);
         s->table[i] = (float)(k / s->scale);
     }
     return ENVMAP_OK;
@@ -7229,6 +7667,12 @@ static int envmapi_near_serves(const envmapi_near *s) {
     if (s->axis.lobe->kind == ENVMAP_LOBE_BANKS) return 0; /* a ring's edges are off the lines */
     return s->R_bright < 1.5 &&
            (s->tail || (texels < 64 && (grows || s->R_bright < 60 * s->sigma)));
+}
+
+/* The texels of a source, or 0 where they are too many to weigh all for an axis. */
+static size_t envmapi_near_few(const envmap *src) {
+    size_t texels = envmapi_area(src->mapping, src->size) * (size_t)envmap_faces(src->mapping);
+    return texels <= ENVMAPI_FEW ? texels : 0;
 }
 
 /* A slice of src, or its only one, into a slice of dst. *served: 0 where it reaches too far. */
@@ -7250,23 +7694,42 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);
-    if (!*served) return ENVMAP_OK;
+    /* x^N, N < 1/2, jumps at the horizon, where cosines of an axis' images differ by roundings */
+    if (s->axis.lobe->kind != ENVMAP_LOBE_PHONG || s->axis.lobe->parameter >= 0.5f)
+        s->all = envmapi_near_few(src);
+    if (*served && (s->axis.texel < ENVMAPI_COARSE ||
+                    (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
+                     s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
+        s->all = 0;
+    if (!*served && !s->all) return ENVMAP_OK;
+    *served = 1;
+    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     if (!s->turns ||
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
+    s->room = 6 * (size_t)level->width + 1024;
     envmapi_near_tiles(s, src, tolerance);
+    memset(s->poles, 0, sizeof s->poles);
+    for (int i = 0; i < 2 * level->width && src->mapping == ENVMAP_LATLONG; ++i)
+        envmapi_add_tap(s->poles[i % 2], level, 0, i / 2, i % 2 * (level->edge - 1),
+                        1.0 / level->width);
+    if (!result) result = envmapi_near_parts(s, tolerance, pool);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
-    s->tasks = envmapi_tasks(&desc->work), s->room = 6 * (size_t)level->width + 1024;
+    for (int i = 0; i < s->part_count && !result; ++i)
+        result = envmapi_near_table(s->parts + i, tolerance, pool);
+    s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0));
+    s->bytes += s->all * sizeof(double);
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) + 2 * s->room;
+    for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
     s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;
     envmapi_run_all(&desc->work, envmapi_task_near_blocks, s, rows);
-    for (s->first = 0; s->first < s->tile_count; s->first += ENVMAPI_NEAR_ROUND) {
+    for (s->first = 0; s->first < s->tile_count; s->first += s->round) {
         if (envmapi_tell(&desc->work.progress, (double)s->first / s->tile_count))
             return ENVMAP_CANCELLED;
         envmapi_run_all(&desc->work, envmapi_task_near, s, s->tasks);
@@ -7275,7 +7738,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
 }
 
 /* Slices from `first` on; adds to a lobe's tail, where there is one. Where a lobe without reaches
-   too far, the reference for all. */
+   too far in a source of many texels, the reference for all. */
 static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                          const envmapi_tail *tail, int first, int slices,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
@@ -7290,7 +7753,8 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
         envmapi_part part;
         envmap_filter_desc one = *desc;
         one.work = envmapi_work_part(&part, &desc->work, run, 1, runs), s.slice = first + run;
-        if ((src->mapping == ENVMAP_SPHERE || src->mapping == ENVMAP_ANGULAR) &&
+        if ((envmapi_near_few(src) || src->mapping == ENVMAP_SPHERE ||
+             src->mapping == ENVMAP_ANGULAR) &&
             (!run || src->slices > 1)) {
             envmapi_source_free(&source, desc->work.memory);
             result = envmapi_source_create(&source, src, src->slices > 1 ? s.slice : 0,
@@ -7324,7 +7788,6 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
    Used by >>fast and >>plan.  Tests: tests/test_prepared.c, tests/test_scenes.c. */
 
 #define ENVMAPI_SCALES 13 /* blocks of 4, 8 ... texels up to the largest map: 4 2^12 = 16384 */
-#define ENVMAPI_ANGLES 64 /* of a histogram, pi (j/64)^2: denser towards the axis */
 /* Tuned as those of >>fast are. The test named above a constant fails without it.
    lights_are_the_texels_of_a_2000th_of_the_energy, of_too_many_lights_the_brightest_are_taken */
 #define ENVMAPI_LIGHT  2000 /* a texel with more than this part of all energy is a light */
@@ -7905,28 +8368,16 @@ static double envmapi_slice_power(const envmapi_slice *slice, int to, double h) 
     return sum;
 }
 
-/* (2l+1) P_l at the angles, one l after the other. */
-typedef struct envmapi_series {
-    int l;
-    const double *x;
-    double P[ENVMAPI_ANGLES], before[ENVMAPI_ANGLES];
-} envmapi_series;
-
-static void envmapi_series_begin(envmapi_series *series, const envmapi_angles *angles) {
-    series->l = 0, series->x = angles->x;
+static void envmapi_series_begin(envmapi_series *series, const double *x) {
+    series->l = 0, series->x = x;
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) series->P[j] = 1, series->before[j] = 0;
 }
 
 /* sum += weight (2l+1) P_l; l goes on. */
 static void envmapi_series_add(envmapi_series *series, double *sum, double weight) {
-    double a = (2 * series->l + 1.0) / (series->l + 1), b = series->l / (series->l + 1.0);
     weight *= 2 * series->l + 1;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double P = series->P[j], next = a * series->x[j] * P - b * series->before[j];
-        sum[j] += weight * P;
-        series->before[j] = P, series->P[j] = next;
-    }
-    ++series->l;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) sum[j] += weight * series->P[j];
+    envmapi_series_next(series);
 }
 
 /* lambda_l for `bands` bands, and the power beyond them by Parseval: sum (2l+1) lambda_l^2 =
@@ -8066,7 +8517,7 @@ static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *s
         if (!envmapi_slice_rms(slice, spec, tail, c2, 0.5)) break;
     }
     if (!texels) return L;
-    envmapi_series_begin(&series, spec->angles);
+    envmapi_series_begin(&series, spec->angles->x);
     memcpy(lost, slice->k, sizeof lost);
     for (int l = 0, next = L; l < spec->known - 1 && l < 3 * L; ++l) {
         if (l == next) {
@@ -8099,7 +8550,7 @@ static int envmapi_spacing_holds(void *user, int n) {
     envmapi_series series;
     if (!envmapi_slice_rms(slice, spec, c2 * envmapi_slice_power(slice, slice->L, h), c2, 0.25))
         return 0;
-    envmapi_series_begin(&series, spec->angles);
+    envmapi_series_begin(&series, spec->angles->x);
     for (int l = 0; l < slice->L; ++l)
         envmapi_series_add(&series, lost, slice->lambda[l] * envmapi_band_error(l, h));
     return envmapi_slice_allows(slice, spec, test->scene, lost, ENVMAPI_SHARE * spec->tolerance,
@@ -8120,7 +8571,7 @@ static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
     if (bands <= spec->known) return 1;
     for (spec->known = bands; slice < spec->slice + spec->slices; ++slice) {
         envmapi_series series;
-        envmapi_series_begin(&series, spec->angles);
+        envmapi_series_begin(&series, spec->angles->x);
         if (!envmapi_slice_lambda(slice, spec->lobe, bands)) return 0;
         memset(slice->k, 0, sizeof slice->k);
         for (int l = 0; l < bands; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
@@ -8467,16 +8918,6 @@ static int envmapi_lobe_fits(const envmap_lobe *lobe, int slices) {
     return 1;
 }
 
-/* Where pairs of texels are few, the definition is the fastest method too while it is a sum over
-   texels. Its integral of the bilinear radiance takes longer than near's, which serves all maps but
-   those with rims. GGX's tail would go through FAST, for which few texels are too coarse. */
-static int envmapi_few_pairs(const envmap *dst, const envmap *src, const envmap_lobe *lobe) {
-    double floats = (double)envmapi_slice_floats(dst, 0) * (double)envmapi_slice_floats(src, 0);
-    int summed = lobe->kind == ENVMAP_LOBE_GGX || envmapi_is_disc(src->mapping) ||
-                 envmap_lobe_sigma(lobe, (double)lobe->p0) > envmapi_texel_extent(src);
-    return summed && dst->slices * floats / 9 < 1e5;
-}
-
 /* What one call works with: levels, and specs for those that go to the fast filter. */
 typedef struct envmapi_job {
     const envmap *src;
@@ -8510,20 +8951,22 @@ static int envmapi_job_constant(const envmapi_job *job, int l) {
            !memcmp(t, t + 3, more * sizeof *t);
 }
 
-/* Does this level go to the fast filter, which shares the source? Then it has a spec. */
+/* Does this level go to the fast filter, which shares the source? Then it has a spec. Of a coarse
+   source, or of few pairs of texels, sums are as fast and exact. */
 static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
-    int method = job->desc.method;
-    int few = envmapi_few_pairs(job->views + l, job->src, job->lobes + l);
+    double floats = (double)envmapi_slice_floats(job->src, 0);
+    double pairs = floats / 9 * (double)envmapi_slice_floats(job->views + l, 0);
+    int method = job->desc.method, coarse = envmapi_texel_extent(job->src) > ENVMAPI_COARSE;
+    if (method == ENVMAP_METHOD_AUTO && pairs * job->views[l].slices < 1e5) coarse = 1;
     if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
-        method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l) ||
-        (method == ENVMAP_METHOD_AUTO && few))
+        method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l))
         return ENVMAP_OK;
-    if (envmapi_texel_extent(job->src) <= 0.1) /* else coarser than any kernel of these */
+    if (!coarse)
         job->planned[l] =
             envmapi_spec_create(job->specs + job->fast, job->views + l, job->lobes + l, job->src,
                                 (double)job->desc.tolerance, &job->pool, &result);
-    if (!job->planned[l] && !result && method != ENVMAP_METHOD_HARMONICS &&
+    if (!coarse && !job->planned[l] && !result && method != ENVMAP_METHOD_HARMONICS &&
         envmapi_tail_of(job->tails + job->fast, job->lobes + l, job->src)) {
         job->planned[l] =
             envmapi_spec_create(job->specs + job->fast, job->views + l, &job->tails[job->fast].lobe,
@@ -8595,9 +9038,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         else if (desc.method != ENVMAP_METHOD_REFERENCE && envmapi_job_constant(job, l))
             for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(job->views + l, 0); ++i)
                 job->views[l].texels[i] = job->src->texels[i % 3];
-        else if (desc.method != ENVMAP_METHOD_REFERENCE &&
-                 (desc.method == ENVMAP_METHOD_FAST ||
-                  !envmapi_few_pairs(job->views + l, job->src, job->lobes + l)))
+        else if (desc.method != ENVMAP_METHOD_REFERENCE)
             result = envmapi_filter_near(job->views + l, job->src, lobe, NULL, 0, slices, &desc,
                                          &job->pool);
         else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
@@ -8726,6 +9167,7 @@ typedef struct envmapi_power {
     double *gain;                  /* (2l+1) lambda_l^2, the mean of the slices */
     double *P;                     /* scene times gain */
     int known, bands, needed;      /* needed: what P_l says; 0: there is no scene */
+    int angles;                    /* of a lone light, where there is none: sixteen a sigma */
     envmapi_sh_points *points;     /* room for the lights */
 } envmapi_power;
 
@@ -8764,13 +9206,14 @@ static void envmapi_power_scene(envmapi_power *d) {
 }
 
 /* Where FAST has no specification the definition interpolates between texels, and the scene has
-   nothing finer. A projection is least exact in its last bands, of which smooth lobes leave little;
-   where lights are taken out of it again, its error has to be small beside what remains. */
+   nothing finer. Smooth lobes leave little of FAST's last bands (Phong 3 % at 0.7 L), so 0.7 L are
+   projected, whose last may be inexact; where lights are taken out of them again, their error has
+   to be small beside what remains.  Test: one_light_is_equally_bright_in_every_band. */
 static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     const envmapi_spec *spec = job->specs;
     double tolerance = !spec->L ? 1e-3 : spec->kinked ? 0.01 : 0.1;
     d->lobe = job->lobes, d->tolerance = (double)job->desc.tolerance;
-    d->known = spec->L ? (int)envmapi_clamp(spec->L, 12, ENVMAPI_SH_BANDS) : 24;
+    d->known = spec->L ? (int)envmapi_clamp(0.7 * spec->L, 12, ENVMAPI_SH_BANDS) : 24;
     d->bands = spec->L ? spec->known : ENVMAPI_FAST_BANDS;
     d->finest = spec->L ? HUGE_VAL : ENVMAPI_PI / envmapi_texel_extent(job->src);
     size_t numbers = 3 * (size_t)(d->known * d->known), bands = ENVMAPI_FAST_BANDS + 1;
@@ -8781,8 +9224,11 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     d->scene = d->sh + numbers, d->gain = d->scene + bands, d->P = d->gain + bands;
     slice->lambda = d->P + bands;
     if (!envmapi_power_lobe(d, job->views[0].slices, slice)) return ENVMAP_ERROR_LOBE;
-    envmap_result result =
-        envmap_sh_project(d->sh, d->known, job->src, 0, tolerance, &job->desc.work);
+    envmapi_sh_job sh;
+    if (!envmapi_sh_job_of(&sh, job->src, 0, d->known, tolerance, &job->desc.work))
+        return ENVMAP_ERROR_ARGUMENT;
+    if (spec->L && !job->scenes.whole.in.exponent) sh.in = &job->scenes.whole.in;
+    envmap_result result = envmapi_sh_project(d->sh, &sh);
     if (result) return result;
     envmapi_power_scene(d);
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
@@ -8869,7 +9315,6 @@ static int envmapi_lookups_hold(void *user, int size) {
 
 /* ---- how many slices */
 
-#define ENVMAPI_PROFILE 2048 /* angles of a lone light */
 
 /* Up to 128 numbers from the first-th on, whose squares add up to the power of the slice at p: of
    as many of the scene's bands as are needed, or where there is no scene, of a lone light at many
@@ -8880,8 +9325,8 @@ static int envmapi_profile(double *v, const envmapi_power *d, double p, int firs
     if (bands && !envmapi_zonal(v, bands, d->lobe, p)) return 0;
     for (int l = 0; l < bands; ++l) v[l] *= sqrt((2 * l + 1) * d->scene[l]);
     if (d->needed) return bands;
-    if (first >= ENVMAPI_PROFILE) return 0;
-    for (int j = 0; j < 128; ++j) x[j] = cos(ENVMAPI_PI * (first + j + 0.5) / ENVMAPI_PROFILE);
+    if (first >= d->angles) return 0;
+    for (int j = 0; j < 128; ++j) x[j] = cos(ENVMAPI_PI * (first + j + 0.5) / d->angles);
     envmapi_k_many(v, x, 128, d->lobe, p);
     for (int j = 0; j < 128; ++j) v[j] *= sqrt(sqrt(1 - x[j] * x[j]));
     return 128;
@@ -8891,7 +9336,7 @@ static int envmapi_profile(double *v, const envmapi_power *d, double p, int firs
    towards both ends, where a ring closes and where lookups clamp, and fall in step with no n. */
 static double envmapi_slices_error(const envmapi_power *d, int n) {
     const envmap_lobe *lobe = d->lobe;
-    int samples = d->needed ? 24 : n < 24 ? 96 : n < 512 ? 4 * n : 2048;
+    int samples = d->needed ? 24 : n < 24 ? 96 : n < 256 ? 4 * n : 1024;
     double k[128], k_low[128], k_high[128], lost = 0, total = 0;
     for (int i = 0; i < samples; ++i) {
         double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
@@ -8922,6 +9367,10 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
     if (!envmapi_lobe_sound(lobe) || !envmapi_finite(tolerance) || tolerance < 0) return 0;
     if (lobe->kind == ENVMAP_LOBE_MIRROR || lobe->p0 == lobe->p1) return 1;
     light.lobe = lobe, light.tolerance = tolerance, light.needed = 0;
+    double sigma = lobe->kind == ENVMAP_LOBE_TABLE ? 0 : ENVMAPI_PI; /* its rows may be unrelated */
+    for (int k = 0; k < 8; ++k)
+        sigma = fmin(sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, 8)));
+    light.angles = 128 * (int)envmapi_clamp(ceil(ENVMAPI_PI / (8 * fmax(sigma, 1e-3))), 2, 16);
     return envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &light);
 }
 
@@ -8959,9 +9408,8 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
         out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &d);
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
     if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
-    int few = envmapi_few_pairs(dst, job->src, job->lobes);
-    out->method = few && !constant ? ENVMAP_METHOD_REFERENCE : ENVMAP_METHOD_FAST;
-    if (few || !spec->L) return ENVMAP_OK;
+    out->method = ENVMAP_METHOD_FAST;
+    if (!spec->L) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
     return ENVMAP_OK;
 }

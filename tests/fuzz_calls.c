@@ -62,7 +62,7 @@ static void see_radiance(drawn_map *m) {
 static drawn_map draw_map(int hostile) {
     drawn_map m;
     memset(&m, 0, sizeof m);
-    int size = 1 + draw(draw(4) ? 8 : 24), levels = 1 + draw(envmap_levels(size));
+    int size = 1 + draw(draw(16) ? 8 : 24), levels = 1 + draw(envmap_levels(size));
     DEMAND(!envmap_create(&m.map, draw(5), size, levels, draw(3) ? 1 : 1 + draw(4)));
     float base = draw_float(2), other = draw_float(100);
     int lit = draw(4); /* none: a constant; one texel; noise; some of all kinds */

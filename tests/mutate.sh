@@ -23,7 +23,7 @@ tests_of() {
     resample) echo "maps stability_maps search" ;;
     reference) echo "search filters" ;;
     rings | transform) echo "harmonics prepared sh" ;;
-    windows | near) echo "near search" ;;
+    windows | kernels | near) echo "near search" ;;
     lights | scene | fast) echo "prepared search scenes fast" ;;
     filters) echo "prepared search filters" ;;
     directions) echo "directions harmonics stability_maps maps" ;;

@@ -545,13 +545,13 @@ static void oracle_polar(double sum[4], const oracle_filter *f, const double a[3
     }
 }
 
-/* The same where neither the lobe nor a rim has kinks, more exactly: Gauss's rule on halves of
+/* The same where a rim has no kinks, and the lobe none or a cone's, more exactly: Gauss's rule on halves of
    texels, whose sides hold all kinks of the bilinear radiance and all folds but an octahedral map's
    horizon. Du dv counts for |ray|^-3 of a solid angle: the largest coordinate of d, or their sum. */
 static int oracle_has_cells(const oracle_filter *f) {
     int mapping = f->image.mapping, kind = f->lobe->kind;
     return (mapping == ENVMAP_CUBE || mapping == ENVMAP_LATLONG || mapping == ENVMAP_OCTAHEDRAL) &&
-           (kind == LOBE_PHONG || kind == LOBE_GAUSSIAN || kind == LOBE_GGX);
+           (kind == LOBE_PHONG || kind == LOBE_GAUSSIAN || kind == LOBE_GGX || kind == LOBE_CONE);
 }
 
 static void oracle_cell_part(double sum[4], const oracle_filter *f, const double a[3], int face,
@@ -586,10 +586,12 @@ static void oracle_cells(double sum[4], const oracle_filter *f, const double a[3
                              low[1] + (double)(k >> 1) / h);
             radius = fmax(radius, acos(oracle_clamp(oracle_dot(d, corner), -1, 1)));
         }
-        double away = acos(oracle_clamp(oracle_dot(a, d), -1, 1)) - radius;
+        double from = acos(oracle_clamp(oracle_dot(a, d), -1, 1)), away = from - radius;
         if (away > fmin(reach, f->to)) continue;
         double parts = ceil(2 * radius / fmax(f->sigma / 2, away / 4));
         if (mapping == ENVMAP_OCTAHEDRAL && fabs(X + Y - 0.5) < 1.01 / w) parts *= 8;
+        if (f->lobe->kind == LOBE_CONE && (away <= 0 || fabs(from - f->lobe->a) < radius))
+            parts *= 8; /* its tip and its edge */
         int n = (int)fmin(parts, 200);
         for (int k = 0; k < n * n; ++k) {
             double side[2] = {1.0 / w / n, 1.0 / h / n};

@@ -563,6 +563,18 @@ static void a_rings_sigma_is_its_half_width_whatever_its_sign(void) {
     }
 }
 
+/* The same about 0.0771, wide 0.075: it falls to e^(-1/2) just before the axis. */
+static double close_ring(double x, double p, void *user) {
+    double t = (acos(x) - 0.0771) / 0.075;
+    (void)p, (void)user;
+    return exp(-t * t / 2);
+}
+
+static void a_ring_that_falls_just_before_the_axis_does_not_reach_it(void) {
+    envmap_lobe lobe = envmap_lobe_function(close_ring, NULL);
+    CHECK_CLOSE(envmap_lobe_sigma(&lobe, 0) / 0.075, 1, 3e-3);
+}
+
 static void zonal_coefficients_are_finite_and_at_most_one(void) {
     pair pairs[PAIRS];
     double *lambda = (double *)malloc(4096 * sizeof(double));
@@ -672,7 +684,7 @@ static double returns_odd(double x, double p, void *user) {
     return x;
 }
 
-enum { BAD = 39 };
+enum { BAD = 41 };
 static void bad_lobes(envmap_lobe bad[BAD]) {
     static const float table[8] = {1, 1, 1, 1, 1, 1, 1, 1}, holed[4] = {1, NAN, 1, 1};
     static const float black[4] = {0, 0, 0, 0}, wide[4] = {1, INFINITY, 1, 1};
@@ -720,6 +732,10 @@ static void bad_lobes(envmap_lobe bad[BAD]) {
     bad[n++].scale = NAN;
     bad[n] = envmap_lobe_banks(0.5f);
     bad[n++].p0 = NAN;
+    bad[n] = envmap_lobe_banks(0.5f); /* p is a cosine */
+    bad[n++].p0 = -1.01f;
+    bad[n] = envmap_lobe_banks(0.5f);
+    bad[n++].p1 = 1e30f;
     bad[n] = envmap_lobe_function(glossier, NULL);
     bad[n++].kink_count = 2;
     bad[n] = envmap_lobe_function(glossier, NULL);
@@ -773,6 +789,9 @@ static void queries_of_null_and_nan_answer_0(void) {
     envmap_lobe_support(NULL, NULL, &good, 0);
     CHECK(envmap_lobe_value(&good, (double)NAN, 0) == 0.0);
     CHECK(envmap_lobe_value(&banks, 0.5, (double)NAN) == 0.0);
+    CHECK(envmap_lobe_integral(&banks, 1.01) == 0.0 && envmap_lobe_value(&banks, -1, -1e30) == 0.0);
+    CHECK(envmap_lobe_zonal(lambda, 2, &banks, 1e30) == ENVMAP_ERROR_LOBE);
+    CHECK(envmap_lobe_value(&banks, -1, 1 + 1e-7) > 1.9); /* a cosine, but for rounding */
     static const float row[8] = {1, 0.5f, 0.2f, 0, 1, 1, 1, 1};
     envmap_lobe table = envmap_lobe_table(row, 4, 2, 0, 1);
     CHECK(envmap_lobe_value(&table, (double)NAN, 0) == 0.0);
@@ -881,6 +900,7 @@ int main(void) {
     RUN(tables_pass_through_their_samples);
     RUN(function_and_table_lobes_know_their_support_and_sigma);
     RUN(a_rings_sigma_is_its_half_width_whatever_its_sign);
+    RUN(a_ring_that_falls_just_before_the_axis_does_not_reach_it);
     RUN(zonal_coefficients_are_finite_and_at_most_one);
     RUN(beyond_the_bands_the_tail_is_below_the_tolerance);
     RUN(bands_of_bad_requests_are_0);

@@ -1081,6 +1081,21 @@ static void every_truncated_prefix_of_an_exr_is_refused(void) {
     free(data);
 }
 
+/* Channels A, G and Y: only Y is read. */
+static void grey_is_read_beside_channels_that_are_not_wanted(void) {
+    write_bad("sky.pfm", 2);
+    const char *make[] = {file_at("sky.pfm"), "--ch", "A=R,G=B,Y=G", "-d", "half", "-o",
+                          file_at("grey.exr"), NULL};
+    CHECK(start("oiiotool", make, NULL, file_at("out")) == 0);
+    char path[4096];
+    snprintf(path, sizeof path, "%s", file_at("grey.exr"));
+    image grey = read_file(path);
+    CHECK(grey.rgb != NULL);
+    for (size_t i = 0; grey.rgb && i < image_floats(&grey); i += 3)
+        CHECK(grey.rgb[i] >= 0 && !memcmp(grey.rgb + i, grey.rgb + i + 1, sizeof(float)));
+    image_free(&grey);
+}
+
 #else
 static void without_the_library_an_exr_names_the_package(void) {
     image in;
@@ -1134,6 +1149,7 @@ int main(int argc, char **argv) {
     if (start("oiiotool", nothing, NULL, file_at("out")) == 0) {
         RUN(radiance_pictures_are_read_as_openimageio_reads_them);
         RUN(every_truncated_prefix_of_an_exr_is_refused);
+        RUN(grey_is_read_beside_channels_that_are_not_wanted);
         your_maps = argv + 1;
         if (argc > 1) RUN(your_maps_are_read_as_openimageio_reads_them);
     } else printf("  OpenImageIO passed by: no oiiotool here (Debian: openimageio-tools)\n");

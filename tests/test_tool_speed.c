@@ -4,6 +4,7 @@
 #define _DEFAULT_SOURCE
 #endif
 #include "examples/tool/memory.h"
+#define ENVMAP_STATIC /* compiles what is called, no more */
 #define ENVMAP_IMPLEMENTATION
 #include "envmap.h"
 #include "examples/tool/read.h"

@@ -65,7 +65,7 @@ int main(int argc, char **argv) {
     if (!stage_open(&s.st, &s.app, SCENE_SUN, argc, argv) || !moving_create(&s.balls, 0) ||
         !capture_create(&s.caught) || !gl_mesh_make(&s.teapot, GL_TEAPOT))
         return 1;
-    s.app.distance = 5.4f;
+    s.app.distance = 5.9f; /* no ball is cut by a pane */
     while (gl_frame(&s.app)) {
         if (s.app.key == 'F') f = (f + 1) % GRID;
         if (s.app.key == 'B') b = (b + 1) % GRID;

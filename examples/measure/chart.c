@@ -526,7 +526,10 @@ static svg_axes panel_axes(double left, double top, double width, double height)
 static void draw_panel(FILE *f, const svg_axes *a, const char *title, const spot *spots,
                        int count) {
     static const char *const powers[] = {"1", "10", "100", "1e3", "1e4", "1e5", "1e6"};
-    for (int i = 0; i < 7; ++i) svg_tick_x(f, a, pow(10, i), powers[i]);
+    for (int i = 0; i < 7; ++i) { /* below the dots that stand on the lower edge */
+        svg_tick_x(f, a, pow(10, i), NULL);
+        svg_text(f, svg_x(a, pow(10, i)), a->bottom + 19, 11, "middle", "#444", "%s", powers[i]);
+    }
     for (int e = -8; e <= 0; e += 2) {
         char label[16];
         snprintf(label, sizeof label, e ? "1e%d" : "1", e);

@@ -628,7 +628,7 @@ static void cabral_warp(const char *name) {
     heat_face(&p, x, y + NAMED, look.width, &sum, &truth, 0);
     snprintf(text, sizeof text, "off by, rms %.0f %%", 100 * rms_of(&sum, &truth));
     pane_name(&p, &look, 2, 2, text);
-    heat_scale(&p, x + 36, y + look.height + 3);
+    heat_scale(&p, MARGIN, y + look.height - 24);
     cabral_free(&set), envmap_free(&src), envmap_free(&sum), envmap_free(&truth);
     sheet_end(&p, name);
 }

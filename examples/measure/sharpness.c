@@ -140,8 +140,8 @@ static void key(FILE *f, double x, const char *colour, const char *style, const 
 }
 
 static void draw(const char *folder) {
-    FILE *f = svg_open(folder, "sharpness.svg", 900, 615, "Cost and error against sharpness");
-    panel(f, 0, 70), panel(f, 1, 500);
+    FILE *f = svg_open(folder, "sharpness.svg", 916, 615, "Cost and error against sharpness");
+    panel(f, 0, 70), panel(f, 1, 516);
     key(f, 70, svg_colours[0], "", "from a cube");
     key(f, 200, svg_colours[1], "", "from a lat-long");
     key(f, 350, "#777777", "stroke-dasharray=\"5 4\"", "the reference, from the cube");

@@ -1053,7 +1053,7 @@ static void thresholds(void) {
     enum { N = 22 };
     static const int scenes[2] = {SCENE_OVERCAST, SCENE_SUN};
     static const chart_axis ax = {"N", 1, 1e7, 1, 0};
-    static const chart_axis ay = {"error", 1e-5, 1000, 1, 0};
+    static const chart_axis ay = {"error, relative", 1e-5, 1000, 1, 0};
     chart c = chart_open("stability-threshold",
                          "Hierarchical filtering, threshold 0.001, cube of 64", ax, ay);
     double x[N], y[3][N], fast[N];

@@ -273,6 +273,8 @@ static inline int parse_arguments(options *o, const command *c, char **arguments
     if (status || o->help) return status;
     if (o->file_count < c->file_count)
         return fail(USAGE_ERROR, c->files, "too few arguments", c->example);
+    if (o->border && o->size + 2 * o->border > 16384) /* said before a minute's work */
+        return fail(RANGE_ERROR, "--border", "makes the map wider than 16384", "a smaller --size");
     return check_unused(o);
 }
 

@@ -76,27 +76,34 @@ static inline int exr_channels(image *out, exr_const_context_t file, int *grey) 
     return 1;
 }
 
-/* One chunk, that begins (x,y) pixels into the data window, into its place in the picture. */
+/* One chunk, that begins (x,y) pixels into the data window, into its place in the picture. Channels
+   that are not wanted go to a sink: with none, OpenEXR 3.1 writes to NULL where one of three is
+   wanted. */
 static inline int exr_chunk(image *out, exr_const_context_t file, const exr_chunk_info_t *chunk,
                             int x, int y, int grey) {
     exr_decode_pipeline_t decode;
-    float *first = out->rgb + 3 * ((size_t)y * (size_t)out->width + (size_t)x);
+    float *first = out->rgb + 3 * ((size_t)y * (size_t)out->width + (size_t)x), *sink;
     int k, ok;
     memset(&decode, 0, sizeof decode);
-    if (x + chunk->width > out->width || y + chunk->height > out->height ||
-        exr_decoding_initialize(file, 0, chunk, &decode) != EXR_ERR_SUCCESS)
+    if (x + chunk->width > out->width || y + chunk->height > out->height) return 0;
+    sink = (float *)malloc((size_t)chunk->width * (size_t)chunk->height * sizeof(float));
+    if (!sink || exr_decoding_initialize(file, 0, chunk, &decode) != EXR_ERR_SUCCESS) {
+        free(sink);
         return 0;
+    }
     for (k = 0; k < decode.channel_count; k++) {
         exr_coding_channel_info_t *channel = &decode.channels[k];
         int colour = exr_colour(channel->channel_name);
-        if (colour < 0 || (colour == 3) != grey) continue;
-        channel->decode_to_ptr = (uint8_t *)(first + colour % 3);
-        channel->user_pixel_stride = 12, channel->user_line_stride = 12 * out->width;
+        int wanted = colour >= 0 && (colour == 3) == grey;
+        channel->decode_to_ptr = (uint8_t *)(wanted ? first + colour % 3 : sink);
+        channel->user_pixel_stride = wanted ? 12 : 4;
+        channel->user_line_stride = wanted ? 12 * out->width : 4 * chunk->width;
         channel->user_bytes_per_element = 4, channel->user_data_type = EXR_PIXEL_FLOAT;
     }
     ok = exr_decoding_choose_default_routines(file, 0, &decode) == EXR_ERR_SUCCESS &&
          exr_decoding_run(file, 0, &decode) == EXR_ERR_SUCCESS;
     exr_decoding_destroy(file, &decode);
+    free(sink);
     return ok;
 }
 
