@@ -1896,24 +1896,33 @@ static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, 
 /* Texels of X are polygons on the cells of Y. */
 typedef struct envmapi_resampling {
     envmap dst, src, X, Y; /* one slice each */
-    int scatter;           /* X is src, of which texels near poles count; else dst */
+    int points;            /* a side, of bilinear radiance where dst is finer; 0: means only */
     int parts;             /* a texel is parts x parts polygons */
-    double zone, rim; /* around a pole of src: in radians; rows, or the radius in half texels */
-    double *cosines;  /* of the edges of a lat-long's rows */
-    double *light;    /* scattered: RGB and solid angle of texels of dst; or NULL */
-    int turn_count;
+    double zone, rim; /* of a sphere or angular src, scattered: in radians of its rim; radius in
+                         half texels */
+    double *cosines; /* of the edges of a lat-long's rows */
+    double *light;   /* scattered: RGB and solid angle of texels of dst; or NULL */
+    unsigned char *lit; /* rows of light that hold numbers */
+    int scatter, turn_count;
     envmapi_turn *turns; /* at most 16, as the maps are not both cubes */
 } envmapi_resampling;
 
-/* A texel of dst: src at its centre. */
+/* A texel of dst: src at its centre, or where dst is finer the mean of points, those inside a rim. */
 static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel) {
-    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size), row = texel / width;
-    double d[3], rgb[3] = {0, 0, 0};
+    int mapping = r->dst.mapping, size = r->dst.size, w = envmapi_width(mapping, size);
+    int row = (int)(texel / (size_t)w), x = (int)(texel % (size_t)w), n = r->points ? 4 : 1;
+    double d[3], uv[2], rgb[3] = {0, 0, 0}, all = 0;
     envmapi_level level = envmapi_level_of(&r->src, 0, 0);
-    envmapi_texel_direction(d, r->dst.mapping, (int)row / r->dst.size, r->dst.size,
-                            (int)(texel % width), (int)row % r->dst.size);
-    envmapi_add_lookup(rgb, &level, d, 1);
-    for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * texel + c] = (float)rgb[c];
+    for (int i = 0; i <= n * n; ++i) { /* the last one, where all others lie outside */
+        double u = (x + (i % n + 0.5) / n) / w, v = (row % size + (i / n + 0.5) / n) / size;
+        double rho = i < n * n ? envmapi_density(mapping, u, v) : 1;
+        int outside = envmapi_is_disc(mapping) && hypot(2 * u - 1, 2 * v - 1) > 1;
+        if (i < n * n ? outside : all > 0) continue;
+        envmapi_texel_cell(uv, mapping, size, x, row % size);
+        envmapi_direction(d, mapping, row / size, i < n * n ? u : uv[0], i < n * n ? v : uv[1]);
+        envmapi_add_lookup(rgb, &level, d, rho), all += rho;
+    }
+    for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * texel + c] = (float)(rgb[c] / all);
 }
 
 /* Task: a row of a face. */
@@ -1995,9 +2004,8 @@ static int envmapi_chart_cut(const envmap *Y, const int from[2], const int to[2]
 #define ENVMAPI_SIDES 64
 
 typedef struct envmapi_polygon {
-    double at[ENVMAPI_SIDES][2], by[4][2]; /* corners in cells, and what they are moved by */
-    double unit;                           /* of which it counts */
-    int count, moves, chart;
+    double at[ENVMAPI_SIDES][2]; /* corners in cells */
+    int count, chart;
 } envmapi_polygon;
 
 typedef struct envmapi_box {
@@ -2048,14 +2056,31 @@ static void envmapi_box_side(envmapi_box *box, double x0, double y0, double x1, 
 /* Each cell is fine x fine ones. */
 static void envmapi_box_fill(envmapi_box *box, const envmapi_polygon *p, double fine) {
     memset(box->area, 0, (size_t)box->height * sizeof box->area[0]);
-    for (int move = 0; move < p->moves; ++move) {
-        double x = p->by[move][0] * fine - box->x, y = p->by[move][1] * fine - box->y;
-        for (int i = 0; i < p->count; ++i) {
-            const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
-            envmapi_box_side(box, x + a[0] * fine, y + a[1] * fine, x + b[0] * fine,
-                             y + b[1] * fine);
-        }
+    for (int i = 0; i < p->count; ++i) {
+        const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
+        envmapi_box_side(box, a[0] * fine - box->x, a[1] * fine - box->y, b[0] * fine - box->x,
+                         b[1] * fine - box->y);
     }
+}
+
+/* On a lat-long of n rows corners follow one another without a jump at the seam. Where the polygon
+   holds a pole, or has a corner there, it is closed along the edge of the first or last row. */
+static void envmapi_polygon_unroll(envmapi_polygon *p, int n) {
+    double at[ENVMAPI_SIDES][2], width = 2 * n, edge = p->at[0][1] < 0.5 * n ? 0 : n, end;
+    int corner = -1, count = p->count;
+    memcpy(at, p->at, (size_t)count * sizeof at[0]);
+    for (int i = 0; i < count; ++i)
+        if (at[i][1] < 1e-12 || at[i][1] > n - 1e-12) corner = i;
+    if (corner >= 0) p->count = --count;
+    for (int i = 0; i < count; ++i) {
+        memcpy(p->at[i], at[(corner + 1 + i) % (count + (corner >= 0))], sizeof at[0]);
+        if (i) p->at[i][0] += width * floor((p->at[i - 1][0] - p->at[i][0]) / width + 0.5);
+    }
+    double start = p->at[0][0], last = p->at[count - 1][0];
+    end = corner >= 0 ? last : start + width * floor((last - start) / width + 0.5);
+    if (corner < 0 && !(fabs(end - start) > 0)) return;
+    double more[3][2] = {{end, corner < 0 ? p->at[0][1] : edge}, {end, edge}, {start, edge}};
+    memcpy(p->at[count], more, sizeof more), p->count += 3;
 }
 
 /* ---- a texel of X and its images */
@@ -2098,14 +2123,24 @@ static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r) {
     return 1;
 }
 
+/* Texel `at` of dst gets light of w. */
+static void envmapi_orbit_light(const envmapi_resampling *r, ptrdiff_t at, double w,
+                                const double light[4]) {
+    ptrdiff_t width = envmapi_width(r->dst.mapping, r->dst.size), row = at / width;
+    if (!r->lit[row]) memset(r->light + 4 * row * width, 0, 4 * (size_t)width * sizeof(double));
+    r->lit[row] = 1;
+    envmapi_double4_add(envmapi_double4_at(r->light + 4 * at), w, envmapi_double4_at(light));
+}
+
 /* The taps of a face, and those of the images. */
 static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, int face) {
     int width = envmapi_width(r->Y.mapping, r->Y.size), low = o->tap_low, high = o->tap_high;
+    ptrdiff_t last = (ptrdiff_t)(envmapi_slice_floats(&r->Y, 0) / 3) - 1;
     for (int k = 0; k < o->count && o->scale >= 0; ++k) {
         const envmapi_place *to = o->at[k] + face;
         ptrdiff_t right = to->xx + (ptrdiff_t)to->yx * width;
         ptrdiff_t down = to->xy + (ptrdiff_t)to->yy * width, origin = to->x0, seam = 0;
-        double red = 0, green = 0, blue = 0;
+        double sums[4] = {0, 0, 0, 0};
         if (r->Y.mapping == ENVMAP_LATLONG) { /* turned, the taps may lie across a seam */
             int a = to->x0 + to->xx * low, b = to->x0 + to->xx * high, least = a < b ? a : b;
             origin -= (ptrdiff_t)width * (least < 0 ? -1 : least / width);
@@ -2116,28 +2151,24 @@ static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, i
             ptrdiff_t x = o->taps[i].x, y = o->taps[i].y, at = origin + x * right + y * down;
             if (seam && at >= (to->y0 + to->yy * y + 1) * width) at -= width;
             double w = o->taps[i].w;
-            if (r->scatter) {
-                envmapi_double4_add(envmapi_double4_at(r->light + 4 * at), w * o->scale,
-                                    envmapi_double4_at(o->sums[k]));
-            } else {
-                const float *texel = r->src.texels + 3 * at;
-                red += w * (double)texel[0], green += w * (double)texel[1];
-                blue += w * (double)texel[2];
-            }
+            const float *texel = r->src.texels + 3 * at;
+            if (r->scatter) envmapi_orbit_light(r, at, w * o->scale, o->sums[k]);
+            else if (at == last)
+                for (int c = 0; c < 3; ++c) sums[c] += w * (double)texel[c];
+            else
+                for (int c = 0; c < 4; ++c) sums[c] += w * (double)texel[c]; /* as lanes */
         }
-        if (!r->scatter) o->sums[k][0] += red, o->sums[k][1] += green, o->sums[k][2] += blue;
+        for (int c = 0; c < 3 && !r->scatter; ++c) o->sums[k][c] += sums[c];
     }
     o->tap_count = 0;
 }
 
-/* Whether a texel of src is near a pole: such are scattered, as sides of dst are not straight
-   there, and a rim may cut texels to slivers. */
+/* Whether a cell of a sphere or angular src is near its rim: such are scattered, as sides of dst
+   are not straight there, and a rim may cut texels to slivers. */
 static int envmapi_scattered(const envmapi_resampling *r, int x, int y) {
     int n = r->src.size;
     double X = abs(2 * x + 1 - n) + 1, Y = abs(2 * y + 1 - n) + 1;
-    if (r->src.mapping == ENVMAP_LATLONG) return y < r->rim || n - 1 - y < r->rim;
-    return (r->src.mapping == ENVMAP_SPHERE || r->src.mapping == ENVMAP_ANGULAR) &&
-           X * X + Y * Y > r->rim * r->rim;
+    return r->light && X * X + Y * Y > r->rim * r->rim;
 }
 
 /* A cell of Y, of which w counts. What a paraboloid's rim cuts counts, with all polygons there are,
@@ -2158,34 +2189,33 @@ static void envmapi_orbit_tap(envmapi_orbit *o, const envmapi_resampling *r, int
 
 /* A box's cells, fine x fine of it each. */
 static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int fine,
-                              double unit) {
-    const envmapi_polygon *p = &o->polygon;
+                              double sign) {
     const envmapi_box *box = &o->box;
+    int chart = o->polygon.chart;
     o->tap_low = box->x / fine, o->tap_high = (box->x + box->width - 1) / fine;
     for (int y = 0; y < box->height; y += fine) {
         double w[ENVMAPI_BOX] = {0};
         for (int row = y; row < y + fine; ++row) {
             double sum = 0;
             for (int x = 0; x < box->width; ++x) {
-                sum += box->area[row][x];
-                if (sum * unit > 1e-12)
-                    w[x / fine] += sum * unit *
-                                   envmapi_chart_cell(r, p->chart, box->x + x, box->y + row, fine);
+                sum += sign * box->area[row][x];
+                if (sum > 1e-12)
+                    w[x / fine] +=
+                        sum * envmapi_chart_cell(r, chart, box->x + x, box->y + row, fine);
             }
         }
         for (int x = 0; x * fine < box->width; ++x)
             envmapi_orbit_tap(o, r, box->x / fine + x, (box->y + y) / fine, w[x], fine);
     }
-    envmapi_orbit_flush(o, r, r->Y.mapping == ENVMAP_OCTAHEDRAL ? 0 : p->chart);
+    envmapi_orbit_flush(o, r, r->Y.mapping == ENVMAP_OCTAHEDRAL ? 0 : chart);
 }
 
 /* The polygon, box by box. Cells are divided until the density is even: a face has 128 at least. */
 static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
     envmapi_polygon *p = &o->polygon;
     int n = r->Y.size, from[2], to[2], fine = 1, mapping = r->Y.mapping;
-    double area = 0, low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9}, move[2] = {0, 0};
-    for (int i = 1; i < p->count && mapping == ENVMAP_LATLONG; ++i) /* a seam */
-        p->at[i][0] += 2 * n * floor((p->at[0][0] - p->at[i][0]) / (2 * n) + 0.5);
+    double area = 0, low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
+    if (mapping == ENVMAP_LATLONG) envmapi_polygon_unroll(p, n);
     for (int i = 0; i < p->count; ++i) {
         const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
         area += a[1] * b[0] - a[0] * b[1];
@@ -2194,18 +2224,20 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
     }
     for (int k = 0; k < 2; ++k) {
         int first = 0, end = n, wraps = !k && mapping == ENVMAP_LATLONG;
-        for (int i = 0; i < p->moves; ++i) move[k] = fmax(move[k], fabs(p->by[i][k]));
         if (mapping == ENVMAP_OCTAHEDRAL) {
             int lower = p->chart >> 2 * k & 1;
             first = lower ? 0 : n / 2, end = lower ? (n + 1) / 2 : n;
         }
-        from[k] = (int)floor(wraps ? low[k] - move[k] : fmax(low[k] - move[k], first));
-        to[k] = (int)ceil(wraps ? high[k] + move[k] : fmin(high[k] + move[k], end));
+        from[k] = (int)floor(wraps ? low[k] : fmax(low[k], first));
+        to[k] = (int)ceil(wraps ? high[k] : fmin(high[k], end));
     }
     if (from[0] >= to[0] || from[1] >= to[1]) return;
     while (mapping != ENVMAP_LATLONG && mapping != ENVMAP_SPHERE && fine * n < 128 && fine < 16)
         fine *= 2;
-    if (envmapi_chart_cut(&r->Y, from, to) && fine < 8) fine = 8;
+    if (envmapi_chart_cut(&r->Y, from, to)) {
+        int least = mapping == ENVMAP_ANGULAR ? 4 : 8;
+        if (fine < least) fine = least;
+    }
     int step = ENVMAPI_BOX / fine;
     for (int y = from[1]; y < to[1]; y += step)
         for (int x = from[0]; x < to[0]; x += step) {
@@ -2213,7 +2245,7 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
             o->box.width = fine * (to[0] - x < step ? to[0] - x : step);
             o->box.height = fine * (to[1] - y < step ? to[1] - y : step);
             envmapi_box_fill(&o->box, p, fine);
-            envmapi_orbit_box(o, r, fine, area > 0 ? p->unit : -p->unit);
+            envmapi_orbit_box(o, r, fine, area > 0 ? 1 : -1);
         }
 }
 
@@ -2221,7 +2253,7 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
 
 /* A corner of X's texels, and where it is on Y. */
 typedef struct envmapi_corner {
-    double d[3], at[2], pole, out; /* pole: of Y, how far away; out: of the centre of a disc */
+    double d[3], at[2], bend; /* bend: pieces that a side of a radian has here */
     int chart;
 } envmapi_corner;
 
@@ -2236,51 +2268,22 @@ static double envmapi_pole_distance(int mapping, const double d[3]) {
 /* What lies beyond a rim of X is moved onto it. */
 static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, int face, double u,
                               double v) {
-    double x = u - 0.5, y = v - 0.5;
-    c->out = envmapi_is_disc(r->X.mapping) ? 2 * sqrt(x * x + y * y) : 0;
-    double out = fmax(c->out, 1);
-    envmapi_direction(c->d, r->X.mapping, face, 0.5 + x / out, 0.5 + y / out);
+    double x = 2 * u - 1, y = 2 * v - 1, out = 0;
+    if (envmapi_is_disc(r->X.mapping)) out = sqrt(x * x + y * y);
+    if (out > 1) u = 0.5 + 0.5 * x / out, v = 0.5 + 0.5 * y / out;
+    envmapi_direction(c->d, r->X.mapping, face, u, v);
     c->chart = envmapi_chart(r->Y.mapping, c->d);
     envmapi_chart_place(c->at, r, c->chart, c->d);
-    c->pole = envmapi_pole_distance(r->Y.mapping, c->d);
-}
-
-static double envmapi_apart(const double a[3], const double b[3]) {
-    double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-    return sqrt(x * x + y * y + z * z);
+    c->bend = 11 / fmax(1e-9, fmin(envmapi_pole_distance(r->X.mapping, c->d),
+                                   envmapi_pole_distance(r->Y.mapping, c->d)));
+    if (out > 1 - 2.0 / r->X.size) c->bend = fmax(c->bend, 4.0 * r->X.size);
 }
 
 /* Pieces that a side is made of, as many whichever end comes first. */
-static int envmapi_side_pieces(const envmapi_resampling *r, const envmapi_corner *a,
-                               const envmapi_corner *b) {
-    double pole = fmin(fmin(a->pole, b->pole), envmapi_pole_distance(r->X.mapping, a->d));
-    double bend = envmapi_apart(a->d, b->d) /
-                  fmax(fmin(pole, envmapi_pole_distance(r->X.mapping, b->d)), 1e-9);
-    int rim = fmax(a->out, b->out) > 1 - 2.0 / r->X.size;
-    return (int)ceil(envmapi_clamp(11 * bend, rim ? 8 : 1, 15));
-}
-
-/* The longer side of a map's texel at d, in radians; a sphere map's mean, as needles are no boxes. */
-static double envmapi_extent(const envmap *map, const double d[3]) {
-    double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]), most = fmax(fmax(x, y), z);
-    switch (map->mapping) {
-    case ENVMAP_CUBE:
-        return 2 * most * sqrt(1 - fmin(fmin(x, y), z) * fmin(fmin(x, y), z)) / map->size;
-    case ENVMAP_PARABOLOID: return 2 * (1 + z) / map->size;
-    case ENVMAP_SPHERE: return 4.0 / map->size;
-    case ENVMAP_OCTAHEDRAL: return (4 * (x + y + z) - 2) / map->size;
-    default: return (map->mapping == ENVMAP_LATLONG ? ENVMAPI_PI : 6.1) / map->size;
-    }
-}
-
-/* The standard deviation, in texels of src along each side, by which these are spread so that they
-   do not show where dst is finer. */
-static double envmapi_blur(const envmapi_resampling *r, const envmapi_corner c[4]) {
-    double d[3];
-    for (int k = 0; k < 3; ++k) d[k] = c[0].d[k] + c[1].d[k] + c[2].d[k] + c[3].d[k];
-    envmapi_unit(d, d);
-    double t = 2 - 2 * envmapi_extent(&r->dst, d) / envmapi_extent(&r->src, d);
-    return sqrt(1 / 12.0) * envmapi_clamp(t, 0, 1);
+static int envmapi_side_pieces(const envmapi_corner *a, const envmapi_corner *b) {
+    double x = a->d[0] - b->d[0], y = a->d[1] - b->d[1], z = a->d[2] - b->d[2];
+    double bend = a->bend > b->bend ? a->bend : b->bend, square = (x * x + y * y + z * z) * bend * bend;
+    return square <= 1 ? 1 : square > 225 ? 15 : (int)ceil(sqrt(square));
 }
 
 /* A polygon of directions on all charts that it touches. */
@@ -2288,9 +2291,9 @@ static void envmapi_orbit_charts(envmapi_orbit *o, const envmapi_resampling *r, 
                                  int count) {
     envmapi_polygon *p = &o->polygon;
     int octants = r->Y.mapping == ENVMAP_OCTAHEDRAL;
-    p->count = count;
     for (p->chart = 0; p->chart < (octants ? 8 : envmap_faces(r->Y.mapping)); ++p->chart) {
         int ok = 1;
+        p->count = count;
         for (int i = 0; i < count && ok; ++i) ok = envmapi_chart_place(p->at[i], r, p->chart, d[i]);
         if (ok) envmapi_orbit_cover(o, r);
     }
@@ -2304,11 +2307,11 @@ static void envmapi_orbit_part(envmapi_orbit *o, const envmapi_resampling *r, do
     int count = 0, inside = !r->scatter;
     for (int i = 0; i < 4; ++i) {
         envmapi_corner_of(c + i, r, o->face, u + (i == 1 || i == 2 ? du : 0), v + (i > 1 ? dv : 0));
-        inside &= c[i].pole < 0.95 * r->zone;
+        inside &= envmapi_pole_distance(r->Y.mapping, c[i].d) < 0.95 * r->zone;
     }
     if (inside) return;
     for (int i = 0; i < 4; ++i) {
-        int pieces = envmapi_side_pieces(r, c + i, c + ((i + 1) & 3));
+        int pieces = envmapi_side_pieces(c + i, c + ((i + 1) & 3));
         for (int k = 0; k < pieces; ++k) {
             double s = (double)k / pieces, along[4] = {s, 1, 1 - s, 0};
             envmapi_corner_of(&point, r, o->face, u + along[i] * du, v + along[(i + 3) & 3] * dv);
@@ -2318,42 +2321,80 @@ static void envmapi_orbit_part(envmapi_orbit *o, const envmapi_resampling *r, do
     envmapi_orbit_charts(o, r, d, count);
 }
 
-/* All parts of the texel that is so many texels further along u and v. */
-static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, double x, double y) {
-    double du = 1.0 / envmapi_width(r->X.mapping, r->X.size), dv = 1.0 / r->X.size;
-    for (int i = 0; i < r->parts * r->parts; ++i)
-        envmapi_orbit_part(o, r, (o->x + x + (double)(i % r->parts) / r->parts) * du,
-                           (o->y + y + (double)(i / r->parts) / r->parts) * dv, du / r->parts,
-                           dv / r->parts);
+/* The whole texel, part by part. */
+static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r) {
+    int n = r->parts;
+    double du = 1.0 / (n * envmapi_width(r->X.mapping, r->X.size)), dv = 1.0 / (n * r->X.size);
+    for (int i = 0; i < n * n; ++i)
+        envmapi_orbit_part(o, r, (o->x * n + i % n) * du, (o->y * n + i / n) * dv, du, dv);
 }
 
-/* Whether a polygon that is moved by so much stays on its chart. */
+/* Whether a polygon stays on its chart, and `by` cells away from its edges. */
 static int envmapi_chart_has(const envmapi_resampling *r, const double at[2], double by) {
     double n = r->Y.size, x = fabs(2 * at[0] - n), y = fabs(2 * at[1] - n);
     if (r->Y.mapping == ENVMAP_PARABOLOID || r->Y.mapping == ENVMAP_OCTAHEDRAL) by += 0.25;
     if (r->Y.mapping == ENVMAP_LATLONG) return y <= n - 2 * by;
     if (r->Y.mapping == ENVMAP_CUBE) return fmax(x, y) <= n - 2 * by;
-    if (r->Y.mapping == ENVMAP_OCTAHEDRAL) return fmin(x, y) >= 2 * by && fabs(n - x - y) >= 4 * by;
+    if (r->Y.mapping == ENVMAP_OCTAHEDRAL)
+        return fmin(x, y) >= 2 * by && fabs(n - x - y) >= 4 * by && fmax(x, y) <= n + 0.5 - 2 * by;
     return hypot(x, y) <= n - 2 * by;
 }
 
-static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
-                                const envmapi_corner c[4]) {
-    envmapi_polygon *p = &o->polygon;
-    double blur = envmapi_blur(r, c);
-    int whole = r->parts == 1 && !r->scatter, moves = blur > 0 ? 4 : 1;
-    p->chart = c->chart, p->count = 4, p->unit = 1.0 / moves, p->moves = r->scatter ? 1 : moves;
-    for (int m = 0; m < 4; ++m) {
-        double x = m & 1 ? -blur : blur, y = m & 2 ? -blur : blur;
-        p->by[m][0] = r->scatter ? 0 : x, p->by[m][1] = r->scatter ? 0 : y;
-        if (r->scatter && m < moves) envmapi_orbit_parts(o, r, x, y);
+#define ENVMAPI_POINTS 8
+
+/* Bilinear radiance at points, at least 3 along a side and one for each cell that it crosses; 0:
+   the texel is too long. */
+static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r,
+                                const envmapi_polygon *p, int inside) {
+    double w[ENVMAPI_POINTS + 2][ENVMAPI_POINTS + 2], side[2][2], twist[2], longest[2] = {0, 0};
+    int n[2], low[2], high[2];
+    for (int k = 0; k < 2; ++k) {
+        double a = p->at[0][k], b = p->at[1][k], c = p->at[2][k], d = p->at[3][k];
+        side[0][k] = b - a, side[1][k] = d - a, twist[k] = a + c - b - d;
+        low[k] = (int)floor(fmin(fmin(a, b), fmin(c, d)) - 0.5);
+        high[k] = (int)floor(fmax(fmax(a, b), fmax(c, d)) + 0.5);
+        if (high[k] - low[k] >= ENVMAPI_POINTS + 2) return 0;
+        for (int i = 0; i < 2; ++i)
+            longest[i] = fmax(longest[i], fmax(fabs(side[i][k]), fabs(side[i][k] + twist[k])));
     }
-    for (int i = 0; i < 4 && whole; ++i)
-        whole = c[i].chart == c->chart && envmapi_chart_has(r, c[i].at, blur) &&
-                envmapi_side_pieces(r, c + i, c + ((i + 1) & 3)) == 1;
-    for (int i = 0; i < 4; ++i) memcpy(p->at[i], c[i].at, sizeof c[i].at);
-    if (whole) envmapi_orbit_cover(o, r);
-    else if (!r->scatter) envmapi_orbit_parts(o, r, 0, 0);
+    if (!inside) return o->all = -1, 1;
+    for (int i = 0; i < 2; ++i) n[i] = longest[i] > 3 ? (int)ceil(longest[i]) : 3;
+    double each = 1.0 / (n[0] * n[1]);
+    if (r->light) each *= envmapi_texel_cell(NULL, r->X.mapping, r->X.size, o->x, o->y);
+    memset(w, 0, sizeof w[0] * (size_t)(high[1] - low[1] + 1));
+    for (int i = 0; i < n[0] * n[1]; ++i) {
+        double s = (i % n[0] + 0.5) / n[0], t = (i / n[0] + 0.5) / n[1];
+        double x = p->at[0][0] + s * side[0][0] + t * side[1][0] + s * t * twist[0] - 0.5 - low[0];
+        double y = p->at[0][1] + s * side[0][1] + t * side[1][1] + s * t * twist[1] - 0.5 - low[1];
+        double *to = w[(int)y] + (int)x, *below = to + ENVMAPI_POINTS + 2;
+        x -= (int)x, y -= (int)y;
+        to[0] += each * (1 - x) * (1 - y), to[1] += each * x * (1 - y);
+        below[0] += each * (1 - x) * y, below[1] += each * x * y;
+    }
+    o->tap_low = low[0], o->tap_high = high[0];
+    for (int y = low[1]; y <= high[1]; ++y)
+        for (int x = low[0]; x <= high[0]; ++x)
+            envmapi_orbit_tap(o, r, x, y, w[y - low[1]][x - low[0]], 1);
+    envmapi_orbit_flush(o, r, r->Y.mapping == ENVMAP_OCTAHEDRAL ? 0 : p->chart);
+    return 1;
+}
+
+static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
+                                const envmapi_corner *const c[4]) {
+    envmapi_polygon *p = &o->polygon;
+    int whole = 1, rows = r->Y.mapping == ENVMAP_LATLONG ? r->Y.size : 0, pieces = 1;
+    p->chart = c[0]->chart, p->count = 4;
+    for (int i = 0; i < 4; ++i) {
+        int now = envmapi_side_pieces(c[i], c[(i + 1) & 3]);
+        pieces = now > pieces ? now : pieces;
+        whole &= c[i]->chart == c[0]->chart && envmapi_chart_has(r, c[i]->at, r->points ? 1.5 : 0);
+        if (c[i]->chart == p->chart) memcpy(p->at[i], c[i]->at, sizeof c[i]->at);
+        else envmapi_chart_place(p->at[i], r, p->chart, c[i]->d);
+        if (i && rows) p->at[i][0] += 2 * rows * floor((p->at[0][0] - p->at[i][0]) / (2 * rows) + 0.5);
+    }
+    if (r->points && envmapi_orbit_points(o, r, p, whole && pieces < 3)) return;
+    if (whole && r->parts == 1 && pieces == 1) envmapi_orbit_cover(o, r);
+    else envmapi_orbit_parts(o, r);
 }
 
 /* Whether a texel's innermost corner lies outside a rim. */
@@ -2375,101 +2416,126 @@ static int envmapi_row_first(const envmapi_resampling *r, int face, int y) {
     return end;
 }
 
-/* Task: a row of a face of dst. */
-static void envmapi_task_gather(void *context, int row) {
+/* The texel that the orbit has gathered, and its images. */
+static void envmapi_orbit_write(const envmapi_orbit *o, const envmapi_resampling *r) {
+    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size);
+    for (int k = 0; k < o->count; ++k) {
+        static const double none[4] = {0, 0, 0, 0};
+        size_t texel = o->texel[k];
+        const double *light = r->light && r->lit[texel / width] ? r->light + 4 * texel : none;
+        double all = o->all < 0 ? 0 : o->all + light[3];
+        for (size_t i = 0; i < 3 && all > 0; ++i)
+            r->dst.texels[3 * texel + i] = (float)((o->sums[k][i] + light[i]) / all);
+        if (!(all > 0)) envmapi_resample_lookup(r, texel);
+    }
+}
+
+#define ENVMAPI_SQUARE 8
+
+/* Task: a square of texels of dst. */
+static void envmapi_task_gather(void *context, int band) {
     const envmapi_resampling *r = (const envmapi_resampling *)context;
-    envmapi_corner c[4];
+    envmapi_corner c[ENVMAPI_SQUARE + 1][ENVMAPI_SQUARE + 1];
     envmapi_orbit o;
-    double w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size;
-    int next = -1; /* the texel whose left corners are known */
-    o.face = row / r->X.size, o.y = row % r->X.size, o.tap_count = 0;
-    int end = envmapi_row_first(r, o.face, o.y);
-    for (o.x = 0; o.x < end; ++o.x) {
-        if (!envmapi_orbit_of(&o, r)) continue;
-        if (next == o.x) c[0] = c[1], c[3] = c[2];
-        for (int i = next == o.x; i < (next == o.x ? 3 : 4); ++i)
-            envmapi_corner_of(c + i, r, o.face, (o.x + (i == 1 || i == 2)) / w,
-                              (o.y + (i > 1)) / h);
-        next = o.x + 1;
-        if (!envmapi_beyond(&r->X, o.x, o.y)) envmapi_orbit_texel(&o, r, c);
-        for (int k = 0; k < o.count; ++k) {
-            const double *light = r->light ? r->light + 4 * o.texel[k] : NULL;
-            double all = o.all + (light ? light[3] : 0);
-            for (size_t i = 0; i < 3 && all > 0; ++i)
-                r->dst.texels[3 * o.texel[k] + i] =
-                    (float)((o.sums[k][i] + (light ? light[i] : 0)) / all);
-            if (!(all > 0)) envmapi_resample_lookup(r, o.texel[k]);
+    int w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size, end[ENVMAPI_SQUARE];
+    int bands = (h + ENVMAPI_SQUARE - 1) / ENVMAPI_SQUARE, most = 0, y0 = band % bands * ENVMAPI_SQUARE;
+    o.face = band / bands, o.tap_count = 0;
+    int rows = h - y0 < ENVMAPI_SQUARE ? h - y0 : ENVMAPI_SQUARE;
+    for (int i = 0; i < rows; ++i) {
+        end[i] = envmapi_row_first(r, o.face, y0 + i);
+        most = end[i] > most ? end[i] : most;
+    }
+    for (int x0 = 0; x0 < most; x0 += ENVMAPI_SQUARE) {
+        int known = 0;
+        for (int i = 0; i < ENVMAPI_SQUARE * rows; ++i) {
+            int x = i % ENVMAPI_SQUARE, y = i / ENVMAPI_SQUARE;
+            o.x = x0 + x, o.y = y0 + y;
+            if (o.x >= end[y] || !envmapi_orbit_of(&o, r)) continue;
+            for (int k = 0; k < (ENVMAPI_SQUARE + 1) * (rows + 1) && !known; ++k) {
+                int a = k % (ENVMAPI_SQUARE + 1), b = k / (ENVMAPI_SQUARE + 1);
+                if (x0 + a <= w)
+                    envmapi_corner_of(c[b] + a, r, o.face, (double)(x0 + a) / w, (double)(y0 + b) / h);
+            }
+            known = 1;
+            const envmapi_corner *corners[4] = {&c[y][x], &c[y][x + 1], &c[y + 1][x + 1], &c[y + 1][x]};
+            if (!envmapi_beyond(&r->X, o.x, o.y)) envmapi_orbit_texel(&o, r, corners);
+            envmapi_orbit_write(&o, r);
         }
     }
 }
 
-/* Task, not at the same time as others, which share texels of dst: a row of src, near its poles. */
+/* Task, not at the same time as others, which share texels of dst: a row of src, near its rim. */
 static void envmapi_task_scatter(void *context, int row) {
     const envmapi_resampling *r = (const envmapi_resampling *)context;
-    envmapi_corner c[4];
     envmapi_orbit o;
-    double w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size;
     o.face = o.tap_count = 0, o.y = row;
-    for (o.x = 0; o.x < w; ++o.x) {
+    for (o.x = 0; o.x < r->X.size; ++o.x) {
         if (!envmapi_scattered(r, o.x, o.y) || !envmapi_orbit_of(&o, r)) continue;
         double all = envmapi_texel_cell(NULL, r->X.mapping, r->X.size, o.x, o.y);
         if (!(all > 0)) continue;
-        for (int i = 0; i < 4; ++i)
-            envmapi_corner_of(c + i, r, 0, (o.x + (i == 1 || i == 2)) / w, (o.y + (i > 1)) / h);
-        o.scale = -1, envmapi_orbit_texel(&o, r, c);
-        o.scale = o.all > 0 ? all / o.all : 0, envmapi_orbit_texel(&o, r, c);
+        o.scale = -1, envmapi_orbit_parts(&o, r);
+        o.scale = o.all > 0 ? all / o.all : 0, envmapi_orbit_parts(&o, r);
     }
 }
 
 /* ---- one slice */
 
-/* The zones around the poles of src are a few texels of dst wide, or what a rim cuts. */
-static void envmapi_resample_zone(envmapi_resampling *r) {
+/* What lies near the rim of a sphere or angular src, scattered: a few texels of dst wide. */
+static envmap_result envmapi_resample_rim(envmapi_resampling *r, const envmap_work *work,
+                                          envmapi_pool *pool) {
     static const double extents[ENVMAP_MAPPING_COUNT] = {2, 4, 5.7, 3.2, 6.3, 3};
     double n = r->src.size, zone = 2.5 * extents[r->dst.mapping] / (r->dst.size * r->parts);
+    r->zone = 0;
+    if ((r->src.mapping != ENVMAP_SPHERE && r->src.mapping != ENVMAP_ANGULAR))
+        return ENVMAP_OK;
     r->zone = zone;
-    if (r->src.mapping == ENVMAP_LATLONG) r->rim = ceil(n * zone / ENVMAPI_PI);
-    else if (r->src.mapping == ENVMAP_SPHERE) r->rim = n * fmin(cos(zone / 2), 1);
-    else if (r->src.mapping == ENVMAP_ANGULAR) r->rim = fmin(n * (1 - zone / ENVMAPI_PI), n - 4);
-    else r->zone = 0;
+    size_t rows = (size_t)(envmap_faces(r->dst.mapping) * r->dst.size);
+    size_t texels = rows * (size_t)envmapi_width(r->dst.mapping, r->dst.size);
+    envmap_work serial = *work;
+    if (r->src.mapping == ENVMAP_SPHERE) r->rim = n * cos(zone / 2);
+    else r->rim = fmin(n * (1 - zone / ENVMAPI_PI), n - 4);
+    r->light = (double *)envmapi_pool_get(pool, 4 * texels, sizeof(double));
+    r->lit = (unsigned char *)envmapi_pool_get(pool, rows, 1);
+    if (!r->light || !r->lit) return ENVMAP_ERROR_MEMORY;
+    memset(r->lit, 0, rows);
+    envmapi_resampling back = *r;
+    back.X = r->src, back.Y = r->dst, back.scatter = 1;
+    back.parts = (63 + r->src.size) / r->src.size;
+    serial.executor.run = NULL;
+    envmapi_run_all(&serial, envmapi_task_scatter, &back, r->src.size);
+    return ENVMAP_OK;
+}
+
+static double envmapi_count(const envmap *map) {
+    double texels = (double)envmapi_area(map->mapping, map->size) * envmap_faces(map->mapping);
+    return envmapi_is_disc(map->mapping) ? texels * ENVMAPI_PI / 4 : texels;
 }
 
 static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_work *work,
                                             envmapi_pool *pool) {
     const envmap *dst = &r->dst, *src = &r->src;
-    envmap_work serial = *work;
-    int faces = envmap_faces(dst->mapping), n = src->size;
-    double n_dst = (double)envmapi_area(dst->mapping, dst->size) * faces;
-    double n_src = (double)envmapi_area(src->mapping, n) * envmap_faces(src->mapping);
-    size_t texels = (size_t)faces * envmapi_area(dst->mapping, dst->size);
-    if (dst->mapping == src->mapping && dst->size == n) {
+    int faces = envmap_faces(dst->mapping), n = src->size, same = dst->mapping == src->mapping;
+    double finer = envmapi_count(dst) / envmapi_count(src);
+    if (same && dst->size == n) {
         memcpy(dst->texels, src->texels, envmapi_slice_floats(src, 0) * sizeof(float));
         return envmapi_tell(&work->progress, 1);
     }
-    if (dst->mapping == src->mapping && dst->size <= n) {
+    if (same && dst->size <= n) {
         envmapi_nest nest = {src->texels, dst->texels, src->mapping, n, dst->size, faces};
         return envmapi_run(work, envmapi_task_nest, &nest, (dst->size + 1) / 2);
     }
-    if (dst->mapping == src->mapping || n_dst >= 4 * n_src)
-        return envmapi_run(work, envmapi_task_lookup, r, faces * dst->size);
+    if (same || finer >= 5) return envmapi_run(work, envmapi_task_lookup, r, faces * dst->size);
     int edge = src->mapping == ENVMAP_LATLONG ? n : dst->size;
-    r->X = *dst, r->Y = *src, r->parts = (63 + dst->size) / dst->size;
+    r->X = *dst, r->Y = *src, r->parts = (63 + dst->size) / dst->size, r->points = finer > 1;
     if (dst->mapping == ENVMAP_OCTAHEDRAL && dst->size % 2) r->parts += r->parts % 2; /* folds */
-    envmapi_resample_zone(r);
     r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     r->cosines = (double *)envmapi_pool_get(pool, (size_t)edge + 1, sizeof(double));
-    if (r->zone > 0) r->light = (double *)envmapi_pool_get(pool, 4 * texels, sizeof(double));
-    if (!r->turns || !r->cosines || (r->zone > 0 && !r->light)) return ENVMAP_ERROR_MEMORY;
+    if (!r->turns || !r->cosines) return ENVMAP_ERROR_MEMORY;
     for (int y = 0; y <= edge; ++y) r->cosines[y] = cos(ENVMAPI_PI * y / edge);
     r->turn_count = envmapi_turns(r->turns, dst, src);
-    serial.executor.run = NULL;
-    if (r->zone > 0) {
-        memset(r->light, 0, 4 * texels * sizeof(double));
-        envmapi_resampling back = *r;
-        back.X = *src, back.Y = *dst, back.scatter = 1, back.parts = (63 + n) / n;
-        envmapi_run_all(&serial, envmapi_task_scatter, &back, n);
-    }
-    return envmapi_run(work, envmapi_task_gather, r, faces * dst->size);
+    envmap_result result = envmapi_resample_rim(r, work, pool);
+    int bands = (dst->size + ENVMAPI_SQUARE - 1) / ENVMAPI_SQUARE;
+    return result ? result : envmapi_run(work, envmapi_task_gather, r, faces * bands);
 }
 
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
