@@ -1895,22 +1895,19 @@ static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, 
 
 /* Texels of X are polygons on the cells of Y. */
 typedef struct envmapi_resampling {
-    envmap dst, src, X, Y; /* one slice each */
-    int points;            /* a side, of bilinear radiance where dst is finer; 0: means only */
+    envmap dst, src, X, Y; /* one slice each; Y: src, or dst where it is to be scattered to */
+    int points;            /* dst is finer: bilinear radiance at points of X */
     int parts;             /* a texel is parts x parts polygons */
-    double zone, rim; /* of a sphere or angular src, scattered: in radians of its rim; radius in
-                         half texels */
-    double *cosines; /* of the edges of a lat-long's rows */
-    double *light;   /* scattered: RGB and solid angle of texels of dst; or NULL */
-    unsigned char *lit; /* rows of light that hold numbers */
-    int scatter, turn_count;
+    double *cosines;       /* of the edges of Y's rows where it is a lat-long */
+    double *light;         /* scattered: RGB and solid angle of texels of dst; NULL: gathered */
+    int turn_count;
     envmapi_turn *turns; /* at most 16, as the maps are not both cubes */
 } envmapi_resampling;
 
-/* A texel of dst: src at its centre, or where dst is finer the mean of points, those inside a rim. */
-static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel) {
+/* A texel of dst: src at its centre, or the mean of n x n points, those inside a rim. */
+static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, int n) {
     int mapping = r->dst.mapping, size = r->dst.size, w = envmapi_width(mapping, size);
-    int row = (int)(texel / (size_t)w), x = (int)(texel % (size_t)w), n = r->points ? 4 : 1;
+    int row = (int)(texel / (size_t)w), x = (int)(texel % (size_t)w);
     double d[3], uv[2], rgb[3] = {0, 0, 0}, all = 0;
     envmapi_level level = envmapi_level_of(&r->src, 0, 0);
     for (int i = 0; i <= n * n; ++i) { /* the last one, where all others lie outside */
@@ -1929,83 +1926,16 @@ static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel) {
 static void envmapi_task_lookup(void *context, int row) {
     const envmapi_resampling *r = (const envmapi_resampling *)context;
     size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size);
-    for (size_t x = 0; x < width; ++x) envmapi_resample_lookup(r, (size_t)row * width + x);
-}
-
-/* ---- charts: faces of Y; of an octahedral map, those of the octahedron */
-
-static int envmapi_chart(int mapping, const double d[3]) {
-    if (mapping != ENVMAP_OCTAHEDRAL) return envmapi_face(mapping, d);
-    return (d[0] < 0) + 2 * (d[1] < 0) + 4 * (d[2] < 0);
-}
-
-/* Where a direction is on a chart and beyond its edges, in cells; 0: too far beyond. Rows of a
-   lat-long are as high as their solid angle. */
-static int envmapi_chart_place(double at[2], const envmapi_resampling *r, int chart,
-                               const double d[3]) {
-    int mapping = r->Y.mapping, n = r->Y.size;
-    if (mapping == ENVMAP_OCTAHEDRAL) {
-        double x = chart & 1 ? -d[0] : d[0], y = chart & 2 ? -d[1] : d[1];
-        double z = chart & 4 ? -d[2] : d[2], all = x + y + z;
-        if (all < 0.1) return 0;
-        at[0] = chart & 2 ? 1 - z / all : x / all, at[1] = chart & 2 ? 1 - x / all : z / all;
-        for (int k = 0; k < 2; ++k) at[k] = 0.5 * n * (1 + (chart >> 2 * k & 1 ? -at[k] : at[k]));
-        return 1;
-    }
-    if (mapping == ENVMAP_PARABOLOID && (chart ? -d[2] : d[2]) < -0.5) return 0;
-    if (mapping == ENVMAP_CUBE) {
-        const signed char *m = envmapi_cube[chart][2];
-        if (m[0] * d[0] + m[1] * d[1] + m[2] * d[2] < 0.1) return 0;
-    }
-    envmapi_project(at, mapping, chart, d);
-    at[0] *= envmapi_width(mapping, n), at[1] *= n;
-    if (mapping == ENVMAP_LATLONG) {
-        int row = (int)envmapi_clamp(at[1], 0, n - 1);
-        const double *edge = r->cosines + row;
-        at[1] = row + envmapi_clamp((edge[0] - d[1]) / (edge[0] - edge[1]), 0, 1);
-    }
-    return 1;
-}
-
-/* Solid angle of a cell, as dense everywhere as at its centre; each is fine x fine of Y's. */
-static double envmapi_chart_cell(const envmapi_resampling *r, int chart, int x, int y, int fine) {
-    int mapping = r->Y.mapping, n = r->Y.size * fine, X = 2 * x + 1 - n, Z = 2 * y + 1 - n;
-    double part = 1.0 / n / n;
-    if (mapping == ENVMAP_LATLONG) return (r->cosines[y] - r->cosines[y + 1]) * ENVMAPI_PI / n;
-    if (mapping == ENVMAP_SPHERE) return 16 * part;
-    if (mapping == ENVMAP_OCTAHEDRAL) { /* a cell on a fold is half here, half on another chart */
-        int below = abs(X) + abs(Z) - n;
-        if (chart & 2) below = -below;
-        if (below > 0 || X * (chart & 1 ? -1 : 1) < 0 || Z * (chart & 4 ? -1 : 1) < 0) return 0;
-        if (!below) part /= 2;
-    } else if (mapping == ENVMAP_PARABOLOID) {
-        double radius = hypot(X, Z), out = (n - radius) * radius / (abs(X) + abs(Z) + 1e-9);
-        part *= envmapi_clamp(0.5 + 0.5 * out, 0, 1);
-    }
-    return part * envmapi_density(mapping, (x + 0.5) / n, (y + 0.5) / n);
-}
-
-/* Whether a rim or a fold cuts a rectangle of cells; or whether an angular map's rim is near. */
-static int envmapi_chart_cut(const envmap *Y, const int from[2], const int to[2]) {
-    double mid[2], half[2], n = Y->size;
-    for (int k = 0; k < 2; ++k) mid[k] = fabs(from[k] + to[k] - n), half[k] = to[k] - from[k];
-    double far_x = mid[0] + half[0], far_y = mid[1] + half[1], inner_x = fmax(mid[0] - half[0], 0),
-           inner_y = fmax(mid[1] - half[1], 0);
-    if (Y->mapping == ENVMAP_ANGULAR) return hypot(far_x, far_y) > n - 32;
-    if (Y->mapping == ENVMAP_PARABOLOID)
-        return hypot(far_x, far_y) > n && hypot(inner_x, inner_y) < n;
-    return Y->mapping == ENVMAP_OCTAHEDRAL &&
-           (mid[0] < half[0] || mid[1] < half[1] || (far_x + far_y > n && inner_x + inner_y < n));
+    for (size_t x = 0; x < width; ++x) envmapi_resample_lookup(r, (size_t)row * width + x, 1);
 }
 
 /* ---- how much of cells a polygon covers */
 
-#define ENVMAPI_BOX   16
-#define ENVMAPI_SIDES 64
+#define ENVMAPI_BOX 16
 
 typedef struct envmapi_polygon {
-    double at[ENVMAPI_SIDES][2]; /* corners in cells */
-    int count, chart;
+    double at[24][2]; /* corners in cells */
+    int count, face;
 } envmapi_polygon;
 
 typedef struct envmapi_box {
@@ -2066,7 +1996,7 @@ static void envmapi_box_fill(envmapi_box *box, const envmapi_polygon *p, double 
 /* On a lat-long of n rows corners follow one another without a jump at the seam. Where the polygon
    holds a pole, or has a corner there, it is closed along the edge of the first or last row. */
 static void envmapi_polygon_unroll(envmapi_polygon *p, int n) {
-    double at[ENVMAPI_SIDES][2], width = 2 * n, edge = p->at[0][1] < 0.5 * n ? 0 : n, end;
+    double at[24][2], width = 2 * n, edge = p->at[0][1] < 0.5 * n ? 0 : n, end;
     int corner = -1, count = p->count;
     memcpy(at, p->at, (size_t)count * sizeof at[0]);
     for (int i = 0; i < count; ++i)
@@ -2096,6 +2026,7 @@ typedef struct envmapi_orbit {
         double w;
     } taps[ENVMAPI_BOX * ENVMAPI_BOX]; /* cells of Y */
     int tap_count, tap_low, tap_high;  /* low, high: columns */
+    int points;                        /* a side, where it is looked up */
     envmapi_polygon polygon;
     envmapi_box box;
 } envmapi_orbit;
@@ -2103,119 +2034,92 @@ typedef struct envmapi_orbit {
 /* 0: another texel of the orbit comes first. */
 static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r) {
     int kept = 0; /* by how many turns; if by one only, no image comes twice */
-    o->count = 0, o->all = 0, o->scale = 0;
     for (int i = 0; i < r->turn_count; ++i) { /* the first is none */
-        const envmapi_turn *turn = r->turns + i;
-        o->texel[i] =
-            envmapi_turned(&r->X, (r->scatter ? turn->src : turn->dst) + o->face, o->x, o->y);
+        o->texel[i] = envmapi_turned(&r->X, r->turns[i].dst + o->face, o->x, o->y);
         if (o->texel[i] < o->texel[0]) return 0;
         kept += o->texel[i] == o->texel[0];
     }
+    o->count = 0, o->all = 0, o->scale = o->points = 1;
     for (int i = 0, k; i < r->turn_count; ++i) {
         for (k = kept > 1 ? 0 : o->count; k < o->count && o->texel[k] != o->texel[i];) ++k;
         if (k < o->count) continue;
-        o->texel[k] = o->texel[i], ++o->count;
-        o->at[k] = r->scatter ? r->turns[i].dst : r->turns[i].src;
+        o->texel[k] = o->texel[i], o->at[k] = r->turns[i].src, ++o->count;
         for (int c = 0; c < 3; ++c)
-            o->sums[k][c] = r->scatter ? (double)r->src.texels[3 * o->texel[k] + (size_t)c] : 0;
+            o->sums[k][c] = r->light ? (double)r->src.texels[3 * o->texel[k] + (size_t)c] : 0;
         o->sums[k][3] = 1;
     }
     return 1;
 }
 
-/* Texel `at` of dst gets light of w. */
-static void envmapi_orbit_light(const envmapi_resampling *r, ptrdiff_t at, double w,
-                                const double light[4]) {
-    ptrdiff_t width = envmapi_width(r->dst.mapping, r->dst.size), row = at / width;
-    if (!r->lit[row]) memset(r->light + 4 * row * width, 0, 4 * (size_t)width * sizeof(double));
-    r->lit[row] = 1;
-    envmapi_double4_add(envmapi_double4_at(r->light + 4 * at), w, envmapi_double4_at(light));
-}
-
-/* The taps of a face, and those of the images. */
+/* The taps of a face, and those of the images: gathered, or light that is scattered. */
 static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, int face) {
-    int width = envmapi_width(r->Y.mapping, r->Y.size), low = o->tap_low, high = o->tap_high;
+    int width = envmapi_width(r->Y.mapping, r->Y.size), span = o->tap_high - o->tap_low;
     ptrdiff_t last = (ptrdiff_t)(envmapi_slice_floats(&r->Y, 0) / 3) - 1;
-    for (int k = 0; k < o->count && o->scale >= 0; ++k) {
+    for (int k = 0; k < o->count && o->scale > 0; ++k) {
         const envmapi_place *to = o->at[k] + face;
-        ptrdiff_t right = to->xx + (ptrdiff_t)to->yx * width;
-        ptrdiff_t down = to->xy + (ptrdiff_t)to->yy * width, origin = to->x0, seam = 0;
+        int right = to->xx + to->yx * width, down = to->xy + to->yy * width;
+        int from = to->x0 + right * o->tap_low, wraps = 0;
         double sums[4] = {0, 0, 0, 0};
         if (r->Y.mapping == ENVMAP_LATLONG) { /* turned, the taps may lie across a seam */
-            int a = to->x0 + to->xx * low, b = to->x0 + to->xx * high, least = a < b ? a : b;
-            origin -= (ptrdiff_t)width * (least < 0 ? -1 : least / width);
-            least = (least + width) % width, seam = least + high - low >= width;
+            from = (from % width + width) % width;
+            wraps = from + right * span < 0 || from + right * span >= width;
         }
-        origin += (to->y0 + (ptrdiff_t)to->face * r->Y.size) * width;
+        ptrdiff_t origin = from + (to->y0 + (ptrdiff_t)to->face * r->Y.size) * width;
         for (int i = 0; i < o->tap_count; ++i) {
-            ptrdiff_t x = o->taps[i].x, y = o->taps[i].y, at = origin + x * right + y * down;
-            if (seam && at >= (to->y0 + to->yy * y + 1) * width) at -= width;
+            ptrdiff_t x = o->taps[i].x * right, at = origin + x + (ptrdiff_t)o->taps[i].y * down;
             double w = o->taps[i].w;
+            if (wraps && (from + x < 0 || from + x >= width)) at -= right * width;
             const float *texel = r->src.texels + 3 * at;
-            if (r->scatter) envmapi_orbit_light(r, at, w * o->scale, o->sums[k]);
-            else if (at == last)
-                for (int c = 0; c < 3; ++c) sums[c] += w * (double)texel[c];
+            if (r->light)
+                envmapi_double4_add(envmapi_double4_at(r->light + 4 * at), w * o->scale,
+                                    envmapi_double4_at(o->sums[k]));
+            else if (at < last) /* lanes */
+                for (int c = 0; c < 4; ++c) sums[c] += w * (double)texel[c];
             else
-                for (int c = 0; c < 4; ++c) sums[c] += w * (double)texel[c]; /* as lanes */
+                for (int c = 0; c < 3; ++c) sums[c] += w * (double)texel[c];
         }
-        for (int c = 0; c < 3 && !r->scatter; ++c) o->sums[k][c] += sums[c];
+        for (int c = 0; c < 3 && !r->light; ++c) o->sums[k][c] += sums[c];
     }
     o->tap_count = 0;
 }
 
-/* Whether a cell of a sphere or angular src is near its rim: such are scattered, as sides of dst
-   are not straight there, and a rim may cut texels to slivers. */
-static int envmapi_scattered(const envmapi_resampling *r, int x, int y) {
-    int n = r->src.size;
-    double X = abs(2 * x + 1 - n) + 1, Y = abs(2 * y + 1 - n) + 1;
-    return r->light && X * X + Y * Y > r->rim * r->rim;
+/* A cell of Y, of which w counts. */
+static void envmapi_orbit_tap(envmapi_orbit *o, int x, int y, double w) {
+    if (!(w > 0)) return;
+    o->taps[o->tap_count].x = x - o->tap_low, o->taps[o->tap_count].y = y;
+    o->taps[o->tap_count++].w = w, o->all += w;
 }
 
-/* A cell of Y, of which w counts. What a paraboloid's rim cuts counts, with all polygons there are,
-   as its solid angle. */
-static void envmapi_orbit_tap(envmapi_orbit *o, const envmapi_resampling *r, int x, int y, double w,
-                              int fine) {
-    int from[2] = {x, y}, to[2] = {x + 1, y + 1};
-    if (!(w > 0) || (!r->scatter && envmapi_scattered(r, x, y))) return;
-    if (r->Y.mapping == ENVMAP_PARABOLOID && fine > 1 && envmapi_chart_cut(&r->Y, from, to)) {
-        double all = 1e-300;
-        for (int i = 0; i < fine * fine; ++i)
-            all += envmapi_chart_cell(r, 0, x * fine + i % fine, y * fine + i / fine, fine);
-        w *= envmapi_texel_cell(NULL, r->Y.mapping, r->Y.size, x, y) / all;
-    }
-    o->taps[o->tap_count].x = x, o->taps[o->tap_count].y = y, o->taps[o->tap_count++].w = w;
-    o->all += w;
-}
-
-/* A box's cells, fine x fine of it each. */
+/* A box's cells, fine x fine of it each, everywhere as dense as at their centres. */
 static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int fine,
                               double sign) {
     const envmapi_box *box = &o->box;
-    int chart = o->polygon.chart;
+    int n = r->Y.size * fine, latlong = r->Y.mapping == ENVMAP_LATLONG;
     o->tap_low = box->x / fine, o->tap_high = (box->x + box->width - 1) / fine;
     for (int y = 0; y < box->height; y += fine) {
         double w[ENVMAPI_BOX] = {0};
         for (int row = y; row < y + fine; ++row) {
-            double sum = 0;
+            double sum = 0, v = (box->y + row + 0.5) / n, rho = 0;
+            if (latlong) rho = (r->cosines[box->y + row] - r->cosines[box->y + row + 1]) * ENVMAPI_PI;
             for (int x = 0; x < box->width; ++x) {
                 sum += sign * box->area[row][x];
-                if (sum > 1e-12)
-                    w[x / fine] +=
-                        sum * envmapi_chart_cell(r, chart, box->x + x, box->y + row, fine);
+                if (!(sum > 1e-12)) continue;
+                if (!latlong) rho = envmapi_density(r->Y.mapping, (box->x + x + 0.5) / n, v) / n;
+                w[x / fine] += sum * rho / n;
             }
         }
         for (int x = 0; x * fine < box->width; ++x)
-            envmapi_orbit_tap(o, r, box->x / fine + x, (box->y + y) / fine, w[x], fine);
+            envmapi_orbit_tap(o, o->tap_low + x, (box->y + y) / fine, w[x]);
     }
-    envmapi_orbit_flush(o, r, r->Y.mapping == ENVMAP_OCTAHEDRAL ? 0 : chart);
+    envmapi_orbit_flush(o, r, o->polygon.face);
 }
 
-/* The polygon, box by box. Cells are divided until the density is even: a face has 128 at least. */
+/* The polygon, box by box. Cells of a small cube are divided: they are not dense evenly. */
 static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
     envmapi_polygon *p = &o->polygon;
-    int n = r->Y.size, from[2], to[2], fine = 1, mapping = r->Y.mapping;
+    int n = r->Y.size, from[2], to[2], fine = 1, latlong = r->Y.mapping == ENVMAP_LATLONG;
     double area = 0, low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
-    if (mapping == ENVMAP_LATLONG) envmapi_polygon_unroll(p, n);
+    if (latlong) envmapi_polygon_unroll(p, n);
     for (int i = 0; i < p->count; ++i) {
         const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
         area += a[1] * b[0] - a[0] * b[1];
@@ -2223,21 +2127,11 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
             low[k] = a[k] < low[k] ? a[k] : low[k], high[k] = a[k] > high[k] ? a[k] : high[k];
     }
     for (int k = 0; k < 2; ++k) {
-        int first = 0, end = n, wraps = !k && mapping == ENVMAP_LATLONG;
-        if (mapping == ENVMAP_OCTAHEDRAL) {
-            int lower = p->chart >> 2 * k & 1;
-            first = lower ? 0 : n / 2, end = lower ? (n + 1) / 2 : n;
-        }
-        from[k] = (int)floor(wraps ? low[k] : fmax(low[k], first));
-        to[k] = (int)ceil(wraps ? high[k] : fmin(high[k], end));
+        int wraps = !k && latlong;
+        from[k] = (int)floor(wraps || low[k] > 0 ? low[k] : 0);
+        to[k] = (int)ceil(wraps || high[k] < n ? high[k] : n);
     }
-    if (from[0] >= to[0] || from[1] >= to[1]) return;
-    while (mapping != ENVMAP_LATLONG && mapping != ENVMAP_SPHERE && fine * n < 128 && fine < 16)
-        fine *= 2;
-    if (envmapi_chart_cut(&r->Y, from, to)) {
-        int least = mapping == ENVMAP_ANGULAR ? 4 : 8;
-        if (fine < least) fine = least;
-    }
+    while (!latlong && fine * n < 128 && fine < 16) fine *= 2;
     int step = ENVMAPI_BOX / fine;
     for (int y = from[1]; y < to[1]; y += step)
         for (int x = from[0]; x < to[0]; x += step) {
@@ -2253,103 +2147,114 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
 
 /* A corner of X's texels, and where it is on Y. */
 typedef struct envmapi_corner {
-    double d[3], at[2], bend; /* bend: pieces that a side of a radian has here */
-    int chart;
+    double d[3], at[2], bend; /* bend: parts of a side of a radian here */
+    int face, out;            /* out: beyond the rim */
 } envmapi_corner;
 
-/* The distance from where straight lines are bent, in radians: a lat-long's pole, a rim that is one
-   point. */
-static double envmapi_pole_distance(int mapping, const double d[3]) {
-    int along = mapping == ENVMAP_SPHERE ? d[2] < 0 : mapping == ENVMAP_ANGULAR && d[2] > 0;
-    if (mapping == ENVMAP_LATLONG) return sqrt(d[0] * d[0] + d[2] * d[2]);
-    return along ? sqrt(d[0] * d[0] + d[1] * d[1]) : 1;
+/* Where a direction is on a face of Y and beyond its edges, in cells; 0: too far beyond. Rows of a
+   lat-long are as high as their solid angle. */
+static int envmapi_place_on(double at[2], const envmapi_resampling *r, int face, const double d[3]) {
+    int n = r->Y.size;
+    if (r->Y.mapping == ENVMAP_CUBE) {
+        const signed char *m = envmapi_cube[face][2];
+        if (m[0] * d[0] + m[1] * d[1] + m[2] * d[2] < 0.1) return 0;
+    }
+    envmapi_project(at, r->Y.mapping, face, d);
+    at[0] *= envmapi_width(r->Y.mapping, n), at[1] *= n;
+    if (r->Y.mapping == ENVMAP_LATLONG) {
+        int row = (int)envmapi_clamp(at[1], 0, n - 1);
+        const double *edge = r->cosines + row;
+        at[1] = row + envmapi_clamp((edge[0] - d[1]) / (edge[0] - edge[1]), 0, 1);
+    }
+    return 1;
 }
 
-/* What lies beyond a rim of X is moved onto it. */
-static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, int face, double u,
-                              double v) {
-    double x = 2 * u - 1, y = 2 * v - 1, out = 0;
-    if (envmapi_is_disc(r->X.mapping)) out = sqrt(x * x + y * y);
-    if (out > 1) u = 0.5 + 0.5 * x / out, v = 0.5 + 0.5 * y / out;
-    envmapi_direction(c->d, r->X.mapping, face, u, v);
-    c->chart = envmapi_chart(r->Y.mapping, c->d);
-    envmapi_chart_place(c->at, r, c->chart, c->d);
-    c->bend = 11 / fmax(1e-9, fmin(envmapi_pole_distance(r->X.mapping, c->d),
-                                   envmapi_pole_distance(r->Y.mapping, c->d)));
-    if (out > 1 - 2.0 / r->X.size) c->bend = fmax(c->bend, 4.0 * r->X.size);
+/* The corner at (x,y) in [-1,1]^2 of a face of X. */
+static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, int face, double x,
+                              double y) {
+    envmapi_direction(c->d, r->X.mapping, face, 0.5 + 0.5 * x, 0.5 + 0.5 * y);
+    c->face = envmapi_face(r->Y.mapping, c->d);
+    envmapi_place_on(c->at, r, c->face, c->d);
+    c->out = envmapi_is_disc(r->X.mapping) && x * x + y * y > 1, c->bend = 0;
+    double across = r->Y.mapping == ENVMAP_LATLONG ? c->d[2] : c->d[1];
+    if (r->Y.mapping != ENVMAP_CUBE) c->bend = 11 / (1e-9 + sqrt(c->d[0] * c->d[0] + across * across));
 }
 
-/* Pieces that a side is made of, as many whichever end comes first. */
-static int envmapi_side_pieces(const envmapi_corner *a, const envmapi_corner *b) {
-    double x = a->d[0] - b->d[0], y = a->d[1] - b->d[1], z = a->d[2] - b->d[2];
-    double bend = a->bend > b->bend ? a->bend : b->bend, square = (x * x + y * y + z * z) * bend * bend;
-    return square <= 1 ? 1 : square > 225 ? 15 : (int)ceil(sqrt(square));
+/* Of how many parts a texel's sides have to be, as lines on a lat-long are bent near its poles, and
+   arcs of a rim are chords. */
+static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner *const c[4]) {
+    double bend = 0, side = 0, parts = r->parts;
+    for (int i = 0; i < 4; ++i) {
+        const double *a = c[i]->d, *b = c[(i + 1) & 3]->d;
+        double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], square = x * x + y * y + z * z;
+        side = square > side ? square : side, bend = c[i]->bend > bend ? c[i]->bend : bend;
+        if (c[i]->out && parts < 4) parts = 4;
+    }
+    side *= bend * bend;
+    return (int)(side <= parts * parts ? parts : side < 225 ? ceil(sqrt(side)) : 15);
 }
 
-/* A polygon of directions on all charts that it touches. */
-static void envmapi_orbit_charts(envmapi_orbit *o, const envmapi_resampling *r, double d[][3],
-                                 int count) {
+#define ENVMAPI_CHORDS 4
+
+/* Corners of a quadrangle of X: of the part inside a rim, towards which sides are bent. */
+static int envmapi_part_corners(envmapi_corner *c, const envmapi_resampling *r, int face,
+                                double q[4][2]) {
+    int disc = envmapi_is_disc(r->X.mapping), count = 0, pieces = 1;
+    for (int k = 0; k < 4; ++k)
+        if (disc && hypot(q[k][0], q[k][1]) > 1 - 2.0 / r->X.size) pieces = ENVMAPI_CHORDS;
+    for (int k = 0; k < 4 * pieces; ++k) {
+        const double *from = q[k / pieces], *to = q[(k / pieces + 1) & 3];
+        double s = (double)(k % pieces) / pieces, d[2] = {to[0] - from[0], to[1] - from[1]};
+        double a[2] = {from[0] + s * d[0], from[1] + s * d[1]}, dd = d[0] * d[0] + d[1] * d[1];
+        double aa = a[0] * a[0] + a[1] * a[1] - 1, ad = a[0] * d[0] + a[1] * d[1], by = 1.0 / pieces;
+        int inside = !disc || aa <= 0, next = !disc || aa + by * (2 * ad + by * dd) <= 0;
+        if (inside) envmapi_corner_of(c + count++, r, face, a[0], a[1]);
+        if (inside == next) continue;
+        double root = sqrt(fmax(ad * ad - aa * dd, 0)), t = ((inside ? root : -root) - ad) / dd;
+        envmapi_corner_of(c + count++, r, face, a[0] + t * d[0], a[1] + t * d[1]);
+    }
+    return count;
+}
+
+/* A texel as n x n quadrangles, on each face of Y that they touch. */
+static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, int n) {
+    double w = n * envmapi_width(r->X.mapping, r->X.size), h = n * r->X.size, q[4][2];
     envmapi_polygon *p = &o->polygon;
-    int octants = r->Y.mapping == ENVMAP_OCTAHEDRAL;
-    for (p->chart = 0; p->chart < (octants ? 8 : envmap_faces(r->Y.mapping)); ++p->chart) {
-        int ok = 1;
-        p->count = count;
-        for (int i = 0; i < count && ok; ++i) ok = envmapi_chart_place(p->at[i], r, p->chart, d[i]);
-        if (ok) envmapi_orbit_cover(o, r);
-    }
-}
-
-/* A part of a texel. */
-static void envmapi_orbit_part(envmapi_orbit *o, const envmapi_resampling *r, double u, double v,
-                               double du, double dv) {
-    double d[ENVMAPI_SIDES][3];
-    envmapi_corner c[4], point;
-    int count = 0, inside = !r->scatter;
-    for (int i = 0; i < 4; ++i) {
-        envmapi_corner_of(c + i, r, o->face, u + (i == 1 || i == 2 ? du : 0), v + (i > 1 ? dv : 0));
-        inside &= envmapi_pole_distance(r->Y.mapping, c[i].d) < 0.95 * r->zone;
-    }
-    if (inside) return;
-    for (int i = 0; i < 4; ++i) {
-        int pieces = envmapi_side_pieces(c + i, c + ((i + 1) & 3));
-        for (int k = 0; k < pieces; ++k) {
-            double s = (double)k / pieces, along[4] = {s, 1, 1 - s, 0};
-            envmapi_corner_of(&point, r, o->face, u + along[i] * du, v + along[(i + 3) & 3] * dv);
-            memcpy(d[count++], point.d, sizeof point.d);
+    envmapi_corner c[4 * ENVMAPI_CHORDS + 4];
+    for (int i = 0; i < n * n; ++i) {
+        for (int k = 0; k < 4; ++k) {
+            q[k][0] = 2 * (o->x * n + i % n + (k == 1 || k == 2)) / w - 1;
+            q[k][1] = 2 * (o->y * n + i / n + (k > 1)) / h - 1;
+        }
+        int count = envmapi_part_corners(c, r, o->face, q), ok = count > 2;
+        for (p->face = 0; p->face < envmap_faces(r->Y.mapping) && count > 2; ++p->face) {
+            p->count = count, ok = 1;
+            for (int k = 0; k < count && ok; ++k) ok = envmapi_place_on(p->at[k], r, p->face, c[k].d);
+            if (ok) envmapi_orbit_cover(o, r);
         }
     }
-    envmapi_orbit_charts(o, r, d, count);
 }
 
-/* The whole texel, part by part. */
-static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r) {
-    int n = r->parts;
-    double du = 1.0 / (n * envmapi_width(r->X.mapping, r->X.size)), dv = 1.0 / (n * r->X.size);
-    for (int i = 0; i < n * n; ++i)
-        envmapi_orbit_part(o, r, (o->x * n + i % n) * du, (o->y * n + i / n) * dv, du, dv);
-}
-
-/* Whether a polygon stays on its chart, and `by` cells away from its edges. */
-static int envmapi_chart_has(const envmapi_resampling *r, const double at[2], double by) {
-    double n = r->Y.size, x = fabs(2 * at[0] - n), y = fabs(2 * at[1] - n);
-    if (r->Y.mapping == ENVMAP_PARABOLOID || r->Y.mapping == ENVMAP_OCTAHEDRAL) by += 0.25;
-    if (r->Y.mapping == ENVMAP_LATLONG) return y <= n - 2 * by;
-    if (r->Y.mapping == ENVMAP_CUBE) return fmax(x, y) <= n - 2 * by;
-    if (r->Y.mapping == ENVMAP_OCTAHEDRAL)
-        return fmin(x, y) >= 2 * by && fabs(n - x - y) >= 4 * by && fmax(x, y) <= n + 0.5 - 2 * by;
-    return hypot(x, y) <= n - 2 * by;
+/* Whether a point of Y is `by` cells away from the edges of its face, from its folds and its rim. */
+static int envmapi_inside(const envmap *Y, const double at[2], double by) {
+    double n = Y->size, x = fabs(2 * at[0] - n), y = fabs(2 * at[1] - n), most = n - 2 * by;
+    if (Y->mapping == ENVMAP_LATLONG) return y <= most;
+    if (envmapi_is_disc(Y->mapping)) return hypot(x, y) <= most;
+    return fmax(x, y) <= most && (Y->mapping == ENVMAP_CUBE ||
+                                  (fmin(x, y) >= 2 * by && fabs(n - x - y) >= 4 * by));
 }
 
 #define ENVMAPI_POINTS 8
 
-/* Bilinear radiance at points, at least 3 along a side and one for each cell that it crosses; 0:
-   the texel is too long. */
-static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r,
-                                const envmapi_polygon *p, int inside) {
-    double w[ENVMAPI_POINTS + 2][ENVMAPI_POINTS + 2], side[2][2], twist[2], longest[2] = {0, 0};
+/* Bilinear radiance at points of the texel, at least 3 along a side and one for each cell that it
+   crosses; 0: the texel is too long. Looked up where it is not inside. */
+static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, int inside) {
+    double w[ENVMAPI_POINTS + 2][ENVMAPI_POINTS + 2], side[2][2], twist[2], longest[2] = {3, 3};
+    double(*p)[2] = o->polygon.at;
     int n[2], low[2], high[2];
+    o->points = ENVMAPI_POINTS;
     for (int k = 0; k < 2; ++k) {
-        double a = p->at[0][k], b = p->at[1][k], c = p->at[2][k], d = p->at[3][k];
+        double a = p[0][k], b = p[1][k], c = p[2][k], d = p[3][k];
         side[0][k] = b - a, side[1][k] = d - a, twist[k] = a + c - b - d;
         low[k] = (int)floor(fmin(fmin(a, b), fmin(c, d)) - 0.5);
         high[k] = (int)floor(fmax(fmax(a, b), fmax(c, d)) + 0.5);
@@ -2357,15 +2262,14 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r,
         for (int i = 0; i < 2; ++i)
             longest[i] = fmax(longest[i], fmax(fabs(side[i][k]), fabs(side[i][k] + twist[k])));
     }
-    if (!inside) return o->all = -1, 1;
-    for (int i = 0; i < 2; ++i) n[i] = longest[i] > 3 ? (int)ceil(longest[i]) : 3;
-    double each = 1.0 / (n[0] * n[1]);
-    if (r->light) each *= envmapi_texel_cell(NULL, r->X.mapping, r->X.size, o->x, o->y);
-    memset(w, 0, sizeof w[0] * (size_t)(high[1] - low[1] + 1));
+    for (int i = 0; i < 2; ++i) n[i] = (int)ceil(longest[i]);
+    o->points = n[0] > n[1] ? n[0] : n[1];
+    if (!inside) return 1;
+    memset(w, 0, sizeof w);
     for (int i = 0; i < n[0] * n[1]; ++i) {
-        double s = (i % n[0] + 0.5) / n[0], t = (i / n[0] + 0.5) / n[1];
-        double x = p->at[0][0] + s * side[0][0] + t * side[1][0] + s * t * twist[0] - 0.5 - low[0];
-        double y = p->at[0][1] + s * side[0][1] + t * side[1][1] + s * t * twist[1] - 0.5 - low[1];
+        double s = (i % n[0] + 0.5) / n[0], t = (i / n[0] + 0.5) / n[1], each = 1.0 / (n[0] * n[1]);
+        double x = p[0][0] + s * side[0][0] + t * side[1][0] + s * t * twist[0] - 0.5 - low[0];
+        double y = p[0][1] + s * side[0][1] + t * side[1][1] + s * t * twist[1] - 0.5 - low[1];
         double *to = w[(int)y] + (int)x, *below = to + ENVMAPI_POINTS + 2;
         x -= (int)x, y -= (int)y;
         to[0] += each * (1 - x) * (1 - y), to[1] += each * x * (1 - y);
@@ -2374,27 +2278,35 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r,
     o->tap_low = low[0], o->tap_high = high[0];
     for (int y = low[1]; y <= high[1]; ++y)
         for (int x = low[0]; x <= high[0]; ++x)
-            envmapi_orbit_tap(o, r, x, y, w[y - low[1]][x - low[0]], 1);
-    envmapi_orbit_flush(o, r, r->Y.mapping == ENVMAP_OCTAHEDRAL ? 0 : p->chart);
+            envmapi_orbit_tap(o, x, y, w[y - low[1]][x - low[0]]);
+    envmapi_orbit_flush(o, r, o->polygon.face);
     return 1;
 }
 
 static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
                                 const envmapi_corner *const c[4]) {
     envmapi_polygon *p = &o->polygon;
-    int whole = 1, rows = r->Y.mapping == ENVMAP_LATLONG ? r->Y.size : 0, pieces = 1;
-    p->chart = c[0]->chart, p->count = 4;
+    int parts = envmapi_texel_parts(r, c), whole = 1, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
+    double turn = r->Y.mapping == ENVMAP_LATLONG ? 2 * r->Y.size : 1e9;
+    p->face = c[0]->face, p->count = 4;
     for (int i = 0; i < 4; ++i) {
-        int now = envmapi_side_pieces(c[i], c[(i + 1) & 3]);
-        pieces = now > pieces ? now : pieces;
-        whole &= c[i]->chart == c[0]->chart && envmapi_chart_has(r, c[i]->at, r->points ? 1.5 : 0);
-        if (c[i]->chart == p->chart) memcpy(p->at[i], c[i]->at, sizeof c[i]->at);
-        else envmapi_chart_place(p->at[i], r, p->chart, c[i]->d);
-        if (i && rows) p->at[i][0] += 2 * rows * floor((p->at[0][0] - p->at[i][0]) / (2 * rows) + 0.5);
+        whole &= c[i]->face == p->face && envmapi_inside(&r->Y, c[i]->at, r->points ? 1.75 : 0);
+        for (int k = 0; k < 3 && octa; ++k) whole &= c[i]->d[k] * c[0]->d[k] > 0;
+        memcpy(p->at[i], c[i]->at, sizeof c[i]->at);
+        p->at[i][0] += turn * floor((p->at[0][0] - p->at[i][0]) / turn + 0.5);
     }
-    if (r->points && envmapi_orbit_points(o, r, p, whole && pieces < 3)) return;
-    if (whole && r->parts == 1 && pieces == 1) envmapi_orbit_cover(o, r);
-    else envmapi_orbit_parts(o, r);
+    if (r->points && envmapi_orbit_points(o, r, whole && parts <= 2)) return;
+    if (octa || (envmapi_is_disc(r->Y.mapping) && parts > 4)) return;
+    if (whole && parts == 1) {
+        envmapi_orbit_cover(o, r);
+        return;
+    }
+    if (r->light) { /* as much as its solid angle, however its sides are bent */
+        o->scale = 0, envmapi_orbit_parts(o, r, parts);
+        if (!(o->all > 0)) return;
+        o->scale = envmapi_texel_cell(NULL, r->X.mapping, r->X.size, o->x, o->y) / o->all;
+    }
+    envmapi_orbit_parts(o, r, parts);
 }
 
 /* Whether a texel's innermost corner lies outside a rim. */
@@ -2403,139 +2315,121 @@ static int envmapi_beyond(const envmap *map, int x, int y) {
     return envmapi_is_disc(map->mapping) && hypot(fmax(X, 0), fmax(Y, 0)) >= map->size;
 }
 
-/* How many texels of a row may come first in their orbits. */
-static int envmapi_row_first(const envmapi_resampling *r, int face, int y) {
-    int width = envmapi_width(r->X.mapping, r->X.size), end = width;
-    for (int i = 0; i < r->turn_count; ++i) {
-        const envmapi_place *to = (r->scatter ? r->turns[i].src : r->turns[i].dst) + face;
-        if (to->face < face || (to->face == face && !to->yx && to->y0 + to->yy * y < y)) return 0;
-        if (to->face != face || to->yy != 1) continue;
-        if (to->xx == 1 && to->x0 && end > width - to->x0) end = width - to->x0;
-        if (to->xx == -1 && to->x0 == width - 1 && end > (width + 1) / 2) end = (width + 1) / 2;
-    }
-    return end;
+/* Texel i of dst: sums over their weights, or looked up where there are none. */
+static void envmapi_resample_write(const envmapi_resampling *r, size_t i, const double *sums,
+                                   double all, int points) {
+    for (size_t c = 0; c < 3 && all > 0; ++c) r->dst.texels[3 * i + c] = (float)(sums[c] * (1 / all));
+    if (!(all > 0)) envmapi_resample_lookup(r, i, points);
 }
 
-/* The texel that the orbit has gathered, and its images. */
-static void envmapi_orbit_write(const envmapi_orbit *o, const envmapi_resampling *r) {
-    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size);
-    for (int k = 0; k < o->count; ++k) {
-        static const double none[4] = {0, 0, 0, 0};
-        size_t texel = o->texel[k];
-        const double *light = r->light && r->lit[texel / width] ? r->light + 4 * texel : none;
-        double all = o->all < 0 ? 0 : o->all + light[3];
-        for (size_t i = 0; i < 3 && all > 0; ++i)
-            r->dst.texels[3 * texel + i] = (float)((o->sums[k][i] + light[i]) / all);
-        if (!(all > 0)) envmapi_resample_lookup(r, texel);
-    }
+/* Task: a row of what was scattered. */
+static void envmapi_task_light(void *context, int row) {
+    const envmapi_resampling *r = (const envmapi_resampling *)context;
+    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size), i = (size_t)row * width;
+    for (size_t end = i + width; i < end; ++i)
+        envmapi_resample_write(r, i, r->light + 4 * i, r->light[4 * i + 3], 1);
 }
 
 #define ENVMAPI_SQUARE 8
 
-/* Task: a square of texels of dst. */
-static void envmapi_task_gather(void *context, int band) {
-    const envmapi_resampling *r = (const envmapi_resampling *)context;
-    envmapi_corner c[ENVMAPI_SQUARE + 1][ENVMAPI_SQUARE + 1];
-    envmapi_orbit o;
-    int w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size, end[ENVMAPI_SQUARE];
-    int bands = (h + ENVMAPI_SQUARE - 1) / ENVMAPI_SQUARE, most = 0, y0 = band % bands * ENVMAPI_SQUARE;
-    o.face = band / bands, o.tap_count = 0;
-    int rows = h - y0 < ENVMAPI_SQUARE ? h - y0 : ENVMAPI_SQUARE;
-    for (int i = 0; i < rows; ++i) {
-        end[i] = envmapi_row_first(r, o.face, y0 + i);
-        most = end[i] > most ? end[i] : most;
-    }
-    for (int x0 = 0; x0 < most; x0 += ENVMAPI_SQUARE) {
-        int known = 0;
-        for (int i = 0; i < ENVMAPI_SQUARE * rows; ++i) {
-            int x = i % ENVMAPI_SQUARE, y = i / ENVMAPI_SQUARE;
-            o.x = x0 + x, o.y = y0 + y;
-            if (o.x >= end[y] || !envmapi_orbit_of(&o, r)) continue;
-            for (int k = 0; k < (ENVMAPI_SQUARE + 1) * (rows + 1) && !known; ++k) {
-                int a = k % (ENVMAPI_SQUARE + 1), b = k / (ENVMAPI_SQUARE + 1);
-                if (x0 + a <= w)
-                    envmapi_corner_of(c[b] + a, r, o.face, (double)(x0 + a) / w, (double)(y0 + b) / h);
-            }
-            known = 1;
-            const envmapi_corner *corners[4] = {&c[y][x], &c[y][x + 1], &c[y + 1][x + 1], &c[y + 1][x]};
-            if (!envmapi_beyond(&r->X, o.x, o.y)) envmapi_orbit_texel(&o, r, corners);
-            envmapi_orbit_write(&o, r);
-        }
+/* Up to 8 x 8 texels of a face of X. */
+static void envmapi_orbit_square(envmapi_orbit *o, const envmapi_resampling *r, int x0, int y0) {
+    enum { n = ENVMAPI_SQUARE, m = n + 1 };
+    int w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size, known = 0;
+    envmapi_corner c[m * m];
+    for (int i = 0; i < n * n; ++i) {
+        const envmapi_corner *at = c + i / n * m + i % n;
+        const envmapi_corner *const corners[4] = {at, at + 1, at + m + 1, at + m};
+        o->x = x0 + i % n, o->y = y0 + i / n;
+        if (o->x >= w || o->y >= h || !envmapi_orbit_of(o, r)) continue;
+        for (int k = 0; k < m * m && !known; ++k)
+            envmapi_corner_of(c + k, r, o->face, 2.0 * (x0 + k % m) / w - 1,
+                              2.0 * (y0 + k / m) / h - 1);
+        known = 1;
+        if (!envmapi_beyond(&r->X, o->x, o->y)) envmapi_orbit_texel(o, r, corners);
+        for (int k = 0; k < o->count && !r->light; ++k)
+            envmapi_resample_write(r, o->texel[k], o->sums[k], o->all, o->points);
     }
 }
 
-/* Task, not at the same time as others, which share texels of dst: a row of src, near its rim. */
-static void envmapi_task_scatter(void *context, int row) {
+/* Task: 8 rows of a face of X. */
+static void envmapi_task_overlap(void *context, int band) {
     const envmapi_resampling *r = (const envmapi_resampling *)context;
+    int n = ENVMAPI_SQUARE, bands = (r->X.size + n - 1) / n;
     envmapi_orbit o;
-    o.face = o.tap_count = 0, o.y = row;
-    for (o.x = 0; o.x < r->X.size; ++o.x) {
-        if (!envmapi_scattered(r, o.x, o.y) || !envmapi_orbit_of(&o, r)) continue;
-        double all = envmapi_texel_cell(NULL, r->X.mapping, r->X.size, o.x, o.y);
-        if (!(all > 0)) continue;
-        o.scale = -1, envmapi_orbit_parts(&o, r);
-        o.scale = o.all > 0 ? all / o.all : 0, envmapi_orbit_parts(&o, r);
-    }
+    o.face = band / bands, o.tap_count = 0;
+    for (int i = 0; i < r->turn_count; ++i)
+        if (r->turns[i].dst[o.face].face < o.face) return; /* the images of another face's */
+    for (int x0 = 0; x0 < envmapi_width(r->X.mapping, r->X.size); x0 += n)
+        envmapi_orbit_square(&o, r, x0, band % bands * n);
 }
 
 /* ---- one slice */
 
-/* What lies near the rim of a sphere or angular src, scattered: a few texels of dst wide. */
-static envmap_result envmapi_resample_rim(envmapi_resampling *r, const envmap_work *work,
-                                          envmapi_pool *pool) {
-    static const double extents[ENVMAP_MAPPING_COUNT] = {2, 4, 5.7, 3.2, 6.3, 3};
-    double n = r->src.size, zone = 2.5 * extents[r->dst.mapping] / (r->dst.size * r->parts);
-    r->zone = 0;
-    if ((r->src.mapping != ENVMAP_SPHERE && r->src.mapping != ENVMAP_ANGULAR))
-        return ENVMAP_OK;
-    r->zone = zone;
-    size_t rows = (size_t)(envmap_faces(r->dst.mapping) * r->dst.size);
-    size_t texels = rows * (size_t)envmapi_width(r->dst.mapping, r->dst.size);
-    envmap_work serial = *work;
-    if (r->src.mapping == ENVMAP_SPHERE) r->rim = n * cos(zone / 2);
-    else r->rim = fmin(n * (1 - zone / ENVMAPI_PI), n - 4);
-    r->light = (double *)envmapi_pool_get(pool, 4 * texels, sizeof(double));
-    r->lit = (unsigned char *)envmapi_pool_get(pool, rows, 1);
-    if (!r->light || !r->lit) return ENVMAP_ERROR_MEMORY;
-    memset(r->lit, 0, rows);
-    envmapi_resampling back = *r;
-    back.X = r->src, back.Y = r->dst, back.scatter = 1;
-    back.parts = (63 + r->src.size) / r->src.size;
-    serial.executor.run = NULL;
-    envmapi_run_all(&serial, envmapi_task_scatter, &back, r->src.size);
-    return ENVMAP_OK;
+static int envmapi_parts_of(const envmap *X) {
+    int parts = (63 + X->size) / X->size, folds = X->mapping == ENVMAP_OCTAHEDRAL && X->size % 2;
+    return folds ? parts + parts % 2 : parts;
 }
 
+/* Between two mappings, one of them a cube or a lat-long if means are asked for. */
+static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envmap_work *work,
+                                              envmapi_pool *pool) {
+    int gather = r->points || r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG;
+    size_t texels = envmapi_slice_floats(&r->dst, 0) / 3;
+    envmap_work serial = *work;
+    r->X = gather ? r->dst : r->src, r->Y = gather ? r->src : r->dst;
+    r->parts = envmapi_parts_of(&r->X), r->light = NULL;
+    r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
+    r->cosines = (double *)envmapi_pool_get(pool, (size_t)r->Y.size + 1, sizeof(double));
+    if (!gather) r->light = (double *)envmapi_pool_get(pool, 4 * texels, sizeof(double));
+    if (!r->turns || !r->cosines || (!gather && !r->light)) return ENVMAP_ERROR_MEMORY;
+    for (int y = 0; y <= r->Y.size; ++y) r->cosines[y] = cos(ENVMAPI_PI * y / r->Y.size);
+    r->turn_count = envmapi_turns(r->turns, &r->X, &r->Y);
+    if (!gather) memset(r->light, 0, 4 * texels * sizeof(double)), serial.executor.run = NULL;
+    int tasks = envmap_faces(r->X.mapping) * ((r->X.size + ENVMAPI_SQUARE - 1) / ENVMAPI_SQUARE);
+    envmap_result result = envmapi_run(&serial, envmapi_task_overlap, r, tasks);
+    if (!result && !gather)
+        envmapi_run_all(work, envmapi_task_light, r, envmap_faces(r->dst.mapping) * r->dst.size);
+    return result;
+}
+
+/* Texels of a map, those inside its rim. */
 static double envmapi_count(const envmap *map) {
-    double texels = (double)envmapi_area(map->mapping, map->size) * envmap_faces(map->mapping);
+    double texels = (double)envmapi_slice_floats(map, 0) / 3;
     return envmapi_is_disc(map->mapping) ? texels * ENVMAPI_PI / 4 : texels;
 }
 
 static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_work *work,
                                             envmapi_pool *pool) {
-    const envmap *dst = &r->dst, *src = &r->src;
-    int faces = envmap_faces(dst->mapping), n = src->size, same = dst->mapping == src->mapping;
-    double finer = envmapi_count(dst) / envmapi_count(src);
-    if (same && dst->size == n) {
-        memcpy(dst->texels, src->texels, envmapi_slice_floats(src, 0) * sizeof(float));
+    envmap dst = r->dst, *src = &r->src;
+    int faces = envmap_faces(dst.mapping), n = src->size, same = dst.mapping == src->mapping;
+    double n_dst = envmapi_count(&dst), n_src = envmapi_count(src);
+    if (same && dst.size == n) {
+        memcpy(dst.texels, src->texels, envmapi_slice_floats(src, 0) * sizeof(float));
         return envmapi_tell(&work->progress, 1);
     }
-    if (same && dst->size <= n) {
-        envmapi_nest nest = {src->texels, dst->texels, src->mapping, n, dst->size, faces};
-        return envmapi_run(work, envmapi_task_nest, &nest, (dst->size + 1) / 2);
+    if (same && dst.size <= n) {
+        envmapi_nest nest = {src->texels, dst.texels, src->mapping, n, dst.size, faces};
+        return envmapi_run(work, envmapi_task_nest, &nest, (dst.size + 1) / 2);
     }
-    if (same || finer >= 5) return envmapi_run(work, envmapi_task_lookup, r, faces * dst->size);
-    int edge = src->mapping == ENVMAP_LATLONG ? n : dst->size;
-    r->X = *dst, r->Y = *src, r->parts = (63 + dst->size) / dst->size, r->points = finer > 1;
-    if (dst->mapping == ENVMAP_OCTAHEDRAL && dst->size % 2) r->parts += r->parts % 2; /* folds */
-    r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
-    r->cosines = (double *)envmapi_pool_get(pool, (size_t)edge + 1, sizeof(double));
-    if (!r->turns || !r->cosines) return ENVMAP_ERROR_MEMORY;
-    for (int y = 0; y <= edge; ++y) r->cosines[y] = cos(ENVMAPI_PI * y / edge);
-    r->turn_count = envmapi_turns(r->turns, dst, src);
-    envmap_result result = envmapi_resample_rim(r, work, pool);
-    int bands = (dst->size + ENVMAPI_SQUARE - 1) / ENVMAPI_SQUARE;
-    return result ? result : envmapi_run(work, envmapi_task_gather, r, faces * bands);
+    if (same || n_dst >= 5 * n_src)
+        return envmapi_run(work, envmapi_task_lookup, r, faces * dst.size);
+    r->points = n_dst > n_src;
+    if (r->points || src->mapping == ENVMAP_CUBE || src->mapping == ENVMAP_LATLONG ||
+        dst.mapping == ENVMAP_CUBE || dst.mapping == ENVMAP_LATLONG)
+        return envmapi_resample_overlap(r, work, pool);
+    /* by way of a finer cube */
+    envmapi_part first, second;
+    envmap_work part = envmapi_work_part(&first, work, 0, 1, 2);
+    r->dst.mapping = ENVMAP_CUBE;
+    r->dst.size = (int)envmapi_clamp(ceil(sqrt(n_src / 3)), 1, ENVMAPI_SIZE_LIMIT);
+    size_t floats = envmapi_slice_floats(&r->dst, 0);
+    r->dst.texels = (float *)envmapi_pool_get(pool, floats, sizeof(float));
+    if (!r->dst.texels) return ENVMAP_ERROR_MEMORY;
+    envmap_result result = envmapi_resample_overlap(r, &part, pool);
+    part = envmapi_work_part(&second, work, 1, 1, 2);
+    *src = r->dst, r->dst = dst;
+    return result ? result : envmapi_resample_overlap(r, &part, pool);
 }
 
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
