@@ -1686,6 +1686,83 @@ ENVMAPI_BODY void envmap_lookup(float rgb[3], const envmap *map, const float dir
     envmap_lookup_slice(rgb, map, dir, map ? map->p0 : 0, level);
 }
 
+/* ---- symmetries: turns and mirrors that take axes to axes, and texels to texels */
+
+/* Where a turn takes texel (x,y) of a face: to (x0 + xx x + xy y, y0 + yx x + yy y) of `face`. */
+typedef struct envmapi_place {
+    int face, x0, y0, xx, xy, yx, yy;
+} envmapi_place;
+typedef struct envmapi_turn {
+    envmapi_place src[6], dst[6];
+} envmapi_turn;
+
+/* Turn t of 48: axes are permuted, t / 8, and some change their sign, t % 8. 0 where texels do not
+   go to texels. Four probes tell: three define the place, the fourth must agree. */
+static int envmapi_turn_place(envmapi_place *place, int t, int mapping, int edge, int face) {
+    static const signed char axes[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                           {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    static const double probes[4][2] = {{0.5, 0.5}, {0.6, 0.5}, {0.5, 0.6}, {0.3, 0.65}};
+    double d[3], turned[3], at[4][2], width = envmapi_width(mapping, edge), off = 0;
+    int slope[4];
+    for (int i = 0; i < 4; ++i) {
+        envmapi_direction(d, mapping, face, probes[i][0], probes[i][1]);
+        for (int c = 0; c < 3; ++c) turned[c] = (t >> c & 1 ? -1 : 1) * d[axes[t / 8][c]];
+        if (!i) place->face = envmapi_face(mapping, turned);
+        envmapi_project(at[i], mapping, place->face, turned);
+        for (int c = 0; c < 2 && i; ++c) {
+            double apart = at[i][c] - at[0][c];
+            if (mapping == ENVMAP_LATLONG && !c) apart -= floor(apart + 0.5);
+            if (i < 3) slope[2 * (i - 1) + c] = (int)floor(10 * apart + 0.5);
+            off += i < 3 ? fabs(apart - 0.1 * slope[2 * (i - 1) + c])
+                         : fabs(apart + 0.2 * slope[c] - 0.15 * slope[2 + c]);
+        }
+    }
+    double x0 = width * at[0][0] - 0.5 + slope[0] * (1 - width) / 2 + slope[2] * (1.0 - edge) / 2;
+    double y0 = edge * at[0][1] - 0.5 + slope[1] * (1 - width) / 2 + slope[3] * (1.0 - edge) / 2;
+    place->x0 = (int)floor(x0 + 0.5), place->y0 = (int)floor(y0 + 0.5);
+    place->xx = slope[0], place->yx = slope[1], place->xy = slope[2], place->yy = slope[3];
+    return off + fabs(x0 - place->x0) + fabs(y0 - place->y0) < 1e-6;
+}
+
+/* All turns that serve both maps; returns how many. The first is none. */
+static int envmapi_turns(envmapi_turn turns[48], const envmap *dst, const envmap *src) {
+    int count = 0;
+    for (int t = 0; t < 48; ++t) {
+        int serves = 1;
+        envmapi_turn *turn = turns + count;
+        for (int face = 0; face < envmap_faces(src->mapping); ++face)
+            serves &= envmapi_turn_place(turn->src + face, t, src->mapping, src->size, face);
+        for (int face = 0; face < envmap_faces(dst->mapping); ++face)
+            serves &= envmapi_turn_place(turn->dst + face, t, dst->mapping, dst->size, face);
+        count += serves;
+    }
+    return count;
+}
+
+/* The texel that a turn takes (x,y) of a face to. */
+static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, int y) {
+    int w = envmapi_width(map->mapping, map->size), at = to->x0 + to->xx * x + to->xy * y;
+    size_t row = (size_t)to->face * (size_t)map->size + (size_t)(to->y0 + to->yx * x + to->yy * y);
+    return row * (size_t)w + (size_t)(at < 0   ? at + w
+                                      : at < w ? at
+                                               : at - w); /* a lat-long's seam */
+}
+
+/* ---- spans, for footprints */
+
+/* From a to b in texels of a face of edge `edge`, along u and v, seen on the face of d. */
+static void envmapi_span(double texels[2], int mapping, int edge, const double d[3],
+                         const double a[3], const double b[3]) {
+    double from[2], to[2];
+    int face = envmapi_face(mapping, d);
+    envmapi_project(from, mapping, face, a);
+    envmapi_project(to, mapping, face, b);
+    if (mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_image(to, from);
+    double du = to[0] - from[0];
+    if (mapping == ENVMAP_LATLONG) du -= floor(du + 0.5);
+    texels[0] = du * envmapi_width(mapping, edge), texels[1] = (to[1] - from[1]) * edge;
+}
+
 /* ---- cleaning ---- */
 
 /* One number; tells in energy what the limit takes of it, and whether it was fit to filter. */
@@ -1829,68 +1906,6 @@ static void envmapi_task_nest(void *context, int y) {
             envmapi_nest_texel(n, first, n->images - first < 16 ? n->images - first : 16, x, y);
 }
 
-/* ---- symmetries: turns and mirrors that take axes to axes, and texels to texels */
-
-/* Where a turn takes texel (x,y) of a face: to (x0 + xx x + xy y, y0 + yx x + yy y) of `face`. */
-typedef struct envmapi_place {
-    int face, x0, y0, xx, xy, yx, yy;
-} envmapi_place;
-typedef struct envmapi_turn {
-    envmapi_place src[6], dst[6];
-} envmapi_turn;
-
-/* Turn t of 48: axes are permuted, t / 8, and some change their sign, t % 8. 0 where texels do not
-   go to texels. Four probes tell: three define the place, the fourth must agree. */
-static int envmapi_turn_place(envmapi_place *place, int t, int mapping, int edge, int face) {
-    static const signed char axes[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
-                                           {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-    static const double probes[4][2] = {{0.5, 0.5}, {0.6, 0.5}, {0.5, 0.6}, {0.3, 0.65}};
-    double d[3], turned[3], at[4][2], width = envmapi_width(mapping, edge), off = 0;
-    int slope[4];
-    for (int i = 0; i < 4; ++i) {
-        envmapi_direction(d, mapping, face, probes[i][0], probes[i][1]);
-        for (int c = 0; c < 3; ++c) turned[c] = (t >> c & 1 ? -1 : 1) * d[axes[t / 8][c]];
-        if (!i) place->face = envmapi_face(mapping, turned);
-        envmapi_project(at[i], mapping, place->face, turned);
-        for (int c = 0; c < 2 && i; ++c) {
-            double apart = at[i][c] - at[0][c];
-            if (mapping == ENVMAP_LATLONG && !c) apart -= floor(apart + 0.5);
-            if (i < 3) slope[2 * (i - 1) + c] = (int)floor(10 * apart + 0.5);
-            off += i < 3 ? fabs(apart - 0.1 * slope[2 * (i - 1) + c])
-                         : fabs(apart + 0.2 * slope[c] - 0.15 * slope[2 + c]);
-        }
-    }
-    double x0 = width * at[0][0] - 0.5 + slope[0] * (1 - width) / 2 + slope[2] * (1.0 - edge) / 2;
-    double y0 = edge * at[0][1] - 0.5 + slope[1] * (1 - width) / 2 + slope[3] * (1.0 - edge) / 2;
-    place->x0 = (int)floor(x0 + 0.5), place->y0 = (int)floor(y0 + 0.5);
-    place->xx = slope[0], place->yx = slope[1], place->xy = slope[2], place->yy = slope[3];
-    return off + fabs(x0 - place->x0) + fabs(y0 - place->y0) < 1e-6;
-}
-
-/* All turns that serve both maps; returns how many. The first is none. */
-static int envmapi_turns(envmapi_turn turns[48], const envmap *dst, const envmap *src) {
-    int count = 0;
-    for (int t = 0; t < 48; ++t) {
-        int serves = 1;
-        envmapi_turn *turn = turns + count;
-        for (int face = 0; face < envmap_faces(src->mapping); ++face)
-            serves &= envmapi_turn_place(turn->src + face, t, src->mapping, src->size, face);
-        for (int face = 0; face < envmap_faces(dst->mapping); ++face)
-            serves &= envmapi_turn_place(turn->dst + face, t, dst->mapping, dst->size, face);
-        count += serves;
-    }
-    return count;
-}
-
-/* The texel that a turn takes (x,y) of a face to. */
-static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, int y) {
-    int w = envmapi_width(map->mapping, map->size), at = to->x0 + to->xx * x + to->xy * y;
-    size_t row = (size_t)to->face * (size_t)map->size + (size_t)(to->y0 + to->yx * x + to->yy * y);
-    return row * (size_t)w + (size_t)(at < 0   ? at + w
-                                      : at < w ? at
-                                               : at - w); /* a lat-long's seam */
-}
-
 /* ---- bilinear radiance */
 
 /* Texels of X are polygons on the cells of Y. */
@@ -1901,7 +1916,7 @@ typedef struct envmapi_resampling {
     double *cosines;       /* of the edges of Y's rows where it is a lat-long */
     double *light;         /* scattered: RGB and solid angle of texels of dst; NULL: gathered */
     int turn_count;
-    envmapi_turn *turns; /* at most 16, as the maps are not both cubes */
+    envmapi_turn *turns; /* at most 16 */
 } envmapi_resampling;
 
 /* A texel of dst: src at its centre, or the mean of n x n points, those inside a rim. */
@@ -1922,26 +1937,15 @@ static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, i
     for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * texel + c] = (float)(rgb[c] / all);
 }
 
-/* Task: a row of a face. */
-static void envmapi_task_lookup(void *context, int row) {
-    const envmapi_resampling *r = (const envmapi_resampling *)context;
-    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size);
-    for (size_t x = 0; x < width; ++x) envmapi_resample_lookup(r, (size_t)row * width + x, 1);
-}
-
 /* ---- how much of cells a polygon covers */
 
-#define ENVMAPI_BOX 16
+#define ENVMAPI_BOX 10
 
+/* A polygon, its corners in cells; some cells, and the area of it in each, see _box_row. */
 typedef struct envmapi_polygon {
-    double at[24][2]; /* corners in cells */
-    int count, face;
+    double at[24][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
+    int count, face, x, y, width, height;
 } envmapi_polygon;
-
-typedef struct envmapi_box {
-    int x, y, width, height;
-    double area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
-} envmapi_box;
 
 /* A piece of a side within a row of cells, dy high: adds what lies to its right. A number is the
    difference from that of the cell before. */
@@ -1966,7 +1970,7 @@ static void envmapi_box_row(double *row, int width, double from, double to, doub
 }
 
 /* A side, in cells of the box, row by row. */
-static void envmapi_box_side(envmapi_box *box, double x0, double y0, double x1, double y1) {
+static void envmapi_box_side(envmapi_polygon *box, double x0, double y0, double x1, double y1) {
     double sign = 1, height = box->height;
     if (y0 > y1) {
         double x = x0, y = y0;
@@ -1984,12 +1988,12 @@ static void envmapi_box_side(envmapi_box *box, double x0, double y0, double x1, 
 }
 
 /* Each cell is fine x fine ones. */
-static void envmapi_box_fill(envmapi_box *box, const envmapi_polygon *p, double fine) {
-    memset(box->area, 0, (size_t)box->height * sizeof box->area[0]);
+static void envmapi_box_fill(envmapi_polygon *p, double fine) {
+    memset(p->area, 0, (size_t)p->height * sizeof p->area[0]);
     for (int i = 0; i < p->count; ++i) {
         const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
-        envmapi_box_side(box, a[0] * fine - box->x, a[1] * fine - box->y, b[0] * fine - box->x,
-                         b[1] * fine - box->y);
+        envmapi_box_side(p, a[0] * fine - p->x, a[1] * fine - p->y, b[0] * fine - p->x,
+                         b[1] * fine - p->y);
     }
 }
 
@@ -2028,7 +2032,6 @@ typedef struct envmapi_orbit {
     int tap_count, tap_low, tap_high;  /* low, high: columns */
     int points;                        /* a side, where it is looked up */
     envmapi_polygon polygon;
-    envmapi_box box;
 } envmapi_orbit;
 
 /* 0: another texel of the orbit comes first. */
@@ -2061,22 +2064,23 @@ static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, i
         int from = to->x0 + right * o->tap_low, wraps = 0;
         double sums[4] = {0, 0, 0, 0};
         if (r->Y.mapping == ENVMAP_LATLONG) { /* turned, the taps may lie across a seam */
-            from = (from % width + width) % width;
+            from -= width * (int)floor((double)from / width);
             wraps = from + right * span < 0 || from + right * span >= width;
         }
         ptrdiff_t origin = from + (to->y0 + (ptrdiff_t)to->face * r->Y.size) * width;
         for (int i = 0; i < o->tap_count; ++i) {
-            ptrdiff_t x = o->taps[i].x * right, at = origin + x + (ptrdiff_t)o->taps[i].y * down;
+            const float *texel;
             double w = o->taps[i].w;
+            ptrdiff_t x = o->taps[i].x * right, at = origin + x + (ptrdiff_t)o->taps[i].y * down;
             if (wraps && (from + x < 0 || from + x >= width)) at -= right * width;
-            const float *texel = r->src.texels + 3 * at;
-            if (r->light)
+            if (r->light) {
                 envmapi_double4_add(envmapi_double4_at(r->light + 4 * at), w * o->scale,
                                     envmapi_double4_at(o->sums[k]));
-            else if (at < last) /* lanes */
-                for (int c = 0; c < 4; ++c) sums[c] += w * (double)texel[c];
-            else
-                for (int c = 0; c < 3; ++c) sums[c] += w * (double)texel[c];
+                continue;
+            }
+            texel = r->src.texels + 3 * (at < last ? at : last);
+            sums[0] += w * (double)texel[0], sums[1] += w * (double)texel[1],
+                sums[2] += w * (double)texel[2];
         }
         for (int c = 0; c < 3 && !r->light; ++c) o->sums[k][c] += sums[c];
     }
@@ -2093,14 +2097,15 @@ static void envmapi_orbit_tap(envmapi_orbit *o, int x, int y, double w) {
 /* A box's cells, fine x fine of it each, everywhere as dense as at their centres. */
 static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int fine,
                               double sign) {
-    const envmapi_box *box = &o->box;
+    const envmapi_polygon *box = &o->polygon;
     int n = r->Y.size * fine, latlong = r->Y.mapping == ENVMAP_LATLONG;
     o->tap_low = box->x / fine, o->tap_high = (box->x + box->width - 1) / fine;
     for (int y = 0; y < box->height; y += fine) {
         double w[ENVMAPI_BOX] = {0};
         for (int row = y; row < y + fine; ++row) {
             double sum = 0, v = (box->y + row + 0.5) / n, rho = 0;
-            if (latlong) rho = (r->cosines[box->y + row] - r->cosines[box->y + row + 1]) * ENVMAPI_PI;
+            if (latlong)
+                rho = (r->cosines[box->y + row] - r->cosines[box->y + row + 1]) * ENVMAPI_PI;
             for (int x = 0; x < box->width; ++x) {
                 sum += sign * box->area[row][x];
                 if (!(sum > 1e-12)) continue;
@@ -2111,7 +2116,7 @@ static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int
         for (int x = 0; x * fine < box->width; ++x)
             envmapi_orbit_tap(o, o->tap_low + x, (box->y + y) / fine, w[x]);
     }
-    envmapi_orbit_flush(o, r, o->polygon.face);
+    envmapi_orbit_flush(o, r, box->face);
 }
 
 /* The polygon, box by box. Cells of a small cube are divided: they are not dense evenly. */
@@ -2131,14 +2136,13 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
         from[k] = (int)floor(wraps || low[k] > 0 ? low[k] : 0);
         to[k] = (int)ceil(wraps || high[k] < n ? high[k] : n);
     }
-    while (!latlong && fine * n < 128 && fine < 16) fine *= 2;
+    while (!latlong && fine * n < 128 && fine < 8) fine *= 2;
     int step = ENVMAPI_BOX / fine;
     for (int y = from[1]; y < to[1]; y += step)
         for (int x = from[0]; x < to[0]; x += step) {
-            o->box.x = x * fine, o->box.y = y * fine;
-            o->box.width = fine * (to[0] - x < step ? to[0] - x : step);
-            o->box.height = fine * (to[1] - y < step ? to[1] - y : step);
-            envmapi_box_fill(&o->box, p, fine);
+            p->x = x * fine, p->width = fine * (to[0] - x < step ? to[0] - x : step);
+            p->y = y * fine, p->height = fine * (to[1] - y < step ? to[1] - y : step);
+            envmapi_box_fill(p, fine);
             envmapi_orbit_box(o, r, fine, area > 0 ? 1 : -1);
         }
 }
@@ -2153,7 +2157,8 @@ typedef struct envmapi_corner {
 
 /* Where a direction is on a face of Y and beyond its edges, in cells; 0: too far beyond. Rows of a
    lat-long are as high as their solid angle. */
-static int envmapi_place_on(double at[2], const envmapi_resampling *r, int face, const double d[3]) {
+static int envmapi_place_on(double at[2], const envmapi_resampling *r, int face,
+                            const double d[3]) {
     int n = r->Y.size;
     if (r->Y.mapping == ENVMAP_CUBE) {
         const signed char *m = envmapi_cube[face][2];
@@ -2177,7 +2182,8 @@ static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, in
     envmapi_place_on(c->at, r, c->face, c->d);
     c->out = envmapi_is_disc(r->X.mapping) && x * x + y * y > 1, c->bend = 0;
     double across = r->Y.mapping == ENVMAP_LATLONG ? c->d[2] : c->d[1];
-    if (r->Y.mapping != ENVMAP_CUBE) c->bend = 11 / (1e-9 + sqrt(c->d[0] * c->d[0] + across * across));
+    if (r->Y.mapping != ENVMAP_CUBE)
+        c->bend = 11 / (1e-9 + sqrt(c->d[0] * c->d[0] + across * across));
 }
 
 /* Of how many parts a texel's sides have to be, as lines on a lat-long are bent near its poles, and
@@ -2206,7 +2212,8 @@ static int envmapi_part_corners(envmapi_corner *c, const envmapi_resampling *r, 
         const double *from = q[k / pieces], *to = q[(k / pieces + 1) & 3];
         double s = (double)(k % pieces) / pieces, d[2] = {to[0] - from[0], to[1] - from[1]};
         double a[2] = {from[0] + s * d[0], from[1] + s * d[1]}, dd = d[0] * d[0] + d[1] * d[1];
-        double aa = a[0] * a[0] + a[1] * a[1] - 1, ad = a[0] * d[0] + a[1] * d[1], by = 1.0 / pieces;
+        double aa = a[0] * a[0] + a[1] * a[1] - 1, ad = a[0] * d[0] + a[1] * d[1],
+               by = 1.0 / pieces;
         int inside = !disc || aa <= 0, next = !disc || aa + by * (2 * ad + by * dd) <= 0;
         if (inside) envmapi_corner_of(c + count++, r, face, a[0], a[1]);
         if (inside == next) continue;
@@ -2229,7 +2236,8 @@ static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, i
         int count = envmapi_part_corners(c, r, o->face, q), ok = count > 2;
         for (p->face = 0; p->face < envmap_faces(r->Y.mapping) && count > 2; ++p->face) {
             p->count = count, ok = 1;
-            for (int k = 0; k < count && ok; ++k) ok = envmapi_place_on(p->at[k], r, p->face, c[k].d);
+            for (int k = 0; k < count && ok; ++k)
+                ok = envmapi_place_on(p->at[k], r, p->face, c[k].d);
             if (ok) envmapi_orbit_cover(o, r);
         }
     }
@@ -2240,16 +2248,16 @@ static int envmapi_inside(const envmap *Y, const double at[2], double by) {
     double n = Y->size, x = fabs(2 * at[0] - n), y = fabs(2 * at[1] - n), most = n - 2 * by;
     if (Y->mapping == ENVMAP_LATLONG) return y <= most;
     if (envmapi_is_disc(Y->mapping)) return hypot(x, y) <= most;
-    return fmax(x, y) <= most && (Y->mapping == ENVMAP_CUBE ||
-                                  (fmin(x, y) >= 2 * by && fabs(n - x - y) >= 4 * by));
+    return fmax(x, y) <= most &&
+           (Y->mapping == ENVMAP_CUBE || (fmin(x, y) >= 2 * by && fabs(n - x - y) >= 4 * by));
 }
 
-#define ENVMAPI_POINTS 8
+#define ENVMAPI_POINTS (ENVMAPI_BOX - 2)
 
 /* Bilinear radiance at points of the texel, at least 3 along a side and one for each cell that it
    crosses; 0: the texel is too long. Looked up where it is not inside. */
 static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, int inside) {
-    double w[ENVMAPI_POINTS + 2][ENVMAPI_POINTS + 2], side[2][2], twist[2], longest[2] = {3, 3};
+    double w[ENVMAPI_BOX][ENVMAPI_BOX], side[2][2], twist[2], longest[2] = {3, 3};
     double(*p)[2] = o->polygon.at;
     int n[2], low[2], high[2];
     o->points = ENVMAPI_POINTS;
@@ -2258,7 +2266,7 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, i
         side[0][k] = b - a, side[1][k] = d - a, twist[k] = a + c - b - d;
         low[k] = (int)floor(fmin(fmin(a, b), fmin(c, d)) - 0.5);
         high[k] = (int)floor(fmax(fmax(a, b), fmax(c, d)) + 0.5);
-        if (high[k] - low[k] >= ENVMAPI_POINTS + 2) return 0;
+        if (high[k] - low[k] >= ENVMAPI_BOX) return 0;
         for (int i = 0; i < 2; ++i)
             longest[i] = fmax(longest[i], fmax(fabs(side[i][k]), fabs(side[i][k] + twist[k])));
     }
@@ -2270,7 +2278,7 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, i
         double s = (i % n[0] + 0.5) / n[0], t = (i / n[0] + 0.5) / n[1], each = 1.0 / (n[0] * n[1]);
         double x = p[0][0] + s * side[0][0] + t * side[1][0] + s * t * twist[0] - 0.5 - low[0];
         double y = p[0][1] + s * side[0][1] + t * side[1][1] + s * t * twist[1] - 0.5 - low[1];
-        double *to = w[(int)y] + (int)x, *below = to + ENVMAPI_POINTS + 2;
+        double *to = w[(int)y] + (int)x, *below = to + ENVMAPI_BOX;
         x -= (int)x, y -= (int)y;
         to[0] += each * (1 - x) * (1 - y), to[1] += each * x * (1 - y);
         below[0] += each * (1 - x) * y, below[1] += each * x * y;
@@ -2318,7 +2326,8 @@ static int envmapi_beyond(const envmap *map, int x, int y) {
 /* Texel i of dst: sums over their weights, or looked up where there are none. */
 static void envmapi_resample_write(const envmapi_resampling *r, size_t i, const double *sums,
                                    double all, int points) {
-    for (size_t c = 0; c < 3 && all > 0; ++c) r->dst.texels[3 * i + c] = (float)(sums[c] * (1 / all));
+    for (size_t c = 0; c < 3 && all > 0; ++c)
+        r->dst.texels[3 * i + c] = (float)(sums[c] * (1 / all));
     if (!(all > 0)) envmapi_resample_lookup(r, i, points);
 }
 
@@ -2366,11 +2375,6 @@ static void envmapi_task_overlap(void *context, int band) {
 
 /* ---- one slice */
 
-static int envmapi_parts_of(const envmap *X) {
-    int parts = (63 + X->size) / X->size, folds = X->mapping == ENVMAP_OCTAHEDRAL && X->size % 2;
-    return folds ? parts + parts % 2 : parts;
-}
-
 /* Between two mappings, one of them a cube or a lat-long if means are asked for. */
 static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envmap_work *work,
                                               envmapi_pool *pool) {
@@ -2378,13 +2382,15 @@ static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envma
     size_t texels = envmapi_slice_floats(&r->dst, 0) / 3;
     envmap_work serial = *work;
     r->X = gather ? r->dst : r->src, r->Y = gather ? r->src : r->dst;
-    r->parts = envmapi_parts_of(&r->X), r->light = NULL;
+    r->parts = (63 + r->X.size) / r->X.size, r->light = NULL;
+    if (r->X.mapping == ENVMAP_OCTAHEDRAL && r->X.size % 2) r->parts += r->parts % 2; /* folds */
     r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     r->cosines = (double *)envmapi_pool_get(pool, (size_t)r->Y.size + 1, sizeof(double));
     if (!gather) r->light = (double *)envmapi_pool_get(pool, 4 * texels, sizeof(double));
     if (!r->turns || !r->cosines || (!gather && !r->light)) return ENVMAP_ERROR_MEMORY;
     for (int y = 0; y <= r->Y.size; ++y) r->cosines[y] = cos(ENVMAPI_PI * y / r->Y.size);
     r->turn_count = envmapi_turns(r->turns, &r->X, &r->Y);
+    if (r->turn_count > 16) r->turn_count = 8; /* of two cubes those that keep faces' axes */
     if (!gather) memset(r->light, 0, 4 * texels * sizeof(double)), serial.executor.run = NULL;
     int tasks = envmap_faces(r->X.mapping) * ((r->X.size + ENVMAPI_SQUARE - 1) / ENVMAPI_SQUARE);
     envmap_result result = envmapi_run(&serial, envmapi_task_overlap, r, tasks);
@@ -2412,8 +2418,6 @@ static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_
         envmapi_nest nest = {src->texels, dst.texels, src->mapping, n, dst.size, faces};
         return envmapi_run(work, envmapi_task_nest, &nest, (dst.size + 1) / 2);
     }
-    if (same || n_dst >= 5 * n_src)
-        return envmapi_run(work, envmapi_task_lookup, r, faces * dst.size);
     r->points = n_dst > n_src;
     if (r->points || src->mapping == ENVMAP_CUBE || src->mapping == ENVMAP_LATLONG ||
         dst.mapping == ENVMAP_CUBE || dst.mapping == ENVMAP_LATLONG)
@@ -2458,21 +2462,6 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
     envmapi_pool_free(&pool, 0);
     if (!result && src->slices == 1) envmapi_copy_slices(dst, 0, dst->slices);
     return result;
-}
-
-/* ---- spans, for footprints */
-
-/* From a to b in texels of a face of edge `edge`, along u and v, seen on the face of d. */
-static void envmapi_span(double texels[2], int mapping, int edge, const double d[3],
-                         const double a[3], const double b[3]) {
-    double from[2], to[2];
-    int face = envmapi_face(mapping, d);
-    envmapi_project(from, mapping, face, a);
-    envmapi_project(to, mapping, face, b);
-    if (mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_image(to, from);
-    double du = to[0] - from[0];
-    if (mapping == ENVMAP_LATLONG) du -= floor(du + 0.5);
-    texels[0] = du * envmapi_width(mapping, edge), texels[1] = (to[1] - from[1]) * edge;
 }
 
 /* ------------------------------------------------------------------------------------- >>pfm --
