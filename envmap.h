@@ -278,13 +278,14 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    slice for all):
      L_j = sum_i A_ij L_i / sum_i A_ij      A_ij: the solid angle that texels i and j have in common
    so a constant stays, and so does the energy of every texel: within 1 % where dst is as coarse as
-   src or coarser, mostly 0.1 % (texels that a rim cuts: 5 %), and the whole map's within 1e-4 (a
-   sphere map's: 5e-4). Where dst is finer, boxes are smoothed; from four times as many texels on,
-   and to a larger size of the same mapping, it is bilinear src at the texel's centre. Same mapping
-   and size: the same texels.
-   work    NULL: serial, silent. The executor runs rows
+   src or coarser, mostly 0.1 %, and the whole map's within 1e-4 (a sphere map's, and an angular
+   map's that becomes finer: 5e-4). Where dst has more texels, L_j is the mean of bilinear src over
+   texel j, at points. Same mapping and size: the same texels.
+   work    NULL: serial, silent. The executor runs rows, of src or dst; one thread does what a disc
+           or an octahedral map is cut up for, where dst is no finer
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory 8
-   bytes a row of src and 20 KB; with progress or several slices, a copy of the result too.
+   bytes a row and 20 KB; from discs and octahedral maps to others 32 bytes a texel of dst or of a
+   cube twice as fine as src; with progress or several slices, a copy of the result too.
    Source: [Jones99].  Test: resampling_* . */
 ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src, const envmap_work *work);
 
@@ -1272,6 +1273,7 @@ ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const floa
                  tan(w/2) = |abc| / (|a||b||c| + a.b |c| + b.c |a| + c.a |b|)
    Radiance: _add_trilinear has two slices times two levels, each _add_lookup one face or near the
    paraboloids' rim both, each _add_bilinear 2 x 2 texels, each _add_tap one, maybe a neighbour's.
+   Turns and mirrors that take texels to texels are for >>resample and >>near, spans for >>mips.
    Tests: tests/test_maps.c; solid_angles_are_the_integral_over_the_texel,
    lookups_are_of_second_order, lookups_are_continuous_across_seams. */
 
@@ -1805,20 +1807,17 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    that texel i of src and texel j of dst have in common,
        L_j = sum_i A_ij L_i / sum_i A_ij          sum_i A_ij = w_j     sum_j A_ij = w_i
    so constants stay, and so does the energy of each texel, to second order.
-     one mapping, fewer texels   rectangles                                   envmapi_task_nest
-     more than 2 x finer         bilinear radiance at the centres             envmapi_task_lookup
-     another mapping             texels of dst as polygons on src's cells     envmapi_task_gather
-     near the poles of src       texels of src as polygons on dst's cells     envmapi_task_scatter
-   A polygon's sides are straight on a face, and its neighbours have the same sides, so that polygons
-   cover each cell once, whatever the sides' true shape is. Near a lat-long's poles and a rim that
-   is one point sides of dst are not straight, and a rim leaves slivers; so there src's texels are
-   the polygons, each of which counts as its whole solid angle. Symmetries that both maps have in
-   common (16 of a cube and a lat-long) serve one polygon to as many texels.
-   Where j is smaller than i, boxes would show: i is spread by a box of t = 2 (1 - r) texels, r
-   being the ratio of the extents: polygons are moved to both sides by the box's deviation.
-   A face has 128 cells at least, and 8 x 8 in each that a paraboloid's rim or a fold cuts, as the
-   density is that of a cell's centre.
-   >>mips uses envmapi_task_nest and envmapi_span.  Source: [Jones99], first order.
+     one mapping, fewer texels     rectangles                               envmapi_task_nest
+     dst finer                     bilinear radiance at points of dst       envmapi_orbit_points
+     src a cube or a lat-long      texels X of dst, polygons on cells Y     envmapi_orbit_cover
+     dst a cube or a lat-long      texels X of src, polygons on cells Y     envmapi_task_light
+     else                          by way of a finer cube                   envmapi_resample_slice
+   A polygon's sides are straight on a face of Y, and its neighbours have the same sides, so that
+   polygons cover each cell once, whatever the sides' true shape is. Rows of a lat-long are as high
+   there as their solid angle. Near its poles, and where a rim cuts them, texels are divided. Turns
+   that both maps have in common (16 of a cube and a lat-long) serve one polygon to as many texels,
+   an orbit. A cell is everywhere as dense as at its centre, so a cube's face has 128 at least.
+   >>mips uses envmapi_task_nest.  Source: [Jones99], first order.
    Tests: tests/test_maps.c; resampling_* . */
 
 /* ---- one mapping */
