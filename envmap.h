@@ -278,8 +278,8 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    slice for all):
      L_j = sum_i A_ij L_i / sum_i A_ij      A_ij: the solid angle that texels i and j have in common
    so a constant stays, and so does the energy of every texel: within 1 % where dst is as coarse as
-   src or coarser, mostly 0.1 %, and the whole map's within 1e-4 (a sphere map's, and an angular
-   map's that becomes finer: 5e-4). Where dst has more texels, L_j is the mean of bilinear src over
+   src or coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4 (a
+   sphere map's, and an angular map's that becomes finer: 5e-4). Where dst has more texels, L_j is the mean of bilinear src over
    texel j, at points. Same mapping and size: the same texels.
    work    NULL: serial, silent. The executor runs rows, of src or dst; one thread does what a disc
            or an octahedral map is cut up for, where dst is no finer
@@ -1942,7 +1942,7 @@ static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, i
 
 /* A polygon, its corners in cells; some cells, and the area of it in each, see _box_row. */
 typedef struct envmapi_polygon {
-    double at[24][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
+    double at[28][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
     int count, face, x, y, width, height;
 } envmapi_polygon;
 
@@ -1999,7 +1999,7 @@ static void envmapi_box_fill(envmapi_polygon *p, double fine) {
 /* On a lat-long of n rows corners follow one another without a jump at the seam. Where the polygon
    holds a pole, or has a corner there, it is closed along the edge of the first or last row. */
 static void envmapi_polygon_unroll(envmapi_polygon *p, int n) {
-    double at[24][2], width = 2 * n, edge = p->at[0][1] < 0.5 * n ? 0 : n, end;
+    double at[28][2], width = 2 * n, edge = p->at[0][1] < 0.5 * n ? 0 : n, end;
     int corner = -1, count = p->count;
     memcpy(at, p->at, (size_t)count * sizeof at[0]);
     for (int i = 0; i < count; ++i)
@@ -2151,7 +2151,7 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
 /* A corner of X's texels, and where it is on Y. */
 typedef struct envmapi_corner {
     double d[3], at[2], bend; /* bend: parts of a side of a radian here */
-    int face, out;            /* out: beyond the rim */
+    int face, rim;            /* rim: see _at_rim */
 } envmapi_corner;
 
 /* Where a direction is on a face of Y and beyond its edges, in cells; 0: too far beyond. Rows of a
@@ -2173,13 +2173,20 @@ static int envmapi_place_on(double at[2], const envmapi_resampling *r, int face,
     return 1;
 }
 
+/* 2: (x,y) in [-1,1]^2 is beyond the rim of X; 1: it is no more than 4 texels before it. */
+static int envmapi_at_rim(const envmapi_resampling *r, double x, double y) {
+    if (!envmapi_is_disc(r->X.mapping)) return 0;
+    double out = sqrt(x * x + y * y);
+    return out > 1 ? 2 : out > 1 - 8.0 / r->X.size;
+}
+
 /* The corner at (x,y) in [-1,1]^2 of a face of X. */
 static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, int face, double x,
                               double y) {
     envmapi_direction(c->d, r->X.mapping, face, 0.5 + 0.5 * x, 0.5 + 0.5 * y);
     c->face = envmapi_face(r->Y.mapping, c->d);
     envmapi_place_on(c->at, r, c->face, c->d);
-    c->out = envmapi_is_disc(r->X.mapping) && x * x + y * y > 1, c->bend = 0;
+    c->rim = envmapi_at_rim(r, x, y), c->bend = 0;
     double across = r->Y.mapping == ENVMAP_LATLONG ? c->d[2] : c->d[1];
     if (r->Y.mapping != ENVMAP_CUBE)
         c->bend = 11 / (1e-9 + sqrt(c->d[0] * c->d[0] + across * across));
@@ -2193,7 +2200,7 @@ static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner
         const double *a = c[i]->d, *b = c[(i + 1) & 3]->d;
         double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], square = x * x + y * y + z * z;
         side = square > side ? square : side, bend = c[i]->bend > bend ? c[i]->bend : bend;
-        if (c[i]->out && parts < 4) parts = 4;
+        if (c[i]->rim > 1 && parts < 4 && r->X.mapping == ENVMAP_PARABOLOID) parts = 4;
     }
     side *= bend * bend;
     return (int)(side <= parts * parts ? parts : side < 225 ? ceil(sqrt(side)) : 15);
@@ -2201,23 +2208,24 @@ static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner
 
 #define ENVMAPI_CHORDS 4
 
-/* Corners of a quadrangle of X: of the part inside a rim, towards which sides are bent. */
+/* Corners of a quadrangle of X, of the part inside a rim. Near it sides are bent. */
 static int envmapi_part_corners(envmapi_corner *c, const envmapi_resampling *r, int face,
                                 double q[4][2]) {
-    int disc = envmapi_is_disc(r->X.mapping), count = 0, pieces = 1;
-    for (int k = 0; k < 4; ++k)
-        if (disc && hypot(q[k][0], q[k][1]) > 1 - 2.0 / r->X.size) pieces = ENVMAPI_CHORDS;
-    for (int k = 0; k < 4 * pieces; ++k) {
-        const double *from = q[k / pieces], *to = q[(k / pieces + 1) & 3];
-        double s = (double)(k % pieces) / pieces, d[2] = {to[0] - from[0], to[1] - from[1]};
-        double a[2] = {from[0] + s * d[0], from[1] + s * d[1]}, dd = d[0] * d[0] + d[1] * d[1];
-        double aa = a[0] * a[0] + a[1] * a[1] - 1, ad = a[0] * d[0] + a[1] * d[1],
-               by = 1.0 / pieces;
-        int inside = !disc || aa <= 0, next = !disc || aa + by * (2 * ad + by * dd) <= 0;
-        if (inside) envmapi_corner_of(c + count++, r, face, a[0], a[1]);
-        if (inside == next) continue;
-        double root = sqrt(fmax(ad * ad - aa * dd, 0)), t = ((inside ? root : -root) - ad) / dd;
-        envmapi_corner_of(c + count++, r, face, a[0] + t * d[0], a[1] + t * d[1]);
+    int count = 0;
+    for (int k = 0; k < 4; ++k) {
+        const double *a = q[k], *b = q[(k + 1) & 3];
+        int from = envmapi_at_rim(r, a[0], a[1]), to = envmapi_at_rim(r, b[0], b[1]);
+        double d[2] = {b[0] - a[0], b[1] - a[1]}, t[2] = {0, 1};
+        double aa = a[0] * a[0] + a[1] * a[1] - 1, ad = a[0] * d[0] + a[1] * d[1];
+        double dd = d[0] * d[0] + d[1] * d[1], root = sqrt(fmax(ad * ad - aa * dd, 0));
+        if (from > 1 && to > 1) continue;
+        if (from > 1) t[0] = (-root - ad) / dd;
+        if (to > 1) t[1] = (root - ad) / dd;
+        int pieces = from || to ? ENVMAPI_CHORDS : 1;
+        for (int i = 0; i < pieces + (to > 1); ++i) {
+            double s = t[0] + (t[1] - t[0]) * i / pieces;
+            envmapi_corner_of(c + count++, r, face, a[0] + s * d[0], a[1] + s * d[1]);
+        }
     }
     return count;
 }
@@ -2226,7 +2234,7 @@ static int envmapi_part_corners(envmapi_corner *c, const envmapi_resampling *r, 
 static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, int n) {
     double w = n * envmapi_width(r->X.mapping, r->X.size), h = n * r->X.size, q[4][2];
     envmapi_polygon *p = &o->polygon;
-    envmapi_corner c[4 * ENVMAPI_CHORDS + 4];
+    envmapi_corner c[4 * ENVMAPI_CHORDS + 8];
     for (int i = 0; i < n * n; ++i) {
         for (int k = 0; k < 4; ++k) {
             q[k][0] = 2 * (o->x * n + i % n + (k == 1 || k == 2)) / w - 1;
@@ -2242,7 +2250,7 @@ static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, i
     }
 }
 
-/* Whether a point of Y is `by` cells away from the edges of its face, from its folds and its rim. */
+/* Whether a point of Y is `by` cells away from the edges of its face, its folds and its rim. */
 static int envmapi_inside(const envmap *Y, const double at[2], double by) {
     double n = Y->size, x = fabs(2 * at[0] - n), y = fabs(2 * at[1] - n), most = n - 2 * by;
     if (Y->mapping == ENVMAP_LATLONG) return y <= most;
@@ -2304,11 +2312,12 @@ static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
     }
     if (r->points && envmapi_orbit_points(o, r, whole && parts <= 2)) return;
     if (octa || (envmapi_is_disc(r->Y.mapping) && parts > 4)) return;
-    if (whole && parts == 1) {
+    int rim = c[0]->rim | c[1]->rim | c[2]->rim | c[3]->rim;
+    if (whole && parts == 1 && !rim) {
         envmapi_orbit_cover(o, r);
         return;
     }
-    if (r->light) { /* as much as its solid angle, however its sides are bent */
+    if (r->light && rim > 1) { /* as much as its solid angle, however its sides are bent */
         o->scale = 0, envmapi_orbit_parts(o, r, parts);
         if (!(o->all > 0)) return;
         o->scale = envmapi_texel_cell(NULL, r->X.mapping, r->X.size, o->x, o->y) / o->all;
