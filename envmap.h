@@ -279,8 +279,9 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
      L_j = sum_i A_ij L_i / sum_i A_ij      A_ij: the solid angle that texels i and j have in common
    so a constant stays, and so does the energy of every texel: within 1 % where dst is as coarse as
    src or coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4 (a
-   sphere map's, and an angular map's that becomes finer: 5e-4). Where dst has more texels, L_j is the mean of bilinear src over
-   texel j, at points. Same mapping and size: the same texels.
+   sphere map's, and an angular map's that becomes finer: 5e-4). Where dst has more texels, L_j is
+   the mean of bilinear src at points of texel j, which keeps the whole map's energy, not that of
+   single texels. Same mapping and size: the same texels.
    work    NULL: serial, silent. The executor runs rows, of src or dst; one thread does what a disc
            or an octahedral map is cut up for, where dst is no finer
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory 8
