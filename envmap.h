@@ -279,13 +279,16 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    slice for all):
      L_j = sum_i A_ij L_i / sum_i A_ij      A_ij: the solid angle that texels i and j have in common
    so a constant stays, and so does the energy of every texel: within 1 % where dst is as coarse as
-   src or coarser, mostly 0.1 % (texels that a rim cuts: 5 %), and the whole map's within 1e-4 (a
-   sphere map's: 5e-4). Where dst is finer, boxes are smoothed; from four times as many texels on,
-   and to a larger size of the same mapping, it is bilinear src at the texel's centre. Same mapping
-   and size: the same texels.
-   work    NULL: serial, silent. From other maps than cubes serial in any case
-   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory up to
-   32 bytes a texel of a cube as fine as both.  Source: [Jones99].  Test: resampling_* . */
+   src or coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4 (a
+   sphere map's, and an angular map's that becomes finer: 5e-4). Where dst has more texels, L_j is
+   the mean of bilinear src at points of texel j, which keeps the whole map's energy, not that of
+   single texels. Same mapping and size: the same texels.
+   work    NULL: serial, silent. The executor runs rows, of src or dst; one thread does what a disc
+           or an octahedral map is cut up for, where dst is no finer
+   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory 8
+   bytes a row and 20 KB; from discs and octahedral maps to others 32 bytes a texel of dst or of a
+   cube twice as fine as src; with progress or several slices, a copy of the result too.
+   Source: [Jones99].  Test: resampling_* . */
 ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src, const envmap_work *work);
 
 /* ------------------------------------------------------------------------------------- >>pfm -- */
@@ -1278,6 +1281,7 @@ ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const floa
                  tan(w/2) = |abc| / (|a||b||c| + a.b |c| + b.c |a| + c.a |b|)
    Radiance: _add_trilinear has two slices times two levels, each _add_lookup one face or near the
    paraboloids' rim both, each _add_bilinear 2 x 2 texels, each _add_tap one, maybe a neighbour's.
+   Turns and mirrors that take texels to texels are for >>resample and >>near, spans for >>mips.
    Tests: tests/test_maps.c; solid_angles_are_the_integral_over_the_texel,
    lookups_are_of_second_order, lookups_are_continuous_across_seams. */
 
@@ -1699,6 +1703,83 @@ ENVMAPI_BODY void envmap_lookup(float rgb[3], const envmap *map, const float dir
     envmap_lookup_slice(rgb, map, dir, map ? map->p0 : 0, level);
 }
 
+/* ---- symmetries: turns and mirrors that take axes to axes, and texels to texels */
+
+/* Where a turn takes texel (x,y) of a face: to (x0 + xx x + xy y, y0 + yx x + yy y) of `face`. */
+typedef struct envmapi_place {
+    int face, x0, y0, xx, xy, yx, yy;
+} envmapi_place;
+typedef struct envmapi_turn {
+    envmapi_place src[6], dst[6];
+} envmapi_turn;
+
+/* Turn t of 48: axes are permuted, t / 8, and some change their sign, t % 8. 0 where texels do not
+   go to texels. Four probes tell: three define the place, the fourth must agree. */
+static int envmapi_turn_place(envmapi_place *place, int t, int mapping, int edge, int face) {
+    static const signed char axes[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                           {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    static const double probes[4][2] = {{0.5, 0.5}, {0.6, 0.5}, {0.5, 0.6}, {0.3, 0.65}};
+    double d[3], turned[3], at[4][2], width = envmapi_width(mapping, edge), off = 0;
+    int slope[4];
+    for (int i = 0; i < 4; ++i) {
+        envmapi_direction(d, mapping, face, probes[i][0], probes[i][1]);
+        for (int c = 0; c < 3; ++c) turned[c] = (t >> c & 1 ? -1 : 1) * d[axes[t / 8][c]];
+        if (!i) place->face = envmapi_face(mapping, turned);
+        envmapi_project(at[i], mapping, place->face, turned);
+        for (int c = 0; c < 2 && i; ++c) {
+            double apart = at[i][c] - at[0][c];
+            if (mapping == ENVMAP_LATLONG && !c) apart -= floor(apart + 0.5);
+            if (i < 3) slope[2 * (i - 1) + c] = (int)floor(10 * apart + 0.5);
+            off += i < 3 ? fabs(apart - 0.1 * slope[2 * (i - 1) + c])
+                         : fabs(apart + 0.2 * slope[c] - 0.15 * slope[2 + c]);
+        }
+    }
+    double x0 = width * at[0][0] - 0.5 + slope[0] * (1 - width) / 2 + slope[2] * (1.0 - edge) / 2;
+    double y0 = edge * at[0][1] - 0.5 + slope[1] * (1 - width) / 2 + slope[3] * (1.0 - edge) / 2;
+    place->x0 = (int)floor(x0 + 0.5), place->y0 = (int)floor(y0 + 0.5);
+    place->xx = slope[0], place->yx = slope[1], place->xy = slope[2], place->yy = slope[3];
+    return off + fabs(x0 - place->x0) + fabs(y0 - place->y0) < 1e-6;
+}
+
+/* All turns that serve both maps; returns how many. The first is none. */
+static int envmapi_turns(envmapi_turn turns[48], const envmap *dst, const envmap *src) {
+    int count = 0;
+    for (int t = 0; t < 48; ++t) {
+        int serves = 1;
+        envmapi_turn *turn = turns + count;
+        for (int face = 0; face < envmap_faces(src->mapping); ++face)
+            serves &= envmapi_turn_place(turn->src + face, t, src->mapping, src->size, face);
+        for (int face = 0; face < envmap_faces(dst->mapping); ++face)
+            serves &= envmapi_turn_place(turn->dst + face, t, dst->mapping, dst->size, face);
+        count += serves;
+    }
+    return count;
+}
+
+/* The texel that a turn takes (x,y) of a face to. */
+static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, int y) {
+    int w = envmapi_width(map->mapping, map->size), at = to->x0 + to->xx * x + to->xy * y;
+    size_t row = (size_t)to->face * (size_t)map->size + (size_t)(to->y0 + to->yx * x + to->yy * y);
+    return row * (size_t)w + (size_t)(at < 0   ? at + w
+                                      : at < w ? at
+                                               : at - w); /* a lat-long's seam */
+}
+
+/* ---- spans, for footprints */
+
+/* From a to b in texels of a face of edge `edge`, along u and v, seen on the face of d. */
+static void envmapi_span(double texels[2], int mapping, int edge, const double d[3],
+                         const double a[3], const double b[3]) {
+    double from[2], to[2];
+    int face = envmapi_face(mapping, d);
+    envmapi_project(from, mapping, face, a);
+    envmapi_project(to, mapping, face, b);
+    if (mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_image(to, from);
+    double du = to[0] - from[0];
+    if (mapping == ENVMAP_LATLONG) du -= floor(du + 0.5);
+    texels[0] = du * envmapi_width(mapping, edge), texels[1] = (to[1] - from[1]) * edge;
+}
+
 /* ---- cleaning ---- */
 
 /* One number; tells in energy what the limit takes of it, and whether it was fit to filter. */
@@ -1743,21 +1824,17 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    that texel i of src and texel j of dst have in common,
        L_j = sum_i A_ij L_i / sum_i A_ij          sum_i A_ij = w_j     sum_j A_ij = w_i
    so constants stay, and so does the energy of each texel, to second order.
-     one mapping, fewer texels   rectangles                                   envmapi_task_nest
-     more than 2 x finer         bilinear radiance at the centres             envmapi_task_lookup
-     a cube and another map X    X's texels as polygons on the cube's faces   envmapi_task_overlap
-     two others                  by way of a finer cube                       envmapi_resample_slice
-   A polygon's sides are straight on a face. Its neighbours have the same sides, so that polygons
-   cover each cell of the cube once, whatever the sides' true shape is. Symmetries that the cube has
-   in common with X (16 for a lat-long) serve one polygon to as many texels.
-   Where j is smaller than i, boxes would show: i is spread by a box of t = 2 (1 - r) of its
-   extents, r being the ratio of the extents: the polygon is moved to both sides by the box's
-   deviation.
-   A side of 1/16 rad is straight enough; a face has 128 cells at least; a texel that a rim cuts is
-   24 x 24 points, one beside it 8 x 8.  Test: resampling_keeps_the_energy_of_each_texel fails with
-   a quarter of these, or 12 x 12. Beside is r > 0.9 and nearer than 16 texels, where no test fails
-   without.
-   >>mips uses envmapi_task_nest and envmapi_span.  Source: [Jones99], first order.
+     one mapping, fewer texels     rectangles                               envmapi_task_nest
+     dst finer                     bilinear radiance at points of dst       envmapi_orbit_points
+     src a cube or a lat-long      texels X of dst, polygons on cells Y     envmapi_orbit_cover
+     dst a cube or a lat-long      texels X of src, polygons on cells Y     envmapi_task_light
+     else                          by way of a finer cube                   envmapi_resample_slice
+   A polygon's sides are straight on a face of Y, and its neighbours have the same sides, so that
+   polygons cover each cell once, whatever the sides' true shape is. Rows of a lat-long are as high
+   there as their solid angle. Near its poles, and where a rim cuts them, texels are divided. Turns
+   that both maps have in common (16 of a cube and a lat-long) serve one polygon to as many texels,
+   an orbit. A cell is everywhere as dense as at its centre, so a cube's face has 128 at least.
+   >>mips uses envmapi_task_nest.  Source: [Jones99], first order.
    Tests: tests/test_maps.c; resampling_* . */
 
 /* ---- one mapping */
@@ -1845,442 +1922,543 @@ static void envmapi_task_nest(void *context, int y) {
             envmapi_nest_texel(n, first, n->images - first < 16 ? n->images - first : 16, x, y);
 }
 
-/* ---- symmetries: turns and mirrors that take axes to axes, and texels to texels */
-
-/* Where a turn takes texel (x,y) of a face: to (x0 + xx x + xy y, y0 + yx x + yy y) of `face`. */
-typedef struct envmapi_place {
-    int face, x0, y0, xx, xy, yx, yy;
-} envmapi_place;
-typedef struct envmapi_turn {
-    envmapi_place src[6], dst[6];
-} envmapi_turn;
-
-/* Turn t of 48: axes are permuted, t / 8, and some change their sign, t % 8. 0 where texels do not
-   go to texels. Four probes tell: three define the place, the fourth must agree. */
-static int envmapi_turn_place(envmapi_place *place, int t, int mapping, int edge, int face) {
-    static const signed char axes[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
-                                           {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-    static const double probes[4][2] = {{0.5, 0.5}, {0.6, 0.5}, {0.5, 0.6}, {0.3, 0.65}};
-    double d[3], turned[3], at[4][2], width = envmapi_width(mapping, edge), off = 0;
-    int slope[4];
-    for (int i = 0; i < 4; ++i) {
-        envmapi_direction(d, mapping, face, probes[i][0], probes[i][1]);
-        for (int c = 0; c < 3; ++c) turned[c] = (t >> c & 1 ? -1 : 1) * d[axes[t / 8][c]];
-        if (!i) place->face = envmapi_face(mapping, turned);
-        envmapi_project(at[i], mapping, place->face, turned);
-        for (int c = 0; c < 2 && i; ++c) {
-            double apart = at[i][c] - at[0][c];
-            if (mapping == ENVMAP_LATLONG && !c) apart -= floor(apart + 0.5);
-            if (i < 3) slope[2 * (i - 1) + c] = (int)floor(10 * apart + 0.5);
-            off += i < 3 ? fabs(apart - 0.1 * slope[2 * (i - 1) + c])
-                         : fabs(apart + 0.2 * slope[c] - 0.15 * slope[2 + c]);
-        }
-    }
-    double x0 = width * at[0][0] - 0.5 + slope[0] * (1 - width) / 2 + slope[2] * (1.0 - edge) / 2;
-    double y0 = edge * at[0][1] - 0.5 + slope[1] * (1 - width) / 2 + slope[3] * (1.0 - edge) / 2;
-    place->x0 = (int)floor(x0 + 0.5), place->y0 = (int)floor(y0 + 0.5);
-    place->xx = slope[0], place->yx = slope[1], place->xy = slope[2], place->yy = slope[3];
-    return off + fabs(x0 - place->x0) + fabs(y0 - place->y0) < 1e-6;
-}
-
-/* All turns that serve both maps; returns how many. The first is none. */
-static int envmapi_turns(envmapi_turn turns[48], const envmap *dst, const envmap *src) {
-    int count = 0;
-    for (int t = 0; t < 48; ++t) {
-        int serves = 1;
-        envmapi_turn *turn = turns + count;
-        for (int face = 0; face < envmap_faces(src->mapping); ++face)
-            serves &= envmapi_turn_place(turn->src + face, t, src->mapping, src->size, face);
-        for (int face = 0; face < envmap_faces(dst->mapping); ++face)
-            serves &= envmapi_turn_place(turn->dst + face, t, dst->mapping, dst->size, face);
-        count += serves;
-    }
-    return count;
-}
-
-/* The texel that a turn takes (x,y) of a face to. */
-static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, int y) {
-    int w = envmapi_width(map->mapping, map->size), at = to->x0 + to->xx * x + to->xy * y;
-    size_t row = (size_t)to->face * (size_t)map->size + (size_t)(to->y0 + to->yx * x + to->yy * y);
-    return row * (size_t)w + (size_t)(at < 0   ? at + w
-                                      : at < w ? at
-                                               : at - w); /* a lat-long's seam */
-}
-
 /* ---- bilinear radiance */
 
+/* Texels of X are polygons on the cells of Y. */
 typedef struct envmapi_resampling {
-    envmap dst, src, last; /* one slice each; last: of the whole, its texels are the result's */
-    int cube;      /* edge of the cube of whose cells polygons are made: dst, src or between */
-    int fine;      /* each cell is fine x fine ones, or its density would be too coarse */
-    int scatter;   /* from X to the cube; else from it */
-    int between;   /* src is a finer cube than dst needs: no box of it shows */
-    double *cells; /* to be scattered to: RGB and solid angle */
+    envmap dst, src, X, Y; /* one slice each; Y: src, or dst where it is to be scattered to */
+    int points;            /* dst is finer: bilinear radiance at points of X */
+    int parts;             /* a texel is parts x parts polygons */
+    double *cosines;       /* of the edges of Y's rows where it is a lat-long */
+    double *light;         /* scattered: RGB and solid angle of texels of dst; NULL: gathered */
     int turn_count;
-    envmapi_turn *turns; /* at most 16: one of the maps is no cube */
+    envmapi_turn *turns; /* at most 16 */
 } envmapi_resampling;
 
-/* A texel of dst: src at its centre. */
-static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel) {
-    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size), row = texel / width;
-    double d[3], rgb[3] = {0, 0, 0};
+/* A texel of dst: src at its centre, or the mean of n x n points, those inside a rim. */
+static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, int n) {
+    int mapping = r->dst.mapping, size = r->dst.size, w = envmapi_width(mapping, size);
+    int row = (int)(texel / (size_t)w), x = (int)(texel % (size_t)w);
+    double d[3], uv[2], rgb[3] = {0, 0, 0}, all = 0;
     envmapi_level level = envmapi_level_of(&r->src, 0, 0);
-    envmapi_texel_direction(d, r->dst.mapping, (int)row / r->dst.size, r->dst.size,
-                            (int)(texel % width), (int)row % r->dst.size);
-    envmapi_add_lookup(rgb, &level, d, 1);
-    for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * texel + c] = (float)rgb[c];
-}
-
-/* Task: a row of a face. */
-static void envmapi_task_lookup(void *context, int row) {
-    const envmapi_resampling *r = (const envmapi_resampling *)context;
-    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size);
-    for (size_t x = 0; x < width; ++x) envmapi_resample_lookup(r, (size_t)row * width + x);
-}
-
-/* ---- polygons */
-
-#define ENVMAPI_BOX 16
-
-/* Cells of a face, and how much of each polygons cover. */
-typedef struct envmapi_box {
-    int x, y, width, height;
-    double area[ENVMAPI_BOX * ENVMAPI_BOX];
-} envmapi_box;
-
-/* An area is the integral of x dy around it: what lies to the left of a piece of a side, within a
-   cell or to its right, counts. A number is the difference from that of the next cell to the
-   right. */
-static void envmapi_box_piece(envmapi_box *box, double x, double y0, double y1, double sign) {
-    int row = (int)floor((y0 + y1) / 2) - box->y, at = (int)floor(x), column = at - box->x;
-    double dy = sign * (y1 - y0), part = dy * (x - at);
-    if (row < 0 || row >= box->height || column < 0) return;
-    if (column >= box->width) column = box->width - 1, part = dy;
-    box->area[row * box->width + column] += part;
-    if (column > 0) box->area[row * box->width + column - 1] += dy - part;
-}
-
-/* A side from a to b, cell by cell. */
-static void envmapi_box_side(envmapi_box *box, const double a[2], const double b[2], double sign) {
-    double slope[2] = {b[0] - a[0], b[1] - a[1]}, next[2], by[2], s = 0, y0 = a[1];
-    if (!(fabs(slope[1]) > 0)) return;
-    for (int k = 0; k < 2; ++k) { /* where it leaves the cell, and the cells after it */
-        double edge = slope[k] > 0 ? floor(a[k]) + 1 : ceil(a[k]) - 1;
-        int moves = fabs(slope[k]) > 1e-12;
-        next[k] = moves ? (edge - a[k]) / slope[k] : 2, by[k] = moves ? 1 / fabs(slope[k]) : 2;
+    for (int i = 0; i <= n * n; ++i) { /* the last one, where all others lie outside */
+        double u = (x + (i % n + 0.5) / n) / w, v = (row % size + (i / n + 0.5) / n) / size;
+        double rho = i < n * n ? envmapi_density(mapping, u, v) : 1;
+        int outside = envmapi_is_disc(mapping) && hypot(2 * u - 1, 2 * v - 1) > 1;
+        if (i < n * n ? outside : all > 0) continue;
+        envmapi_texel_cell(uv, mapping, size, x, row % size);
+        envmapi_direction(d, mapping, row / size, i < n * n ? u : uv[0], i < n * n ? v : uv[1]);
+        envmapi_add_lookup(rgb, &level, d, rho), all += rho;
     }
-    while (s < 1) {
-        int k = next[1] < next[0];
-        double end = next[k] < 1 ? next[k] : 1, y1 = end < 1 ? a[1] + slope[1] * end : b[1];
-        envmapi_box_piece(box, a[0] + slope[0] * (s + end) / 2, y0, y1, sign);
-        y0 = y1, s = end, next[k] += by[k];
+    for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * texel + c] = (float)(rgb[c] / all);
+}
+
+/* ---- how much of cells a polygon covers */
+
+#define ENVMAPI_BOX 10
+
+/* A polygon, its corners in cells; some cells, and the area of it in each, see _box_row. */
+typedef struct envmapi_polygon {
+    double at[28][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
+    int count, face, x, y, width, height;
+} envmapi_polygon;
+
+/* A piece of a side within a row of cells, dy high: adds what lies to its right. A number is the
+   difference from that of the cell before. */
+static void envmapi_box_row(double *row, int width, double from, double to, double dy) {
+    double left = from < to ? from : to, right = from < to ? to : from;
+    int x = left > 0 ? (int)left : 0;
+    if (x >= width) return;
+    if (right <= 0) {
+        row[0] += dy;
+    } else if (left >= 0 && right <= x + 1) {
+        double part = dy * ((left + right) / 2 - x);
+        row[x] += dy - part, row[x + 1] += part;
+    } else {
+        double slope = dy / (right - left);
+        if (left < 0) row[0] -= slope * left, left = 0;
+        for (; left < right && x < width; ++x) {
+            double end = right < x + 1 ? right : x + 1, piece = slope * (end - left);
+            double part = piece * ((left + end) / 2 - x);
+            row[x] += piece - part, row[x + 1] += part, left = end;
+        }
     }
 }
 
-/* Quadrangles, corners in cells. */
-static void envmapi_box_fill(envmapi_box *box, double p[][2], int corners) {
-    memset(box->area, 0, (size_t)(box->width * box->height) * sizeof(double));
-    for (int i = 0; i < corners; i += 4) {
-        double area = (p[i + 2][0] - p[i][0]) * (p[i + 3][1] - p[i + 1][1]) -
-                      (p[i + 2][1] - p[i][1]) * (p[i + 3][0] - p[i + 1][0]);
-        for (int k = 0; k < 4; ++k)
-            envmapi_box_side(box, p[i + k], p[i + (k + 1) % 4], area > 0 ? 1 : -1);
+/* A side, in cells of the box, row by row. */
+static void envmapi_box_side(envmapi_polygon *box, double x0, double y0, double x1, double y1) {
+    double sign = 1, height = box->height;
+    if (y0 > y1) {
+        double x = x0, y = y0;
+        x0 = x1, y0 = y1, x1 = x, y1 = y, sign = -1;
     }
-    for (int y = 0; y < box->height; ++y)
-        for (int x = box->width - 1; x > 0; --x)
-            box->area[y * box->width + x - 1] += box->area[y * box->width + x];
+    if (!(y0 < y1) || y1 <= 0 || y0 >= height || (x0 >= box->width && x1 >= box->width)) return;
+    double slope = (x1 - x0) / (y1 - y0);
+    if (y0 < 0) x0 -= slope * y0, y0 = 0;
+    if (y1 > height) y1 = height;
+    for (int y = (int)y0; y0 < y1; ++y) {
+        double end = y1 < y + 1 ? y1 : y + 1, x = x0 + slope * (end - y0);
+        envmapi_box_row(box->area[y], box->width, x0, x, sign * (end - y0));
+        x0 = x, y0 = end;
+    }
+}
+
+/* Each cell is fine x fine ones. */
+static void envmapi_box_fill(envmapi_polygon *p, double fine) {
+    memset(p->area, 0, (size_t)p->height * sizeof p->area[0]);
+    for (int i = 0; i < p->count; ++i) {
+        const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
+        envmapi_box_side(p, a[0] * fine - p->x, a[1] * fine - p->y, b[0] * fine - p->x,
+                         b[1] * fine - p->y);
+    }
+}
+
+/* On a lat-long of n rows corners follow one another without a jump at the seam. Where the polygon
+   holds a pole, or has a corner there, it is closed along the edge of the first or last row. */
+static void envmapi_polygon_unroll(envmapi_polygon *p, int n) {
+    double at[28][2], width = 2 * n, edge = p->at[0][1] < 0.5 * n ? 0 : n, end;
+    int corner = -1, count = p->count;
+    memcpy(at, p->at, (size_t)count * sizeof at[0]);
+    for (int i = 0; i < count; ++i)
+        if (at[i][1] < 1e-12 || at[i][1] > n - 1e-12) corner = i;
+    if (corner >= 0) p->count = --count;
+    for (int i = 0; i < count; ++i) {
+        memcpy(p->at[i], at[(corner + 1 + i) % (count + (corner >= 0))], sizeof at[0]);
+        if (i) p->at[i][0] += width * floor((p->at[i - 1][0] - p->at[i][0]) / width + 0.5);
+    }
+    double start = p->at[0][0], last = p->at[count - 1][0];
+    end = corner >= 0 ? last : start + width * floor((last - start) / width + 0.5);
+    if (corner < 0 && !(fabs(end - start) > 0)) return;
+    double more[3][2] = {{end, corner < 0 ? p->at[0][1] : edge}, {end, edge}, {start, edge}};
+    memcpy(p->at[count], more, sizeof more), p->count += 3;
 }
 
 /* ---- a texel of X and its images */
 
 typedef struct envmapi_orbit {
     int face, x, y, count;
-    size_t texel[16];              /* images, each once */
-    const envmapi_place *cube[16]; /* where a turn that leads there takes the cube's faces */
-    double light[16][4];           /* to be scattered: RGB, 1 */
-    double sums[16][3], all;       /* gathered, and the solid angle; or what was scattered */
+    size_t texel[16];            /* images, each once */
+    const envmapi_place *at[16]; /* where a turn that leads there takes the faces of Y */
+    double sums[16][4], all;     /* RGB, gathered or to be scattered; solid angle */
+    double scale;                /* of what is scattered; 0: nothing yet */
+    struct {
+        int x, y;
+        double w;
+    } taps[ENVMAPI_BOX * ENVMAPI_BOX]; /* cells of Y */
+    int tap_count, tap_low, tap_high;  /* low, high: columns */
+    int points;                        /* a side, where it is looked up */
+    envmapi_polygon polygon;
 } envmapi_orbit;
 
 /* 0: another texel of the orbit comes first. */
-static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r, const envmap *X) {
+static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r) {
     int kept = 0; /* by how many turns; if by one only, no image comes twice */
-    o->count = 0, o->all = 0;
     for (int i = 0; i < r->turn_count; ++i) { /* the first is none */
-        const envmapi_turn *turn = r->turns + i;
-        o->texel[i] = envmapi_turned(X, (r->scatter ? turn->src : turn->dst) + o->face, o->x, o->y);
+        o->texel[i] = envmapi_turned(&r->X, r->turns[i].dst + o->face, o->x, o->y);
         if (o->texel[i] < o->texel[0]) return 0;
         kept += o->texel[i] == o->texel[0];
     }
+    o->count = 0, o->all = 0, o->scale = o->points = 1;
     for (int i = 0, k; i < r->turn_count; ++i) {
         for (k = kept > 1 ? 0 : o->count; k < o->count && o->texel[k] != o->texel[i];) ++k;
         if (k < o->count) continue;
-        o->texel[k] = o->texel[i], ++o->count;
-        o->cube[k] = r->scatter ? r->turns[i].dst : r->turns[i].src;
+        o->texel[k] = o->texel[i], o->at[k] = r->turns[i].src, ++o->count;
+        for (int c = 0; c < 3; ++c)
+            o->sums[k][c] = r->light ? (double)r->src.texels[3 * o->texel[k] + (size_t)c] : 0;
+        o->sums[k][3] = 1;
     }
-    for (int k = 0; k < o->count; ++k)
-        for (int c = 0; c < 4; ++c) {
-            o->light[k][c] =
-                c == 3 || !r->scatter ? 1 : (double)X->texels[3 * o->texel[k] + (size_t)c];
-            if (c < 3) o->sums[k][c] = 0;
-        }
     return 1;
 }
 
-/* The cells to be scattered to have rows that are a little longer: rows a power of two apart would
-   push each other out of the caches. */
-#define ENVMAPI_ROW(edge) ((size_t)(edge) + 5)
-
-/* Cell (x,y) of a face, with what solid angle it has in common with the texel: its images. */
-static void envmapi_orbit_add(envmapi_orbit *o, const envmapi_resampling *r, int face, int x, int y,
-                              double common) {
-    if (r->fine > 1) x /= r->fine, y /= r->fine;
-    for (int k = 0; k < o->count; ++k) {
-        const envmapi_place *to = o->cube[k] + face;
-        int row = to->face * r->cube + to->y0 + to->yx * x + to->yy * y;
-        size_t column = (size_t)(to->x0 + to->xx * x + to->xy * y);
-        if (r->scatter) {
-            double *cell = r->cells + 4 * ((size_t)row * ENVMAPI_ROW(r->cube) + column);
-            envmapi_double4_add(envmapi_double4_at(cell), common, envmapi_double4_at(o->light[k]));
-            continue;
+/* The taps of a face, and those of the images: gathered, or light that is scattered. */
+static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, int face) {
+    int width = envmapi_width(r->Y.mapping, r->Y.size), span = o->tap_high - o->tap_low;
+    ptrdiff_t last = (ptrdiff_t)(envmapi_slice_floats(&r->Y, 0) / 3) - 1;
+    for (int k = 0; k < o->count && o->scale > 0; ++k) {
+        const envmapi_place *to = o->at[k] + face;
+        int right = to->xx + to->yx * width, down = to->xy + to->yy * width;
+        int from = to->x0 + right * o->tap_low, wraps = 0;
+        double sums[4] = {0, 0, 0, 0};
+        if (r->Y.mapping == ENVMAP_LATLONG) { /* turned, the taps may lie across a seam */
+            from -= width * (int)floor((double)from / width);
+            wraps = from + right * span < 0 || from + right * span >= width;
         }
-        const float *from = r->src.texels + 3 * ((size_t)row * (size_t)r->cube + column);
-        for (int c = 0; c < 3; ++c) o->sums[k][c] += common * (double)from[c];
+        ptrdiff_t origin = from + (to->y0 + (ptrdiff_t)to->face * r->Y.size) * width;
+        for (int i = 0; i < o->tap_count; ++i) {
+            const float *texel;
+            double w = o->taps[i].w;
+            ptrdiff_t x = o->taps[i].x * right, at = origin + x + (ptrdiff_t)o->taps[i].y * down;
+            if (wraps && (from + x < 0 || from + x >= width)) at -= right * width;
+            if (r->light) {
+                envmapi_double4_add(envmapi_double4_at(r->light + 4 * at), w * o->scale,
+                                    envmapi_double4_at(o->sums[k]));
+                continue;
+            }
+            texel = r->src.texels + 3 * (at < last ? at : last);
+            sums[0] += w * (double)texel[0], sums[1] += w * (double)texel[1],
+                sums[2] += w * (double)texel[2];
+        }
+        for (int c = 0; c < 3 && !r->light; ++c) o->sums[k][c] += sums[c];
     }
-    o->all += common;
+    o->tap_count = 0;
 }
 
-/* Polygons that together stand for a part of the texel, on a face, in boxes. A cell is everywhere
-   as dense as at its centre. */
-static void envmapi_orbit_face(envmapi_orbit *o, const envmapi_resampling *r, int face,
-                               double d[][4][3], int polygons) {
-    const signed char *m = envmapi_cube[face][2];
-    int c = r->cube * r->fine, from[2] = {c, c}, to[2] = {0, 0};
-    double p[16][2];
-    envmapi_box box;
-    for (int i = 0; i < 4 * polygons; ++i) {
-        const double *ray = d[i / 4][i % 4];
-        if (m[0] * ray[0] + m[1] * ray[1] + m[2] * ray[2] < 0.3) return;
-        envmapi_project(p[i], ENVMAP_CUBE, face, ray);
-        for (int k = 0; k < 2; ++k) {
-            p[i][k] *= c;
-            from[k] = (int)envmapi_clamp(p[i][k], 0, from[k]);
-            to[k] = (int)envmapi_clamp(ceil(p[i][k]), to[k], c);
-        }
-    }
-    for (box.y = from[1]; box.y < to[1]; box.y += ENVMAPI_BOX)
-        for (box.x = from[0]; box.x < to[0]; box.x += ENVMAPI_BOX) {
-            box.width = to[0] - box.x < ENVMAPI_BOX ? to[0] - box.x : ENVMAPI_BOX;
-            box.height = to[1] - box.y < ENVMAPI_BOX ? to[1] - box.y : ENVMAPI_BOX;
-            envmapi_box_fill(&box, p, 4 * polygons);
-            for (int i = 0; i < box.width * box.height; ++i) {
-                int x = box.x + i % box.width, y = box.y + i / box.width;
-                if (!(box.area[i] > 1e-12)) continue;
-                double rho = envmapi_density(ENVMAP_CUBE, (x + 0.5) / c, (y + 0.5) / c);
-                envmapi_orbit_add(o, r, face, x, y, box.area[i] * rho / c / c / polygons);
+/* A cell of Y, of which w counts. */
+static void envmapi_orbit_tap(envmapi_orbit *o, int x, int y, double w) {
+    if (!(w > 0)) return;
+    o->taps[o->tap_count].x = x - o->tap_low, o->taps[o->tap_count].y = y;
+    o->taps[o->tap_count++].w = w, o->all += w;
+}
+
+/* A box's cells, fine x fine of it each, everywhere as dense as at their centres. */
+static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int fine,
+                              double sign) {
+    const envmapi_polygon *box = &o->polygon;
+    int n = r->Y.size * fine, latlong = r->Y.mapping == ENVMAP_LATLONG;
+    o->tap_low = box->x / fine, o->tap_high = (box->x + box->width - 1) / fine;
+    for (int y = 0; y < box->height; y += fine) {
+        double w[ENVMAPI_BOX] = {0};
+        for (int row = y; row < y + fine; ++row) {
+            double sum = 0, v = (box->y + row + 0.5) / n, rho = 0;
+            if (latlong)
+                rho = (r->cosines[box->y + row] - r->cosines[box->y + row + 1]) * ENVMAPI_PI;
+            for (int x = 0; x < box->width; ++x) {
+                sum += sign * box->area[row][x];
+                if (!(sum > 1e-12)) continue;
+                if (!latlong) rho = envmapi_density(r->Y.mapping, (box->x + x + 0.5) / n, v) / n;
+                w[x / fine] += sum * rho / n;
             }
         }
-}
-
-/* Corners of a part of X, going round; returns its solid angle, that of a flat quadrangle. What
-   lies beyond a rim is moved onto it. */
-static double envmapi_part_corners(double d[4][3], const envmap *X, int face, double u, double v,
-                                   double du, double dv) {
-    double one[3], two[3], across[3];
-    for (int i = 0; i < 4; ++i) {
-        double x = u + (i == 1 || i == 2 ? du : 0) - 0.5, y = v + (i >= 2 ? dv : 0) - 0.5;
-        double out = envmapi_is_disc(X->mapping) ? fmax(2 * hypot(x, y), 1) : 1;
-        envmapi_direction(d[i], X->mapping, face, 0.5 + x / out, 0.5 + y / out);
+        for (int x = 0; x * fine < box->width; ++x)
+            envmapi_orbit_tap(o, o->tap_low + x, (box->y + y) / fine, w[x]);
     }
-    for (int c = 0; c < 3; ++c) one[c] = d[2][c] - d[0][c], two[c] = d[3][c] - d[1][c];
-    envmapi_cross(across, one, two);
-    return sqrt(envmapi_dot(across, across)) / 2;
+    envmapi_orbit_flush(o, r, box->face);
 }
 
-/* The longer one of its sides along u (k = 0) or v. */
-static double envmapi_part_side(double d[4][3], int k) {
-    double longest = 0;
-    for (int i = 0; i < 4; i += 2) {
-        const double *a = d[i], *b = d[(i + (k ? 3 : 1)) & 3];
-        double x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2];
-        longest = fmax(longest, x * x + y * y + z * z);
+/* The polygon, box by box. Cells of a small cube are divided: they are not dense evenly. */
+static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
+    envmapi_polygon *p = &o->polygon;
+    int n = r->Y.size, from[2], to[2], fine = 1, latlong = r->Y.mapping == ENVMAP_LATLONG;
+    double area = 0, low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
+    if (latlong) envmapi_polygon_unroll(p, n);
+    for (int i = 0; i < p->count; ++i) {
+        const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
+        area += a[1] * b[0] - a[0] * b[1];
+        for (int k = 0; k < 2; ++k)
+            low[k] = a[k] < low[k] ? a[k] : low[k], high[k] = a[k] > high[k] ? a[k] : high[k];
     }
-    return sqrt(longest);
-}
-
-/* The same of a map's texel at d, along either side. */
-static double envmapi_extent_at(const envmap *map, const double d[3]) {
-    double uv[2], corners[4][3], du = 1.0 / envmapi_width(map->mapping, map->size);
-    int face = envmapi_face(map->mapping, d);
-    envmapi_project(uv, map->mapping, face, d);
-    envmapi_part_corners(corners, map, face, uv[0] - du / 2, uv[1] - 0.5 / map->size, du,
-                         1.0 / map->size);
-    return fmax(envmapi_part_side(corners, 0), envmapi_part_side(corners, 1));
-}
-
-/* How a texel is divided: parts along u and v, small enough to have straight sides, and what they
-   are moved by. */
-typedef struct envmapi_parts {
-    int n[2], moves;
-    double by[4][3], d[4][3]; /* corners of the whole texel */
-} envmapi_parts;
-
-static envmapi_parts envmapi_parts_of(const envmapi_resampling *r, const envmapi_orbit *o) {
-    const envmap *X = r->scatter ? &r->src : &r->dst;
-    double w = envmapi_width(X->mapping, X->size), h = X->size, middle[3], own = 1 / h;
-    double x = fabs((2 * o->x + 1) / w - 1), y = fabs((2 * o->y + 1) / h - 1);
-    int disc = envmapi_is_disc(X->mapping),
-        out = disc && hypot(fmax(x - 1 / w, 0), fmax(y - 1 / h, 0)) >= 1;
-    int cut = disc && hypot(x + 1 / w, y + 1 / h) > 1;
-    envmapi_parts parts;
-    double(*d)[3] = parts.d;
-    envmapi_part_corners(d, X, o->face, o->x / w, o->y / h, 1 / w, 1 / h);
     for (int k = 0; k < 2; ++k) {
-        double side = envmapi_part_side(d, k);
-        parts.n[k] = out ? 0 : (int)ceil(fmax(fmax(16 * side, cut ? 8 : 1), 64 / h));
-        own = fmax(own, side);
+        int wraps = !k && latlong;
+        from[k] = (int)floor(wraps || low[k] > 0 ? low[k] : 0);
+        to[k] = (int)ceil(wraps || high[k] < n ? high[k] : n);
     }
-    if (X->mapping == ENVMAP_OCTAHEDRAL) { /* folds are sides or diagonals of parts */
-        int n = parts.n[0] > parts.n[1] ? parts.n[0] : parts.n[1];
-        parts.n[0] = parts.n[1] = n + n * X->size % 2;
-    }
-    for (int k = 0; k < 3; ++k) middle[k] = d[0][k] + d[1][k] + d[2][k] + d[3][k];
-    envmapi_unit(middle, middle);
-    double other = r->between ? own : envmapi_extent_at(r->scatter ? &r->last : &r->src, middle);
-    double t = envmapi_clamp(2 - 2 * (r->scatter ? other / own : own / other), 0, 1);
-    double shift = sqrt(1 / 12.0) * t * (r->scatter ? 1 : other / own);
-    parts.moves = t > 0 ? 4 : 1;
-    for (int k = 0; k < 4; ++k) /* along a diagonal; of a texel with straight sides */
-        for (int i = 0; i < 3; ++i)
-            parts.by[k][i] = shift * (k & 1 ? -1 : 1) * (d[k / 2 + 2][i] - d[k / 2][i]);
-    return parts;
+    while (!latlong && fine * n < 128 && fine < 8) fine *= 2;
+    int step = ENVMAPI_BOX / fine;
+    for (int y = from[1]; y < to[1]; y += step)
+        for (int x = from[0]; x < to[0]; x += step) {
+            p->x = x * fine, p->width = fine * (to[0] - x < step ? to[0] - x : step);
+            p->y = y * fine, p->height = fine * (to[1] - y < step ? to[1] - y : step);
+            envmapi_box_fill(p, fine);
+            envmapi_orbit_box(o, r, fine, area > 0 ? 1 : -1);
+        }
 }
 
-static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r) {
-    const envmap *X = r->scatter ? &r->src : &r->dst;
-    double du = 1.0 / envmapi_width(X->mapping, X->size), dv = 1.0 / X->size, d[4][4][3];
-    envmapi_parts parts = envmapi_parts_of(r, o);
-    du /= parts.n[0], dv /= parts.n[1];
-    for (int i = 0; i < parts.n[0] * parts.n[1]; ++i) {
-        int faces[6] = {0}, count = 0;
-        if (parts.n[0] * parts.n[1] > 1)
-            envmapi_part_corners(parts.d, X, o->face, (o->x * parts.n[0] + i % parts.n[0]) * du,
-                                 (o->y * parts.n[1] + i / parts.n[0]) * dv, du, dv);
-        for (int k = 0; k < 12 * parts.moves; ++k)
-            d[k / 12][k / 3 % 4][k % 3] = parts.d[k / 3 % 4][k % 3] + parts.by[k / 12][k % 3];
-        for (int k = 0; k < 4 * parts.moves; ++k)
-            ++faces[envmapi_face(ENVMAP_CUBE, d[k / 4][k % 4])];
-        for (int f = 0; f < 6; ++f) count += faces[f] > 0;
-        for (int f = 0; f < 6; ++f) /* where two have corners, a third may have an edge */
-            if (faces[f] || count > 1) envmapi_orbit_face(o, r, f, d, parts.moves);
-    }
-}
+/* ---- texels as polygons */
 
-/* A texel near a rim to be scattered: points instead, as its sides are bent, and as what lies
-   beyond is no part of it. 0: it is not near a rim. */
-static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r) {
-    int size = r->src.size, bent = r->src.mapping != ENVMAP_PARABOLOID;
-    double X = fabs((2 * o->x + 1.0) / size - 1), Y = fabs((2 * o->y + 1.0) / size - 1), d[3],
-           uv[2];
-    int cut = hypot(X + 1.0 / size, Y + 1.0 / size) > 1, n = cut ? 24 : 8;
-    if (!cut && !(bent && hypot(X, Y) > fmax(0.9, 1 - 16.0 / size))) return 0;
-    if (hypot(fmax(X - 1.0 / size, 0), fmax(Y - 1.0 / size, 0)) >= 1) return 1; /* outside */
-    for (int i = 0; i <= n * n; ++i) { /* the last one where all others miss a sliver */
-        double u = (o->x + (i % n + 0.5) / n) / size, v = (o->y + (i / n + 0.5) / n) / size;
-        if (i < n * n ? (u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5) > 0.25 : o->all > 0) continue;
-        double w = i < n * n ? envmapi_density(r->src.mapping, u, v) / n / n / size / size
-                             : envmapi_texel_cell(uv, r->src.mapping, size, o->x, o->y);
-        if (!(w > 0)) continue;
-        if (i == n * n) u = uv[0], v = uv[1];
-        envmapi_direction(d, r->src.mapping, o->face, u, v);
-        int face = envmapi_face(ENVMAP_CUBE, d);
-        envmapi_project(uv, ENVMAP_CUBE, face, d);
-        for (int k = 0; k < 2; ++k) uv[k] = envmapi_texel_at(uv[k], r->cube) * r->fine;
-        envmapi_orbit_add(o, r, face, (int)uv[0], (int)uv[1], w);
+/* A corner of X's texels, and where it is on Y. */
+typedef struct envmapi_corner {
+    double d[3], at[2], bend; /* bend: parts of a side of a radian here */
+    int face, rim;            /* rim: see _at_rim */
+} envmapi_corner;
+
+/* Where a direction is on a face of Y and beyond its edges, in cells; 0: too far beyond. Rows of a
+   lat-long are as high as their solid angle. */
+static int envmapi_place_on(double at[2], const envmapi_resampling *r, int face,
+                            const double d[3]) {
+    int n = r->Y.size;
+    if (r->Y.mapping == ENVMAP_CUBE) {
+        const signed char *m = envmapi_cube[face][2];
+        if (m[0] * d[0] + m[1] * d[1] + m[2] * d[2] < 0.1) return 0;
+    }
+    envmapi_project(at, r->Y.mapping, face, d);
+    at[0] *= envmapi_width(r->Y.mapping, n), at[1] *= n;
+    if (r->Y.mapping == ENVMAP_LATLONG) {
+        int row = (int)envmapi_clamp(at[1], 0, n - 1);
+        const double *edge = r->cosines + row;
+        at[1] = row + envmapi_clamp((edge[0] - d[1]) / (edge[0] - edge[1]), 0, 1);
     }
     return 1;
 }
 
-/* Task: a row of a face of X. */
-static void envmapi_task_overlap(void *context, int row) {
-    const envmapi_resampling *r = (const envmapi_resampling *)context;
-    const envmap *X = r->scatter ? &r->src : &r->dst;
-    envmapi_orbit o;
-    o.face = row / X->size, o.y = row % X->size;
-    /* all maps are their own images in two mirrors */
-    for (o.x = 0; 2 * o.x < envmapi_width(X->mapping, X->size) && 2 * o.y < X->size; ++o.x) {
-        if (!envmapi_orbit_of(&o, r, X)) continue;
-        if (!r->scatter || !envmapi_is_disc(X->mapping) || !envmapi_orbit_points(&o, r))
-            envmapi_orbit_parts(&o, r);
-        for (int k = 0; k < o.count && !r->scatter; ++k) {
-            for (size_t c = 0; c < 3 && o.all > 0; ++c)
-                X->texels[3 * o.texel[k] + c] = (float)(o.sums[k][c] / o.all);
-            if (!(o.all > 0)) envmapi_resample_lookup(r, o.texel[k]);
+/* 2: (x,y) in [-1,1]^2 is beyond the rim of X; 1: it is no more than 4 texels before it. */
+static int envmapi_at_rim(const envmapi_resampling *r, double x, double y) {
+    if (!envmapi_is_disc(r->X.mapping)) return 0;
+    double out = sqrt(x * x + y * y);
+    return out > 1 ? 2 : out > 1 - 8.0 / r->X.size;
+}
+
+/* The corner at (x,y) in [-1,1]^2 of a face of X. */
+static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, int face, double x,
+                              double y) {
+    envmapi_direction(c->d, r->X.mapping, face, 0.5 + 0.5 * x, 0.5 + 0.5 * y);
+    c->face = envmapi_face(r->Y.mapping, c->d);
+    envmapi_place_on(c->at, r, c->face, c->d);
+    c->rim = envmapi_at_rim(r, x, y), c->bend = 0;
+    double across = r->Y.mapping == ENVMAP_LATLONG ? c->d[2] : c->d[1];
+    if (r->Y.mapping != ENVMAP_CUBE)
+        c->bend = 11 / (1e-9 + sqrt(c->d[0] * c->d[0] + across * across));
+}
+
+/* Of how many parts a texel's sides have to be, as lines on a lat-long are bent near its poles, and
+   arcs of a rim are chords. */
+static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner *const c[4]) {
+    double bend = 0, side = 0, parts = r->parts;
+    for (int i = 0; i < 4; ++i) {
+        const double *a = c[i]->d, *b = c[(i + 1) & 3]->d;
+        double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], square = x * x + y * y + z * z;
+        side = square > side ? square : side, bend = c[i]->bend > bend ? c[i]->bend : bend;
+        if (c[i]->rim > 1 && parts < 4 && r->X.mapping == ENVMAP_PARABOLOID) parts = 4;
+    }
+    side *= bend * bend;
+    return (int)(side <= parts * parts ? parts : side < 225 ? ceil(sqrt(side)) : 15);
+}
+
+#define ENVMAPI_CHORDS 4
+
+/* Corners of a quadrangle of X, of the part inside a rim. Near it sides are bent. */
+static int envmapi_part_corners(envmapi_corner *c, const envmapi_resampling *r, int face,
+                                double q[4][2]) {
+    int count = 0;
+    for (int k = 0; k < 4; ++k) {
+        const double *a = q[k], *b = q[(k + 1) & 3];
+        int from = envmapi_at_rim(r, a[0], a[1]), to = envmapi_at_rim(r, b[0], b[1]);
+        double d[2] = {b[0] - a[0], b[1] - a[1]}, t[2] = {0, 1};
+        double aa = a[0] * a[0] + a[1] * a[1] - 1, ad = a[0] * d[0] + a[1] * d[1];
+        double dd = d[0] * d[0] + d[1] * d[1], root = sqrt(fmax(ad * ad - aa * dd, 0));
+        if (from > 1 && to > 1) continue;
+        if (from > 1) t[0] = (-root - ad) / dd;
+        if (to > 1) t[1] = (root - ad) / dd;
+        int pieces = from || to ? ENVMAPI_CHORDS : 1;
+        for (int i = 0; i < pieces + (to > 1); ++i) {
+            double s = t[0] + (t[1] - t[0]) * i / pieces;
+            envmapi_corner_of(c + count++, r, face, a[0] + s * d[0], a[1] + s * d[1]);
         }
     }
+    return count;
+}
+
+/* A texel as n x n quadrangles, on each face of Y that they touch. */
+static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, int n) {
+    double w = n * envmapi_width(r->X.mapping, r->X.size), h = n * r->X.size, q[4][2];
+    envmapi_polygon *p = &o->polygon;
+    envmapi_corner c[4 * ENVMAPI_CHORDS + 8];
+    for (int i = 0; i < n * n; ++i) {
+        for (int k = 0; k < 4; ++k) {
+            q[k][0] = 2 * (o->x * n + i % n + (k == 1 || k == 2)) / w - 1;
+            q[k][1] = 2 * (o->y * n + i / n + (k > 1)) / h - 1;
+        }
+        int count = envmapi_part_corners(c, r, o->face, q), ok = count > 2;
+        for (p->face = 0; p->face < envmap_faces(r->Y.mapping) && count > 2; ++p->face) {
+            p->count = count, ok = 1;
+            for (int k = 0; k < count && ok; ++k)
+                ok = envmapi_place_on(p->at[k], r, p->face, c[k].d);
+            if (ok) envmapi_orbit_cover(o, r);
+        }
+    }
+}
+
+/* Whether a point of Y is `by` cells away from the edges of its face, its folds and its rim. */
+static int envmapi_inside(const envmap *Y, const double at[2], double by) {
+    double n = Y->size, x = fabs(2 * at[0] - n), y = fabs(2 * at[1] - n), most = n - 2 * by;
+    if (Y->mapping == ENVMAP_LATLONG) return y <= most;
+    if (envmapi_is_disc(Y->mapping)) return hypot(x, y) <= most;
+    return fmax(x, y) <= most &&
+           (Y->mapping == ENVMAP_CUBE || (fmin(x, y) >= 2 * by && fabs(n - x - y) >= 4 * by));
+}
+
+#define ENVMAPI_POINTS (ENVMAPI_BOX - 2)
+
+/* Bilinear radiance at points of the texel, at least 3 along a side and one for each cell that it
+   crosses; 0: the texel is too long. Looked up where it is not inside. */
+static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, int inside) {
+    double w[ENVMAPI_BOX][ENVMAPI_BOX], side[2][2], twist[2], longest[2] = {3, 3};
+    double(*p)[2] = o->polygon.at;
+    int n[2], low[2], high[2];
+    o->points = ENVMAPI_POINTS;
+    for (int k = 0; k < 2; ++k) {
+        double a = p[0][k], b = p[1][k], c = p[2][k], d = p[3][k];
+        side[0][k] = b - a, side[1][k] = d - a, twist[k] = a + c - b - d;
+        low[k] = (int)floor(fmin(fmin(a, b), fmin(c, d)) - 0.5);
+        high[k] = (int)floor(fmax(fmax(a, b), fmax(c, d)) + 0.5);
+        if (high[k] - low[k] >= ENVMAPI_BOX) return 0;
+        for (int i = 0; i < 2; ++i)
+            longest[i] = fmax(longest[i], fmax(fabs(side[i][k]), fabs(side[i][k] + twist[k])));
+    }
+    for (int i = 0; i < 2; ++i) n[i] = (int)ceil(longest[i]);
+    o->points = n[0] > n[1] ? n[0] : n[1];
+    if (!inside) return 1;
+    memset(w, 0, sizeof w);
+    for (int i = 0; i < n[0] * n[1]; ++i) {
+        double s = (i % n[0] + 0.5) / n[0], t = (i / n[0] + 0.5) / n[1], each = 1.0 / (n[0] * n[1]);
+        double x = p[0][0] + s * side[0][0] + t * side[1][0] + s * t * twist[0] - 0.5 - low[0];
+        double y = p[0][1] + s * side[0][1] + t * side[1][1] + s * t * twist[1] - 0.5 - low[1];
+        double *to = w[(int)y] + (int)x, *below = to + ENVMAPI_BOX;
+        x -= (int)x, y -= (int)y;
+        to[0] += each * (1 - x) * (1 - y), to[1] += each * x * (1 - y);
+        below[0] += each * (1 - x) * y, below[1] += each * x * y;
+    }
+    o->tap_low = low[0], o->tap_high = high[0];
+    for (int y = low[1]; y <= high[1]; ++y)
+        for (int x = low[0]; x <= high[0]; ++x)
+            envmapi_orbit_tap(o, x, y, w[y - low[1]][x - low[0]]);
+    envmapi_orbit_flush(o, r, o->polygon.face);
+    return 1;
+}
+
+static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
+                                const envmapi_corner *const c[4]) {
+    envmapi_polygon *p = &o->polygon;
+    int parts = envmapi_texel_parts(r, c), whole = 1, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
+    double turn = r->Y.mapping == ENVMAP_LATLONG ? 2 * r->Y.size : 1e9;
+    p->face = c[0]->face, p->count = 4;
+    for (int i = 0; i < 4; ++i) {
+        whole &= c[i]->face == p->face && envmapi_inside(&r->Y, c[i]->at, r->points ? 1.75 : 0);
+        for (int k = 0; k < 3 && octa; ++k) whole &= c[i]->d[k] * c[0]->d[k] > 0;
+        memcpy(p->at[i], c[i]->at, sizeof c[i]->at);
+        p->at[i][0] += turn * floor((p->at[0][0] - p->at[i][0]) / turn + 0.5);
+    }
+    if (r->points && envmapi_orbit_points(o, r, whole && parts <= 2)) return;
+    if (octa || (envmapi_is_disc(r->Y.mapping) && parts > 4)) return;
+    int rim = c[0]->rim | c[1]->rim | c[2]->rim | c[3]->rim;
+    if (whole && parts == 1 && !rim) {
+        envmapi_orbit_cover(o, r);
+        return;
+    }
+    if (r->light && rim > 1) { /* as much as its solid angle, however its sides are bent */
+        o->scale = 0, envmapi_orbit_parts(o, r, parts);
+        if (!(o->all > 0)) return;
+        o->scale = envmapi_texel_cell(NULL, r->X.mapping, r->X.size, o->x, o->y) / o->all;
+    }
+    envmapi_orbit_parts(o, r, parts);
+}
+
+/* Whether a texel's innermost corner lies outside a rim. */
+static int envmapi_beyond(const envmap *map, int x, int y) {
+    double X = fabs(2 * x + 1.0 - map->size) - 1, Y = fabs(2 * y + 1.0 - map->size) - 1;
+    return envmapi_is_disc(map->mapping) && hypot(fmax(X, 0), fmax(Y, 0)) >= map->size;
+}
+
+/* Texel i of dst: sums over their weights, or looked up where there are none. */
+static void envmapi_resample_write(const envmapi_resampling *r, size_t i, const double *sums,
+                                   double all, int points) {
+    for (size_t c = 0; c < 3 && all > 0; ++c)
+        r->dst.texels[3 * i + c] = (float)(sums[c] * (1 / all));
+    if (!(all > 0)) envmapi_resample_lookup(r, i, points);
+}
+
+/* Task: a row of what was scattered. */
+static void envmapi_task_light(void *context, int row) {
+    const envmapi_resampling *r = (const envmapi_resampling *)context;
+    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size), i = (size_t)row * width;
+    for (size_t end = i + width; i < end; ++i)
+        envmapi_resample_write(r, i, r->light + 4 * i, r->light[4 * i + 3], 1);
+}
+
+#define ENVMAPI_SQUARE 8
+
+/* Up to 8 x 8 texels of a face of X. */
+static void envmapi_orbit_square(envmapi_orbit *o, const envmapi_resampling *r, int x0, int y0) {
+    enum { n = ENVMAPI_SQUARE, m = n + 1 };
+    int w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size, known = 0;
+    envmapi_corner c[m * m];
+    for (int i = 0; i < n * n; ++i) {
+        const envmapi_corner *at = c + i / n * m + i % n;
+        const envmapi_corner *const corners[4] = {at, at + 1, at + m + 1, at + m};
+        o->x = x0 + i % n, o->y = y0 + i / n;
+        if (o->x >= w || o->y >= h || !envmapi_orbit_of(o, r)) continue;
+        for (int k = 0; k < m * m && !known; ++k)
+            envmapi_corner_of(c + k, r, o->face, 2.0 * (x0 + k % m) / w - 1,
+                              2.0 * (y0 + k / m) / h - 1);
+        known = 1;
+        if (!envmapi_beyond(&r->X, o->x, o->y)) envmapi_orbit_texel(o, r, corners);
+        for (int k = 0; k < o->count && !r->light; ++k)
+            envmapi_resample_write(r, o->texel[k], o->sums[k], o->all, o->points);
+    }
+}
+
+/* Task: 8 rows of a face of X. */
+static void envmapi_task_overlap(void *context, int band) {
+    const envmapi_resampling *r = (const envmapi_resampling *)context;
+    int n = ENVMAPI_SQUARE, bands = (r->X.size + n - 1) / n;
+    envmapi_orbit o;
+    o.face = band / bands, o.tap_count = 0;
+    for (int i = 0; i < r->turn_count; ++i)
+        if (r->turns[i].dst[o.face].face < o.face) return; /* the images of another face's */
+    for (int x0 = 0; x0 < envmapi_width(r->X.mapping, r->X.size); x0 += n)
+        envmapi_orbit_square(&o, r, x0, band % bands * n);
 }
 
 /* ---- one slice */
 
-/* Between a cube and another map: r->src to r->dst. */
-static envmap_result envmapi_resample_cube(envmapi_resampling *r, const envmap_work *work,
-                                           envmapi_pool *pool) {
-    const envmap *X = r->scatter ? &r->src : &r->dst;
+/* Between two mappings, one of them a cube or a lat-long if means are asked for. */
+static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envmap_work *work,
+                                              envmapi_pool *pool) {
+    int gather = r->points || r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG;
+    size_t texels = envmapi_slice_floats(&r->dst, 0) / 3;
     envmap_work serial = *work;
-    size_t texels = 6 * envmapi_area(ENVMAP_CUBE, r->cube);
-    if (r->scatter) { /* cells are shared by rows */
-        serial.executor.run = NULL;
-        size_t cells = 24 * (size_t)r->cube * ENVMAPI_ROW(r->cube);
-        r->cells = (double *)envmapi_pool_get(pool, cells, sizeof(double));
-        if (!r->cells) return ENVMAP_ERROR_MEMORY;
-        memset(r->cells, 0, cells * sizeof(double));
-    }
+    r->X = gather ? r->dst : r->src, r->Y = gather ? r->src : r->dst;
+    r->parts = (63 + r->X.size) / r->X.size, r->light = NULL;
+    if (r->X.mapping == ENVMAP_OCTAHEDRAL && r->X.size % 2) r->parts += r->parts % 2; /* folds */
     r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
-    if (!r->turns) return ENVMAP_ERROR_MEMORY;
-    r->turn_count = envmapi_turns(r->turns, &r->dst, &r->src), r->fine = 1 + 127 / r->cube;
-    envmap_result result =
-        envmapi_run(&serial, envmapi_task_overlap, r, envmap_faces(X->mapping) * X->size);
-    for (size_t i = 0; i < texels && r->scatter && !result; ++i) {
-        size_t edge = (size_t)r->cube;
-        const double *cell = r->cells + 4 * (i / edge * ENVMAPI_ROW(edge) + i % edge);
-        for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * i + c] = (float)(cell[c] / cell[3]);
-        if (!(cell[3] > 0)) envmapi_resample_lookup(r, i);
-    }
+    r->cosines = (double *)envmapi_pool_get(pool, (size_t)r->Y.size + 1, sizeof(double));
+    if (!gather) r->light = (double *)envmapi_pool_get(pool, 4 * texels, sizeof(double));
+    if (!r->turns || !r->cosines || (!gather && !r->light)) return ENVMAP_ERROR_MEMORY;
+    for (int y = 0; y <= r->Y.size; ++y) r->cosines[y] = cos(ENVMAPI_PI * y / r->Y.size);
+    r->turn_count = envmapi_turns(r->turns, &r->X, &r->Y);
+    if (r->turn_count > 16) r->turn_count = 8; /* of two cubes those that keep faces' axes */
+    if (!gather) memset(r->light, 0, 4 * texels * sizeof(double)), serial.executor.run = NULL;
+    int tasks = envmap_faces(r->X.mapping) * ((r->X.size + ENVMAPI_SQUARE - 1) / ENVMAPI_SQUARE);
+    envmap_result result = envmapi_run(&serial, envmapi_task_overlap, r, tasks);
+    if (!result && !gather)
+        envmapi_run_all(work, envmapi_task_light, r, envmap_faces(r->dst.mapping) * r->dst.size);
     return result;
+}
+
+/* Texels of a map, those inside its rim. */
+static double envmapi_count(const envmap *map) {
+    double texels = (double)envmapi_slice_floats(map, 0) / 3;
+    return envmapi_is_disc(map->mapping) ? texels * ENVMAPI_PI / 4 : texels;
 }
 
 static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_work *work,
                                             envmapi_pool *pool) {
-    const envmap dst = r->dst, src = r->src;
-    int faces = envmap_faces(dst.mapping);
-    double n_dst = (double)envmapi_area(dst.mapping, dst.size) * faces;
-    double n_src = (double)envmapi_area(src.mapping, src.size) * envmap_faces(src.mapping);
-    if (dst.mapping == src.mapping && dst.size == src.size) {
-        memcpy(dst.texels, src.texels, envmapi_slice_floats(&src, 0) * sizeof(float));
+    envmap dst = r->dst, *src = &r->src;
+    int faces = envmap_faces(dst.mapping), n = src->size, same = dst.mapping == src->mapping;
+    double n_dst = envmapi_count(&dst), n_src = envmapi_count(src);
+    if (same && dst.size == n) {
+        memcpy(dst.texels, src->texels, envmapi_slice_floats(src, 0) * sizeof(float));
         return envmapi_tell(&work->progress, 1);
     }
-    if (dst.mapping == src.mapping && dst.size <= src.size) {
-        envmapi_nest nest = {src.texels, dst.texels, src.mapping, src.size, dst.size, faces};
+    if (same && dst.size <= n) {
+        envmapi_nest nest = {src->texels, dst.texels, src->mapping, n, dst.size, faces};
         return envmapi_run(work, envmapi_task_nest, &nest, (dst.size + 1) / 2);
     }
-    if (dst.mapping == src.mapping || n_dst >= 4 * n_src)
-        return envmapi_run(work, envmapi_task_lookup, r, faces * dst.size);
-    r->scatter = src.mapping != ENVMAP_CUBE;
-    if (!r->scatter) r->cube = src.size;
-    else if (dst.mapping != ENVMAP_CUBE) r->cube = (int)ceil(sqrt(fmax(n_src, n_dst) / 3));
-    else r->cube = dst.size * (int)fmax(1, sqrt(n_src / n_dst) / 2);
-    if (!r->scatter || (dst.mapping == ENVMAP_CUBE && r->cube == dst.size))
-        return envmapi_resample_cube(r, work, pool);
-    if (r->cube > ENVMAPI_SIZE_LIMIT) r->cube = ENVMAPI_SIZE_LIMIT;
+    r->points = n_dst > n_src;
+    if (r->points || src->mapping == ENVMAP_CUBE || src->mapping == ENVMAP_LATLONG ||
+        dst.mapping == ENVMAP_CUBE || dst.mapping == ENVMAP_LATLONG)
+        return envmapi_resample_overlap(r, work, pool);
+    /* by way of a finer cube */
     envmapi_part first, second;
     envmap_work part = envmapi_work_part(&first, work, 0, 1, 2);
-    size_t floats = 18 * envmapi_area(ENVMAP_CUBE, r->cube);
-    r->dst.mapping = ENVMAP_CUBE, r->dst.size = r->cube;
+    r->dst.mapping = ENVMAP_CUBE;
+    r->dst.size = (int)envmapi_clamp(ceil(sqrt(n_src / 3)), 1, ENVMAPI_SIZE_LIMIT);
+    size_t floats = envmapi_slice_floats(&r->dst, 0);
     r->dst.texels = (float *)envmapi_pool_get(pool, floats, sizeof(float));
-    envmap_result result =
-        r->dst.texels ? envmapi_resample_cube(r, &part, pool) : ENVMAP_ERROR_MEMORY;
+    if (!r->dst.texels) return ENVMAP_ERROR_MEMORY;
+    envmap_result result = envmapi_resample_overlap(r, &part, pool);
     part = envmapi_work_part(&second, work, 1, 1, 2);
-    r->src = r->dst, r->dst = dst, r->between = 1;
-    return result ? result : envmapi_resample_slice(r, &part, pool);
+    *src = r->dst, r->dst = dst;
+    return result ? result : envmapi_resample_overlap(r, &part, pool);
 }
 
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
@@ -2303,28 +2481,12 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
         memset(&r, 0, sizeof r), envmapi_pool_free(&pool, kept);
         r.src = *src, r.dst = *dst, r.src.levels = r.src.slices = r.dst.slices = 1;
         r.src.texels = envmapi_image(src, 0, slice, 0), r.dst.texels = out + (size_t)slice * floats;
-        r.last = r.dst;
         result = envmapi_resample_slice(&r, &one, &pool);
     }
     if (!result && out != dst->texels) memcpy(dst->texels, out, floats * slices * sizeof(float));
     envmapi_pool_free(&pool, 0);
     if (!result && src->slices == 1) envmapi_copy_slices(dst, 0, dst->slices);
     return result;
-}
-
-/* ---- spans, for footprints */
-
-/* From a to b in texels of a face of edge `edge`, along u and v, seen on the face of d. */
-static void envmapi_span(double texels[2], int mapping, int edge, const double d[3],
-                         const double a[3], const double b[3]) {
-    double from[2], to[2];
-    int face = envmapi_face(mapping, d);
-    envmapi_project(from, mapping, face, a);
-    envmapi_project(to, mapping, face, b);
-    if (mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_image(to, from);
-    double du = to[0] - from[0];
-    if (mapping == ENVMAP_LATLONG) du -= floor(du + 0.5);
-    texels[0] = du * envmapi_width(mapping, edge), texels[1] = (to[1] - from[1]) * edge;
 }
 
 /* ------------------------------------------------------------------------------------- >>pfm --
