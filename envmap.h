@@ -606,7 +606,7 @@ typedef struct envmap_plan {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, work, prepared
-   Errors: those of envmap_filter.  Cost: 0.3 to 0.7 times the filter's; memory as FAST's.
+   Errors: those of envmap_filter.  Cost: half the filter's, 0.9 at most; memory as FAST's.
    Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
