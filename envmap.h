@@ -279,13 +279,16 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    slice for all):
      L_j = sum_i A_ij L_i / sum_i A_ij      A_ij: the solid angle that texels i and j have in common
    so a constant stays, and so does the energy of every texel: within 1 % where dst is as coarse as
-   src or coarser, mostly 0.1 % (texels that a rim cuts: 5 %), and the whole map's within 1e-4 (a
-   sphere map's: 5e-4). Where dst is finer, boxes are smoothed; from four times as many texels on,
-   and to a larger size of the same mapping, it is bilinear src at the texel's centre. Same mapping
-   and size: the same texels.
-   work    NULL: serial, silent. From other maps than cubes serial in any case
-   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory up to
-   32 bytes a texel of a cube as fine as both.  Source: [Jones99].  Test: resampling_* . */
+   src or coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4 (a
+   sphere map's, and an angular map's that becomes finer: 5e-4). Where dst has more texels, L_j is
+   the mean of bilinear src at points of texel j, which keeps the whole map's energy, not that of
+   single texels. Same mapping and size: the same texels.
+   work    NULL: serial, silent. The executor runs rows, of src or dst; one thread does what a disc
+           or an octahedral map is cut up for, where dst is no finer
+   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory 8
+   bytes a row and 20 KB; from discs and octahedral maps to others 32 bytes a texel of dst or of a
+   cube twice as fine as src; with progress or several slices, a copy of the result too.
+   Source: [Jones99].  Test: resampling_* . */
 ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src, const envmap_work *work);
 
 /* ------------------------------------------------------------------------------------- >>pfm -- */
@@ -433,8 +436,9 @@ ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double 
               (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
               floats overflow or vanish, it is every texel again
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
-   With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16
-   sets of coefficients, for 3 bands also of 144 rows of the map.  Test:
+   With a tolerance O(texels + bands^3) and the memory of the map and 1000 bands^2 bytes, as FAST;
+   without O(texels bands^2) and that of 16 sets of coefficients, for 3 bands also of 144 rows of
+   the map.  Test:
    a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
@@ -448,7 +452,7 @@ ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int
    tolerance  0, and below 1e-6: every coefficient, in double; also for numbers near the ends of
               floats. Otherwise the relative rms error
    Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then
-   stays as it was.  With a tolerance O(texels + bands^3), without O(texels bands^2).
+   stays as it was.  Time and memory as envmap_sh_project's; without a tolerance the level's.
    Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
                                         int bands, double tolerance, const envmap_work *work);
@@ -547,6 +551,10 @@ typedef struct envmap_filter_desc {
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
    darkest texels may be off by more than 20 tolerances.
+   Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 13 S + D;
+   FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
+   two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
+   executor.  Test: tests/test_memory.c.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
@@ -562,7 +570,7 @@ ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
    prepared  its memory context set, or zero; overwritten without freeing
    lobes     1 .. 32: those that will be asked for, or the sharpest of them
    desc      tolerance, executor
-   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY.
+   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY.  Memory as FAST's.
    Test: a_prepared_source_gives_the_same_map. */
 ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
                                         const envmap_lobe *lobes, int count,
@@ -598,7 +606,7 @@ typedef struct envmap_plan {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, work, prepared
-   Errors: those of envmap_filter.  Cost: 0.5 to 1 times the filter's, more for lobes with slices.
+   Errors: those of envmap_filter.  Cost: 0.3 to 0.7 times the filter's; memory as FAST's.
    Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
@@ -636,7 +644,8 @@ typedef struct envmap_frame {
    Models narrower than two texels of map see single texels: resample it to a finer map first.
    Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r
    negative or not finite), MEMORY, CANCELLED; rgb then stays as it was.
-   O(texels * count), in double.  Thread-safe.  Source [KVHS00] eq. 1.  Test: eq_1_* . */
+   O(texels * count), in double; 40 bytes a texel.  Thread-safe.  Source [KVHS00] eq. 1.
+   Test: eq_1_* . */
 ENVMAP_API envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
                                          const envmap_frame *frames, int count,
                                          const envmap_work *work);
@@ -703,7 +712,7 @@ ENVMAP_API double envmap_ggx_multiple(double f0, double scale, double bias);
 
 /* values[y][x] = (scale, bias), [size][size][2], at texel centres: n.v = (x + 1/2)/size, roughness
    = (y + 1/2)/size, alpha = roughness^2.  size 1 .. 1024.  The executor runs rows.
-   Errors: ARGUMENT, MEMORY, CANCELLED; values then stay as they were. */
+   Errors: ARGUMENT, MEMORY (as much again), CANCELLED; values then stay as they were. */
 ENVMAP_API envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work);
 
 /* level = (levels - 1) r (1 + bend - bend r) and its inverse: where in a chain a roughness lies.
@@ -743,7 +752,7 @@ typedef struct envmap_difference {
 /* How far level `level` of a is from b, the truth; texels outside a rim (w = 0) do not count.
    Black b: 0 where a is black too, else infinity.
    Errors: ARGUMENT (maps of different mapping, edge or slices), RADIANCE (NaN, Inf).
-   Thread-safe.  Test: differences_*. */
+   Allocates nothing.  Thread-safe.  Test: differences_*. */
 ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
                                         const envmap *b, int level);
 
@@ -992,7 +1001,7 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
 
 /* _add: y += a x. _mad: y += x z. _at: lanes in memory. _solve: (1, 26, 66, 26, 1)/120 c = f in
    place, see envmapi_spline_factor: n items `step` numbers apart, each of 1 .. 4 groups of lanes
-   `apart` numbers apart, which hide each other's latency. */
+   `apart` numbers apart, which hide each other's latency; their factors are `each` rows apart. */
 #define ENVMAPI_LANES(type, scalar, lanes)                                                         \
     ENVMAPI_LANE_TYPE(type, scalar, lanes);                                                        \
     ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
@@ -1003,14 +1012,14 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
     }                                                                                              \
     ENVMAPI_INLINE type *type##_at(const scalar *x) { return (type *)(uintptr_t)x; }               \
     ENVMAPI_INLINE void type##_solve(scalar *f, int n, size_t step, int groups, size_t apart,      \
-                                     double(*factors)[3]) {                                        \
+                                     double(*factors)[3], int each) {                              \
         type one[4], two[4];                                                                       \
         memset(one, 0, sizeof one), memset(two, 0, sizeof two);                                    \
         for (int i = 0; i < n; ++i)                                                                \
             for (int g = 0; g < groups; ++g) {                                                     \
                 type *now = type##_at(f + (size_t)i * step + (size_t)g * apart);                   \
-                type##_add(now, (scalar)-factors[i][1], one + g);                                  \
-                type##_add(now, (scalar)-factors[i][2], two + g);                                  \
+                type##_add(now, (scalar)-factors[i + g * each][1], one + g);                       \
+                type##_add(now, (scalar)-factors[i + g * each][2], two + g);                       \
                 two[g] = one[g], one[g] = *now;                                                    \
             }                                                                                      \
         memset(one, 0, sizeof one), memset(two, 0, sizeof two);                                    \
@@ -1018,9 +1027,9 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
             for (int g = 0; g < groups; ++g) {                                                     \
                 type *now = type##_at(f + (size_t)i * step + (size_t)g * apart), done;             \
                 memset(&done, 0, sizeof done);                                                     \
-                type##_add(&done, (scalar)(120 * factors[i][0]), now);                             \
-                type##_add(&done, (scalar)-factors[i + 1][1], one + g);                            \
-                type##_add(&done, (scalar)-factors[i + 2][2], two + g);                            \
+                type##_add(&done, (scalar)(120 * factors[i + g * each][0]), now);                  \
+                type##_add(&done, (scalar)-factors[i + 1 + g * each][1], one + g);                 \
+                type##_add(&done, (scalar)-factors[i + 2 + g * each][2], two + g);                 \
                 two[g] = one[g], one[g] = *now = done;                                             \
             }                                                                                      \
     }
@@ -1272,6 +1281,7 @@ ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const floa
                  tan(w/2) = |abc| / (|a||b||c| + a.b |c| + b.c |a| + c.a |b|)
    Radiance: _add_trilinear has two slices times two levels, each _add_lookup one face or near the
    paraboloids' rim both, each _add_bilinear 2 x 2 texels, each _add_tap one, maybe a neighbour's.
+   Turns and mirrors that take texels to texels are for >>resample and >>near, spans for >>mips.
    Tests: tests/test_maps.c; solid_angles_are_the_integral_over_the_texel,
    lookups_are_of_second_order, lookups_are_continuous_across_seams. */
 
@@ -1447,14 +1457,21 @@ static double envmapi_disc_side(double *sums, int mapping, const double a[2], co
 
 /* A of four corners, as the argument of a product of complex numbers: one arc tangent, not four,
    and for a small cell its series, which is as exact and takes a fifth of the time. */
-static double envmapi_cube_cell(double x0, double y0, double x1, double y1) {
-    double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0;
-    double s11 = sqrt(a + p), s00 = sqrt(b + q), s01 = sqrt(b + p), s10 = sqrt(a + q);
+ENVMAPI_INLINE void envmapi_cube_turn(double to[2], double x0, double y0, double x1, double y1,
+                                      double s00, double s01, double s10, double s11) {
     double re = s11 * s00 - x1 * y1 * x0 * y0, im = s11 * x0 * y0 + s00 * x1 * y1;
     double less_re = s01 * s10 - x0 * y1 * x1 * y0, less_im = s01 * x1 * y0 + s10 * x0 * y1;
-    double y = im * less_re - re * less_im, x = re * less_re + im * less_im, z = y / x, zz = z * z;
-    if (!(fabs(z) < 0.02 && x > 0)) return atan2(y, x);
+    to[0] = re * less_re + im * less_im, to[1] = im * less_re - re * less_im;
+}
+ENVMAPI_INLINE double envmapi_small_atan(double z) {
+    double zz = z * z;
     return z * (1 - zz * (1 / 3.0 - zz * (1 / 5.0 - zz * (1 / 7.0 - zz / 9))));
+}
+static double envmapi_cube_cell(double x0, double y0, double x1, double y1) {
+    double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0, to[2];
+    envmapi_cube_turn(to, x0, y0, x1, y1, sqrt(b + q), sqrt(b + p), sqrt(a + q), sqrt(a + p));
+    int small = fabs(to[1]) < 0.02 * to[0];
+    return small ? envmapi_small_atan(to[1] / to[0]) : atan2(to[1], to[0]);
 }
 
 /* Solid angle of a triangle of three rays. */
@@ -1686,6 +1703,83 @@ ENVMAPI_BODY void envmap_lookup(float rgb[3], const envmap *map, const float dir
     envmap_lookup_slice(rgb, map, dir, map ? map->p0 : 0, level);
 }
 
+/* ---- symmetries: turns and mirrors that take axes to axes, and texels to texels */
+
+/* Where a turn takes texel (x,y) of a face: to (x0 + xx x + xy y, y0 + yx x + yy y) of `face`. */
+typedef struct envmapi_place {
+    int face, x0, y0, xx, xy, yx, yy;
+} envmapi_place;
+typedef struct envmapi_turn {
+    envmapi_place src[6], dst[6];
+} envmapi_turn;
+
+/* Turn t of 48: axes are permuted, t / 8, and some change their sign, t % 8. 0 where texels do not
+   go to texels. Four probes tell: three define the place, the fourth must agree. */
+static int envmapi_turn_place(envmapi_place *place, int t, int mapping, int edge, int face) {
+    static const signed char axes[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                           {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    static const double probes[4][2] = {{0.5, 0.5}, {0.6, 0.5}, {0.5, 0.6}, {0.3, 0.65}};
+    double d[3], turned[3], at[4][2], width = envmapi_width(mapping, edge), off = 0;
+    int slope[4];
+    for (int i = 0; i < 4; ++i) {
+        envmapi_direction(d, mapping, face, probes[i][0], probes[i][1]);
+        for (int c = 0; c < 3; ++c) turned[c] = (t >> c & 1 ? -1 : 1) * d[axes[t / 8][c]];
+        if (!i) place->face = envmapi_face(mapping, turned);
+        envmapi_project(at[i], mapping, place->face, turned);
+        for (int c = 0; c < 2 && i; ++c) {
+            double apart = at[i][c] - at[0][c];
+            if (mapping == ENVMAP_LATLONG && !c) apart -= floor(apart + 0.5);
+            if (i < 3) slope[2 * (i - 1) + c] = (int)floor(10 * apart + 0.5);
+            off += i < 3 ? fabs(apart - 0.1 * slope[2 * (i - 1) + c])
+                         : fabs(apart + 0.2 * slope[c] - 0.15 * slope[2 + c]);
+        }
+    }
+    double x0 = width * at[0][0] - 0.5 + slope[0] * (1 - width) / 2 + slope[2] * (1.0 - edge) / 2;
+    double y0 = edge * at[0][1] - 0.5 + slope[1] * (1 - width) / 2 + slope[3] * (1.0 - edge) / 2;
+    place->x0 = (int)floor(x0 + 0.5), place->y0 = (int)floor(y0 + 0.5);
+    place->xx = slope[0], place->yx = slope[1], place->xy = slope[2], place->yy = slope[3];
+    return off + fabs(x0 - place->x0) + fabs(y0 - place->y0) < 1e-6;
+}
+
+/* All turns that serve both maps; returns how many. The first is none. */
+static int envmapi_turns(envmapi_turn turns[48], const envmap *dst, const envmap *src) {
+    int count = 0;
+    for (int t = 0; t < 48; ++t) {
+        int serves = 1;
+        envmapi_turn *turn = turns + count;
+        for (int face = 0; face < envmap_faces(src->mapping); ++face)
+            serves &= envmapi_turn_place(turn->src + face, t, src->mapping, src->size, face);
+        for (int face = 0; face < envmap_faces(dst->mapping); ++face)
+            serves &= envmapi_turn_place(turn->dst + face, t, dst->mapping, dst->size, face);
+        count += serves;
+    }
+    return count;
+}
+
+/* The texel that a turn takes (x,y) of a face to. */
+static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, int y) {
+    int w = envmapi_width(map->mapping, map->size), at = to->x0 + to->xx * x + to->xy * y;
+    size_t row = (size_t)to->face * (size_t)map->size + (size_t)(to->y0 + to->yx * x + to->yy * y);
+    return row * (size_t)w + (size_t)(at < 0   ? at + w
+                                      : at < w ? at
+                                               : at - w); /* a lat-long's seam */
+}
+
+/* ---- spans, for footprints */
+
+/* From a to b in texels of a face of edge `edge`, along u and v, seen on the face of d. */
+static void envmapi_span(double texels[2], int mapping, int edge, const double d[3],
+                         const double a[3], const double b[3]) {
+    double from[2], to[2];
+    int face = envmapi_face(mapping, d);
+    envmapi_project(from, mapping, face, a);
+    envmapi_project(to, mapping, face, b);
+    if (mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_image(to, from);
+    double du = to[0] - from[0];
+    if (mapping == ENVMAP_LATLONG) du -= floor(du + 0.5);
+    texels[0] = du * envmapi_width(mapping, edge), texels[1] = (to[1] - from[1]) * edge;
+}
+
 /* ---- cleaning ---- */
 
 /* One number; tells in energy what the limit takes of it, and whether it was fit to filter. */
@@ -1710,13 +1804,15 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
     memset(&out, 0, sizeof out);
     for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
         if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
-    for (size_t i = 0; i < count; ++i) {
-        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(i % area % width),
-                                      (int)(i % area / width));
-        int fit = 1;
-        for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
-            fit &= envmapi_clean_number(number, most, &out, energy, w);
-        solid += w, replaced += fit ? 0 : w;
+    for (size_t t = 0; t < area; ++t) { /* its solid angle is alike on all faces */
+        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(t % width),
+                                      (int)(t / width));
+        for (size_t i = t; i < count; i += area) {
+            int fit = 1;
+            for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
+                fit &= envmapi_clean_number(number, most, &out, energy, w);
+            solid += w, replaced += fit ? 0 : w;
+        }
     }
     out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
     if (cleaned) *cleaned = out;
@@ -1728,21 +1824,17 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    that texel i of src and texel j of dst have in common,
        L_j = sum_i A_ij L_i / sum_i A_ij          sum_i A_ij = w_j     sum_j A_ij = w_i
    so constants stay, and so does the energy of each texel, to second order.
-     one mapping, fewer texels   rectangles                                   envmapi_task_nest
-     more than 2 x finer         bilinear radiance at the centres             envmapi_task_lookup
-     a cube and another map X    X's texels as polygons on the cube's faces   envmapi_task_overlap
-     two others                  by way of a finer cube                       envmapi_resample_slice
-   A polygon's sides are straight on a face. Its neighbours have the same sides, so that polygons
-   cover each cell of the cube once, whatever the sides' true shape is. Symmetries that the cube has
-   in common with X (16 for a lat-long) serve one polygon to as many texels.
-   Where j is smaller than i, boxes would show: i is spread by a box of t = 2 (1 - r) of its
-   extents, r being the ratio of the extents: the polygon is moved to both sides by the box's
-   deviation.
-   A side of 1/16 rad is straight enough; a face has 128 cells at least; a texel that a rim cuts is
-   24 x 24 points, one beside it 8 x 8.  Test: resampling_keeps_the_energy_of_each_texel fails with
-   a quarter of these, or 12 x 12. Beside is r > 0.9 and nearer than 16 texels, where no test fails
-   without.
-   >>mips uses envmapi_task_nest and envmapi_span.  Source: [Jones99], first order.
+     one mapping, fewer texels     rectangles                               envmapi_task_nest
+     dst finer                     bilinear radiance at points of dst       envmapi_orbit_points
+     src a cube or a lat-long      texels X of dst, polygons on cells Y     envmapi_orbit_cover
+     dst a cube or a lat-long      texels X of src, polygons on cells Y     envmapi_task_light
+     else                          by way of a finer cube                   envmapi_resample_slice
+   A polygon's sides are straight on a face of Y, and its neighbours have the same sides, so that
+   polygons cover each cell once, whatever the sides' true shape is. Rows of a lat-long are as high
+   there as their solid angle. Near its poles, and where a rim cuts them, texels are divided. Turns
+   that both maps have in common (16 of a cube and a lat-long) serve one polygon to as many texels,
+   an orbit. A cell is everywhere as dense as at its centre, so a cube's face has 128 at least.
+   >>mips uses envmapi_task_nest.  Source: [Jones99], first order.
    Tests: tests/test_maps.c; resampling_* . */
 
 /* ---- one mapping */
@@ -1830,442 +1922,543 @@ static void envmapi_task_nest(void *context, int y) {
             envmapi_nest_texel(n, first, n->images - first < 16 ? n->images - first : 16, x, y);
 }
 
-/* ---- symmetries: turns and mirrors that take axes to axes, and texels to texels */
-
-/* Where a turn takes texel (x,y) of a face: to (x0 + xx x + xy y, y0 + yx x + yy y) of `face`. */
-typedef struct envmapi_place {
-    int face, x0, y0, xx, xy, yx, yy;
-} envmapi_place;
-typedef struct envmapi_turn {
-    envmapi_place src[6], dst[6];
-} envmapi_turn;
-
-/* Turn t of 48: axes are permuted, t / 8, and some change their sign, t % 8. 0 where texels do not
-   go to texels. Four probes tell: three define the place, the fourth must agree. */
-static int envmapi_turn_place(envmapi_place *place, int t, int mapping, int edge, int face) {
-    static const signed char axes[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
-                                           {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-    static const double probes[4][2] = {{0.5, 0.5}, {0.6, 0.5}, {0.5, 0.6}, {0.3, 0.65}};
-    double d[3], turned[3], at[4][2], width = envmapi_width(mapping, edge), off = 0;
-    int slope[4];
-    for (int i = 0; i < 4; ++i) {
-        envmapi_direction(d, mapping, face, probes[i][0], probes[i][1]);
-        for (int c = 0; c < 3; ++c) turned[c] = (t >> c & 1 ? -1 : 1) * d[axes[t / 8][c]];
-        if (!i) place->face = envmapi_face(mapping, turned);
-        envmapi_project(at[i], mapping, place->face, turned);
-        for (int c = 0; c < 2 && i; ++c) {
-            double apart = at[i][c] - at[0][c];
-            if (mapping == ENVMAP_LATLONG && !c) apart -= floor(apart + 0.5);
-            if (i < 3) slope[2 * (i - 1) + c] = (int)floor(10 * apart + 0.5);
-            off += i < 3 ? fabs(apart - 0.1 * slope[2 * (i - 1) + c])
-                         : fabs(apart + 0.2 * slope[c] - 0.15 * slope[2 + c]);
-        }
-    }
-    double x0 = width * at[0][0] - 0.5 + slope[0] * (1 - width) / 2 + slope[2] * (1.0 - edge) / 2;
-    double y0 = edge * at[0][1] - 0.5 + slope[1] * (1 - width) / 2 + slope[3] * (1.0 - edge) / 2;
-    place->x0 = (int)floor(x0 + 0.5), place->y0 = (int)floor(y0 + 0.5);
-    place->xx = slope[0], place->yx = slope[1], place->xy = slope[2], place->yy = slope[3];
-    return off + fabs(x0 - place->x0) + fabs(y0 - place->y0) < 1e-6;
-}
-
-/* All turns that serve both maps; returns how many. The first is none. */
-static int envmapi_turns(envmapi_turn turns[48], const envmap *dst, const envmap *src) {
-    int count = 0;
-    for (int t = 0; t < 48; ++t) {
-        int serves = 1;
-        envmapi_turn *turn = turns + count;
-        for (int face = 0; face < envmap_faces(src->mapping); ++face)
-            serves &= envmapi_turn_place(turn->src + face, t, src->mapping, src->size, face);
-        for (int face = 0; face < envmap_faces(dst->mapping); ++face)
-            serves &= envmapi_turn_place(turn->dst + face, t, dst->mapping, dst->size, face);
-        count += serves;
-    }
-    return count;
-}
-
-/* The texel that a turn takes (x,y) of a face to. */
-static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, int y) {
-    int w = envmapi_width(map->mapping, map->size), at = to->x0 + to->xx * x + to->xy * y;
-    size_t row = (size_t)to->face * (size_t)map->size + (size_t)(to->y0 + to->yx * x + to->yy * y);
-    return row * (size_t)w + (size_t)(at < 0   ? at + w
-                                      : at < w ? at
-                                               : at - w); /* a lat-long's seam */
-}
-
 /* ---- bilinear radiance */
 
+/* Texels of X are polygons on the cells of Y. */
 typedef struct envmapi_resampling {
-    envmap dst, src, last; /* one slice each; last: of the whole, its texels are the result's */
-    int cube;      /* edge of the cube of whose cells polygons are made: dst, src or between */
-    int fine;      /* each cell is fine x fine ones, or its density would be too coarse */
-    int scatter;   /* from X to the cube; else from it */
-    int between;   /* src is a finer cube than dst needs: no box of it shows */
-    double *cells; /* to be scattered to: RGB and solid angle */
+    envmap dst, src, X, Y; /* one slice each; Y: src, or dst where it is to be scattered to */
+    int points;            /* dst is finer: bilinear radiance at points of X */
+    int parts;             /* a texel is parts x parts polygons */
+    double *cosines;       /* of the edges of Y's rows where it is a lat-long */
+    double *light;         /* scattered: RGB and solid angle of texels of dst; NULL: gathered */
     int turn_count;
-    envmapi_turn *turns; /* at most 16: one of the maps is no cube */
+    envmapi_turn *turns; /* at most 16 */
 } envmapi_resampling;
 
-/* A texel of dst: src at its centre. */
-static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel) {
-    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size), row = texel / width;
-    double d[3], rgb[3] = {0, 0, 0};
+/* A texel of dst: src at its centre, or the mean of n x n points, those inside a rim. */
+static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, int n) {
+    int mapping = r->dst.mapping, size = r->dst.size, w = envmapi_width(mapping, size);
+    int row = (int)(texel / (size_t)w), x = (int)(texel % (size_t)w);
+    double d[3], uv[2], rgb[3] = {0, 0, 0}, all = 0;
     envmapi_level level = envmapi_level_of(&r->src, 0, 0);
-    envmapi_texel_direction(d, r->dst.mapping, (int)row / r->dst.size, r->dst.size,
-                            (int)(texel % width), (int)row % r->dst.size);
-    envmapi_add_lookup(rgb, &level, d, 1);
-    for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * texel + c] = (float)rgb[c];
-}
-
-/* Task: a row of a face. */
-static void envmapi_task_lookup(void *context, int row) {
-    const envmapi_resampling *r = (const envmapi_resampling *)context;
-    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size);
-    for (size_t x = 0; x < width; ++x) envmapi_resample_lookup(r, (size_t)row * width + x);
-}
-
-/* ---- polygons */
-
-#define ENVMAPI_BOX 16
-
-/* Cells of a face, and how much of each polygons cover. */
-typedef struct envmapi_box {
-    int x, y, width, height;
-    double area[ENVMAPI_BOX * ENVMAPI_BOX];
-} envmapi_box;
-
-/* An area is the integral of x dy around it: what lies to the left of a piece of a side, within a
-   cell or to its right, counts. A number is the difference from that of the next cell to the
-   right. */
-static void envmapi_box_piece(envmapi_box *box, double x, double y0, double y1, double sign) {
-    int row = (int)floor((y0 + y1) / 2) - box->y, at = (int)floor(x), column = at - box->x;
-    double dy = sign * (y1 - y0), part = dy * (x - at);
-    if (row < 0 || row >= box->height || column < 0) return;
-    if (column >= box->width) column = box->width - 1, part = dy;
-    box->area[row * box->width + column] += part;
-    if (column > 0) box->area[row * box->width + column - 1] += dy - part;
-}
-
-/* A side from a to b, cell by cell. */
-static void envmapi_box_side(envmapi_box *box, const double a[2], const double b[2], double sign) {
-    double slope[2] = {b[0] - a[0], b[1] - a[1]}, next[2], by[2], s = 0, y0 = a[1];
-    if (!(fabs(slope[1]) > 0)) return;
-    for (int k = 0; k < 2; ++k) { /* where it leaves the cell, and the cells after it */
-        double edge = slope[k] > 0 ? floor(a[k]) + 1 : ceil(a[k]) - 1;
-        int moves = fabs(slope[k]) > 1e-12;
-        next[k] = moves ? (edge - a[k]) / slope[k] : 2, by[k] = moves ? 1 / fabs(slope[k]) : 2;
+    for (int i = 0; i <= n * n; ++i) { /* the last one, where all others lie outside */
+        double u = (x + (i % n + 0.5) / n) / w, v = (row % size + (i / n + 0.5) / n) / size;
+        double rho = i < n * n ? envmapi_density(mapping, u, v) : 1;
+        int outside = envmapi_is_disc(mapping) && hypot(2 * u - 1, 2 * v - 1) > 1;
+        if (i < n * n ? outside : all > 0) continue;
+        envmapi_texel_cell(uv, mapping, size, x, row % size);
+        envmapi_direction(d, mapping, row / size, i < n * n ? u : uv[0], i < n * n ? v : uv[1]);
+        envmapi_add_lookup(rgb, &level, d, rho), all += rho;
     }
-    while (s < 1) {
-        int k = next[1] < next[0];
-        double end = next[k] < 1 ? next[k] : 1, y1 = end < 1 ? a[1] + slope[1] * end : b[1];
-        envmapi_box_piece(box, a[0] + slope[0] * (s + end) / 2, y0, y1, sign);
-        y0 = y1, s = end, next[k] += by[k];
+    for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * texel + c] = (float)(rgb[c] / all);
+}
+
+/* ---- how much of cells a polygon covers */
+
+#define ENVMAPI_BOX 10
+
+/* A polygon, its corners in cells; some cells, and the area of it in each, see _box_row. */
+typedef struct envmapi_polygon {
+    double at[28][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
+    int count, face, x, y, width, height;
+} envmapi_polygon;
+
+/* A piece of a side within a row of cells, dy high: adds what lies to its right. A number is the
+   difference from that of the cell before. */
+static void envmapi_box_row(double *row, int width, double from, double to, double dy) {
+    double left = from < to ? from : to, right = from < to ? to : from;
+    int x = left > 0 ? (int)left : 0;
+    if (x >= width) return;
+    if (right <= 0) {
+        row[0] += dy;
+    } else if (left >= 0 && right <= x + 1) {
+        double part = dy * ((left + right) / 2 - x);
+        row[x] += dy - part, row[x + 1] += part;
+    } else {
+        double slope = dy / (right - left);
+        if (left < 0) row[0] -= slope * left, left = 0;
+        for (; left < right && x < width; ++x) {
+            double end = right < x + 1 ? right : x + 1, piece = slope * (end - left);
+            double part = piece * ((left + end) / 2 - x);
+            row[x] += piece - part, row[x + 1] += part, left = end;
+        }
     }
 }
 
-/* Quadrangles, corners in cells. */
-static void envmapi_box_fill(envmapi_box *box, double p[][2], int corners) {
-    memset(box->area, 0, (size_t)(box->width * box->height) * sizeof(double));
-    for (int i = 0; i < corners; i += 4) {
-        double area = (p[i + 2][0] - p[i][0]) * (p[i + 3][1] - p[i + 1][1]) -
-                      (p[i + 2][1] - p[i][1]) * (p[i + 3][0] - p[i + 1][0]);
-        for (int k = 0; k < 4; ++k)
-            envmapi_box_side(box, p[i + k], p[i + (k + 1) % 4], area > 0 ? 1 : -1);
+/* A side, in cells of the box, row by row. */
+static void envmapi_box_side(envmapi_polygon *box, double x0, double y0, double x1, double y1) {
+    double sign = 1, height = box->height;
+    if (y0 > y1) {
+        double x = x0, y = y0;
+        x0 = x1, y0 = y1, x1 = x, y1 = y, sign = -1;
     }
-    for (int y = 0; y < box->height; ++y)
-        for (int x = box->width - 1; x > 0; --x)
-            box->area[y * box->width + x - 1] += box->area[y * box->width + x];
+    if (!(y0 < y1) || y1 <= 0 || y0 >= height || (x0 >= box->width && x1 >= box->width)) return;
+    double slope = (x1 - x0) / (y1 - y0);
+    if (y0 < 0) x0 -= slope * y0, y0 = 0;
+    if (y1 > height) y1 = height;
+    for (int y = (int)y0; y0 < y1; ++y) {
+        double end = y1 < y + 1 ? y1 : y + 1, x = x0 + slope * (end - y0);
+        envmapi_box_row(box->area[y], box->width, x0, x, sign * (end - y0));
+        x0 = x, y0 = end;
+    }
+}
+
+/* Each cell is fine x fine ones. */
+static void envmapi_box_fill(envmapi_polygon *p, double fine) {
+    memset(p->area, 0, (size_t)p->height * sizeof p->area[0]);
+    for (int i = 0; i < p->count; ++i) {
+        const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
+        envmapi_box_side(p, a[0] * fine - p->x, a[1] * fine - p->y, b[0] * fine - p->x,
+                         b[1] * fine - p->y);
+    }
+}
+
+/* On a lat-long of n rows corners follow one another without a jump at the seam. Where the polygon
+   holds a pole, or has a corner there, it is closed along the edge of the first or last row. */
+static void envmapi_polygon_unroll(envmapi_polygon *p, int n) {
+    double at[28][2], width = 2 * n, edge = p->at[0][1] < 0.5 * n ? 0 : n, end;
+    int corner = -1, count = p->count;
+    memcpy(at, p->at, (size_t)count * sizeof at[0]);
+    for (int i = 0; i < count; ++i)
+        if (at[i][1] < 1e-12 || at[i][1] > n - 1e-12) corner = i;
+    if (corner >= 0) p->count = --count;
+    for (int i = 0; i < count; ++i) {
+        memcpy(p->at[i], at[(corner + 1 + i) % (count + (corner >= 0))], sizeof at[0]);
+        if (i) p->at[i][0] += width * floor((p->at[i - 1][0] - p->at[i][0]) / width + 0.5);
+    }
+    double start = p->at[0][0], last = p->at[count - 1][0];
+    end = corner >= 0 ? last : start + width * floor((last - start) / width + 0.5);
+    if (corner < 0 && !(fabs(end - start) > 0)) return;
+    double more[3][2] = {{end, corner < 0 ? p->at[0][1] : edge}, {end, edge}, {start, edge}};
+    memcpy(p->at[count], more, sizeof more), p->count += 3;
 }
 
 /* ---- a texel of X and its images */
 
 typedef struct envmapi_orbit {
     int face, x, y, count;
-    size_t texel[16];              /* images, each once */
-    const envmapi_place *cube[16]; /* where a turn that leads there takes the cube's faces */
-    double light[16][4];           /* to be scattered: RGB, 1 */
-    double sums[16][3], all;       /* gathered, and the solid angle; or what was scattered */
+    size_t texel[16];            /* images, each once */
+    const envmapi_place *at[16]; /* where a turn that leads there takes the faces of Y */
+    double sums[16][4], all;     /* RGB, gathered or to be scattered; solid angle */
+    double scale;                /* of what is scattered; 0: nothing yet */
+    struct {
+        int x, y;
+        double w;
+    } taps[ENVMAPI_BOX * ENVMAPI_BOX]; /* cells of Y */
+    int tap_count, tap_low, tap_high;  /* low, high: columns */
+    int points;                        /* a side, where it is looked up */
+    envmapi_polygon polygon;
 } envmapi_orbit;
 
 /* 0: another texel of the orbit comes first. */
-static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r, const envmap *X) {
+static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r) {
     int kept = 0; /* by how many turns; if by one only, no image comes twice */
-    o->count = 0, o->all = 0;
     for (int i = 0; i < r->turn_count; ++i) { /* the first is none */
-        const envmapi_turn *turn = r->turns + i;
-        o->texel[i] = envmapi_turned(X, (r->scatter ? turn->src : turn->dst) + o->face, o->x, o->y);
+        o->texel[i] = envmapi_turned(&r->X, r->turns[i].dst + o->face, o->x, o->y);
         if (o->texel[i] < o->texel[0]) return 0;
         kept += o->texel[i] == o->texel[0];
     }
+    o->count = 0, o->all = 0, o->scale = o->points = 1;
     for (int i = 0, k; i < r->turn_count; ++i) {
         for (k = kept > 1 ? 0 : o->count; k < o->count && o->texel[k] != o->texel[i];) ++k;
         if (k < o->count) continue;
-        o->texel[k] = o->texel[i], ++o->count;
-        o->cube[k] = r->scatter ? r->turns[i].dst : r->turns[i].src;
+        o->texel[k] = o->texel[i], o->at[k] = r->turns[i].src, ++o->count;
+        for (int c = 0; c < 3; ++c)
+            o->sums[k][c] = r->light ? (double)r->src.texels[3 * o->texel[k] + (size_t)c] : 0;
+        o->sums[k][3] = 1;
     }
-    for (int k = 0; k < o->count; ++k)
-        for (int c = 0; c < 4; ++c) {
-            o->light[k][c] =
-                c == 3 || !r->scatter ? 1 : (double)X->texels[3 * o->texel[k] + (size_t)c];
-            if (c < 3) o->sums[k][c] = 0;
-        }
     return 1;
 }
 
-/* The cells to be scattered to have rows that are a little longer: rows a power of two apart would
-   push each other out of the caches. */
-#define ENVMAPI_ROW(edge) ((size_t)(edge) + 5)
-
-/* Cell (x,y) of a face, with what solid angle it has in common with the texel: its images. */
-static void envmapi_orbit_add(envmapi_orbit *o, const envmapi_resampling *r, int face, int x, int y,
-                              double common) {
-    if (r->fine > 1) x /= r->fine, y /= r->fine;
-    for (int k = 0; k < o->count; ++k) {
-        const envmapi_place *to = o->cube[k] + face;
-        int row = to->face * r->cube + to->y0 + to->yx * x + to->yy * y;
-        size_t column = (size_t)(to->x0 + to->xx * x + to->xy * y);
-        if (r->scatter) {
-            double *cell = r->cells + 4 * ((size_t)row * ENVMAPI_ROW(r->cube) + column);
-            envmapi_double4_add(envmapi_double4_at(cell), common, envmapi_double4_at(o->light[k]));
-            continue;
+/* The taps of a face, and those of the images: gathered, or light that is scattered. */
+static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, int face) {
+    int width = envmapi_width(r->Y.mapping, r->Y.size), span = o->tap_high - o->tap_low;
+    ptrdiff_t last = (ptrdiff_t)(envmapi_slice_floats(&r->Y, 0) / 3) - 1;
+    for (int k = 0; k < o->count && o->scale > 0; ++k) {
+        const envmapi_place *to = o->at[k] + face;
+        int right = to->xx + to->yx * width, down = to->xy + to->yy * width;
+        int from = to->x0 + right * o->tap_low, wraps = 0;
+        double sums[4] = {0, 0, 0, 0};
+        if (r->Y.mapping == ENVMAP_LATLONG) { /* turned, the taps may lie across a seam */
+            from -= width * (int)floor((double)from / width);
+            wraps = from + right * span < 0 || from + right * span >= width;
         }
-        const float *from = r->src.texels + 3 * ((size_t)row * (size_t)r->cube + column);
-        for (int c = 0; c < 3; ++c) o->sums[k][c] += common * (double)from[c];
+        ptrdiff_t origin = from + (to->y0 + (ptrdiff_t)to->face * r->Y.size) * width;
+        for (int i = 0; i < o->tap_count; ++i) {
+            const float *texel;
+            double w = o->taps[i].w;
+            ptrdiff_t x = o->taps[i].x * right, at = origin + x + (ptrdiff_t)o->taps[i].y * down;
+            if (wraps && (from + x < 0 || from + x >= width)) at -= right * width;
+            if (r->light) {
+                envmapi_double4_add(envmapi_double4_at(r->light + 4 * at), w * o->scale,
+                                    envmapi_double4_at(o->sums[k]));
+                continue;
+            }
+            texel = r->src.texels + 3 * (at < last ? at : last);
+            sums[0] += w * (double)texel[0], sums[1] += w * (double)texel[1],
+                sums[2] += w * (double)texel[2];
+        }
+        for (int c = 0; c < 3 && !r->light; ++c) o->sums[k][c] += sums[c];
     }
-    o->all += common;
+    o->tap_count = 0;
 }
 
-/* Polygons that together stand for a part of the texel, on a face, in boxes. A cell is everywhere
-   as dense as at its centre. */
-static void envmapi_orbit_face(envmapi_orbit *o, const envmapi_resampling *r, int face,
-                               double d[][4][3], int polygons) {
-    const signed char *m = envmapi_cube[face][2];
-    int c = r->cube * r->fine, from[2] = {c, c}, to[2] = {0, 0};
-    double p[16][2];
-    envmapi_box box;
-    for (int i = 0; i < 4 * polygons; ++i) {
-        const double *ray = d[i / 4][i % 4];
-        if (m[0] * ray[0] + m[1] * ray[1] + m[2] * ray[2] < 0.3) return;
-        envmapi_project(p[i], ENVMAP_CUBE, face, ray);
-        for (int k = 0; k < 2; ++k) {
-            p[i][k] *= c;
-            from[k] = (int)envmapi_clamp(p[i][k], 0, from[k]);
-            to[k] = (int)envmapi_clamp(ceil(p[i][k]), to[k], c);
-        }
-    }
-    for (box.y = from[1]; box.y < to[1]; box.y += ENVMAPI_BOX)
-        for (box.x = from[0]; box.x < to[0]; box.x += ENVMAPI_BOX) {
-            box.width = to[0] - box.x < ENVMAPI_BOX ? to[0] - box.x : ENVMAPI_BOX;
-            box.height = to[1] - box.y < ENVMAPI_BOX ? to[1] - box.y : ENVMAPI_BOX;
-            envmapi_box_fill(&box, p, 4 * polygons);
-            for (int i = 0; i < box.width * box.height; ++i) {
-                int x = box.x + i % box.width, y = box.y + i / box.width;
-                if (!(box.area[i] > 1e-12)) continue;
-                double rho = envmapi_density(ENVMAP_CUBE, (x + 0.5) / c, (y + 0.5) / c);
-                envmapi_orbit_add(o, r, face, x, y, box.area[i] * rho / c / c / polygons);
+/* A cell of Y, of which w counts. */
+static void envmapi_orbit_tap(envmapi_orbit *o, int x, int y, double w) {
+    if (!(w > 0)) return;
+    o->taps[o->tap_count].x = x - o->tap_low, o->taps[o->tap_count].y = y;
+    o->taps[o->tap_count++].w = w, o->all += w;
+}
+
+/* A box's cells, fine x fine of it each, everywhere as dense as at their centres. */
+static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int fine,
+                              double sign) {
+    const envmapi_polygon *box = &o->polygon;
+    int n = r->Y.size * fine, latlong = r->Y.mapping == ENVMAP_LATLONG;
+    o->tap_low = box->x / fine, o->tap_high = (box->x + box->width - 1) / fine;
+    for (int y = 0; y < box->height; y += fine) {
+        double w[ENVMAPI_BOX] = {0};
+        for (int row = y; row < y + fine; ++row) {
+            double sum = 0, v = (box->y + row + 0.5) / n, rho = 0;
+            if (latlong)
+                rho = (r->cosines[box->y + row] - r->cosines[box->y + row + 1]) * ENVMAPI_PI;
+            for (int x = 0; x < box->width; ++x) {
+                sum += sign * box->area[row][x];
+                if (!(sum > 1e-12)) continue;
+                if (!latlong) rho = envmapi_density(r->Y.mapping, (box->x + x + 0.5) / n, v) / n;
+                w[x / fine] += sum * rho / n;
             }
         }
-}
-
-/* Corners of a part of X, going round; returns its solid angle, that of a flat quadrangle. What
-   lies beyond a rim is moved onto it. */
-static double envmapi_part_corners(double d[4][3], const envmap *X, int face, double u, double v,
-                                   double du, double dv) {
-    double one[3], two[3], across[3];
-    for (int i = 0; i < 4; ++i) {
-        double x = u + (i == 1 || i == 2 ? du : 0) - 0.5, y = v + (i >= 2 ? dv : 0) - 0.5;
-        double out = envmapi_is_disc(X->mapping) ? fmax(2 * hypot(x, y), 1) : 1;
-        envmapi_direction(d[i], X->mapping, face, 0.5 + x / out, 0.5 + y / out);
+        for (int x = 0; x * fine < box->width; ++x)
+            envmapi_orbit_tap(o, o->tap_low + x, (box->y + y) / fine, w[x]);
     }
-    for (int c = 0; c < 3; ++c) one[c] = d[2][c] - d[0][c], two[c] = d[3][c] - d[1][c];
-    envmapi_cross(across, one, two);
-    return sqrt(envmapi_dot(across, across)) / 2;
+    envmapi_orbit_flush(o, r, box->face);
 }
 
-/* The longer one of its sides along u (k = 0) or v. */
-static double envmapi_part_side(double d[4][3], int k) {
-    double longest = 0;
-    for (int i = 0; i < 4; i += 2) {
-        const double *a = d[i], *b = d[(i + (k ? 3 : 1)) & 3];
-        double x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2];
-        longest = fmax(longest, x * x + y * y + z * z);
+/* The polygon, box by box. Cells of a small cube are divided: they are not dense evenly. */
+static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
+    envmapi_polygon *p = &o->polygon;
+    int n = r->Y.size, from[2], to[2], fine = 1, latlong = r->Y.mapping == ENVMAP_LATLONG;
+    double area = 0, low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
+    if (latlong) envmapi_polygon_unroll(p, n);
+    for (int i = 0; i < p->count; ++i) {
+        const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
+        area += a[1] * b[0] - a[0] * b[1];
+        for (int k = 0; k < 2; ++k)
+            low[k] = a[k] < low[k] ? a[k] : low[k], high[k] = a[k] > high[k] ? a[k] : high[k];
     }
-    return sqrt(longest);
-}
-
-/* The same of a map's texel at d, along either side. */
-static double envmapi_extent_at(const envmap *map, const double d[3]) {
-    double uv[2], corners[4][3], du = 1.0 / envmapi_width(map->mapping, map->size);
-    int face = envmapi_face(map->mapping, d);
-    envmapi_project(uv, map->mapping, face, d);
-    envmapi_part_corners(corners, map, face, uv[0] - du / 2, uv[1] - 0.5 / map->size, du,
-                         1.0 / map->size);
-    return fmax(envmapi_part_side(corners, 0), envmapi_part_side(corners, 1));
-}
-
-/* How a texel is divided: parts along u and v, small enough to have straight sides, and what they
-   are moved by. */
-typedef struct envmapi_parts {
-    int n[2], moves;
-    double by[4][3], d[4][3]; /* corners of the whole texel */
-} envmapi_parts;
-
-static envmapi_parts envmapi_parts_of(const envmapi_resampling *r, const envmapi_orbit *o) {
-    const envmap *X = r->scatter ? &r->src : &r->dst;
-    double w = envmapi_width(X->mapping, X->size), h = X->size, middle[3], own = 1 / h;
-    double x = fabs((2 * o->x + 1) / w - 1), y = fabs((2 * o->y + 1) / h - 1);
-    int disc = envmapi_is_disc(X->mapping),
-        out = disc && hypot(fmax(x - 1 / w, 0), fmax(y - 1 / h, 0)) >= 1;
-    int cut = disc && hypot(x + 1 / w, y + 1 / h) > 1;
-    envmapi_parts parts;
-    double(*d)[3] = parts.d;
-    envmapi_part_corners(d, X, o->face, o->x / w, o->y / h, 1 / w, 1 / h);
     for (int k = 0; k < 2; ++k) {
-        double side = envmapi_part_side(d, k);
-        parts.n[k] = out ? 0 : (int)ceil(fmax(fmax(16 * side, cut ? 8 : 1), 64 / h));
-        own = fmax(own, side);
+        int wraps = !k && latlong;
+        from[k] = (int)floor(wraps || low[k] > 0 ? low[k] : 0);
+        to[k] = (int)ceil(wraps || high[k] < n ? high[k] : n);
     }
-    if (X->mapping == ENVMAP_OCTAHEDRAL) { /* folds are sides or diagonals of parts */
-        int n = parts.n[0] > parts.n[1] ? parts.n[0] : parts.n[1];
-        parts.n[0] = parts.n[1] = n + n * X->size % 2;
-    }
-    for (int k = 0; k < 3; ++k) middle[k] = d[0][k] + d[1][k] + d[2][k] + d[3][k];
-    envmapi_unit(middle, middle);
-    double other = r->between ? own : envmapi_extent_at(r->scatter ? &r->last : &r->src, middle);
-    double t = envmapi_clamp(2 - 2 * (r->scatter ? other / own : own / other), 0, 1);
-    double shift = sqrt(1 / 12.0) * t * (r->scatter ? 1 : other / own);
-    parts.moves = t > 0 ? 4 : 1;
-    for (int k = 0; k < 4; ++k) /* along a diagonal; of a texel with straight sides */
-        for (int i = 0; i < 3; ++i)
-            parts.by[k][i] = shift * (k & 1 ? -1 : 1) * (d[k / 2 + 2][i] - d[k / 2][i]);
-    return parts;
+    while (!latlong && fine * n < 128 && fine < 8) fine *= 2;
+    int step = ENVMAPI_BOX / fine;
+    for (int y = from[1]; y < to[1]; y += step)
+        for (int x = from[0]; x < to[0]; x += step) {
+            p->x = x * fine, p->width = fine * (to[0] - x < step ? to[0] - x : step);
+            p->y = y * fine, p->height = fine * (to[1] - y < step ? to[1] - y : step);
+            envmapi_box_fill(p, fine);
+            envmapi_orbit_box(o, r, fine, area > 0 ? 1 : -1);
+        }
 }
 
-static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r) {
-    const envmap *X = r->scatter ? &r->src : &r->dst;
-    double du = 1.0 / envmapi_width(X->mapping, X->size), dv = 1.0 / X->size, d[4][4][3];
-    envmapi_parts parts = envmapi_parts_of(r, o);
-    du /= parts.n[0], dv /= parts.n[1];
-    for (int i = 0; i < parts.n[0] * parts.n[1]; ++i) {
-        int faces[6] = {0}, count = 0;
-        if (parts.n[0] * parts.n[1] > 1)
-            envmapi_part_corners(parts.d, X, o->face, (o->x * parts.n[0] + i % parts.n[0]) * du,
-                                 (o->y * parts.n[1] + i / parts.n[0]) * dv, du, dv);
-        for (int k = 0; k < 12 * parts.moves; ++k)
-            d[k / 12][k / 3 % 4][k % 3] = parts.d[k / 3 % 4][k % 3] + parts.by[k / 12][k % 3];
-        for (int k = 0; k < 4 * parts.moves; ++k)
-            ++faces[envmapi_face(ENVMAP_CUBE, d[k / 4][k % 4])];
-        for (int f = 0; f < 6; ++f) count += faces[f] > 0;
-        for (int f = 0; f < 6; ++f) /* where two have corners, a third may have an edge */
-            if (faces[f] || count > 1) envmapi_orbit_face(o, r, f, d, parts.moves);
-    }
-}
+/* ---- texels as polygons */
 
-/* A texel near a rim to be scattered: points instead, as its sides are bent, and as what lies
-   beyond is no part of it. 0: it is not near a rim. */
-static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r) {
-    int size = r->src.size, bent = r->src.mapping != ENVMAP_PARABOLOID;
-    double X = fabs((2 * o->x + 1.0) / size - 1), Y = fabs((2 * o->y + 1.0) / size - 1), d[3],
-           uv[2];
-    int cut = hypot(X + 1.0 / size, Y + 1.0 / size) > 1, n = cut ? 24 : 8;
-    if (!cut && !(bent && hypot(X, Y) > fmax(0.9, 1 - 16.0 / size))) return 0;
-    if (hypot(fmax(X - 1.0 / size, 0), fmax(Y - 1.0 / size, 0)) >= 1) return 1; /* outside */
-    for (int i = 0; i <= n * n; ++i) { /* the last one where all others miss a sliver */
-        double u = (o->x + (i % n + 0.5) / n) / size, v = (o->y + (i / n + 0.5) / n) / size;
-        if (i < n * n ? (u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5) > 0.25 : o->all > 0) continue;
-        double w = i < n * n ? envmapi_density(r->src.mapping, u, v) / n / n / size / size
-                             : envmapi_texel_cell(uv, r->src.mapping, size, o->x, o->y);
-        if (!(w > 0)) continue;
-        if (i == n * n) u = uv[0], v = uv[1];
-        envmapi_direction(d, r->src.mapping, o->face, u, v);
-        int face = envmapi_face(ENVMAP_CUBE, d);
-        envmapi_project(uv, ENVMAP_CUBE, face, d);
-        for (int k = 0; k < 2; ++k) uv[k] = envmapi_texel_at(uv[k], r->cube) * r->fine;
-        envmapi_orbit_add(o, r, face, (int)uv[0], (int)uv[1], w);
+/* A corner of X's texels, and where it is on Y. */
+typedef struct envmapi_corner {
+    double d[3], at[2], bend; /* bend: parts of a side of a radian here */
+    int face, rim;            /* rim: see _at_rim */
+} envmapi_corner;
+
+/* Where a direction is on a face of Y and beyond its edges, in cells; 0: too far beyond. Rows of a
+   lat-long are as high as their solid angle. */
+static int envmapi_place_on(double at[2], const envmapi_resampling *r, int face,
+                            const double d[3]) {
+    int n = r->Y.size;
+    if (r->Y.mapping == ENVMAP_CUBE) {
+        const signed char *m = envmapi_cube[face][2];
+        if (m[0] * d[0] + m[1] * d[1] + m[2] * d[2] < 0.1) return 0;
+    }
+    envmapi_project(at, r->Y.mapping, face, d);
+    at[0] *= envmapi_width(r->Y.mapping, n), at[1] *= n;
+    if (r->Y.mapping == ENVMAP_LATLONG) {
+        int row = (int)envmapi_clamp(at[1], 0, n - 1);
+        const double *edge = r->cosines + row;
+        at[1] = row + envmapi_clamp((edge[0] - d[1]) / (edge[0] - edge[1]), 0, 1);
     }
     return 1;
 }
 
-/* Task: a row of a face of X. */
-static void envmapi_task_overlap(void *context, int row) {
-    const envmapi_resampling *r = (const envmapi_resampling *)context;
-    const envmap *X = r->scatter ? &r->src : &r->dst;
-    envmapi_orbit o;
-    o.face = row / X->size, o.y = row % X->size;
-    /* all maps are their own images in two mirrors */
-    for (o.x = 0; 2 * o.x < envmapi_width(X->mapping, X->size) && 2 * o.y < X->size; ++o.x) {
-        if (!envmapi_orbit_of(&o, r, X)) continue;
-        if (!r->scatter || !envmapi_is_disc(X->mapping) || !envmapi_orbit_points(&o, r))
-            envmapi_orbit_parts(&o, r);
-        for (int k = 0; k < o.count && !r->scatter; ++k) {
-            for (size_t c = 0; c < 3 && o.all > 0; ++c)
-                X->texels[3 * o.texel[k] + c] = (float)(o.sums[k][c] / o.all);
-            if (!(o.all > 0)) envmapi_resample_lookup(r, o.texel[k]);
+/* 2: (x,y) in [-1,1]^2 is beyond the rim of X; 1: it is no more than 4 texels before it. */
+static int envmapi_at_rim(const envmapi_resampling *r, double x, double y) {
+    if (!envmapi_is_disc(r->X.mapping)) return 0;
+    double out = sqrt(x * x + y * y);
+    return out > 1 ? 2 : out > 1 - 8.0 / r->X.size;
+}
+
+/* The corner at (x,y) in [-1,1]^2 of a face of X. */
+static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, int face, double x,
+                              double y) {
+    envmapi_direction(c->d, r->X.mapping, face, 0.5 + 0.5 * x, 0.5 + 0.5 * y);
+    c->face = envmapi_face(r->Y.mapping, c->d);
+    envmapi_place_on(c->at, r, c->face, c->d);
+    c->rim = envmapi_at_rim(r, x, y), c->bend = 0;
+    double across = r->Y.mapping == ENVMAP_LATLONG ? c->d[2] : c->d[1];
+    if (r->Y.mapping != ENVMAP_CUBE)
+        c->bend = 11 / (1e-9 + sqrt(c->d[0] * c->d[0] + across * across));
+}
+
+/* Of how many parts a texel's sides have to be, as lines on a lat-long are bent near its poles, and
+   arcs of a rim are chords. */
+static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner *const c[4]) {
+    double bend = 0, side = 0, parts = r->parts;
+    for (int i = 0; i < 4; ++i) {
+        const double *a = c[i]->d, *b = c[(i + 1) & 3]->d;
+        double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], square = x * x + y * y + z * z;
+        side = square > side ? square : side, bend = c[i]->bend > bend ? c[i]->bend : bend;
+        if (c[i]->rim > 1 && parts < 4 && r->X.mapping == ENVMAP_PARABOLOID) parts = 4;
+    }
+    side *= bend * bend;
+    return (int)(side <= parts * parts ? parts : side < 225 ? ceil(sqrt(side)) : 15);
+}
+
+#define ENVMAPI_CHORDS 4
+
+/* Corners of a quadrangle of X, of the part inside a rim. Near it sides are bent. */
+static int envmapi_part_corners(envmapi_corner *c, const envmapi_resampling *r, int face,
+                                double q[4][2]) {
+    int count = 0;
+    for (int k = 0; k < 4; ++k) {
+        const double *a = q[k], *b = q[(k + 1) & 3];
+        int from = envmapi_at_rim(r, a[0], a[1]), to = envmapi_at_rim(r, b[0], b[1]);
+        double d[2] = {b[0] - a[0], b[1] - a[1]}, t[2] = {0, 1};
+        double aa = a[0] * a[0] + a[1] * a[1] - 1, ad = a[0] * d[0] + a[1] * d[1];
+        double dd = d[0] * d[0] + d[1] * d[1], root = sqrt(fmax(ad * ad - aa * dd, 0));
+        if (from > 1 && to > 1) continue;
+        if (from > 1) t[0] = (-root - ad) / dd;
+        if (to > 1) t[1] = (root - ad) / dd;
+        int pieces = from || to ? ENVMAPI_CHORDS : 1;
+        for (int i = 0; i < pieces + (to > 1); ++i) {
+            double s = t[0] + (t[1] - t[0]) * i / pieces;
+            envmapi_corner_of(c + count++, r, face, a[0] + s * d[0], a[1] + s * d[1]);
         }
     }
+    return count;
+}
+
+/* A texel as n x n quadrangles, on each face of Y that they touch. */
+static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, int n) {
+    double w = n * envmapi_width(r->X.mapping, r->X.size), h = n * r->X.size, q[4][2];
+    envmapi_polygon *p = &o->polygon;
+    envmapi_corner c[4 * ENVMAPI_CHORDS + 8];
+    for (int i = 0; i < n * n; ++i) {
+        for (int k = 0; k < 4; ++k) {
+            q[k][0] = 2 * (o->x * n + i % n + (k == 1 || k == 2)) / w - 1;
+            q[k][1] = 2 * (o->y * n + i / n + (k > 1)) / h - 1;
+        }
+        int count = envmapi_part_corners(c, r, o->face, q), ok = count > 2;
+        for (p->face = 0; p->face < envmap_faces(r->Y.mapping) && count > 2; ++p->face) {
+            p->count = count, ok = 1;
+            for (int k = 0; k < count && ok; ++k)
+                ok = envmapi_place_on(p->at[k], r, p->face, c[k].d);
+            if (ok) envmapi_orbit_cover(o, r);
+        }
+    }
+}
+
+/* Whether a point of Y is `by` cells away from the edges of its face, its folds and its rim. */
+static int envmapi_inside(const envmap *Y, const double at[2], double by) {
+    double n = Y->size, x = fabs(2 * at[0] - n), y = fabs(2 * at[1] - n), most = n - 2 * by;
+    if (Y->mapping == ENVMAP_LATLONG) return y <= most;
+    if (envmapi_is_disc(Y->mapping)) return hypot(x, y) <= most;
+    return fmax(x, y) <= most &&
+           (Y->mapping == ENVMAP_CUBE || (fmin(x, y) >= 2 * by && fabs(n - x - y) >= 4 * by));
+}
+
+#define ENVMAPI_POINTS (ENVMAPI_BOX - 2)
+
+/* Bilinear radiance at points of the texel, at least 3 along a side and one for each cell that it
+   crosses; 0: the texel is too long. Looked up where it is not inside. */
+static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, int inside) {
+    double w[ENVMAPI_BOX][ENVMAPI_BOX], side[2][2], twist[2], longest[2] = {3, 3};
+    double(*p)[2] = o->polygon.at;
+    int n[2], low[2], high[2];
+    o->points = ENVMAPI_POINTS;
+    for (int k = 0; k < 2; ++k) {
+        double a = p[0][k], b = p[1][k], c = p[2][k], d = p[3][k];
+        side[0][k] = b - a, side[1][k] = d - a, twist[k] = a + c - b - d;
+        low[k] = (int)floor(fmin(fmin(a, b), fmin(c, d)) - 0.5);
+        high[k] = (int)floor(fmax(fmax(a, b), fmax(c, d)) + 0.5);
+        if (high[k] - low[k] >= ENVMAPI_BOX) return 0;
+        for (int i = 0; i < 2; ++i)
+            longest[i] = fmax(longest[i], fmax(fabs(side[i][k]), fabs(side[i][k] + twist[k])));
+    }
+    for (int i = 0; i < 2; ++i) n[i] = (int)ceil(longest[i]);
+    o->points = n[0] > n[1] ? n[0] : n[1];
+    if (!inside) return 1;
+    memset(w, 0, sizeof w);
+    for (int i = 0; i < n[0] * n[1]; ++i) {
+        double s = (i % n[0] + 0.5) / n[0], t = (i / n[0] + 0.5) / n[1], each = 1.0 / (n[0] * n[1]);
+        double x = p[0][0] + s * side[0][0] + t * side[1][0] + s * t * twist[0] - 0.5 - low[0];
+        double y = p[0][1] + s * side[0][1] + t * side[1][1] + s * t * twist[1] - 0.5 - low[1];
+        double *to = w[(int)y] + (int)x, *below = to + ENVMAPI_BOX;
+        x -= (int)x, y -= (int)y;
+        to[0] += each * (1 - x) * (1 - y), to[1] += each * x * (1 - y);
+        below[0] += each * (1 - x) * y, below[1] += each * x * y;
+    }
+    o->tap_low = low[0], o->tap_high = high[0];
+    for (int y = low[1]; y <= high[1]; ++y)
+        for (int x = low[0]; x <= high[0]; ++x)
+            envmapi_orbit_tap(o, x, y, w[y - low[1]][x - low[0]]);
+    envmapi_orbit_flush(o, r, o->polygon.face);
+    return 1;
+}
+
+static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
+                                const envmapi_corner *const c[4]) {
+    envmapi_polygon *p = &o->polygon;
+    int parts = envmapi_texel_parts(r, c), whole = 1, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
+    double turn = r->Y.mapping == ENVMAP_LATLONG ? 2 * r->Y.size : 1e9;
+    p->face = c[0]->face, p->count = 4;
+    for (int i = 0; i < 4; ++i) {
+        whole &= c[i]->face == p->face && envmapi_inside(&r->Y, c[i]->at, r->points ? 1.75 : 0);
+        for (int k = 0; k < 3 && octa; ++k) whole &= c[i]->d[k] * c[0]->d[k] > 0;
+        memcpy(p->at[i], c[i]->at, sizeof c[i]->at);
+        p->at[i][0] += turn * floor((p->at[0][0] - p->at[i][0]) / turn + 0.5);
+    }
+    if (r->points && envmapi_orbit_points(o, r, whole && parts <= 2)) return;
+    if (octa || (envmapi_is_disc(r->Y.mapping) && parts > 4)) return;
+    int rim = c[0]->rim | c[1]->rim | c[2]->rim | c[3]->rim;
+    if (whole && parts == 1 && !rim) {
+        envmapi_orbit_cover(o, r);
+        return;
+    }
+    if (r->light && rim > 1) { /* as much as its solid angle, however its sides are bent */
+        o->scale = 0, envmapi_orbit_parts(o, r, parts);
+        if (!(o->all > 0)) return;
+        o->scale = envmapi_texel_cell(NULL, r->X.mapping, r->X.size, o->x, o->y) / o->all;
+    }
+    envmapi_orbit_parts(o, r, parts);
+}
+
+/* Whether a texel's innermost corner lies outside a rim. */
+static int envmapi_beyond(const envmap *map, int x, int y) {
+    double X = fabs(2 * x + 1.0 - map->size) - 1, Y = fabs(2 * y + 1.0 - map->size) - 1;
+    return envmapi_is_disc(map->mapping) && hypot(fmax(X, 0), fmax(Y, 0)) >= map->size;
+}
+
+/* Texel i of dst: sums over their weights, or looked up where there are none. */
+static void envmapi_resample_write(const envmapi_resampling *r, size_t i, const double *sums,
+                                   double all, int points) {
+    for (size_t c = 0; c < 3 && all > 0; ++c)
+        r->dst.texels[3 * i + c] = (float)(sums[c] * (1 / all));
+    if (!(all > 0)) envmapi_resample_lookup(r, i, points);
+}
+
+/* Task: a row of what was scattered. */
+static void envmapi_task_light(void *context, int row) {
+    const envmapi_resampling *r = (const envmapi_resampling *)context;
+    size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size), i = (size_t)row * width;
+    for (size_t end = i + width; i < end; ++i)
+        envmapi_resample_write(r, i, r->light + 4 * i, r->light[4 * i + 3], 1);
+}
+
+#define ENVMAPI_SQUARE 8
+
+/* Up to 8 x 8 texels of a face of X. */
+static void envmapi_orbit_square(envmapi_orbit *o, const envmapi_resampling *r, int x0, int y0) {
+    enum { n = ENVMAPI_SQUARE, m = n + 1 };
+    int w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size, known = 0;
+    envmapi_corner c[m * m];
+    for (int i = 0; i < n * n; ++i) {
+        const envmapi_corner *at = c + i / n * m + i % n;
+        const envmapi_corner *const corners[4] = {at, at + 1, at + m + 1, at + m};
+        o->x = x0 + i % n, o->y = y0 + i / n;
+        if (o->x >= w || o->y >= h || !envmapi_orbit_of(o, r)) continue;
+        for (int k = 0; k < m * m && !known; ++k)
+            envmapi_corner_of(c + k, r, o->face, 2.0 * (x0 + k % m) / w - 1,
+                              2.0 * (y0 + k / m) / h - 1);
+        known = 1;
+        if (!envmapi_beyond(&r->X, o->x, o->y)) envmapi_orbit_texel(o, r, corners);
+        for (int k = 0; k < o->count && !r->light; ++k)
+            envmapi_resample_write(r, o->texel[k], o->sums[k], o->all, o->points);
+    }
+}
+
+/* Task: 8 rows of a face of X. */
+static void envmapi_task_overlap(void *context, int band) {
+    const envmapi_resampling *r = (const envmapi_resampling *)context;
+    int n = ENVMAPI_SQUARE, bands = (r->X.size + n - 1) / n;
+    envmapi_orbit o;
+    o.face = band / bands, o.tap_count = 0;
+    for (int i = 0; i < r->turn_count; ++i)
+        if (r->turns[i].dst[o.face].face < o.face) return; /* the images of another face's */
+    for (int x0 = 0; x0 < envmapi_width(r->X.mapping, r->X.size); x0 += n)
+        envmapi_orbit_square(&o, r, x0, band % bands * n);
 }
 
 /* ---- one slice */
 
-/* Between a cube and another map: r->src to r->dst. */
-static envmap_result envmapi_resample_cube(envmapi_resampling *r, const envmap_work *work,
-                                           envmapi_pool *pool) {
-    const envmap *X = r->scatter ? &r->src : &r->dst;
+/* Between two mappings, one of them a cube or a lat-long if means are asked for. */
+static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envmap_work *work,
+                                              envmapi_pool *pool) {
+    int gather = r->points || r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG;
+    size_t texels = envmapi_slice_floats(&r->dst, 0) / 3;
     envmap_work serial = *work;
-    size_t texels = 6 * envmapi_area(ENVMAP_CUBE, r->cube);
-    if (r->scatter) { /* cells are shared by rows */
-        serial.executor.run = NULL;
-        size_t cells = 24 * (size_t)r->cube * ENVMAPI_ROW(r->cube);
-        r->cells = (double *)envmapi_pool_get(pool, cells, sizeof(double));
-        if (!r->cells) return ENVMAP_ERROR_MEMORY;
-        memset(r->cells, 0, cells * sizeof(double));
-    }
+    r->X = gather ? r->dst : r->src, r->Y = gather ? r->src : r->dst;
+    r->parts = (63 + r->X.size) / r->X.size, r->light = NULL;
+    if (r->X.mapping == ENVMAP_OCTAHEDRAL && r->X.size % 2) r->parts += r->parts % 2; /* folds */
     r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
-    if (!r->turns) return ENVMAP_ERROR_MEMORY;
-    r->turn_count = envmapi_turns(r->turns, &r->dst, &r->src), r->fine = 1 + 127 / r->cube;
-    envmap_result result =
-        envmapi_run(&serial, envmapi_task_overlap, r, envmap_faces(X->mapping) * X->size);
-    for (size_t i = 0; i < texels && r->scatter && !result; ++i) {
-        size_t edge = (size_t)r->cube;
-        const double *cell = r->cells + 4 * (i / edge * ENVMAPI_ROW(edge) + i % edge);
-        for (size_t c = 0; c < 3; ++c) r->dst.texels[3 * i + c] = (float)(cell[c] / cell[3]);
-        if (!(cell[3] > 0)) envmapi_resample_lookup(r, i);
-    }
+    r->cosines = (double *)envmapi_pool_get(pool, (size_t)r->Y.size + 1, sizeof(double));
+    if (!gather) r->light = (double *)envmapi_pool_get(pool, 4 * texels, sizeof(double));
+    if (!r->turns || !r->cosines || (!gather && !r->light)) return ENVMAP_ERROR_MEMORY;
+    for (int y = 0; y <= r->Y.size; ++y) r->cosines[y] = cos(ENVMAPI_PI * y / r->Y.size);
+    r->turn_count = envmapi_turns(r->turns, &r->X, &r->Y);
+    if (r->turn_count > 16) r->turn_count = 8; /* of two cubes those that keep faces' axes */
+    if (!gather) memset(r->light, 0, 4 * texels * sizeof(double)), serial.executor.run = NULL;
+    int tasks = envmap_faces(r->X.mapping) * ((r->X.size + ENVMAPI_SQUARE - 1) / ENVMAPI_SQUARE);
+    envmap_result result = envmapi_run(&serial, envmapi_task_overlap, r, tasks);
+    if (!result && !gather)
+        envmapi_run_all(work, envmapi_task_light, r, envmap_faces(r->dst.mapping) * r->dst.size);
     return result;
+}
+
+/* Texels of a map, those inside its rim. */
+static double envmapi_count(const envmap *map) {
+    double texels = (double)envmapi_slice_floats(map, 0) / 3;
+    return envmapi_is_disc(map->mapping) ? texels * ENVMAPI_PI / 4 : texels;
 }
 
 static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_work *work,
                                             envmapi_pool *pool) {
-    const envmap dst = r->dst, src = r->src;
-    int faces = envmap_faces(dst.mapping);
-    double n_dst = (double)envmapi_area(dst.mapping, dst.size) * faces;
-    double n_src = (double)envmapi_area(src.mapping, src.size) * envmap_faces(src.mapping);
-    if (dst.mapping == src.mapping && dst.size == src.size) {
-        memcpy(dst.texels, src.texels, envmapi_slice_floats(&src, 0) * sizeof(float));
+    envmap dst = r->dst, *src = &r->src;
+    int faces = envmap_faces(dst.mapping), n = src->size, same = dst.mapping == src->mapping;
+    double n_dst = envmapi_count(&dst), n_src = envmapi_count(src);
+    if (same && dst.size == n) {
+        memcpy(dst.texels, src->texels, envmapi_slice_floats(src, 0) * sizeof(float));
         return envmapi_tell(&work->progress, 1);
     }
-    if (dst.mapping == src.mapping && dst.size <= src.size) {
-        envmapi_nest nest = {src.texels, dst.texels, src.mapping, src.size, dst.size, faces};
+    if (same && dst.size <= n) {
+        envmapi_nest nest = {src->texels, dst.texels, src->mapping, n, dst.size, faces};
         return envmapi_run(work, envmapi_task_nest, &nest, (dst.size + 1) / 2);
     }
-    if (dst.mapping == src.mapping || n_dst >= 4 * n_src)
-        return envmapi_run(work, envmapi_task_lookup, r, faces * dst.size);
-    r->scatter = src.mapping != ENVMAP_CUBE;
-    if (!r->scatter) r->cube = src.size;
-    else if (dst.mapping != ENVMAP_CUBE) r->cube = (int)ceil(sqrt(fmax(n_src, n_dst) / 3));
-    else r->cube = dst.size * (int)fmax(1, sqrt(n_src / n_dst) / 2);
-    if (!r->scatter || (dst.mapping == ENVMAP_CUBE && r->cube == dst.size))
-        return envmapi_resample_cube(r, work, pool);
-    if (r->cube > ENVMAPI_SIZE_LIMIT) r->cube = ENVMAPI_SIZE_LIMIT;
+    r->points = n_dst > n_src;
+    if (r->points || src->mapping == ENVMAP_CUBE || src->mapping == ENVMAP_LATLONG ||
+        dst.mapping == ENVMAP_CUBE || dst.mapping == ENVMAP_LATLONG)
+        return envmapi_resample_overlap(r, work, pool);
+    /* by way of a finer cube */
     envmapi_part first, second;
     envmap_work part = envmapi_work_part(&first, work, 0, 1, 2);
-    size_t floats = 18 * envmapi_area(ENVMAP_CUBE, r->cube);
-    r->dst.mapping = ENVMAP_CUBE, r->dst.size = r->cube;
+    r->dst.mapping = ENVMAP_CUBE;
+    r->dst.size = (int)envmapi_clamp(ceil(sqrt(n_src / 3)), 1, ENVMAPI_SIZE_LIMIT);
+    size_t floats = envmapi_slice_floats(&r->dst, 0);
     r->dst.texels = (float *)envmapi_pool_get(pool, floats, sizeof(float));
-    envmap_result result =
-        r->dst.texels ? envmapi_resample_cube(r, &part, pool) : ENVMAP_ERROR_MEMORY;
+    if (!r->dst.texels) return ENVMAP_ERROR_MEMORY;
+    envmap_result result = envmapi_resample_overlap(r, &part, pool);
     part = envmapi_work_part(&second, work, 1, 1, 2);
-    r->src = r->dst, r->dst = dst, r->between = 1;
-    return result ? result : envmapi_resample_slice(r, &part, pool);
+    *src = r->dst, r->dst = dst;
+    return result ? result : envmapi_resample_overlap(r, &part, pool);
 }
 
 ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
@@ -2288,28 +2481,12 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
         memset(&r, 0, sizeof r), envmapi_pool_free(&pool, kept);
         r.src = *src, r.dst = *dst, r.src.levels = r.src.slices = r.dst.slices = 1;
         r.src.texels = envmapi_image(src, 0, slice, 0), r.dst.texels = out + (size_t)slice * floats;
-        r.last = r.dst;
         result = envmapi_resample_slice(&r, &one, &pool);
     }
     if (!result && out != dst->texels) memcpy(dst->texels, out, floats * slices * sizeof(float));
     envmapi_pool_free(&pool, 0);
     if (!result && src->slices == 1) envmapi_copy_slices(dst, 0, dst->slices);
     return result;
-}
-
-/* ---- spans, for footprints */
-
-/* From a to b in texels of a face of edge `edge`, along u and v, seen on the face of d. */
-static void envmapi_span(double texels[2], int mapping, int edge, const double d[3],
-                         const double a[3], const double b[3]) {
-    double from[2], to[2];
-    int face = envmapi_face(mapping, d);
-    envmapi_project(from, mapping, face, a);
-    envmapi_project(to, mapping, face, b);
-    if (mapping == ENVMAP_OCTAHEDRAL) envmapi_octa_image(to, from);
-    double du = to[0] - from[0];
-    if (mapping == ENVMAP_LATLONG) du -= floor(du + 0.5);
-    texels[0] = du * envmapi_width(mapping, edge), texels[1] = (to[1] - from[1]) * edge;
 }
 
 /* ------------------------------------------------------------------------------------- >>pfm --
@@ -2904,10 +3081,12 @@ static envmapi_quadrature envmapi_quadrature_of(const envmap_lobe *lobe, double 
     q.breaks[0] = from > low ? from : low, q.breaks[1] = to < high ? to : high, q.step = 0.1;
     if (!(q.breaks[0] < q.breaks[1])) return q;
     q.count = 2;
-    /* No lobe of known width has detail a tenth of that; a table's panels are its own pieces. */
+    /* No lobe of known width has detail a tenth of that, a ring none but its kinks; a table has
+       pieces of its own. */
     if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN)
         finest = 0.1 / sqrt(width + 1);
     if (lobe->kind == ENVMAP_LOBE_GGX) finest = 0.1 * width;
+    if (lobe->kind == ENVMAP_LOBE_BANKS) finest = ENVMAPI_PI;
     if (lobe->kind == ENVMAP_LOBE_TABLE)
         q.step = ENVMAPI_PI / (lobe->table_size - 1), finest = ENVMAPI_PI;
     if (step < q.step) q.step /= ceil(q.step / step);
@@ -3142,22 +3321,32 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
    and back by the same steps in reverse order. Spline and FFT are never inverted approximately, so
    all that is lost is what a spline loses of a wave of f cycles a sample, about 2.4 f^6
    (_spline_error), and the bands left out. Four channels: RGB and solid angle.
-   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre; F_m
-   takes the place of the rings it was made from, so that there is one grid of rings, no more.
+   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre.
+   Samples are floats, whose rounding stays where it is; F_m are doubles, as theirs goes around.
    Used by >>transform.  Source [Swarztrauber79] for e and o; splines [Unser91].
    Tests: tests/test_harmonics.c. */
 
 /* ---- splines */
 
-/* Quintic B-spline at the six samples around a point, f in [0,1] past the third. */
-ENVMAPI_INLINE void envmapi_spline(float w[6], float f) {
-    float g = 1 - f, f2 = f * f, g2 = g * g, f3 = f2 * f, g3 = g2 * g;
-    w[0] = g3 * g2 / 120;
-    w[1] = (1 + g * 5 + 10 * g2 + 10 * g3 + g2 * g2 * (5 - 5 * g)) / 120;
-    w[2] = (66 - 60 * f2 + f2 * f2 * (30 - 10 * f)) / 120;
-    w[3] = (66 - 60 * g2 + g2 * g2 * (30 - 10 * g)) / 120;
-    w[4] = (1 + f * 5 + 10 * f2 + 10 * f3 + f2 * f2 * (5 - 5 * f)) / 120;
-    w[5] = f3 * f2 / 120;
+/* Quintic B-splines at the six samples around two points, f and g in [0,1] past the third:
+   w[0..5] and w[8..13], by Horner's rule in 120 w. */
+ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
+    static const float powers[6][16] = {
+        {-1, 5, -10, 10, -5, 1, 0, 0, -1, 5, -10, 10, -5, 1},
+        {5, -20, 30, -20, 5, 0, 0, 0, 5, -20, 30, -20, 5},
+        {-10, 20, 0, -20, 10, 0, 0, 0, -10, 20, 0, -20, 10},
+        {10, 20, -60, 20, 10, 0, 0, 0, 10, 20, -60, 20, 10},
+        {-5, -50, 0, 50, 5, 0, 0, 0, -5, -50, 0, 50, 5},
+        {1, 26, 66, 26, 1, 0, 0, 0, 1, 26, 66, 26, 1},
+    };
+    const float at[16] = {f, f, f, f, f, f, f, f, g, g, g, g, g, g, g, g};
+    envmapi_float16 sum = *envmapi_float16_at(powers[0]), next, x = *envmapi_float16_at(at);
+    for (int i = 1; i < 6; ++i) {
+        next = *envmapi_float16_at(powers[i]);
+        envmapi_float16_mad(&next, &sum, &x), sum = next;
+    }
+    memset(&next, 0, sizeof next), envmapi_float16_add(&next, 1.0f / 120, &sum);
+    memcpy(w, &next, sizeof next);
 }
 
 /* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^6 over
@@ -3201,23 +3390,20 @@ static void envmapi_spline_factor(double (*factors)[3], int n, double first, dou
 
 #define ENVMAPI_CHUNK 64 /* directions that are worked on together */
 
-/* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-10. No branches, no
-   calls that set errno, so that compilers make vectors of it. */
+/* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-12. No branches, no
+   calls that set errno, so that compilers make vectors of it; no array may be another. */
 static void envmapi_polar(double *angle, double *length, const double *y, const double *x) {
-    static const double taylor[13] = {1.0,       -1.0 / 3,  1.0 / 5,   -1.0 / 7, 1.0 / 9,
-                                      -1.0 / 11, 1.0 / 13,  -1.0 / 15, 1.0 / 17, -1.0 / 19,
-                                      1.0 / 21,  -1.0 / 23, 1.0 / 25};
+    static const double atan[8] = {0.9999999999941719,  -0.333333331674598,  0.19999986206395,
+                                   -0.142851974611006,  0.1110077376986512,  -0.0897214949338374,
+                                   0.06895142217074653, -0.036429357645156486};
     for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
-        double ax = fabs(x[i]), ay = fabs(y[i]), most = ax > ay ? ax : ay,
-               least = ax > ay ? ay : ax;
-        double t = least / (most + 1e-300), reduced = (t - 1) / (t + 1), q = t * t;
-        double root = 1 + q * (0.4875 - 0.0733 * q); /* sqrt(1 + q), two steps after Heron */
-        root = 0.5 * (root + (1 + q) / root);
-        length[i] = most * (0.5 * (root + (1 + q) / root));
-        double s = t > 0.41421356237309503 ? reduced : t, r = 0; /* |s| <= tan pi/8 */
-        q = s * s;
-        for (int k = 12; k >= 0; --k) r = q * r + taylor[k];
-        r = r * s + (t > 0.41421356237309503 ? ENVMAPI_PI / 4 : 0);
+        double ax = fabs(x[i]), ay = fabs(y[i]), square = ax * ax + ay * ay;
+        double most = ax > ay ? ax : ay, least = ax > ay ? ay : ax, r = 0;
+        int wide = least > 0.41421356237309503 * most; /* |s| <= tan pi/8 */
+        double s = (wide ? least - most : least) / ((wide ? least + most : most) + 1e-300);
+        length[i] = square * envmapi_inverse_root(square);
+        for (int k = 7; k >= 0; --k) r = s * s * r + atan[k];
+        r = r * s + (wide ? ENVMAPI_PI / 4 : 0);
         r = ay > ax ? ENVMAPI_PI / 2 - r : r;
         r = x[i] < 0 ? ENVMAPI_PI - r : r;
         angle[i] = y[i] < 0 ? -r : r;
@@ -3232,9 +3418,9 @@ typedef struct envmapi_point {
 
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
-    size_t row;       /* doubles a row of G: rings -3 .. M+2, 4 channels */
-    double *G;        /* [2M][row]; or F_m, m < bands: e in row 2m, o in row 2m+1, the real part of
-                         ring pair j at ring j, the imaginary one at ring M-1-j */
+    size_t row, pairs; /* floats a row of G: rings -3 .. M+2, 4 channels; M/2, in blocks of 8 */
+    float *G;         /* [-3 .. 2M+2][row] */
+    double *F;        /* F_m, [bands][pairs][16]: e re, e im, o re, o im; where the values are */
     double *twiddles; /* cos, sin of 2 pi i/2M */
     double *response; /* 1 / the spline's response at m */
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
@@ -3243,7 +3429,7 @@ typedef struct envmapi_rings {
     /* the points, and what is there: RGB and solid angle */
     envmapi_point *points;
     float *values; /* [count][4] */
-    size_t count, room;
+    size_t count, room; /* room: doubles from G on, F and values are there too */
     double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
@@ -3294,53 +3480,55 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
         envmapi_spline_factor(rings->factors + i * (H + 2), H, i & 2 ? -1 : 1, i & 1 ? -1 : 1);
 }
 
-/* What a task of these needs: the FFT's block, or the rings of one m with their tables. */
-static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
+/* What a task of these needs: the FFT's block, or the tables of one m. */
+static size_t envmapi_rings_work(int M) { return 32 * (size_t)M + 64; }
 
-/* Rings for `room` points; G and values are those of `done`, whose work is done, where there is one
-   and they are large enough. */
+/* Rings for `room` points; G, F and values are in the block of `done`, whose work is done, where
+   there is one and it is large enough. All else is in one block: glibc's malloc gives back the
+   heap's end after a call in which no block is half of all, and the next has it mapped anew. */
 static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t room,
                                           int tasks, const envmapi_rings *done,
                                           envmapi_pool *pool) {
     size_t n = 2 * (size_t)M, H = (size_t)M / 2, L = (size_t)bands;
     memset(rings, 0, sizeof *rings);
     rings->M = M, rings->bands = bands, rings->tasks = tasks, rings->row = 4 * ((size_t)M + 6);
-    rings->room = room;
-    if (done && done->M >= M) rings->G = done->G;
-    else rings->G = (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
-    if (done && done->room >= room) rings->values = done->values;
-    else rings->values = (float *)envmapi_pool_get(pool, 4 * room, sizeof(float));
-    rings->points = (envmapi_point *)envmapi_pool_get(pool, room, sizeof(envmapi_point));
-    rings->reversed = (int *)envmapi_pool_get(pool, n, sizeof(int));
     size_t tables = 2 * n + 2 * L + 14 * H + 24, work = envmapi_rings_work(M) * (size_t)tasks;
-    rings->twiddles = (double *)envmapi_pool_get(pool, tables + work, sizeof(double));
-    if (!rings->G || !rings->values || !rings->points || !rings->reversed || !rings->twiddles)
-        return ENVMAP_ERROR_MEMORY;
-    rings->response = rings->twiddles + 2 * n, rings->norms = rings->response + L;
-    rings->x = rings->norms + L, rings->log_sin = rings->x + H;
-    rings->factors = (double(*)[3])(rings->log_sin + H), rings->work = rings->twiddles + tables;
+    rings->pairs = (H + 7) / 8 * 8;
+    size_t grid = (n + 6) * rings->row / 2, F = 16 * L * rings->pairs;
+    size_t own = rings->room = grid + (F > 2 * room ? F : 2 * room);
+    if (done && done->room >= own) own = 0;
+    double *block = (double *)envmapi_pool_get(
+        pool, own + tables + work + (n + 1) / 2 + (3 * room + 1) / 2, sizeof(double));
+    if (!block) return ENVMAP_ERROR_MEMORY;
+    rings->G = own ? (float *)block : done->G, rings->F = (double *)(void *)rings->G + grid;
+    rings->values = (float *)rings->F;
+    rings->twiddles = block + own, rings->response = rings->twiddles + 2 * n;
+    rings->norms = rings->response + L, rings->x = rings->norms + L;
+    rings->log_sin = rings->x + H, rings->factors = (double(*)[3])(rings->log_sin + H);
+    rings->work = rings->twiddles + tables, rings->reversed = (int *)(rings->work + work);
+    rings->points = (envmapi_point *)(rings->reversed + (n + 1) / 2 * 2);
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
 }
 
-/* Channels of ring j, -3 .. M+2, at point k. */
-ENVMAPI_INLINE double *envmapi_ring(const envmapi_rings *rings, int k, int j) {
-    return rings->G + (size_t)k * rings->row + 4 * (size_t)(j + 3);
+/* Channels of ring j, -3 .. M+2, at point k, -3 .. 2M+2. */
+ENVMAPI_INLINE float *envmapi_ring(const envmapi_rings *rings, int k, int j) {
+    return rings->G + (size_t)(k + 3) * rings->row + 4 * (size_t)(j + 3);
 }
 
 /* The polar axis is z; n <= 64 directions d[0..2][] of any length. */
 static void envmapi_rings_points(envmapi_point *points, const envmapi_rings *rings,
                                  double d[3][ENVMAPI_CHUNK], int n) {
     double scale = rings->M / ENVMAPI_PI, phi[ENVMAPI_CHUNK], theta[ENVMAPI_CHUNK];
-    double length[ENVMAPI_CHUNK];
+    double across[ENVMAPI_CHUNK], length[ENVMAPI_CHUNK];
+    int whole = 2 * rings->M;
     for (int i = n; i < ENVMAPI_CHUNK; ++i) d[0][i] = d[1][i] = d[2][i] = 1;
-    envmapi_polar(phi, length, d[1], d[0]);
-    envmapi_polar(theta, length, length, d[2]);
+    envmapi_polar(phi, across, d[1], d[0]);
+    envmapi_polar(theta, length, across, d[2]);
     for (int i = 0; i < n; ++i) {
-        double t = theta[i] * scale - 0.5, f = phi[i] * scale;
-        if (f < 0) f += 2 * rings->M;
-        int k = (int)f, j = (int)(t + 1) - 1;
-        points[i].k = (short)(k >= 2 * rings->M ? k - 2 * rings->M : k), points[i].j = (short)j;
+        double t = theta[i] * scale + 0.5, f = phi[i] * scale + (phi[i] < 0 ? whole : 0);
+        int k = (int)f, j = (int)t;
+        points[i].k = (short)(k < whole ? k : 0), points[i].j = (short)(j - 1);
         points[i].f_k = (float)(f - k), points[i].f_j = (float)(t - j);
     }
 }
@@ -3351,61 +3539,69 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
    can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
-    int n = 2 * rings->M;
     for (size_t i = 0; i < count; ++i) {
         const envmapi_point *p = points + i;
-        if ((p->k + 3 < from || p->k - 2 >= to) && p->k > 1 && p->k < n - 3) continue;
-        envmapi_double4 terms[6];
-        double value[4];
-        float w_k[6], w_j[6];
-        envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
-        for (int c = 0; c < 4; ++c) value[c] = (double)values[4 * i + (size_t)c];
+        int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
+        if (end > 6) end = 6;
+        if (a >= end) continue;
+        envmapi_float4 terms[6];
+        float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
+        envmapi_splines(w, p->f_k, p->f_j);
         memset(terms, 0, sizeof terms);
         for (int b = 0; b < 6; ++b)
-            envmapi_double4_add(terms + b, (double)w_j[b], envmapi_double4_at(value));
-        for (int a = 0; a < 6; ++a) {
-            int k = envmapi_wrap(p->k - 2 + a, n);
-            if (k < from || k >= to) continue;
-            envmapi_double4 *ring = envmapi_double4_at(envmapi_ring(rings, k, p->j - 2));
-            for (int b = 0; b < 6; ++b) envmapi_double4_add(ring + b, (double)w_k[a], terms + b);
-        }
+            envmapi_float4_add(terms + b, w[8 + b], envmapi_float4_at(values + 4 * i));
+        for (; a < end; ++a, ring += rings->row)
+            for (int b = 0; b < 6; ++b)
+                envmapi_float4_add(envmapi_float4_at(ring + 4 * b), w[a], terms + b);
     }
 }
 
 static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_point *points,
                                       float *values, size_t count) {
-    int n = 2 * rings->M;
     for (size_t i = 0; i < count; ++i) {
         const envmapi_point *p = points + i;
-        envmapi_double4 sums[6], sum;
-        double value[4];
-        float w_k[6], w_j[6];
-        envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
-        memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
-        for (int a = 0; a < 6; ++a) {
-            const envmapi_double4 *ring =
-                envmapi_double4_at(envmapi_ring(rings, envmapi_wrap(p->k - 2 + a, n), p->j - 2));
-            for (int b = 0; b < 6; ++b) envmapi_double4_add(sums + b, (double)w_k[a], ring + b);
+        envmapi_float16 four; /* of six samples down the rings, and the other two */
+        envmapi_float4 sums[6], sum;
+        float w[16];
+        const float *ring = envmapi_ring(rings, p->k - 2, p->j - 2);
+        envmapi_splines(w, p->f_k, p->f_j);
+        memset(&four, 0, sizeof four), memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
+        for (int a = 0; a < 6; ++a, ring += rings->row) {
+            envmapi_float16_add(&four, w[a], envmapi_float16_at(ring));
+            envmapi_float4_add(sums + 4, w[a], envmapi_float4_at(ring + 16));
+            envmapi_float4_add(sums + 5, w[a], envmapi_float4_at(ring + 20));
         }
-        for (int b = 0; b < 6; ++b) envmapi_double4_add(&sum, (double)w_j[b], sums + b);
-        memcpy(value, &sum, sizeof value);
-        for (int c = 0; c < 4; ++c) values[4 * i + (size_t)c] = (float)value[c];
+        memcpy(sums, &four, sizeof four);
+        for (int b = 0; b < 6; ++b) envmapi_float4_add(&sum, w[8 + b], sums + b);
+        *envmapi_float4_at(values + 4 * i) = sum;
     }
 }
 
-/* Rings beyond a pole are the first ones half a turn on: add them there (fold), or copy. */
-static void envmapi_rings_poles(envmapi_rings *rings, int fold) {
+/* n numbers beyond an end are others inside: added to these (fold), or copied from there. */
+static void envmapi_fold(float *inside, float *beyond, size_t n, int fold) {
+    for (size_t i = 0; i < n; ++i) {
+        if (fold) inside[i] += beyond[i], beyond[i] = 0;
+        else beyond[i] = inside[i];
+    }
+}
+
+/* Samples beyond the seam are those a whole turn on. */
+static void envmapi_rings_seam(envmapi_rings *rings, int fold) {
+    for (int k = -3, n = 2 * rings->M; k < 3; ++k)
+        envmapi_fold(envmapi_ring(rings, k < 0 ? n + k : k, -3),
+                     envmapi_ring(rings, k < 0 ? k : n + k, -3), rings->row, fold);
+}
+
+/* Rings beyond a pole are the first ones half a turn on. */
+static void envmapi_rings_close(envmapi_rings *rings, int fold) {
     int M = rings->M;
-    for (int k = 0; k < 2 * M; ++k)
-        for (int i = 0; i < 6; ++i) {
-            int j = i < 3 ? i : M - 1 - (i - 3), mirrored = i < 3 ? -1 - i : M + (i - 3);
-            double *beyond = envmapi_ring(rings, k, mirrored);
-            double *inside = envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), j);
-            for (int c = 0; c < 4; ++c) {
-                if (fold) inside[c] += beyond[c];
-                else beyond[c] = inside[c];
-            }
-        }
+    if (fold) envmapi_rings_seam(rings, fold);
+    for (int i = 0; i < 12 * M; ++i) {
+        int k = i / 6, j = i % 3, south = i % 6 > 2;
+        envmapi_fold(envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), south ? M - 1 - j : j),
+                     envmapi_ring(rings, k, south ? M + j : -1 - j), 4, fold);
+    }
+    if (!fold) envmapi_rings_seam(rings, fold);
 }
 
 /* ---- FFT along the rings */
@@ -3487,66 +3683,72 @@ static void envmapi_fft(const envmapi_rings *rings, double *z, int sign) {
     }
 }
 
-/* Rings 2b, 2b+1 (real parts of z) and M-2-2b, M-1-2b (imaginary ones) of block b; F_m from and to
-   their place in G. */
-static void envmapi_rings_unpack(envmapi_rings *rings, int block, const double *z) {
-    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
+ENVMAPI_INLINE double *envmapi_rings_F(const envmapi_rings *rings, int m) {
+    return rings->F + 16 * rings->pairs * (size_t)m;
+}
+
+/* Rings 2b, 2b+1 (real parts of z) and M-2-2b, M-1-2b (imaginary ones) of block b -> F_m. */
+static void envmapi_rings_unpack(const envmapi_rings *rings, int block, const double *z) {
+    int n = 2 * rings->M;
     for (int m = 0; m < rings->bands; ++m) {
         const double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         const double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
-        double *e_re = envmapi_ring(rings, 2 * m, north), half = rings->response[m] / 2;
-        double *e_im = envmapi_ring(rings, 2 * m, south);
-        double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
-        for (int i = 0; i < 8; ++i) {
-            int s = i ^ 4; /* the pair's southern ring is the other one */
-            double n_re = (p[i] + q[i]) * half, n_im = (p[8 + i] - q[8 + i]) * half;
-            double s_re = (p[8 + s] + q[8 + s]) * half, s_im = (q[s] - p[s]) * half;
-            e_re[i] = n_re + s_re, e_im[s] = n_im + s_im;
-            o_re[i] = n_re - s_re, o_im[s] = n_im - s_im;
-        }
+        double *f = envmapi_rings_F(rings, m) + 32 * block, half = rings->response[m] / 2;
+        for (int i = 0; i < 32; i += 8) ENVMAPI_PREFETCH(f + 64 * rings->pairs + i);
+        for (int r = 0; r < 8; r += 4, f += 16)
+            for (int c = 0; c < 4; ++c) {
+                int i = r + c, s = i ^ 4; /* the pair's southern ring is the other one */
+                double n_re = (p[i] + q[i]) * half, n_im = (p[8 + i] - q[8 + i]) * half;
+                double s_re = (p[8 + s] + q[8 + s]) * half, s_im = (q[s] - p[s]) * half;
+                f[c] = n_re + s_re, f[c + 4] = n_im + s_im;
+                f[c + 8] = n_re - s_re, f[c + 12] = n_im - s_im;
+            }
     }
 }
 
 static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z) {
-    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
+    int n = 2 * rings->M;
     memset(z, 0, (size_t)n * 2 * ENVMAPI_BLOCK * sizeof(double));
     for (int m = rings->bands - 1; m >= 0; --m) {
         double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
-        const double *e_re = envmapi_ring(rings, 2 * m, north), w = rings->response[m];
-        const double *e_im = envmapi_ring(rings, 2 * m, south);
-        const double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
-        for (int i = 0; i < 8; ++i) { /* p = N + i S, q = conj N + i conj S */
-            int s = i ^ 4;
-            double n_re = (e_re[i] + o_re[i]) * w, n_im = (e_im[s] + o_im[s]) * w;
-            double s_re = (e_re[s] - o_re[s]) * w, s_im = (e_im[i] - o_im[i]) * w;
-            q[i] = n_re + s_im, q[8 + i] = s_re - n_im;
-            p[i] = m ? n_re - s_im : n_re, p[8 + i] = m ? s_re + n_im : s_re;
-        }
+        const double *f = envmapi_rings_F(rings, m) + 32 * block, w = rings->response[m];
+        for (int i = 0; m > 3 && i < 32; i += 8) ENVMAPI_PREFETCH(f - 64 * rings->pairs + i);
+        for (int r = 0; r < 8; r += 4) /* p = N + i S, q = conj N + i conj S */
+            for (int c = 0; c < 4; ++c) {
+                const double *north = f + 4 * r + c, *south = f + 4 * (r ^ 4) + c;
+                double n_re = (north[0] + north[8]) * w, n_im = (north[4] + north[12]) * w;
+                double s_re = (south[0] - south[8]) * w, s_im = (south[4] - south[12]) * w;
+                q[r + c] = n_re + s_im, q[8 + r + c] = s_re - n_im;
+                p[r + c] = m ? n_re - s_im : n_re, p[8 + r + c] = m ? s_re + n_im : s_re;
+            }
     }
 }
 
 /* z between a block's rings and the FFT. */
-static void envmapi_rings_block(envmapi_rings *rings, int block, double *z, int out) {
+static void envmapi_rings_block(const envmapi_rings *rings, int block, double *z, int out) {
     int north = 2 * block, south = rings->M - 2 - north;
     for (int k = 0; k < 2 * rings->M; ++k, z += 2 * ENVMAPI_BLOCK) {
-        double *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
-        if (out) memcpy(a, z, 64), memcpy(b, z + ENVMAPI_BLOCK, 64);
-        else memcpy(z, a, 64), memcpy(z + ENVMAPI_BLOCK, b, 64);
+        float *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
+        ENVMAPI_PREFETCH(a + 8 * rings->row), ENVMAPI_PREFETCH(b + 8 * rings->row);
+        for (int i = 0; i < ENVMAPI_BLOCK && out; ++i)
+            a[i] = (float)z[i], b[i] = (float)z[ENVMAPI_BLOCK + i];
+        for (int i = 0; i < ENVMAPI_BLOCK && !out; ++i)
+            z[i] = (double)a[i], z[ENVMAPI_BLOCK + i] = (double)b[i];
     }
 }
 
 /* ---- Legendre functions along the meridian */
 
-/* A and B of P_l = A_l (x P_(l-1) - B_l P_(l-2)), A_l = sqrt((4l^2-1)/(l^2-m^2)),
-   B_l = sqrt(((l-1)^2-m^2)/(4(l-1)^2-1)), for l = m+1 .. bands. */
+/* A and B of P_l = A_l x P_(l-1) - B_l P_(l-2), A_l = sqrt((4l^2-1)/(l^2-m^2)), B_l = A_l/A_(l-1),
+   for l = m+1 .. bands; P_(m-1) is 0. */
 static void envmapi_legendre_factors(double *A, double *B, int m, int bands) {
-    double mm = (double)m * m;
     for (int l = m + 1; l <= bands; ++l) {
-        double ll = (double)l * l, before = (l - 1.0) * (l - 1.0);
-        A[l] = sqrt((4 * ll - 1) / (ll - mm));
-        B[l] = l - 1 > m ? sqrt((before - mm) / (4 * before - 1)) : 0;
+        double ll = (double)l * l, square = (4 * ll - 1) / (ll - (double)m * m);
+        A[l] = square * envmapi_inverse_root(square);
     }
+    A[m] = 1;
+    for (int l = m + 1; l <= bands; ++l) B[l] = A[l] / A[l - 1];
 }
 
 /* P_(l-1), P_(l-2) at 8 points x -> P_l, P_(l-1). */
@@ -3555,31 +3757,30 @@ ENVMAPI_INLINE void envmapi_legendre_step(envmapi_double8 *now, envmapi_double8 
     envmapi_double8 ax, next;
     memset(&ax, 0, sizeof ax), memset(&next, 0, sizeof next);
     envmapi_double8_add(&ax, A, x);
-    envmapi_double8_add(&next, -A * B, before);
+    envmapi_double8_add(&next, -B, before);
     envmapi_double8_mad(&next, &ax, now);
     *before = *now, *now = next;
 }
 
 /* P_lm of 8 rings for l = m .. bands-1. sin^m begins as its logarithm: where it underflows, below
-   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-18 on
-   all 8 rings, or -1 when all are: far less than the rounding of P, which is of order 1.
-   Test: skipped_legendre_functions_are_negligible. */
+   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-14 on
+   all 8 rings, or -1 when all are: less than the rounding of what is summed. Up to there P grows
+   with l and towards the equator.  Test: skipped_legendre_functions_are_negligible. */
 static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
                             const double *A, const double *B) {
-    int H = rings->M / 2, any = 0, skip = -1;
+    int H = rings->M / 2, last = first + 8 < H ? 7 : H - 1 - first, skip = -1;
     double x[8], start[8];
     envmapi_double8 before, now;
     for (int b = 0; b < 8; ++b) {
         int j = first + b < H ? first + b : H - 1;
         double logarithm = rings->norms[m] + m * rings->log_sin[j];
         start[b] = logarithm > -700 && first + b < H ? exp(logarithm) : 0;
-        x[b] = rings->x[j], any |= start[b] > 0;
+        x[b] = rings->x[j];
     }
     now = *envmapi_double8_at(start), memset(&before, 0, sizeof before);
-    for (int l = m; any && l < rings->bands; ++l, P += 8) {
+    for (int l = m; start[last] > 0 && l < rings->bands; ++l, P += 8) {
         *envmapi_double8_at(P) = now;
-        for (int b = 0; b < 8 && skip < 0; ++b)
-            if (fabs(P[b]) > 1e-18) skip = (l - m) & ~1;
+        if (skip < 0 && fabs(P[last]) > 1e-14) skip = (l - m) & ~1;
         envmapi_legendre_step(&now, &before, envmapi_double8_at(x), A[l + 1], B[l + 1]);
     }
     return skip;
@@ -3591,58 +3792,33 @@ static size_t envmapi_triangle(int bands, int m) {
     return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
 }
 
-typedef struct envmapi_legendre_work {
-    double *A, *B, *P, *f, *a; /* f: F_m, [H][16]: e re, e im, o re, o im */
-} envmapi_legendre_work;
-
-static envmapi_legendre_work envmapi_legendre_work_of(const envmapi_rings *rings, int m,
-                                                      double *work) {
-    size_t L = (size_t)rings->bands, H = (size_t)rings->M / 2;
-    envmapi_legendre_work w = {work, work + L + 1, work + 2 * L + 2, work + 10 * L + 2, NULL};
-    w.a = w.f + 16 * H + 128;
-    memset(w.f + 16 * H, 0, 16 * 8 * sizeof(double));
-    envmapi_legendre_factors(w.A, w.B, m, rings->bands);
-    return w;
-}
-
-/* F_m of all rings from G to f and back. */
-static void envmapi_rings_copy(const envmapi_rings *rings, double *f, int m, int back) {
-    for (int odd = 0; odd < 2; ++odd)
-        for (int j = 0; j < rings->M / 2; ++j) {
-            double *re = envmapi_ring(rings, 2 * m + odd, j), *to = f + 16 * j + 8 * odd;
-            double *im = envmapi_ring(rings, 2 * m + odd, rings->M - 1 - j);
-            if (back) memcpy(re, to, 32), memcpy(im, to + 4, 32);
-            else memcpy(to, re, 32), memcpy(to + 4, im, 32);
-        }
-}
-
 /* Solves down the rings of one m, e and o apart: the equator mirrors c as +-c, the pole as
    (-1)^m c. */
 static void envmapi_rings_solve(const envmapi_rings *rings, double *f, int m) {
     int H = rings->M / 2;
-    for (int odd = 0; odd < 2; ++odd)
-        envmapi_double8_solve(f + 8 * odd, H, 16, 1, 0,
-                              rings->factors + (2 * (m & 1) + odd) * (H + 2));
+    envmapi_double8_solve(f, H, 16, 2, 8, rings->factors + 2 * (m & 1) * (H + 2), H + 2);
 }
 
 /* a[l] = sum_j P_l(j) F(j): even l - m see e, odd ones o. */
 static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
-    envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
-    envmapi_rings_copy(rings, w.f, m, 0);
-    envmapi_rings_solve(rings, w.f, m);
+    double *F = envmapi_rings_F(rings, m);
+    double *A = work, *B = A + rings->bands + 1, *P = B + rings->bands + 1;
+    envmapi_legendre_factors(A, B, m, rings->bands);
+    memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
+    envmapi_rings_solve(rings, F, m);
     memset(a, 0, (size_t)count * 8 * sizeof(double));
     for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
+        int l = envmapi_legendre(P, rings, m, first, A, B);
         envmapi_double8 f[16];
-        memcpy(f, w.f + 16 * first, sizeof f);
+        memcpy(f, F + 16 * first, sizeof f);
         for (; l >= 0 && l < count; l += 2) {
             envmapi_double8 even = *envmapi_double8_at(a + 8 * l), odd;
-            const double *P = w.P + 8 * l, *Q = l + 1 < count ? P + 8 : P;
+            const double *p = P + 8 * l, *q = l + 1 < count ? p + 8 : p;
             memset(&odd, 0, sizeof odd);
             for (int b = 0; b < 8; ++b) {
-                envmapi_double8_add(&even, P[b], f + 2 * b);
-                envmapi_double8_add(&odd, Q[b], f + 2 * b + 1);
+                envmapi_double8_add(&even, p[b], f + 2 * b);
+                envmapi_double8_add(&odd, q[b], f + 2 * b + 1);
             }
             *envmapi_double8_at(a + 8 * l) = even;
             if (l + 1 < count) envmapi_double8_add(envmapi_double8_at(a + 8 * l + 8), 1, &odd);
@@ -3665,18 +3841,19 @@ ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const doub
 static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double *a,
                                         const double *lambda, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
-    envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
-    for (int i = 0; i < 8 * count; ++i) w.a[i] = lambda[m + i / 8] * a[i];
+    double *F = envmapi_rings_F(rings, m), *A = work, *B = A + rings->bands + 1;
+    double *P = B + rings->bands + 1, *scaled = P + 8 * rings->bands;
+    envmapi_legendre_factors(A, B, m, rings->bands);
+    for (int i = 0; i < 8 * count; ++i) scaled[i] = lambda[m + i / 8] * a[i];
     for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
+        int l = envmapi_legendre(P, rings, m, first, A, B);
         for (int part = 0; part < 4; ++part) { /* even and odd l - m, four rings and four more */
             int odd = part & 1, b = 2 * (part & 2);
-            envmapi_legendre_four(w.f + 16 * (first + b) + 8 * odd, w.a, w.P + b,
+            envmapi_legendre_four(F + 16 * (first + b) + 8 * odd, scaled, P + b,
                                   l < 0 ? count : l + odd, count);
         }
     }
-    envmapi_rings_solve(rings, w.f, m);
-    envmapi_rings_copy(rings, w.f, m, 1);
+    envmapi_rings_solve(rings, F, m);
 }
 
 /* ---- as tasks, each a part that the data alone defines */
@@ -3692,8 +3869,9 @@ static int envmapi_spread_tasks(const envmapi_rings *r) {
 static void envmapi_task_spread(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
-    int from = n * task / tasks, to = n * (task + 1) / tasks;
-    memset(r->G + (size_t)from * r->row, 0, (size_t)(to - from) * r->row * sizeof(double));
+    int from = task ? n * task / tasks : -3;
+    int to = task + 1 < tasks ? n * (task + 1) / tasks : n + 3;
+    memset(envmapi_ring(r, from, -3), 0, (size_t)(to - from) * r->row * sizeof(float));
     envmapi_rings_spread(r, r->points, r->values, r->count, from, to);
 }
 
@@ -3730,7 +3908,7 @@ static void envmapi_task_legendre(void *context, int task) {
 static void envmapi_analyse(envmapi_rings *r, const envmap_work *work) {
     r->back = 0;
     envmapi_run_all(work, envmapi_task_spread, r, envmapi_spread_tasks(r));
-    envmapi_rings_poles(r, 1);
+    envmapi_rings_close(r, 1);
     envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
     envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
 }
@@ -3740,7 +3918,7 @@ static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
     r->back = 1;
     envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
     envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
-    envmapi_rings_poles(r, 0);
+    envmapi_rings_close(r, 0);
     envmapi_run_all(work, envmapi_task_interpolate, r, r->tasks);
 }
 
@@ -4018,13 +4196,20 @@ static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels
    (identity), which have one tap each. closed: nodes beyond an edge are others of the grid.
    folded: an octahedral map's faces are the octahedron's, two triangles in each quadrant, whose
-   nodes fill it: bit 0 of a face is the right half, bit 1 the lower, bit 2 beyond the horizon. */
+   nodes fill it: bit 0 of a face is the right half, bit 1 the lower, bit 2 beyond the horizon.
+   bent: a cube's nodes lie at u = (1 + tan a/tan g)/2, a even from -g to g: fewer are wasted on
+   corners. */
 typedef struct envmapi_grid {
     const envmap *map;
-    int faces, width, height, nu, nv, pad, identity, closed, folded, taps;
+    int faces, width, height, nu, nv, pad, identity, closed, folded, bent, taps;
     int line[2];  /* nodes that are solved together along v, and along u */
     size_t count; /* nodes */
 } envmapi_grid;
+
+/* g: the larger, the fewer nodes, but the farther apart where a face's spline ends. At 0.6
+   lights_beside_an_edge_keep_the_tolerance fails: 33 tolerances. */
+#define ENVMAPI_BEND     0.5
+#define ENVMAPI_BEND_TAN 0.54630248984379 /* its tangent */
 
 /* The largest |d direction / du| of a mapping, but at the rims of sphere and angular maps. */
 static double envmapi_stretch(int mapping) {
@@ -4044,16 +4229,19 @@ static envmapi_grid envmapi_grid_of(const envmap *map, double h, double toleranc
     envmapi_grid grid;
     int width = envmapi_width(map->mapping, map->size), closed = map->mapping == ENVMAP_LATLONG;
     int folds = map->mapping == ENVMAP_OCTAHEDRAL, faces = folds ? 8 : envmap_faces(map->mapping);
-    int n = (int)fmax(ceil(envmapi_stretch(map->mapping) / h / (1 + closed + folds)), 4) + folds;
-    grid.map = map;
-    grid.pad = 3 + (closed ? 0 : (int)ceil(log(0.002 / fmin(tolerance, 0.002)) / 0.843));
+    int pad = 3 + (closed ? 0 : (int)ceil(log(0.002 / fmin(tolerance, 0.002)) / 0.843));
+    double span = envmapi_stretch(map->mapping) / (1 + closed + folds);
+    grid.map = map, grid.pad = pad;
+    grid.bent = map->mapping == ENVMAP_CUBE && span > 4 * pad * h; /* nodes end before pi/2 */
+    if (grid.bent) span *= ENVMAPI_BEND / ENVMAPI_BEND_TAN;
+    int n = (int)fmax(ceil(span / h), 4) + folds;
     double nodes = faces * ((1.0 + closed) * n + 2 * grid.pad) * (n + 2.0 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
                     nodes > 0.8 * envmap_faces(map->mapping) * width * map->size;
     grid.closed = closed && !grid.identity, grid.taps = grid.identity ? 1 : 6;
     grid.folded = folds && !grid.identity;
     grid.faces = grid.folded ? faces : envmap_faces(map->mapping);
-    if (grid.identity) grid.pad = 0;
+    if (grid.identity) grid.pad = grid.bent = 0;
     grid.nu = grid.identity ? width : n * (1 + closed);
     grid.nv = grid.identity ? map->size : n;
     grid.width = grid.nu + 2 * grid.pad, grid.height = grid.nv + 2 * grid.pad;
@@ -4091,11 +4279,15 @@ typedef struct envmapi_taps {
 
 static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, const envmapi_grid *grid) {
     for (int x = 0; x < texels; ++x) {
-        double at = (x + 0.5) / texels * nodes * (1 + grid->folded) - 0.5 + grid->pad;
+        double at = (x + 0.5) / texels;
+        if (grid->bent) at = 0.5 + 0.5 / ENVMAPI_BEND * atan(ENVMAPI_BEND_TAN * (2 * at - 1));
+        at = at * nodes * (1 + grid->folded) - 0.5 + grid->pad;
         if (grid->folded && x >= texels / 2) at -= nodes;
         double before = floor(at);
+        float w[16];
         taps[x].start = (int)before - 2;
-        envmapi_spline(taps[x].w, (float)(at - before));
+        envmapi_splines(w, (float)(at - before), 0);
+        memcpy(taps[x].w, w, sizeof taps[x].w);
         if (grid->identity)
             memset(taps[x].w, 0, sizeof taps[x].w), taps[x].w[0] = 1, taps[x].start = x;
     }
@@ -4108,6 +4300,7 @@ typedef struct envmapi_transform {
     const envmapi_input *in;    /* of a source */
     envmapi_taps *u, *v;        /* of the texels */
     double (*factors)[3];       /* of the solve along columns, rows; of odd parts */
+    double *places;             /* u of the nodes, on a face's left half where it is folded */
     float *rows;                /* a task's rows of texels */
     int strips, along, adjoint; /* strips: of a face's grid, one a task; solve along rows */
     envmapi_lights lights;      /* summed apart */
@@ -4116,20 +4309,27 @@ typedef struct envmapi_transform {
     int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
 } envmapi_transform;
 
-/* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
+/* Rays of n texels or nodes at (u,v), to d[][at ..]; right: 1/2 to add to u, or 0. */
 static void envmapi_rays(double d[3][ENVMAPI_CHUNK], int at, int n, const envmapi_grid *grid,
-                         int face, double u, double du, double v) {
-    double ray[3], last[3];
+                         int face, const double *u, double right, double v) {
+    double ray[3], next[3];
     int flat = grid->map->mapping == ENVMAP_CUBE || grid->folded;
     for (int i = 0; i < n && !flat; ++i) {
-        envmapi_grid_ray(ray, grid, face, u + i * du, v);
+        envmapi_grid_ray(ray, grid, face, u[i] + right, v);
         for (int c = 0; c < 3; ++c) d[c][at + i] = ray[c];
     }
     if (!flat) return;
-    envmapi_grid_ray(ray, grid, face, u, v);
-    envmapi_grid_ray(last, grid, face, u + n * du, v);
+    envmapi_grid_ray(ray, grid, face, right, v);
+    envmapi_grid_ray(next, grid, face, right + 1, v);
     for (int c = 0; c < 3; ++c)
-        for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + i * ((last[c] - ray[c]) / n);
+        for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + u[i] * (next[c] - ray[c]);
+}
+
+/* u, or v, of the k-th of n nodes. */
+static double envmapi_grid_place(const envmapi_grid *grid, int k, int n) {
+    double at = (k - grid->pad + 0.5) / n; /* of a folded face, which is half of the map */
+    if (grid->bent) return 0.5 + 0.5 / ENVMAPI_BEND_TAN * tan(ENVMAPI_BEND * (2 * at - 1));
+    return grid->folded ? at / 2 : at;
 }
 
 /* Where the nodes are. Task: a row of the grid, of every face: 64 nodes at a time. */
@@ -4137,16 +4337,15 @@ static void envmapi_task_points(void *context, int y) {
     envmapi_transform *t = (envmapi_transform *)context;
     const envmapi_grid *grid = &t->grid;
     int width = grid->width, total = grid->faces * width, first = 0;
-    double d[3][ENVMAPI_CHUNK], part = grid->folded ? 0.5 : 1; /* of the map, a face's (u,v) are */
-    double du = part / grid->nu, v = (y - grid->pad + 0.5) * part / grid->nv;
+    double d[3][ENVMAPI_CHUNK], v = envmapi_grid_place(grid, y, grid->nv);
     envmapi_point points[ENVMAPI_CHUNK];
     for (int i = 0, next, n; i < total; i = next) { /* a run on one face, up to a full chunk */
         n = width - i % width;
         if (n > first + ENVMAPI_CHUNK - i) n = first + ENVMAPI_CHUNK - i;
         next = i + n;
         int face = i / width, right = grid->folded & face, below = grid->folded & face >> 1;
-        envmapi_rays(d, i - first, n, grid, face, (i % width - grid->pad + 0.5) * du + 0.5 * right,
-                     du, v + 0.5 * below);
+        envmapi_rays(d, i - first, n, grid, face, t->places + i % width, 0.5 * right,
+                     v + 0.5 * below);
         if (next - first < ENVMAPI_CHUNK && next < total) continue;
         envmapi_rings_points(points, &t->rings, d, next - first);
         for (int k = first; k < next; ++k) {
@@ -4172,12 +4371,14 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / h, bands + 2)));
     t->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
-    t->factors = (double(*)[3])envmapi_pool_get(pool, 2 * (high + wide + 4), 3 * sizeof(double));
-    if (!t->u || !t->rows || !t->factors ||
+    t->places = (double *)envmapi_pool_get(pool, wide + 6 * (high + wide + 4), sizeof(double));
+    if (!t->u || !t->rows || !t->places ||
         envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_tasks(work),
                              done ? &done->rings : NULL, pool))
         return ENVMAP_ERROR_MEMORY;
-    t->v = t->u + width;
+    t->v = t->u + width, t->factors = (double(*)[3])(t->places + wide);
+    for (int x = 0; x < t->grid.width; ++x)
+        t->places[x] = envmapi_grid_place(&t->grid, x, t->grid.nu);
     envmapi_taps_fill(t->u, (int)width, t->grid.nu, &t->grid);
     envmapi_taps_fill(t->v, map->size, t->grid.nv, &t->grid);
     for (int i = 0; i < 4; ++i) { /* along v, u; the same for odd parts of closed lines */
@@ -4200,10 +4401,7 @@ static void envmapi_grid_close(envmapi_transform *t) {
             int i = envmapi_wrap(j == y ? x : x + nu / 2, nu);
             float *beyond = t->rings.values + 4 * (size_t)((y + pad) * row + x + pad);
             float *inside = t->rings.values + 4 * (size_t)((j + pad) * row + i + pad);
-            for (int c = 0; c < 4 && beyond != inside; ++c) {
-                if (t->adjoint) inside[c] += beyond[c], beyond[c] = 0;
-                else beyond[c] = inside[c];
-            }
+            if (beyond != inside) envmapi_fold(inside, beyond, 4, t->adjoint);
         }
 }
 
@@ -4261,11 +4459,11 @@ ENVMAPI_INLINE void envmapi_lines_solve(float *line, const envmapi_transform *t,
     double(*factors)[3] = t->along ? t->factors + n[0] + 2 : t->factors;
     if (closed) envmapi_grid_parts(line, t, groups, step, apart, 1);
     else if (t->adjoint) envmapi_line_ends(line, t, groups, step, apart);
-    envmapi_float4_solve(line, n[t->along], step, groups, apart, factors);
+    envmapi_float4_solve(line, n[t->along], step, groups, apart, factors, 0);
     if (!closed && !t->adjoint) envmapi_line_ends(line, t, groups, step, apart);
     if (!closed) return;
     envmapi_float4_solve(line + 2 * t->grid.nu, n[t->along], step, groups, apart,
-                         factors + n[0] + n[1] + 4);
+                         factors + n[0] + n[1] + 4, 0);
     envmapi_grid_parts(line, t, groups, step, apart, 0.5f);
 }
 
@@ -4296,8 +4494,8 @@ static void envmapi_grid_solve(envmapi_transform *t, int adjoint, const envmap_w
 /* Rows of texels that are worked on together (speed only: one by one takes 1.9 x). */
 #define ENVMAPI_ROWS 16
 
-/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; y NULL: 1. The sums
-   stay in registers while rows go by. */
+/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; product 0: without y,
+   -1: that and sums are 0 before. The sums stay in registers while rows go by. */
 typedef struct envmapi_rows {
     const float *x[ENVMAPI_ROWS], *y[ENVMAPI_ROWS];
     float w[ENVMAPI_ROWS][6];
@@ -4317,11 +4515,12 @@ ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, cons
     envmapi_bits16 bits, all;
     if (notes) squares = notes->squares, all = notes->bits;
     memset(acc, 0, sizeof acc), memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega);
-    for (int j = 0; j < taps; ++j) memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
+    for (int j = 0; j < taps && product >= 0; ++j)
+        memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
     for (int r = 0; r < in->rows; ++r) {
         ENVMAPI_PREFETCH(in->x[r] + at + 64);
         memcpy(&texel, in->x[r] + at, bytes), light = texel;
-        if (product) {
+        if (product > 0) {
             memcpy(&omega, in->y[r] + at, bytes), memset(&light, 0, sizeof light);
             envmapi_float16_mad(&light, &texel, &omega);
         }
@@ -4477,9 +4676,10 @@ static void envmapi_task_norm(void *context, int task) {
 /* sums += what the lights send to n <= 64 texels from (x,y) on, over their norm. */
 static void envmapi_add_lights(float *sums, const float *norm, const envmapi_transform *t, int face,
                                int x, int y, int n) {
-    double a[3][ENVMAPI_CHUNK] = {{0}}, scale = 1 / t->norm;
-    double du = 1.0 / envmapi_width(t->grid.map->mapping, t->grid.map->size);
-    envmapi_rays(a, 0, n, &t->grid, face, (x + 0.5) * du, du, (y + 0.5) / t->grid.map->size);
+    double a[3][ENVMAPI_CHUNK] = {{0}}, u[ENVMAPI_CHUNK], scale = 1 / t->norm;
+    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
+    for (int i = 0; i < n; ++i) u[i] = (x + i + 0.5) / width;
+    envmapi_rays(a, 0, n, &t->grid, face, u, 0, (y + 0.5) / t->grid.map->size);
     for (int i = 0; i < n; i += ENVMAPI_BESIDE) {
         envmapi_lit lit;
         int m = n - i < ENVMAPI_BESIDE ? n - i : ENVMAPI_BESIDE;
@@ -4525,14 +4725,12 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_transfo
     envmapi_grid_run(run, &t->grid, face, y);
     int from = run[0], n = run[1] - run[0];
     out += 3 * from;
-    memset(out, 0, 3 * (size_t)n * sizeof *out);
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * from;
-    envmapi_rows_add(out, 0, 1, in, 0, NULL, 3 * (size_t)n);
+    envmapi_rows_add(out, 0, 1, in, -1, NULL, 3 * (size_t)n);
     for (int i = 0; i < 3 * n && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
     if (!t->lights.count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width - 2 * from;
-    memset(norm, 0, (size_t)n * sizeof *norm);
-    envmapi_rows_add(norm, 0, 1, in, 0, NULL, (size_t)n);
+    envmapi_rows_add(norm, 0, 1, in, -1, NULL, (size_t)n);
     for (int x = 0; x < n; x += ENVMAPI_CHUNK)
         envmapi_add_lights(out + 3 * x, norm + x, t, face, from + x, y,
                            n - x < ENVMAPI_CHUNK ? n - x : ENVMAPI_CHUNK);
@@ -4729,7 +4927,7 @@ ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double di
         envmapi_sh_points_order(&n, m, bands);
         for (int l = m; l < bands; ++l) {
             Y[l * (l + 1) - m] = now * n.powers[1][0], Y[l * (l + 1) + m] = now * n.powers[0][0];
-            double up = l + 1 < bands ? n.A[l + 1] * (n.z[0] * now - n.B[l + 1] * before) : 0;
+            double up = l + 1 < bands ? n.A[l + 1] * n.z[0] * now - n.B[l + 1] * before : 0;
             before = now, now = up;
         }
     }
@@ -4830,6 +5028,23 @@ static int envmapi_sh_axis(double *sign, int mapping, int face, int i) {
     return j;
 }
 
+/* S, T, M and |d|, w / |d|^2 of a cube's row of small texels, as below: by vectors. */
+static void envmapi_sh_cube_row(double *to, size_t half, int edge, int y) {
+    double side = 2.0 / edge, y0 = y * side - 1, y1 = y0 + side, Y = y0 + side / 2;
+    for (size_t i = 0; i < half; ++i) {
+        double x0 = (double)(int)i * side - 1, x1 = x0 + side, X = x0 + side / 2, turn[2];
+        double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0, dd = 1 + X * X + Y * Y;
+        double root = envmapi_inverse_root(dd);
+        envmapi_cube_turn(turn, x0, y0, x1, y1, (b + q) * envmapi_inverse_root(b + q),
+                          (b + p) * envmapi_inverse_root(b + p),
+                          (a + q) * envmapi_inverse_root(a + q),
+                          (a + p) * envmapi_inverse_root(a + p));
+        to[i] = X, to[half + i] = Y, to[2 * half + i] = 1, to[3 * half + i] = dd * root;
+        to[4 * half + i] = envmapi_small_atan(turn[1] / turn[0]) * root * root;
+    }
+    if (edge % 2) to[5 * half - 1] /= 2;
+}
+
 /* The left half of row y of a face's upper half: d and |d|, w / |d|^2, then their products. A texel
    in the middle is its own mirror image. On lat-long each d is the one before, turned by a column,
    and rows differ from the first, `from`, by a factor. */
@@ -4841,7 +5056,9 @@ static void envmapi_sh_products(double *to, size_t half, const envmapi_sh_job *j
     double w = 0, scale = 2 * y + 1 == edge ? 0.5 : 1, *weights = to + 4 * half;
     for (size_t k = 0; k < 4; ++k)
         along[envmapi_sh_axis(sign + k, mapping, 0, (int)k)] = to + k * half;
-    for (int i = 0; i < (int)half && (mapping != ENVMAP_LATLONG || y == from); ++i) {
+    int cube = mapping == ENVMAP_CUBE && edge >= 16;
+    if (cube) envmapi_sh_cube_row(to, half, edge, y), sign[0] = sign[1] = sign[2] = 1;
+    for (int i = 0; i < (int)half && !cube && (mapping != ENVMAP_LATLONG || y == from); ++i) {
         double x = d[0];
         if (mapping != ENVMAP_LATLONG || i % 64 == 0) {
             w = envmapi_texel_cell(at, mapping, edge, i, y);
@@ -5311,14 +5528,15 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
    tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
-                   within 12 texels or 8 sigma, by Gauss-Legendre on patches that end where it has
-                   kinks; in polar coordinates about a for sphere and angular maps and
-                   Banks' lobes. What a lobe has beyond (the tail of GGX) is smooth at a texel's
-                   scale and stays a sum over texels.
+                   within 12 texels, 8 sigma, or twice the angle of a function's or a table's last
+                   flank, by Gauss-Legendre on patches that end where it has kinks; in polar
+                   coordinates about a for sphere and angular maps and Banks' lobes. What a lobe
+                   has beyond (the tail of GGX) is smooth at a texel's scale and stays a sum over
+                   texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
    tuned; they are the definition.
-       l_i, w_i, L_i w_i           envmapi_source_create, once for all axes
+       l_i, w_i                    envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
        the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
@@ -5340,9 +5558,9 @@ static double envmapi_texel_extent(const envmap *src) {
 #define ENVMAPI_TILE 256
 typedef struct envmapi_source {
     const envmap *map;
+    const float *texels; /* of the slice */
     size_t count, tiles;
     double *x, *y, *z, *w; /* [count] direction and solid angle */
-    double *r, *g, *b;     /* [count] radiance times solid angle */
     uint32_t *code;        /* [count] face, then the bits of y and x in turn, 2 bits of them */
     uint32_t *place;       /* [count] of the texel in the map */
     int bits;              /* of y and x each */
@@ -5351,6 +5569,10 @@ typedef struct envmapi_source {
     double radius;         /* of the widest tile, rad */
     void *block;           /* the memory of all of the above */
 } envmapi_source;
+
+static const float *envmapi_source_rgb(const envmapi_source *s, size_t i) {
+    return s->texels + 3 * (size_t)s->place[i];
+}
 
 static void envmapi_source_free(envmapi_source *source, void *memory) {
     if (source->block) ENVMAP_FREE(memory, source->block);
@@ -5365,22 +5587,19 @@ static int envmapi_unzip(uint32_t n, int bits) {
 }
 
 /* Appends the texels whose codes start at `from`, and their tile. */
-static void envmapi_source_tile(envmapi_source *s, int slice, uint32_t from) {
+static void envmapi_source_tile(envmapi_source *s, uint32_t from) {
     int mapping = s->map->mapping, edge = s->map->size, width = envmapi_width(mapping, edge);
     int face = (int)(from >> 2 * s->bits);
     int x0 = envmapi_unzip(from, s->bits), y0 = envmapi_unzip(from >> 1, s->bits);
-    const float *image = envmapi_image(s->map, 0, slice, face);
     double sum[3] = {0, 0, 0}, at[2], d[3];
     for (uint32_t n = 0; n < ENVMAPI_TILE; ++n) {
         int x = x0 + envmapi_unzip(n, 4), y = y0 + envmapi_unzip(n >> 1, 4);
         double w = x < width && y < edge ? envmapi_texel_cell(at, mapping, edge, x, y) : 0;
         if (!(w > 0)) continue;
-        const float *rgb = image + 3 * ((size_t)y * (size_t)width + (size_t)x);
         size_t i = s->count++;
-        s->place[i] = (uint32_t)((rgb - envmapi_image(s->map, 0, slice, 0)) / 3);
+        s->place[i] = (uint32_t)((face * edge + y) * width + x);
         envmapi_direction(d, mapping, face, at[0], at[1]);
         s->x[i] = d[0], s->y[i] = d[1], s->z[i] = d[2], s->w[i] = w, s->code[i] = from + n;
-        s->r[i] = w * (double)rgb[0], s->g[i] = w * (double)rgb[1], s->b[i] = w * (double)rgb[2];
         for (int c = 0; c < 3; ++c) sum[c] += d[c];
     }
     envmapi_unit(s->centre[s->tiles], sum);
@@ -5399,20 +5618,19 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     size_t tiles = (size_t)((width + 15) / 16) * (size_t)((map->size + 15) / 16) * (size_t)faces;
     memset(s, 0, sizeof *s);
     if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
-    size_t bytes = n * (7 * sizeof *s->x + 2 * sizeof *s->code);
+    size_t bytes = n * (4 * sizeof *s->x + 2 * sizeof *s->code);
     bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
     double *block = (double *)ENVMAP_MALLOC(memory, bytes);
     if (!block) return ENVMAP_ERROR_MEMORY;
-    s->map = map, s->block = block, s->bits = 4;
+    s->map = map, s->block = block, s->bits = 4, s->texels = envmapi_image(map, 0, slice, 0);
     while (1 << s->bits < width) ++s->bits;
     s->x = block, s->y = block + n, s->z = block + 2 * n, s->w = block + 3 * n;
-    s->r = block + 4 * n, s->g = block + 5 * n, s->b = block + 6 * n;
-    s->centre = (double(*)[3])(block + 7 * n);
+    s->centre = (double(*)[3])(block + 4 * n);
     s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
     s->code = (uint32_t *)(s->first + tiles + 1), s->place = s->code + n;
     for (uint32_t code = 0; code >> 2 * s->bits < (uint32_t)faces; code += ENVMAPI_TILE)
         if (envmapi_unzip(code, s->bits) < width && envmapi_unzip(code >> 1, s->bits) < map->size)
-            envmapi_source_tile(s, slice, code);
+            envmapi_source_tile(s, code);
     return ENVMAP_OK;
 }
 
@@ -5477,9 +5695,10 @@ static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
 static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
     const envmapi_source *s = axis->source;
     if (k >= 0 && k <= 0) return; /* NaN goes on: it must be seen */
-    axis->sum[3] += k * s->w[i];
-    if (!axis->level.texels) axis->light[s->place[i]] += k * s->w[i];
-    else axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
+    k *= s->w[i], axis->sum[3] += k;
+    if (!axis->level.texels) axis->light[s->place[i]] += k;
+    const float *rgb = envmapi_source_rgb(s, i);
+    for (int c = 0; c < 3 && axis->level.texels; ++c) axis->sum[c] += k * (double)rgb[c];
 }
 
 /* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are `last` or more. */
@@ -5722,6 +5941,20 @@ typedef struct envmapi_axes {
 } envmapi_axes;
 
 /* Makes ready for a slice of src and of `slices` of a result. */
+/* The last flank of a function or a table: the angle beyond which k falls no faster than theta^-11,
+   or is next to nothing. */
+static double envmapi_axis_flank(const envmap_lobe *lobe, double p, double sigma) {
+    double step = fmax(sigma / 2, ENVMAPI_PI / 4096), all = 0, last = 0, before = 0;
+    for (double theta = step; theta < ENVMAPI_PI && lobe->kind >= ENVMAP_LOBE_FUNCTION;
+         theta += step) {
+        double k = fabs(envmapi_k(lobe, cos(theta), p)), ring = before * theta * step;
+        all += ring;
+        if (k < before * exp(-11 * step / theta) && ring > 1e-4 * all) last = theta;
+        before = k;
+    }
+    return last;
+}
+
 static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
     axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1;
@@ -5730,7 +5963,8 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->texel = envmapi_texel_extent(src);
     axis->tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
-    axis->reach = fmax(12 * axis->texel, 8 * axis->sigma);
+    axis->reach = fmax(fmax(12 * axis->texel, 8 * axis->sigma),
+                       2 * envmapi_axis_flank(axis->lobe, axis->p, axis->sigma));
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
     axis->sight = axis->to;
     axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
@@ -5854,7 +6088,8 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
     envmapi_node *node = tree->level[level];
     for (int i = 0; i < below; ++i) {
         envmapi_node *child = level > 1 ? tree->level[level - 1] + i : NULL;
-        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {s->r[i], s->g[i], s->b[i], s->w[i]};
+        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {0, 0, 0, s->w[i]};
+        for (int c = 0; c < 3; ++c) e[c] = e[3] * (double)envmapi_source_rgb(s, (size_t)i)[c];
         double radius = child ? envmapi_node_join(d, e, child) : 0;
         uint32_t code = (child ? child->code : s->code[i]) >> 2;
         if (node->children && node->code != code) ++node;
@@ -6719,9 +6954,9 @@ static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int ax
    K of a few axes, and of those between, by cubic polynomials.
      in     a tile of axes, the open window of some       out    K of these
    Two cubes' texels lie alike about all axes of a face, if one's edge is a multiple of the other's:
-   there K of a texel so many texels from the axis changes slowly from axis to axis. It is summed for
-   4 x 4 axes of a tile. Beside an edge it changes slowly along the edge only, on both faces: it is
-   summed for 4 axes of each row.
+   there K of a texel so many texels from the axis changes slowly from axis to axis. It is summed
+   for 4 x 4 axes of a tile. Beside an edge it changes slowly along the edge only, on both faces: it
+   is summed for 4 axes of each row.
    For a lat-long K is a function of the axis' latitude, the texel's row and the difference of their
    longitudes. It is summed at knots of both, for all axes between the centres of two rows, which
    are a cell; of its fourth root, as the root of a Gaussian is one twice as wide.
@@ -7993,22 +8228,29 @@ static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
     return 1;
 }
 
+/* Of `sums`: the block that a light is in. */
+static float *envmapi_light_block(float *sums, const envmapi_scene *s, const envmapi_light *light) {
+    size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
+    size_t size = (size_t)s->in.map->size, x = light->texel % width, y = light->texel / width;
+    size_t row = y / size * (size_t)s->blocks[0].nv + y % size / (size_t)s->edge;
+    return sums + 4 * (row * (size_t)s->blocks[0].nu + x / (size_t)s->edge);
+}
+
 /* The contrast of what the lights leave, no texel of which has more than `limit` of all energy.
    rest: room for the blocks without the lights. */
 static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
     size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
-    size_t size = (size_t)s->in.map->size, nu = (size_t)s->blocks[0].nu;
+    size_t size = (size_t)s->in.map->size;
     double squares = s->squares, off = s->cut;
     memcpy(rest, s->sums, 4 * s->blocks[0].count * sizeof *rest);
     for (int i = 0; i < s->light_count; ++i) {
         const double *v = s->lights[i].value, square = envmapi_light_square(s->lights + i);
         size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
-        size_t row = y / size * (size_t)s->blocks[0].nv + y % size / (size_t)s->edge;
-        float *sum = rest + 4 * (row * nu + x / (size_t)s->edge);
+        float *sum = envmapi_light_block(rest, s, s->lights + i);
         int cut = !(envmapi_omega_row(&s->in, (int)(y % size))[3 * x] > 0);
         for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
         s->energy -= envmapi_light_energy(s->lights + i);
-        squares -= square * envmapi_block_group(s, 0, row * nu);
+        squares -= square * envmapi_block_group(s, 0, (size_t)(sum - rest) / 4);
         if (cut) off -= square;
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
@@ -8030,50 +8272,67 @@ static void envmapi_block_direction(double d[3], const envmapi_scene *s, int i, 
                       fmin((y % nv + 0.5) * wide / s->in.map->size, 1));
 }
 
+/* Blocks that axes see, for histograms: where, and RGB energy and parts of kappa^2; angle: the row
+   of a histogram where the cosine is 1 - i/512. */
+typedef struct envmapi_sight {
+    envmapi_histogram *histograms;
+    size_t count;
+    double (*d)[3], *squares;
+    float (*values)[3 + ENVMAPI_SCALES];
+    unsigned char angle[1026];
+} envmapi_sight;
+
+/* Task: what an axis sees. */
+static void envmapi_task_see(void *context, int a) {
+    const envmapi_sight *t = (const envmapi_sight *)context;
+    envmapi_histogram *to = t->histograms + a;
+    for (size_t b = 0; b < t->count; ++b) {
+        float *seen = to->seen[t->angle[(int)(512.5 - 512 * envmapi_dot(to->axis, t->d[b]))]];
+        envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(t->values[b]));
+    }
+}
+
 /* Adds the blocks at scale j to all histograms: energies if `from` is 0, and in detail the squares
-   in `rest` of scales from .. j, over their sum. squares: room for (j-from+1) times the blocks;
-   angle: of histograms, where the cosine is 1 - i/512. */
-static void envmapi_histograms_add(envmapi_scene *s, const float *rest, int from, int j,
-                                   double *squares, const unsigned char *angle) {
+   in `rest` of scales from .. j, over their sum. */
+static void envmapi_histograms_add(envmapi_sight *t, envmapi_scene *s, const float *rest, int from,
+                                   int j, const envmap_work *work) {
     const float *sums = s->sums + s->blocks[j].at;
-    size_t count = s->blocks[j].count;
-    memset(squares, 0, (size_t)(j - from + 1) * count * sizeof *squares);
+    size_t count = t->count = s->blocks[j].count;
+    memset(t->squares, 0, (size_t)(j - from + 1) * count * sizeof *t->squares);
+    memset(t->values, 0, count * sizeof *t->values);
     for (int i = from; i <= j && s->detail; ++i) {
         size_t spot;
-        double most = 0, *part = squares + (size_t)(i - from) * count;
+        double most = 0, *part = t->squares + (size_t)(i - from) * count;
         double total = envmapi_scene_squares(part, &most, &spot, s, rest, i, j);
-        for (size_t b = 0; b < count && total > 0; ++b) part[b] /= total;
+        for (size_t b = 0; b < count && total > 0; ++b)
+            t->values[b][3 + i] = (float)(part[b] / total);
     }
     for (size_t b = 0; b < count; ++b) {
-        float values[3 + ENVMAPI_SCALES] = {0};
-        double d[3];
-        envmapi_block_direction(d, s, j, b);
+        envmapi_block_direction(t->d[b], s, j, b);
         for (int c = 0; c < 3 && !from; ++c)
-            values[c] = (float)((double)sums[4 * b + (size_t)c] / s->strongest);
-        for (int i = from; i <= j; ++i)
-            values[3 + i] = (float)squares[(size_t)(i - from) * count + b];
-        for (envmapi_histogram *a = s->histograms; a < s->histograms + s->axes; ++a) {
-            float *seen = a->seen[angle[(int)(512.5 - 512 * envmapi_dot(a->axis, d))]];
-            envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(values));
-        }
+            t->values[b][c] = (float)((double)sums[4 * b + (size_t)c] / s->strongest);
     }
+    envmapi_run_all(work, envmapi_task_see, t, s->axes);
 }
 
 /* Fills the histograms. Energies and the finer scales come from blocks narrower than sigma/2, if
    these are not too many, coarser scales from their own; rest: the blocks without the lights. */
 static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, const float *rest,
-                                              envmapi_pool *pool) {
+                                              const envmap_work *work, envmapi_pool *pool) {
     int j = 0, edge = s->round == ENVMAPI_ROUND ? 5 : 3;
     double extent = s->edge * envmapi_texel_extent(s->in.map);
-    unsigned char angle[1026];
+    envmapi_sight t;
     while (j + 1 < s->scales && (4 * extent <= sigma || s->blocks[j].count > ENVMAPI_SEEN))
         ++j, extent *= 2;
-    double *squares =
-        (double *)envmapi_pool_get(pool, (size_t)(j + 1) * s->blocks[j].count, sizeof *squares);
-    if (!squares) return ENVMAP_ERROR_MEMORY;
+    size_t count = s->blocks[j].count;
+    t.histograms = s->histograms;
+    t.squares = (double *)envmapi_pool_get(pool, (size_t)(j + 1) * count, sizeof *t.squares);
+    t.d = (double(*)[3])envmapi_pool_get(pool, count, sizeof *t.d);
+    t.values = (float(*)[3 + ENVMAPI_SCALES])envmapi_pool_get(pool, count, sizeof *t.values);
+    if (!t.squares || !t.d || !t.values) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < 1026; ++i) {
-        double t = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
-        angle[i] = (unsigned char)fmin(sqrt(t) * ENVMAPI_ANGLES, ENVMAPI_ANGLES - 1);
+        double part = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
+        t.angle[i] = (unsigned char)fmin(sqrt(part) * ENVMAPI_ANGLES, ENVMAPI_ANGLES - 1);
     }
     memset(s->histograms, 0, (size_t)s->axes * sizeof *s->histograms);
     for (int a = 0; a < s->round; ++a)
@@ -8082,14 +8341,15 @@ static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, co
     for (int i = 0; i < s->axes - s->round; ++i)
         envmapi_block_direction(s->histograms[s->round + i].axis, s, i, s->scale[i].spot);
     for (int from = 0; s->strongest > 0 && j < s->scales && (s->detail || !from); from = ++j)
-        envmapi_histograms_add(s, rest, from, j, squares, angle);
+        envmapi_histograms_add(&t, s, rest, from, j, work);
     return ENVMAP_OK;
 }
 
 /* Lists the texels with more than 1/2000 of the scene's energy, or so much more, by doubling, that
    there is room for all; kappa is then what they leave. Histograms are for lobes of this sigma. The
    blocks in s->sums stay whole. */
-static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmapi_pool *pool) {
+static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, const envmap_work *work,
+                                          envmapi_pool *pool) {
     const envmapi_blocks *last = s->blocks + s->scales - 1;
     int fits = 0;
     s->detail = sigma <= ENVMAPI_NARROW;
@@ -8116,7 +8376,7 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmap
     }
     envmapi_scene_unlit(s, s->all > 0 ? limit / s->all : 1, rest);
     envmap_result result =
-        envmapi_scene_histograms(s, sigma, s->light_count ? rest : s->sums, pool);
+        envmapi_scene_histograms(s, sigma, s->light_count ? rest : s->sums, work, pool);
     envmapi_pool_free(pool, kept);
     return result;
 }
@@ -8216,6 +8476,8 @@ typedef struct envmapi_spec {
     double brightest; /* the largest |lambda_0| of a slice */
     double dark;      /* D of the scene, for a smooth lobe */
     double midpoint;  /* side^2/24 of a texel's side: what its midpoint loses, over the curvature */
+    const envmapi_scene *scene; /* that it is being fitted to, slice by slice, as this work says */
+    const envmap_work *work;
 } envmapi_spec;
 
 /* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
@@ -8244,6 +8506,7 @@ static void envmapi_series_add(envmapi_series *series, double *sum, double weigh
    4 pi (2 pi integral of k^2) / norm^2; 0 where that is not finite. */
 static int envmapi_slice_lambda(envmapi_slice *slice, const envmap_lobe *lobe, int bands) {
     double norm = envmapi_lobe_norm(lobe);
+    slice->power = HUGE_VAL;
     if (!envmapi_zonal(slice->lambda, bands, lobe, slice->p)) return 0;
     if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, slice->p);
     slice->power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, slice->p, 2) / (norm * norm);
@@ -8425,18 +8688,30 @@ static double envmapi_slice_spacing(const envmapi_slice *slice, const envmapi_sp
     return test.widest * pow(0.96, envmapi_least(steps, envmapi_spacing_holds, &test) - 1);
 }
 
+/* A task for every slice; one alone does not ask the executor. */
+static void envmapi_spec_each(envmapi_spec *spec, envmap_task *task) {
+    if (spec->slices > 1) envmapi_run_all(spec->work, task, spec, spec->slices);
+    else task(spec, 0);
+}
+
 /* lambda_l of so many bands, and k of every slice; 0 where these are not finite. */
+static void envmapi_task_lambda(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    envmapi_slice *slice = spec->slice + k;
+    envmapi_series series;
+    envmapi_series_begin(&series, spec->angles->x);
+    memset(slice->k, 0, sizeof slice->k);
+    if (!envmapi_slice_lambda(slice, spec->lobe, spec->known)) return;
+    for (int l = 0; l < spec->known; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
+}
+
 static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
-    envmapi_slice *slice = spec->slice;
+    int finite = 1;
     if (bands <= spec->known) return 1;
-    for (spec->known = bands; slice < spec->slice + spec->slices; ++slice) {
-        envmapi_series series;
-        envmapi_series_begin(&series, spec->angles->x);
-        if (!envmapi_slice_lambda(slice, spec->lobe, bands)) return 0;
-        memset(slice->k, 0, sizeof slice->k);
-        for (int l = 0; l < bands; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
-    }
-    return 1;
+    spec->known = bands;
+    envmapi_spec_each(spec, envmapi_task_lambda);
+    for (int k = 0; k < spec->slices; ++k) finite &= envmapi_finite(spec->slice[k].power);
+    return finite;
 }
 
 /* A sum over texel centres shows the texels' lattice if lambda_l has not decayed by the lattice's
@@ -8457,32 +8732,47 @@ static int envmapi_spec_enough(const envmapi_spec *spec) {
     return spec->L <= spec->known - spec->known / 8;
 }
 
-/* Bands of every slice, and the most, unless there are not bands enough. */
-static void envmapi_spec_bands(envmapi_spec *spec, const envmapi_scene *s) {
-    spec->L = 1;
-    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-        slice->L = envmapi_slice_bands(slice, spec, s, 1);
-        if (slice->L > spec->L) spec->L = slice->L;
-        if (!envmapi_spec_enough(spec) && spec->known < ENVMAPI_FAST_BANDS) return;
-    }
+static void envmapi_task_look(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    envmapi_slice_look(spec->slice + k, spec, spec->scene);
+}
+
+static void envmapi_task_bands(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    spec->slice[k].L = envmapi_slice_bands(spec->slice + k, spec, spec->scene, 1);
+}
+
+static void envmapi_task_spacing(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    spec->slice[k].h = envmapi_slice_spacing(spec->slice + k, spec, spec->scene);
+}
+
+/* Bands of every slice, and the most; not all, where the first has not enough (speed only). */
+static void envmapi_spec_bands(envmapi_spec *spec) {
+    envmapi_task_bands(spec, 0);
+    spec->L = spec->slice[0].L;
+    if (spec->slices == 1) return;
+    if (!envmapi_spec_enough(spec) && spec->known < ENVMAPI_FAST_BANDS) return;
+    envmapi_spec_each(spec, envmapi_task_bands);
+    for (int k = 0; k < spec->slices; ++k)
+        if (spec->slice[k].L > spec->L) spec->L = spec->slice[k].L;
 }
 
 /* Bands for this scene; 0 where there are not enough, or more than `most`. lambda_l is known for
    24, 96, 192 ... bands until they are enough (speed only). */
-static int envmapi_spec_search(envmapi_spec *spec, const envmapi_scene *scene, double most) {
+static int envmapi_spec_search(envmapi_spec *spec, double most) {
     for (int bands = spec->known > 24 ? spec->known : 24;; bands = bands < 96 ? 96 : 2 * bands) {
         if (bands > ENVMAPI_FAST_BANDS) bands = ENVMAPI_FAST_BANDS;
         if (!envmapi_spec_lambda(spec, bands)) return 0;
-        for (int k = 0; k < spec->slices && !spec->L; ++k)
-            envmapi_slice_look(spec->slice + k, spec, scene);
-        envmapi_spec_bands(spec, scene);
+        if (!spec->L) envmapi_spec_each(spec, envmapi_task_look);
+        envmapi_spec_bands(spec);
         if (envmapi_spec_enough(spec)) return spec->L <= most;
         if (spec->L > most) return 0;
         if (bands < ENVMAPI_FAST_BANDS) continue;
         if (bands < ENVMAPI_SMOOTH / spec->sigma) return 0;
         spec->L = spec->known / 2; /* a kink beside nothing but dark: at least the rms */
         for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-            if (envmapi_slice_bands(slice, spec, scene, 0) > spec->L) return 0;
+            if (envmapi_slice_bands(slice, spec, spec->scene, 0) > spec->L) return 0;
             if (slice->L > spec->L) slice->L = spec->L;
         }
         return spec->L <= most;
@@ -8492,12 +8782,11 @@ static int envmapi_spec_search(envmapi_spec *spec, const envmapi_scene *scene, d
 /* Bands and spacing for this scene; L 0 where that cannot be. */
 static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
     spec->L = 0, spec->h = HUGE_VAL, spec->dark = envmapi_scene_dark(scene, spec->sigma);
-    if (!envmapi_spec_search(spec, scene, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
+    spec->scene = scene;
+    if (!envmapi_spec_search(spec, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
         return spec->L = 0;
-    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-        slice->h = envmapi_slice_spacing(slice, spec, scene);
-        spec->h = fmin(spec->h, slice->h);
-    }
+    envmapi_spec_each(spec, envmapi_task_spacing);
+    for (int k = 0; k < spec->slices; ++k) spec->h = fmin(spec->h, spec->slice[k].h);
     return spec->L;
 }
 
@@ -8540,12 +8829,12 @@ typedef struct envmapi_scenes {
 
 /* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave. */
 static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_scenes *scenes,
-                                       envmapi_pool *pool) {
+                                       const envmap_work *work, envmapi_pool *pool) {
     int kinked = 0;
     double extent = envmapi_texel_extent(scenes->whole.in.map), sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
     for (envmapi_spec *spec = specs; spec < specs + count; ++spec) {
-        spec->kinked = 0;
+        spec->kinked = 0, spec->work = work;
         spec->kinked =
             !envmapi_spec_fit(spec, &scenes->whole, fmax(24, ENVMAPI_SMOOTH / spec->sigma));
         kinked += spec->kinked;
@@ -8553,7 +8842,7 @@ static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_s
     }
     if (kinked && !scenes->unlit.lights) {
         scenes->unlit = scenes->whole;
-        result = envmapi_scene_lights(&scenes->unlit, sigma, pool);
+        result = envmapi_scene_lights(&scenes->unlit, sigma, work, pool);
     }
     for (envmapi_spec *spec = specs; spec < specs + count && !result; ++spec)
         /* A kink sees the lattice of large texels. Test: a_lamp_anywhere_keeps_the_tolerance. */
@@ -8849,7 +9138,9 @@ static envmap_result envmapi_job_look(envmapi_job *job, int slice) {
         result = envmapi_scene_create(&job->scenes.whole, job->src, slice, sigma, &job->desc.work,
                                       &job->pool);
     }
-    return result ? result : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->pool);
+    return result ? result
+                  : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->desc.work,
+                                      &job->pool);
 }
 
 /* The one door: checks all but what envmapi_desc has checked, and finds out what there is to do. No
@@ -9065,6 +9356,52 @@ static void envmapi_power_scene(envmapi_power *d) {
     }
 }
 
+/* a_lm of a scene's lights: added (1), or taken out (-1). */
+static void envmapi_power_lights(envmapi_power *d, const envmapi_scene *s, int sign) {
+    envmapi_sh_points *n = d->points;
+    for (int i = 0; i < s->light_count;) {
+        for (n->count = 0; n->count < ENVMAPI_SH_POINTS && i < s->light_count; ++i) {
+            for (int c = 0; c < 3; ++c)
+                n->e[c][n->count] = sign * ldexp(s->lights[i].value[c], s->in.exponent);
+            envmapi_sh_points_add(n, s->lights[i].d);
+        }
+        envmapi_sh_scatter(d->sh, d->known, n);
+    }
+}
+
+/* Can the blocks in which the scene was summed stand for its texels? They can where the shortest
+   wave is three blocks long, if each block is a texel of a smaller map. */
+static int envmapi_power_coarse(const envmapi_power *d, const envmapi_scene *s, const envmap *src) {
+    return !s->in.exponent && !envmapi_is_disc(src->mapping) && src->size % s->edge == 0 &&
+           d->known * s->edge * envmapi_texel_extent(src) < 2.1;
+}
+
+/* a_lm from blocks instead of texels, which need not be read again. Lights, where there are any,
+   are not in blocks. Over a block the mean of Y_lm is 1 - l(l+1) h^2/24 of that in its middle. */
+static envmap_result envmapi_power_blocks(envmapi_power *d, envmapi_job *job) {
+    const envmapi_scene *s = &job->scenes.whole, *unlit = &job->scenes.unlit;
+    double h = s->edge * envmapi_texel_extent(job->src);
+    size_t count = s->blocks[0].count;
+    envmap map = *job->src;
+    envmapi_sh_job sh;
+    map.texels = (float *)envmapi_pool_get(&job->pool, 4 * count, sizeof(float));
+    map.size = s->blocks[0].nv, map.levels = map.slices = 1;
+    if (!map.texels) return ENVMAP_ERROR_MEMORY;
+    memcpy(map.texels, s->sums, 4 * count * sizeof(float));
+    for (int i = 0; i < unlit->light_count; ++i)
+        for (int c = 0; c < 3; ++c)
+            envmapi_light_block(map.texels, s, unlit->lights + i)[c] -=
+                (float)unlit->lights[i].value[c];
+    for (size_t i = 0; i < 3 * count; ++i)
+        map.texels[i] = map.texels[i / 3 * 4 + i % 3] / s->sums[i / 3 * 4 + 3];
+    envmapi_sh_job_of(&sh, &map, 0, d->known, 0.01, &job->desc.work);
+    envmap_result result = envmapi_sh_project(d->sh, &sh);
+    for (int l = 0, i = 0; l < d->known && !result; ++l)
+        for (; i < 3 * (l + 1) * (l + 1); ++i) d->sh[i] /= 1 - l * (l + 1) * h * h / 24;
+    if (!result) envmapi_power_lights(d, unlit, 1);
+    return result;
+}
+
 /* Where FAST has no specification the definition interpolates between texels, and the scene has
    nothing finer. Smooth lobes leave little of FAST's last bands (Phong 3 % at 0.7 L), so 0.7 L are
    projected, whose last may be inexact; where lights are taken out of them again, their error has
@@ -9088,24 +9425,11 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     if (!envmapi_sh_job_of(&sh, job->src, 0, d->known, tolerance, &job->desc.work))
         return ENVMAP_ERROR_ARGUMENT;
     if (spec->L && !job->scenes.whole.in.exponent) sh.in = &job->scenes.whole.in;
-    envmap_result result = envmapi_sh_project(d->sh, &sh);
+    int coarse = spec->L && envmapi_power_coarse(d, &job->scenes.whole, job->src);
+    envmap_result result = coarse ? envmapi_power_blocks(d, job) : envmapi_sh_project(d->sh, &sh);
     if (result) return result;
     envmapi_power_scene(d);
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
-}
-
-/* The scene without the lights that are summed apart. */
-static void envmapi_power_unlit(envmapi_power *d, const envmapi_scene *s) {
-    envmapi_sh_points *n = d->points;
-    for (int i = 0; i < s->light_count;) {
-        for (n->count = 0; n->count < ENVMAPI_SH_POINTS && i < s->light_count; ++i) {
-            for (int c = 0; c < 3; ++c)
-                n->e[c][n->count] = -ldexp(s->lights[i].value[c], s->in.exponent);
-            envmapi_sh_points_add(n, s->lights[i].d);
-        }
-        envmapi_sh_scatter(d->sh, d->known, n);
-    }
-    envmapi_power_scene(d);
 }
 
 /* ---- how many texels */
@@ -9192,34 +9516,94 @@ static int envmapi_profile(double *v, const envmapi_power *d, double p, int firs
     return 128;
 }
 
-/* Relative rms, over all p, of what lookups between n slices lose, at values of p that are denser
-   towards both ends, where a ring closes and where lookups clamp, and fall in step with no n. */
-static double envmapi_slices_error(const envmapi_power *d, int n) {
-    const envmap_lobe *lobe = d->lobe;
-    int samples = d->needed ? 24 : n < 24 ? 96 : n < 256 ? 4 * n : 1024;
-    double k[128], k_low[128], k_high[128], lost = 0, total = 0;
-    for (int i = 0; i < samples; ++i) {
-        double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
-        double part = 0.5 - 0.5 * cos(t), at = envmapi_clamp(part * n - 0.5, 0, n - 1);
-        double p = (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * part;
+/* What lookups between n slices lose, and all that there is, task by task. */
+#define ENVMAPI_SLICE_TASKS 16
+typedef struct envmapi_slices {
+    const envmapi_power *d;
+    int n, samples, ends; /* ends: 1 where -p loses what p does; 2 */
+    int failed[ENVMAPI_SLICE_TASKS];
+    double lost[ENVMAPI_SLICE_TASKS], total[ENVMAPI_SLICE_TASKS];
+} envmapi_slices;
+
+/* Sample i at x, in slices from p0; returns its weight, 0 after the last. Most is lost near both
+   ends, where a ring closes, and in the half slices there, where lookups clamp. In a scene each end
+   has four samples in its half slice, and then one in gaps 0, 1, 2 ..., fewer and fewer: where
+   (t (1-t))^2 is 1/30, its mean over the gap. A lone light shows more detail in p: samples that are
+   denser towards both ends, and fall in step with no n. */
+static double envmapi_slices_sample(double *x, const envmapi_slices *s, int i) {
+    double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
+    double half = (s->n - 1) / 2.0, count = 0.125;
+    if (!s->d->needed) {
+        *x = s->n * (0.5 - 0.5 * cos(t));
+        return i < s->samples ? sin(t) : 0;
+    }
+    int j = i / s->ends - 4, gap = 0, next = 1;
+    *x = (j + 4.5) / 8;
+    if (j >= 0) {
+        for (; j > 0 && next < half; --j) gap = next, next += 1 + gap / 2;
+        count = j ? 0 : fmin(next, half) - gap;
+        *x = 0.5 + gap + (next - gap - 1) / 2 + 0.2403;
+    }
+    if (i % s->ends) *x = s->n - *x;
+    return count;
+}
+
+static void envmapi_task_slices(void *context, int task) {
+    envmapi_slices *s = (envmapi_slices *)context;
+    const envmap_lobe *lobe = s->d->lobe;
+    double k[128], k_low[128], k_high[128], lost = 0, total = 0, x, weight;
+    for (int i = task, n = s->n; (weight = envmapi_slices_sample(&x, s, i)) > 0;
+         i += ENVMAPI_SLICE_TASKS) {
+        double p = (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * x / n;
+        double at = envmapi_clamp(x - 0.5, 0, n - 1);
         int low = (int)at, high = low + 1 < n ? low + 1 : low;
         double p_low = envmapi_slice_p(lobe, low, n), p_high = envmapi_slice_p(lobe, high, n);
-        for (int first = 0, count; (count = envmapi_profile(k, d, p, first)); first += count) {
-            if (!envmapi_profile(k_low, d, p_low, first) ||
-                !envmapi_profile(k_high, d, p_high, first))
-                return 0;
-            for (int j = 0; j < count; ++j) {
+        for (int first = 0, count; (count = envmapi_profile(k, s->d, p, first)); first += count) {
+            s->failed[task] |= !envmapi_profile(k_low, s->d, p_low, first) ||
+                               !envmapi_profile(k_high, s->d, p_high, first);
+            for (int j = 0; j < count && !s->failed[task]; ++j) {
                 double off = k[j] - k_low[j] - (at - low) * (k_high[j] - k_low[j]);
-                lost += sin(t) * off * off, total += sin(t) * k[j] * k[j];
+                lost += weight * off * off, total += weight * k[j] * k[j];
             }
         }
+    }
+    s->lost[task] = lost, s->total[task] = total;
+}
+
+/* Relative rms, over all p, of what lookups between n slices lose; 0 where the lobe fails. */
+static double envmapi_slices_error(const envmapi_power *d, int n, const envmap_work *work) {
+    const envmap_lobe *lobe = d->lobe;
+    envmapi_slices s;
+    double lost = 0, total = 0;
+    memset(&s, 0, sizeof s);
+    s.d = d, s.n = n, s.samples = n < 24 ? 96 : n < 256 ? 4 * n : 1024;
+    s.ends = lobe->kind == ENVMAP_LOBE_BANKS && !(fabs((double)lobe->p0 + (double)lobe->p1) > 0)
+                 ? 1
+                 : 2;
+    envmapi_run_all(work, envmapi_task_slices, &s, ENVMAPI_SLICE_TASKS);
+    for (int i = 0; i < ENVMAPI_SLICE_TASKS; ++i) {
+        lost += s.lost[i], total += s.total[i];
+        if (s.failed[i]) return 0;
     }
     return envmapi_rms(lost, total);
 }
 
-static int envmapi_slices_hold(void *user, int n) {
-    const envmapi_power *d = (const envmapi_power *)user;
-    return envmapi_slices_error(d, n) <= d->tolerance;
+/* The fewest slices, to 2 %, for which that is within the tolerance. The logarithm of the error is
+   about a line in that of n: a secant leads to where it meets the tolerance, a bit beyond, so that
+   one try is enough and another not; halves, where that takes long. */
+static int envmapi_slices_needed(const envmapi_power *d, const envmap_work *work) {
+    int low = 0, high = ENVMAPI_SLICE_LIMIT, n = 64, last = 0; /* not enough; enough, or no more */
+    double off = 0, was, slope = 1.2;
+    for (int tried = 0; high - low > 1 + low / 12; ++tried) {
+        was = off, off = log(envmapi_slices_error(d, n, work) / d->tolerance);
+        if (last) slope = envmapi_clamp((was - off) / log((double)n / last), 0.5, 4);
+        if (off > 0) low = n;
+        else high = n;
+        double next = n * exp(off / slope) * (off > 0 ? 1.01 : 0.99);
+        if (tried > 8 || !envmapi_finite(next)) next = low + (high - low) / 2;
+        last = n, n = (int)envmapi_clamp(ceil(next), low + 1, high - 1);
+    }
+    return high - low > 1 ? n : high;
 }
 
 ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
@@ -9231,7 +9615,9 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
     for (int k = 0; k < 8; ++k)
         sigma = fmin(sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, 8)));
     light.angles = 128 * (int)envmapi_clamp(ceil(ENVMAPI_PI / (8 * fmax(sigma, 1e-3))), 2, 16);
-    return envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &light);
+    envmap_work serial;
+    memset(&serial, 0, sizeof serial);
+    return envmapi_slices_needed(&light, &serial);
 }
 
 /* ---- the call */
@@ -9265,9 +9651,9 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
         out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &lookups);
     d.needed = out->bands;
     if (d.lobe->p0 < d.lobe->p1 || d.lobe->p0 > d.lobe->p1)
-        out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &d);
+        out->slices = envmapi_slices_needed(&d, &job->desc.work);
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
-    if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
+    if (out->lights) envmapi_power_lights(&d, &scenes->unlit, -1), envmapi_power_scene(&d);
     out->method = ENVMAP_METHOD_FAST;
     if (!spec->L) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
@@ -9375,7 +9761,8 @@ static void envmapi_view(void *context, int i) {
         if (!(l[2] > 0)) continue;
         l[0] = envmapi_dot(d, t), l[1] = envmapi_dot(d, b);
         envmapi_brdf_cosine(f, views->brdf, v, l, &bad);
-        rgb[0] += f[0] * s->r[k], rgb[1] += f[1] * s->g[k], rgb[2] += f[2] * s->b[k];
+        const float *texel = envmapi_source_rgb(s, k);
+        for (int c = 0; c < 3; ++c) rgb[c] += f[c] * s->w[k] * (double)texel[c];
     }
     for (int c = 0; c < 3; ++c)
         views->rgb[3 * i + c] =

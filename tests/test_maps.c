@@ -892,7 +892,7 @@ static double alone(envmap *b, envmap *a, int face, int x, int y) {
 }
 
 /* Whichever texel is alone in the light, its energy stays, where the result is coarser: within 1 %,
-   0.1 % between most maps. A texel that a rim cuts: within 5 %. */
+   0.1 % between most maps; also that of a sliver that a rim cuts. */
 static void resampling_keeps_the_energy_of_each_texel(void) {
     for (int m = 0; m < MAPPINGS; ++m)
         for (int n = 0; n < MAPPINGS; ++n) {
@@ -914,13 +914,13 @@ static void resampling_keeps_the_energy_of_each_texel(void) {
             sprintf(what, "%s %d -> %s %d: a texel's energy is off by", oracle_name[m], from[m],
                     oracle_name[n], edge[n]);
             FIGURE(what, worst, m == n ? 1e-6 : 0.01);
-            FIGURE("... that a rim cuts", rim, 0.05);
+            FIGURE("... that a rim cuts", rim, 0.01);
             envmap_free(&a), envmap_free(&b);
         }
 }
 
-/* A sun in noise at 64^2: the whole map's energy stays within 1e-4, a sphere map's within
-   5e-4. */
+/* A sun in noise at 64^2: the whole map's energy stays within 1e-4, a sphere map's and an angular
+   map's within 5e-4, as the rim of either is made of needles. */
 static void resampling_keeps_the_energy_of_the_whole_map(void) {
     for (int m = 0; m < MAPPINGS; ++m)
         for (int n = 0; n < MAPPINGS; ++n) {
@@ -931,7 +931,7 @@ static void resampling_keeps_the_energy_of_the_whole_map(void) {
             char what[80];
             sprintf(what, "%s 64 -> %s 48: energy is off by", oracle_name[m], oracle_name[n]);
             FIGURE(what, fabs(energy(&b, 0, 1) / energy(&a, 0, 1) - 1),
-                   m == ENVMAP_SPHERE ? 5e-4 : 1e-4);
+                   m == ENVMAP_SPHERE || m == ENVMAP_ANGULAR ? 5e-4 : 1e-4);
             envmap_free(&a), envmap_free(&b);
         }
 }
