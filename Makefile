@@ -42,7 +42,8 @@ COMPILE  = 'sh tests/compile/run.sh $(CC) $(BUILD)/compile' \
 SLOW     = %/test_filters %/test_lobes %/test_fast %/test_hierarchical %/test_sh %/test_methods \
            %/test_methods_gaussian %/test_methods_sampling %/test_scenes %/test_prepared \
            %/test_materials %/test_gl %/test_shaders %/test_harmonics %/test_stability_filters \
-           %/test_plan %/test_search %/test_bake %/test_stack %/test_threads %/test_tool_speed
+           %/test_plan %/test_search %/test_bake %/test_stack %/test_threads %/test_tool_speed \
+           %/test_memory
 # Compilers to check with: those of gcc and clang that are here.
 COMPILERS := $(foreach c,gcc clang,$(if $(shell command -v $(c)),$(c)))
 
@@ -113,7 +114,7 @@ tsan: ## every call that takes an executor, under the thread sanitizer
 	@mkdir -p $(BUILD) && echo 'int main(void) { return 0; }' >$(BUILD)/probe.c
 	@if $(TSANCC) -fsanitize=thread $(BUILD)/probe.c -o $(BUILD)/probe 2>/dev/null && $(BUILD)/probe; then \
 	    $(TSANCC) -std=c99 -O1 -g -fsanitize=thread $(STRICT) -I. -Itests tests/test_threads.c \
-	        -o $(BUILD)/test_threads_tsan $(LIBS) && $(BUILD)/test_threads_tsan; \
+	        -o $(BUILD)/test_threads_tsan $(LIBS) && TEST_QUICK=1 $(BUILD)/test_threads_tsan; \
 	else \
 	    echo "tsan passed by: $(TSANCC) has no thread sanitizer (Debian: clang libclang-rt-14-dev)"; \
 	fi
@@ -122,8 +123,8 @@ analyze: ## clang-tidy, cppcheck and scan-build on envmap.h, each where it is he
 	@sh tests/analyze.sh $(BUILD)/analyze
 
 MUTANTS = 200
-mutate: ## small faults in envmap.h, one at a time: which do the tests miss? MUTANTS=200 SEED=1 ROOM=pfm
-	@sh tests/mutate.sh $(BUILD)/mutate $(MUTANTS) $(SEED) $(ROOM)
+mutate: ## small faults in envmap.h, one at a time: which do the tests miss? MUTANTS=200 SEED=1 ROOM=pfm, or FAULT=number
+	@sh tests/mutate.sh $(BUILD)/mutate $(MUTANTS) $(SEED) $(or $(FAULT),$(ROOM))
 
 coverage: ## lines and branches of envmap.h that the quick tests take (gcov), and the lines they do not
 	@if command -v gcov >/dev/null; then \

@@ -91,7 +91,8 @@
      >>reference     the definition: every texel
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
      >>windows       what of a face an axis sees
-     >>kernels       sharp lobes: what each texel in sight of an axis counts
+     >>kernels       sharp lobes: what each texel in sight of an axis counts, K
+     >>knots         K of a few axes, and of those between
      >>near          the sum over these
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
@@ -435,8 +436,9 @@ ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double 
               (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
               floats overflow or vanish, it is every texel again
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
-   With a tolerance O(texels + bands^3), as FAST; without O(texels bands^2) and the memory of 16
-   sets of coefficients, for 3 bands also of 144 rows of the map.  Test:
+   With a tolerance O(texels + bands^3) and the memory of the map and 1000 bands^2 bytes, as FAST;
+   without O(texels bands^2) and that of 16 sets of coefficients, for 3 bands also of 144 rows of
+   the map.  Test:
    a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
@@ -450,7 +452,7 @@ ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int
    tolerance  0, and below 1e-6: every coefficient, in double; also for numbers near the ends of
               floats. Otherwise the relative rms error
    Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then
-   stays as it was.  With a tolerance O(texels + bands^3), without O(texels bands^2).
+   stays as it was.  Time and memory as envmap_sh_project's; without a tolerance the level's.
    Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
                                         int bands, double tolerance, const envmap_work *work);
@@ -549,6 +551,10 @@ typedef struct envmap_filter_desc {
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
    darkest texels may be off by more than 20 tolerances.
+   Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 13 S + D;
+   FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
+   two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
+   executor.  Test: tests/test_memory.c.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
@@ -564,7 +570,7 @@ ENVMAP_API envmap_result envmap_filter_chain(envmap *dst, const envmap *src,
    prepared  its memory context set, or zero; overwritten without freeing
    lobes     1 .. 32: those that will be asked for, or the sharpest of them
    desc      tolerance, executor
-   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY.
+   Errors: ARGUMENT (also a source of several slices), LOBE, RADIANCE, MEMORY.  Memory as FAST's.
    Test: a_prepared_source_gives_the_same_map. */
 ENVMAP_API envmap_result envmap_prepare(envmap_prepared *prepared, const envmap *src,
                                         const envmap_lobe *lobes, int count,
@@ -600,7 +606,7 @@ typedef struct envmap_plan {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, work, prepared
-   Errors: those of envmap_filter.  Cost: 0.5 to 1 times the filter's, more for lobes with slices.
+   Errors: those of envmap_filter.  Cost: 0.3 to 0.7 times the filter's; memory as FAST's.
    Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
@@ -638,7 +644,8 @@ typedef struct envmap_frame {
    Models narrower than two texels of map see single texels: resample it to a finer map first.
    Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r
    negative or not finite), MEMORY, CANCELLED; rgb then stays as it was.
-   O(texels * count), in double.  Thread-safe.  Source [KVHS00] eq. 1.  Test: eq_1_* . */
+   O(texels * count), in double; 40 bytes a texel.  Thread-safe.  Source [KVHS00] eq. 1.
+   Test: eq_1_* . */
 ENVMAP_API envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
                                          const envmap_frame *frames, int count,
                                          const envmap_work *work);
@@ -705,7 +712,7 @@ ENVMAP_API double envmap_ggx_multiple(double f0, double scale, double bias);
 
 /* values[y][x] = (scale, bias), [size][size][2], at texel centres: n.v = (x + 1/2)/size, roughness
    = (y + 1/2)/size, alpha = roughness^2.  size 1 .. 1024.  The executor runs rows.
-   Errors: ARGUMENT, MEMORY, CANCELLED; values then stay as they were. */
+   Errors: ARGUMENT, MEMORY (as much again), CANCELLED; values then stay as they were. */
 ENVMAP_API envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work);
 
 /* level = (levels - 1) r (1 + bend - bend r) and its inverse: where in a chain a roughness lies.
@@ -745,7 +752,7 @@ typedef struct envmap_difference {
 /* How far level `level` of a is from b, the truth; texels outside a rim (w = 0) do not count.
    Black b: 0 where a is black too, else infinity.
    Errors: ARGUMENT (maps of different mapping, edge or slices), RADIANCE (NaN, Inf).
-   Thread-safe.  Test: differences_*. */
+   Allocates nothing.  Thread-safe.  Test: differences_*. */
 ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
                                         const envmap *b, int level);
 
@@ -994,7 +1001,7 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
 
 /* _add: y += a x. _mad: y += x z. _at: lanes in memory. _solve: (1, 26, 66, 26, 1)/120 c = f in
    place, see envmapi_spline_factor: n items `step` numbers apart, each of 1 .. 4 groups of lanes
-   `apart` numbers apart, which hide each other's latency. */
+   `apart` numbers apart, which hide each other's latency; their factors are `each` rows apart. */
 #define ENVMAPI_LANES(type, scalar, lanes)                                                         \
     ENVMAPI_LANE_TYPE(type, scalar, lanes);                                                        \
     ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
@@ -1005,14 +1012,14 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
     }                                                                                              \
     ENVMAPI_INLINE type *type##_at(const scalar *x) { return (type *)(uintptr_t)x; }               \
     ENVMAPI_INLINE void type##_solve(scalar *f, int n, size_t step, int groups, size_t apart,      \
-                                     double(*factors)[3]) {                                        \
+                                     double(*factors)[3], int each) {                              \
         type one[4], two[4];                                                                       \
         memset(one, 0, sizeof one), memset(two, 0, sizeof two);                                    \
         for (int i = 0; i < n; ++i)                                                                \
             for (int g = 0; g < groups; ++g) {                                                     \
                 type *now = type##_at(f + (size_t)i * step + (size_t)g * apart);                   \
-                type##_add(now, (scalar)-factors[i][1], one + g);                                  \
-                type##_add(now, (scalar)-factors[i][2], two + g);                                  \
+                type##_add(now, (scalar)-factors[i + g * each][1], one + g);                       \
+                type##_add(now, (scalar)-factors[i + g * each][2], two + g);                       \
                 two[g] = one[g], one[g] = *now;                                                    \
             }                                                                                      \
         memset(one, 0, sizeof one), memset(two, 0, sizeof two);                                    \
@@ -1020,9 +1027,9 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
             for (int g = 0; g < groups; ++g) {                                                     \
                 type *now = type##_at(f + (size_t)i * step + (size_t)g * apart), done;             \
                 memset(&done, 0, sizeof done);                                                     \
-                type##_add(&done, (scalar)(120 * factors[i][0]), now);                             \
-                type##_add(&done, (scalar)-factors[i + 1][1], one + g);                            \
-                type##_add(&done, (scalar)-factors[i + 2][2], two + g);                            \
+                type##_add(&done, (scalar)(120 * factors[i + g * each][0]), now);                  \
+                type##_add(&done, (scalar)-factors[i + 1 + g * each][1], one + g);                 \
+                type##_add(&done, (scalar)-factors[i + 2 + g * each][2], two + g);                 \
                 two[g] = one[g], one[g] = *now = done;                                             \
             }                                                                                      \
     }
@@ -1450,14 +1457,21 @@ static double envmapi_disc_side(double *sums, int mapping, const double a[2], co
 
 /* A of four corners, as the argument of a product of complex numbers: one arc tangent, not four,
    and for a small cell its series, which is as exact and takes a fifth of the time. */
-static double envmapi_cube_cell(double x0, double y0, double x1, double y1) {
-    double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0;
-    double s11 = sqrt(a + p), s00 = sqrt(b + q), s01 = sqrt(b + p), s10 = sqrt(a + q);
+ENVMAPI_INLINE void envmapi_cube_turn(double to[2], double x0, double y0, double x1, double y1,
+                                      double s00, double s01, double s10, double s11) {
     double re = s11 * s00 - x1 * y1 * x0 * y0, im = s11 * x0 * y0 + s00 * x1 * y1;
     double less_re = s01 * s10 - x0 * y1 * x1 * y0, less_im = s01 * x1 * y0 + s10 * x0 * y1;
-    double y = im * less_re - re * less_im, x = re * less_re + im * less_im, z = y / x, zz = z * z;
-    if (!(fabs(z) < 0.02 && x > 0)) return atan2(y, x);
+    to[0] = re * less_re + im * less_im, to[1] = im * less_re - re * less_im;
+}
+ENVMAPI_INLINE double envmapi_small_atan(double z) {
+    double zz = z * z;
     return z * (1 - zz * (1 / 3.0 - zz * (1 / 5.0 - zz * (1 / 7.0 - zz / 9))));
+}
+static double envmapi_cube_cell(double x0, double y0, double x1, double y1) {
+    double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0, to[2];
+    envmapi_cube_turn(to, x0, y0, x1, y1, sqrt(b + q), sqrt(b + p), sqrt(a + q), sqrt(a + p));
+    int small = fabs(to[1]) < 0.02 * to[0];
+    return small ? envmapi_small_atan(to[1] / to[0]) : atan2(to[1], to[0]);
 }
 
 /* Solid angle of a triangle of three rays. */
@@ -1790,13 +1804,15 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
     memset(&out, 0, sizeof out);
     for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
         if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
-    for (size_t i = 0; i < count; ++i) {
-        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(i % area % width),
-                                      (int)(i % area / width));
-        int fit = 1;
-        for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
-            fit &= envmapi_clean_number(number, most, &out, energy, w);
-        solid += w, replaced += fit ? 0 : w;
+    for (size_t t = 0; t < area; ++t) { /* its solid angle is alike on all faces */
+        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(t % width),
+                                      (int)(t / width));
+        for (size_t i = t; i < count; i += area) {
+            int fit = 1;
+            for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
+                fit &= envmapi_clean_number(number, most, &out, energy, w);
+            solid += w, replaced += fit ? 0 : w;
+        }
     }
     out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
     if (cleaned) *cleaned = out;
@@ -3074,10 +3090,12 @@ static envmapi_quadrature envmapi_quadrature_of(const envmap_lobe *lobe, double 
     q.breaks[0] = from > low ? from : low, q.breaks[1] = to < high ? to : high, q.step = 0.1;
     if (!(q.breaks[0] < q.breaks[1])) return q;
     q.count = 2;
-    /* No lobe of known width has detail a tenth of that; a table's panels are its own pieces. */
+    /* No lobe of known width has detail a tenth of that, a ring none but its kinks; a table has
+       pieces of its own. */
     if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN)
         finest = 0.1 / sqrt(width + 1);
     if (lobe->kind == ENVMAP_LOBE_GGX) finest = 0.1 * width;
+    if (lobe->kind == ENVMAP_LOBE_BANKS) finest = ENVMAPI_PI;
     if (lobe->kind == ENVMAP_LOBE_TABLE)
         q.step = ENVMAPI_PI / (lobe->table_size - 1), finest = ENVMAPI_PI;
     if (step < q.step) q.step /= ceil(q.step / step);
@@ -3312,22 +3330,32 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
    and back by the same steps in reverse order. Spline and FFT are never inverted approximately, so
    all that is lost is what a spline loses of a wave of f cycles a sample, about 2.4 f^6
    (_spline_error), and the bands left out. Four channels: RGB and solid angle.
-   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre; F_m
-   takes the place of the rings it was made from, so that there is one grid of rings, no more.
+   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre.
+   Samples are floats, whose rounding stays where it is; F_m are doubles, as theirs goes around.
    Used by >>transform.  Source [Swarztrauber79] for e and o; splines [Unser91].
    Tests: tests/test_harmonics.c. */
 
 /* ---- splines */
 
-/* Quintic B-spline at the six samples around a point, f in [0,1] past the third. */
-ENVMAPI_INLINE void envmapi_spline(float w[6], float f) {
-    float g = 1 - f, f2 = f * f, g2 = g * g, f3 = f2 * f, g3 = g2 * g;
-    w[0] = g3 * g2 / 120;
-    w[1] = (1 + g * 5 + 10 * g2 + 10 * g3 + g2 * g2 * (5 - 5 * g)) / 120;
-    w[2] = (66 - 60 * f2 + f2 * f2 * (30 - 10 * f)) / 120;
-    w[3] = (66 - 60 * g2 + g2 * g2 * (30 - 10 * g)) / 120;
-    w[4] = (1 + f * 5 + 10 * f2 + 10 * f3 + f2 * f2 * (5 - 5 * f)) / 120;
-    w[5] = f3 * f2 / 120;
+/* Quintic B-splines at the six samples around two points, f and g in [0,1] past the third:
+   w[0..5] and w[8..13], by Horner's rule in 120 w. */
+ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
+    static const float powers[6][16] = {
+        {-1, 5, -10, 10, -5, 1, 0, 0, -1, 5, -10, 10, -5, 1},
+        {5, -20, 30, -20, 5, 0, 0, 0, 5, -20, 30, -20, 5},
+        {-10, 20, 0, -20, 10, 0, 0, 0, -10, 20, 0, -20, 10},
+        {10, 20, -60, 20, 10, 0, 0, 0, 10, 20, -60, 20, 10},
+        {-5, -50, 0, 50, 5, 0, 0, 0, -5, -50, 0, 50, 5},
+        {1, 26, 66, 26, 1, 0, 0, 0, 1, 26, 66, 26, 1},
+    };
+    const float at[16] = {f, f, f, f, f, f, f, f, g, g, g, g, g, g, g, g};
+    envmapi_float16 sum = *envmapi_float16_at(powers[0]), next, x = *envmapi_float16_at(at);
+    for (int i = 1; i < 6; ++i) {
+        next = *envmapi_float16_at(powers[i]);
+        envmapi_float16_mad(&next, &sum, &x), sum = next;
+    }
+    memset(&next, 0, sizeof next), envmapi_float16_add(&next, 1.0f / 120, &sum);
+    memcpy(w, &next, sizeof next);
 }
 
 /* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^6 over
@@ -3371,23 +3399,20 @@ static void envmapi_spline_factor(double (*factors)[3], int n, double first, dou
 
 #define ENVMAPI_CHUNK 64 /* directions that are worked on together */
 
-/* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-10. No branches, no
-   calls that set errno, so that compilers make vectors of it. */
+/* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-12. No branches, no
+   calls that set errno, so that compilers make vectors of it; no array may be another. */
 static void envmapi_polar(double *angle, double *length, const double *y, const double *x) {
-    static const double taylor[13] = {1.0,       -1.0 / 3,  1.0 / 5,   -1.0 / 7, 1.0 / 9,
-                                      -1.0 / 11, 1.0 / 13,  -1.0 / 15, 1.0 / 17, -1.0 / 19,
-                                      1.0 / 21,  -1.0 / 23, 1.0 / 25};
+    static const double atan[8] = {0.9999999999941719,  -0.333333331674598,  0.19999986206395,
+                                   -0.142851974611006,  0.1110077376986512,  -0.0897214949338374,
+                                   0.06895142217074653, -0.036429357645156486};
     for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
-        double ax = fabs(x[i]), ay = fabs(y[i]), most = ax > ay ? ax : ay,
-               least = ax > ay ? ay : ax;
-        double t = least / (most + 1e-300), reduced = (t - 1) / (t + 1), q = t * t;
-        double root = 1 + q * (0.4875 - 0.0733 * q); /* sqrt(1 + q), two steps after Heron */
-        root = 0.5 * (root + (1 + q) / root);
-        length[i] = most * (0.5 * (root + (1 + q) / root));
-        double s = t > 0.41421356237309503 ? reduced : t, r = 0; /* |s| <= tan pi/8 */
-        q = s * s;
-        for (int k = 12; k >= 0; --k) r = q * r + taylor[k];
-        r = r * s + (t > 0.41421356237309503 ? ENVMAPI_PI / 4 : 0);
+        double ax = fabs(x[i]), ay = fabs(y[i]), square = ax * ax + ay * ay;
+        double most = ax > ay ? ax : ay, least = ax > ay ? ay : ax, r = 0;
+        int wide = least > 0.41421356237309503 * most; /* |s| <= tan pi/8 */
+        double s = (wide ? least - most : least) / ((wide ? least + most : most) + 1e-300);
+        length[i] = square * envmapi_inverse_root(square);
+        for (int k = 7; k >= 0; --k) r = s * s * r + atan[k];
+        r = r * s + (wide ? ENVMAPI_PI / 4 : 0);
         r = ay > ax ? ENVMAPI_PI / 2 - r : r;
         r = x[i] < 0 ? ENVMAPI_PI - r : r;
         angle[i] = y[i] < 0 ? -r : r;
@@ -3402,9 +3427,9 @@ typedef struct envmapi_point {
 
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
-    size_t row;       /* doubles a row of G: rings -3 .. M+2, 4 channels */
-    double *G;        /* [2M][row]; or F_m, m < bands: e in row 2m, o in row 2m+1, the real part of
-                         ring pair j at ring j, the imaginary one at ring M-1-j */
+    size_t row, pairs; /* floats a row of G: rings -3 .. M+2, 4 channels; M/2, in blocks of 8 */
+    float *G;         /* [-3 .. 2M+2][row] */
+    double *F;        /* F_m, [bands][pairs][16]: e re, e im, o re, o im; where the values are */
     double *twiddles; /* cos, sin of 2 pi i/2M */
     double *response; /* 1 / the spline's response at m */
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
@@ -3413,7 +3438,7 @@ typedef struct envmapi_rings {
     /* the points, and what is there: RGB and solid angle */
     envmapi_point *points;
     float *values; /* [count][4] */
-    size_t count, room;
+    size_t count, room; /* room: doubles from G on, F and values are there too */
     double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
@@ -3464,53 +3489,55 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
         envmapi_spline_factor(rings->factors + i * (H + 2), H, i & 2 ? -1 : 1, i & 1 ? -1 : 1);
 }
 
-/* What a task of these needs: the FFT's block, or the rings of one m with their tables. */
-static size_t envmapi_rings_work(int M) { return 34 * (size_t)M + 256; }
+/* What a task of these needs: the FFT's block, or the tables of one m. */
+static size_t envmapi_rings_work(int M) { return 32 * (size_t)M + 64; }
 
-/* Rings for `room` points; G and values are those of `done`, whose work is done, where there is one
-   and they are large enough. */
+/* Rings for `room` points; G, F and values are in the block of `done`, whose work is done, where
+   there is one and it is large enough. All else is in one block: glibc's malloc gives back the
+   heap's end after a call in which no block is half of all, and the next has it mapped anew. */
 static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t room,
                                           int tasks, const envmapi_rings *done,
                                           envmapi_pool *pool) {
     size_t n = 2 * (size_t)M, H = (size_t)M / 2, L = (size_t)bands;
     memset(rings, 0, sizeof *rings);
     rings->M = M, rings->bands = bands, rings->tasks = tasks, rings->row = 4 * ((size_t)M + 6);
-    rings->room = room;
-    if (done && done->M >= M) rings->G = done->G;
-    else rings->G = (double *)envmapi_pool_get(pool, n * rings->row, sizeof(double));
-    if (done && done->room >= room) rings->values = done->values;
-    else rings->values = (float *)envmapi_pool_get(pool, 4 * room, sizeof(float));
-    rings->points = (envmapi_point *)envmapi_pool_get(pool, room, sizeof(envmapi_point));
-    rings->reversed = (int *)envmapi_pool_get(pool, n, sizeof(int));
     size_t tables = 2 * n + 2 * L + 14 * H + 24, work = envmapi_rings_work(M) * (size_t)tasks;
-    rings->twiddles = (double *)envmapi_pool_get(pool, tables + work, sizeof(double));
-    if (!rings->G || !rings->values || !rings->points || !rings->reversed || !rings->twiddles)
-        return ENVMAP_ERROR_MEMORY;
-    rings->response = rings->twiddles + 2 * n, rings->norms = rings->response + L;
-    rings->x = rings->norms + L, rings->log_sin = rings->x + H;
-    rings->factors = (double(*)[3])(rings->log_sin + H), rings->work = rings->twiddles + tables;
+    rings->pairs = (H + 7) / 8 * 8;
+    size_t grid = (n + 6) * rings->row / 2, F = 16 * L * rings->pairs;
+    size_t own = rings->room = grid + (F > 2 * room ? F : 2 * room);
+    if (done && done->room >= own) own = 0;
+    double *block = (double *)envmapi_pool_get(
+        pool, own + tables + work + (n + 1) / 2 + (3 * room + 1) / 2, sizeof(double));
+    if (!block) return ENVMAP_ERROR_MEMORY;
+    rings->G = own ? (float *)block : done->G, rings->F = (double *)(void *)rings->G + grid;
+    rings->values = (float *)rings->F;
+    rings->twiddles = block + own, rings->response = rings->twiddles + 2 * n;
+    rings->norms = rings->response + L, rings->x = rings->norms + L;
+    rings->log_sin = rings->x + H, rings->factors = (double(*)[3])(rings->log_sin + H);
+    rings->work = rings->twiddles + tables, rings->reversed = (int *)(rings->work + work);
+    rings->points = (envmapi_point *)(rings->reversed + (n + 1) / 2 * 2);
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
 }
 
-/* Channels of ring j, -3 .. M+2, at point k. */
-ENVMAPI_INLINE double *envmapi_ring(const envmapi_rings *rings, int k, int j) {
-    return rings->G + (size_t)k * rings->row + 4 * (size_t)(j + 3);
+/* Channels of ring j, -3 .. M+2, at point k, -3 .. 2M+2. */
+ENVMAPI_INLINE float *envmapi_ring(const envmapi_rings *rings, int k, int j) {
+    return rings->G + (size_t)(k + 3) * rings->row + 4 * (size_t)(j + 3);
 }
 
 /* The polar axis is z; n <= 64 directions d[0..2][] of any length. */
 static void envmapi_rings_points(envmapi_point *points, const envmapi_rings *rings,
                                  double d[3][ENVMAPI_CHUNK], int n) {
     double scale = rings->M / ENVMAPI_PI, phi[ENVMAPI_CHUNK], theta[ENVMAPI_CHUNK];
-    double length[ENVMAPI_CHUNK];
+    double across[ENVMAPI_CHUNK], length[ENVMAPI_CHUNK];
+    int whole = 2 * rings->M;
     for (int i = n; i < ENVMAPI_CHUNK; ++i) d[0][i] = d[1][i] = d[2][i] = 1;
-    envmapi_polar(phi, length, d[1], d[0]);
-    envmapi_polar(theta, length, length, d[2]);
+    envmapi_polar(phi, across, d[1], d[0]);
+    envmapi_polar(theta, length, across, d[2]);
     for (int i = 0; i < n; ++i) {
-        double t = theta[i] * scale - 0.5, f = phi[i] * scale;
-        if (f < 0) f += 2 * rings->M;
-        int k = (int)f, j = (int)(t + 1) - 1;
-        points[i].k = (short)(k >= 2 * rings->M ? k - 2 * rings->M : k), points[i].j = (short)j;
+        double t = theta[i] * scale + 0.5, f = phi[i] * scale + (phi[i] < 0 ? whole : 0);
+        int k = (int)f, j = (int)t;
+        points[i].k = (short)(k < whole ? k : 0), points[i].j = (short)(j - 1);
         points[i].f_k = (float)(f - k), points[i].f_j = (float)(t - j);
     }
 }
@@ -3521,61 +3548,69 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
    can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
-    int n = 2 * rings->M;
     for (size_t i = 0; i < count; ++i) {
         const envmapi_point *p = points + i;
-        if ((p->k + 3 < from || p->k - 2 >= to) && p->k > 1 && p->k < n - 3) continue;
-        envmapi_double4 terms[6];
-        double value[4];
-        float w_k[6], w_j[6];
-        envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
-        for (int c = 0; c < 4; ++c) value[c] = (double)values[4 * i + (size_t)c];
+        int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
+        if (end > 6) end = 6;
+        if (a >= end) continue;
+        envmapi_float4 terms[6];
+        float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
+        envmapi_splines(w, p->f_k, p->f_j);
         memset(terms, 0, sizeof terms);
         for (int b = 0; b < 6; ++b)
-            envmapi_double4_add(terms + b, (double)w_j[b], envmapi_double4_at(value));
-        for (int a = 0; a < 6; ++a) {
-            int k = envmapi_wrap(p->k - 2 + a, n);
-            if (k < from || k >= to) continue;
-            envmapi_double4 *ring = envmapi_double4_at(envmapi_ring(rings, k, p->j - 2));
-            for (int b = 0; b < 6; ++b) envmapi_double4_add(ring + b, (double)w_k[a], terms + b);
-        }
+            envmapi_float4_add(terms + b, w[8 + b], envmapi_float4_at(values + 4 * i));
+        for (; a < end; ++a, ring += rings->row)
+            for (int b = 0; b < 6; ++b)
+                envmapi_float4_add(envmapi_float4_at(ring + 4 * b), w[a], terms + b);
     }
 }
 
 static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_point *points,
                                       float *values, size_t count) {
-    int n = 2 * rings->M;
     for (size_t i = 0; i < count; ++i) {
         const envmapi_point *p = points + i;
-        envmapi_double4 sums[6], sum;
-        double value[4];
-        float w_k[6], w_j[6];
-        envmapi_spline(w_k, p->f_k), envmapi_spline(w_j, p->f_j);
-        memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
-        for (int a = 0; a < 6; ++a) {
-            const envmapi_double4 *ring =
-                envmapi_double4_at(envmapi_ring(rings, envmapi_wrap(p->k - 2 + a, n), p->j - 2));
-            for (int b = 0; b < 6; ++b) envmapi_double4_add(sums + b, (double)w_k[a], ring + b);
+        envmapi_float16 four; /* of six samples down the rings, and the other two */
+        envmapi_float4 sums[6], sum;
+        float w[16];
+        const float *ring = envmapi_ring(rings, p->k - 2, p->j - 2);
+        envmapi_splines(w, p->f_k, p->f_j);
+        memset(&four, 0, sizeof four), memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
+        for (int a = 0; a < 6; ++a, ring += rings->row) {
+            envmapi_float16_add(&four, w[a], envmapi_float16_at(ring));
+            envmapi_float4_add(sums + 4, w[a], envmapi_float4_at(ring + 16));
+            envmapi_float4_add(sums + 5, w[a], envmapi_float4_at(ring + 20));
         }
-        for (int b = 0; b < 6; ++b) envmapi_double4_add(&sum, (double)w_j[b], sums + b);
-        memcpy(value, &sum, sizeof value);
-        for (int c = 0; c < 4; ++c) values[4 * i + (size_t)c] = (float)value[c];
+        memcpy(sums, &four, sizeof four);
+        for (int b = 0; b < 6; ++b) envmapi_float4_add(&sum, w[8 + b], sums + b);
+        *envmapi_float4_at(values + 4 * i) = sum;
     }
 }
 
-/* Rings beyond a pole are the first ones half a turn on: add them there (fold), or copy. */
-static void envmapi_rings_poles(envmapi_rings *rings, int fold) {
+/* n numbers beyond an end are others inside: added to these (fold), or copied from there. */
+static void envmapi_fold(float *inside, float *beyond, size_t n, int fold) {
+    for (size_t i = 0; i < n; ++i) {
+        if (fold) inside[i] += beyond[i], beyond[i] = 0;
+        else beyond[i] = inside[i];
+    }
+}
+
+/* Samples beyond the seam are those a whole turn on. */
+static void envmapi_rings_seam(envmapi_rings *rings, int fold) {
+    for (int k = -3, n = 2 * rings->M; k < 3; ++k)
+        envmapi_fold(envmapi_ring(rings, k < 0 ? n + k : k, -3),
+                     envmapi_ring(rings, k < 0 ? k : n + k, -3), rings->row, fold);
+}
+
+/* Rings beyond a pole are the first ones half a turn on. */
+static void envmapi_rings_close(envmapi_rings *rings, int fold) {
     int M = rings->M;
-    for (int k = 0; k < 2 * M; ++k)
-        for (int i = 0; i < 6; ++i) {
-            int j = i < 3 ? i : M - 1 - (i - 3), mirrored = i < 3 ? -1 - i : M + (i - 3);
-            double *beyond = envmapi_ring(rings, k, mirrored);
-            double *inside = envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), j);
-            for (int c = 0; c < 4; ++c) {
-                if (fold) inside[c] += beyond[c];
-                else beyond[c] = inside[c];
-            }
-        }
+    if (fold) envmapi_rings_seam(rings, fold);
+    for (int i = 0; i < 12 * M; ++i) {
+        int k = i / 6, j = i % 3, south = i % 6 > 2;
+        envmapi_fold(envmapi_ring(rings, envmapi_wrap(k + M, 2 * M), south ? M - 1 - j : j),
+                     envmapi_ring(rings, k, south ? M + j : -1 - j), 4, fold);
+    }
+    if (!fold) envmapi_rings_seam(rings, fold);
 }
 
 /* ---- FFT along the rings */
@@ -3657,66 +3692,72 @@ static void envmapi_fft(const envmapi_rings *rings, double *z, int sign) {
     }
 }
 
-/* Rings 2b, 2b+1 (real parts of z) and M-2-2b, M-1-2b (imaginary ones) of block b; F_m from and to
-   their place in G. */
-static void envmapi_rings_unpack(envmapi_rings *rings, int block, const double *z) {
-    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
+ENVMAPI_INLINE double *envmapi_rings_F(const envmapi_rings *rings, int m) {
+    return rings->F + 16 * rings->pairs * (size_t)m;
+}
+
+/* Rings 2b, 2b+1 (real parts of z) and M-2-2b, M-1-2b (imaginary ones) of block b -> F_m. */
+static void envmapi_rings_unpack(const envmapi_rings *rings, int block, const double *z) {
+    int n = 2 * rings->M;
     for (int m = 0; m < rings->bands; ++m) {
         const double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         const double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
-        double *e_re = envmapi_ring(rings, 2 * m, north), half = rings->response[m] / 2;
-        double *e_im = envmapi_ring(rings, 2 * m, south);
-        double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
-        for (int i = 0; i < 8; ++i) {
-            int s = i ^ 4; /* the pair's southern ring is the other one */
-            double n_re = (p[i] + q[i]) * half, n_im = (p[8 + i] - q[8 + i]) * half;
-            double s_re = (p[8 + s] + q[8 + s]) * half, s_im = (q[s] - p[s]) * half;
-            e_re[i] = n_re + s_re, e_im[s] = n_im + s_im;
-            o_re[i] = n_re - s_re, o_im[s] = n_im - s_im;
-        }
+        double *f = envmapi_rings_F(rings, m) + 32 * block, half = rings->response[m] / 2;
+        for (int i = 0; i < 32; i += 8) ENVMAPI_PREFETCH(f + 64 * rings->pairs + i);
+        for (int r = 0; r < 8; r += 4, f += 16)
+            for (int c = 0; c < 4; ++c) {
+                int i = r + c, s = i ^ 4; /* the pair's southern ring is the other one */
+                double n_re = (p[i] + q[i]) * half, n_im = (p[8 + i] - q[8 + i]) * half;
+                double s_re = (p[8 + s] + q[8 + s]) * half, s_im = (q[s] - p[s]) * half;
+                f[c] = n_re + s_re, f[c + 4] = n_im + s_im;
+                f[c + 8] = n_re - s_re, f[c + 12] = n_im - s_im;
+            }
     }
 }
 
 static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z) {
-    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
+    int n = 2 * rings->M;
     memset(z, 0, (size_t)n * 2 * ENVMAPI_BLOCK * sizeof(double));
     for (int m = rings->bands - 1; m >= 0; --m) {
         double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
-        const double *e_re = envmapi_ring(rings, 2 * m, north), w = rings->response[m];
-        const double *e_im = envmapi_ring(rings, 2 * m, south);
-        const double *o_re = e_re + rings->row, *o_im = e_im + rings->row;
-        for (int i = 0; i < 8; ++i) { /* p = N + i S, q = conj N + i conj S */
-            int s = i ^ 4;
-            double n_re = (e_re[i] + o_re[i]) * w, n_im = (e_im[s] + o_im[s]) * w;
-            double s_re = (e_re[s] - o_re[s]) * w, s_im = (e_im[i] - o_im[i]) * w;
-            q[i] = n_re + s_im, q[8 + i] = s_re - n_im;
-            p[i] = m ? n_re - s_im : n_re, p[8 + i] = m ? s_re + n_im : s_re;
-        }
+        const double *f = envmapi_rings_F(rings, m) + 32 * block, w = rings->response[m];
+        for (int i = 0; m > 3 && i < 32; i += 8) ENVMAPI_PREFETCH(f - 64 * rings->pairs + i);
+        for (int r = 0; r < 8; r += 4) /* p = N + i S, q = conj N + i conj S */
+            for (int c = 0; c < 4; ++c) {
+                const double *north = f + 4 * r + c, *south = f + 4 * (r ^ 4) + c;
+                double n_re = (north[0] + north[8]) * w, n_im = (north[4] + north[12]) * w;
+                double s_re = (south[0] - south[8]) * w, s_im = (south[4] - south[12]) * w;
+                q[r + c] = n_re + s_im, q[8 + r + c] = s_re - n_im;
+                p[r + c] = m ? n_re - s_im : n_re, p[8 + r + c] = m ? s_re + n_im : s_re;
+            }
     }
 }
 
 /* z between a block's rings and the FFT. */
-static void envmapi_rings_block(envmapi_rings *rings, int block, double *z, int out) {
+static void envmapi_rings_block(const envmapi_rings *rings, int block, double *z, int out) {
     int north = 2 * block, south = rings->M - 2 - north;
     for (int k = 0; k < 2 * rings->M; ++k, z += 2 * ENVMAPI_BLOCK) {
-        double *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
-        if (out) memcpy(a, z, 64), memcpy(b, z + ENVMAPI_BLOCK, 64);
-        else memcpy(z, a, 64), memcpy(z + ENVMAPI_BLOCK, b, 64);
+        float *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
+        ENVMAPI_PREFETCH(a + 8 * rings->row), ENVMAPI_PREFETCH(b + 8 * rings->row);
+        for (int i = 0; i < ENVMAPI_BLOCK && out; ++i)
+            a[i] = (float)z[i], b[i] = (float)z[ENVMAPI_BLOCK + i];
+        for (int i = 0; i < ENVMAPI_BLOCK && !out; ++i)
+            z[i] = (double)a[i], z[ENVMAPI_BLOCK + i] = (double)b[i];
     }
 }
 
 /* ---- Legendre functions along the meridian */
 
-/* A and B of P_l = A_l (x P_(l-1) - B_l P_(l-2)), A_l = sqrt((4l^2-1)/(l^2-m^2)),
-   B_l = sqrt(((l-1)^2-m^2)/(4(l-1)^2-1)), for l = m+1 .. bands. */
+/* A and B of P_l = A_l x P_(l-1) - B_l P_(l-2), A_l = sqrt((4l^2-1)/(l^2-m^2)), B_l = A_l/A_(l-1),
+   for l = m+1 .. bands; P_(m-1) is 0. */
 static void envmapi_legendre_factors(double *A, double *B, int m, int bands) {
-    double mm = (double)m * m;
     for (int l = m + 1; l <= bands; ++l) {
-        double ll = (double)l * l, before = (l - 1.0) * (l - 1.0);
-        A[l] = sqrt((4 * ll - 1) / (ll - mm));
-        B[l] = l - 1 > m ? sqrt((before - mm) / (4 * before - 1)) : 0;
+        double ll = (double)l * l, square = (4 * ll - 1) / (ll - (double)m * m);
+        A[l] = square * envmapi_inverse_root(square);
     }
+    A[m] = 1;
+    for (int l = m + 1; l <= bands; ++l) B[l] = A[l] / A[l - 1];
 }
 
 /* P_(l-1), P_(l-2) at 8 points x -> P_l, P_(l-1). */
@@ -3725,31 +3766,30 @@ ENVMAPI_INLINE void envmapi_legendre_step(envmapi_double8 *now, envmapi_double8 
     envmapi_double8 ax, next;
     memset(&ax, 0, sizeof ax), memset(&next, 0, sizeof next);
     envmapi_double8_add(&ax, A, x);
-    envmapi_double8_add(&next, -A * B, before);
+    envmapi_double8_add(&next, -B, before);
     envmapi_double8_mad(&next, &ax, now);
     *before = *now, *now = next;
 }
 
 /* P_lm of 8 rings for l = m .. bands-1. sin^m begins as its logarithm: where it underflows, below
-   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-18 on
-   all 8 rings, or -1 when all are: far less than the rounding of P, which is of order 1.
-   Test: skipped_legendre_functions_are_negligible. */
+   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-14 on
+   all 8 rings, or -1 when all are: less than the rounding of what is summed. Up to there P grows
+   with l and towards the equator.  Test: skipped_legendre_functions_are_negligible. */
 static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
                             const double *A, const double *B) {
-    int H = rings->M / 2, any = 0, skip = -1;
+    int H = rings->M / 2, last = first + 8 < H ? 7 : H - 1 - first, skip = -1;
     double x[8], start[8];
     envmapi_double8 before, now;
     for (int b = 0; b < 8; ++b) {
         int j = first + b < H ? first + b : H - 1;
         double logarithm = rings->norms[m] + m * rings->log_sin[j];
         start[b] = logarithm > -700 && first + b < H ? exp(logarithm) : 0;
-        x[b] = rings->x[j], any |= start[b] > 0;
+        x[b] = rings->x[j];
     }
     now = *envmapi_double8_at(start), memset(&before, 0, sizeof before);
-    for (int l = m; any && l < rings->bands; ++l, P += 8) {
+    for (int l = m; start[last] > 0 && l < rings->bands; ++l, P += 8) {
         *envmapi_double8_at(P) = now;
-        for (int b = 0; b < 8 && skip < 0; ++b)
-            if (fabs(P[b]) > 1e-18) skip = (l - m) & ~1;
+        if (skip < 0 && fabs(P[last]) > 1e-14) skip = (l - m) & ~1;
         envmapi_legendre_step(&now, &before, envmapi_double8_at(x), A[l + 1], B[l + 1]);
     }
     return skip;
@@ -3761,58 +3801,33 @@ static size_t envmapi_triangle(int bands, int m) {
     return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
 }
 
-typedef struct envmapi_legendre_work {
-    double *A, *B, *P, *f, *a; /* f: F_m, [H][16]: e re, e im, o re, o im */
-} envmapi_legendre_work;
-
-static envmapi_legendre_work envmapi_legendre_work_of(const envmapi_rings *rings, int m,
-                                                      double *work) {
-    size_t L = (size_t)rings->bands, H = (size_t)rings->M / 2;
-    envmapi_legendre_work w = {work, work + L + 1, work + 2 * L + 2, work + 10 * L + 2, NULL};
-    w.a = w.f + 16 * H + 128;
-    memset(w.f + 16 * H, 0, 16 * 8 * sizeof(double));
-    envmapi_legendre_factors(w.A, w.B, m, rings->bands);
-    return w;
-}
-
-/* F_m of all rings from G to f and back. */
-static void envmapi_rings_copy(const envmapi_rings *rings, double *f, int m, int back) {
-    for (int odd = 0; odd < 2; ++odd)
-        for (int j = 0; j < rings->M / 2; ++j) {
-            double *re = envmapi_ring(rings, 2 * m + odd, j), *to = f + 16 * j + 8 * odd;
-            double *im = envmapi_ring(rings, 2 * m + odd, rings->M - 1 - j);
-            if (back) memcpy(re, to, 32), memcpy(im, to + 4, 32);
-            else memcpy(to, re, 32), memcpy(to + 4, im, 32);
-        }
-}
-
 /* Solves down the rings of one m, e and o apart: the equator mirrors c as +-c, the pole as
    (-1)^m c. */
 static void envmapi_rings_solve(const envmapi_rings *rings, double *f, int m) {
     int H = rings->M / 2;
-    for (int odd = 0; odd < 2; ++odd)
-        envmapi_double8_solve(f + 8 * odd, H, 16, 1, 0,
-                              rings->factors + (2 * (m & 1) + odd) * (H + 2));
+    envmapi_double8_solve(f, H, 16, 2, 8, rings->factors + 2 * (m & 1) * (H + 2), H + 2);
 }
 
 /* a[l] = sum_j P_l(j) F(j): even l - m see e, odd ones o. */
 static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
-    envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
-    envmapi_rings_copy(rings, w.f, m, 0);
-    envmapi_rings_solve(rings, w.f, m);
+    double *F = envmapi_rings_F(rings, m);
+    double *A = work, *B = A + rings->bands + 1, *P = B + rings->bands + 1;
+    envmapi_legendre_factors(A, B, m, rings->bands);
+    memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
+    envmapi_rings_solve(rings, F, m);
     memset(a, 0, (size_t)count * 8 * sizeof(double));
     for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
+        int l = envmapi_legendre(P, rings, m, first, A, B);
         envmapi_double8 f[16];
-        memcpy(f, w.f + 16 * first, sizeof f);
+        memcpy(f, F + 16 * first, sizeof f);
         for (; l >= 0 && l < count; l += 2) {
             envmapi_double8 even = *envmapi_double8_at(a + 8 * l), odd;
-            const double *P = w.P + 8 * l, *Q = l + 1 < count ? P + 8 : P;
+            const double *p = P + 8 * l, *q = l + 1 < count ? p + 8 : p;
             memset(&odd, 0, sizeof odd);
             for (int b = 0; b < 8; ++b) {
-                envmapi_double8_add(&even, P[b], f + 2 * b);
-                envmapi_double8_add(&odd, Q[b], f + 2 * b + 1);
+                envmapi_double8_add(&even, p[b], f + 2 * b);
+                envmapi_double8_add(&odd, q[b], f + 2 * b + 1);
             }
             *envmapi_double8_at(a + 8 * l) = even;
             if (l + 1 < count) envmapi_double8_add(envmapi_double8_at(a + 8 * l + 8), 1, &odd);
@@ -3835,18 +3850,19 @@ ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const doub
 static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double *a,
                                         const double *lambda, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
-    envmapi_legendre_work w = envmapi_legendre_work_of(rings, m, work);
-    for (int i = 0; i < 8 * count; ++i) w.a[i] = lambda[m + i / 8] * a[i];
+    double *F = envmapi_rings_F(rings, m), *A = work, *B = A + rings->bands + 1;
+    double *P = B + rings->bands + 1, *scaled = P + 8 * rings->bands;
+    envmapi_legendre_factors(A, B, m, rings->bands);
+    for (int i = 0; i < 8 * count; ++i) scaled[i] = lambda[m + i / 8] * a[i];
     for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(w.P, rings, m, first, w.A, w.B);
+        int l = envmapi_legendre(P, rings, m, first, A, B);
         for (int part = 0; part < 4; ++part) { /* even and odd l - m, four rings and four more */
             int odd = part & 1, b = 2 * (part & 2);
-            envmapi_legendre_four(w.f + 16 * (first + b) + 8 * odd, w.a, w.P + b,
+            envmapi_legendre_four(F + 16 * (first + b) + 8 * odd, scaled, P + b,
                                   l < 0 ? count : l + odd, count);
         }
     }
-    envmapi_rings_solve(rings, w.f, m);
-    envmapi_rings_copy(rings, w.f, m, 1);
+    envmapi_rings_solve(rings, F, m);
 }
 
 /* ---- as tasks, each a part that the data alone defines */
@@ -3862,8 +3878,9 @@ static int envmapi_spread_tasks(const envmapi_rings *r) {
 static void envmapi_task_spread(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
-    int from = n * task / tasks, to = n * (task + 1) / tasks;
-    memset(r->G + (size_t)from * r->row, 0, (size_t)(to - from) * r->row * sizeof(double));
+    int from = task ? n * task / tasks : -3;
+    int to = task + 1 < tasks ? n * (task + 1) / tasks : n + 3;
+    memset(envmapi_ring(r, from, -3), 0, (size_t)(to - from) * r->row * sizeof(float));
     envmapi_rings_spread(r, r->points, r->values, r->count, from, to);
 }
 
@@ -3900,7 +3917,7 @@ static void envmapi_task_legendre(void *context, int task) {
 static void envmapi_analyse(envmapi_rings *r, const envmap_work *work) {
     r->back = 0;
     envmapi_run_all(work, envmapi_task_spread, r, envmapi_spread_tasks(r));
-    envmapi_rings_poles(r, 1);
+    envmapi_rings_close(r, 1);
     envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
     envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
 }
@@ -3910,7 +3927,7 @@ static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
     r->back = 1;
     envmapi_run_all(work, envmapi_task_legendre, r, r->tasks);
     envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
-    envmapi_rings_poles(r, 0);
+    envmapi_rings_close(r, 0);
     envmapi_run_all(work, envmapi_task_interpolate, r, r->tasks);
 }
 
@@ -4188,13 +4205,20 @@ static envmap_result envmapi_input_create(envmapi_input *in, const envmap *map, 
 /* The grid of a map: nu x nv nodes a face, `pad` more beyond each edge; or the texels
    (identity), which have one tap each. closed: nodes beyond an edge are others of the grid.
    folded: an octahedral map's faces are the octahedron's, two triangles in each quadrant, whose
-   nodes fill it: bit 0 of a face is the right half, bit 1 the lower, bit 2 beyond the horizon. */
+   nodes fill it: bit 0 of a face is the right half, bit 1 the lower, bit 2 beyond the horizon.
+   bent: a cube's nodes lie at u = (1 + tan a/tan g)/2, a even from -g to g: fewer are wasted on
+   corners. */
 typedef struct envmapi_grid {
     const envmap *map;
-    int faces, width, height, nu, nv, pad, identity, closed, folded, taps;
+    int faces, width, height, nu, nv, pad, identity, closed, folded, bent, taps;
     int line[2];  /* nodes that are solved together along v, and along u */
     size_t count; /* nodes */
 } envmapi_grid;
+
+/* g: the larger, the fewer nodes, but the farther apart where a face's spline ends. At 0.6
+   lights_beside_an_edge_keep_the_tolerance fails: 33 tolerances. */
+#define ENVMAPI_BEND     0.5
+#define ENVMAPI_BEND_TAN 0.54630248984379 /* its tangent */
 
 /* The largest |d direction / du| of a mapping, but at the rims of sphere and angular maps. */
 static double envmapi_stretch(int mapping) {
@@ -4214,16 +4238,19 @@ static envmapi_grid envmapi_grid_of(const envmap *map, double h, double toleranc
     envmapi_grid grid;
     int width = envmapi_width(map->mapping, map->size), closed = map->mapping == ENVMAP_LATLONG;
     int folds = map->mapping == ENVMAP_OCTAHEDRAL, faces = folds ? 8 : envmap_faces(map->mapping);
-    int n = (int)fmax(ceil(envmapi_stretch(map->mapping) / h / (1 + closed + folds)), 4) + folds;
-    grid.map = map;
-    grid.pad = 3 + (closed ? 0 : (int)ceil(log(0.002 / fmin(tolerance, 0.002)) / 0.843));
+    int pad = 3 + (closed ? 0 : (int)ceil(log(0.002 / fmin(tolerance, 0.002)) / 0.843));
+    double span = envmapi_stretch(map->mapping) / (1 + closed + folds);
+    grid.map = map, grid.pad = pad;
+    grid.bent = map->mapping == ENVMAP_CUBE && span > 4 * pad * h; /* nodes end before pi/2 */
+    if (grid.bent) span *= ENVMAPI_BEND / ENVMAPI_BEND_TAN;
+    int n = (int)fmax(ceil(span / h), 4) + folds;
     double nodes = faces * ((1.0 + closed) * n + 2 * grid.pad) * (n + 2.0 * grid.pad);
     grid.identity = map->mapping == ENVMAP_SPHERE || map->mapping == ENVMAP_ANGULAR ||
                     nodes > 0.8 * envmap_faces(map->mapping) * width * map->size;
     grid.closed = closed && !grid.identity, grid.taps = grid.identity ? 1 : 6;
     grid.folded = folds && !grid.identity;
     grid.faces = grid.folded ? faces : envmap_faces(map->mapping);
-    if (grid.identity) grid.pad = 0;
+    if (grid.identity) grid.pad = grid.bent = 0;
     grid.nu = grid.identity ? width : n * (1 + closed);
     grid.nv = grid.identity ? map->size : n;
     grid.width = grid.nu + 2 * grid.pad, grid.height = grid.nv + 2 * grid.pad;
@@ -4261,11 +4288,15 @@ typedef struct envmapi_taps {
 
 static void envmapi_taps_fill(envmapi_taps *taps, int texels, int nodes, const envmapi_grid *grid) {
     for (int x = 0; x < texels; ++x) {
-        double at = (x + 0.5) / texels * nodes * (1 + grid->folded) - 0.5 + grid->pad;
+        double at = (x + 0.5) / texels;
+        if (grid->bent) at = 0.5 + 0.5 / ENVMAPI_BEND * atan(ENVMAPI_BEND_TAN * (2 * at - 1));
+        at = at * nodes * (1 + grid->folded) - 0.5 + grid->pad;
         if (grid->folded && x >= texels / 2) at -= nodes;
         double before = floor(at);
+        float w[16];
         taps[x].start = (int)before - 2;
-        envmapi_spline(taps[x].w, (float)(at - before));
+        envmapi_splines(w, (float)(at - before), 0);
+        memcpy(taps[x].w, w, sizeof taps[x].w);
         if (grid->identity)
             memset(taps[x].w, 0, sizeof taps[x].w), taps[x].w[0] = 1, taps[x].start = x;
     }
@@ -4278,6 +4309,7 @@ typedef struct envmapi_transform {
     const envmapi_input *in;    /* of a source */
     envmapi_taps *u, *v;        /* of the texels */
     double (*factors)[3];       /* of the solve along columns, rows; of odd parts */
+    double *places;             /* u of the nodes, on a face's left half where it is folded */
     float *rows;                /* a task's rows of texels */
     int strips, along, adjoint; /* strips: of a face's grid, one a task; solve along rows */
     envmapi_lights lights;      /* summed apart */
@@ -4286,20 +4318,27 @@ typedef struct envmapi_transform {
     int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
 } envmapi_transform;
 
-/* Rays of n texels or nodes, from (u,v) on, du apart, to d[][at ..]. */
+/* Rays of n texels or nodes at (u,v), to d[][at ..]; right: 1/2 to add to u, or 0. */
 static void envmapi_rays(double d[3][ENVMAPI_CHUNK], int at, int n, const envmapi_grid *grid,
-                         int face, double u, double du, double v) {
-    double ray[3], last[3];
+                         int face, const double *u, double right, double v) {
+    double ray[3], next[3];
     int flat = grid->map->mapping == ENVMAP_CUBE || grid->folded;
     for (int i = 0; i < n && !flat; ++i) {
-        envmapi_grid_ray(ray, grid, face, u + i * du, v);
+        envmapi_grid_ray(ray, grid, face, u[i] + right, v);
         for (int c = 0; c < 3; ++c) d[c][at + i] = ray[c];
     }
     if (!flat) return;
-    envmapi_grid_ray(ray, grid, face, u, v);
-    envmapi_grid_ray(last, grid, face, u + n * du, v);
+    envmapi_grid_ray(ray, grid, face, right, v);
+    envmapi_grid_ray(next, grid, face, right + 1, v);
     for (int c = 0; c < 3; ++c)
-        for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + i * ((last[c] - ray[c]) / n);
+        for (int i = 0; i < n; ++i) d[c][at + i] = ray[c] + u[i] * (next[c] - ray[c]);
+}
+
+/* u, or v, of the k-th of n nodes. */
+static double envmapi_grid_place(const envmapi_grid *grid, int k, int n) {
+    double at = (k - grid->pad + 0.5) / n; /* of a folded face, which is half of the map */
+    if (grid->bent) return 0.5 + 0.5 / ENVMAPI_BEND_TAN * tan(ENVMAPI_BEND * (2 * at - 1));
+    return grid->folded ? at / 2 : at;
 }
 
 /* Where the nodes are. Task: a row of the grid, of every face: 64 nodes at a time. */
@@ -4307,16 +4346,15 @@ static void envmapi_task_points(void *context, int y) {
     envmapi_transform *t = (envmapi_transform *)context;
     const envmapi_grid *grid = &t->grid;
     int width = grid->width, total = grid->faces * width, first = 0;
-    double d[3][ENVMAPI_CHUNK], part = grid->folded ? 0.5 : 1; /* of the map, a face's (u,v) are */
-    double du = part / grid->nu, v = (y - grid->pad + 0.5) * part / grid->nv;
+    double d[3][ENVMAPI_CHUNK], v = envmapi_grid_place(grid, y, grid->nv);
     envmapi_point points[ENVMAPI_CHUNK];
     for (int i = 0, next, n; i < total; i = next) { /* a run on one face, up to a full chunk */
         n = width - i % width;
         if (n > first + ENVMAPI_CHUNK - i) n = first + ENVMAPI_CHUNK - i;
         next = i + n;
         int face = i / width, right = grid->folded & face, below = grid->folded & face >> 1;
-        envmapi_rays(d, i - first, n, grid, face, (i % width - grid->pad + 0.5) * du + 0.5 * right,
-                     du, v + 0.5 * below);
+        envmapi_rays(d, i - first, n, grid, face, t->places + i % width, 0.5 * right,
+                     v + 0.5 * below);
         if (next - first < ENVMAPI_CHUNK && next < total) continue;
         envmapi_rings_points(points, &t->rings, d, next - first);
         for (int k = first; k < next; ++k) {
@@ -4342,12 +4380,14 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / h, bands + 2)));
     t->u = (envmapi_taps *)envmapi_pool_get(pool, width + size, sizeof(envmapi_taps));
     t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
-    t->factors = (double(*)[3])envmapi_pool_get(pool, 2 * (high + wide + 4), 3 * sizeof(double));
-    if (!t->u || !t->rows || !t->factors ||
+    t->places = (double *)envmapi_pool_get(pool, wide + 6 * (high + wide + 4), sizeof(double));
+    if (!t->u || !t->rows || !t->places ||
         envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_tasks(work),
                              done ? &done->rings : NULL, pool))
         return ENVMAP_ERROR_MEMORY;
-    t->v = t->u + width;
+    t->v = t->u + width, t->factors = (double(*)[3])(t->places + wide);
+    for (int x = 0; x < t->grid.width; ++x)
+        t->places[x] = envmapi_grid_place(&t->grid, x, t->grid.nu);
     envmapi_taps_fill(t->u, (int)width, t->grid.nu, &t->grid);
     envmapi_taps_fill(t->v, map->size, t->grid.nv, &t->grid);
     for (int i = 0; i < 4; ++i) { /* along v, u; the same for odd parts of closed lines */
@@ -4370,10 +4410,7 @@ static void envmapi_grid_close(envmapi_transform *t) {
             int i = envmapi_wrap(j == y ? x : x + nu / 2, nu);
             float *beyond = t->rings.values + 4 * (size_t)((y + pad) * row + x + pad);
             float *inside = t->rings.values + 4 * (size_t)((j + pad) * row + i + pad);
-            for (int c = 0; c < 4 && beyond != inside; ++c) {
-                if (t->adjoint) inside[c] += beyond[c], beyond[c] = 0;
-                else beyond[c] = inside[c];
-            }
+            if (beyond != inside) envmapi_fold(inside, beyond, 4, t->adjoint);
         }
 }
 
@@ -4431,11 +4468,11 @@ ENVMAPI_INLINE void envmapi_lines_solve(float *line, const envmapi_transform *t,
     double(*factors)[3] = t->along ? t->factors + n[0] + 2 : t->factors;
     if (closed) envmapi_grid_parts(line, t, groups, step, apart, 1);
     else if (t->adjoint) envmapi_line_ends(line, t, groups, step, apart);
-    envmapi_float4_solve(line, n[t->along], step, groups, apart, factors);
+    envmapi_float4_solve(line, n[t->along], step, groups, apart, factors, 0);
     if (!closed && !t->adjoint) envmapi_line_ends(line, t, groups, step, apart);
     if (!closed) return;
     envmapi_float4_solve(line + 2 * t->grid.nu, n[t->along], step, groups, apart,
-                         factors + n[0] + n[1] + 4);
+                         factors + n[0] + n[1] + 4, 0);
     envmapi_grid_parts(line, t, groups, step, apart, 0.5f);
 }
 
@@ -4466,8 +4503,8 @@ static void envmapi_grid_solve(envmapi_transform *t, int adjoint, const envmap_w
 /* Rows of texels that are worked on together (speed only: one by one takes 1.9 x). */
 #define ENVMAPI_ROWS 16
 
-/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; y NULL: 1. The sums
-   stay in registers while rows go by. */
+/* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; product 0: without y,
+   -1: that and sums are 0 before. The sums stay in registers while rows go by. */
 typedef struct envmapi_rows {
     const float *x[ENVMAPI_ROWS], *y[ENVMAPI_ROWS];
     float w[ENVMAPI_ROWS][6];
@@ -4487,11 +4524,12 @@ ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, cons
     envmapi_bits16 bits, all;
     if (notes) squares = notes->squares, all = notes->bits;
     memset(acc, 0, sizeof acc), memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega);
-    for (int j = 0; j < taps; ++j) memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
+    for (int j = 0; j < taps && product >= 0; ++j)
+        memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
     for (int r = 0; r < in->rows; ++r) {
         ENVMAPI_PREFETCH(in->x[r] + at + 64);
         memcpy(&texel, in->x[r] + at, bytes), light = texel;
-        if (product) {
+        if (product > 0) {
             memcpy(&omega, in->y[r] + at, bytes), memset(&light, 0, sizeof light);
             envmapi_float16_mad(&light, &texel, &omega);
         }
@@ -4647,9 +4685,10 @@ static void envmapi_task_norm(void *context, int task) {
 /* sums += what the lights send to n <= 64 texels from (x,y) on, over their norm. */
 static void envmapi_add_lights(float *sums, const float *norm, const envmapi_transform *t, int face,
                                int x, int y, int n) {
-    double a[3][ENVMAPI_CHUNK] = {{0}}, scale = 1 / t->norm;
-    double du = 1.0 / envmapi_width(t->grid.map->mapping, t->grid.map->size);
-    envmapi_rays(a, 0, n, &t->grid, face, (x + 0.5) * du, du, (y + 0.5) / t->grid.map->size);
+    double a[3][ENVMAPI_CHUNK] = {{0}}, u[ENVMAPI_CHUNK], scale = 1 / t->norm;
+    int width = envmapi_width(t->grid.map->mapping, t->grid.map->size);
+    for (int i = 0; i < n; ++i) u[i] = (x + i + 0.5) / width;
+    envmapi_rays(a, 0, n, &t->grid, face, u, 0, (y + 0.5) / t->grid.map->size);
     for (int i = 0; i < n; i += ENVMAPI_BESIDE) {
         envmapi_lit lit;
         int m = n - i < ENVMAPI_BESIDE ? n - i : ENVMAPI_BESIDE;
@@ -4695,14 +4734,12 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_transfo
     envmapi_grid_run(run, &t->grid, face, y);
     int from = run[0], n = run[1] - run[0];
     out += 3 * from;
-    memset(out, 0, 3 * (size_t)n * sizeof *out);
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * from;
-    envmapi_rows_add(out, 0, 1, in, 0, NULL, 3 * (size_t)n);
+    envmapi_rows_add(out, 0, 1, in, -1, NULL, 3 * (size_t)n);
     for (int i = 0; i < 3 * n && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
     if (!t->lights.count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width - 2 * from;
-    memset(norm, 0, (size_t)n * sizeof *norm);
-    envmapi_rows_add(norm, 0, 1, in, 0, NULL, (size_t)n);
+    envmapi_rows_add(norm, 0, 1, in, -1, NULL, (size_t)n);
     for (int x = 0; x < n; x += ENVMAPI_CHUNK)
         envmapi_add_lights(out + 3 * x, norm + x, t, face, from + x, y,
                            n - x < ENVMAPI_CHUNK ? n - x : ENVMAPI_CHUNK);
@@ -4899,7 +4936,7 @@ ENVMAPI_BODY envmap_result envmap_sh_basis(double *Y, int bands, const double di
         envmapi_sh_points_order(&n, m, bands);
         for (int l = m; l < bands; ++l) {
             Y[l * (l + 1) - m] = now * n.powers[1][0], Y[l * (l + 1) + m] = now * n.powers[0][0];
-            double up = l + 1 < bands ? n.A[l + 1] * (n.z[0] * now - n.B[l + 1] * before) : 0;
+            double up = l + 1 < bands ? n.A[l + 1] * n.z[0] * now - n.B[l + 1] * before : 0;
             before = now, now = up;
         }
     }
@@ -5000,6 +5037,23 @@ static int envmapi_sh_axis(double *sign, int mapping, int face, int i) {
     return j;
 }
 
+/* S, T, M and |d|, w / |d|^2 of a cube's row of small texels, as below: by vectors. */
+static void envmapi_sh_cube_row(double *to, size_t half, int edge, int y) {
+    double side = 2.0 / edge, y0 = y * side - 1, y1 = y0 + side, Y = y0 + side / 2;
+    for (size_t i = 0; i < half; ++i) {
+        double x0 = (double)(int)i * side - 1, x1 = x0 + side, X = x0 + side / 2, turn[2];
+        double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0, dd = 1 + X * X + Y * Y;
+        double root = envmapi_inverse_root(dd);
+        envmapi_cube_turn(turn, x0, y0, x1, y1, (b + q) * envmapi_inverse_root(b + q),
+                          (b + p) * envmapi_inverse_root(b + p),
+                          (a + q) * envmapi_inverse_root(a + q),
+                          (a + p) * envmapi_inverse_root(a + p));
+        to[i] = X, to[half + i] = Y, to[2 * half + i] = 1, to[3 * half + i] = dd * root;
+        to[4 * half + i] = envmapi_small_atan(turn[1] / turn[0]) * root * root;
+    }
+    if (edge % 2) to[5 * half - 1] /= 2;
+}
+
 /* The left half of row y of a face's upper half: d and |d|, w / |d|^2, then their products. A texel
    in the middle is its own mirror image. On lat-long each d is the one before, turned by a column,
    and rows differ from the first, `from`, by a factor. */
@@ -5011,7 +5065,9 @@ static void envmapi_sh_products(double *to, size_t half, const envmapi_sh_job *j
     double w = 0, scale = 2 * y + 1 == edge ? 0.5 : 1, *weights = to + 4 * half;
     for (size_t k = 0; k < 4; ++k)
         along[envmapi_sh_axis(sign + k, mapping, 0, (int)k)] = to + k * half;
-    for (int i = 0; i < (int)half && (mapping != ENVMAP_LATLONG || y == from); ++i) {
+    int cube = mapping == ENVMAP_CUBE && edge >= 16;
+    if (cube) envmapi_sh_cube_row(to, half, edge, y), sign[0] = sign[1] = sign[2] = 1;
+    for (int i = 0; i < (int)half && !cube && (mapping != ENVMAP_LATLONG || y == from); ++i) {
         double x = d[0];
         if (mapping != ENVMAP_LATLONG || i % 64 == 0) {
             w = envmapi_texel_cell(at, mapping, edge, i, y);
@@ -5481,14 +5537,15 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
    tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
-                   within 12 texels or 8 sigma, by Gauss-Legendre on patches that end where it has
-                   kinks; in polar coordinates about a for sphere and angular maps and
-                   Banks' lobes. What a lobe has beyond (the tail of GGX) is smooth at a texel's
-                   scale and stays a sum over texels.
+                   within 12 texels, 8 sigma, or twice the angle of a function's or a table's last
+                   flank, by Gauss-Legendre on patches that end where it has kinks; in polar
+                   coordinates about a for sphere and angular maps and Banks' lobes. What a lobe
+                   has beyond (the tail of GGX) is smooth at a texel's scale and stays a sum over
+                   texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
    tuned; they are the definition.
-       l_i, w_i, L_i w_i           envmapi_source_create, once for all axes
+       l_i, w_i                    envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
        the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
@@ -5510,9 +5567,9 @@ static double envmapi_texel_extent(const envmap *src) {
 #define ENVMAPI_TILE 256
 typedef struct envmapi_source {
     const envmap *map;
+    const float *texels; /* of the slice */
     size_t count, tiles;
     double *x, *y, *z, *w; /* [count] direction and solid angle */
-    double *r, *g, *b;     /* [count] radiance times solid angle */
     uint32_t *code;        /* [count] face, then the bits of y and x in turn, 2 bits of them */
     uint32_t *place;       /* [count] of the texel in the map */
     int bits;              /* of y and x each */
@@ -5521,6 +5578,10 @@ typedef struct envmapi_source {
     double radius;         /* of the widest tile, rad */
     void *block;           /* the memory of all of the above */
 } envmapi_source;
+
+static const float *envmapi_source_rgb(const envmapi_source *s, size_t i) {
+    return s->texels + 3 * (size_t)s->place[i];
+}
 
 static void envmapi_source_free(envmapi_source *source, void *memory) {
     if (source->block) ENVMAP_FREE(memory, source->block);
@@ -5535,22 +5596,19 @@ static int envmapi_unzip(uint32_t n, int bits) {
 }
 
 /* Appends the texels whose codes start at `from`, and their tile. */
-static void envmapi_source_tile(envmapi_source *s, int slice, uint32_t from) {
+static void envmapi_source_tile(envmapi_source *s, uint32_t from) {
     int mapping = s->map->mapping, edge = s->map->size, width = envmapi_width(mapping, edge);
     int face = (int)(from >> 2 * s->bits);
     int x0 = envmapi_unzip(from, s->bits), y0 = envmapi_unzip(from >> 1, s->bits);
-    const float *image = envmapi_image(s->map, 0, slice, face);
     double sum[3] = {0, 0, 0}, at[2], d[3];
     for (uint32_t n = 0; n < ENVMAPI_TILE; ++n) {
         int x = x0 + envmapi_unzip(n, 4), y = y0 + envmapi_unzip(n >> 1, 4);
         double w = x < width && y < edge ? envmapi_texel_cell(at, mapping, edge, x, y) : 0;
         if (!(w > 0)) continue;
-        const float *rgb = image + 3 * ((size_t)y * (size_t)width + (size_t)x);
         size_t i = s->count++;
-        s->place[i] = (uint32_t)((rgb - envmapi_image(s->map, 0, slice, 0)) / 3);
+        s->place[i] = (uint32_t)((face * edge + y) * width + x);
         envmapi_direction(d, mapping, face, at[0], at[1]);
         s->x[i] = d[0], s->y[i] = d[1], s->z[i] = d[2], s->w[i] = w, s->code[i] = from + n;
-        s->r[i] = w * (double)rgb[0], s->g[i] = w * (double)rgb[1], s->b[i] = w * (double)rgb[2];
         for (int c = 0; c < 3; ++c) sum[c] += d[c];
     }
     envmapi_unit(s->centre[s->tiles], sum);
@@ -5569,20 +5627,19 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     size_t tiles = (size_t)((width + 15) / 16) * (size_t)((map->size + 15) / 16) * (size_t)faces;
     memset(s, 0, sizeof *s);
     if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
-    size_t bytes = n * (7 * sizeof *s->x + 2 * sizeof *s->code);
+    size_t bytes = n * (4 * sizeof *s->x + 2 * sizeof *s->code);
     bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
     double *block = (double *)ENVMAP_MALLOC(memory, bytes);
     if (!block) return ENVMAP_ERROR_MEMORY;
-    s->map = map, s->block = block, s->bits = 4;
+    s->map = map, s->block = block, s->bits = 4, s->texels = envmapi_image(map, 0, slice, 0);
     while (1 << s->bits < width) ++s->bits;
     s->x = block, s->y = block + n, s->z = block + 2 * n, s->w = block + 3 * n;
-    s->r = block + 4 * n, s->g = block + 5 * n, s->b = block + 6 * n;
-    s->centre = (double(*)[3])(block + 7 * n);
+    s->centre = (double(*)[3])(block + 4 * n);
     s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
     s->code = (uint32_t *)(s->first + tiles + 1), s->place = s->code + n;
     for (uint32_t code = 0; code >> 2 * s->bits < (uint32_t)faces; code += ENVMAPI_TILE)
         if (envmapi_unzip(code, s->bits) < width && envmapi_unzip(code >> 1, s->bits) < map->size)
-            envmapi_source_tile(s, slice, code);
+            envmapi_source_tile(s, code);
     return ENVMAP_OK;
 }
 
@@ -5616,20 +5673,28 @@ static double envmapi_cosine(double angle) {
     return angle > ENVMAPI_PI ? -2 : angle < 0 ? 2 : cos(angle);
 }
 
+/* A tent by 1 to 4 places a side, and their weights: its centre; two and three that have the second
+   moment of the four, which are the definition's. */
+static const double envmapi_tent[4][4][2] = {
+    {{0, 1}},
+    {{-0.40824829, 0.5}, {0.40824829, 0.5}},
+    {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
+    {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
+     {0.64494897, 0.18195861}}};
+
 /* k averaged over texel i spread by the tent. */
 static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
-    static const double at[4] = {-0.64494897, -0.15505103, 0.15505103, 0.64494897};
-    static const double weight[4] = {0.18195861, 0.31804139, 0.31804139, 0.18195861};
+    const double(*at)[2] = envmapi_tent[3];
     const envmapi_source *s = axis->source;
     int mapping = s->map->mapping, width = axis->level.width, edge = axis->level.edge;
     int face = (int)(s->code[i] >> 2 * s->bits);
     double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0;
     envmapi_project(uv, mapping, face, d);
     for (int j = 0; j < 16; ++j) {
-        double u = uv[0] + axis->tent * at[j & 3] / width;
-        double v = uv[1] + axis->tent * at[j >> 2] / edge;
+        double u = uv[0] + axis->tent * at[j & 3][0] / width;
+        double v = uv[1] + axis->tent * at[j >> 2][0] / edge;
         envmapi_direction(d, mapping, face, u, v);
-        sum += weight[j & 3] * weight[j >> 2] *
+        sum += at[j & 3][1] * at[j >> 2][1] *
                envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
     }
     return sum;
@@ -5639,9 +5704,10 @@ static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
 static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
     const envmapi_source *s = axis->source;
     if (k >= 0 && k <= 0) return; /* NaN goes on: it must be seen */
-    axis->sum[3] += k * s->w[i];
-    if (!axis->level.texels) axis->light[s->place[i]] += k * s->w[i];
-    else axis->sum[0] += k * s->r[i], axis->sum[1] += k * s->g[i], axis->sum[2] += k * s->b[i];
+    k *= s->w[i], axis->sum[3] += k;
+    if (!axis->level.texels) axis->light[s->place[i]] += k;
+    const float *rgb = envmapi_source_rgb(s, i);
+    for (int c = 0; c < 3 && axis->level.texels; ++c) axis->sum[c] += k * (double)rgb[c];
 }
 
 /* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are `last` or more. */
@@ -5884,6 +5950,20 @@ typedef struct envmapi_axes {
 } envmapi_axes;
 
 /* Makes ready for a slice of src and of `slices` of a result. */
+/* The last flank of a function or a table: the angle beyond which k falls no faster than theta^-11,
+   or is next to nothing. */
+static double envmapi_axis_flank(const envmap_lobe *lobe, double p, double sigma) {
+    double step = fmax(sigma / 2, ENVMAPI_PI / 4096), all = 0, last = 0, before = 0;
+    for (double theta = step; theta < ENVMAPI_PI && lobe->kind >= ENVMAP_LOBE_FUNCTION;
+         theta += step) {
+        double k = fabs(envmapi_k(lobe, cos(theta), p)), ring = before * theta * step;
+        all += ring;
+        if (k < before * exp(-11 * step / theta) && ring > 1e-4 * all) last = theta;
+        before = k;
+    }
+    return last;
+}
+
 static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
     axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1;
@@ -5892,7 +5972,8 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->texel = envmapi_texel_extent(src);
     axis->tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
-    axis->reach = fmax(12 * axis->texel, 8 * axis->sigma);
+    axis->reach = fmax(fmax(12 * axis->texel, 8 * axis->sigma),
+                       2 * envmapi_axis_flank(axis->lobe, axis->p, axis->sigma));
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
     axis->sight = axis->to;
     axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
@@ -6016,7 +6097,8 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
     envmapi_node *node = tree->level[level];
     for (int i = 0; i < below; ++i) {
         envmapi_node *child = level > 1 ? tree->level[level - 1] + i : NULL;
-        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {s->r[i], s->g[i], s->b[i], s->w[i]};
+        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {0, 0, 0, s->w[i]};
+        for (int c = 0; c < 3; ++c) e[c] = e[3] * (double)envmapi_source_rgb(s, (size_t)i)[c];
         double radius = child ? envmapi_node_join(d, e, child) : 0;
         uint32_t code = (child ? child->code : s->code[i]) >> 2;
         if (node->children && node->code != code) ++node;
@@ -6383,21 +6465,14 @@ static double envmapi_window_density(const envmapi_level *level, double u, doubl
 }
 
 /* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
-   whole numbers: each texel at so many places and weights of a tent: its centre; two and three that
-   have the second moment of the definition's, and the fourth; the definition's four. */
+   whole numbers: each texel at so many places of a tent. */
 static int envmapi_window_centres(envmapi_knot *node, int room, double from, double to, double n,
                                   double tent, int places) {
-    static const double rules[4][4][2] = {
-        {{0, 1}},
-        {{-0.40824829, 0.5}, {0.40824829, 0.5}},
-        {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
-        {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
-         {0.64494897, 0.18195861}}};
     int count = 0;
     for (double x = ceil(from); x <= to && count + 4 <= room; x += 1)
         for (int i = 0; i < places; ++i, ++count) {
-            node[count].at = (x + 0.5 + tent * rules[places - 1][i][0]) / n;
-            node[count].weight = (float)rules[places - 1][i][1];
+            node[count].at = (x + 0.5 + tent * envmapi_tent[places - 1][i][0]) / n;
+            node[count].weight = (float)envmapi_tent[places - 1][i][1];
             node[count].texel = (int)x, node[count].f = 0;
         }
     return count;
@@ -6435,18 +6510,12 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
    Both are sums over the nodes of a window of a face, some along u times some along v. For the
    integral these are Gauss-Legendre's, two to six a piece; pieces end at the lines through texel
    centres, where B_i has its kinks, and are 2.5 sigma long at most.
-   Where a lobe never ends (GGX) >>fast sums its tail. Where two cubes' texels lie alike about all
-   axes of a face, K changes slowly from axis to axis. For a lat-long K is a function of the axis'
-   latitude, the texel's row and the difference of their longitudes: it is summed at knots of both,
-   for all axes between the centres of two rows, which are a cell.
+   Where a lobe never ends (GGX) >>fast sums its tail.
        what is left to >>fast                     _tail_of
        windows and their nodes                    _open, _nodes
        the angles of nodes, k there, texels       _sines, _k, _add, _flush, _rim
-       K of axes; between axes that lie alike     _kernel; _tie, _between
-       K of a cell, and of an axis in it          _points, _fold, _cell_tie; _cell_add
-   Used by >>near.  Source: ours.  Tests: tests/test_near.c,
-   axes_between_knots_agree_with_those_summed_one_by_one and
-   latitudes_between_knots_agree_with_axes_summed_one_by_one of all. */
+       K of axes; of a lat-long's cell            _kernel; _fold
+   Used by >>knots and >>near.  Source: ours.  Tests: tests/test_near.c. */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
@@ -6494,29 +6563,29 @@ typedef struct envmapi_near_axes {
 /* Axes [first, first + count) of a square of dst: what they read of the source stays in a cache.
    Where the source is a lat-long, all axes between the centres of its rows y and y + 1. */
 #define ENVMAPI_NEAR_TILE 32
-#define ENVMAPI_NEAR_WIDE 80 /* texels that a knot sees in a row, at most */
 typedef struct envmapi_near_tile {
     int face, x, y, first, count;
 } envmapi_near_tile;
 
-/* K of 4 x 4 axes of a tile, in windows alike about each: [16][height][width]; x, y: of a window
-   about texel 0. */
+/* K of 4 x 4 axes of a tile, or of 4 axes of a row of it, in windows alike about each: [16 or 4]
+   [height][width]; x, y: of a window about axis 0 of a row, of a tile about that of row 0. */
 typedef struct envmapi_near_knots {
-    int ready, x, y, width, height;
+    int ready, x, y, width, height, plane; /* plane: K is that of the face's plane */
+    int part, row, step[2];                /* texels from axis to axis of a row */
     float *K;
 } envmapi_near_knots;
 
 /* K^(1/4) of a cell, whose axes lie between the centres of rows `row` and row + 1 of a lat-long, at
    knots: [latitude][longitude][rows][columns], from row y and from `reach` columns before the axis'
-   on. The root of a Gaussian is one twice as wide, so pieces of cubic polynomials are long. */
+   on. */
 #define ENVMAPI_CELL_KNOTS 96  /* at most, along u or v; any number is right */
 #define ENVMAPI_CELL_PIECE 1.2 /* sigma at 1e-3; at 2.4 the latitudes' test (above) fails */
 #define ENVMAPI_CELL_CORE  1.5 /* texels about an axis where a sharp GGX has detail (speed only) */
 typedef struct envmapi_near_cell {
-    int ready, row, y, rows, columns, reach, last[2];
+    envmapi_near_knots knots;
+    int reach, last[2];
     double at[2][ENVMAPI_CELL_KNOTS + 1]; /* knots along u and v, in [0,1], alike from either end */
     double *twice;                        /* k integrated twice from the axis' meridian on */
-    float *K;
 } envmapi_near_cell;
 
 /* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
@@ -6542,7 +6611,7 @@ struct envmapi_near {
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
-    size_t count, area, cell;        /* blocks; texels of the largest window; a cell's K */
+    size_t count, area, cell, own; /* blocks; texels of the largest window; a cell's K, an axis' */
     size_t all;                      /* texels, where the reference weighs them for all turns */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
@@ -6572,9 +6641,10 @@ typedef struct envmapi_window {
     envmapi_knot *u, *v;                                  /* [room] */
     float *place, *apart;                                 /* [room] of u: what _sines asks of it */
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
-    float *K;       /* [height][width][axes] */
+    float *K, *own; /* [height][width][axes]; of an axis, between knots */
     double *light;  /* [all] of an axis */
-    envmapi_near_knots knots[2]; /* within R, and within R_bright */
+    envmapi_near_knots knots[2], lines[2][2]; /* within R, and within R_bright; of a row: on its
+                                                 own face, and on another */
     envmapi_near_cell cells[2], *cell; /* cell: the one whose K is being summed */
     int tied;                          /* points along u, while K of the cell is summed */
     envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
@@ -6634,16 +6704,20 @@ static int envmapi_near_column(const envmapi_window *w, const envmapi_level *lev
     return x < w->width ? x : -1;
 }
 
+/* Places of a tent: two would be off by 22 tolerances beside one lit texel, by 9 in rms at 2e-5. */
+static int envmapi_near_places(const envmapi_near *s) {
+    return !(s->axis.tent > 0) ? 1 : s->piece < 0.9 ? 4 : s->axis.tent > 0.6 ? 3 : 2;
+}
+
 /* Nodes along u (i 0) or v (1) of a window; returns how many. */
 static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const envmapi_window *w,
                               double box[2][2], int i, int texels) {
     const envmapi_level *level = &s->axis.level;
     int size = i ? level->edge : level->width, room = (int)s->room - 16;
-    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2], tent = s->axis.tent;
-    int places = !(tent > 0) ? 1 : s->piece < 0.9 ? 4 : tent > 0.6 ? 3 : 2;
+    double from = box[i][0] * size - 0.5, to = box[i][1] * size - 0.5, at[2];
     if (texels) /* each column of a lat-long once */
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
-                                      tent, places);
+                                      s->axis.tent, envmapi_near_places(s));
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
                                  s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
@@ -6742,30 +6816,33 @@ static float envmapi_near_omega(const envmapi_level *level, int x, int y) {
     return (float)(envmapi_density(level->mapping, u, v) / level->edge / level->edge);
 }
 
-/* Adds a finished row of points to K of a cell's n-th latitude: the mean of a tent's two times
+/* Adds a finished row of points to K of a cell's n-th latitude: the mean of a tent's `places` times
    omega, or where this is NULL, the integral of k B_i: k's second integral's second difference. */
-static void envmapi_near_fold(envmapi_window *w, int n, int y, const float *omega) {
+static void envmapi_near_fold(envmapi_window *w, int places, int n, int y, const float *omega) {
     envmapi_near_cell *cell = w->cell;
-    int last = cell->last[0], most = (cell->reach + 1) * last, area = cell->rows * cell->columns;
+    envmapi_near_knots *knots = &cell->knots;
+    int last = cell->last[0], most = (cell->reach + 1) * last, area = knots->height * knots->width;
     const float *k = w->rows[y & 1];
     double *twice = cell->twice, sum = 0, gauss = sqrt(1.0 / 12);
     float *out = w->apart;
-    if (y < cell->y || y >= cell->y + cell->rows) return;
+    if (y < knots->y || y >= knots->y + knots->height) return;
     twice[0] = 0;
-    for (int i = 0; i < most + last; ++i) {
+    for (int i = 0; i < most + last && !omega; ++i) {
         double step = cell->at[0][i % last + 1] - cell->at[0][i % last];
         double a = step / 2 * (double)k[2 * i], b = step / 2 * (double)k[2 * i + 1];
         twice[i + 1] = twice[i] + step * (sum + (0.5 + gauss) * a + (0.5 - gauss) * b);
         sum += a + b;
     }
     for (int i = 0; i <= most; ++i) {
-        double before = twice[i > last ? i - last : last - i];
-        out[i] = omega ? (k[2 * i] + k[2 * i + 1]) / 2 * *omega
-                       : (float)(twice[i + last] - 2 * twice[i] + before);
+        double mean = 0;
+        for (int j = 0; j < places && omega; ++j)
+            mean += envmapi_tent[places - 1][j][1] * (double)k[places * i + j];
+        out[i] = omega ? (float)mean * *omega
+                       : (float)(twice[i + last] - 2 * twice[i] + twice[abs(i - last)]);
     }
     for (int q = 0; q <= last; ++q) {
-        float *K = cell->K + (n * (last + 1) + q) * area + (y - cell->y) * cell->columns;
-        for (int c = 0; c < cell->columns; ++c) {
+        float *K = knots->K + (n * (last + 1) + q) * area + (y - knots->y) * knots->width;
+        for (int c = 0; c < knots->width; ++c) {
             int apart = (c - cell->reach) * last - q;
             K[c] += out[apart < 0 ? -apart : apart];
         }
@@ -6779,7 +6856,7 @@ static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, 
     const envmapi_level *level = &s->axis.level;
     const float *omega =
         texels && !w->knot ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
-    if (w->tied) envmapi_near_fold(w, n, y, omega), count = (count + 15) / 16 * 16;
+    if (w->tied) envmapi_near_fold(w, envmapi_near_places(s), n, y, omega), count += -count & 15;
     for (int j = 0; j < count && !w->tied && y >= w->y && y < w->y + w->height; ++j) {
         const envmapi_knot *u = w->u + j;
         float k = row[j] * u->weight, next = k * u->f;
@@ -6842,23 +6919,26 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
 static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, double share) {
     const envmapi_level *level = &s->axis.level;
     size_t width = (size_t)level->width, area = width * (size_t)level->edge;
-    double uv[2], d[3], apart = s->axis.tent / sqrt(6.0) / level->edge;
+    int places = envmapi_near_places(s), count = places * places;
+    const double(*at)[2] = envmapi_tent[places - 1];
+    double uv[2], d[3], tent = s->axis.tent / level->edge;
     double reach = cos(fmin(envmapi_near_reach(s, w->R, 1), ENVMAPI_PI));
     for (const envmapi_light *cut = s->in.rim; cut < s->in.rim + s->in.rim_count; ++cut) {
         int x = (int)(cut->texel % width) - w->x, y = (int)(cut->texel % area / width) - w->y;
         if ((int)(cut->texel / area) != w->face || x < 0 || x >= w->width || y < 0 ||
             y >= w->height || envmapi_dot(w->a, cut->d) < reach)
             continue;
-        float sines[4], weight[4], k[4];
+        float sines[16], weight[16], k[16];
         envmapi_project(uv, level->mapping, w->face, cut->d);
-        for (int i = 0; i < 4; ++i) {
-            envmapi_direction(d, level->mapping, w->face, uv[0] + (i & 1 ? apart : -apart),
-                              uv[1] + (i & 2 ? apart : -apart));
+        for (int i = 0; i < count; ++i) {
+            const double *u = at[i % places], *v = at[i / places];
+            envmapi_direction(d, level->mapping, w->face, uv[0] + tent * u[0], uv[1] + tent * v[0]);
             double c = envmapi_dot(w->a, d);
-            sines[i] = (float)((1 - c) * (1 + c)), weight[i] = (float)(share * cut->value[3] / 4);
+            sines[i] = (float)((1 - c) * (1 + c));
+            weight[i] = (float)(share * cut->value[3] * u[1] * v[1]);
         }
-        envmapi_near_k(k, s, (float)w->limit, sines, weight, 4);
-        w->K[(y * w->width + x) * ENVMAPI_NEAR_AXES + n] += k[0] + k[1] + k[2] + k[3];
+        envmapi_near_k(k, s, (float)w->limit, sines, weight, count);
+        for (int i = 0; i < count; ++i) w->K[(y * w->width + x) * ENVMAPI_NEAR_AXES + n] += k[i];
     }
 }
 
@@ -6879,75 +6959,130 @@ static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int ax
     }
 }
 
-/* Opens the window of one of a tile's knots; x, y: where a window alike about texel 0 begins. */
-static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
-                             const envmapi_near_tile *tile, int knot, double radius, int *x,
-                             int *y) {
-    envmapi_near_axes one = {tile->face, tile->x, tile->y, 1};
-    one.x += s->knot[knot & 3], one.y += s->knot[knot >> 2];
-    envmapi_near_aim(w, s, &one);
-    if (!envmapi_near_open(w, s, tile->face, radius)) return 0;
-    *x = w->x - one.x * s->ratio, *y = w->y - one.y * s->ratio;
+/* ----------------------------------------------------------------------------------- >>knots --
+   K of a few axes, and of those between, by cubic polynomials.
+     in     a tile of axes, the open window of some       out    K of these
+   Two cubes' texels lie alike about all axes of a face, if one's edge is a multiple of the other's:
+   there K of a texel so many texels from the axis changes slowly from axis to axis. It is summed
+   for 4 x 4 axes of a tile. Beside an edge it changes slowly along the edge only, on both faces: it
+   is summed for 4 axes of each row.
+   For a lat-long K is a function of the axis' latitude, the texel's row and the difference of their
+   longitudes. It is summed at knots of both, for all axes between the centres of two rows, which
+   are a cell; of its fourth root, as the root of a Gaussian is one twice as wide.
+       knots of a tile or of a row        _tied: _steps, _knot, _tie
+       those of a cell                    _cell_of, _cell_knots, _points, _cell_tie
+       K between knots                    _mix: _between, _weights, _cell_add
+   Used by >>near.  Source: ours.  Tests: tests/test_near.c,
+   axes_between_knots_agree_with_those_summed_one_by_one and
+   latitudes_between_knots_agree_with_axes_summed_one_by_one. */
+
+/* Steps of windows on a part from axis to axis of a row: whole texels on the axes' own face, and on
+   that beyond the edge along the row. 0 on others. */
+static int envmapi_near_steps(int step[2], const envmapi_near *s, int part,
+                              const envmapi_near_axes *axes) {
+    double d[3], uv[2][2], size = s->dst.size, v = 2 * axes->y < s->dst.size ? 0 : 1;
+    for (int i = 0; i < 2; ++i) {
+        envmapi_direction(d, ENVMAP_CUBE, axes->face, (axes->x + i) / size, v);
+        envmapi_project(uv[i], ENVMAP_CUBE, part, d);
+    }
+    for (int i = 0; i < 2; ++i) {
+        double apart = (uv[1][i] - uv[0][i]) * s->axis.level.edge;
+        step[i] = (int)floor(apart + 0.5);
+        if (fabs(apart - step[i]) > 1e-3) return 0;
+    }
     return 1;
 }
 
-/* K of the knots of a tile, in windows of one size; ready is -1 where there is no room. */
+/* Opens the window of a knot; x, y: where a window alike about axis 0 begins. 0 where it shows
+   nothing; -1 where the face ends along a row. */
+static int envmapi_near_knot(envmapi_window *w, const envmapi_near *s,
+                             const envmapi_near_tile *tile, const envmapi_near_knots *knots,
+                             int knot, double radius, int *x, int *y) {
+    envmapi_near_axes one = {tile->face, tile->x + s->knot[knot & 3], knots->row, 1};
+    const int *step = knots->step, edge = s->axis.level.edge;
+    if (knots->plane) one.y = tile->y + s->knot[knot >> 2];
+    envmapi_near_aim(w, s, &one);
+    if (!envmapi_near_open(w, s, knots->part, radius)) return 0;
+    *x = w->x - step[0] * one.x, *y = w->y - step[1] * one.x;
+    if (knots->plane) *y -= s->ratio * one.y;
+    int from = step[0] ? w->x : w->y, length = step[0] ? w->width : w->height;
+    return knots->plane || (from >= 0 && from + length <= edge) ? 1 : -1;
+}
+
+/* K of knots, in windows of one size; ready is -1 where there is no room. */
 static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_tile *tile, envmapi_near_knots *knots,
                              double radius) {
-    int x = 0, y = 0, right = INT_MIN, below = INT_MIN, open = 1;
-    w->knot = 1, knots->x = knots->y = INT_MAX;
-    for (int k = 0; k < 16 && open; ++k) {
-        open = envmapi_near_knot(w, s, tile, k, radius, &x, &y);
+    int x, y, right = 0, below = 0, open = 1, first = 1, count = knots->plane ? 16 : 4;
+    w->knot = knots->plane, knots->x = knots->y = 0;
+    for (int k = 0; k < count && open >= 0; ++k) {
+        open = envmapi_near_knot(w, s, tile, knots, k, radius, &x, &y);
+        if (open < 1) continue;
+        if (first) knots->x = right = x, knots->y = below = y, first = 0;
         knots->x = x < knots->x ? x : knots->x, knots->y = y < knots->y ? y : knots->y;
         right = x + w->width > right ? x + w->width : right;
         below = y + w->height > below ? y + w->height : below;
     }
     knots->width = right - knots->x, knots->height = below - knots->y;
     size_t area = (size_t)(knots->width * knots->height);
-    knots->ready = open && knots->width <= ENVMAPI_NEAR_WIDE && area <= s->area ? 1 : -1;
-    for (int k = 0; k < 16 && knots->ready > 0; ++k) {
-        envmapi_near_knot(w, s, tile, k, radius, &x, &y);
+    knots->ready = open >= 0 && area <= s->area ? 1 : -1;
+    for (int k = 0; k < count && knots->ready > 0; ++k) {
+        float *K = knots->K + (size_t)k * area;
+        memset(K, 0, area * sizeof *K);
+        if (!envmapi_near_knot(w, s, tile, knots, k, radius, &x, &y)) continue;
         w->x += knots->x - x, w->width = knots->width;
         w->y += knots->y - y, w->height = knots->height;
         envmapi_near_kernel(w, s, 1);
-        for (size_t i = 0; i < area; ++i)
-            knots->K[(size_t)k * area + i] = w->K[i * ENVMAPI_NEAR_AXES];
+        for (size_t i = 0; i < area; ++i) K[i] = w->K[i * ENVMAPI_NEAR_AXES];
     }
     w->knot = 0;
+}
+
+/* Adds K of axis n between knots to the open window, where that of the knots begins at x, y: 4
+   along u, and `lines` along v, from K on, `next` in a line. A lat-long's are roots, and go on over
+   its seam; a plane's end where its face does. */
+static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
+                             const envmapi_near_knots *knots, const float *K, int next, int lines,
+                             const float along[4], const float down[4], int x, int y) {
+    int width = knots->width, height = knots->height, area = width * height;
+    int edge = s->axis.level.edge, roots = s->axis.level.mapping == ENVMAP_LATLONG;
+    int left = 0, right = w->width, top = 0, bottom = w->height; /* of the window */
+    if (knots->plane) {
+        left = w->x < 0 ? -w->x : 0, right = right < edge - w->x ? right : edge - w->x;
+        top = w->y < 0 ? -w->y : 0, bottom = bottom < edge - w->y ? bottom : edge - w->y;
+    }
+    int from = top > y ? top - y : 0, count = bottom - y < height ? bottom - y : height;
+    count = (count - from) * width, K += from * width;
+    float *k = w->own, *out = w->K + n + (y + from) * w->width * ENVMAPI_NEAR_AXES;
+    if (count <= 0) return;
+    memset(k, 0, (size_t)count * sizeof *k);
+    for (int i = 0; i < lines; ++i) {
+        const float *a = K + i * next * area, *b = a + area, *c = b + area, *d = c + area;
+        float e = down[i] * along[0], f = down[i] * along[1], g = down[i] * along[2];
+        float h = down[i] * along[3];
+        for (int j = 0; j < count; ++j) k[j] += e * a[j] + f * b[j] + g * c[j] + h * d[j];
+    }
+    for (int j = 0; j < count && roots; ++j) k[j] *= k[j], k[j] *= k[j];
+    for (; count > 0; count -= width, k += width, out += w->width * ENVMAPI_NEAR_AXES)
+        for (int to = x; to > -width; to -= roots ? s->axis.level.width : 2 * edge + width) {
+            int first = left > to ? left - to : 0, end = right - to < width ? right - to : width;
+            for (int c = first; c < end; ++c) out[(to + c) * ENVMAPI_NEAR_AXES] += k[c];
+        }
 }
 
 /* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
 static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
                                  const envmapi_near_tile *tile, const envmapi_near_axes *axes,
                                  const envmapi_near_knots *knots) {
-    const float *along = s->between[axes->y - tile->y];
-    size_t area = (size_t)(knots->width * knots->height);
-    int edge = s->axis.level.edge;
+    static const float one[4] = {1};
+    const float *down = knots->plane ? s->between[axes->y - tile->y] : one;
+    int y = knots->y + (knots->plane ? s->ratio * axes->y : 0) - w->y;
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-    for (int row = 0; row < knots->height; ++row) {
-        int y = knots->y + row + axes->y * s->ratio - w->y;
-        const float *K = knots->K + row * knots->width;
-        float lines[4][ENVMAPI_NEAR_WIDE];
-        if (y < 0 || y >= w->height || w->y + y < 0 || w->y + y >= edge) continue;
-        for (int i = 0; i < 4; ++i)
-            for (int x = 0; x < knots->width; ++x) {
-                const float *k = K + (size_t)i * area + x;
-                lines[i][x] = along[0] * k[0] + along[1] * k[4 * area] + along[2] * k[8 * area] +
-                              along[3] * k[12 * area];
-            }
-        for (int n = 0; n < axes->count; ++n) {
-            const float *f = s->between[axes->x + n - tile->x];
-            int shift = knots->x + (axes->x + n) * s->ratio - w->x;
-            int from = -shift - (w->x < 0 ? w->x : 0);
-            int to = (w->x + w->width < edge ? w->width : edge - w->x) - shift;
-            from = from > 0 ? from : 0, to = to < knots->width ? to : knots->width;
-            float *out = w->K + (y * w->width + shift) * ENVMAPI_NEAR_AXES + n;
-            for (int x = from; x < to; ++x)
-                out[x * ENVMAPI_NEAR_AXES] = f[0] * lines[0][x] + f[1] * lines[1][x] +
-                                             f[2] * lines[2][x] + f[3] * lines[3][x];
-        }
-    }
+    for (int n = 0; n < axes->count; ++n)
+        envmapi_near_mix(w, s, n, knots, knots->K, 4, knots->plane ? 4 : 1,
+                         s->between[axes->x + n - tile->x], down,
+                         knots->x + knots->step[0] * (axes->x + n) - w->x,
+                         y + knots->step[1] * (axes->x + n));
 }
 
 /* Knots between two texels' centres, where K has kinks as wide as the lobe: the ends of pieces, and
@@ -6984,28 +7119,30 @@ static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *
     double theta = high * fmax(fmin(tile->y + 0.5, level->edge - tile->y - 1.5), 0);
     double across = theta > R ? asin(sin(R) / sin(theta)) / high : level->edge;
     double sine = fmax(sin(theta + high), 1e-3), even = s->tail ? least : s->R_bright / high;
-    cell->row = tile->y, cell->y = tile->y - (int)(R / high) - 1;
-    cell->rows = 2 * (tile->y - cell->y) + 2, cell->reach = (int)across + 1;
+    cell->knots.row = tile->y, cell->knots.y = tile->y - (int)(R / high) - 1;
+    cell->knots.height = 2 * (tile->y - cell->knots.y) + 2, cell->reach = (int)across + 1;
     if (2 * cell->reach + 2 > level->width) cell->reach = level->width / 2 - 1;
-    cell->columns = 2 * cell->reach + 2;
+    cell->knots.width = 2 * cell->reach + 2;
     int u = envmapi_near_cell_knots(cell->at[0], s->cell_piece / sine, even / sine);
     int v = envmapi_near_cell_knots(cell->at[1], s->cell_piece, even);
     cell->last[0] = u, cell->last[1] = v;
-    cell->ready = u && v && u * v < 12 * tile->count &&
-                  2 * (cell->reach + 2) * (u + 1) < (int)s->room; /* 12: speed only */
-    return cell->ready ? (size_t)((u + 1) * (v + 1)) * (size_t)(cell->rows * cell->columns) : 0;
+    cell->knots.ready = u && v && u * v < 12 * tile->count &&
+                  4 * (cell->reach + 2) * (u + 1) < (int)s->room - 16; /* 12: speed only */
+    return (size_t)cell->knots.ready * (size_t)((u + 1) * (v + 1)) *
+           (size_t)(cell->knots.height * cell->knots.width);
 }
 
 /* Points along u about a cell's meridian: two of Gauss and Legendre between knots, or those of a
    tent about each. Returns how many. */
 static int envmapi_near_points(envmapi_window *w, const envmapi_near *s, int texels) {
     const envmapi_near_cell *cell = w->cell;
-    int last = cell->last[0], count = 2 * ((cell->reach + 2) * last + 1);
+    int points = texels ? envmapi_near_places(s) : 2;
+    int last = cell->last[0], count = points * ((cell->reach + 2) * last + 1);
     w->m[0] = 0;
     for (int i = 0; i < count + 15; ++i) {
-        const double *at = cell->at[0] + i / 2 % last;
-        double side = i % 2 ? 1 : -1, x = i / 2 / last + at[0];
-        if (texels) x += side * s->axis.tent / sqrt(6.0);
+        const double *at = cell->at[0] + i / points % last;
+        double side = i % 2 ? 1 : -1, x = i / points / last + at[0];
+        if (texels) x += s->axis.tent * envmapi_tent[points - 1][i % points][0];
         else x += (at[1] - at[0]) * (3 + side * sqrt(3.0)) / 6;
         envmapi_near_place(w->place + i, w->apart + i, w, ENVMAP_LATLONG, x / s->axis.level.width,
                            0);
@@ -7020,8 +7157,8 @@ static void envmapi_near_cell_tie(envmapi_window *w, const envmapi_near *s,
     int edge = s->axis.level.edge;
     double share = s->axis.bilinear;
     size_t count = envmapi_near_cell_of(cell, s, tile);
-    if (!cell->ready) return;
-    memset(cell->K, 0, count * sizeof(float));
+    if (!cell->knots.ready) return;
+    memset(cell->knots.K, 0, count * sizeof(float));
     w->R = s->R_bright, w->limit = pow(sin(w->R), 2), w->part = w->face = 0;
     w->sigma[1] = s->sigma * edge / ENVMAPI_PI;
     w->y = w->width = w->height = 0; /* no window is open */
@@ -7029,7 +7166,7 @@ static void envmapi_near_cell_tie(envmapi_window *w, const envmapi_near *s,
         double part = texels ? 1 - share : share / s->axis.level.width;
         w->tied = envmapi_near_points(w, s, texels);
         for (int n = 0; n <= cell->last[1]; ++n) {
-            double v = (cell->row + 0.5 + cell->at[1][n]) / edge;
+            double v = (cell->knots.row + 0.5 + cell->at[1][n]) / edge;
             envmapi_direction(w->a, ENVMAP_LATLONG, 0, 0, v);
             w->m[1] = ENVMAPI_PI * v, w->m[2] = sin(w->m[1]);
             envmapi_near_add(w, s, n, texels, part);
@@ -7037,13 +7174,13 @@ static void envmapi_near_cell_tie(envmapi_window *w, const envmapi_near *s,
     }
     w->tied = 0;
     for (size_t i = 0; i < count; ++i) { /* K^(-1/4) by Newton's steps, as envmapi_inverse_root */
-        float K = cell->K[i] > 1e-30f ? cell->K[i] : 1e-30f, r;
+        float K = cell->knots.K[i] > 1e-30f ? cell->knots.K[i] : 1e-30f, r;
         uint32_t bits;
         memcpy(&bits, &K, sizeof bits);
         bits = 0x4F58CCCD - (bits >> 2);
         memcpy(&r, &bits, sizeof r);
         for (int step = 0; step < 3; ++step) r *= 1.25f - 0.25f * K * r * r * r * r;
-        cell->K[i] = K * r * r * r;
+        cell->knots.K[i] = K * r * r * r;
     }
 }
 
@@ -7064,59 +7201,53 @@ static int envmapi_near_weights(float weight[4], const double *at, int last, dou
 static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int n,
                                   const envmapi_near_cell *cell) {
     const envmapi_level *level = &s->axis.level;
-    int area = cell->rows * cell->columns, wide = level->width, next = cell->last[0] + 1;
-    int top = w->y > cell->y ? w->y - cell->y : 0, bottom = w->y + w->height - cell->y;
+    int wide = level->width, next = cell->last[0] + 1;
     double uv[2];
-    float along[4], down[4], *k = cell->K + (cell->last[1] + 1) * next * area;
+    float along[4], down[4];
     envmapi_project(uv, ENVMAP_LATLONG, 0, w->axes[n]);
-    double x = uv[0] * wide - 0.5, y = uv[1] * level->edge - 0.5 - cell->row;
+    double x = uv[0] * wide - 0.5, y = uv[1] * level->edge - 0.5 - cell->knots.row;
     int column = (int)floor(x), shift = (column - cell->reach - w->x) % wide;
     int q = envmapi_near_weights(along, cell->at[0], cell->last[0], x - column);
     int p = envmapi_near_weights(down, cell->at[1], cell->last[1], y);
-    bottom = bottom < cell->rows ? bottom : cell->rows, top *= cell->columns;
-    int count = bottom * cell->columns - top;
-    if (count > 0) memset(k, 0, (size_t)count * sizeof *k);
-    for (int i = 0; i < 4; ++i) {
-        const float *a = cell->K + ((p + i) * next + q) * area + top, *b = a + area;
-        const float *c = b + area, *d = c + area;
-        float f = down[i] * along[0], g = down[i] * along[1], h = down[i] * along[2];
-        float l = down[i] * along[3];
-        for (int j = 0; j < count; ++j) k[j] += f * a[j] + g * b[j] + h * c[j] + l * d[j];
-    }
-    for (int j = 0; j < count; ++j) k[j] *= k[j], k[j] *= k[j];
-    float *out = w->K + n + (cell->y > w->y ? cell->y - w->y : 0) * w->width * ENVMAPI_NEAR_AXES;
-    shift = shift < 0 ? shift + wide : shift;
-    for (int row = top; row < top + count; row += cell->columns, k += cell->columns) {
-        for (int to = shift; to > shift - 2 * wide; to -= wide) { /* also what is over the seam */
-            int first = to < 0 ? -to : 0, end = w->width - to;
-            end = end < cell->columns ? end : cell->columns;
-            for (int c = first; c < end; ++c) out[(to + c) * ENVMAPI_NEAR_AXES] += k[c];
-        }
-        out += w->width * ENVMAPI_NEAR_AXES;
-    }
+    const float *K = cell->knots.K + (p * next + q) * cell->knots.width * cell->knots.height;
+    envmapi_near_mix(w, s, n, &cell->knots, K, next, 4, along, down,
+                     shift < 0 ? shift + wide : shift, cell->knots.y - w->y);
 }
 
-/* K of some axes in the open window: by the knots on the axes' own face, but where the integral
-   ends at its edges. */
-static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
-                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                               envmapi_near_knots *knots) {
+/* The knots for the open window: a tile's on the axes' own face, but where the integral ends at its
+   edges, and a row's elsewhere. Opens the window again. */
+static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_near *s,
+                                             const envmapi_near_tile *tile,
+                                             const envmapi_near_axes *axes, int outer) {
     const envmapi_level *level = &s->axis.level;
+    int own = w->part == axes->face, part = w->part;
     int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
                  w->y + w->height <= level->edge;
-    if (w->cells[0].ready && (s->part_count < 2 || w->cells[1].ready)) {
+    int plane = own && (inside || !(s->axis.bilinear > 0));
+    envmapi_near_knots *knots = plane ? w->knots + outer : w->lines[outer] + own;
+    if (knots->ready && (plane || (knots->row == axes->y && knots->part == part))) return knots;
+    knots->part = part, knots->row = axes->y, knots->plane = plane, knots->ready = -1;
+    if (!envmapi_near_steps(knots->step, s, part, axes)) return knots;
+    double R = w->R;
+    envmapi_near_tie(w, s, tile, knots, R);
+    envmapi_near_aim(w, s, axes);
+    envmapi_near_open(w, s, part, R);
+    return knots;
+}
+
+/* K of some axes in the open window. */
+static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
+                               const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                               int outer) {
+    if (w->cells[0].knots.ready && (s->part_count < 2 || w->cells[1].knots.ready)) {
         memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
         for (int i = 0; i < s->part_count * axes->count; ++i)
             envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
         return;
     }
-    int alike = s->ratio && w->part == axes->face && (inside || !(s->axis.bilinear > 0));
-    if (alike && !knots->ready) {
-        envmapi_near_tie(w, s, tile, knots, w->R);
-        envmapi_near_aim(w, s, axes);
-        envmapi_near_open(w, s, axes->face, w->R);
-    }
-    if (alike && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
+    const envmapi_near_knots *knots =
+        s->ratio ? envmapi_near_tied(w, s, tile, axes, outer) : NULL;
+    if (knots && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
     else envmapi_near_kernel(w, s, axes->count);
 }
 
@@ -7281,22 +7412,21 @@ static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t 
    mirror is its own image. */
 static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int n,
                              const envmapi_near_axes *axes, int rim) {
-    float *out[48], before[48][3], lanes[16 * ENVMAPI_NEAR_BLOCKS];
+    float *image = envmapi_image(&s->dst, 0, s->slice, 0), *out[48], before[48][3];
+    float lanes[16 * ENVMAPI_NEAR_BLOCKS];
     const envmapi_tail *tail = rim && s->axis.bilinear < 1 ? NULL : s->tail; /* the sum has it */
     int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
     for (int t = 0; t < s->turn_count; ++t) {
         size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x, axes->y);
-        out[t] = envmapi_image(&s->dst, 0, s->slice, 0) + 3 * at;
+        out[t] = image + 3 * at;
         if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
     for (int g = 0; g < envmapi_near_groups(s); ++g)
         memcpy(lanes + 16 * g, w->sums[g] + n, 16 * sizeof *lanes);
     for (int t = 0; t < s->turn_count; ++t) {
         double sum[4];
-        if (rim)
-            envmapi_near_reference(sum, s,
-                                   (size_t)(out[t] - envmapi_image(&s->dst, 0, s->slice, 0)) / 3);
+        if (rim) envmapi_near_reference(sum, s, (size_t)(out[t] - image) / 3);
         for (int i = 3 * t, c = 0; c < 3; ++c, ++i) {
             double more = tail ? (double)before[t][c] : 0;
             double whole = rim ? sum[3] : w->norms[i / 16][n];
@@ -7343,7 +7473,7 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
             if (outer && s->R < s->R_bright) bright = envmapi_near_bright(w, s);
             unsigned groups = outer ? bright : all & ~bright;
             if (!groups) continue;
-            envmapi_near_weigh(w, s, tile, axes, w->knots + outer);
+            envmapi_near_weigh(w, s, tile, axes, outer);
             envmapi_near_apply(w, s, groups);
         }
     }
@@ -7361,17 +7491,21 @@ static void envmapi_task_near(void *context, int task) {
     memset(w->rows[0], 0, 2 * room * sizeof(float));
     w->knots[0].K = w->K + s->area * ENVMAPI_NEAR_AXES;
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
-    w->cells[0].ready = w->tied = 0;
+    for (size_t i = 0; i < 4; ++i)
+        w->lines[i / 2][i % 2].K = w->knots[1].K + s->area * (16 + 4 * i);
+    memset(w->cells, 0, sizeof w->cells), w->tied = 0;
     float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
+    w->own = end -= s->own;
     for (int i = 0; i < s->part_count; ++i) {
         w->cells[i].twice = (double *)(void *)((char *)w + s->bytes) - room;
-        w->cells[i].K = end -= s->parts[i].cell;
+        w->cells[i].knots.K = end -= s->parts[i].cell;
     }
     int last = s->first + s->round;
     if (last > s->tile_count) last = s->tile_count;
     for (int i = s->first + task; i < last; i += s->tasks) {
         const envmapi_near_tile *tile = s->tiles + i;
         w->knots[0].ready = w->knots[1].ready = 0;
+        for (int line = 0; line < 4; ++line) w->lines[line / 2][line % 2].ready = 0;
         for (int part = 0; part < s->part_count; ++part) {
             w->cell = w->cells + part;
             envmapi_near_cell_tie(w, s->parts + part, tile);
@@ -7427,7 +7561,7 @@ static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolera
    anywhere; a sharp GGX in two, as fewer knots serve beyond its core. */
 static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envmapi_pool *pool) {
     double high = ENVMAPI_PI / s->axis.level.edge;
-    s->part_count = 0, s->core = s->beyond = 0, s->cell = 0;
+    s->part_count = 0, s->core = s->beyond = 0, s->cell = s->own = 0;
     s->cell_piece = ENVMAPI_CELL_PIECE * pow(tolerance * 1e3, 0.25) * s->sigma / high;
     if (s->all || s->axis.level.mapping != ENVMAP_LATLONG ||
         s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4 ||
@@ -7500,8 +7634,9 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
     for (int i = 0; i < s->tile_count * s->part_count; ++i) {
         envmapi_near *part = s->parts + i % s->part_count;
         size_t cell = envmapi_near_cell_of(w->cells, part, s->tiles + i / s->part_count);
-        cell += (size_t)(w->cells->rows * w->cells->columns); /* an axis' own K */
-        if (w->cells->ready && cell > part->cell) part->cell = cell;
+        size_t own = (size_t)(w->cells->knots.height * w->cells->knots.width);
+        if (cell > part->cell) part->cell = cell;
+        if (cell && own > s->own) s->own = own;
     }
     return ENVMAP_OK;
 }
@@ -7690,8 +7825,10 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
     s->bytes += s->all * sizeof(double);
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 32 : 0)) + 2 * s->room;
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 48 : 0)) + 2 * s->room;
+    if (s->ratio) s->own = s->area;
     for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
+    kernels += s->own;
     s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
     if (result || !s->work) return ENVMAP_ERROR_MEMORY;
@@ -8100,22 +8237,29 @@ static int envmapi_block_lights(envmapi_scene *s, size_t block, double limit) {
     return 1;
 }
 
+/* Of `sums`: the block that a light is in. */
+static float *envmapi_light_block(float *sums, const envmapi_scene *s, const envmapi_light *light) {
+    size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
+    size_t size = (size_t)s->in.map->size, x = light->texel % width, y = light->texel / width;
+    size_t row = y / size * (size_t)s->blocks[0].nv + y % size / (size_t)s->edge;
+    return sums + 4 * (row * (size_t)s->blocks[0].nu + x / (size_t)s->edge);
+}
+
 /* The contrast of what the lights leave, no texel of which has more than `limit` of all energy.
    rest: room for the blocks without the lights. */
 static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
     size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
-    size_t size = (size_t)s->in.map->size, nu = (size_t)s->blocks[0].nu;
+    size_t size = (size_t)s->in.map->size;
     double squares = s->squares, off = s->cut;
     memcpy(rest, s->sums, 4 * s->blocks[0].count * sizeof *rest);
     for (int i = 0; i < s->light_count; ++i) {
         const double *v = s->lights[i].value, square = envmapi_light_square(s->lights + i);
         size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
-        size_t row = y / size * (size_t)s->blocks[0].nv + y % size / (size_t)s->edge;
-        float *sum = rest + 4 * (row * nu + x / (size_t)s->edge);
+        float *sum = envmapi_light_block(rest, s, s->lights + i);
         int cut = !(envmapi_omega_row(&s->in, (int)(y % size))[3 * x] > 0);
         for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
         s->energy -= envmapi_light_energy(s->lights + i);
-        squares -= square * envmapi_block_group(s, 0, row * nu);
+        squares -= square * envmapi_block_group(s, 0, (size_t)(sum - rest) / 4);
         if (cut) off -= square;
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
@@ -8137,50 +8281,67 @@ static void envmapi_block_direction(double d[3], const envmapi_scene *s, int i, 
                       fmin((y % nv + 0.5) * wide / s->in.map->size, 1));
 }
 
+/* Blocks that axes see, for histograms: where, and RGB energy and parts of kappa^2; angle: the row
+   of a histogram where the cosine is 1 - i/512. */
+typedef struct envmapi_sight {
+    envmapi_histogram *histograms;
+    size_t count;
+    double (*d)[3], *squares;
+    float (*values)[3 + ENVMAPI_SCALES];
+    unsigned char angle[1026];
+} envmapi_sight;
+
+/* Task: what an axis sees. */
+static void envmapi_task_see(void *context, int a) {
+    const envmapi_sight *t = (const envmapi_sight *)context;
+    envmapi_histogram *to = t->histograms + a;
+    for (size_t b = 0; b < t->count; ++b) {
+        float *seen = to->seen[t->angle[(int)(512.5 - 512 * envmapi_dot(to->axis, t->d[b]))]];
+        envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(t->values[b]));
+    }
+}
+
 /* Adds the blocks at scale j to all histograms: energies if `from` is 0, and in detail the squares
-   in `rest` of scales from .. j, over their sum. squares: room for (j-from+1) times the blocks;
-   angle: of histograms, where the cosine is 1 - i/512. */
-static void envmapi_histograms_add(envmapi_scene *s, const float *rest, int from, int j,
-                                   double *squares, const unsigned char *angle) {
+   in `rest` of scales from .. j, over their sum. */
+static void envmapi_histograms_add(envmapi_sight *t, envmapi_scene *s, const float *rest, int from,
+                                   int j, const envmap_work *work) {
     const float *sums = s->sums + s->blocks[j].at;
-    size_t count = s->blocks[j].count;
-    memset(squares, 0, (size_t)(j - from + 1) * count * sizeof *squares);
+    size_t count = t->count = s->blocks[j].count;
+    memset(t->squares, 0, (size_t)(j - from + 1) * count * sizeof *t->squares);
+    memset(t->values, 0, count * sizeof *t->values);
     for (int i = from; i <= j && s->detail; ++i) {
         size_t spot;
-        double most = 0, *part = squares + (size_t)(i - from) * count;
+        double most = 0, *part = t->squares + (size_t)(i - from) * count;
         double total = envmapi_scene_squares(part, &most, &spot, s, rest, i, j);
-        for (size_t b = 0; b < count && total > 0; ++b) part[b] /= total;
+        for (size_t b = 0; b < count && total > 0; ++b)
+            t->values[b][3 + i] = (float)(part[b] / total);
     }
     for (size_t b = 0; b < count; ++b) {
-        float values[3 + ENVMAPI_SCALES] = {0};
-        double d[3];
-        envmapi_block_direction(d, s, j, b);
+        envmapi_block_direction(t->d[b], s, j, b);
         for (int c = 0; c < 3 && !from; ++c)
-            values[c] = (float)((double)sums[4 * b + (size_t)c] / s->strongest);
-        for (int i = from; i <= j; ++i)
-            values[3 + i] = (float)squares[(size_t)(i - from) * count + b];
-        for (envmapi_histogram *a = s->histograms; a < s->histograms + s->axes; ++a) {
-            float *seen = a->seen[angle[(int)(512.5 - 512 * envmapi_dot(a->axis, d))]];
-            envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(values));
-        }
+            t->values[b][c] = (float)((double)sums[4 * b + (size_t)c] / s->strongest);
     }
+    envmapi_run_all(work, envmapi_task_see, t, s->axes);
 }
 
 /* Fills the histograms. Energies and the finer scales come from blocks narrower than sigma/2, if
    these are not too many, coarser scales from their own; rest: the blocks without the lights. */
 static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, const float *rest,
-                                              envmapi_pool *pool) {
+                                              const envmap_work *work, envmapi_pool *pool) {
     int j = 0, edge = s->round == ENVMAPI_ROUND ? 5 : 3;
     double extent = s->edge * envmapi_texel_extent(s->in.map);
-    unsigned char angle[1026];
+    envmapi_sight t;
     while (j + 1 < s->scales && (4 * extent <= sigma || s->blocks[j].count > ENVMAPI_SEEN))
         ++j, extent *= 2;
-    double *squares =
-        (double *)envmapi_pool_get(pool, (size_t)(j + 1) * s->blocks[j].count, sizeof *squares);
-    if (!squares) return ENVMAP_ERROR_MEMORY;
+    size_t count = s->blocks[j].count;
+    t.histograms = s->histograms;
+    t.squares = (double *)envmapi_pool_get(pool, (size_t)(j + 1) * count, sizeof *t.squares);
+    t.d = (double(*)[3])envmapi_pool_get(pool, count, sizeof *t.d);
+    t.values = (float(*)[3 + ENVMAPI_SCALES])envmapi_pool_get(pool, count, sizeof *t.values);
+    if (!t.squares || !t.d || !t.values) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < 1026; ++i) {
-        double t = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
-        angle[i] = (unsigned char)fmin(sqrt(t) * ENVMAPI_ANGLES, ENVMAPI_ANGLES - 1);
+        double part = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
+        t.angle[i] = (unsigned char)fmin(sqrt(part) * ENVMAPI_ANGLES, ENVMAPI_ANGLES - 1);
     }
     memset(s->histograms, 0, (size_t)s->axes * sizeof *s->histograms);
     for (int a = 0; a < s->round; ++a)
@@ -8189,14 +8350,15 @@ static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, co
     for (int i = 0; i < s->axes - s->round; ++i)
         envmapi_block_direction(s->histograms[s->round + i].axis, s, i, s->scale[i].spot);
     for (int from = 0; s->strongest > 0 && j < s->scales && (s->detail || !from); from = ++j)
-        envmapi_histograms_add(s, rest, from, j, squares, angle);
+        envmapi_histograms_add(&t, s, rest, from, j, work);
     return ENVMAP_OK;
 }
 
 /* Lists the texels with more than 1/2000 of the scene's energy, or so much more, by doubling, that
    there is room for all; kappa is then what they leave. Histograms are for lobes of this sigma. The
    blocks in s->sums stay whole. */
-static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmapi_pool *pool) {
+static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, const envmap_work *work,
+                                          envmapi_pool *pool) {
     const envmapi_blocks *last = s->blocks + s->scales - 1;
     int fits = 0;
     s->detail = sigma <= ENVMAPI_NARROW;
@@ -8223,7 +8385,7 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, envmap
     }
     envmapi_scene_unlit(s, s->all > 0 ? limit / s->all : 1, rest);
     envmap_result result =
-        envmapi_scene_histograms(s, sigma, s->light_count ? rest : s->sums, pool);
+        envmapi_scene_histograms(s, sigma, s->light_count ? rest : s->sums, work, pool);
     envmapi_pool_free(pool, kept);
     return result;
 }
@@ -8323,6 +8485,8 @@ typedef struct envmapi_spec {
     double brightest; /* the largest |lambda_0| of a slice */
     double dark;      /* D of the scene, for a smooth lobe */
     double midpoint;  /* side^2/24 of a texel's side: what its midpoint loses, over the curvature */
+    const envmapi_scene *scene; /* that it is being fitted to, slice by slice, as this work says */
+    const envmap_work *work;
 } envmapi_spec;
 
 /* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
@@ -8351,6 +8515,7 @@ static void envmapi_series_add(envmapi_series *series, double *sum, double weigh
    4 pi (2 pi integral of k^2) / norm^2; 0 where that is not finite. */
 static int envmapi_slice_lambda(envmapi_slice *slice, const envmap_lobe *lobe, int bands) {
     double norm = envmapi_lobe_norm(lobe);
+    slice->power = HUGE_VAL;
     if (!envmapi_zonal(slice->lambda, bands, lobe, slice->p)) return 0;
     if (!(norm > 0) && !lobe->raw) norm = envmapi_lobe_integral(lobe, slice->p);
     slice->power = 4 * ENVMAPI_PI * envmapi_lobe_power(lobe, slice->p, 2) / (norm * norm);
@@ -8532,18 +8697,30 @@ static double envmapi_slice_spacing(const envmapi_slice *slice, const envmapi_sp
     return test.widest * pow(0.96, envmapi_least(steps, envmapi_spacing_holds, &test) - 1);
 }
 
+/* A task for every slice; one alone does not ask the executor. */
+static void envmapi_spec_each(envmapi_spec *spec, envmap_task *task) {
+    if (spec->slices > 1) envmapi_run_all(spec->work, task, spec, spec->slices);
+    else task(spec, 0);
+}
+
 /* lambda_l of so many bands, and k of every slice; 0 where these are not finite. */
+static void envmapi_task_lambda(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    envmapi_slice *slice = spec->slice + k;
+    envmapi_series series;
+    envmapi_series_begin(&series, spec->angles->x);
+    memset(slice->k, 0, sizeof slice->k);
+    if (!envmapi_slice_lambda(slice, spec->lobe, spec->known)) return;
+    for (int l = 0; l < spec->known; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
+}
+
 static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
-    envmapi_slice *slice = spec->slice;
+    int finite = 1;
     if (bands <= spec->known) return 1;
-    for (spec->known = bands; slice < spec->slice + spec->slices; ++slice) {
-        envmapi_series series;
-        envmapi_series_begin(&series, spec->angles->x);
-        if (!envmapi_slice_lambda(slice, spec->lobe, bands)) return 0;
-        memset(slice->k, 0, sizeof slice->k);
-        for (int l = 0; l < bands; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
-    }
-    return 1;
+    spec->known = bands;
+    envmapi_spec_each(spec, envmapi_task_lambda);
+    for (int k = 0; k < spec->slices; ++k) finite &= envmapi_finite(spec->slice[k].power);
+    return finite;
 }
 
 /* A sum over texel centres shows the texels' lattice if lambda_l has not decayed by the lattice's
@@ -8564,32 +8741,47 @@ static int envmapi_spec_enough(const envmapi_spec *spec) {
     return spec->L <= spec->known - spec->known / 8;
 }
 
-/* Bands of every slice, and the most, unless there are not bands enough. */
-static void envmapi_spec_bands(envmapi_spec *spec, const envmapi_scene *s) {
-    spec->L = 1;
-    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-        slice->L = envmapi_slice_bands(slice, spec, s, 1);
-        if (slice->L > spec->L) spec->L = slice->L;
-        if (!envmapi_spec_enough(spec) && spec->known < ENVMAPI_FAST_BANDS) return;
-    }
+static void envmapi_task_look(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    envmapi_slice_look(spec->slice + k, spec, spec->scene);
+}
+
+static void envmapi_task_bands(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    spec->slice[k].L = envmapi_slice_bands(spec->slice + k, spec, spec->scene, 1);
+}
+
+static void envmapi_task_spacing(void *context, int k) {
+    envmapi_spec *spec = (envmapi_spec *)context;
+    spec->slice[k].h = envmapi_slice_spacing(spec->slice + k, spec, spec->scene);
+}
+
+/* Bands of every slice, and the most; not all, where the first has not enough (speed only). */
+static void envmapi_spec_bands(envmapi_spec *spec) {
+    envmapi_task_bands(spec, 0);
+    spec->L = spec->slice[0].L;
+    if (spec->slices == 1) return;
+    if (!envmapi_spec_enough(spec) && spec->known < ENVMAPI_FAST_BANDS) return;
+    envmapi_spec_each(spec, envmapi_task_bands);
+    for (int k = 0; k < spec->slices; ++k)
+        if (spec->slice[k].L > spec->L) spec->L = spec->slice[k].L;
 }
 
 /* Bands for this scene; 0 where there are not enough, or more than `most`. lambda_l is known for
    24, 96, 192 ... bands until they are enough (speed only). */
-static int envmapi_spec_search(envmapi_spec *spec, const envmapi_scene *scene, double most) {
+static int envmapi_spec_search(envmapi_spec *spec, double most) {
     for (int bands = spec->known > 24 ? spec->known : 24;; bands = bands < 96 ? 96 : 2 * bands) {
         if (bands > ENVMAPI_FAST_BANDS) bands = ENVMAPI_FAST_BANDS;
         if (!envmapi_spec_lambda(spec, bands)) return 0;
-        for (int k = 0; k < spec->slices && !spec->L; ++k)
-            envmapi_slice_look(spec->slice + k, spec, scene);
-        envmapi_spec_bands(spec, scene);
+        if (!spec->L) envmapi_spec_each(spec, envmapi_task_look);
+        envmapi_spec_bands(spec);
         if (envmapi_spec_enough(spec)) return spec->L <= most;
         if (spec->L > most) return 0;
         if (bands < ENVMAPI_FAST_BANDS) continue;
         if (bands < ENVMAPI_SMOOTH / spec->sigma) return 0;
         spec->L = spec->known / 2; /* a kink beside nothing but dark: at least the rms */
         for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-            if (envmapi_slice_bands(slice, spec, scene, 0) > spec->L) return 0;
+            if (envmapi_slice_bands(slice, spec, spec->scene, 0) > spec->L) return 0;
             if (slice->L > spec->L) slice->L = spec->L;
         }
         return spec->L <= most;
@@ -8599,12 +8791,11 @@ static int envmapi_spec_search(envmapi_spec *spec, const envmapi_scene *scene, d
 /* Bands and spacing for this scene; L 0 where that cannot be. */
 static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
     spec->L = 0, spec->h = HUGE_VAL, spec->dark = envmapi_scene_dark(scene, spec->sigma);
-    if (!envmapi_spec_search(spec, scene, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
+    spec->scene = scene;
+    if (!envmapi_spec_search(spec, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
         return spec->L = 0;
-    for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
-        slice->h = envmapi_slice_spacing(slice, spec, scene);
-        spec->h = fmin(spec->h, slice->h);
-    }
+    envmapi_spec_each(spec, envmapi_task_spacing);
+    for (int k = 0; k < spec->slices; ++k) spec->h = fmin(spec->h, spec->slice[k].h);
     return spec->L;
 }
 
@@ -8647,12 +8838,12 @@ typedef struct envmapi_scenes {
 
 /* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave. */
 static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_scenes *scenes,
-                                       envmapi_pool *pool) {
+                                       const envmap_work *work, envmapi_pool *pool) {
     int kinked = 0;
     double extent = envmapi_texel_extent(scenes->whole.in.map), sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
     for (envmapi_spec *spec = specs; spec < specs + count; ++spec) {
-        spec->kinked = 0;
+        spec->kinked = 0, spec->work = work;
         spec->kinked =
             !envmapi_spec_fit(spec, &scenes->whole, fmax(24, ENVMAPI_SMOOTH / spec->sigma));
         kinked += spec->kinked;
@@ -8660,7 +8851,7 @@ static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_s
     }
     if (kinked && !scenes->unlit.lights) {
         scenes->unlit = scenes->whole;
-        result = envmapi_scene_lights(&scenes->unlit, sigma, pool);
+        result = envmapi_scene_lights(&scenes->unlit, sigma, work, pool);
     }
     for (envmapi_spec *spec = specs; spec < specs + count && !result; ++spec)
         /* A kink sees the lattice of large texels. Test: a_lamp_anywhere_keeps_the_tolerance. */
@@ -8956,7 +9147,9 @@ static envmap_result envmapi_job_look(envmapi_job *job, int slice) {
         result = envmapi_scene_create(&job->scenes.whole, job->src, slice, sigma, &job->desc.work,
                                       &job->pool);
     }
-    return result ? result : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->pool);
+    return result ? result
+                  : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->desc.work,
+                                      &job->pool);
 }
 
 /* The one door: checks all but what envmapi_desc has checked, and finds out what there is to do. No
@@ -9172,6 +9365,52 @@ static void envmapi_power_scene(envmapi_power *d) {
     }
 }
 
+/* a_lm of a scene's lights: added (1), or taken out (-1). */
+static void envmapi_power_lights(envmapi_power *d, const envmapi_scene *s, int sign) {
+    envmapi_sh_points *n = d->points;
+    for (int i = 0; i < s->light_count;) {
+        for (n->count = 0; n->count < ENVMAPI_SH_POINTS && i < s->light_count; ++i) {
+            for (int c = 0; c < 3; ++c)
+                n->e[c][n->count] = sign * ldexp(s->lights[i].value[c], s->in.exponent);
+            envmapi_sh_points_add(n, s->lights[i].d);
+        }
+        envmapi_sh_scatter(d->sh, d->known, n);
+    }
+}
+
+/* Can the blocks in which the scene was summed stand for its texels? They can where the shortest
+   wave is three blocks long, if each block is a texel of a smaller map. */
+static int envmapi_power_coarse(const envmapi_power *d, const envmapi_scene *s, const envmap *src) {
+    return !s->in.exponent && !envmapi_is_disc(src->mapping) && src->size % s->edge == 0 &&
+           d->known * s->edge * envmapi_texel_extent(src) < 2.1;
+}
+
+/* a_lm from blocks instead of texels, which need not be read again. Lights, where there are any,
+   are not in blocks. Over a block the mean of Y_lm is 1 - l(l+1) h^2/24 of that in its middle. */
+static envmap_result envmapi_power_blocks(envmapi_power *d, envmapi_job *job) {
+    const envmapi_scene *s = &job->scenes.whole, *unlit = &job->scenes.unlit;
+    double h = s->edge * envmapi_texel_extent(job->src);
+    size_t count = s->blocks[0].count;
+    envmap map = *job->src;
+    envmapi_sh_job sh;
+    map.texels = (float *)envmapi_pool_get(&job->pool, 4 * count, sizeof(float));
+    map.size = s->blocks[0].nv, map.levels = map.slices = 1;
+    if (!map.texels) return ENVMAP_ERROR_MEMORY;
+    memcpy(map.texels, s->sums, 4 * count * sizeof(float));
+    for (int i = 0; i < unlit->light_count; ++i)
+        for (int c = 0; c < 3; ++c)
+            envmapi_light_block(map.texels, s, unlit->lights + i)[c] -=
+                (float)unlit->lights[i].value[c];
+    for (size_t i = 0; i < 3 * count; ++i)
+        map.texels[i] = map.texels[i / 3 * 4 + i % 3] / s->sums[i / 3 * 4 + 3];
+    envmapi_sh_job_of(&sh, &map, 0, d->known, 0.01, &job->desc.work);
+    envmap_result result = envmapi_sh_project(d->sh, &sh);
+    for (int l = 0, i = 0; l < d->known && !result; ++l)
+        for (; i < 3 * (l + 1) * (l + 1); ++i) d->sh[i] /= 1 - l * (l + 1) * h * h / 24;
+    if (!result) envmapi_power_lights(d, unlit, 1);
+    return result;
+}
+
 /* Where FAST has no specification the definition interpolates between texels, and the scene has
    nothing finer. Smooth lobes leave little of FAST's last bands (Phong 3 % at 0.7 L), so 0.7 L are
    projected, whose last may be inexact; where lights are taken out of them again, their error has
@@ -9195,24 +9434,11 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     if (!envmapi_sh_job_of(&sh, job->src, 0, d->known, tolerance, &job->desc.work))
         return ENVMAP_ERROR_ARGUMENT;
     if (spec->L && !job->scenes.whole.in.exponent) sh.in = &job->scenes.whole.in;
-    envmap_result result = envmapi_sh_project(d->sh, &sh);
+    int coarse = spec->L && envmapi_power_coarse(d, &job->scenes.whole, job->src);
+    envmap_result result = coarse ? envmapi_power_blocks(d, job) : envmapi_sh_project(d->sh, &sh);
     if (result) return result;
     envmapi_power_scene(d);
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
-}
-
-/* The scene without the lights that are summed apart. */
-static void envmapi_power_unlit(envmapi_power *d, const envmapi_scene *s) {
-    envmapi_sh_points *n = d->points;
-    for (int i = 0; i < s->light_count;) {
-        for (n->count = 0; n->count < ENVMAPI_SH_POINTS && i < s->light_count; ++i) {
-            for (int c = 0; c < 3; ++c)
-                n->e[c][n->count] = -ldexp(s->lights[i].value[c], s->in.exponent);
-            envmapi_sh_points_add(n, s->lights[i].d);
-        }
-        envmapi_sh_scatter(d->sh, d->known, n);
-    }
-    envmapi_power_scene(d);
 }
 
 /* ---- how many texels */
@@ -9299,34 +9525,94 @@ static int envmapi_profile(double *v, const envmapi_power *d, double p, int firs
     return 128;
 }
 
-/* Relative rms, over all p, of what lookups between n slices lose, at values of p that are denser
-   towards both ends, where a ring closes and where lookups clamp, and fall in step with no n. */
-static double envmapi_slices_error(const envmapi_power *d, int n) {
-    const envmap_lobe *lobe = d->lobe;
-    int samples = d->needed ? 24 : n < 24 ? 96 : n < 256 ? 4 * n : 1024;
-    double k[128], k_low[128], k_high[128], lost = 0, total = 0;
-    for (int i = 0; i < samples; ++i) {
-        double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
-        double part = 0.5 - 0.5 * cos(t), at = envmapi_clamp(part * n - 0.5, 0, n - 1);
-        double p = (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * part;
+/* What lookups between n slices lose, and all that there is, task by task. */
+#define ENVMAPI_SLICE_TASKS 16
+typedef struct envmapi_slices {
+    const envmapi_power *d;
+    int n, samples, ends; /* ends: 1 where -p loses what p does; 2 */
+    int failed[ENVMAPI_SLICE_TASKS];
+    double lost[ENVMAPI_SLICE_TASKS], total[ENVMAPI_SLICE_TASKS];
+} envmapi_slices;
+
+/* Sample i at x, in slices from p0; returns its weight, 0 after the last. Most is lost near both
+   ends, where a ring closes, and in the half slices there, where lookups clamp. In a scene each end
+   has four samples in its half slice, and then one in gaps 0, 1, 2 ..., fewer and fewer: where
+   (t (1-t))^2 is 1/30, its mean over the gap. A lone light shows more detail in p: samples that are
+   denser towards both ends, and fall in step with no n. */
+static double envmapi_slices_sample(double *x, const envmapi_slices *s, int i) {
+    double golden = 0.6180339887498949 * (i + 0.5), t = ENVMAPI_PI * (golden - floor(golden));
+    double half = (s->n - 1) / 2.0, count = 0.125;
+    if (!s->d->needed) {
+        *x = s->n * (0.5 - 0.5 * cos(t));
+        return i < s->samples ? sin(t) : 0;
+    }
+    int j = i / s->ends - 4, gap = 0, next = 1;
+    *x = (j + 4.5) / 8;
+    if (j >= 0) {
+        for (; j > 0 && next < half; --j) gap = next, next += 1 + gap / 2;
+        count = j ? 0 : fmin(next, half) - gap;
+        *x = 0.5 + gap + (next - gap - 1) / 2 + 0.2403;
+    }
+    if (i % s->ends) *x = s->n - *x;
+    return count;
+}
+
+static void envmapi_task_slices(void *context, int task) {
+    envmapi_slices *s = (envmapi_slices *)context;
+    const envmap_lobe *lobe = s->d->lobe;
+    double k[128], k_low[128], k_high[128], lost = 0, total = 0, x, weight;
+    for (int i = task, n = s->n; (weight = envmapi_slices_sample(&x, s, i)) > 0;
+         i += ENVMAPI_SLICE_TASKS) {
+        double p = (double)lobe->p0 + ((double)lobe->p1 - (double)lobe->p0) * x / n;
+        double at = envmapi_clamp(x - 0.5, 0, n - 1);
         int low = (int)at, high = low + 1 < n ? low + 1 : low;
         double p_low = envmapi_slice_p(lobe, low, n), p_high = envmapi_slice_p(lobe, high, n);
-        for (int first = 0, count; (count = envmapi_profile(k, d, p, first)); first += count) {
-            if (!envmapi_profile(k_low, d, p_low, first) ||
-                !envmapi_profile(k_high, d, p_high, first))
-                return 0;
-            for (int j = 0; j < count; ++j) {
+        for (int first = 0, count; (count = envmapi_profile(k, s->d, p, first)); first += count) {
+            s->failed[task] |= !envmapi_profile(k_low, s->d, p_low, first) ||
+                               !envmapi_profile(k_high, s->d, p_high, first);
+            for (int j = 0; j < count && !s->failed[task]; ++j) {
                 double off = k[j] - k_low[j] - (at - low) * (k_high[j] - k_low[j]);
-                lost += sin(t) * off * off, total += sin(t) * k[j] * k[j];
+                lost += weight * off * off, total += weight * k[j] * k[j];
             }
         }
+    }
+    s->lost[task] = lost, s->total[task] = total;
+}
+
+/* Relative rms, over all p, of what lookups between n slices lose; 0 where the lobe fails. */
+static double envmapi_slices_error(const envmapi_power *d, int n, const envmap_work *work) {
+    const envmap_lobe *lobe = d->lobe;
+    envmapi_slices s;
+    double lost = 0, total = 0;
+    memset(&s, 0, sizeof s);
+    s.d = d, s.n = n, s.samples = n < 24 ? 96 : n < 256 ? 4 * n : 1024;
+    s.ends = lobe->kind == ENVMAP_LOBE_BANKS && !(fabs((double)lobe->p0 + (double)lobe->p1) > 0)
+                 ? 1
+                 : 2;
+    envmapi_run_all(work, envmapi_task_slices, &s, ENVMAPI_SLICE_TASKS);
+    for (int i = 0; i < ENVMAPI_SLICE_TASKS; ++i) {
+        lost += s.lost[i], total += s.total[i];
+        if (s.failed[i]) return 0;
     }
     return envmapi_rms(lost, total);
 }
 
-static int envmapi_slices_hold(void *user, int n) {
-    const envmapi_power *d = (const envmapi_power *)user;
-    return envmapi_slices_error(d, n) <= d->tolerance;
+/* The fewest slices, to 2 %, for which that is within the tolerance. The logarithm of the error is
+   about a line in that of n: a secant leads to where it meets the tolerance, a bit beyond, so that
+   one try is enough and another not; halves, where that takes long. */
+static int envmapi_slices_needed(const envmapi_power *d, const envmap_work *work) {
+    int low = 0, high = ENVMAPI_SLICE_LIMIT, n = 64, last = 0; /* not enough; enough, or no more */
+    double off = 0, was, slope = 1.2;
+    for (int tried = 0; high - low > 1 + low / 12; ++tried) {
+        was = off, off = log(envmapi_slices_error(d, n, work) / d->tolerance);
+        if (last) slope = envmapi_clamp((was - off) / log((double)n / last), 0.5, 4);
+        if (off > 0) low = n;
+        else high = n;
+        double next = n * exp(off / slope) * (off > 0 ? 1.01 : 0.99);
+        if (tried > 8 || !envmapi_finite(next)) next = low + (high - low) / 2;
+        last = n, n = (int)envmapi_clamp(ceil(next), low + 1, high - 1);
+    }
+    return high - low > 1 ? n : high;
 }
 
 ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
@@ -9338,7 +9624,9 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
     for (int k = 0; k < 8; ++k)
         sigma = fmin(sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, 8)));
     light.angles = 128 * (int)envmapi_clamp(ceil(ENVMAPI_PI / (8 * fmax(sigma, 1e-3))), 2, 16);
-    return envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &light);
+    envmap_work serial;
+    memset(&serial, 0, sizeof serial);
+    return envmapi_slices_needed(&light, &serial);
 }
 
 /* ---- the call */
@@ -9372,9 +9660,9 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
         out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &lookups);
     d.needed = out->bands;
     if (d.lobe->p0 < d.lobe->p1 || d.lobe->p0 > d.lobe->p1)
-        out->slices = envmapi_least(ENVMAPI_SLICE_LIMIT, envmapi_slices_hold, &d);
+        out->slices = envmapi_slices_needed(&d, &job->desc.work);
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
-    if (out->lights) envmapi_power_unlit(&d, &scenes->unlit);
+    if (out->lights) envmapi_power_lights(&d, &scenes->unlit, -1), envmapi_power_scene(&d);
     out->method = ENVMAP_METHOD_FAST;
     if (!spec->L) return ENVMAP_OK;
     out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
@@ -9482,7 +9770,8 @@ static void envmapi_view(void *context, int i) {
         if (!(l[2] > 0)) continue;
         l[0] = envmapi_dot(d, t), l[1] = envmapi_dot(d, b);
         envmapi_brdf_cosine(f, views->brdf, v, l, &bad);
-        rgb[0] += f[0] * s->r[k], rgb[1] += f[1] * s->g[k], rgb[2] += f[2] * s->b[k];
+        const float *texel = envmapi_source_rgb(s, k);
+        for (int c = 0; c < 3; ++c) rgb[c] += f[c] * s->w[k] * (double)texel[c];
     }
     for (int c = 0; c < 3; ++c)
         views->rgb[3 * i + c] =

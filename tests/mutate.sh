@@ -1,46 +1,64 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# usage: tests/mutate.sh DIR COUNT SEED [ROOM]
+# usage: tests/mutate.sh DIR COUNT SEED [ROOM | FAULT]
 # Puts one small fault into the bodies of envmap.h (a sign, a constant doubled, < for <=, one more or
 # less, a term dropped, a condition turned), runs the tests of the room that it fell into, and does so
 # COUNT times. A fault that no test notices survives, and is listed. Faults that do not compile do
-# not count, nor do comments. A fault that no test notices runs once more under the address sanitizer,
-# as make sanitize would. The bodies are compiled once a fault, as the tests' shared object; only
-# tests of private functions are compiled again, with what they use. CC, CFLAGS (-O1), LIMIT (processor
-# seconds a test may take, 120).
+# not count, nor do comments.
+# A fault's number is made of its text and of SEED, so it stays when other lines change; the COUNT
+# lowest are tried. DIR/SEED.log has a line for each that was tried; faults that it names are passed
+# over, so a run that was stopped goes on. (Delete lines there to try these again.) ROOM is a regular
+# expression. With a FAULT's number this one is tried, and what its test prints is shown.
+# What survives runs once more, each test for 20 seconds, under the address sanitizer, as make
+# sanitize would; SANITIZED= leaves that out. The bodies are compiled once a fault, as the tests'
+# shared object; only tests of private functions are compiled again. A test that takes three times as
+# long as without a fault has noticed it. CC, CFLAGS (-O1), SKIP (tests that are not asked: near and
+# fast take a minute each time that they notice nothing).
 cd "$(dirname "$0")/.." || exit 1
-dir=$1 count=$2 seed=${3:-1} room=${4:-}
+dir=$1 count=$2 seed=${3:-1} room=${4:-.*} fault=
+case $room in [0-9]*) fault=$room room='.*' ;; esac
 mkdir -p "$dir/src" || exit 1
-cc="${CC:-cc} -std=c99 ${CFLAGS:--O1} -w" limit=${LIMIT:-120}
-killed=0 survived=0 n=0 kind= plain=$cc sanitized="$cc -fsanitize=address,bounds"
+plain="${CC:-cc} -std=c99 ${CFLAGS:--O1} -w" sanitized=${SANITIZED-yes} log=$dir/$seed.log
+tab=$(printf '\t')
 echo 'int main(void) { return 0; }' >"$dir/probe.c"
+[ -z "$sanitized" ] || sanitized="$plain -fsanitize=address,bounds -fno-sanitize-recover=all"
 $sanitized "$dir/probe.c" -o "$dir/probe" 2>/dev/null || sanitized=
 
-# Tests of a room, the quickest first; a room's faults are looked for there and in `search`.
+# Tests of a room: the quickest first, those that are compiled again behind them.
 tests_of() {
     case $1 in
-    base) echo "base compare maps" ;;
-    resample) echo "maps stability_maps search" ;;
+    base) echo "base compare search maps" ;;
+    directions) echo "directions stability_maps search harmonics maps" ;;
+    maps) echo "stability_maps search maps" ;;
+    resample) echo "stability_maps search maps" ;;
+    pfm) echo "pfm" ;;
+    mips) echo "mips search stability_maps" ;;
+    lobes) echo "lobes calls search materials filters" ;;
+    rings | transform | harmonics) echo "search prepared harmonics sh fast" ;;
+    lights | scene | fast) echo "search prepared calls scenes fast" ;;
     reference) echo "search filters" ;;
-    rings | transform) echo "harmonics prepared sh" ;;
-    windows | kernels | near) echo "near search" ;;
-    lights | scene | fast) echo "prepared search scenes fast" ;;
-    filters) echo "prepared search filters" ;;
-    directions) echo "directions harmonics stability_maps maps" ;;
-    harmonics) echo "sh harmonics prepared" ;;
-    maps | mips) echo "$1 stability_maps search" ;;
-    pfm | compare | materials | lobes) echo "$1" ;;
+    hierarchical) echo "search hierarchical" ;;
+    windows | kernels | knots | near) echo "search calls prepared near" ;;
+    filters) echo "search calls prepared filters" ;;
+    plan) echo "plan search materials" ;;
     *) echo "$1 search" ;;
     esac
 }
 
-# Every place that can be changed: line, room, text before, text after; one is drawn for each number.
+# Every place that can be changed: number, line, room, text before, text after.
 faults() {
-    awk -v count="$count" -v seed="$seed" -v want="$room" '
-    function add(at, length_, by) {
-        ++all
-        place[all] = NR "\t" room "\t" substr($0, 1, at - 1) "\034" substr($0, at, length_) "\034" by \
+    awk -v seed="$seed" -v want="^($room)\$" '
+    BEGIN { for (i = 1; i < 256; ++i) ordinal[sprintf("%c", i)] = i }
+    function hash(text,    h, i) {
+        h = seed
+        for (i = 1; i <= length(text) + 3; ++i)
+            h = (h * 16807 + 7919 * ordinal[substr(text, i, 1)] + 1) % 2147483647
+        return h
+    }
+    function add(at, length_, by,    text) {
+        text = room "\t" substr($0, 1, at - 1) "\034" substr($0, at, length_) "\034" by \
             "\034" substr($0, at + length_)
+        printf "%d\t%d\t%s\n", hash(text), NR, text
     }
     function each(pattern, by,    rest, start) {
         rest = code; start = 0
@@ -52,30 +70,52 @@ faults() {
     }
     /^\/\* -+ >>/ { room = $0; sub(/.*>>/, "", room); sub(/[^a-z].*/, "", room) }
     /you can stop reading here/ { bodies = 1 }
-    !bodies || /^ *(\/\*|\*|#|[A-Z]\. )|^   [A-Z]|^ +[a-z].*\*\/$|\\$|static const/ { next }
-    want != "" && room != want { next }
-    !/[;{]/ { next }
+    comment { comment = !/\*\//; next }
     {
         code = $0
-        sub(/\/\*.*/, "", code)
+        gsub(/\/\*.*\*\//, "", code)
+        comment = sub(/\/\*.*/, "", code)
+    }
+    !bodies || room !~ want || code ~ /^ *#|\\$|static const/ || code !~ /[;{]/ { next }
+    {
         each(" \\+ ", " - "); each(" - ", " + "); each(" \\* ", " / "); each(" < ", " <= ")
         each(" <= ", " < "); each(" > ", " >= "); each(" >= ", " > "); each(" && ", " || ")
         each(" \\|\\| ", " && "); each("[0-9]*\\.[0-9]+", "2x"); each("[0-9]e-[0-9]+", "2x")
         each(" \\+ 1", ""); each(" - 1", ""); each(" == ", " != ")
-    }
-    END {
-        srand(seed)
-        for (i = 0; i < count && all; ++i) { # none twice
-            at = 1 + int(all * rand())
-            print place[at]
-            place[at] = place[all--]
-        }
-    }' envmap.h
+    }' envmap.h | sort -n -u -k1,1 | if [ -n "$fault" ]; then grep "^$fault$tab"
+    else head -n "$count"; fi
 }
 
-# The test's object, made when it is first asked for; none where the test has bodies of its own.
-ready() { # TEST
-    [ -e "$dir/$1$kind.o" ] || $cc -I. -Itests -DTEST_SHARED -c "tests/test_$1.c" -o "$dir/$1$kind.o"
+# What the fault-free test depends on, as a number: what was made for it once serves again.
+key() { # TEST
+    { echo "$cc"; cat envmap.h tests/*.h tests/fuzz_calls.c "tests/test_$1.c"; } | cksum |
+        cut -d ' ' -f 1
+}
+
+run() { # SECONDS of its processor, so that a busy machine changes nothing
+    (
+        ulimit -t "$1"
+        [ $kind = sanitized ] || ulimit -v 4000000
+        case $t in search | fast) export TEST_QUICK=1 ;; esac # half a minute, whole
+        TEST_FIRST=1 exec "$dir/test"
+    ) >"$dir/out" 2>&1
+    status=$?
+    [ $kind = sanitized ] && [ $status -gt 128 ] && return 0 # its seconds were over
+    return $status
+}
+
+# A test that fails without a fault tells nothing: it is left out, and named. $of_test: what its
+# files are called; $seconds: three times what it took, and three.
+sound() { # TEST
+    of_test=$dir/$1-$kind-$(key "$1")
+    if [ ! -e "$of_test" ]; then
+        rm -f "$dir/$1-$kind"-*
+        $cc -I. -Itests "tests/test_$1.c" -o "$dir/test" -lm -lpthread || return 1
+        start=$(date +%s)
+        run "$most" && echo $((3 * ($(date +%s) - start) + 3)) >"$of_test" || : >"$of_test"
+        [ -s "$of_test" ] || echo "test_$1 passed by: it fails without a fault"
+    fi
+    [ -s "$of_test" ] && seconds=$(cat "$of_test")
 }
 
 build() { # TEST: $dir/test, with the fault in it
@@ -83,75 +123,52 @@ build() { # TEST: $dir/test, with the fault in it
         $cc -I"$dir/src" -I. -Itests -DTEST_SHARED "tests/test_$1.c" "$dir/oracle.o" -o "$dir/test" \
             -lm -lpthread
     else
-        ready "$1" && $cc "$dir/$1$kind.o" "$dir/oracle.o" -o "$dir/test" -lm -lpthread
+        [ -e "$of_test.o" ] || $cc -I. -Itests -DTEST_SHARED -c "tests/test_$1.c" -o "$of_test.o"
+        $cc "$of_test.o" "$dir/oracle.o" -o "$dir/test" -lm -lpthread
     fi
-}
-
-run() { # seconds of its processor, so that a busy machine changes nothing
-    ([ -n "$kind" ] || ulimit -v 4000000; ulimit -t "$limit"; TEST_QUICK=1 TEST_FIRST=1 "$dir/test") >"$dir/log" 2>&1
-}
-
-fails() { # TEST: 0 where it fails with $dir/src/envmap.h, 2 where that does not compile
-    build "$1" 2>/dev/null || return 2
-    ! run
-}
-
-# A test that fails without a fault, or takes too long, tells nothing: it is left out, and named.
-sound() { # TEST
-    if [ ! -e "$dir/$1.sound" ]; then
-        cp envmap.h "$dir/src/envmap.h"
-        $cc -I"$dir/src" -I. -Itests -c tests/oracle.c -o "$dir/oracle.o"
-        fails "$1"
-        echo $? >"$dir/$1.sound"
-        [ "$(cat "$dir/$1.sound")" = 1 ] || echo "test_$1 passed by: it fails without a fault"
-    fi
-    [ "$(cat "$dir/$1.sound")" = 1 ]
-}
-
-# Every test of the rooms in question, once without a fault.
-check_tests() {
-    for r in $(cut -f2 "$dir/faults" | sort -u); do
-        for t in $(tests_of "$r"); do [ ! -e "tests/test_$t.c" ] || sound "$t"; done
-    done
 }
 
 noticed() { # ROOM: 0 where a test notices, 1 where none does, 2 where none could: it does not compile
-    status=2
     $cc -I"$dir/src" -I. -Itests -c tests/oracle.c -o "$dir/oracle.o" 2>/dev/null || return 2
     for t in $(tests_of "$1"); do
-        [ "$(cat "$dir/$t.sound" 2>/dev/null)" = 1 ] || continue
-        fails "$t"
-        case $? in 0) return 0 ;; 2) return 2 ;; esac
-        status=1
+        case " $SKIP " in *" $t "*) continue ;; esac
+        sound "$t" || continue
+        build "$t" 2>/dev/null || return 2
+        run $((seconds < most ? seconds : most)) || return 0
     done
-    return $status
+    return 1
 }
 
-try() { # ROOM: as noticed; what survives is tried under the sanitizer
-    kind= cc=$plain
-    noticed "$1"
-    status=$?
-    [ $status = 1 ] && [ -n "$sanitized" ] || return $status
-    kind=-sanitized cc=$sanitized
-    noticed "$1"
+try() { # ROOM: as noticed
+    for kind in plain sanitized; do
+        cc=$plain most=300
+        [ $kind != sanitized ] || cc=$sanitized most=20
+        [ -n "$cc" ] || continue
+        noticed "$1"
+        found=$?
+        [ $found = 1 ] || return $found
+    done
+    return 1
 }
 
-rm -f "$dir"/*.o "$dir"/*.sound
+[ -z "$fault" ] || log=$dir/again.log
+[ -z "$fault" ] || rm -f "$log"
+touch "$log"
 faults >"$dir/faults"
-check_tests
-tab=$(printf '\t')
-while IFS="$tab" read -r line room text; do
-    n=$((n + 1))
+while IFS="$tab" read -r number line of text; do
+    ! grep -q "^$number " "$log" || continue
     printf '%s\n' "$text" | tr '\034' '\n' >"$dir/parts"
     awk -v line="$line" -v parts="$dir/parts" 'NR == line {
             for (i = 0; (getline part < parts) > 0; ++i) if (i != 1) $0 = i ? $0 part : part
         } { print }' envmap.h >"$dir/src/envmap.h"
-    try "$room" </dev/null
+    try "$of" </dev/null
     case $? in
-    0) killed=$((killed + 1)) what=killed ;;
-    1) survived=$((survived + 1)) what=SURVIVED ;;
-    *) what='does not compile, or has no test' ;;
+    0) what="killed by $t: $(sed -n 's/^  FAIL //p' "$dir/out" | head -n 1)" ;;
+    1) what=SURVIVED ;;
+    *) what='does not compile' ;;
     esac
-    echo "$n $what: $room $line:$(sed -n "${line}p" "$dir/src/envmap.h")"
+    echo "$number $of $line:$(sed -n "${line}p" "$dir/src/envmap.h") -- $what" | tee -a "$log"
+    [ -z "$fault" ] || cat "$dir/out"
 done <"$dir/faults"
-echo "$survived of $((killed + survived)) faults survived"
+cut -f 1 "$dir/faults" | sed 's/^/^/;s/$/ /' | grep -f - "$log" >"$dir/tried"
+echo "$(grep -c ' -- SURVIVED' "$dir/tried") of $(grep -c ' -- [kS]' "$dir/tried") faults survived"

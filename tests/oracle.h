@@ -16,7 +16,7 @@
    Live blocks are counted; the call number `oracle_fail_at` (from 0) gets NULL, a single block
    of more than `oracle_most` too, and a block must come back with the context that it was asked
    with.
-   Threads may count at once. */
+   Threads may count at once, but for the bytes held and their peak, while `oracle_metered`. */
 #ifndef TEST_SHARED
 #undef ENVMAP_IMPLEMENTATION
 #define ENVMAP_IMPLEMENTATION
@@ -27,11 +27,15 @@
 #endif
 extern int oracle_live, oracle_calls, oracle_fail_at, oracle_wrong_context;
 extern size_t oracle_largest, oracle_most; /* largest: that was asked for */
+extern size_t oracle_held, oracle_peak;
+extern int oracle_metered;
 void *oracle_malloc(void *context, size_t bytes);
 void oracle_free(void *context, void *pointer);
 #ifndef TEST_SHARED
 int oracle_live, oracle_calls, oracle_fail_at = -1, oracle_wrong_context;
 size_t oracle_largest, oracle_most = (size_t)256 << 20;
+size_t oracle_held, oracle_peak;
+int oracle_metered;
 
 static int oracle_counts(int *count, int n) { /* returns what it was */
 #ifdef __TINYC__
@@ -48,7 +52,9 @@ void *oracle_malloc(void *context, size_t bytes) {
     void **block = (void **)malloc(bytes + 16);
     if (!block) return NULL;
     block[0] = context;
-    memset((char *)block + 16, 0xA5, bytes);
+    memcpy(block + 1, &bytes, sizeof bytes);
+    if (oracle_metered && (oracle_held += bytes) > oracle_peak) oracle_peak = oracle_held;
+    memset((char *)block + 16, 0xFF, bytes); /* NaN, as float and as double */
     oracle_counts(&oracle_live, 1);
     return (char *)block + 16;
 }
@@ -56,7 +62,10 @@ void *oracle_malloc(void *context, size_t bytes) {
 void oracle_free(void *context, void *pointer) {
     if (!pointer) return;
     void **block = (void **)((char *)pointer - 16);
+    size_t bytes;
     if (block[0] != context) oracle_counts(&oracle_wrong_context, 1);
+    memcpy(&bytes, block + 1, sizeof bytes);
+    if (oracle_metered) oracle_held -= bytes;
     oracle_counts(&oracle_live, -1);
     free(block);
 }

@@ -607,6 +607,9 @@ static void oracle_cells(double sum[4], const oracle_filter *f, const double a[3
 static void oracle_axis(double rgb[3], const oracle_filter *f, const double a[3]) {
     double tent = oracle_clamp(2 - f->sigma / f->extent, 0, 1), norm = oracle_norm(f->lobe);
     double bilinear = oracle_step(tent, 0.5, 1), reach = fmax(12 * f->extent, 8 * f->sigma);
+    if (f->lobe->kind == LOBE_RING || f->lobe->kind == LOBE_TWO)
+        reach = fmax(reach, 2 * (f->lobe->b + 5 * f->lobe->a));
+    if (f->lobe->kind == LOBE_TABLE || f->lobe->kind == LOBE_POWER) reach = PI;
     double texels[4] = {0, 0, 0, 0}, smooth[4] = {0, 0, 0, 0};
     if (!(tent > 0))
         oracle_centres(texels, f, a, 0);

@@ -90,6 +90,9 @@ static inline double test_random(unsigned long long *state) {
 /* n, or a fiftieth of it where TEST_QUICK is set (valgrind): how often to draw at random. */
 static inline int test_many(int n) { return getenv("TEST_QUICK") ? n / 50 + 1 : n; }
 
+/* 0 where times tell nothing: in quick forms and with faults (make mutate). */
+static inline int test_timed(void) { return !getenv("TEST_QUICK") && !getenv("TEST_FIRST"); }
+
 /* 1 in the whole form (TEST_WHOLE, set by `make check`): what takes minutes, or gigabytes. */
 static inline int test_whole(void) { return getenv("TEST_WHOLE") != NULL; }
 

@@ -106,19 +106,19 @@ static void the_fft_back_undoes_the_fft(void) {
 /* The response of the spline of six taps to a wave of w radians a sample. */
 static double spline_response(double w) { return (66 + 52 * cos(w) + 2 * cos(2 * w)) / 120; }
 
-/* Everything random: what is in the ghost rings must not matter. */
-static double *random_rings(envmapi_rings *rings, unsigned long long seed) {
-    size_t count = 2 * (size_t)rings->M * rings->row;
-    double *copy = (double *)malloc(count * sizeof(double));
-    for (size_t i = 0; i < count; ++i) copy[i] = rings->G[i] = test_random(&seed) - 0.5;
+/* Everything random: what is beyond the seam and the poles must not matter. */
+static float *random_rings(envmapi_rings *rings, unsigned long long seed) {
+    size_t count = (2 * (size_t)rings->M + 6) * rings->row;
+    float *copy = (float *)malloc(count * sizeof(float));
+    for (size_t i = 0; i < count; ++i)
+        copy[i] = rings->G[i] = (float)test_random(&seed) - 0.5f;
     return copy;
 }
 
-/* e and o of ring pair j at frequency m, channel c, as G keeps them. */
+/* e and o of ring pair j at frequency m, channel c. */
 static void pair_of(double e[2], double o[2], const envmapi_rings *rings, int m, int j, int c) {
-    int back = rings->M - 1 - j;
-    e[0] = envmapi_ring(rings, 2 * m, j)[c], e[1] = envmapi_ring(rings, 2 * m, back)[c];
-    o[0] = envmapi_ring(rings, 2 * m + 1, j)[c], o[1] = envmapi_ring(rings, 2 * m + 1, back)[c];
+    const double *f = envmapi_rings_F(rings, m) + 16 * j + c;
+    e[0] = f[0], e[1] = f[4], o[0] = f[8], o[1] = f[12];
 }
 
 /* Rings -> F_m = DFT / response; e, o = north +- south. */
@@ -128,7 +128,8 @@ static void unpacking_separates_north_and_south(void) {
     for (int i = 0; i < 3; ++i) {
         int M = sizes[i], n = 2 * M, bands = M / 2;
         envmapi_rings rings = rings_of(M, bands);
-        double *g = random_rings(&rings, 61), *z = (double *)malloc((size_t)(n * ROW) * sizeof *z);
+        double *z = (double *)malloc((size_t)(n * ROW) * sizeof *z), wave[96];
+        float *g = random_rings(&rings, 61);
         for (int block = 0; block < M / 4; ++block) {
             envmapi_rings_block(&rings, block, z, 0);
             envmapi_fft(&rings, z, -1);
@@ -138,8 +139,11 @@ static void unpacking_separates_north_and_south(void) {
             for (int j = 0; j < M / 2; ++j)
                 for (int c = 0; c < 4; ++c) {
                     double r = spline_response(PI * m / M);
-                    plain_dft(north, g + 4 * (j + 3) + c, NULL, rings.row, n, m, -1);
-                    plain_dft(south, g + 4 * (M - 1 - j + 3) + c, NULL, rings.row, n, m, -1);
+                    for (int k = 0; k < n; ++k) wave[k] = (double)envmapi_ring(&rings, k, j)[c];
+                    plain_dft(north, wave, NULL, 1, n, m, -1);
+                    for (int k = 0; k < n; ++k)
+                        wave[k] = (double)envmapi_ring(&rings, k, M - 1 - j)[c];
+                    plain_dft(south, wave, NULL, 1, n, m, -1);
                     pair_of(e, o, &rings, m, j, c);
                     for (int k = 0; k < 2; ++k) {
                         worst = larger(worst, fabs(e[k] - (north[k] + south[k]) / r) / n);
@@ -159,9 +163,11 @@ static void packing_is_the_wave_of_its_frequencies(void) {
     double worst = 0;
     for (int i = 0; i < 3; ++i) {
         int M = sizes[i], n = 2 * M, bands = M / 2;
-        envmapi_rings rings = rings_of(M, bands), before = rings;
-        double *g = random_rings(&rings, 71), *z = (double *)malloc((size_t)(n * ROW) * sizeof *z);
-        before.G = g;
+        unsigned long long seed = 71;
+        envmapi_rings rings = rings_of(M, bands);
+        double *z = (double *)malloc((size_t)(n * ROW) * sizeof *z);
+        for (size_t k = 0; k < 16 * rings.pairs * (size_t)bands; ++k)
+            rings.F[k] = test_random(&seed) - 0.5;
         for (int block = 0; block < M / 4; ++block) {
             envmapi_rings_pack(&rings, block, z);
             envmapi_fft(&rings, z, 1);
@@ -174,18 +180,18 @@ static void packing_is_the_wave_of_its_frequencies(void) {
                     for (int m = 0; m < bands; ++m) {
                         double turn = PI * (m * k % n) / M, re = cos(turn), im = sin(turn);
                         double w = (m ? 2 : 1) / spline_response(PI * m / M);
-                        pair_of(e, o, &before, m, j, c);
+                        pair_of(e, o, &rings, m, j, c);
                         north += w * ((e[0] + o[0]) * re - (m ? e[1] + o[1] : 0) * im);
                         south += w * ((e[0] - o[0]) * re - (m ? e[1] - o[1] : 0) * im);
                     }
-                    worst = larger(worst, fabs(envmapi_ring(&rings, k, j)[c] - north) / n);
-                    worst = larger(worst, fabs(envmapi_ring(&rings, k, M - 1 - j)[c] - south) / n);
+                    worst = larger(worst, fabs((double)envmapi_ring(&rings, k, j)[c] - north) / n);
+                    south -= (double)envmapi_ring(&rings, k, M - 1 - j)[c];
+                    worst = larger(worst, fabs(south) / n);
                 }
-        free(g);
         free(z);
         envmapi_pool_free(&pool, 0);
     }
-    FIGURE("rings of e and o - their waves, per point", worst, 1e-15);
+    FIGURE("rings of e and o - their waves, per point", worst, 1e-7);
 }
 
 /* ----------------------------------------------------------------------------------- spline ----
@@ -194,9 +200,10 @@ static void packing_is_the_wave_of_its_frequencies(void) {
 static void splines_are_a_partition_of_unity(void) {
     double unity = 0, first = 0, second = 0, third = 0;
     for (int i = 0; i <= 1000; ++i) {
-        float w[6], f = (float)i / 1000;
+        float w[16], v[16], f = (float)i / 1000;
         double m[4] = {0, 0, 0, 0};
-        envmapi_spline(w, f);
+        envmapi_splines(w, f, 1 - f), envmapi_splines(v, 1 - f, f);
+        CHECK(!memcmp(w, v + 8, 32) && !memcmp(w + 8, v, 32));
         for (int k = 0; k < 6; ++k)
             for (int power = 0; power < 4; ++power)
                 m[power] += (double)w[k] * pow(k - 2 - (double)f, power);
@@ -204,7 +211,7 @@ static void splines_are_a_partition_of_unity(void) {
         first = larger(first, fabs(m[1]));
         second = larger(second, fabs(m[2] - 0.5)); /* the quintic B-spline's variance */
         third = larger(third, fabs(m[3]));
-        for (int k = 0; k < 6; ++k) CHECK(w[k] >= 0);
+        for (int k = 0; k < 6; ++k) CHECK(w[k] >= -1e-7f);
     }
     FIGURE("|sum of spline weights - 1|", unity, 2e-7);
     FIGURE("their first moment about the point", first, 4e-7);
@@ -217,9 +224,9 @@ static double measured_spline_error(double f) {
     double response = spline_response(2 * PI * f), square = 0;
     int n = 64;
     for (int i = 0; i < n; ++i) {
-        float w[6];
+        float w[16];
         double at = (i + 0.5) / n, re = -cos(2 * PI * f * at), im = -sin(2 * PI * f * at);
-        envmapi_spline(w, (float)at);
+        envmapi_splines(w, (float)at, 0);
         for (int k = 0; k < 6; ++k) {
             re += (double)w[k] * cos(2 * PI * f * (k - 2)) / response;
             im += (double)w[k] * sin(2 * PI * f * (k - 2)) / response;
@@ -448,7 +455,7 @@ static void skipped_legendre_functions_are_negligible(void) {
             memset(P, 0, (size_t)(bands - m) * 8 * sizeof *P);
             int skip = envmapi_legendre(P, &rings, m, first, A, B), begin = -1;
             for (int i = 0; begin < 0 && i < 8 * (bands - m); ++i)
-                if (fabs(P[i]) > 1e-18) begin = i / 8;
+                if (fabs(P[i]) > 1e-14) begin = i / 8;
             wrong += skip != (begin < 0 ? -1 : begin / 2 * 2);
             skipped += skip > 0, all += skip < 0;
         }
@@ -462,36 +469,37 @@ static void skipped_legendre_functions_are_negligible(void) {
 /* ------------------------------------------------------------------------------------ rings ----
  */
 
-/* <copy g, h> = <g, fold h>, rings beyond the poles on the left. */
-static void folding_over_the_poles_is_the_adjoint_of_copying(void) {
+/* <copy g, h> = <g, fold h>, samples beyond the seam and the poles on the left. */
+static void folding_over_seam_and_poles_is_the_adjoint_of_copying(void) {
     int M = 16, n = 2 * M;
-    unsigned long long seed = 21;
     envmapi_rings rings = rings_of(M, 4), old = rings;
-    size_t floats = (size_t)n * rings.row;
-    double *g = (double *)malloc(2 * floats * sizeof(double)), *h = g + floats, left = 0, right = 0;
-    for (size_t i = 0; i < floats; ++i) g[i] = test_random(&seed) - 0.5, h[i] = test_random(&seed);
+    size_t floats = (size_t)(n + 6) * rings.row;
+    float *h = random_rings(&rings, 21), *g = random_rings(&rings, 22);
+    double left = 0, right = 0;
     old.G = g;
-    memcpy(rings.G, g, floats * sizeof(double));
-    envmapi_rings_poles(&rings, 0);
-    for (size_t i = 0; i < floats; ++i) left += rings.G[i] * h[i];
-    for (int k = 0; k < n; ++k) {
+    envmapi_rings_close(&rings, 0);
+    for (size_t i = 0; i < floats; ++i) left += (double)rings.G[i] * (double)h[i];
+    for (int k = -3; k < n + 3; ++k) {
+        int same = (k + n) % n;
         for (int j = 0; j < M; ++j) /* inside, a copy changes nothing */
-            CHECK(!memcmp(envmapi_ring(&rings, k, j), envmapi_ring(&old, k, j), 32));
+            CHECK(!memcmp(envmapi_ring(&rings, k, j), envmapi_ring(&old, same, j), 16));
         for (int i = 0; i < 6; ++i) { /* ring -1 is ring 0 half a turn on, ring M is ring M-1 */
             static const int beyond[6] = {-1, -2, -3, 16, 17, 18};
             static const int inside[6] = {0, 1, 2, 15, 14, 13};
             CHECK(!memcmp(envmapi_ring(&rings, k, beyond[i]),
-                          envmapi_ring(&rings, (k + M) % n, inside[i]), 32));
+                          envmapi_ring(&old, (same + M) % n, inside[i]), 16));
         }
     }
-    memcpy(rings.G, h, floats * sizeof(double));
-    envmapi_rings_poles(&rings, 1);
+    memcpy(rings.G, h, floats * sizeof(float));
+    envmapi_rings_close(&rings, 1);
     for (int k = 0; k < n; ++k)
         for (int j = 0; j < M; ++j)
             for (int c = 0; c < 4; ++c)
-                right += envmapi_ring(&rings, k, j)[c] * envmapi_ring(&old, k, j)[c];
-    CHECK_CLOSE(left, right, 1e-12 * (double)floats);
+                right += (double)envmapi_ring(&rings, k, j)[c] *
+                         (double)envmapi_ring(&old, k, j)[c];
+    CHECK_CLOSE(left, right, 1e-7 * (double)floats);
     free(g);
+    free(h);
     envmapi_pool_free(&pool, 0);
 }
 
@@ -504,9 +512,9 @@ static void spreading_is_the_adjoint_of_interpolating(void) {
     unsigned long long seed = 31;
     double left = 0, right = 0;
     envmapi_rings rings = rings_of(M, 4);
-    size_t floats = (size_t)n * rings.row;
-    double *g = (double *)malloc(floats * sizeof(double));
-    memset(rings.G, 0, floats * sizeof(double));
+    size_t floats = (size_t)(n + 6) * rings.row;
+    float *g = (float *)malloc(floats * sizeof(float));
+    memset(rings.G, 0, floats * sizeof(float));
     for (int i = 0; i < COUNT; ++i) {
         double d[3];
         oracle_random_direction(d, &seed);
@@ -517,10 +525,14 @@ static void spreading_is_the_adjoint_of_interpolating(void) {
         CHECK(points[i].f_k >= 0 && points[i].f_k <= 1 && points[i].f_j >= 0 && points[i].f_j <= 1);
         for (int c = 0; c < 4; ++c) values[4 * i + c] = (float)test_random(&seed);
     }
-    for (int from = 0; from < n; from += 5)
-        envmapi_rings_spread(&rings, points, values, COUNT, from, from + 5 < n ? from + 5 : n);
-    for (size_t i = 0; i < floats; ++i) left += rings.G[i] * (g[i] = test_random(&seed));
-    memcpy(rings.G, g, floats * sizeof(double));
+    for (int from = -3; from < n + 3; from += 5)
+        envmapi_rings_spread(&rings, points, values, COUNT, from,
+                             from + 5 < n + 3 ? from + 5 : n + 3);
+    for (size_t i = 0; i < floats; ++i) {
+        g[i] = (float)test_random(&seed);
+        left += (double)rings.G[i] * (double)g[i];
+    }
+    memcpy(rings.G, g, floats * sizeof(float));
     envmapi_rings_interpolate(&rings, points, back, COUNT);
     for (int i = 0; i < 4 * COUNT; ++i) right += (double)values[i] * (double)back[i];
     CHECK_CLOSE(left, right, 1e-6 * COUNT);
@@ -566,7 +578,7 @@ static void a_points_coefficients_are_the_harmonics_there(void) {
             }
         envmapi_pool_free(&pool, 0);
     }
-    FIGURE("a_lm of one point, 24 bands on 384 rings", worst, 2e-7);
+    FIGURE("a_lm of one point, 24 bands on 384 rings", worst, 3e-7);
 }
 
 static void a_point_at_a_pole_has_zonal_coefficients_only(void) {
@@ -583,7 +595,7 @@ static void a_point_at_a_pole_has_zonal_coefficients_only(void) {
                     if (m || c >= 4) others = larger(others, fabs(a[c]) / size);
                 if (!m) worst = larger(worst, fabs(a[0] - sign * size) / size);
             }
-        FIGURE(south ? "a_l0 of the south pole" : "a_l0 of the north pole", worst, 2e-8);
+        FIGURE(south ? "a_l0 of the south pole" : "a_l0 of the north pole", worst, 2e-7);
         FIGURE("a_lm of a pole, m > 0", others, 5e-8);
         envmapi_pool_free(&pool, 0);
     }
@@ -630,7 +642,7 @@ static void a_point_synthesised_is_the_sum_of_legendre_polynomials(void) {
         }
         envmapi_pool_free(&pool, 0);
     }
-    FIGURE("one point through L bands - its Legendre series, over the peak", worst, 5e-7);
+    FIGURE("one point through L bands - its Legendre series, over the peak", worst, 1e-6);
 }
 
 /* Fewer bands read from a wider triangle of coefficients: what levels that share one do. */
@@ -691,6 +703,35 @@ static void any_number_of_tasks_gives_the_same_bits(void) {
 
 static void nothing_leaks(void) { CHECK(oracle_live == 0); }
 
+/* The transform's own solid angles, to fourth order: octahedral maps of even and of odd edge, whose
+   folds run between texels or through them. */
+static void solid_angles_of_whole_rows_are_those_of_their_texels(void) {
+    enum { MOST = 97 };
+    static float omega[4 * 2 * MOST * MOST];
+    static const int sizes[4] = {7, 64, 65, MOST};
+    double worst = 0;
+    for (int mapping = 0; mapping < MAPPINGS; ++mapping)
+        for (int k = 0; k < 4; ++k) {
+            float none = 0;
+            envmap map = {0};
+            envmapi_input in;
+            memset(&in, 0, sizeof in), in.map = &map, in.omega = omega;
+            map.mapping = mapping, map.size = sizes[k], map.levels = map.slices = 1;
+            map.texels = &none;
+            int width = oracle_width(mapping, sizes[k]);
+            for (int y = 0; y < (sizes[k] + 1) / 2; ++y) {
+                envmapi_task_omega(&in, y);
+                for (int x = 0; x < width; ++x) {
+                    double exact = envmap_solid_angle(&map, 0, 0, x, y);
+                    double own = (double)omega[4 * width * y + 3 * x];
+                    if (own > 0 || !oracle_is_disc(mapping)) /* 0: a rim cuts it */
+                        worst = fmax(worst, fabs(own / exact - 1));
+                }
+            }
+        }
+    FIGURE("a texel's solid angle, relative", worst, 1e-5);
+}
+
 /* d omega / dA of every mapping, summed over the picture: 4 pi, on discs inside the circle. */
 static void densities_integrate_to_the_whole_sphere(void) {
     enum { N = 200 };
@@ -706,6 +747,7 @@ static void densities_integrate_to_the_whole_sphere(void) {
 }
 
 int main(void) {
+    RUN(solid_angles_of_whole_rows_are_those_of_their_texels);
     RUN(densities_integrate_to_the_whole_sphere);
     RUN(rings_are_multiples_of_4_with_factors_2_and_3);
     RUN(the_fft_is_the_plain_dft);
@@ -721,7 +763,7 @@ int main(void) {
     RUN(legendre_functions_are_orthonormal_to_256_bands);
     RUN(legendre_functions_obey_the_addition_theorem_to_768_bands);
     RUN(skipped_legendre_functions_are_negligible);
-    RUN(folding_over_the_poles_is_the_adjoint_of_copying);
+    RUN(folding_over_seam_and_poles_is_the_adjoint_of_copying);
     RUN(spreading_is_the_adjoint_of_interpolating);
     RUN(a_points_coefficients_are_the_harmonics_there);
     RUN(a_point_at_a_pole_has_zonal_coefficients_only);

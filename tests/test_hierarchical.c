@@ -316,11 +316,11 @@ static void it_is_faster_than_brute_force(void) {
         for (int c = 0; c < 3; ++c) source[i][3 + c] = w * (double)src.texels[3 * i + c];
         source[i][6] = w;
     }
-    if (getenv("TEST_QUICK") || INSTRUMENTED) {
+    if (!test_timed() || INSTRUMENTED) {
         CHECK(1);
         printf("    not measured: instrumented\n");
     }
-    for (int i = 0; i < 3 && !getenv("TEST_QUICK") && !INSTRUMENTED; ++i) {
+    for (int i = 0; i < 3 && test_timed() && !INSTRUMENTED; ++i) {
         double brute = 1e9, best = 1e9;
         for (int run = 0; run < 3; ++run) {
             double seconds = brute_seconds(&src, exponents[i]), start = now();

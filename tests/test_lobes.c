@@ -525,6 +525,18 @@ static void tables_pass_through_their_samples(void) {
                 1e-6);
 }
 
+static double counted(double x, double p, void *user) {
+    (void)x, (void)p;
+    return ++*(int *)user;
+}
+
+static void a_functions_value_is_one_call_of_it(void) {
+    int calls = 0;
+    envmap_lobe lobe = envmap_lobe_function(counted, &calls);
+    double value = envmap_lobe_value(&lobe, 0.5, 0);
+    CHECK(calls == 1 && value == 1.0);
+}
+
 static void function_and_table_lobes_know_their_support_and_sigma(void) {
     enum { SIZE = 2049 };
     float *table = (float *)malloc(SIZE * sizeof(float));
@@ -898,6 +910,7 @@ int main(void) {
     RUN(functions_and_tables_with_p_follow_it);
     RUN(zonal_coefficients_of_a_table_equal_those_of_the_lobe_it_copies);
     RUN(tables_pass_through_their_samples);
+    RUN(a_functions_value_is_one_call_of_it);
     RUN(function_and_table_lobes_know_their_support_and_sigma);
     RUN(a_rings_sigma_is_its_half_width_whatever_its_sign);
     RUN(a_ring_that_falls_just_before_the_axis_does_not_reach_it);

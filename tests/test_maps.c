@@ -402,6 +402,32 @@ static void lookups_at_texel_centres_give_the_texel(void) {
     }
 }
 
+/* Texels of sphere and angular maps whose centres lie outside the circle may hold anything: lookups
+   around the rim meet those inside only. */
+static void lookups_see_nothing_outside_a_rim(void) {
+    for (int size = 3; size < 40; ++size)
+        for (int m = ENVMAP_SPHERE; m <= ENVMAP_ANGULAR; m += ENVMAP_ANGULAR - ENVMAP_SPHERE) {
+            envmap map = make(m, size, 1, 1);
+            double worst = 0;
+            for (int y = 0; y < size; ++y)
+                for (int x = 0; x < size; ++x) {
+                    double X = (2 * x + 1.0) / size - 1, Y = (2 * y + 1.0) / size - 1;
+                    for (int c = 0; c < 3; ++c)
+                        envmap_texel(&map, 0, 0, 0, x, y)[c] = X * X + Y * Y > 1 ? 1e6f : 1;
+                }
+            for (int i = 0; i < 150; ++i) {
+                double a = 2 * PI * i / 150, r = 1 - 1e-3 * (i % 4), d[3];
+                float rgb[3];
+                oracle_direction(d, m, 0, 0.5 + 0.5 * r * cos(a), 0.5 + 0.5 * r * sin(a));
+                float f[3] = {(float)d[0], (float)d[1], (float)d[2]};
+                envmap_lookup(rgb, &map, f, 0);
+                worst = fmax(worst, fabs((double)rgb[0] - 1));
+            }
+            CHECK_CLOSE(worst, 0, 1e-6);
+            envmap_free(&map);
+        }
+}
+
 /* A smooth radiance looked up between texels errs by C/size^2: halving the texel quarters it.
    Two exceptions. Over a cube's edge a row of texels goes on at another angle (but at its middle),
    an error of first order in a strip of a texel: order 3/2 in all; so over an octahedral map's folds.
@@ -1020,6 +1046,7 @@ int main(void) {
     RUN(texels_outside_the_rim_count_nothing);
     RUN(sampling_density_varies_as_the_papers_say);
     RUN(lookups_at_texel_centres_give_the_texel);
+    RUN(lookups_see_nothing_outside_a_rim);
     RUN(lookups_are_of_second_order);
     RUN(lookups_are_continuous_across_seams);
     RUN(lookups_along_great_circles_have_no_jump);

@@ -307,7 +307,8 @@ static void fresnel_has_its_textbook_values(void) {
     CHECK_CLOSE(envmap_fresnel(-1, 1.5, 0), 1, 2e-16);
     CHECK(envmap_fresnel((double)NAN, 1.5, 0) == 0 && envmap_fresnel(1, 0, 0) == 0 &&
           envmap_fresnel(1, (double)NAN, 0) == 0 && envmap_fresnel(1, 1, -1) == 0 &&
-          envmap_fresnel(1, HUGE_VAL, 0) == 0);
+          envmap_fresnel(1, HUGE_VAL, 0) == 0 && envmap_fresnel(1, 1e9, 0) == 0 &&
+          envmap_fresnel(1, 2, 1e9) == 0 && envmap_fresnel(1, 2, 9e8) > 0.99);
     CHECK_CLOSE(envmap_fresnel_schlick(1, 0.04), 0.04, 1e-17);
     CHECK_CLOSE(envmap_fresnel_schlick(0, 0.04), 1, 2e-16);
     CHECK(envmap_fresnel_schlick(0.5, 2) == 0);
@@ -383,6 +384,24 @@ static void fits_find_phong_and_lambert_again(void) {
         CHECK((double)fit.error[k] < 0.02);
     }
     envmap_fit_free(&fit);
+}
+
+static void green_phong(double f[3], const double v[3], const double l[3], void *user) {
+    brdf_phong(f, v, l, user);
+    f[0] = f[2] = 0;
+}
+
+static void fits_of_a_green_model_are_those_of_a_grey_one_in_green(void) {
+    brdf_values v = values(0, 50, 0);
+    envmap_brdf grey = model(brdf_phong, &v), green = model(green_phong, &v);
+    envmap_fit a = fit_of(&grey, 1, 2, 0), b = fit_of(&green, 1, 2, 0);
+    for (int k = 0; k < 2; ++k) {
+        CHECK_CLOSE(a.axis[k], b.axis[k], 1e-6);
+        CHECK_CLOSE(a.factor[3 * k + 1], b.factor[3 * k + 1], 1e-5);
+        CHECK_CLOSE(fabsf(b.factor[3 * k]) + fabsf(b.factor[3 * k + 2]), 0, 0);
+    }
+    for (int i = 0; i < 2 * a.size; ++i) CHECK_CLOSE(a.table[i], b.table[i], 1e-4);
+    envmap_fit_free(&a), envmap_fit_free(&b);
 }
 
 static void fits_reflect_all_of_a_constant_environment(void) {
@@ -917,6 +936,7 @@ int main(void) {
     RUN(schlick_is_near_fresnel_for_a_dielectric);
     RUN(compositions_keep_the_furnace);
     RUN(fits_find_phong_and_lambert_again);
+    RUN(fits_of_a_green_model_are_those_of_a_grey_one_in_green);
     RUN(fits_reflect_all_of_a_constant_environment);
     RUN(fits_are_reciprocal_where_the_model_is);
     RUN(fits_err_by_angle_as_n_r_leaves_n_l);

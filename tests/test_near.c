@@ -210,6 +210,49 @@ static void tight_tolerances_are_kept(void) {
     keeps(&w);
 }
 
+/* Tents of nearly a texel, where K is that of a lat-long's cell and of texels that a rim cuts: two
+   places a side were 35 tolerances off on the first. */
+static void one_lit_texel_keeps_the_tolerance_under_a_wide_tent(void) {
+    static const char *const lobe = "lobe=phong:150:0 raw=0:1 tolerance=1e-3 scene=texel:";
+    static const char *const at[] = {"0.5:0.5", "0.3:0.1", "0.07:0.25"};
+    for (int i = 0; i < 3; ++i) {
+        char rest[200];
+        snprintf(rest, sizeof rest, "%s%s", lobe, at[i]);
+        work w = work_of(i < 2 ? ENVMAP_LATLONG : ENVMAP_SPHERE, ENVMAP_CUBE, i < 2 ? 96 : 12, rest);
+        keeps(&w);
+    }
+}
+
+/* What is thin and far from its axis is no smooth tail, for the definition neither: it is integrated
+   where half of it would be a sum over centres, 8 tolerances off. A heavy tail stays one. */
+static double heavy_tail(double x, double p, void *user) {
+    (void)p, (void)user;
+    return x > 0 ? x * pow(1 + 1e4 * (1 - x), -2) : 0;
+}
+
+static void the_integral_reaches_beyond_a_functions_last_flank(void) {
+    static const char *const functions[] = {"ring:0.02:0.33", "two:0.02:0.33", "cone:0.12:0"};
+    static const double least[] = {0.72, 0.72, 0.12};
+    for (int i = 0; i < 3; ++i) {
+        char rest[200];
+        envmapi_axis axis;
+        bench b;
+        snprintf(rest, sizeof rest, "lobe=%s raw=0:1 tolerance=1e-3 scene=noise:0:0", functions[i]);
+        work w = work_of(ENVMAP_CUBE, ENVMAP_CUBE, 3, rest);
+        w.src_size = 128;
+        if (!CHECK(bench_create(&b, &w))) return;
+        memset(&axis, 0, sizeof axis);
+        axis.lobe = &b.header_lobe;
+        envmapi_axis_aim(&axis, &b.src, 0, 1);
+        CHECK(axis.reach >= least[i]);
+        envmap_lobe heavy = envmap_lobe_function(heavy_tail, NULL);
+        axis.lobe = &heavy;
+        envmapi_axis_aim(&axis, &b.src, 0, 1);
+        CHECK(axis.reach <= fmax(12 * axis.texel, 8 * axis.sigma));
+        bench_free(&b);
+    }
+}
+
 /* Raw sums have no norm that would hide what is missing of them. */
 static void raw_sums_are_whole(void) {
     for (int from = 0; from < MAPPINGS; ++from)
@@ -414,6 +457,8 @@ int main(void) {
     RUN(axes_between_knots_agree_with_those_summed_one_by_one);
     RUN(latitudes_between_knots_agree_with_axes_summed_one_by_one);
     RUN(tight_tolerances_are_kept);
+    RUN(one_lit_texel_keeps_the_tolerance_under_a_wide_tent);
+    RUN(the_integral_reaches_beyond_a_functions_last_flank);
     RUN(raw_sums_are_whole);
     RUN(the_sharpest_lobe_is_the_bilinear_lookup);
     RUN(k_is_asked_for_some_thousand_times);

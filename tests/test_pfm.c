@@ -9,6 +9,7 @@
 #include <locale.h>
 #if !defined(_WIN32) && !defined(__wasm__) /* what only POSIX can do to a file */
 #define TEST_POSIX
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -616,6 +617,17 @@ static void a_full_disk_is_a_file_error(void) {
     envmap_free(&small), envmap_free(&large);
 }
 
+/* Nor can a pipe be read: it has no length. */
+static void a_pipe_is_a_file_error(void) {
+    envmap map = {0};
+    remove(own_path);
+    int made = mkfifo(own_path, 0666) == 0;
+    int other_end = made ? open(own_path, O_RDWR) : -1; /* or to open it would wait for a writer */
+    CHECK(!made || envmap_pfm_load(&map, own_path, ENVMAP_CUBE) == ENVMAP_ERROR_FILE);
+    CHECK(map.texels == NULL && oracle_live == 0);
+    if (made) close(other_end), remove(own_path);
+}
+
 /* The system stops a file at 4096 bytes: what is there of it must go. */
 static void a_file_that_is_not_whole_is_removed(void) {
     envmap large = {0};
@@ -711,6 +723,7 @@ int main(int argc, char **argv) {
 #ifdef TEST_POSIX
     RUN(a_directory_is_not_written_over);
     RUN(a_full_disk_is_a_file_error);
+    RUN(a_pipe_is_a_file_error);
     RUN(a_file_that_is_not_whole_is_removed);
 #endif
     RUN(without_memory_files_leak_nothing);

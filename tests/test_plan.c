@@ -109,6 +109,28 @@ static void linear_interpolation_loses_what_is_said(void) {
     FIGURE("bilinear error of a plane wave, off by a share of", most, 0.1);
 }
 
+/* What lookups lose is the mean over the sphere: of sixteen texels in a quarter of a map, each has
+   its solid angle, a paraboloid's (1 + z)^2, and those outside a disc have none. */
+static void lookups_are_weighed_by_solid_angle_inside_the_circle(void) {
+    envmapi_power power;
+    envmapi_lookups t;
+    memset(&power, 0, sizeof power);
+    for (int m = 0; m < MAPPINGS; ++m) {
+        double sum = 0, d[3], last[3];
+        envmapi_lookups_create(&t, &power, m, 0);
+        for (int i = 0; i < 16; ++i) {
+            double u = (i % 4 + 0.5) / 8, v = ((i / 4) + 0.5) / 8;
+            int outside = oracle_is_disc(m) && hypot(2 * u - 1, 2 * v - 1) > 1;
+            CHECK((t.w[i] > 0) == !outside);
+            sum += t.w[i];
+            oracle_direction(d, m, 0, u, v), oracle_direction(last, m, 0, 0.4375, 0.4375);
+            if (m == ENVMAP_PARABOLOID && !outside)
+                CHECK_CLOSE(t.w[i] / t.w[15], pow((1 + d[2]) / (1 + last[2]), 2), 1e-6);
+        }
+        CHECK_CLOSE(sum, 1, 1e-12);
+    }
+}
+
 /* ------------------------------------------------------------------------------- needs ---- */
 
 static void a_planned_size_is_enough_and_half_of_it_is_not(void) {
@@ -303,6 +325,30 @@ static void expected_errors_are_made_and_below_the_tolerance(void) {
 }
 
 /* The plan's method gives AUTO's bits, for few texels, for sharp lobes and for others. */
+static double about_the_axis(double x, double p, void *user) {
+    (void)user;
+    return exp(-(30 + 15 * p) * (1 - x));
+}
+
+static double opposite_to_it(double x, double p, void *user) { return about_the_axis(-x, p, user); }
+
+static void slices_are_as_many_for_a_lobe_opposite_to_its_axis(void) {
+    envmap_lobe about = envmap_lobe_function(about_the_axis, NULL);
+    envmap_lobe opposite = envmap_lobe_function(opposite_to_it, NULL);
+    about.p0 = opposite.p0 = -1, about.p1 = opposite.p1 = 1;
+    int n = envmap_lobe_slices(&about, 1e-2);
+    CHECK(n > 2 && abs(envmap_lobe_slices(&opposite, 1e-2) - n) <= 1);
+}
+
+/* A lobe without a kink needs none, and no band limit holds one that is sharper than the texels. */
+static void lights_are_for_lobes_with_a_kink_that_have_bands(void) {
+    envmap src = scene_map(SCENE_SUN, ENVMAP_CUBE, 32), shape = shape_of(ENVMAP_CUBE, 8, 1);
+    CHECK(plan_of(&shape, &src, envmap_lobe_ggx(1), 1e-3).lights > 0);
+    CHECK(plan_of(&shape, &src, envmap_lobe_gaussian(20), 1e-3).lights == 0);
+    CHECK(plan_of(&shape, &src, envmap_lobe_ggx(0.02f), 1e-3).lights == 0);
+    envmap_free(&src);
+}
+
 static void the_method_is_what_auto_takes(void) {
     static const struct {
         int source, edge;
@@ -471,6 +517,7 @@ static void nothing_leaks(void) { CHECK(oracle_live == 0 && oracle_wrong_context
 int main(void) {
     RUN(one_light_is_equally_bright_in_every_band);
     RUN(linear_interpolation_loses_what_is_said);
+    RUN(lookups_are_weighed_by_solid_angle_inside_the_circle);
     RUN(a_planned_size_is_enough_and_half_of_it_is_not);
     RUN(planned_slices_are_enough_and_half_of_them_are_not);
     RUN(planned_bands_are_enough_and_one_less_is_not);
@@ -478,6 +525,8 @@ int main(void) {
     RUN(a_uniform_scene_needs_one_texel);
     RUN(a_scene_turned_by_a_quarter_needs_the_same);
     RUN(expected_errors_are_made_and_below_the_tolerance);
+    RUN(slices_are_as_many_for_a_lobe_opposite_to_its_axis);
+    RUN(lights_are_for_lobes_with_a_kink_that_have_bands);
     RUN(the_method_is_what_auto_takes);
     RUN(what_is_sharper_than_the_source_needs_its_size);
     RUN(bad_input_is_refused);

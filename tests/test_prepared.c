@@ -449,6 +449,7 @@ static void bad_limits_are_refused(void) {
 /* ---------------------------------------------------------------------------------- survey ---- */
 
 static envmapi_pool pool;
+static const envmap_work serial;
 
 static envmapi_scene survey_of(const envmap *map) {
     envmapi_scene survey;
@@ -615,7 +616,7 @@ static void lights_are_the_texels_of_a_2000th_of_the_energy(void) {
             if (mapping == ENVMAP_SPHERE) envmap_texel(&map, 0, 0, 0, 0, size / 2)[1] = 1e6f;
             double all = all_energy_of(&map), lights = 0;
             envmapi_scene s = survey_of(&map);
-            CHECK(envmapi_scene_lights(&s, 1, &pool) == ENVMAP_OK);
+            CHECK(envmapi_scene_lights(&s, 1, &serial, &pool) == ENVMAP_OK);
             for (int t = 0; t < envmap_faces(mapping) * width * size; ++t) {
                 double e = energy_of(&map, t / width / size, t % width, t / width % size);
                 int found = 0;
@@ -648,7 +649,7 @@ static void of_too_many_lights_the_brightest_are_taken(void) {
             texel[0] = alike ? 1 : 1 + (float)k / 300;
         }
         envmapi_scene s = survey_of(&map);
-        CHECK(envmapi_scene_lights(&s, 1, &pool) == ENVMAP_OK);
+        CHECK(envmapi_scene_lights(&s, 1, &serial, &pool) == ENVMAP_OK);
         CHECK(s.light_count <= ENVMAPI_LIGHTS);
         for (int t = 0; t < 128 * 64; ++t) {
             int found = 0;
@@ -680,7 +681,7 @@ static void axes_see_all_light_at_its_angle(void) {
             envmapi_scene s = survey_of(&map);
             double lamp[3], angle = 0, energy = s.sum[1];
             oracle_direction(lamp, mapping, face, (x + 0.5) / width, (y + 0.5) / 64);
-            CHECK(envmapi_scene_lights(&s, i & 1 ? 1 : 0.2, &pool) == ENVMAP_OK);
+            CHECK(envmapi_scene_lights(&s, i & 1 ? 1 : 0.2, &serial, &pool) == ENVMAP_OK);
             for (int a = 0; a < s.axes; ++a) {
                 double sums[3 + ENVMAPI_SCALES] = {0};
                 double t = acos(envmapi_dot(lamp, s.histograms[a].axis)), at = 0;

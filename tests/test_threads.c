@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
    Threads: every call that takes an executor gives the bits of its serial run on threads, backwards,
-   shuffled, nested, and while other threads make the same call with the same source. `make tsan`
-   runs this under the thread sanitizer. */
+   shuffled, nested, and while other threads make the same call with the same source; and of what
+   takes long, most is tasks. `make tsan` runs this under the thread sanitizer. */
 #define _POSIX_C_SOURCE 200809L
 #include "helpers.h"
 
@@ -47,6 +47,18 @@ static envmap_result fast(float *out, const source *s, const envmap_work *work) 
 
 static envmap_result sharp(float *out, const source *s, const envmap_work *work) {
     return filtered(out, s, work, ENVMAP_METHOD_FAST, envmap_lobe_phong(20000), NULL);
+}
+
+static envmap_result rings(float *out, const source *s, const envmap_work *work) {
+    envmap dst = result_map(out, ENVMAP_CUBE, 8, 12);
+    envmap_lobe lobe = envmap_lobe_banks(0.8f);
+    envmap_filter_desc desc = desc_of(ENVMAP_METHOD_FAST, 1e-3);
+    envmap_plan made = {0, 0, 0, 0, 0, 0, 0, 0, 0};
+    desc.work = *work;
+    envmap_result r = envmap_filter(&dst, &s->map, &lobe, &desc);
+    if (!r) r = envmap_filter_plan(&made, &dst, &s->map, &lobe, &desc);
+    out[ROOM - 1] = (float)made.slices;
+    return r;
 }
 
 static envmap_result prepared(float *out, const source *s, const envmap_work *work) {
@@ -143,6 +155,7 @@ static const struct {
              {"hierarchical", hierarchical},
              {"fast", fast},
              {"sharp", sharp},
+             {"rings", rings},
              {"prepared", prepared},
              {"chain", chain},
              {"prepare", prepare},
@@ -274,6 +287,108 @@ static void callers_on_several_threads_do_not_meet(void) {
     for (int k = 0; k < 3; ++k) CHECK(!pthread_join(threads[k], NULL) && wrong[k] == 0);
 }
 
+/* ----------------------------------------------------------------------------------- shares ---- */
+
+/* Tasks are done one after the other; four workers would have taken as long as the one to whom most
+   fell, if each takes the next task when it is free. */
+typedef struct shares {
+    double tasks, workers;
+} shares;
+
+static double seconds(void) { return (double)clock() / CLOCKS_PER_SEC; }
+
+static void run_shared(void *user, envmap_task *task, void *context, int count) {
+    shares *s = (shares *)user;
+    double load[4] = {0, 0, 0, 0}, most = 0;
+    for (int i = 0; i < count; ++i) {
+        int least = 0;
+        for (int k = 1; k < 4; ++k)
+            if (load[k] < load[least]) least = k;
+        double start = seconds();
+        task(context, i);
+        load[least] += seconds() - start;
+    }
+    for (int k = 0; k < 4; ++k) s->tasks += load[k], most = fmax(most, load[k]);
+    s->workers += most;
+}
+
+static envmap_result large(const source *s, const envmap_work *work, envmap_lobe lobe, int slices) {
+    envmap dst = black(ENVMAP_CUBE, slices > 1 ? 48 : 192, 1, slices);
+    envmap_filter_desc desc = desc_of(ENVMAP_METHOD_AUTO, 1e-3);
+    desc.work = *work;
+    envmap_result r = envmap_filter(&dst, &s->cube, &lobe, &desc);
+    envmap_free(&dst);
+    return r;
+}
+
+static envmap_result of_bands(float *out, const source *s, const envmap_work *work) {
+    return (void)out, large(s, work, envmap_lobe_phong(2000), 1);
+}
+
+static envmap_result sharper(float *out, const source *s, const envmap_work *work) {
+    return (void)out, large(s, work, envmap_lobe_phong(1e5f), 1);
+}
+
+static envmap_result with_a_tail(float *out, const source *s, const envmap_work *work) {
+    return (void)out, large(s, work, envmap_lobe_ggx(0.01f), 1);
+}
+
+static envmap_result of_slices(float *out, const source *s, const envmap_work *work) {
+    return (void)out, large(s, work, envmap_lobe_banks(0.95f), 24);
+}
+
+static envmap_result plan_of_bands(float *out, const source *s, const envmap_work *work) {
+    envmap dst = result_map(NULL, ENVMAP_CUBE, 192, 1);
+    envmap_lobe lobe = envmap_lobe_phong(3000);
+    envmap_filter_desc desc = desc_of(ENVMAP_METHOD_AUTO, 1e-3);
+    envmap_plan made;
+    (void)out, desc.work = *work;
+    return envmap_filter_plan(&made, &dst, &s->cube, &lobe, &desc);
+}
+
+static envmap_result coefficients(float *out, const source *s, const envmap_work *work) {
+    static double sh[3 * 16 * 16];
+    return (void)out, envmap_sh_project(sh, 16, &s->cube, 0, 0, work);
+}
+
+/* The part of its time that a call takes on four workers, at the best of three. */
+static double part_of_time(call *run) {
+    static float out[ROOM];
+    double best = 1;
+    for (int i = 0; i < 3; ++i) {
+        shares s = {0, 0};
+        envmap_work work;
+        memset(&work, 0, sizeof work);
+        work.executor.user = &s, work.executor.run = run_shared;
+        double start = seconds();
+        CHECK(run(out, &scene, &work) == ENVMAP_OK);
+        double all = seconds() - start;
+        best = fmin(best, (all - s.tasks + s.workers) / all);
+    }
+    return best;
+}
+
+/* A quarter would be all of it. */
+static void four_workers_take_six_tenths_of_the_time_at_most(void) {
+    static const struct {
+        const char *name;
+        call *run;
+    } longer[] = {{"Phong 2000", of_bands},         {"Phong 1e5", sharper},
+                  {"GGX 0.01", with_a_tail},        {"Banks 0.95, 24 slices", of_slices},
+                  {"a plan", plan_of_bands},        {"16 bands, every texel", coefficients},
+                  {"the definition", reference},    {"hierarchical", hierarchical},
+                  {"40 views", radiance},           {"a fit", fit},
+                  {"a table", ggx_table}};
+    int quick = test_many(50) < 50; /* what sanitizers add is not shared, nor do emulators tell */
+    double bound = quick || CLOCKS_PER_SEC < 1000000 ? 1 : 0.6; /* ticks of 1 ms do not, either */
+    envmap small = scene.cube;
+    scene.cube = noise(ENVMAP_CUBE, 192, 9);
+    for (size_t i = 0; i < (quick ? 1 : sizeof longer / sizeof *longer); ++i)
+        FIGURE(longer[i].name, part_of_time(longer[i].run), bound);
+    envmap_free(&scene.cube);
+    scene.cube = small;
+}
+
 int main(void) {
     int live = oracle_live;
     scene.map = smooth(ENVMAP_LATLONG, 32), scene.cube = noise(ENVMAP_CUBE, 24, 3);
@@ -287,6 +402,7 @@ int main(void) {
     RUN(on_threads_it_is_the_same);
     RUN(nested_it_is_the_same);
     RUN(callers_on_several_threads_do_not_meet);
+    RUN(four_workers_take_six_tenths_of_the_time_at_most);
     envmap_prepared_free(&scene.prepared);
     envmap_free(&scene.map), envmap_free(&scene.cube);
     return test_summary() || oracle_live != live;

@@ -757,6 +757,7 @@ static void ratio_rows(bench *b) {
            "----------------------------------------", "---------", "---------", "------",
            "-----------");
     ratio_row(b, figures + 1, 1, 0.7), ratio_row(b, figures + 5, 1, 0.7);
+    ratio_row(b, figures + 2, 1, 0.7), ratio_row(b, figures + 21, 1, 0.7);
     ratio_row(b, figures + 4, 0, 1.15);
 }
 
