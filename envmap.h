@@ -2280,9 +2280,9 @@ static int envmapi_inside(const envmap *Y, const double at[2], double by) {
 #define ENVMAPI_POINTS (ENVMAPI_BOX - 2)
 
 /* Bilinear radiance at points of the texel, at least 3 along a side and one for each cell that it
-   crosses; 0: the texel is too long. Looked up where it is not inside. */
+   crosses, or at its centre if it is small; 0: it is too long. Looked up where it is not inside. */
 static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, int inside) {
-    double w[ENVMAPI_BOX][ENVMAPI_BOX], side[2][2], twist[2], longest[2] = {3, 3};
+    double w[ENVMAPI_BOX][ENVMAPI_BOX], side[2][2], twist[2], longest[2] = {0, 0};
     double(*p)[2] = o->polygon.at;
     int n[2], low[2], high[2];
     o->points = ENVMAPI_POINTS;
@@ -2295,7 +2295,8 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, i
         for (int i = 0; i < 2; ++i)
             longest[i] = fmax(longest[i], fmax(fabs(side[i][k]), fabs(side[i][k] + twist[k])));
     }
-    for (int i = 0; i < 2; ++i) n[i] = (int)ceil(longest[i]);
+    double few = longest[0] > 0.5 || longest[1] > 0.5 ? 3 : 1;
+    for (int i = 0; i < 2; ++i) n[i] = (int)ceil(fmax(longest[i], few));
     o->points = n[0] > n[1] ? n[0] : n[1];
     if (!inside) return 1;
     memset(w, 0, sizeof w);
