@@ -124,7 +124,7 @@ analyze: ## clang-tidy, cppcheck and scan-build on envmap.h, each where it is he
 
 MUTANTS = 200
 mutate: ## small faults in envmap.h, one at a time: which do the tests miss? MUTANTS=200 SEED=1 ROOM=pfm, or FAULT=number
-	@sh tests/mutate.sh $(BUILD)/mutate $(MUTANTS) $(SEED) $(or $(FAULT),$(ROOM))
+	@sh tests/mutate.sh $(BUILD)/mutate $(MUTANTS) $(SEED) '$(or $(FAULT),$(ROOM))'
 
 coverage: ## lines and branches of envmap.h that the quick tests take (gcov), and the lines they do not
 	@if command -v gcov >/dev/null; then \

@@ -283,10 +283,10 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    sphere map's, and an angular map's that becomes finer: 5e-4). Where dst has more texels, L_j is
    the mean of bilinear src at points of texel j, which keeps the whole map's energy, not that of
    single texels. Same mapping and size: the same texels.
-   work    NULL: serial, silent. The executor runs rows, of src or dst; one thread does what a disc
-           or an octahedral map is cut up for, where dst is no finer
+   work    NULL: serial, silent. The executor runs rows; from a disc or an octahedral map, where dst
+           is no finer, two of them at a time
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory 8
-   bytes a row and 20 KB; from discs and octahedral maps to others 32 bytes a texel of dst or of a
+   bytes a row and 20 KB; from discs and octahedral maps to others 64 bytes a texel of dst or of a
    cube twice as fine as src; with progress or several slices, a copy of the result too.
    Source: [Jones99].  Test: resampling_* . */
 ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src, const envmap_work *work);
@@ -1930,7 +1930,8 @@ typedef struct envmapi_resampling {
     int points;            /* dst is finer: bilinear radiance at points of X */
     int parts;             /* a texel is parts x parts polygons */
     double *cosines;       /* of the edges of Y's rows where it is a lat-long */
-    double *light;         /* scattered: RGB and solid angle of texels of dst; NULL: gathered */
+    double *light;         /* scattered: RGB and solid angle of texels of dst, of even tasks and of
+                              odd ones; NULL: gathered */
     int turn_count;
     envmapi_turn *turns; /* at most 16 */
 } envmapi_resampling;
@@ -2040,7 +2041,7 @@ typedef struct envmapi_orbit {
     size_t texel[16];            /* images, each once */
     const envmapi_place *at[16]; /* where a turn that leads there takes the faces of Y */
     double sums[16][4], all;     /* RGB, gathered or to be scattered; solid angle */
-    double scale;                /* of what is scattered; 0: nothing yet */
+    double *light, scale;        /* scattered to, and of what; 0: nothing yet */
     struct {
         int x, y;
         double w;
@@ -2090,7 +2091,7 @@ static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, i
             ptrdiff_t x = o->taps[i].x * right, at = origin + x + (ptrdiff_t)o->taps[i].y * down;
             if (wraps && (from + x < 0 || from + x >= width)) at -= right * width;
             if (r->light) {
-                envmapi_double4_add(envmapi_double4_at(r->light + 4 * at), w * o->scale,
+                envmapi_double4_add(envmapi_double4_at(o->light + 4 * at), w * o->scale,
                                     envmapi_double4_at(o->sums[k]));
                 continue;
             }
@@ -2279,9 +2280,9 @@ static int envmapi_inside(const envmap *Y, const double at[2], double by) {
 #define ENVMAPI_POINTS (ENVMAPI_BOX - 2)
 
 /* Bilinear radiance at points of the texel, at least 3 along a side and one for each cell that it
-   crosses; 0: the texel is too long. Looked up where it is not inside. */
+   crosses, or at its centre if it is small; 0: it is too long. Looked up where it is not inside. */
 static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, int inside) {
-    double w[ENVMAPI_BOX][ENVMAPI_BOX], side[2][2], twist[2], longest[2] = {3, 3};
+    double w[ENVMAPI_BOX][ENVMAPI_BOX], side[2][2], twist[2], longest[2] = {0, 0};
     double(*p)[2] = o->polygon.at;
     int n[2], low[2], high[2];
     o->points = ENVMAPI_POINTS;
@@ -2294,7 +2295,8 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, i
         for (int i = 0; i < 2; ++i)
             longest[i] = fmax(longest[i], fmax(fabs(side[i][k]), fabs(side[i][k] + twist[k])));
     }
-    for (int i = 0; i < 2; ++i) n[i] = (int)ceil(longest[i]);
+    double few = longest[0] > 0.5 || longest[1] > 0.5 ? 3 : 1;
+    for (int i = 0; i < 2; ++i) n[i] = (int)ceil(fmax(longest[i], few));
     o->points = n[0] > n[1] ? n[0] : n[1];
     if (!inside) return 1;
     memset(w, 0, sizeof w);
@@ -2359,9 +2361,13 @@ static void envmapi_resample_write(const envmapi_resampling *r, size_t i, const 
 /* Task: a row of what was scattered. */
 static void envmapi_task_light(void *context, int row) {
     const envmapi_resampling *r = (const envmapi_resampling *)context;
+    size_t texels = envmapi_slice_floats(&r->dst, 0) / 3;
     size_t width = (size_t)envmapi_width(r->dst.mapping, r->dst.size), i = (size_t)row * width;
-    for (size_t end = i + width; i < end; ++i)
-        envmapi_resample_write(r, i, r->light + 4 * i, r->light[4 * i + 3], 1);
+    for (size_t end = i + width; i < end; ++i) {
+        double *light = r->light + 4 * i;
+        envmapi_double4_add(envmapi_double4_at(light), 1, envmapi_double4_at(light + 4 * texels));
+        envmapi_resample_write(r, i, light, light[3], 1);
+    }
 }
 
 #define ENVMAPI_SQUARE 8
@@ -2392,6 +2398,8 @@ static void envmapi_task_overlap(void *context, int band) {
     int n = ENVMAPI_SQUARE, bands = (r->X.size + n - 1) / n;
     envmapi_orbit o;
     o.face = band / bands, o.tap_count = 0;
+    o.light = r->light;
+    if (o.light && band % 2) o.light += 4 * (envmapi_slice_floats(&r->dst, 0) / 3);
     for (int i = 0; i < r->turn_count; ++i)
         if (r->turns[i].dst[o.face].face < o.face) return; /* the images of another face's */
     for (int x0 = 0; x0 < envmapi_width(r->X.mapping, r->X.size); x0 += n)
@@ -2405,23 +2413,25 @@ static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envma
                                               envmapi_pool *pool) {
     int gather = r->points || r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG;
     size_t texels = envmapi_slice_floats(&r->dst, 0) / 3;
-    envmap_work serial = *work;
     r->X = gather ? r->dst : r->src, r->Y = gather ? r->src : r->dst;
     r->parts = (63 + r->X.size) / r->X.size, r->light = NULL;
     if (r->X.mapping == ENVMAP_OCTAHEDRAL && r->X.size % 2) r->parts += r->parts % 2; /* folds */
     r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     r->cosines = (double *)envmapi_pool_get(pool, (size_t)r->Y.size + 1, sizeof(double));
-    if (!gather) r->light = (double *)envmapi_pool_get(pool, 4 * texels, sizeof(double));
+    if (!gather) r->light = (double *)envmapi_pool_get(pool, 8 * texels, sizeof(double));
     if (!r->turns || !r->cosines || (!gather && !r->light)) return ENVMAP_ERROR_MEMORY;
     for (int y = 0; y <= r->Y.size; ++y) r->cosines[y] = cos(ENVMAPI_PI * y / r->Y.size);
     r->turn_count = envmapi_turns(r->turns, &r->X, &r->Y);
     if (r->turn_count > 16) r->turn_count = 8; /* of two cubes those that keep faces' axes */
-    if (!gather) memset(r->light, 0, 4 * texels * sizeof(double)), serial.executor.run = NULL;
     int tasks = envmap_faces(r->X.mapping) * ((r->X.size + ENVMAPI_SQUARE - 1) / ENVMAPI_SQUARE);
-    envmap_result result = envmapi_run(&serial, envmapi_task_overlap, r, tasks);
-    if (!result && !gather)
-        envmapi_run_all(work, envmapi_task_light, r, envmap_faces(r->dst.mapping) * r->dst.size);
-    return result;
+    if (gather) return envmapi_run(work, envmapi_task_overlap, r, tasks);
+    memset(r->light, 0, 8 * texels * sizeof(double));
+    for (int i = 0; i < tasks; i += 2) { /* others would share light */
+        if (envmapi_tell(&work->progress, (double)i / tasks)) return ENVMAP_CANCELLED;
+        envmapi_run_batch(work, envmapi_task_overlap, r, i, tasks - i < 2 ? 1 : 2);
+    }
+    envmapi_run_all(work, envmapi_task_light, r, envmap_faces(r->dst.mapping) * r->dst.size);
+    return ENVMAP_OK;
 }
 
 /* Texels of a map, those inside its rim. */
@@ -6954,9 +6964,9 @@ static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int ax
    K of a few axes, and of those between, by cubic polynomials.
      in     a tile of axes, the open window of some       out    K of these
    Two cubes' texels lie alike about all axes of a face, if one's edge is a multiple of the other's:
-   there K of a texel so many texels from the axis changes slowly from axis to axis. It is summed for
-   4 x 4 axes of a tile. Beside an edge it changes slowly along the edge only, on both faces: it is
-   summed for 4 axes of each row.
+   there K of a texel so many texels from the axis changes slowly from axis to axis. It is summed
+   for 4 x 4 axes of a tile. Beside an edge it changes slowly along the edge only, on both faces: it
+   is summed for 4 axes of each row.
    For a lat-long K is a function of the axis' latitude, the texel's row and the difference of their
    longitudes. It is summed at knots of both, for all axes between the centres of two rows, which
    are a cell; of its fourth root, as the root of a Gaussian is one twice as wide.
