@@ -279,10 +279,10 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    slice for all):
      L_j = sum_i A_ij L_i / sum_i A_ij      A_ij: the solid angle that texels i and j have in common
    so a constant stays, and so does the energy of every texel: within 1 % where dst is as coarse as
-   src or coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4 (a
-   sphere map's, and an angular map's that becomes finer: 5e-4). Where dst has more texels, L_j is
-   the mean of bilinear src at points of texel j, which keeps the whole map's energy, not that of
-   single texels. Same mapping and size: the same texels.
+   src or coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4.
+   Where dst has a quarter more texels than src, L_j is the mean of bilinear src at points of texel
+   j, which keeps the whole map's energy, not that of single texels. Same mapping and size: the same
+   texels.
    work    NULL: serial, silent. The executor runs rows; from a disc or an octahedral map, where dst
            is no finer, two of them at a time
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory 8
@@ -1470,8 +1470,8 @@ ENVMAPI_INLINE double envmapi_small_atan(double z) {
 static double envmapi_cube_cell(double x0, double y0, double x1, double y1) {
     double a = x1 * x1 + 1, b = x0 * x0 + 1, p = y1 * y1, q = y0 * y0, to[2];
     envmapi_cube_turn(to, x0, y0, x1, y1, sqrt(b + q), sqrt(b + p), sqrt(a + q), sqrt(a + p));
-    int small = fabs(to[1]) < 0.02 * to[0];
-    return small ? envmapi_small_atan(to[1] / to[0]) : atan2(to[1], to[0]);
+    int tiny = fabs(to[1]) < 0.02 * to[0];
+    return tiny ? envmapi_small_atan(to[1] / to[0]) : atan2(to[1], to[0]);
 }
 
 /* Solid angle of a triangle of three rays. */
@@ -1825,7 +1825,7 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
        L_j = sum_i A_ij L_i / sum_i A_ij          sum_i A_ij = w_j     sum_j A_ij = w_i
    so constants stay, and so does the energy of each texel, to second order.
      one mapping, fewer texels     rectangles                               envmapi_task_nest
-     dst finer                     bilinear radiance at points of dst       envmapi_orbit_points
+     dst finer by a quarter        bilinear radiance at points of dst       envmapi_orbit_points
      src a cube or a lat-long      texels X of dst, polygons on cells Y     envmapi_orbit_cover
      dst a cube or a lat-long      texels X of src, polygons on cells Y     envmapi_task_light
      else                          by way of a finer cube                   envmapi_resample_slice
@@ -2453,7 +2453,7 @@ static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_
         envmapi_nest nest = {src->texels, dst.texels, src->mapping, n, dst.size, faces};
         return envmapi_run(work, envmapi_task_nest, &nest, (dst.size + 1) / 2);
     }
-    r->points = n_dst > n_src;
+    r->points = n_dst > 1.25 * n_src; /* about as many: means, which keep energy */
     if (r->points || src->mapping == ENVMAP_CUBE || src->mapping == ENVMAP_LATLONG ||
         dst.mapping == ENVMAP_CUBE || dst.mapping == ENVMAP_LATLONG)
         return envmapi_resample_overlap(r, work, pool);
@@ -2461,7 +2461,7 @@ static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_
     envmapi_part first, second;
     envmap_work part = envmapi_work_part(&first, work, 0, 1, 2);
     r->dst.mapping = ENVMAP_CUBE;
-    r->dst.size = (int)envmapi_clamp(ceil(sqrt(n_src / 3)), 1, ENVMAPI_SIZE_LIMIT);
+    r->dst.size = (int)envmapi_clamp(ceil(sqrt(fmax(n_src, n_dst) / 3)), 1, ENVMAPI_SIZE_LIMIT);
     size_t floats = envmapi_slice_floats(&r->dst, 0);
     r->dst.texels = (float *)envmapi_pool_get(pool, floats, sizeof(float));
     if (!r->dst.texels) return ENVMAP_ERROR_MEMORY;
