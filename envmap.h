@@ -6835,11 +6835,11 @@ static void envmapi_near_fold(envmapi_window *w, int places, int n, int y, const
         sum += a + b;
     }
     for (int i = 0; i <= most; ++i) {
-        double mean = 0;
+        double mean = 0, before = twice[i > last ? i - last : last - i];
         for (int j = 0; j < places && omega; ++j)
             mean += envmapi_tent[places - 1][j][1] * (double)k[places * i + j];
         out[i] = omega ? (float)mean * *omega
-                       : (float)(twice[i + last] - 2 * twice[i] + twice[abs(i - last)]);
+                       : (float)(twice[i + last] - 2 * twice[i] + before);
     }
     for (int q = 0; q <= last; ++q) {
         float *K = knots->K + (n * (last + 1) + q) * area + (y - knots->y) * knots->width;
