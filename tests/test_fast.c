@@ -1127,8 +1127,8 @@ static void projecting_takes_no_longer_than_the_fast_filters_way_in(void) {
     for (int i = 0; i < 4; ++i) {
         char what[64];
         snprintf(what, sizeof what, "%d bands: time over FAST's source side", bands[i]);
-        FIGURE(what, seconds_of_project(&map, sh, bands[i]) / seconds_of_analysis(&map, bands[i]),
-               1.5);
+        double seconds = seconds_of_project(&map, sh, bands[i]);
+        FIGURE(what, seconds / fmax(seconds_of_analysis(&map, bands[i]), 1e-6), 1.5);
     }
     envmap_free(&map);
 }
