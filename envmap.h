@@ -279,7 +279,8 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    slice for all):
      L_j = sum_i A_ij L_i / sum_i A_ij      A_ij: the solid angle that texels i and j have in common
    so a constant stays, and so does the energy of every texel: within 1 % where dst is as coarse as
-   src or coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4.
+   src or coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4 (a
+   sphere map's: 5e-4), but where most of it is a few texels'.
    Where dst has a quarter more texels than src, L_j is the mean of bilinear src at points of texel
    j, which keeps the whole map's energy, not that of single texels. Same mapping and size: the same
    texels.
@@ -2295,7 +2296,7 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, i
         for (int i = 0; i < 2; ++i)
             longest[i] = fmax(longest[i], fmax(fabs(side[i][k]), fabs(side[i][k] + twist[k])));
     }
-    double few = longest[0] > 0.5 || longest[1] > 0.5 ? 3 : 1;
+    double few = fmax(longest[0], longest[1]) > 0.34 ? 3 : 1; /* at 0.5 a sun's light is 1e-3 off */
     for (int i = 0; i < 2; ++i) n[i] = (int)ceil(fmax(longest[i], few));
     o->points = n[0] > n[1] ? n[0] : n[1];
     if (!inside) return 1;
