@@ -61,6 +61,7 @@ static const struct described {
     {"hierarchical", METHODS, "a slice, a lobe, a threshold", "the same sum over nodes of a tree"},
     {"windows", METHODS, "an axis, a radius, a face", "a rectangle of (u, v), nodes over it"},
     {"kernels", METHODS, "a sharp lobe, axes side by side", "what each texel in sight counts"},
+    {"knots", METHODS, "a tile of axes", "K of a few axes, and of those between"},
     {"near", METHODS, "a slice, a sharp lobe, a tolerance", "that sum over the texels within reach"},
     {"scene", METHODS, "a slice", "its contrast at every scale, its lights"},
     {"fast", METHODS, "a slice, its scene, lobes, a tolerance",
@@ -285,18 +286,25 @@ static int has_round(int count) {
     return 0;
 }
 
-/* Coefficients: 4 complex doubles for every l and m >= 0. Nodes: 4 floats each, and a task for every
-   row of a face; a face is a quarter of a circle, and has two for every wave. Rings: 2M points of M +
-   6 rings, 4 doubles each. */
+/* Bytes of the block that has all about rings: 2M points of M + 6 rings, 4 floats each; F_m, 16
+   doubles for every band and ring of a quarter, where the nodes' 4 floats lie before; tables; what 16
+   tasks need; the nodes' places. */
+static size_t rings_bytes(size_t M, size_t L, size_t nodes) {
+    size_t n = 2 * M, H = M / 2, F = 16 * L * ((H + 7) / 8 * 8);
+    size_t own = (n + 6) * 2 * (M + 6) + (F > 2 * nodes ? F : 2 * nodes);
+    size_t tables = 2 * n + 2 * L + 14 * H + 24, tasks = 16 * (32 * M + 64);
+    return 8 * (own + tables + tasks + (n + 1) / 2 + (3 * nodes + 1) / 2);
+}
+
+/* Coefficients: 4 complex doubles for every l and m >= 0. Nodes: a task for every row of a face. */
 static void sizes_find(sizes *s) {
     for (size_t n = 4; n <= 768 && !s->bands; ++n)
         if (has_block(n * (n + 1) / 2 * 64)) s->bands = (int)n;
-    for (size_t n = (size_t)s->bands / 2; n <= EDGE && !s->nodes; ++n)
-        if (has_block(6 * n * n * 16) && has_round((int)n)) s->nodes = (int)n;
-    for (size_t n = 8; n <= 2048 && !s->rings; n += 4)
-        if ((int)n >= s->bands + 2 && has_block(2 * n * (n + 6) * 32)) s->rings = (int)n;
-    if (!s->nodes || !s->bands || !s->rings)
-        stop("FAST's blocks are not those that sizes_find knows", "");
+    for (size_t n = 4; n <= EDGE && !s->nodes; ++n)
+        for (size_t M = 8; M <= 2048 && !s->nodes && has_round((int)n); M += 4)
+            if (has_block(rings_bytes(M, (size_t)s->bands, 6 * n * n)))
+                s->nodes = (int)n, s->rings = (int)M;
+    if (!s->nodes || !s->bands) stop("FAST's blocks are not those that sizes_find knows", "");
 }
 
 static sizes sizes_of(const envmap *src, int exponent) {

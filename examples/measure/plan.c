@@ -218,7 +218,8 @@ static void table_picks(FILE *out) {
         best = fmin(fast, fmin(reference, hierarchical));
         own = fast;
         for (k = 0; k < 3; ++k) right[k] += own <= slack[k] * best;
-        if (own > 1.1 * best) ++other[hierarchical <= best], lost = fmax(lost, own / best);
+        if (own > 1.1 * best) ++other[hierarchical <= best];
+        if (own < HUGE_VAL) lost = fmax(lost, own / best); /* what missed it is counted below */
         if (own > 1.1 * best)
             fprintf(stderr,
                     "not the cheapest: %s, %s, shape %d, tolerance %g: took %s; FAST %.3g s, "
