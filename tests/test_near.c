@@ -218,13 +218,15 @@ static void one_lit_texel_keeps_the_tolerance_under_a_wide_tent(void) {
     for (int i = 0; i < 3; ++i) {
         char rest[200];
         snprintf(rest, sizeof rest, "%s%s", lobe, at[i]);
-        work w = work_of(i < 2 ? ENVMAP_LATLONG : ENVMAP_SPHERE, ENVMAP_CUBE, i < 2 ? 96 : 12, rest);
+        int from = i < 2 ? ENVMAP_LATLONG : ENVMAP_SPHERE;
+        work w = work_of(from, ENVMAP_CUBE, i < 2 ? 96 : 12, rest);
         keeps(&w);
     }
 }
 
-/* What is thin and far from its axis is no smooth tail, for the definition neither: it is integrated
-   where half of it would be a sum over centres, 8 tolerances off. A heavy tail stays one. */
+/* What is thin and far from its axis is no smooth tail, for the definition neither: it is
+   integrated where half of it would be a sum over centres, 8 tolerances off. A heavy tail stays
+   one. */
 static double heavy_tail(double x, double p, void *user) {
     (void)p, (void)user;
     return x > 0 ? x * pow(1 + 1e4 * (1 - x), -2) : 0;
