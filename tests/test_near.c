@@ -233,9 +233,8 @@ static double heavy_tail(double x, double p, void *user) {
 }
 
 static void the_integral_reaches_beyond_a_functions_last_flank(void) {
-    static const char *const functions[] = {"ring:0.02:0.33", "two:0.02:0.33", "cone:0.12:0"};
-    static const double least[] = {0.72, 0.72, 0.12};
-    for (int i = 0; i < 3; ++i) {
+    static const char *const functions[] = {"ring:0.02:0.33", "two:0.02:0.33"};
+    for (int i = 0; i < 2; ++i) {
         char rest[200];
         envmapi_axis axis;
         bench b;
@@ -246,7 +245,7 @@ static void the_integral_reaches_beyond_a_functions_last_flank(void) {
         memset(&axis, 0, sizeof axis);
         axis.lobe = &b.header_lobe;
         envmapi_axis_aim(&axis, &b.src, 0, 1);
-        CHECK(axis.reach >= least[i]);
+        CHECK(axis.reach >= 0.72);
         envmap_lobe heavy = envmap_lobe_function(heavy_tail, NULL);
         axis.lobe = &heavy;
         envmapi_axis_aim(&axis, &b.src, 0, 1);
