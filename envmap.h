@@ -287,7 +287,7 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
    work    NULL: serial, silent. The executor runs 8 rows a task; from a disc or an octahedral
            map, where dst is no finer, two tasks at a time
    Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.  O(texels of src and dst), memory 8
-   bytes a row and 20 KB; from discs and octahedral maps to others 64 bytes a texel of dst or of a
+   bytes a row and 24 KB; from discs and octahedral maps to others 64 bytes a texel of dst or of a
    cube twice as fine as src; with progress or several slices, a copy of the result too.
    Source: [Jones99].  Test: resampling_* . */
 ENVMAP_API envmap_result envmap_resample(envmap *dst, const envmap *src, const envmap_work *work);
@@ -1766,6 +1766,35 @@ static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, 
                                                : at - w); /* a lat-long's seam */
 }
 
+/* Where up to 16 turns take the texels of a face: texel (0,0), by its number in the map and its
+   column, and steps along x and y from there. Fewer turns: the last one again. */
+typedef struct envmapi_images {
+    int first[16], right[16], down[16], column[16], along[16];
+} envmapi_images;
+
+static void envmapi_images_of(envmapi_images *images, const envmap *map, const envmapi_turn *turns,
+                              int count, int dst) {
+    int w = envmapi_width(map->mapping, map->size);
+    for (int i = 0; i < 16 * envmap_faces(map->mapping); ++i) {
+        const envmapi_turn *turn = turns + (i % 16 < count ? i % 16 : count - 1);
+        const envmapi_place *at = (dst ? turn->dst : turn->src) + i / 16;
+        envmapi_images *s = images + i / 16;
+        s->first[i % 16] = at->x0 + (at->y0 + at->face * map->size) * w;
+        s->right[i % 16] = at->xx + at->yx * w, s->down[i % 16] = at->xy + at->yy * w;
+        s->column[i % 16] = at->x0, s->along[i % 16] = at->xx;
+    }
+}
+
+/* The numbers of the images of texel (x,y). */
+ENVMAPI_INLINE void envmapi_images_at(int at[16], const envmapi_images *s, const envmap *map, int x,
+                                      int y) {
+    int latlong = map->mapping == ENVMAP_LATLONG, w = 2 * map->size;
+    for (int i = 0; i < 16; ++i) {
+        int column = s->column[i] + s->along[i] * x, wrap = column < 0 ? w : column < w ? 0 : -w;
+        at[i] = s->first[i] + s->right[i] * x + s->down[i] * y + (latlong ? wrap : 0);
+    }
+}
+
 /* ---- spans, for footprints */
 
 /* From a to b in texels of a face of edge `edge`, along u and v, seen on the face of d. */
@@ -1933,8 +1962,8 @@ typedef struct envmapi_resampling {
     double *cosines;       /* of the edges of Y's rows where it is a lat-long */
     double *light;         /* scattered: RGB and solid angle of texels of dst, of even tasks and of
                               odd ones; NULL: gathered */
-    int turn_count;
-    envmapi_turn *turns; /* at most 16 */
+    int turn_count;        /* at most 16 */
+    envmapi_images (*images)[6]; /* on faces of X and of Y */
 } envmapi_resampling;
 
 /* A texel of dst: src at its centre, or the mean of n x n points, those inside a rim. */
@@ -2039,77 +2068,97 @@ static void envmapi_polygon_unroll(envmapi_polygon *p, int n) {
 
 typedef struct envmapi_orbit {
     int face, x, y, count;
-    size_t texel[16];            /* images, each once */
-    const envmapi_place *at[16]; /* where a turn that leads there takes the faces of Y */
-    double sums[16][4], all;     /* RGB, gathered or to be scattered; solid angle */
-    double *light, scale;        /* scattered to, and of what; 0: nothing yet */
-    struct {
-        int x, y;
-        double w;
-    } taps[ENVMAPI_BOX * ENVMAPI_BOX]; /* cells of Y */
-    int tap_count, tap_low, tap_high;  /* low, high: columns */
-    int points;                        /* a side, where it is looked up */
+    int texel[16], turn[16]; /* images, each once, and a turn that leads there */
+    double sums[16][4], all; /* RGB, gathered or to be scattered; solid angle */
+    double *light, scale;    /* scattered to, and of what; 0: nothing yet */
+    double w[ENVMAPI_BOX * ENVMAPI_BOX];
+    int low[2], columns, rows; /* the cells of Y that count w */
+    int points;                /* a side, where it is looked up */
     envmapi_polygon polygon;
 } envmapi_orbit;
 
+#define ENVMAPI_SQUARE 8
+
+/* Whether of each texel of a square an image comes first: the difference of their numbers is linear
+   in x and y, but for seams. */
+static int envmapi_orbit_late(const envmapi_resampling *r, int face, int x, int y) {
+    const envmapi_images *s = r->images[0] + face;
+    int late = 0, seam = r->X.mapping == ENVMAP_LATLONG ? 2 * r->X.size : 0;
+    for (int i = 0; i < r->turn_count; ++i) {
+        int dx = s->right[i] - s->right[0], dy = s->down[i] - s->down[0];
+        int most = s->first[i] - s->first[0] + (dx > 0 ? x + ENVMAPI_SQUARE - 1 : x) * dx;
+        late |= most + (dy > 0 ? y + ENVMAPI_SQUARE - 1 : y) * dy + seam < 0;
+    }
+    return late;
+}
+
 /* 0: another texel of the orbit comes first. */
 static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r) {
-    int kept = 0; /* by how many turns; if by one only, no image comes twice */
-    for (int i = 0; i < r->turn_count; ++i) { /* the first is none */
-        o->texel[i] = envmapi_turned(&r->X, r->turns[i].dst + o->face, o->x, o->y);
-        if (o->texel[i] < o->texel[0]) return 0;
-        kept += o->texel[i] == o->texel[0];
+    int kept = 0, late = 0, at[16]; /* kept: by how many turns; by one only, no image comes twice */
+    envmapi_images_at(at, r->images[0] + o->face, &r->X, o->x, o->y);
+    for (int i = 0; i < 16; ++i) late |= at[i] < at[0], kept += at[i] == at[0];
+    if (late) return 0;
+    o->all = 0, o->scale = o->points = 1, o->count = kept > 1 ? 0 : r->turn_count;
+    for (int i = 0; i < 16; ++i) o->texel[i] = at[i], o->turn[i] = i;
+    for (int i = 0, k; i < r->turn_count && kept > 1; ++i) {
+        for (k = 0; k < o->count && o->texel[k] != at[i];) ++k;
+        if (k == o->count) o->texel[k] = at[i], o->turn[k] = i, ++o->count;
     }
-    o->count = 0, o->all = 0, o->scale = o->points = 1;
-    for (int i = 0, k; i < r->turn_count; ++i) {
-        for (k = kept > 1 ? 0 : o->count; k < o->count && o->texel[k] != o->texel[i];) ++k;
-        if (k < o->count) continue;
-        o->texel[k] = o->texel[i], o->at[k] = r->turns[i].src, ++o->count;
-        for (int c = 0; c < 3; ++c)
-            o->sums[k][c] = r->light ? (double)r->src.texels[3 * o->texel[k] + (size_t)c] : 0;
-        o->sums[k][3] = 1;
+    memset(o->sums, 0, sizeof o->sums);
+    for (int k = 0; k < o->count && (r->light || o->x % 4 == 0); ++k) { /* and the next row's */
+        const float *texel = r->X.texels + 3 * (size_t)o->texel[k];
+        ENVMAPI_PREFETCH(texel + 3 * (ptrdiff_t)r->images[0][o->face].down[o->turn[k]]);
+        for (int c = 0; c < 4 && r->light; ++c) o->sums[k][c] = c < 3 ? (double)texel[c] : 1;
     }
     return 1;
 }
 
-/* The taps of a face, and those of the images: gathered, or light that is scattered. */
-static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, int face) {
-    int width = envmapi_width(r->Y.mapping, r->Y.size), span = o->tap_high - o->tap_low;
-    ptrdiff_t last = (ptrdiff_t)(envmapi_slice_floats(&r->Y, 0) / 3) - 1;
-    for (int k = 0; k < o->count && o->scale > 0; ++k) {
-        const envmapi_place *to = o->at[k] + face;
-        int right = to->xx + to->yx * width, down = to->xy + to->yy * width;
-        int from = to->x0 + right * o->tap_low, wraps = 0;
-        double sums[4] = {0, 0, 0, 0};
-        if (r->Y.mapping == ENVMAP_LATLONG) { /* turned, the taps may lie across a seam */
-            from -= width * (int)floor((double)from / width);
-            wraps = from + right * span < 0 || from + right * span >= width;
-        }
-        ptrdiff_t origin = from + (to->y0 + (ptrdiff_t)to->face * r->Y.size) * width;
-        for (int i = 0; i < o->tap_count; ++i) {
-            const float *texel;
-            double w = o->taps[i].w;
-            ptrdiff_t x = o->taps[i].x * right, at = origin + x + (ptrdiff_t)o->taps[i].y * down;
-            if (wraps && (from + x < 0 || from + x >= width)) at -= right * width;
-            if (r->light) {
-                envmapi_double4_add(envmapi_double4_at(o->light + 4 * at), w * o->scale,
-                                    envmapi_double4_at(o->sums[k]));
-                continue;
+/* Some columns of the cells, at all images: sums += w RGB, or light += w sums. From 4 floats a texel
+   the one behind it comes along, which must exist. */
+ENVMAPI_INLINE void envmapi_orbit_add(envmapi_orbit *o, const envmapi_images *s,
+                                      const float *texels, const int at[16], int from, int columns,
+                                      int rows, int floats) {
+    ptrdiff_t size = texels ? 3 : 4;
+    for (int k = 0; k < o->count; ++k) {
+        ptrdiff_t right = size * s->right[o->turn[k]], down = size * s->down[o->turn[k]];
+        ptrdiff_t row = size * at[o->turn[k]];
+        const double *w = o->w + from;
+        envmapi_double4 sum;
+        memset(&sum, 0, sizeof sum);
+        for (int y = 0; y < rows; ++y, row += down, w += ENVMAPI_BOX) {
+            ptrdiff_t i = row;
+            for (int x = 0; x < columns; ++x, i += right) {
+                double four[4] = {0, 0, 0, 0};
+                for (int c = 0; c < floats; ++c) four[c] = (double)texels[i + c];
+                if (texels) envmapi_double4_add(&sum, w[x], envmapi_double4_at(four));
+                else
+                    envmapi_double4_add(envmapi_double4_at(o->light + i), w[x] * o->scale,
+                                        envmapi_double4_at(o->sums[k]));
             }
-            texel = r->src.texels + 3 * (at < last ? at : last);
-            sums[0] += w * (double)texel[0], sums[1] += w * (double)texel[1],
-                sums[2] += w * (double)texel[2];
         }
-        for (int c = 0; c < 3 && !r->light; ++c) o->sums[k][c] += sums[c];
+        if (texels) envmapi_double4_add(envmapi_double4_at(o->sums[k]), 1, &sum);
     }
-    o->tap_count = 0;
 }
 
-/* A cell of Y, of which w counts. */
-static void envmapi_orbit_tap(envmapi_orbit *o, int x, int y, double w) {
-    if (!(w > 0)) return;
-    o->taps[o->tap_count].x = x - o->tap_low, o->taps[o->tap_count].y = y;
-    o->taps[o->tap_count++].w = w, o->all += w;
+/* The cells of a face and their images: at once, or column by column where an image may lie across
+   a lat-long's seam, as it does if the cells lie across a quarter of the turn. */
+static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, int face) {
+    const envmapi_images *s = r->images[1] + face;
+    const float *texels = r->src.texels;
+    int w = envmapi_width(r->Y.mapping, r->Y.size), quarter = w % 4 ? w / 2 : w / 4;
+    int x = (o->low[0] + 4 * w) % w, step = o->columns, rows = o->rows, at[16];
+    int edge = o->low[1] < 1 || o->low[1] + o->rows >= r->Y.size;
+    if (r->Y.mapping == ENVMAP_LATLONG && x / quarter != (x + step - 1) / quarter) step = 1;
+    for (int from = 0; from < o->columns && o->scale > 0; from += step) {
+        envmapi_images_at(at, s, &r->Y, (x + from) % w, o->low[1]);
+        if (r->light) envmapi_orbit_add(o, s, NULL, at, from, step, rows, 0);
+        else if (edge) envmapi_orbit_add(o, s, texels, at, from, step, rows, 3);
+        else if (step == 2 && rows == 2) envmapi_orbit_add(o, s, texels, at, from, 2, 2, 4);
+        else if (step == 2 && rows == 3) envmapi_orbit_add(o, s, texels, at, from, 2, 3, 4);
+        else if (step == 3 && rows == 2) envmapi_orbit_add(o, s, texels, at, from, 3, 2, 4);
+        else if (step == 3 && rows == 3) envmapi_orbit_add(o, s, texels, at, from, 3, 3, 4);
+        else envmapi_orbit_add(o, s, texels, at, from, step, rows, 4);
+    }
 }
 
 /* A box's cells, fine x fine of it each, everywhere as dense as at their centres. */
@@ -2117,9 +2166,11 @@ static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int
                               double sign) {
     const envmapi_polygon *box = &o->polygon;
     int n = r->Y.size * fine, latlong = r->Y.mapping == ENVMAP_LATLONG;
-    o->tap_low = box->x / fine, o->tap_high = (box->x + box->width - 1) / fine;
+    o->low[0] = box->x / fine, o->low[1] = box->y / fine;
+    o->columns = box->width / fine, o->rows = box->height / fine;
     for (int y = 0; y < box->height; y += fine) {
-        double w[ENVMAPI_BOX] = {0};
+        double *w = o->w + y / fine * ENVMAPI_BOX;
+        for (int x = 0; x < o->columns; ++x) w[x] = 0;
         for (int row = y; row < y + fine; ++row) {
             double sum = 0, v = (box->y + row + 0.5) / n, rho = 0;
             if (latlong)
@@ -2131,8 +2182,7 @@ static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int
                 w[x / fine] += sum * rho / n;
             }
         }
-        for (int x = 0; x * fine < box->width; ++x)
-            envmapi_orbit_tap(o, o->tap_low + x, (box->y + y) / fine, w[x]);
+        for (int x = 0; x < o->columns; ++x) o->all += w[x];
     }
     envmapi_orbit_flush(o, r, box->face);
 }
@@ -2169,7 +2219,7 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
 
 /* A corner of X's texels, and where it is on Y. */
 typedef struct envmapi_corner {
-    double d[3], at[2], bend; /* bend: parts of a side of a radian here */
+    double d[3], at[2], flat; /* flat: square of the distance to Y's poles */
     int face, rim;            /* rim: see _at_rim */
 } envmapi_corner;
 
@@ -2205,23 +2255,22 @@ static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, in
     envmapi_direction(c->d, r->X.mapping, face, 0.5 + 0.5 * x, 0.5 + 0.5 * y);
     c->face = envmapi_face(r->Y.mapping, c->d);
     envmapi_place_on(c->at, r, c->face, c->d);
-    c->rim = envmapi_at_rim(r, x, y), c->bend = 0;
+    c->rim = envmapi_at_rim(r, x, y), c->flat = 1e18;
     double across = r->Y.mapping == ENVMAP_LATLONG ? c->d[2] : c->d[1];
-    if (r->Y.mapping != ENVMAP_CUBE)
-        c->bend = 11 / (1e-9 + sqrt(c->d[0] * c->d[0] + across * across));
+    if (r->Y.mapping != ENVMAP_CUBE) c->flat = 1e-18 + c->d[0] * c->d[0] + across * across;
 }
 
 /* Of how many parts a texel's sides have to be, as lines on a lat-long are bent near its poles, and
    arcs of a rim are chords. */
 static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner *const c[4]) {
-    double bend = 0, side = 0, parts = r->parts;
+    double flat = 1e18, side = 0, parts = r->parts;
     for (int i = 0; i < 4; ++i) {
         const double *a = c[i]->d, *b = c[(i + 1) & 3]->d;
         double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], square = x * x + y * y + z * z;
-        side = square > side ? square : side, bend = c[i]->bend > bend ? c[i]->bend : bend;
+        side = square > side ? square : side, flat = c[i]->flat < flat ? c[i]->flat : flat;
         if (c[i]->rim > 1 && parts < 4 && r->X.mapping == ENVMAP_PARABOLOID) parts = 4;
     }
-    side *= bend * bend;
+    side *= 121 / flat; /* 11 parts a radian at a distance of 1 */
     return (int)(side <= parts * parts ? parts : side < 225 ? ceil(sqrt(side)) : 15);
 }
 
@@ -2283,9 +2332,8 @@ static int envmapi_inside(const envmap *Y, const double at[2], double by) {
 /* Bilinear radiance at points of the texel, at least 3 along a side and one for each cell that it
    crosses, or at its centre if it is small; 0: it is too long. Looked up where it is not inside. */
 static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, int inside) {
-    double w[ENVMAPI_BOX][ENVMAPI_BOX], side[2][2], twist[2], longest[2] = {0, 0};
-    double(*p)[2] = o->polygon.at;
-    int n[2], low[2], high[2];
+    double side[2][2], twist[2], longest[2] = {0, 0}, (*p)[2] = o->polygon.at;
+    int n[2], *low = o->low, high[2];
     o->points = ENVMAPI_POINTS;
     for (int k = 0; k < 2; ++k) {
         double a = p[0][k], b = p[1][k], c = p[2][k], d = p[3][k];
@@ -2300,20 +2348,23 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, i
     for (int i = 0; i < 2; ++i) n[i] = (int)ceil(fmax(longest[i], few));
     o->points = n[0] > n[1] ? n[0] : n[1];
     if (!inside) return 1;
-    memset(w, 0, sizeof w);
-    for (int i = 0; i < n[0] * n[1]; ++i) {
-        double s = (i % n[0] + 0.5) / n[0], t = (i / n[0] + 0.5) / n[1], each = 1.0 / (n[0] * n[1]);
-        double x = p[0][0] + s * side[0][0] + t * side[1][0] + s * t * twist[0] - 0.5 - low[0];
-        double y = p[0][1] + s * side[0][1] + t * side[1][1] + s * t * twist[1] - 0.5 - low[1];
-        double *to = w[(int)y] + (int)x, *below = to + ENVMAPI_BOX;
-        x -= (int)x, y -= (int)y;
-        to[0] += each * (1 - x) * (1 - y), to[1] += each * x * (1 - y);
-        below[0] += each * (1 - x) * y, below[1] += each * x * y;
+    o->columns = high[0] - low[0] + 1, o->rows = high[1] - low[1] + 1, o->all = 1;
+    double part[2] = {1.0 / n[0], 1.0 / n[1]};
+    memset(o->w, 0, (size_t)(o->rows * ENVMAPI_BOX) * sizeof(double));
+    for (int i = 0; i < n[1]; ++i) {
+        double t = (i + 0.5) * part[1], each = part[0] * part[1], at[2], step[2];
+        for (int k = 0; k < 2; ++k) {
+            step[k] = (side[0][k] + t * twist[k]) * part[0];
+            at[k] = p[0][k] + t * side[1][k] + 0.5 * step[k] - 0.5 - low[k];
+        }
+        for (int j = 0; j < n[0]; ++j) {
+            double x = at[0] + j * step[0], y = at[1] + j * step[1];
+            double *to = o->w + (int)y * ENVMAPI_BOX + (int)x, *below = to + ENVMAPI_BOX;
+            x -= (int)x, y = each * (y - (int)y);
+            below[0] += y - x * y, below[1] += x * y, y = each - y;
+            to[0] += y - x * y, to[1] += x * y;
+        }
     }
-    o->tap_low = low[0], o->tap_high = high[0];
-    for (int y = low[1]; y <= high[1]; ++y)
-        for (int x = low[0]; x <= high[0]; ++x)
-            envmapi_orbit_tap(o, x, y, w[y - low[1]][x - low[0]]);
     envmapi_orbit_flush(o, r, o->polygon.face);
     return 1;
 }
@@ -2351,12 +2402,11 @@ static int envmapi_beyond(const envmap *map, int x, int y) {
     return envmapi_is_disc(map->mapping) && hypot(fmax(X, 0), fmax(Y, 0)) >= map->size;
 }
 
-/* Texel i of dst: sums over their weights, or looked up where there are none. */
+/* Texel i of dst: sums to scale, or looked up where there are none. */
 static void envmapi_resample_write(const envmapi_resampling *r, size_t i, const double *sums,
-                                   double all, int points) {
-    for (size_t c = 0; c < 3 && all > 0; ++c)
-        r->dst.texels[3 * i + c] = (float)(sums[c] * (1 / all));
-    if (!(all > 0)) envmapi_resample_lookup(r, i, points);
+                                   double scale, int points) {
+    for (size_t c = 0; c < 3 && scale > 0; ++c) r->dst.texels[3 * i + c] = (float)(sums[c] * scale);
+    if (!(scale > 0)) envmapi_resample_lookup(r, i, points);
 }
 
 /* Task: a row of what was scattered. */
@@ -2367,17 +2417,16 @@ static void envmapi_task_light(void *context, int row) {
     for (size_t end = i + width; i < end; ++i) {
         double *light = r->light + 4 * i;
         envmapi_double4_add(envmapi_double4_at(light), 1, envmapi_double4_at(light + 4 * texels));
-        envmapi_resample_write(r, i, light, light[3], 1);
+        envmapi_resample_write(r, i, light, light[3] > 0 ? 1 / light[3] : 0, 1);
     }
 }
-
-#define ENVMAPI_SQUARE 8
 
 /* Up to 8 x 8 texels of a face of X. */
 static void envmapi_orbit_square(envmapi_orbit *o, const envmapi_resampling *r, int x0, int y0) {
     enum { n = ENVMAPI_SQUARE, m = n + 1 };
     int w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size, known = 0;
     envmapi_corner c[m * m];
+    if (envmapi_orbit_late(r, o->face, x0, y0)) return;
     for (int i = 0; i < n * n; ++i) {
         const envmapi_corner *at = c + i / n * m + i % n;
         const envmapi_corner *const corners[4] = {at, at + 1, at + m + 1, at + m};
@@ -2388,8 +2437,9 @@ static void envmapi_orbit_square(envmapi_orbit *o, const envmapi_resampling *r, 
                               2.0 * (y0 + k / m) / h - 1);
         known = 1;
         if (!envmapi_beyond(&r->X, o->x, o->y)) envmapi_orbit_texel(o, r, corners);
+        double scale = o->all > 0 ? 1 / o->all : 0;
         for (int k = 0; k < o->count && !r->light; ++k)
-            envmapi_resample_write(r, o->texel[k], o->sums[k], o->all, o->points);
+            envmapi_resample_write(r, (size_t)o->texel[k], o->sums[k], scale, o->points);
     }
 }
 
@@ -2398,11 +2448,8 @@ static void envmapi_task_overlap(void *context, int band) {
     const envmapi_resampling *r = (const envmapi_resampling *)context;
     int n = ENVMAPI_SQUARE, bands = (r->X.size + n - 1) / n;
     envmapi_orbit o;
-    o.face = band / bands, o.tap_count = 0;
-    o.light = r->light;
+    o.face = band / bands, o.light = r->light;
     if (o.light && band % 2) o.light += 4 * (envmapi_slice_floats(&r->dst, 0) / 3);
-    for (int i = 0; i < r->turn_count; ++i)
-        if (r->turns[i].dst[o.face].face < o.face) return; /* the images of another face's */
     for (int x0 = 0; x0 < envmapi_width(r->X.mapping, r->X.size); x0 += n)
         envmapi_orbit_square(&o, r, x0, band % bands * n);
 }
@@ -2417,13 +2464,16 @@ static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envma
     r->X = gather ? r->dst : r->src, r->Y = gather ? r->src : r->dst;
     r->parts = (63 + r->X.size) / r->X.size, r->light = NULL;
     if (r->X.mapping == ENVMAP_OCTAHEDRAL && r->X.size % 2) r->parts += r->parts % 2; /* folds */
-    r->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
+    envmapi_turn *turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     r->cosines = (double *)envmapi_pool_get(pool, (size_t)r->Y.size + 1, sizeof(double));
     if (!gather) r->light = (double *)envmapi_pool_get(pool, 8 * texels, sizeof(double));
-    if (!r->turns || !r->cosines || (!gather && !r->light)) return ENVMAP_ERROR_MEMORY;
+    r->images = (envmapi_images(*)[6])envmapi_pool_get(pool, 2, sizeof r->images[0]);
+    if (!turns || !r->images || !r->cosines || (!gather && !r->light)) return ENVMAP_ERROR_MEMORY;
     for (int y = 0; y <= r->Y.size; ++y) r->cosines[y] = cos(ENVMAPI_PI * y / r->Y.size);
-    r->turn_count = envmapi_turns(r->turns, &r->X, &r->Y);
+    r->turn_count = envmapi_turns(turns, &r->X, &r->Y);
     if (r->turn_count > 16) r->turn_count = 8; /* of two cubes those that keep faces' axes */
+    envmapi_images_of(r->images[0], &r->X, turns, r->turn_count, 1);
+    envmapi_images_of(r->images[1], &r->Y, turns, r->turn_count, 0);
     int tasks = envmap_faces(r->X.mapping) * ((r->X.size + ENVMAPI_SQUARE - 1) / ENVMAPI_SQUARE);
     if (gather) return envmapi_run(work, envmapi_task_overlap, r, tasks);
     memset(r->light, 0, 8 * texels * sizeof(double));
