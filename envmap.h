@@ -2125,15 +2125,14 @@ ENVMAPI_INLINE void envmapi_orbit_add(envmapi_orbit *o, const envmapi_images *s,
         const double *w = o->w + from;
         envmapi_double4 sum;
         memset(&sum, 0, sizeof sum);
+        if (!texels) envmapi_double4_add(&sum, o->scale, envmapi_double4_at(o->sums[k]));
         for (int y = 0; y < rows; ++y, row += down, w += ENVMAPI_BOX) {
             ptrdiff_t i = row;
             for (int x = 0; x < columns; ++x, i += right) {
                 double four[4] = {0, 0, 0, 0};
                 for (int c = 0; c < floats; ++c) four[c] = (double)texels[i + c];
                 if (texels) envmapi_double4_add(&sum, w[x], envmapi_double4_at(four));
-                else
-                    envmapi_double4_add(envmapi_double4_at(o->light + i), w[x] * o->scale,
-                                        envmapi_double4_at(o->sums[k]));
+                else envmapi_double4_add(envmapi_double4_at(o->light + i), w[x], &sum);
             }
         }
         if (texels) envmapi_double4_add(envmapi_double4_at(o->sums[k]), 1, &sum);
@@ -2161,28 +2160,26 @@ static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, i
     }
 }
 
-/* A box's cells, fine x fine of it each, everywhere as dense as at their centres. */
-static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int fine,
+/* A box's cells, 2^shift x 2^shift of it each, everywhere as dense as at their centres. */
+static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int shift,
                               double sign) {
     const envmapi_polygon *box = &o->polygon;
-    int n = r->Y.size * fine, latlong = r->Y.mapping == ENVMAP_LATLONG;
-    o->low[0] = box->x / fine, o->low[1] = box->y / fine;
-    o->columns = box->width / fine, o->rows = box->height / fine;
-    for (int y = 0; y < box->height; y += fine) {
-        double *w = o->w + y / fine * ENVMAPI_BOX;
-        for (int x = 0; x < o->columns; ++x) w[x] = 0;
-        for (int row = y; row < y + fine; ++row) {
-            double sum = 0, v = (box->y + row + 0.5) / n, rho = 0;
-            if (latlong)
-                rho = (r->cosines[box->y + row] - r->cosines[box->y + row + 1]) * ENVMAPI_PI;
-            for (int x = 0; x < box->width; ++x) {
-                sum += sign * box->area[row][x];
-                if (!(sum > 1e-12)) continue;
-                if (!latlong) rho = envmapi_density(r->Y.mapping, (box->x + x + 0.5) / n, v) / n;
-                w[x / fine] += sum * rho / n;
-            }
+    int latlong = r->Y.mapping == ENVMAP_LATLONG;
+    double each = 1.0 / (r->Y.size << shift), rho = 0;
+    o->low[0] = box->x >> shift, o->low[1] = box->y >> shift;
+    o->columns = box->width >> shift, o->rows = box->height >> shift;
+    memset(o->w, 0, (size_t)(o->rows * ENVMAPI_BOX) * sizeof(double));
+    for (int y = 0; y < box->height; ++y) {
+        double *w = o->w + (y >> shift) * ENVMAPI_BOX, sum = 0;
+        const double *edge = r->cosines + box->y + y;
+        for (int x = 0; x < box->width; ++x) {
+            sum += sign * box->area[y][x];
+            if (!(sum > 1e-12)) continue;
+            double u = (box->x + x + 0.5) * each, v = (box->y + y + 0.5) * each;
+            rho = latlong ? (edge[0] - edge[1]) * ENVMAPI_PI
+                          : envmapi_density(r->Y.mapping, u, v) * each;
+            w[x >> shift] += sum * rho * each, o->all += sum * rho * each;
         }
-        for (int x = 0; x < o->columns; ++x) o->all += w[x];
     }
     envmapi_orbit_flush(o, r, box->face);
 }
@@ -2190,7 +2187,7 @@ static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int
 /* The polygon, box by box. Cells of a small cube are divided: they are not dense evenly. */
 static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
     envmapi_polygon *p = &o->polygon;
-    int n = r->Y.size, from[2], to[2], fine = 1, latlong = r->Y.mapping == ENVMAP_LATLONG;
+    int n = r->Y.size, from[2], to[2], shift = 0, latlong = r->Y.mapping == ENVMAP_LATLONG;
     double area = 0, low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
     if (latlong) envmapi_polygon_unroll(p, n);
     for (int i = 0; i < p->count; ++i) {
@@ -2204,14 +2201,14 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
         from[k] = (int)floor(wraps || low[k] > 0 ? low[k] : 0);
         to[k] = (int)ceil(wraps || high[k] < n ? high[k] : n);
     }
-    while (!latlong && fine * n < 128 && fine < 8) fine *= 2;
-    int step = ENVMAPI_BOX / fine;
+    while (!latlong && n << shift < 128 && shift < 3) ++shift;
+    int step = ENVMAPI_BOX >> shift;
     for (int y = from[1]; y < to[1]; y += step)
         for (int x = from[0]; x < to[0]; x += step) {
-            p->x = x * fine, p->width = fine * (to[0] - x < step ? to[0] - x : step);
-            p->y = y * fine, p->height = fine * (to[1] - y < step ? to[1] - y : step);
-            envmapi_box_fill(p, fine);
-            envmapi_orbit_box(o, r, fine, area > 0 ? 1 : -1);
+            p->x = x * (1 << shift), p->width = (to[0] - x < step ? to[0] - x : step) << shift;
+            p->y = y << shift, p->height = (to[1] - y < step ? to[1] - y : step) << shift;
+            envmapi_box_fill(p, 1 << shift);
+            envmapi_orbit_box(o, r, shift, area > 0 ? 1 : -1);
         }
 }
 
@@ -2245,8 +2242,8 @@ static int envmapi_place_on(double at[2], const envmapi_resampling *r, int face,
 /* 2: (x,y) in [-1,1]^2 is beyond the rim of X; 1: it is no more than 4 texels before it. */
 static int envmapi_at_rim(const envmapi_resampling *r, double x, double y) {
     if (!envmapi_is_disc(r->X.mapping)) return 0;
-    double out = sqrt(x * x + y * y);
-    return out > 1 ? 2 : out > 1 - 8.0 / r->X.size;
+    double out = x * x + y * y, most = fmax(1 - 8.0 / r->X.size, 0);
+    return out > 1 ? 2 : out > most * most;
 }
 
 /* The corner at (x,y) in [-1,1]^2 of a face of X. */
@@ -2373,13 +2370,14 @@ static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
                                 const envmapi_corner *const c[4]) {
     envmapi_polygon *p = &o->polygon;
     int parts = envmapi_texel_parts(r, c), whole = 1, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
-    double turn = r->Y.mapping == ENVMAP_LATLONG ? 2 * r->Y.size : 1e9;
+    double turn = 2 * r->Y.size;
     p->face = c[0]->face, p->count = 4;
     for (int i = 0; i < 4; ++i) {
-        whole &= c[i]->face == p->face && envmapi_inside(&r->Y, c[i]->at, r->points ? 1.75 : 0);
+        whole &= c[i]->face == p->face && (!r->points || envmapi_inside(&r->Y, c[i]->at, 1.75));
         for (int k = 0; k < 3 && octa; ++k) whole &= c[i]->d[k] * c[0]->d[k] > 0;
         memcpy(p->at[i], c[i]->at, sizeof c[i]->at);
-        p->at[i][0] += turn * floor((p->at[0][0] - p->at[i][0]) / turn + 0.5);
+        if (r->Y.mapping == ENVMAP_LATLONG)
+            p->at[i][0] += turn * floor((p->at[0][0] - p->at[i][0]) / turn + 0.5);
     }
     if (r->points && envmapi_orbit_points(o, r, whole && parts <= 2)) return;
     if (octa || (envmapi_is_disc(r->Y.mapping) && parts > 4)) return;
@@ -2398,8 +2396,8 @@ static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
 
 /* Whether a texel's innermost corner lies outside a rim. */
 static int envmapi_beyond(const envmap *map, int x, int y) {
-    double X = fabs(2 * x + 1.0 - map->size) - 1, Y = fabs(2 * y + 1.0 - map->size) - 1;
-    return envmapi_is_disc(map->mapping) && hypot(fmax(X, 0), fmax(Y, 0)) >= map->size;
+    double n = map->size, X = fmax(fabs(2 * x + 1 - n) - 1, 0), Y = fmax(fabs(2 * y + 1 - n) - 1, 0);
+    return envmapi_is_disc(map->mapping) && X * X + Y * Y >= n * n;
 }
 
 /* Texel i of dst: sums to scale, or looked up where there are none. */
