@@ -323,9 +323,11 @@ ENVMAP_API envmap_result envmap_pfm_save(const envmap *map, const char *path, in
 /* Fills levels 1 .. levels-1: each texel the mean of the finer level's, weighted by the solid angle
    of the overlap (odd sizes too), so every level carries the energy of level 0. A face of edge 1 is
    the mean of the whole sphere. NaN and Inf reach the texels that they are part of, no others.
+   work    its executor runs the rows of a level as tasks; no progress is told
    Errors: ARGUMENT.  O(texels), allocates nothing.  Source [KVHS00] 5.1 with weights added.
    Test: mip_levels_carry_the_same_energy (<= 1e-6; an unweighted box drifts by percents). */
-ENVMAP_API envmap_result envmap_mips_build(envmap *map);
+ENVMAP_API envmap_result envmap_mips_build(envmap *map); /* work NULL */
+ENVMAP_API envmap_result envmap_mips_work(envmap *map, const envmap_work *work);
 
 /* The level whose texels match a footprint at dir: log2 of its longer side in texels of level 0,
    clamped to [0, levels-1]. Its sides dx, dy: derivatives of the direction along two screen axes.
@@ -2819,8 +2821,9 @@ static void envmapi_mip_top(envmap *map, int level, int slice) {
     for (int i = 0; i < 3 * texels; ++i) top[i] = (float)(rgb[i % 3] / texels);
 }
 
-ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
-    if (!envmapi_valid(map)) return ENVMAP_ERROR_ARGUMENT;
+ENVMAPI_BODY envmap_result envmap_mips_work(envmap *map, const envmap_work *work) {
+    envmap_work all;
+    if (!envmapi_valid(map) || !envmapi_work_of(&all, work)) return ENVMAP_ERROR_ARGUMENT;
     for (int level = 1; level < map->levels; ++level) {
         int edge = envmapi_edge(map->size, level);
         envmapi_nest nest = {envmapi_image(map, level - 1, 0, 0),
@@ -2829,12 +2832,15 @@ ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) {
                              envmapi_edge(map->size, level - 1),
                              edge,
                              envmap_faces(map->mapping) * map->slices};
-        for (int y = 0; 2 * y < edge; ++y) envmapi_task_nest(&nest, y);
+        if (edge < 64) all.executor.run = NULL; /* threads take longer to start */
+        envmapi_run_all(&all, envmapi_task_nest, &nest, (edge + 1) / 2);
         for (int slice = 0; edge == 1 && slice < map->slices; ++slice)
             envmapi_mip_top(map, level, slice);
     }
     return ENVMAP_OK;
 }
+
+ENVMAPI_BODY envmap_result envmap_mips_build(envmap *map) { return envmap_mips_work(map, NULL); }
 
 /* The sides of a footprint at dir in texels of level 0, along u and v, by small steps along them; 0
    for bad maps and numbers. */

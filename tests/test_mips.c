@@ -276,6 +276,35 @@ static void fewer_levels_are_the_same_levels(void) {
     envmap_free(&all), envmap_free(&few);
 }
 
+static void run_odd_first(void *user, envmap_task *task, void *context, int count) {
+    for (int i = 1; i < count; i += 2) task(context, i);
+    for (int i = 0; i < count; i += 2) task(context, i);
+    *(int *)user += count;
+}
+
+static void run_none(void *user, envmap_task *task, void *context, int count) {
+    (void)user, (void)task, (void)context, (void)count;
+}
+
+static void an_executor_gives_the_same_levels(void) {
+    int tasks = 0;
+    envmap_work work = {{&tasks, run_odd_first}, {NULL, NULL}, NULL}, bad = work;
+    bad.executor.run = run_none;
+    for (int m = 0; m < MAPPINGS; ++m) {
+        envmap one = make(m, 133), other = make(m, 133);
+        size_t n = 0;
+        for (int l = 0; l < one.levels; ++l) n += oracle_floats(m, 133, 2, l);
+        oracle_noise(&one, 8), oracle_noise(&other, 8);
+        CHECK(envmap_mips_build(&one) == ENVMAP_OK);
+        CHECK(envmap_mips_work(&other, &bad) == ENVMAP_ERROR_ARGUMENT);
+        tasks = 0;
+        CHECK(envmap_mips_work(&other, &work) == ENVMAP_OK && tasks > 33);
+        CHECK(!memcmp(one.texels, other.texels, n * sizeof(float)));
+        envmap_free(&one), envmap_free(&other);
+    }
+    CHECK(envmap_mips_work(NULL, &work) == ENVMAP_ERROR_ARGUMENT);
+}
+
 /* Radiance near the top of float must not overflow on the way. */
 static void mips_of_huge_radiance_stay_finite(void) {
     for (int m = 0; m < MAPPINGS; ++m) {
@@ -557,6 +586,7 @@ int main(void) {
     RUN(no_level_has_a_seam);
     RUN(mips_leave_level_0_and_refuse_bad_maps);
     RUN(fewer_levels_are_the_same_levels);
+    RUN(an_executor_gives_the_same_levels);
     RUN(mips_of_huge_radiance_stay_finite);
     RUN(a_footprint_of_two_texels_is_level_one);
     RUN(a_footprint_goes_on_over_an_octahedral_edge);

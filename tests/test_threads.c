@@ -7,7 +7,7 @@
 
 /* ----------------------------------------------------------------------------------- calls ---- */
 
-enum { ROOM = 60000 }; /* floats, for the result of any call */
+enum { ROOM = 62000 }; /* floats, for the result of any call */
 
 typedef struct source {
     envmap map, cube;
@@ -100,6 +100,14 @@ static envmap_result resample(float *out, const source *s, const envmap_work *wo
     return envmap_resample(&dst, &s->cube, work);
 }
 
+static envmap_result mips(float *out, const source *s, const envmap_work *work) {
+    envmap map = result_map(out, ENVMAP_ANGULAR, 128, 1);
+    map.levels = 2;
+    (void)s;
+    for (int i = 0; i < 3 * 128 * 128; ++i) out[i] = (float)(i % 11);
+    return envmap_mips_work(&map, work);
+}
+
 static envmap_result project(float *out, const source *s, const envmap_work *work) {
     double sh[3 * 64];
     envmap_result r = envmap_sh_project(sh, 8, &s->map, 0, 0, work);
@@ -161,6 +169,7 @@ static const struct {
              {"prepare", prepare},
              {"plan", plan},
              {"resample", resample},
+             {"mips", mips},
              {"project", project},
              {"fill", fill_map},
              {"radiance", radiance},

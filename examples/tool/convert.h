@@ -64,14 +64,16 @@ static inline int save_levels(const envmap *map, const char *prefix) {
 
 static inline int run_mips(const options *o) {
     envmap in, out = no_map;
-    int kind = save_kind(o->files[1]), whole = kind >= SAVE_KTX2 && kind < SAVE_KINDS, status;
+    int kind = save_kind(o->files[1]), whole = kind >= SAVE_KTX2 && kind < SAVE_KINDS;
+    int threads, status;
+    envmap_filter_desc desc = describe(o, &threads, NULL);
     if (!whole && is_given(o, "--format"))
         return fail(USAGE_ERROR, "--format", "would do nothing here", "it goes with ktx2|ktx|dds");
     status = load(&in, o->files[0], o);
     if (status) return status;
     status = create_output(&out, &in, o, 0, in.slices);
     if (!status) status = resample(&out, &in, o);
-    if (!status) status = check(envmap_mips_build(&out), o->files[0]);
+    if (!status) status = check(envmap_mips_work(&out, &desc.work), o->files[0]);
     if (!status) status = add_border(&out, o);
     if (!status && whole) status = save(&out, o->files[1], o);
     else if (!status) status = save_levels(&out, o->files[1]);
