@@ -1104,7 +1104,10 @@ static void envmapi_disc_direction(double d[3], int mapping, int face, double X,
         double r = sqrt(rr);
         if (r > 1) X /= r, Y /= r, r = 1;
         if (mapping == ENVMAP_SPHERE) ratio = 2 * sqrt(1 - r * r), d[2] = 1 - 2 * r * r;
-        else ratio = r > 0 ? sin(ENVMAPI_PI * r) / r : ENVMAPI_PI, d[2] = -cos(ENVMAPI_PI * r);
+        else { /* both, so that a compiler makes one call */
+            double sine = sin(ENVMAPI_PI * r), cosine = cos(ENVMAPI_PI * r);
+            ratio = r > 0 ? sine / r : ENVMAPI_PI, d[2] = -cosine;
+        }
     }
     d[0] = ratio * X, d[1] = ratio * Y;
 }
@@ -2115,29 +2118,29 @@ static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r) {
     return 1;
 }
 
-/* Some columns of the cells, at all images: sums += w RGB, or light += w sums. From 4 floats a texel
-   the one behind it comes along, which must exist. */
+/* Some columns of the cells, at all images: sums += w RGB, or with no floats light += w sums.
+   From 4 floats a texel the one behind it comes along, which must exist. */
 ENVMAPI_INLINE void envmapi_orbit_add(envmapi_orbit *o, const envmapi_images *s,
                                       const float *texels, const int at[16], int from, int columns,
                                       int rows, int floats) {
-    ptrdiff_t size = texels ? 3 : 4;
+    ptrdiff_t size = floats ? 3 : 4;
     for (int k = 0; k < o->count; ++k) {
         ptrdiff_t right = size * s->right[o->turn[k]], down = size * s->down[o->turn[k]];
         ptrdiff_t row = size * at[o->turn[k]];
         const double *w = o->w + from;
         envmapi_double4 sum;
         memset(&sum, 0, sizeof sum);
-        if (!texels) envmapi_double4_add(&sum, o->scale, envmapi_double4_at(o->sums[k]));
+        if (!floats) envmapi_double4_add(&sum, o->scale, envmapi_double4_at(o->sums[k]));
         for (int y = 0; y < rows; ++y, row += down, w += ENVMAPI_BOX) {
             ptrdiff_t i = row;
             for (int x = 0; x < columns; ++x, i += right) {
                 double four[4] = {0, 0, 0, 0};
                 for (int c = 0; c < floats; ++c) four[c] = (double)texels[i + c];
-                if (texels) envmapi_double4_add(&sum, w[x], envmapi_double4_at(four));
+                if (floats) envmapi_double4_add(&sum, w[x], envmapi_double4_at(four));
                 else envmapi_double4_add(envmapi_double4_at(o->light + i), w[x], &sum);
             }
         }
-        if (texels) envmapi_double4_add(envmapi_double4_at(o->sums[k]), 1, &sum);
+        if (floats) envmapi_double4_add(envmapi_double4_at(o->sums[k]), 1, &sum);
     }
 }
 
@@ -2231,13 +2234,20 @@ static int envmapi_place_on(double at[2], const envmapi_resampling *r, int face,
         const signed char *m = envmapi_cube[face][2];
         if (m[0] * d[0] + m[1] * d[1] + m[2] * d[2] < 0.1) return 0;
     }
-    envmapi_project(at, r->Y.mapping, face, d);
-    at[0] *= envmapi_width(r->Y.mapping, n), at[1] *= n;
-    if (r->Y.mapping == ENVMAP_LATLONG) {
-        int row = (int)envmapi_clamp(at[1], 0, n - 1);
+    if (r->Y.mapping == ENVMAP_LATLONG) { /* an arc cosine to 7e-5, then the table */
+        double y = fabs(d[1]), root = y < 1 ? sqrt(1 - y) : 0;
+        double angle = root * (1.5707288 - y * (0.2121144 - y * (0.074261 - y * 0.0187293)));
+        int row = (int)(n * (d[1] < 0 ? 1 - angle / ENVMAPI_PI : angle / ENVMAPI_PI));
+        row = row < n - 1 ? row : n - 1;
+        while (row > 0 && d[1] > r->cosines[row]) --row;
+        while (row < n - 1 && d[1] < r->cosines[row + 1]) ++row;
         const double *edge = r->cosines + row;
+        at[0] = d[0] * d[0] + d[2] * d[2] > 0 ? n + n / ENVMAPI_PI * atan2(d[0], -d[2]) : n;
         at[1] = row + envmapi_clamp((edge[0] - d[1]) / (edge[0] - edge[1]), 0, 1);
+        return 1;
     }
+    envmapi_project(at, r->Y.mapping, face, d);
+    at[0] *= n, at[1] *= n;
     return 1;
 }
 
@@ -2336,15 +2346,20 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, i
     o->points = ENVMAPI_POINTS;
     for (int k = 0; k < 2; ++k) {
         double a = p[0][k], b = p[1][k], c = p[2][k], d = p[3][k];
+        double least = a < b ? a : b, most = a > b ? a : b;
         side[0][k] = b - a, side[1][k] = d - a, twist[k] = a + c - b - d;
-        low[k] = (int)floor(fmin(fmin(a, b), fmin(c, d)) - 0.5);
-        high[k] = (int)floor(fmax(fmax(a, b), fmax(c, d)) + 0.5);
+        least = c < least ? c : least, most = c > most ? c : most;
+        low[k] = (int)floor((d < least ? d : least) - 0.5);
+        high[k] = (int)floor((d > most ? d : most) + 0.5);
         if (high[k] - low[k] >= ENVMAPI_BOX) return 0;
-        for (int i = 0; i < 2; ++i)
-            longest[i] = fmax(longest[i], fmax(fabs(side[i][k]), fabs(side[i][k] + twist[k])));
+        for (int i = 0; i < 2; ++i) {
+            double one = fabs(side[i][k]), other = fabs(side[i][k] + twist[k]);
+            one = one > other ? one : other, longest[i] = one > longest[i] ? one : longest[i];
+        }
     }
-    double few = fmax(longest[0], longest[1]) > 0.34 ? 3 : 1; /* at 0.5 a sun's light is 4e-3 off */
-    for (int i = 0; i < 2; ++i) n[i] = (int)ceil(fmax(longest[i], few));
+    double longer = longest[longest[1] > longest[0]];
+    double few = longer > 0.34 ? 3 : 1; /* at 0.5 a sun's light is 4e-3 off */
+    for (int i = 0; i < 2; ++i) n[i] = (int)ceil(longest[i] > few ? longest[i] : few);
     o->points = n[0] > n[1] ? n[0] : n[1];
     if (!inside) return 1;
     o->columns = high[0] - low[0] + 1, o->rows = high[1] - low[1] + 1, o->all = 1;
