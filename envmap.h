@@ -1287,7 +1287,8 @@ ENVMAPI_BODY envmap_result envmap_paraboloid_matrix(float matrix[16], const floa
                  tan(w/2) = |abc| / (|a||b||c| + a.b |c| + b.c |a| + c.a |b|)
    Radiance: _add_trilinear has two slices times two levels, each _add_lookup one face or near the
    paraboloids' rim both, each _add_bilinear 2 x 2 texels, each _add_tap one, maybe a neighbour's.
-   Turns and mirrors that take texels to texels are for >>resample and >>near, spans for >>mips.
+   Turns and mirrors that take texels to texels are for >>resample and >>near, spans for >>mips,
+   nests (envmapi_task_nest) for both.
    Tests: tests/test_maps.c; solid_angles_are_the_integral_over_the_texel,
    lookups_are_of_second_order, lookups_are_continuous_across_seams. */
 
@@ -1815,64 +1816,7 @@ static void envmapi_span(double texels[2], int mapping, int edge, const double d
     texels[0] = du * envmapi_width(mapping, edge), texels[1] = (to[1] - from[1]) * edge;
 }
 
-/* ---- cleaning ---- */
-
-/* One number; tells in energy what the limit takes of it, and whether it was fit to filter. */
-static int envmapi_clean_number(float *number, double limit, envmap_cleaned *out, double energy[2],
-                                double w) {
-    double value = (double)*number, kept = value > 0 ? fmin(value, limit) : 0;
-    int finite = envmapi_finite(value), infinite = !finite && envmapi_finite(1 / value);
-    if (infinite && value > 0) kept = limit;
-    out->infinite += infinite, out->nan += !finite && !infinite;
-    out->negative += finite && value < 0, out->limited += finite && value > limit;
-    if (finite && value > 0) energy[0] += w * value, energy[1] += w * (value - kept);
-    *number = (float)kept;
-    return finite && !(value < 0);
-}
-
-ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned) {
-    envmap_cleaned out;
-    double energy[2] = {0, 0}, solid = 0, replaced = 0, most = (double)limit;
-    if (!envmapi_valid(map) || !envmapi_finite(most) || most < 0) return ENVMAP_ERROR_ARGUMENT;
-    size_t area = envmapi_area(map->mapping, map->size), width = area / (size_t)map->size;
-    size_t count = area * (size_t)(envmap_faces(map->mapping) * map->slices);
-    memset(&out, 0, sizeof out);
-    for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
-        if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
-    for (size_t t = 0; t < area; ++t) { /* its solid angle is alike on all faces */
-        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(t % width),
-                                      (int)(t / width));
-        for (size_t i = t; i < count; i += area) {
-            int fit = 1;
-            for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
-                fit &= envmapi_clean_number(number, most, &out, energy, w);
-            solid += w, replaced += fit ? 0 : w;
-        }
-    }
-    out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
-    if (cleaned) *cleaned = out;
-    return ENVMAP_OK;
-}
-
-/* -------------------------------------------------------------------------------- >>resample --
-   In: a map src. Out: dst, the same radiance in another mapping or size. With A_ij the solid angle
-   that texel i of src and texel j of dst have in common,
-       L_j = sum_i A_ij L_i / sum_i A_ij          sum_i A_ij = w_j     sum_j A_ij = w_i
-   so constants stay, and so does the energy of each texel, to second order.
-     one mapping, fewer texels     rectangles                               envmapi_task_nest
-     dst finer by a quarter        bilinear radiance at points of dst       envmapi_orbit_points
-     src a cube or a lat-long      texels X of dst, polygons on cells Y     envmapi_orbit_cover
-     dst a cube or a lat-long      texels X of src, polygons on cells Y     envmapi_task_light
-     else                          by way of a finer cube                   envmapi_resample_slice
-   A polygon's sides are straight on a face of Y, and its neighbours have the same sides, so that
-   polygons cover each cell once, whatever the sides' true shape is. Rows of a lat-long are as high
-   there as their solid angle. Near its poles, and where a rim cuts them, texels are divided. Turns
-   that both maps have in common (16 of a cube and a lat-long) serve one polygon to as many texels,
-   an orbit. A cell is everywhere as dense as at its centre, so a cube's face has 128 at least.
-   >>mips uses envmapi_task_nest.  Source: [Jones99], first order.
-   Tests: tests/test_maps.c; resampling_* . */
-
-/* ---- one mapping */
+/* ---- nests: a texel of a coarser map of the same mapping, and what lies under it */
 
 #define ENVMAPI_NEST 16 /* more than mips have under a texel */
 typedef struct envmapi_nest {
@@ -1957,6 +1901,64 @@ static void envmapi_task_nest(void *context, int y) {
             envmapi_nest_texel(n, first, n->images - first < 16 ? n->images - first : 16, x, y);
 }
 
+/* ---- cleaning ---- */
+
+/* One number; tells in energy what the limit takes of it, and whether it was fit to filter. */
+static int envmapi_clean_number(float *number, double limit, envmap_cleaned *out, double energy[2],
+                                double w) {
+    double value = (double)*number, kept = value > 0 ? fmin(value, limit) : 0;
+    int finite = envmapi_finite(value), infinite = !finite && envmapi_finite(1 / value);
+    if (infinite && value > 0) kept = limit;
+    out->infinite += infinite, out->nan += !finite && !infinite;
+    out->negative += finite && value < 0, out->limited += finite && value > limit;
+    if (finite && value > 0) energy[0] += w * value, energy[1] += w * (value - kept);
+    *number = (float)kept;
+    return finite && !(value < 0);
+}
+
+ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned) {
+    envmap_cleaned out;
+    double energy[2] = {0, 0}, solid = 0, replaced = 0, most = (double)limit;
+    if (!envmapi_valid(map) || !envmapi_finite(most) || most < 0) return ENVMAP_ERROR_ARGUMENT;
+    size_t area = envmapi_area(map->mapping, map->size), width = area / (size_t)map->size;
+    size_t count = area * (size_t)(envmap_faces(map->mapping) * map->slices);
+    memset(&out, 0, sizeof out);
+    for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
+        if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
+    for (size_t t = 0; t < area; ++t) { /* its solid angle is alike on all faces */
+        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(t % width),
+                                      (int)(t / width));
+        for (size_t i = t; i < count; i += area) {
+            int fit = 1;
+            for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
+                fit &= envmapi_clean_number(number, most, &out, energy, w);
+            solid += w, replaced += fit ? 0 : w;
+        }
+    }
+    out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
+    if (cleaned) *cleaned = out;
+    return ENVMAP_OK;
+}
+
+/* -------------------------------------------------------------------------------- >>resample --
+   In: a map src. Out: dst, the same radiance in another mapping or size. With A_ij the solid angle
+   that texel i of src and texel j of dst have in common,
+       L_j = sum_i A_ij L_i / sum_i A_ij          sum_i A_ij = w_j     sum_j A_ij = w_i
+   so constants stay, and so does the energy of each texel, to second order.
+     one mapping, fewer texels     rectangles                               envmapi_task_nest
+     dst finer by a quarter        bilinear radiance at points of dst       envmapi_orbit_points
+     src a cube or a lat-long      texels X of dst, polygons on cells Y     envmapi_orbit_cover
+     dst a cube or a lat-long      texels X of src, polygons on cells Y     envmapi_task_light
+     else                          by way of a finer cube                   envmapi_resample_slice
+   A polygon's sides are straight on a face of Y, and its neighbours have the same sides, so that
+   polygons cover each cell once, whatever the sides' true shape is. Rows of a lat-long are as high
+   there as their solid angle. Near its poles, and where a rim cuts them, texels are divided. Turns
+   that both maps have in common (16 of a cube and a lat-long) serve one polygon to as many texels,
+   an orbit. What a polygon has of a cell is as dense as in the middle of what their bounds share;
+   a cube's face has 128 cells at least.
+   Source: [Jones99], first order.
+   Tests: tests/test_maps.c; resampling_* . */
+
 /* ---- bilinear radiance */
 
 /* Texels of X are polygons on the cells of Y. */
@@ -1996,6 +1998,7 @@ static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, i
 /* A polygon, its corners in cells; some cells, and the area of it in each, see _box_row. */
 typedef struct envmapi_polygon {
     double at[28][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
+    double low[2], high[2]; /* bounds, in cells of the box */
     int count, face, x, y, width, height;
 } envmapi_polygon;
 
@@ -2037,6 +2040,12 @@ static void envmapi_box_side(envmapi_polygon *box, double x0, double y0, double 
         envmapi_box_row(box->area[y], box->width, x0, x, sign * (end - y0));
         x0 = x, y0 = end;
     }
+}
+
+/* The middle of what the polygon's bounds and cell i have in common. */
+static double envmapi_box_middle(const envmapi_polygon *p, int axis, double i) {
+    double low = p->low[axis], high = p->high[axis];
+    return 0.5 * ((low > i ? low : i) + (high < i + 1 ? high : i + 1));
 }
 
 /* Each cell is fine x fine ones. */
@@ -2165,24 +2174,25 @@ static void envmapi_orbit_flush(envmapi_orbit *o, const envmapi_resampling *r, i
     }
 }
 
-/* A box's cells, 2^shift x 2^shift of it each, everywhere as dense as at their centres. */
+/* A box's cells, 2^shift x 2^shift of it each. */
 static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int shift,
                               double sign) {
     const envmapi_polygon *box = &o->polygon;
     int latlong = r->Y.mapping == ENVMAP_LATLONG;
-    double each = 1.0 / (r->Y.size << shift), rho = 0;
+    double each = 1.0 / (r->Y.size << shift);
     o->low[0] = box->x >> shift, o->low[1] = box->y >> shift;
     o->columns = box->width >> shift, o->rows = box->height >> shift;
     memset(o->w, 0, (size_t)(o->rows * ENVMAPI_BOX) * sizeof(double));
     for (int y = 0; y < box->height; ++y) {
         double *w = o->w + (y >> shift) * ENVMAPI_BOX, sum = 0;
-        const double *edge = r->cosines + box->y + y;
+        const double *edge = r->cosines + (latlong ? box->y + y : 0);
         for (int x = 0; x < box->width; ++x) {
             sum += sign * box->area[y][x];
             if (!(sum > 1e-12)) continue;
-            double u = (box->x + x + 0.5) * each, v = (box->y + y + 0.5) * each;
-            rho = latlong ? (edge[0] - edge[1]) * ENVMAPI_PI
-                          : envmapi_density(r->Y.mapping, u, v) * each;
+            double u = envmapi_box_middle(box, 0, box->x + x) * each;
+            double v = envmapi_box_middle(box, 1, box->y + y) * each;
+            double rho = latlong ? (edge[0] - edge[1]) * ENVMAPI_PI
+                                 : envmapi_density(r->Y.mapping, u, v) * each;
             w[x >> shift] += sum * rho * each, o->all += sum * rho * each;
         }
     }
@@ -2208,6 +2218,8 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
     }
     while (!latlong && n << shift < 128 && shift < 3) ++shift;
     int step = ENVMAPI_BOX >> shift;
+    for (int k = 0; k < 2; ++k)
+        p->low[k] = low[k] * (1 << shift), p->high[k] = high[k] * (1 << shift);
     for (int y = from[1]; y < to[1]; y += step)
         for (int x = from[0]; x < to[0]; x += step) {
             p->x = x * (1 << shift), p->width = (to[0] - x < step ? to[0] - x : step) << shift;
@@ -2413,7 +2425,8 @@ static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
 
 /* Whether a texel's innermost corner lies outside a rim. */
 static int envmapi_beyond(const envmap *map, int x, int y) {
-    double n = map->size, X = fmax(fabs(2 * x + 1 - n) - 1, 0), Y = fmax(fabs(2 * y + 1 - n) - 1, 0);
+    double n = map->size;
+    double X = fmax(fabs(2 * x + 1 - n) - 1, 0), Y = fmax(fabs(2 * y + 1 - n) - 1, 0);
     return envmapi_is_disc(map->mapping) && X * X + Y * Y >= n * n;
 }
 
