@@ -732,6 +732,16 @@ static void solid_angles_of_whole_rows_are_those_of_their_texels(void) {
     FIGURE("a texel's solid angle, relative", worst, 1e-5);
 }
 
+/* As far as 0.001 from the plane of the face, beyond which it is a plane 0.001 away. */
+static void a_cubes_face_reaches_nearly_to_a_right_angle(void) {
+    for (int i = 0; i < 2; ++i) {
+        double z = i ? 1.2e-3 : -0.2, x = sqrt(1 - z * z), d[3] = {x, 0, z}, uv[2];
+        envmapi_project(uv, ENVMAP_CUBE, 4, d);
+        CHECK_CLOSE(uv[0], 0.5 + 0.5 * x / (i ? z : 1e-3), 1e-9);
+        CHECK_CLOSE(uv[1], 0.5, 1e-12);
+    }
+}
+
 /* d omega / dA of every mapping, summed over the picture: 4 pi, on discs inside the circle. */
 static void densities_integrate_to_the_whole_sphere(void) {
     enum { N = 200 };
@@ -748,6 +758,7 @@ static void densities_integrate_to_the_whole_sphere(void) {
 
 int main(void) {
     RUN(solid_angles_of_whole_rows_are_those_of_their_texels);
+    RUN(a_cubes_face_reaches_nearly_to_a_right_angle);
     RUN(densities_integrate_to_the_whole_sphere);
     RUN(rings_are_multiples_of_4_with_factors_2_and_3);
     RUN(the_fft_is_the_plain_dft);
