@@ -2715,7 +2715,7 @@ ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int ma
     void *data = NULL;
     if (bytes >= 0) {
         result = ENVMAP_ERROR_MEMORY; /* one byte more: an empty file is no failed allocation */
-        if ((uint64_t)bytes <= 2 * ENVMAPI_BYTE_LIMIT)
+        if ((uint64_t)bytes <= 2 * ENVMAPI_BYTE_LIMIT && (uint64_t)bytes < SIZE_MAX)
             data = ENVMAP_MALLOC(map->memory, (size_t)bytes + 1);
     }
     if (data) {
