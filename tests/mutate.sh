@@ -59,14 +59,18 @@ faults() {
             "\034" substr($0, at + length_)
         printf "%d\t%d\t%s\n", hash(text), NR, text
     }
-    # Whether < or > at this place is that of a < b ? a : b, or of a < b ? b : a, or a > b ? a - b : 0.
-    function tie(at,    a, b, rest) {
-        a = substr(code, 1, at - 1); sub(/.*[ (,!]/, "", a)
+    # Whether < or > at this place is that of a < b ? a : b, or of a < b ? b : a, or a > b ? a - b : 0:
+    # a one word, or all since `= `.
+    function tie(at,    a, b, rest, i) {
         rest = substr(code, at + 1); sub(/^[<>=]+ /, "", rest)
         b = rest; sub(/ .*/, "", b)
         rest = substr(rest, length(b) + 1)
-        return index(rest, " ? " a " : " b) == 1 || index(rest, " ? " b " : " a) == 1 ||
-            index(rest, " ? " a " - " b " : 0") == 1
+        for (i = 0; i < 2; ++i) {
+            a = substr(code, 1, at - 1); sub(i ? ".*= " : ".*[ (,!]", "", a)
+            if (index(rest, " ? " a " : " b) == 1 || index(rest, " ? " b " : " a) == 1 ||
+                index(rest, " ? " a " - " b " : 0") == 1) return 1
+        }
+        return 0
     }
     function each(pattern, by,    rest, start) {
         rest = code; start = 0
