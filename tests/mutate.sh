@@ -198,10 +198,10 @@ run() { # SECONDS of its processor, so that a busy machine changes nothing; FAUL
 }
 
 # $dir/KIND-TEST.s: three times the seconds that the test takes without a fault, and three. A test that
-# fails without one tells nothing: it is named, and has none. Nor have quick forms of ten seconds and
-# more: the whole ones come anyway.
+# fails without one tells nothing: it is named, and has none. Nor have quick forms of eight seconds
+# and more: the whole ones come anyway.
 sound() { # TEST
-    t=$1 me=$kind-$1 most=12
+    t=$1 me=$kind-$1 most=8
     [ $kind != whole ] || most=600
     (run $most 0 && times) | tail -n 1 | tr ms '  ' |
         awk 'NF { printf "%d\n", 3 * (60 * ($1 + $3) + $2 + $4) + 3 }' >"$dir/$me.part"
@@ -214,7 +214,8 @@ try() { # ME, and on stdin faults: each that a test notices goes to the log, oth
     while IFS="$tab" read -r number line of text; do
         what="$number $of $line:$(printf %s "$text" | tr '\034' '@') --"
         for t in $(tests_of "$of"); do
-            [ -s "$dir/$kind-$t.s" ] || continue
+            case " $SKIP " in *" $t "*) continue ;; esac
+            [ -s "$dir/$kind-$t.s" ] && [ -x "$dir/$kind-$t" ] || continue
             run "$(cat "$dir/$kind-$t.s")" "$number" </dev/null && continue
             printf '%s\n' "$what killed by $t: $(sed -n 's/^  FAIL //p' "$dir/out-$me" | head -n 1)" | tee -a "$log"
             [ -z "$fault" ] || cat "$dir/out-$me"
@@ -235,9 +236,9 @@ phase() { # KIND
         !($1 in done)' - second=1 "$dir/fit" >"$dir/left"
     for t in $(cut -f 3 "$dir/left" | sort -u | while read -r of; do tests_of "$of"; done | tr ' ' '\n' | sort -u); do
         case " $SKIP " in *" $t "*) continue ;; esac
-        [ ! -e "$dir/$kind-$t.s" ] || continue
         [ $kind != whole ] || [ ! -e "$dir/quick-$t" ] || ln -f "$dir/quick-$t" "$dir/whole-$t"
         build "$t"
+        [ ! -e "$dir/$kind-$t.s" ] || continue
         sound "$t" &
         k=$((k + 1))
         [ $((k % jobs)) != 0 ] || wait
