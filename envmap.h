@@ -3869,7 +3869,7 @@ static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double
 
 /* ---- as tasks, each a part that the data alone defines */
 
-/* How many tasks spread, each to a range of k on all rings: a power of two, each range 48 wide or
+/* How many tasks spread, each to a range of k on all rings: a power of two, each range 24 wide or
    more, as points within 5 of a border are spread by both its tasks. */
 static int envmapi_spread_tasks(const envmapi_rings *r) {
     int tasks = 1;

@@ -701,6 +701,28 @@ static void any_number_of_tasks_gives_the_same_bits(void) {
     CHECK(out[0][0] < 0 || out[0][0] > 0);
 }
 
+/* Tasks that write where others do are a race, which no order of tasks shows. */
+static void tasks_spread_to_columns_of_their_own(void) {
+    enum { M = 96 };
+    double d[3] = {0.48, -0.6, 0.64};
+    static unsigned char writes[(2 * M + 6) * (M + 6) * 8];
+    envmapi_rings t;
+    analyse_one(&t, d, 20, M);
+    t.tasks = 16;
+    int tasks = envmapi_spread_tasks(&t);
+    size_t count = (size_t)(2 * M + 6) * t.row;
+    if (!CHECK(tasks == 8 && count <= sizeof writes)) return;
+    for (int task = 0; task < tasks; ++task) {
+        for (size_t i = 0; i < count; ++i) t.G[i] = 1e30f;
+        envmapi_task_spread(&t, task);
+        for (size_t i = 0; i < count; ++i) writes[i] = (unsigned char)(writes[i] + (t.G[i] < 1e29f));
+    }
+    size_t once = 0;
+    for (size_t i = 0; i < count; ++i) once += writes[i] == 1;
+    CHECK(once == count);
+    envmapi_pool_free(&pool, 0);
+}
+
 static void nothing_leaks(void) { CHECK(oracle_live == 0); }
 
 /* The transform's own solid angles, to fourth order: octahedral maps of even and of odd edge, whose
@@ -781,6 +803,7 @@ int main(void) {
     RUN(a_point_synthesised_is_the_sum_of_legendre_polynomials);
     RUN(bands_of_a_larger_triangle_are_the_same_bands);
     RUN(any_number_of_tasks_gives_the_same_bits);
+    RUN(tasks_spread_to_columns_of_their_own);
     RUN(nothing_leaks);
     return test_summary();
 }
