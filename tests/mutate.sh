@@ -38,7 +38,7 @@ tests_of() {
     reference) echo "search stability_maps filters" ;;
     hierarchical) echo "search hierarchical" ;;
     windows | kernels | knots | near) echo "search calls prepared memory near" ;;
-    filters) echo "search calls prepared memory filters" ;;
+    filters) echo "search calls prepared plan memory filters" ;;
     plan) echo "plan search materials" ;;
     *) echo "$1 search calls" ;;
     esac
@@ -217,7 +217,8 @@ try() { # ME, and on stdin faults: each that a test notices goes to the log, oth
             case " $SKIP " in *" $t "*) continue ;; esac
             [ -s "$dir/$kind-$t.s" ] && [ -x "$dir/$kind-$t" ] || continue
             run "$(cat "$dir/$kind-$t.s")" "$number" </dev/null && continue
-            printf '%s\n' "$what killed by $t: $(sed -n 's/^  FAIL //p' "$dir/out-$me" | head -n 1)" | tee -a "$log"
+            by=$(sed -n 's/^  FAIL //p' "$dir/out-$me" | head -n 1)
+            printf '%s\n' "$what killed by $t: ${by:-its end, or its time}" | tee -a "$log"
             [ -z "$fault" ] || cat "$dir/out-$me"
             continue 2
         done
