@@ -205,7 +205,8 @@ sound() { # TEST
     [ $kind != whole ] || most=600
     (run $most 0 && times) | tail -n 1 | tr ms '  ' |
         awk 'NF { printf "%d\n", 3 * (60 * ($1 + $3) + $2 + $4) + 3 }' >"$dir/$me.part"
-    [ -s "$dir/$me.part" ] || ! grep -q FAIL "$dir/out-$me" || echo "test_$t passed by: it fails without a fault"
+    [ -s "$dir/$me.part" ] || ! grep -q FAIL "$dir/out-$me" ||
+        echo "test_$t passed by: it fails without a fault"
     mv "$dir/$me.part" "$dir/$me.s"
 }
 
@@ -235,7 +236,8 @@ phase() { # KIND
     touch "$log.$kind"
     cat "$log" "$log.$kind" | cut -d ' ' -f 1 | awk -F "$tab" '!second { done[$1] = 1; next }
         !($1 in done)' - second=1 "$dir/fit" >"$dir/left"
-    for t in $(cut -f 3 "$dir/left" | sort -u | while read -r of; do tests_of "$of"; done | tr ' ' '\n' | sort -u); do
+    for t in $(cut -f 3 "$dir/left" | sort -u | while read -r of; do tests_of "$of"; done |
+        tr ' ' '\n' | sort -u); do
         case " $SKIP " in *" $t "*) continue ;; esac
         [ $kind != whole ] || [ ! -e "$dir/quick-$t" ] || ln -f "$dir/quick-$t" "$dir/whole-$t"
         build "$t"
