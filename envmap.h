@@ -1082,7 +1082,7 @@ static int envmapi_is_disc(int mapping) {
     return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
 }
 
-static const signed char envmapi_cube[6][3][3] = {
+static const double envmapi_cube[6][3][3] = {
     /*     S            T            M     */
     {{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},  /* +X */
     {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},  /* -X */
@@ -1118,7 +1118,7 @@ static void envmapi_octa_ray(double d[3], double X, double Y) {
 
 static void envmapi_ray(double d[3], int mapping, int face, double u, double v) {
     if (mapping == ENVMAP_CUBE) {
-        const signed char(*axes)[3] = envmapi_cube[face];
+        const double(*axes)[3] = envmapi_cube[face];
         for (int i = 0; i < 3; ++i)
             d[i] = axes[2][i] + (2 * u - 1) * axes[0][i] + (2 * v - 1) * axes[1][i];
     } else if (mapping == ENVMAP_LATLONG) {
@@ -1166,12 +1166,10 @@ static void envmapi_disc_project(double uv[2], int mapping, int face, const doub
    nearly a right angle from its centre). */
 static void envmapi_project(double uv[2], int mapping, int face, const double d[3]) {
     if (mapping == ENVMAP_CUBE) {
-        const signed char(*axes)[3] = envmapi_cube[face];
-        double p[3];
-        for (int k = 0; k < 3; ++k)
-            p[k] = d[0] * axes[k][0] + d[1] * axes[k][1] + d[2] * axes[k][2];
-        if (p[2] < 1e-3) p[2] = 1e-3;
-        uv[0] = 0.5 + 0.5 * p[0] / p[2], uv[1] = 0.5 + 0.5 * p[1] / p[2];
+        const double(*axes)[3] = envmapi_cube[face];
+        double z = envmapi_dot(d, axes[2]);
+        if (z < 1e-3) z = 1e-3;
+        for (int i = 0; i < 2; ++i) uv[i] = 0.5 + 0.5 * envmapi_dot(d, axes[i]) / z;
     } else if (mapping == ENVMAP_LATLONG) {
         double rho = sqrt(d[0] * d[0] + d[2] * d[2]);
         uv[0] = rho > 0 ? 0.5 + atan2(d[0], -d[2]) / (2 * ENVMAPI_PI) : 0.5;
@@ -2179,7 +2177,7 @@ static int envmapi_place_on(double at[2], const envmapi_resampling *r, int face,
                             const double d[3]) {
     int n = r->Y.size;
     if (r->Y.mapping == ENVMAP_CUBE) {
-        const signed char *m = envmapi_cube[face][2];
+        const double *m = envmapi_cube[face][2];
         if (m[0] * d[0] + m[1] * d[1] + m[2] * d[2] < 0.1) return 0;
     }
     envmapi_project(at, r->Y.mapping, face, d);
@@ -2504,7 +2502,7 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
    A float picture, in memory or a file, to one level of a map and back.
        picture    "PF" (RGB) or "Pf" (grey), white space, width, height, scale, one white space,
                   then rows of 4-byte floats from the bottom up; scale < 0: lowest byte first
-       radiance = |scale| sample         envmapi_pfm_sample; back, with scale 1: envmapi_pfm_encode
+       radiance = |scale| sample         envmapi_pfm_sample
    Upside up, the strip of slices and faces is the memory order itself (envmapi_pfm_shape).
    Numbers are parsed and bytes put together here, so that neither locale nor host matters; sizes
    are checked before anything is allocated (envmapi_pfm_header).
@@ -2528,11 +2526,9 @@ static int envmapi_is_space(int c) { return c == ' ' || (c >= '\t' && c <= '\r')
 /* White space and comments, "#" to the end of the line; at least one byte of them. */
 static envmap_result envmapi_pfm_space(envmapi_pfm *in) {
     size_t start = in->at;
-    for (;; ++in->at) {
-        int c = envmapi_peek(in);
-        if (c == '#')
-            while (c >= 0 && c != '\n' && c != '\r') ++in->at, c = envmapi_peek(in);
-        if (!envmapi_is_space(c)) break;
+    for (int c, comment = 0; (c = envmapi_peek(in)) >= 0; ++in->at) {
+        comment = c == '#' || (comment && c != '\n' && c != '\r');
+        if (!comment && !envmapi_is_space(c)) break;
     }
     if (envmapi_peek(in) < 0) return ENVMAP_ERROR_TRUNCATED;
     return in->at > start ? ENVMAP_OK : ENVMAP_ERROR_FORMAT;
@@ -2650,14 +2646,6 @@ static char *envmapi_pfm_decimal(char *out, size_t value) {
     return out + 1;
 }
 
-static void envmapi_pfm_encode(unsigned char *out, const float *samples, size_t count) {
-    for (size_t i = 0; i < count; ++i) {
-        uint32_t bits;
-        memcpy(&bits, samples + i, sizeof bits);
-        for (int b = 0; b < 4; ++b) *out++ = (unsigned char)(bits >> (8 * b));
-    }
-}
-
 ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *bytes,
                                             const envmap *map, int level) {
     char title[64] = "PF\n";
@@ -2665,22 +2653,25 @@ ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t 
         (map->mapping == ENVMAP_LATLONG && map->slices > 1))
         return ENVMAP_ERROR_ARGUMENT;
     int edge = envmapi_edge(map->size, level);
-    size_t width = (size_t)envmapi_width(map->mapping, edge), row = 12 * width;
+    size_t width = (size_t)envmapi_width(map->mapping, edge), row = 3 * width;
     size_t rows = (size_t)edge * (size_t)envmap_faces(map->mapping) * (size_t)map->slices;
-    if (rows > PTRDIFF_MAX / row) return ENVMAP_ERROR_ARGUMENT; /* no memory holds such a map */
+    if (rows > PTRDIFF_MAX / row / 4) return ENVMAP_ERROR_ARGUMENT; /* no memory holds such a map */
     char *end = envmapi_pfm_decimal(title + 3, width);
     *end++ = ' ';
     end = envmapi_pfm_decimal(end, rows);
     memcpy(end, "\n-1.0\n", 6);
     size_t start = (size_t)(end + 6 - title);
-    if (bytes) *bytes = start + rows * row;
+    if (bytes) *bytes = start + 4 * rows * row;
     if (!data) return ENVMAP_OK;
-    if (capacity < start + rows * row) return ENVMAP_ERROR_LIMIT;
-    unsigned char *out = (unsigned char *)data;
+    if (capacity < start + 4 * rows * row) return ENVMAP_ERROR_LIMIT;
+    unsigned char *out = (unsigned char *)memcpy(data, title, start) + start;
     const float *samples = envmapi_image(map, level, 0, 0);
-    memcpy(out, title, start);
-    for (size_t y = 0; y < rows; ++y)
-        envmapi_pfm_encode(out + start + y * row, samples + 3 * width * (rows - 1 - y), 3 * width);
+    for (size_t y = rows; y-- > 0;)
+        for (size_t i = y * row; i < (y + 1) * row; ++i) {
+            uint32_t bits;
+            memcpy(&bits, samples + i, sizeof bits);
+            for (int b = 0; b < 4; ++b) *out++ = (unsigned char)(bits >> (8 * b));
+        }
     return ENVMAP_OK;
 }
 
@@ -5034,7 +5025,7 @@ static int envmapi_sh_axis(double *sign, int mapping, int face, int i) {
     int like = mapping == ENVMAP_CUBE ? face : mapping == ENVMAP_OCTAHEDRAL ? 2 : 4, j = 0;
     *sign = mapping == ENVMAP_PARABOLOID && face && i == 2 ? -1 : 1;
     if (i == 3) return i;
-    while (!envmapi_cube[like][i][j]) ++j;
+    while (!(fabs(envmapi_cube[like][i][j]) > 0)) ++j;
     *sign *= envmapi_cube[like][i][j];
     return j;
 }
@@ -6330,10 +6321,7 @@ static double envmapi_window_disc(int mapping, double angle) {
 /* m = a in S, T and M of a cube's face; on a lat-long, pi u and pi v, and the sine of that. */
 static void envmapi_window_frame(double m[3], int mapping, int face, const double a[3]) {
     double uv[2];
-    for (int i = 0; i < 3; ++i) {
-        const signed char *side = envmapi_cube[face][i];
-        m[i] = a[0] * side[0] + a[1] * side[1] + a[2] * side[2];
-    }
+    for (int i = 0; i < 3; ++i) m[i] = envmapi_dot(a, envmapi_cube[face][i]);
     if (mapping != ENVMAP_LATLONG) return;
     envmapi_project(uv, mapping, face, a);
     m[0] = ENVMAPI_PI * uv[0], m[1] = ENVMAPI_PI * uv[1], m[2] = sin(m[1]);
@@ -10212,10 +10200,8 @@ ENVMAPI_BODY void envmap_lookup_fan(float rgb[3], const envmap *map, const float
 }
 
 /* --------------------------------------------------------------------------------- >>compare --
-   In: a map a and the truth b, of one shape. Out: over the texels that have a solid angle w
-     rms   = sqrt(sum w |a-b|^2 / sum w |b|^2)
-     bias  = sum w (a-b) / sum w b
-     worst = max over texels of max_c |a_c-b_c| / max(max_c b_c, 1e-3 mean b)
+   In: a map and the truth, of one shape. Out: envmap_difference, over all texels that have a solid
+   angle.
    Tests: tests/test_compare.c; differences_of_six_texels_are_those_worked_out_by_hand. */
 
 /* a/b, where nothing over nothing is nothing. */
