@@ -2868,9 +2868,7 @@ static envmap_lobe envmapi_lobe(int kind, float parameter) {
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_mirror(void) { return envmapi_lobe(ENVMAP_LOBE_MIRROR, 0); }
-
 ENVMAPI_BODY envmap_lobe envmap_lobe_diffuse(void) { return envmapi_lobe(ENVMAP_LOBE_PHONG, 1); }
-
 ENVMAPI_BODY envmap_lobe envmap_lobe_phong(float exponent) {
     return envmapi_lobe(ENVMAP_LOBE_PHONG, exponent);
 }
@@ -2932,13 +2930,11 @@ static int envmapi_lobe_ok(const envmap_lobe *lobe) {
 
 /* The same at the door of long calls: the table's numbers and the kinks too. */
 static int envmapi_lobe_sound(const envmap_lobe *lobe) {
-    int sound = envmapi_lobe_ok(lobe);
-    if (sound && lobe->kind == ENVMAP_LOBE_FUNCTION)
-        for (int i = 0; i < lobe->kink_count; ++i)
-            sound &= lobe->kinks[i] > 0 && (double)lobe->kinks[i] < ENVMAPI_PI;
-    if (sound && lobe->kind == ENVMAP_LOBE_TABLE)
-        for (int i = 0; i < lobe->table_size * lobe->table_slices; ++i)
-            sound &= envmapi_finite((double)lobe->table[i]);
+    int sound = envmapi_lobe_ok(lobe), kind = sound ? lobe->kind : 0;
+    for (int i = 0; kind == ENVMAP_LOBE_FUNCTION && i < lobe->kink_count; ++i)
+        sound &= lobe->kinks[i] > 0 && (double)lobe->kinks[i] < ENVMAPI_PI;
+    for (int i = 0; kind == ENVMAP_LOBE_TABLE && i < lobe->table_size * lobe->table_slices; ++i)
+        sound &= envmapi_finite((double)lobe->table[i]);
     return sound;
 }
 
@@ -9106,26 +9102,26 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
     double floats = (double)envmapi_slice_floats(job->src, 0);
     double pairs = floats / 9 * (double)envmapi_slice_floats(job->views + l, 0);
-    int method = job->desc.method, coarse = envmapi_texel_extent(job->src) > ENVMAPI_COARSE;
+    int method = job->desc.method, coarse = envmapi_texel_extent(job->src) > ENVMAPI_COARSE, ok = 0;
+    const envmap_lobe *lobe = job->lobes + l;
+    envmapi_spec *spec = job->specs + job->fast;
+    envmapi_tail *tail = job->tails + job->fast;
+    double tolerance = (double)job->desc.tolerance;
     if (method == ENVMAP_METHOD_AUTO && pairs * job->views[l].slices < 1e5) coarse = 1;
-    if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
+    if (lobe->kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
         method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l))
         return ENVMAP_OK;
     if (!coarse)
-        job->planned[l] =
-            envmapi_spec_create(job->specs + job->fast, job->views + l, job->lobes + l, job->src,
-                                (double)job->desc.tolerance, &job->pool, &result);
-    if (!coarse && !job->planned[l] && !result && method != ENVMAP_METHOD_HARMONICS &&
-        envmapi_tail_of(job->tails + job->fast, job->lobes + l, job->src)) {
-        job->planned[l] =
-            envmapi_spec_create(job->specs + job->fast, job->views + l, &job->tails[job->fast].lobe,
-                                job->src, (double)job->desc.tolerance, &job->pool, &result);
-        job->specs[job->fast].tail = job->tails + job->fast;
-        job->specs[job->fast].part = job->tails[job->fast].part;
+        ok = envmapi_spec_create(spec, job->views + l, lobe, job->src, tolerance, &job->pool,
+                                 &result);
+    if (!coarse && !ok && !result && method != ENVMAP_METHOD_HARMONICS &&
+        envmapi_tail_of(tail, lobe, job->src)) {
+        ok = envmapi_spec_create(spec, job->views + l, &tail->lobe, job->src, tolerance, &job->pool,
+                                 &result);
+        spec->tail = tail, spec->part = tail->part;
     }
-    job->fast += job->planned[l];
-    if (job->planned[l] || result || method != ENVMAP_METHOD_HARMONICS) return result;
-    return ENVMAP_ERROR_METHOD;
+    job->planned[l] = ok, job->fast += ok;
+    return ok || result || method != ENVMAP_METHOD_HARMONICS ? result : ENVMAP_ERROR_METHOD;
 }
 
 /* Looks at a slice of the source and fits the specs to it. */
@@ -9138,9 +9134,8 @@ static envmap_result envmapi_job_look(envmapi_job *job, int slice) {
         result = envmapi_scene_create(&job->scenes.whole, job->src, slice, sigma, &job->desc.work,
                                       &job->pool);
     }
-    return result ? result
-                  : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->desc.work,
-                                      &job->pool);
+    if (result) return result;
+    return envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->desc.work, &job->pool);
 }
 
 /* The one door: checks all but what envmapi_desc has checked, and finds out what there is to do. No
@@ -9174,25 +9169,26 @@ static envmap_result envmapi_job_open(envmapi_job *job, const envmap *dst, const
 /* All levels into the views: first those that go by themselves, then what the fast filter makes,
    slice by slice of the source. */
 static envmap_result envmapi_job_run(envmapi_job *job) {
-    int slices = job->views[0].slices, runs = job->src->slices > 1 ? slices : 1, done = 0;
+    const envmap *src = job->src;
+    int slices = job->views[0].slices, runs = src->slices > 1 ? slices : 1, done = 0;
     envmapi_part part;
     envmap_filter_desc desc = job->desc;
     envmap_result result = ENVMAP_OK;
     for (int l = job->late; l < job->count && !result; ++l) {
         const envmap_lobe *lobe = job->lobes + l;
+        envmap *view = job->views + l;
         if (job->planned[l]) continue;
         desc.work = envmapi_work_part(&part, &job->desc.work, done++, 1, job->count);
-        if (lobe->kind == ENVMAP_LOBE_MIRROR)
-            result = envmap_resample(job->views + l, job->src, &desc.work);
+        if (lobe->kind == ENVMAP_LOBE_MIRROR) result = envmap_resample(view, src, &desc.work);
         else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
-            result = envmapi_filter_hierarchical(job->views + l, job->src, lobe, &desc);
-        else if (desc.method != ENVMAP_METHOD_REFERENCE && envmapi_job_constant(job, l))
-            for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(job->views + l, 0); ++i)
-                job->views[l].texels[i] = job->src->texels[i % 3];
-        else if (desc.method != ENVMAP_METHOD_REFERENCE)
-            result = envmapi_filter_near(job->views + l, job->src, lobe, NULL, 0, slices, &desc,
-                                         &job->pool);
-        else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
+            result = envmapi_filter_hierarchical(view, src, lobe, &desc);
+        else if (desc.method == ENVMAP_METHOD_REFERENCE)
+            result = envmapi_filter_reference(view, src, lobe, &desc);
+        else if (envmapi_job_constant(job, l))
+            for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(view, 0); ++i)
+                view->texels[i] = src->texels[i % 3];
+        else
+            result = envmapi_filter_near(view, src, lobe, NULL, 0, slices, &desc, &job->pool);
     }
     done *= runs;
     for (int run = 0; run < runs && job->fast && !result; ++run, done += job->fast) {
@@ -9307,7 +9303,7 @@ ENVMAPI_BODY envmap_result envmap_prepare(envmap_prepared *prepared, const envma
        bands   sum_(l >= bands) P_l <= tolerance^2 sum P_l                               _power_from
        size    sum P_l e(l h)^2 <= tolerance^2 sum P_l, h the spacing of texels       _lookups_error
        slices  what lookups lose between two slices, weighted with the scene          _slices_error
-       error   the bands that FAST leaves out and what its splines lose                 _plan_error
+       error   the bands that FAST leaves out and what its splines lose                 _plan_fill
    docs/plan.md derives them.  Tests: tests/test_plan.c. */
 
 /* The power P_l of a result, l < bands; P[bands] is that of all beyond; gain and scene likewise. */
@@ -9456,13 +9452,11 @@ typedef struct envmapi_lookups {
 /* light: how much one light rules; it may be where texels are largest, twice the mean at most. */
 static void envmapi_lookups_create(envmapi_lookups *t, const envmapi_power *d, int mapping,
                                    double light) {
+    static const double lose[ENVMAP_MAPPING_COUNT] = {0.0041, 0, 1.4, 0, 0, 0.5};
     double solid = 0, step = 1e-4, most = 0, mean = 0;
     t->power = d, t->edges = 0, t->falls = mapping == ENVMAP_SPHERE ? 2 : 3;
     for (int l = 1; l < d->bands; ++l) t->edges += l * (l + 1.0) * d->P[l];
-    t->edges *= mapping == ENVMAP_CUBE         ? 0.0041
-                : mapping == ENVMAP_SPHERE     ? 1.4
-                : mapping == ENVMAP_OCTAHEDRAL ? 0.5
-                                               : 0;
+    t->edges *= lose[mapping];
     for (int i = 0; i < 16; ++i) {
         double x = (i % 4 + 0.5) / 8, y = ((i / 4) + 0.5) / 8, a[3], u[3], v[3];
         envmapi_direction(a, mapping, 0, x, y);
@@ -9498,7 +9492,6 @@ static int envmapi_lookups_hold(void *user, int size) {
 }
 
 /* ---- how many slices */
-
 
 /* Up to 128 numbers from the first-th on, whose squares add up to the power of the slice at p: of
    as many of the scene's bands as are needed, or where there is no scene, of a lone light at many
@@ -9577,9 +9570,7 @@ static double envmapi_slices_error(const envmapi_power *d, int n, const envmap_w
     double lost = 0, total = 0;
     memset(&s, 0, sizeof s);
     s.d = d, s.n = n, s.samples = n < 24 ? 96 : n < 256 ? 4 * n : 1024;
-    s.ends = lobe->kind == ENVMAP_LOBE_BANKS && !(fabs((double)lobe->p0 + (double)lobe->p1) > 0)
-                 ? 1
-                 : 2;
+    s.ends = lobe->kind == ENVMAP_LOBE_BANKS && !(fabs(lobe->p0 + lobe->p1) > 0) ? 1 : 2;
     envmapi_run_all(work, envmapi_task_slices, &s, ENVMAPI_SLICE_TASKS);
     for (int i = 0; i < ENVMAPI_SLICE_TASKS; ++i) {
         lost += s.lost[i], total += s.total[i];
@@ -9622,13 +9613,6 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
 
 /* ---- the call */
 
-/* The power of bands beyond those that FAST keeps, and of what four splines lose of these. */
-static double envmapi_plan_error(const envmapi_power *d, const envmapi_spec *spec) {
-    double lost = envmapi_power_from(d, spec->L);
-    for (int l = 0; l < spec->L; ++l) lost += 4 * pow(envmapi_band_error(l, spec->h), 2) * d->P[l];
-    return lost;
-}
-
 static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     const envmapi_spec *spec = job->specs;
     const envmapi_scenes *scenes = &job->scenes;
@@ -9655,8 +9639,10 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
     if (out->lights) envmapi_power_lights(&d, &scenes->unlit, -1), envmapi_power_scene(&d);
     out->method = ENVMAP_METHOD_FAST;
-    if (!spec->L) return ENVMAP_OK;
-    out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
+    double lost = envmapi_power_from(&d, spec->L); /* bands beyond those that FAST keeps, and */
+    for (int l = 0; l < spec->L; ++l)              /* what four splines lose of these */
+        lost += 4 * pow(envmapi_band_error(l, spec->h), 2) * d.P[l];
+    if (spec->L) out->error = envmapi_rms(lost, total);
     return ENVMAP_OK;
 }
 
