@@ -238,13 +238,12 @@ ENVMAP_API envmap_result envmap_create(envmap *map, int mapping, int size, int l
 /* Frees the texels and zeroes all but map->memory. NULL and twice are fine. */
 ENVMAP_API void envmap_free(envmap *map);
 
-/* Texel (x,y): 3 floats, then the rest of its row. NULL when anything is out of range.
+/* Texel (x,y): 3 floats, then its row's rest; NULL when out of range.
    Test: texels_are_where_the_memory_order_says. */
 ENVMAP_API float *envmap_texel(const envmap *map, int level, int slice, int face, int x, int y);
 
-/* Solid angle of a texel, sr, of its part inside a disc's rim: in closed form, or
-   by line quadrature (1e-13) where there is none. 0 when out of range.  Test:
-   solid_angles_sum_to_4_pi. */
+/* Solid angle of a texel, sr, of its part inside a disc's rim: in closed form, or line quadrature
+   (1e-13). 0 when out of range.  Test: solid_angles_sum_to_4_pi. */
 ENVMAP_API double envmap_solid_angle(const envmap *map, int level, int face, int x, int y);
 
 /* rgb = radiance in direction dir, trilinear: bilinear in two levels, linear between.
@@ -278,9 +277,9 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
 /* dst level 0 = src level 0 in dst's parameterization and size, slice by slice (src may have one
    slice for all):
      L_j = sum_i A_ij L_i / sum_i A_ij      A_ij: the solid angle that texels i and j have in common
-   so a constant stays, and so does the energy of every texel: within 1 % where dst is as coarse as
-   src or coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4 (a
-   sphere map's: 5e-4), but where most of it is a few texels'.
+   so a constant stays, and so does a texel's energy: within 1 % where dst is as coarse as src or
+   coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4 (a sphere
+   map's: 5e-4), but where most of it is a few texels'.
    Where dst has a quarter more texels than src, L_j is the mean of bilinear src at points of texel
    j, which keeps the whole map's energy, not that of single texels. Same mapping and size: the same
    texels.
@@ -339,8 +338,8 @@ ENVMAP_API float envmap_footprint_level(const envmap *map, const float dir[3], c
      rgb = 1/n sum over i of map(dir + major ((i+1/2)/n - 1/2)),   n = ceil(longer / shorter axis)
    in texels of level 0. A level alone makes the footprint a square of its longer side.
    probes  the most to take, 1 .. 256 (clamped); 1: one lookup at envmap_footprint_level
-   Slice 0; bad maps give black, bad numbers level 0.  O(n) lookups.
-   Source [SKS96].  Test: assembled_footprints_*. */
+   Slice 0; bad maps give black, bad numbers level 0.  O(n) lookups.  Source [SKS96].
+   Test: assembled_footprints_*. */
 ENVMAP_API void envmap_lookup_footprint(float rgb[3], const envmap *map, const float dir[3],
                                         const float dx[3], const float dy[3], int probes);
 
@@ -424,8 +423,8 @@ ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envm
      Y_00 = 1/sqrt(4 pi),  (Y_1-1, Y_10, Y_11) = sqrt(3/4pi) (y, z, x),  phi = atan2(y, x)
    Coefficients `sh` are doubles [bands * bands][3]: RGB of a_lm = integral of L Y_lm at l(l+1)+m,
    bands 1 .. 256, 0 <= l < bands. A direction may have any length; zero or non-finite counts as +z.
-   Unless a call says otherwise it allocates nothing, is thread-safe, and refuses coefficients that
-   are not finite, or 1e100 and more, with RADIANCE.
+   Unless a call says otherwise it allocates nothing, and refuses coefficients that are not finite,
+   or 1e100 and more, with RADIANCE.
    Source [RH01], [Sloan08].  Tests: tests/test_sh.c; docs/harmonics.md has the tables. */
 
 /* basis[l(l+1)+m] = Y_lm(dir), stable to all bands. A light of flux e from dir adds e Y_lm(dir) to
@@ -436,11 +435,10 @@ ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double 
    tolerance  0: every texel, in double. Otherwise a_lm may be off by tolerance * sqrt(2l+1) * a_00
               (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
               floats overflow or vanish, it is every texel again
-   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
+   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.
    With a tolerance O(texels + bands^3) and the memory of the map and 1000 bands^2 bytes, as FAST;
    without O(texels bands^2) and that of 16 sets of coefficients, for 3 bands also of 144 rows of
-   the map.  Test:
-   a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
+   the map.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
 
@@ -452,8 +450,8 @@ ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int
    below zero is written as it is.
    tolerance  0, and below 1e-6: every coefficient, in double; also for numbers near the ends of
               floats. Otherwise the relative rms error
-   Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then
-   stays as it was.  Time and memory as envmap_sh_project's; without a tolerance the level's.
+   Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED.  Time and memory
+   as envmap_sh_project's; without a tolerance the level's.
    Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
                                         int bands, double tolerance, const envmap_work *work);
@@ -477,8 +475,7 @@ ENVMAP_API envmap_result envmap_sh_rotate(double *out, const double *sh, int ban
    out    may be sh; still to be convolved        lobe   NULL: sh itself must not be negative
    moved  relative rms of what changed in the filtered result, 0 .. 1; may be NULL
    Errors: ARGUMENT, LOBE, RADIANCE (a channel's mean is not positive and the channel not black).
-   O(bands^4).  Source: the criterion is [Sloan08]'s, "Windowing"; his window moves three times as
-   much of one light's irradiance.
+   O(bands^4).  Source: [Sloan08], "Windowing"; his window moves three times as much irradiance.
    Test: a_suns_ringing_is_windowed_away, windowed_scenes_are_nowhere_below_zero. */
 ENVMAP_API envmap_result envmap_sh_window(double *out, double *moved, const double *sh, int bands,
                                           const envmap_lobe *lobe, double p);
@@ -643,10 +640,9 @@ typedef struct envmap_frame {
    map     any parameterization; level 0, slice 0
    frames  [count]
    Models narrower than two texels of map see single texels: resample it to a finer map first.
-   Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r
-   negative or not finite), MEMORY, CANCELLED; rgb then stays as it was.
-   O(texels * count), in double; 40 bytes a texel.  Thread-safe.  Source [KVHS00] eq. 1.
-   Test: eq_1_* . */
+   Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r negative
+   or not finite), MEMORY, CANCELLED.  O(texels * count), in double; 40 bytes a texel.
+   Source [KVHS00] eq. 1.  Test: eq_1_* . */
 ENVMAP_API envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
                                          const envmap_frame *frames, int count,
                                          const envmap_work *work);
@@ -684,8 +680,7 @@ typedef struct envmap_fit {
    channel, are scaled so that a constant environment is reflected as f_r (n.l) reflects it.
    Of anisotropic models the one with t in the plane of n and v is seen. Towards grazing views
    f_r (n.l) ends at the horizon and a lobe does not: see fit.error.
-   Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY, CANCELLED; *fit stays as it
-   was.
+   Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY, CANCELLED.
    About 6e4 evaluations of f_r a slice for one lobe, 5e5 for three; flat, too, it keeps the memory
    of a row a slice.  Source [KM00]; the sum of lobes and the axis are ours.  Test: fits_*. */
 ENVMAP_API envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
@@ -706,14 +701,13 @@ ENVMAP_API void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const env
                F E (1 - Ess) / (1 - F (1 - Ess)), E = f0 scale + bias, Ess = scale + bias,
                F = f0 + (1 - f0)/21; f0 = 1 gives 1 - Ess: nothing is lost      [FdezAguera19]
    cosine  n.v in [0,1]; alpha in [1e-4, 1]: outside clamped; NaN: 0
-   Error at most 3e-5, and 1e-5 where cosine > 0.1. About 5 us.
-   Source: [Heitz14] for G.  Test: ggx_*. */
+   Error at most 3e-5, and 1e-5 where cosine > 0.1. About 5 us.  Source: [Heitz14].  Test: ggx_*. */
 ENVMAP_API void envmap_ggx_split_sum(double *scale, double *bias, double cosine, double alpha);
 ENVMAP_API double envmap_ggx_multiple(double f0, double scale, double bias);
 
 /* values[y][x] = (scale, bias), [size][size][2], at texel centres: n.v = (x + 1/2)/size, roughness
    = (y + 1/2)/size, alpha = roughness^2.  size 1 .. 1024.  The executor runs rows.
-   Errors: ARGUMENT, MEMORY (as much again), CANCELLED; values then stay as they were. */
+   Errors: ARGUMENT, MEMORY (as much again), CANCELLED. */
 ENVMAP_API envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work);
 
 /* level = (levels - 1) r (1 + bend - bend r) and its inverse: where in a chain a roughness lies.
@@ -751,9 +745,8 @@ typedef struct envmap_difference {
 } envmap_difference;
 
 /* How far level `level` of a is from b, the truth; texels outside a rim (w = 0) do not count.
-   Black b: 0 where a is black too, else infinity.
-   Errors: ARGUMENT (maps of different mapping, edge or slices), RADIANCE (NaN, Inf).
-   Allocates nothing.  Thread-safe.  Test: differences_*. */
+   Black b: 0 where a is black too, else infinity.  Allocates nothing.  Test: differences_*.
+   Errors: ARGUMENT (maps of different mapping, edge or slices), RADIANCE (NaN, Inf). */
 ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
                                         const envmap *b, int level);
 
