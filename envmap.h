@@ -8403,8 +8403,8 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
              epsilon q(t) <= share D lambda_0 / 2          the brightest spot, wherever it is
              sqrt(kappa^2 - epsilon^2) rms(q) <= share D lambda_0 / 2     all others together
    The bands of a lobe with a kink (diffuse, Banks) end slowly. There lights are summed apart, and D
-   is the least that one of 54 axes gets. Narrow lobes are held to what each of 150 axes sees, L(a)
-   being the light that axis a gets:                                                 _slice_sees
+   is the least that one of 54 axes gets. Where narrow lobes miss that, or leave an axis black, they
+   are held to what each of 150 axes sees, L(a) being the light that axis a gets:    _slice_sees
              kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
              epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
    Banks' slices at c and -c are each other's antipodes; slices of about as many bands share a grid.
@@ -8579,8 +8579,8 @@ static int envmapi_slice_sees(const envmapi_slice *slice, const envmapi_scene *s
 
 /* Is an error d(t) of one light small enough, of bands from l on? Of |d| what exceeds `share` of k
    counts: the brightest light's must stay below that share of the dark, and so must the rms of all
-   others' together; for a narrow lobe with a kink the axes say. 1e-3 of the mean is what
-   envmap_compare divides by at least.
+   others' together. Where that is not so, or there is black, the axes say for a narrow lobe with a
+   kink (always asking them: 1.4 x for Banks 0.9). 1e-3 of the mean is envmap_compare's least.
    The denominator is filtered on the same grid. Solid angles change from texel to texel, so it has
    an error of its own; it must stay below share * mean / 8.
    Test of both: a_wide_lamp_on_black_keeps_the_tolerance. */
@@ -8598,9 +8598,9 @@ static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *
     }
     double lumps = fmax(8 * spec->midpoint, envmapi_solid_contrast(s, l));
     if (lumps * most * spec->part > share * slice->mean) return 0;
-    if (spec->kinked && s->detail)
-        return envmapi_slice_sees(slice, s, excess, ENVMAPI_SEES * share, l);
-    return c.epsilon * most <= dark && others * squares <= dark * dark;
+    int fits = c.epsilon * most <= dark && others * squares <= dark * dark;
+    if (!spec->kinked || !s->detail || (fits && !slice->black && !spec->tail)) return fits;
+    return envmapi_slice_sees(slice, s, excess, ENVMAPI_SEES * share, l);
 }
 
 /* Does an error of this power stay below that part of the tolerance, in rms? */
