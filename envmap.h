@@ -9563,7 +9563,7 @@ static double envmapi_slices_error(const envmapi_power *d, int n, const envmap_w
     double lost = 0, total = 0;
     memset(&s, 0, sizeof s);
     s.d = d, s.n = n, s.samples = n < 24 ? 96 : n < 256 ? 4 * n : 1024;
-    s.ends = lobe->kind == ENVMAP_LOBE_BANKS && !(fabs(lobe->p0 + lobe->p1) > 0) ? 1 : 2;
+    s.ends = lobe->kind == ENVMAP_LOBE_BANKS && !(fabsf(lobe->p0 + lobe->p1) > 0) ? 1 : 2;
     envmapi_run_all(work, envmapi_task_slices, &s, ENVMAPI_SLICE_TASKS);
     for (int i = 0; i < ENVMAPI_SLICE_TASKS; ++i) {
         lost += s.lost[i], total += s.total[i];
