@@ -104,6 +104,25 @@ static void the_oracles_rings_and_discs_agree(void) {
     FIGURE("light, relative", of_light, 2e-5);
 }
 
+/* Works that broke a promise, or showed the oracle to be wrong, one of each kind. */
+static void works_that_broke_hold(void) {
+    static const char *const works[][2] = {
+        {"cube:16:1 dst=cube:2:3 lobe=banks:0.99:0 raw=0:1 tolerance=1e-5", "texel:0.3:0.3"},
+        {"octahedral:24:1 dst=cube:2:2 lobe=banks:0.98:0 raw=0:1 tolerance=1e-5", "lamps:0.4:0"},
+        {"sphere:20:1 dst=cube:1:1 lobe=phong:90:0 raw=0:1 tolerance=1e-5", "texel:0.02:0.5"},
+        {"cube:16:1 dst=latlong:3:1 lobe=slide:0.13:0.4 raw=0:1 tolerance=1e-5", "half:0.6:0"},
+        {"octahedral:16:1 dst=cube:1:1 lobe=two:0.14:0.8 raw=0:1 tolerance=1e-5", "texel:0.4:0.8"}};
+    for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
+        char text[300];
+        work w;
+        snprintf(text, sizeof text, "check=filter method=auto src=%s scene=%s times=1 seed=3",
+                 works[i][0], works[i][1]);
+        CHECK(work_read(&w, text));
+        verdict v = check_work(&w);
+        CHECK(!broken(&v, PROMISE_RMS) && !broken(&v, PROMISE_WORST) && v.over[PROMISE_RMS] >= 0);
+    }
+}
+
 /* The oracle's own solid angles fill the sphere, for every mapping, odd and tiny edges too. */
 static void the_oracles_solid_angles_sum_to_4_pi(void) {
     static const int sizes[] = {1, 2, 3, 7, 16, 33};
@@ -123,6 +142,7 @@ int main(void) {
     RUN(a_work_reads_back_as_it_was_printed);
     RUN(the_oracle_is_the_reference);
     RUN(the_oracles_rings_and_discs_agree);
+    RUN(works_that_broke_hold);
     RUN(the_oracles_solid_angles_sum_to_4_pi);
     RUN(random_filters_keep_their_tolerance);
     RUN(random_chains_keep_their_tolerance);
