@@ -5541,15 +5541,15 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
                    within 12 texels, 8 sigma, or twice the angle of a function's or a table's last
                    flank, by Gauss-Legendre on patches that end where it has kinks; in polar
-                   coordinates about a for sphere and angular maps and Banks' lobes. What a lobe
-                   has beyond (the tail of GGX) is smooth at a texel's scale and stays a sum over
-                   texels.
+                   coordinates about a for sphere and angular maps and Banks' lobes, on rings
+                   that are closer at tighter tolerances. What a lobe has beyond (the tail of GGX)
+                   is smooth at a texel's scale and stays a sum over texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
    tuned; they are the definition.
        l_i, w_i                    envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
-       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar
+       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_ring
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
    Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
@@ -6012,7 +6012,7 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
                              double tolerance) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
     axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1;
-    axis->apart = 0.8 * pow(tolerance * 1e3, 0.45);
+    axis->apart = cbrt(tolerance * 1e3);
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
     axis->texel = envmapi_texel_extent(src);

@@ -82,9 +82,16 @@ static int known_tip_time(const finding *f) {
     return is_time(f) && tip;
 }
 
-/* The sum over texel centres that a lobe is divided by. Where a row of texels lies along a kink, it is
-   off by the slope's jump times texel^2 / 12, which no number of bands has; that is much of a lobe
-   whose peak is beside its kink. */
+/* The definition's rings, for Banks' lobes below two texels, at the tightest tolerances: they are
+   as close as is affordable there. */
+static int known_thin_rings(const finding *f) {
+    return is_accuracy(f) && f->w->lobe == LOBE_BANKS && f->texels < 1.5 &&
+           f->w->tolerance < 1e-5 && f->off < (f->promise == PROMISE_RMS ? 2e-5 : 4e-4);
+}
+
+/* The sum over texel centres that a lobe is divided by. Where a row of texels lies along a kink, it
+   is off by the slope's jump times texel^2 / 12, which no number of bands has; that is much of a
+   lobe whose peak is beside its kink. */
 static int known_kinked_function(const finding *f) {
     return f->promise == PROMISE_RMS && f->w->lobe == LOBE_POWER && f->value < 3;
 }
@@ -105,6 +112,7 @@ static const struct known {
     {"lobes of hundreds of bands take seconds", "no cliffs: rings, middle lobes",
      known_banded_time},
     {"functions with a tip at an end take seconds", "found here", known_tip_time},
+    {"Banks below 1.5 texels at tolerances below 1e-5", "found here", known_thin_rings},
     {"functions with a declared kink", "right everywhere", known_kinked_function},
     {"results of few texels at the rounding of floats", "found here", known_last_bits},
 };

@@ -166,7 +166,8 @@ static oracle_image oracle_image_of(const float *texels, int mapping, int size) 
 }
 
 /* Texel (x,y) may lie off its face by one: over a cube's edge it is the texel of the next face that
-   touches it, over an octahedral map's that which has its centre there, lat-long wraps, discs clamp to texels inside their rim. */
+   touches it, over an octahedral map's that which has its centre there, lat-long wraps, discs clamp
+   to texels inside their rim. */
 static void oracle_tap(double rgb[3], const oracle_image *image, int face, int x, int y,
                        double weight) {
     int n = image->size, width = image->width;
@@ -279,18 +280,12 @@ static double oracle_function(double x, double p, void *user) {
     const oracle_lobe *m = (const oracle_lobe *)user;
     double t = acos(oracle_clamp(x, -1, 1));
     switch (m->kind) {
-    case LOBE_CONE:
-        return fmax(0, 1 - t / m->a);
-    case LOBE_POWER:
-        return x > 0 ? x * pow(fmax(0, 1 - x), m->a) : 0;
-    case LOBE_RING:
-        return oracle_bell(t - m->b, m->a);
-    case LOBE_TWO:
-        return oracle_bell(t, m->a) + oracle_bell(t - m->b, m->a) / 3;
-    case LOBE_HAT:
-        return oracle_bell(t, m->a) - m->b * oracle_bell(t, 2 * m->a);
-    default:
-        return oracle_bell(t, m->a * (1 + m->b * p));
+    case LOBE_CONE: return fmax(0, 1 - t / m->a);
+    case LOBE_POWER: return x > 0 ? x * pow(fmax(0, 1 - x), m->a) : 0;
+    case LOBE_RING: return oracle_bell(t - m->b, m->a);
+    case LOBE_TWO: return oracle_bell(t, m->a) + oracle_bell(t - m->b, m->a) / 3;
+    case LOBE_HAT: return oracle_bell(t, m->a) - m->b * oracle_bell(t, 2 * m->a);
+    default: return oracle_bell(t, m->a * (1 + m->b * p));
     }
 }
 
@@ -323,22 +318,17 @@ static double oracle_table(const oracle_lobe *m, double x, double p) {
 static double oracle_k(const oracle_lobe *m, double x, double p) {
     double a = m->a, c2 = (1 + x) / 2, q, ring;
     switch (m->kind) {
-    case LOBE_DIFFUSE:
-        return x > 0 ? x : 0;
-    case LOBE_PHONG:
-        return x > 0 ? pow(x, a) : 0;
-    case LOBE_GAUSSIAN:
-        return exp(a * (x - 1));
+    case LOBE_DIFFUSE: return x > 0 ? x : 0;
+    case LOBE_PHONG: return x > 0 ? pow(x, a) : 0;
+    case LOBE_GAUSSIAN: return exp(a * (x - 1));
     case LOBE_GGX: /* the denominator without cancellation: (a^2 - 1) c2 + 1 */
         q = a * a * c2 + (1 - x) / 2;
         return x > 0 ? a * a / (PI * q * q) * x : 0;
     case LOBE_BANKS:
         ring = sqrt(fmax(0, 1 - x * x)) * sqrt(fmax(0, 1 - p * p)) - x * p - a;
         return fmax(0, ring) / ((1 - a) * (1 - a));
-    case LOBE_TABLE:
-        return oracle_table(m, x, p);
-    default:
-        return oracle_function(x, p, (void *)(size_t)m);
+    case LOBE_TABLE: return oracle_table(m, x, p);
+    default: return oracle_function(x, p, (void *)(size_t)m);
     }
 }
 
@@ -357,10 +347,8 @@ static double oracle_sigma(const oracle_lobe *m, double p) {
         if (m->kind == LOBE_PHONG && !(m->a > 0)) return PI / 2;
         for (int i = 0; i < 100; ++i) {
             double t = (low + high) / 2;
-            if (oracle_k(m, cos(t), p) < level * oracle_k(m, 1, p))
-                high = t;
-            else
-                low = t;
+            if (oracle_k(m, cos(t), p) < level * oracle_k(m, 1, p)) high = t;
+            else low = t;
         }
         return low;
     }
@@ -373,7 +361,8 @@ static double oracle_sigma(const oracle_lobe *m, double p) {
     double ends[2] = {from, to};
     for (int i = 0; i < 2 * 30; ++i) { /* between samples by halving */
         double in = i % 30 ? low : i ? to - 1 : from + 1, out = i % 30 ? high : i ? to : from;
-        double middle = (in + out) / 2, inside = oracle_k(m, cos(PI * middle / n), p) >= level * peak;
+        double middle = (in + out) / 2,
+               inside = oracle_k(m, cos(PI * middle / n), p) >= level * peak;
         low = inside > 0 ? middle : in, high = inside > 0 ? out : middle;
         ends[i / 30] = low;
     }
@@ -506,7 +495,7 @@ static int oracle_singular(const oracle_filter *f, const double a[3], double t) 
     return acos(oracle_clamp(x, -1, 1)) < t + 2 * f->extent;
 }
 
-/* Where a point of a circle about an axis lies: between which four texel centres, and on which face. */
+/* Where a point of a circle about an axis lies: between which four texel centres, on which face. */
 typedef struct oracle_arc {
     double d[3];
     int face, x, y;
@@ -549,7 +538,8 @@ static void oracle_circle(double sum[4], const oracle_filter *f, const double a[
         }
         for (int j = 0; j < 4 && high > from; ++j) {
             double phi = from + (high - from) / 2 * (1 + x[j]);
-            oracle_lookup(rgb, &f->image, oracle_arc_at(f, frame, t, phi).d, (high - from) / 2 * w[j]);
+            oracle_lookup(rgb, &f->image, oracle_arc_at(f, frame, t, phi).d,
+                          (high - from) / 2 * w[j]);
         }
         if (oracle_arc_same(&here, &last)) ++i;
         here = next, from = high;
@@ -563,7 +553,8 @@ static void oracle_circle(double sum[4], const oracle_filter *f, const double a[
 static double oracle_panel_end(const oracle_filter *f, double t, double end) {
     double step = fmin(fmax(f->sigma / 2, t / 4), f->extent / 2) / f->fine, next = t + step;
     double kinks[3] = {acos(oracle_clamp(-f->p, -1, 1)), PI / 2, f->lobe->a};
-    if (f->lobe->kind == LOBE_BANKS) step = fmin(f->sigma, f->extent) / 2 / f->fine, next = t + step;
+    if (f->lobe->kind == LOBE_BANKS)
+        step = fmin(f->sigma, f->extent) / 2 / f->fine, next = t + step;
     if (f->lobe->kind >= LOBE_CONE)
         for (int i = 1; i < 3; ++i)
             if (kinks[i] > t && kinks[i] < next) next = kinks[i];
@@ -592,7 +583,8 @@ static void oracle_polar(double sum[4], const oracle_filter *f, const double a[3
 
 /* An ordinary lobe of the header: it falls from its axis. */
 static int oracle_falls(const oracle_filter *f) {
-    return f->lobe->kind == LOBE_PHONG || f->lobe->kind == LOBE_GAUSSIAN || f->lobe->kind == LOBE_GGX;
+    return f->lobe->kind == LOBE_PHONG || f->lobe->kind == LOBE_GAUSSIAN ||
+           f->lobe->kind == LOBE_GGX;
 }
 
 static int oracle_by_size(const void *a, const void *b) {
@@ -620,7 +612,10 @@ typedef struct oracle_disc {
 
 static void oracle_disc_node(double sum[4], double rgb[3], const oracle_filter *f,
                              const oracle_disc *e, double t, double phi, double weight) {
-    double side = f->image.mapping == ENVMAP_SPHERE || (f->image.mapping == ENVMAP_PARABOLOID && !e->face) ? 1 : -1;
+    double side =
+        f->image.mapping == ENVMAP_SPHERE || (f->image.mapping == ENVMAP_PARABOLOID && !e->face)
+            ? 1
+            : -1;
     double d[3] = {sin(t) * cos(phi), sin(t) * sin(phi), side * cos(t)}, share = 1;
     double r = oracle_disc_radius(f->image.mapping, t), x = oracle_dot(e->a, d);
     double k = oracle_k(f->lobe, x, f->p);
@@ -642,8 +637,8 @@ static double oracle_disc_wide(const oracle_disc *e, double t, double to) {
     return c > 1 ? -1 : acos(fmax(c, -1));
 }
 
-static void oracle_disc_circle(double sum[4], const oracle_filter *f, const oracle_disc *e, double t,
-                               double weight) {
+static void oracle_disc_circle(double sum[4], const oracle_filter *f, const oracle_disc *e,
+                               double t, double weight) {
     double r = oracle_disc_radius(f->image.mapping, t), *cuts = e->cuts, x[4], w[4];
     double wide = oracle_disc_wide(e, t, e->end), rgb[3] = {0, 0, 0};
     int n = f->image.size, count = 0;
@@ -662,7 +657,8 @@ static void oracle_disc_circle(double sum[4], const oracle_filter *f, const orac
     qsort(cuts, (size_t)count, sizeof *cuts, oracle_by_size);
     oracle_gauss(x, w, 4);
     for (int i = 0; i + 1 < count; ++i) {
-        double from = cuts[i], to = cuts[i + 1], nearest = from * to < 0 ? 0 : fmin(fabs(from), fabs(to));
+        double from = cuts[i], to = cuts[i + 1],
+               nearest = from * to < 0 ? 0 : fmin(fabs(from), fabs(to));
         if (to > wide + 1e-15 || from < -wide - 1e-15 || !(to > from)) continue;
         double arc = hypot(sin(t) * nearest, t - e->t), step = f->sigma / 2 / f->fine;
         if (oracle_falls(f)) step = fmax(step, arc / 5);
@@ -684,20 +680,25 @@ static void oracle_disc_face(double sum[4], const oracle_filter *f, oracle_disc 
     double low = fmax(0, e->t - e->end);
     double high = fmin(most > 1e9 ? PI : oracle_disc_angle(mapping, most), e->t + e->end);
     ends[count++] = low, ends[count++] = high;
-    for (int i = 1 - (n & 1); i < n; i += 2) ends[count++] = oracle_disc_angle(mapping, (double)i / n);
-    ends[count++] = oracle_disc_angle(mapping, 1), ends[count++] = oracle_disc_angle(mapping, 1 - 1.0 / n);
+    for (int i = 1 - (n & 1); i < n; i += 2)
+        ends[count++] = oracle_disc_angle(mapping, (double)i / n);
+    ends[count++] = oracle_disc_angle(mapping, 1),
+    ends[count++] = oracle_disc_angle(mapping, 1 - 1.0 / n);
     for (int i = 0; i < e->kink_count; ++i)
         ends[count++] = fabs(e->t - e->kinks[i]), ends[count++] = e->t + e->kinks[i];
     ends[count++] = 2 * PI - e->t - e->end, ends[count++] = e->t;
     qsort(ends, (size_t)count, sizeof *ends, oracle_by_size);
     oracle_gauss(x, w, 6);
     for (int i = 0; i + 1 < count; ++i)
-        for (double from = fmax(ends[i], low), to = fmin(ends[i + 1], high), next; from < to - 1e-14; from = next) {
-            double step = f->sigma / 2 / f->fine, away = from > e->t ? from - e->t : (e->t - from) / 5 * 4;
+        for (double from = fmax(ends[i], low), to = fmin(ends[i + 1], high), next;
+             from < to - 1e-14; from = next) {
+            double step = f->sigma / 2 / f->fine,
+                   away = from > e->t ? from - e->t : (e->t - from) / 5 * 4;
             if (oracle_falls(f)) step = fmax(step, away / 4);
             next = from + step * 1.01 < to ? from + step : to;
             for (int k = 0; k < 6; ++k)
-                oracle_disc_circle(sum, f, e, from + (next - from) / 2 * (1 + x[k]), (next - from) / 2 * w[k]);
+                oracle_disc_circle(sum, f, e, from + (next - from) / 2 * (1 + x[k]),
+                                   (next - from) / 2 * w[k]);
         }
 }
 
@@ -715,8 +716,8 @@ static void oracle_discs(double sum[4], const oracle_filter *f, const double a[3
     free(e.cuts);
 }
 
-/* The last flank of a function or a table: up to there, in steps of sigma/2, rings of more than 1e-4
-   of all before them fall faster than theta^-11. */
+/* The last flank of a function or a table: the last of the steps of sigma/2 on which k falls faster
+   than theta^-11, and the ring before has more than 1e-4 of all. */
 static double oracle_flank(const oracle_filter *f) {
     double step = fmax(f->sigma / 2, PI / 4096), all = 0, last = 0, before = 0;
     for (double t = step; t < PI && f->lobe->kind >= LOBE_TABLE; t += step) {
@@ -729,16 +730,15 @@ static double oracle_flank(const oracle_filter *f) {
 }
 
 /* The definition of one texel of a result: texel centres for lobes of two mean texels and more; for
-   thinner ones tents of half-width t = clamp(2 - sigma/texel, 0, 1), which go over into the bilinear
+   thinner ones tents of half-width t = clamp(2 - sigma/texel, 0, 1), which go over into bilinear
    radiance between t = 1/2 and 1. */
 static void oracle_axis(double rgb[3], const oracle_filter *f, const double a[3]) {
     double tent = oracle_clamp(2 - f->sigma / f->extent, 0, 1), norm = oracle_norm(f->lobe);
-    double bilinear = oracle_step(tent, 0.5, 1), reach = fmax(fmax(12 * f->extent, 8 * f->sigma), 2 * f->flank);
+    double bilinear = oracle_step(tent, 0.5, 1),
+           reach = fmax(fmax(12 * f->extent, 8 * f->sigma), 2 * f->flank);
     double texels[4] = {0, 0, 0, 0}, smooth[4] = {0, 0, 0, 0};
-    if (!(tent > 0))
-        oracle_centres(texels, f, a, 0);
-    else if (bilinear < 1)
-        oracle_tents(texels, f, a, tent, reach);
+    if (!(tent > 0)) oracle_centres(texels, f, a, 0);
+    else if (bilinear < 1) oracle_tents(texels, f, a, tent, reach);
     if (bilinear > 0) {
         if (f->from > 0 || reach > f->to) reach = f->to;
         if (oracle_is_disc(f->image.mapping)) oracle_discs(smooth, f, a, reach);

@@ -66,10 +66,8 @@ static void the_oracle_is_the_reference(void) {
             w.scene = SCENE_NOISE;
         verdict v = check_work(&w);
         finding f = finding_of(&w, &v, PROMISE_RMS);
-        if (f.texels >= 2)
-            wide = fmax(wide, f.off);
-        else
-            thin = fmax(thin, f.off);
+        if (f.texels >= 2) wide = fmax(wide, f.off);
+        else thin = fmax(thin, f.off);
     }
     FIGURE("lobes of two texels and more, rms", wide, 1e-6);
     FIGURE("thinner ones", thin, 1e-3);
