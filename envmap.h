@@ -5603,15 +5603,15 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
                    within 12 texels, 8 sigma, or twice the angle of a function's or a table's last
                    flank, by Gauss-Legendre on patches that end where it has kinks; in polar
-                   coordinates about a for sphere and angular maps and Banks' lobes. What a lobe
-                   has beyond (the tail of GGX) is smooth at a texel's scale and stays a sum over
-                   texels.
+                   coordinates about a for sphere and angular maps and Banks' lobes, on rings
+                   that are closer at tighter tolerances. What a lobe has beyond (the tail of GGX)
+                   is smooth at a texel's scale and stays a sum over texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
    result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
    tuned; they are the definition.
        l_i, w_i                    envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
-       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar
+       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_ring
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
    Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
@@ -5724,6 +5724,7 @@ typedef struct envmapi_axis {
     double *light;          /* sum; or, where the level has no texels, [texels] what each counts */
     double sight;           /* rad: integrals end where so little is left of the lobe; to */
     double ease;            /* nodes away from kinks, over what the definition takes */
+    double apart;           /* rings, eight of them in two texels: less at tight tolerances */
 } envmapi_axis;
 
 /* 0 up to from, 1 beyond to, smooth between. */
@@ -5948,29 +5949,70 @@ static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
     return apart < ENVMAPI_PI / 2 ? sin(apart) + 1e-9 : 1;
 }
 
+/* A ring about the axis, of directions d. Which texel centres are around one: its cell. */
+typedef struct envmapi_circle {
+    double a[3], t[3], b[3], d[3]; /* a, t, b: the axis and its tangents, times cosine and sine */
+    int cell[3];
+} envmapi_circle;
+
+/* Goes to phi. 0: d is in another cell than before. */
+static int envmapi_circle_at(envmapi_circle *ring, const envmapi_level *level, double phi) {
+    double c = cos(phi), s = sin(phi), uv[2];
+    for (int j = 0; j < 3; ++j) ring->d[j] = ring->a[j] + c * ring->t[j] + s * ring->b[j];
+    int face = envmapi_face(level->mapping, ring->d), before[3];
+    envmapi_project(uv, level->mapping, face, ring->d);
+    memcpy(before, ring->cell, sizeof before);
+    ring->cell[0] = (int)floor(uv[0] * level->width - 0.5);
+    ring->cell[1] = (int)floor(uv[1] * level->edge - 0.5), ring->cell[2] = face;
+    for (int j = 0; j < 3; ++j) ring->cell[2] = 2 * ring->cell[2] + (ring->d[j] > 0); /* folds */
+    return !memcmp(before, ring->cell, sizeof before);
+}
+
+/* Adds the mean of the bilinear radiance on a ring, times k: n steps, cut where they leave a cell,
+   as the radiance has kinks there, and two nodes of Gauss-Legendre on each part. */
+static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, double k) {
+    const envmapi_level *level = &axis->level;
+    double from = 0, step = 2 * ENVMAPI_PI / n, to, middle;
+    envmapi_circle_at(ring, level, 0);
+    for (int i = 1; i <= n;) {
+        envmapi_circle next = *ring, test = *ring;
+        int whole = envmapi_circle_at(&next, level, to = i * step), last = whole;
+        for (double low = from; !whole && to - low > step * axis->apart / 16;) {
+            middle = (low + to) / 2, test = *ring;
+            if (envmapi_circle_at(&test, level, middle)) low = middle;
+            else to = middle, next = test;
+        }
+        for (int j = -1; j < 2; j += 2) {
+            test = *ring;
+            envmapi_circle_at(&test, level, (from + to) / 2 + j * sqrt(1.0 / 12) * (to - from));
+            envmapi_add_lookup(axis->light, level, test.d, k * (to - from) / (4 * ENVMAPI_PI));
+        }
+        *ring = next, from = to, i += last;
+    }
+}
+
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
    thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
-   rings, eight or more in two texels, of eight points a texel. */
+   rings. What rings miss falls as the power 5/2 of their distance, because the mean on a ring has a
+   root where a line through texel centres touches it. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
-                                                 2 * axis->texel);
-    const double *a = axis->a;
-    double t[3], b[3], theta, weight, d[3];
-    envmapi_tangents(t, b, a, NULL);
+                                                 2 * axis->texel * axis->apart);
+    double t[3], b[3], theta, weight;
+    envmapi_tangents(t, b, axis->a, NULL);
     while (envmapi_quadrature_next(&q, &theta, &weight)) {
         double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
         if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-        double texels = 2 * ENVMAPI_PI * sin(theta) / axis->texel;
+        double texels = 3 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
         double most = fmax(texels, 2 * axis->level.width);
-        int n = (int)fmax(8 * fmin(texels / envmapi_axis_squeeze(axis, theta), most), 32);
-        k *= 2 * ENVMAPI_PI * share;
-        for (int i = 0; i < n; ++i) {
-            double phi = 2 * ENVMAPI_PI * (i + 0.5) / n;
-            for (int j = 0; j < 3; ++j)
-                d[j] = cos(theta) * a[j] + sin(theta) * (cos(phi) * t[j] + sin(phi) * b[j]);
-            envmapi_add_lookup(axis->light, &axis->level, d, k / n);
+        envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}};
+        for (int j = 0; j < 3; ++j) {
+            ring.a[j] = cos(theta) * axis->a[j];
+            ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
         }
-        axis->sum[3] += k;
+        k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
+        int n = (int)fmax(fmin(texels / envmapi_axis_squeeze(axis, theta), most), 16);
+        envmapi_axis_ring(axis, &ring, n, k);
     }
 }
 
@@ -6028,9 +6070,11 @@ static double envmapi_axis_flank(const envmap_lobe *lobe, double p, double sigma
     return last;
 }
 
-static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices) {
+static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices,
+                             double tolerance) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
     axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1;
+    axis->apart = cbrt(tolerance * 1e3);
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
     axis->texel = envmapi_texel_extent(src);
@@ -6083,7 +6127,7 @@ static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
         }
         if (result) break;
         axes->slice = run, axes->axis.source = &source;
-        envmapi_axis_aim(&axes->axis, src, run, axes->dst->slices);
+        envmapi_axis_aim(&axes->axis, src, run, axes->dst->slices, (double)desc->tolerance);
         if (axes->prepare)
             result = axes->prepare(axes->method, &axes->axis, new_source, desc->work.memory);
         if (!result) result = envmapi_run(&work, envmapi_axes_row, axes, count);
@@ -6600,7 +6644,7 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     envmapi_axis axis;
     memset(&axis, 0, sizeof axis);
     axis.lobe = lobe;
-    envmapi_axis_aim(&axis, src, 0, 1);
+    envmapi_axis_aim(&axis, src, 0, 1, 1e-3);
     tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
     tail->lobe.raw = lobe->raw, tail->lobe.scale = lobe->scale;
     tail->reach = axis.reach, tail->whole_from = envmapi_cosine(axis.reach);
@@ -7927,7 +7971,7 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
                                            desc->work.memory);
         }
         if (result) break;
-        envmapi_axis_aim(&s.axis, src, s.slice, dst->slices);
+        envmapi_axis_aim(&s.axis, src, s.slice, dst->slices, (double)desc->tolerance);
         s.axis.source = &source;
         result = envmapi_near_slice(&s, src, &served, &one, pool);
         envmapi_pool_free(pool, kept);

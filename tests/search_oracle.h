@@ -166,7 +166,8 @@ static oracle_image oracle_image_of(const float *texels, int mapping, int size) 
 }
 
 /* Texel (x,y) may lie off its face by one: over a cube's edge it is the texel of the next face that
-   touches it, over an octahedral map's that which has its centre there, lat-long wraps, discs clamp to texels inside their rim. */
+   touches it, over an octahedral map's that which has its centre there, lat-long wraps, discs clamp
+   to texels inside their rim. */
 static void oracle_tap(double rgb[3], const oracle_image *image, int face, int x, int y,
                        double weight) {
     int n = image->size, width = image->width;
@@ -279,18 +280,12 @@ static double oracle_function(double x, double p, void *user) {
     const oracle_lobe *m = (const oracle_lobe *)user;
     double t = acos(oracle_clamp(x, -1, 1));
     switch (m->kind) {
-    case LOBE_CONE:
-        return fmax(0, 1 - t / m->a);
-    case LOBE_POWER:
-        return x > 0 ? x * pow(fmax(0, 1 - x), m->a) : 0;
-    case LOBE_RING:
-        return oracle_bell(t - m->b, m->a);
-    case LOBE_TWO:
-        return oracle_bell(t, m->a) + oracle_bell(t - m->b, m->a) / 3;
-    case LOBE_HAT:
-        return oracle_bell(t, m->a) - m->b * oracle_bell(t, 2 * m->a);
-    default:
-        return oracle_bell(t, m->a * (1 + m->b * p));
+    case LOBE_CONE: return fmax(0, 1 - t / m->a);
+    case LOBE_POWER: return x > 0 ? x * pow(fmax(0, 1 - x), m->a) : 0;
+    case LOBE_RING: return oracle_bell(t - m->b, m->a);
+    case LOBE_TWO: return oracle_bell(t, m->a) + oracle_bell(t - m->b, m->a) / 3;
+    case LOBE_HAT: return oracle_bell(t, m->a) - m->b * oracle_bell(t, 2 * m->a);
+    default: return oracle_bell(t, m->a * (1 + m->b * p));
     }
 }
 
@@ -323,22 +318,17 @@ static double oracle_table(const oracle_lobe *m, double x, double p) {
 static double oracle_k(const oracle_lobe *m, double x, double p) {
     double a = m->a, c2 = (1 + x) / 2, q, ring;
     switch (m->kind) {
-    case LOBE_DIFFUSE:
-        return x > 0 ? x : 0;
-    case LOBE_PHONG:
-        return x > 0 ? pow(x, a) : 0;
-    case LOBE_GAUSSIAN:
-        return exp(a * (x - 1));
+    case LOBE_DIFFUSE: return x > 0 ? x : 0;
+    case LOBE_PHONG: return x > 0 ? pow(x, a) : 0;
+    case LOBE_GAUSSIAN: return exp(a * (x - 1));
     case LOBE_GGX: /* the denominator without cancellation: (a^2 - 1) c2 + 1 */
         q = a * a * c2 + (1 - x) / 2;
         return x > 0 ? a * a / (PI * q * q) * x : 0;
     case LOBE_BANKS:
         ring = sqrt(fmax(0, 1 - x * x)) * sqrt(fmax(0, 1 - p * p)) - x * p - a;
         return fmax(0, ring) / ((1 - a) * (1 - a));
-    case LOBE_TABLE:
-        return oracle_table(m, x, p);
-    default:
-        return oracle_function(x, p, (void *)(size_t)m);
+    case LOBE_TABLE: return oracle_table(m, x, p);
+    default: return oracle_function(x, p, (void *)(size_t)m);
     }
 }
 
@@ -357,10 +347,8 @@ static double oracle_sigma(const oracle_lobe *m, double p) {
         if (m->kind == LOBE_PHONG && !(m->a > 0)) return PI / 2;
         for (int i = 0; i < 100; ++i) {
             double t = (low + high) / 2;
-            if (oracle_k(m, cos(t), p) < level * oracle_k(m, 1, p))
-                high = t;
-            else
-                low = t;
+            if (oracle_k(m, cos(t), p) < level * oracle_k(m, 1, p)) high = t;
+            else low = t;
         }
         return low;
     }
@@ -370,7 +358,15 @@ static double oracle_sigma(const oracle_lobe *m, double p) {
     }
     for (from = at; from >= 0 && oracle_k(m, cos(PI * from / n), p) >= level * peak;) --from;
     for (to = at; to <= n && oracle_k(m, cos(PI * to / n), p) >= level * peak;) ++to;
-    return from < 0 ? PI * (to - 0.5) / n : PI * (to - from - 1) / n / 2;
+    double ends[2] = {from, to};
+    for (int i = 0; i < 2 * 30; ++i) { /* between samples by halving */
+        double in = i % 30 ? low : i ? to - 1 : from + 1, out = i % 30 ? high : i ? to : from;
+        double middle = (in + out) / 2,
+               inside = oracle_k(m, cos(PI * middle / n), p) >= level * peak;
+        low = inside > 0 ? middle : in, high = inside > 0 ? out : middle;
+        ends[i / 30] = low;
+    }
+    return from < 0 ? PI * ends[1] / n : PI * (ends[1] - ends[0]) / n / 2;
 }
 
 /* The angles that hold all of k: where it is zero, or below 1e-12 of its peak, is left out for the
@@ -430,8 +426,8 @@ typedef struct oracle_filter {
     size_t count;
     oracle_image image;
     const oracle_lobe *lobe;
-    double p, sigma, extent, from, to;
-    double fine; /* 1, or more for a finer quadrature of the bilinear radiance; 0: cell by cell */
+    double p, sigma, flank, extent, from, to;
+    double fine; /* 1, or more for a finer quadrature of the bilinear radiance */
 } oracle_filter;
 
 static double oracle_step(double value, double from, double to) {
@@ -499,20 +495,56 @@ static int oracle_singular(const oracle_filter *f, const double a[3], double t) 
     return acos(oracle_clamp(x, -1, 1)) < t + 2 * f->extent;
 }
 
-/* The bilinear radiance on the circle of angle t about a, times weight. */
+/* Where a point of a circle about an axis lies: between which four texel centres, on which face. */
+typedef struct oracle_arc {
+    double d[3];
+    int face, x, y;
+} oracle_arc;
+
+static oracle_arc oracle_arc_at(const oracle_filter *f, double frame[3][3], double t, double phi) {
+    oracle_arc p;
+    double u, v;
+    for (int j = 0; j < 3; ++j)
+        p.d[j] = cos(t) * frame[0][j] + sin(t) * (cos(phi) * frame[1][j] + sin(phi) * frame[2][j]);
+    oracle_coordinates(&p.face, &u, &v, f->image.mapping, p.d);
+    p.x = (int)floor(u * f->image.width - 0.5), p.y = (int)floor(v * f->image.size - 0.5);
+    for (int j = 0; j < 3; ++j) p.face = 2 * p.face + (p.d[j] > 0); /* an octahedral map's folds */
+    return p;
+}
+
+static int oracle_arc_same(const oracle_arc *a, const oracle_arc *b) {
+    return a->face == b->face && a->x == b->x && a->y == b->y;
+}
+
+/* The bilinear radiance on the circle of angle t about a, times weight: Gauss's rule between the
+   points, found by halving, at which it comes between other texel centres. */
 static void oracle_circle(double sum[4], const oracle_filter *f, const double a[3], double t,
                           double weight) {
-    int n = (int)oracle_clamp(12 * f->fine * 2 * PI * sin(t) / f->extent, 24, 1e6);
+    int n = (int)oracle_clamp(3 * f->fine * 2 * PI * sin(t) / f->extent, 24, 1e6);
     if (oracle_singular(f, a, t) && n < 8 * f->image.width) n = 8 * f->image.width;
-    double b[3], c[3], d[3], rgb[3] = {0, 0, 0};
-    oracle_tangent(b, a, 0), oracle_tangent(c, a, PI / 2);
-    for (int i = 0; i < n; ++i) {
-        double phi = 2 * PI * (i + 0.5) / n;
-        for (int j = 0; j < 3; ++j)
-            d[j] = cos(t) * a[j] + sin(t) * (cos(phi) * b[j] + sin(phi) * c[j]);
-        oracle_lookup(rgb, &f->image, d, 1.0 / n);
+    double frame[3][3], x[4], w[4], rgb[3] = {0, 0, 0};
+    memcpy(frame[0], a, sizeof frame[0]);
+    oracle_tangent(frame[1], a, 0), oracle_tangent(frame[2], a, PI / 2), oracle_gauss(x, w, 4);
+    oracle_arc here = oracle_arc_at(f, frame, t, 0);
+    double from = 0;
+    for (int i = 0; i < n;) {
+        double end = 2 * PI * (i + 1) / n, low = from, high = end;
+        oracle_arc last = oracle_arc_at(f, frame, t, end), next = last;
+        for (int halved = 0; halved < 30 && !oracle_arc_same(&here, &last); ++halved) {
+            double middle = (low + high) / 2;
+            oracle_arc p = oracle_arc_at(f, frame, t, middle);
+            if (oracle_arc_same(&p, &here)) low = middle;
+            else high = middle, next = p;
+        }
+        for (int j = 0; j < 4 && high > from; ++j) {
+            double phi = from + (high - from) / 2 * (1 + x[j]);
+            oracle_lookup(rgb, &f->image, oracle_arc_at(f, frame, t, phi).d,
+                          (high - from) / 2 * w[j]);
+        }
+        if (oracle_arc_same(&here, &last)) ++i;
+        here = next, from = high;
     }
-    for (int j = 0; j < 3; ++j) sum[j] += weight * rgb[j];
+    for (int j = 0; j < 3; ++j) sum[j] += weight / (2 * PI) * rgb[j];
     sum[3] += weight;
 }
 
@@ -521,7 +553,8 @@ static void oracle_circle(double sum[4], const oracle_filter *f, const double a[
 static double oracle_panel_end(const oracle_filter *f, double t, double end) {
     double step = fmin(fmax(f->sigma / 2, t / 4), f->extent / 2) / f->fine, next = t + step;
     double kinks[3] = {acos(oracle_clamp(-f->p, -1, 1)), PI / 2, f->lobe->a};
-    if (f->lobe->kind == LOBE_BANKS) step = fmin(f->sigma, f->extent) / 2, next = t + step;
+    if (f->lobe->kind == LOBE_BANKS)
+        step = fmin(f->sigma, f->extent) / 2 / f->fine, next = t + step;
     if (f->lobe->kind >= LOBE_CONE)
         for (int i = 1; i < 3; ++i)
             if (kinks[i] > t && kinks[i] < next) next = kinks[i];
@@ -545,80 +578,171 @@ static void oracle_polar(double sum[4], const oracle_filter *f, const double a[3
     }
 }
 
-/* The same where a rim has no kinks, and the lobe none or a cone's, more exactly: Gauss's rule on halves of
-   texels, whose sides hold all kinks of the bilinear radiance and all folds but an octahedral map's
-   horizon. Du dv counts for |ray|^-3 of a solid angle: the largest coordinate of d, or their sum. */
-static int oracle_has_cells(const oracle_filter *f) {
-    int mapping = f->image.mapping, kind = f->lobe->kind;
-    return (mapping == ENVMAP_CUBE || mapping == ENVMAP_LATLONG || mapping == ENVMAP_OCTAHEDRAL) &&
-           (kind == LOBE_PHONG || kind == LOBE_GAUSSIAN || kind == LOBE_GGX || kind == LOBE_CONE);
+/* The same on discs, in polar coordinates about a face's centre: a rim is then one line, and where
+   lines through texel centres and the lobe's kinks meet a circle is a formula. */
+
+/* An ordinary lobe of the header: it falls from its axis. */
+static int oracle_falls(const oracle_filter *f) {
+    return f->lobe->kind == LOBE_PHONG || f->lobe->kind == LOBE_GAUSSIAN ||
+           f->lobe->kind == LOBE_GGX;
 }
 
-static void oracle_cell_part(double sum[4], const oracle_filter *f, const double a[3], int face,
-                             const double low[2], const double side[2], double reach) {
-    double x[4], w[4], d[3], rgb[3] = {0, 0, 0};
+static int oracle_by_size(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The radius on a disc at an angle from its face's centre, and the angle at a radius. */
+static double oracle_disc_radius(int mapping, double t) {
+    return mapping == ENVMAP_SPHERE ? sin(t / 2) : mapping == ENVMAP_ANGULAR ? t / PI : tan(t / 2);
+}
+
+static double oracle_disc_angle(int mapping, double r) {
+    return mapping == ENVMAP_SPHERE    ? 2 * asin(fmin(r, 1))
+           : mapping == ENVMAP_ANGULAR ? PI * fmin(r, 1)
+                                       : 2 * atan(r);
+}
+
+/* An axis as a face sees it, and the angles about it at which the lobe has kinks, or ends. */
+typedef struct oracle_disc {
+    double a[3], t, phi, reach, end, kinks[8];
+    int face, kink_count;
+    double *cuts;
+} oracle_disc;
+
+static void oracle_disc_node(double sum[4], double rgb[3], const oracle_filter *f,
+                             const oracle_disc *e, double t, double phi, double weight) {
+    double side =
+        f->image.mapping == ENVMAP_SPHERE || (f->image.mapping == ENVMAP_PARABOLOID && !e->face)
+            ? 1
+            : -1;
+    double d[3] = {sin(t) * cos(phi), sin(t) * sin(phi), side * cos(t)}, share = 1;
+    double r = oracle_disc_radius(f->image.mapping, t), x = oracle_dot(e->a, d);
+    double k = oracle_k(f->lobe, x, f->p);
+    if (f->to > e->reach)
+        k *= 1 - oracle_step(acos(oracle_clamp(x, -1, 1)), e->reach / 2, e->reach);
+    if (f->image.mapping == ENVMAP_PARABOLOID) /* as oracle_lookup blends them */
+        share = r > 1 ? 0.5 * (1 - (1 - 1 / r) * f->image.size)
+                      : fmin(1, 0.5 * (1 + (1 - r) * f->image.size));
+    k *= weight * sin(t) * fmax(share, 0);
+    if (!(k > 0) && !(k < 0)) return;
+    oracle_bilinear(rgb, &f->image, e->face, 0.5 + 0.5 * r * cos(phi), 0.5 - 0.5 * r * sin(phi), k);
+    sum[3] += k;
+}
+
+/* Where the circle of angle t about the face's centre meets that of angle `to` about the axis: half
+   of the width of its part inside, < 0 where there is none. */
+static double oracle_disc_wide(const oracle_disc *e, double t, double to) {
+    double c = (cos(to) - cos(t) * cos(e->t)) / fmax(sin(t) * sin(e->t), 1e-300);
+    return c > 1 ? -1 : acos(fmax(c, -1));
+}
+
+static void oracle_disc_circle(double sum[4], const oracle_filter *f, const oracle_disc *e,
+                               double t, double weight) {
+    double r = oracle_disc_radius(f->image.mapping, t), *cuts = e->cuts, x[4], w[4];
+    double wide = oracle_disc_wide(e, t, e->end), rgb[3] = {0, 0, 0};
+    int n = f->image.size, count = 0;
+    if (wide < 0) return;
+    cuts[count++] = -wide, cuts[count++] = wide;
+    for (int i = 0; i < e->kink_count; ++i) {
+        double at = oracle_disc_wide(e, t, e->kinks[i]);
+        if (at > 0) cuts[count++] = -at, cuts[count++] = at;
+    }
+    for (int i = 0; i < n; ++i) { /* lines through centres */
+        double c = ((2 * i + 1.0) / n - 1) / r, at = fabs(c) < 1 ? acos(c) : -1;
+        if (at < 0) continue;
+        double four[4] = {at, -at, PI / 2 - at, PI / 2 + at};
+        for (int k = 0; k < 4; ++k) cuts[count++] = remainder(four[k] - e->phi, 2 * PI);
+    }
+    qsort(cuts, (size_t)count, sizeof *cuts, oracle_by_size);
     oracle_gauss(x, w, 4);
-    for (int i = 0; i < 16; ++i) {
-        double u = low[0] + side[0] * (1 + x[i & 3]) / 2, v = low[1] + side[1] * (1 + x[i >> 2]) / 2;
-        oracle_direction(d, f->image.mapping, face, u, v);
-        double b[3] = {fabs(d[0]), fabs(d[1]), fabs(d[2])}, density = 2 * PI * PI * sin(PI * v);
-        if (f->image.mapping == ENVMAP_CUBE) density = 4 * pow(fmax(b[0], fmax(b[1], b[2])), 3);
-        if (f->image.mapping == ENVMAP_OCTAHEDRAL) density = 4 * pow(b[0] + b[1] + b[2], 3);
-        double cosine = oracle_dot(a, d), k = oracle_k(f->lobe, cosine, f->p);
-        if (f->to > reach)
-            k *= 1 - oracle_step(acos(oracle_clamp(cosine, -1, 1)), reach / 2, reach);
-        k *= density * w[i & 3] * w[i >> 2] * side[0] * side[1] / 4;
-        oracle_bilinear(rgb, &f->image, face, u, v, k);
-        sum[3] += k;
+    for (int i = 0; i + 1 < count; ++i) {
+        double from = cuts[i], to = cuts[i + 1],
+               nearest = from * to < 0 ? 0 : fmin(fabs(from), fabs(to));
+        if (to > wide + 1e-15 || from < -wide - 1e-15 || !(to > from)) continue;
+        double arc = hypot(sin(t) * nearest, t - e->t), step = f->sigma / 2 / f->fine;
+        if (oracle_falls(f)) step = fmax(step, arc / 5);
+        int parts = (int)ceil(fmin((to - from) * sin(t) / step, 1e4)) + ((to - from) > 0.5);
+        for (int k = 0; k < 4 * parts; ++k) {
+            double half = (to - from) / parts / 2, phi = from + half * (1 + 2 * (k / 4) + x[k % 4]);
+            oracle_disc_node(sum, rgb, f, e, t, e->phi + phi, weight * half * w[k % 4]);
+        }
     }
     for (int c = 0; c < 3; ++c) sum[c] += rgb[c];
 }
 
-static void oracle_cells(double sum[4], const oracle_filter *f, const double a[3], double reach) {
-    int w = 2 * f->image.width, h = 2 * f->image.size, mapping = f->image.mapping;
-    for (int i = 0; i < w * h * oracle_faces(mapping); ++i) {
-        int face = i / (w * h), y = i / w % h, column = i % w;
-        double low[2] = {(double)column / w, (double)y / h}, d[3], corner[3], radius = 0;
-        double X = fabs(low[0] + 0.5 / w - 0.5), Y = fabs(low[1] + 0.5 / h - 0.5);
-        oracle_direction(d, mapping, face, low[0] + 0.5 / w, low[1] + 0.5 / h);
-        for (int k = 0; k < 4; ++k) {
-            oracle_direction(corner, mapping, face, low[0] + (double)(k & 1) / w,
-                             low[1] + (double)(k >> 1) / h);
-            radius = fmax(radius, acos(oracle_clamp(oracle_dot(d, corner), -1, 1)));
+static void oracle_disc_face(double sum[4], const oracle_filter *f, oracle_disc *e) {
+    int n = f->image.size, mapping = f->image.mapping, count = 0;
+    double *ends = e->cuts + 4 * n + 32, x[6], w[6], most = mapping == ENVMAP_PARABOLOID ? 2 : 1;
+    double side = mapping == ENVMAP_SPHERE || (mapping == ENVMAP_PARABOLOID && !e->face) ? 1 : -1;
+    e->t = atan2(hypot(e->a[0], e->a[1]), side * e->a[2]), e->phi = atan2(e->a[1], e->a[0]);
+    if (most > 1 && n > 1) most = 1 / (1 - 1.0 / n);
+    double low = fmax(0, e->t - e->end);
+    double high = fmin(most > 1e9 ? PI : oracle_disc_angle(mapping, most), e->t + e->end);
+    ends[count++] = low, ends[count++] = high;
+    for (int i = 1 - (n & 1); i < n; i += 2)
+        ends[count++] = oracle_disc_angle(mapping, (double)i / n);
+    ends[count++] = oracle_disc_angle(mapping, 1),
+    ends[count++] = oracle_disc_angle(mapping, 1 - 1.0 / n);
+    for (int i = 0; i < e->kink_count; ++i)
+        ends[count++] = fabs(e->t - e->kinks[i]), ends[count++] = e->t + e->kinks[i];
+    ends[count++] = 2 * PI - e->t - e->end, ends[count++] = e->t;
+    qsort(ends, (size_t)count, sizeof *ends, oracle_by_size);
+    oracle_gauss(x, w, 6);
+    for (int i = 0; i + 1 < count; ++i)
+        for (double from = fmax(ends[i], low), to = fmin(ends[i + 1], high), next;
+             from < to - 1e-14; from = next) {
+            double step = f->sigma / 2 / f->fine,
+                   away = from > e->t ? from - e->t : (e->t - from) / 5 * 4;
+            if (oracle_falls(f)) step = fmax(step, away / 4);
+            next = from + step * 1.01 < to ? from + step : to;
+            for (int k = 0; k < 6; ++k)
+                oracle_disc_circle(sum, f, e, from + (next - from) / 2 * (1 + x[k]),
+                                   (next - from) / 2 * w[k]);
         }
-        double from = acos(oracle_clamp(oracle_dot(a, d), -1, 1)), away = from - radius;
-        if (away > fmin(reach, f->to)) continue;
-        double parts = ceil(2 * radius / fmax(f->sigma / 2, away / 4));
-        if (mapping == ENVMAP_OCTAHEDRAL && fabs(X + Y - 0.5) < 1.01 / w) parts *= 8;
-        if (f->lobe->kind == LOBE_CONE && (away <= 0 || fabs(from - f->lobe->a) < radius))
-            parts *= 8; /* its tip and its edge */
-        int n = (int)fmin(parts, 200);
-        for (int k = 0; k < n * n; ++k) {
-            double side[2] = {1.0 / w / n, 1.0 / h / n};
-            double at[2] = {low[0] + k % n * side[0], low[1] + k / n * side[1]};
-            oracle_cell_part(sum, f, a, face, at, side, reach);
-        }
+}
+
+static void oracle_discs(double sum[4], const oracle_filter *f, const double a[3], double reach) {
+    oracle_disc e;
+    double kinks[6] = {PI / 2, f->lobe->a, f->from, f->to, reach, reach / 2};
+    memset(&e, 0, sizeof e);
+    memcpy(e.a, a, sizeof e.a), e.reach = reach, e.end = fmin(reach, f->to);
+    for (int i = f->lobe->kind == LOBE_CONE ? 0 : f->lobe->kind == LOBE_BANKS ? 2 : 4; i < 6; ++i)
+        if (kinks[i] > 0 && kinks[i] < e.end) e.kinks[e.kink_count++] = kinks[i];
+    if (f->lobe->kind == LOBE_POWER && e.end > PI / 2) e.kinks[e.kink_count++] = PI / 2;
+    e.cuts = (double *)malloc((size_t)(6 * f->image.size + 96) * sizeof(double));
+    for (e.face = 0; e.cuts && e.face < oracle_faces(f->image.mapping); ++e.face)
+        oracle_disc_face(sum, f, &e);
+    free(e.cuts);
+}
+
+/* The last flank of a function or a table: the last of the steps of sigma/2 on which k falls faster
+   than theta^-11, and the ring before has more than 1e-4 of all. */
+static double oracle_flank(const oracle_filter *f) {
+    double step = fmax(f->sigma / 2, PI / 4096), all = 0, last = 0, before = 0;
+    for (double t = step; t < PI && f->lobe->kind >= LOBE_TABLE; t += step) {
+        double k = fabs(oracle_k(f->lobe, cos(t), f->p));
+        all += before * t * step;
+        if (k < before * exp(-11 * step / t) && before * t * step > 1e-4 * all) last = t;
+        before = k;
     }
+    return last;
 }
 
 /* The definition of one texel of a result: texel centres for lobes of two mean texels and more; for
-   thinner ones tents of half-width t = clamp(2 - sigma/texel, 0, 1), which go over into the bilinear
+   thinner ones tents of half-width t = clamp(2 - sigma/texel, 0, 1), which go over into bilinear
    radiance between t = 1/2 and 1. */
 static void oracle_axis(double rgb[3], const oracle_filter *f, const double a[3]) {
     double tent = oracle_clamp(2 - f->sigma / f->extent, 0, 1), norm = oracle_norm(f->lobe);
-    double bilinear = oracle_step(tent, 0.5, 1), reach = fmax(12 * f->extent, 8 * f->sigma);
-    if (f->lobe->kind == LOBE_RING || f->lobe->kind == LOBE_TWO)
-        reach = fmax(reach, 2 * (f->lobe->b + 5 * f->lobe->a));
-    if (f->lobe->kind == LOBE_TABLE || f->lobe->kind == LOBE_POWER) reach = PI;
+    double bilinear = oracle_step(tent, 0.5, 1),
+           reach = fmax(fmax(12 * f->extent, 8 * f->sigma), 2 * f->flank);
     double texels[4] = {0, 0, 0, 0}, smooth[4] = {0, 0, 0, 0};
-    if (!(tent > 0))
-        oracle_centres(texels, f, a, 0);
-    else if (bilinear < 1)
-        oracle_tents(texels, f, a, tent, reach);
+    if (!(tent > 0)) oracle_centres(texels, f, a, 0);
+    else if (bilinear < 1) oracle_tents(texels, f, a, tent, reach);
     if (bilinear > 0) {
         if (f->from > 0 || reach > f->to) reach = f->to;
-        if (f->fine > 0) oracle_polar(smooth, f, a, reach);
-        else oracle_cells(smooth, f, a, reach);
+        if (oracle_is_disc(f->image.mapping)) oracle_discs(smooth, f, a, reach);
+        else oracle_polar(smooth, f, a, reach);
         if (f->to > reach) oracle_centres(smooth, f, a, reach);
     }
     for (int c = 0; c < 4; ++c) texels[c] += bilinear * (smooth[c] - texels[c]);
