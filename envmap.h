@@ -2959,6 +2959,12 @@ static int envmapi_lobe_has_k(const envmap_lobe *lobe, double p) {
 
 static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
 
+/* 0 up to from, 1 beyond to, smooth between. */
+static double envmapi_smooth_step(double value, double from, double to) {
+    double t = envmapi_clamp((value - from) / (to - from), 0, 1);
+    return t * t * (3 - 2 * t);
+}
+
 /* Catmull-Rom along a row; mirrored at both ends, as a zonal function is. */
 static double envmapi_table_row(const envmap_lobe *lobe, int row, double theta) {
     const float *values = lobe->table + row * lobe->table_size;
@@ -3969,7 +3975,7 @@ typedef struct envmapi_lights {
     envmapi_cluster *clusters;   /* [clustered] */
     double rho[2], angles[4][2]; /* cosine and sine: of rho; of the support's ends, of kinks */
     const envmap_lobe *lobe;
-    double p;
+    double p, reach; /* reach: of a tail, whose whole is the lobe; or 0 */
 } envmapi_lights;
 
 static double envmapi_light_energy(const envmapi_light *light) {
@@ -4056,6 +4062,9 @@ static void envmapi_lit_add(envmapi_lit *lit, const envmapi_lights *l) {
         for (int c = 0; c < 3; ++c)
             envmapi_double8_add(envmapi_double8_at(x) + i, lit->waiting[i]->d[c], a + c);
     envmapi_k_many(k, x, lit->count * ENVMAPI_BESIDE, l->lobe, l->p);
+    for (int i = 0; i < lit->count * ENVMAPI_BESIDE && l->reach > 0; ++i)
+        if (x[i] > 1 - l->reach * l->reach / 2)
+            k[i] *= envmapi_smooth_step(envmapi_acos(x[i]), l->reach / 2, l->reach);
     for (int i = 0; i < lit->count; ++i)
         for (int c = 0; c < 3; ++c)
             envmapi_double8_add(rgb + c, lit->waiting[i]->value[c], envmapi_double8_at(k) + i);
@@ -5663,12 +5672,6 @@ typedef struct envmapi_axis {
     double sight;           /* rad: integrals end where so little is left of the lobe; to */
     double ease;            /* nodes away from kinks, over what the definition takes */
 } envmapi_axis;
-
-/* 0 up to from, 1 beyond to, smooth between. */
-static double envmapi_smooth_step(double value, double from, double to) {
-    double t = envmapi_clamp((value - from) / (to - from), 0, 1);
-    return t * t * (3 - 2 * t);
-}
 
 /* The cosine of an angle that may be none: below and above all cosines there. */
 static double envmapi_cosine(double angle) {
@@ -8447,6 +8450,7 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_BLACK 3e-3 /* of the mean: an axis that gets less sees black */
 /* kinks_on_few_texels_keep_the_tolerance */
 #define ENVMAPI_LATTICE 0.8 /* of the texels' lattice's first wave: from there lambda_l is small */
+#define ENVMAPI_HEAVY   150 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
 
 /* The angles of histograms: their cosines, and sin t dt / 2. */
@@ -8467,6 +8471,7 @@ typedef struct envmapi_slice {
     double p, *lambda;           /* lambda_l of the bands that are known */
     double power, tail;          /* sum (2l+1) lambda_l^2: of all bands; of unknown ones */
     double k[ENVMAPI_ANGLES];    /* of the known bands, at the angles */
+    double whole[ENVMAPI_ANGLES]; /* its size; of a tail that of the whole lobe */
     double mean, darkest;        /* of the result in this scene */
     double result[ENVMAPI_AXES]; /* what each axis gets */
     double dark[ENVMAPI_SCALES][ENVMAPI_ANGLES]; /* the least, that far from a scale's spot */
@@ -8546,12 +8551,13 @@ static void envmapi_slice_axes(envmapi_slice *slice, const envmapi_spec *spec,
                                const envmapi_scene *s) {
     double k[ENVMAPI_ANGLES], integral = envmapi_lobe_integral(spec->lobe, slice->p);
     double scale = 4 * ENVMAPI_PI * fabs(slice->lambda[0]) / integral;
+    double rest = (1 / spec->part - 1) * spec->dark / 2 * slice->mean; /* what is near gets */
     envmapi_k_many(k, spec->angles->x, ENVMAPI_ANGLES, spec->lobe, slice->p);
     for (int a = 0; a < s->axes; ++a) {
         float rgb[3 + ENVMAPI_SCALES];
         envmapi_histogram_sum(rgb, s->histograms + a, k);
         double most = fmax(fmax((double)rgb[0], (double)rgb[1]), (double)rgb[2]);
-        slice->result[a] = fmax(scale * most, ENVMAPI_NOTHING * slice->mean);
+        slice->result[a] = fmax(scale * most + rest, ENVMAPI_NOTHING * slice->mean);
         slice->darkest = fmin(slice->darkest, slice->result[a]);
     }
     for (int i = 0; i < s->scales && s->detail; ++i) {
@@ -8614,7 +8620,7 @@ static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *
     double dark = share / spec->part * fmax(slice->darkest / 2, 1e-3 * slice->mean);
     double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double over = fabs(d[j]) - share * fabs(slice->k[j]);
+        double over = fabs(d[j]) - share * slice->whole[j];
         excess[j] = over > 0 ? over : 0;
         most = excess[j] > most ? excess[j] : most;
         squares += excess[j] * excess[j] * spec->angles->area[j];
@@ -8715,6 +8721,11 @@ static void envmapi_task_lambda(void *context, int k) {
     memset(slice->k, 0, sizeof slice->k);
     if (!envmapi_slice_lambda(slice, spec->lobe, spec->known)) return;
     for (int l = 0; l < spec->known; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
+    if (spec->tail)
+        envmapi_k_many(slice->whole, spec->angles->x, ENVMAPI_ANGLES, spec->tail->whole, slice->p);
+    double scale = spec->tail ? 4 * ENVMAPI_PI * slice->lambda[0] / spec->tail->integral : 1;
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j)
+        slice->whole[j] = fabs(spec->tail ? scale * slice->whole[j] : slice->k[j]);
 }
 
 static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
@@ -8793,8 +8804,8 @@ static int envmapi_spec_search(envmapi_spec *spec, double most) {
 
 /* Bands and spacing for this scene; L 0 where that cannot be. */
 static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
-    spec->L = 0, spec->h = HUGE_VAL, spec->dark = envmapi_scene_dark(scene, spec->sigma);
-    spec->scene = scene;
+    spec->L = 0, spec->h = HUGE_VAL, spec->scene = scene;
+    spec->dark = envmapi_scene_dark(scene, spec->tail ? 0 : spec->sigma); /* near sees texels */
     if (!envmapi_spec_search(spec, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
         return spec->L = 0;
     envmapi_spec_each(spec, envmapi_task_spacing);
@@ -8847,8 +8858,9 @@ static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_s
     envmap_result result = ENVMAP_OK;
     for (envmapi_spec *spec = specs; spec < specs + count; ++spec) {
         spec->kinked = 0, spec->work = work;
-        spec->kinked =
-            !envmapi_spec_fit(spec, &scenes->whole, fmax(24, ENVMAPI_SMOOTH / spec->sigma));
+        double most = fmax(24, ENVMAPI_SMOOTH / spec->sigma);
+        if (spec->tail || spec->lobe->kind == ENVMAP_LOBE_GGX) most = fmin(most, ENVMAPI_HEAVY);
+        spec->kinked = !envmapi_spec_fit(spec, &scenes->whole, most);
         kinked += spec->kinked;
         if (spec->kinked) sigma = fmin(sigma, spec->sigma);
     }
@@ -8978,9 +8990,10 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
         t->rings.bands = L;
         t->rings.lambda = (double *)envmapi_pool_get(pool, ENVMAPI_FAST_BANDS, sizeof(double));
         if (!result && !t->rings.lambda) result = ENVMAP_ERROR_MEMORY;
+        const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
+        t->lights.reach = spec->tail ? spec->tail->reach : 0;
         if (!result)
-            result =
-                envmapi_lights_group(&t->lights, spec->lobe, spec->sigma, spec->tolerance, pool);
+            result = envmapi_lights_group(&t->lights, lobe, spec->sigma, spec->tolerance, pool);
         for (; row < end && !result; ++row) {
             envmapi_part part;
             envmap_work one = envmapi_work_part(&part, &desc->work, row, 1, spec->slices);
