@@ -3950,7 +3950,8 @@ static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
        what eight axes get                    envmapi_lit_all, by _add, 64 values of k at a time
    Over a disc of radius rho the mean of k is off by rho^2/8 of its Laplacian, 2 k/sigma^2 at the
    peak: for rho = 1.5 sigma sqrt(tolerance) half of the tolerance. Only diffuse, GGX and Banks have
-   clusters, which fall to 0 in a straight line; where x^2.5 ends it curves by more than itself.
+   clusters, which fall to 0 in a straight line; where x^2.5 ends it curves by more than itself. At
+   the angle theta GGX has a Laplacian of 16 k/theta^2 at most: theta/3 does for sigma there.
    Used by >>transform and >>fast.  Source: ours.
    Tests: tests/test_fast.c; a_cluster_of_lights_is_its_texels, also of the constants. */
 
@@ -3966,6 +3967,7 @@ typedef struct envmapi_light {
 typedef struct envmapi_cluster {
     envmapi_light sum;
     int first, count;
+    double beyond[2]; /* cosine and sine of the angle from which the sum does */
 } envmapi_cluster;
 
 typedef struct envmapi_lights {
@@ -4000,7 +4002,8 @@ static envmap_result envmapi_lights_group(envmapi_lights *l, const envmap_lobe *
                                           double tolerance, envmapi_pool *pool) {
     int diffuse = lobe->kind == ENVMAP_LOBE_PHONG && fabsf(lobe->parameter - 1) <= 0;
     int straight = diffuse || lobe->kind == ENVMAP_LOBE_GGX || lobe->kind == ENVMAP_LOBE_BANKS;
-    double rho = straight ? ENVMAPI_CLUSTER * sigma * sqrt(tolerance) : 0;
+    double part = ENVMAPI_CLUSTER * sqrt(tolerance), least = straight ? part * sigma : 0;
+    double rho = lobe->kind == ENVMAP_LOBE_GGX ? fmax(least, part / 2) : least;
     size_t room = (size_t)l->count + 1;
     l->lobe = lobe, l->clustered = 0, l->rho[0] = cos(rho), l->rho[1] = sin(rho);
     l->sorted = (envmapi_light *)envmapi_pool_get(pool, room, sizeof(envmapi_light));
@@ -4023,6 +4026,11 @@ static envmap_result envmapi_lights_group(envmapi_lights *l, const envmap_lobe *
         }
         cluster->first = first, cluster->count = end - first;
         envmapi_unit(cluster->sum.d, sum);
+        double radius = 0;
+        for (int i = first; i < end; ++i)
+            radius = fmax(radius, envmapi_angle(l->sorted[i].d, cluster->sum.d));
+        double beyond = radius > least ? fmin(3 * radius / part, ENVMAPI_PI) : 0;
+        cluster->beyond[0] = cos(beyond), cluster->beyond[1] = sin(beyond);
     }
     return ENVMAP_OK;
 }
@@ -4083,6 +4091,8 @@ static void envmapi_lit_all(envmapi_lit *lit, int n, const envmapi_lights *l) {
     for (const envmapi_cluster *one = l->clusters; one < l->clusters + l->clustered; ++one) {
         double cosine = envmapi_dot(d, one->sum.d);
         int whole = one->count > 1;
+        if (one->beyond[1] > 0)
+            whole &= cosine < one->beyond[0] * least - one->beyond[1] * beside;
         if (cosine > x[0][1] || cosine < x[1][0]) continue;
         for (int j = 2; j < 2 + l->kinks; ++j) whole &= cosine < x[j][0] || cosine > x[j][1];
         for (int i = 0; i < (whole ? 1 : one->count); ++i) {
@@ -6522,6 +6532,8 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
        K of axes; of a lat-long's cell            _kernel; _fold
    Used by >>knots and >>near.  Source: ours.  Tests: tests/test_near.c. */
 
+#define ENVMAPI_SPLIT 10 /* texels at 1e-3 that near sums reach where any reach is right */
+
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
 typedef struct envmapi_tail {
@@ -6540,11 +6552,14 @@ static double envmapi_tail_k(double x, double p, void *user) {
 }
 
 /* 0 where there is none: the lobe has slices, or ends before its reach does. */
-static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const envmap *src) {
+static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const envmap *src,
+                           double tolerance) {
     envmapi_axis axis;
     memset(&axis, 0, sizeof axis);
     axis.lobe = lobe;
     envmapi_axis_aim(&axis, src, 0, 1);
+    double split = ENVMAPI_SPLIT * fmax(pow(1e-3 / tolerance, 0.4), 1); /* else lattices show */
+    if (!(axis.bilinear > 0)) axis.reach = fmin(axis.reach, split * axis.texel);
     tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
     tail->lobe.raw = lobe->raw, tail->lobe.scale = lobe->scale;
     tail->reach = axis.reach, tail->whole_from = envmapi_cosine(axis.reach);
@@ -8450,7 +8465,8 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_BLACK 3e-3 /* of the mean: an axis that gets less sees black */
 /* kinks_on_few_texels_keep_the_tolerance */
 #define ENVMAPI_LATTICE 0.8 /* of the texels' lattice's first wave: from there lambda_l is small */
-#define ENVMAPI_HEAVY   150 /* bands, beyond which a GGX has its lights apart: speed only */
+#define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
+#define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
 
 /* The angles of histograms: their cosines, and sin t dt / 2. */
@@ -8617,10 +8633,11 @@ static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *
                                 const envmapi_scene *s, const double *d, double share, int l) {
     envmapi_contrast c = envmapi_contrast_at(s, l);
     double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
+    if (spec->tail) share *= ENVMAPI_TAIL;
     double dark = share / spec->part * fmax(slice->darkest / 2, 1e-3 * slice->mean);
     double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double over = fabs(d[j]) - share * slice->whole[j];
+        double over = fabs(d[j]) - share * fabs(slice->whole[j]);
         excess[j] = over > 0 ? over : 0;
         most = excess[j] > most ? excess[j] : most;
         squares += excess[j] * excess[j] * spec->angles->area[j];
@@ -8655,7 +8672,7 @@ static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *s
     for (; L > 1; --L) {
         double c2 = envmapi_slice_contrast(s, L);
         tail += c2 * (2 * L - 1) * slice->lambda[L - 1] * slice->lambda[L - 1];
-        if (!envmapi_slice_rms(slice, spec, tail, c2, 0.5)) break;
+        if (!envmapi_slice_rms(slice, spec, tail, c2, spec->tail ? 0.25 : 0.5)) break;
     }
     if (!texels) return L;
     envmapi_series_begin(&series, spec->angles->x);
@@ -8721,11 +8738,13 @@ static void envmapi_task_lambda(void *context, int k) {
     memset(slice->k, 0, sizeof slice->k);
     if (!envmapi_slice_lambda(slice, spec->lobe, spec->known)) return;
     for (int l = 0; l < spec->known; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
-    if (spec->tail)
-        envmapi_k_many(slice->whole, spec->angles->x, ENVMAPI_ANGLES, spec->tail->whole, slice->p);
-    double scale = spec->tail ? 4 * ENVMAPI_PI * slice->lambda[0] / spec->tail->integral : 1;
-    for (int j = 0; j < ENVMAPI_ANGLES; ++j)
-        slice->whole[j] = fabs(spec->tail ? scale * slice->whole[j] : slice->k[j]);
+    memcpy(slice->whole, slice->k, sizeof slice->k);
+    if (!spec->tail) return;
+    /* Few bands are known of a tail that is a small part: its own k has all. */
+    double scale = 4 * ENVMAPI_PI * slice->lambda[0] / spec->tail->integral;
+    envmapi_k_many(slice->k, spec->angles->x, ENVMAPI_ANGLES, spec->lobe, slice->p);
+    envmapi_k_many(slice->whole, spec->angles->x, ENVMAPI_ANGLES, spec->tail->whole, slice->p);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) slice->k[j] *= scale, slice->whole[j] *= scale;
 }
 
 static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
@@ -8828,7 +8847,8 @@ static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lob
     spec->slices = spec->mirrored ? (all + 1) / 2 : all;
     for (int k = 0; k < spec->slices; ++k)
         spec->sigma = fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, all)));
-    if (spec->sigma < 2 * envmapi_texel_extent(src)) return 0;
+    int tail = lobe->function == envmapi_tail_k; /* sigma is only its peak's */
+    if (!tail && spec->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)spec->slices;
     size_t each = sizeof(envmapi_slice) + ENVMAPI_FAST_BANDS * sizeof(double);
     spec->slice = (envmapi_slice *)envmapi_pool_get(pool, n, each); /* and lambda_l of all */
@@ -9141,7 +9161,8 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
             envmapi_spec_create(job->specs + job->fast, job->views + l, job->lobes + l, job->src,
                                 (double)job->desc.tolerance, &job->pool, &result);
     if (!coarse && !job->planned[l] && !result && method != ENVMAP_METHOD_HARMONICS &&
-        envmapi_tail_of(job->tails + job->fast, job->lobes + l, job->src)) {
+        envmapi_tail_of(job->tails + job->fast, job->lobes + l, job->src,
+                        (double)job->desc.tolerance)) {
         job->planned[l] =
             envmapi_spec_create(job->specs + job->fast, job->views + l, &job->tails[job->fast].lobe,
                                 job->src, (double)job->desc.tolerance, &job->pool, &result);
