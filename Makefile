@@ -3,7 +3,7 @@
 # everything that is built goes to build/.
 
 BUILD   = build
-CFLAGS  = -O2 -g
+CFLAGS  = -O2 -g1
 PREFIX  = /usr/local
 JOBS   := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
@@ -80,8 +80,10 @@ all: examples $(TESTS) ## build the examples and the tests, run nothing
 demo: $(BUILD)/envmap ## three environments, filtered; a picture of them in build/demo
 	$(BUILD)/envmap demo $(BUILD)/demo
 
+# Two tests are built while the tool is, which takes as long as these and the shared object.
 test: ## build and run the tests; the last line counts them
-	@$(MAKE) --no-print-directory -j$(JOBS) $(SHARED) $(if $(COMPILE),$(BUILD)/envmap)
+	@$(MAKE) --no-print-directory -j$(JOBS) $(SHARED) $(if $(COMPILE),$(BUILD)/envmap \
+	    $(filter %/test_fast %/test_search,$(TESTS)))
 	@sh tests/run.sh -s -j$(JOBS) -l $(BUILD)/tests/log $(COMPILE) \
 	    $(foreach t,$(filter $(LONGEST),$(TESTS)) $(filter-out $(LONGEST),$(TESTS)), \
 	        '$(MAKE) -s --no-print-directory $(t) && $(strip $(RUN) $(t))')
@@ -153,9 +155,10 @@ valgrind: ## the quicker tests under valgrind
 
 FUZZCC      = clang
 FUZZERS     = $(basename $(notdir $(wildcard tests/fuzz_*.c)))
-FUZZFLAGS   = -fsanitize=fuzzer,address,undefined,float-cast-overflow -fno-sanitize-recover=all
+FUZZSAN     = address,undefined,float-cast-overflow
+FUZZFLAGS   = -fsanitize=fuzzer,$(FUZZSAN) -fno-sanitize-recover=all
 FUZZSECONDS = 30
-fuzz: $(BUILD)/envmap ## libFuzzer on every reader, options and calls, half a minute each: FUZZSECONDS=30
+fuzz: $(BUILD)/envmap ## libFuzzer on every reader, options and calls, half a minute each: FUZZSECONDS=30 FUZZSAN=memory
 	@mkdir -p $(BUILD)/fuzz/corpus_fuzz_tool $(BUILD)/fuzz/corpus_fuzz_options
 	@$(BUILD)/envmap generate labels $(BUILD)/fuzz/seed.pfm --size 8 # oiiotool makes an .exr of it
 	@for k in zip piz none; do ! command -v oiiotool >/dev/null || oiiotool $(BUILD)/fuzz/seed.pfm \
@@ -168,7 +171,7 @@ fuzz: $(BUILD)/envmap ## libFuzzer on every reader, options and calls, half a mi
 	    sh tests/run.sh -j$(JOBS) $(foreach f,$(FUZZERS),'$(MAKE) -s --no-print-directory $(BUILD)/fuzz/$(f) && \
 	        $(BUILD)/fuzz/$(f) -max_total_time=$(FUZZSECONDS) -max_len=4096 -malloc_limit_mb=64 \
 	        -timeout=60 -close_fd_mask=3 -print_final_stats=1 -artifact_prefix=$(BUILD)/fuzz/ \
-	        $(BUILD)/fuzz/corpus_$(f)'); \
+	        $(BUILD)/fuzz/corpus_$(f) $(wildcard tests/fuzz/$(f))'); \
 	else \
 	    echo "fuzz passed by: $(FUZZCC) with libFuzzer is not here (Debian: clang libclang-rt-14-dev)"; \
 	fi

@@ -238,13 +238,12 @@ ENVMAP_API envmap_result envmap_create(envmap *map, int mapping, int size, int l
 /* Frees the texels and zeroes all but map->memory. NULL and twice are fine. */
 ENVMAP_API void envmap_free(envmap *map);
 
-/* Texel (x,y): 3 floats, then the rest of its row. NULL when anything is out of range.
+/* Texel (x,y): 3 floats, then its row's rest; NULL when out of range.
    Test: texels_are_where_the_memory_order_says. */
 ENVMAP_API float *envmap_texel(const envmap *map, int level, int slice, int face, int x, int y);
 
-/* Solid angle of a texel, sr, of its part inside a disc's rim: in closed form, or
-   by line quadrature (1e-13) where there is none. 0 when out of range.  Test:
-   solid_angles_sum_to_4_pi. */
+/* Solid angle of a texel, sr, of its part inside a disc's rim: in closed form, or line quadrature
+   (1e-13). 0 when out of range.  Test: solid_angles_sum_to_4_pi. */
 ENVMAP_API double envmap_solid_angle(const envmap *map, int level, int face, int x, int y);
 
 /* rgb = radiance in direction dir, trilinear: bilinear in two levels, linear between.
@@ -278,9 +277,9 @@ ENVMAP_API envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *
 /* dst level 0 = src level 0 in dst's parameterization and size, slice by slice (src may have one
    slice for all):
      L_j = sum_i A_ij L_i / sum_i A_ij      A_ij: the solid angle that texels i and j have in common
-   so a constant stays, and so does the energy of every texel: within 1 % where dst is as coarse as
-   src or coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4 (a
-   sphere map's: 5e-4), but where most of it is a few texels'.
+   so a constant stays, and so does a texel's energy: within 1 % where dst is as coarse as src or
+   coarser, mostly 0.1 % (slivers that a rim cuts: 5 %), and the whole map's within 1e-4 (a sphere
+   map's: 5e-4), but where most of it is a few texels'.
    Where dst has a quarter more texels than src, L_j is the mean of bilinear src at points of texel
    j, which keeps the whole map's energy, not that of single texels. Same mapping and size: the same
    texels.
@@ -339,8 +338,8 @@ ENVMAP_API float envmap_footprint_level(const envmap *map, const float dir[3], c
      rgb = 1/n sum over i of map(dir + major ((i+1/2)/n - 1/2)),   n = ceil(longer / shorter axis)
    in texels of level 0. A level alone makes the footprint a square of its longer side.
    probes  the most to take, 1 .. 256 (clamped); 1: one lookup at envmap_footprint_level
-   Slice 0; bad maps give black, bad numbers level 0.  O(n) lookups.
-   Source [SKS96].  Test: assembled_footprints_*. */
+   Slice 0; bad maps give black, bad numbers level 0.  O(n) lookups.  Source [SKS96].
+   Test: assembled_footprints_*. */
 ENVMAP_API void envmap_lookup_footprint(float rgb[3], const envmap *map, const float dir[3],
                                         const float dx[3], const float dy[3], int probes);
 
@@ -424,8 +423,8 @@ ENVMAP_API envmap_result envmap_lobe_zonal(double *lambda, int bands, const envm
      Y_00 = 1/sqrt(4 pi),  (Y_1-1, Y_10, Y_11) = sqrt(3/4pi) (y, z, x),  phi = atan2(y, x)
    Coefficients `sh` are doubles [bands * bands][3]: RGB of a_lm = integral of L Y_lm at l(l+1)+m,
    bands 1 .. 256, 0 <= l < bands. A direction may have any length; zero or non-finite counts as +z.
-   Unless a call says otherwise it allocates nothing, is thread-safe, and refuses coefficients that
-   are not finite, or 1e100 and more, with RADIANCE.
+   Unless a call says otherwise it allocates nothing, and refuses coefficients that are not finite,
+   or 1e100 and more, with RADIANCE.
    Source [RH01], [Sloan08].  Tests: tests/test_sh.c; docs/harmonics.md has the tables. */
 
 /* basis[l(l+1)+m] = Y_lm(dir), stable to all bands. A light of flux e from dir adds e Y_lm(dir) to
@@ -436,11 +435,10 @@ ENVMAP_API envmap_result envmap_sh_basis(double *basis, int bands, const double 
    tolerance  0: every texel, in double. Otherwise a_lm may be off by tolerance * sqrt(2l+1) * a_00
               (a_00 of |L|; sqrt(2l+1) a_00 is the most that a_lm can be). Below 1e-6, and where
               floats overflow or vanish, it is every texel again
-   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED; sh then stays as it was.
+   Errors: ARGUMENT, RADIANCE (NaN, Inf), MEMORY, CANCELLED.
    With a tolerance O(texels + bands^3) and the memory of the map and 1000 bands^2 bytes, as FAST;
    without O(texels bands^2) and that of 16 sets of coefficients, for 3 bands also of 144 rows of
-   the map.  Test:
-   a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
+   the map.  Test: a_harmonic_projects_onto_itself, points_keep_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_project(double *sh, int bands, const envmap *map, int slice,
                                            double tolerance, const envmap_work *work);
 
@@ -452,8 +450,8 @@ ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int
    below zero is written as it is.
    tolerance  0, and below 1e-6: every coefficient, in double; also for numbers near the ends of
               floats. Otherwise the relative rms error
-   Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED; the map then
-   stays as it was.  Time and memory as envmap_sh_project's; without a tolerance the level's.
+   Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED.  Time and memory
+   as envmap_sh_project's; without a tolerance the level's.
    Test: filling_evaluates_at_every_texel, filling_keeps_the_tolerance. */
 ENVMAP_API envmap_result envmap_sh_fill(envmap *map, int level, int slice, const double *sh,
                                         int bands, double tolerance, const envmap_work *work);
@@ -477,8 +475,7 @@ ENVMAP_API envmap_result envmap_sh_rotate(double *out, const double *sh, int ban
    out    may be sh; still to be convolved        lobe   NULL: sh itself must not be negative
    moved  relative rms of what changed in the filtered result, 0 .. 1; may be NULL
    Errors: ARGUMENT, LOBE, RADIANCE (a channel's mean is not positive and the channel not black).
-   O(bands^4).  Source: the criterion is [Sloan08]'s, "Windowing"; his window moves three times as
-   much of one light's irradiance.
+   O(bands^4).  Source: [Sloan08], "Windowing"; his window moves three times as much irradiance.
    Test: a_suns_ringing_is_windowed_away, windowed_scenes_are_nowhere_below_zero. */
 ENVMAP_API envmap_result envmap_sh_window(double *out, double *moved, const double *sh, int bands,
                                           const envmap_lobe *lobe, double p);
@@ -643,10 +640,9 @@ typedef struct envmap_frame {
    map     any parameterization; level 0, slice 0
    frames  [count]
    Models narrower than two texels of map see single texels: resample it to a finer map first.
-   Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r
-   negative or not finite), MEMORY, CANCELLED; rgb then stays as it was.
-   O(texels * count), in double; 40 bytes a texel.  Thread-safe.  Source [KVHS00] eq. 1.
-   Test: eq_1_* . */
+   Errors: ARGUMENT (also n or v zero, numbers not finite), RADIANCE (NaN, Inf), LOBE (f_r negative
+   or not finite), MEMORY, CANCELLED.  O(texels * count), in double; 40 bytes a texel.
+   Source [KVHS00] eq. 1.  Test: eq_1_* . */
 ENVMAP_API envmap_result envmap_radiance(float *rgb, const envmap *map, const envmap_brdf *brdf,
                                          const envmap_frame *frames, int count,
                                          const envmap_work *work);
@@ -684,8 +680,7 @@ typedef struct envmap_fit {
    channel, are scaled so that a constant environment is reflected as f_r (n.l) reflects it.
    Of anisotropic models the one with t in the plane of n and v is seen. Towards grazing views
    f_r (n.l) ends at the horizon and a lobe does not: see fit.error.
-   Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY, CANCELLED; *fit stays as it
-   was.
+   Errors: ARGUMENT, LOBE (f_r negative, not finite, or black), MEMORY, CANCELLED.
    About 6e4 evaluations of f_r a slice for one lobe, 5e5 for three; flat, too, it keeps the memory
    of a row a slice.  Source [KM00]; the sum of lobes and the axis are ours.  Test: fits_*. */
 ENVMAP_API envmap_result envmap_fit_brdf(envmap_fit *fit, const envmap_brdf *brdf,
@@ -706,14 +701,13 @@ ENVMAP_API void envmap_fit_lookup(float rgb[3], const envmap_fit *fit, const env
                F E (1 - Ess) / (1 - F (1 - Ess)), E = f0 scale + bias, Ess = scale + bias,
                F = f0 + (1 - f0)/21; f0 = 1 gives 1 - Ess: nothing is lost      [FdezAguera19]
    cosine  n.v in [0,1]; alpha in [1e-4, 1]: outside clamped; NaN: 0
-   Error at most 3e-5, and 1e-5 where cosine > 0.1. About 5 us.
-   Source: [Heitz14] for G.  Test: ggx_*. */
+   Error at most 3e-5, and 1e-5 where cosine > 0.1. About 5 us.  Source: [Heitz14].  Test: ggx_*. */
 ENVMAP_API void envmap_ggx_split_sum(double *scale, double *bias, double cosine, double alpha);
 ENVMAP_API double envmap_ggx_multiple(double f0, double scale, double bias);
 
 /* values[y][x] = (scale, bias), [size][size][2], at texel centres: n.v = (x + 1/2)/size, roughness
    = (y + 1/2)/size, alpha = roughness^2.  size 1 .. 1024.  The executor runs rows.
-   Errors: ARGUMENT, MEMORY (as much again), CANCELLED; values then stay as they were. */
+   Errors: ARGUMENT, MEMORY (as much again), CANCELLED. */
 ENVMAP_API envmap_result envmap_ggx_table(float *values, int size, const envmap_work *work);
 
 /* level = (levels - 1) r (1 + bend - bend r) and its inverse: where in a chain a roughness lies.
@@ -751,9 +745,8 @@ typedef struct envmap_difference {
 } envmap_difference;
 
 /* How far level `level` of a is from b, the truth; texels outside a rim (w = 0) do not count.
-   Black b: 0 where a is black too, else infinity.
-   Errors: ARGUMENT (maps of different mapping, edge or slices), RADIANCE (NaN, Inf).
-   Allocates nothing.  Thread-safe.  Test: differences_*. */
+   Black b: 0 where a is black too, else infinity.  Allocates nothing.  Test: differences_*.
+   Errors: ARGUMENT (maps of different mapping, edge or slices), RADIANCE (NaN, Inf). */
 ENVMAP_API envmap_result envmap_compare(envmap_difference *difference, const envmap *a,
                                         const envmap *b, int level);
 
@@ -1082,7 +1075,7 @@ static int envmapi_is_disc(int mapping) {
     return mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR;
 }
 
-static const signed char envmapi_cube[6][3][3] = {
+static const double envmapi_cube[6][3][3] = {
     /*     S            T            M     */
     {{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},  /* +X */
     {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},  /* -X */
@@ -1118,7 +1111,7 @@ static void envmapi_octa_ray(double d[3], double X, double Y) {
 
 static void envmapi_ray(double d[3], int mapping, int face, double u, double v) {
     if (mapping == ENVMAP_CUBE) {
-        const signed char(*axes)[3] = envmapi_cube[face];
+        const double(*axes)[3] = envmapi_cube[face];
         for (int i = 0; i < 3; ++i)
             d[i] = axes[2][i] + (2 * u - 1) * axes[0][i] + (2 * v - 1) * axes[1][i];
     } else if (mapping == ENVMAP_LATLONG) {
@@ -1166,12 +1159,10 @@ static void envmapi_disc_project(double uv[2], int mapping, int face, const doub
    nearly a right angle from its centre). */
 static void envmapi_project(double uv[2], int mapping, int face, const double d[3]) {
     if (mapping == ENVMAP_CUBE) {
-        const signed char(*axes)[3] = envmapi_cube[face];
-        double p[3];
-        for (int k = 0; k < 3; ++k)
-            p[k] = d[0] * axes[k][0] + d[1] * axes[k][1] + d[2] * axes[k][2];
-        if (p[2] < 1e-3) p[2] = 1e-3;
-        uv[0] = 0.5 + 0.5 * p[0] / p[2], uv[1] = 0.5 + 0.5 * p[1] / p[2];
+        const double(*axes)[3] = envmapi_cube[face];
+        double z = envmapi_dot(d, axes[2]);
+        if (z < 1e-3) z = 1e-3;
+        for (int i = 0; i < 2; ++i) uv[i] = 0.5 + 0.5 * envmapi_dot(d, axes[i]) / z;
     } else if (mapping == ENVMAP_LATLONG) {
         double rho = sqrt(d[0] * d[0] + d[2] * d[2]);
         uv[0] = rho > 0 ? 0.5 + atan2(d[0], -d[2]) / (2 * ENVMAPI_PI) : 0.5;
@@ -2179,7 +2170,7 @@ static int envmapi_place_on(double at[2], const envmapi_resampling *r, int face,
                             const double d[3]) {
     int n = r->Y.size;
     if (r->Y.mapping == ENVMAP_CUBE) {
-        const signed char *m = envmapi_cube[face][2];
+        const double *m = envmapi_cube[face][2];
         if (m[0] * d[0] + m[1] * d[1] + m[2] * d[2] < 0.1) return 0;
     }
     envmapi_project(at, r->Y.mapping, face, d);
@@ -2504,7 +2495,7 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
    A float picture, in memory or a file, to one level of a map and back.
        picture    "PF" (RGB) or "Pf" (grey), white space, width, height, scale, one white space,
                   then rows of 4-byte floats from the bottom up; scale < 0: lowest byte first
-       radiance = |scale| sample         envmapi_pfm_sample; back, with scale 1: envmapi_pfm_encode
+       radiance = |scale| sample         envmapi_pfm_sample
    Upside up, the strip of slices and faces is the memory order itself (envmapi_pfm_shape).
    Numbers are parsed and bytes put together here, so that neither locale nor host matters; sizes
    are checked before anything is allocated (envmapi_pfm_header).
@@ -2528,11 +2519,9 @@ static int envmapi_is_space(int c) { return c == ' ' || (c >= '\t' && c <= '\r')
 /* White space and comments, "#" to the end of the line; at least one byte of them. */
 static envmap_result envmapi_pfm_space(envmapi_pfm *in) {
     size_t start = in->at;
-    for (;; ++in->at) {
-        int c = envmapi_peek(in);
-        if (c == '#')
-            while (c >= 0 && c != '\n' && c != '\r') ++in->at, c = envmapi_peek(in);
-        if (!envmapi_is_space(c)) break;
+    for (int c, comment = 0; (c = envmapi_peek(in)) >= 0; ++in->at) {
+        comment = c == '#' || (comment && c != '\n' && c != '\r');
+        if (!comment && !envmapi_is_space(c)) break;
     }
     if (envmapi_peek(in) < 0) return ENVMAP_ERROR_TRUNCATED;
     return in->at > start ? ENVMAP_OK : ENVMAP_ERROR_FORMAT;
@@ -2650,14 +2639,6 @@ static char *envmapi_pfm_decimal(char *out, size_t value) {
     return out + 1;
 }
 
-static void envmapi_pfm_encode(unsigned char *out, const float *samples, size_t count) {
-    for (size_t i = 0; i < count; ++i) {
-        uint32_t bits;
-        memcpy(&bits, samples + i, sizeof bits);
-        for (int b = 0; b < 4; ++b) *out++ = (unsigned char)(bits >> (8 * b));
-    }
-}
-
 ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t *bytes,
                                             const envmap *map, int level) {
     char title[64] = "PF\n";
@@ -2665,22 +2646,25 @@ ENVMAPI_BODY envmap_result envmap_pfm_write(void *data, size_t capacity, size_t 
         (map->mapping == ENVMAP_LATLONG && map->slices > 1))
         return ENVMAP_ERROR_ARGUMENT;
     int edge = envmapi_edge(map->size, level);
-    size_t width = (size_t)envmapi_width(map->mapping, edge), row = 12 * width;
+    size_t width = (size_t)envmapi_width(map->mapping, edge), row = 3 * width;
     size_t rows = (size_t)edge * (size_t)envmap_faces(map->mapping) * (size_t)map->slices;
-    if (rows > PTRDIFF_MAX / row) return ENVMAP_ERROR_ARGUMENT; /* no memory holds such a map */
+    if (rows > PTRDIFF_MAX / row / 4) return ENVMAP_ERROR_ARGUMENT; /* no memory holds such a map */
     char *end = envmapi_pfm_decimal(title + 3, width);
     *end++ = ' ';
     end = envmapi_pfm_decimal(end, rows);
     memcpy(end, "\n-1.0\n", 6);
     size_t start = (size_t)(end + 6 - title);
-    if (bytes) *bytes = start + rows * row;
+    if (bytes) *bytes = start + 4 * rows * row;
     if (!data) return ENVMAP_OK;
-    if (capacity < start + rows * row) return ENVMAP_ERROR_LIMIT;
-    unsigned char *out = (unsigned char *)data;
+    if (capacity < start + 4 * rows * row) return ENVMAP_ERROR_LIMIT;
+    unsigned char *out = (unsigned char *)memcpy(data, title, start) + start;
     const float *samples = envmapi_image(map, level, 0, 0);
-    memcpy(out, title, start);
-    for (size_t y = 0; y < rows; ++y)
-        envmapi_pfm_encode(out + start + y * row, samples + 3 * width * (rows - 1 - y), 3 * width);
+    for (size_t y = rows; y-- > 0;)
+        for (size_t i = y * row; i < (y + 1) * row; ++i) {
+            uint32_t bits;
+            memcpy(&bits, samples + i, sizeof bits);
+            for (int b = 0; b < 4; ++b) *out++ = (unsigned char)(bits >> (8 * b));
+        }
     return ENVMAP_OK;
 }
 
@@ -2715,7 +2699,7 @@ ENVMAPI_BODY envmap_result envmap_pfm_load(envmap *map, const char *path, int ma
     void *data = NULL;
     if (bytes >= 0) {
         result = ENVMAP_ERROR_MEMORY; /* one byte more: an empty file is no failed allocation */
-        if ((uint64_t)bytes <= 2 * ENVMAPI_BYTE_LIMIT)
+        if ((uint64_t)bytes <= 2 * ENVMAPI_BYTE_LIMIT && (uint64_t)bytes < SIZE_MAX)
             data = ENVMAP_MALLOC(map->memory, (size_t)bytes + 1);
     }
     if (data) {
@@ -2877,9 +2861,7 @@ static envmap_lobe envmapi_lobe(int kind, float parameter) {
 }
 
 ENVMAPI_BODY envmap_lobe envmap_lobe_mirror(void) { return envmapi_lobe(ENVMAP_LOBE_MIRROR, 0); }
-
 ENVMAPI_BODY envmap_lobe envmap_lobe_diffuse(void) { return envmapi_lobe(ENVMAP_LOBE_PHONG, 1); }
-
 ENVMAPI_BODY envmap_lobe envmap_lobe_phong(float exponent) {
     return envmapi_lobe(ENVMAP_LOBE_PHONG, exponent);
 }
@@ -2941,13 +2923,11 @@ static int envmapi_lobe_ok(const envmap_lobe *lobe) {
 
 /* The same at the door of long calls: the table's numbers and the kinks too. */
 static int envmapi_lobe_sound(const envmap_lobe *lobe) {
-    int sound = envmapi_lobe_ok(lobe);
-    if (sound && lobe->kind == ENVMAP_LOBE_FUNCTION)
-        for (int i = 0; i < lobe->kink_count; ++i)
-            sound &= lobe->kinks[i] > 0 && (double)lobe->kinks[i] < ENVMAPI_PI;
-    if (sound && lobe->kind == ENVMAP_LOBE_TABLE)
-        for (int i = 0; i < lobe->table_size * lobe->table_slices; ++i)
-            sound &= envmapi_finite((double)lobe->table[i]);
+    int sound = envmapi_lobe_ok(lobe), kind = sound ? lobe->kind : 0;
+    for (int i = 0; kind == ENVMAP_LOBE_FUNCTION && i < lobe->kink_count; ++i)
+        sound &= lobe->kinks[i] > 0 && (double)lobe->kinks[i] < ENVMAPI_PI;
+    for (int i = 0; kind == ENVMAP_LOBE_TABLE && i < lobe->table_size * lobe->table_slices; ++i)
+        sound &= envmapi_finite((double)lobe->table[i]);
     return sound;
 }
 
@@ -3875,7 +3855,7 @@ static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double
 
 /* ---- as tasks, each a part that the data alone defines */
 
-/* How many tasks spread, each to a range of k on all rings: a power of two, each range 48 wide or
+/* How many tasks spread, each to a range of k on all rings: a power of two, each range 24 wide or
    more, as points within 5 of a border are spread by both its tasks. */
 static int envmapi_spread_tasks(const envmapi_rings *r) {
     int tasks = 1;
@@ -5053,7 +5033,7 @@ static int envmapi_sh_axis(double *sign, int mapping, int face, int i) {
     int like = mapping == ENVMAP_CUBE ? face : mapping == ENVMAP_OCTAHEDRAL ? 2 : 4, j = 0;
     *sign = mapping == ENVMAP_PARABOLOID && face && i == 2 ? -1 : 1;
     if (i == 3) return i;
-    while (!envmapi_cube[like][i][j]) ++j;
+    while (!(fabs(envmapi_cube[like][i][j]) > 0)) ++j;
     *sign *= envmapi_cube[like][i][j];
     return j;
 }
@@ -6343,10 +6323,7 @@ static double envmapi_window_disc(int mapping, double angle) {
 /* m = a in S, T and M of a cube's face; on a lat-long, pi u and pi v, and the sine of that. */
 static void envmapi_window_frame(double m[3], int mapping, int face, const double a[3]) {
     double uv[2];
-    for (int i = 0; i < 3; ++i) {
-        const signed char *side = envmapi_cube[face][i];
-        m[i] = a[0] * side[0] + a[1] * side[1] + a[2] * side[2];
-    }
+    for (int i = 0; i < 3; ++i) m[i] = envmapi_dot(a, envmapi_cube[face][i]);
     if (mapping != ENVMAP_LATLONG) return;
     envmapi_project(uv, mapping, face, a);
     m[0] = ENVMAPI_PI * uv[0], m[1] = ENVMAPI_PI * uv[1], m[2] = sin(m[1]);
@@ -8444,8 +8421,8 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
              epsilon q(t) <= share D lambda_0 / 2          the brightest spot, wherever it is
              sqrt(kappa^2 - epsilon^2) rms(q) <= share D lambda_0 / 2     all others together
    The bands of a lobe with a kink (diffuse, Banks) end slowly. There lights are summed apart, and D
-   is the least that one of 54 axes gets. Narrow lobes are held to what each of 150 axes sees, L(a)
-   being the light that axis a gets:                                                 _slice_sees
+   is the least that one of 54 axes gets. Where narrow lobes miss that, or leave an axis black, they
+   are held to what each of 150 axes sees, L(a) being the light that axis a gets:    _slice_sees
              kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
              epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
    Banks' slices at c and -c are each other's antipodes; slices of about as many bands share a grid.
@@ -8624,8 +8601,8 @@ static int envmapi_slice_sees(const envmapi_slice *slice, const envmapi_scene *s
 
 /* Is an error d(t) of one light small enough, of bands from l on? Of |d| what exceeds `share` of k
    counts: the brightest light's must stay below that share of the dark, and so must the rms of all
-   others' together; for a narrow lobe with a kink the axes say. 1e-3 of the mean is what
-   envmap_compare divides by at least.
+   others' together. Where that is not so, or there is black, the axes say for a narrow lobe with a
+   kink (always asking them: 1.4 x for Banks 0.9). 1e-3 of the mean is envmap_compare's least.
    The denominator is filtered on the same grid. Solid angles change from texel to texel, so it has
    an error of its own; it must stay below share * mean / 8.
    Test of both: a_wide_lamp_on_black_keeps_the_tolerance. */
@@ -8644,9 +8621,9 @@ static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *
     }
     double lumps = fmax(8 * spec->midpoint, envmapi_solid_contrast(s, l));
     if (lumps * most * spec->part > share * slice->mean) return 0;
-    if (spec->kinked && s->detail)
-        return envmapi_slice_sees(slice, s, excess, ENVMAPI_SEES * share, l);
-    return c.epsilon * most <= dark && others * squares <= dark * dark;
+    int fits = c.epsilon * most <= dark && others * squares <= dark * dark;
+    if (!spec->kinked || !s->detail || (fits && !slice->black && !spec->tail)) return fits;
+    return envmapi_slice_sees(slice, s, excess, ENVMAPI_SEES * share, l);
 }
 
 /* Does an error of this power stay below that part of the tolerance, in rms? */
@@ -9151,27 +9128,26 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
     double floats = (double)envmapi_slice_floats(job->src, 0);
     double pairs = floats / 9 * (double)envmapi_slice_floats(job->views + l, 0);
-    int method = job->desc.method, coarse = envmapi_texel_extent(job->src) > ENVMAPI_COARSE;
+    int method = job->desc.method, coarse = envmapi_texel_extent(job->src) > ENVMAPI_COARSE, ok = 0;
+    const envmap_lobe *lobe = job->lobes + l;
+    envmapi_spec *spec = job->specs + job->fast;
+    envmapi_tail *tail = job->tails + job->fast;
+    double tolerance = (double)job->desc.tolerance;
     if (method == ENVMAP_METHOD_AUTO && pairs * job->views[l].slices < 1e5) coarse = 1;
-    if (job->lobes[l].kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
+    if (lobe->kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
         method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l))
         return ENVMAP_OK;
     if (!coarse)
-        job->planned[l] =
-            envmapi_spec_create(job->specs + job->fast, job->views + l, job->lobes + l, job->src,
-                                (double)job->desc.tolerance, &job->pool, &result);
-    if (!coarse && !job->planned[l] && !result && method != ENVMAP_METHOD_HARMONICS &&
-        envmapi_tail_of(job->tails + job->fast, job->lobes + l, job->src,
-                        (double)job->desc.tolerance)) {
-        job->planned[l] =
-            envmapi_spec_create(job->specs + job->fast, job->views + l, &job->tails[job->fast].lobe,
-                                job->src, (double)job->desc.tolerance, &job->pool, &result);
-        job->specs[job->fast].tail = job->tails + job->fast;
-        job->specs[job->fast].part = job->tails[job->fast].part;
+        ok = envmapi_spec_create(spec, job->views + l, lobe, job->src, tolerance, &job->pool,
+                                 &result);
+    if (!coarse && !ok && !result && method != ENVMAP_METHOD_HARMONICS &&
+        envmapi_tail_of(tail, lobe, job->src, tolerance)) {
+        ok = envmapi_spec_create(spec, job->views + l, &tail->lobe, job->src, tolerance, &job->pool,
+                                 &result);
+        spec->tail = tail, spec->part = tail->part;
     }
-    job->fast += job->planned[l];
-    if (job->planned[l] || result || method != ENVMAP_METHOD_HARMONICS) return result;
-    return ENVMAP_ERROR_METHOD;
+    job->planned[l] = ok, job->fast += ok;
+    return ok || result || method != ENVMAP_METHOD_HARMONICS ? result : ENVMAP_ERROR_METHOD;
 }
 
 /* Looks at a slice of the source and fits the specs to it. */
@@ -9184,9 +9160,8 @@ static envmap_result envmapi_job_look(envmapi_job *job, int slice) {
         result = envmapi_scene_create(&job->scenes.whole, job->src, slice, sigma, &job->desc.work,
                                       &job->pool);
     }
-    return result ? result
-                  : envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->desc.work,
-                                      &job->pool);
+    if (result) return result;
+    return envmapi_specs_fit(job->specs, job->fast, &job->scenes, &job->desc.work, &job->pool);
 }
 
 /* The one door: checks all but what envmapi_desc has checked, and finds out what there is to do. No
@@ -9220,25 +9195,26 @@ static envmap_result envmapi_job_open(envmapi_job *job, const envmap *dst, const
 /* All levels into the views: first those that go by themselves, then what the fast filter makes,
    slice by slice of the source. */
 static envmap_result envmapi_job_run(envmapi_job *job) {
-    int slices = job->views[0].slices, runs = job->src->slices > 1 ? slices : 1, done = 0;
+    const envmap *src = job->src;
+    int slices = job->views[0].slices, runs = src->slices > 1 ? slices : 1, done = 0;
     envmapi_part part;
     envmap_filter_desc desc = job->desc;
     envmap_result result = ENVMAP_OK;
     for (int l = job->late; l < job->count && !result; ++l) {
         const envmap_lobe *lobe = job->lobes + l;
+        envmap *view = job->views + l;
         if (job->planned[l]) continue;
         desc.work = envmapi_work_part(&part, &job->desc.work, done++, 1, job->count);
-        if (lobe->kind == ENVMAP_LOBE_MIRROR)
-            result = envmap_resample(job->views + l, job->src, &desc.work);
+        if (lobe->kind == ENVMAP_LOBE_MIRROR) result = envmap_resample(view, src, &desc.work);
         else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
-            result = envmapi_filter_hierarchical(job->views + l, job->src, lobe, &desc);
-        else if (desc.method != ENVMAP_METHOD_REFERENCE && envmapi_job_constant(job, l))
-            for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(job->views + l, 0); ++i)
-                job->views[l].texels[i] = job->src->texels[i % 3];
-        else if (desc.method != ENVMAP_METHOD_REFERENCE)
-            result = envmapi_filter_near(job->views + l, job->src, lobe, NULL, 0, slices, &desc,
-                                         &job->pool);
-        else result = envmapi_filter_reference(job->views + l, job->src, lobe, &desc);
+            result = envmapi_filter_hierarchical(view, src, lobe, &desc);
+        else if (desc.method == ENVMAP_METHOD_REFERENCE)
+            result = envmapi_filter_reference(view, src, lobe, &desc);
+        else if (envmapi_job_constant(job, l))
+            for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(view, 0); ++i)
+                view->texels[i] = src->texels[i % 3];
+        else
+            result = envmapi_filter_near(view, src, lobe, NULL, 0, slices, &desc, &job->pool);
     }
     done *= runs;
     for (int run = 0; run < runs && job->fast && !result; ++run, done += job->fast) {
@@ -9353,7 +9329,7 @@ ENVMAPI_BODY envmap_result envmap_prepare(envmap_prepared *prepared, const envma
        bands   sum_(l >= bands) P_l <= tolerance^2 sum P_l                               _power_from
        size    sum P_l e(l h)^2 <= tolerance^2 sum P_l, h the spacing of texels       _lookups_error
        slices  what lookups lose between two slices, weighted with the scene          _slices_error
-       error   the bands that FAST leaves out and what its splines lose                 _plan_error
+       error   the bands that FAST leaves out and what its splines lose                 _plan_fill
    docs/plan.md derives them.  Tests: tests/test_plan.c. */
 
 /* The power P_l of a result, l < bands; P[bands] is that of all beyond; gain and scene likewise. */
@@ -9502,13 +9478,11 @@ typedef struct envmapi_lookups {
 /* light: how much one light rules; it may be where texels are largest, twice the mean at most. */
 static void envmapi_lookups_create(envmapi_lookups *t, const envmapi_power *d, int mapping,
                                    double light) {
+    static const double lose[ENVMAP_MAPPING_COUNT] = {0.0041, 0, 1.4, 0, 0, 0.5};
     double solid = 0, step = 1e-4, most = 0, mean = 0;
     t->power = d, t->edges = 0, t->falls = mapping == ENVMAP_SPHERE ? 2 : 3;
     for (int l = 1; l < d->bands; ++l) t->edges += l * (l + 1.0) * d->P[l];
-    t->edges *= mapping == ENVMAP_CUBE         ? 0.0041
-                : mapping == ENVMAP_SPHERE     ? 1.4
-                : mapping == ENVMAP_OCTAHEDRAL ? 0.5
-                                               : 0;
+    t->edges *= lose[mapping];
     for (int i = 0; i < 16; ++i) {
         double x = (i % 4 + 0.5) / 8, y = ((i / 4) + 0.5) / 8, a[3], u[3], v[3];
         envmapi_direction(a, mapping, 0, x, y);
@@ -9544,7 +9518,6 @@ static int envmapi_lookups_hold(void *user, int size) {
 }
 
 /* ---- how many slices */
-
 
 /* Up to 128 numbers from the first-th on, whose squares add up to the power of the slice at p: of
    as many of the scene's bands as are needed, or where there is no scene, of a lone light at many
@@ -9623,9 +9596,7 @@ static double envmapi_slices_error(const envmapi_power *d, int n, const envmap_w
     double lost = 0, total = 0;
     memset(&s, 0, sizeof s);
     s.d = d, s.n = n, s.samples = n < 24 ? 96 : n < 256 ? 4 * n : 1024;
-    s.ends = lobe->kind == ENVMAP_LOBE_BANKS && !(fabs((double)lobe->p0 + (double)lobe->p1) > 0)
-                 ? 1
-                 : 2;
+    s.ends = lobe->kind == ENVMAP_LOBE_BANKS && !(fabsf(lobe->p0 + lobe->p1) > 0) ? 1 : 2;
     envmapi_run_all(work, envmapi_task_slices, &s, ENVMAPI_SLICE_TASKS);
     for (int i = 0; i < ENVMAPI_SLICE_TASKS; ++i) {
         lost += s.lost[i], total += s.total[i];
@@ -9668,13 +9639,6 @@ ENVMAPI_BODY int envmap_lobe_slices(const envmap_lobe *lobe, double tolerance) {
 
 /* ---- the call */
 
-/* The power of bands beyond those that FAST keeps, and of what four splines lose of these. */
-static double envmapi_plan_error(const envmapi_power *d, const envmapi_spec *spec) {
-    double lost = envmapi_power_from(d, spec->L);
-    for (int l = 0; l < spec->L; ++l) lost += 4 * pow(envmapi_band_error(l, spec->h), 2) * d->P[l];
-    return lost;
-}
-
 static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     const envmapi_spec *spec = job->specs;
     const envmapi_scenes *scenes = &job->scenes;
@@ -9701,8 +9665,10 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     if (spec->L && spec->kinked) out->lights = scenes->unlit.light_count;
     if (out->lights) envmapi_power_lights(&d, &scenes->unlit, -1), envmapi_power_scene(&d);
     out->method = ENVMAP_METHOD_FAST;
-    if (!spec->L) return ENVMAP_OK;
-    out->error = envmapi_rms(envmapi_plan_error(&d, spec), total);
+    double lost = envmapi_power_from(&d, spec->L); /* bands beyond those that FAST keeps, and */
+    for (int l = 0; l < spec->L; ++l)              /* what four splines lose of these */
+        lost += 4 * pow(envmapi_band_error(l, spec->h), 2) * d.P[l];
+    if (spec->L) out->error = envmapi_rms(lost, total);
     return ENVMAP_OK;
 }
 
@@ -10246,10 +10212,8 @@ ENVMAPI_BODY void envmap_lookup_fan(float rgb[3], const envmap *map, const float
 }
 
 /* --------------------------------------------------------------------------------- >>compare --
-   In: a map a and the truth b, of one shape. Out: over the texels that have a solid angle w
-     rms   = sqrt(sum w |a-b|^2 / sum w |b|^2)
-     bias  = sum w (a-b) / sum w b
-     worst = max over texels of max_c |a_c-b_c| / max(max_c b_c, 1e-3 mean b)
+   In: a map and the truth, of one shape. Out: envmap_difference, over all texels that have a solid
+   angle.
    Tests: tests/test_compare.c; differences_of_six_texels_are_those_worked_out_by_hand. */
 
 /* a/b, where nothing over nothing is nothing. */

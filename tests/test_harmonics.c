@@ -701,6 +701,28 @@ static void any_number_of_tasks_gives_the_same_bits(void) {
     CHECK(out[0][0] < 0 || out[0][0] > 0);
 }
 
+/* Tasks that write where others do are a race, which no order of tasks shows. */
+static void tasks_spread_to_columns_of_their_own(void) {
+    enum { M = 96 };
+    double d[3] = {0.48, -0.6, 0.64};
+    static unsigned char writes[(2 * M + 6) * (M + 6) * 8];
+    envmapi_rings t;
+    analyse_one(&t, d, 20, M);
+    t.tasks = 16;
+    int tasks = envmapi_spread_tasks(&t);
+    size_t count = (size_t)(2 * M + 6) * t.row;
+    if (!CHECK(tasks == 8 && count <= sizeof writes)) return;
+    for (int task = 0; task < tasks; ++task) {
+        for (size_t i = 0; i < count; ++i) t.G[i] = 1e30f;
+        envmapi_task_spread(&t, task);
+        for (size_t i = 0; i < count; ++i) writes[i] = (unsigned char)(writes[i] + (t.G[i] < 1e29f));
+    }
+    size_t once = 0;
+    for (size_t i = 0; i < count; ++i) once += writes[i] == 1;
+    CHECK(once == count);
+    envmapi_pool_free(&pool, 0);
+}
+
 static void nothing_leaks(void) { CHECK(oracle_live == 0); }
 
 /* The transform's own solid angles, to fourth order: octahedral maps of even and of odd edge, whose
@@ -732,6 +754,16 @@ static void solid_angles_of_whole_rows_are_those_of_their_texels(void) {
     FIGURE("a texel's solid angle, relative", worst, 1e-5);
 }
 
+/* As far as 0.001 from the plane of the face, beyond which it is a plane 0.001 away. */
+static void a_cubes_face_reaches_nearly_to_a_right_angle(void) {
+    for (int i = 0; i < 2; ++i) {
+        double z = i ? 1.2e-3 : -0.2, x = sqrt(1 - z * z), d[3] = {x, 0, z}, uv[2];
+        envmapi_project(uv, ENVMAP_CUBE, 4, d);
+        CHECK_CLOSE(uv[0], 0.5 + 0.5 * x / (i ? z : 1e-3), 1e-9);
+        CHECK_CLOSE(uv[1], 0.5, 1e-12);
+    }
+}
+
 /* d omega / dA of every mapping, summed over the picture: 4 pi, on discs inside the circle. */
 static void densities_integrate_to_the_whole_sphere(void) {
     enum { N = 200 };
@@ -748,6 +780,7 @@ static void densities_integrate_to_the_whole_sphere(void) {
 
 int main(void) {
     RUN(solid_angles_of_whole_rows_are_those_of_their_texels);
+    RUN(a_cubes_face_reaches_nearly_to_a_right_angle);
     RUN(densities_integrate_to_the_whole_sphere);
     RUN(rings_are_multiples_of_4_with_factors_2_and_3);
     RUN(the_fft_is_the_plain_dft);
@@ -770,6 +803,7 @@ int main(void) {
     RUN(a_point_synthesised_is_the_sum_of_legendre_polynomials);
     RUN(bands_of_a_larger_triangle_are_the_same_bands);
     RUN(any_number_of_tasks_gives_the_same_bits);
+    RUN(tasks_spread_to_columns_of_their_own);
     RUN(nothing_leaks);
     return test_summary();
 }

@@ -548,6 +548,29 @@ static void one_lit_texel_has_all_contrast(void) {
     FIGURE("contrast of one lit texel - 1", off, 0.1);
 }
 
+/* Squares of the texels' energies less the squares of their blocks' over the texels of a block. */
+static void texels_have_the_contrast_that_their_blocks_do_not_have(void) {
+    for (int size = 32; size <= 64; size += 32) {
+        envmap map = noise(ENVMAP_CUBE, size, 11);
+        double left = 0, all, block[6 * 16 * 16] = {0};
+        for (int i = 0; i < 6 * size * size; ++i) /* all channels alike */
+            map.texels[3 * i + 1] = map.texels[3 * i + 2] = map.texels[3 * i];
+        envmapi_scene s = survey_of(&map);
+        int nu = size / s.edge;
+        all = all_energy_of(&map);
+        for (int i = 0; i < 6 * size * size; ++i) {
+            int face = i / (size * size), y = i / size % size, x = i % size;
+            double energy = energy_of(&map, face, x, y);
+            left += energy * energy;
+            block[(face * nu + y / s.edge) * nu + x / s.edge] += energy;
+        }
+        for (int b = 0; b < 6 * nu * nu; ++b) left -= pow(block[b] / s.edge, 2);
+        CHECK_CLOSE(s.texel.kappa / (sqrt(left) / all), 1, 1e-4);
+        envmapi_pool_free(&pool, 0);
+        envmap_free(&map);
+    }
+}
+
 /* Wherever it is: alone in its parent, or with most of its parent's solid angle. */
 static void a_lit_texel_has_contrast_wherever_it_is(void) {
     double least = 1;
@@ -705,6 +728,44 @@ static void axes_see_all_light_at_its_angle(void) {
     FIGURE("... as wide ones do", away[1], 0.5);
 }
 
+/* A table's slices of GGX 0.02 and 0.06 on a light, and each as a lobe of its own. */
+static void slices_have_tails_of_their_own(void) {
+    static float table[2 * 4096];
+    envmap src = noise(ENVMAP_CUBE, 24, 3), both = black(ENVMAP_CUBE, 2, 1, 2);
+    envmap_texel(&src, 0, 0, 0, 10, 10)[0] = 300;
+    for (int i = 0; i < 2 * 4096; ++i) {
+        envmap_lobe ggx = envmap_lobe_ggx(i < 4096 ? 0.02f : 0.06f);
+        table[i] = (float)envmap_lobe_value(&ggx, cos(PI * (i % 4096) / 4095), 0);
+    }
+    envmap_lobe lobe = envmap_lobe_table(table, 4096, 2, 0, 1);
+    CHECK(!filter(&both, &src, lobe, ENVMAP_METHOD_FAST, 1e-4));
+    for (int slice = 0; slice < 2; ++slice) {
+        envmap one = black(ENVMAP_CUBE, 2, 1, 1), of_both = one;
+        lobe = envmap_lobe_table(table + 4096 * slice, 4096, 1, 0, 0);
+        CHECK(!filter(&one, &src, lobe, ENVMAP_METHOD_FAST, 1e-4));
+        of_both.texels = envmap_texel(&both, 0, slice, 0, 0, 0);
+        FIGURE("a slice and its own lobe, rms", rms_of(&of_both, &one), 2e-4);
+        envmap_free(&one);
+    }
+    envmap_free(&src), envmap_free(&both);
+}
+
+/* Only of -c .. c does half of the slices mirror the others. */
+static void banks_over_any_slices_keeps_the_tolerance(void) {
+    static const float ends[3][2] = {{-0.2f, 0.8f}, {-0.9f, 0.1f}, {-0.6f, 0.6f}};
+    envmap src = sky_of(ENVMAP_CUBE, 40);
+    for (int i = 0; i < 3; ++i) {
+        envmap fast = black(ENVMAP_CUBE, 5, 1, 4), truth = black(ENVMAP_CUBE, 5, 1, 4);
+        envmap_lobe lobe = envmap_lobe_banks(0.2f);
+        lobe.p0 = ends[i][0], lobe.p1 = ends[i][1];
+        CHECK(!filter(&fast, &src, lobe, ENVMAP_METHOD_FAST, 1e-3));
+        CHECK(!filter(&truth, &src, lobe, ENVMAP_METHOD_REFERENCE, 1e-3));
+        FIGURE("four slices of Banks, rms", rms_of(&fast, &truth), 1e-3);
+        envmap_free(&fast), envmap_free(&truth);
+    }
+    envmap_free(&src);
+}
+
 static void nothing_leaks(void) { CHECK(oracle_live == 0 && oracle_wrong_context == 0); }
 
 /* What is wider than from 0 to pi is said so by cosines that no direction has. */
@@ -742,11 +803,14 @@ int main(void) {
     RUN(blocks_of_every_scale_carry_all_energy);
     RUN(a_uniform_scene_has_no_contrast);
     RUN(one_lit_texel_has_all_contrast);
+    RUN(texels_have_the_contrast_that_their_blocks_do_not_have);
     RUN(a_lit_texel_has_contrast_wherever_it_is);
     RUN(a_lamp_on_a_pole_has_the_contrast_of_one_elsewhere);
     RUN(lights_are_the_texels_of_a_2000th_of_the_energy);
     RUN(of_too_many_lights_the_brightest_are_taken);
     RUN(axes_see_all_light_at_its_angle);
+    RUN(slices_have_tails_of_their_own);
+    RUN(banks_over_any_slices_keeps_the_tolerance);
     RUN(nothing_leaks);
     return test_summary();
 }
