@@ -3021,6 +3021,12 @@ static int envmapi_lobe_has_k(const envmap_lobe *lobe, double p) {
 
 static double envmapi_acos(double x) { return acos(envmapi_clamp(x, -1, 1)); }
 
+/* 0 up to from, 1 beyond to, smooth between. */
+static double envmapi_smooth_step(double value, double from, double to) {
+    double t = envmapi_clamp((value - from) / (to - from), 0, 1);
+    return t * t * (3 - 2 * t);
+}
+
 /* Catmull-Rom along a row; mirrored at both ends, as a zonal function is. */
 static double envmapi_table_row(const envmap_lobe *lobe, int row, double theta) {
     const float *values = lobe->table + row * lobe->table_size;
@@ -4006,7 +4012,8 @@ static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
        what eight axes get                    envmapi_lit_all, by _add, 64 values of k at a time
    Over a disc of radius rho the mean of k is off by rho^2/8 of its Laplacian, 2 k/sigma^2 at the
    peak: for rho = 1.5 sigma sqrt(tolerance) half of the tolerance. Only diffuse, GGX and Banks have
-   clusters, which fall to 0 in a straight line; where x^2.5 ends it curves by more than itself.
+   clusters, which fall to 0 in a straight line; where x^2.5 ends it curves by more than itself. At
+   the angle theta GGX has a Laplacian of 16 k/theta^2 at most: theta/3 does for sigma there.
    Used by >>transform and >>fast.  Source: ours.
    Tests: tests/test_fast.c; a_cluster_of_lights_is_its_texels, also of the constants. */
 
@@ -4022,6 +4029,7 @@ typedef struct envmapi_light {
 typedef struct envmapi_cluster {
     envmapi_light sum;
     int first, count;
+    double beyond[2]; /* cosine and sine of the angle from which the sum does */
 } envmapi_cluster;
 
 typedef struct envmapi_lights {
@@ -4031,7 +4039,7 @@ typedef struct envmapi_lights {
     envmapi_cluster *clusters;   /* [clustered] */
     double rho[2], angles[4][2]; /* cosine and sine: of rho; of the support's ends, of kinks */
     const envmap_lobe *lobe;
-    double p;
+    double p, reach; /* reach: of a tail, whose whole is the lobe; or 0 */
 } envmapi_lights;
 
 static double envmapi_light_energy(const envmapi_light *light) {
@@ -4056,7 +4064,8 @@ static envmap_result envmapi_lights_group(envmapi_lights *l, const envmap_lobe *
                                           double tolerance, envmapi_pool *pool) {
     int diffuse = lobe->kind == ENVMAP_LOBE_PHONG && fabsf(lobe->parameter - 1) <= 0;
     int straight = diffuse || lobe->kind == ENVMAP_LOBE_GGX || lobe->kind == ENVMAP_LOBE_BANKS;
-    double rho = straight ? ENVMAPI_CLUSTER * sigma * sqrt(tolerance) : 0;
+    double part = ENVMAPI_CLUSTER * sqrt(tolerance), least = straight ? part * sigma : 0;
+    double rho = lobe->kind == ENVMAP_LOBE_GGX ? fmax(least, part / 2) : least;
     size_t room = (size_t)l->count + 1;
     l->lobe = lobe, l->clustered = 0, l->rho[0] = cos(rho), l->rho[1] = sin(rho);
     l->sorted = (envmapi_light *)envmapi_pool_get(pool, room, sizeof(envmapi_light));
@@ -4079,6 +4088,11 @@ static envmap_result envmapi_lights_group(envmapi_lights *l, const envmap_lobe *
         }
         cluster->first = first, cluster->count = end - first;
         envmapi_unit(cluster->sum.d, sum);
+        double radius = 0;
+        for (int i = first; i < end; ++i)
+            radius = fmax(radius, envmapi_angle(l->sorted[i].d, cluster->sum.d));
+        double beyond = radius > least ? fmin(3 * radius / part, ENVMAPI_PI) : 0;
+        cluster->beyond[0] = cos(beyond), cluster->beyond[1] = sin(beyond);
     }
     return ENVMAP_OK;
 }
@@ -4118,6 +4132,9 @@ static void envmapi_lit_add(envmapi_lit *lit, const envmapi_lights *l) {
         for (int c = 0; c < 3; ++c)
             envmapi_double8_add(envmapi_double8_at(x) + i, lit->waiting[i]->d[c], a + c);
     envmapi_k_many(k, x, lit->count * ENVMAPI_BESIDE, l->lobe, l->p);
+    for (int i = 0; i < lit->count * ENVMAPI_BESIDE && l->reach > 0; ++i)
+        if (x[i] > 1 - l->reach * l->reach / 2)
+            k[i] *= envmapi_smooth_step(envmapi_acos(x[i]), l->reach / 2, l->reach);
     for (int i = 0; i < lit->count; ++i)
         for (int c = 0; c < 3; ++c)
             envmapi_double8_add(rgb + c, lit->waiting[i]->value[c], envmapi_double8_at(k) + i);
@@ -4136,6 +4153,8 @@ static void envmapi_lit_all(envmapi_lit *lit, int n, const envmapi_lights *l) {
     for (const envmapi_cluster *one = l->clusters; one < l->clusters + l->clustered; ++one) {
         double cosine = envmapi_dot(d, one->sum.d);
         int whole = one->count > 1;
+        if (one->beyond[1] > 0)
+            whole &= cosine < one->beyond[0] * least - one->beyond[1] * beside;
         if (cosine > x[0][1] || cosine < x[1][0]) continue;
         for (int j = 2; j < 2 + l->kinks; ++j) whole &= cosine < x[j][0] || cosine > x[j][1];
         for (int i = 0; i < (whole ? 1 : one->count); ++i) {
@@ -5727,12 +5746,6 @@ typedef struct envmapi_axis {
     double apart;           /* rings, eight of them in two texels: less at tight tolerances */
 } envmapi_axis;
 
-/* 0 up to from, 1 beyond to, smooth between. */
-static double envmapi_smooth_step(double value, double from, double to) {
-    double t = envmapi_clamp((value - from) / (to - from), 0, 1);
-    return t * t * (3 - 2 * t);
-}
-
 /* The cosine of an angle that may be none: below and above all cosines there. */
 static double envmapi_cosine(double angle) {
     return angle > ENVMAPI_PI ? -2 : angle < 0 ? 2 : cos(angle);
@@ -6622,6 +6635,8 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
        K of axes; of a lat-long's cell            _kernel; _fold
    Used by >>knots and >>near.  Source: ours.  Tests: tests/test_near.c. */
 
+#define ENVMAPI_SPLIT 10 /* texels at 1e-3 that near sums reach where any reach is right */
+
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
 typedef struct envmapi_tail {
@@ -6640,11 +6655,14 @@ static double envmapi_tail_k(double x, double p, void *user) {
 }
 
 /* 0 where there is none: the lobe has slices, or ends before its reach does. */
-static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const envmap *src) {
+static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const envmap *src,
+                           double tolerance) {
     envmapi_axis axis;
     memset(&axis, 0, sizeof axis);
     axis.lobe = lobe;
     envmapi_axis_aim(&axis, src, 0, 1, 1e-3);
+    double split = ENVMAPI_SPLIT * fmax(pow(1e-3 / tolerance, 0.4), 1); /* else lattices show */
+    if (!(axis.bilinear > 0)) axis.reach = fmin(axis.reach, split * axis.texel);
     tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
     tail->lobe.raw = lobe->raw, tail->lobe.scale = lobe->scale;
     tail->reach = axis.reach, tail->whole_from = envmapi_cosine(axis.reach);
@@ -8550,6 +8568,8 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_BLACK 3e-3 /* of the mean: an axis that gets less sees black */
 /* kinks_on_few_texels_keep_the_tolerance */
 #define ENVMAPI_LATTICE 0.8 /* of the texels' lattice's first wave: from there lambda_l is small */
+#define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
+#define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
 
 /* The angles of histograms: their cosines, and sin t dt / 2. */
@@ -8570,6 +8590,7 @@ typedef struct envmapi_slice {
     double p, *lambda;           /* lambda_l of the bands that are known */
     double power, tail;          /* sum (2l+1) lambda_l^2: of all bands; of unknown ones */
     double k[ENVMAPI_ANGLES];    /* of the known bands, at the angles */
+    double whole[ENVMAPI_ANGLES]; /* its size; of a tail that of the whole lobe */
     double mean, darkest;        /* of the result in this scene */
     double result[ENVMAPI_AXES]; /* what each axis gets */
     double dark[ENVMAPI_SCALES][ENVMAPI_ANGLES]; /* the least, that far from a scale's spot */
@@ -8649,12 +8670,13 @@ static void envmapi_slice_axes(envmapi_slice *slice, const envmapi_spec *spec,
                                const envmapi_scene *s) {
     double k[ENVMAPI_ANGLES], integral = envmapi_lobe_integral(spec->lobe, slice->p);
     double scale = 4 * ENVMAPI_PI * fabs(slice->lambda[0]) / integral;
+    double rest = (1 / spec->part - 1) * spec->dark / 2 * slice->mean; /* what is near gets */
     envmapi_k_many(k, spec->angles->x, ENVMAPI_ANGLES, spec->lobe, slice->p);
     for (int a = 0; a < s->axes; ++a) {
         float rgb[3 + ENVMAPI_SCALES];
         envmapi_histogram_sum(rgb, s->histograms + a, k);
         double most = fmax(fmax((double)rgb[0], (double)rgb[1]), (double)rgb[2]);
-        slice->result[a] = fmax(scale * most, ENVMAPI_NOTHING * slice->mean);
+        slice->result[a] = fmax(scale * most + rest, ENVMAPI_NOTHING * slice->mean);
         slice->darkest = fmin(slice->darkest, slice->result[a]);
     }
     for (int i = 0; i < s->scales && s->detail; ++i) {
@@ -8714,10 +8736,11 @@ static int envmapi_slice_allows(const envmapi_slice *slice, const envmapi_spec *
                                 const envmapi_scene *s, const double *d, double share, int l) {
     envmapi_contrast c = envmapi_contrast_at(s, l);
     double excess[ENVMAPI_ANGLES], most = 0, squares = 0;
+    if (spec->tail) share *= ENVMAPI_TAIL;
     double dark = share / spec->part * fmax(slice->darkest / 2, 1e-3 * slice->mean);
     double others = fmax(c.kappa * c.kappa - c.epsilon * c.epsilon, 0);
     for (int j = 0; j < ENVMAPI_ANGLES; ++j) {
-        double over = fabs(d[j]) - share * fabs(slice->k[j]);
+        double over = fabs(d[j]) - share * fabs(slice->whole[j]);
         excess[j] = over > 0 ? over : 0;
         most = excess[j] > most ? excess[j] : most;
         squares += excess[j] * excess[j] * spec->angles->area[j];
@@ -8752,7 +8775,7 @@ static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *s
     for (; L > 1; --L) {
         double c2 = envmapi_slice_contrast(s, L);
         tail += c2 * (2 * L - 1) * slice->lambda[L - 1] * slice->lambda[L - 1];
-        if (!envmapi_slice_rms(slice, spec, tail, c2, 0.5)) break;
+        if (!envmapi_slice_rms(slice, spec, tail, c2, spec->tail ? 0.25 : 0.5)) break;
     }
     if (!texels) return L;
     envmapi_series_begin(&series, spec->angles->x);
@@ -8818,6 +8841,13 @@ static void envmapi_task_lambda(void *context, int k) {
     memset(slice->k, 0, sizeof slice->k);
     if (!envmapi_slice_lambda(slice, spec->lobe, spec->known)) return;
     for (int l = 0; l < spec->known; ++l) envmapi_series_add(&series, slice->k, slice->lambda[l]);
+    memcpy(slice->whole, slice->k, sizeof slice->k);
+    if (!spec->tail) return;
+    /* Few bands are known of a tail that is a small part: its own k has all. */
+    double scale = 4 * ENVMAPI_PI * slice->lambda[0] / spec->tail->integral;
+    envmapi_k_many(slice->k, spec->angles->x, ENVMAPI_ANGLES, spec->lobe, slice->p);
+    envmapi_k_many(slice->whole, spec->angles->x, ENVMAPI_ANGLES, spec->tail->whole, slice->p);
+    for (int j = 0; j < ENVMAPI_ANGLES; ++j) slice->k[j] *= scale, slice->whole[j] *= scale;
 }
 
 static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
@@ -8896,8 +8926,8 @@ static int envmapi_spec_search(envmapi_spec *spec, double most) {
 
 /* Bands and spacing for this scene; L 0 where that cannot be. */
 static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
-    spec->L = 0, spec->h = HUGE_VAL, spec->dark = envmapi_scene_dark(scene, spec->sigma);
-    spec->scene = scene;
+    spec->L = 0, spec->h = HUGE_VAL, spec->scene = scene;
+    spec->dark = envmapi_scene_dark(scene, spec->tail ? 0 : spec->sigma); /* near sees texels */
     if (!envmapi_spec_search(spec, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
         return spec->L = 0;
     envmapi_spec_each(spec, envmapi_task_spacing);
@@ -8920,7 +8950,8 @@ static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lob
     spec->slices = spec->mirrored ? (all + 1) / 2 : all;
     for (int k = 0; k < spec->slices; ++k)
         spec->sigma = fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, all)));
-    if (spec->sigma < 2 * envmapi_texel_extent(src)) return 0;
+    int tail = lobe->function == envmapi_tail_k; /* sigma is only its peak's */
+    if (!tail && spec->sigma < 2 * envmapi_texel_extent(src)) return 0;
     size_t n = (size_t)spec->slices;
     size_t each = sizeof(envmapi_slice) + ENVMAPI_FAST_BANDS * sizeof(double);
     spec->slice = (envmapi_slice *)envmapi_pool_get(pool, n, each); /* and lambda_l of all */
@@ -8950,8 +8981,9 @@ static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_s
     envmap_result result = ENVMAP_OK;
     for (envmapi_spec *spec = specs; spec < specs + count; ++spec) {
         spec->kinked = 0, spec->work = work;
-        spec->kinked =
-            !envmapi_spec_fit(spec, &scenes->whole, fmax(24, ENVMAPI_SMOOTH / spec->sigma));
+        double most = fmax(24, ENVMAPI_SMOOTH / spec->sigma);
+        if (spec->tail || spec->lobe->kind == ENVMAP_LOBE_GGX) most = fmin(most, ENVMAPI_HEAVY);
+        spec->kinked = !envmapi_spec_fit(spec, &scenes->whole, most);
         kinked += spec->kinked;
         if (spec->kinked) sigma = fmin(sigma, spec->sigma);
     }
@@ -9081,9 +9113,10 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
         t->rings.bands = L;
         t->rings.lambda = (double *)envmapi_pool_get(pool, ENVMAPI_FAST_BANDS, sizeof(double));
         if (!result && !t->rings.lambda) result = ENVMAP_ERROR_MEMORY;
+        const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
+        t->lights.reach = spec->tail ? spec->tail->reach : 0;
         if (!result)
-            result =
-                envmapi_lights_group(&t->lights, spec->lobe, spec->sigma, spec->tolerance, pool);
+            result = envmapi_lights_group(&t->lights, lobe, spec->sigma, spec->tolerance, pool);
         for (; row < end && !result; ++row) {
             envmapi_part part;
             envmap_work one = envmapi_work_part(&part, &desc->work, row, 1, spec->slices);
@@ -9234,7 +9267,7 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
         ok = envmapi_spec_create(spec, job->views + l, lobe, job->src, tolerance, &job->pool,
                                  &result);
     if (!coarse && !ok && !result && method != ENVMAP_METHOD_HARMONICS &&
-        envmapi_tail_of(tail, lobe, job->src)) {
+        envmapi_tail_of(tail, lobe, job->src, tolerance)) {
         ok = envmapi_spec_create(spec, job->views + l, &tail->lobe, job->src, tolerance, &job->pool,
                                  &result);
         spec->tail = tail, spec->part = tail->part;
