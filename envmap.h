@@ -7242,7 +7242,7 @@ static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *
     double R = envmapi_near_reach(s, s->R_bright, s->axis.bilinear < 1);
     double theta = high * fmax(fmin(tile->y + 0.5, level->edge - tile->y - 1.5), 0);
     double across = theta > R ? asin(sin(R) / sin(theta)) / high : level->edge;
-    double sine = fmax(sin(theta + high), 1e-3), even = s->tail ? least : s->R_bright / high;
+    double sine = sin(fmin(theta + high, ENVMAPI_PI / 2)), even = s->tail ? least : s->R_bright / high;
     cell->knots.row = tile->y, cell->knots.y = tile->y - (int)(R / high) - 1;
     cell->knots.height = 2 * (tile->y - cell->knots.y) + 2, cell->reach = (int)across + 1;
     if (2 * cell->reach + 2 > level->width) cell->reach = level->width / 2 - 1;
