@@ -6635,7 +6635,7 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
        K of axes; of a lat-long's cell            _kernel; _fold
    Used by >>knots and >>near.  Source: ours.  Tests: tests/test_near.c. */
 
-#define ENVMAPI_SPLIT 10 /* texels at 1e-3 that near sums reach where any reach is right */
+#define ENVMAPI_SPLIT 10 /* texels at 1e-3 that near sums reach where any reach is right: speed */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
    step that fades the integral out. It is smooth, and >>fast sums it. */
@@ -7242,7 +7242,8 @@ static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *
     double R = envmapi_near_reach(s, s->R_bright, s->axis.bilinear < 1);
     double theta = high * fmax(fmin(tile->y + 0.5, level->edge - tile->y - 1.5), 0);
     double across = theta > R ? asin(sin(R) / sin(theta)) / high : level->edge;
-    double sine = sin(fmin(theta + high, ENVMAPI_PI / 2)), even = s->tail ? least : s->R_bright / high;
+    double sine = sin(fmin(theta + high, ENVMAPI_PI / 2));
+    double even = s->tail ? least : s->R_bright / high;
     cell->knots.row = tile->y, cell->knots.y = tile->y - (int)(R / high) - 1;
     cell->knots.height = 2 * (tile->y - cell->knots.y) + 2, cell->reach = (int)across + 1;
     if (2 * cell->reach + 2 > level->width) cell->reach = level->width / 2 - 1;
@@ -8568,6 +8569,7 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_BLACK 3e-3 /* of the mean: an axis that gets less sees black */
 /* kinks_on_few_texels_keep_the_tolerance */
 #define ENVMAPI_LATTICE 0.8 /* of the texels' lattice's first wave: from there lambda_l is small */
+/* a_lit_texel_some_texels_away_keeps_the_tolerance, of tests/test_near.c, at 30 */
 #define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
