@@ -139,8 +139,8 @@ coverage: ## lines and branches of envmap.h that the quick tests take (gcov), an
 	fi
 
 EDGE = 8192
-limits: $(BUILD)/envmap ## the tool on the largest maps, EDGE=8192: time and peak memory
-	@sh tests/limits.sh $(BUILD)/envmap $(BUILD)/limits $(EDGE)
+limits: $(BUILD)/envmap ## the tool on the largest maps, EDGE=8192, and cubes, FACES=8192: time and peak memory
+	@sh tests/limits.sh $(BUILD)/envmap $(BUILD)/limits $(EDGE) $(FACES)
 
 targets: ## the tests as other compilers, flags and machines see them: docs/targets.md; LONG=1 runs more
 	@LONG='$(LONG)' sh tests/targets.sh $(if $(TARGETS),$(TARGETS),-o docs/targets.md)

@@ -4011,13 +4011,16 @@ static void envmapi_synthesise(envmapi_rings *r, const envmap_work *work) {
        the lobe's support and kinks at p      envmapi_lights_aim
        what eight axes get                    envmapi_lit_all, by _add, 64 values of k at a time
    Over a disc of radius rho the mean of k is off by rho^2/8 of its Laplacian, 2 k/sigma^2 at the
-   peak: for rho = 1.5 sigma sqrt(tolerance) half of the tolerance. Only diffuse, GGX and Banks have
-   clusters, which fall to 0 in a straight line; where x^2.5 ends it curves by more than itself. At
-   the angle theta GGX has a Laplacian of 16 k/theta^2 at most: theta/3 does for sigma there.
+   peak: for rho = 1.5 sigma sqrt(tolerance) half of the tolerance. Only lobes with kinks have
+   clusters: others need few bands, and have no lights apart. Diffuse, GGX and Banks fall to 0 in a
+   straight line; x^N, 1 < N < 4, curves by more than itself there, N (N - 1) / x^2, so its clusters
+   are opened that much farther from the horizon. At the angle theta GGX has a Laplacian of
+   16 k/theta^2 at most: theta/3 does for sigma there.
    Used by >>transform and >>fast.  Source: ours.
    Tests: tests/test_fast.c; a_cluster_of_lights_is_its_texels, also of the constants. */
 
 #define ENVMAPI_CLUSTER    1.5  /* times sigma sqrt(tolerance): how far from the first light */
+#define ENVMAPI_CURVED     0.25 /* times sigma sqrt(N (N - 1)): x^N is open so near its horizon */
 #define ENVMAPI_ONE_COLOUR 0.05 /* of a light's RGB: its channels' centroids are one to rho/20 */
 
 typedef struct envmapi_light {
@@ -4062,12 +4065,14 @@ static int envmapi_light_joins(const envmapi_light *light, const envmapi_light *
 /* Clusters for a lobe of this sigma: lights that join the first one of theirs are put beside it. */
 static envmap_result envmapi_lights_group(envmapi_lights *l, const envmap_lobe *lobe, double sigma,
                                           double tolerance, envmapi_pool *pool) {
-    int diffuse = lobe->kind == ENVMAP_LOBE_PHONG && fabsf(lobe->parameter - 1) <= 0;
-    int straight = diffuse || lobe->kind == ENVMAP_LOBE_GGX || lobe->kind == ENVMAP_LOBE_BANKS;
-    double part = ENVMAPI_CLUSTER * sqrt(tolerance), least = straight ? part * sigma : 0;
-    double rho = lobe->kind == ENVMAP_LOBE_GGX ? fmax(least, part / 2) : least;
+    double N = lobe->kind == ENVMAP_LOBE_PHONG ? (double)lobe->parameter : 0;
+    int ggx = lobe->kind == ENVMAP_LOBE_GGX, power = N >= 1 && N < 4;
+    int clusters = ggx || lobe->kind == ENVMAP_LOBE_BANKS || power;
+    double part = ENVMAPI_CLUSTER * sqrt(tolerance), least = clusters ? part * sigma : 0;
+    double rho = ggx ? fmax(least, part / 2) : least;
+    double margin = power ? fmax(rho, ENVMAPI_CURVED * sqrt(N * (N - 1)) * sigma) : rho;
     size_t room = (size_t)l->count + 1;
-    l->lobe = lobe, l->clustered = 0, l->rho[0] = cos(rho), l->rho[1] = sin(rho);
+    l->lobe = lobe, l->clustered = 0, l->rho[0] = cos(margin), l->rho[1] = sin(margin);
     l->sorted = (envmapi_light *)envmapi_pool_get(pool, room, sizeof(envmapi_light));
     l->clusters = (envmapi_cluster *)envmapi_pool_get(pool, room, sizeof(envmapi_cluster));
     if (!l->sorted || !l->clusters) return ENVMAP_ERROR_MEMORY;
@@ -4078,7 +4083,7 @@ static envmap_result envmapi_lights_group(envmapi_lights *l, const envmap_lobe *
         memset(cluster, 0, sizeof *cluster);
         for (int i = end = first; i < l->count; ++i) {
             envmapi_light light = l->sorted[i];
-            int joins = straight && envmapi_light_joins(&light, l->sorted + first, l->rho[0]);
+            int joins = clusters && envmapi_light_joins(&light, l->sorted + first, cos(rho));
             if (i > first && !joins) continue;
             l->sorted[i] = l->sorted[end], l->sorted[end++] = light;
             for (int c = 0; c < 3; ++c) {
@@ -4156,7 +4161,7 @@ static void envmapi_lit_all(envmapi_lit *lit, int n, const envmapi_lights *l) {
         if (one->beyond[1] > 0)
             whole &= cosine < one->beyond[0] * least - one->beyond[1] * beside;
         if (cosine > x[0][1] || cosine < x[1][0]) continue;
-        for (int j = 2; j < 2 + l->kinks; ++j) whole &= cosine < x[j][0] || cosine > x[j][1];
+        for (int j = 1; j < 2 + l->kinks; ++j) whole &= cosine < x[j][0] || cosine > x[j][1];
         for (int i = 0; i < (whole ? 1 : one->count); ++i) {
             lit->waiting[lit->count++] = whole ? &one->sum : l->sorted + one->first + i;
             if (lit->count == 8) envmapi_lit_add(lit, l);
@@ -5965,18 +5970,23 @@ static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
 /* A ring about the axis, of directions d. Which texel centres are around one: its cell. */
 typedef struct envmapi_circle {
     double a[3], t[3], b[3], d[3]; /* a, t, b: the axis and its tangents, times cosine and sine */
-    int cell[3];
+    int cell[5];                   /* 3, 4: of the other paraboloid, where both blend */
 } envmapi_circle;
 
 /* Goes to phi. 0: d is in another cell than before. */
 static int envmapi_circle_at(envmapi_circle *ring, const envmapi_level *level, double phi) {
     double c = cos(phi), s = sin(phi), uv[2];
     for (int j = 0; j < 3; ++j) ring->d[j] = ring->a[j] + c * ring->t[j] + s * ring->b[j];
-    int face = envmapi_face(level->mapping, ring->d), before[3];
-    envmapi_project(uv, level->mapping, face, ring->d);
+    int mapping = level->mapping, face = envmapi_face(mapping, ring->d), before[5];
     memcpy(before, ring->cell, sizeof before);
-    ring->cell[0] = (int)floor(uv[0] * level->width - 0.5);
-    ring->cell[1] = (int)floor(uv[1] * level->edge - 0.5), ring->cell[2] = face;
+    for (int i = 0; i < (mapping == ENVMAP_PARABOLOID ? 2 : 1); ++i) {
+        envmapi_project(uv, mapping, i ? 1 - face : face, ring->d);
+        double r = i ? hypot(2 * uv[0] - 1, 2 * uv[1] - 1) : 1, edge = level->edge;
+        int apart = i && r - 1 > r / edge; /* nothing of the other */
+        ring->cell[3 * i] = apart ? -1 : (int)floor(uv[0] * level->width - 0.5);
+        ring->cell[3 * i + 1] = apart ? -1 : (int)floor(uv[1] * edge - 0.5);
+    }
+    ring->cell[2] = face;
     for (int j = 0; j < 3; ++j) ring->cell[2] = 2 * ring->cell[2] + (ring->d[j] > 0); /* folds */
     return !memcmp(before, ring->cell, sizeof before);
 }

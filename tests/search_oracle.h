@@ -676,7 +676,7 @@ static void oracle_disc_face(double sum[4], const oracle_filter *f, oracle_disc 
     double *ends = e->cuts + 4 * n + 32, x[6], w[6], most = mapping == ENVMAP_PARABOLOID ? 2 : 1;
     double side = mapping == ENVMAP_SPHERE || (mapping == ENVMAP_PARABOLOID && !e->face) ? 1 : -1;
     e->t = atan2(hypot(e->a[0], e->a[1]), side * e->a[2]), e->phi = atan2(e->a[1], e->a[0]);
-    if (most > 1 && n > 1) most = 1 / (1 - 1.0 / n);
+    if (most > 1) most = n > 1 ? 1 / (1 - 1.0 / n) : HUGE_VAL; /* where it has blended away */
     double low = fmax(0, e->t - e->end);
     double high = fmin(most > 1e9 ? PI : oracle_disc_angle(mapping, most), e->t + e->end);
     ends[count++] = low, ends[count++] = high;
