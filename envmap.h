@@ -7552,23 +7552,28 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     const envmapi_tail *tail = rim && s->axis.bilinear < 1 ? NULL : s->tail; /* the sum has it */
     int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
+    double over[ENVMAPI_NEAR_BLOCKS], sum[4], each = 0;
     for (int t = 0; t < s->turn_count; ++t) {
         size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x, axes->y);
         out[t] = image + 3 * at;
         if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
-    for (int g = 0; g < envmapi_near_groups(s); ++g)
+    for (int g = 0; g < envmapi_near_groups(s); ++g) {
         memcpy(lanes + 16 * g, w->sums[g] + n, 16 * sizeof *lanes);
+        over[g] = fixed ? unit / s->norm : 1 / (w->norms[g][n] + beyond);
+    }
     for (int t = 0; t < s->turn_count; ++t) {
-        double sum[4];
-        if (rim) envmapi_near_reference(sum, s, (size_t)(out[t] - image) / 3);
+        if (rim) {
+            envmapi_near_reference(sum, s, (size_t)(out[t] - image) / 3);
+            each = fixed ? unit / s->norm : 1 / (sum[3] + beyond);
+        }
         for (int i = 3 * t, c = 0; c < 3; ++c, ++i) {
-            double more = tail ? (double)before[t][c] : 0;
-            double whole = rim ? sum[3] : w->norms[i / 16][n];
             double light = rim ? sum[c] : (double)lanes[i];
+            if (!rim) each = over[i / 16];
             if (s->exponent && !rim) light = ldexp(light, s->exponent);
-            light = fixed ? more + light * unit / s->norm
-                          : (light + beyond * fmax(more, 0)) / (whole + beyond);
+            light *= each;
+            if (tail && fixed) light += (double)before[t][c];
+            else if (tail) light += beyond * fmax((double)before[t][c], 0) * each;
             out[t][c] = envmapi_to_float(light);
         }
     }
@@ -7653,10 +7658,11 @@ static void envmapi_task_near(void *context, int task) {
 /* The first of the texels that turns take to each other does the work for all of them. */
 static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
     size_t own = envmapi_turned(&s->dst, s->turns[0].dst + face, x, y);
-    for (int t = 1; t < s->turn_count; ++t)
-        if (s->turns[t].dst[face].face < face ||
-            envmapi_turned(&s->dst, s->turns[t].dst + face, x, y) < own)
-            return 0;
+    for (int t = 1; t < s->turn_count; ++t) {
+        const envmapi_place *to = s->turns[t].dst + face;
+        if (to->face < face) return 0;
+        if (to->face == face && envmapi_turned(&s->dst, to, x, y) < own) return 0;
+    }
     return 1;
 }
 
