@@ -964,36 +964,51 @@ static void envmapi_pool_free(envmapi_pool *pool, int keep) {
     while (pool->count > keep) ENVMAP_FREE(pool->memory, pool->blocks[--pool->count]);
 }
 
-/* ---- lanes: 4, 8 or 16 numbers that one instruction works on, in memory or in a variable (_at:
-   those in memory). What carries the work. Where C99 evaluates floats as doubles (x87, s390x), a
-   float does not multiply a vector of floats: plain loops there. */
+/* ---- lanes: 4, 8 or 16 numbers in as many registers as they take, in memory or in a variable
+   (_at: those in memory). What carries the work. Where C99 evaluates floats as doubles (x87,
+   s390x), a float does not multiply a vector of floats: plain loops there. */
 
-#if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD) && __FLT_EVAL_METHOD__ == 0
-#define ENVMAPI_PREFETCH(p) __builtin_prefetch(p)
-#define ENVMAPI_INLINE      static inline __attribute__((always_inline))
-#define ENVMAPI_LANE_TYPE(type, scalar, n)                                                         \
-    typedef scalar type                                                                            \
-        __attribute__((vector_size(n * sizeof(scalar)), aligned(sizeof(scalar)), may_alias))
-#define ENVMAPI_EACH(n) /* all at once */
-#define ENVMAPI_LANE(x) (*(x))
-#else
 #ifdef __GNUC__
 #define ENVMAPI_ALIAS __attribute__((may_alias))
 #else
 #define ENVMAPI_ALIAS
 #endif
-#define ENVMAPI_PREFETCH(p) (void)0
-#define ENVMAPI_INLINE      static inline
-#define ENVMAPI_LANE_TYPE(type, scalar, n)                                                         \
-    typedef struct type {                                                                          \
-        scalar v[n];                                                                               \
-    } ENVMAPI_ALIAS type
-#define ENVMAPI_EACH(n) for (int i = 0; i < n; ++i)
-#define ENVMAPI_LANE(x) (x)->v[i]
+#if defined(__GNUC__) && __GNUC__ >= 8 && !defined(__clang__)
+#define ENVMAPI_UNROLL _Pragma("GCC unroll 8") /* else sums leave their registers at -O2 */
+#else
+#define ENVMAPI_UNROLL
+#endif
+#if defined(__GNUC__) && !defined(ENVMAP_NO_SIMD) && __FLT_EVAL_METHOD__ == 0
+#define ENVMAPI_PREFETCH(p) __builtin_prefetch(p)
+#define ENVMAPI_INLINE      static inline __attribute__((always_inline))
+#ifdef __AVX512F__
+#define ENVMAPI_REGISTER 64 /* bytes */
+#elif defined(__AVX__)
+#define ENVMAPI_REGISTER 32
+#else
+#define ENVMAPI_REGISTER 16
+#endif
+#define ENVMAPI_PART(type, scalar, n)                                                              \
+    typedef scalar type                                                                            \
+        __attribute__((vector_size(n * sizeof(scalar) < ENVMAPI_REGISTER ? n * sizeof(scalar)      \
+                                                                         : ENVMAPI_REGISTER),      \
+                       aligned(sizeof(scalar)), may_alias))
+#else
+#define ENVMAPI_PREFETCH(p)           (void)0
+#define ENVMAPI_INLINE                static inline
+#define ENVMAPI_REGISTER              64
+#define ENVMAPI_PART(type, scalar, n) typedef scalar type
 #endif
 
-ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
-#define ENVMAPI_OR_LANES(y, x) ENVMAPI_EACH(16) ENVMAPI_LANE(y) |= ENVMAPI_LANE(x)
+#define ENVMAPI_LANE_TYPE(type, scalar, n)                                                         \
+    ENVMAPI_PART(type##_part, scalar, n);                                                          \
+    typedef struct type {                                                                          \
+        type##_part v[n * sizeof(scalar) / sizeof(type##_part)];                                   \
+    } ENVMAPI_ALIAS type
+#define ENVMAPI_EACH(y) ENVMAPI_UNROLL for (size_t i = 0; i < sizeof(y)->v / sizeof *(y)->v; ++i)
+#define ENVMAPI_WIDE    ((int)(ENVMAPI_REGISTER / sizeof(float)))
+
+ENVMAPI_LANE_TYPE(envmapi_bits, uint32_t, ENVMAPI_WIDE);
 
 /* _add: y += a x. _mad: y += x z. _at: lanes in memory. _solve: (1, 26, 66, 26, 1)/120 c = f in
    place, see envmapi_spline_factor: n items `step` numbers apart, each of 1 .. 4 groups of lanes
@@ -1001,10 +1016,10 @@ ENVMAPI_LANE_TYPE(envmapi_bits16, uint32_t, 16);
 #define ENVMAPI_LANES(type, scalar, lanes)                                                         \
     ENVMAPI_LANE_TYPE(type, scalar, lanes);                                                        \
     ENVMAPI_INLINE void type##_add(type *y, scalar a, const type *x) {                             \
-        ENVMAPI_EACH(lanes) ENVMAPI_LANE(y) += a * ENVMAPI_LANE(x);                                \
+        ENVMAPI_EACH(y) y->v[i] += a * x->v[i];                                                    \
     }                                                                                              \
     ENVMAPI_INLINE void type##_mad(type *y, const type *x, const type *z) {                        \
-        ENVMAPI_EACH(lanes) ENVMAPI_LANE(y) += ENVMAPI_LANE(x) * ENVMAPI_LANE(z);                  \
+        ENVMAPI_EACH(y) y->v[i] += x->v[i] * z->v[i];                                              \
     }                                                                                              \
     ENVMAPI_INLINE type *type##_at(const scalar *x) { return (type *)(uintptr_t)x; }               \
     ENVMAPI_INLINE void type##_solve(scalar *f, int n, size_t step, int groups, size_t apart,      \
@@ -1034,6 +1049,7 @@ ENVMAPI_LANES(envmapi_float4, float, 4)
 ENVMAPI_LANES(envmapi_float16, float, 16)
 ENVMAPI_LANES(envmapi_double4, double, 4)
 ENVMAPI_LANES(envmapi_double8, double, 8)
+ENVMAPI_LANES(envmapi_wide, float, ENVMAPI_WIDE) /* a register */
 
 /* ------------------------------------------------------------------------------ >>directions --
    In: a mapping, a face and (u,v). Out: the direction there; and back. Every room below asks these,
@@ -3627,10 +3643,10 @@ static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *poin
         float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
         envmapi_splines(w, p->f_k, p->f_j);
         memset(terms, 0, sizeof terms);
-        for (int b = 0; b < 6; ++b)
+        ENVMAPI_UNROLL for (int b = 0; b < 6; ++b)
             envmapi_float4_add(terms + b, w[8 + b], envmapi_float4_at(values + 4 * i));
         for (; a < end; ++a, ring += rings->row)
-            for (int b = 0; b < 6; ++b)
+            ENVMAPI_UNROLL for (int b = 0; b < 6; ++b)
                 envmapi_float4_add(envmapi_float4_at(ring + 4 * b), w[a], terms + b);
     }
 }
@@ -3651,7 +3667,7 @@ static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_
             envmapi_float4_add(sums + 5, w[a], envmapi_float4_at(ring + 20));
         }
         memcpy(sums, &four, sizeof four);
-        for (int b = 0; b < 6; ++b) envmapi_float4_add(&sum, w[8 + b], sums + b);
+        ENVMAPI_UNROLL for (int b = 0; b < 6; ++b) envmapi_float4_add(&sum, w[8 + b], sums + b);
         *envmapi_float4_at(values + 4 * i) = sum;
     }
 }
@@ -3895,7 +3911,7 @@ static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int 
             envmapi_double8 even = *envmapi_double8_at(a + 8 * l), odd;
             const double *p = P + 8 * l, *q = l + 1 < count ? p + 8 : p;
             memset(&odd, 0, sizeof odd);
-            for (int b = 0; b < 8; ++b) {
+            ENVMAPI_UNROLL for (int b = 0; b < 8; ++b) {
                 envmapi_double8_add(&even, p[b], f + 2 * b);
                 envmapi_double8_add(&odd, q[b], f + 2 * b + 1);
             }
@@ -3911,7 +3927,7 @@ ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const doub
     envmapi_double8 sum[4];
     memset(sum, 0, sizeof sum);
     for (int l = from; l < count; l += 2)
-        for (int b = 0; b < 4; ++b)
+        ENVMAPI_UNROLL for (int b = 0; b < 4; ++b)
             envmapi_double8_add(sum + b, P[8 * l + b], envmapi_double8_at(a + 8 * l));
     for (int b = 0; b < 4; ++b) *envmapi_double8_at(f + 16 * b) = sum[b];
 }
@@ -4601,43 +4617,55 @@ typedef struct envmapi_rows {
 
 /* What a look at the rows notes beside: the sum of squares, and the bits of x. */
 typedef struct envmapi_rows_notes {
-    envmapi_float16 squares;
-    envmapi_bits16 bits;
+    envmapi_wide squares;
+    envmapi_bits bits;
 } envmapi_rows_notes;
+
+/* y = n numbers of x, 0 beyond; a copy of unknown size would go through memory. */
+ENVMAPI_INLINE void envmapi_wide_load(envmapi_wide *y, const float *x, size_t n) {
+    if (n >= (size_t)ENVMAPI_WIDE) *y = *envmapi_wide_at(x);
+    else memset(y, 0, sizeof *y), memcpy(y, x, n * sizeof *x);
+}
 
 ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, const envmapi_rows *in,
                                       int product, envmapi_rows_notes *notes, size_t at,
-                                      size_t bytes) {
-    envmapi_float16 acc[6], light, texel, omega, squares;
-    envmapi_bits16 bits, all;
+                                      size_t n) {
+    envmapi_wide acc[6], light, texel, omega, squares;
+    envmapi_bits bits, all;
     if (notes) squares = notes->squares, all = notes->bits;
-    memset(acc, 0, sizeof acc), memset(&texel, 0, sizeof texel), memset(&omega, 0, sizeof omega);
-    for (int j = 0; j < taps && product >= 0; ++j)
-        memcpy(acc + j, sums + (size_t)j * stride + at, bytes);
+    memset(acc, 0, sizeof acc);
+    if (product >= 0)
+        ENVMAPI_UNROLL for (int j = 0; j < taps; ++j)
+            envmapi_wide_load(acc + j, sums + (size_t)j * stride + at, n);
     for (int r = 0; r < in->rows; ++r) {
         ENVMAPI_PREFETCH(in->x[r] + at + 64);
-        memcpy(&texel, in->x[r] + at, bytes), light = texel;
+        envmapi_wide_load(&texel, in->x[r] + at, n), light = texel;
         if (product > 0) {
-            memcpy(&omega, in->y[r] + at, bytes), memset(&light, 0, sizeof light);
-            envmapi_float16_mad(&light, &texel, &omega);
+            envmapi_wide_load(&omega, in->y[r] + at, n), memset(&light, 0, sizeof light);
+            envmapi_wide_mad(&light, &texel, &omega);
         }
         if (notes) {
             memcpy(&bits, &texel, sizeof bits);
-            ENVMAPI_OR_LANES(&all, &bits);
-            envmapi_float16_mad(&squares, &light, &light);
+            ENVMAPI_EACH(&all) all.v[i] |= bits.v[i];
+            envmapi_wide_mad(&squares, &light, &light);
         }
-        for (int j = 0; j < taps; ++j) envmapi_float16_add(acc + j, in->w[r][j], &light);
+        ENVMAPI_UNROLL for (int j = 0; j < taps; ++j)
+            envmapi_wide_add(acc + j, in->w[r][j], &light);
     }
-    for (int j = 0; j < taps; ++j) memcpy(sums + (size_t)j * stride + at, acc + j, bytes);
+    ENVMAPI_UNROLL for (int j = 0; j < taps; ++j) {
+        float *out = sums + (size_t)j * stride + at;
+        if (n >= (size_t)ENVMAPI_WIDE) *envmapi_wide_at(out) = acc[j];
+        else memcpy(out, acc + j, n * sizeof *out);
+    }
     if (notes) notes->squares = squares, notes->bits = all;
 }
 
 ENVMAPI_INLINE void envmapi_rows_add(float *sums, size_t stride, int taps, const envmapi_rows *in,
                                      int product, envmapi_rows_notes *notes, size_t n) {
     size_t i = 0;
-    for (; i + 16 <= n; i += 16) envmapi_rows_part(sums, stride, taps, in, product, notes, i, 64);
-    if (i < n)
-        envmapi_rows_part(sums, stride, taps, in, product, notes, i, (n - i) * sizeof(float));
+    for (; i + ENVMAPI_WIDE <= n; i += ENVMAPI_WIDE)
+        envmapi_rows_part(sums, stride, taps, in, product, notes, i, ENVMAPI_WIDE);
+    if (i < n) envmapi_rows_part(sums, stride, taps, in, product, notes, i, n - i);
 }
 
 /* A finished row of texels -> a row of nodes: a run of texels between the same nodes is gathered in
@@ -4654,10 +4682,10 @@ static void envmapi_reduce_row(float *nodes, const envmapi_transform *t, int fac
         memset(sums, 0, sizeof sums);
         for (; x < run[1] && t->u[x].start == start; ++x) {
             float light[4] = {row[3 * x], row[3 * x + 1], row[3 * x + 2], solid[x]};
-            for (int i = 0; i < 6; ++i) /* of one tap, five are zero */
+            ENVMAPI_UNROLL for (int i = 0; i < 6; ++i) /* of one tap, five are zero */
                 envmapi_float4_add(sums + i, t->u[x].w[i], envmapi_float4_at(light));
         }
-        for (int i = 0; i < taps; ++i) envmapi_float4_add(node + i, 1, sums + i);
+        ENVMAPI_UNROLL for (int i = 0; i < taps; ++i) envmapi_float4_add(node + i, 1, sums + i);
     }
 }
 
@@ -4807,7 +4835,8 @@ static void envmapi_expand_row(float *row, const envmapi_transform *t, int face,
             const envmapi_float4 *node = envmapi_float4_at(nodes + 4 * t->u[x].start);
             envmapi_float4 total;
             memset(&total, 0, sizeof total);
-            for (int i = 0; i < 6; ++i) envmapi_float4_add(&total, t->u[x].w[i], node + i);
+            ENVMAPI_UNROLL for (int i = 0; i < 6; ++i)
+                envmapi_float4_add(&total, t->u[x].w[i], node + i);
             memcpy(sum, &total, sizeof sum);
         }
         for (int c = 0; c < 3; ++c) row[3 * x + c] = sum[c];
@@ -6780,7 +6809,7 @@ typedef struct envmapi_window {
                                                  another face, and on its own */
     envmapi_near_cell cells[2], *cell; /* cell: the one whose K is being summed */
     int tied;                          /* points along u, while K of the cell is summed */
-    envmapi_float16 sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES];
+    float sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES][16];
     double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
 
@@ -7508,12 +7537,16 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
             if (!(groups >> g & 1)) continue;
             size_t at = (size_t)g * s->count + row->first + (size_t)(w->x - row->from);
             const float *block = s->blocks + 16 * (at + (size_t)from), *k = K + from * N;
-            envmapi_float16 sums[N];
-            memset(sums, 0, sizeof sums);
-            for (int x = from; x < to; ++x, block += 16, k += N)
-                for (int n = 0; n < N; ++n)
-                    envmapi_float16_add(sums + n, k[n], envmapi_float16_at(block));
-            for (int n = 0; n < N; ++n) envmapi_float16_add(w->sums[g] + n, 1, sums + n);
+            for (int part = 0; part < 16; part += ENVMAPI_WIDE) {
+                envmapi_wide sums[N];
+                memset(sums, 0, sizeof sums);
+                for (int x = 0; x < to - from; ++x)
+                    ENVMAPI_UNROLL for (int n = 0; n < N; ++n)
+                        envmapi_wide_add(sums + n, k[x * N + n],
+                                         envmapi_wide_at(block + 16 * x + part));
+                ENVMAPI_UNROLL for (int n = 0; n < N; ++n)
+                    envmapi_wide_add(envmapi_wide_at(w->sums[g][n] + part), 1, sums + n);
+            }
         }
     }
     for (int g = 0; g < envmapi_near_groups(s); ++g)
@@ -7559,7 +7592,7 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
         if (tail) memcpy(before[t], out[t], sizeof before[t]);
     }
     for (int g = 0; g < envmapi_near_groups(s); ++g) {
-        memcpy(lanes + 16 * g, w->sums[g] + n, 16 * sizeof *lanes);
+        memcpy(lanes + 16 * g, w->sums[g][n], 16 * sizeof *lanes);
         over[g] = fixed ? unit / s->norm : 1 / (w->norms[g][n] + beyond);
     }
     for (int t = 0; t < s->turn_count; ++t) {
@@ -8087,13 +8120,13 @@ typedef struct envmapi_scene {
    *negative whether one has its sign bit set. */
 static double envmapi_scene_rows(float *sums, const envmapi_rows *in, size_t n, int *negative) {
     envmapi_rows_notes notes;
-    uint32_t bits[16], any = 0;
-    float squares[16];
+    uint32_t bits[ENVMAPI_WIDE], any = 0;
+    float squares[ENVMAPI_WIDE];
     double sum = 0;
     memset(&notes, 0, sizeof notes);
     envmapi_rows_add(sums, 0, 1, in, 1, &notes, n);
     memcpy(squares, &notes.squares, sizeof squares), memcpy(bits, &notes.bits, sizeof bits);
-    for (int v = 0; v < 16; ++v) sum += (double)squares[v], any |= bits[v];
+    for (int v = 0; v < ENVMAPI_WIDE; ++v) sum += (double)squares[v], any |= bits[v];
     *negative |= any >> 31 != 0;
     return sum;
 }
