@@ -187,6 +187,7 @@ baking: ARGS = $(BUILD)/envmap $(DOCS) ## bake beside 1024 samples a texel, time
 bench: ARGS = $(MAPS:%=--map %) $(BENCHARGS) ## verify, then time the filter; takes MAP, BENCH and BENCHARGS=--quick
 chart: ARGS = $(if $(MAP),$(BUILD) $(MAPS),$(DOCS)) ## speed against accuracy of every method: docs/accuracy-speed.md; MAP: build/charts
 conversions: ARGS = $(DOCS) ## what turning a map into another one takes and loses: docs/parameterizations.md
+compiled: ARGS = $(DOCS) ## what compilers and flags make of the same filters: docs/filters.md
 diagrams: ARGS = $(DOCS) ## what lobes, axes and parameterizations are, drawn: docs/diagrams.md
 filters: ARGS = $(DOCS) ## what is in the filters, what they cost and lose: docs/filters.md
 harmonics: ARGS = $(if $(MAP),$(MAPS),--docs $(DOCS)) ## what few coefficients cost and lose: docs/harmonics.md; MAP prints
