@@ -6459,7 +6459,7 @@ static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
    light has kinks off the lines. */
 #define ENVMAPI_BLEND 0.4
 #define ENVMAPI_PIECES                                                                             \
-    { 0.3, 0.65, 1.1, 1.8, 2.5 } /* sigma for 2 .. 6 nodes at 1e-3 */
+    { 0.43, 0.85, 1.48, 2.06, 2.6 } /* sigma for 2 .. 6 nodes at 1e-3 */
 
 /* A node along u or v of a window: its light is that of two texels, the share f of the next. */
 typedef struct envmapi_knot {
@@ -6710,7 +6710,9 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     tail->kinks[tail->lobe.kink_count++] = (float)axis.reach;
     if (lobe->kind == ENVMAP_LOBE_GGX)
         tail->kinks[tail->lobe.kink_count++] = (float)(ENVMAPI_PI / 2);
-    if (lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1 || !(axis.reach < axis.to)) return 0;
+    if (lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1 || !(axis.reach < axis.to) ||
+        lobe->kind < ENVMAP_LOBE_GGX) /* ends soon: near sums see all of it */
+        return 0;
     tail->integral = envmapi_lobe_integral(&tail->lobe, axis.p);
     tail->part = fabs(tail->integral / envmapi_lobe_integral(lobe, axis.p));
     return tail->part > 1e-9 && tail->part <= 1;
@@ -6767,6 +6769,7 @@ struct envmapi_near {
                                         one; texels of the source to one of dst, or 0; knots */
     float between[ENVMAPI_NEAR_TILE][4]; /* weights of the knots, for each place in a tile */
     envmapi_turn *turns;
+    envmapi_images (*images)[6]; /* of texels of dst, 16 turns at a time */
     envmapi_near_axes *axes;
     envmapi_near_tile *tiles;
     envmapi_near_row *rows;
@@ -6776,7 +6779,8 @@ struct envmapi_near {
     size_t count, area, cell, own; /* blocks; texels of the largest window; a cell's K, an axis' */
     size_t all;                      /* texels, where the reference weighs them for all turns */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
-    float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
+    uint64_t *table;                 /* floats: k by 1 + inverse sin^2, the step to the next */
+    float inverse, fraction;         /* envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
     double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
@@ -6955,8 +6959,8 @@ static void envmapi_near_sines(float *sines, float *density, const envmapi_windo
    the place in the table, of 2^bits values an octave. */
 static void envmapi_near_k(float *k, const envmapi_near *s, float limit, const float *sines,
                            const float *weight, int n) {
-    const float *table = s->table;
-    float y[ENVMAPI_CHUNK] = {0}, low[ENVMAPI_CHUNK], high[ENVMAPI_CHUNK], w[ENVMAPI_CHUNK];
+    uint64_t found[ENVMAPI_CHUNK] = {0}; /* both numbers at once */
+    float y[ENVMAPI_CHUNK] = {0}, pair[2 * ENVMAPI_CHUNK], w[ENVMAPI_CHUNK];
     float scale = s->inverse, fraction = s->fraction, most = 1 + scale * limit;
     uint32_t bits[ENVMAPI_CHUNK], mask = (1u << s->shift) - 1;
     int shift = s->shift, first = 127 << (23 - shift), place[ENVMAPI_CHUNK];
@@ -6969,8 +6973,9 @@ static void envmapi_near_k(float *k, const envmapi_near *s, float limit, const f
         place[i] = (int)(bits[i] >> shift) - first;
         y[i] = (float)(int)(bits[i] & mask) * fraction;
     }
-    for (int i = 0; i < n; ++i) low[i] = table[place[i]], high[i] = table[place[i] + 1];
-    for (int i = 0; i < n; ++i) k[i] = w[i] * (low[i] + y[i] * (high[i] - low[i]));
+    for (int i = 0; i < n; ++i) found[i] = s->table[place[i]];
+    memcpy(pair, found, sizeof pair);
+    for (int i = 0; i < n; ++i) k[i] = w[i] * (pair[2 * i] + y[i] * pair[2 * i + 1]);
 }
 
 /* The solid angle of a texel of a cube's face, or of its plane, by that at its centre. */
@@ -7020,9 +7025,13 @@ static void envmapi_near_flush(envmapi_window *w, const envmapi_near *s, int n, 
     const float *omega =
         texels && !w->knot ? envmapi_omega_row(&s->in, y) + 3 * level->width : NULL;
     if (w->tied) envmapi_near_fold(w, envmapi_near_places(s), n, y, omega), count += -count & 15;
-    for (int j = 0; j < count && !w->tied && y >= w->y && y < w->y + w->height; ++j) {
+    for (int j = 0; j < count && !w->tied && y >= w->y && y < w->y + w->height;) {
         const envmapi_knot *u = w->u + j;
-        float k = row[j] * u->weight, next = k * u->f;
+        float k = 0, next = 0; /* of all nodes of a texel */
+        for (int texel = u->texel; j < count && w->u[j].texel == texel; ++j) {
+            float one = row[j] * w->u[j].weight;
+            k += one, next += one * w->u[j].f;
+        }
         if (omega) k *= omega[envmapi_wrap(u->texel, level->width)];
         else if (texels) k *= envmapi_near_omega(level, u->texel, y);
         if (u->column[0] >= 0) K[u->column[0] * ENVMAPI_NEAR_AXES] += k - next;
@@ -7518,35 +7527,41 @@ static unsigned envmapi_near_bright(const envmapi_window *w, const envmapi_near 
     return groups;
 }
 
-/* sums += K times blocks: one K serves a texel's images under all turns; those of these blocks. A
-   row is summed by itself, as floats that are added one by one to a large sum lose more. */
+/* Are K of four axes 0? */
+static int envmapi_near_none(const float *k) {
+    uint32_t bits[4];
+    memcpy(bits, k, sizeof bits);
+    return !((bits[0] | bits[1] | bits[2] | bits[3]) << 1);
+}
+
+/* sums += K times blocks: one K serves a texel's images under all turns; those of these blocks.
+   Four axes at a time, as neighbours see nearly the same of a row. A row is summed by itself, as
+   floats that are added one by one to a large sum lose more. */
 static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigned groups) {
-    enum { N = ENVMAPI_NEAR_AXES };
+    enum { N = ENVMAPI_NEAR_AXES, F = 4 };
     const envmapi_near_row *row = envmapi_near_rows(s, w);
     double total[N] = {0};
-    for (int y = 0; y < w->height; ++y, ++row) {
-        const float *K = w->K + y * w->width * N;
-        float in_row[N] = {0};
-        int from = 0, to = w->width * N;
-        while (from < to && !(K[from] > 0 || K[from] < 0)) ++from;
-        while (from < to && !(K[to - 1] > 0 || K[to - 1] < 0)) --to;
-        from /= N, to = (to + N - 1) / N;
-        for (int i = from * N; i < to * N; ++i) in_row[i % N] += K[i];
-        for (int n = 0; n < N; ++n) total[n] += (double)in_row[n];
-        for (int g = 0; g < envmapi_near_groups(s); ++g) {
+    for (int i = 0; i < w->height * N / F; ++i) {
+        const float *K = w->K + i / (N / F) * w->width * N;
+        int four = i % (N / F) * F, from = 0, to = w->width, y = i / (N / F);
+        const float *k = K + four;
+        while (from < to && envmapi_near_none(k + from * N)) ++from;
+        while (from < to && envmapi_near_none(k + to * N - N)) --to;
+        float in_row[F] = {0};
+        for (int x = from; x < to; ++x)
+            for (int n = 0; n < F; ++n) in_row[n] += k[x * N + n];
+        for (int n = 0; n < F; ++n) total[four + n] += (double)in_row[n];
+        size_t at = row[y].first + (size_t)(w->x - row[y].from) + (size_t)from;
+        for (int g = 0; g < envmapi_near_groups(s) && from < to; ++g) {
             if (!(groups >> g & 1)) continue;
-            size_t at = (size_t)g * s->count + row->first + (size_t)(w->x - row->from);
-            const float *block = s->blocks + 16 * (at + (size_t)from), *k = K + from * N;
-            for (int part = 0; part < 16; part += ENVMAPI_WIDE) {
-                envmapi_wide sums[N];
-                memset(sums, 0, sizeof sums);
-                for (int x = 0; x < to - from; ++x)
-                    ENVMAPI_UNROLL for (int n = 0; n < N; ++n)
-                        envmapi_wide_add(sums + n, k[x * N + n],
-                                         envmapi_wide_at(block + 16 * x + part));
-                ENVMAPI_UNROLL for (int n = 0; n < N; ++n)
-                    envmapi_wide_add(envmapi_wide_at(w->sums[g][n] + part), 1, sums + n);
-            }
+            const float *block = s->blocks + 16 * ((size_t)g * s->count + at);
+            envmapi_float16 sums[F];
+            memset(sums, 0, sizeof sums);
+            for (const float *each = k + from * N; each < k + to * N; each += N, block += 16)
+                ENVMAPI_UNROLL for (int n = 0; n < F; ++n)
+                    envmapi_float16_add(sums + n, each[n], envmapi_float16_at(block));
+            for (int n = 0; n < F; ++n)
+                envmapi_float16_add(envmapi_float16_at(w->sums[g][four + n]), 1, sums + n);
         }
     }
     for (int g = 0; g < envmapi_near_groups(s); ++g)
@@ -7580,36 +7595,34 @@ static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t 
    mirror is its own image. */
 static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int n,
                              const envmapi_near_axes *axes, int rim) {
-    float *image = envmapi_image(&s->dst, 0, s->slice, 0), *out[48], before[48][3];
-    float lanes[16 * ENVMAPI_NEAR_BLOCKS];
+    enum { N = 16 * ENVMAPI_NEAR_BLOCKS };
+    float *image = envmapi_image(&s->dst, 0, s->slice, 0), out[N] = {0};
     const envmapi_tail *tail = rim && s->axis.bilinear < 1 ? NULL : s->tail; /* the sum has it */
-    int fixed = fabs(s->norm) > 0;                                           /* raw, or Banks */
+    int fixed = fabs(s->norm) > 0, at[48];                                   /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
-    double over[ENVMAPI_NEAR_BLOCKS], sum[4], each = 0;
-    for (int t = 0; t < s->turn_count; ++t) {
-        size_t at = envmapi_turned(&s->dst, s->turns[t].dst + axes->face, axes->x, axes->y);
-        out[t] = image + 3 * at;
-        if (tail) memcpy(before[t], out[t], sizeof before[t]);
-    }
-    for (int g = 0; g < envmapi_near_groups(s); ++g) {
-        memcpy(lanes + 16 * g, w->sums[g][n], 16 * sizeof *lanes);
-        over[g] = fixed ? unit / s->norm : 1 / (w->norms[g][n] + beyond);
-    }
-    for (int t = 0; t < s->turn_count; ++t) {
-        if (rim) {
-            envmapi_near_reference(sum, s, (size_t)(out[t] - image) / 3);
-            each = fixed ? unit / s->norm : 1 / (sum[3] + beyond);
+    double light[N], share[N], power = ldexp(1, s->exponent), sum[4] = {0};
+    for (int t = 0; t < s->turn_count; t += 16)
+        envmapi_images_at(at + t, s->images[t / 16] + axes->face, &s->dst, axes->x, axes->y);
+    for (int t = 0; t < s->turn_count && tail; ++t)
+        for (int c = 0; c < 3; ++c) {
+            float before = image[3 * (ptrdiff_t)at[t] + c];
+            out[3 * t + c] = fixed || before > 0 ? before : 0;
         }
-        for (int i = 3 * t, c = 0; c < 3; ++c, ++i) {
-            double light = rim ? sum[c] : (double)lanes[i];
-            if (!rim) each = over[i / 16];
-            if (s->exponent && !rim) light = ldexp(light, s->exponent);
-            light *= each;
-            if (tail && fixed) light += (double)before[t][c];
-            else if (tail) light += beyond * fmax((double)before[t][c], 0) * each;
-            out[t][c] = envmapi_to_float(light);
+    for (int i = 0; i < 3 * s->turn_count; i += rim ? 3 : 16) {
+        int g = i / 16, count = rim ? 3 : 16;
+        if (rim) envmapi_near_reference(sum, s, (size_t)at[i / 3]);
+        double each = fixed ? unit / s->norm : 1 / ((rim ? sum[3] : w->norms[g][n]) + beyond);
+        float lanes[16];
+        memcpy(lanes, w->sums[g][n], sizeof lanes);
+        for (int k = 0; k < count; ++k) {
+            light[i + k] = (rim ? sum[k] : power * (double)lanes[k]) * each;
+            share[i + k] = fixed ? 1 : beyond * each;
         }
     }
+    for (int i = 0; i < 3 * s->turn_count; ++i)
+        out[i] = envmapi_to_float(light[i] + share[i] * (double)out[i]);
+    for (int t = 0; t < s->turn_count; ++t)
+        memcpy(image + 3 * (ptrdiff_t)at[t], out + 3 * t, 3 * sizeof *out);
 }
 
 /* Some axes: all texels, as the reference weighs them. */
@@ -7726,8 +7739,12 @@ static void envmapi_near_tiles(envmapi_near *s, const envmap *src, double tolera
         src->size % size || kind >= ENVMAP_LOBE_FUNCTION || tolerance < 1e-4)
         return;
     s->ratio = src->size / size;
-    if (size / 16 < s->tile) s->tile = size / 16;
-    for (int i = 0; i < 4; ++i) at[i] = s->knot[i] = (s->tile - 1) * i / 3;
+    int tiles = tolerance < 5e-4 ? 16 : 12; /* 12: off by up to 4 tolerances of 1e-3 */
+    if ((size + tiles - 1) / tiles < s->tile) s->tile = (size + tiles - 1) / tiles;
+    for (int i = 0; i < 4; ++i) { /* Chebyshev's nodes */
+        double sine = sin((2 * i + 1) * ENVMAPI_PI / 16);
+        at[i] = s->knot[i] = (int)((s->tile - 1) * sine * sine + 0.5);
+    }
     for (int t = 0; t < s->tile; ++t) envmapi_near_weights(s->between[t], at, 3, t);
 }
 
@@ -7819,7 +7836,7 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
 static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     const envmap *dst = &s->dst;
     int width = envmapi_width(dst->mapping, dst->size), faces = envmap_faces(dst->mapping);
-    int most = (int)envmapi_clamp(1 + s->R / envmapi_texel_extent(dst), 1, ENVMAPI_NEAR_AXES);
+    int most = (int)envmapi_clamp(4 + 2 * s->R / envmapi_texel_extent(dst), 1, ENVMAPI_NEAR_AXES);
     if (s->all) most = ENVMAPI_NEAR_AXES;
     int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2), count = 0;
     int across = width / s->tile + 1, down = dst->size / s->tile + 1;
@@ -7880,15 +7897,15 @@ static double envmapi_near_contrast(double look[3], const float *t, size_t count
     return fmin(ldexp(1, octave - ENVMAPI_OCTAVES / 2), (double)high);
 }
 
-/* The least angle beyond which the lobe sends no more than a tenth of the tolerance, and a fifth of
-   what a texel may be off by from the brightest texel (or from all) into the darkest; pi where k is
-   not finite. */
+/* The least angle beyond which the lobe sends no more than a fifth of the tolerance, and two fifths
+   of what a texel may be off by from the brightest texel (or from all) into the darkest; pi where k
+   is not finite. */
 static double envmapi_near_radius(const envmapi_near *s, const double look[3], double tolerance) {
     const envmapi_axis *axis = &s->axis;
     double most = look[0], least = look[1], mean = look[2];
     double all = 0, theta, weight, reached = 0;
     int enough = 0;
-    double dark = 4 * tolerance * fmax(least, 1e-3 * mean), part = tolerance / 10;
+    double dark = 8 * tolerance * fmax(least, 1e-3 * mean), part = tolerance / 5;
     for (int pass = 0; pass < 2; ++pass) {
         envmapi_quadrature q =
             envmapi_quadrature_of(axis->lobe, axis->p, 0, ENVMAPI_PI, s->sigma / 2);
@@ -7918,10 +7935,11 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
     int bits = tolerance < 1e-5 ? 12 : tolerance < 2e-4 ? 10 : 7; /* 6e-8, 1e-6, 1e-4 are lost */
     int count = 3 + (int)((1 << bits) * (1 + log2(1 + limit * (double)s->inverse)));
     s->shift = 23 - bits, s->fraction = 1.0f / (float)(1 << s->shift);
-    s->table = (float *)envmapi_pool_get(pool, (size_t)count, sizeof(float));
+    s->table = (uint64_t *)envmapi_pool_get(pool, (size_t)count, sizeof(uint64_t));
     if (!s->table) return ENVMAP_ERROR_MEMORY;
     s->scale = fabs(envmapi_lobe_integral(axis->lobe, axis->p));
     if (!(s->scale > 0)) s->scale = 1;
+    float pair[2] = {0, 0};
     for (int i = 0; i < count; ++i) {
         uint32_t place = (uint32_t)((127 << bits) + i) << s->shift;
         float y;
@@ -7931,7 +7949,9 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
         if (s->tail) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->R / 2, s->R);
         if (s->core > 0) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->core / 2, s->core);
         if (s->beyond > 0) k *= envmapi_smooth_step(envmapi_acos(x), s->beyond / 2, s->beyond);
-        s->table[i] = (float)(k / s->scale);
+        pair[1] = (float)(k / s->scale) - pair[0];
+        if (i) memcpy(s->table + i - 1, pair, sizeof pair);
+        pair[0] = (float)(k / s->scale);
     }
     return ENVMAP_OK;
 }
@@ -7981,10 +8001,13 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     *served = 1;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
-    if (!s->turns ||
+    s->images = (envmapi_images(*)[6])envmapi_pool_get(pool, 3, sizeof *s->images);
+    if (!s->turns || !s->images ||
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
+    for (int t = 0; t < s->turn_count; t += 16)
+        envmapi_images_of(s->images[t / 16], &s->dst, s->turns + t, s->turn_count - t, 1);
     s->room = 6 * (size_t)level->width + 1024;
     envmapi_near_tiles(s, src, tolerance);
     memset(s->poles, 0, sizeof s->poles);
@@ -9311,13 +9334,17 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmapi_tail *tail = job->tails + job->fast;
     double tolerance = (double)job->desc.tolerance;
     if (method == ENVMAP_METHOD_AUTO && pairs * job->views[l].slices < 1e5) coarse = 1;
+    /* Between two cubes near sums are quicker from there on. */
+    int sharp = method != ENVMAP_METHOD_HARMONICS && lobe->kind < ENVMAP_LOBE_GGX &&
+                job->views[l].mapping == ENVMAP_CUBE && job->src->mapping == ENVMAP_CUBE &&
+                envmap_lobe_sigma(lobe, 0) < 2.2 * envmapi_texel_extent(job->src);
     if (lobe->kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
         method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l))
         return ENVMAP_OK;
-    if (!coarse)
+    if (!coarse && !sharp)
         ok = envmapi_spec_create(spec, job->views + l, lobe, job->src, tolerance, &job->pool,
                                  &result);
-    if (!coarse && !ok && !result && method != ENVMAP_METHOD_HARMONICS &&
+    if (!coarse && !sharp && !ok && !result && method != ENVMAP_METHOD_HARMONICS &&
         envmapi_tail_of(tail, lobe, job->src, tolerance)) {
         ok = envmapi_spec_create(spec, job->views + l, &tail->lobe, job->src, tolerance, &job->pool,
                                  &result);
