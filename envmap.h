@@ -6779,8 +6779,7 @@ struct envmapi_near {
     size_t count, area, cell, own; /* blocks; texels of the largest window; a cell's K, an axis' */
     size_t all;                      /* texels, where the reference weighs them for all turns */
     int shift;                       /* of a float, to its place in the table; the fraction of it */
-    uint64_t *table;                 /* floats: k by 1 + inverse sin^2, the step to the next */
-    float inverse, fraction;         /* envmapi_near_k */
+    float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
     double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
@@ -6959,8 +6958,8 @@ static void envmapi_near_sines(float *sines, float *density, const envmapi_windo
    the place in the table, of 2^bits values an octave. */
 static void envmapi_near_k(float *k, const envmapi_near *s, float limit, const float *sines,
                            const float *weight, int n) {
-    uint64_t found[ENVMAPI_CHUNK] = {0}; /* both numbers at once */
-    float y[ENVMAPI_CHUNK] = {0}, pair[2 * ENVMAPI_CHUNK], w[ENVMAPI_CHUNK];
+    const float *table = s->table;
+    float y[ENVMAPI_CHUNK] = {0}, low[ENVMAPI_CHUNK], high[ENVMAPI_CHUNK], w[ENVMAPI_CHUNK];
     float scale = s->inverse, fraction = s->fraction, most = 1 + scale * limit;
     uint32_t bits[ENVMAPI_CHUNK], mask = (1u << s->shift) - 1;
     int shift = s->shift, first = 127 << (23 - shift), place[ENVMAPI_CHUNK];
@@ -6973,9 +6972,8 @@ static void envmapi_near_k(float *k, const envmapi_near *s, float limit, const f
         place[i] = (int)(bits[i] >> shift) - first;
         y[i] = (float)(int)(bits[i] & mask) * fraction;
     }
-    for (int i = 0; i < n; ++i) found[i] = s->table[place[i]];
-    memcpy(pair, found, sizeof pair);
-    for (int i = 0; i < n; ++i) k[i] = w[i] * (pair[2 * i] + y[i] * pair[2 * i + 1]);
+    for (int i = 0; i < n; ++i) low[i] = table[place[i]], high[i] = table[place[i] + 1];
+    for (int i = 0; i < n; ++i) k[i] = w[i] * (low[i] + y[i] * (high[i] - low[i]));
 }
 
 /* The solid angle of a texel of a cube's face, or of its plane, by that at its centre. */
@@ -7935,11 +7933,10 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
     int bits = tolerance < 1e-5 ? 12 : tolerance < 2e-4 ? 10 : 7; /* 6e-8, 1e-6, 1e-4 are lost */
     int count = 3 + (int)((1 << bits) * (1 + log2(1 + limit * (double)s->inverse)));
     s->shift = 23 - bits, s->fraction = 1.0f / (float)(1 << s->shift);
-    s->table = (uint64_t *)envmapi_pool_get(pool, (size_t)count, sizeof(uint64_t));
+    s->table = (float *)envmapi_pool_get(pool, (size_t)count, sizeof(float));
     if (!s->table) return ENVMAP_ERROR_MEMORY;
     s->scale = fabs(envmapi_lobe_integral(axis->lobe, axis->p));
     if (!(s->scale > 0)) s->scale = 1;
-    float pair[2] = {0, 0};
     for (int i = 0; i < count; ++i) {
         uint32_t place = (uint32_t)((127 << bits) + i) << s->shift;
         float y;
@@ -7949,9 +7946,7 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
         if (s->tail) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->R / 2, s->R);
         if (s->core > 0) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->core / 2, s->core);
         if (s->beyond > 0) k *= envmapi_smooth_step(envmapi_acos(x), s->beyond / 2, s->beyond);
-        pair[1] = (float)(k / s->scale) - pair[0];
-        if (i) memcpy(s->table + i - 1, pair, sizeof pair);
-        pair[0] = (float)(k / s->scale);
+        s->table[i] = (float)(k / s->scale);
     }
     return ENVMAP_OK;
 }
