@@ -1956,7 +1956,7 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
 typedef struct envmapi_resampling {
     envmap dst, src, X, Y; /* one slice each; Y: src, or dst where it is to be scattered to */
     int points;            /* dst is finer: bilinear radiance at points of X */
-    int parts;             /* a texel is parts x parts polygons */
+    int parts;             /* a texel of a small map is parts x parts polygons */
     double *cosines;       /* of the edges of Y's rows where it is a lat-long */
     double *light;         /* scattered: RGB and solid angle of texels of dst, of even tasks and of
                               odd ones; NULL: gathered */
@@ -1984,11 +1984,12 @@ static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, i
 
 /* ---- how much of cells a polygon covers */
 
-#define ENVMAPI_BOX 10
+#define ENVMAPI_BOX     10
+#define ENVMAPI_CORNERS 72
 
 /* A polygon, its corners in cells; some cells, and the area of it in each, see _box_row. */
 typedef struct envmapi_polygon {
-    double at[28][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
+    double at[ENVMAPI_CORNERS + 3][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
     double low[2], high[2]; /* bounds, in cells of the box */
     int count, face, x, y, width, height;
 } envmapi_polygon;
@@ -2052,7 +2053,7 @@ static void envmapi_box_fill(envmapi_polygon *p, double fine) {
 /* On a lat-long of n rows corners follow one another without a jump at the seam. Where the polygon
    holds a pole, or has a corner there, it is closed along the edge of the first or last row. */
 static void envmapi_polygon_unroll(envmapi_polygon *p, int n) {
-    double at[28][2], width = 2 * n, edge = p->at[0][1] < 0.5 * n ? 0 : n, end;
+    double at[ENVMAPI_CORNERS][2], width = 2 * n, edge = p->at[0][1] < 0.5 * n ? 0 : n, end;
     int corner = -1, count = p->count;
     memcpy(at, p->at, (size_t)count * sizeof at[0]);
     for (int i = 0; i < count; ++i)
@@ -2195,7 +2196,6 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
     envmapi_polygon *p = &o->polygon;
     int n = r->Y.size, from[2], to[2], shift = 0, latlong = r->Y.mapping == ENVMAP_LATLONG;
     double area = 0, low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
-    if (latlong) envmapi_polygon_unroll(p, n);
     for (int i = 0; i < p->count; ++i) {
         const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
         area += a[1] * b[0] - a[0] * b[1];
@@ -2280,7 +2280,6 @@ static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner
         const double *a = c[i]->d, *b = c[(i + 1) & 3]->d;
         double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], square = x * x + y * y + z * z;
         side = square > side ? square : side, flat = c[i]->flat < flat ? c[i]->flat : flat;
-        if (c[i]->rim > 1 && parts < 4 && r->X.mapping == ENVMAP_PARABOLOID) parts = 4;
     }
     side *= 121 / flat; /* 11 parts a radian at a distance of 1 */
     return (int)(side <= parts * parts ? parts : side < 225 ? ceil(sqrt(side)) : 15);
@@ -2288,43 +2287,52 @@ static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner
 
 #define ENVMAPI_CHORDS 4
 
-/* Corners of a quadrangle of X, of the part inside a rim. Near it sides are bent. */
-static int envmapi_part_corners(envmapi_corner *c, const envmapi_resampling *r, int face,
-                                double q[4][2]) {
-    int count = 0;
-    for (int k = 0; k < 4; ++k) {
-        const double *a = q[k], *b = q[(k + 1) & 3];
+/* Corners of a quadrangle of X, of the part inside a rim, its sides and the rim's arc in pieces. */
+static int envmapi_part_corners(double (*d)[3], const envmapi_resampling *r, int face,
+                                double q[4][2], int pieces) {
+    int count = 0, first = 0, m = r->X.mapping, arc = m == ENVMAP_PARABOLOID ? ENVMAPI_CHORDS : 1;
+    double last[2] = {0, 0};
+    while (first < 3 && envmapi_at_rim(r, q[first][0], q[first][1]) > 1) ++first;
+    for (int k = first; k < first + 4; ++k) {
+        const double *a = q[k & 3], *b = q[(k + 1) & 3];
         int from = envmapi_at_rim(r, a[0], a[1]), to = envmapi_at_rim(r, b[0], b[1]);
-        double d[2] = {b[0] - a[0], b[1] - a[1]}, t[2] = {0, 1};
-        double aa = a[0] * a[0] + a[1] * a[1] - 1, ad = a[0] * d[0] + a[1] * d[1];
-        double dd = d[0] * d[0] + d[1] * d[1], root = sqrt(fmax(ad * ad - aa * dd, 0));
+        double side[2] = {b[0] - a[0], b[1] - a[1]}, t[2] = {0, 1};
+        double aa = a[0] * a[0] + a[1] * a[1] - 1, ad = a[0] * side[0] + a[1] * side[1];
+        double dd = side[0] * side[0] + side[1] * side[1];
+        double root = sqrt(fmax(ad * ad - aa * dd, 0));
         if (from > 1 && to > 1) continue;
         if (from > 1) t[0] = (-root - ad) / dd;
         if (to > 1) t[1] = (root - ad) / dd;
-        int pieces = from || to ? ENVMAPI_CHORDS : 1;
-        for (int i = 0; i < pieces + (to > 1); ++i) {
-            double s = t[0] + (t[1] - t[0]) * i / pieces;
-            envmapi_corner_of(c + count++, r, face, a[0] + s * d[0], a[1] + s * d[1]);
+        int n = (from || to) && pieces < ENVMAPI_CHORDS ? ENVMAPI_CHORDS : pieces;
+        for (int i = from > 1 ? 1 - arc : 0; i < n + (to > 1); ++i) {
+            double s = t[0] + (t[1] - t[0]) * (i > 0 ? i : 0) / n;
+            double x = a[0] + s * side[0], y = a[1] + s * side[1];
+            double share = (double)(i + arc) / arc, length = 1;
+            if (i < 0) x = last[0] + share * (x - last[0]), y = last[1] + share * (y - last[1]);
+            if (i < 0) length = sqrt(x * x + y * y);
+            else last[0] = x, last[1] = y;
+            envmapi_direction(d[count++], m, face, 0.5 + 0.5 * x / length, 0.5 + 0.5 * y / length);
         }
     }
     return count;
 }
 
-/* A texel as n x n quadrangles, on each face of Y that they touch. */
-static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, int n) {
+/* A texel, of n x n quadrangles, on each face of Y that they touch. */
+static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, int pieces) {
+    int n = r->parts;
     double w = n * envmapi_width(r->X.mapping, r->X.size), h = n * r->X.size, q[4][2];
+    double d[ENVMAPI_CORNERS][3];
     envmapi_polygon *p = &o->polygon;
-    envmapi_corner c[4 * ENVMAPI_CHORDS + 8];
     for (int i = 0; i < n * n; ++i) {
         for (int k = 0; k < 4; ++k) {
             q[k][0] = 2 * (o->x * n + i % n + (k == 1 || k == 2)) / w - 1;
             q[k][1] = 2 * (o->y * n + i / n + (k > 1)) / h - 1;
         }
-        int count = envmapi_part_corners(c, r, o->face, q), ok = count > 2;
+        int count = envmapi_part_corners(d, r, o->face, q, pieces), ok = count > 2;
         for (p->face = 0; p->face < envmap_faces(r->Y.mapping) && count > 2; ++p->face) {
             p->count = count, ok = 1;
-            for (int k = 0; k < count && ok; ++k)
-                ok = envmapi_place_on(p->at[k], r, p->face, c[k].d);
+            for (int k = 0; k < count && ok; ++k) ok = envmapi_place_on(p->at[k], r, p->face, d[k]);
+            if (ok && r->Y.mapping == ENVMAP_LATLONG) envmapi_polygon_unroll(p, r->Y.size);
             if (ok) envmapi_orbit_cover(o, r);
         }
     }
@@ -2389,7 +2397,7 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, i
 static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
                                 const envmapi_corner *const c[4]) {
     envmapi_polygon *p = &o->polygon;
-    int parts = envmapi_texel_parts(r, c), whole = 1, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
+    int parts = envmapi_texel_parts(r, c), pieces = (parts + r->parts - 1) / r->parts, whole = 1, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
     double turn = 2 * r->Y.size;
     p->face = c[0]->face, p->count = 4;
     for (int i = 0; i < 4; ++i) {
@@ -2407,11 +2415,11 @@ static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
         return;
     }
     if (r->light && rim > 1) { /* as much as its solid angle, however its sides are bent */
-        o->scale = 0, envmapi_orbit_parts(o, r, parts);
+        o->scale = 0, envmapi_orbit_parts(o, r, pieces);
         if (!(o->all > 0)) return;
         o->scale = envmapi_texel_cell(NULL, r->X.mapping, r->X.size, o->x, o->y) / o->all;
     }
-    envmapi_orbit_parts(o, r, parts);
+    envmapi_orbit_parts(o, r, pieces);
 }
 
 /* Whether a texel's innermost corner lies outside a rim. */
@@ -2455,10 +2463,13 @@ static void envmapi_orbit_square(envmapi_orbit *o, const envmapi_resampling *r, 
             envmapi_corner_of(c + k, r, o->face, 2.0 * (x0 + k % m) / w - 1,
                               2.0 * (y0 + k / m) / h - 1);
         known = 1;
-        if (!envmapi_beyond(&r->X, o->x, o->y)) envmapi_orbit_texel(o, r, corners);
+        int beyond = envmapi_beyond(&r->X, o->x, o->y), alike = r->X.mapping != ENVMAP_PARABOLOID;
+        if (!beyond) envmapi_orbit_texel(o, r, corners);
         double scale = o->all > 0 ? 1 / o->all : 0;
+        float *first = r->dst.texels + 3 * (size_t)o->texel[0];
         for (int k = 0; k < o->count && !r->light; ++k)
-            envmapi_resample_write(r, (size_t)o->texel[k], o->sums[k], scale, o->points);
+            if (k && beyond && alike) memcpy(r->dst.texels + 3 * (size_t)o->texel[k], first, 12);
+            else envmapi_resample_write(r, (size_t)o->texel[k], o->sums[k], scale, o->points);
     }
 }
 
