@@ -1987,9 +1987,9 @@ static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, i
 #define ENVMAPI_BOX     10
 #define ENVMAPI_CORNERS 72
 
-/* A polygon, its corners in cells; some cells, and the area of it in each, see _box_row. */
+/* A polygon, its corners in cells; some cells, and the area of it in each. */
 typedef struct envmapi_polygon {
-    double at[ENVMAPI_CORNERS + 3][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
+    double at[ENVMAPI_CORNERS + 3][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 2];
     double low[2], high[2]; /* bounds, in cells of the box */
     int count, face, x, y, width, height;
 } envmapi_polygon;
@@ -2040,14 +2040,53 @@ static double envmapi_box_middle(const envmapi_polygon *p, int axis, double i) {
     return 0.5 * ((low > i ? low : i) + (high < i + 1 ? high : i + 1));
 }
 
+/* A quadrangle, all sides at once: left of x in a row lies the integral of min(x', x) dy, over a
+   side's part there (m + n) (n - m) dy / 2 dx, m and n being min(x' - x, 0) at its ends. */
+static void envmapi_box_quad(envmapi_polygon *p, double fine) {
+    double x0[4], y0[4], y1[4], slope[4];
+    for (int i = 0; i < 4; ++i) {
+        const double *a = p->at[i], *b = p->at[(i + 1) & 3];
+        x0[i] = a[0] * fine - p->x, y0[i] = a[1] * fine - p->y, y1[i] = b[1] * fine - p->y;
+        double dx = (b[0] - a[0]) * fine, dy = y1[i] - y0[i];
+        slope[i] = fabs(dy) > 1e-9 ? dx / dy : 0;
+    }
+    for (int y = 0; y < p->height; ++y) {
+        double from[4], to[4], part[4], *row = p->area[y], top = y, end = y + 1;
+        for (int i = 0; i < 4; ++i) {
+            double a = y0[i] < top ? top : y0[i], b = y1[i] < top ? top : y1[i];
+            a = a > end ? end : a, b = b > end ? end : b;
+            from[i] = x0[i] + slope[i] * (a - y0[i]), to[i] = x0[i] + slope[i] * (b - y0[i]);
+            double d = to[i] - from[i], steep = fabs(d) < 1e-7 ? 1e-7 : 0;
+            to[i] += steep, part[i] = 0.5 * (a - b) / (d + steep);
+        }
+        for (int x = 0; x <= p->width; x += 4) {
+            double sums[4] = {0, 0, 0, 0};
+            for (int i = 0; i < 4; ++i)
+                for (int k = 0; k < 4; ++k) {
+                    double m = from[i] - (x + k), n = to[i] - (x + k);
+                    m = m < 0 ? m : 0, n = n < 0 ? n : 0;
+                    sums[k] += part[i] * ((m + n) * (n - m));
+                }
+            memcpy(row + x, sums, sizeof sums);
+        }
+        for (int x = 0; x < p->width; ++x) row[x] = row[x + 1] - row[x];
+    }
+}
+
 /* Each cell is fine x fine ones. */
 static void envmapi_box_fill(envmapi_polygon *p, double fine) {
+    if (p->count == 4) {
+        envmapi_box_quad(p, fine);
+        return;
+    }
     memset(p->area, 0, (size_t)p->height * sizeof p->area[0]);
     for (int i = 0; i < p->count; ++i) {
         const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
         envmapi_box_side(p, a[0] * fine - p->x, a[1] * fine - p->y, b[0] * fine - p->x,
                          b[1] * fine - p->y);
     }
+    for (int y = 0; y < p->height; ++y)
+        for (int x = 1; x < p->width; ++x) p->area[y][x] += p->area[y][x - 1];
 }
 
 /* On a lat-long of n rows corners follow one another without a jump at the seam. Where the polygon
@@ -2176,10 +2215,10 @@ static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int
     o->columns = box->width >> shift, o->rows = box->height >> shift;
     memset(o->w, 0, (size_t)(o->rows * ENVMAPI_BOX) * sizeof(double));
     for (int y = 0; y < box->height; ++y) {
-        double *w = o->w + (y >> shift) * ENVMAPI_BOX, sum = 0;
+        double *w = o->w + (y >> shift) * ENVMAPI_BOX;
         const double *edge = r->cosines + (latlong ? box->y + y : 0);
         for (int x = 0; x < box->width; ++x) {
-            sum += sign * box->area[y][x];
+            double sum = sign * box->area[y][x];
             if (!(sum > 1e-12)) continue;
             double u = envmapi_box_middle(box, 0, box->x + x) * each;
             double v = envmapi_box_middle(box, 1, box->y + y) * each;
