@@ -2124,24 +2124,26 @@ typedef struct envmapi_orbit {
 
 #define ENVMAPI_SQUARE 8
 
-/* Whether of each texel of a square an image comes first: the difference of their numbers is linear
-   in x and y, but for seams. */
-static int envmapi_orbit_late(const envmapi_resampling *r, int face, int x, int y) {
+/* Whether of no texel of a square an image comes before it (1), of each (-1), or what else (0): the
+   difference of their numbers is linear in x and y, but for seams. */
+static int envmapi_orbit_first(const envmapi_resampling *r, int face, int x, int y) {
     const envmapi_images *s = r->images[0] + face;
-    int late = 0, seam = r->X.mapping == ENVMAP_LATLONG ? 2 * r->X.size : 0;
-    for (int i = 0; i < r->turn_count; ++i) {
-        int dx = s->right[i] - s->right[0], dy = s->down[i] - s->down[0];
-        int most = s->first[i] - s->first[0] + (dx > 0 ? x + ENVMAPI_SQUARE - 1 : x) * dx;
-        late |= most + (dy > 0 ? y + ENVMAPI_SQUARE - 1 : y) * dy + seam < 0;
+    int first = 1, seam = r->X.mapping == ENVMAP_LATLONG ? 2 * r->X.size : 0;
+    for (int i = 1; i < r->turn_count && first >= 0; ++i) {
+        int dx = s->right[i] - s->right[0], dy = s->down[i] - s->down[0], n = ENVMAPI_SQUARE - 1;
+        int least = s->first[i] - s->first[0] + x * dx + y * dy, most = least + seam;
+        most += (dx > 0 ? n * dx : 0) + (dy > 0 ? n * dy : 0);
+        least += (dx < 0 ? n * dx : 0) + (dy < 0 ? n * dy : 0) - seam;
+        first = most < 0 ? -1 : least > 0 ? first : 0;
     }
-    return late;
+    return first;
 }
 
-/* 0: another texel of the orbit comes first. */
-static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r) {
+/* 0: another texel of the orbit comes first. first: that is known not to be. */
+static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r, int first) {
     int kept = 0, late = 0, at[16]; /* kept: by how many turns; by one only, no image comes twice */
     envmapi_images_at(at, r->images[0] + o->face, &r->X, o->x, o->y);
-    for (int i = 0; i < 16; ++i) late |= at[i] < at[0], kept += at[i] == at[0];
+    for (int i = 0; i < 16 && !first; ++i) late |= at[i] < at[0], kept += at[i] == at[0];
     if (late) return 0;
     o->all = 0, o->scale = o->points = 1, o->count = kept > 1 ? 0 : r->turn_count;
     for (int i = 0; i < 16; ++i) o->texel[i] = at[i], o->turn[i] = i;
@@ -2492,12 +2494,13 @@ static void envmapi_orbit_square(envmapi_orbit *o, const envmapi_resampling *r, 
     enum { n = ENVMAPI_SQUARE, m = n + 1 };
     int w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size, known = 0;
     envmapi_corner c[m * m];
-    if (envmapi_orbit_late(r, o->face, x0, y0)) return;
+    int first = envmapi_orbit_first(r, o->face, x0, y0);
+    if (first < 0) return;
     for (int i = 0; i < n * n; ++i) {
         const envmapi_corner *at = c + i / n * m + i % n;
         const envmapi_corner *const corners[4] = {at, at + 1, at + m + 1, at + m};
         o->x = x0 + i % n, o->y = y0 + i / n;
-        if (o->x >= w || o->y >= h || !envmapi_orbit_of(o, r)) continue;
+        if (o->x >= w || o->y >= h || !envmapi_orbit_of(o, r, first)) continue;
         for (int k = 0; k < m * m && !known; ++k)
             envmapi_corner_of(c + k, r, o->face, 2.0 * (x0 + k % m) / w - 1,
                               2.0 * (y0 + k / m) / h - 1);
@@ -2505,9 +2508,9 @@ static void envmapi_orbit_square(envmapi_orbit *o, const envmapi_resampling *r, 
         int beyond = envmapi_beyond(&r->X, o->x, o->y), alike = r->X.mapping != ENVMAP_PARABOLOID;
         if (!beyond) envmapi_orbit_texel(o, r, corners);
         double scale = o->all > 0 ? 1 / o->all : 0;
-        float *first = r->dst.texels + 3 * (size_t)o->texel[0];
+        float *like = r->dst.texels + 3 * (size_t)o->texel[0];
         for (int k = 0; k < o->count && !r->light; ++k)
-            if (k && beyond && alike) memcpy(r->dst.texels + 3 * (size_t)o->texel[k], first, 12);
+            if (k && beyond && alike) memcpy(r->dst.texels + 3 * (size_t)o->texel[k], like, 12);
             else envmapi_resample_write(r, (size_t)o->texel[k], o->sums[k], scale, o->points);
     }
 }
