@@ -2310,7 +2310,8 @@ static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, in
     envmapi_place_on(c->at, r, c->face, c->d);
     c->rim = envmapi_at_rim(r, x, y), c->flat = 1e18;
     double across = r->Y.mapping == ENVMAP_LATLONG ? c->d[2] : c->d[1];
-    if (r->Y.mapping != ENVMAP_CUBE) c->flat = 1e-18 + c->d[0] * c->d[0] + across * across;
+    if (r->Y.mapping != ENVMAP_CUBE && r->Y.mapping != ENVMAP_OCTAHEDRAL)
+        c->flat = 1e-18 + c->d[0] * c->d[0] + across * across;
 }
 
 /* Of how many parts a texel's sides have to be, as lines on a lat-long are bent near its poles, and
@@ -2358,21 +2359,46 @@ static int envmapi_part_corners(double (*d)[3], const envmapi_resampling *r, int
     return count;
 }
 
+/* What of a polygon lies in one of the octahedron's faces, octant. */
+static int envmapi_part_clip(double (*out)[3], double (*d)[3], int count, int octant) {
+    double from[ENVMAPI_CORNERS + 3][3];
+    for (int k = 0; k < 3 && count; ++k) {
+        double sign = octant >> k & 1 ? -1 : 1;
+        memcpy(from, k ? out : d, (size_t)count * sizeof from[0]);
+        int last = count - 1, n = count;
+        count = 0;
+        for (int i = 0; i < n; last = i++) {
+            double a = sign * from[last][k], b = sign * from[i][k], t = a / (a - b);
+            if (a * b < 0) {
+                for (int c = 0; c < 3; ++c)
+                    out[count][c] = from[last][c] + t * (from[i][c] - from[last][c]);
+                out[count++][k] = 0;
+            }
+            if (b >= 0) memcpy(out[count++], from[i], sizeof from[i]);
+        }
+        for (int i = 0; i < count; ++i) out[i][k] = sign * fmax(sign * out[i][k], 1e-300);
+    }
+    return count;
+}
+
 /* A texel, of n x n quadrangles, on each face of Y that they touch. */
 static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, int pieces) {
-    int n = r->parts;
+    int n = r->parts, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
     double w = n * envmapi_width(r->X.mapping, r->X.size), h = n * r->X.size, q[4][2];
-    double d[ENVMAPI_CORNERS][3];
+    double d[ENVMAPI_CORNERS][3], part[ENVMAPI_CORNERS + 3][3];
     envmapi_polygon *p = &o->polygon;
     for (int i = 0; i < n * n; ++i) {
         for (int k = 0; k < 4; ++k) {
             q[k][0] = 2 * (o->x * n + i % n + (k == 1 || k == 2)) / w - 1;
             q[k][1] = 2 * (o->y * n + i / n + (k > 1)) / h - 1;
         }
-        int count = envmapi_part_corners(d, r, o->face, q, pieces), ok = count > 2;
-        for (p->face = 0; p->face < envmap_faces(r->Y.mapping) && count > 2; ++p->face) {
-            p->count = count, ok = 1;
-            for (int k = 0; k < count && ok; ++k) ok = envmapi_place_on(p->at[k], r, p->face, d[k]);
+        int count = envmapi_part_corners(d, r, o->face, q, pieces);
+        for (int face = 0; face < (octa ? 8 : envmap_faces(r->Y.mapping)) && count > 2; ++face) {
+            p->face = octa ? 0 : face, p->count = count;
+            if (octa) p->count = envmapi_part_clip(part, d, count, face);
+            int ok = p->count > 2;
+            for (int k = 0; k < p->count && ok; ++k)
+                ok = envmapi_place_on(p->at[k], r, face, octa ? part[k] : d[k]);
             if (ok && r->Y.mapping == ENVMAP_LATLONG) envmapi_polygon_unroll(p, r->Y.size);
             if (ok) envmapi_orbit_cover(o, r);
         }
@@ -2449,7 +2475,7 @@ static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
             p->at[i][0] += turn * floor((p->at[0][0] - p->at[i][0]) / turn + 0.5);
     }
     if (r->points && envmapi_orbit_points(o, r, whole && parts <= 2)) return;
-    if (octa || (envmapi_is_disc(r->Y.mapping) && parts > 4)) return;
+    if (r->points && (octa || (envmapi_is_disc(r->Y.mapping) && parts > 4))) return;
     int rim = c[0]->rim | c[1]->rim | c[2]->rim | c[3]->rim;
     if (whole && parts == 1 && !rim) {
         envmapi_orbit_cover(o, r);
@@ -2531,8 +2557,10 @@ static void envmapi_task_overlap(void *context, int band) {
 /* Between two mappings, one of them a cube or a lat-long if means are asked for. */
 static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envmap_work *work,
                                               envmapi_pool *pool) {
-    int gather = r->points || r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG;
     size_t texels = envmapi_slice_floats(&r->dst, 0) / 3;
+    size_t from = envmapi_slice_floats(&r->src, 0) / 3, most = 4 * from / 3;
+    if (r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG) most = SIZE_MAX;
+    int gather = r->points || (texels <= most && !envmapi_is_disc(r->src.mapping));
     r->X = gather ? r->dst : r->src, r->Y = gather ? r->src : r->dst;
     r->parts = (63 + r->X.size) / r->X.size, r->light = NULL;
     if (r->X.mapping == ENVMAP_OCTAHEDRAL && r->X.size % 2) r->parts += r->parts % 2; /* folds */
