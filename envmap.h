@@ -1907,23 +1907,47 @@ static int envmapi_clean_number(float *number, double limit, envmap_cleaned *out
     return finite && !(value < 0);
 }
 
+/* Its order is that of numbers from 0 on; those below, and NaN, come behind all. */
+static uint32_t envmapi_order(float number) {
+    uint32_t bits;
+    memcpy(&bits, &number, sizeof bits);
+    return bits;
+}
+
 ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned) {
     envmap_cleaned out;
-    double energy[2] = {0, 0}, solid = 0, replaced = 0, most = (double)limit;
-    if (!envmapi_valid(map) || !envmapi_finite(most) || most < 0) return ENVMAP_ERROR_ARGUMENT;
-    size_t area = envmapi_area(map->mapping, map->size), width = area / (size_t)map->size;
+    double energy[2] = {0, 0}, solid = 0, replaced = 0, each = 0;
+    float most = limit;
+    if (!envmapi_valid(map) || !envmapi_finite((double)limit) || limit < 0)
+        return ENVMAP_ERROR_ARGUMENT;
+    int w = envmapi_width(map->mapping, map->size), h = map->size;
+    size_t area = envmapi_area(map->mapping, h);
     size_t count = area * (size_t)(envmap_faces(map->mapping) * map->slices);
     memset(&out, 0, sizeof out);
-    for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
-        if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
-    for (size_t t = 0; t < area; ++t) { /* its solid angle is alike on all faces */
-        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(t % width),
-                                      (int)(t / width));
-        for (size_t i = t; i < count; i += area) {
-            int fit = 1;
-            for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
-                fit &= envmapi_clean_number(number, most, &out, energy, w);
-            solid += w, replaced += fit ? 0 : w;
+    for (size_t i = 0; i < 3 * count && !(limit > 0); ++i) {
+        uint32_t order = envmapi_order(map->texels[i]);
+        if (order < 0x7F800000u && order > envmapi_order(most)) most = map->texels[i];
+    }
+    for (int t = 0; t < ((w + 1) / 2) * ((h + 1) / 2); ++t) {
+        int x = t % ((w + 1) / 2), y = t / ((w + 1) / 2);
+        if (!x || map->mapping != ENVMAP_LATLONG) /* of its images, too */
+            each = envmapi_texel_cell(NULL, map->mapping, h, x, y);
+        for (int turn = 0; turn < 4; ++turn) {
+            int column = turn & 1 ? w - 1 - x : x, row = turn & 2 ? h - 1 - y : y;
+            if ((turn & 1 && column == x) || (turn & 2 && row == y)) continue;
+            for (size_t i = (size_t)row * (size_t)w + (size_t)column; i < count; i += area) {
+                float *rgb = map->texels + 3 * i;
+                uint32_t last = envmapi_order(most), fit = 1;
+                solid += each;
+                if (envmapi_order(rgb[0]) <= last && envmapi_order(rgb[1]) <= last &&
+                    envmapi_order(rgb[2]) <= last) {
+                    energy[0] += each * ((double)rgb[0] + (double)rgb[1] + (double)rgb[2]);
+                    continue;
+                }
+                for (int c = 0; c < 3; ++c)
+                    fit &= (uint32_t)envmapi_clean_number(rgb + c, (double)most, &out, energy, each);
+                replaced += fit ? 0 : each;
+            }
         }
     }
     out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
