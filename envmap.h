@@ -1755,7 +1755,7 @@ static int envmapi_turns(envmapi_turn turns[48], const envmap *dst, const envmap
 }
 
 /* The texel that a turn takes (x,y) of a face to. */
-static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, int y) {
+ENVMAPI_INLINE size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, int y) {
     int w = envmapi_width(map->mapping, map->size), at = to->x0 + to->xx * x + to->xy * y;
     size_t row = (size_t)to->face * (size_t)map->size + (size_t)(to->y0 + to->yx * x + to->yy * y);
     return row * (size_t)w + (size_t)(at < 0   ? at + w
@@ -9163,11 +9163,12 @@ static int envmapi_antipodes(const envmap *map, int dst, int src) {
     for (int face = 0; face < faces; ++face)
         if (!envmapi_turn_place(to + face, 7, map->mapping, map->size, face)) return 0;
     const float *in = envmapi_image(map, 0, src, 0);
-    for (int i = 0; i < faces * map->size; ++i)
-        for (int x = 0; x < width; ++x, in += 3)
-            memcpy(envmapi_image(map, 0, dst, 0) +
-                       3 * envmapi_turned(map, to + i / map->size, x, i % map->size),
-                   in, 3 * sizeof *in);
+    float *out = envmapi_image(map, 0, dst, 0);
+    for (int i = 0; i < faces * map->size; ++i) {
+        const envmapi_place place = to[i / map->size];
+        for (int x = 0, y = i % map->size; x < width; ++x, in += 3)
+            memcpy(out + 3 * envmapi_turned(map, &place, x, y), in, 3 * sizeof *in);
+    }
     return 1;
 }
 
@@ -9479,14 +9480,19 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
 }
 
 /* Room for the results, which become dst's when nothing can fail any more. Level 0, which would be
-   most of it, is written to dst itself where the fast filter writes it last and at once, and where
-   it is a mirror: a silent envmap_resample writes nothing before it has its memory. One that takes
-   long, and has a progress callback, is staged as others are, to be cancelled. */
+   most of it, is written to dst itself where the fast filter writes it last and at once, where sums of
+   few texels do, without a progress callback and with a lobe that cannot fail, and where it is a
+   mirror: a silent envmap_resample writes nothing before it has its memory. One that takes long,
+   and has a progress callback, is staged as others are, to be cancelled. */
 static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
-    int direct = job->planned[0] && job->specs[0].L && !job->specs[0].tail && dst->slices == 1;
+    int kind = job->lobes[0].kind, by = job->desc.method, cancels = !!job->desc.work.progress.report;
+    int sums = job->count == 1 && !job->planned[0] && kind != ENVMAP_LOBE_MIRROR && !cancels &&
+               kind < ENVMAP_LOBE_FUNCTION && by != ENVMAP_METHOD_HIERARCHICAL &&
+               by != ENVMAP_METHOD_REFERENCE;
+    int fast = job->planned[0] && job->specs[0].L && !job->specs[0].tail;
+    int direct = dst->slices == 1 && (sums || fast);
     int quick = dst->mapping == job->src->mapping && dst->size <= job->src->size;
-    job->late =
-        job->lobes[0].kind == ENVMAP_LOBE_MIRROR && (quick || !job->desc.work.progress.report);
+    job->late = kind == ENVMAP_LOBE_MIRROR && (quick || !cancels);
     float *first = envmapi_image(dst, 0, direct || job->late ? dst->slices : 0, 0);
     size_t floats = (size_t)(envmapi_image(dst, job->count - 1, dst->slices, 0) - first);
     float *stage = (float *)envmapi_pool_get(&job->pool, floats + 1, sizeof(float));
