@@ -2009,7 +2009,7 @@ static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, i
 /* ---- how much of cells a polygon covers */
 
 #define ENVMAPI_BOX     10
-#define ENVMAPI_CORNERS 72
+#define ENVMAPI_CORNERS 52 /* sides of 11 pieces, and arcs of a rim */
 
 /* A polygon, its corners in cells; some cells, and the area of it in each. */
 typedef struct envmapi_polygon {
@@ -2289,8 +2289,8 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
 
 /* A corner of X's texels, and where it is on Y. */
 typedef struct envmapi_corner {
-    double d[3], at[2], flat; /* flat: square of the distance to Y's poles */
-    int face, rim;            /* rim: see _at_rim */
+    double d[3], at[2];
+    int face, rim; /* rim: see _at_rim */
 } envmapi_corner;
 
 /* Where a direction is on a face of Y and beyond its edges, in cells; 0: too far beyond. Rows of a
@@ -2332,23 +2332,23 @@ static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, in
     envmapi_direction(c->d, r->X.mapping, face, 0.5 + 0.5 * x, 0.5 + 0.5 * y);
     c->face = envmapi_face(r->Y.mapping, c->d);
     envmapi_place_on(c->at, r, c->face, c->d);
-    c->rim = envmapi_at_rim(r, x, y), c->flat = 1e18;
-    double across = r->Y.mapping == ENVMAP_LATLONG ? c->d[2] : c->d[1];
-    if (r->Y.mapping != ENVMAP_CUBE && r->Y.mapping != ENVMAP_OCTAHEDRAL)
-        c->flat = 1e-18 + c->d[0] * c->d[0] + across * across;
+    c->rim = envmapi_at_rim(r, x, y);
 }
 
 /* Of how many parts a texel's sides have to be, as lines on a lat-long are bent near its poles, and
    arcs of a rim are chords. */
 static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner *const c[4]) {
     double flat = 1e18, side = 0, parts = r->parts;
+    int poles = r->Y.mapping != ENVMAP_CUBE && r->Y.mapping != ENVMAP_OCTAHEDRAL;
     for (int i = 0; i < 4; ++i) {
         const double *a = c[i]->d, *b = c[(i + 1) & 3]->d;
         double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], square = x * x + y * y + z * z;
-        side = square > side ? square : side, flat = c[i]->flat < flat ? c[i]->flat : flat;
+        double across = r->Y.mapping == ENVMAP_LATLONG ? a[2] : a[1];
+        double from_pole = 1e-18 + a[0] * a[0] + across * across;
+        side = square > side ? square : side, flat = from_pole < flat ? from_pole : flat;
     }
-    side *= 121 / flat; /* 11 parts a radian at a distance of 1 */
-    return (int)(side <= parts * parts ? parts : side < 225 ? ceil(sqrt(side)) : 15);
+    side *= poles ? 121 / flat : 0; /* 11 parts a radian at a distance of 1 */
+    return (int)(side <= parts * parts ? parts : side < 121 ? ceil(sqrt(side)) : 11);
 }
 
 #define ENVMAPI_CHORDS 4
