@@ -1937,7 +1937,8 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
             if ((turn & 1 && column == x) || (turn & 2 && row == y)) continue;
             for (size_t i = (size_t)row * (size_t)w + (size_t)column; i < count; i += area) {
                 float *rgb = map->texels + 3 * i;
-                uint32_t last = envmapi_order(most), fit = 1;
+                uint32_t last = envmapi_order(most);
+                int fit = 1;
                 solid += each;
                 if (envmapi_order(rgb[0]) <= last && envmapi_order(rgb[1]) <= last &&
                     envmapi_order(rgb[2]) <= last) {
@@ -1945,7 +1946,7 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
                     continue;
                 }
                 for (int c = 0; c < 3; ++c)
-                    fit &= (uint32_t)envmapi_clean_number(rgb + c, (double)most, &out, energy, each);
+                    fit &= envmapi_clean_number(rgb + c, (double)most, &out, energy, each);
                 replaced += fit ? 0 : each;
             }
         }
@@ -2011,52 +2012,12 @@ static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, i
 #define ENVMAPI_BOX     10
 #define ENVMAPI_CORNERS 52 /* sides of 11 pieces, and arcs of a rim */
 
-/* A polygon, its corners in cells; some cells, and the area of it in each. */
+/* A polygon, its corners in cells; some cells, and the area of it left of each. */
 typedef struct envmapi_polygon {
     double at[ENVMAPI_CORNERS + 3][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 2];
     double low[2], high[2]; /* bounds, in cells of the box */
     int count, face, x, y, width, height;
 } envmapi_polygon;
-
-/* A piece of a side within a row of cells, dy high: adds what lies to its right. A number is the
-   difference from that of the cell before. */
-static void envmapi_box_row(double *row, int width, double from, double to, double dy) {
-    double left = from < to ? from : to, right = from < to ? to : from;
-    int x = left > 0 ? (int)left : 0;
-    if (x >= width) return;
-    if (right <= 0) {
-        row[0] += dy;
-    } else if (left >= 0 && right <= x + 1) {
-        double part = dy * ((left + right) / 2 - x);
-        row[x] += dy - part, row[x + 1] += part;
-    } else {
-        double slope = dy / (right - left);
-        if (left < 0) row[0] -= slope * left, left = 0;
-        for (; left < right && x < width; ++x) {
-            double end = right < x + 1 ? right : x + 1, piece = slope * (end - left);
-            double part = piece * ((left + end) / 2 - x);
-            row[x] += piece - part, row[x + 1] += part, left = end;
-        }
-    }
-}
-
-/* A side, in cells of the box, row by row. */
-static void envmapi_box_side(envmapi_polygon *box, double x0, double y0, double x1, double y1) {
-    double sign = 1, height = box->height;
-    if (y0 > y1) {
-        double x = x0, y = y0;
-        x0 = x1, y0 = y1, x1 = x, y1 = y, sign = -1;
-    }
-    if (!(y0 < y1) || y1 <= 0 || y0 >= height || (x0 >= box->width && x1 >= box->width)) return;
-    double slope = (x1 - x0) / (y1 - y0);
-    if (y0 < 0) x0 -= slope * y0, y0 = 0;
-    if (y1 > height) y1 = height;
-    for (int y = (int)y0; y0 < y1; ++y) {
-        double end = y1 < y + 1 ? y1 : y + 1, x = x0 + slope * (end - y0);
-        envmapi_box_row(box->area[y], box->width, x0, x, sign * (end - y0));
-        x0 = x, y0 = end;
-    }
-}
 
 /* The middle of what the polygon's bounds and cell i have in common. */
 static double envmapi_box_middle(const envmapi_polygon *p, int axis, double i) {
@@ -2064,12 +2025,14 @@ static double envmapi_box_middle(const envmapi_polygon *p, int axis, double i) {
     return 0.5 * ((low > i ? low : i) + (high < i + 1 ? high : i + 1));
 }
 
-/* A quadrangle, all sides at once: left of x in a row lies the integral of min(x', x) dy, over a
-   side's part there (m + n) (n - m) dy / 2 dx, m and n being min(x' - x, 0) at its ends. */
-static void envmapi_box_quad(envmapi_polygon *p, double fine) {
+/* Adds four sides from the first on, side by side: left of x in a row lies the integral of
+   min(x', x) dy, over a side's part there (m + n) (n - m) dy / 2 dx, m and n being min(x' - x, 0) at
+   its ends. count is the polygon's, which a compiler knows to be 4. */
+ENVMAPI_INLINE void envmapi_box_sides(envmapi_polygon *p, double fine, int first, int count) {
     double x0[4], y0[4], y1[4], slope[4];
-    for (int i = 0; i < 4; ++i) {
-        const double *a = p->at[i], *b = p->at[(i + 1) & 3];
+    for (int i = 0; i < 4; ++i) { /* behind the last: none, from its end to its end */
+        int from = first + i < count ? first + i : 0, to = from + 1 < count ? from + 1 : 0;
+        const double *a = p->at[from], *b = p->at[first + i < count ? to : from];
         x0[i] = a[0] * fine - p->x, y0[i] = a[1] * fine - p->y, y1[i] = b[1] * fine - p->y;
         double dx = (b[0] - a[0]) * fine, dy = y1[i] - y0[i];
         slope[i] = fabs(dy) > 1e-9 ? dx / dy : 0;
@@ -2083,7 +2046,7 @@ static void envmapi_box_quad(envmapi_polygon *p, double fine) {
             double d = to[i] - from[i], steep = fabs(d) < 1e-7 ? 1e-7 : 0;
             to[i] += steep, part[i] = 0.5 * (a - b) / (d + steep);
         }
-        for (int x = 0; x <= p->width; x += 4) {
+        for (int x = 0; x <= p->width; x += 4, row += 4) {
             double sums[4] = {0, 0, 0, 0};
             for (int i = 0; i < 4; ++i)
                 for (int k = 0; k < 4; ++k) {
@@ -2091,26 +2054,10 @@ static void envmapi_box_quad(envmapi_polygon *p, double fine) {
                     m = m < 0 ? m : 0, n = n < 0 ? n : 0;
                     sums[k] += part[i] * ((m + n) * (n - m));
                 }
-            memcpy(row + x, sums, sizeof sums);
+            for (int k = 0; k < 4 && first; ++k) sums[k] += row[k];
+            memcpy(row, sums, sizeof sums);
         }
-        for (int x = 0; x < p->width; ++x) row[x] = row[x + 1] - row[x];
     }
-}
-
-/* Each cell is fine x fine ones. */
-static void envmapi_box_fill(envmapi_polygon *p, double fine) {
-    if (p->count == 4) {
-        envmapi_box_quad(p, fine);
-        return;
-    }
-    memset(p->area, 0, (size_t)p->height * sizeof p->area[0]);
-    for (int i = 0; i < p->count; ++i) {
-        const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
-        envmapi_box_side(p, a[0] * fine - p->x, a[1] * fine - p->y, b[0] * fine - p->x,
-                         b[1] * fine - p->y);
-    }
-    for (int y = 0; y < p->height; ++y)
-        for (int x = 1; x < p->width; ++x) p->area[y][x] += p->area[y][x - 1];
 }
 
 /* On a lat-long of n rows corners follow one another without a jump at the seam. Where the polygon
@@ -2244,7 +2191,7 @@ static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int
         double *w = o->w + (y >> shift) * ENVMAPI_BOX;
         const double *edge = r->cosines + (latlong ? box->y + y : 0);
         for (int x = 0; x < box->width; ++x) {
-            double sum = sign * box->area[y][x];
+            double sum = sign * (box->area[y][x + 1] - box->area[y][x]);
             if (!(sum > 1e-12)) continue;
             double u = envmapi_box_middle(box, 0, box->x + x) * each;
             double v = envmapi_box_middle(box, 1, box->y + y) * each;
@@ -2280,7 +2227,9 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
         for (int x = from[0]; x < to[0]; x += step) {
             p->x = x * (1 << shift), p->width = (to[0] - x < step ? to[0] - x : step) << shift;
             p->y = y << shift, p->height = (to[1] - y < step ? to[1] - y : step) << shift;
-            envmapi_box_fill(p, 1 << shift);
+            if (p->count == 4) envmapi_box_sides(p, 1 << shift, 0, 4);
+            else
+                for (int i = 0; i < p->count; i += 4) envmapi_box_sides(p, 1 << shift, i, p->count);
             envmapi_orbit_box(o, r, shift, area > 0 ? 1 : -1);
         }
 }
@@ -2488,7 +2437,8 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, i
 static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
                                 const envmapi_corner *const c[4]) {
     envmapi_polygon *p = &o->polygon;
-    int parts = envmapi_texel_parts(r, c), pieces = (parts + r->parts - 1) / r->parts, whole = 1, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
+    int parts = envmapi_texel_parts(r, c), pieces = (parts + r->parts - 1) / r->parts;
+    int whole = 1, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
     double turn = 2 * r->Y.size;
     p->face = c[0]->face, p->count = 4;
     for (int i = 0; i < 4; ++i) {
