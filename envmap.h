@@ -1963,12 +1963,14 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    so constants stay, and so does the energy of each texel, to second order.
      one mapping, fewer texels     rectangles                               envmapi_task_nest
      dst finer by a quarter        bilinear radiance at points of dst       envmapi_orbit_points
-     src a cube or a lat-long      texels X of dst, polygons on cells Y     envmapi_orbit_cover
+     src a cube or a lat-long,
+     or a finer octahedral map     texels X of dst, polygons on cells Y     envmapi_orbit_cover
      dst a cube or a lat-long      texels X of src, polygons on cells Y     envmapi_task_light
      else                          by way of a finer cube                   envmapi_resample_slice
    A polygon's sides are straight on a face of Y, and its neighbours have the same sides, so that
    polygons cover each cell once, whatever the sides' true shape is. Rows of a lat-long are as high
-   there as their solid angle. Near its poles, and where a rim cuts them, texels are divided. Turns
+   there as their solid angle. Near its poles, and where a rim cuts them, sides are divided; on an
+   octahedral map a polygon is cut at the folds. Turns
    that both maps have in common (16 of a cube and a lat-long) serve one polygon to as many texels,
    an orbit. What a polygon has of a cell is as dense as in the middle of what their bounds share;
    a cube's face has 128 cells at least.
@@ -2026,8 +2028,8 @@ static double envmapi_box_middle(const envmapi_polygon *p, int axis, double i) {
 }
 
 /* Adds four sides from the first on, side by side: left of x in a row lies the integral of
-   min(x', x) dy, over a side's part there (m + n) (n - m) dy / 2 dx, m and n being min(x' - x, 0) at
-   its ends. count is the polygon's, which a compiler knows to be 4. */
+   min(x', x) dy, over a side's part there (m + n) (n - m) dy / 2 dx, m and n: min(x' - x, 0) at its
+   ends. count is the polygon's, which a compiler knows where it is 4. */
 ENVMAPI_INLINE void envmapi_box_sides(envmapi_polygon *p, double fine, int first, int count) {
     double x0[4], y0[4], y1[4], slope[4];
     for (int i = 0; i < 4; ++i) { /* behind the last: none, from its end to its end */
@@ -2284,8 +2286,7 @@ static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, in
     c->rim = envmapi_at_rim(r, x, y);
 }
 
-/* Of how many parts a texel's sides have to be, as lines on a lat-long are bent near its poles, and
-   arcs of a rim are chords. */
+/* Of how many pieces a texel's sides have to be: they are bent near Y's poles. */
 static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner *const c[4]) {
     double flat = 1e18, side = 0, parts = r->parts;
     int poles = r->Y.mapping != ENVMAP_CUBE && r->Y.mapping != ENVMAP_OCTAHEDRAL;
@@ -2532,8 +2533,8 @@ static void envmapi_task_overlap(void *context, int band) {
 static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envmap_work *work,
                                               envmapi_pool *pool) {
     size_t texels = envmapi_slice_floats(&r->dst, 0) / 3;
-    size_t from = envmapi_slice_floats(&r->src, 0) / 3, most = 4 * from / 3;
-    if (r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG) most = SIZE_MAX;
+    size_t most = 4 * envmapi_slice_floats(&r->src, 0) / 9;
+    if (r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG) most = texels;
     int gather = r->points || (texels <= most && !envmapi_is_disc(r->src.mapping));
     r->X = gather ? r->dst : r->src, r->Y = gather ? r->src : r->dst;
     r->parts = (63 + r->X.size) / r->X.size, r->light = NULL;
@@ -9430,12 +9431,13 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
 }
 
 /* Room for the results, which become dst's when nothing can fail any more. Level 0, which would be
-   most of it, is written to dst itself where the fast filter writes it last and at once, where sums of
-   few texels do, without a progress callback and with a lobe that cannot fail, and where it is a
+   most of it, is written to dst itself where the fast filter writes it last and at once, where sums
+   of few texels do, without a progress callback and with a lobe that cannot fail, and where it is a
    mirror: a silent envmap_resample writes nothing before it has its memory. One that takes long,
    and has a progress callback, is staged as others are, to be cancelled. */
 static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
-    int kind = job->lobes[0].kind, by = job->desc.method, cancels = !!job->desc.work.progress.report;
+    int kind = job->lobes[0].kind, by = job->desc.method;
+    int cancels = !!job->desc.work.progress.report;
     int sums = job->count == 1 && !job->planned[0] && kind != ENVMAP_LOBE_MIRROR && !cancels &&
                kind < ENVMAP_LOBE_FUNCTION && by != ENVMAP_METHOD_HIERARCHICAL &&
                by != ENVMAP_METHOD_REFERENCE;
