@@ -1771,7 +1771,7 @@ static int envmapi_turns(envmapi_turn turns[48], const envmap *dst, const envmap
 }
 
 /* The texel that a turn takes (x,y) of a face to. */
-static size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, int y) {
+ENVMAPI_INLINE size_t envmapi_turned(const envmap *map, const envmapi_place *to, int x, int y) {
     int w = envmapi_width(map->mapping, map->size), at = to->x0 + to->xx * x + to->xy * y;
     size_t row = (size_t)to->face * (size_t)map->size + (size_t)(to->y0 + to->yx * x + to->yy * y);
     return row * (size_t)w + (size_t)(at < 0   ? at + w
@@ -1923,23 +1923,48 @@ static int envmapi_clean_number(float *number, double limit, envmap_cleaned *out
     return finite && !(value < 0);
 }
 
+/* Its order is that of numbers from 0 on; those below, and NaN, come behind all. */
+static uint32_t envmapi_order(float number) {
+    uint32_t bits;
+    memcpy(&bits, &number, sizeof bits);
+    return bits;
+}
+
 ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned) {
     envmap_cleaned out;
-    double energy[2] = {0, 0}, solid = 0, replaced = 0, most = (double)limit;
-    if (!envmapi_valid(map) || !envmapi_finite(most) || most < 0) return ENVMAP_ERROR_ARGUMENT;
-    size_t area = envmapi_area(map->mapping, map->size), width = area / (size_t)map->size;
+    double energy[2] = {0, 0}, solid = 0, replaced = 0, each = 0;
+    float most = limit;
+    if (!envmapi_valid(map) || !envmapi_finite((double)limit) || limit < 0)
+        return ENVMAP_ERROR_ARGUMENT;
+    int w = envmapi_width(map->mapping, map->size), h = map->size;
+    size_t area = envmapi_area(map->mapping, h);
     size_t count = area * (size_t)(envmap_faces(map->mapping) * map->slices);
     memset(&out, 0, sizeof out);
-    for (size_t i = 0; i < 3 * count && !(limit > 0); ++i)
-        if (envmapi_finite((double)map->texels[i])) most = fmax(most, (double)map->texels[i]);
-    for (size_t t = 0; t < area; ++t) { /* its solid angle is alike on all faces */
-        double w = envmapi_texel_cell(NULL, map->mapping, map->size, (int)(t % width),
-                                      (int)(t / width));
-        for (size_t i = t; i < count; i += area) {
-            int fit = 1;
-            for (float *number = map->texels + 3 * i; number < map->texels + 3 * i + 3; ++number)
-                fit &= envmapi_clean_number(number, most, &out, energy, w);
-            solid += w, replaced += fit ? 0 : w;
+    for (size_t i = 0; i < 3 * count && !(limit > 0); ++i) {
+        uint32_t order = envmapi_order(map->texels[i]);
+        if (order < 0x7F800000u && order > envmapi_order(most)) most = map->texels[i];
+    }
+    for (int t = 0; t < ((w + 1) / 2) * ((h + 1) / 2); ++t) {
+        int x = t % ((w + 1) / 2), y = t / ((w + 1) / 2);
+        if (!x || map->mapping != ENVMAP_LATLONG) /* of its images, too */
+            each = envmapi_texel_cell(NULL, map->mapping, h, x, y);
+        for (int turn = 0; turn < 4; ++turn) {
+            int column = turn & 1 ? w - 1 - x : x, row = turn & 2 ? h - 1 - y : y;
+            if ((turn & 1 && column == x) || (turn & 2 && row == y)) continue;
+            for (size_t i = (size_t)row * (size_t)w + (size_t)column; i < count; i += area) {
+                float *rgb = map->texels + 3 * i;
+                uint32_t last = envmapi_order(most);
+                int fit = 1;
+                solid += each;
+                if (envmapi_order(rgb[0]) <= last && envmapi_order(rgb[1]) <= last &&
+                    envmapi_order(rgb[2]) <= last) {
+                    energy[0] += each * ((double)rgb[0] + (double)rgb[1] + (double)rgb[2]);
+                    continue;
+                }
+                for (int c = 0; c < 3; ++c)
+                    fit &= envmapi_clean_number(rgb + c, (double)most, &out, energy, each);
+                replaced += fit ? 0 : each;
+            }
         }
     }
     out.energy = energy[0] > 0 ? energy[1] / energy[0] : 0, out.replaced = replaced / solid;
@@ -1954,12 +1979,14 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    so constants stay, and so does the energy of each texel, to second order.
      one mapping, fewer texels     rectangles                               envmapi_task_nest
      dst finer by a quarter        bilinear radiance at points of dst       envmapi_orbit_points
-     src a cube or a lat-long      texels X of dst, polygons on cells Y     envmapi_orbit_cover
+     src a cube or a lat-long,
+     or a finer octahedral map     texels X of dst, polygons on cells Y     envmapi_orbit_cover
      dst a cube or a lat-long      texels X of src, polygons on cells Y     envmapi_task_light
      else                          by way of a finer cube                   envmapi_resample_slice
    A polygon's sides are straight on a face of Y, and its neighbours have the same sides, so that
    polygons cover each cell once, whatever the sides' true shape is. Rows of a lat-long are as high
-   there as their solid angle. Near its poles, and where a rim cuts them, texels are divided. Turns
+   there as their solid angle. Near its poles, and where a rim cuts them, sides are divided; on an
+   octahedral map a polygon is cut at the folds. Turns
    that both maps have in common (16 of a cube and a lat-long) serve one polygon to as many texels,
    an orbit. What a polygon has of a cell is as dense as in the middle of what their bounds share;
    a cube's face has 128 cells at least.
@@ -1972,7 +1999,7 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
 typedef struct envmapi_resampling {
     envmap dst, src, X, Y; /* one slice each; Y: src, or dst where it is to be scattered to */
     int points;            /* dst is finer: bilinear radiance at points of X */
-    int parts;             /* a texel is parts x parts polygons */
+    int parts;             /* a texel of a small map is parts x parts polygons */
     double *cosines;       /* of the edges of Y's rows where it is a lat-long */
     double *light;         /* scattered: RGB and solid angle of texels of dst, of even tasks and of
                               odd ones; NULL: gathered */
@@ -2000,54 +2027,15 @@ static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, i
 
 /* ---- how much of cells a polygon covers */
 
-#define ENVMAPI_BOX 10
+#define ENVMAPI_BOX     10
+#define ENVMAPI_CORNERS 52 /* sides of 11 pieces, and arcs of a rim */
 
-/* A polygon, its corners in cells; some cells, and the area of it in each, see _box_row. */
+/* A polygon, its corners in cells; some cells, and the area of it left of each. */
 typedef struct envmapi_polygon {
-    double at[28][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 1];
+    double at[ENVMAPI_CORNERS + 3][2], area[ENVMAPI_BOX][ENVMAPI_BOX + 2];
     double low[2], high[2]; /* bounds, in cells of the box */
     int count, face, x, y, width, height;
 } envmapi_polygon;
-
-/* A piece of a side within a row of cells, dy high: adds what lies to its right. A number is the
-   difference from that of the cell before. */
-static void envmapi_box_row(double *row, int width, double from, double to, double dy) {
-    double left = from < to ? from : to, right = from < to ? to : from;
-    int x = left > 0 ? (int)left : 0;
-    if (x >= width) return;
-    if (right <= 0) {
-        row[0] += dy;
-    } else if (left >= 0 && right <= x + 1) {
-        double part = dy * ((left + right) / 2 - x);
-        row[x] += dy - part, row[x + 1] += part;
-    } else {
-        double slope = dy / (right - left);
-        if (left < 0) row[0] -= slope * left, left = 0;
-        for (; left < right && x < width; ++x) {
-            double end = right < x + 1 ? right : x + 1, piece = slope * (end - left);
-            double part = piece * ((left + end) / 2 - x);
-            row[x] += piece - part, row[x + 1] += part, left = end;
-        }
-    }
-}
-
-/* A side, in cells of the box, row by row. */
-static void envmapi_box_side(envmapi_polygon *box, double x0, double y0, double x1, double y1) {
-    double sign = 1, height = box->height;
-    if (y0 > y1) {
-        double x = x0, y = y0;
-        x0 = x1, y0 = y1, x1 = x, y1 = y, sign = -1;
-    }
-    if (!(y0 < y1) || y1 <= 0 || y0 >= height || (x0 >= box->width && x1 >= box->width)) return;
-    double slope = (x1 - x0) / (y1 - y0);
-    if (y0 < 0) x0 -= slope * y0, y0 = 0;
-    if (y1 > height) y1 = height;
-    for (int y = (int)y0; y0 < y1; ++y) {
-        double end = y1 < y + 1 ? y1 : y + 1, x = x0 + slope * (end - y0);
-        envmapi_box_row(box->area[y], box->width, x0, x, sign * (end - y0));
-        x0 = x, y0 = end;
-    }
-}
 
 /* The middle of what the polygon's bounds and cell i have in common. */
 static double envmapi_box_middle(const envmapi_polygon *p, int axis, double i) {
@@ -2055,20 +2043,45 @@ static double envmapi_box_middle(const envmapi_polygon *p, int axis, double i) {
     return 0.5 * ((low > i ? low : i) + (high < i + 1 ? high : i + 1));
 }
 
-/* Each cell is fine x fine ones. */
-static void envmapi_box_fill(envmapi_polygon *p, double fine) {
-    memset(p->area, 0, (size_t)p->height * sizeof p->area[0]);
-    for (int i = 0; i < p->count; ++i) {
-        const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
-        envmapi_box_side(p, a[0] * fine - p->x, a[1] * fine - p->y, b[0] * fine - p->x,
-                         b[1] * fine - p->y);
+/* Adds four sides from the first on, side by side: left of x in a row lies the integral of
+   min(x', x) dy, over a side's part there (m + n) (n - m) dy / 2 dx, m and n: min(x' - x, 0) at its
+   ends. count is the polygon's, which a compiler knows where it is 4. */
+ENVMAPI_INLINE void envmapi_box_sides(envmapi_polygon *p, double fine, int first, int count) {
+    double x0[4], y0[4], y1[4], slope[4];
+    for (int i = 0; i < 4; ++i) { /* behind the last: none, from its end to its end */
+        int from = first + i < count ? first + i : 0, to = from + 1 < count ? from + 1 : 0;
+        const double *a = p->at[from], *b = p->at[first + i < count ? to : from];
+        x0[i] = a[0] * fine - p->x, y0[i] = a[1] * fine - p->y, y1[i] = b[1] * fine - p->y;
+        double dx = (b[0] - a[0]) * fine, dy = y1[i] - y0[i];
+        slope[i] = fabs(dy) > 1e-9 ? dx / dy : 0;
+    }
+    for (int y = 0; y < p->height; ++y) {
+        double from[4], to[4], part[4], *row = p->area[y], top = y, end = y + 1;
+        for (int i = 0; i < 4; ++i) {
+            double a = y0[i] < top ? top : y0[i], b = y1[i] < top ? top : y1[i];
+            a = a > end ? end : a, b = b > end ? end : b;
+            from[i] = x0[i] + slope[i] * (a - y0[i]), to[i] = x0[i] + slope[i] * (b - y0[i]);
+            double d = to[i] - from[i], steep = fabs(d) < 1e-7 ? 1e-7 : 0;
+            to[i] += steep, part[i] = 0.5 * (a - b) / (d + steep);
+        }
+        for (int x = 0; x <= p->width; x += 4, row += 4) {
+            double sums[4] = {0, 0, 0, 0};
+            for (int i = 0; i < 4; ++i)
+                for (int k = 0; k < 4; ++k) {
+                    double m = from[i] - (x + k), n = to[i] - (x + k);
+                    m = m < 0 ? m : 0, n = n < 0 ? n : 0;
+                    sums[k] += part[i] * ((m + n) * (n - m));
+                }
+            for (int k = 0; k < 4 && first; ++k) sums[k] += row[k];
+            memcpy(row, sums, sizeof sums);
+        }
     }
 }
 
 /* On a lat-long of n rows corners follow one another without a jump at the seam. Where the polygon
    holds a pole, or has a corner there, it is closed along the edge of the first or last row. */
 static void envmapi_polygon_unroll(envmapi_polygon *p, int n) {
-    double at[28][2], width = 2 * n, edge = p->at[0][1] < 0.5 * n ? 0 : n, end;
+    double at[ENVMAPI_CORNERS][2], width = 2 * n, edge = p->at[0][1] < 0.5 * n ? 0 : n, end;
     int corner = -1, count = p->count;
     memcpy(at, p->at, (size_t)count * sizeof at[0]);
     for (int i = 0; i < count; ++i)
@@ -2100,24 +2113,26 @@ typedef struct envmapi_orbit {
 
 #define ENVMAPI_SQUARE 8
 
-/* Whether of each texel of a square an image comes first: the difference of their numbers is linear
-   in x and y, but for seams. */
-static int envmapi_orbit_late(const envmapi_resampling *r, int face, int x, int y) {
+/* Whether of no texel of a square an image comes before it (1), of each (-1), or what else (0): the
+   difference of their numbers is linear in x and y, but for seams. */
+static int envmapi_orbit_first(const envmapi_resampling *r, int face, int x, int y) {
     const envmapi_images *s = r->images[0] + face;
-    int late = 0, seam = r->X.mapping == ENVMAP_LATLONG ? 2 * r->X.size : 0;
-    for (int i = 0; i < r->turn_count; ++i) {
-        int dx = s->right[i] - s->right[0], dy = s->down[i] - s->down[0];
-        int most = s->first[i] - s->first[0] + (dx > 0 ? x + ENVMAPI_SQUARE - 1 : x) * dx;
-        late |= most + (dy > 0 ? y + ENVMAPI_SQUARE - 1 : y) * dy + seam < 0;
+    int first = 1, seam = r->X.mapping == ENVMAP_LATLONG ? 2 * r->X.size : 0;
+    for (int i = 1; i < r->turn_count && first >= 0; ++i) {
+        int dx = s->right[i] - s->right[0], dy = s->down[i] - s->down[0], n = ENVMAPI_SQUARE - 1;
+        int least = s->first[i] - s->first[0] + x * dx + y * dy, most = least + seam;
+        most += (dx > 0 ? n * dx : 0) + (dy > 0 ? n * dy : 0);
+        least += (dx < 0 ? n * dx : 0) + (dy < 0 ? n * dy : 0) - seam;
+        first = most < 0 ? -1 : least > 0 ? first : 0;
     }
-    return late;
+    return first;
 }
 
-/* 0: another texel of the orbit comes first. */
-static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r) {
+/* 0: another texel of the orbit comes first. first: that is known not to be. */
+static int envmapi_orbit_of(envmapi_orbit *o, const envmapi_resampling *r, int first) {
     int kept = 0, late = 0, at[16]; /* kept: by how many turns; by one only, no image comes twice */
     envmapi_images_at(at, r->images[0] + o->face, &r->X, o->x, o->y);
-    for (int i = 0; i < 16; ++i) late |= at[i] < at[0], kept += at[i] == at[0];
+    for (int i = 0; i < 16 && !first; ++i) late |= at[i] < at[0], kept += at[i] == at[0];
     if (late) return 0;
     o->all = 0, o->scale = o->points = 1, o->count = kept > 1 ? 0 : r->turn_count;
     for (int i = 0; i < 16; ++i) o->texel[i] = at[i], o->turn[i] = i;
@@ -2191,10 +2206,10 @@ static void envmapi_orbit_box(envmapi_orbit *o, const envmapi_resampling *r, int
     o->columns = box->width >> shift, o->rows = box->height >> shift;
     memset(o->w, 0, (size_t)(o->rows * ENVMAPI_BOX) * sizeof(double));
     for (int y = 0; y < box->height; ++y) {
-        double *w = o->w + (y >> shift) * ENVMAPI_BOX, sum = 0;
+        double *w = o->w + (y >> shift) * ENVMAPI_BOX;
         const double *edge = r->cosines + (latlong ? box->y + y : 0);
         for (int x = 0; x < box->width; ++x) {
-            sum += sign * box->area[y][x];
+            double sum = sign * (box->area[y][x + 1] - box->area[y][x]);
             if (!(sum > 1e-12)) continue;
             double u = envmapi_box_middle(box, 0, box->x + x) * each;
             double v = envmapi_box_middle(box, 1, box->y + y) * each;
@@ -2211,7 +2226,6 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
     envmapi_polygon *p = &o->polygon;
     int n = r->Y.size, from[2], to[2], shift = 0, latlong = r->Y.mapping == ENVMAP_LATLONG;
     double area = 0, low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
-    if (latlong) envmapi_polygon_unroll(p, n);
     for (int i = 0; i < p->count; ++i) {
         const double *a = p->at[i], *b = p->at[i + 1 < p->count ? i + 1 : 0];
         area += a[1] * b[0] - a[0] * b[1];
@@ -2231,7 +2245,9 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
         for (int x = from[0]; x < to[0]; x += step) {
             p->x = x * (1 << shift), p->width = (to[0] - x < step ? to[0] - x : step) << shift;
             p->y = y << shift, p->height = (to[1] - y < step ? to[1] - y : step) << shift;
-            envmapi_box_fill(p, 1 << shift);
+            if (p->count == 4) envmapi_box_sides(p, 1 << shift, 0, 4);
+            else
+                for (int i = 0; i < p->count; i += 4) envmapi_box_sides(p, 1 << shift, i, p->count);
             envmapi_orbit_box(o, r, shift, area > 0 ? 1 : -1);
         }
 }
@@ -2240,8 +2256,8 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
 
 /* A corner of X's texels, and where it is on Y. */
 typedef struct envmapi_corner {
-    double d[3], at[2], flat; /* flat: square of the distance to Y's poles */
-    int face, rim;            /* rim: see _at_rim */
+    double d[3], at[2];
+    int face, rim; /* rim: see _at_rim */
 } envmapi_corner;
 
 /* Where a direction is on a face of Y and beyond its edges, in cells; 0: too far beyond. Rows of a
@@ -2283,64 +2299,97 @@ static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, in
     envmapi_direction(c->d, r->X.mapping, face, 0.5 + 0.5 * x, 0.5 + 0.5 * y);
     c->face = envmapi_face(r->Y.mapping, c->d);
     envmapi_place_on(c->at, r, c->face, c->d);
-    c->rim = envmapi_at_rim(r, x, y), c->flat = 1e18;
-    double across = r->Y.mapping == ENVMAP_LATLONG ? c->d[2] : c->d[1];
-    if (r->Y.mapping != ENVMAP_CUBE) c->flat = 1e-18 + c->d[0] * c->d[0] + across * across;
+    c->rim = envmapi_at_rim(r, x, y);
 }
 
-/* Of how many parts a texel's sides have to be, as lines on a lat-long are bent near its poles, and
-   arcs of a rim are chords. */
+/* Of how many pieces a texel's sides have to be: they are bent near Y's poles. */
 static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner *const c[4]) {
     double flat = 1e18, side = 0, parts = r->parts;
+    int poles = r->Y.mapping != ENVMAP_CUBE && r->Y.mapping != ENVMAP_OCTAHEDRAL;
     for (int i = 0; i < 4; ++i) {
         const double *a = c[i]->d, *b = c[(i + 1) & 3]->d;
         double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], square = x * x + y * y + z * z;
-        side = square > side ? square : side, flat = c[i]->flat < flat ? c[i]->flat : flat;
-        if (c[i]->rim > 1 && parts < 4 && r->X.mapping == ENVMAP_PARABOLOID) parts = 4;
+        double across = r->Y.mapping == ENVMAP_LATLONG ? a[2] : a[1];
+        double from_pole = 1e-18 + a[0] * a[0] + across * across;
+        side = square > side ? square : side, flat = from_pole < flat ? from_pole : flat;
     }
-    side *= 121 / flat; /* 11 parts a radian at a distance of 1 */
-    return (int)(side <= parts * parts ? parts : side < 225 ? ceil(sqrt(side)) : 15);
+    side *= poles ? 121 / flat : 0; /* 11 parts a radian at a distance of 1 */
+    return (int)(side <= parts * parts ? parts : side < 121 ? ceil(sqrt(side)) : 11);
 }
 
 #define ENVMAPI_CHORDS 4
 
-/* Corners of a quadrangle of X, of the part inside a rim. Near it sides are bent. */
-static int envmapi_part_corners(envmapi_corner *c, const envmapi_resampling *r, int face,
-                                double q[4][2]) {
-    int count = 0;
-    for (int k = 0; k < 4; ++k) {
-        const double *a = q[k], *b = q[(k + 1) & 3];
+/* Corners of a quadrangle of X, of the part inside a rim, its sides and the rim's arc in pieces. */
+static int envmapi_part_corners(double (*d)[3], const envmapi_resampling *r, int face,
+                                double q[4][2], int pieces) {
+    int count = 0, first = 0, m = r->X.mapping, arc = m == ENVMAP_PARABOLOID ? ENVMAPI_CHORDS : 1;
+    double last[2] = {0, 0};
+    while (first < 3 && envmapi_at_rim(r, q[first][0], q[first][1]) > 1) ++first;
+    for (int k = first; k < first + 4; ++k) {
+        const double *a = q[k & 3], *b = q[(k + 1) & 3];
         int from = envmapi_at_rim(r, a[0], a[1]), to = envmapi_at_rim(r, b[0], b[1]);
-        double d[2] = {b[0] - a[0], b[1] - a[1]}, t[2] = {0, 1};
-        double aa = a[0] * a[0] + a[1] * a[1] - 1, ad = a[0] * d[0] + a[1] * d[1];
-        double dd = d[0] * d[0] + d[1] * d[1], root = sqrt(fmax(ad * ad - aa * dd, 0));
+        double side[2] = {b[0] - a[0], b[1] - a[1]}, t[2] = {0, 1};
+        double aa = a[0] * a[0] + a[1] * a[1] - 1, ad = a[0] * side[0] + a[1] * side[1];
+        double dd = side[0] * side[0] + side[1] * side[1];
+        double root = sqrt(fmax(ad * ad - aa * dd, 0));
         if (from > 1 && to > 1) continue;
         if (from > 1) t[0] = (-root - ad) / dd;
         if (to > 1) t[1] = (root - ad) / dd;
-        int pieces = from || to ? ENVMAPI_CHORDS : 1;
-        for (int i = 0; i < pieces + (to > 1); ++i) {
-            double s = t[0] + (t[1] - t[0]) * i / pieces;
-            envmapi_corner_of(c + count++, r, face, a[0] + s * d[0], a[1] + s * d[1]);
+        int n = (from || to) && pieces < ENVMAPI_CHORDS ? ENVMAPI_CHORDS : pieces;
+        for (int i = from > 1 ? 1 - arc : 0; i < n + (to > 1); ++i) {
+            double s = t[0] + (t[1] - t[0]) * (i > 0 ? i : 0) / n;
+            double x = a[0] + s * side[0], y = a[1] + s * side[1];
+            double share = (double)(i + arc) / arc, length = 1;
+            if (i < 0) x = last[0] + share * (x - last[0]), y = last[1] + share * (y - last[1]);
+            if (i < 0) length = sqrt(x * x + y * y);
+            else last[0] = x, last[1] = y;
+            envmapi_direction(d[count++], m, face, 0.5 + 0.5 * x / length, 0.5 + 0.5 * y / length);
         }
     }
     return count;
 }
 
-/* A texel as n x n quadrangles, on each face of Y that they touch. */
-static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, int n) {
+/* What of a polygon lies in one of the octahedron's faces, octant. */
+static int envmapi_part_clip(double (*out)[3], double (*d)[3], int count, int octant) {
+    double from[ENVMAPI_CORNERS + 3][3];
+    for (int k = 0; k < 3 && count; ++k) {
+        double sign = octant >> k & 1 ? -1 : 1;
+        memcpy(from, k ? out : d, (size_t)count * sizeof from[0]);
+        int last = count - 1, n = count;
+        count = 0;
+        for (int i = 0; i < n; last = i++) {
+            double a = sign * from[last][k], b = sign * from[i][k], t = a / (a - b);
+            if (a * b < 0) {
+                for (int c = 0; c < 3; ++c)
+                    out[count][c] = from[last][c] + t * (from[i][c] - from[last][c]);
+                out[count++][k] = 0;
+            }
+            if (b >= 0) memcpy(out[count++], from[i], sizeof from[i]);
+        }
+        for (int i = 0; i < count; ++i) out[i][k] = sign * fmax(sign * out[i][k], 1e-300);
+    }
+    return count;
+}
+
+/* A texel, of n x n quadrangles, on each face of Y that they touch. */
+static void envmapi_orbit_parts(envmapi_orbit *o, const envmapi_resampling *r, int pieces) {
+    int n = r->parts, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
     double w = n * envmapi_width(r->X.mapping, r->X.size), h = n * r->X.size, q[4][2];
+    double d[ENVMAPI_CORNERS][3], part[ENVMAPI_CORNERS + 3][3];
     envmapi_polygon *p = &o->polygon;
-    envmapi_corner c[4 * ENVMAPI_CHORDS + 8];
     for (int i = 0; i < n * n; ++i) {
         for (int k = 0; k < 4; ++k) {
             q[k][0] = 2 * (o->x * n + i % n + (k == 1 || k == 2)) / w - 1;
             q[k][1] = 2 * (o->y * n + i / n + (k > 1)) / h - 1;
         }
-        int count = envmapi_part_corners(c, r, o->face, q), ok = count > 2;
-        for (p->face = 0; p->face < envmap_faces(r->Y.mapping) && count > 2; ++p->face) {
-            p->count = count, ok = 1;
-            for (int k = 0; k < count && ok; ++k)
-                ok = envmapi_place_on(p->at[k], r, p->face, c[k].d);
+        int count = envmapi_part_corners(d, r, o->face, q, pieces);
+        for (int face = 0; face < (octa ? 8 : envmap_faces(r->Y.mapping)) && count > 2; ++face) {
+            p->face = octa ? 0 : face, p->count = count;
+            if (octa) p->count = envmapi_part_clip(part, d, count, face);
+            int ok = p->count > 2;
+            for (int k = 0; k < p->count && ok; ++k)
+                ok = envmapi_place_on(p->at[k], r, face, octa ? part[k] : d[k]);
+            if (ok && r->Y.mapping == ENVMAP_LATLONG) envmapi_polygon_unroll(p, r->Y.size);
             if (ok) envmapi_orbit_cover(o, r);
         }
     }
@@ -2405,7 +2454,8 @@ static int envmapi_orbit_points(envmapi_orbit *o, const envmapi_resampling *r, i
 static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
                                 const envmapi_corner *const c[4]) {
     envmapi_polygon *p = &o->polygon;
-    int parts = envmapi_texel_parts(r, c), whole = 1, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
+    int parts = envmapi_texel_parts(r, c), pieces = (parts + r->parts - 1) / r->parts;
+    int whole = 1, octa = r->Y.mapping == ENVMAP_OCTAHEDRAL;
     double turn = 2 * r->Y.size;
     p->face = c[0]->face, p->count = 4;
     for (int i = 0; i < 4; ++i) {
@@ -2416,18 +2466,18 @@ static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
             p->at[i][0] += turn * floor((p->at[0][0] - p->at[i][0]) / turn + 0.5);
     }
     if (r->points && envmapi_orbit_points(o, r, whole && parts <= 2)) return;
-    if (octa || (envmapi_is_disc(r->Y.mapping) && parts > 4)) return;
+    if (r->points && (octa || (envmapi_is_disc(r->Y.mapping) && parts > 4))) return;
     int rim = c[0]->rim | c[1]->rim | c[2]->rim | c[3]->rim;
     if (whole && parts == 1 && !rim) {
         envmapi_orbit_cover(o, r);
         return;
     }
     if (r->light && rim > 1) { /* as much as its solid angle, however its sides are bent */
-        o->scale = 0, envmapi_orbit_parts(o, r, parts);
+        o->scale = 0, envmapi_orbit_parts(o, r, pieces);
         if (!(o->all > 0)) return;
         o->scale = envmapi_texel_cell(NULL, r->X.mapping, r->X.size, o->x, o->y) / o->all;
     }
-    envmapi_orbit_parts(o, r, parts);
+    envmapi_orbit_parts(o, r, pieces);
 }
 
 /* Whether a texel's innermost corner lies outside a rim. */
@@ -2461,20 +2511,24 @@ static void envmapi_orbit_square(envmapi_orbit *o, const envmapi_resampling *r, 
     enum { n = ENVMAPI_SQUARE, m = n + 1 };
     int w = envmapi_width(r->X.mapping, r->X.size), h = r->X.size, known = 0;
     envmapi_corner c[m * m];
-    if (envmapi_orbit_late(r, o->face, x0, y0)) return;
+    int first = envmapi_orbit_first(r, o->face, x0, y0);
+    if (first < 0) return;
     for (int i = 0; i < n * n; ++i) {
         const envmapi_corner *at = c + i / n * m + i % n;
         const envmapi_corner *const corners[4] = {at, at + 1, at + m + 1, at + m};
         o->x = x0 + i % n, o->y = y0 + i / n;
-        if (o->x >= w || o->y >= h || !envmapi_orbit_of(o, r)) continue;
+        if (o->x >= w || o->y >= h || !envmapi_orbit_of(o, r, first)) continue;
         for (int k = 0; k < m * m && !known; ++k)
             envmapi_corner_of(c + k, r, o->face, 2.0 * (x0 + k % m) / w - 1,
                               2.0 * (y0 + k / m) / h - 1);
         known = 1;
-        if (!envmapi_beyond(&r->X, o->x, o->y)) envmapi_orbit_texel(o, r, corners);
+        int beyond = envmapi_beyond(&r->X, o->x, o->y), alike = r->X.mapping != ENVMAP_PARABOLOID;
+        if (!beyond) envmapi_orbit_texel(o, r, corners);
         double scale = o->all > 0 ? 1 / o->all : 0;
+        float *like = r->dst.texels + 3 * (size_t)o->texel[0];
         for (int k = 0; k < o->count && !r->light; ++k)
-            envmapi_resample_write(r, (size_t)o->texel[k], o->sums[k], scale, o->points);
+            if (k && beyond && alike) memcpy(r->dst.texels + 3 * (size_t)o->texel[k], like, 12);
+            else envmapi_resample_write(r, (size_t)o->texel[k], o->sums[k], scale, o->points);
     }
 }
 
@@ -2494,8 +2548,10 @@ static void envmapi_task_overlap(void *context, int band) {
 /* Between two mappings, one of them a cube or a lat-long if means are asked for. */
 static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envmap_work *work,
                                               envmapi_pool *pool) {
-    int gather = r->points || r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG;
     size_t texels = envmapi_slice_floats(&r->dst, 0) / 3;
+    size_t most = 4 * envmapi_slice_floats(&r->src, 0) / 9;
+    if (r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG) most = texels;
+    int gather = r->points || (texels <= most && !envmapi_is_disc(r->src.mapping));
     r->X = gather ? r->dst : r->src, r->Y = gather ? r->src : r->dst;
     r->parts = (63 + r->X.size) / r->X.size, r->light = NULL;
     if (r->X.mapping == ENVMAP_OCTAHEDRAL && r->X.size % 2) r->parts += r->parts % 2; /* folds */
@@ -9109,11 +9165,12 @@ static int envmapi_antipodes(const envmap *map, int dst, int src) {
     for (int face = 0; face < faces; ++face)
         if (!envmapi_turn_place(to + face, 7, map->mapping, map->size, face)) return 0;
     const float *in = envmapi_image(map, 0, src, 0);
-    for (int i = 0; i < faces * map->size; ++i)
-        for (int x = 0; x < width; ++x, in += 3)
-            memcpy(envmapi_image(map, 0, dst, 0) +
-                       3 * envmapi_turned(map, to + i / map->size, x, i % map->size),
-                   in, 3 * sizeof *in);
+    float *out = envmapi_image(map, 0, dst, 0);
+    for (int i = 0; i < faces * map->size; ++i) {
+        const envmapi_place place = to[i / map->size];
+        for (int x = 0, y = i % map->size; x < width; ++x, in += 3)
+            memcpy(out + 3 * envmapi_turned(map, &place, x, y), in, 3 * sizeof *in);
+    }
     return 1;
 }
 
@@ -9429,14 +9486,20 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
 }
 
 /* Room for the results, which become dst's when nothing can fail any more. Level 0, which would be
-   most of it, is written to dst itself where the fast filter writes it last and at once, and where
-   it is a mirror: a silent envmap_resample writes nothing before it has its memory. One that takes
-   long, and has a progress callback, is staged as others are, to be cancelled. */
+   most of it, is written to dst itself where the fast filter writes it last and at once, where sums
+   of few texels do, without a progress callback and with a lobe that cannot fail, and where it is a
+   mirror: a silent envmap_resample writes nothing before it has its memory. One that takes long,
+   and has a progress callback, is staged as others are, to be cancelled. */
 static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
-    int direct = job->planned[0] && job->specs[0].L && !job->specs[0].tail && dst->slices == 1;
+    int kind = job->lobes[0].kind, by = job->desc.method;
+    int cancels = !!job->desc.work.progress.report;
+    int sums = job->count == 1 && !job->planned[0] && kind != ENVMAP_LOBE_MIRROR && !cancels &&
+               kind < ENVMAP_LOBE_FUNCTION && by != ENVMAP_METHOD_HIERARCHICAL &&
+               by != ENVMAP_METHOD_REFERENCE;
+    int fast = job->planned[0] && job->specs[0].L && !job->specs[0].tail;
+    int direct = dst->slices == 1 && (sums || fast);
     int quick = dst->mapping == job->src->mapping && dst->size <= job->src->size;
-    job->late =
-        job->lobes[0].kind == ENVMAP_LOBE_MIRROR && (quick || !job->desc.work.progress.report);
+    job->late = kind == ENVMAP_LOBE_MIRROR && (quick || !cancels);
     float *first = envmapi_image(dst, 0, direct || job->late ? dst->slices : 0, 0);
     size_t floats = (size_t)(envmapi_image(dst, job->count - 1, dst->slices, 0) - first);
     float *stage = (float *)envmapi_pool_get(&job->pool, floats + 1, sizeof(float));

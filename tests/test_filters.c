@@ -853,6 +853,13 @@ static void out_of_memory_leaks_nothing_and_touches_nothing(void) {
         CHECK(check_starving(&dst, &src, lobes, 2, desc_of(method, 0)) >= 1);
     envmap_free(&src);
     envmap_free(&dst);
+    /* one lobe into one slice: sums of few texels go straight into dst */
+    for (int mapping = 0; mapping < ENVMAP_MAPPING_COUNT; ++mapping) {
+        envmap sky = noise((envmap_mapping)mapping, 24, 3), out = black(ENVMAP_LATLONG, 6, 1, 1);
+        CHECK(check_starving(&out, &sky, lobes + 1, 1, desc_of(0, 0)) >= 5);
+        envmap_free(&sky);
+        envmap_free(&out);
+    }
 }
 
 /* --------------------------------------------------------------------------- mirror and chain ----
