@@ -5731,6 +5731,24 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     return ENVMAP_OK;
 }
 
+/* Points of light for the rings, whose sum against any k is the definition's. */
+typedef struct envmapi_points {
+    envmapi_rings *rings; /* NULL: they are only counted */
+    size_t count;
+    double d[3][ENVMAPI_CHUNK];
+} envmapi_points;
+
+static void envmapi_points_add(envmapi_points *p, const double d[3], const double rgb[3],
+                               double w) {
+    size_t n = p->count++, at = n % ENVMAPI_CHUNK;
+    for (int c = 0; c < 3; ++c) p->d[c][at] = d[c];
+    if (!p->rings) return;
+    for (int c = 0; c < 3; ++c) p->rings->values[4 * n + (size_t)c] = (float)(w * rgb[c]);
+    p->rings->values[4 * n + 3] = (float)w, p->rings->count = p->count;
+    if (at + 1 == ENVMAPI_CHUNK)
+        envmapi_rings_points(p->rings->points + n - at, p->rings, p->d, ENVMAPI_CHUNK);
+}
+
 /* One axis, what its lobe is to this source, and the sums so far. */
 typedef struct envmapi_axis {
     const envmapi_source *source;
@@ -5749,6 +5767,7 @@ typedef struct envmapi_axis {
     double sight;           /* rad: integrals end where so little is left of the lobe; to */
     double ease;            /* nodes away from kinks, over what the definition takes */
     double apart;           /* rings, eight of them in two texels: less at tight tolerances */
+    envmapi_points *points; /* NULL, or where the definition's points go instead of being summed */
 } envmapi_axis;
 
 /* The cosine of an angle that may be none: below and above all cosines there. */
@@ -5765,20 +5784,23 @@ static const double envmapi_tent[4][4][2] = {
     {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
      {0.64494897, 0.18195861}}};
 
-/* k averaged over texel i spread by the tent. */
+/* k averaged over texel i spread by the tent; or adds the points of that. */
 static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
     const double(*at)[2] = envmapi_tent[3];
     const envmapi_source *s = axis->source;
     int mapping = s->map->mapping, width = axis->level.width, edge = axis->level.edge;
     int face = (int)(s->code[i] >> 2 * s->bits);
-    double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0;
+    double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0, rgb[3];
+    for (int c = 0; c < 3; ++c) rgb[c] = (double)envmapi_source_rgb(s, i)[c];
     envmapi_project(uv, mapping, face, d);
     for (int j = 0; j < 16; ++j) {
         double u = uv[0] + axis->tent * at[j & 3][0] / width;
         double v = uv[1] + axis->tent * at[j >> 2][0] / edge;
+        double weight = at[j & 3][1] * at[j >> 2][1];
         envmapi_direction(d, mapping, face, u, v);
-        sum += at[j & 3][1] * at[j >> 2][1] *
-               envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
+        if (axis->points)
+            envmapi_points_add(axis->points, d, rgb, (1 - axis->bilinear) * s->w[i] * weight);
+        else sum += weight * envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
     }
     return sum;
 }
@@ -5850,8 +5872,15 @@ static void envmapi_patch_at(double uv[2], double d[3], const envmapi_axis *axis
 /* Adds k times the bilinear radiance there. */
 static void envmapi_patch_node(envmapi_axis *axis, const envmapi_patch *patch, double p, double q,
                                double weight) {
-    double uv[2], d[3];
+    double uv[2], d[3], rgb[3] = {0, 0, 0};
     envmapi_patch_at(uv, d, axis, patch, p, q);
+    if (axis->points) {
+        if (axis->level.mapping == ENVMAP_PARABOLOID) envmapi_add_lookup(rgb, &axis->level, d, 1);
+        else envmapi_add_bilinear(rgb, &axis->level, patch->face, uv[0], uv[1], 1);
+        weight *= patch->share * envmapi_density(axis->level.mapping, uv[0], uv[1]);
+        envmapi_points_add(axis->points, d, rgb, weight);
+        return;
+    }
     double x = envmapi_dot(axis->a, d), k = envmapi_k(axis->lobe, x, axis->p);
     if (axis->to > patch->reach)
         k *= 1 - envmapi_smooth_step(envmapi_acos(x), patch->reach / 2, patch->reach);
@@ -5870,8 +5899,8 @@ static double envmapi_patch_curve(const envmapi_level *level, int i, double p) {
     int mapping = level->mapping, n = level->edge;
     if (i < 0) return -1;
     if (mapping == ENVMAP_OCTAHEDRAL && !i) return n - p;
-    if (mapping != ENVMAP_PARABOLOID) return 1e9;
-    double r = i ? n : n - 1;
+    if (!envmapi_is_disc(mapping)) return 1e9;
+    double r = i || mapping != ENVMAP_PARABOLOID ? n : n - 1;
     return r > p ? sqrt((r - p) * (r + p)) : 0;
 }
 
@@ -5921,7 +5950,8 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     double away = envmapi_angle(axis->a, middle), scale = axis->sigma, finer = axis->ease;
     double end = fmin(fmin(patch->reach, axis->to), axis->sight);
     if (away - radius > end || away + radius < axis->from) return 0;
-    if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
+    if (axis->points) scale = axis->sigma;
+    else if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
     else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
     for (int i = 0; i < axis->kink_count; ++i)
         if (fabs(away - axis->kinks[i]) < radius) finer = 8;
@@ -6042,8 +6072,9 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
 /* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
-    if (axis->lobe->kind == ENVMAP_LOBE_BANKS || axis->level.mapping == ENVMAP_SPHERE ||
-        axis->level.mapping == ENVMAP_ANGULAR) {
+    if (!axis->points && (axis->lobe->kind == ENVMAP_LOBE_BANKS ||
+                          axis->level.mapping == ENVMAP_SPHERE ||
+                          axis->level.mapping == ENVMAP_ANGULAR)) {
         envmapi_axis_polar(axis, share, reach);
         return;
     }
@@ -6158,6 +6189,24 @@ static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
     envmapi_source_free(&source, desc->work.memory);
     if (!result && alike) envmapi_copy_slices(axes->dst, 0, axes->dst->slices);
     return result;
+}
+
+/* The points of all that an axis sums, for pieces of axis->sigma. */
+static void envmapi_axis_points(envmapi_axis *axis, envmapi_points *points) {
+    const envmapi_source *s = axis->source;
+    axis->points = points, axis->kink_count = 0, axis->ease = 1;
+    axis->from = 0, axis->to = axis->sight = ENVMAPI_PI, points->count = 0;
+    for (size_t i = 0; i < s->count && axis->bilinear < 1; ++i) {
+        double d[3] = {s->x[i], s->y[i], s->z[i]}, rgb[3];
+        for (int c = 0; c < 3; ++c) rgb[c] = (double)envmapi_source_rgb(s, i)[c];
+        if (axis->tent > 0) envmapi_axis_tent_k(axis, i);
+        else envmapi_points_add(points, d, rgb, s->w[i]);
+    }
+    if (axis->bilinear > 0) envmapi_axis_integral(axis, axis->bilinear, ENVMAPI_PI);
+    size_t rest = points->count % ENVMAPI_CHUNK;
+    if (points->rings)
+        envmapi_rings_points(points->rings->points + points->count - rest, points->rings,
+                             points->d, (int)rest);
 }
 
 static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
@@ -7920,6 +7969,7 @@ static size_t envmapi_near_few(const envmap *src) {
 
 /* A slice of src, or its only one, into a slice of dst. *served: 0 where it reaches too far. */
 static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
+                                        int declines,
                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
     const envmapi_level *level = &s->axis.level;
     int rows = envmap_faces(src->mapping) * (src->size + 2);
@@ -7944,7 +7994,10 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
                     (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
                      s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
         s->all = 0;
-    if (!*served && !s->all) return ENVMAP_OK;
+    if ((!*served && !s->all) || (declines && s->all)) {
+        *served = 0;
+        return ENVMAP_OK;
+    }
     *served = 1;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
@@ -7986,7 +8039,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
    too far in a source of many texels, the reference for all. */
 static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                          const envmapi_tail *tail, int first, int slices,
-                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
+                                         int *declines, const envmap_filter_desc *desc,
+                                         envmapi_pool *pool) {
     envmapi_near s;
     envmapi_source source;
     int alike = src->slices == 1 && lobe->p0 == lobe->p1, runs = alike ? 1 : slices;
@@ -8008,10 +8062,12 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
         if (result) break;
         envmapi_axis_aim(&s.axis, src, s.slice, dst->slices, (double)desc->tolerance);
         s.axis.source = &source;
-        result = envmapi_near_slice(&s, src, &served, &one, pool);
+        result = envmapi_near_slice(&s, src, &served, declines != NULL, &one, pool);
         envmapi_pool_free(pool, kept);
     }
     envmapi_source_free(&source, desc->work.memory);
+    if (declines) *declines = !served;
+    if (!served && declines) return result;
     if (!served && !result) return envmapi_filter_reference(dst, src, lobe, desc);
     if (!result && alike) envmapi_copy_slices(dst, first, slices);
     return result;
@@ -8068,6 +8124,7 @@ typedef struct envmapi_scene {
     double *rows; /* of each row of blocks: sum of squared energies; is a number negative */
     float *work;  /* a row of texels a task */
     int edge;     /* of the narrowest blocks, in texels; it doubles from scale to scale */
+    double blur;  /* 0, or the band from which radiance that is bilinear has ever less */
     int tasks, scales;
     envmapi_blocks blocks[ENVMAPI_SCALES];
     double all, energy, solid; /* all channels; energy: without the lights */
@@ -8241,18 +8298,20 @@ static double envmapi_between(double l, double l0, double y0, double l1, double 
     return exp((1 - t) * log(fmax(y0, 1e-9)) + t * log(fmax(y1, 1e-9)));
 }
 
-/* The contrast of blocks as wide as half a wave of band l, pi/l. */
+/* The contrast of blocks as wide as half a wave of band l, pi/l; bilinear radiance has less. */
 static envmapi_contrast envmapi_contrast_at(const envmapi_scene *s, double l) {
     double finer = ENVMAPI_PI / envmapi_texel_extent(s->in.map), at = finer / s->edge;
-    envmapi_contrast below = s->texel, out;
-    if (l >= finer) return s->texel;
-    for (int i = 0; i < s->scales; below = s->scale[i++], finer = at, at /= 2) {
+    double less = l > s->blur && s->blur > 0 ? pow(s->blur / l, 2) : 1;
+    envmapi_contrast below = s->texel, out = s->scale[s->scales - 1];
+    if (l >= finer) out = s->texel;
+    for (int i = 0; i < s->scales && l < finer; below = s->scale[i++], finer = at, at /= 2) {
         if (l < at) continue;
         out.kappa = envmapi_between(l, at, s->scale[i].kappa, finer, below.kappa);
         out.epsilon = envmapi_between(l, at, s->scale[i].epsilon, finer, below.epsilon);
-        return out;
+        break;
     }
-    return s->scale[s->scales - 1];
+    out.kappa *= less, out.epsilon *= less;
+    return out;
 }
 
 /* The contrast of a sphere map's own solid angles for band l. Texels are long towards -z, 2 side /
@@ -8587,6 +8646,8 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_LATTICE 0.8 /* of the texels' lattice's first wave: from there lambda_l is small */
 /* a_lit_texel_some_texels_away_keeps_the_tolerance, of tests/test_near.c, at 30 */
 #define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
+#define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
+#define ENVMAPI_MIDDLE  400 /* bands, beyond which sums are not left to points: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
 
@@ -8632,6 +8693,7 @@ typedef struct envmapi_spec {
     double midpoint;  /* side^2/24 of a texel's side: what its midpoint loses, over the curvature */
     const envmapi_scene *scene; /* that it is being fitted to, slice by slice, as this work says */
     const envmap_work *work;
+    int points; /* of these, which stand for the definition's sum; dark is known */
 } envmapi_spec;
 
 /* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
@@ -8945,31 +9007,33 @@ static int envmapi_spec_search(envmapi_spec *spec, double most) {
 /* Bands and spacing for this scene; L 0 where that cannot be. */
 static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
     spec->L = 0, spec->h = HUGE_VAL, spec->scene = scene;
-    spec->dark = envmapi_scene_dark(scene, spec->tail ? 0 : spec->sigma); /* near sees texels */
-    if (!envmapi_spec_search(spec, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
+    if (!spec->points) spec->dark = envmapi_scene_dark(scene, spec->tail ? 0 : spec->sigma);
+    if (!envmapi_spec_search(spec, most) ||
+        !(spec->points || envmapi_spec_lattice_holds(spec, scene->in.map)))
         return spec->L = 0;
     envmapi_spec_each(spec, envmapi_task_spacing);
     for (int k = 0; k < spec->slices; ++k) spec->h = fmin(spec->h, spec->slice[k].h);
     return spec->L;
 }
 
-/* Sets up a specification; 0 when the lobe is sharper than src's texels. */
-static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lobe *lobe,
-                               const envmap *src, double tolerance, envmapi_pool *pool,
-                               envmap_result *result) {
+/* Sets up a specification of all slices, or of one; 0 when the lobe is sharper than `least`. */
+static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, int one, const envmap_lobe *lobe,
+                               const envmap *src, double least, double tolerance,
+                               envmapi_pool *pool, envmap_result *result) {
     int varied = lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1, all = varied ? dst->slices : 1;
+    int from = one < 0 ? 0 : one;
     double side = envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size);
     memset(spec, 0, sizeof *spec);
     spec->lobe = lobe, spec->dst = dst, spec->tolerance = tolerance, spec->part = 1;
     spec->sigma = ENVMAPI_PI, spec->midpoint = side * side / 24;
     /* Banks' ring at -c is that at c about -t. */
-    spec->mirrored = lobe->kind == ENVMAP_LOBE_BANKS && varied && !(lobe->p0 + lobe->p1 < 0) &&
+    spec->mirrored = one < 0 && lobe->kind == ENVMAP_LOBE_BANKS && varied && !(lobe->p0 + lobe->p1 < 0) &&
                      !(lobe->p0 + lobe->p1 > 0);
-    spec->slices = spec->mirrored ? (all + 1) / 2 : all;
+    spec->slices = one >= 0 ? 1 : spec->mirrored ? (all + 1) / 2 : all;
     for (int k = 0; k < spec->slices; ++k)
-        spec->sigma = fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, all)));
-    int tail = lobe->function == envmapi_tail_k; /* sigma is only its peak's */
-    if (!tail && spec->sigma < 2 * envmapi_texel_extent(src)) return 0;
+        spec->sigma =
+            fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, from + k, all)));
+    if (spec->sigma < least) return 0;
     size_t n = (size_t)spec->slices;
     size_t each = sizeof(envmapi_slice) + ENVMAPI_FAST_BANDS * sizeof(double);
     spec->slice = (envmapi_slice *)envmapi_pool_get(pool, n, each); /* and lambda_l of all */
@@ -8978,7 +9042,7 @@ static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lob
     if (!*result) envmapi_angles_fill(spec->angles);
     for (int k = 0; k < spec->slices && !*result; ++k) {
         envmapi_slice *slice = spec->slice + k;
-        slice->p = envmapi_slice_p(lobe, k, all);
+        slice->p = envmapi_slice_p(lobe, from + k, all);
         slice->lambda = (double *)(spec->slice + n) + (size_t)k * ENVMAPI_FAST_BANDS;
         if (!envmapi_zonal(slice->lambda, 1, lobe, slice->p)) slice->lambda[0] = 0;
         spec->brightest = fmax(spec->brightest, fabs(slice->lambda[0]));
@@ -9157,6 +9221,77 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
     return serves;
 }
 
+/* Slice k by points that stand for the sum of the reference. *served: 0 where bands are too many. */
+static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k, int *served,
+                                          const envmap_lobe *lobe, const envmap_filter_desc *desc,
+                                          envmapi_pool *pool) {
+    envmapi_spec spec;
+    envmapi_axis axis;
+    envmapi_source source;
+    envmapi_points points;
+    envmapi_scene *scene = (envmapi_scene *)envmapi_pool_get(pool, 1, sizeof *scene);
+    envmapi_spectrum spectrum;
+    envmapi_rings *rings = &spectrum.t.rings;
+    double tolerance = (double)desc->tolerance, texel = HUGE_VAL;
+    envmap_result result = scene ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
+    memset(&axis, 0, sizeof axis), memset(&points, 0, sizeof points);
+    memset(&spectrum, 0, sizeof spectrum);
+    axis.lobe = lobe, spectrum.t.grid.map = src, *served = 0;
+    envmapi_axis_aim(&axis, src, k, dst->slices, tolerance);
+    if (axis.bilinear > 0 && axis.to > axis.reach && lobe->kind == ENVMAP_LOBE_GGX) return result;
+    if (result || !envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result))
+        return result;
+    result = envmapi_scene_create(scene, src, src->slices > 1 ? k : 0, spec.sigma, &desc->work, pool);
+    if (result) return result;
+    for (size_t i = 0; i < envmapi_slice_floats(src, 0); i += 3) {
+        const float *t = scene->in.texels + i;
+        texel = fmin(texel, (double)fmaxf(fmaxf(t[0], t[1]), t[2]));
+    }
+    spec.points = 1, spec.work = &desc->work, spec.midpoint = (1 - axis.bilinear) / 8;
+    spec.dark = scene->all > 0 ? fmin(3 * texel * scene->solid / scene->all, 2) : 2;
+    if (axis.bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis.texel;
+    if (!envmapi_spec_fit(&spec, scene, ENVMAPI_MIDDLE)) return result;
+    result = envmapi_source_create(&source, src, src->slices > 1 ? k : 0, desc->work.memory);
+    if (result) return result;
+    source.texels = axis.level.texels = scene->in.texels, axis.source = &source;
+    axis.sigma = 9.0 / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 8));
+    envmapi_axis_points(&axis, &points);
+    int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / spec.h, spec.L + 2)));
+    spectrum.a = (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
+    if (!spectrum.a || envmapi_rings_create(rings, M, spec.L, points.count,
+                                            envmapi_tasks(&desc->work), NULL, pool))
+        result = ENVMAP_ERROR_MEMORY;
+    points.rings = rings, rings->a = spectrum.a, rings->a_bands = spec.L;
+    if (!result) envmapi_axis_points(&axis, &points);
+    envmapi_source_free(&source, desc->work.memory);
+    if (result) return result;
+    envmapi_analyse(rings, &desc->work);
+    *served = 1, result = envmapi_fast_synthesise(&spec, &spectrum, k, 1, desc, pool);
+    float *out = envmapi_image(dst, 0, k, 0);
+    if (!result && scene->in.exponent)
+        envmapi_floats_scale(out, out, envmapi_slice_floats(dst, 0), scene->in.exponent);
+    return result;
+}
+
+/* What windows of near do not serve: by points where bands suffice, else as near does. */
+static envmap_result envmapi_filter_sharp(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                                          const envmapi_tail *tail, int first, int slices,
+                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
+    int declined = 0, served = 1, alike = src->slices == 1 && lobe->p0 == lobe->p1, k = first;
+    int last = alike ? first + 1 : first + slices, kept = pool->count;
+    envmap_result result = envmapi_filter_near(dst, src, lobe, tail, first, slices,
+                                               tail ? NULL : &declined, desc, pool);
+    if (!declined) return result;
+    for (; k < last && served && !result; ++k) {
+        result = envmapi_points_slice(dst, src, k, &served, lobe, desc, pool);
+        envmapi_pool_free(pool, kept);
+    }
+    if (!served && !result)
+        return envmapi_filter_near(dst, src, lobe, tail, first, slices, NULL, desc, pool);
+    if (!result && alike) envmapi_copy_slices(dst, first, slices);
+    return result;
+}
+
 /* All specs for one slice of a source: smooth lobes share one spectrum, those with kinks another,
    which has the lights taken out; ready: spectra that are there already, or NULL. The first comes
    last: its result is final as soon as it is written. */
@@ -9190,8 +9325,8 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             if (!result && spec->L && scene->in.exponent)
                 envmapi_floats_scale(out, out, floats, scene->in.exponent);
             if (!result && (tail || !spec->L))
-                result = envmapi_filter_near(spec->dst, scene->in.map, lobe, tail, first, slices,
-                                             &one, pool);
+                result = envmapi_filter_sharp(spec->dst, scene->in.map, lobe, tail, first, slices,
+                                              &one, pool);
         }
         envmapi_pool_free(pool, kept);
     }
@@ -9272,7 +9407,8 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
     double floats = (double)envmapi_slice_floats(job->src, 0);
     double pairs = floats / 9 * (double)envmapi_slice_floats(job->views + l, 0);
-    int method = job->desc.method, coarse = envmapi_texel_extent(job->src) > ENVMAPI_COARSE, ok = 0;
+    double extent = envmapi_texel_extent(job->src);
+    int method = job->desc.method, coarse = extent > ENVMAPI_COARSE, ok = 0;
     const envmap_lobe *lobe = job->lobes + l;
     envmapi_spec *spec = job->specs + job->fast;
     envmapi_tail *tail = job->tails + job->fast;
@@ -9282,12 +9418,12 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
         method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l))
         return ENVMAP_OK;
     if (!coarse)
-        ok = envmapi_spec_create(spec, job->views + l, lobe, job->src, tolerance, &job->pool,
-                                 &result);
+        ok = envmapi_spec_create(spec, job->views + l, -1, lobe, job->src, 2 * extent, tolerance,
+                                 &job->pool, &result);
     if (!coarse && !ok && !result && method != ENVMAP_METHOD_HARMONICS &&
         envmapi_tail_of(tail, lobe, job->src, tolerance)) {
-        ok = envmapi_spec_create(spec, job->views + l, &tail->lobe, job->src, tolerance, &job->pool,
-                                 &result);
+        ok = envmapi_spec_create(spec, job->views + l, -1, &tail->lobe, job->src, 0, tolerance,
+                                 &job->pool, &result);
         spec->tail = tail, spec->part = tail->part;
     }
     job->planned[l] = ok, job->fast += ok;
@@ -9358,7 +9494,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
             for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(view, 0); ++i)
                 view->texels[i] = src->texels[i % 3];
         else
-            result = envmapi_filter_near(view, src, lobe, NULL, 0, slices, &desc, &job->pool);
+            result = envmapi_filter_sharp(view, src, lobe, NULL, 0, slices, &desc, &job->pool);
     }
     done *= runs;
     for (int run = 0; run < runs && job->fast && !result; ++run, done += job->fast) {
