@@ -5873,6 +5873,10 @@ static void envmapi_patch_at(double uv[2], double d[3], const envmapi_axis *axis
 static void envmapi_patch_node(envmapi_axis *axis, const envmapi_patch *patch, double p, double q,
                                double weight) {
     double uv[2], d[3], rgb[3] = {0, 0, 0};
+    if (axis->points && !axis->points->rings) {
+        ++axis->points->count;
+        return;
+    }
     envmapi_patch_at(uv, d, axis, patch, p, q);
     if (axis->points) {
         if (axis->level.mapping == ENVMAP_PARABOLOID) envmapi_add_lookup(rgb, &axis->level, d, 1);
@@ -6069,12 +6073,25 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     }
 }
 
+/* Within R of the axis a, are there texels too long and thin for patches? All of a rim's texels meet
+   at a point of a sphere or angular map.  Test: a_sphere_map_of_noise_keeps_the_tolerance. */
+#define ENVMAPI_RIM 0.5 /* rad about a sphere map's -z */
+static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], double R) {
+    int mapping = axis->level.mapping, sphere = mapping == ENVMAP_SPHERE;
+    double reach = R + (sphere ? ENVMAPI_RIM : 2 * axis->texel);
+    if (!sphere && mapping != ENVMAP_ANGULAR) return 0;
+    return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
+}
+
 /* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
-    if (!axis->points && (axis->lobe->kind == ENVMAP_LOBE_BANKS ||
-                          axis->level.mapping == ENVMAP_SPHERE ||
-                          axis->level.mapping == ENVMAP_ANGULAR)) {
+    int disc = axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR;
+    double end = fmin(reach, axis->sight);
+    int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS || envmapi_axis_at_rim(axis, axis->a, end);
+    for (int i = 0; i < axis->kink_count; ++i)
+        rings |= disc && axis->kinks[i] < end; /* a kink is a ring */
+    if (rings && !axis->points) {
         envmapi_axis_polar(axis, share, reach);
         return;
     }
@@ -7452,8 +7469,6 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
-/* a_sphere_map_of_noise_keeps_the_tolerance */
-#define ENVMAPI_RIM     0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
 #define ENVMAPI_COARSE  0.1 /* rad: texels wider than this are coarser than any kernel of FAST */
 #define ENVMAPI_FEW   20000 /* texels of a source that all turns may have at once (memory) */
 #define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
@@ -7571,15 +7586,6 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
 
 /* ---- a slice */
 
-/* Where all of a rim's texels meet they are too long and thin for windows: there the reference
-   itself serves. */
-static int envmapi_near_singular(const envmapi_near *s, const double a[3]) {
-    int mapping = s->axis.level.mapping, sphere = mapping == ENVMAP_SPHERE;
-    double reach = fmin(s->R_bright, 8 * s->sigma) + (sphere ? ENVMAPI_RIM : 2 * s->axis.texel);
-    if (s->all || (!sphere && mapping != ENVMAP_ANGULAR)) return 0;
-    return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
-}
-
 /* The reference's sum for a texel of dst; without what is in dst already. */
 static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t texel) {
     envmapi_axis axis = s->axis;
@@ -7654,7 +7660,9 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     memset(w->sums, 0, sizeof w->sums), memset(w->norms, 0, sizeof w->norms);
     envmapi_near_aim(w, s, axes);
     if (s->all) envmapi_near_all(w, s, axes->count);
-    for (int n = 0; n < axes->count; ++n) w->rim[n] = envmapi_near_singular(s, w->axes[n]);
+    for (int n = 0; n < axes->count; ++n) 
+        w->rim[n] = !s->all && envmapi_axis_at_rim(&s->axis, w->axes[n],
+                                                   fmin(s->R_bright, 8 * s->sigma));
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         unsigned bright = 0;
         for (int outer = 1; outer >= 0; --outer) {
@@ -7994,7 +8002,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
                     (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
                      s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
         s->all = 0;
-    if ((!*served && !s->all) || (declines && s->all)) {
+    if ((!*served && !s->all) || (declines && (s->all || s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION))) {
         *served = 0;
         return ENVMAP_OK;
     }
@@ -8320,7 +8328,7 @@ static envmapi_contrast envmapi_contrast_at(const envmapi_scene *s, double l) {
    Test: texels_that_are_long_beside_the_rim_keep_the_tolerance. */
 static double envmapi_solid_contrast(const envmapi_scene *s, double l) {
     double n = s->in.map->size;
-    return s->in.map->mapping == ENVMAP_SPHERE ? fmin(5 * l * l / (3 * n * n), 2 / n) : 0;
+    return s->in.map->mapping == ENVMAP_SPHERE && !(s->blur > 0) ? fmin(5 * l * l / (3 * n * n), 2 / n) : 0;
 }
 
 /* The scale of the blocks whose width is nearest to pi/l, as a ratio. */
@@ -8647,7 +8655,7 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 /* a_lit_texel_some_texels_away_keeps_the_tolerance, of tests/test_near.c, at 30 */
 #define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
 #define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
-#define ENVMAPI_MIDDLE  400 /* bands, beyond which sums are not left to points: speed only */
+#define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
 
@@ -9250,11 +9258,12 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     spec.points = 1, spec.work = &desc->work, spec.midpoint = (1 - axis.bilinear) / 8;
     spec.dark = scene->all > 0 ? fmin(3 * texel * scene->solid / scene->all, 2) : 2;
     if (axis.bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis.texel;
-    if (!envmapi_spec_fit(&spec, scene, ENVMAPI_MIDDLE)) return result;
+    double most = sqrt(ENVMAPI_MIDDLE * (double)envmapi_slice_floats(dst, 0));
+    if (!envmapi_spec_fit(&spec, scene, most)) return result;
     result = envmapi_source_create(&source, src, src->slices > 1 ? k : 0, desc->work.memory);
     if (result) return result;
     source.texels = axis.level.texels = scene->in.texels, axis.source = &source;
-    axis.sigma = 9.0 / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 8));
+    axis.sigma = 12.0 / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 8));
     envmapi_axis_points(&axis, &points);
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / spec.h, spec.L + 2)));
     spectrum.a = (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
@@ -9279,8 +9288,9 @@ static envmap_result envmapi_filter_sharp(envmap *dst, const envmap *src, const 
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
     int declined = 0, served = 1, alike = src->slices == 1 && lobe->p0 == lobe->p1, k = first;
     int last = alike ? first + 1 : first + slices, kept = pool->count;
+    int asks = !tail || lobe->kind >= ENVMAP_LOBE_FUNCTION;
     envmap_result result = envmapi_filter_near(dst, src, lobe, tail, first, slices,
-                                               tail ? NULL : &declined, desc, pool);
+                                               asks ? &declined : NULL, desc, pool);
     if (!declined) return result;
     for (; k < last && served && !result; ++k) {
         result = envmapi_points_slice(dst, src, k, &served, lobe, desc, pool);
