@@ -9282,24 +9282,31 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     return result;
 }
 
-/* What windows of near do not serve: by points where bands suffice, else as near does. */
+/* Slices from `first` on: what windows of near do not serve by points where bands suffice; else as
+   near and the reference do. */
 static envmap_result envmapi_filter_sharp(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                           const envmapi_tail *tail, int first, int slices,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
-    int declined = 0, served = 1, alike = src->slices == 1 && lobe->p0 == lobe->p1, k = first;
-    int last = alike ? first + 1 : first + slices, kept = pool->count;
-    int asks = !tail || lobe->kind >= ENVMAP_LOBE_FUNCTION;
-    envmap_result result = envmapi_filter_near(dst, src, lobe, tail, first, slices,
-                                               asks ? &declined : NULL, desc, pool);
-    if (!declined) return result;
-    for (; k < last && served && !result; ++k) {
-        result = envmapi_points_slice(dst, src, k, &served, lobe, desc, pool);
+    int alike = src->slices == 1 && lobe->p0 == lobe->p1, count = alike ? 1 : slices;
+    int asks = !tail || lobe->kind >= ENVMAP_LOBE_FUNCTION, kept = pool->count;
+    envmap_filter_desc one = *desc;
+    envmapi_part part;
+    for (int k = 0; k < count && asks; ++k) {
+        int declined = 0, served = 1;
+        one.work = envmapi_work_part(&part, &desc->work, k, 1, count);
+        envmap_result result =
+            envmapi_filter_near(dst, src, lobe, tail, first + k, 1, &declined, &one, pool);
+        if (!result && declined)
+            result = envmapi_points_slice(dst, src, first + k, &served, lobe, &one, pool);
         envmapi_pool_free(pool, kept);
+        if (result) return result;
+        one.work = envmapi_work_part(&part, &desc->work, k, count - k, count);
+        if (!served)
+            return envmapi_filter_near(dst, src, lobe, tail, first, slices, NULL, &one, pool);
     }
-    if (!served && !result)
-        return envmapi_filter_near(dst, src, lobe, tail, first, slices, NULL, desc, pool);
-    if (!result && alike) envmapi_copy_slices(dst, first, slices);
-    return result;
+    if (!asks) return envmapi_filter_near(dst, src, lobe, tail, first, slices, NULL, desc, pool);
+    if (alike) envmapi_copy_slices(dst, first, slices);
+    return ENVMAP_OK;
 }
 
 /* All specs for one slice of a source: smooth lobes share one spectrum, those with kinks another,
