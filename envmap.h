@@ -5626,8 +5626,9 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
                    within 12 texels, 8 sigma, or twice the angle of a function's or a table's last
-                   flank, by Gauss-Legendre on patches that end where it has kinks; in polar
-                   coordinates about a for sphere and angular maps and Banks' lobes, on rings
+                   flank, by Gauss-Legendre on patches that end where it has kinks. For Banks'
+                   lobes, and on sphere and angular maps beside a lobe's kinks and the point where
+                   all of a rim's texels meet, it is taken in polar coordinates about a, on rings
                    that are closer at tighter tolerances. What a lobe has beyond (the tail of GGX)
                    is smooth at a texel's scale and stays a sum over texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
@@ -5638,6 +5639,7 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_ring
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
+       the same for all lobes      envmapi_axis_points: points that >>fast takes through bands
    Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
    materials the source.  Source: ours.
    Tests: tests/test_filters.c, tests/test_stability_filters.c. */
@@ -8002,7 +8004,14 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
                     (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
                      s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
         s->all = 0;
-    if ((!*served && !s->all) || (declines && (s->all || s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION))) {
+    /* Functions and tables, and lobes of about a texel of an octahedral map, take more windows than
+       points. Speed only, as is to leave single texels to sums. */
+    int costs = level->mapping != ENVMAP_CUBE && level->mapping != ENVMAP_LATLONG &&
+                s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION;
+    costs |= level->mapping == ENVMAP_OCTAHEDRAL && envmapi_near_few(src) &&
+             s->sigma > 0.7 * s->axis.texel;
+    int points = declines && s->axis.tent > 0 && (!*served || s->all || costs);
+    if (points || (!*served && !s->all)) {
         *served = 0;
         return ENVMAP_OK;
     }
@@ -8636,6 +8645,9 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
              kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
              epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
    Banks' slices at c and -c are each other's antipodes; slices of about as many bands share a grid.
+   Lobes below two texels whose windows are many: the reference's sum is one over fixed points,
+   _points_slice, whose bands hold no more than those of texels, times (b/l)^2 where they are
+   bilinear radiance.  Test: k_is_asked_for_some_thousand_times, of tests/test_near.c
    The first bound is proved but for kappa; the others are models of how errors meet, and measured:
    the worst texel of all tests stays below 20 tolerances.
    Tests: tests/test_fast.c, tests/test_scenes.c. */
@@ -9263,7 +9275,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     result = envmapi_source_create(&source, src, src->slices > 1 ? k : 0, desc->work.memory);
     if (result) return result;
     source.texels = axis.level.texels = scene->in.texels, axis.source = &source;
-    axis.sigma = 12.0 / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 8));
+    axis.sigma = 15.0 / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 12));
     envmapi_axis_points(&axis, &points);
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / spec.h, spec.L + 2)));
     spectrum.a = (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
