@@ -6075,8 +6075,8 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     }
 }
 
-/* Within R of the axis a, are there texels too long and thin for patches? All of a rim's texels meet
-   at a point of a sphere or angular map.  Test: a_sphere_map_of_noise_keeps_the_tolerance. */
+/* Within R of the axis a, are there texels too long and thin for patches? All of a rim's texels
+   meet at a point of a sphere or angular map.  Test: a_sphere_map_of_noise_keeps_the_tolerance. */
 #define ENVMAPI_RIM 0.5 /* rad about a sphere map's -z */
 static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], double R) {
     int mapping = axis->level.mapping, sphere = mapping == ENVMAP_SPHERE;
@@ -8337,7 +8337,8 @@ static envmapi_contrast envmapi_contrast_at(const envmapi_scene *s, double l) {
    Test: texels_that_are_long_beside_the_rim_keep_the_tolerance. */
 static double envmapi_solid_contrast(const envmapi_scene *s, double l) {
     double n = s->in.map->size;
-    return s->in.map->mapping == ENVMAP_SPHERE && !(s->blur > 0) ? fmin(5 * l * l / (3 * n * n), 2 / n) : 0;
+    if (s->in.map->mapping != ENVMAP_SPHERE || s->blur > 0) return 0;
+    return fmin(5 * l * l / (3 * n * n), 2 / n);
 }
 
 /* The scale of the blocks whose width is nearest to pi/l, as a ratio. */
@@ -8667,6 +8668,7 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 /* a_lit_texel_some_texels_away_keeps_the_tolerance, of tests/test_near.c, at 30 */
 #define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
 #define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
+#define ENVMAPI_MANY    4000000 /* points, beyond which memory would be much */
 #define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
@@ -9047,8 +9049,8 @@ static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, int one, const e
     spec->lobe = lobe, spec->dst = dst, spec->tolerance = tolerance, spec->part = 1;
     spec->sigma = ENVMAPI_PI, spec->midpoint = side * side / 24;
     /* Banks' ring at -c is that at c about -t. */
-    spec->mirrored = one < 0 && lobe->kind == ENVMAP_LOBE_BANKS && varied && !(lobe->p0 + lobe->p1 < 0) &&
-                     !(lobe->p0 + lobe->p1 > 0);
+    spec->mirrored = one < 0 && lobe->kind == ENVMAP_LOBE_BANKS && varied &&
+                     !(lobe->p0 + lobe->p1 < 0) && !(lobe->p0 + lobe->p1 > 0);
     spec->slices = one >= 0 ? 1 : spec->mirrored ? (all + 1) / 2 : all;
     for (int k = 0; k < spec->slices; ++k)
         spec->sigma =
@@ -9241,7 +9243,8 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
     return serves;
 }
 
-/* Slice k by points that stand for the sum of the reference. *served: 0 where bands are too many. */
+/* Slice k by points that stand for the reference's sum. *served: 0 where they or bands are too
+   many. */
 static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k, int *served,
                                           const envmap_lobe *lobe, const envmap_filter_desc *desc,
                                           envmapi_pool *pool) {
@@ -9261,7 +9264,8 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     if (axis.bilinear > 0 && axis.to > axis.reach && lobe->kind == ENVMAP_LOBE_GGX) return result;
     if (result || !envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result))
         return result;
-    result = envmapi_scene_create(scene, src, src->slices > 1 ? k : 0, spec.sigma, &desc->work, pool);
+    int slice = src->slices > 1 ? k : 0;
+    result = envmapi_scene_create(scene, src, slice, spec.sigma, &desc->work, pool);
     if (result) return result;
     for (size_t i = 0; i < envmapi_slice_floats(src, 0); i += 3) {
         const float *t = scene->in.texels + i;
@@ -9272,13 +9276,18 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     if (axis.bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis.texel;
     double most = sqrt(ENVMAPI_MIDDLE * (double)envmapi_slice_floats(dst, 0));
     if (!envmapi_spec_fit(&spec, scene, most)) return result;
-    result = envmapi_source_create(&source, src, src->slices > 1 ? k : 0, desc->work.memory);
+    result = envmapi_source_create(&source, src, slice, desc->work.memory);
     if (result) return result;
     source.texels = axis.level.texels = scene->in.texels, axis.source = &source;
     axis.sigma = 15.0 / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 12));
     envmapi_axis_points(&axis, &points);
+    if (points.count > ENVMAPI_MANY) {
+        envmapi_source_free(&source, desc->work.memory);
+        return ENVMAP_OK;
+    }
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / spec.h, spec.L + 2)));
-    spectrum.a = (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
+    spectrum.a =
+        (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
     if (!spectrum.a || envmapi_rings_create(rings, M, spec.L, points.count,
                                             envmapi_tasks(&desc->work), NULL, pool))
         result = ENVMAP_ERROR_MEMORY;
