@@ -5711,8 +5711,9 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
                    within 12 texels, 8 sigma, or twice the angle of a function's or a table's last
-                   flank, by Gauss-Legendre on patches that end where it has kinks; in polar
-                   coordinates about a for sphere and angular maps and Banks' lobes, on rings
+                   flank, by Gauss-Legendre on patches that end where it has kinks. For Banks'
+                   lobes, and on sphere and angular maps beside a lobe's kinks and the point where
+                   all of a rim's texels meet, it is taken in polar coordinates about a, on rings
                    that are closer at tighter tolerances. What a lobe has beyond (the tail of GGX)
                    is smooth at a texel's scale and stays a sum over texels.
    A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
@@ -5723,6 +5724,7 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
        the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_ring
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
+       the same for all lobes      envmapi_axis_points: points that >>fast takes through bands
    Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
    materials the source.  Source: ours.
    Tests: tests/test_filters.c, tests/test_stability_filters.c. */
@@ -5816,6 +5818,24 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     return ENVMAP_OK;
 }
 
+/* Points of light for the rings, whose sum against any k is the definition's. */
+typedef struct envmapi_points {
+    envmapi_rings *rings; /* NULL: they are only counted */
+    size_t count;
+    double d[3][ENVMAPI_CHUNK];
+} envmapi_points;
+
+static void envmapi_points_add(envmapi_points *p, const double d[3], const double rgb[3],
+                               double w) {
+    size_t n = p->count++, at = n % ENVMAPI_CHUNK;
+    for (int c = 0; c < 3; ++c) p->d[c][at] = d[c];
+    if (!p->rings) return;
+    for (int c = 0; c < 3; ++c) p->rings->values[4 * n + (size_t)c] = (float)(w * rgb[c]);
+    p->rings->values[4 * n + 3] = (float)w, p->rings->count = p->count;
+    if (at + 1 == ENVMAPI_CHUNK)
+        envmapi_rings_points(p->rings->points + n - at, p->rings, p->d, ENVMAPI_CHUNK);
+}
+
 /* One axis, what its lobe is to this source, and the sums so far. */
 typedef struct envmapi_axis {
     const envmapi_source *source;
@@ -5834,6 +5854,7 @@ typedef struct envmapi_axis {
     double sight;           /* rad: integrals end where so little is left of the lobe; to */
     double ease;            /* nodes away from kinks, over what the definition takes */
     double apart;           /* rings, eight of them in two texels: less at tight tolerances */
+    envmapi_points *points; /* NULL, or where the definition's points go instead of being summed */
 } envmapi_axis;
 
 /* The cosine of an angle that may be none: below and above all cosines there. */
@@ -5850,20 +5871,23 @@ static const double envmapi_tent[4][4][2] = {
     {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
      {0.64494897, 0.18195861}}};
 
-/* k averaged over texel i spread by the tent. */
+/* k averaged over texel i spread by the tent; or adds the points of that. */
 static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
     const double(*at)[2] = envmapi_tent[3];
     const envmapi_source *s = axis->source;
     int mapping = s->map->mapping, width = axis->level.width, edge = axis->level.edge;
     int face = (int)(s->code[i] >> 2 * s->bits);
-    double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0;
+    double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0, rgb[3];
+    for (int c = 0; c < 3; ++c) rgb[c] = (double)envmapi_source_rgb(s, i)[c];
     envmapi_project(uv, mapping, face, d);
     for (int j = 0; j < 16; ++j) {
         double u = uv[0] + axis->tent * at[j & 3][0] / width;
         double v = uv[1] + axis->tent * at[j >> 2][0] / edge;
+        double weight = at[j & 3][1] * at[j >> 2][1];
         envmapi_direction(d, mapping, face, u, v);
-        sum += at[j & 3][1] * at[j >> 2][1] *
-               envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
+        if (axis->points)
+            envmapi_points_add(axis->points, d, rgb, (1 - axis->bilinear) * s->w[i] * weight);
+        else sum += weight * envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
     }
     return sum;
 }
@@ -5935,8 +5959,19 @@ static void envmapi_patch_at(double uv[2], double d[3], const envmapi_axis *axis
 /* Adds k times the bilinear radiance there. */
 static void envmapi_patch_node(envmapi_axis *axis, const envmapi_patch *patch, double p, double q,
                                double weight) {
-    double uv[2], d[3];
+    double uv[2], d[3], rgb[3] = {0, 0, 0};
+    if (axis->points && !axis->points->rings) {
+        ++axis->points->count;
+        return;
+    }
     envmapi_patch_at(uv, d, axis, patch, p, q);
+    if (axis->points) {
+        if (axis->level.mapping == ENVMAP_PARABOLOID) envmapi_add_lookup(rgb, &axis->level, d, 1);
+        else envmapi_add_bilinear(rgb, &axis->level, patch->face, uv[0], uv[1], 1);
+        weight *= patch->share * envmapi_density(axis->level.mapping, uv[0], uv[1]);
+        envmapi_points_add(axis->points, d, rgb, weight);
+        return;
+    }
     double x = envmapi_dot(axis->a, d), k = envmapi_k(axis->lobe, x, axis->p);
     if (axis->to > patch->reach)
         k *= 1 - envmapi_smooth_step(envmapi_acos(x), patch->reach / 2, patch->reach);
@@ -5955,8 +5990,8 @@ static double envmapi_patch_curve(const envmapi_level *level, int i, double p) {
     int mapping = level->mapping, n = level->edge;
     if (i < 0) return -1;
     if (mapping == ENVMAP_OCTAHEDRAL && !i) return n - p;
-    if (mapping != ENVMAP_PARABOLOID) return 1e9;
-    double r = i ? n : n - 1;
+    if (!envmapi_is_disc(mapping)) return 1e9;
+    double r = i || mapping != ENVMAP_PARABOLOID ? n : n - 1;
     return r > p ? sqrt((r - p) * (r + p)) : 0;
 }
 
@@ -6006,7 +6041,8 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     double away = envmapi_angle(axis->a, middle), scale = axis->sigma, finer = axis->ease;
     double end = fmin(fmin(patch->reach, axis->to), axis->sight);
     if (away - radius > end || away + radius < axis->from) return 0;
-    if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
+    if (axis->points) scale = axis->sigma;
+    else if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
     else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
     for (int i = 0; i < axis->kink_count; ++i)
         if (fabs(away - axis->kinks[i]) < radius) finer = 8;
@@ -6124,11 +6160,25 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     }
 }
 
+/* Within R of the axis a, are there texels too long and thin for patches? All of a rim's texels
+   meet at a point of a sphere or angular map.  Test: a_sphere_map_of_noise_keeps_the_tolerance. */
+#define ENVMAPI_RIM 0.5 /* rad about a sphere map's -z */
+static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], double R) {
+    int mapping = axis->level.mapping, sphere = mapping == ENVMAP_SPHERE;
+    double reach = R + (sphere ? ENVMAPI_RIM : 2 * axis->texel);
+    if (!sphere && mapping != ENVMAP_ANGULAR) return 0;
+    return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
+}
+
 /* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
-    if (axis->lobe->kind == ENVMAP_LOBE_BANKS || axis->level.mapping == ENVMAP_SPHERE ||
-        axis->level.mapping == ENVMAP_ANGULAR) {
+    int disc = axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR;
+    double end = fmin(reach, axis->sight);
+    int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS || envmapi_axis_at_rim(axis, axis->a, end);
+    for (int i = 0; i < axis->kink_count; ++i)
+        rings |= disc && axis->kinks[i] < end; /* a kink is a ring */
+    if (rings && !axis->points) {
         envmapi_axis_polar(axis, share, reach);
         return;
     }
@@ -6243,6 +6293,24 @@ static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
     envmapi_source_free(&source, desc->work.memory);
     if (!result && alike) envmapi_copy_slices(axes->dst, 0, axes->dst->slices);
     return result;
+}
+
+/* The points of all that an axis sums, for pieces of axis->sigma. */
+static void envmapi_axis_points(envmapi_axis *axis, envmapi_points *points) {
+    const envmapi_source *s = axis->source;
+    axis->points = points, axis->kink_count = 0, axis->ease = 1;
+    axis->from = 0, axis->to = axis->sight = ENVMAPI_PI, points->count = 0;
+    for (size_t i = 0; i < s->count && axis->bilinear < 1; ++i) {
+        double d[3] = {s->x[i], s->y[i], s->z[i]}, rgb[3];
+        for (int c = 0; c < 3; ++c) rgb[c] = (double)envmapi_source_rgb(s, i)[c];
+        if (axis->tent > 0) envmapi_axis_tent_k(axis, i);
+        else envmapi_points_add(points, d, rgb, s->w[i]);
+    }
+    if (axis->bilinear > 0) envmapi_axis_integral(axis, axis->bilinear, ENVMAPI_PI);
+    size_t rest = points->count % ENVMAPI_CHUNK;
+    if (points->rings)
+        envmapi_rings_points(points->rings->points + points->count - rest, points->rings,
+                             points->d, (int)rest);
 }
 
 static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
@@ -7495,8 +7563,6 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
-/* a_sphere_map_of_noise_keeps_the_tolerance */
-#define ENVMAPI_RIM     0.5 /* rad about a sphere map's -z, where texels are too thin for windows */
 #define ENVMAPI_COARSE  0.1 /* rad: texels wider than this are coarser than any kernel of FAST */
 #define ENVMAPI_FEW   20000 /* texels of a source that all turns may have at once (memory) */
 #define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
@@ -7624,15 +7690,6 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
 
 /* ---- a slice */
 
-/* Where all of a rim's texels meet they are too long and thin for windows: there the reference
-   itself serves. */
-static int envmapi_near_singular(const envmapi_near *s, const double a[3]) {
-    int mapping = s->axis.level.mapping, sphere = mapping == ENVMAP_SPHERE;
-    double reach = fmin(s->R_bright, 8 * s->sigma) + (sphere ? ENVMAPI_RIM : 2 * s->axis.texel);
-    if (s->all || (!sphere && mapping != ENVMAP_ANGULAR)) return 0;
-    return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
-}
-
 /* The reference's sum for a texel of dst; without what is in dst already. */
 static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t texel) {
     envmapi_axis axis = s->axis;
@@ -7705,7 +7762,9 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     memset(w->sums, 0, sizeof w->sums), memset(w->norms, 0, sizeof w->norms);
     envmapi_near_aim(w, s, axes);
     if (s->all) envmapi_near_all(w, s, axes->count);
-    for (int n = 0; n < axes->count; ++n) w->rim[n] = envmapi_near_singular(s, w->axes[n]);
+    for (int n = 0; n < axes->count; ++n) 
+        w->rim[n] = !s->all && envmapi_axis_at_rim(&s->axis, w->axes[n],
+                                                   fmin(s->R_bright, 8 * s->sigma));
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         unsigned bright = 0;
         for (int outer = 1; outer >= 0; --outer) {
@@ -8024,6 +8083,7 @@ static size_t envmapi_near_few(const envmap *src) {
 
 /* A slice of src, or its only one, into a slice of dst. *served: 0 where it reaches too far. */
 static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
+                                        int declines,
                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
     const envmapi_level *level = &s->axis.level;
     int rows = envmap_faces(src->mapping) * (src->size + 2);
@@ -8048,7 +8108,17 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
                     (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
                      s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
         s->all = 0;
-    if (!*served && !s->all) return ENVMAP_OK;
+    /* Functions and tables, and lobes of about a texel of an octahedral map, take more windows than
+       points. Speed only, as is to leave single texels to sums. */
+    int costs = level->mapping != ENVMAP_CUBE && level->mapping != ENVMAP_LATLONG &&
+                s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION;
+    costs |= level->mapping == ENVMAP_OCTAHEDRAL && envmapi_near_few(src) &&
+             s->sigma > 0.7 * s->axis.texel;
+    int points = declines && s->axis.tent > 0 && (!*served || s->all || costs);
+    if (points || (!*served && !s->all)) {
+        *served = 0;
+        return ENVMAP_OK;
+    }
     *served = 1;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
@@ -8093,7 +8163,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
    too far in a source of many texels, the reference for all. */
 static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                          const envmapi_tail *tail, int first, int slices,
-                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
+                                         int *declines, const envmap_filter_desc *desc,
+                                         envmapi_pool *pool) {
     envmapi_near s;
     envmapi_source source;
     int alike = src->slices == 1 && lobe->p0 == lobe->p1, runs = alike ? 1 : slices;
@@ -8115,10 +8186,12 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
         if (result) break;
         envmapi_axis_aim(&s.axis, src, s.slice, dst->slices, (double)desc->tolerance);
         s.axis.source = &source;
-        result = envmapi_near_slice(&s, src, &served, &one, pool);
+        result = envmapi_near_slice(&s, src, &served, declines != NULL, &one, pool);
         envmapi_pool_free(pool, kept);
     }
     envmapi_source_free(&source, desc->work.memory);
+    if (declines) *declines = !served;
+    if (!served && declines) return result;
     if (!served && !result) return envmapi_filter_reference(dst, src, lobe, desc);
     if (!result && alike) envmapi_copy_slices(dst, first, slices);
     return result;
@@ -8175,6 +8248,7 @@ typedef struct envmapi_scene {
     double *rows; /* of each row of blocks: sum of squared energies; is a number negative */
     float *work;  /* a row of texels a task */
     int edge;     /* of the narrowest blocks, in texels; it doubles from scale to scale */
+    double blur;  /* 0, or the band from which radiance that is bilinear has ever less */
     int tasks, scales;
     envmapi_blocks blocks[ENVMAPI_SCALES];
     double all, energy, solid; /* all channels; energy: without the lights */
@@ -8348,18 +8422,20 @@ static double envmapi_between(double l, double l0, double y0, double l1, double 
     return exp((1 - t) * log(fmax(y0, 1e-9)) + t * log(fmax(y1, 1e-9)));
 }
 
-/* The contrast of blocks as wide as half a wave of band l, pi/l. */
+/* The contrast of blocks as wide as half a wave of band l, pi/l; bilinear radiance has less. */
 static envmapi_contrast envmapi_contrast_at(const envmapi_scene *s, double l) {
     double finer = ENVMAPI_PI / envmapi_texel_extent(s->in.map), at = finer / s->edge;
-    envmapi_contrast below = s->texel, out;
-    if (l >= finer) return s->texel;
-    for (int i = 0; i < s->scales; below = s->scale[i++], finer = at, at /= 2) {
+    double less = l > s->blur && s->blur > 0 ? pow(s->blur / l, 2) : 1;
+    envmapi_contrast below = s->texel, out = s->scale[s->scales - 1];
+    if (l >= finer) out = s->texel;
+    for (int i = 0; i < s->scales && l < finer; below = s->scale[i++], finer = at, at /= 2) {
         if (l < at) continue;
         out.kappa = envmapi_between(l, at, s->scale[i].kappa, finer, below.kappa);
         out.epsilon = envmapi_between(l, at, s->scale[i].epsilon, finer, below.epsilon);
-        return out;
+        break;
     }
-    return s->scale[s->scales - 1];
+    out.kappa *= less, out.epsilon *= less;
+    return out;
 }
 
 /* The contrast of a sphere map's own solid angles for band l. Texels are long towards -z, 2 side /
@@ -8368,7 +8444,8 @@ static envmapi_contrast envmapi_contrast_at(const envmapi_scene *s, double l) {
    Test: texels_that_are_long_beside_the_rim_keep_the_tolerance. */
 static double envmapi_solid_contrast(const envmapi_scene *s, double l) {
     double n = s->in.map->size;
-    return s->in.map->mapping == ENVMAP_SPHERE ? fmin(5 * l * l / (3 * n * n), 2 / n) : 0;
+    if (s->in.map->mapping != ENVMAP_SPHERE || s->blur > 0) return 0;
+    return fmin(5 * l * l / (3 * n * n), 2 / n);
 }
 
 /* The scale of the blocks whose width is nearest to pi/l, as a ratio. */
@@ -8676,6 +8753,9 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
              kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
              epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
    Banks' slices at c and -c are each other's antipodes; slices of about as many bands share a grid.
+   Lobes below two texels whose windows are many: the reference's sum is one over fixed points,
+   _points_slice, whose bands hold no more than those of texels, times (b/l)^2 where they are
+   bilinear radiance.  Test: k_is_asked_for_some_thousand_times, of tests/test_near.c
    The first bound is proved but for kappa; the others are models of how errors meet, and measured:
    the worst texel of all tests stays below 20 tolerances.
    Tests: tests/test_fast.c, tests/test_scenes.c. */
@@ -8694,6 +8774,9 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_LATTICE 0.8 /* of the texels' lattice's first wave: from there lambda_l is small */
 /* a_lit_texel_some_texels_away_keeps_the_tolerance, of tests/test_near.c, at 30 */
 #define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
+#define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
+#define ENVMAPI_MANY    4000000 /* points, beyond which memory would be much */
+#define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
 
@@ -8739,6 +8822,7 @@ typedef struct envmapi_spec {
     double midpoint;  /* side^2/24 of a texel's side: what its midpoint loses, over the curvature */
     const envmapi_scene *scene; /* that it is being fitted to, slice by slice, as this work says */
     const envmap_work *work;
+    int points; /* of these, which stand for the definition's sum; dark is known */
 } envmapi_spec;
 
 /* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
@@ -9052,31 +9136,33 @@ static int envmapi_spec_search(envmapi_spec *spec, double most) {
 /* Bands and spacing for this scene; L 0 where that cannot be. */
 static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, double most) {
     spec->L = 0, spec->h = HUGE_VAL, spec->scene = scene;
-    spec->dark = envmapi_scene_dark(scene, spec->tail ? 0 : spec->sigma); /* near sees texels */
-    if (!envmapi_spec_search(spec, most) || !envmapi_spec_lattice_holds(spec, scene->in.map))
+    if (!spec->points) spec->dark = envmapi_scene_dark(scene, spec->tail ? 0 : spec->sigma);
+    if (!envmapi_spec_search(spec, most) ||
+        !(spec->points || envmapi_spec_lattice_holds(spec, scene->in.map)))
         return spec->L = 0;
     envmapi_spec_each(spec, envmapi_task_spacing);
     for (int k = 0; k < spec->slices; ++k) spec->h = fmin(spec->h, spec->slice[k].h);
     return spec->L;
 }
 
-/* Sets up a specification; 0 when the lobe is sharper than src's texels. */
-static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lobe *lobe,
-                               const envmap *src, double tolerance, envmapi_pool *pool,
-                               envmap_result *result) {
+/* Sets up a specification of all slices, or of one; 0 when the lobe is sharper than `least`. */
+static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, int one, const envmap_lobe *lobe,
+                               const envmap *src, double least, double tolerance,
+                               envmapi_pool *pool, envmap_result *result) {
     int varied = lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1, all = varied ? dst->slices : 1;
+    int from = one < 0 ? 0 : one;
     double side = envmapi_stretch(src->mapping) / envmapi_width(src->mapping, src->size);
     memset(spec, 0, sizeof *spec);
     spec->lobe = lobe, spec->dst = dst, spec->tolerance = tolerance, spec->part = 1;
     spec->sigma = ENVMAPI_PI, spec->midpoint = side * side / 24;
     /* Banks' ring at -c is that at c about -t. */
-    spec->mirrored = lobe->kind == ENVMAP_LOBE_BANKS && varied && !(lobe->p0 + lobe->p1 < 0) &&
-                     !(lobe->p0 + lobe->p1 > 0);
-    spec->slices = spec->mirrored ? (all + 1) / 2 : all;
+    spec->mirrored = one < 0 && lobe->kind == ENVMAP_LOBE_BANKS && varied &&
+                     !(lobe->p0 + lobe->p1 < 0) && !(lobe->p0 + lobe->p1 > 0);
+    spec->slices = one >= 0 ? 1 : spec->mirrored ? (all + 1) / 2 : all;
     for (int k = 0; k < spec->slices; ++k)
-        spec->sigma = fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, k, all)));
-    int tail = lobe->function == envmapi_tail_k; /* sigma is only its peak's */
-    if (!tail && spec->sigma < 2 * envmapi_texel_extent(src)) return 0;
+        spec->sigma =
+            fmin(spec->sigma, envmap_lobe_sigma(lobe, envmapi_slice_p(lobe, from + k, all)));
+    if (spec->sigma < least) return 0;
     size_t n = (size_t)spec->slices;
     size_t each = sizeof(envmapi_slice) + ENVMAPI_FAST_BANDS * sizeof(double);
     spec->slice = (envmapi_slice *)envmapi_pool_get(pool, n, each); /* and lambda_l of all */
@@ -9085,7 +9171,7 @@ static int envmapi_spec_create(envmapi_spec *spec, envmap *dst, const envmap_lob
     if (!*result) envmapi_angles_fill(spec->angles);
     for (int k = 0; k < spec->slices && !*result; ++k) {
         envmapi_slice *slice = spec->slice + k;
-        slice->p = envmapi_slice_p(lobe, k, all);
+        slice->p = envmapi_slice_p(lobe, from + k, all);
         slice->lambda = (double *)(spec->slice + n) + (size_t)k * ENVMAPI_FAST_BANDS;
         if (!envmapi_zonal(slice->lambda, 1, lobe, slice->p)) slice->lambda[0] = 0;
         spec->brightest = fmax(spec->brightest, fabs(slice->lambda[0]));
@@ -9265,6 +9351,93 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
     return serves;
 }
 
+/* Slice k by points that stand for the reference's sum. *served: 0 where they or bands are too
+   many. */
+static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k, int *served,
+                                          const envmap_lobe *lobe, const envmap_filter_desc *desc,
+                                          envmapi_pool *pool) {
+    envmapi_spec spec;
+    envmapi_axis axis;
+    envmapi_source source;
+    envmapi_points points;
+    envmapi_scene *scene = (envmapi_scene *)envmapi_pool_get(pool, 1, sizeof *scene);
+    envmapi_spectrum spectrum;
+    envmapi_rings *rings = &spectrum.t.rings;
+    double tolerance = (double)desc->tolerance, texel = HUGE_VAL;
+    envmap_result result = scene ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
+    memset(&axis, 0, sizeof axis), memset(&points, 0, sizeof points);
+    memset(&spectrum, 0, sizeof spectrum);
+    axis.lobe = lobe, spectrum.t.grid.map = src, *served = 0;
+    envmapi_axis_aim(&axis, src, k, dst->slices, tolerance);
+    if (axis.bilinear > 0 && axis.to > axis.reach && lobe->kind == ENVMAP_LOBE_GGX) return result;
+    if (result || !envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result))
+        return result;
+    int slice = src->slices > 1 ? k : 0;
+    result = envmapi_scene_create(scene, src, slice, spec.sigma, &desc->work, pool);
+    if (result) return result;
+    for (size_t i = 0; i < envmapi_slice_floats(src, 0); i += 3) {
+        const float *t = scene->in.texels + i;
+        texel = fmin(texel, (double)fmaxf(fmaxf(t[0], t[1]), t[2]));
+    }
+    spec.points = 1, spec.work = &desc->work, spec.midpoint = (1 - axis.bilinear) / 8;
+    spec.dark = scene->all > 0 ? fmin(3 * texel * scene->solid / scene->all, 2) : 2;
+    if (axis.bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis.texel;
+    double most = sqrt(ENVMAPI_MIDDLE * (double)envmapi_slice_floats(dst, 0));
+    if (!envmapi_spec_fit(&spec, scene, most)) return result;
+    result = envmapi_source_create(&source, src, slice, desc->work.memory);
+    if (result) return result;
+    source.texels = axis.level.texels = scene->in.texels, axis.source = &source;
+    axis.sigma = 15.0 / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 12));
+    envmapi_axis_points(&axis, &points);
+    if (points.count > ENVMAPI_MANY) {
+        envmapi_source_free(&source, desc->work.memory);
+        return ENVMAP_OK;
+    }
+    int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / spec.h, spec.L + 2)));
+    spectrum.a =
+        (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
+    if (!spectrum.a || envmapi_rings_create(rings, M, spec.L, points.count,
+                                            envmapi_tasks(&desc->work), NULL, pool))
+        result = ENVMAP_ERROR_MEMORY;
+    points.rings = rings, rings->a = spectrum.a, rings->a_bands = spec.L;
+    if (!result) envmapi_axis_points(&axis, &points);
+    envmapi_source_free(&source, desc->work.memory);
+    if (result) return result;
+    envmapi_analyse(rings, &desc->work);
+    *served = 1, result = envmapi_fast_synthesise(&spec, &spectrum, k, 1, desc, pool);
+    float *out = envmapi_image(dst, 0, k, 0);
+    if (!result && scene->in.exponent)
+        envmapi_floats_scale(out, out, envmapi_slice_floats(dst, 0), scene->in.exponent);
+    return result;
+}
+
+/* Slices from `first` on: what windows of near do not serve by points where bands suffice; else as
+   near and the reference do. */
+static envmap_result envmapi_filter_sharp(envmap *dst, const envmap *src, const envmap_lobe *lobe,
+                                          const envmapi_tail *tail, int first, int slices,
+                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
+    int alike = src->slices == 1 && lobe->p0 == lobe->p1, count = alike ? 1 : slices;
+    int asks = !tail || lobe->kind >= ENVMAP_LOBE_FUNCTION, kept = pool->count;
+    envmap_filter_desc one = *desc;
+    envmapi_part part;
+    for (int k = 0; k < count && asks; ++k) {
+        int declined = 0, served = 1;
+        one.work = envmapi_work_part(&part, &desc->work, k, 1, count);
+        envmap_result result =
+            envmapi_filter_near(dst, src, lobe, tail, first + k, 1, &declined, &one, pool);
+        if (!result && declined)
+            result = envmapi_points_slice(dst, src, first + k, &served, lobe, &one, pool);
+        envmapi_pool_free(pool, kept);
+        if (result) return result;
+        one.work = envmapi_work_part(&part, &desc->work, k, count - k, count);
+        if (!served)
+            return envmapi_filter_near(dst, src, lobe, tail, first, slices, NULL, &one, pool);
+    }
+    if (!asks) return envmapi_filter_near(dst, src, lobe, tail, first, slices, NULL, desc, pool);
+    if (alike) envmapi_copy_slices(dst, first, slices);
+    return ENVMAP_OK;
+}
+
 /* All specs for one slice of a source: smooth lobes share one spectrum, those with kinks another,
    which has the lights taken out; ready: spectra that are there already, or NULL. The first comes
    last: its result is final as soon as it is written. */
@@ -9298,8 +9471,8 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             if (!result && spec->L && scene->in.exponent)
                 envmapi_floats_scale(out, out, floats, scene->in.exponent);
             if (!result && (tail || !spec->L))
-                result = envmapi_filter_near(spec->dst, scene->in.map, lobe, tail, first, slices,
-                                             &one, pool);
+                result = envmapi_filter_sharp(spec->dst, scene->in.map, lobe, tail, first, slices,
+                                              &one, pool);
         }
         envmapi_pool_free(pool, kept);
     }
@@ -9380,7 +9553,8 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmap_result result = ENVMAP_OK;
     double floats = (double)envmapi_slice_floats(job->src, 0);
     double pairs = floats / 9 * (double)envmapi_slice_floats(job->views + l, 0);
-    int method = job->desc.method, coarse = envmapi_texel_extent(job->src) > ENVMAPI_COARSE, ok = 0;
+    double extent = envmapi_texel_extent(job->src);
+    int method = job->desc.method, coarse = extent > ENVMAPI_COARSE, ok = 0;
     const envmap_lobe *lobe = job->lobes + l;
     envmapi_spec *spec = job->specs + job->fast;
     envmapi_tail *tail = job->tails + job->fast;
@@ -9389,17 +9563,17 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     /* Between two cubes near sums are quicker from there on. */
     int sharp = method != ENVMAP_METHOD_HARMONICS && lobe->kind < ENVMAP_LOBE_GGX &&
                 job->views[l].mapping == ENVMAP_CUBE && job->src->mapping == ENVMAP_CUBE &&
-                envmap_lobe_sigma(lobe, 0) < 2.2 * envmapi_texel_extent(job->src);
+                envmap_lobe_sigma(lobe, 0) < 2.2 * extent;
     if (lobe->kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
         method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l))
         return ENVMAP_OK;
     if (!coarse && !sharp)
-        ok = envmapi_spec_create(spec, job->views + l, lobe, job->src, tolerance, &job->pool,
-                                 &result);
+        ok = envmapi_spec_create(spec, job->views + l, -1, lobe, job->src, 2 * extent, tolerance,
+                                 &job->pool, &result);
     if (!coarse && !sharp && !ok && !result && method != ENVMAP_METHOD_HARMONICS &&
         envmapi_tail_of(tail, lobe, job->src, tolerance)) {
-        ok = envmapi_spec_create(spec, job->views + l, &tail->lobe, job->src, tolerance, &job->pool,
-                                 &result);
+        ok = envmapi_spec_create(spec, job->views + l, -1, &tail->lobe, job->src, 0, tolerance,
+                                 &job->pool, &result);
         spec->tail = tail, spec->part = tail->part;
     }
     job->planned[l] = ok, job->fast += ok;
@@ -9470,7 +9644,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
             for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(view, 0); ++i)
                 view->texels[i] = src->texels[i % 3];
         else
-            result = envmapi_filter_near(view, src, lobe, NULL, 0, slices, &desc, &job->pool);
+            result = envmapi_filter_sharp(view, src, lobe, NULL, 0, slices, &desc, &job->pool);
     }
     done *= runs;
     for (int run = 0; run < runs && job->fast && !result; ++run, done += job->fast) {
