@@ -6608,7 +6608,7 @@ static int envmapi_window_centres(envmapi_knot *node, int room, double from, dou
 
 /* Nodes of the integral over [from, to], Gauss-Legendre's, 2 to 6 a piece of up to so many sigma.
    The axis is at `at`, where sigma is that many texels; grows: the lobe has detail near its axis
-   only. */
+   only, and a little where it begins to fade out: there are at least grows + 1 nodes. */
 static int envmapi_window_pieces(envmapi_knot *node, int room, double from, double to, double n,
                                  double at, double sigma, int grows, const double (*gauss)[6][2]) {
     static const double longest[5] = ENVMAPI_PIECES;
@@ -6618,7 +6618,7 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
         double away = from < at ? fmax(at - end, (at - from) / 4.5) : from - at;
         double most = grows ? fmax(away, 0.8 * sigma) : sigma;
         next = from + (end - from) / ceil((end - from) / (longest[4] * most));
-        int k = 0;
+        int k = grows > 1 ? grows - 1 : 0;
         while (k < 4 && next - from > longest[k] * most) ++k;
         for (int i = 0; i < k + 2; ++i, ++count) {
             double place = (from + next - gauss[k][i][0] * (next - from)) / 2;
@@ -6852,10 +6852,11 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     if (texels) /* each column of a lat-long once */
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
                                       s->axis.tent, envmapi_near_places(s));
+    int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX; /* to 5: 2e-5 .. 4e-6 need them */
+    if (grows) grows += (int)envmapi_clamp(11 - 14 * s->piece, 0, 4);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
-                                 s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
-                                 s->axis.gauss + 2);
+                                 s->piece * w->sigma[i], grows, s->axis.gauss + 2);
 }
 
 /* ---- K */
