@@ -7910,7 +7910,7 @@ static int envmapi_near_serves(const envmapi_near *s) {
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX;
     if (s->axis.lobe->kind == ENVMAP_LOBE_BANKS) return 0; /* a ring's edges are off the lines */
     return s->R_bright < 1.5 &&
-           (s->tail || (texels < 64 && (grows || s->R_bright < 60 * s->sigma)));
+           (s->tail || (texels < 64 && (grows || s->R_bright < fmin(60, 250 * s->piece) * s->sigma)));
 }
 
 /* The texels of a source, or 0 where they are too many to weigh all for an axis. */
@@ -7935,6 +7935,9 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (!s->tail) s->R = envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
     if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
+    /* and where they are known, what a piece across one misses falls as its length to 2.5 */
+    if (s->axis.lobe->kind == ENVMAP_LOBE_FUNCTION && s->axis.kink_count)
+        s->piece *= fmin(pow(tolerance * 1e4, 0.3), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);
