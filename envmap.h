@@ -6930,8 +6930,17 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX; /* to 5: 2e-5 .. 4e-6 need them */
     if (grows) grows += (int)envmapi_clamp(11 - 14 * s->piece, 0, 4);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
-    return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
-                                 s->piece * w->sigma[i], grows, s->axis.gauss + 2);
+    int kinks = i && level->mapping == ENVMAP_LATLONG ? s->axis.kink_count : 0, count = 0;
+    for (double end, place = at[i] * size - 0.5; from < to && count + 6 <= room; from = end) {
+        end = to; /* about a pole kinks lie along rows, and what pieces miss does not cancel */
+        for (int k = 0; k < 2 * kinks; ++k) {
+            double cut = place + (k % 2 ? 1 : -1) * s->axis.kinks[k / 2] * size / ENVMAPI_PI;
+            if (cut > from + 1e-6 && cut < end - 1e-6) end = cut;
+        }
+        count += envmapi_window_pieces(nodes + count, room - count, from, end, size, place,
+                                       s->piece * w->sigma[i], grows, s->axis.gauss + 2);
+    }
+    return count;
 }
 
 /* ---- K */
@@ -8011,9 +8020,9 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (!s->tail) s->R = envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
     if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
-    /* and where they are known, what a piece across one misses falls as its length to 2.5 */
+    /* and where they are known, what a piece across one misses falls as the square of its length */
     if (s->axis.lobe->kind == ENVMAP_LOBE_FUNCTION && s->axis.kink_count)
-        s->piece *= fmin(pow(tolerance * 1e4, 0.3), 1);
+        s->piece *= fmin(pow(tolerance * 1e4, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);
