@@ -3211,13 +3211,13 @@ static int envmapi_lobe_kinks(double kinks[ENVMAPI_KINKS], const envmap_lobe *lo
 /* Composite Gauss-Legendre over a part of a lobe's support: panels between breaks, each cut into
    two or more pieces no longer than `step`, 8 nodes a piece. */
 typedef struct envmapi_quadrature {
-    double breaks[128], step;
+    double breaks[256], step;
     int count, panel, pieces, node; /* of breaks; where it is: a panel, its pieces, a node of it */
 } envmapi_quadrature;
 
 static void envmapi_quadrature_break(envmapi_quadrature *q, double theta) {
     int i = q->count;
-    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 128) return;
+    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 256) return;
     for (; q->breaks[i - 1] > theta; --i) q->breaks[i] = q->breaks[i - 1];
     q->breaks[i] = theta;
     ++q->count;
@@ -6046,9 +6046,10 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
     for (int i = 0; i < axis->kink_count; ++i)
         if (fabs(away - axis->kinks[i]) < radius) finer = 8;
-    if (axis->level.mapping == ENVMAP_PARABOLOID && axis->level.edge > 1 && finer < 3 &&
+    if (axis->level.mapping == ENVMAP_PARABOLOID && axis->level.edge > 1 &&
         hypot(patch->to[0], patch->to[1]) > axis->level.edge - 1)
-        finer = 3; /* the other face's lines */
+        /* the other face's lines */
+        finer = fmax(finer, 3 / envmapi_clamp(axis->apart * axis->apart * 10, 0.1, 1));
     int nodes[2], whole = 1;
     for (int i = 0; i < 2; ++i) {
         length[i] = fmax(envmapi_angle(corner[0], corner[i ? 2 : 1]),
@@ -6135,28 +6136,102 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, d
     }
 }
 
+/* Breaks where rings touch a circle of angle psi about an axis e. */
+static void envmapi_axis_touch(envmapi_quadrature *q, const envmapi_axis *axis, int e, double psi) {
+    double beta = envmapi_acos(axis->a[e]);
+    envmapi_quadrature_break(q, fabs(psi - beta));
+    envmapi_quadrature_break(q, fmin(psi + beta, 2 * ENVMAPI_PI - psi - beta));
+}
+
+/* Breaks where rings touch a line across a face: where u (i 0) or v (1) is `at`, and the other has
+   its least or greatest angle to the axis. A parabola through three of 24 points finds it. */
+static void envmapi_axis_touch_line(envmapi_quadrature *q, const envmapi_axis *axis, int face,
+                                    int i, double at) {
+    double x[3] = {0, 0, 0}, uv[2], d[3], least = cos(q->breaks[q->count - 1]) - 0.02;
+    for (int j = 0; j <= 24; ++j) {
+        x[0] = x[1], x[1] = x[2], uv[i] = at, uv[1 - i] = j / 24.0;
+        envmapi_direction(d, axis->level.mapping, face, uv[0], uv[1]);
+        x[2] = envmapi_dot(axis->a, d);
+        if (j < 2 || (x[1] - x[0]) * (x[1] - x[2]) <= 0 || x[1] < least) continue;
+        double middle = (j - 1) / 24.0, h = 1 / 24.0, y[3] = {x[0], x[1], x[2]};
+        for (int step = 0; step < 4; ++step, h /= 8) {
+            middle += envmapi_clamp((y[0] - y[2]) / (y[0] - 2 * y[1] + y[2]) / 2, -1, 1) * h;
+            for (int k = 0; k < 3; ++k) {
+                uv[1 - i] = middle + (k - 1) * h / 8;
+                envmapi_direction(d, axis->level.mapping, face, uv[0], uv[1]);
+                y[k] = envmapi_dot(axis->a, d);
+            }
+        }
+        envmapi_quadrature_break(q, envmapi_acos(y[1]));
+    }
+}
+
+/* Breaks where the mean on a ring has a root or worse: where the ring touches a line through texel
+   centres, a face's edge or a fold, the paraboloids' blend, or meets a pole. */
+static void envmapi_axis_touches(envmapi_quadrature *q, const envmapi_axis *axis) {
+    const envmapi_level *level = &axis->level;
+    int mapping = level->mapping, e = mapping == ENVMAP_LATLONG || mapping == ENVMAP_OCTAHEDRAL;
+    double blend = 2 * atan(1 - 1.0 / level->edge);
+    if (mapping == ENVMAP_PARABOLOID) {
+        envmapi_axis_touch(q, axis, 2, blend);
+        envmapi_axis_touch(q, axis, 2, ENVMAPI_PI - blend);
+    }
+    if (mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_OCTAHEDRAL)
+        envmapi_axis_touch(q, axis, 2 - e, ENVMAPI_PI / 2);
+    else if (mapping != ENVMAP_CUBE)
+        for (int i = 0; i < 2; ++i) envmapi_axis_touch(q, axis, 2 - e, i * ENVMAPI_PI);
+    for (int face = 0; face < envmap_faces(mapping); ++face)
+        for (int i = 0; i < 2; ++i) {
+            int size = i ? level->edge : level->width;
+            for (int k = -1; k <= size; ++k)
+                envmapi_axis_touch_line(q, axis, face, i, envmapi_clamp((k + 0.5) / size, 0, 1));
+            if (mapping == ENVMAP_OCTAHEDRAL) envmapi_axis_touch_line(q, axis, face, i, 0.5);
+        }
+}
+
+/* Adds the ring at an angle. */
+static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach, double theta,
+                                 double weight, const double t[3], const double b[3]) {
+    double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
+    if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
+    double texels = 3 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
+    double most = fmax(texels, 2 * axis->level.width);
+    envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}};
+    for (int j = 0; j < 3; ++j) {
+        ring.a[j] = cos(theta) * axis->a[j];
+        ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
+    }
+    k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
+    int n = (int)fmax(fmin(texels / envmapi_axis_squeeze(axis, theta), most), 16);
+    envmapi_axis_ring(axis, &ring, n, k);
+}
+
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
    thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
-   rings. What rings miss falls as the power 5/2 of their distance, because the mean on a ring has a
-   root where a line through texel centres touches it. */
+   rings. The mean on a ring has a root where a line through texel centres touches it, so what rings
+   miss falls as the power 5/2 of their distance. Below 1e-4 panels end at such roots; then it falls
+   as the power 4.  Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
+    int touches = axis->apart < 0.46;
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
     double t[3], b[3], theta, weight;
     envmapi_tangents(t, b, axis->a, NULL);
-    while (envmapi_quadrature_next(&q, &theta, &weight)) {
-        double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
-        if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-        double texels = 3 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
-        double most = fmax(texels, 2 * axis->level.width);
-        envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}};
-        for (int j = 0; j < 3; ++j) {
-            ring.a[j] = cos(theta) * axis->a[j];
-            ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
+    if (touches && q.count) envmapi_axis_touches(&q, axis);
+    while (!touches && envmapi_quadrature_next(&q, &theta, &weight))
+        envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
+    for (int i = 0; i + 1 < q.count && touches; ++i) {
+        double from = q.breaks[i], piece = q.breaks[i + 1] - from;
+        double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
+                              envmapi_axis_squeeze(axis, from + piece));
+        double most = 0.9 * axis->texel * pow(axis->apart, 0.75) * fmax(squeeze, 0.25);
+        int pieces = (int)ceil(piece / most);
+        piece /= pieces;
+        for (int j = 0; j < 6 * pieces; ++j) {
+            const double *g = axis->gauss[6][j % 6];
+            theta = from + piece * (j / 6 + (1 + g[0]) / 2);
+            envmapi_axis_ring_at(axis, share, reach, theta, piece * g[1] / 2, t, b);
         }
-        k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-        int n = (int)fmax(fmin(texels / envmapi_axis_squeeze(axis, theta), most), 16);
-        envmapi_axis_ring(axis, &ring, n, k);
     }
 }
 
@@ -6761,7 +6836,7 @@ static int envmapi_window_centres(envmapi_knot *node, int room, double from, dou
 
 /* Nodes of the integral over [from, to], Gauss-Legendre's, 2 to 6 a piece of up to so many sigma.
    The axis is at `at`, where sigma is that many texels; grows: the lobe has detail near its axis
-   only. */
+   only, and a little where it begins to fade out: there are at least grows + 1 nodes. */
 static int envmapi_window_pieces(envmapi_knot *node, int room, double from, double to, double n,
                                  double at, double sigma, int grows, const double (*gauss)[6][2]) {
     static const double longest[5] = ENVMAPI_PIECES;
@@ -6771,7 +6846,7 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
         double away = from < at ? fmax(at - end, (at - from) / 4.5) : from - at;
         double most = grows ? fmax(away, 0.8 * sigma) : sigma;
         next = from + (end - from) / ceil((end - from) / (longest[4] * most));
-        int k = 0;
+        int k = grows > 1 ? grows - 1 : 0;
         while (k < 4 && next - from > longest[k] * most) ++k;
         for (int i = 0; i < k + 2; ++i, ++count) {
             double place = (from + next - gauss[k][i][0] * (next - from)) / 2;
@@ -7008,10 +7083,20 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     if (texels) /* each column of a lat-long once */
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
                                       s->axis.tent, envmapi_near_places(s));
+    int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX; /* to 5: 2e-5 .. 4e-6 need them */
+    if (grows) grows += (int)envmapi_clamp(11 - 14 * s->piece, 0, 4);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
-    return envmapi_window_pieces(nodes, room, from, to, size, at[i] * size - 0.5,
-                                 s->piece * w->sigma[i], s->axis.lobe->kind == ENVMAP_LOBE_GGX,
-                                 s->axis.gauss + 2);
+    int kinks = i && level->mapping == ENVMAP_LATLONG ? s->axis.kink_count : 0, count = 0;
+    for (double end, place = at[i] * size - 0.5; from < to && count + 6 <= room; from = end) {
+        end = to; /* about a pole kinks lie along rows, and what pieces miss does not cancel */
+        for (int k = 0; k < 2 * kinks; ++k) {
+            double cut = place + (k % 2 ? 1 : -1) * s->axis.kinks[k / 2] * size / ENVMAPI_PI;
+            if (cut > from + 1e-6 && cut < end - 1e-6) end = cut;
+        }
+        count += envmapi_window_pieces(nodes + count, room - count, from, end, size, place,
+                                       s->piece * w->sigma[i], grows, s->axis.gauss + 2);
+    }
+    return count;
 }
 
 /* ---- K */
@@ -8072,7 +8157,8 @@ static int envmapi_near_serves(const envmapi_near *s) {
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX;
     if (s->axis.lobe->kind == ENVMAP_LOBE_BANKS) return 0; /* a ring's edges are off the lines */
     return s->R_bright < 1.5 &&
-           (s->tail || (texels < 64 && (grows || s->R_bright < 60 * s->sigma)));
+           (s->tail ||
+            (texels < 64 && (grows || s->R_bright < fmin(60, 250 * s->piece) * s->sigma)));
 }
 
 /* The texels of a source, or 0 where they are too many to weigh all for an axis. */
@@ -8098,6 +8184,9 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (!s->tail) s->R = envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
     if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
+    /* and where they are known, what a piece across one misses falls as the square of its length */
+    if (s->axis.lobe->kind == ENVMAP_LOBE_FUNCTION && s->axis.kink_count)
+        s->piece *= fmin(pow(tolerance * 1e4, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     *served = envmapi_near_serves(s);

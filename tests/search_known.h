@@ -82,13 +82,6 @@ static int known_tip_time(const finding *f) {
     return is_time(f) && tip;
 }
 
-/* The definition's rings, for Banks' lobes below two texels, at the tightest tolerances: they are
-   as close as is affordable there. */
-static int known_thin_rings(const finding *f) {
-    return is_accuracy(f) && f->w->lobe == LOBE_BANKS && f->texels < 1.5 &&
-           f->w->tolerance < 1e-5 && f->off < (f->promise == PROMISE_RMS ? 2e-5 : 4e-4);
-}
-
 /* Where a row of texels lies along the horizon of an axis, the definition's own sum over centres is
    off by texel^2 / 12 times the jump of k's slope there, which no number of bands has. It is much of
    a lobe whose peak is beside the horizon, and of tolerances below the square of a texel. */
@@ -119,7 +112,6 @@ static const struct known {
     {"lobes of hundreds of bands take seconds", "no cliffs: rings, middle lobes",
      known_banded_time},
     {"functions with a tip at an end take seconds", "found here", known_tip_time},
-    {"Banks below 1.5 texels at tolerances below 1e-5", "found here", known_thin_rings},
     {"rows of texels along the horizon", "right everywhere", known_kink_on_rows},
     {"results of few texels at the rounding of floats", "found here", known_last_bits},
 };

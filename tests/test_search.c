@@ -112,7 +112,17 @@ static void works_that_broke_hold(void) {
         {"octahedral:16:1 dst=cube:1:1 lobe=two:0.14:0.8 raw=0:1 tolerance=1e-5", "texel:0.4:0.8"},
         {"paraboloid:11:1 dst=cube:6:2 lobe=banks:0.978106141:0 raw=0:1 tolerance=2e-4",
          "sun:0.981366244:0.760661091"},
-        {"latlong:1:1 dst=angular:9:1 lobe=gaussian:2e5:0 raw=0:1 tolerance=.03", "checker:.03:0"}};
+        {"latlong:1:1 dst=angular:9:1 lobe=gaussian:2e5:0 raw=0:1 tolerance=.03", "checker:.03:0"},
+        {"paraboloid:11:1 dst=cube:3:2 lobe=banks:0.978106141:0 raw=0:1 tolerance=1.5e-6",
+         "sun:0.981366244:0.760661091"},
+        {"sphere:4:1 dst=angular:5:1 lobe=phong:2.4:0 raw=0:1 tolerance=6e-6", "texel:0.89:0.42"},
+        {"sphere:20:1 dst=cube:4:1 lobe=phong:300:0 raw=0:1 tolerance=1.5e-6", "sun:0.98:0.76"},
+        {"paraboloid:11:1 dst=cube:4:1 lobe=phong:300:0 raw=0:1 tolerance=1.5e-6", "sun:0.98:0.76"},
+        {"paraboloid:64:1 dst=cube:6:1 lobe=ggx:0.0086:0 raw=0:1 tolerance=1.1e-5",
+         "sun:0.86:0.63"},
+        {"latlong:64:1 dst=cube:5:1 lobe=cone:0.051:0 raw=0:1 tolerance=1e-6", "lamps:0.83:0.44"},
+        {"latlong:80:1 dst=cube:3:1 lobe=cone:0.0830696523:0 raw=0:1 tolerance=1e-4",
+         "texel:0.457941309:0"}};
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
         work w;
