@@ -6251,8 +6251,8 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
     int disc = axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR;
     double end = fmin(reach, axis->sight);
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS || envmapi_axis_at_rim(axis, axis->a, end);
-    for (int i = 0; i < axis->kink_count; ++i)
-        rings |= disc && axis->kinks[i] < end; /* a kink is a ring */
+    rings |= disc && axis->to < ENVMAPI_PI && axis->to <= end; /* a kink is a ring */
+    for (int i = 0; i < axis->kink_count; ++i) rings |= disc && axis->kinks[i] < end;
     if (rings && !axis->points) {
         envmapi_axis_polar(axis, share, reach);
         return;
