@@ -7847,7 +7847,7 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     memset(w->sums, 0, sizeof w->sums), memset(w->norms, 0, sizeof w->norms);
     envmapi_near_aim(w, s, axes);
     if (s->all) envmapi_near_all(w, s, axes->count);
-    for (int n = 0; n < axes->count; ++n) 
+    for (int n = 0; n < axes->count; ++n)
         w->rim[n] = !s->all && envmapi_axis_at_rim(&s->axis, w->axes[n],
                                                    fmin(s->R_bright, 8 * s->sigma));
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
