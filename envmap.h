@@ -8167,14 +8167,11 @@ static size_t envmapi_near_few(const envmap *src) {
     return texels <= ENVMAPI_FEW ? texels : 0;
 }
 
-/* A slice of src, or its only one, into a slice of dst. *served: 0 where it reaches too far. */
-static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
-                                        int declines,
-                                        const envmap_filter_desc *desc, envmapi_pool *pool) {
+/* How far axes see, how fine nodes are, and whether all texels are weighed for each. Returns 0
+   where a lobe reaches too far in a source of many texels, or `declines` and points are quicker. */
+static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, double tolerance) {
     const envmapi_level *level = &s->axis.level;
-    int rows = envmap_faces(src->mapping) * (src->size + 2);
-    double tolerance = (double)desc->tolerance, look[3];
-    envmap_result result = ENVMAP_OK;
+    double look[3];
     s->bright = envmapi_near_contrast(look, level->texels, envmapi_slice_floats(src, 0));
     frexp(look[0], &s->exponent);
     if (s->exponent > -60 && s->exponent < 60) s->exponent = 0;
@@ -8189,13 +8186,13 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
         s->piece *= fmin(pow(tolerance * 1e4, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
-    *served = envmapi_near_serves(s);
+    int serves = envmapi_near_serves(s);
     /* x^N, N < 1/2, jumps at the horizon, where cosines of an axis' images differ by roundings */
     if (s->axis.lobe->kind != ENVMAP_LOBE_PHONG || s->axis.lobe->parameter >= 0.5f)
         s->all = envmapi_near_few(src);
-    if (*served && (s->axis.texel < ENVMAPI_COARSE ||
-                    (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
-                     s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
+    if (serves && (s->axis.texel < ENVMAPI_COARSE ||
+                   (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
+                    s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
         s->all = 0;
     /* Functions and tables, and lobes of about a texel of an octahedral map, take more windows than
        points. Speed only, as is to leave single texels to sums. */
@@ -8203,12 +8200,20 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
                 s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION;
     costs |= level->mapping == ENVMAP_OCTAHEDRAL && envmapi_near_few(src) &&
              s->sigma > 0.7 * s->axis.texel;
-    int points = declines && s->axis.tent > 0 && (!*served || s->all || costs);
-    if (points || (!*served && !s->all)) {
-        *served = 0;
-        return ENVMAP_OK;
-    }
-    *served = 1;
+    if (declines && s->axis.tent > 0 && (!serves || s->all || costs)) return 0;
+    return serves || s->all;
+}
+
+/* A slice of src, or its only one, into a slice of dst. *served: 0 where another way is taken. */
+static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
+                                        int declines, const envmap_filter_desc *desc,
+                                        envmapi_pool *pool) {
+    const envmapi_level *level = &s->axis.level;
+    int rows = envmap_faces(src->mapping) * (src->size + 2);
+    double tolerance = (double)desc->tolerance;
+    envmap_result result = ENVMAP_OK;
+    *served = envmapi_near_suits(s, src, declines, tolerance);
+    if (!*served) return ENVMAP_OK;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     s->images = (envmapi_images(*)[6])envmapi_pool_get(pool, 3, sizeof *s->images);
