@@ -3323,6 +3323,12 @@ static double envmapi_lobe_peak(const envmap_lobe *lobe, double p) {
         double k = fabs(envmapi_k(lobe, cos(theta), p));
         if (k > peak) peak = k, at = theta;
     }
+    for (double step = 0.02; step > 1e-5; step /= 2) /* between nodes */
+        for (int side = -1; side <= 1; side += 2) {
+            double beside = envmapi_clamp(at + side * step, 0, ENVMAPI_PI);
+            double k = fabs(envmapi_k(lobe, cos(beside), p));
+            if (k > peak) peak = k, at = beside;
+        }
     return at;
 }
 

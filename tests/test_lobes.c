@@ -216,6 +216,28 @@ static void lobes_know_their_width(void) {
     FIGURE("lobe widths, relative error", worst, 1e-6);
 }
 
+/* x (1 - x)^22: the peak is at x = 1/23, between the angles that a search looks at. */
+static double beside_the_horizon(double x, double p, void *user) {
+    (void)p, (void)user;
+    return x > 0 ? x * pow(1 - x, 22) : 0;
+}
+
+static void a_functions_width_is_that_of_its_peak_wherever_it_is(void) {
+    envmap_lobe lobe = envmap_lobe_function(beside_the_horizon, NULL);
+    double peak = 1.0 / 23, level = exp(-0.5) * beside_the_horizon(peak, 0, NULL), ends[2];
+    for (int i = 0; i < 2; ++i) {
+        double in = peak, out = i;
+        for (int halved = 0; halved < 60; ++halved) {
+            double middle = (in + out) / 2;
+            if (beside_the_horizon(middle, 0, NULL) > level) in = middle;
+            else out = middle;
+        }
+        ends[i] = in;
+    }
+    double width = (acos(ends[0]) - acos(ends[1])) / 2;
+    FIGURE("relative error", fabs(envmap_lobe_sigma(&lobe, 0) / width - 1), 1e-4);
+}
+
 static void outside_its_support_a_lobe_is_below_1e_12_of_its_peak(void) {
     pair pairs[PAIRS];
     all_pairs(pairs);
@@ -895,6 +917,7 @@ int main(void) {
     RUN(lobes_know_their_integrals);
     RUN(integrals_have_their_closed_forms);
     RUN(lobes_know_their_width);
+    RUN(a_functions_width_is_that_of_its_peak_wherever_it_is);
     RUN(outside_its_support_a_lobe_is_below_1e_12_of_its_peak);
     RUN(every_listed_kink_is_one);
     RUN(every_kink_is_listed);
