@@ -550,7 +550,9 @@ typedef struct envmap_filter_desc {
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
-   darkest texels may be off by more than 20 tolerances.
+   darkest texels may be off by more than 20 tolerances. Where a row of texels lies exactly along an
+   axis' horizon, the sum over centres has texel^2 / 12 of a kink's slope too much or too little, of a
+   jump (x^N, N < 0.2) half the row, which FAST has right.
    Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 13 S + D;
    FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
    two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
@@ -6230,7 +6232,7 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
         double from = q.breaks[i], piece = q.breaks[i + 1] - from;
         double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
                               envmapi_axis_squeeze(axis, from + piece));
-        double most = 0.9 * axis->texel * pow(axis->apart, 0.75) * fmax(squeeze, 0.25);
+        double most = 0.9 * fmin(axis->texel, 0.3) * pow(axis->apart, 0.75) * fmax(squeeze, 0.25);
         int pieces = (int)ceil(piece / most);
         piece /= pieces;
         for (int j = 0; j < 6 * pieces; ++j) {

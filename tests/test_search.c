@@ -115,6 +115,8 @@ static void works_that_broke_hold(void) {
         {"latlong:1:1 dst=angular:9:1 lobe=gaussian:2e5:0 raw=0:1 tolerance=.03", "checker:.03:0"},
         {"paraboloid:11:1 dst=cube:3:2 lobe=banks:0.978106141:0 raw=0:1 tolerance=1.5e-6",
          "sun:0.981366244:0.760661091"},
+        {"cube:2:1 dst=angular:30:1 lobe=banks:0.96843344:0 raw=0:1 tolerance=5e-6",
+         "texel:0.49:0.25"},
         {"sphere:4:1 dst=angular:5:1 lobe=phong:2.4:0 raw=0:1 tolerance=6e-6", "texel:0.89:0.42"},
         {"sphere:20:1 dst=cube:4:1 lobe=phong:300:0 raw=0:1 tolerance=1.5e-6", "sun:0.98:0.76"},
         {"paraboloid:11:1 dst=cube:4:1 lobe=phong:300:0 raw=0:1 tolerance=1.5e-6", "sun:0.98:0.76"},
