@@ -3213,13 +3213,13 @@ static int envmapi_lobe_kinks(double kinks[ENVMAPI_KINKS], const envmap_lobe *lo
 /* Composite Gauss-Legendre over a part of a lobe's support: panels between breaks, each cut into
    two or more pieces no longer than `step`, 8 nodes a piece. */
 typedef struct envmapi_quadrature {
-    double breaks[256], step;
+    double breaks[128], step;
     int count, panel, pieces, node; /* of breaks; where it is: a panel, its pieces, a node of it */
 } envmapi_quadrature;
 
 static void envmapi_quadrature_break(envmapi_quadrature *q, double theta) {
     int i = q->count;
-    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 256) return;
+    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 128) return;
     for (; q->breaks[i - 1] > theta; --i) q->breaks[i] = q->breaks[i - 1];
     q->breaks[i] = theta;
     ++q->count;
@@ -7804,7 +7804,7 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
     const envmapi_tail *tail = rim && s->axis.bilinear < 1 ? NULL : s->tail; /* the sum has it */
     int fixed = fabs(s->norm) > 0, at[48];                                   /* raw, or Banks */
     double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
-    double light[N], share[N], power = ldexp(1, s->exponent), sum[4] = {0};
+    double power = ldexp(1, s->exponent), sum[4] = {0};
     for (int t = 0; t < s->turn_count; t += 16)
         envmapi_images_at(at + t, s->images[t / 16] + axes->face, &s->dst, axes->x, axes->y);
     for (int t = 0; t < s->turn_count && tail; ++t)
@@ -7816,15 +7816,14 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
         int g = i / 16, count = rim ? 3 : 16;
         if (rim) envmapi_near_reference(sum, s, (size_t)at[i / 3]);
         double each = fixed ? unit / s->norm : 1 / ((rim ? sum[3] : w->norms[g][n]) + beyond);
+        double share = fixed ? 1 : beyond * each;
         float lanes[16];
         memcpy(lanes, w->sums[g][n], sizeof lanes);
         for (int k = 0; k < count; ++k) {
-            light[i + k] = (rim ? sum[k] : power * (double)lanes[k]) * each;
-            share[i + k] = fixed ? 1 : beyond * each;
+            double light = (rim ? sum[k] : power * (double)lanes[k]) * each;
+            out[i + k] = envmapi_to_float(light + share * (double)out[i + k]);
         }
     }
-    for (int i = 0; i < 3 * s->turn_count; ++i)
-        out[i] = envmapi_to_float(light[i] + share[i] * (double)out[i]);
     for (int t = 0; t < s->turn_count; ++t)
         memcpy(image + 3 * (ptrdiff_t)at[t], out + 3 * t, 3 * sizeof *out);
 }
@@ -9459,20 +9458,21 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
                                           const envmap_lobe *lobe, const envmap_filter_desc *desc,
                                           envmapi_pool *pool) {
     envmapi_spec spec;
-    envmapi_axis axis;
     envmapi_source source;
-    envmapi_points points;
+    envmapi_axis *axis = (envmapi_axis *)envmapi_pool_get(pool, 1, sizeof *axis);
+    envmapi_points *points = (envmapi_points *)envmapi_pool_get(pool, 1, sizeof *points);
     envmapi_scene *scene = (envmapi_scene *)envmapi_pool_get(pool, 1, sizeof *scene);
     envmapi_spectrum spectrum;
     envmapi_rings *rings = &spectrum.t.rings;
     double tolerance = (double)desc->tolerance, texel = HUGE_VAL;
-    envmap_result result = scene ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
-    memset(&axis, 0, sizeof axis), memset(&points, 0, sizeof points);
+    envmap_result result = ENVMAP_OK;
+    if (!axis || !points || !scene) return ENVMAP_ERROR_MEMORY;
+    memset(axis, 0, sizeof *axis), memset(points, 0, sizeof *points);
     memset(&spectrum, 0, sizeof spectrum);
-    axis.lobe = lobe, spectrum.t.grid.map = src, *served = 0;
-    envmapi_axis_aim(&axis, src, k, dst->slices, tolerance);
-    if (axis.bilinear > 0 && axis.to > axis.reach && lobe->kind == ENVMAP_LOBE_GGX) return result;
-    if (result || !envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result))
+    axis->lobe = lobe, spectrum.t.grid.map = src, *served = 0;
+    envmapi_axis_aim(axis, src, k, dst->slices, tolerance);
+    if (axis->bilinear > 0 && axis->to > axis->reach && lobe->kind == ENVMAP_LOBE_GGX) return result;
+    if (!envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result))
         return result;
     int slice = src->slices > 1 ? k : 0;
     result = envmapi_scene_create(scene, src, slice, spec.sigma, &desc->work, pool);
@@ -9481,28 +9481,28 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
         const float *t = scene->in.texels + i;
         texel = fmin(texel, (double)fmaxf(fmaxf(t[0], t[1]), t[2]));
     }
-    spec.points = 1, spec.work = &desc->work, spec.midpoint = (1 - axis.bilinear) / 8;
+    spec.points = 1, spec.work = &desc->work, spec.midpoint = (1 - axis->bilinear) / 8;
     spec.dark = scene->all > 0 ? fmin(3 * texel * scene->solid / scene->all, 2) : 2;
-    if (axis.bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis.texel;
+    if (axis->bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis->texel;
     double most = sqrt(ENVMAPI_MIDDLE * (double)envmapi_slice_floats(dst, 0));
     if (!envmapi_spec_fit(&spec, scene, most)) return result;
     result = envmapi_source_create(&source, src, slice, desc->work.memory);
     if (result) return result;
-    source.texels = axis.level.texels = scene->in.texels, axis.source = &source;
-    axis.sigma = 15.0 / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 12));
-    envmapi_axis_points(&axis, &points);
-    if (points.count > ENVMAPI_MANY) {
+    source.texels = axis->level.texels = scene->in.texels, axis->source = &source;
+    axis->sigma = 15.0 / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 12));
+    envmapi_axis_points(axis, points);
+    if (points->count > ENVMAPI_MANY) {
         envmapi_source_free(&source, desc->work.memory);
         return ENVMAP_OK;
     }
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / spec.h, spec.L + 2)));
     spectrum.a =
         (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
-    if (!spectrum.a || envmapi_rings_create(rings, M, spec.L, points.count,
+    if (!spectrum.a || envmapi_rings_create(rings, M, spec.L, points->count,
                                             envmapi_tasks(&desc->work), NULL, pool))
         result = ENVMAP_ERROR_MEMORY;
-    points.rings = rings, rings->a = spectrum.a, rings->a_bands = spec.L;
-    if (!result) envmapi_axis_points(&axis, &points);
+    points->rings = rings, rings->a = spectrum.a, rings->a_bands = spec.L;
+    if (!result) envmapi_axis_points(axis, points);
     envmapi_source_free(&source, desc->work.memory);
     if (result) return result;
     envmapi_analyse(rings, &desc->work);
