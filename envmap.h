@@ -551,8 +551,8 @@ typedef struct envmap_filter_desc {
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
    darkest texels may be off by more than 20 tolerances. Where a row of texels lies exactly along an
-   axis' horizon, the sum over centres has texel^2 / 12 of a kink's slope too much or too little, and
-   half the row of a jump (x^N, N < 0.2), which FAST has right.
+   axis' horizon, the sum over centres has texel^2 / 12 of a kink's slope too much or too little,
+   and half the row of a jump (x^N, N < 0.2), which FAST has right.
    Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 13 S + D;
    FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
    two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
@@ -9471,7 +9471,8 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     memset(&spectrum, 0, sizeof spectrum);
     axis->lobe = lobe, spectrum.t.grid.map = src, *served = 0;
     envmapi_axis_aim(axis, src, k, dst->slices, tolerance);
-    if (axis->bilinear > 0 && axis->to > axis->reach && lobe->kind == ENVMAP_LOBE_GGX) return result;
+    if (axis->bilinear > 0 && axis->to > axis->reach && lobe->kind == ENVMAP_LOBE_GGX)
+        return ENVMAP_OK;
     if (!envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result))
         return result;
     int slice = src->slices > 1 ? k : 0;
