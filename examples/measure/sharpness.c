@@ -116,18 +116,18 @@ static void panel(FILE *f, int kind, double left) {
     static const char *const ticks_x[2][7] = {{"1", "10", "100", "1000", "1e4", "1e5", "1e6"},
                                               {"1", "0.1", "0.01", "0.001", "1e-4", NULL, NULL}};
     int count = kind ? ALPHAS : PHONGS;
-    svg_axes time = {left, 60, left + 380, 310, 1, kind ? 1e4 : 1e6, 1, 1e7, 1, 1};
-    svg_axes error = {left, 350, left + 380, 530, 1, kind ? 1e4 : 1e6, 1e-4, 100, 1, 1};
+    svg_axes time = {left, 60, left + 380, 310, 1, kind ? 1e4 : 1e6, 1, 1e8, 1, 1};
+    svg_axes error = {left, 350, left + 380, 530, 1, kind ? 1e4 : 1e6, 1e-6, 100, 1, 1};
     for (int i = 0; i < 7 && ticks_x[kind][i]; ++i) {
         svg_tick_x(f, &time, pow(10, i), NULL);
         svg_tick_x(f, &error, pow(10, i), ticks_x[kind][i]);
     }
-    for (int i = 0; i <= 7; ++i) {
+    for (int i = 0; i <= 8; ++i) {
         char text[20];
         snprintf(text, sizeof text, i < 4 ? "%.0f" : "%.0e", pow(10, i));
         svg_tick_y(f, &time, pow(10, i), text);
-        snprintf(text, sizeof text, "%g", pow(10, i - 4));
-        if (i < 7) svg_tick_y(f, &error, pow(10, i - 4), text);
+        snprintf(text, sizeof text, "%g", pow(10, i - 6));
+        svg_tick_y(f, &error, pow(10, i - 6), text);
     }
     for (int from = 0; from < 2; ++from) {
         double x[PHONGS], y[4][PHONGS];
