@@ -8876,6 +8876,8 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 /* a_lit_texel_some_texels_away_keeps_the_tolerance, of tests/test_near.c, at 30 */
 #define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
 #define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
+#define ENVMAPI_APART   15.0 /* over bands, rad: length of the pieces that points stand for */
+#define ENVMAPI_SHARP   2.2 /* texels: near sums are quicker below, between cubes; speed only */
 #define ENVMAPI_MANY    4000000 /* points, beyond which memory would be much */
 #define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
@@ -9490,7 +9492,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     result = envmapi_source_create(&source, src, slice, desc->work.memory);
     if (result) return result;
     source.texels = axis->level.texels = scene->in.texels, axis->source = &source;
-    axis->sigma = 15.0 / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 12));
+    axis->sigma = ENVMAPI_APART / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 12));
     envmapi_axis_points(axis, points);
     if (points->count > ENVMAPI_MANY) {
         envmapi_source_free(&source, desc->work.memory);
@@ -9663,10 +9665,9 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmapi_tail *tail = job->tails + job->fast;
     double tolerance = (double)job->desc.tolerance;
     if (method == ENVMAP_METHOD_AUTO && pairs * job->views[l].slices < 1e5) coarse = 1;
-    /* Between two cubes near sums are quicker from there on. */
     int sharp = method != ENVMAP_METHOD_HARMONICS && lobe->kind < ENVMAP_LOBE_GGX &&
                 job->views[l].mapping == ENVMAP_CUBE && job->src->mapping == ENVMAP_CUBE &&
-                envmap_lobe_sigma(lobe, 0) < 2.2 * extent;
+                envmap_lobe_sigma(lobe, 0) < ENVMAPI_SHARP * extent;
     if (lobe->kind == ENVMAP_LOBE_MIRROR || method == ENVMAP_METHOD_REFERENCE ||
         method == ENVMAP_METHOD_HIERARCHICAL || envmapi_job_constant(job, l))
         return ENVMAP_OK;
