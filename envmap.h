@@ -8654,8 +8654,7 @@ static int envmapi_hoops_suit(envmapi_hoops *h, const envmap *src, int slices, d
     const envmapi_axis *axis = &h->near.axis;
     int octahedral = src->mapping == ENVMAP_OCTAHEDRAL && axis->tent > 0, suit = !octahedral;
     if (axis->lobe->kind != ENVMAP_LOBE_BANKS || axis->lobe->parameter < 0.98f || tolerance < 1e-4 ||
-        envmapi_near_few(src) || (axis->bilinear > 0 && src->mapping != ENVMAP_CUBE &&
-                                  src->mapping != ENVMAP_LATLONG))
+        envmapi_near_few(src) || (axis->bilinear > 0 && src->mapping != ENVMAP_CUBE))
         return 0;
     double axes = (double)envmapi_slice_floats(&h->near.dst, 0) / 3 * slices;
     suit &= axes * (axis->tent > 0 ? 8 : 0.5) > 1 / axis->texel;
