@@ -4,6 +4,7 @@
    takes long, most is tasks. `make tsan` runs this under the thread sanitizer. */
 #define _POSIX_C_SOURCE 200809L
 #include "helpers.h"
+#include "../examples/tool/threads.h"
 
 /* ----------------------------------------------------------------------------------- calls ---- */
 
@@ -182,8 +183,8 @@ static float expected[CALLS][ROOM];
 
 static int same_as_serial(int c, const envmap_work *work) {
     float *out = (float *)calloc(ROOM, sizeof *out);
-    int ok = out && !calls[c].run(out, &scene, work) &&
-             !memcmp(out, expected[c], sizeof expected[c]);
+    int ok =
+        out && !calls[c].run(out, &scene, work) && !memcmp(out, expected[c], sizeof expected[c]);
     free(out);
     if (!ok) printf("    %s\n", calls[c].name);
     return ok;
@@ -278,22 +279,56 @@ static void on_threads_it_is_the_same(void) { check_calls(run_threads); }
 
 static void nested_it_is_the_same(void) { check_calls(run_nested); }
 
+/* examples/tool/threads.h; runs inside its tasks, too. */
+typedef struct inner {
+    threads_pool *pool;
+    int ran[8][8];
+} inner;
+
+static void inner_task(void *user, int i) { ++((int *)user)[i]; }
+
+static void outer_task(void *user, int i) {
+    inner *n = (inner *)user;
+    threads_run(n->pool, inner_task, n->ran[i], 8);
+}
+
+static void on_a_pool_it_is_the_same(void) {
+    static const int counts[] = {1, 2, 5};
+    for (int k = 0; k < 3; ++k) {
+        threads_pool pool;
+        inner n;
+        envmap_work work;
+        memset(&work, 0, sizeof work), memset(&n, 0, sizeof n);
+        threads_begin(&pool, counts[k]);
+        CHECK(pool.threads == counts[k]);
+        work.executor.user = n.pool = &pool, work.executor.run = threads_run;
+        for (int c = 0; c < CALLS; ++c) CHECK(same_as_serial(c, &work));
+        threads_run(&pool, outer_task, &n, 8);
+        for (int i = 0; i < 64; ++i) CHECK(n.ran[i / 8][i % 8] == 1);
+        threads_end(&pool);
+    }
+}
+
+static threads_pool shared;
+
 static void *call_all(void *user) {
     int *wrong = (int *)user;
     envmap_work work;
     memset(&work, 0, sizeof work);
-    if (*wrong) work.executor.run = run_threads;
+    if (*wrong) work.executor.user = &shared, work.executor.run = threads_run;
     *wrong = 0;
     for (int c = 0; c < CALLS; ++c) *wrong += !same_as_serial(c, &work);
     return NULL;
 }
 
-/* Three threads, one of them with an executor of its own, and one source. */
+/* Three threads, two of them with the same pool, and one source. */
 static void callers_on_several_threads_do_not_meet(void) {
     pthread_t threads[3];
-    int wrong[3] = {0, 1, 0};
+    int wrong[3] = {0, 1, 1};
+    threads_begin(&shared, 3);
     for (int k = 0; k < 3; ++k) CHECK(!pthread_create(threads + k, NULL, call_all, wrong + k));
     for (int k = 0; k < 3; ++k) CHECK(!pthread_join(threads[k], NULL) && wrong[k] == 0);
+    threads_end(&shared);
 }
 
 /* ----------------------------------------------------------------------------------- shares ---- */
@@ -382,11 +417,11 @@ static void four_workers_take_six_tenths_of_the_time_at_most(void) {
     static const struct {
         const char *name;
         call *run;
-    } longer[] = {{"Phong 2000", of_bands},         {"Phong 1e5", sharper},
-                  {"GGX 0.01", with_a_tail},        {"Banks 0.95, 24 slices", of_slices},
-                  {"a plan", plan_of_bands},        {"16 bands, every texel", coefficients},
-                  {"the definition", reference},    {"hierarchical", hierarchical},
-                  {"40 views", radiance},           {"a fit", fit},
+    } longer[] = {{"Phong 2000", of_bands},      {"Phong 1e5", sharper},
+                  {"GGX 0.01", with_a_tail},     {"Banks 0.95, 24 slices", of_slices},
+                  {"a plan", plan_of_bands},     {"16 bands, every texel", coefficients},
+                  {"the definition", reference}, {"hierarchical", hierarchical},
+                  {"40 views", radiance},        {"a fit", fit},
                   {"a table", ggx_table}};
     int quick = test_many(50) < 50; /* what sanitizers add is not shared, nor do emulators tell */
     double bound = quick || CLOCKS_PER_SEC < 1000000 ? 1 : 0.6; /* ticks of 1 ms do not, either */
@@ -410,6 +445,7 @@ int main(void) {
     RUN(shuffled_it_is_the_same);
     RUN(on_threads_it_is_the_same);
     RUN(nested_it_is_the_same);
+    RUN(on_a_pool_it_is_the_same);
     RUN(callers_on_several_threads_do_not_meet);
     RUN(four_workers_take_six_tenths_of_the_time_at_most);
     envmap_prepared_free(&scene.prepared);
