@@ -1382,6 +1382,31 @@ static int envmapi_radiance_ok(const envmap *map, int negative_too) {
                              negative_too);
 }
 
+/* Checks of many numbers, or copies of them, as tasks. */
+typedef struct envmapi_scan {
+    float *out; /* NULL: envmapi_floats_ok */
+    const float *in;
+    size_t count;
+    int tasks, negative_too, bad[ENVMAPI_TASKS];
+} envmapi_scan;
+
+static void envmapi_task_scan(void *context, int task) {
+    envmapi_scan *s = (envmapi_scan *)context;
+    size_t each = s->count / (size_t)s->tasks, from = (size_t)task * each;
+    if (task == s->tasks - 1) each = s->count - from;
+    if (s->out) memcpy(s->out + from, s->in + from, each * sizeof(float));
+    else s->bad[task] = !envmapi_floats_ok(s->in + from, each, s->negative_too);
+}
+
+static int envmapi_scan_run(float *out, const float *in, size_t count, int negative_too,
+                            const envmap_work *work) {
+    envmapi_scan s = {out, in, count, count < 65536 ? 1 : ENVMAPI_TASKS, negative_too, {0}};
+    int bad = 0;
+    envmapi_run_all(work, envmapi_task_scan, &s, s.tasks);
+    for (int i = 0; i < s.tasks; ++i) bad |= s.bad[i];
+    return !bad;
+}
+
 /* Level 0 of slice `first` into that of the following ones, count of all of them. */
 static void envmapi_copy_slices(const envmap *map, int first, int count) {
     for (int k = first + 1; k < first + count; ++k)
@@ -7040,13 +7065,14 @@ static double envmapi_near_reach(const envmapi_near *s, double R, int texels) {
 
 static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_axes *axes) {
-    const double *middle = w->axes[axes->count / 2];
+    const double *middle = w->axes[axes->count / 2], *far_off = middle;
     for (int n = 0; n < axes->count; ++n)
         envmapi_texel_direction(w->axes[n], s->dst.mapping, axes[n].face, s->dst.size, axes[n].x,
                                 axes[n].y);
-    memcpy(w->middle, middle, sizeof w->middle), w->spread = 0;
     for (int n = 0; n < axes->count; ++n)
-        w->spread = fmax(w->spread, 1.01 * envmapi_angle(w->axes[n], middle));
+        if (envmapi_dot(w->axes[n], middle) < envmapi_dot(far_off, middle)) far_off = w->axes[n];
+    memcpy(w->middle, middle, sizeof w->middle);
+    w->spread = 1.01 * envmapi_angle(far_off, middle);
 }
 
 /* The window of the axes on such a part; 0 where they see nothing of it. */
@@ -7906,13 +7932,24 @@ static void envmapi_task_near(void *context, int task) {
     }
 }
 
-/* The first of the texels that turns take to each other does the work for all of them. */
-static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
-    size_t own = envmapi_turned(&s->dst, s->turns[0].dst + face, x, y);
-    for (int t = 1; t < s->turn_count; ++t) {
+/* The first of the texels that turns take to each other does the work for all of them. The turns
+   that keep a face; 0 where one takes it to an earlier one. */
+static int envmapi_near_keep(const envmapi_place *kept[48], const envmapi_near *s, int face) {
+    int count = 0;
+    for (int t = 0; t < s->turn_count; ++t) {
         const envmapi_place *to = s->turns[t].dst + face;
         if (to->face < face) return 0;
-        if (to->face == face && envmapi_turned(&s->dst, to, x, y) < own) return 0;
+        if (to->face == face) kept[count++] = to;
+    }
+    return count;
+}
+
+static int envmapi_near_first(const envmap *dst, const envmapi_place *const *kept, int count, int x,
+                              int y) {
+    size_t own = envmapi_turned(dst, kept[0], x, y); /* the first turn is none */
+    for (int t = 1; t < count; ++t) {
+        int row = kept[t]->y0 + kept[t]->yx * x + kept[t]->yy * y;
+        if (row < y || (row == y && envmapi_turned(dst, kept[t], x, y) < own)) return 0;
     }
     return 1;
 }
@@ -7976,14 +8013,16 @@ static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envma
 /* The axes of a tile that are summed, side by side as far as they see the same. */
 static void envmapi_near_line(envmapi_window *w, envmapi_near *s, envmapi_near_tile *tile,
                               int *count, int most) {
+    const envmapi_place *kept[48];
     int width = envmapi_width(s->dst.mapping, s->dst.size);
-    int end = tile->x + s->tile < width ? tile->x + s->tile : width;
+    int keeps = envmapi_near_keep(kept, s, tile->face);
+    int end = keeps ? tile->x + s->tile < width ? tile->x + s->tile : width : 0;
     tile->first = *count;
     for (int y = tile->y; y < tile->y + s->tile && y < s->dst.size; ++y)
         for (int x = tile->x; x < end; ++x) {
             envmapi_near_axes *axes = s->axes + *count;
             int n = 0;
-            for (; n < most && x < end && envmapi_near_first(s, tile->face, x, y); ++n, ++x)
+            for (; n < most && x < end && envmapi_near_first(&s->dst, kept, keeps, x, y); ++n, ++x)
                 axes[n].face = tile->face, axes[n].x = x, axes[n].y = y;
             axes->count = n, *count += n;
             if (n) envmapi_near_needs(w, s, axes), --x;
@@ -8001,16 +8040,19 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
     int *first = (int *)envmapi_pool_get(pool, (size_t)(bins * (level->edge + 1)), sizeof *first);
     if (!found || !first) return ENVMAP_ERROR_MEMORY;
     memset(first, -1, (size_t)(bins * (level->edge + 1)) * sizeof *first);
-    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size; ++i)
-        for (int x = 0; x < width; ++x) {
+    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size; ++i) {
+        const envmapi_place *kept[48];
+        int keeps = envmapi_near_keep(kept, s, i / dst->size);
+        for (int x = 0; x < width && keeps; ++x) {
             envmapi_near_axes axis = {i / dst->size, x, i % dst->size, 0};
-            if (!envmapi_near_first(s, axis.face, x, axis.y)) continue;
+            if (!envmapi_near_first(dst, kept, keeps, x, axis.y)) continue;
             double a[3], uv[2];
             envmapi_texel_direction(a, dst->mapping, axis.face, dst->size, x, axis.y);
             envmapi_project(uv, ENVMAP_LATLONG, 0, a);
             int *bin = first + (int)(uv[1] * level->edge + 0.5) * bins + (int)(uv[0] * (bins - 1));
             axis.count = *bin, found[count] = axis, *bin = count++; /* count: the next in a bin */
         }
+    }
     count = 0;
     for (int row = 0; row <= level->edge; ++row) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
@@ -8063,11 +8105,9 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     if (cells && envmapi_near_cells(w, s, room, pool)) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < faces * across * down && !cells; ++i) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
-        int face = i / (across * down), first = 1;
-        for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
-        tile->face = face, tile->x = i % across * s->tile;
+        tile->face = i / (across * down), tile->x = i % across * s->tile;
         tile->y = i / across % down * s->tile;
-        if (first) envmapi_near_line(w, s, tile, &count, most), s->tile_count += tile->count > 0;
+        envmapi_near_line(w, s, tile, &count, most), s->tile_count += tile->count > 0;
     }
     for (int i = 0; i < rows; ++i)
         s->rows[i].first = s->count, s->count += (size_t)(s->rows[i].to - s->rows[i].from);
@@ -8490,9 +8530,10 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
 static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
     int last = s->scales - 1;
     double mean[4] = {0, 0, 0, 0};
-    for (size_t b = 0; b < 4 * s->blocks[0].count; ++b) mean[b % 4] += (double)sums[b];
-    for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = 0; i < last; ++i) envmapi_scene_halve(s, sums, i);
+    for (size_t b = 0; b < 4 * s->blocks[last].count; ++b)
+        mean[b % 4] += (double)sums[s->blocks[last].at + b];
+    for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = last; i >= 0; --i) {
         double most = off;
         double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
@@ -8510,9 +8551,13 @@ static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squa
     double even = 0;
     s->texel = s->scale[0];
     if (!(s->norm > 0)) return;
-    for (size_t b = 0; b < s->blocks[0].count; ++b)
-        for (size_t c = 0; c < 3; ++c)
-            even += envmapi_block_group(s, 0, b) * pow((double)sums[4 * b + c], 2);
+    for (size_t b = 0, end; b < s->blocks[0].count; b = end) {
+        double row[4] = {0, 0, 0, 0};
+        for (end = b + (size_t)s->blocks[0].nu; b < end; ++b)
+            for (size_t c = 0; c < 4; ++c)
+                row[c] += (double)sums[4 * b + c] * (double)sums[4 * b + c];
+        even += envmapi_block_group(s, 0, end - 1) * (row[0] + row[1] + row[2]);
+    }
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares);
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
 }
@@ -8715,12 +8760,14 @@ typedef struct envmapi_sight {
     double (*d)[3], *squares;
     float (*values)[3 + ENVMAPI_SCALES];
     unsigned char angle[1026];
+    int first; /* histograms are to be cleared */
 } envmapi_sight;
 
 /* Task: what an axis sees. */
 static void envmapi_task_see(void *context, int a) {
     const envmapi_sight *t = (const envmapi_sight *)context;
     envmapi_histogram *to = t->histograms + a;
+    if (t->first) memset(to->seen, 0, sizeof to->seen);
     for (size_t b = 0; b < t->count; ++b) {
         float *seen = to->seen[t->angle[(int)(512.5 - 512 * envmapi_dot(to->axis, t->d[b]))]];
         envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(t->values[b]));
@@ -8732,7 +8779,8 @@ static void envmapi_task_see(void *context, int a) {
 static void envmapi_histograms_add(envmapi_sight *t, envmapi_scene *s, const float *rest, int from,
                                    int j, const envmap_work *work) {
     const float *sums = s->sums + s->blocks[j].at;
-    size_t count = t->count = s->blocks[j].count;
+    size_t count = t->count = s->strongest > 0 ? s->blocks[j].count : 0;
+    t->first = !from;
     memset(t->squares, 0, (size_t)(j - from + 1) * count * sizeof *t->squares);
     memset(t->values, 0, count * sizeof *t->values);
     for (int i = from; i <= j && s->detail; ++i) {
@@ -8769,13 +8817,12 @@ static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, co
         double part = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
         t.angle[i] = (unsigned char)fmin(sqrt(part) * ENVMAPI_ANGLES, ENVMAPI_ANGLES - 1);
     }
-    memset(s->histograms, 0, (size_t)s->axes * sizeof *s->histograms);
     for (int a = 0; a < s->round; ++a)
         envmapi_texel_direction(s->histograms[a].axis, ENVMAP_CUBE, a / edge / edge, edge, a % edge,
                                 a / edge % edge);
     for (int i = 0; i < s->axes - s->round; ++i)
         envmapi_block_direction(s->histograms[s->round + i].axis, s, i, s->scale[i].spot);
-    for (int from = 0; s->strongest > 0 && j < s->scales && (s->detail || !from); from = ++j)
+    for (int from = 0; j < s->scales && (s->detail || !from); from = ++j)
         envmapi_histograms_add(&t, s, rest, from, j, work);
     return ENVMAP_OK;
 }
@@ -9287,28 +9334,39 @@ typedef struct envmapi_scenes {
     envmapi_scene whole, unlit;
 } envmapi_scenes;
 
-/* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave. */
+/* Fits a spec to its scene. */
+static void envmapi_task_fit(void *context, int i) {
+    envmapi_spec *spec = (envmapi_spec *)context + i;
+    double most = spec->kinked ? ENVMAPI_FAST_BANDS : fmax(24, ENVMAPI_SMOOTH / spec->sigma);
+    if (!spec->kinked && (spec->tail || spec->lobe->kind == ENVMAP_LOBE_GGX))
+        most = fmin(most, ENVMAPI_HEAVY);
+    if (spec->scene) envmapi_spec_fit(spec, spec->scene, most);
+}
+
+/* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave.
+   Several are tasks; one by itself has tasks. */
 static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_scenes *scenes,
                                        const envmap_work *work, envmapi_pool *pool) {
     int kinked = 0;
     double extent = envmapi_texel_extent(scenes->whole.in.map), sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
+    envmap_work serial, all = *work;
+    memset(&serial, 0, sizeof serial);
+    if (count == 1) all = serial;
+    for (envmapi_spec *spec = specs; spec < specs + count; ++spec)
+        spec->kinked = 0, spec->scene = &scenes->whole, spec->work = count > 1 ? &serial : work;
+    envmapi_run_all(&all, envmapi_task_fit, specs, count);
     for (envmapi_spec *spec = specs; spec < specs + count; ++spec) {
-        spec->kinked = 0, spec->work = work;
-        double most = fmax(24, ENVMAPI_SMOOTH / spec->sigma);
-        if (spec->tail || spec->lobe->kind == ENVMAP_LOBE_GGX) most = fmin(most, ENVMAPI_HEAVY);
-        spec->kinked = !envmapi_spec_fit(spec, &scenes->whole, most);
-        kinked += spec->kinked;
+        kinked += spec->kinked = !spec->L;
         if (spec->kinked) sigma = fmin(sigma, spec->sigma);
+        /* A kink sees the lattice of large texels. Test: a_lamp_anywhere_keeps_the_tolerance. */
+        spec->scene = spec->kinked && (extent < 0.05 || spec->tail) ? &scenes->unlit : NULL;
     }
     if (kinked && !scenes->unlit.lights) {
         scenes->unlit = scenes->whole;
         result = envmapi_scene_lights(&scenes->unlit, sigma, work, pool);
     }
-    for (envmapi_spec *spec = specs; spec < specs + count && !result; ++spec)
-        /* A kink sees the lattice of large texels. Test: a_lamp_anywhere_keeps_the_tolerance. */
-        if (spec->kinked && (extent < 0.05 || spec->tail))
-            envmapi_spec_fit(spec, &scenes->unlit, ENVMAPI_FAST_BANDS);
+    if (kinked && !result) envmapi_run_all(&all, envmapi_task_fit, specs, count);
     return result;
 }
 
@@ -9346,21 +9404,25 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_s
     return ENVMAP_OK;
 }
 
-/* dst(d) = src(-d) in a slice, where texels have texels opposite: not on sphere, angular and
-   octahedral maps. */
-static int envmapi_antipodes(const envmap *map, int dst, int src) {
+/* Where texels have texels opposite: not on sphere, angular and octahedral maps. */
+static int envmapi_has_antipodes(int mapping) {
+    return mapping == ENVMAP_CUBE || mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_LATLONG;
+}
+
+/* Task: dst(d) = src(-d), the slice at -p of that at p. */
+static void envmapi_task_antipodes(void *context, int k) {
+    const envmap *map = (const envmap *)context;
+    int other = map->slices - 1 - k, faces = envmap_faces(map->mapping);
     envmapi_place to[6];
-    int width = envmapi_width(map->mapping, map->size), faces = envmap_faces(map->mapping);
     for (int face = 0; face < faces; ++face)
-        if (!envmapi_turn_place(to + face, 7, map->mapping, map->size, face)) return 0;
-    const float *in = envmapi_image(map, 0, src, 0);
-    float *out = envmapi_image(map, 0, dst, 0);
-    for (int i = 0; i < faces * map->size; ++i) {
+        envmapi_turn_place(to + face, 7, map->mapping, map->size, face);
+    const float *in = envmapi_image(map, 0, k, 0);
+    float *out = envmapi_image(map, 0, other, 0);
+    for (int i = 0; i < faces * map->size && other > k; ++i) {
         const envmapi_place place = to[i / map->size];
-        for (int x = 0, y = i % map->size; x < width; ++x, in += 3)
+        for (int x = 0, y = i % map->size; x < envmapi_width(map->mapping, map->size); ++x, in += 3)
             memcpy(out + 3 * envmapi_turned(map, &place, x, y), in, 3 * sizeof *in);
     }
-    return 1;
 }
 
 /* Slice k of a result, at the slice's p or at -p, where lambda_l is (-1)^l times as much. */
@@ -9378,7 +9440,8 @@ static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec 
     return envmapi_fill_texels(t, work, ENVMAP_ERROR_LOBE);
 }
 
-/* A slice of a specification, and that at -p, as far as they are among first .. first+slices-1. */
+/* A slice of a specification, and that at -p, as far as they are among first .. first+slices-1. The
+   latter waits where it is made of the former. */
 static envmap_result envmapi_fast_pair(envmapi_transform *t, const envmapi_spec *spec, int row,
                                        int first, int slices, const envmap_work *work) {
     const envmap *dst = spec->dst;
@@ -9387,7 +9450,7 @@ static envmap_result envmapi_fast_pair(envmapi_transform *t, const envmapi_spec 
     int other = spec->mirrored ? dst->slices - 1 - row : k, here = k >= first && k < last;
     envmap_result result = here ? envmapi_fast_fill(t, spec, slice, k, 0, work) : ENVMAP_OK;
     if (result || other == k || other < first || other >= last) return result;
-    if (here && envmapi_antipodes(dst, other, k)) return ENVMAP_OK;
+    if (here && envmapi_has_antipodes(dst->mapping)) return ENVMAP_OK;
     return envmapi_fast_fill(t, spec, slice, other, 1, work);
 }
 
@@ -9440,6 +9503,9 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
         envmapi_pool_free(pool, kept);
         if (result) return result;
     }
+    envmap all = *dst;
+    if (spec->mirrored && slices == dst->slices && envmapi_has_antipodes(dst->mapping))
+        envmapi_run_all(&desc->work, envmapi_task_antipodes, &all, slices / 2);
     if (spec->slices == 1 && !spec->mirrored) envmapi_copy_slices(dst, first, slices);
     return ENVMAP_OK;
 }
@@ -9721,7 +9787,8 @@ static envmap_result envmapi_job_open(envmapi_job *job, const envmap *dst, const
         result = envmapi_job_spec(job, l);
     }
     if (!result && (job->fast < count || src->slices > 1) &&
-        !envmapi_radiance_ok(src, desc->method == ENVMAP_METHOD_REFERENCE))
+        !envmapi_scan_run(NULL, src->texels, (size_t)src->slices * envmapi_slice_floats(src, 0),
+                          desc->method == ENVMAP_METHOD_REFERENCE, &desc->work))
         result = ENVMAP_ERROR_RADIANCE;
     return result || !job->fast ? result : envmapi_job_look(job, 0);
 }
@@ -9785,13 +9852,14 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     for (int l = 0; l < job->count; ++l)
         job->views[l].texels =
             !l && first > dst->texels ? dst->texels : stage + (envmapi_image(dst, l, 0, 0) - first);
+    const envmap_work *work = &job->desc.work;
     envmap_result result = envmapi_job_run(job);
     /* a lobe that fails shows as NaN */
-    if (!result && !envmapi_floats_ok(stage, floats, 1)) result = ENVMAP_ERROR_LOBE;
-    if (!result && !direct) result = envmapi_tell(&job->desc.work.progress, 1);
+    if (!result && !envmapi_scan_run(NULL, stage, floats, 1, work)) result = ENVMAP_ERROR_LOBE;
+    if (!result && !direct) result = envmapi_tell(&work->progress, 1);
     job->desc.work.progress.report = NULL;
-    if (!result && job->late) result = envmap_resample(job->views, job->src, &job->desc.work);
-    if (!result) memcpy(first, stage, floats * sizeof(float));
+    if (!result && job->late) result = envmap_resample(job->views, job->src, work);
+    if (!result) envmapi_scan_run(first, stage, floats, 1, work);
     return result;
 }
 
