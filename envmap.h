@@ -9551,6 +9551,7 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
                                          const envmapi_spectrum ready[2], int first, int slices,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
     envmap_result result = ENVMAP_OK;
+    envmap_filter_desc one = *desc;
     int kept = pool->count, done = 0;
     for (int pass = 0; pass < 2 && !result; ++pass) {
         int kinked = pass ? specs[0].kinked : !specs[0].kinked, any = 0;
@@ -9563,23 +9564,28 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             result = envmapi_fast_analyse(&spectrum, specs, count, kinked, scene, desc, pool);
         for (const envmapi_spec *spec = specs + count; spec-- > specs && !result;) {
             envmapi_part part;
-            envmap_filter_desc one = *desc;
-            if (spec->kinked != kinked) continue;
-            one.work = envmapi_work_part(&part, &desc->work, done++, 1, count);
-            const envmapi_tail *tail = spec->L ? spec->tail : NULL;
-            const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
             size_t floats = (size_t)slices * envmapi_slice_floats(spec->dst, 0);
             float *out = envmapi_image(spec->dst, 0, first, 0);
+            if (spec->kinked != kinked) continue;
+            one.work = envmapi_work_part(&part, &desc->work, done++, 1, 2 * count);
             if (spec->L)
                 result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
             else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
             if (!result && spec->L && scene->in.exponent)
                 envmapi_floats_scale(out, out, floats, scene->in.exponent);
-            if (!result && (tail || !spec->L))
+        }
+        envmapi_pool_free(pool, kept); /* what follows needs none of it */
+        for (const envmapi_spec *spec = specs + count; spec-- > specs && !result;) {
+            envmapi_part part;
+            const envmapi_tail *tail = spec->L ? spec->tail : NULL;
+            const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
+            if (spec->kinked != kinked) continue;
+            one.work = envmapi_work_part(&part, &desc->work, done++, 1, 2 * count);
+            if (tail || !spec->L)
                 result = envmapi_filter_sharp(spec->dst, scene->in.map, lobe, tail, first, slices,
                                               &one, pool);
+            envmapi_pool_free(pool, kept);
         }
-        envmapi_pool_free(pool, kept);
     }
     return result;
 }
