@@ -553,7 +553,7 @@ typedef struct envmap_filter_desc {
    darkest texels may be off by more than 20 tolerances. Where a row of texels lies exactly along an
    axis' horizon, the sum over centres has texel^2 / 12 of a kink's slope too much or too little,
    and half the row of a jump (x^N, N < 0.2), which FAST has right.
-   Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 13 S + D;
+   Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 8 S + D;
    FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
    two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
    executor.  Test: tests/test_memory.c.
@@ -6422,18 +6422,20 @@ static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
    than the dark; and a lobe thinner than 4 texels slips between samples.
    Called by filters for HIERARCHICAL.  Tests: tests/test_hierarchical.c. */
 
-/* A node of any level from 1 on: what is known of its children, which are texels at level 1. */
+/* A node of any level from 2 on: what is known of its children. Those of level 1 are not kept: they
+   are up to four texels of the source, side by side. */
 typedef struct envmapi_node {
     double x[4], y[4], z[4];   /* their centroids, unit; the node's own where there is no child */
     double e[4][4];            /* r, g, b times solid angle, and the solid angle; 0: no child */
     double cosine[4], sine[4]; /* of the angle about the centroid within which lies all below it */
     double texels[4];    /* how many texels lie below each child, without those outside a rim */
     uint32_t code;       /* that of its texels, without the last 2 bits a level */
-    int first, children; /* of the level below, side by side because texels are in Z-order */
+    int first, children; /* of the level below, or its first texel: texels are in Z-order */
 } envmapi_node;
 
 typedef struct envmapi_tree {
     envmapi_node *level[17]; /* at `last` a node is a face */
+    float (*e)[4]; /* of texels: r, g, b times solid angle, and the solid angle */
     int count[17], last;
     envmapi_pool pool;
 } envmapi_tree;
@@ -6458,16 +6460,31 @@ static double envmapi_node_join(double d[3], double e[4], envmapi_node *node) {
     return radius < ENVMAPI_PI ? radius : ENVMAPI_PI;
 }
 
+/* A node of level 1: texels from i on. */
+static void envmapi_node_texels(envmapi_node *node, const envmapi_tree *tree,
+                                const envmapi_source *s, size_t i) {
+    memset(node, 0, sizeof *node);
+    node->code = s->code[i] >> 2;
+    for (; i < s->count && s->code[i] >> 2 == node->code; ++i) {
+        int j = node->children++;
+        node->x[j] = s->x[i], node->y[j] = s->y[i], node->z[j] = s->z[i];
+        node->cosine[j] = node->texels[j] = 1, node->e[j][3] = s->w[i];
+        for (int c = 0; c < 3; ++c)
+            node->e[j][c] = s->w[i] * (double)envmapi_source_rgb(s, i)[c];
+        for (int c = 0; c < 4; ++c) tree->e[i][c] = (float)node->e[j][c];
+    }
+}
+
 /* A level from the one below it. */
 static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int level) {
-    int below = level > 1 ? tree->count[level - 1] : (int)s->count;
-    envmapi_node *node = tree->level[level];
-    for (int i = 0; i < below; ++i) {
-        envmapi_node *child = level > 1 ? tree->level[level - 1] + i : NULL;
-        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {0, 0, 0, s->w[i]};
-        for (int c = 0; c < 3; ++c) e[c] = e[3] * (double)envmapi_source_rgb(s, (size_t)i)[c];
-        double radius = child ? envmapi_node_join(d, e, child) : 0;
-        uint32_t code = (child ? child->code : s->code[i]) >> 2;
+    envmapi_node leaf, *child = tree->level[level - 1], *node = tree->level[level];
+    int below = level > 2 ? tree->count[level - 1] : (int)s->count;
+    for (int i = 0, step; i < below; i += step) {
+        double d[3], e[4];
+        if (level == 2) envmapi_node_texels(child = &leaf, tree, s, (size_t)i);
+        step = level == 2 ? child->children : 1;
+        double radius = envmapi_node_join(d, e, child);
+        uint32_t code = child->code >> 2;
         if (node->children && node->code != code) ++node;
         if (!node->children) node->code = code, node->first = i;
         int j = node->children++;
@@ -6475,14 +6492,17 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
         node->cosine[j] = cos(radius), node->sine[j] = sin(radius);
         memcpy(node->e[j], e, sizeof e);
         node->texels[j] =
-            child ? child->texels[0] + child->texels[1] + child->texels[2] + child->texels[3] : 1;
+            child->texels[0] + child->texels[1] + child->texels[2] + child->texels[3];
+        child += level > 2;
     }
 }
 
 /* Levels, three at least, until a node is a face. */
 static envmap_result envmapi_tree_create(envmapi_tree *tree, const envmapi_source *s) {
     int width = envmapi_width(s->map->mapping, s->map->size);
-    for (int level = 1; level <= 3 || 1 << (level - 1) < width; ++level) {
+    tree->e = (float(*)[4])envmapi_pool_get(&tree->pool, s->count, sizeof *tree->e);
+    if (!tree->e) return ENVMAP_ERROR_MEMORY;
+    for (int level = 2; level <= 3 || 1 << (level - 1) < width; ++level) {
         size_t count = 0;
         for (size_t i = 0; i < s->count; ++i)
             count += !i || s->code[i] >> 2 * level != s->code[i - 1] >> 2 * level;
@@ -6539,12 +6559,12 @@ static envmap_result envmapi_hier_prepare(void *method, const envmapi_axis *axis
     return envmapi_tree_create(&h->tree, axis->source);
 }
 
-/* The lobe about the axis at the four children of a node. */
+/* The lobe about the axis at four directions, those of the children of a node. */
 static void envmapi_hier_k(double k[4], const envmapi_hier *h, const envmapi_axis *axis,
-                           const envmapi_node *node) {
+                           const double dx[4], const double dy[4], const double dz[4]) {
     double x[4];
     for (int i = 0; i < 4; ++i)
-        x[i] = axis->a[0] * node->x[i] + axis->a[1] * node->y[i] + axis->a[2] * node->z[i];
+        x[i] = axis->a[0] * dx[i] + axis->a[1] * dy[i] + axis->a[2] * dz[i];
     if (!(h->steps > 0)) {
         envmapi_k_many(k, x, 4, axis->lobe, axis->p);
         return;
@@ -6571,18 +6591,29 @@ static void envmapi_hier_add(double sum[4], double k, const double e[4]) {
 /* Adds a node of level 2, where the lobe is k2, or its children, or theirs. */
 static void envmapi_hier_open(const envmapi_hier *h, envmapi_axis *axis, const envmapi_node *two,
                               double k2, const double e2[4]) {
+    const envmapi_source *s = axis->source;
     double k1[4], k0[4], sum[4] = {0, 0, 0, 0};
-    envmapi_hier_k(k1, h, axis, two);
+    envmapi_hier_k(k1, h, axis, two->x, two->y, two->z);
     if (envmapi_hier_alike(k1, k2, h->threshold)) {
         envmapi_hier_add(axis->sum, k2, e2);
         return;
     }
-    const envmapi_node *one = h->tree.level[1] + two->first;
-    for (int j = 0; j < two->children; ++j, ++one) {
-        envmapi_hier_k(k0, h, axis, one);
+    size_t first = (size_t)two->first, count;
+    for (int j = 0; j < two->children; ++j, first += count) {
+        const double *x = s->x + first, *y = s->y + first, *z = s->z + first;
+        double few[3][4];
+        count = (size_t)two->texels[j];
+        for (size_t i = 0; i < 4 && count < 4; ++i) { /* where a texel is missing: that of all */
+            few[0][i] = i < count ? x[i] : two->x[j];
+            few[1][i] = i < count ? y[i] : two->y[j];
+            few[2][i] = i < count ? z[i] : two->z[j];
+        }
+        if (count < 4) x = few[0], y = few[1], z = few[2];
+        envmapi_hier_k(k0, h, axis, x, y, z);
         if (envmapi_hier_alike(k0, k1[j], h->threshold)) envmapi_hier_add(sum, k1[j], two->e[j]);
         else
-            for (int i = 0; i < 4; ++i) envmapi_hier_add(sum, k0[i], one->e[i]);
+            for (size_t i = 0; i < count; ++i)
+                for (int c = 0; c < 4; ++c) sum[c] += k0[i] * (double)h->tree.e[first + i][c];
     }
     envmapi_hier_add(axis->sum, 1, sum);
 }
@@ -6604,7 +6635,7 @@ static int envmapi_hier_visit(double *mean, const envmapi_hier *h, envmapi_axis 
     const envmapi_node *node = h->tree.level[level] + i;
     double k[4] = {0, 0, 0, 0}, sum = 0, texels = 0;
     int accepted[4], all = level < h->tree.last;
-    if (level == 3) envmapi_hier_k(k, h, axis, node);
+    if (level == 3) envmapi_hier_k(k, h, axis, node->x, node->y, node->z);
     for (int j = 0; j < node->children; ++j) {
         accepted[j] = 1;
         if (level > 3 && envmapi_hier_meets(h, axis, node, j))
