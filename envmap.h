@@ -6435,7 +6435,7 @@ typedef struct envmapi_node {
 
 typedef struct envmapi_tree {
     envmapi_node *level[17]; /* at `last` a node is a face */
-    float (*e)[4]; /* of texels: r, g, b times solid angle, and the solid angle */
+    float (*texels)[4]; /* r, g, b, 1 */
     int count[17], last;
     envmapi_pool pool;
 } envmapi_tree;
@@ -6468,10 +6468,10 @@ static void envmapi_node_texels(envmapi_node *node, const envmapi_tree *tree,
     for (; i < s->count && s->code[i] >> 2 == node->code; ++i) {
         int j = node->children++;
         node->x[j] = s->x[i], node->y[j] = s->y[i], node->z[j] = s->z[i];
-        node->cosine[j] = node->texels[j] = 1, node->e[j][3] = s->w[i];
-        for (int c = 0; c < 3; ++c)
-            node->e[j][c] = s->w[i] * (double)envmapi_source_rgb(s, i)[c];
-        for (int c = 0; c < 4; ++c) tree->e[i][c] = (float)node->e[j][c];
+        float *texel = tree->texels[i];
+        memcpy(texel, envmapi_source_rgb(s, i), 3 * sizeof *texel), texel[3] = 1;
+        node->cosine[j] = node->texels[j] = 1;
+        for (int c = 0; c < 4; ++c) node->e[j][c] = s->w[i] * (double)texel[c];
     }
 }
 
@@ -6500,8 +6500,8 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
 /* Levels, three at least, until a node is a face. */
 static envmap_result envmapi_tree_create(envmapi_tree *tree, const envmapi_source *s) {
     int width = envmapi_width(s->map->mapping, s->map->size);
-    tree->e = (float(*)[4])envmapi_pool_get(&tree->pool, s->count, sizeof *tree->e);
-    if (!tree->e) return ENVMAP_ERROR_MEMORY;
+    tree->texels = (float(*)[4])envmapi_pool_get(&tree->pool, s->count, sizeof *tree->texels);
+    if (!tree->texels) return ENVMAP_ERROR_MEMORY;
     for (int level = 2; level <= 3 || 1 << (level - 1) < width; ++level) {
         size_t count = 0;
         for (size_t i = 0; i < s->count; ++i)
@@ -6612,8 +6612,11 @@ static void envmapi_hier_open(const envmapi_hier *h, envmapi_axis *axis, const e
         envmapi_hier_k(k0, h, axis, x, y, z);
         if (envmapi_hier_alike(k0, k1[j], h->threshold)) envmapi_hier_add(sum, k1[j], two->e[j]);
         else
-            for (size_t i = 0; i < count; ++i)
-                for (int c = 0; c < 4; ++c) sum[c] += k0[i] * (double)h->tree.e[first + i][c];
+            for (size_t i = 0; i < count; ++i) {
+                const float *texel = h->tree.texels[first + i];
+                double k = k0[i] * s->w[first + i];
+                for (int c = 0; c < 4; ++c) sum[c] += k * (double)texel[c];
+            }
     }
     envmapi_hier_add(axis->sum, 1, sum);
 }
@@ -9583,7 +9586,8 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
     envmap_result result = ENVMAP_OK;
     envmap_filter_desc one = *desc;
-    int kept = pool->count, done = 0;
+    int kept = pool->count, done = 0, steps = 0;
+    for (int i = 0; i < count; ++i) steps += specs[i].L && specs[i].tail ? 2 : 1;
     for (int pass = 0; pass < 2 && !result; ++pass) {
         int kinked = pass ? specs[0].kinked : !specs[0].kinked, any = 0;
         const envmapi_scene *scene = kinked ? &scenes->unlit : &scenes->whole;
@@ -9598,11 +9602,11 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             size_t floats = (size_t)slices * envmapi_slice_floats(spec->dst, 0);
             float *out = envmapi_image(spec->dst, 0, first, 0);
             if (spec->kinked != kinked) continue;
-            one.work = envmapi_work_part(&part, &desc->work, done++, 1, 2 * count);
-            if (spec->L)
-                result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
-            else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
-            if (!result && spec->L && scene->in.exponent)
+            if (!spec->L && desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
+            if (!spec->L) continue;
+            one.work = envmapi_work_part(&part, &desc->work, done++, 1, steps);
+            result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
+            if (!result && scene->in.exponent)
                 envmapi_floats_scale(out, out, floats, scene->in.exponent);
         }
         envmapi_pool_free(pool, kept); /* what follows needs none of it */
@@ -9610,11 +9614,10 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             envmapi_part part;
             const envmapi_tail *tail = spec->L ? spec->tail : NULL;
             const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
-            if (spec->kinked != kinked) continue;
-            one.work = envmapi_work_part(&part, &desc->work, done++, 1, 2 * count);
-            if (tail || !spec->L)
-                result = envmapi_filter_sharp(spec->dst, scene->in.map, lobe, tail, first, slices,
-                                              &one, pool);
+            if (spec->kinked != kinked || (spec->L && !tail)) continue;
+            one.work = envmapi_work_part(&part, &desc->work, done++, 1, steps);
+            result = envmapi_filter_sharp(spec->dst, scene->in.map, lobe, tail, first, slices, &one,
+                                          pool);
             envmapi_pool_free(pool, kept);
         }
     }
