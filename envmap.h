@@ -8485,8 +8485,9 @@ static double envmapi_block_excess(double e[3], const envmapi_scene *s, const fl
 static int envmapi_block_group(const envmapi_scene *s, int i, size_t b) {
     int nu = s->blocks[i].nu, y = (int)(b / (size_t)nu);
     double row = ENVMAPI_PI * (s->edge << i) / s->in.map->size;
+    if (s->in.map->mapping != ENVMAP_LATLONG) return 1;
     double radius = fmin(sin(y * row), sin(fmin((y + 1) * row, ENVMAPI_PI)));
-    return s->in.map->mapping == ENVMAP_LATLONG ? (int)(1 / fmax(radius, 1.0 / nu)) : 1;
+    return (int)(1 / fmax(radius, 1.0 / nu));
 }
 
 /* Returns the sum of the squares of the blocks at scale i of `sums`. squares, unless NULL: each is
@@ -8541,12 +8542,17 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
 /* kappa of single texels, from the sum of their squares less what evenly lit blocks would have, E^2
    of each over its texels: sums of floats, good to 1e-6. */
 static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squares) {
+    size_t width = (size_t)s->blocks[0].nu;
     double even = 0;
     s->texel = s->scale[0];
     if (!(s->norm > 0)) return;
-    for (size_t b = 0; b < s->blocks[0].count; ++b)
-        for (size_t c = 0; c < 3; ++c)
-            even += envmapi_block_group(s, 0, b) * pow((double)sums[4 * b + c], 2);
+    for (size_t row = 0; row < s->blocks[0].count; row += width) {
+        double sum = 0;
+        for (const float *e = sums + 4 * row; e < sums + 4 * (row + width); e += 4)
+            sum += (double)e[0] * (double)e[0] + (double)e[1] * (double)e[1] +
+                   (double)e[2] * (double)e[2];
+        even += envmapi_block_group(s, 0, row) * sum;
+    }
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares);
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
 }
