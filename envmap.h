@@ -1382,7 +1382,7 @@ static int envmapi_radiance_ok(const envmap *map, int negative_too) {
                              negative_too);
 }
 
-/* Checks of many numbers, or copies of them, as tasks. */
+/* Checks of numbers, or copies of them; a megabyte and more as tasks. */
 typedef struct envmapi_scan {
     float *out; /* NULL: envmapi_floats_ok */
     const float *in;
@@ -1400,9 +1400,10 @@ static void envmapi_task_scan(void *context, int task) {
 
 static int envmapi_scan_run(float *out, const float *in, size_t count, int negative_too,
                             const envmap_work *work) {
-    envmapi_scan s = {out, in, count, count < 65536 ? 1 : ENVMAPI_TASKS, negative_too, {0}};
+    envmapi_scan s = {out, in, count, count >> 18 ? ENVMAPI_TASKS : 1, negative_too, {0}};
     int bad = 0;
-    envmapi_run_all(work, envmapi_task_scan, &s, s.tasks);
+    if (s.tasks > 1) envmapi_run_all(work, envmapi_task_scan, &s, s.tasks);
+    else envmapi_task_scan(&s, 0);
     for (int i = 0; i < s.tasks; ++i) bad |= s.bad[i];
     return !bad;
 }
