@@ -3921,28 +3921,37 @@ ENVMAPI_INLINE void envmapi_legendre_step(envmapi_double8 *now, envmapi_double8 
     *before = *now, *now = next;
 }
 
-/* P_lm of 8 rings for l = m .. bands-1. sin^m begins as its logarithm: where it underflows, below
-   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-14 on
-   all 8 rings, or -1 when all are: less than the rounding of what is summed. Up to there P grows
-   with l and towards the equator.  Test: skipped_legendre_functions_are_negligible. */
-static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
-                            const double *A, const double *B) {
-    int H = rings->M / 2, last = first + 8 < H ? 7 : H - 1 - first, skip = -1;
-    double x[8], start[8];
-    envmapi_double8 before, now;
-    for (int b = 0; b < 8; ++b) {
-        int j = first + b < H ? first + b : H - 1;
+/* P_lm of 2 blocks of 8 rings for l = m .. bands-1, which hide each other's latency: [block][l][8].
+   sin^m begins as its logarithm: where it underflows, below e^-700, P stays negligible up to
+   l ~ 1000. skip: of each block how many l, an even number, are below 1e-14 on all 8 rings, or -1
+   when all are: less than the rounding of what is summed. Up to there P grows with l and towards
+   the equator.  Test: skipped_legendre_functions_are_negligible. */
+static void envmapi_legendre(double *P, int skip[2], const envmapi_rings *rings, int m, int first,
+                             const double *A, const double *B) {
+    int H = rings->M / 2, last = H - 1 - first, next = 8 * (rings->bands - m);
+    int at[2] = {last < 7 ? last : 7, next + (last < 8 ? 0 : last < 15 ? last - 8 : 7)};
+    double x[16], start[16];
+    envmapi_double8 before[2], now[2];
+    for (int b = 0; b < 16; ++b) {
+        int j = b < last ? first + b : H - 1;
         double logarithm = rings->norms[m] + m * rings->log_sin[j];
-        start[b] = logarithm > -700 && first + b < H ? exp(logarithm) : 0;
+        start[b] = logarithm > -700 && b <= last ? exp(logarithm) : 0;
         x[b] = rings->x[j];
     }
-    now = *envmapi_double8_at(start), memset(&before, 0, sizeof before);
-    for (int l = m; start[last] > 0 && l < rings->bands; ++l, P += 8) {
-        *envmapi_double8_at(P) = now;
-        if (skip < 0 && fabs(P[last]) > 1e-14) skip = (l - m) & ~1;
-        envmapi_legendre_step(&now, &before, envmapi_double8_at(x), A[l + 1], B[l + 1]);
+    memcpy(now, start, sizeof now), memset(before, 0, sizeof before);
+    int count = start[last < 15 ? last : 15] > 0 ? rings->bands - m : 0;
+    for (int l = 0; l < count; ++l)
+        ENVMAPI_UNROLL for (int i = 0; i < 2; ++i) {
+            *envmapi_double8_at(P + 8 * l + i * next) = now[i];
+            envmapi_legendre_step(now + i, before + i, envmapi_double8_at(x + 8 * i),
+                                  A[m + l + 1], B[m + l + 1]);
+        }
+    for (int i = 0; i < 2; ++i) {
+        int l = 0;
+        for (int step = 16; step; step /= 4) /* 16, 4, 1 */
+            while (l + step <= count && !(fabs(P[8 * (l + step - 1) + at[i]]) > 1e-14)) l += step;
+        skip[i] = l < count ? l & ~1 : -1;
     }
-    return skip;
 }
 
 /* Coefficients of one m begin at [envmapi_triangle(m)], l = m .. bands-1, 8 numbers each: the real
@@ -3967,11 +3976,11 @@ static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int 
     memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
     envmapi_rings_solve(rings, F, m);
     memset(a, 0, (size_t)count * 8 * sizeof(double));
-    for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(P, rings, m, first, A, B);
+    for (int first = 0, skip[2]; first < H; first += 8, P += first & 8 ? 8 * count : -8 * count) {
+        if (!(first & 8)) envmapi_legendre(P, skip, rings, m, first, A, B);
         envmapi_double8 f[16];
         memcpy(f, F + 16 * first, sizeof f);
-        for (; l >= 0 && l < count; l += 2) {
+        for (int l = skip[first >> 3 & 1]; l >= 0 && l < count; l += 2) {
             envmapi_double8 even = *envmapi_double8_at(a + 8 * l), odd;
             const double *p = P + 8 * l, *q = l + 1 < count ? p + 8 : p;
             memset(&odd, 0, sizeof odd);
@@ -3985,15 +3994,16 @@ static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int 
     }
 }
 
-/* f(j) = sum_l a[l] P_l(j) for four rings, l = from, from + 2, ...: what fits into registers. */
-ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const double *P, int from,
+/* f(j) = sum_l a[l] P_l(j), l = from, from + 2, ..., for so many rings as fit into registers. */
+enum { ENVMAPI_SUMS = ENVMAPI_REGISTER == 64 ? 8 : 4 };
+ENVMAPI_INLINE void envmapi_legendre_sums(double *f, const double *a, const double *P, int from,
                                           int count) {
-    envmapi_double8 sum[4];
+    envmapi_double8 sum[ENVMAPI_SUMS];
     memset(sum, 0, sizeof sum);
     for (int l = from; l < count; l += 2)
-        ENVMAPI_UNROLL for (int b = 0; b < 4; ++b)
+        ENVMAPI_UNROLL for (int b = 0; b < ENVMAPI_SUMS; ++b)
             envmapi_double8_add(sum + b, P[8 * l + b], envmapi_double8_at(a + 8 * l));
-    for (int b = 0; b < 4; ++b) *envmapi_double8_at(f + 16 * b) = sum[b];
+    for (int b = 0; b < ENVMAPI_SUMS; ++b) *envmapi_double8_at(f + 16 * b) = sum[b];
 }
 
 /* F(j) = sum_l lambda_l a[l] P_l(j). */
@@ -4001,16 +4011,16 @@ static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double
                                         const double *lambda, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
     double *F = envmapi_rings_F(rings, m), *A = work, *B = A + rings->bands + 1;
-    double *P = B + rings->bands + 1, *scaled = P + 8 * rings->bands;
+    double *P = B + rings->bands + 1, *scaled = P + 16 * rings->bands;
     envmapi_legendre_factors(A, B, m, rings->bands);
     for (int i = 0; i < 8 * count; ++i) scaled[i] = lambda[m + i / 8] * a[i];
-    for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(P, rings, m, first, A, B);
-        for (int part = 0; part < 4; ++part) { /* even and odd l - m, four rings and four more */
-            int odd = part & 1, b = 2 * (part & 2);
-            envmapi_legendre_four(F + 16 * (first + b) + 8 * odd, scaled, P + b,
-                                  l < 0 ? count : l + odd, count);
-        }
+    for (int first = 0, skip[2]; first < H; first += 8, P += first & 8 ? 8 * count : -8 * count) {
+        if (!(first & 8)) envmapi_legendre(P, skip, rings, m, first, A, B);
+        int l = skip[first >> 3 & 1];
+        for (int b = 0; b < 8; b += ENVMAPI_SUMS)
+            for (int odd = 0; odd < 2; ++odd) /* even and odd l - m */
+                envmapi_legendre_sums(F + 16 * (first + b) + 8 * odd, scaled, P + b,
+                                      l < 0 ? count : l + odd, count);
     }
     envmapi_rings_solve(rings, F, m);
 }
