@@ -3487,8 +3487,19 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
 
 /* ---- splines */
 
+/* w = sum_i powers[i] x^(5-i), by Horner's rule. */
+ENVMAPI_INLINE void envmapi_powers(envmapi_float16 *w, const float powers[6][16],
+                                   const envmapi_float16 *x) {
+    envmapi_float16 sum = *envmapi_float16_at(powers[0]);
+    for (int i = 1; i < 6; ++i) {
+        envmapi_float16 next = *envmapi_float16_at(powers[i]);
+        envmapi_float16_mad(&next, &sum, x), sum = next;
+    }
+    memset(w, 0, sizeof *w), envmapi_float16_add(w, 1.0f / 120, &sum);
+}
+
 /* Quintic B-splines at the six samples around two points, f and g in [0,1] past the third:
-   w[0..5] and w[8..13], by Horner's rule in 120 w. */
+   w[0..5] and w[8..13]. */
 ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
     static const float powers[6][16] = {
         {-1, 5, -10, 10, -5, 1, 0, 0, -1, 5, -10, 10, -5, 1},
@@ -3499,13 +3510,32 @@ ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
         {1, 26, 66, 26, 1, 0, 0, 0, 1, 26, 66, 26, 1},
     };
     const float at[16] = {f, f, f, f, f, f, f, f, g, g, g, g, g, g, g, g};
-    envmapi_float16 sum = *envmapi_float16_at(powers[0]), next, x = *envmapi_float16_at(at);
-    for (int i = 1; i < 6; ++i) {
-        next = *envmapi_float16_at(powers[i]);
-        envmapi_float16_mad(&next, &sum, &x), sum = next;
-    }
-    memset(&next, 0, sizeof next), envmapi_float16_add(&next, 1.0f / 120, &sum);
-    memcpy(w, &next, sizeof next);
+    envmapi_float16 x = *envmapi_float16_at(at), sums;
+    envmapi_powers(&sums, powers, &x);
+    memcpy(w, &sums, sizeof sums);
+}
+
+/* The first four of w[8..13] above, at g, times four numbers each; in wide registers evaluated
+   again, as lanes do not move there without memory. */
+ENVMAPI_INLINE void envmapi_splines_four(envmapi_float16 *terms, const float w[16], float g,
+                                         const float value[4]) {
+#define ENVMAPI_FOUR(a, b, c, d) {a, a, a, a, b, b, b, b, c, c, c, c, d, d, d, d}
+    static const float powers[6][16] = {
+        ENVMAPI_FOUR(-1, 5, -10, 10),  ENVMAPI_FOUR(5, -20, 30, -20),
+        ENVMAPI_FOUR(-10, 20, 0, -20), ENVMAPI_FOUR(10, 20, -60, 20),
+        ENVMAPI_FOUR(-5, -50, 0, 50),  ENVMAPI_FOUR(1, 26, 66, 26)};
+#undef ENVMAPI_FOUR
+    const float at[16] = {g, g, g, g, g, g, g, g, g, g, g, g, g, g, g, g};
+    float each[16];
+    envmapi_float16 x = *envmapi_float16_at(at), again;
+    memset(terms, 0, sizeof *terms);
+    for (int i = 0; i < 16; ++i) each[i] = value[i % 4];
+    if (ENVMAPI_REGISTER == 16)
+        ENVMAPI_UNROLL for (int b = 0; b < 4; ++b)
+            envmapi_float4_add((envmapi_float4 *)terms + b, w[8 + b], envmapi_float4_at(value));
+    else
+        envmapi_powers(&again, powers, &x),
+            envmapi_float16_mad(terms, &again, envmapi_float16_at(each));
 }
 
 /* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^6 over
@@ -3698,20 +3728,27 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
    can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
-    for (size_t i = 0; i < count; ++i) {
+    for (size_t n = 0; n < (count + 63) / 64 * 64; ++n) {
+        /* every eighth, as what the last one changed cannot be read at once */
+        size_t i = (n & ~(size_t)63) + n % 8 * 8 + n / 8 % 8;
         const envmapi_point *p = points + i;
+        if (i >= count) continue;
         int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
         if (end > 6) end = 6;
         if (a >= end) continue;
-        envmapi_float4 terms[6];
+        envmapi_float4 two[2];
+        envmapi_float16 four; /* of six samples down the rings, and the other two */
         float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
         envmapi_splines(w, p->f_k, p->f_j);
-        memset(terms, 0, sizeof terms);
-        ENVMAPI_UNROLL for (int b = 0; b < 6; ++b)
-            envmapi_float4_add(terms + b, w[8 + b], envmapi_float4_at(values + 4 * i));
-        for (; a < end; ++a, ring += rings->row)
-            ENVMAPI_UNROLL for (int b = 0; b < 6; ++b)
-                envmapi_float4_add(envmapi_float4_at(ring + 4 * b), w[a], terms + b);
+        envmapi_splines_four(&four, w, p->f_j, values + 4 * i);
+        memset(two, 0, sizeof two);
+        envmapi_float4_add(two, w[12], envmapi_float4_at(values + 4 * i));
+        envmapi_float4_add(two + 1, w[13], envmapi_float4_at(values + 4 * i));
+        for (; a < end; ++a, ring += rings->row) {
+            envmapi_float16_add(envmapi_float16_at(ring), w[a], &four);
+            envmapi_float4_add(envmapi_float4_at(ring + 16), w[a], two);
+            envmapi_float4_add(envmapi_float4_at(ring + 20), w[a], two + 1);
+        }
     }
 }
 
@@ -8887,7 +8924,7 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
 #define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
 #define ENVMAPI_APART   15.0 /* over bands, rad: length of the pieces that points stand for */
-#define ENVMAPI_SHARP   2.2 /* texels: near sums are quicker below, between cubes; speed only */
+#define ENVMAPI_SHARP   2.35 /* texels: near sums are quicker below, between cubes; speed only */
 #define ENVMAPI_MANY    4000000 /* points, beyond which memory would be much */
 #define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
