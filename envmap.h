@@ -7317,6 +7317,11 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
                             envmapi_near_border(w, s, texels)))
         return;
+    for (int i = 0; i < 2 && level->mapping == ENVMAP_CUBE; ++i) { /* what is open only */
+        int first = i ? w->y : w->x, count = i ? w->height : w->width;
+        box[i][0] = fmax(box[i][0], (first - 0.5) / level->edge);
+        box[i][1] = fmin(box[i][1], (first + count + 0.5) / level->edge);
+    }
     int count = w->tied ? w->tied : envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
     if (!count || !lines) return;
@@ -7458,6 +7463,8 @@ static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
         below = y + w->height > below ? y + w->height : below;
     }
     knots->width = right - knots->x, knots->height = below - knots->y;
+    if (!knots->plane && knots->part == tile->face)
+        knots->y = knots->y < 0 ? -1 : s->axis.level.edge - 1, knots->height = 2;
     size_t area = (size_t)(knots->width * knots->height);
     knots->ready = open >= 0 && area <= s->area ? 1 : -1;
     for (int k = 0; k < count && knots->ready > 0; ++k) {
@@ -7481,9 +7488,11 @@ static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
     int width = knots->width, height = knots->height, area = width * height;
     int edge = s->axis.level.edge, roots = s->axis.level.mapping == ENVMAP_LATLONG;
     int left = 0, right = w->width, top = 0, bottom = w->height; /* of the window */
+    int cut = s->axis.bilinear > 0; /* beside an edge: _strip adds these */
     if (knots->plane) {
-        left = w->x < 0 ? -w->x : 0, right = right < edge - w->x ? right : edge - w->x;
-        top = w->y < 0 ? -w->y : 0, bottom = bottom < edge - w->y ? bottom : edge - w->y;
+        left = w->x < 0 ? cut - w->x : 0, top = w->y < 0 ? cut - w->y : 0;
+        right = w->x + right > edge ? edge - cut - w->x : right;
+        bottom = w->y + bottom > edge ? edge - cut - w->y : bottom;
     }
     int from = top > y ? top - y : 0, count = bottom - y < height ? bottom - y : height;
     count = (count - from) * width, K += from * width;
@@ -7511,7 +7520,6 @@ static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
     static const float one[4] = {1};
     const float *down = knots->plane ? s->between[axes->y - tile->y] : one;
     int y = knots->y + (knots->plane ? s->ratio * axes->y : 0) - w->y;
-    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
     for (int n = 0; n < axes->count; ++n)
         envmapi_near_mix(w, s, n, knots, knots->K, 4, knots->plane ? 4 : 1,
                          s->between[axes->x + n - tile->x], down,
@@ -7649,17 +7657,13 @@ static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int 
                      shift < 0 ? shift + wide : shift, cell->knots.y - w->y);
 }
 
-/* The knots for the open window: a tile's on the axes' own face, but where the integral ends at its
-   edges, and a row's elsewhere. Opens the window again. */
+/* The knots of a tile, or of the row, for the open window; opens it again. */
 static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_near *s,
                                              const envmapi_near_tile *tile,
-                                             const envmapi_near_axes *axes, int outer) {
-    const envmapi_level *level = &s->axis.level;
-    int own = w->part == axes->face, part = w->part;
-    int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
-                 w->y + w->height <= level->edge;
-    int plane = own && (inside || !(s->axis.bilinear > 0));
-    envmapi_near_knots *knots = plane ? w->knots + outer : w->lines[outer] + own;
+                                             const envmapi_near_axes *axes, int outer, int plane) {
+    int part = w->part;
+    envmapi_near_knots *knots =
+        plane ? w->knots + outer : w->lines[outer] + (part == axes->face);
     if (knots->ready && (plane || (knots->row == axes->y && knots->part == part))) return knots;
     knots->part = part, knots->row = axes->y, knots->plane = plane, knots->ready = -1;
     if (!envmapi_near_steps(knots->step, s, part, axes)) return knots;
@@ -7670,20 +7674,56 @@ static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_ne
     return knots;
 }
 
-/* K of some axes in the open window. */
+/* Adds K of some axes in a part of the open window; K: room for these. */
+static void envmapi_near_strip(envmapi_window *w, const envmapi_near *s, int axes, int x, int y,
+                               int width, int height, float *K) {
+    const int open[4] = {w->x, w->y, w->width, w->height};
+    float *out = w->K, *to = out + ((y - w->y) * w->width + x - w->x) * ENVMAPI_NEAR_AXES;
+    w->x = x, w->y = y, w->width = width, w->height = height, w->K = K;
+    envmapi_near_kernel(w, s, axes);
+    w->x = open[0], w->y = open[1], w->width = open[2], w->height = open[3], w->K = out;
+    for (int i = 0; i < height; ++i, to += w->width * ENVMAPI_NEAR_AXES)
+        for (int j = 0; j < width * ENVMAPI_NEAR_AXES; ++j) to[j] += *K++;
+}
+
+/* Adds K of two rows and columns beside edges, where the integral over the axes' face ends: of a
+   row's knots, or axis by axis. */
+static void envmapi_near_beside(envmapi_window *w, const envmapi_near *s,
+                                const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                                const envmapi_near_knots *strip) {
+    int edge = s->axis.level.edge, top = w->y < 0, bottom = w->y + w->height > edge;
+    int from = top ? 1 : w->y, rows = (bottom ? edge - 1 : w->y + w->height) - from;
+    if (strip->ready > 0) envmapi_near_between(w, s, tile, axes, strip);
+    else if (top || bottom)
+        envmapi_near_strip(w, s, axes->count, w->x, top ? -1 : edge - 1, w->width, 2, strip->K);
+    for (int right = 0; right < 2; ++right)
+        if (right ? w->x + w->width > edge : w->x < 0)
+            envmapi_near_strip(w, s, axes->count, right ? edge - 1 : -1, from, 2, rows, strip->K);
+}
+
+/* K of some axes in the open window: between a tile's knots on the axes' own face, between a row's
+   elsewhere. */
 static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
                                const envmapi_near_tile *tile, const envmapi_near_axes *axes,
                                int outer) {
-    if (w->cells[0].knots.ready && (s->part_count < 2 || w->cells[1].knots.ready)) {
-        memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-        for (int i = 0; i < s->part_count * axes->count; ++i)
-            envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
+    int edge = s->axis.level.edge, own = w->part == axes->face, cells = w->cells[0].knots.ready;
+    int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= edge && w->y + w->height <= edge;
+    int beside = s->ratio && own && s->axis.bilinear > 0 && !inside;
+    int small = w->width < 4 || w->height < 4 || w->width > edge || w->height > edge;
+    const envmapi_near_knots *knots = NULL, *strip = NULL;
+    cells = cells && (s->part_count < 2 || w->cells[1].knots.ready);
+    if (beside && !small) strip = envmapi_near_tied(w, s, tile, axes, outer, 0);
+    if (strip && strip->ready > 0 && (w->x < 0 || w->x + w->width > edge)) small = 1;
+    if (s->ratio && !(beside && small)) knots = envmapi_near_tied(w, s, tile, axes, outer, own);
+    if (!cells && (!knots || knots->ready < 0)) {
+        envmapi_near_kernel(w, s, axes->count);
         return;
     }
-    const envmapi_near_knots *knots =
-        s->ratio ? envmapi_near_tied(w, s, tile, axes, outer) : NULL;
-    if (knots && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
-    else envmapi_near_kernel(w, s, axes->count);
+    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof *w->K);
+    for (int i = 0; i < s->part_count * axes->count && cells; ++i)
+        envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
+    if (!cells) envmapi_near_between(w, s, tile, axes, knots);
+    if (strip) envmapi_near_beside(w, s, tile, axes, strip);
 }
 
 /* ------------------------------------------------------------------------------------- >>near --
