@@ -1048,6 +1048,7 @@ ENVMAPI_LANE_TYPE(envmapi_bits, uint32_t, ENVMAPI_WIDE);
     }
 
 ENVMAPI_LANES(envmapi_float4, float, 4)
+ENVMAPI_LANES(envmapi_float8, float, 8)
 ENVMAPI_LANES(envmapi_float16, float, 16)
 ENVMAPI_LANES(envmapi_double4, double, 4)
 ENVMAPI_LANES(envmapi_double8, double, 8)
@@ -6990,7 +6991,8 @@ typedef struct envmapi_near_tile {
 typedef struct envmapi_near_knots {
     int ready, x, y, width, height, plane; /* plane: K is that of the face's plane */
     int part, row, step[2];                /* texels from axis to axis of a row */
-    float *K;
+    float *K, *lines;                      /* lines: of a plane, see _fold_down */
+    int folded;                            /* the row of axes that these are for */
 } envmapi_near_knots;
 
 /* K^(1/4) of a cell, whose axes lie between the centres of rows `row` and row + 1 of a lat-long, at
@@ -7479,6 +7481,16 @@ static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
     w->knot = 0;
 }
 
+/* Columns and rows of the open window, left, top, right and bottom, or those that a plane's K has:
+   not beyond edges, nor beside them where the integral ends there; _beside adds these. */
+static void envmapi_near_inner(int open[4], const envmapi_window *w, const envmapi_near *s,
+                               int plane) {
+    int edge = s->axis.level.edge, cut = s->axis.bilinear > 0;
+    open[0] = plane && w->x < 0 ? cut - w->x : 0, open[1] = plane && w->y < 0 ? cut - w->y : 0;
+    open[2] = plane && w->x + w->width > edge ? edge - cut - w->x : w->width;
+    open[3] = plane && w->y + w->height > edge ? edge - cut - w->y : w->height;
+}
+
 /* Adds K of axis n between knots to the open window, where that of the knots begins at x, y: 4
    along u, and `lines` along v, from K on, `next` in a line. A lat-long's are roots, and go on over
    its seam; a plane's end where its face does. */
@@ -7487,13 +7499,9 @@ static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
                              const float along[4], const float down[4], int x, int y) {
     int width = knots->width, height = knots->height, area = width * height;
     int edge = s->axis.level.edge, roots = s->axis.level.mapping == ENVMAP_LATLONG;
-    int left = 0, right = w->width, top = 0, bottom = w->height; /* of the window */
-    int cut = s->axis.bilinear > 0; /* beside an edge: _strip adds these */
-    if (knots->plane) {
-        left = w->x < 0 ? cut - w->x : 0, top = w->y < 0 ? cut - w->y : 0;
-        right = w->x + right > edge ? edge - cut - w->x : right;
-        bottom = w->y + bottom > edge ? edge - cut - w->y : bottom;
-    }
+    int open[4]; /* of the window */
+    envmapi_near_inner(open, w, s, knots->plane);
+    int left = open[0], top = open[1], right = open[2], bottom = open[3];
     int from = top > y ? top - y : 0, count = bottom - y < height ? bottom - y : height;
     count = (count - from) * width, K += from * width;
     float *k = w->own, *out = w->K + n + (y + from) * w->width * ENVMAPI_NEAR_AXES;
@@ -7511,6 +7519,49 @@ static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
             int first = left > to ? left - to : 0, end = right - to < width ? right - to : width;
             for (int c = first; c < end; ++c) out[(to + c) * ENVMAPI_NEAR_AXES] += k[c];
         }
+}
+
+/* K of a plane's four knots along u for a row of axes: row after row backwards, 8 zeros between. */
+static void envmapi_near_fold_down(envmapi_near_knots *knots, int row, const float down[4]) {
+    int width = knots->width, area = width * knots->height, wide = width + 8;
+    int each = wide * knots->height + 8;
+    float *to = knots->lines;
+    memset(to, 0, (size_t)(4 * each) * sizeof *to), knots->folded = row;
+    for (int a = 0; a < 4; ++a, to += each)
+        for (int y = 0; y < knots->height; ++y) {
+            const float *K = knots->K + a * area + y * width;
+            float *out = to + 8 + y * wide;
+            for (int x = 0; x < width; ++x)
+                out[width - 1 - x] = down[0] * K[x] + down[1] * K[x + 4 * area] +
+                                     down[2] * K[x + 8 * area] + down[3] * K[x + 12 * area];
+        }
+}
+
+/* The same as the next, of all axes at once: texel x of axis n is x - n of the knots. */
+static void envmapi_near_mix_plane(envmapi_window *w, const envmapi_near *s,
+                                   const envmapi_near_tile *tile, const envmapi_near_axes *axes,
+                                   const envmapi_near_knots *knots) {
+    enum { N = ENVMAPI_NEAR_AXES };
+    int open[4];
+    envmapi_near_inner(open, w, s, 1);
+    int first = knots->x + axes->x - w->x, wide = knots->width + 8;
+    int y0 = knots->y + axes->y - w->y, each = wide * knots->height + 8;
+    int left = open[0] > first ? open[0] : first, right = first + knots->width + N - 1;
+    int top = open[1] > y0 ? open[1] : y0, bottom = y0 + knots->height;
+    float along[4][N] = {{0}};
+    for (int n = 0; n < 4 * axes->count; ++n)
+        along[n % 4][n / 4] = s->between[axes->x + n / 4 - tile->x][n % 4];
+    for (int y = top; y < bottom && y < open[3]; ++y) {
+        const float *K = knots->lines + 8 + (y - y0) * wide + knots->width - 1 + first;
+        for (int x = left; x < right && x < open[2]; ++x) {
+            envmapi_float8 sum;
+            memset(&sum, 0, sizeof sum);
+            ENVMAPI_UNROLL for (int a = 0; a < 4; ++a)
+                envmapi_float8_mad(&sum, envmapi_float8_at(along[a]),
+                                   envmapi_float8_at(K - x + a * each));
+            *envmapi_float8_at(w->K + (y * w->width + x) * N) = sum;
+        }
+    }
 }
 
 /* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
@@ -7666,6 +7717,7 @@ static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_ne
         plane ? w->knots + outer : w->lines[outer] + (part == axes->face);
     if (knots->ready && (plane || (knots->row == axes->y && knots->part == part))) return knots;
     knots->part = part, knots->row = axes->y, knots->plane = plane, knots->ready = -1;
+    knots->folded = -1;
     if (!envmapi_near_steps(knots->step, s, part, axes)) return knots;
     double R = w->R;
     envmapi_near_tie(w, s, tile, knots, R);
@@ -7722,7 +7774,13 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof *w->K);
     for (int i = 0; i < s->part_count * axes->count && cells; ++i)
         envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
-    if (!cells) envmapi_near_between(w, s, tile, axes, knots);
+    if (!cells && own && s->ratio == 1) {
+        if (w->knots[outer].folded != axes->y)
+            envmapi_near_fold_down(w->knots + outer, axes->y, s->between[axes->y - tile->y]);
+        envmapi_near_mix_plane(w, s, tile, axes, knots);
+    } else if (!cells) {
+        envmapi_near_between(w, s, tile, axes, knots);
+    }
     if (strip) envmapi_near_beside(w, s, tile, axes, strip);
 }
 
@@ -7851,15 +7909,18 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
         for (int x = from; x < to; ++x)
             for (int n = 0; n < F; ++n) in_row[n] += k[x * N + n];
         for (int n = 0; n < F; ++n) total[four + n] += (double)in_row[n];
+        size_t next = 16 * (size_t)(row[y].to - row[y].from); /* to the next row, or nearly */
         size_t at = row[y].first + (size_t)(w->x - row[y].from) + (size_t)from;
         for (int g = 0; g < envmapi_near_groups(s) && from < to; ++g) {
             if (!(groups >> g & 1)) continue;
             const float *block = s->blocks + 16 * ((size_t)g * s->count + at);
             envmapi_float16 sums[F];
             memset(sums, 0, sizeof sums);
-            for (const float *each = k + from * N; each < k + to * N; each += N, block += 16)
+            for (const float *each = k + from * N; each < k + to * N; each += N, block += 16) {
+                ENVMAPI_PREFETCH(block + next);
                 ENVMAPI_UNROLL for (int n = 0; n < F; ++n)
                     envmapi_float16_add(sums + n, each[n], envmapi_float16_at(block));
+            }
             for (int n = 0; n < F; ++n)
                 envmapi_float16_add(envmapi_float16_at(w->sums[g][four + n]), 1, sums + n);
         }
@@ -7971,6 +8032,8 @@ static void envmapi_task_near(void *context, int task) {
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
     for (size_t i = 0; i < 4; ++i)
         w->lines[i / 2][i % 2].K = w->knots[1].K + s->area * (16 + 4 * i);
+    w->knots[0].lines = w->knots[1].K + s->area * 32;
+    w->knots[1].lines = w->knots[0].lines + 20 * s->area + 32;
     memset(w->cells, 0, sizeof w->cells), w->tied = 0;
     float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
     w->own = end -= s->own;
@@ -8331,7 +8394,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
     s->bytes += s->all * sizeof(double);
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 48 : 0)) + 2 * s->room;
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 88 : 0)) + 2 * s->room + 64;
     if (s->ratio) s->own = s->area;
     for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
     kernels += s->own;
