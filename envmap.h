@@ -1048,7 +1048,6 @@ ENVMAPI_LANE_TYPE(envmapi_bits, uint32_t, ENVMAPI_WIDE);
     }
 
 ENVMAPI_LANES(envmapi_float4, float, 4)
-ENVMAPI_LANES(envmapi_float8, float, 8)
 ENVMAPI_LANES(envmapi_float16, float, 16)
 ENVMAPI_LANES(envmapi_double4, double, 4)
 ENVMAPI_LANES(envmapi_double8, double, 8)
@@ -7031,8 +7030,8 @@ typedef struct envmapi_near_tile {
 typedef struct envmapi_near_knots {
     int ready, x, y, width, height, plane; /* plane: K is that of the face's plane */
     int part, row, step[2];                /* texels from axis to axis of a row */
-    float *K, *lines;                      /* lines: of a plane, see _fold_down */
-    int folded;                            /* the row of axes that these are for */
+    int folded;                            /* the row of axes that `line` is for */
+    float *K, *line;
 } envmapi_near_knots;
 
 /* K^(1/4) of a cell, whose axes lie between the centres of rows `row` and row + 1 of a lat-long, at
@@ -7102,7 +7101,7 @@ typedef struct envmapi_window {
     envmapi_knot *u, *v;                                  /* [room] */
     float *place, *apart;                                 /* [room] of u: what _sines asks of it */
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
-    float *K, *own; /* [height][width][axes]; of an axis, between knots */
+    float *K, *own, *strip; /* [height][width][axes]; of an axis, between knots; as K, of a part */
     double *light;  /* [all] of an axis */
     envmapi_near_knots knots[2], lines[2][2]; /* within R, and within R_bright; of a row: on
                                                  another face, and on its own */
@@ -7521,16 +7520,6 @@ static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
     w->knot = 0;
 }
 
-/* Columns and rows of the open window, left, top, right and bottom, or those that a plane's K has:
-   not beyond edges, nor beside them where the integral ends there; _beside adds these. */
-static void envmapi_near_inner(int open[4], const envmapi_window *w, const envmapi_near *s,
-                               int plane) {
-    int edge = s->axis.level.edge, cut = s->axis.bilinear > 0;
-    open[0] = plane && w->x < 0 ? cut - w->x : 0, open[1] = plane && w->y < 0 ? cut - w->y : 0;
-    open[2] = plane && w->x + w->width > edge ? edge - cut - w->x : w->width;
-    open[3] = plane && w->y + w->height > edge ? edge - cut - w->y : w->height;
-}
-
 /* Adds K of axis n between knots to the open window, where that of the knots begins at x, y: 4
    along u, and `lines` along v, from K on, `next` in a line. A lat-long's are roots, and go on over
    its seam; a plane's end where its face does. */
@@ -7539,9 +7528,13 @@ static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
                              const float along[4], const float down[4], int x, int y) {
     int width = knots->width, height = knots->height, area = width * height;
     int edge = s->axis.level.edge, roots = s->axis.level.mapping == ENVMAP_LATLONG;
-    int open[4]; /* of the window */
-    envmapi_near_inner(open, w, s, knots->plane);
-    int left = open[0], top = open[1], right = open[2], bottom = open[3];
+    int left = 0, right = w->width, top = 0, bottom = w->height; /* of the window */
+    int cut = s->axis.bilinear > 0; /* beside an edge: _beside adds these */
+    if (knots->plane) {
+        left = w->x < 0 ? cut - w->x : 0, top = w->y < 0 ? cut - w->y : 0;
+        right = w->x + right > edge ? edge - cut - w->x : right;
+        bottom = w->y + bottom > edge ? edge - cut - w->y : bottom;
+    }
     int from = top > y ? top - y : 0, count = bottom - y < height ? bottom - y : height;
     count = (count - from) * width, K += from * width;
     float *k = w->own, *out = w->K + n + (y + from) * w->width * ENVMAPI_NEAR_AXES;
@@ -7561,59 +7554,23 @@ static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
         }
 }
 
-/* K of a plane's four knots along u for a row of axes: row after row backwards, 8 zeros between. */
-static void envmapi_near_fold_down(envmapi_near_knots *knots, int row, const float down[4]) {
-    int width = knots->width, area = width * knots->height, wide = width + 8;
-    int each = wide * knots->height + 8;
-    float *to = knots->lines;
-    memset(to, 0, (size_t)(4 * each) * sizeof *to), knots->folded = row;
-    for (int a = 0; a < 4; ++a, to += each)
-        for (int y = 0; y < knots->height; ++y) {
-            const float *K = knots->K + a * area + y * width;
-            float *out = to + 8 + y * wide;
-            for (int x = 0; x < width; ++x)
-                out[width - 1 - x] = down[0] * K[x] + down[1] * K[x + 4 * area] +
-                                     down[2] * K[x + 8 * area] + down[3] * K[x + 12 * area];
-        }
-}
-
-/* The same as the next, of all axes at once: texel x of axis n is x - n of the knots. */
-static void envmapi_near_mix_plane(envmapi_window *w, const envmapi_near *s,
-                                   const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                                   const envmapi_near_knots *knots) {
-    enum { N = ENVMAPI_NEAR_AXES };
-    int open[4];
-    envmapi_near_inner(open, w, s, 1);
-    int first = knots->x + axes->x - w->x, wide = knots->width + 8;
-    int y0 = knots->y + axes->y - w->y, each = wide * knots->height + 8;
-    int left = open[0] > first ? open[0] : first, right = first + knots->width + N - 1;
-    int top = open[1] > y0 ? open[1] : y0, bottom = y0 + knots->height;
-    float along[4][N] = {{0}};
-    for (int n = 0; n < 4 * axes->count; ++n)
-        along[n % 4][n / 4] = s->between[axes->x + n / 4 - tile->x][n % 4];
-    for (int y = top; y < bottom && y < open[3]; ++y) {
-        const float *K = knots->lines + 8 + (y - y0) * wide + knots->width - 1 + first;
-        for (int x = left; x < right && x < open[2]; ++x) {
-            envmapi_float8 sum;
-            memset(&sum, 0, sizeof sum);
-            ENVMAPI_UNROLL for (int a = 0; a < 4; ++a)
-                envmapi_float8_mad(&sum, envmapi_float8_at(along[a]),
-                                   envmapi_float8_at(K - x + a * each));
-            *envmapi_float8_at(w->K + (y * w->width + x) * N) = sum;
-        }
-    }
-}
-
-/* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
+/* Adds K of axes between knots, by Lagrange's cubic polynomials, to the open window. Of a tile's
+   knots those of a row of axes come first, as all of the row share them. */
 static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
                                  const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                                 const envmapi_near_knots *knots) {
+                                 envmapi_near_knots *knots) {
     static const float one[4] = {1};
-    const float *down = knots->plane ? s->between[axes->y - tile->y] : one;
+    const float *down = s->between[axes->y - tile->y], *K = knots->plane ? knots->line : knots->K;
     int y = knots->y + (knots->plane ? s->ratio * axes->y : 0) - w->y;
+    int count = 4 * knots->width * knots->height;
+    if (knots->plane && knots->folded != axes->y) {
+        const float *a = knots->K, *b = a + count, *c = b + count, *d = c + count;
+        for (int i = 0; i < count; ++i)
+            knots->line[i] = down[0] * a[i] + down[1] * b[i] + down[2] * c[i] + down[3] * d[i];
+        knots->folded = axes->y;
+    }
     for (int n = 0; n < axes->count; ++n)
-        envmapi_near_mix(w, s, n, knots, knots->K, 4, knots->plane ? 4 : 1,
-                         s->between[axes->x + n - tile->x], down,
+        envmapi_near_mix(w, s, n, knots, K, 4, 1, s->between[axes->x + n - tile->x], one,
                          knots->x + knots->step[0] * (axes->x + n) - w->x,
                          y + knots->step[1] * (axes->x + n));
 }
@@ -7766,62 +7723,48 @@ static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_ne
     return knots;
 }
 
-/* Adds K of some axes in a part of the open window; K: room for these. */
+/* Adds K of some axes in a part of the open window. */
 static void envmapi_near_strip(envmapi_window *w, const envmapi_near *s, int axes, int x, int y,
-                               int width, int height, float *K) {
+                               int width, int height) {
     const int open[4] = {w->x, w->y, w->width, w->height};
     float *out = w->K, *to = out + ((y - w->y) * w->width + x - w->x) * ENVMAPI_NEAR_AXES;
-    w->x = x, w->y = y, w->width = width, w->height = height, w->K = K;
+    w->x = x, w->y = y, w->width = width, w->height = height, w->K = w->strip;
     envmapi_near_kernel(w, s, axes);
     w->x = open[0], w->y = open[1], w->width = open[2], w->height = open[3], w->K = out;
-    for (int i = 0; i < height; ++i, to += w->width * ENVMAPI_NEAR_AXES)
-        for (int j = 0; j < width * ENVMAPI_NEAR_AXES; ++j) to[j] += *K++;
-}
-
-/* Adds K of two rows and columns beside edges, where the integral over the axes' face ends: of a
-   row's knots, or axis by axis. */
-static void envmapi_near_beside(envmapi_window *w, const envmapi_near *s,
-                                const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                                const envmapi_near_knots *strip) {
-    int edge = s->axis.level.edge, top = w->y < 0, bottom = w->y + w->height > edge;
-    int from = top ? 1 : w->y, rows = (bottom ? edge - 1 : w->y + w->height) - from;
-    if (strip->ready > 0) envmapi_near_between(w, s, tile, axes, strip);
-    else if (top || bottom)
-        envmapi_near_strip(w, s, axes->count, w->x, top ? -1 : edge - 1, w->width, 2, strip->K);
-    for (int right = 0; right < 2; ++right)
-        if (right ? w->x + w->width > edge : w->x < 0)
-            envmapi_near_strip(w, s, axes->count, right ? edge - 1 : -1, from, 2, rows, strip->K);
+    for (int i = 0; i < width * height * ENVMAPI_NEAR_AXES; ++i)
+        to[i + i / (width * ENVMAPI_NEAR_AXES) * (w->width - width) * ENVMAPI_NEAR_AXES] +=
+            w->strip[i];
 }
 
 /* K of some axes in the open window: between a tile's knots on the axes' own face, between a row's
-   elsewhere. */
+   elsewhere. Where the integral over the own face ends, K of two rows or columns is another: it
+   lies between a row's knots, or is that of each axis. */
 static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
                                const envmapi_near_tile *tile, const envmapi_near_axes *axes,
                                int outer) {
     int edge = s->axis.level.edge, own = w->part == axes->face, cells = w->cells[0].knots.ready;
-    int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= edge && w->y + w->height <= edge;
-    int beside = s->ratio && own && s->axis.bilinear > 0 && !inside;
-    int small = w->width < 4 || w->height < 4 || w->width > edge || w->height > edge;
-    const envmapi_near_knots *knots = NULL, *strip = NULL;
+    int ends = own && s->axis.bilinear > 0, top = ends && w->y < 0, left = ends && w->x < 0;
+    int bottom = ends && w->y + w->height > edge, right = ends && w->x + w->width > edge;
+    int from = top ? 1 : w->y, rows = (bottom ? edge - 1 : w->y + w->height) - from;
+    envmapi_near_knots *knots = NULL, *strip = NULL;
     cells = cells && (s->part_count < 2 || w->cells[1].knots.ready);
-    if (beside && !small) strip = envmapi_near_tied(w, s, tile, axes, outer, 0);
-    if (strip && strip->ready > 0 && (w->x < 0 || w->x + w->width > edge)) small = 1;
-    if (s->ratio && !(beside && small)) knots = envmapi_near_tied(w, s, tile, axes, outer, own);
+    if (s->ratio) knots = envmapi_near_tied(w, s, tile, axes, outer, own);
     if (!cells && (!knots || knots->ready < 0)) {
         envmapi_near_kernel(w, s, axes->count);
         return;
     }
+    if (!cells && (top || bottom) && !left && !right)
+        strip = envmapi_near_tied(w, s, tile, axes, outer, 0);
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof *w->K);
     for (int i = 0; i < s->part_count * axes->count && cells; ++i)
         envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
-    if (!cells && own && s->ratio == 1) {
-        if (w->knots[outer].folded != axes->y)
-            envmapi_near_fold_down(w->knots + outer, axes->y, s->between[axes->y - tile->y]);
-        envmapi_near_mix_plane(w, s, tile, axes, knots);
-    } else if (!cells) {
-        envmapi_near_between(w, s, tile, axes, knots);
-    }
-    if (strip) envmapi_near_beside(w, s, tile, axes, strip);
+    if (cells) return;
+    envmapi_near_between(w, s, tile, axes, knots);
+    if (strip && strip->ready > 0) envmapi_near_between(w, s, tile, axes, strip);
+    else if (top || bottom)
+        envmapi_near_strip(w, s, axes->count, w->x, top ? -1 : edge - 1, w->width, 2);
+    if (left) envmapi_near_strip(w, s, axes->count, -1, from, 2, rows);
+    if (right) envmapi_near_strip(w, s, axes->count, edge - 1, from, 2, rows);
 }
 
 /* ------------------------------------------------------------------------------------- >>near --
@@ -8072,8 +8015,8 @@ static void envmapi_task_near(void *context, int task) {
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
     for (size_t i = 0; i < 4; ++i)
         w->lines[i / 2][i % 2].K = w->knots[1].K + s->area * (16 + 4 * i);
-    w->knots[0].lines = w->knots[1].K + s->area * 32;
-    w->knots[1].lines = w->knots[0].lines + 20 * s->area + 32;
+    w->knots[0].line = w->knots[1].K + s->area * 32;
+    w->knots[1].line = w->knots[0].line + s->area * 4, w->strip = w->knots[1].line + s->area * 4;
     memset(w->cells, 0, sizeof w->cells), w->tied = 0;
     float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
     w->own = end -= s->own;
@@ -8434,7 +8377,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
     s->bytes += s->all * sizeof(double);
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 88 : 0)) + 2 * s->room + 64;
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 64 : 0)) + 2 * s->room;
     if (s->ratio) s->own = s->area;
     for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
     kernels += s->own;
