@@ -7505,7 +7505,7 @@ static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
     }
     knots->width = right - knots->x, knots->height = below - knots->y;
     if (!knots->plane && knots->part == tile->face)
-        knots->y = knots->y < 0 ? -1 : s->axis.level.edge - 1, knots->height = 2;
+        knots->y = 2 * knots->row < s->dst.size ? -1 : s->axis.level.edge - 1, knots->height = 2;
     size_t area = (size_t)(knots->width * knots->height);
     knots->ready = open >= 0 && area <= s->area ? 1 : -1;
     for (int k = 0; k < count && knots->ready > 0; ++k) {
