@@ -7892,7 +7892,6 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
         for (int x = from; x < to; ++x)
             for (int n = 0; n < F; ++n) in_row[n] += k[x * N + n];
         for (int n = 0; n < F; ++n) total[four + n] += (double)in_row[n];
-        size_t next = 16 * (size_t)(row[y].to - row[y].from); /* to the next row, or nearly */
         size_t at = row[y].first + (size_t)(w->x - row[y].from) + (size_t)from;
         for (int g = 0; g < envmapi_near_groups(s) && from < to; ++g) {
             if (!(groups >> g & 1)) continue;
@@ -7900,7 +7899,7 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
             envmapi_float16 sums[F];
             memset(sums, 0, sizeof sums);
             for (const float *each = k + from * N; each < k + to * N; each += N, block += 16) {
-                ENVMAPI_PREFETCH(block + next);
+                ENVMAPI_PREFETCH(block + 16 * (row[y].to - row[y].from)); /* the next row's */
                 ENVMAPI_UNROLL for (int n = 0; n < F; ++n)
                     envmapi_float16_add(sums + n, each[n], envmapi_float16_at(block));
             }
