@@ -7444,8 +7444,8 @@ static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int ax
      in     a tile of axes, the open window of some       out    K of these
    Two cubes' texels lie alike about all axes of a face, if one's edge is a multiple of the other's:
    there K of a texel so many texels from the axis changes slowly from axis to axis. It is summed
-   for 4 x 4 axes of a tile. Beside an edge it changes slowly along the edge only, on both faces: it
-   is summed for 4 axes of each row.
+   for 4 x 4 axes of a tile. On the face beyond an edge, and in two rows beside it where the
+   integral ends, it changes slowly along the edge only: it is summed for 4 axes of each row.
    For a lat-long K is a function of the axis' latitude, the texel's row and the difference of their
    longitudes. It is summed at knots of both, for all axes between the centres of two rows, which
    are a cell; of its fourth root, as the root of a Gaussian is one twice as wide.
