@@ -3513,8 +3513,19 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
 
 /* ---- splines */
 
+/* w = sum_i powers[i] x^(5-i), by Horner's rule. */
+ENVMAPI_INLINE void envmapi_powers(envmapi_float16 *w, const float powers[6][16],
+                                   const envmapi_float16 *x) {
+    envmapi_float16 sum = *envmapi_float16_at(powers[0]);
+    for (int i = 1; i < 6; ++i) {
+        envmapi_float16 next = *envmapi_float16_at(powers[i]);
+        envmapi_float16_mad(&next, &sum, x), sum = next;
+    }
+    memset(w, 0, sizeof *w), envmapi_float16_add(w, 1.0f / 120, &sum);
+}
+
 /* Quintic B-splines at the six samples around two points, f and g in [0,1] past the third:
-   w[0..5] and w[8..13], by Horner's rule in 120 w. */
+   w[0..5] and w[8..13]. */
 ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
     static const float powers[6][16] = {
         {-1, 5, -10, 10, -5, 1, 0, 0, -1, 5, -10, 10, -5, 1},
@@ -3525,13 +3536,32 @@ ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
         {1, 26, 66, 26, 1, 0, 0, 0, 1, 26, 66, 26, 1},
     };
     const float at[16] = {f, f, f, f, f, f, f, f, g, g, g, g, g, g, g, g};
-    envmapi_float16 sum = *envmapi_float16_at(powers[0]), next, x = *envmapi_float16_at(at);
-    for (int i = 1; i < 6; ++i) {
-        next = *envmapi_float16_at(powers[i]);
-        envmapi_float16_mad(&next, &sum, &x), sum = next;
-    }
-    memset(&next, 0, sizeof next), envmapi_float16_add(&next, 1.0f / 120, &sum);
-    memcpy(w, &next, sizeof next);
+    envmapi_float16 x = *envmapi_float16_at(at), sums;
+    envmapi_powers(&sums, powers, &x);
+    memcpy(w, &sums, sizeof sums);
+}
+
+/* The first four of w[8..13] above, at g, times four numbers each; in wide registers evaluated
+   again, as lanes do not move there without memory. */
+ENVMAPI_INLINE void envmapi_splines_four(envmapi_float16 *terms, const float w[16], float g,
+                                         const float value[4]) {
+#define ENVMAPI_FOUR(a, b, c, d) {a, a, a, a, b, b, b, b, c, c, c, c, d, d, d, d}
+    static const float powers[6][16] = {
+        ENVMAPI_FOUR(-1, 5, -10, 10),  ENVMAPI_FOUR(5, -20, 30, -20),
+        ENVMAPI_FOUR(-10, 20, 0, -20), ENVMAPI_FOUR(10, 20, -60, 20),
+        ENVMAPI_FOUR(-5, -50, 0, 50),  ENVMAPI_FOUR(1, 26, 66, 26)};
+#undef ENVMAPI_FOUR
+    const float at[16] = {g, g, g, g, g, g, g, g, g, g, g, g, g, g, g, g};
+    float each[16];
+    envmapi_float16 x = *envmapi_float16_at(at), again;
+    memset(terms, 0, sizeof *terms);
+    for (int i = 0; i < 16; ++i) each[i] = value[i % 4];
+    if (ENVMAPI_REGISTER == 16)
+        ENVMAPI_UNROLL for (int b = 0; b < 4; ++b)
+            envmapi_float4_add((envmapi_float4 *)terms + b, w[8 + b], envmapi_float4_at(value));
+    else
+        envmapi_powers(&again, powers, &x),
+            envmapi_float16_mad(terms, &again, envmapi_float16_at(each));
 }
 
 /* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^6 over
@@ -3724,20 +3754,27 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
    can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
-    for (size_t i = 0; i < count; ++i) {
+    for (size_t n = 0; n < (count + 63) / 64 * 64; ++n) {
+        /* every eighth, as what the last one changed cannot be read at once */
+        size_t i = (n & ~(size_t)63) + n % 8 * 8 + n / 8 % 8;
         const envmapi_point *p = points + i;
+        if (i >= count) continue;
         int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
         if (end > 6) end = 6;
         if (a >= end) continue;
-        envmapi_float4 terms[6];
+        envmapi_float4 two[2];
+        envmapi_float16 four; /* of six samples down the rings, and the other two */
         float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
         envmapi_splines(w, p->f_k, p->f_j);
-        memset(terms, 0, sizeof terms);
-        ENVMAPI_UNROLL for (int b = 0; b < 6; ++b)
-            envmapi_float4_add(terms + b, w[8 + b], envmapi_float4_at(values + 4 * i));
-        for (; a < end; ++a, ring += rings->row)
-            ENVMAPI_UNROLL for (int b = 0; b < 6; ++b)
-                envmapi_float4_add(envmapi_float4_at(ring + 4 * b), w[a], terms + b);
+        envmapi_splines_four(&four, w, p->f_j, values + 4 * i);
+        memset(two, 0, sizeof two);
+        envmapi_float4_add(two, w[12], envmapi_float4_at(values + 4 * i));
+        envmapi_float4_add(two + 1, w[13], envmapi_float4_at(values + 4 * i));
+        for (; a < end; ++a, ring += rings->row) {
+            envmapi_float16_add(envmapi_float16_at(ring), w[a], &four);
+            envmapi_float4_add(envmapi_float4_at(ring + 16), w[a], two);
+            envmapi_float4_add(envmapi_float4_at(ring + 20), w[a], two + 1);
+        }
     }
 }
 
@@ -3947,28 +3984,37 @@ ENVMAPI_INLINE void envmapi_legendre_step(envmapi_double8 *now, envmapi_double8 
     *before = *now, *now = next;
 }
 
-/* P_lm of 8 rings for l = m .. bands-1. sin^m begins as its logarithm: where it underflows, below
-   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-14 on
-   all 8 rings, or -1 when all are: less than the rounding of what is summed. Up to there P grows
-   with l and towards the equator.  Test: skipped_legendre_functions_are_negligible. */
-static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
-                            const double *A, const double *B) {
-    int H = rings->M / 2, last = first + 8 < H ? 7 : H - 1 - first, skip = -1;
-    double x[8], start[8];
-    envmapi_double8 before, now;
-    for (int b = 0; b < 8; ++b) {
-        int j = first + b < H ? first + b : H - 1;
+/* P_lm of 2 blocks of 8 rings for l = m .. bands-1, which hide each other's latency: [block][l][8].
+   sin^m begins as its logarithm: where it underflows, below e^-700, P stays negligible up to
+   l ~ 1000. skip: of each block how many l, an even number, are below 1e-14 on all 8 rings, or -1
+   when all are: less than the rounding of what is summed. Up to there P grows with l and towards
+   the equator.  Test: skipped_legendre_functions_are_negligible. */
+static void envmapi_legendre(double *P, int skip[2], const envmapi_rings *rings, int m, int first,
+                             const double *A, const double *B) {
+    int H = rings->M / 2, last = H - 1 - first, next = 8 * (rings->bands - m);
+    int at[2] = {last < 7 ? last : 7, next + (last < 8 ? 0 : last < 15 ? last - 8 : 7)};
+    double x[16], start[16];
+    envmapi_double8 before[2], now[2];
+    for (int b = 0; b < 16; ++b) {
+        int j = b < last ? first + b : H - 1;
         double logarithm = rings->norms[m] + m * rings->log_sin[j];
-        start[b] = logarithm > -700 && first + b < H ? exp(logarithm) : 0;
+        start[b] = logarithm > -700 && b <= last ? exp(logarithm) : 0;
         x[b] = rings->x[j];
     }
-    now = *envmapi_double8_at(start), memset(&before, 0, sizeof before);
-    for (int l = m; start[last] > 0 && l < rings->bands; ++l, P += 8) {
-        *envmapi_double8_at(P) = now;
-        if (skip < 0 && fabs(P[last]) > 1e-14) skip = (l - m) & ~1;
-        envmapi_legendre_step(&now, &before, envmapi_double8_at(x), A[l + 1], B[l + 1]);
+    memcpy(now, start, sizeof now), memset(before, 0, sizeof before);
+    int count = start[last < 15 ? last : 15] > 0 ? rings->bands - m : 0;
+    for (int l = 0; l < count; ++l)
+        ENVMAPI_UNROLL for (int i = 0; i < 2; ++i) {
+            *envmapi_double8_at(P + 8 * l + i * next) = now[i];
+            envmapi_legendre_step(now + i, before + i, envmapi_double8_at(x + 8 * i),
+                                  A[m + l + 1], B[m + l + 1]);
+        }
+    for (int i = 0; i < 2; ++i) {
+        int l = 0;
+        for (int step = 16; step; step /= 4) /* 16, 4, 1 */
+            while (l + step <= count && !(fabs(P[8 * (l + step - 1) + at[i]]) > 1e-14)) l += step;
+        skip[i] = l < count ? l & ~1 : -1;
     }
-    return skip;
 }
 
 /* Coefficients of one m begin at [envmapi_triangle(m)], l = m .. bands-1, 8 numbers each: the real
@@ -3993,11 +4039,11 @@ static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int 
     memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
     envmapi_rings_solve(rings, F, m);
     memset(a, 0, (size_t)count * 8 * sizeof(double));
-    for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(P, rings, m, first, A, B);
+    for (int first = 0, skip[2]; first < H; first += 8, P += first & 8 ? 8 * count : -8 * count) {
+        if (!(first & 8)) envmapi_legendre(P, skip, rings, m, first, A, B);
         envmapi_double8 f[16];
         memcpy(f, F + 16 * first, sizeof f);
-        for (; l >= 0 && l < count; l += 2) {
+        for (int l = skip[first >> 3 & 1]; l >= 0 && l < count; l += 2) {
             envmapi_double8 even = *envmapi_double8_at(a + 8 * l), odd;
             const double *p = P + 8 * l, *q = l + 1 < count ? p + 8 : p;
             memset(&odd, 0, sizeof odd);
@@ -4011,15 +4057,16 @@ static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int 
     }
 }
 
-/* f(j) = sum_l a[l] P_l(j) for four rings, l = from, from + 2, ...: what fits into registers. */
-ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const double *P, int from,
+/* f(j) = sum_l a[l] P_l(j), l = from, from + 2, ..., for so many rings as fit into registers. */
+enum { ENVMAPI_SUMS = ENVMAPI_REGISTER == 64 ? 8 : 4 };
+ENVMAPI_INLINE void envmapi_legendre_sums(double *f, const double *a, const double *P, int from,
                                           int count) {
-    envmapi_double8 sum[4];
+    envmapi_double8 sum[ENVMAPI_SUMS];
     memset(sum, 0, sizeof sum);
     for (int l = from; l < count; l += 2)
-        ENVMAPI_UNROLL for (int b = 0; b < 4; ++b)
+        ENVMAPI_UNROLL for (int b = 0; b < ENVMAPI_SUMS; ++b)
             envmapi_double8_add(sum + b, P[8 * l + b], envmapi_double8_at(a + 8 * l));
-    for (int b = 0; b < 4; ++b) *envmapi_double8_at(f + 16 * b) = sum[b];
+    for (int b = 0; b < ENVMAPI_SUMS; ++b) *envmapi_double8_at(f + 16 * b) = sum[b];
 }
 
 /* F(j) = sum_l lambda_l a[l] P_l(j). */
@@ -4027,16 +4074,16 @@ static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double
                                         const double *lambda, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
     double *F = envmapi_rings_F(rings, m), *A = work, *B = A + rings->bands + 1;
-    double *P = B + rings->bands + 1, *scaled = P + 8 * rings->bands;
+    double *P = B + rings->bands + 1, *scaled = P + 16 * rings->bands;
     envmapi_legendre_factors(A, B, m, rings->bands);
     for (int i = 0; i < 8 * count; ++i) scaled[i] = lambda[m + i / 8] * a[i];
-    for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(P, rings, m, first, A, B);
-        for (int part = 0; part < 4; ++part) { /* even and odd l - m, four rings and four more */
-            int odd = part & 1, b = 2 * (part & 2);
-            envmapi_legendre_four(F + 16 * (first + b) + 8 * odd, scaled, P + b,
-                                  l < 0 ? count : l + odd, count);
-        }
+    for (int first = 0, skip[2]; first < H; first += 8, P += first & 8 ? 8 * count : -8 * count) {
+        if (!(first & 8)) envmapi_legendre(P, skip, rings, m, first, A, B);
+        int l = skip[first >> 3 & 1];
+        for (int b = 0; b < 8; b += ENVMAPI_SUMS)
+            for (int odd = 0; odd < 2; ++odd) /* even and odd l - m */
+                envmapi_legendre_sums(F + 16 * (first + b) + 8 * odd, scaled, P + b,
+                                      l < 0 ? count : l + odd, count);
     }
     envmapi_rings_solve(rings, F, m);
 }
@@ -7009,7 +7056,8 @@ typedef struct envmapi_near_tile {
 typedef struct envmapi_near_knots {
     int ready, x, y, width, height, plane; /* plane: K is that of the face's plane */
     int part, row, step[2];                /* texels from axis to axis of a row */
-    float *K;
+    int folded;                            /* the row of axes that `line` is for */
+    float *K, *line;
 } envmapi_near_knots;
 
 /* K^(1/4) of a cell, whose axes lie between the centres of rows `row` and row + 1 of a lat-long, at
@@ -7079,7 +7127,7 @@ typedef struct envmapi_window {
     envmapi_knot *u, *v;                                  /* [room] */
     float *place, *apart;                                 /* [room] of u: what _sines asks of it */
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
-    float *K, *own; /* [height][width][axes]; of an axis, between knots */
+    float *K, *own, *strip; /* [height][width][axes]; of an axis, between knots; as K, of a part */
     double *light;  /* [all] of an axis */
     envmapi_near_knots knots[2], lines[2][2]; /* within R, and within R_bright; of a row: on
                                                  another face, and on its own */
@@ -7337,6 +7385,11 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
                             envmapi_near_border(w, s, texels)))
         return;
+    for (int i = 0; i < 2 && level->mapping == ENVMAP_CUBE; ++i) { /* what is open only */
+        int first = i ? w->y : w->x, count = i ? w->height : w->width;
+        box[i][0] = fmax(box[i][0], (first - 0.5) / level->edge);
+        box[i][1] = fmin(box[i][1], (first + count + 0.5) / level->edge);
+    }
     int count = w->tied ? w->tied : envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
     if (!count || !lines) return;
@@ -7418,8 +7471,8 @@ static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int ax
      in     a tile of axes, the open window of some       out    K of these
    Two cubes' texels lie alike about all axes of a face, if one's edge is a multiple of the other's:
    there K of a texel so many texels from the axis changes slowly from axis to axis. It is summed
-   for 4 x 4 axes of a tile. Beside an edge it changes slowly along the edge only, on both faces: it
-   is summed for 4 axes of each row.
+   for 4 x 4 axes of a tile. On the face beyond an edge, and in two rows beside it where the
+   integral ends, it changes slowly along the edge only: it is summed for 4 axes of each row.
    For a lat-long K is a function of the axis' latitude, the texel's row and the difference of their
    longitudes. It is summed at knots of both, for all axes between the centres of two rows, which
    are a cell; of its fourth root, as the root of a Gaussian is one twice as wide.
@@ -7478,6 +7531,8 @@ static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
         below = y + w->height > below ? y + w->height : below;
     }
     knots->width = right - knots->x, knots->height = below - knots->y;
+    if (!knots->plane && knots->part == tile->face)
+        knots->y = 2 * knots->row < s->dst.size ? -1 : s->axis.level.edge - 1, knots->height = 2;
     size_t area = (size_t)(knots->width * knots->height);
     knots->ready = open >= 0 && area <= s->area ? 1 : -1;
     for (int k = 0; k < count && knots->ready > 0; ++k) {
@@ -7501,9 +7556,11 @@ static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
     int width = knots->width, height = knots->height, area = width * height;
     int edge = s->axis.level.edge, roots = s->axis.level.mapping == ENVMAP_LATLONG;
     int left = 0, right = w->width, top = 0, bottom = w->height; /* of the window */
+    int cut = s->axis.bilinear > 0; /* beside an edge: _beside adds these */
     if (knots->plane) {
-        left = w->x < 0 ? -w->x : 0, right = right < edge - w->x ? right : edge - w->x;
-        top = w->y < 0 ? -w->y : 0, bottom = bottom < edge - w->y ? bottom : edge - w->y;
+        left = w->x < 0 ? cut - w->x : 0, top = w->y < 0 ? cut - w->y : 0;
+        right = w->x + right > edge ? edge - cut - w->x : right;
+        bottom = w->y + bottom > edge ? edge - cut - w->y : bottom;
     }
     int from = top > y ? top - y : 0, count = bottom - y < height ? bottom - y : height;
     count = (count - from) * width, K += from * width;
@@ -7524,17 +7581,23 @@ static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
         }
 }
 
-/* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
+/* Adds K of axes between knots, by Lagrange's cubic polynomials, to the open window. Of a tile's
+   knots those of a row of axes come first, as all of the row share them. */
 static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
                                  const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                                 const envmapi_near_knots *knots) {
+                                 envmapi_near_knots *knots) {
     static const float one[4] = {1};
-    const float *down = knots->plane ? s->between[axes->y - tile->y] : one;
+    const float *down = s->between[axes->y - tile->y], *K = knots->plane ? knots->line : knots->K;
     int y = knots->y + (knots->plane ? s->ratio * axes->y : 0) - w->y;
-    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+    int count = 4 * knots->width * knots->height;
+    if (knots->plane && knots->folded != axes->y) {
+        const float *a = knots->K, *b = a + count, *c = b + count, *d = c + count;
+        for (int i = 0; i < count; ++i)
+            knots->line[i] = down[0] * a[i] + down[1] * b[i] + down[2] * c[i] + down[3] * d[i];
+        knots->folded = axes->y;
+    }
     for (int n = 0; n < axes->count; ++n)
-        envmapi_near_mix(w, s, n, knots, knots->K, 4, knots->plane ? 4 : 1,
-                         s->between[axes->x + n - tile->x], down,
+        envmapi_near_mix(w, s, n, knots, K, 4, 1, s->between[axes->x + n - tile->x], one,
                          knots->x + knots->step[0] * (axes->x + n) - w->x,
                          y + knots->step[1] * (axes->x + n));
 }
@@ -7669,19 +7732,16 @@ static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int 
                      shift < 0 ? shift + wide : shift, cell->knots.y - w->y);
 }
 
-/* The knots for the open window: a tile's on the axes' own face, but where the integral ends at its
-   edges, and a row's elsewhere. Opens the window again. */
+/* The knots of a tile, or of the row, for the open window; opens it again. */
 static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_near *s,
                                              const envmapi_near_tile *tile,
-                                             const envmapi_near_axes *axes, int outer) {
-    const envmapi_level *level = &s->axis.level;
-    int own = w->part == axes->face, part = w->part;
-    int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
-                 w->y + w->height <= level->edge;
-    int plane = own && (inside || !(s->axis.bilinear > 0));
-    envmapi_near_knots *knots = plane ? w->knots + outer : w->lines[outer] + own;
+                                             const envmapi_near_axes *axes, int outer, int plane) {
+    int part = w->part;
+    envmapi_near_knots *knots =
+        plane ? w->knots + outer : w->lines[outer] + (part == axes->face);
     if (knots->ready && (plane || (knots->row == axes->y && knots->part == part))) return knots;
     knots->part = part, knots->row = axes->y, knots->plane = plane, knots->ready = -1;
+    knots->folded = -1;
     if (!envmapi_near_steps(knots->step, s, part, axes)) return knots;
     double R = w->R;
     envmapi_near_tie(w, s, tile, knots, R);
@@ -7690,20 +7750,48 @@ static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_ne
     return knots;
 }
 
-/* K of some axes in the open window. */
+/* Adds K of some axes in a part of the open window. */
+static void envmapi_near_strip(envmapi_window *w, const envmapi_near *s, int axes, int x, int y,
+                               int width, int height) {
+    const int open[4] = {w->x, w->y, w->width, w->height};
+    float *out = w->K, *to = out + ((y - w->y) * w->width + x - w->x) * ENVMAPI_NEAR_AXES;
+    w->x = x, w->y = y, w->width = width, w->height = height, w->K = w->strip;
+    envmapi_near_kernel(w, s, axes);
+    w->x = open[0], w->y = open[1], w->width = open[2], w->height = open[3], w->K = out;
+    for (int i = 0; i < width * height * ENVMAPI_NEAR_AXES; ++i)
+        to[i + i / (width * ENVMAPI_NEAR_AXES) * (w->width - width) * ENVMAPI_NEAR_AXES] +=
+            w->strip[i];
+}
+
+/* K of some axes in the open window: between a tile's knots on the axes' own face, between a row's
+   elsewhere. Where the integral over the own face ends, K of two rows or columns is another: it
+   lies between a row's knots, or is that of each axis. */
 static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
                                const envmapi_near_tile *tile, const envmapi_near_axes *axes,
                                int outer) {
-    if (w->cells[0].knots.ready && (s->part_count < 2 || w->cells[1].knots.ready)) {
-        memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-        for (int i = 0; i < s->part_count * axes->count; ++i)
-            envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
+    int edge = s->axis.level.edge, own = w->part == axes->face, cells = w->cells[0].knots.ready;
+    int ends = own && s->axis.bilinear > 0, top = ends && w->y < 0, left = ends && w->x < 0;
+    int bottom = ends && w->y + w->height > edge, right = ends && w->x + w->width > edge;
+    int from = top ? 1 : w->y, rows = (bottom ? edge - 1 : w->y + w->height) - from;
+    envmapi_near_knots *knots = NULL, *strip = NULL;
+    cells = cells && (s->part_count < 2 || w->cells[1].knots.ready);
+    if (s->ratio) knots = envmapi_near_tied(w, s, tile, axes, outer, own);
+    if (!cells && (!knots || knots->ready < 0)) {
+        envmapi_near_kernel(w, s, axes->count);
         return;
     }
-    const envmapi_near_knots *knots =
-        s->ratio ? envmapi_near_tied(w, s, tile, axes, outer) : NULL;
-    if (knots && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
-    else envmapi_near_kernel(w, s, axes->count);
+    if (!cells && (top || bottom) && !left && !right)
+        strip = envmapi_near_tied(w, s, tile, axes, outer, 0);
+    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof *w->K);
+    for (int i = 0; i < s->part_count * axes->count && cells; ++i)
+        envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
+    if (cells) return;
+    envmapi_near_between(w, s, tile, axes, knots);
+    if (strip && strip->ready > 0) envmapi_near_between(w, s, tile, axes, strip);
+    else if (top || bottom)
+        envmapi_near_strip(w, s, axes->count, w->x, top ? -1 : edge - 1, w->width, 2);
+    if (left) envmapi_near_strip(w, s, axes->count, -1, from, 2, rows);
+    if (right) envmapi_near_strip(w, s, axes->count, edge - 1, from, 2, rows);
 }
 
 /* ------------------------------------------------------------------------------------- >>near --
@@ -7837,9 +7925,11 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
             const float *block = s->blocks + 16 * ((size_t)g * s->count + at);
             envmapi_float16 sums[F];
             memset(sums, 0, sizeof sums);
-            for (const float *each = k + from * N; each < k + to * N; each += N, block += 16)
+            for (const float *each = k + from * N; each < k + to * N; each += N, block += 16) {
+                ENVMAPI_PREFETCH(block + 16 * (row[y].to - row[y].from)); /* the next row's */
                 ENVMAPI_UNROLL for (int n = 0; n < F; ++n)
                     envmapi_float16_add(sums + n, each[n], envmapi_float16_at(block));
+            }
             for (int n = 0; n < F; ++n)
                 envmapi_float16_add(envmapi_float16_at(w->sums[g][four + n]), 1, sums + n);
         }
@@ -7951,6 +8041,8 @@ static void envmapi_task_near(void *context, int task) {
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
     for (size_t i = 0; i < 4; ++i)
         w->lines[i / 2][i % 2].K = w->knots[1].K + s->area * (16 + 4 * i);
+    w->knots[0].line = w->knots[1].K + s->area * 32;
+    w->knots[1].line = w->knots[0].line + s->area * 4, w->strip = w->knots[1].line + s->area * 4;
     memset(w->cells, 0, sizeof w->cells), w->tied = 0;
     float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
     w->own = end -= s->own;
@@ -8325,7 +8417,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
     s->bytes += s->all * sizeof(double);
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 48 : 0)) + 2 * s->room;
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 64 : 0)) + 2 * s->room;
     if (s->ratio) s->own = s->area;
     for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
     kernels += s->own;
@@ -8967,7 +9059,7 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
 #define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
 #define ENVMAPI_APART   15.0 /* over bands, rad: length of the pieces that points stand for */
-#define ENVMAPI_SHARP   2.2 /* texels: near sums are quicker below, between cubes; speed only */
+#define ENVMAPI_SHARP   2.35 /* texels: near sums are quicker below, between cubes; speed only */
 #define ENVMAPI_MANY    4000000 /* points, beyond which memory would be much */
 #define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
