@@ -6063,7 +6063,7 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     if (axis->level.mapping == ENVMAP_PARABOLOID && axis->level.edge > 1 &&
         hypot(patch->to[0], patch->to[1]) > axis->level.edge - 1)
         /* the other face's lines */
-        finer = fmax(finer, 3 / envmapi_clamp(axis->apart * axis->apart * 10, 0.1, 1));
+        finer = fmax(finer, 3 / envmapi_clamp(axis->apart * axis->apart * 3, 0.1, 1));
     int nodes[2], whole = 1;
     for (int i = 0; i < 2; ++i) {
         length[i] = fmax(envmapi_angle(corner[0], corner[i ? 2 : 1]),
@@ -6209,7 +6209,7 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
     double texels = 3 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
-    double most = fmax(texels, 2 * axis->level.width);
+    double most = fmax(texels, 4 * axis->level.width);
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
         ring.a[j] = cos(theta) * axis->a[j];
@@ -8230,7 +8230,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
     /* and where they are known, what a piece across one misses falls as the square of its length */
     if (s->axis.lobe->kind == ENVMAP_LOBE_FUNCTION && s->axis.kink_count)
-        s->piece *= fmin(pow(tolerance * 1e4, 0.4), 1);
+        s->piece *= fmin(pow(tolerance * 2e3, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     int serves = envmapi_near_serves(s);
@@ -8261,7 +8261,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     envmap_result result = ENVMAP_OK;
     *served = envmapi_near_suits(s, src, declines, tolerance);
     if (!*served) return ENVMAP_OK;
-    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
+    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     s->images = (envmapi_images(*)[6])envmapi_pool_get(pool, 3, sizeof *s->images);
     if (!s->turns || !s->images ||
