@@ -1008,7 +1008,7 @@ static void envmapi_pool_free(envmapi_pool *pool, int keep) {
         type##_part v[n * sizeof(scalar) / sizeof(type##_part)];                                   \
     } ENVMAPI_ALIAS type
 #define ENVMAPI_EACH(y) ENVMAPI_UNROLL for (size_t i = 0; i < sizeof(y)->v / sizeof *(y)->v; ++i)
-#define ENVMAPI_WIDE    ((int)(ENVMAPI_REGISTER / sizeof(float)))
+#define ENVMAPI_WIDE    ((int)(ENVMAPI_REGISTER > 32 ? ENVMAPI_REGISTER / sizeof(float) : 8))
 
 ENVMAPI_LANE_TYPE(envmapi_bits, uint32_t, ENVMAPI_WIDE);
 
@@ -1051,7 +1051,7 @@ ENVMAPI_LANES(envmapi_float4, float, 4)
 ENVMAPI_LANES(envmapi_float16, float, 16)
 ENVMAPI_LANES(envmapi_double4, double, 4)
 ENVMAPI_LANES(envmapi_double8, double, 8)
-ENVMAPI_LANES(envmapi_wide, float, ENVMAPI_WIDE) /* a register */
+ENVMAPI_LANES(envmapi_wide, float, ENVMAPI_WIDE) /* a register, or two of 16 bytes */
 
 /* ------------------------------------------------------------------------------ >>directions --
    In: a mapping, a face and (u,v). Out: the direction there; and back. Every room below asks these,
@@ -4672,7 +4672,8 @@ static void envmapi_grid_solve(envmapi_transform *t, int adjoint, const envmap_w
 #define ENVMAPI_ROWS 16
 
 /* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; product 0: without y,
-   -1: that and sums are 0 before. The sums stay in registers while rows go by. */
+   -1: that and sums are 0 before; -2: that, and below 0 they become 0. The sums stay in registers
+   while rows go by. */
 typedef struct envmapi_rows {
     const float *x[ENVMAPI_ROWS], *y[ENVMAPI_ROWS];
     float w[ENVMAPI_ROWS][6];
@@ -4715,6 +4716,11 @@ ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, cons
         }
         ENVMAPI_UNROLL for (int j = 0; j < taps; ++j)
             envmapi_wide_add(acc + j, in->w[r][j], &light);
+    }
+    if (product < -1) { /* the sign's bit, less 1: all bits where it is 0 */
+        memcpy(&bits, acc, sizeof bits);
+        ENVMAPI_EACH(&bits) bits.v[i] &= (bits.v[i] >> 31) - 1;
+        memcpy(acc, &bits, sizeof bits);
     }
     ENVMAPI_UNROLL for (int j = 0; j < taps; ++j) {
         float *out = sums + (size_t)j * stride + at;
@@ -4916,8 +4922,8 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_transfo
     int from = run[0], n = run[1] - run[0];
     out += 3 * from;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * from;
-    envmapi_rows_add(out, 0, 1, in, -1, NULL, 3 * (size_t)n);
-    for (int i = 0; i < 3 * n && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
+    if (t->positive) envmapi_rows_add(out, 0, 1, in, -2, NULL, 3 * (size_t)n);
+    else envmapi_rows_add(out, 0, 1, in, -1, NULL, 3 * (size_t)n);
     if (!t->lights.count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width - 2 * from;
     envmapi_rows_add(norm, 0, 1, in, -1, NULL, (size_t)n);
@@ -8491,8 +8497,9 @@ static double envmapi_block_excess(double e[3], const envmapi_scene *s, const fl
 static int envmapi_block_group(const envmapi_scene *s, int i, size_t b) {
     int nu = s->blocks[i].nu, y = (int)(b / (size_t)nu);
     double row = ENVMAPI_PI * (s->edge << i) / s->in.map->size;
+    if (s->in.map->mapping != ENVMAP_LATLONG) return 1;
     double radius = fmin(sin(y * row), sin(fmin((y + 1) * row, ENVMAPI_PI)));
-    return s->in.map->mapping == ENVMAP_LATLONG ? (int)(1 / fmax(radius, 1.0 / nu)) : 1;
+    return (int)(1 / fmax(radius, 1.0 / nu));
 }
 
 /* Returns the sum of the squares of the blocks at scale i of `sums`. squares, unless NULL: each is
@@ -8547,12 +8554,17 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
 /* kappa of single texels, from the sum of their squares less what evenly lit blocks would have, E^2
    of each over its texels: sums of floats, good to 1e-6. */
 static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squares) {
+    size_t width = (size_t)s->blocks[0].nu;
     double even = 0;
     s->texel = s->scale[0];
     if (!(s->norm > 0)) return;
-    for (size_t b = 0; b < s->blocks[0].count; ++b)
-        for (size_t c = 0; c < 3; ++c)
-            even += envmapi_block_group(s, 0, b) * pow((double)sums[4 * b + c], 2);
+    for (size_t row = 0; row < s->blocks[0].count; row += width) {
+        double sum = 0;
+        for (const float *e = sums + 4 * row; e < sums + 4 * (row + width); e += 4)
+            sum += (double)e[0] * (double)e[0] + (double)e[1] * (double)e[1] +
+                   (double)e[2] * (double)e[2];
+        even += envmapi_block_group(s, 0, row) * sum;
+    }
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares);
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
 }
