@@ -6069,7 +6069,7 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     if (axis->level.mapping == ENVMAP_PARABOLOID && axis->level.edge > 1 &&
         hypot(patch->to[0], patch->to[1]) > axis->level.edge - 1)
         /* the other face's lines */
-        finer = fmax(finer, 3 / envmapi_clamp(axis->apart * axis->apart * 3, 0.1, 1));
+        finer = fmax(finer, 3 / envmapi_clamp(axis->apart * axis->apart * 10, 0.1, 1));
     int nodes[2], whole = 1;
     for (int i = 0; i < 2; ++i) {
         length[i] = fmax(envmapi_angle(corner[0], corner[i ? 2 : 1]),
