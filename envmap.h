@@ -5989,14 +5989,14 @@ static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
     for (int c = 0; c < 3 && axis->level.texels; ++c) axis->sum[c] += k * (double)rgb[c];
 }
 
-/* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are `last` or more. */
+/* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are last .. first. */
 static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, size_t *i,
-                             size_t end, double last) {
+                             size_t end, double last, double first) {
     const envmapi_source *s = axis->source;
     int n = 0;
     for (; *i < end && n < 64; ++*i) {
         x[n] = axis->a[0] * s->x[*i] + axis->a[1] * s->y[*i] + axis->a[2] * s->z[*i];
-        seen[n] = *i, n += x[n] >= last;
+        seen[n] = *i, n += (x[n] >= last) & (x[n] <= first);
     }
     return n;
 }
@@ -6009,12 +6009,14 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
     double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
     double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
     double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
-    double from = axis->reach / 2;
+    double from = axis->reach / 2, first = envmapi_cosine(axis->from - margin - 1e-9);
+    double first_tile = envmapi_cosine(axis->from - margin - s->radius - 1e-6);
     size_t seen[64];
     for (size_t tile = 0; tile < s->tiles; ++tile) {
-        if (envmapi_dot(axis->a, s->centre[tile]) < last_tile) continue;
+        double middle = envmapi_dot(axis->a, s->centre[tile]);
+        if (middle < last_tile || middle > first_tile) continue; /* beyond a ring, or within */
         for (size_t next = s->first[tile]; next < s->first[tile + 1];) {
-            int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last);
+            int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last, first);
             envmapi_k_many(many, x, n, axis->lobe, axis->p); /* together: speed only */
             for (int j = 0; j < n; ++j) {
                 size_t i = seen[j];
@@ -6084,7 +6086,8 @@ static double envmapi_patch_curve(const envmapi_level *level, int i, double p) {
 
 /* Adds what lies between curve - 1 and curve, with so many nodes along p and q. The outer
    coordinate is the one along which the curves are flatter; its range is cut where a curve enters
-   or leaves the patch. */
+   or leaves the patch. On a sphere map the inner one is rim sin t, nodes lie along t, as directions
+   have a root at the rim that t has not. */
 static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, int curve,
                               const int nodes[2]) {
     const envmapi_level *level = &axis->level;
@@ -6103,10 +6106,13 @@ static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, in
         double low = fmax(patch->from[inner], envmapi_patch_curve(level, curve - 1, p[outer]));
         double high = fmin(patch->to[inner], envmapi_patch_curve(level, curve, p[outer]));
         if (!(from < to && low < high)) continue;
+        double rim = level->mapping == ENVMAP_SPHERE ? envmapi_patch_curve(level, 0, p[outer]) : 0;
+        if (rim > 0) low = asin(low / rim), high = asin(fmin(high / rim, 1));
         for (int j = 0; j < nodes[inner]; ++j) {
             const double *h = axis->gauss[nodes[inner]][j];
             double weight = unit * g[1] * h[1] * (to - from) * (high - low) / 4;
             p[inner] = (low + high + h[0] * (high - low)) / 2;
+            if (rim > 0) weight *= rim * cos(p[inner]), p[inner] = rim * sin(p[inner]);
             envmapi_patch_node(axis, patch, p[0], p[1], weight);
         }
     }
@@ -6282,7 +6288,7 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
     double texels = 3 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
-    double most = fmax(texels, 2 * axis->level.width);
+    double most = fmax(texels, 4 * axis->level.width);
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
         ring.a[j] = cos(theta) * axis->a[j];
@@ -8363,7 +8369,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
     /* and where they are known, what a piece across one misses falls as the square of its length */
     if (s->axis.lobe->kind == ENVMAP_LOBE_FUNCTION && s->axis.kink_count)
-        s->piece *= fmin(pow(tolerance * 1e4, 0.4), 1);
+        s->piece *= fmin(pow(tolerance * 2e3, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     int serves = envmapi_near_serves(s);
@@ -8394,7 +8400,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     envmap_result result = ENVMAP_OK;
     *served = envmapi_near_suits(s, src, declines, tolerance);
     if (!*served) return ENVMAP_OK;
-    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
+    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     s->images = (envmapi_images(*)[6])envmapi_pool_get(pool, 3, sizeof *s->images);
     if (!s->turns || !s->images ||
@@ -8403,7 +8409,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
     for (int t = 0; t < s->turn_count; t += 16)
         envmapi_images_of(s->images[t / 16], &s->dst, s->turns + t, s->turn_count - t, 1);
-    s->room = 6 * (size_t)level->width + 1024;
+    s->room = 6 * (size_t)level->width + (size_t)(1024 / fmin(s->piece, 1));
     envmapi_near_tiles(s, src, tolerance);
     memset(s->poles, 0, sizeof s->poles);
     for (int i = 0; i < 2 * level->width && src->mapping == ENVMAP_LATLONG; ++i)
@@ -9107,7 +9113,7 @@ typedef struct envmapi_spec {
     double midpoint;  /* side^2/24 of a texel's side: what its midpoint loses, over the curvature */
     const envmapi_scene *scene; /* that it is being fitted to, slice by slice, as this work says */
     const envmap_work *work;
-    int points; /* of these, which stand for the definition's sum; dark is known */
+    int points; /* texels of a source whose points stand for the definition's sum; dark is known */
 } envmapi_spec;
 
 /* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
@@ -9253,9 +9259,12 @@ static int envmapi_slice_rms(const envmapi_slice *slice, const envmapi_spec *spe
     return error <= pow(spec->tolerance * part / spec->part, 2) * result;
 }
 
-/* kappa^2 for the rms, of light or of solid angles. */
-static double envmapi_slice_contrast(const envmapi_scene *s, int l) {
-    return pow(fmax(envmapi_contrast_at(s, l).kappa, envmapi_solid_contrast(s, l)), 2);
+/* kappa^2 for the rms, of light or of solid angles; and of n points at their lattice's waves, which
+   are as many lights of their own.  Test: works_that_broke_hold, of tests/test_search.c. */
+static double envmapi_slice_contrast(const envmapi_spec *spec, const envmapi_scene *s, int l) {
+    double c = fmax(envmapi_contrast_at(s, l).kappa, envmapi_solid_contrast(s, l));
+    double n = spec->points;
+    return fmax(c * c, n > 0 && l > sqrt(n) ? pow(8 * spec->midpoint, 2) / n : 0);
 }
 
 /* The fewest bands that keep the bounds, or only the one on rms. Those on texels are tried at every
@@ -9264,10 +9273,10 @@ static double envmapi_slice_contrast(const envmapi_scene *s, int l) {
 static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *spec,
                                const envmapi_scene *s, int texels) {
     int L = spec->known;
-    double tail = slice->tail * envmapi_slice_contrast(s, L), lost[ENVMAPI_ANGLES];
+    double tail = slice->tail * envmapi_slice_contrast(spec, s, L), lost[ENVMAPI_ANGLES];
     envmapi_series series;
     for (; L > 1; --L) {
-        double c2 = envmapi_slice_contrast(s, L);
+        double c2 = envmapi_slice_contrast(spec, s, L);
         tail += c2 * (2 * L - 1) * slice->lambda[L - 1] * slice->lambda[L - 1];
         if (!envmapi_slice_rms(slice, spec, tail, c2, spec->tail ? 0.25 : 0.5)) break;
     }
@@ -9301,7 +9310,7 @@ static int envmapi_spacing_holds(void *user, int n) {
     const envmapi_spec *spec = test->spec;
     int middle = slice->L / 2 + 1;
     double h = test->widest * pow(0.96, n - 1), lost[ENVMAPI_ANGLES] = {0};
-    double c2 = fmax(envmapi_slice_contrast(test->scene, middle), 1e-4);
+    double c2 = fmax(envmapi_slice_contrast(spec, test->scene, middle), 1e-4);
     envmapi_series series;
     if (!envmapi_slice_rms(slice, spec, c2 * envmapi_slice_power(slice, slice->L, h), c2, 0.25))
         return 0;
@@ -9685,7 +9694,8 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
         const float *t = scene->in.texels + i;
         texel = fmin(texel, (double)fmaxf(fmaxf(t[0], t[1]), t[2]));
     }
-    spec.points = 1, spec.work = &desc->work, spec.midpoint = (1 - axis->bilinear) / 8;
+    spec.points = (int)(envmapi_slice_floats(src, 0) / 3), spec.work = &desc->work;
+    spec.midpoint = (1 - axis->bilinear) / 8;
     spec.dark = scene->all > 0 ? fmin(3 * texel * scene->solid / scene->all, 2) : 2;
     if (axis->bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis->texel;
     double most = sqrt(ENVMAPI_MIDDLE * (double)envmapi_slice_floats(dst, 0));
@@ -9693,7 +9703,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     result = envmapi_source_create(&source, src, slice, desc->work.memory);
     if (result) return result;
     source.texels = axis->level.texels = scene->in.texels, axis->source = &source;
-    axis->sigma = ENVMAPI_APART / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 12));
+    axis->sigma = ENVMAPI_APART / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 7));
     envmapi_axis_points(axis, points);
     if (points->count > ENVMAPI_MANY) {
         envmapi_source_free(&source, desc->work.memory);
