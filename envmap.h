@@ -553,7 +553,7 @@ typedef struct envmap_filter_desc {
    darkest texels may be off by more than 20 tolerances. Where a row of texels lies exactly along an
    axis' horizon, the sum over centres has texel^2 / 12 of a kink's slope too much or too little,
    and half the row of a jump (x^N, N < 0.2), which FAST has right.
-   Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 13 S + D;
+   Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 8 S + D;
    FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
    two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
    executor.  Test: tests/test_memory.c.
@@ -1008,7 +1008,7 @@ static void envmapi_pool_free(envmapi_pool *pool, int keep) {
         type##_part v[n * sizeof(scalar) / sizeof(type##_part)];                                   \
     } ENVMAPI_ALIAS type
 #define ENVMAPI_EACH(y) ENVMAPI_UNROLL for (size_t i = 0; i < sizeof(y)->v / sizeof *(y)->v; ++i)
-#define ENVMAPI_WIDE    ((int)(ENVMAPI_REGISTER / sizeof(float)))
+#define ENVMAPI_WIDE    ((int)(ENVMAPI_REGISTER > 32 ? ENVMAPI_REGISTER / sizeof(float) : 8))
 
 ENVMAPI_LANE_TYPE(envmapi_bits, uint32_t, ENVMAPI_WIDE);
 
@@ -1051,7 +1051,7 @@ ENVMAPI_LANES(envmapi_float4, float, 4)
 ENVMAPI_LANES(envmapi_float16, float, 16)
 ENVMAPI_LANES(envmapi_double4, double, 4)
 ENVMAPI_LANES(envmapi_double8, double, 8)
-ENVMAPI_LANES(envmapi_wide, float, ENVMAPI_WIDE) /* a register */
+ENVMAPI_LANES(envmapi_wide, float, ENVMAPI_WIDE) /* a register, or two of 16 bytes */
 
 /* ------------------------------------------------------------------------------ >>directions --
    In: a mapping, a face and (u,v). Out: the direction there; and back. Every room below asks these,
@@ -1380,6 +1380,32 @@ static void envmapi_floats_scale(float *out, const float *in, size_t count, int 
 static int envmapi_radiance_ok(const envmap *map, int negative_too) {
     return envmapi_floats_ok(map->texels, (size_t)map->slices * envmapi_slice_floats(map, 0),
                              negative_too);
+}
+
+/* Checks of numbers, or copies of them; a megabyte and more as tasks. */
+typedef struct envmapi_scan {
+    float *out; /* NULL: envmapi_floats_ok */
+    const float *in;
+    size_t count;
+    int tasks, negative_too, bad[ENVMAPI_TASKS];
+} envmapi_scan;
+
+static void envmapi_task_scan(void *context, int task) {
+    envmapi_scan *s = (envmapi_scan *)context;
+    size_t each = s->count / (size_t)s->tasks, from = (size_t)task * each;
+    if (task == s->tasks - 1) each = s->count - from;
+    if (s->out) memcpy(s->out + from, s->in + from, each * sizeof(float));
+    else s->bad[task] = !envmapi_floats_ok(s->in + from, each, s->negative_too);
+}
+
+static int envmapi_scan_run(float *out, const float *in, size_t count, int negative_too,
+                            const envmap_work *work) {
+    envmapi_scan s = {out, in, count, count >> 18 ? ENVMAPI_TASKS : 1, negative_too, {0}};
+    int bad = 0;
+    if (s.tasks > 1) envmapi_run_all(work, envmapi_task_scan, &s, s.tasks);
+    else envmapi_task_scan(&s, 0);
+    for (int i = 0; i < s.tasks; ++i) bad |= s.bad[i];
+    return !bad;
 }
 
 /* Level 0 of slice `first` into that of the following ones, count of all of them. */
@@ -2258,7 +2284,8 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
 
 /* A corner of X's texels, and where it is on Y. */
 typedef struct envmapi_corner {
-    double d[3], at[2];
+    double at[2];
+    float d[3];    /* for signs and distances */
     int face, rim; /* rim: see _at_rim */
 } envmapi_corner;
 
@@ -2298,9 +2325,11 @@ static int envmapi_at_rim(const envmapi_resampling *r, double x, double y) {
 /* The corner at (x,y) in [-1,1]^2 of a face of X. */
 static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, int face, double x,
                               double y) {
-    envmapi_direction(c->d, r->X.mapping, face, 0.5 + 0.5 * x, 0.5 + 0.5 * y);
-    c->face = envmapi_face(r->Y.mapping, c->d);
-    envmapi_place_on(c->at, r, c->face, c->d);
+    double d[3];
+    envmapi_direction(d, r->X.mapping, face, 0.5 + 0.5 * x, 0.5 + 0.5 * y);
+    c->face = envmapi_face(r->Y.mapping, d);
+    envmapi_place_on(c->at, r, c->face, d);
+    for (int k = 0; k < 3; ++k) c->d[k] = (float)d[k];
     c->rim = envmapi_at_rim(r, x, y);
 }
 
@@ -2309,10 +2338,11 @@ static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner
     double flat = 1e18, side = 0, parts = r->parts;
     int poles = r->Y.mapping != ENVMAP_CUBE && r->Y.mapping != ENVMAP_OCTAHEDRAL;
     for (int i = 0; i < 4; ++i) {
-        const double *a = c[i]->d, *b = c[(i + 1) & 3]->d;
-        double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], square = x * x + y * y + z * z;
-        double across = r->Y.mapping == ENVMAP_LATLONG ? a[2] : a[1];
-        double from_pole = 1e-18 + a[0] * a[0] + across * across;
+        const float *a = c[i]->d, *b = c[(i + 1) & 3]->d;
+        float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+        float across = r->Y.mapping == ENVMAP_LATLONG ? a[2] : a[1];
+        double square = (double)(x * x + y * y + z * z);
+        double from_pole = 1e-18 + (double)(a[0] * a[0] + across * across);
         side = square > side ? square : side, flat = from_pole < flat ? from_pole : flat;
     }
     side *= poles ? 121 / flat : 0; /* 11 parts a radian at a distance of 1 */
@@ -3487,8 +3517,19 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
 
 /* ---- splines */
 
+/* w = sum_i powers[i] x^(5-i), by Horner's rule. */
+ENVMAPI_INLINE void envmapi_powers(envmapi_float16 *w, const float powers[6][16],
+                                   const envmapi_float16 *x) {
+    envmapi_float16 sum = *envmapi_float16_at(powers[0]);
+    for (int i = 1; i < 6; ++i) {
+        envmapi_float16 next = *envmapi_float16_at(powers[i]);
+        envmapi_float16_mad(&next, &sum, x), sum = next;
+    }
+    memset(w, 0, sizeof *w), envmapi_float16_add(w, 1.0f / 120, &sum);
+}
+
 /* Quintic B-splines at the six samples around two points, f and g in [0,1] past the third:
-   w[0..5] and w[8..13], by Horner's rule in 120 w. */
+   w[0..5] and w[8..13]. */
 ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
     static const float powers[6][16] = {
         {-1, 5, -10, 10, -5, 1, 0, 0, -1, 5, -10, 10, -5, 1},
@@ -3499,13 +3540,32 @@ ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
         {1, 26, 66, 26, 1, 0, 0, 0, 1, 26, 66, 26, 1},
     };
     const float at[16] = {f, f, f, f, f, f, f, f, g, g, g, g, g, g, g, g};
-    envmapi_float16 sum = *envmapi_float16_at(powers[0]), next, x = *envmapi_float16_at(at);
-    for (int i = 1; i < 6; ++i) {
-        next = *envmapi_float16_at(powers[i]);
-        envmapi_float16_mad(&next, &sum, &x), sum = next;
-    }
-    memset(&next, 0, sizeof next), envmapi_float16_add(&next, 1.0f / 120, &sum);
-    memcpy(w, &next, sizeof next);
+    envmapi_float16 x = *envmapi_float16_at(at), sums;
+    envmapi_powers(&sums, powers, &x);
+    memcpy(w, &sums, sizeof sums);
+}
+
+/* The first four of w[8..13] above, at g, times four numbers each; in wide registers evaluated
+   again, as lanes do not move there without memory. */
+ENVMAPI_INLINE void envmapi_splines_four(envmapi_float16 *terms, const float w[16], float g,
+                                         const float value[4]) {
+#define ENVMAPI_FOUR(a, b, c, d) {a, a, a, a, b, b, b, b, c, c, c, c, d, d, d, d}
+    static const float powers[6][16] = {
+        ENVMAPI_FOUR(-1, 5, -10, 10),  ENVMAPI_FOUR(5, -20, 30, -20),
+        ENVMAPI_FOUR(-10, 20, 0, -20), ENVMAPI_FOUR(10, 20, -60, 20),
+        ENVMAPI_FOUR(-5, -50, 0, 50),  ENVMAPI_FOUR(1, 26, 66, 26)};
+#undef ENVMAPI_FOUR
+    const float at[16] = {g, g, g, g, g, g, g, g, g, g, g, g, g, g, g, g};
+    float each[16];
+    envmapi_float16 x = *envmapi_float16_at(at), again;
+    memset(terms, 0, sizeof *terms);
+    for (int i = 0; i < 16; ++i) each[i] = value[i % 4];
+    if (ENVMAPI_REGISTER == 16)
+        ENVMAPI_UNROLL for (int b = 0; b < 4; ++b)
+            envmapi_float4_add((envmapi_float4 *)terms + b, w[8 + b], envmapi_float4_at(value));
+    else
+        envmapi_powers(&again, powers, &x),
+            envmapi_float16_mad(terms, &again, envmapi_float16_at(each));
 }
 
 /* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^6 over
@@ -3698,20 +3758,27 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
    can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
-    for (size_t i = 0; i < count; ++i) {
+    for (size_t n = 0; n < (count + 63) / 64 * 64; ++n) {
+        /* every eighth, as what the last one changed cannot be read at once */
+        size_t i = (n & ~(size_t)63) + n % 8 * 8 + n / 8 % 8;
         const envmapi_point *p = points + i;
+        if (i >= count) continue;
         int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
         if (end > 6) end = 6;
         if (a >= end) continue;
-        envmapi_float4 terms[6];
+        envmapi_float4 two[2];
+        envmapi_float16 four; /* of six samples down the rings, and the other two */
         float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
         envmapi_splines(w, p->f_k, p->f_j);
-        memset(terms, 0, sizeof terms);
-        ENVMAPI_UNROLL for (int b = 0; b < 6; ++b)
-            envmapi_float4_add(terms + b, w[8 + b], envmapi_float4_at(values + 4 * i));
-        for (; a < end; ++a, ring += rings->row)
-            ENVMAPI_UNROLL for (int b = 0; b < 6; ++b)
-                envmapi_float4_add(envmapi_float4_at(ring + 4 * b), w[a], terms + b);
+        envmapi_splines_four(&four, w, p->f_j, values + 4 * i);
+        memset(two, 0, sizeof two);
+        envmapi_float4_add(two, w[12], envmapi_float4_at(values + 4 * i));
+        envmapi_float4_add(two + 1, w[13], envmapi_float4_at(values + 4 * i));
+        for (; a < end; ++a, ring += rings->row) {
+            envmapi_float16_add(envmapi_float16_at(ring), w[a], &four);
+            envmapi_float4_add(envmapi_float4_at(ring + 16), w[a], two);
+            envmapi_float4_add(envmapi_float4_at(ring + 20), w[a], two + 1);
+        }
     }
 }
 
@@ -3921,28 +3988,37 @@ ENVMAPI_INLINE void envmapi_legendre_step(envmapi_double8 *now, envmapi_double8 
     *before = *now, *now = next;
 }
 
-/* P_lm of 8 rings for l = m .. bands-1. sin^m begins as its logarithm: where it underflows, below
-   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-14 on
-   all 8 rings, or -1 when all are: less than the rounding of what is summed. Up to there P grows
-   with l and towards the equator.  Test: skipped_legendre_functions_are_negligible. */
-static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
-                            const double *A, const double *B) {
-    int H = rings->M / 2, last = first + 8 < H ? 7 : H - 1 - first, skip = -1;
-    double x[8], start[8];
-    envmapi_double8 before, now;
-    for (int b = 0; b < 8; ++b) {
-        int j = first + b < H ? first + b : H - 1;
+/* P_lm of 2 blocks of 8 rings for l = m .. bands-1, which hide each other's latency: [block][l][8].
+   sin^m begins as its logarithm: where it underflows, below e^-700, P stays negligible up to
+   l ~ 1000. skip: of each block how many l, an even number, are below 1e-14 on all 8 rings, or -1
+   when all are: less than the rounding of what is summed. Up to there P grows with l and towards
+   the equator.  Test: skipped_legendre_functions_are_negligible. */
+static void envmapi_legendre(double *P, int skip[2], const envmapi_rings *rings, int m, int first,
+                             const double *A, const double *B) {
+    int H = rings->M / 2, last = H - 1 - first, next = 8 * (rings->bands - m);
+    int at[2] = {last < 7 ? last : 7, next + (last < 8 ? 0 : last < 15 ? last - 8 : 7)};
+    double x[16], start[16];
+    envmapi_double8 before[2], now[2];
+    for (int b = 0; b < 16; ++b) {
+        int j = b < last ? first + b : H - 1;
         double logarithm = rings->norms[m] + m * rings->log_sin[j];
-        start[b] = logarithm > -700 && first + b < H ? exp(logarithm) : 0;
+        start[b] = logarithm > -700 && b <= last ? exp(logarithm) : 0;
         x[b] = rings->x[j];
     }
-    now = *envmapi_double8_at(start), memset(&before, 0, sizeof before);
-    for (int l = m; start[last] > 0 && l < rings->bands; ++l, P += 8) {
-        *envmapi_double8_at(P) = now;
-        if (skip < 0 && fabs(P[last]) > 1e-14) skip = (l - m) & ~1;
-        envmapi_legendre_step(&now, &before, envmapi_double8_at(x), A[l + 1], B[l + 1]);
+    memcpy(now, start, sizeof now), memset(before, 0, sizeof before);
+    int count = start[last < 15 ? last : 15] > 0 ? rings->bands - m : 0;
+    for (int l = 0; l < count; ++l)
+        ENVMAPI_UNROLL for (int i = 0; i < 2; ++i) {
+            *envmapi_double8_at(P + 8 * l + i * next) = now[i];
+            envmapi_legendre_step(now + i, before + i, envmapi_double8_at(x + 8 * i),
+                                  A[m + l + 1], B[m + l + 1]);
+        }
+    for (int i = 0; i < 2; ++i) {
+        int l = 0;
+        for (int step = 16; step; step /= 4) /* 16, 4, 1 */
+            while (l + step <= count && !(fabs(P[8 * (l + step - 1) + at[i]]) > 1e-14)) l += step;
+        skip[i] = l < count ? l & ~1 : -1;
     }
-    return skip;
 }
 
 /* Coefficients of one m begin at [envmapi_triangle(m)], l = m .. bands-1, 8 numbers each: the real
@@ -3967,11 +4043,11 @@ static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int 
     memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
     envmapi_rings_solve(rings, F, m);
     memset(a, 0, (size_t)count * 8 * sizeof(double));
-    for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(P, rings, m, first, A, B);
+    for (int first = 0, skip[2]; first < H; first += 8, P += first & 8 ? 8 * count : -8 * count) {
+        if (!(first & 8)) envmapi_legendre(P, skip, rings, m, first, A, B);
         envmapi_double8 f[16];
         memcpy(f, F + 16 * first, sizeof f);
-        for (; l >= 0 && l < count; l += 2) {
+        for (int l = skip[first >> 3 & 1]; l >= 0 && l < count; l += 2) {
             envmapi_double8 even = *envmapi_double8_at(a + 8 * l), odd;
             const double *p = P + 8 * l, *q = l + 1 < count ? p + 8 : p;
             memset(&odd, 0, sizeof odd);
@@ -3985,15 +4061,16 @@ static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int 
     }
 }
 
-/* f(j) = sum_l a[l] P_l(j) for four rings, l = from, from + 2, ...: what fits into registers. */
-ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const double *P, int from,
+/* f(j) = sum_l a[l] P_l(j), l = from, from + 2, ..., for so many rings as fit into registers. */
+enum { ENVMAPI_SUMS = ENVMAPI_REGISTER == 64 ? 8 : 4 };
+ENVMAPI_INLINE void envmapi_legendre_sums(double *f, const double *a, const double *P, int from,
                                           int count) {
-    envmapi_double8 sum[4];
+    envmapi_double8 sum[ENVMAPI_SUMS];
     memset(sum, 0, sizeof sum);
     for (int l = from; l < count; l += 2)
-        ENVMAPI_UNROLL for (int b = 0; b < 4; ++b)
+        ENVMAPI_UNROLL for (int b = 0; b < ENVMAPI_SUMS; ++b)
             envmapi_double8_add(sum + b, P[8 * l + b], envmapi_double8_at(a + 8 * l));
-    for (int b = 0; b < 4; ++b) *envmapi_double8_at(f + 16 * b) = sum[b];
+    for (int b = 0; b < ENVMAPI_SUMS; ++b) *envmapi_double8_at(f + 16 * b) = sum[b];
 }
 
 /* F(j) = sum_l lambda_l a[l] P_l(j). */
@@ -4001,16 +4078,16 @@ static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double
                                         const double *lambda, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
     double *F = envmapi_rings_F(rings, m), *A = work, *B = A + rings->bands + 1;
-    double *P = B + rings->bands + 1, *scaled = P + 8 * rings->bands;
+    double *P = B + rings->bands + 1, *scaled = P + 16 * rings->bands;
     envmapi_legendre_factors(A, B, m, rings->bands);
     for (int i = 0; i < 8 * count; ++i) scaled[i] = lambda[m + i / 8] * a[i];
-    for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(P, rings, m, first, A, B);
-        for (int part = 0; part < 4; ++part) { /* even and odd l - m, four rings and four more */
-            int odd = part & 1, b = 2 * (part & 2);
-            envmapi_legendre_four(F + 16 * (first + b) + 8 * odd, scaled, P + b,
-                                  l < 0 ? count : l + odd, count);
-        }
+    for (int first = 0, skip[2]; first < H; first += 8, P += first & 8 ? 8 * count : -8 * count) {
+        if (!(first & 8)) envmapi_legendre(P, skip, rings, m, first, A, B);
+        int l = skip[first >> 3 & 1];
+        for (int b = 0; b < 8; b += ENVMAPI_SUMS)
+            for (int odd = 0; odd < 2; ++odd) /* even and odd l - m */
+                envmapi_legendre_sums(F + 16 * (first + b) + 8 * odd, scaled, P + b,
+                                      l < 0 ? count : l + odd, count);
     }
     envmapi_rings_solve(rings, F, m);
 }
@@ -4672,7 +4749,8 @@ static void envmapi_grid_solve(envmapi_transform *t, int adjoint, const envmap_w
 #define ENVMAPI_ROWS 16
 
 /* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; product 0: without y,
-   -1: that and sums are 0 before. The sums stay in registers while rows go by. */
+   -1: that and sums are 0 before; -2: that, and below 0 they become 0. The sums stay in registers
+   while rows go by. */
 typedef struct envmapi_rows {
     const float *x[ENVMAPI_ROWS], *y[ENVMAPI_ROWS];
     float w[ENVMAPI_ROWS][6];
@@ -4715,6 +4793,11 @@ ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, cons
         }
         ENVMAPI_UNROLL for (int j = 0; j < taps; ++j)
             envmapi_wide_add(acc + j, in->w[r][j], &light);
+    }
+    if (product < -1) { /* the sign's bit, less 1: all bits where it is 0 */
+        memcpy(&bits, acc, sizeof bits);
+        ENVMAPI_EACH(&bits) bits.v[i] &= (bits.v[i] >> 31) - 1;
+        memcpy(acc, &bits, sizeof bits);
     }
     ENVMAPI_UNROLL for (int j = 0; j < taps; ++j) {
         float *out = sums + (size_t)j * stride + at;
@@ -4916,8 +4999,8 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_transfo
     int from = run[0], n = run[1] - run[0];
     out += 3 * from;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * from;
-    envmapi_rows_add(out, 0, 1, in, -1, NULL, 3 * (size_t)n);
-    for (int i = 0; i < 3 * n && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
+    if (t->positive) envmapi_rows_add(out, 0, 1, in, -2, NULL, 3 * (size_t)n);
+    else envmapi_rows_add(out, 0, 1, in, -1, NULL, 3 * (size_t)n);
     if (!t->lights.count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width - 2 * from;
     envmapi_rows_add(norm, 0, 1, in, -1, NULL, (size_t)n);
@@ -5910,14 +5993,14 @@ static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
     for (int c = 0; c < 3 && axis->level.texels; ++c) axis->sum[c] += k * (double)rgb[c];
 }
 
-/* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are `last` or more. */
+/* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are last .. first. */
 static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, size_t *i,
-                             size_t end, double last) {
+                             size_t end, double last, double first) {
     const envmapi_source *s = axis->source;
     int n = 0;
     for (; *i < end && n < 64; ++*i) {
         x[n] = axis->a[0] * s->x[*i] + axis->a[1] * s->y[*i] + axis->a[2] * s->z[*i];
-        seen[n] = *i, n += x[n] >= last;
+        seen[n] = *i, n += (x[n] >= last) & (x[n] <= first);
     }
     return n;
 }
@@ -5930,12 +6013,14 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
     double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
     double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
     double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
-    double from = axis->reach / 2;
+    double from = axis->reach / 2, first = envmapi_cosine(axis->from - margin - 1e-9);
+    double first_tile = envmapi_cosine(axis->from - margin - s->radius - 1e-6);
     size_t seen[64];
     for (size_t tile = 0; tile < s->tiles; ++tile) {
-        if (envmapi_dot(axis->a, s->centre[tile]) < last_tile) continue;
+        double middle = envmapi_dot(axis->a, s->centre[tile]);
+        if (middle < last_tile || middle > first_tile) continue; /* beyond a ring, or within */
         for (size_t next = s->first[tile]; next < s->first[tile + 1];) {
-            int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last);
+            int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last, first);
             envmapi_k_many(many, x, n, axis->lobe, axis->p); /* together: speed only */
             for (int j = 0; j < n; ++j) {
                 size_t i = seen[j];
@@ -6005,7 +6090,8 @@ static double envmapi_patch_curve(const envmapi_level *level, int i, double p) {
 
 /* Adds what lies between curve - 1 and curve, with so many nodes along p and q. The outer
    coordinate is the one along which the curves are flatter; its range is cut where a curve enters
-   or leaves the patch. */
+   or leaves the patch. On a sphere map the inner one is rim sin t, nodes lie along t, as directions
+   have a root at the rim that t has not. */
 static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, int curve,
                               const int nodes[2]) {
     const envmapi_level *level = &axis->level;
@@ -6024,10 +6110,13 @@ static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, in
         double low = fmax(patch->from[inner], envmapi_patch_curve(level, curve - 1, p[outer]));
         double high = fmin(patch->to[inner], envmapi_patch_curve(level, curve, p[outer]));
         if (!(from < to && low < high)) continue;
+        double rim = level->mapping == ENVMAP_SPHERE ? envmapi_patch_curve(level, 0, p[outer]) : 0;
+        if (rim > 0) low = asin(low / rim), high = asin(fmin(high / rim, 1));
         for (int j = 0; j < nodes[inner]; ++j) {
             const double *h = axis->gauss[nodes[inner]][j];
             double weight = unit * g[1] * h[1] * (to - from) * (high - low) / 4;
             p[inner] = (low + high + h[0] * (high - low)) / 2;
+            if (rim > 0) weight *= rim * cos(p[inner]), p[inner] = rim * sin(p[inner]);
             envmapi_patch_node(axis, patch, p[0], p[1], weight);
         }
     }
@@ -6203,7 +6292,7 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
     double texels = 3 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
-    double most = fmax(texels, 2 * axis->level.width);
+    double most = fmax(texels, 4 * axis->level.width);
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
         ring.a[j] = cos(theta) * axis->a[j];
@@ -6422,18 +6511,20 @@ static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
    than the dark; and a lobe thinner than 4 texels slips between samples.
    Called by filters for HIERARCHICAL.  Tests: tests/test_hierarchical.c. */
 
-/* A node of any level from 1 on: what is known of its children, which are texels at level 1. */
+/* A node of any level from 2 on: what is known of its children. Those of level 1 are not kept: they
+   are up to four texels of the source, side by side. */
 typedef struct envmapi_node {
     double x[4], y[4], z[4];   /* their centroids, unit; the node's own where there is no child */
     double e[4][4];            /* r, g, b times solid angle, and the solid angle; 0: no child */
     double cosine[4], sine[4]; /* of the angle about the centroid within which lies all below it */
     double texels[4];    /* how many texels lie below each child, without those outside a rim */
     uint32_t code;       /* that of its texels, without the last 2 bits a level */
-    int first, children; /* of the level below, side by side because texels are in Z-order */
+    int first, children; /* of the level below, or its first texel: texels are in Z-order */
 } envmapi_node;
 
 typedef struct envmapi_tree {
     envmapi_node *level[17]; /* at `last` a node is a face */
+    float (*texels)[4]; /* r, g, b, 1 */
     int count[17], last;
     envmapi_pool pool;
 } envmapi_tree;
@@ -6458,16 +6549,31 @@ static double envmapi_node_join(double d[3], double e[4], envmapi_node *node) {
     return radius < ENVMAPI_PI ? radius : ENVMAPI_PI;
 }
 
+/* A node of level 1: texels from i on. */
+static void envmapi_node_texels(envmapi_node *node, const envmapi_tree *tree,
+                                const envmapi_source *s, size_t i) {
+    memset(node, 0, sizeof *node);
+    node->code = s->code[i] >> 2;
+    for (; i < s->count && s->code[i] >> 2 == node->code; ++i) {
+        int j = node->children++;
+        node->x[j] = s->x[i], node->y[j] = s->y[i], node->z[j] = s->z[i];
+        float *texel = tree->texels[i];
+        memcpy(texel, envmapi_source_rgb(s, i), 3 * sizeof *texel), texel[3] = 1;
+        node->cosine[j] = node->texels[j] = 1;
+        for (int c = 0; c < 4; ++c) node->e[j][c] = s->w[i] * (double)texel[c];
+    }
+}
+
 /* A level from the one below it. */
 static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int level) {
-    int below = level > 1 ? tree->count[level - 1] : (int)s->count;
-    envmapi_node *node = tree->level[level];
-    for (int i = 0; i < below; ++i) {
-        envmapi_node *child = level > 1 ? tree->level[level - 1] + i : NULL;
-        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {0, 0, 0, s->w[i]};
-        for (int c = 0; c < 3; ++c) e[c] = e[3] * (double)envmapi_source_rgb(s, (size_t)i)[c];
-        double radius = child ? envmapi_node_join(d, e, child) : 0;
-        uint32_t code = (child ? child->code : s->code[i]) >> 2;
+    envmapi_node leaf, *child = tree->level[level - 1], *node = tree->level[level];
+    int below = level > 2 ? tree->count[level - 1] : (int)s->count;
+    for (int i = 0, step; i < below; i += step) {
+        double d[3], e[4];
+        if (level == 2) envmapi_node_texels(child = &leaf, tree, s, (size_t)i);
+        step = level == 2 ? child->children : 1;
+        double radius = envmapi_node_join(d, e, child);
+        uint32_t code = child->code >> 2;
         if (node->children && node->code != code) ++node;
         if (!node->children) node->code = code, node->first = i;
         int j = node->children++;
@@ -6475,14 +6581,17 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
         node->cosine[j] = cos(radius), node->sine[j] = sin(radius);
         memcpy(node->e[j], e, sizeof e);
         node->texels[j] =
-            child ? child->texels[0] + child->texels[1] + child->texels[2] + child->texels[3] : 1;
+            child->texels[0] + child->texels[1] + child->texels[2] + child->texels[3];
+        child += level > 2;
     }
 }
 
 /* Levels, three at least, until a node is a face. */
 static envmap_result envmapi_tree_create(envmapi_tree *tree, const envmapi_source *s) {
     int width = envmapi_width(s->map->mapping, s->map->size);
-    for (int level = 1; level <= 3 || 1 << (level - 1) < width; ++level) {
+    tree->texels = (float(*)[4])envmapi_pool_get(&tree->pool, s->count, sizeof *tree->texels);
+    if (!tree->texels) return ENVMAP_ERROR_MEMORY;
+    for (int level = 2; level <= 3 || 1 << (level - 1) < width; ++level) {
         size_t count = 0;
         for (size_t i = 0; i < s->count; ++i)
             count += !i || s->code[i] >> 2 * level != s->code[i - 1] >> 2 * level;
@@ -6539,12 +6648,12 @@ static envmap_result envmapi_hier_prepare(void *method, const envmapi_axis *axis
     return envmapi_tree_create(&h->tree, axis->source);
 }
 
-/* The lobe about the axis at the four children of a node. */
+/* The lobe about the axis at four directions, those of the children of a node. */
 static void envmapi_hier_k(double k[4], const envmapi_hier *h, const envmapi_axis *axis,
-                           const envmapi_node *node) {
+                           const double dx[4], const double dy[4], const double dz[4]) {
     double x[4];
     for (int i = 0; i < 4; ++i)
-        x[i] = axis->a[0] * node->x[i] + axis->a[1] * node->y[i] + axis->a[2] * node->z[i];
+        x[i] = axis->a[0] * dx[i] + axis->a[1] * dy[i] + axis->a[2] * dz[i];
     if (!(h->steps > 0)) {
         envmapi_k_many(k, x, 4, axis->lobe, axis->p);
         return;
@@ -6571,18 +6680,32 @@ static void envmapi_hier_add(double sum[4], double k, const double e[4]) {
 /* Adds a node of level 2, where the lobe is k2, or its children, or theirs. */
 static void envmapi_hier_open(const envmapi_hier *h, envmapi_axis *axis, const envmapi_node *two,
                               double k2, const double e2[4]) {
+    const envmapi_source *s = axis->source;
     double k1[4], k0[4], sum[4] = {0, 0, 0, 0};
-    envmapi_hier_k(k1, h, axis, two);
+    envmapi_hier_k(k1, h, axis, two->x, two->y, two->z);
     if (envmapi_hier_alike(k1, k2, h->threshold)) {
         envmapi_hier_add(axis->sum, k2, e2);
         return;
     }
-    const envmapi_node *one = h->tree.level[1] + two->first;
-    for (int j = 0; j < two->children; ++j, ++one) {
-        envmapi_hier_k(k0, h, axis, one);
+    size_t first = (size_t)two->first, count;
+    for (int j = 0; j < two->children; ++j, first += count) {
+        const double *x = s->x + first, *y = s->y + first, *z = s->z + first;
+        double few[3][4];
+        count = (size_t)two->texels[j];
+        for (size_t i = 0; i < 4 && count < 4; ++i) { /* where a texel is missing: that of all */
+            few[0][i] = i < count ? x[i] : two->x[j];
+            few[1][i] = i < count ? y[i] : two->y[j];
+            few[2][i] = i < count ? z[i] : two->z[j];
+        }
+        if (count < 4) x = few[0], y = few[1], z = few[2];
+        envmapi_hier_k(k0, h, axis, x, y, z);
         if (envmapi_hier_alike(k0, k1[j], h->threshold)) envmapi_hier_add(sum, k1[j], two->e[j]);
         else
-            for (int i = 0; i < 4; ++i) envmapi_hier_add(sum, k0[i], one->e[i]);
+            for (size_t i = 0; i < count; ++i) {
+                const float *texel = h->tree.texels[first + i];
+                double k = k0[i] * s->w[first + i];
+                for (int c = 0; c < 4; ++c) sum[c] += k * (double)texel[c];
+            }
     }
     envmapi_hier_add(axis->sum, 1, sum);
 }
@@ -6604,7 +6727,7 @@ static int envmapi_hier_visit(double *mean, const envmapi_hier *h, envmapi_axis 
     const envmapi_node *node = h->tree.level[level] + i;
     double k[4] = {0, 0, 0, 0}, sum = 0, texels = 0;
     int accepted[4], all = level < h->tree.last;
-    if (level == 3) envmapi_hier_k(k, h, axis, node);
+    if (level == 3) envmapi_hier_k(k, h, axis, node->x, node->y, node->z);
     for (int j = 0; j < node->children; ++j) {
         accepted[j] = 1;
         if (level > 3 && envmapi_hier_meets(h, axis, node, j))
@@ -6943,7 +7066,8 @@ typedef struct envmapi_near_tile {
 typedef struct envmapi_near_knots {
     int ready, x, y, width, height, plane; /* plane: K is that of the face's plane */
     int part, row, step[2];                /* texels from axis to axis of a row */
-    float *K;
+    int folded;                            /* the row of axes that `line` is for */
+    float *K, *line;
 } envmapi_near_knots;
 
 /* K^(1/4) of a cell, whose axes lie between the centres of rows `row` and row + 1 of a lat-long, at
@@ -7013,7 +7137,7 @@ typedef struct envmapi_window {
     envmapi_knot *u, *v;                                  /* [room] */
     float *place, *apart;                                 /* [room] of u: what _sines asks of it */
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
-    float *K, *own; /* [height][width][axes]; of an axis, between knots */
+    float *K, *own, *strip; /* [height][width][axes]; of an axis, between knots; as K, of a part */
     double *light;  /* [all] of an axis */
     envmapi_near_knots knots[2], lines[2][2]; /* within R, and within R_bright; of a row: on
                                                  another face, and on its own */
@@ -7040,13 +7164,14 @@ static double envmapi_near_reach(const envmapi_near *s, double R, int texels) {
 
 static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_axes *axes) {
-    const double *middle = w->axes[axes->count / 2];
+    const double *middle = w->axes[axes->count / 2], *far_off = middle;
     for (int n = 0; n < axes->count; ++n)
         envmapi_texel_direction(w->axes[n], s->dst.mapping, axes[n].face, s->dst.size, axes[n].x,
                                 axes[n].y);
-    memcpy(w->middle, middle, sizeof w->middle), w->spread = 0;
     for (int n = 0; n < axes->count; ++n)
-        w->spread = fmax(w->spread, 1.01 * envmapi_angle(w->axes[n], middle));
+        if (envmapi_dot(w->axes[n], middle) < envmapi_dot(far_off, middle)) far_off = w->axes[n];
+    memcpy(w->middle, middle, sizeof w->middle);
+    w->spread = 1.01 * envmapi_angle(far_off, middle);
 }
 
 /* The window of the axes on such a part; 0 where they see nothing of it. */
@@ -7270,6 +7395,11 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
                             envmapi_near_border(w, s, texels)))
         return;
+    for (int i = 0; i < 2 && level->mapping == ENVMAP_CUBE; ++i) { /* what is open only */
+        int first = i ? w->y : w->x, count = i ? w->height : w->width;
+        box[i][0] = fmax(box[i][0], (first - 0.5) / level->edge);
+        box[i][1] = fmin(box[i][1], (first + count + 0.5) / level->edge);
+    }
     int count = w->tied ? w->tied : envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
     if (!count || !lines) return;
@@ -7351,8 +7481,8 @@ static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int ax
      in     a tile of axes, the open window of some       out    K of these
    Two cubes' texels lie alike about all axes of a face, if one's edge is a multiple of the other's:
    there K of a texel so many texels from the axis changes slowly from axis to axis. It is summed
-   for 4 x 4 axes of a tile. Beside an edge it changes slowly along the edge only, on both faces: it
-   is summed for 4 axes of each row.
+   for 4 x 4 axes of a tile. On the face beyond an edge, and in two rows beside it where the
+   integral ends, it changes slowly along the edge only: it is summed for 4 axes of each row.
    For a lat-long K is a function of the axis' latitude, the texel's row and the difference of their
    longitudes. It is summed at knots of both, for all axes between the centres of two rows, which
    are a cell; of its fourth root, as the root of a Gaussian is one twice as wide.
@@ -7411,6 +7541,8 @@ static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
         below = y + w->height > below ? y + w->height : below;
     }
     knots->width = right - knots->x, knots->height = below - knots->y;
+    if (!knots->plane && knots->part == tile->face)
+        knots->y = 2 * knots->row < s->dst.size ? -1 : s->axis.level.edge - 1, knots->height = 2;
     size_t area = (size_t)(knots->width * knots->height);
     knots->ready = open >= 0 && area <= s->area ? 1 : -1;
     for (int k = 0; k < count && knots->ready > 0; ++k) {
@@ -7434,9 +7566,11 @@ static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
     int width = knots->width, height = knots->height, area = width * height;
     int edge = s->axis.level.edge, roots = s->axis.level.mapping == ENVMAP_LATLONG;
     int left = 0, right = w->width, top = 0, bottom = w->height; /* of the window */
+    int cut = s->axis.bilinear > 0; /* beside an edge: _beside adds these */
     if (knots->plane) {
-        left = w->x < 0 ? -w->x : 0, right = right < edge - w->x ? right : edge - w->x;
-        top = w->y < 0 ? -w->y : 0, bottom = bottom < edge - w->y ? bottom : edge - w->y;
+        left = w->x < 0 ? cut - w->x : 0, top = w->y < 0 ? cut - w->y : 0;
+        right = w->x + right > edge ? edge - cut - w->x : right;
+        bottom = w->y + bottom > edge ? edge - cut - w->y : bottom;
     }
     int from = top > y ? top - y : 0, count = bottom - y < height ? bottom - y : height;
     count = (count - from) * width, K += from * width;
@@ -7457,17 +7591,23 @@ static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
         }
 }
 
-/* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
+/* Adds K of axes between knots, by Lagrange's cubic polynomials, to the open window. Of a tile's
+   knots those of a row of axes come first, as all of the row share them. */
 static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
                                  const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                                 const envmapi_near_knots *knots) {
+                                 envmapi_near_knots *knots) {
     static const float one[4] = {1};
-    const float *down = knots->plane ? s->between[axes->y - tile->y] : one;
+    const float *down = s->between[axes->y - tile->y], *K = knots->plane ? knots->line : knots->K;
     int y = knots->y + (knots->plane ? s->ratio * axes->y : 0) - w->y;
-    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+    int count = 4 * knots->width * knots->height;
+    if (knots->plane && knots->folded != axes->y) {
+        const float *a = knots->K, *b = a + count, *c = b + count, *d = c + count;
+        for (int i = 0; i < count; ++i)
+            knots->line[i] = down[0] * a[i] + down[1] * b[i] + down[2] * c[i] + down[3] * d[i];
+        knots->folded = axes->y;
+    }
     for (int n = 0; n < axes->count; ++n)
-        envmapi_near_mix(w, s, n, knots, knots->K, 4, knots->plane ? 4 : 1,
-                         s->between[axes->x + n - tile->x], down,
+        envmapi_near_mix(w, s, n, knots, K, 4, 1, s->between[axes->x + n - tile->x], one,
                          knots->x + knots->step[0] * (axes->x + n) - w->x,
                          y + knots->step[1] * (axes->x + n));
 }
@@ -7602,19 +7742,16 @@ static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int 
                      shift < 0 ? shift + wide : shift, cell->knots.y - w->y);
 }
 
-/* The knots for the open window: a tile's on the axes' own face, but where the integral ends at its
-   edges, and a row's elsewhere. Opens the window again. */
+/* The knots of a tile, or of the row, for the open window; opens it again. */
 static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_near *s,
                                              const envmapi_near_tile *tile,
-                                             const envmapi_near_axes *axes, int outer) {
-    const envmapi_level *level = &s->axis.level;
-    int own = w->part == axes->face, part = w->part;
-    int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
-                 w->y + w->height <= level->edge;
-    int plane = own && (inside || !(s->axis.bilinear > 0));
-    envmapi_near_knots *knots = plane ? w->knots + outer : w->lines[outer] + own;
+                                             const envmapi_near_axes *axes, int outer, int plane) {
+    int part = w->part;
+    envmapi_near_knots *knots =
+        plane ? w->knots + outer : w->lines[outer] + (part == axes->face);
     if (knots->ready && (plane || (knots->row == axes->y && knots->part == part))) return knots;
     knots->part = part, knots->row = axes->y, knots->plane = plane, knots->ready = -1;
+    knots->folded = -1;
     if (!envmapi_near_steps(knots->step, s, part, axes)) return knots;
     double R = w->R;
     envmapi_near_tie(w, s, tile, knots, R);
@@ -7623,20 +7760,48 @@ static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_ne
     return knots;
 }
 
-/* K of some axes in the open window. */
+/* Adds K of some axes in a part of the open window. */
+static void envmapi_near_strip(envmapi_window *w, const envmapi_near *s, int axes, int x, int y,
+                               int width, int height) {
+    const int open[4] = {w->x, w->y, w->width, w->height};
+    float *out = w->K, *to = out + ((y - w->y) * w->width + x - w->x) * ENVMAPI_NEAR_AXES;
+    w->x = x, w->y = y, w->width = width, w->height = height, w->K = w->strip;
+    envmapi_near_kernel(w, s, axes);
+    w->x = open[0], w->y = open[1], w->width = open[2], w->height = open[3], w->K = out;
+    for (int i = 0; i < width * height * ENVMAPI_NEAR_AXES; ++i)
+        to[i + i / (width * ENVMAPI_NEAR_AXES) * (w->width - width) * ENVMAPI_NEAR_AXES] +=
+            w->strip[i];
+}
+
+/* K of some axes in the open window: between a tile's knots on the axes' own face, between a row's
+   elsewhere. Where the integral over the own face ends, K of two rows or columns is another: it
+   lies between a row's knots, or is that of each axis. */
 static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
                                const envmapi_near_tile *tile, const envmapi_near_axes *axes,
                                int outer) {
-    if (w->cells[0].knots.ready && (s->part_count < 2 || w->cells[1].knots.ready)) {
-        memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-        for (int i = 0; i < s->part_count * axes->count; ++i)
-            envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
+    int edge = s->axis.level.edge, own = w->part == axes->face, cells = w->cells[0].knots.ready;
+    int ends = own && s->axis.bilinear > 0, top = ends && w->y < 0, left = ends && w->x < 0;
+    int bottom = ends && w->y + w->height > edge, right = ends && w->x + w->width > edge;
+    int from = top ? 1 : w->y, rows = (bottom ? edge - 1 : w->y + w->height) - from;
+    envmapi_near_knots *knots = NULL, *strip = NULL;
+    cells = cells && (s->part_count < 2 || w->cells[1].knots.ready);
+    if (s->ratio) knots = envmapi_near_tied(w, s, tile, axes, outer, own);
+    if (!cells && (!knots || knots->ready < 0)) {
+        envmapi_near_kernel(w, s, axes->count);
         return;
     }
-    const envmapi_near_knots *knots =
-        s->ratio ? envmapi_near_tied(w, s, tile, axes, outer) : NULL;
-    if (knots && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
-    else envmapi_near_kernel(w, s, axes->count);
+    if (!cells && (top || bottom) && !left && !right)
+        strip = envmapi_near_tied(w, s, tile, axes, outer, 0);
+    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof *w->K);
+    for (int i = 0; i < s->part_count * axes->count && cells; ++i)
+        envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
+    if (cells) return;
+    envmapi_near_between(w, s, tile, axes, knots);
+    if (strip && strip->ready > 0) envmapi_near_between(w, s, tile, axes, strip);
+    else if (top || bottom)
+        envmapi_near_strip(w, s, axes->count, w->x, top ? -1 : edge - 1, w->width, 2);
+    if (left) envmapi_near_strip(w, s, axes->count, -1, from, 2, rows);
+    if (right) envmapi_near_strip(w, s, axes->count, edge - 1, from, 2, rows);
 }
 
 /* ------------------------------------------------------------------------------------- >>near --
@@ -7770,9 +7935,11 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
             const float *block = s->blocks + 16 * ((size_t)g * s->count + at);
             envmapi_float16 sums[F];
             memset(sums, 0, sizeof sums);
-            for (const float *each = k + from * N; each < k + to * N; each += N, block += 16)
+            for (const float *each = k + from * N; each < k + to * N; each += N, block += 16) {
+                ENVMAPI_PREFETCH(block + 16 * (row[y].to - row[y].from)); /* the next row's */
                 ENVMAPI_UNROLL for (int n = 0; n < F; ++n)
                     envmapi_float16_add(sums + n, each[n], envmapi_float16_at(block));
+            }
             for (int n = 0; n < F; ++n)
                 envmapi_float16_add(envmapi_float16_at(w->sums[g][four + n]), 1, sums + n);
         }
@@ -7884,6 +8051,8 @@ static void envmapi_task_near(void *context, int task) {
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
     for (size_t i = 0; i < 4; ++i)
         w->lines[i / 2][i % 2].K = w->knots[1].K + s->area * (16 + 4 * i);
+    w->knots[0].line = w->knots[1].K + s->area * 32;
+    w->knots[1].line = w->knots[0].line + s->area * 4, w->strip = w->knots[1].line + s->area * 4;
     memset(w->cells, 0, sizeof w->cells), w->tied = 0;
     float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
     w->own = end -= s->own;
@@ -7906,13 +8075,24 @@ static void envmapi_task_near(void *context, int task) {
     }
 }
 
-/* The first of the texels that turns take to each other does the work for all of them. */
-static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
-    size_t own = envmapi_turned(&s->dst, s->turns[0].dst + face, x, y);
-    for (int t = 1; t < s->turn_count; ++t) {
+/* The first of the texels that turns take to each other does the work for all of them. The turns
+   that keep a face; 0 where one takes it to an earlier one. */
+static int envmapi_near_keep(const envmapi_place *kept[48], const envmapi_near *s, int face) {
+    int count = 0;
+    for (int t = 0; t < s->turn_count; ++t) {
         const envmapi_place *to = s->turns[t].dst + face;
         if (to->face < face) return 0;
-        if (to->face == face && envmapi_turned(&s->dst, to, x, y) < own) return 0;
+        if (to->face == face) kept[count++] = to;
+    }
+    return count;
+}
+
+static int envmapi_near_first(const envmap *dst, const envmapi_place *const *kept, int count, int x,
+                              int y) {
+    size_t own = envmapi_turned(dst, kept[0], x, y); /* the first turn is none */
+    for (int t = 1; t < count; ++t) {
+        int row = kept[t]->y0 + kept[t]->yx * x + kept[t]->yy * y;
+        if (row < y || (row == y && envmapi_turned(dst, kept[t], x, y) < own)) return 0;
     }
     return 1;
 }
@@ -7976,14 +8156,16 @@ static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envma
 /* The axes of a tile that are summed, side by side as far as they see the same. */
 static void envmapi_near_line(envmapi_window *w, envmapi_near *s, envmapi_near_tile *tile,
                               int *count, int most) {
+    const envmapi_place *kept[48];
     int width = envmapi_width(s->dst.mapping, s->dst.size);
-    int end = tile->x + s->tile < width ? tile->x + s->tile : width;
+    int keeps = envmapi_near_keep(kept, s, tile->face);
+    int end = keeps ? tile->x + s->tile < width ? tile->x + s->tile : width : 0;
     tile->first = *count;
     for (int y = tile->y; y < tile->y + s->tile && y < s->dst.size; ++y)
         for (int x = tile->x; x < end; ++x) {
             envmapi_near_axes *axes = s->axes + *count;
             int n = 0;
-            for (; n < most && x < end && envmapi_near_first(s, tile->face, x, y); ++n, ++x)
+            for (; n < most && x < end && envmapi_near_first(&s->dst, kept, keeps, x, y); ++n, ++x)
                 axes[n].face = tile->face, axes[n].x = x, axes[n].y = y;
             axes->count = n, *count += n;
             if (n) envmapi_near_needs(w, s, axes), --x;
@@ -8001,16 +8183,19 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
     int *first = (int *)envmapi_pool_get(pool, (size_t)(bins * (level->edge + 1)), sizeof *first);
     if (!found || !first) return ENVMAP_ERROR_MEMORY;
     memset(first, -1, (size_t)(bins * (level->edge + 1)) * sizeof *first);
-    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size; ++i)
-        for (int x = 0; x < width; ++x) {
+    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size; ++i) {
+        const envmapi_place *kept[48];
+        int keeps = envmapi_near_keep(kept, s, i / dst->size);
+        for (int x = 0; x < width && keeps; ++x) {
             envmapi_near_axes axis = {i / dst->size, x, i % dst->size, 0};
-            if (!envmapi_near_first(s, axis.face, x, axis.y)) continue;
+            if (!envmapi_near_first(dst, kept, keeps, x, axis.y)) continue;
             double a[3], uv[2];
             envmapi_texel_direction(a, dst->mapping, axis.face, dst->size, x, axis.y);
             envmapi_project(uv, ENVMAP_LATLONG, 0, a);
             int *bin = first + (int)(uv[1] * level->edge + 0.5) * bins + (int)(uv[0] * (bins - 1));
             axis.count = *bin, found[count] = axis, *bin = count++; /* count: the next in a bin */
         }
+    }
     count = 0;
     for (int row = 0; row <= level->edge; ++row) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
@@ -8063,11 +8248,9 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     if (cells && envmapi_near_cells(w, s, room, pool)) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < faces * across * down && !cells; ++i) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
-        int face = i / (across * down), first = 1;
-        for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
-        tile->face = face, tile->x = i % across * s->tile;
+        tile->face = i / (across * down), tile->x = i % across * s->tile;
         tile->y = i / across % down * s->tile;
-        if (first) envmapi_near_line(w, s, tile, &count, most), s->tile_count += tile->count > 0;
+        envmapi_near_line(w, s, tile, &count, most), s->tile_count += tile->count > 0;
     }
     for (int i = 0; i < rows; ++i)
         s->rows[i].first = s->count, s->count += (size_t)(s->rows[i].to - s->rows[i].from);
@@ -8190,7 +8373,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
     /* and where they are known, what a piece across one misses falls as the square of its length */
     if (s->axis.lobe->kind == ENVMAP_LOBE_FUNCTION && s->axis.kink_count)
-        s->piece *= fmin(pow(tolerance * 1e4, 0.4), 1);
+        s->piece *= fmin(pow(tolerance * 2e3, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     int serves = envmapi_near_serves(s);
@@ -8237,11 +8420,11 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     envmap_result result = ENVMAP_OK;
     *served = envmapi_near_suits(s, src, declines, tolerance);
     if (!*served) return ENVMAP_OK;
-    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
+    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     if (envmapi_near_turn(s, src, pool) ||
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
-    s->room = 6 * (size_t)level->width + 1024;
+    s->room = 6 * (size_t)level->width + (size_t)(1024 / fmin(s->piece, 1));
     envmapi_near_tiles(s, src, tolerance);
     if (!result) result = envmapi_near_parts(s, tolerance, pool);
     if (!result) result = envmapi_near_plan(s, pool);
@@ -8251,7 +8434,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
     s->bytes += s->all * sizeof(double);
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 48 : 0)) + 2 * s->room;
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 64 : 0)) + 2 * s->room;
     if (s->ratio) s->own = s->area;
     for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
     kernels += s->own;
@@ -8882,8 +9065,9 @@ static double envmapi_block_excess(double e[3], const envmapi_scene *s, const fl
 static int envmapi_block_group(const envmapi_scene *s, int i, size_t b) {
     int nu = s->blocks[i].nu, y = (int)(b / (size_t)nu);
     double row = ENVMAPI_PI * (s->edge << i) / s->in.map->size;
+    if (s->in.map->mapping != ENVMAP_LATLONG) return 1;
     double radius = fmin(sin(y * row), sin(fmin((y + 1) * row, ENVMAPI_PI)));
-    return s->in.map->mapping == ENVMAP_LATLONG ? (int)(1 / fmax(radius, 1.0 / nu)) : 1;
+    return (int)(1 / fmax(radius, 1.0 / nu));
 }
 
 /* Returns the sum of the squares of the blocks at scale i of `sums`. squares, unless NULL: each is
@@ -8921,9 +9105,10 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
 static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
     int last = s->scales - 1;
     double mean[4] = {0, 0, 0, 0};
-    for (size_t b = 0; b < 4 * s->blocks[0].count; ++b) mean[b % 4] += (double)sums[b];
-    for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = 0; i < last; ++i) envmapi_scene_halve(s, sums, i);
+    for (size_t b = 0; b < 4 * s->blocks[last].count; ++b)
+        mean[b % 4] += (double)sums[s->blocks[last].at + b];
+    for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = last; i >= 0; --i) {
         double most = off;
         double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
@@ -8938,12 +9123,17 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
 /* kappa of single texels, from the sum of their squares less what evenly lit blocks would have, E^2
    of each over its texels: sums of floats, good to 1e-6. */
 static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squares) {
+    size_t width = (size_t)s->blocks[0].nu;
     double even = 0;
     s->texel = s->scale[0];
     if (!(s->norm > 0)) return;
-    for (size_t b = 0; b < s->blocks[0].count; ++b)
-        for (size_t c = 0; c < 3; ++c)
-            even += envmapi_block_group(s, 0, b) * pow((double)sums[4 * b + c], 2);
+    for (size_t row = 0; row < s->blocks[0].count; row += width) {
+        double sum = 0;
+        for (const float *e = sums + 4 * row; e < sums + 4 * (row + width); e += 4)
+            sum += (double)e[0] * (double)e[0] + (double)e[1] * (double)e[1] +
+                   (double)e[2] * (double)e[2];
+        even += envmapi_block_group(s, 0, row) * sum;
+    }
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares);
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
 }
@@ -9146,12 +9336,14 @@ typedef struct envmapi_sight {
     double (*d)[3], *squares;
     float (*values)[3 + ENVMAPI_SCALES];
     unsigned char angle[1026];
+    int first; /* histograms are to be cleared */
 } envmapi_sight;
 
 /* Task: what an axis sees. */
 static void envmapi_task_see(void *context, int a) {
     const envmapi_sight *t = (const envmapi_sight *)context;
     envmapi_histogram *to = t->histograms + a;
+    if (t->first) memset(to->seen, 0, sizeof to->seen);
     for (size_t b = 0; b < t->count; ++b) {
         float *seen = to->seen[t->angle[(int)(512.5 - 512 * envmapi_dot(to->axis, t->d[b]))]];
         envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(t->values[b]));
@@ -9163,7 +9355,8 @@ static void envmapi_task_see(void *context, int a) {
 static void envmapi_histograms_add(envmapi_sight *t, envmapi_scene *s, const float *rest, int from,
                                    int j, const envmap_work *work) {
     const float *sums = s->sums + s->blocks[j].at;
-    size_t count = t->count = s->blocks[j].count;
+    size_t count = t->count = s->strongest > 0 ? s->blocks[j].count : 0;
+    t->first = !from;
     memset(t->squares, 0, (size_t)(j - from + 1) * count * sizeof *t->squares);
     memset(t->values, 0, count * sizeof *t->values);
     for (int i = from; i <= j && s->detail; ++i) {
@@ -9200,13 +9393,12 @@ static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, co
         double part = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
         t.angle[i] = (unsigned char)fmin(sqrt(part) * ENVMAPI_ANGLES, ENVMAPI_ANGLES - 1);
     }
-    memset(s->histograms, 0, (size_t)s->axes * sizeof *s->histograms);
     for (int a = 0; a < s->round; ++a)
         envmapi_texel_direction(s->histograms[a].axis, ENVMAP_CUBE, a / edge / edge, edge, a % edge,
                                 a / edge % edge);
     for (int i = 0; i < s->axes - s->round; ++i)
         envmapi_block_direction(s->histograms[s->round + i].axis, s, i, s->scale[i].spot);
-    for (int from = 0; s->strongest > 0 && j < s->scales && (s->detail || !from); from = ++j)
+    for (int from = 0; j < s->scales && (s->detail || !from); from = ++j)
         envmapi_histograms_add(&t, s, rest, from, j, work);
     return ENVMAP_OK;
 }
@@ -9308,7 +9500,7 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
 #define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
 #define ENVMAPI_APART   15.0 /* over bands, rad: length of the pieces that points stand for */
-#define ENVMAPI_SHARP   2.2 /* texels: near sums are quicker below, between cubes; speed only */
+#define ENVMAPI_SHARP   2.35 /* texels: near sums are quicker below, between cubes; speed only */
 #define ENVMAPI_MANY    4000000 /* points, beyond which memory would be much */
 #define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
@@ -9356,7 +9548,7 @@ typedef struct envmapi_spec {
     double midpoint;  /* side^2/24 of a texel's side: what its midpoint loses, over the curvature */
     const envmapi_scene *scene; /* that it is being fitted to, slice by slice, as this work says */
     const envmap_work *work;
-    int points; /* of these, which stand for the definition's sum; dark is known */
+    int points; /* texels of a source whose points stand for the definition's sum; dark is known */
 } envmapi_spec;
 
 /* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
@@ -9502,9 +9694,12 @@ static int envmapi_slice_rms(const envmapi_slice *slice, const envmapi_spec *spe
     return error <= pow(spec->tolerance * part / spec->part, 2) * result;
 }
 
-/* kappa^2 for the rms, of light or of solid angles. */
-static double envmapi_slice_contrast(const envmapi_scene *s, int l) {
-    return pow(fmax(envmapi_contrast_at(s, l).kappa, envmapi_solid_contrast(s, l)), 2);
+/* kappa^2 for the rms, of light or of solid angles; and of n points at their lattice's waves, which
+   are as many lights of their own.  Test: works_that_broke_hold, of tests/test_search.c. */
+static double envmapi_slice_contrast(const envmapi_spec *spec, const envmapi_scene *s, int l) {
+    double c = fmax(envmapi_contrast_at(s, l).kappa, envmapi_solid_contrast(s, l));
+    double n = spec->points;
+    return fmax(c * c, n > 0 && l > sqrt(n) ? pow(8 * spec->midpoint, 2) / n : 0);
 }
 
 /* The fewest bands that keep the bounds, or only the one on rms. Those on texels are tried at every
@@ -9513,10 +9708,10 @@ static double envmapi_slice_contrast(const envmapi_scene *s, int l) {
 static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *spec,
                                const envmapi_scene *s, int texels) {
     int L = spec->known;
-    double tail = slice->tail * envmapi_slice_contrast(s, L), lost[ENVMAPI_ANGLES];
+    double tail = slice->tail * envmapi_slice_contrast(spec, s, L), lost[ENVMAPI_ANGLES];
     envmapi_series series;
     for (; L > 1; --L) {
-        double c2 = envmapi_slice_contrast(s, L);
+        double c2 = envmapi_slice_contrast(spec, s, L);
         tail += c2 * (2 * L - 1) * slice->lambda[L - 1] * slice->lambda[L - 1];
         if (!envmapi_slice_rms(slice, spec, tail, c2, spec->tail ? 0.25 : 0.5)) break;
     }
@@ -9550,7 +9745,7 @@ static int envmapi_spacing_holds(void *user, int n) {
     const envmapi_spec *spec = test->spec;
     int middle = slice->L / 2 + 1;
     double h = test->widest * pow(0.96, n - 1), lost[ENVMAPI_ANGLES] = {0};
-    double c2 = fmax(envmapi_slice_contrast(test->scene, middle), 1e-4);
+    double c2 = fmax(envmapi_slice_contrast(spec, test->scene, middle), 1e-4);
     envmapi_series series;
     if (!envmapi_slice_rms(slice, spec, c2 * envmapi_slice_power(slice, slice->L, h), c2, 0.25))
         return 0;
@@ -9718,28 +9913,39 @@ typedef struct envmapi_scenes {
     envmapi_scene whole, unlit;
 } envmapi_scenes;
 
-/* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave. */
+/* Fits a spec to its scene. */
+static void envmapi_task_fit(void *context, int i) {
+    envmapi_spec *spec = (envmapi_spec *)context + i;
+    double most = spec->kinked ? ENVMAPI_FAST_BANDS : fmax(24, ENVMAPI_SMOOTH / spec->sigma);
+    if (!spec->kinked && (spec->tail || spec->lobe->kind == ENVMAP_LOBE_GGX))
+        most = fmin(most, ENVMAPI_HEAVY);
+    if (spec->scene) envmapi_spec_fit(spec, spec->scene, most);
+}
+
+/* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave.
+   Several are tasks; one by itself has tasks. */
 static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_scenes *scenes,
                                        const envmap_work *work, envmapi_pool *pool) {
     int kinked = 0;
     double extent = envmapi_texel_extent(scenes->whole.in.map), sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
+    envmap_work serial, all = *work;
+    memset(&serial, 0, sizeof serial);
+    if (count == 1) all = serial;
+    for (envmapi_spec *spec = specs; spec < specs + count; ++spec)
+        spec->kinked = 0, spec->scene = &scenes->whole, spec->work = count > 1 ? &serial : work;
+    envmapi_run_all(&all, envmapi_task_fit, specs, count);
     for (envmapi_spec *spec = specs; spec < specs + count; ++spec) {
-        spec->kinked = 0, spec->work = work;
-        double most = fmax(24, ENVMAPI_SMOOTH / spec->sigma);
-        if (spec->tail || spec->lobe->kind == ENVMAP_LOBE_GGX) most = fmin(most, ENVMAPI_HEAVY);
-        spec->kinked = !envmapi_spec_fit(spec, &scenes->whole, most);
-        kinked += spec->kinked;
+        kinked += spec->kinked = !spec->L;
         if (spec->kinked) sigma = fmin(sigma, spec->sigma);
+        /* A kink sees the lattice of large texels. Test: a_lamp_anywhere_keeps_the_tolerance. */
+        spec->scene = spec->kinked && (extent < 0.05 || spec->tail) ? &scenes->unlit : NULL;
     }
     if (kinked && !scenes->unlit.lights) {
         scenes->unlit = scenes->whole;
         result = envmapi_scene_lights(&scenes->unlit, sigma, work, pool);
     }
-    for (envmapi_spec *spec = specs; spec < specs + count && !result; ++spec)
-        /* A kink sees the lattice of large texels. Test: a_lamp_anywhere_keeps_the_tolerance. */
-        if (spec->kinked && (extent < 0.05 || spec->tail))
-            envmapi_spec_fit(spec, &scenes->unlit, ENVMAPI_FAST_BANDS);
+    if (kinked && !result) envmapi_run_all(&all, envmapi_task_fit, specs, count);
     return result;
 }
 
@@ -9777,21 +9983,25 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_s
     return ENVMAP_OK;
 }
 
-/* dst(d) = src(-d) in a slice, where texels have texels opposite: not on sphere, angular and
-   octahedral maps. */
-static int envmapi_antipodes(const envmap *map, int dst, int src) {
+/* Where texels have texels opposite: not on sphere, angular and octahedral maps. */
+static int envmapi_has_antipodes(int mapping) {
+    return mapping == ENVMAP_CUBE || mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_LATLONG;
+}
+
+/* Task: dst(d) = src(-d), the slice at -p of that at p. */
+static void envmapi_task_antipodes(void *context, int k) {
+    const envmap *map = (const envmap *)context;
+    int other = map->slices - 1 - k, faces = envmap_faces(map->mapping);
     envmapi_place to[6];
-    int width = envmapi_width(map->mapping, map->size), faces = envmap_faces(map->mapping);
     for (int face = 0; face < faces; ++face)
-        if (!envmapi_turn_place(to + face, 7, map->mapping, map->size, face)) return 0;
-    const float *in = envmapi_image(map, 0, src, 0);
-    float *out = envmapi_image(map, 0, dst, 0);
-    for (int i = 0; i < faces * map->size; ++i) {
+        envmapi_turn_place(to + face, 7, map->mapping, map->size, face);
+    const float *in = envmapi_image(map, 0, k, 0);
+    float *out = envmapi_image(map, 0, other, 0);
+    for (int i = 0; i < faces * map->size && other > k; ++i) {
         const envmapi_place place = to[i / map->size];
-        for (int x = 0, y = i % map->size; x < width; ++x, in += 3)
+        for (int x = 0, y = i % map->size; x < envmapi_width(map->mapping, map->size); ++x, in += 3)
             memcpy(out + 3 * envmapi_turned(map, &place, x, y), in, 3 * sizeof *in);
     }
-    return 1;
 }
 
 /* Slice k of a result, at the slice's p or at -p, where lambda_l is (-1)^l times as much. */
@@ -9809,7 +10019,8 @@ static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec 
     return envmapi_fill_texels(t, work, ENVMAP_ERROR_LOBE);
 }
 
-/* A slice of a specification, and that at -p, as far as they are among first .. first+slices-1. */
+/* A slice of a specification, and that at -p, as far as they are among first .. first+slices-1. The
+   latter waits where it is made of the former. */
 static envmap_result envmapi_fast_pair(envmapi_transform *t, const envmapi_spec *spec, int row,
                                        int first, int slices, const envmap_work *work) {
     const envmap *dst = spec->dst;
@@ -9818,7 +10029,7 @@ static envmap_result envmapi_fast_pair(envmapi_transform *t, const envmapi_spec 
     int other = spec->mirrored ? dst->slices - 1 - row : k, here = k >= first && k < last;
     envmap_result result = here ? envmapi_fast_fill(t, spec, slice, k, 0, work) : ENVMAP_OK;
     if (result || other == k || other < first || other >= last) return result;
-    if (here && envmapi_antipodes(dst, other, k)) return ENVMAP_OK;
+    if (here && envmapi_has_antipodes(dst->mapping)) return ENVMAP_OK;
     return envmapi_fast_fill(t, spec, slice, other, 1, work);
 }
 
@@ -9871,6 +10082,9 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
         envmapi_pool_free(pool, kept);
         if (result) return result;
     }
+    envmap all = *dst;
+    if (spec->mirrored && slices == dst->slices && envmapi_has_antipodes(dst->mapping))
+        envmapi_run_all(&desc->work, envmapi_task_antipodes, &all, slices / 2);
     if (spec->slices == 1 && !spec->mirrored) envmapi_copy_slices(dst, first, slices);
     return ENVMAP_OK;
 }
@@ -9915,7 +10129,8 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
         const float *t = scene->in.texels + i;
         texel = fmin(texel, (double)fmaxf(fmaxf(t[0], t[1]), t[2]));
     }
-    spec.points = 1, spec.work = &desc->work, spec.midpoint = (1 - axis->bilinear) / 8;
+    spec.points = (int)(envmapi_slice_floats(src, 0) / 3), spec.work = &desc->work;
+    spec.midpoint = (1 - axis->bilinear) / 8;
     spec.dark = scene->all > 0 ? fmin(3 * texel * scene->solid / scene->all, 2) : 2;
     if (axis->bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis->texel;
     double most = sqrt(ENVMAPI_MIDDLE * (double)envmapi_slice_floats(dst, 0));
@@ -9923,7 +10138,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     result = envmapi_source_create(&source, src, slice, desc->work.memory);
     if (result) return result;
     source.texels = axis->level.texels = scene->in.texels, axis->source = &source;
-    axis->sigma = ENVMAPI_APART / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 12));
+    axis->sigma = ENVMAPI_APART / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 7));
     envmapi_axis_points(axis, points);
     if (points->count > ENVMAPI_MANY) {
         envmapi_source_free(&source, desc->work.memory);
@@ -9988,7 +10203,9 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
                                          const envmapi_spectrum ready[2], int first, int slices,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
     envmap_result result = ENVMAP_OK;
-    int kept = pool->count, done = 0;
+    envmap_filter_desc one = *desc;
+    int kept = pool->count, done = 0, steps = 0;
+    for (int i = 0; i < count; ++i) steps += specs[i].L && specs[i].tail ? 2 : 1;
     for (int pass = 0; pass < 2 && !result; ++pass) {
         int kinked = pass ? specs[0].kinked : !specs[0].kinked, any = 0;
         const envmapi_scene *scene = kinked ? &scenes->unlit : &scenes->whole;
@@ -10000,23 +10217,27 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             result = envmapi_fast_analyse(&spectrum, specs, count, kinked, scene, desc, pool);
         for (const envmapi_spec *spec = specs + count; spec-- > specs && !result;) {
             envmapi_part part;
-            envmap_filter_desc one = *desc;
-            if (spec->kinked != kinked) continue;
-            one.work = envmapi_work_part(&part, &desc->work, done++, 1, count);
-            const envmapi_tail *tail = spec->L ? spec->tail : NULL;
-            const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
             size_t floats = (size_t)slices * envmapi_slice_floats(spec->dst, 0);
             float *out = envmapi_image(spec->dst, 0, first, 0);
-            if (spec->L)
-                result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
-            else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
-            if (!result && spec->L && scene->in.exponent)
+            if (spec->kinked != kinked) continue;
+            if (!spec->L && desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
+            if (!spec->L) continue;
+            one.work = envmapi_work_part(&part, &desc->work, done++, 1, steps);
+            result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
+            if (!result && scene->in.exponent)
                 envmapi_floats_scale(out, out, floats, scene->in.exponent);
-            if (!result && (tail || !spec->L))
-                result = envmapi_filter_sharp(spec->dst, scene->in.map, lobe, tail, first, slices,
-                                              &one, pool);
         }
-        envmapi_pool_free(pool, kept);
+        envmapi_pool_free(pool, kept); /* what follows needs none of it */
+        for (const envmapi_spec *spec = specs + count; spec-- > specs && !result;) {
+            envmapi_part part;
+            const envmapi_tail *tail = spec->L ? spec->tail : NULL;
+            const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
+            if (spec->kinked != kinked || (spec->L && !tail)) continue;
+            one.work = envmapi_work_part(&part, &desc->work, done++, 1, steps);
+            result = envmapi_filter_sharp(spec->dst, scene->in.map, lobe, tail, first, slices, &one,
+                                          pool);
+            envmapi_pool_free(pool, kept);
+        }
     }
     return result;
 }
@@ -10158,7 +10379,8 @@ static envmap_result envmapi_job_open(envmapi_job *job, const envmap *dst, const
         result = envmapi_job_spec(job, l);
     }
     if (!result && (job->fast < count || src->slices > 1) &&
-        !envmapi_radiance_ok(src, desc->method == ENVMAP_METHOD_REFERENCE))
+        !envmapi_scan_run(NULL, src->texels, (size_t)src->slices * envmapi_slice_floats(src, 0),
+                          desc->method == ENVMAP_METHOD_REFERENCE, &desc->work))
         result = ENVMAP_ERROR_RADIANCE;
     return result || !job->fast ? result : envmapi_job_look(job, 0);
 }
@@ -10222,13 +10444,14 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     for (int l = 0; l < job->count; ++l)
         job->views[l].texels =
             !l && first > dst->texels ? dst->texels : stage + (envmapi_image(dst, l, 0, 0) - first);
+    const envmap_work *work = &job->desc.work;
     envmap_result result = envmapi_job_run(job);
     /* a lobe that fails shows as NaN */
-    if (!result && !envmapi_floats_ok(stage, floats, 1)) result = ENVMAP_ERROR_LOBE;
-    if (!result && !direct) result = envmapi_tell(&job->desc.work.progress, 1);
+    if (!result && !envmapi_scan_run(NULL, stage, floats, 1, work)) result = ENVMAP_ERROR_LOBE;
+    if (!result && !direct) result = envmapi_tell(&work->progress, 1);
     job->desc.work.progress.report = NULL;
-    if (!result && job->late) result = envmap_resample(job->views, job->src, &job->desc.work);
-    if (!result) memcpy(first, stage, floats * sizeof(float));
+    if (!result && job->late) result = envmap_resample(job->views, job->src, work);
+    if (!result) envmapi_scan_run(first, stage, floats, 1, work);
     return result;
 }
 
