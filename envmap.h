@@ -94,6 +94,7 @@
      >>kernels       sharp lobes: what each texel in sight of an axis counts, K
      >>knots         K of a few axes, and of those between
      >>near          the sum over these
+     >>banks         thin rings, tile by tile of the source
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
      >>filters       the filter call, chains, prepared sources
@@ -8488,145 +8489,100 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
     return result;
 }
 
-/* ---- thin rings: Banks' lobes of s > 0.98
+/* ----------------------------------------------------------------------------------- >>banks --
+   Thin rings: the sum that >>reference defines, for Banks' lobes of s >= 0.98. Their rings see few
+   texels, but of many parts of the source.
+     in     a source, a lobe, slices of a result, a tolerance       out    these slices
+       L(a) = sum_i L_i w_i sum_j q_j k(theta_j)    16 places j in the tent of texel i, q their weights
+   A ring at angle A from its axis has the half-width w = acos(s), and
+       tan((theta - A)/2) = (cos A - cos theta) / (sin A + sin theta) = t tan(w/2)
+       k = (cos(theta - A) - s) / (1-s) = (1 - t^2) / (1 + t^2 (1-s)/(1+s))
+   A tile of 16 x 16 texels stays in a cache while all axes of all slices take it. Floats hold what
+   is left of the middle of 4 x 4 texels, whose cosine is a double: so k keeps its digits beside the
+   ring's edges. The 16 places of a tent lie on 4 lines along u, and on 4 along v. Those in whose
+   direction theta changes faster are taken; t is a parabola along each.
+       lines of a texel, and what a tile has for all turns     _lane, _light, _task_banks_tile
+       which of a tile's texels a ring sees, and k of these    _weigh, _places
+       L_i for all turns                                       _apply
+       slices at p and -p see opposite rings                   _put
+   Called by filters before >>near.  Source: ours.  Tests: tests/test_rings.c. */
 
-   A ring sees few texels of many tiles, so tiles come first and axes after: what is known of 16 x 16
-   texels stays in a cache while all axes and slices that see them take it. k is 1 - (delta/w)^2
-   across a ring of half-width w. Sixteen texels are done side by side. On each of some lines along
-   the direction in which k changes faster, delta is linear: of a tent the line's four places are
-   summed; of a cell between four texel centres, where the source is its bilinear radiance, k and k u
-   are integrated in closed form from edge to edge of the ring. */
+#define ENVMAPI_BANKS_TILES 8 /* at a time; any number is right */
 
-#define ENVMAPI_HOOP  17 /* texels a side of 16 cells */
-#define ENVMAPI_HOOPS 16 /* tiles at a time; any number is right */
-typedef struct envmapi_hoop_line {
-    float d[3][16], slope[3][16], weight[16], tilt[16], at[16]; /* its middle; and to its end */
-} envmapi_hoop_line;
-typedef struct envmapi_hoop_tile {
-    float rgb[ENVMAPI_NEAR_BLOCKS][ENVMAPI_HOOP * ENVMAPI_HOOP][16];
-    envmapi_hoop_line line[16][2][4]; /* of 4 x 4 lanes: along u, along v */
-    float end[2][2][256];             /* of cells, -1 .. 1 */
-    float centre[3][16], along[2][3][16], middle[12]; /* of 4 x 4 lanes: also u and v; of all */
-    double radius, reach[7];                          /* rad, of the tile and of 4 x 4 lanes */
-} envmapi_hoop_tile;
+/* A line of each of 16 texels, from end to end -1 .. 1: its middle, from that of its 4 x 4 texels,
+   half of what it grows by, and half of its second derivative. */
+typedef struct envmapi_banks_line {
+    float d[3][16], slope[3][16], bend[3][16], weight[16];
+} envmapi_banks_line;
 
-typedef struct envmapi_hoops {
+typedef struct envmapi_banks_tile {
+    float rgb[ENVMAPI_NEAR_BLOCKS][256][16]; /* of all turns */
+    envmapi_banks_line line[16][2][4];       /* of 4 x 4 texels: along u, along v */
+    float along[16][2][3];                   /* u and v */
+    double centre[16][3], middle[3];         /* of 4 x 4 texels; of all */
+    double reach[16], radius;                /* rad, to the farthest place; 0: no texels */
+} envmapi_banks_tile;
+
+typedef struct envmapi_banks_axis {
+    double a[3];
+    envmapi_near_axes at;
+} envmapi_banks_axis;
+
+/* A slice's ring. */
+typedef struct envmapi_banks_ring {
+    double angle, cosine;
+    float sine, inverse, square; /* of A; 1 / tan(w/2); tan^2(w/2) */
+    float at[4], weight[4];      /* places along a line; weight 0: no more */
+} envmapi_banks_ring;
+
+typedef struct envmapi_banks {
     envmapi_near near; /* the source, turns, and the slice of dst that is written */
-    envmapi_hoop_tile *tiles;
-    envmapi_near_axes *axes;
-    float (*a)[3], *sums; /* of axes; [slice][axis][groups][16] */
-    int count, slice, slices, first, cells, lines, faces, across, down, tasks;
-    double share, width; /* of this pass; w, rad */
-} envmapi_hoops;
+    envmapi_banks_tile *tiles;
+    envmapi_banks_axis *axes;
+    float *sums;                                                 /* [slice][axis][groups][16] */
+    int count, slice, slices, first, lines, across, down, tasks; /* count: of axes */
+    double width;                                                /* w */
+} envmapi_banks;
 
-/* A texel, or a cell beyond it: nine directions about its middle, and lines through them. */
-static void envmapi_hoop_lane(envmapi_hoop_tile *tile, const envmapi_hoops *h, int face, int x,
-                              int y, int block, int lane) {
-    const envmapi_axis *axis = &h->near.axis;
-    const envmapi_level *level = &axis->level;
-    int size[2] = {level->width, level->edge}, place[2] = {x, y}, tents = axis->tent > 0;
-    double at[2] = {0, 0}, e[2], d[3][3][3], w = 1;
-    for (int i = 0; i < 2; ++i) e[i] = (h->cells ? 0.5 : tents ? 0.64494897 * axis->tent : 0.5) / size[i];
-    if (h->cells) at[0] = (x + 1.0) / size[0], at[1] = (y + 1.0) / size[1];
-    else if (x < size[0] && y < size[1])
-        w = envmapi_texel_cell(at, level->mapping, size[1], x, y);
-    if (x >= size[0] || y >= size[1] || !(w > 0)) return;
-    for (int i = 0; i < 9; ++i) {
-        envmapi_direction(d[i / 3][i % 3], level->mapping, face, at[0] + (i % 3 - 1) * e[0],
-                          at[1] + (i / 3 - 1) * e[1]);
-        for (int c = 0; c < 3; ++c) tile->centre[c][block] += (float)d[i / 3][i % 3][c];
-    }
-    for (int m = 0; m < 2; ++m) {
-        double end[2][2], c[3][3][3]; /* of d along the line: its mean, and slope; by powers of q */
-        for (int i = 0; i < 2; ++i)
-            end[i][0] = place[i] < 0 ? 0 : -1, end[i][1] = place[i] == size[i] - 1 ? 0 : 1;
-        for (int i = 0; i < 2; ++i) tile->end[m][i][16 * block + lane] = (float)end[m][i];
-        for (int k = 0; k < 3; ++k) {
-            double p[3][3];
-            for (int i = 0; i < 3; ++i) {
-                double low = m ? d[i][0][k] : d[0][i][k], high = m ? d[i][2][k] : d[2][i][k];
-                p[i][0] = m ? d[i][1][k] : d[1][i][k];
-                p[i][1] = (high - low) / 2, p[i][2] = (high + low) / 2 - p[i][0];
-            }
-            tile->along[m][k][block] += (float)(p[2][0] - p[0][0]);
-            for (int i = 0; i < 3; ++i) {
-                c[0][k][i] = p[1][i], c[1][k][i] = (p[2][i] - p[0][i]) / 2;
-                c[2][k][i] = p[0][i] + p[2][i] - 2 * p[1][i];
-            }
+/* Lines of texel (x,y), which is lane `lane` of 4 x 4 texels: parabolas through nine directions. */
+static void envmapi_banks_lane(envmapi_banks_tile *tile, const envmapi_banks *h, int face, int x,
+                               int y, int block, int lane) {
+    const envmapi_level *level = &h->near.axis.level;
+    double at[2], d[3][3][3], last = envmapi_tent[3][3][0], w;
+    double e = fmax(h->near.axis.tent, 1e-3) * last; /* without tents only the middle counts */
+    if (x >= level->width || y >= level->edge) return;
+    if (!((w = envmapi_texel_cell(at, level->mapping, level->edge, x, y)) > 0)) return;
+    for (int i = 0; i < 9; ++i)
+        envmapi_direction(d[i / 3][i % 3], level->mapping, face,
+                          at[0] + (i % 3 - 1) * e / level->width,
+                          at[1] + (i / 3 - 1) * e / level->edge);
+    for (int i = 0; i < 6 * h->lines; ++i) {
+        int m = i % 2, c = i / 2 % 3, j = i / 6;
+        envmapi_banks_line *line = &tile->line[block][m][j];
+        double q = h->lines > 1 ? envmapi_tent[3][j][0] / last : 0, p[3], reach = 0;
+        for (int n = 0; n < 3; ++n) {
+            double from = m ? d[n][0][c] : d[0][n][c], to = m ? d[n][2][c] : d[2][n][c];
+            p[n] = d[m ? n : 1][m ? 1 : n][c];
+            p[n] += q * ((to - from) / 2 + q * ((to + from) / 2 - p[n])) - tile->centre[block][c];
+            reach = fmax(reach, fabs(p[n]));
         }
-        double half = (end[m][1] - end[m][0]) / 2, mid = end[m][0] + half;
-        double square = h->cells ? half * half / 6 - mid * mid / 2 : 0.2; /* p^2 / 2 by a line */
-        double bend = c[2][0][0] * c[0][0][0] + c[2][1][0] * c[0][1][0] + c[2][2][0] * c[0][2][0];
-        for (int k = 0; k < 3; ++k) /* the mean of the line, which stays on the sphere */
-            c[2][k][0] -= bend * c[0][k][0];
-        for (int k = 0; k < 3; ++k)
-            c[0][k][0] += square * c[2][k][0], c[1][k][0] += mid * c[2][k][0];
-        for (int j = 0; j < h->lines; ++j) {
-            envmapi_hoop_line *line = &tile->line[block][m][j];
-            double from = end[!m][0], piece = end[!m][1] - from, q = 0, weight = h->share * w;
-            double tilt = 0;
-            if (h->cells) {
-                q = from + piece * (1 + axis->gauss[h->lines][j][0]) / 2;
-                weight *= e[0] * e[1] * piece / 2 * axis->gauss[h->lines][j][1];
-                double density[2], *z = end[m];
-                for (int i = 0; i < 2; ++i)
-                    density[i] = weight * envmapi_density(level->mapping,
-                                                          at[0] + (m ? q : z[i]) * e[0],
-                                                          at[1] + (m ? z[i] : q) * e[1]);
-                tilt = (density[1] - density[0]) / (z[1] - z[0]);
-                weight = density[0] - tilt * z[0];
-            } else if (tents) q = envmapi_tent[3][j][0] / 0.64494897, weight *= envmapi_tent[3][j][1];
-            for (int k = 0; k < 3; ++k) {
-                line->d[k][lane] = (float)(c[0][k][0] + q * (c[0][k][1] + q * c[0][k][2]));
-                line->slope[k][lane] = (float)(c[1][k][0] + q * (c[1][k][1] + q * c[1][k][2]));
-            }
-            line->weight[lane] = (float)weight, line->tilt[lane] = (float)tilt;
-            line->at[lane] = (float)((1 + q) / 2);
-        }
+        line->d[c][lane] = (float)p[1], line->slope[c][lane] = (float)((p[2] - p[0]) / 2);
+        line->bend[c][lane] = (float)((p[0] + p[2]) / 2 - p[1]);
+        line->weight[lane] = (float)(w * (h->lines > 1 ? envmapi_tent[3][j][1] : 1));
+        tile->along[block][m][c] += line->slope[c][lane];
+        tile->reach[block] = fmax(tile->reach[block], reach);
     }
 }
 
-static void envmapi_task_hoop_tile(void *context, int task) {
-    const envmapi_hoops *h = (const envmapi_hoops *)context;
-    const envmapi_near *s = &h->near;
-    const envmapi_level *level = &s->axis.level;
-    envmapi_hoop_tile *tile = h->tiles + task;
-    int i = h->first + task, face = i / (h->across * h->down), low = h->cells ? -1 : 0;
-    int x0 = i % h->across * 16 + low, y0 = i / h->across % h->down * 16 + low;
-    double middle[3] = {0, 0, 0}, d[3];
-    memset(tile, 0, sizeof *tile);
-    if (face >= h->faces) return;
-    for (int n = 0; n < 256; ++n)
-        envmapi_hoop_lane(tile, h, face, x0 + n / 16 % 4 * 4 + n % 4, y0 + n / 64 * 4 + n / 4 % 4,
-                          n / 16, n % 16);
-    for (int n = 0; n < 48; ++n) middle[n % 3] += (double)tile->centre[n % 3][n / 3];
-    envmapi_unit(middle, middle);
-    for (int c = 0; c < 3; ++c) tile->middle[c] = (float)middle[c];
-    for (int n = 0; n < 16; ++n) {
-        for (int c = 0; c < 3; ++c) d[c] = (double)tile->centre[c][n];
-        if (!(envmapi_dot(d, d) > 0)) continue;
-        envmapi_unit(d, d);
-        for (int c = 0; c < 3; ++c) tile->centre[c][n] = (float)d[c];
-        for (int k = 0; k < 64 * h->lines; ++k) { /* the ends of all lines */
-            const envmapi_hoop_line *line = &tile->line[n][k / 32 % 2][k / 64];
-            double from[2] = {0, 0}, side = k % 2 ? 1 : -1;
-            int lane = k / 2 % 16;
-            for (int c = 0; c < 3; ++c) {
-                double at = (double)line->d[c][lane] + side * (double)line->slope[c][lane];
-                from[0] += (at - d[c]) * (at - d[c]), from[1] += (at - middle[c]) * (at - middle[c]);
-            }
-            if (!(line->weight[lane] > 0) && !(line->tilt[lane] > 0)) continue;
-            tile->reach[0] = fmax(tile->reach[0], from[0]), tile->radius = fmax(tile->radius, from[1]);
-        }
-    }
-    tile->reach[0] = 2 * asin(fmin(sqrt(tile->reach[0]) / 2, 1)); /* of chords */
-    tile->radius = 2 * asin(fmin(sqrt(tile->radius) / 2, 1));
+/* L of all turns of a tile's texels. */
+static void envmapi_banks_light(envmapi_banks_tile *tile, const envmapi_near *s, int face, int x0,
+                                int y0) {
     for (int t = 0; t < s->turn_count; ++t) {
         const envmapi_place *to = s->turns[t].src + face;
-        for (int n = 0; n < ENVMAPI_HOOP * ENVMAPI_HOOP; ++n) {
-            int x = x0 + n % ENVMAPI_HOOP, y = y0 + n / ENVMAPI_HOOP;
+        for (int n = 0; n < 256; ++n) {
+            int x = x0 + n % 16, y = y0 + n / 16;
             float rgb[3];
-            if (x >= level->width - low || y >= level->edge - low) continue;
+            if (x >= s->axis.level.width || y >= s->axis.level.edge) continue;
             envmapi_near_texel(rgb, s, to->face, to->x0 + to->xx * x + to->xy * y,
                                to->y0 + to->yx * x + to->yy * y);
             for (int c = 0; c < 3; ++c) tile->rgb[(3 * t + c) / 16][n][(3 * t + c) % 16] = rgb[c];
@@ -8634,114 +8590,92 @@ static void envmapi_task_hoop_tile(void *context, int task) {
     }
 }
 
-/* What a slice's ring is to lanes. */
-typedef struct envmapi_hoop {
-    double angle;
-    float cosine, sine;   /* t = sin(theta) cosine - cos(theta) sine, sin(delta) / sin(w) */
-    float inverse, square, fourth; /* 1 / sin(w); k = 1 - square t^2 - fourth t^4 */
-    float at[4], weight[4]; /* of places along a line; no weight: one */
-} envmapi_hoop;
-
-/* t in the middle of sixteen lines, and what it grows by to their ends. */
-ENVMAPI_INLINE void envmapi_hoop_at(float t[16], float step[16], const envmapi_hoop_line *line,
-                                    const envmapi_hoop *hoop, const float a[3]) {
-    for (int l = 0; l < 16; ++l) {
-        float x = a[0] * line->d[0][l] + a[1] * line->d[1][l] + a[2] * line->d[2][l], r;
-        float slope = a[0] * line->slope[0][l] + a[1] * line->slope[1][l] + a[2] * line->slope[2][l];
-        float square = 1 + 1e-12f - x * x;
-        uint32_t bits;
-        memcpy(&bits, &square, sizeof bits);
-        bits = 0x5F3759DF - (bits >> 1); /* 1/sqrt, as envmapi_inverse_root */
-        memcpy(&r, &bits, sizeof r);
-        for (int k = 0; k < 3; ++k) r *= 1.5f - 0.5f * square * r * r;
-        t[l] = square * r * hoop->cosine - x * hoop->sine;
-        step[l] = -slope * r * hoop->inverse;
-    }
-}
-
-/* K of sixteen texels. */
-static void envmapi_hoop_texels(float K[4][16], const envmapi_hoop_line *line,
-                                const envmapi_hoop *hoop, const float a[3]) {
-    float t[16], step[16];
-    envmapi_hoop_at(t, step, line, hoop, a);
-    for (int i = 0; i < 4 && hoop->weight[i] > 0; ++i)
-        for (int l = 0; l < 16; ++l) {
-            float z = t[l] + hoop->at[i] * step[l], square = z * z;
-            float k = 1 - square * (hoop->square + hoop->fourth * square);
-            K[0][l] += k > 0 ? hoop->weight[i] * line->weight[l] * k : 0;
-        }
-}
-
-/* The integral of 1 - t^2 from -1 to t, that one's, and that one's. */
-ENVMAPI_INLINE void envmapi_hoop_integrals(float integrals[3], float t) {
-    float c = t < -1 ? -1 : t > 1 ? 1 : t, beyond = t - c, square = c * c;
-    float first = 2.0f / 3 + c * (1 - square / 3);
-    float second = 0.25f + c * (2.0f / 3) + square * (0.5f - square / 12);
-    float third = 1.0f / 15 + c * (0.25f + c / 3 + square * (1.0f / 6 - square / 60));
-    integrals[0] = first, integrals[1] = second + first * beyond;
-    integrals[2] = third + beyond * (second + first * beyond / 2);
-}
-
-/* K of sixteen cells' texels; the second and the fourth lie on along the line. */
-static void envmapi_hoop_cells(float K[4][16], const envmapi_hoop_line *line, const float *from,
-                               const float *to, const envmapi_hoop *hoop, const float a[3]) {
-    float t[16], step[16];
-    envmapi_hoop_at(t, step, line, hoop, a);
-    for (int l = 0; l < 16; ++l) { /* moments of k along the line */
-        float slope = step[l] < 0 ? step[l] - 1e-3f : step[l] + 1e-3f, low[3], high[3];
-        float p = from[l], q = to[l], inverse = 1 / slope;
-        envmapi_hoop_integrals(low, t[l] + slope * p);
-        envmapi_hoop_integrals(high, t[l] + slope * q);
-        float second = (high[2] - low[2]) * inverse, one = (high[0] - low[0]) * inverse;
-        float by_p = (q * high[0] - p * low[0] - (high[1] - low[1]) * inverse) * inverse;
-        float by_square = (q * q * high[0] - p * p * low[0] -
-                           2 * (q * high[1] - p * low[1] - second) * inverse) * inverse;
-        float all = one * line->weight[l] + by_p * line->tilt[l];
-        float right = (all + by_p * line->weight[l] + by_square * line->tilt[l]) / 2;
-        float left = all - right, up = line->at[l];
-        K[0][l] += left * (1 - up), K[1][l] += right * (1 - up);
-        K[2][l] += left * up, K[3][l] += right * up;
-    }
-}
-
-/* Adds K of a tile's lanes that the ring may reach to K of its texels. 0: none. */
-static int envmapi_hoop_weigh(float *grid, const envmapi_hoop_tile *tile, const envmapi_hoops *h,
-                              const envmapi_hoop *hoop, const float a[3], float low, float high) {
-    int rows = 0;
-    float x[16];
-    for (int n = 0; n < 16; ++n)
-        x[n] = a[0] * tile->centre[0][n] + a[1] * tile->centre[1][n] + a[2] * tile->centre[2][n];
+static void envmapi_task_banks_tile(void *context, int task) {
+    const envmapi_banks *h = (const envmapi_banks *)context;
+    const envmapi_level *level = &h->near.axis.level;
+    envmapi_banks_tile *tile = h->tiles + task;
+    int i = h->first + task, face = i / (h->across * h->down);
+    int x0 = i % h->across * 16, y0 = i / h->across % h->down * 16;
+    memset(tile, 0, sizeof *tile);
+    if (face >= envmap_faces(level->mapping)) return;
     for (int n = 0; n < 16; ++n) {
-        if (!(x[n] > low && x[n] < high)) continue;
-        float K[4][16], slope[2];
-        for (int m = 0; m < 2; ++m)
-            slope[m] = a[0] * tile->along[m][0][n] + a[1] * tile->along[m][1][n] +
-                       a[2] * tile->along[m][2][n];
-        int m = slope[1] * slope[1] > slope[0] * slope[0], right = m ? ENVMAPI_HOOP : 1;
-        if (!rows) memset(grid, 0, ENVMAPI_HOOP * ENVMAPI_HOOP * sizeof *grid);
-        rows |= 1 << n / 4;
-        memset(K, 0, sizeof K);
-        for (int j = 0; j < h->lines; ++j) {
-            const envmapi_hoop_line *line = &tile->line[n][m][j];
-            if (h->cells)
-                envmapi_hoop_cells(K, line, tile->end[m][0] + 16 * n, tile->end[m][1] + 16 * n,
-                                   hoop, a);
-            else envmapi_hoop_texels(K, line, hoop, a);
-        }
-        float *at = grid + n / 4 * 4 * ENVMAPI_HOOP + n % 4 * 4;
-        for (int k = 0; k < (h->cells ? 4 : 1); ++k)
-            for (int l = 0; l < 16; ++l)
-                at[l / 4 * ENVMAPI_HOOP + l % 4 + k % 2 * right + k / 2 * (ENVMAPI_HOOP + 1 - right)] +=
-                    K[k][l];
+        int x = x0 + n % 4 * 4, y = y0 + n / 4 * 4;
+        envmapi_direction(tile->centre[n], level->mapping, face, fmin((x + 2.0) / level->width, 1),
+                          fmin((y + 2.0) / level->edge, 1));
+        for (int lane = 0; lane < 16; ++lane)
+            envmapi_banks_lane(tile, h, face, x + lane % 4, y + lane / 4, n, lane);
+        for (int c = 0; c < 3; ++c) tile->middle[c] += tile->reach[n] > 0 ? tile->centre[n][c] : 0;
+        tile->reach[n] *= 1.8; /* rad, of a coordinate; chords of less than a radian */
     }
-    return rows;
+    envmapi_unit(tile->middle, tile->middle);
+    for (int n = 0; n < 16; ++n)
+        if (tile->reach[n] > 0)
+            tile->radius =
+                fmax(tile->radius,
+                     tile->reach[n] + envmapi_acos(envmapi_dot(tile->middle, tile->centre[n])));
+    envmapi_banks_light(tile, &h->near, face, x0, y0);
+}
+
+/* Adds k of sixteen texels. off: cos A - cos theta of the middle that lines start from. */
+ENVMAPI_INLINE void envmapi_banks_places(float K[16], const envmapi_banks_line *line,
+                                         const envmapi_banks_ring *ring, const float a[3],
+                                         float off, float cosine) {
+    for (int l = 0; l < 16; ++l) {
+        float x = a[0] * line->d[0][l] + a[1] * line->d[1][l] + a[2] * line->d[2][l];
+        float slope =
+            a[0] * line->slope[0][l] + a[1] * line->slope[1][l] + a[2] * line->slope[2][l];
+        float bend = a[0] * line->bend[0][l] + a[1] * line->bend[1][l] + a[2] * line->bend[2][l];
+        float beyond = off - x, square, r, k = 0; /* r = 1 / sin theta, as _inverse_root */
+        uint32_t bits;
+        x = cosine - beyond, square = 1 + 1e-12f - x * x;
+        memcpy(&bits, &square, sizeof bits);
+        bits = 0x5F3759DF - (bits >> 1);
+        memcpy(&r, &bits, sizeof r);
+        for (int n = 0; n < 3; ++n) r *= 1.5f - 0.5f * square * r * r;
+        slope *= -r, bend = -r * (bend + 0.5f * x * slope * slope); /* of theta */
+        float t = beyond / (square * r + ring->sine) * ring->inverse;
+        float grows = 0.5f * ring->inverse * (1 + t * t * ring->square);
+        for (int i = 0; i < 4; ++i) {
+            float z = t + grows * ring->at[i] * (slope + ring->at[i] * bend), u = z * z;
+            float v = ring->square * u, one = (1 - u) * (1 - v * (1 - v));
+            k += u < 1 ? ring->weight[i] * one : 0;
+        }
+        K[l] += line->weight[l] * k;
+    }
+}
+
+/* K of a tile's texels. 0: the ring reaches none. */
+static int envmapi_banks_weigh(float *grid, const envmapi_banks_tile *tile, int lines,
+                               const envmapi_banks_ring *ring, const double axis[3],
+                               double (*limits)[2]) {
+    int any = 0;
+    float a[3] = {(float)axis[0], (float)axis[1], (float)axis[2]};
+    for (int n = 0; n < 16; ++n) {
+        double x = envmapi_dot(axis, tile->centre[n]);
+        if (!(x > limits[n][0] && x < limits[n][1])) continue;
+        float K[16] = {0}, slope[2];
+        for (int m = 0; m < 2; ++m) {
+            const float *along = tile->along[n][m];
+            slope[m] = a[0] * along[0] + a[1] * along[1] + a[2] * along[2];
+        }
+        int m = slope[1] * slope[1] > slope[0] * slope[0];
+        for (int j = 0; j < lines; ++j)
+            envmapi_banks_places(K, &tile->line[n][m][j], ring, a, (float)(ring->cosine - x),
+                                 (float)ring->cosine);
+        if (!any) memset(grid, 0, 256 * sizeof *grid);
+        any = 1;
+        for (int y = 0; y < 4; ++y)
+            memcpy(grid + (n / 4 * 4 + y) * 16 + n % 4 * 4, K + 4 * y, 4 * sizeof *K);
+    }
+    return any;
 }
 
 /* sums += K times the images of a tile's texels. */
-static void envmapi_hoop_apply(float *sums, const envmapi_hoop_tile *tile, const float *grid,
-                               int groups) {
-    int count = 0, at[ENVMAPI_HOOP * ENVMAPI_HOOP];
-    for (int i = 0; i < ENVMAPI_HOOP * ENVMAPI_HOOP; ++i) at[count] = i, count += grid[i] > 0;
+static void envmapi_banks_apply(float *sums, const envmapi_banks_tile *tile, const float *grid,
+                                int groups) {
+    int count = 0, at[256];
+    for (int i = 0; i < 256; ++i)
+        if (grid[i] > 0) at[count++] = i;
     for (int g = 0; g < groups; ++g) {
         envmapi_float16 sum;
         memset(&sum, 0, sizeof sum);
@@ -8751,165 +8685,166 @@ static void envmapi_hoop_apply(float *sums, const envmapi_hoop_tile *tile, const
     }
 }
 
-static envmapi_hoop envmapi_hoop_of(const envmapi_hoops *h, int slice) {
+static envmapi_banks_ring envmapi_banks_ring_of(const envmapi_banks *h, int slice) {
     const envmapi_axis *axis = &h->near.axis;
-    double s = (double)axis->lobe->parameter, sine = sin(h->width);
-    envmapi_hoop hoop;
-    memset(&hoop, 0, sizeof hoop);
-    hoop.angle = envmapi_acos(-envmapi_slice_p(axis->lobe, slice, h->near.dst.slices));
-    hoop.cosine = (float)(cos(hoop.angle) / sine), hoop.sine = (float)(sin(hoop.angle) / sine);
-    hoop.inverse = (float)(1 / sine), hoop.square = (float)(sine * sine / 2 / (1 - s));
-    hoop.fourth = (float)(pow(sine, 4) / 8 / (1 - s)), hoop.weight[0] = 1;
-    for (int i = 0; i < 4 && axis->tent > 0; ++i) {
-        hoop.at[i] = (float)(envmapi_tent[3][i][0] / envmapi_tent[3][3][0]);
-        hoop.weight[i] = (float)envmapi_tent[3][i][1];
+    envmapi_banks_ring ring;
+    memset(&ring, 0, sizeof ring);
+    ring.angle = envmapi_acos(-envmapi_slice_p(axis->lobe, slice, h->near.dst.slices));
+    ring.cosine = cos(ring.angle), ring.sine = (float)sin(ring.angle);
+    ring.inverse = (float)(1 / tan(h->width / 2)), ring.weight[0] = 1;
+    ring.square = (float)(tan(h->width / 2) * tan(h->width / 2));
+    for (int i = 0; i < 4 && h->lines > 1; ++i) {
+        ring.at[i] = (float)(envmapi_tent[3][i][0] / envmapi_tent[3][3][0]);
+        ring.weight[i] = (float)envmapi_tent[3][i][1];
     }
-    return hoop;
+    return ring;
 }
 
-static void envmapi_task_hoops(void *context, int task) {
-    const envmapi_hoops *h = (const envmapi_hoops *)context;
-    int count = h->slices * h->count, groups = envmapi_near_groups(&h->near);
-    int begin = (int)((int64_t)count * task / h->tasks);
-    int end = (int)((int64_t)count * (task + 1) / h->tasks);
-    float grid[ENVMAPI_HOOP * ENVMAPI_HOOP];
-    for (const envmapi_hoop_tile *tile = h->tiles; tile < h->tiles + ENVMAPI_HOOPS; ++tile) {
-        envmapi_hoop hoop = envmapi_hoop_of(h, h->slice);
-        float low[2] = {0, 0}, high[2] = {0, 0};
-        for (int i = begin; i < end && tile->radius > 0; ++i) {
-            const float *a = h->a[i % h->count];
-            if (i == begin || i % h->count == 0) {
-                hoop = envmapi_hoop_of(h, h->slice + i / h->count);
-                for (int n = 0; n < 2; ++n) {
-                    double room = h->width + (n ? tile->reach[0] : tile->radius) + 1e-6;
-                    low[n] = (float)envmapi_cosine(hoop.angle + room);
-                    high[n] = (float)envmapi_cosine(hoop.angle - room);
-                }
+/* Cosines of the angles beyond which a ring sees nothing of a tile, or of 4 x 4 texels. */
+static void envmapi_banks_limits(double limits[17][2], const envmapi_banks_tile *tile,
+                                 const envmapi_banks_ring *ring, double width) {
+    for (int n = 0; n < 17; ++n) {
+        double reach = n < 16 ? tile->reach[n] : tile->radius, room = width + reach + 1e-6;
+        limits[n][0] = reach > 0 ? envmapi_cosine(ring->angle + room) : 2;
+        limits[n][1] = envmapi_cosine(ring->angle - room);
+    }
+}
+
+/* A part of all axes of all slices, for the tiles at hand. */
+static void envmapi_task_banks(void *context, int task) {
+    const envmapi_banks *h = (const envmapi_banks *)context;
+    int64_t count = (int64_t)h->slices * h->count, end = count * (task + 1) / h->tasks;
+    int groups = envmapi_near_groups(&h->near);
+    float grid[256];
+    for (const envmapi_banks_tile *tile = h->tiles; tile < h->tiles + ENVMAPI_BANKS_TILES; ++tile) {
+        envmapi_banks_ring ring;
+        double limits[17][2];
+        int slice = -1;
+        for (int64_t i = count * task / h->tasks; i < end && tile->radius > 0; ++i) {
+            const double *a = h->axes[i % h->count].a;
+            if (slice != (int)(i / h->count)) {
+                slice = (int)(i / h->count), ring = envmapi_banks_ring_of(h, h->slice + slice);
+                envmapi_banks_limits(limits, tile, &ring, h->width);
             }
-            float x = a[0] * tile->middle[0] + a[1] * tile->middle[1] + a[2] * tile->middle[2];
-            if (x > low[0] && x < high[0] &&
-                envmapi_hoop_weigh(grid, tile, h, &hoop, a, low[1], high[1]))
-                envmapi_hoop_apply(h->sums + (size_t)i * (size_t)(16 * groups), tile, grid, groups);
+            double x = envmapi_dot(a, tile->middle);
+            if (x > limits[16][0] && x < limits[16][1] &&
+                envmapi_banks_weigh(grid, tile, h->lines, &ring, a, limits))
+                envmapi_banks_apply(h->sums + (size_t)i * (size_t)(16 * groups), tile, grid,
+                                    groups);
         }
     }
 }
 
-/* All tiles, for all axes of all slices. */
-static envmap_result envmapi_hoops_pass(envmapi_hoops *h, const envmap_filter_desc *desc) {
+/* Sums to the images of all axes; with opposite texels also to those of the slice at -p. */
+static void envmapi_banks_put(envmapi_banks *h, envmapi_window *w, const envmapi_place *opposite) {
+    envmapi_near *s = &h->near;
+    size_t groups = (size_t)envmapi_near_groups(s), width = (size_t)s->dst.size;
+    if (s->dst.mapping == ENVMAP_LATLONG) width *= 2;
+    for (size_t i = 0; i < (size_t)h->slices * (size_t)h->count; ++i) {
+        envmapi_near_axes at = h->axes[i % (size_t)h->count].at;
+        for (size_t g = 0; g < groups; ++g)
+            memcpy(w->sums[g], h->sums + 16 * (i * groups + g), 16 * sizeof(float));
+        s->slice = h->slice + (int)(i / (size_t)h->count);
+        envmapi_near_put(w, s, 0, &at, 0);
+        int other = s->dst.slices - 1 - s->slice;
+        if (!opposite || other == s->slice) continue;
+        size_t texel = envmapi_turned(&s->dst, opposite + at.face, at.x, at.y);
+        at.x = (int)(texel % width), texel /= width;
+        at.face = (int)(texel / (size_t)s->dst.size), at.y = (int)(texel % (size_t)s->dst.size);
+        s->slice = other;
+        envmapi_near_put(w, s, 0, &at, 0);
+    }
+}
+
+/* Whether all slices are thin rings of a lobe this wide or wider in texels, about no axis, and so
+   many axes that tiles pay. Where the bilinear radiance counts, or an octahedral map's tents fold,
+   the reference serves. */
+static int envmapi_banks_suits(const envmapi_banks *h, const envmap *src, double tolerance) {
+    const envmapi_axis *axis = &h->near.axis;
+    double axes = (double)envmapi_slice_floats(&h->near.dst, 0) / 3 * h->slices;
+    int suits = axis->lobe->kind == ENVMAP_LOBE_BANKS && axis->lobe->parameter >= 0.98f &&
+                tolerance >= 1e-4 && !envmapi_near_few(src) && !(axis->bilinear > 0) &&
+                axes * (axis->tent > 0 ? 8 : 0.5) > 1 / axis->texel &&
+                !(src->mapping == ENVMAP_OCTAHEDRAL && axis->tent > 0);
+    for (int k = h->slice; k < h->slice + h->slices && suits; ++k) {
+        double angle = envmapi_acos(-envmapi_slice_p(axis->lobe, k, h->near.dst.slices));
+        suits = fmin(angle, ENVMAPI_PI - angle) > h->width + 4 * axis->texel;
+    }
+    return suits;
+}
+
+/* The axes that do the work of their images; sums of none; room for tiles. */
+static envmap_result envmapi_banks_create(envmapi_banks *h, envmapi_pool *pool) {
+    envmapi_near *near = &h->near;
+    const envmap *dst = &near->dst;
+    const envmapi_place *kept[48];
+    int width = envmapi_width(dst->mapping, dst->size),
+        rows = envmap_faces(dst->mapping) * dst->size;
+    h->axes = (envmapi_banks_axis *)envmapi_pool_get(pool, envmapi_slice_floats(dst, 0) / 3,
+                                                     sizeof *h->axes);
+    for (int i = 0; i < rows && h->axes; ++i) {
+        int keeps = envmapi_near_keep(kept, near, i / dst->size);
+        for (int x = 0; x < width && keeps; ++x) {
+            envmapi_near_axes at = {i / dst->size, x, i % dst->size, 1};
+            if (!envmapi_near_first(dst, kept, keeps, x, at.y)) continue;
+            envmapi_texel_direction(h->axes[h->count].a, dst->mapping, at.face, dst->size, x, at.y);
+            h->axes[h->count++].at = at;
+        }
+    }
+    size_t groups = (size_t)envmapi_near_groups(near);
+    size_t numbers = (size_t)h->slices * (size_t)h->count * 16 * groups;
+    h->sums = (float *)envmapi_pool_get(pool, numbers, sizeof(float));
+    h->tiles = (envmapi_banks_tile *)envmapi_pool_get(pool, ENVMAPI_BANKS_TILES, sizeof *h->tiles);
+    if (!h->axes || !h->sums || !h->tiles) return ENVMAP_ERROR_MEMORY;
+    memset(h->sums, 0, numbers * sizeof(float));
+    return ENVMAP_OK;
+}
+
+/* Tiles, some at a time, for all axes of all slices. */
+static envmap_result envmapi_banks_tiles(envmapi_banks *h, const envmap_work *work) {
     const envmapi_level *level = &h->near.axis.level;
-    h->lines = h->cells ? 3 : h->near.axis.tent > 0 ? 4 : 1;
-    h->across = (level->width + h->cells + 15) / 16, h->down = (level->edge + h->cells + 15) / 16;
-    int count = h->faces * h->across * h->down;
-    h->near.all = !h->cells;
-    for (h->first = 0; h->first < count; h->first += ENVMAPI_HOOPS) {
-        if (envmapi_tell(&desc->work.progress, (double)h->first / count)) return ENVMAP_CANCELLED;
-        envmapi_run_all(&desc->work, envmapi_task_hoop_tile, h, ENVMAPI_HOOPS);
-        envmapi_run_all(&desc->work, envmapi_task_hoops, h, h->tasks);
+    h->across = (level->width + 15) / 16, h->down = (level->edge + 15) / 16;
+    h->tasks = envmapi_tasks(work);
+    int count = envmap_faces(level->mapping) * h->across * h->down;
+    for (h->first = 0; h->first < count; h->first += ENVMAPI_BANKS_TILES) {
+        if (envmapi_tell(&work->progress, (double)h->first / count)) return ENVMAP_CANCELLED;
+        envmapi_run_all(work, envmapi_task_banks_tile, h, ENVMAPI_BANKS_TILES);
+        envmapi_run_all(work, envmapi_task_banks, h, h->tasks);
     }
     return ENVMAP_OK;
 }
 
-/* Sums that are done, to the images of all axes; where dst's texels have opposites, also to those of
-   the slice at -p. */
-static void envmapi_hoops_put(envmapi_hoops *h, envmapi_window *w, const envmapi_place *opposite) {
-    envmapi_near *s = &h->near;
-    int groups = envmapi_near_groups(s);
-    for (int i = 0; i < h->slices * h->count; ++i) {
-        envmapi_near_axes axes = h->axes[i % h->count];
-        for (int g = 0; g < groups; ++g)
-            memcpy(w->sums[g], h->sums + 16 * ((size_t)i * (size_t)groups + (size_t)g),
-                   16 * sizeof(float));
-        s->slice = h->slice + i / h->count;
-        envmapi_near_put(w, s, 0, &axes, 0);
-        int other = s->dst.slices - 1 - s->slice, width = envmapi_width(s->dst.mapping, s->dst.size);
-        if (!opposite || other == s->slice) continue;
-        size_t at = envmapi_turned(&s->dst, opposite + axes.face, axes.x, axes.y);
-        axes.x = (int)(at % (size_t)width), at /= (size_t)width;
-        axes.face = (int)(at / (size_t)s->dst.size), axes.y = (int)(at % (size_t)s->dst.size);
-        s->slice = other;
-        envmapi_near_put(w, s, 0, &axes, 0);
-    }
-}
-
-/* How many of the slices from h->slice on are summed; 0 where others ways serve: no thin ring, tight
-   tolerances, few texels, bilinear radiance beside rims or folds, a ring about its own axis. */
-static int envmapi_hoops_suit(envmapi_hoops *h, const envmap *src, int slices, double tolerance) {
-    const envmapi_axis *axis = &h->near.axis;
-    int octahedral = src->mapping == ENVMAP_OCTAHEDRAL && axis->tent > 0, suit = !octahedral;
-    if (axis->lobe->kind != ENVMAP_LOBE_BANKS || axis->lobe->parameter < 0.98f || tolerance < 1e-4 ||
-        envmapi_near_few(src) || (axis->bilinear > 0 && src->mapping != ENVMAP_CUBE))
-        return 0;
-    double axes = (double)envmapi_slice_floats(&h->near.dst, 0) / 3 * slices;
-    suit &= axes * (axis->tent > 0 ? 8 : 0.5) > 1 / axis->texel;
-    suit &= !(axis->bilinear > 0) || axis->texel < 2 * h->width;
-    for (int k = h->slice; k < h->slice + slices; ++k) {
-        double angle = envmapi_acos(-envmapi_slice_p(axis->lobe, k, h->near.dst.slices));
-        suit &= fmin(angle, ENVMAPI_PI - angle) > h->width + 4 * axis->texel;
-    }
-    return suit;
-}
-
-/* Slices from `first` on. *served: 0 where others ways serve. */
-static envmap_result envmapi_filter_hoops(envmap *dst, const envmap *src, int first, int slices,
+/* Slices from `first` on. *served: 0 where other ways serve. */
+static envmap_result envmapi_filter_banks(envmap *dst, const envmap *src, int first, int slices,
                                           int *served, const envmap_lobe *lobe,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
-    envmapi_hoops *h = (envmapi_hoops *)envmapi_pool_get(pool, 1, sizeof *h);
+    envmapi_banks *h = (envmapi_banks *)envmapi_pool_get(pool, 1, sizeof *h);
     envmapi_window *w = (envmapi_window *)envmapi_pool_get(pool, 1, sizeof *w);
     envmapi_place opposite[6];
-    int mirrored = first == 0 && slices == dst->slices && !(lobe->p0 + lobe->p1 < 0) &&
-                   !(lobe->p0 + lobe->p1 > 0);
-    double look[3], s = (double)lobe->parameter, double_sine;
+    int mirrored =
+        first == 0 && slices == dst->slices && !(fabs((double)lobe->p0 + (double)lobe->p1) > 0);
+    double look[3], s = (double)lobe->parameter, tolerance = (double)desc->tolerance;
     if (!h || !w) return ENVMAP_ERROR_MEMORY;
     memset(h, 0, sizeof *h), memset(w, 0, sizeof *w);
     envmapi_near *near = &h->near;
-    near->dst = *dst, near->axis.lobe = lobe, near->norm = envmapi_lobe_norm(lobe);
-    envmapi_axis_aim(&near->axis, src, first, dst->slices, (double)desc->tolerance);
-    h->slice = first, h->width = acos(s), h->faces = envmap_faces(src->mapping);
-    *served = envmapi_hoops_suit(h, src, slices, (double)desc->tolerance);
+    near->dst = *dst, near->axis.lobe = lobe, near->all = 1; /* texels as they are */
+    near->norm = envmapi_lobe_norm(lobe), near->scale = 1 / (1 - s);
+    envmapi_axis_aim(&near->axis, src, first, dst->slices, tolerance);
+    h->slice = first, h->slices = slices, h->width = acos(s);
+    *served = envmapi_banks_suits(h, src, tolerance);
     if (!*served) return ENVMAP_OK;
-    near->scale = 1 / (1 - s), double_sine = sin(h->width) * sin(h->width);
+    h->lines = near->axis.tent > 0 ? 4 : 1;
     envmapi_near_contrast(look, near->axis.level.texels, envmapi_slice_floats(src, 0));
     frexp(look[0], &near->exponent);
     if (near->exponent > -60 && near->exponent < 60) near->exponent = 0;
     if (envmapi_near_turn(near, src, pool)) return ENVMAP_ERROR_MEMORY;
     for (int face = 0; face < envmap_faces(dst->mapping); ++face)
         mirrored &= envmapi_turn_place(opposite + face, 7, dst->mapping, dst->size, face);
-    h->slices = mirrored ? (slices + 1) / 2 : slices, h->tasks = envmapi_tasks(&desc->work);
-    int width = envmapi_width(dst->mapping, dst->size), groups = envmapi_near_groups(near);
-    size_t room = envmapi_slice_floats(dst, 0) / 3;
-    for (int pass = 0; pass < 2; ++pass) { /* counts, then writes */
-        h->count = 0;
-        for (int i = 0; i < (int)room; ++i) {
-            envmapi_near_axes axis = {i / width / dst->size, i % width, i / width % dst->size, 1};
-            if (!envmapi_near_first(near, axis.face, axis.x, axis.y)) continue;
-            if (pass) {
-                double a[3];
-                envmapi_texel_direction(a, dst->mapping, axis.face, dst->size, axis.x, axis.y);
-                for (int c = 0; c < 3; ++c) h->a[h->count][c] = (float)a[c];
-                h->axes[h->count] = axis;
-            }
-            ++h->count;
-        }
-        if (pass) break;
-        h->axes = (envmapi_near_axes *)envmapi_pool_get(pool, (size_t)h->count, sizeof *h->axes);
-        h->a = (float(*)[3])envmapi_pool_get(pool, (size_t)h->count, sizeof *h->a);
-        if (!h->axes || !h->a) return ENVMAP_ERROR_MEMORY;
-    }
-    size_t numbers = (size_t)h->slices * (size_t)h->count * (size_t)(16 * groups);
-    h->sums = (float *)envmapi_pool_get(pool, numbers, sizeof(float));
-    h->tiles = (envmapi_hoop_tile *)envmapi_pool_get(pool, ENVMAPI_HOOPS, sizeof *h->tiles);
-    if (!h->sums || !h->tiles) return ENVMAP_ERROR_MEMORY;
-    memset(h->sums, 0, numbers * sizeof(float));
-    double exact = 2 * (sin(h->width) - h->width * s) / (1 - s);
-    double parabola = 2 * h->width - (h->width - sin(h->width) * s) / double_sine;
-    for (h->cells = 0; h->cells < 2; ++h->cells) {
-        h->share = h->cells ? near->axis.bilinear * exact / parabola : 1 - near->axis.bilinear;
-        if (!(h->share > 0)) continue;
-        envmap_result result = envmapi_hoops_pass(h, desc);
-        if (result) return result;
-    }
-    envmapi_hoops_put(h, w, mirrored ? opposite : NULL);
-    return ENVMAP_OK;
+    if (mirrored) h->slices = (slices + 1) / 2;
+    envmap_result result = envmapi_banks_create(h, pool);
+    if (!result) result = envmapi_banks_tiles(h, &desc->work);
+    if (!result) envmapi_banks_put(h, w, mirrored ? opposite : NULL);
+    return result;
 }
 
 /* ------------------------------------------------------------------------------------ >>scene --
@@ -10171,11 +10106,12 @@ static envmap_result envmapi_filter_sharp(envmap *dst, const envmap *src, const 
     int asks = !tail || lobe->kind >= ENVMAP_LOBE_FUNCTION, kept = pool->count, served = 0;
     envmap_filter_desc one = *desc;
     envmapi_part part;
-    envmap_result hoops =
-        envmapi_filter_hoops(dst, src, first, count, &served, lobe, desc, pool);
+    envmap_result rings = ENVMAP_OK;
+    if (lobe->kind == ENVMAP_LOBE_BANKS)
+        rings = envmapi_filter_banks(dst, src, first, count, &served, lobe, desc, pool);
     envmapi_pool_free(pool, kept);
-    if (!hoops && served && alike) envmapi_copy_slices(dst, first, slices);
-    if (hoops || served) return hoops;
+    if (!rings && served && alike) envmapi_copy_slices(dst, first, slices);
+    if (rings || served) return rings;
     for (int k = 0; k < count && asks; ++k) {
         int declined = 0;
         served = 1;
