@@ -8449,28 +8449,29 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
                                          const envmapi_tail *tail, int first, int slices,
                                          int *declines, const envmap_filter_desc *desc,
                                          envmapi_pool *pool) {
-    envmapi_near s;
+    envmapi_near *s = (envmapi_near *)envmapi_pool_get(pool, 1, sizeof *s);
     envmapi_source source;
     int alike = src->slices == 1 && lobe->p0 == lobe->p1, runs = alike ? 1 : slices;
     int kept = pool->count, served = 1;
     envmap_result result = ENVMAP_OK;
-    memset(&s, 0, sizeof s), memset(&source, 0, sizeof source);
-    s.dst = *dst, s.axis.lobe = lobe, s.norm = envmapi_lobe_norm(lobe), s.tail = tail;
+    if (!s) return ENVMAP_ERROR_MEMORY;
+    memset(s, 0, sizeof *s), memset(&source, 0, sizeof source);
+    s->dst = *dst, s->axis.lobe = lobe, s->norm = envmapi_lobe_norm(lobe), s->tail = tail;
     for (int run = 0; run < runs && !result && served; ++run) {
         envmapi_part part;
         envmap_filter_desc one = *desc;
-        one.work = envmapi_work_part(&part, &desc->work, run, 1, runs), s.slice = first + run;
+        one.work = envmapi_work_part(&part, &desc->work, run, 1, runs), s->slice = first + run;
         if ((envmapi_near_few(src) || src->mapping == ENVMAP_SPHERE ||
              src->mapping == ENVMAP_ANGULAR) &&
             (!run || src->slices > 1)) {
             envmapi_source_free(&source, desc->work.memory);
-            result = envmapi_source_create(&source, src, src->slices > 1 ? s.slice : 0,
+            result = envmapi_source_create(&source, src, src->slices > 1 ? s->slice : 0,
                                            desc->work.memory);
         }
         if (result) break;
-        envmapi_axis_aim(&s.axis, src, s.slice, dst->slices, (double)desc->tolerance);
-        s.axis.source = &source;
-        result = envmapi_near_slice(&s, src, &served, declines != NULL, &one, pool);
+        envmapi_axis_aim(&s->axis, src, s->slice, dst->slices, (double)desc->tolerance);
+        s->axis.source = &source;
+        result = envmapi_near_slice(s, src, &served, declines != NULL, &one, pool);
         envmapi_pool_free(pool, kept);
     }
     envmapi_source_free(&source, desc->work.memory);
