@@ -5879,6 +5879,7 @@ typedef struct envmapi_axis {
     double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
     double sigma, reach;    /* rad: of the lobe; up to here it may be sharp */
     int curves, kink_count; /* parts of a patch; kinks of the lobe */
+    int places;             /* of a tent, a side: the definition's four, or fewer */
     double kinks[ENVMAPI_KINKS];
     double gauss[7][6][2];  /* node and weight of rules of 2 .. 6 */
     double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
@@ -5907,17 +5908,18 @@ static const double envmapi_tent[4][4][2] = {
 
 /* k averaged over texel i spread by the tent; or adds the points of that. */
 static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
-    const double(*at)[2] = envmapi_tent[3];
+    int places = axis->places;
+    const double(*at)[2] = envmapi_tent[places - 1];
     const envmapi_source *s = axis->source;
     int mapping = s->map->mapping, width = axis->level.width, edge = axis->level.edge;
     int face = (int)(s->code[i] >> 2 * s->bits);
     double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0, rgb[3];
     for (int c = 0; c < 3; ++c) rgb[c] = (double)envmapi_source_rgb(s, i)[c];
     envmapi_project(uv, mapping, face, d);
-    for (int j = 0; j < 16; ++j) {
-        double u = uv[0] + axis->tent * at[j & 3][0] / width;
-        double v = uv[1] + axis->tent * at[j >> 2][0] / edge;
-        double weight = at[j & 3][1] * at[j >> 2][1];
+    for (int j = 0; j < places * places; ++j) {
+        double u = uv[0] + axis->tent * at[j % places][0] / width;
+        double v = uv[1] + axis->tent * at[j / places][0] / edge;
+        double weight = at[j % places][1] * at[j / places][1];
         envmapi_direction(d, mapping, face, u, v);
         if (axis->points)
             envmapi_points_add(axis->points, d, rgb, (1 - axis->bilinear) * s->w[i] * weight);
@@ -6387,7 +6389,7 @@ static double envmapi_axis_flank(const envmap_lobe *lobe, double p, double sigma
 static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices,
                              double tolerance) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
-    axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1;
+    axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1, axis->places = 4;
     axis->apart = cbrt(tolerance * 1e3);
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
@@ -8304,6 +8306,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     envmap_result result = ENVMAP_OK;
     *served = envmapi_near_suits(s, src, declines, tolerance);
     if (!*served) return ENVMAP_OK;
+    /* two have the second moment of four, and lose tent^4 */
+    if (s->all && pow(s->axis.tent, 4) < tolerance) s->axis.places = 2;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     s->images = (envmapi_images(*)[6])envmapi_pool_get(pool, 3, sizeof *s->images);
