@@ -553,7 +553,7 @@ typedef struct envmap_filter_desc {
    darkest texels may be off by more than 20 tolerances. Where a row of texels lies exactly along an
    axis' horizon, the sum over centres has texel^2 / 12 of a kink's slope too much or too little,
    and half the row of a jump (x^N, N < 0.2), which FAST has right.
-   Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 13 S + D;
+   Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 8 S + D;
    FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
    two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
    executor.  Test: tests/test_memory.c.
@@ -1008,7 +1008,7 @@ static void envmapi_pool_free(envmapi_pool *pool, int keep) {
         type##_part v[n * sizeof(scalar) / sizeof(type##_part)];                                   \
     } ENVMAPI_ALIAS type
 #define ENVMAPI_EACH(y) ENVMAPI_UNROLL for (size_t i = 0; i < sizeof(y)->v / sizeof *(y)->v; ++i)
-#define ENVMAPI_WIDE    ((int)(ENVMAPI_REGISTER / sizeof(float)))
+#define ENVMAPI_WIDE    ((int)(ENVMAPI_REGISTER > 32 ? ENVMAPI_REGISTER / sizeof(float) : 8))
 
 ENVMAPI_LANE_TYPE(envmapi_bits, uint32_t, ENVMAPI_WIDE);
 
@@ -1051,7 +1051,7 @@ ENVMAPI_LANES(envmapi_float4, float, 4)
 ENVMAPI_LANES(envmapi_float16, float, 16)
 ENVMAPI_LANES(envmapi_double4, double, 4)
 ENVMAPI_LANES(envmapi_double8, double, 8)
-ENVMAPI_LANES(envmapi_wide, float, ENVMAPI_WIDE) /* a register */
+ENVMAPI_LANES(envmapi_wide, float, ENVMAPI_WIDE) /* a register, or two of 16 bytes */
 
 /* ------------------------------------------------------------------------------ >>directions --
    In: a mapping, a face and (u,v). Out: the direction there; and back. Every room below asks these,
@@ -4672,7 +4672,8 @@ static void envmapi_grid_solve(envmapi_transform *t, int adjoint, const envmap_w
 #define ENVMAPI_ROWS 16
 
 /* sums[j stride ..] += w[r][j] x[r] y[r], r < rows, j < taps, for n numbers; product 0: without y,
-   -1: that and sums are 0 before. The sums stay in registers while rows go by. */
+   -1: that and sums are 0 before; -2: that, and below 0 they become 0. The sums stay in registers
+   while rows go by. */
 typedef struct envmapi_rows {
     const float *x[ENVMAPI_ROWS], *y[ENVMAPI_ROWS];
     float w[ENVMAPI_ROWS][6];
@@ -4715,6 +4716,11 @@ ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, cons
         }
         ENVMAPI_UNROLL for (int j = 0; j < taps; ++j)
             envmapi_wide_add(acc + j, in->w[r][j], &light);
+    }
+    if (product < -1) { /* the sign's bit, less 1: all bits where it is 0 */
+        memcpy(&bits, acc, sizeof bits);
+        ENVMAPI_EACH(&bits) bits.v[i] &= (bits.v[i] >> 31) - 1;
+        memcpy(acc, &bits, sizeof bits);
     }
     ENVMAPI_UNROLL for (int j = 0; j < taps; ++j) {
         float *out = sums + (size_t)j * stride + at;
@@ -4916,8 +4922,8 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_transfo
     int from = run[0], n = run[1] - run[0];
     out += 3 * from;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * from;
-    envmapi_rows_add(out, 0, 1, in, -1, NULL, 3 * (size_t)n);
-    for (int i = 0; i < 3 * n && t->positive; ++i) out[i] = out[i] > 0 ? out[i] : 0;
+    if (t->positive) envmapi_rows_add(out, 0, 1, in, -2, NULL, 3 * (size_t)n);
+    else envmapi_rows_add(out, 0, 1, in, -1, NULL, 3 * (size_t)n);
     if (!t->lights.count) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width - 2 * from;
     envmapi_rows_add(norm, 0, 1, in, -1, NULL, (size_t)n);
@@ -6497,18 +6503,20 @@ static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
    than the dark; and a lobe thinner than 4 texels slips between samples.
    Called by filters for HIERARCHICAL.  Tests: tests/test_hierarchical.c. */
 
-/* A node of any level from 1 on: what is known of its children, which are texels at level 1. */
+/* A node of any level from 2 on: what is known of its children. Those of level 1 are not kept: they
+   are up to four texels of the source, side by side. */
 typedef struct envmapi_node {
     double x[4], y[4], z[4];   /* their centroids, unit; the node's own where there is no child */
     double e[4][4];            /* r, g, b times solid angle, and the solid angle; 0: no child */
     double cosine[4], sine[4]; /* of the angle about the centroid within which lies all below it */
     double texels[4];    /* how many texels lie below each child, without those outside a rim */
     uint32_t code;       /* that of its texels, without the last 2 bits a level */
-    int first, children; /* of the level below, side by side because texels are in Z-order */
+    int first, children; /* of the level below, or its first texel: texels are in Z-order */
 } envmapi_node;
 
 typedef struct envmapi_tree {
     envmapi_node *level[17]; /* at `last` a node is a face */
+    float (*texels)[4]; /* r, g, b, 1 */
     int count[17], last;
     envmapi_pool pool;
 } envmapi_tree;
@@ -6533,16 +6541,31 @@ static double envmapi_node_join(double d[3], double e[4], envmapi_node *node) {
     return radius < ENVMAPI_PI ? radius : ENVMAPI_PI;
 }
 
+/* A node of level 1: texels from i on. */
+static void envmapi_node_texels(envmapi_node *node, const envmapi_tree *tree,
+                                const envmapi_source *s, size_t i) {
+    memset(node, 0, sizeof *node);
+    node->code = s->code[i] >> 2;
+    for (; i < s->count && s->code[i] >> 2 == node->code; ++i) {
+        int j = node->children++;
+        node->x[j] = s->x[i], node->y[j] = s->y[i], node->z[j] = s->z[i];
+        float *texel = tree->texels[i];
+        memcpy(texel, envmapi_source_rgb(s, i), 3 * sizeof *texel), texel[3] = 1;
+        node->cosine[j] = node->texels[j] = 1;
+        for (int c = 0; c < 4; ++c) node->e[j][c] = s->w[i] * (double)texel[c];
+    }
+}
+
 /* A level from the one below it. */
 static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int level) {
-    int below = level > 1 ? tree->count[level - 1] : (int)s->count;
-    envmapi_node *node = tree->level[level];
-    for (int i = 0; i < below; ++i) {
-        envmapi_node *child = level > 1 ? tree->level[level - 1] + i : NULL;
-        double d[3] = {s->x[i], s->y[i], s->z[i]}, e[4] = {0, 0, 0, s->w[i]};
-        for (int c = 0; c < 3; ++c) e[c] = e[3] * (double)envmapi_source_rgb(s, (size_t)i)[c];
-        double radius = child ? envmapi_node_join(d, e, child) : 0;
-        uint32_t code = (child ? child->code : s->code[i]) >> 2;
+    envmapi_node leaf, *child = tree->level[level - 1], *node = tree->level[level];
+    int below = level > 2 ? tree->count[level - 1] : (int)s->count;
+    for (int i = 0, step; i < below; i += step) {
+        double d[3], e[4];
+        if (level == 2) envmapi_node_texels(child = &leaf, tree, s, (size_t)i);
+        step = level == 2 ? child->children : 1;
+        double radius = envmapi_node_join(d, e, child);
+        uint32_t code = child->code >> 2;
         if (node->children && node->code != code) ++node;
         if (!node->children) node->code = code, node->first = i;
         int j = node->children++;
@@ -6550,14 +6573,17 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
         node->cosine[j] = cos(radius), node->sine[j] = sin(radius);
         memcpy(node->e[j], e, sizeof e);
         node->texels[j] =
-            child ? child->texels[0] + child->texels[1] + child->texels[2] + child->texels[3] : 1;
+            child->texels[0] + child->texels[1] + child->texels[2] + child->texels[3];
+        child += level > 2;
     }
 }
 
 /* Levels, three at least, until a node is a face. */
 static envmap_result envmapi_tree_create(envmapi_tree *tree, const envmapi_source *s) {
     int width = envmapi_width(s->map->mapping, s->map->size);
-    for (int level = 1; level <= 3 || 1 << (level - 1) < width; ++level) {
+    tree->texels = (float(*)[4])envmapi_pool_get(&tree->pool, s->count, sizeof *tree->texels);
+    if (!tree->texels) return ENVMAP_ERROR_MEMORY;
+    for (int level = 2; level <= 3 || 1 << (level - 1) < width; ++level) {
         size_t count = 0;
         for (size_t i = 0; i < s->count; ++i)
             count += !i || s->code[i] >> 2 * level != s->code[i - 1] >> 2 * level;
@@ -6614,12 +6640,12 @@ static envmap_result envmapi_hier_prepare(void *method, const envmapi_axis *axis
     return envmapi_tree_create(&h->tree, axis->source);
 }
 
-/* The lobe about the axis at the four children of a node. */
+/* The lobe about the axis at four directions, those of the children of a node. */
 static void envmapi_hier_k(double k[4], const envmapi_hier *h, const envmapi_axis *axis,
-                           const envmapi_node *node) {
+                           const double dx[4], const double dy[4], const double dz[4]) {
     double x[4];
     for (int i = 0; i < 4; ++i)
-        x[i] = axis->a[0] * node->x[i] + axis->a[1] * node->y[i] + axis->a[2] * node->z[i];
+        x[i] = axis->a[0] * dx[i] + axis->a[1] * dy[i] + axis->a[2] * dz[i];
     if (!(h->steps > 0)) {
         envmapi_k_many(k, x, 4, axis->lobe, axis->p);
         return;
@@ -6646,18 +6672,32 @@ static void envmapi_hier_add(double sum[4], double k, const double e[4]) {
 /* Adds a node of level 2, where the lobe is k2, or its children, or theirs. */
 static void envmapi_hier_open(const envmapi_hier *h, envmapi_axis *axis, const envmapi_node *two,
                               double k2, const double e2[4]) {
+    const envmapi_source *s = axis->source;
     double k1[4], k0[4], sum[4] = {0, 0, 0, 0};
-    envmapi_hier_k(k1, h, axis, two);
+    envmapi_hier_k(k1, h, axis, two->x, two->y, two->z);
     if (envmapi_hier_alike(k1, k2, h->threshold)) {
         envmapi_hier_add(axis->sum, k2, e2);
         return;
     }
-    const envmapi_node *one = h->tree.level[1] + two->first;
-    for (int j = 0; j < two->children; ++j, ++one) {
-        envmapi_hier_k(k0, h, axis, one);
+    size_t first = (size_t)two->first, count;
+    for (int j = 0; j < two->children; ++j, first += count) {
+        const double *x = s->x + first, *y = s->y + first, *z = s->z + first;
+        double few[3][4];
+        count = (size_t)two->texels[j];
+        for (size_t i = 0; i < 4 && count < 4; ++i) { /* where a texel is missing: that of all */
+            few[0][i] = i < count ? x[i] : two->x[j];
+            few[1][i] = i < count ? y[i] : two->y[j];
+            few[2][i] = i < count ? z[i] : two->z[j];
+        }
+        if (count < 4) x = few[0], y = few[1], z = few[2];
+        envmapi_hier_k(k0, h, axis, x, y, z);
         if (envmapi_hier_alike(k0, k1[j], h->threshold)) envmapi_hier_add(sum, k1[j], two->e[j]);
         else
-            for (int i = 0; i < 4; ++i) envmapi_hier_add(sum, k0[i], one->e[i]);
+            for (size_t i = 0; i < count; ++i) {
+                const float *texel = h->tree.texels[first + i];
+                double k = k0[i] * s->w[first + i];
+                for (int c = 0; c < 4; ++c) sum[c] += k * (double)texel[c];
+            }
     }
     envmapi_hier_add(axis->sum, 1, sum);
 }
@@ -6679,7 +6719,7 @@ static int envmapi_hier_visit(double *mean, const envmapi_hier *h, envmapi_axis 
     const envmapi_node *node = h->tree.level[level] + i;
     double k[4] = {0, 0, 0, 0}, sum = 0, texels = 0;
     int accepted[4], all = level < h->tree.last;
-    if (level == 3) envmapi_hier_k(k, h, axis, node);
+    if (level == 3) envmapi_hier_k(k, h, axis, node->x, node->y, node->z);
     for (int j = 0; j < node->children; ++j) {
         accepted[j] = 1;
         if (level > 3 && envmapi_hier_meets(h, axis, node, j))
@@ -8543,8 +8583,9 @@ static double envmapi_block_excess(double e[3], const envmapi_scene *s, const fl
 static int envmapi_block_group(const envmapi_scene *s, int i, size_t b) {
     int nu = s->blocks[i].nu, y = (int)(b / (size_t)nu);
     double row = ENVMAPI_PI * (s->edge << i) / s->in.map->size;
+    if (s->in.map->mapping != ENVMAP_LATLONG) return 1;
     double radius = fmin(sin(y * row), sin(fmin((y + 1) * row, ENVMAPI_PI)));
-    return s->in.map->mapping == ENVMAP_LATLONG ? (int)(1 / fmax(radius, 1.0 / nu)) : 1;
+    return (int)(1 / fmax(radius, 1.0 / nu));
 }
 
 /* Returns the sum of the squares of the blocks at scale i of `sums`. squares, unless NULL: each is
@@ -8599,12 +8640,17 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
 /* kappa of single texels, from the sum of their squares less what evenly lit blocks would have, E^2
    of each over its texels: sums of floats, good to 1e-6. */
 static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squares) {
+    size_t width = (size_t)s->blocks[0].nu;
     double even = 0;
     s->texel = s->scale[0];
     if (!(s->norm > 0)) return;
-    for (size_t b = 0; b < s->blocks[0].count; ++b)
-        for (size_t c = 0; c < 3; ++c)
-            even += envmapi_block_group(s, 0, b) * pow((double)sums[4 * b + c], 2);
+    for (size_t row = 0; row < s->blocks[0].count; row += width) {
+        double sum = 0;
+        for (const float *e = sums + 4 * row; e < sums + 4 * (row + width); e += 4)
+            sum += (double)e[0] * (double)e[0] + (double)e[1] * (double)e[1] +
+                   (double)e[2] * (double)e[2];
+        even += envmapi_block_group(s, 0, row) * sum;
+    }
     squares = fmax(squares - even / (s->edge * s->edge), 1e-6 * s->squares);
     s->texel.kappa = fmin(sqrt(squares) / s->norm, 1);
 }
@@ -9642,7 +9688,9 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
                                          const envmapi_spectrum ready[2], int first, int slices,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
     envmap_result result = ENVMAP_OK;
-    int kept = pool->count, done = 0;
+    envmap_filter_desc one = *desc;
+    int kept = pool->count, done = 0, steps = 0;
+    for (int i = 0; i < count; ++i) steps += specs[i].L && specs[i].tail ? 2 : 1;
     for (int pass = 0; pass < 2 && !result; ++pass) {
         int kinked = pass ? specs[0].kinked : !specs[0].kinked, any = 0;
         const envmapi_scene *scene = kinked ? &scenes->unlit : &scenes->whole;
@@ -9654,23 +9702,27 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             result = envmapi_fast_analyse(&spectrum, specs, count, kinked, scene, desc, pool);
         for (const envmapi_spec *spec = specs + count; spec-- > specs && !result;) {
             envmapi_part part;
-            envmap_filter_desc one = *desc;
-            if (spec->kinked != kinked) continue;
-            one.work = envmapi_work_part(&part, &desc->work, done++, 1, count);
-            const envmapi_tail *tail = spec->L ? spec->tail : NULL;
-            const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
             size_t floats = (size_t)slices * envmapi_slice_floats(spec->dst, 0);
             float *out = envmapi_image(spec->dst, 0, first, 0);
-            if (spec->L)
-                result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
-            else if (desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
-            if (!result && spec->L && scene->in.exponent)
+            if (spec->kinked != kinked) continue;
+            if (!spec->L && desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
+            if (!spec->L) continue;
+            one.work = envmapi_work_part(&part, &desc->work, done++, 1, steps);
+            result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
+            if (!result && scene->in.exponent)
                 envmapi_floats_scale(out, out, floats, scene->in.exponent);
-            if (!result && (tail || !spec->L))
-                result = envmapi_filter_sharp(spec->dst, scene->in.map, lobe, tail, first, slices,
-                                              &one, pool);
         }
-        envmapi_pool_free(pool, kept);
+        envmapi_pool_free(pool, kept); /* what follows needs none of it */
+        for (const envmapi_spec *spec = specs + count; spec-- > specs && !result;) {
+            envmapi_part part;
+            const envmapi_tail *tail = spec->L ? spec->tail : NULL;
+            const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
+            if (spec->kinked != kinked || (spec->L && !tail)) continue;
+            one.work = envmapi_work_part(&part, &desc->work, done++, 1, steps);
+            result = envmapi_filter_sharp(spec->dst, scene->in.map, lobe, tail, first, slices, &one,
+                                          pool);
+            envmapi_pool_free(pool, kept);
+        }
     }
     return result;
 }
