@@ -5846,7 +5846,7 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     return ENVMAP_OK;
 }
 
-/* Points of light whose sum against any k is the definition's; for rings or as texels of a source. */
+/* Points of light whose sum against any k is the definition's; of rings or a source. */
 typedef struct envmapi_points {
     envmapi_rings *rings;
     envmapi_source *source; /* neither: they are only counted */
@@ -5961,7 +5961,8 @@ static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, 
    fades: to the reach. */
 static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int fades) {
     const envmapi_source *s = axis->source;
-    double margin = axis->tent > 0 && !(core > 0) ? 2 * axis->texel : 0, end = axis->to + margin + 1e-9;
+    double margin = axis->tent > 0 && !(core > 0) ? 2 * axis->texel : 0;
+    double end = axis->to + margin + 1e-9;
     double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
     double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
     double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
@@ -6324,9 +6325,10 @@ static void envmapi_axis_capped(envmapi_axis *axis, double share, double reach) 
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     double end = fmin(reach, axis->sight);
     int rim = envmapi_axis_at_rim(axis, axis->a, end);
-    int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS;
+    int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
     for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring */
-        rings |= envmapi_axis_rim(axis) > 0 && axis->kinks[i] < end;
+        rings |= disc && axis->kinks[i] < end;
+    rings |= disc && axis->to > 1.5 && axis->to <= end && axis->to < ENVMAPI_PI; /* x^2.4 */
     if (axis->points || !(rings || rim)) envmapi_axis_patches(axis, share, reach);
     else if (!rings && axis->cap) envmapi_axis_capped(axis, share, reach);
     else envmapi_axis_polar(axis, share, reach);
@@ -7909,9 +7911,8 @@ static void envmapi_near_reference(double sum[4], envmapi_window *w, const envma
     int width = envmapi_width(s->dst.mapping, s->dst.size), row = (int)(texel / (size_t)width);
     envmapi_texel_direction(axis.a, s->dst.mapping, row / s->dst.size, s->dst.size,
                             (int)(texel % (size_t)width), row % s->dst.size);
-    int outside = hypot(axis.a[0], axis.a[1]) < 1e-9 &&
-                  (s->dst.mapping == ENVMAP_ANGULAR ? axis.a[2] > 0
-                                                    : s->dst.mapping == ENVMAP_SPHERE && axis.a[2] < 0);
+    int sphere = s->dst.mapping == ENVMAP_SPHERE, disc = sphere || s->dst.mapping == ENVMAP_ANGULAR;
+    int outside = disc && hypot(axis.a[0], axis.a[1]) < 1e-9 && (axis.a[2] < 0) == sphere;
     if (outside) axis.a[0] = axis.a[1] = 0;
     if (outside && w->outside[3] > 0) memcpy(axis.sum, w->outside, sizeof axis.sum);
     else if (s->tail && axis.bilinear >= 1) envmapi_axis_integral(&axis, 1, axis.reach);

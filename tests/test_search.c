@@ -124,7 +124,11 @@ static void works_that_broke_hold(void) {
          "sun:0.86:0.63"},
         {"latlong:64:1 dst=cube:5:1 lobe=cone:0.051:0 raw=0:1 tolerance=1e-6", "lamps:0.83:0.44"},
         {"latlong:80:1 dst=cube:3:1 lobe=cone:0.0830696523:0 raw=0:1 tolerance=1e-4",
-         "texel:0.457941309:0"}};
+         "texel:0.457941309:0"},
+        {"angular:101:1 dst=angular:8:1 lobe=gaussian:48000:0 raw=0:1 tolerance=.017", "lamps:.7:0"},
+        {"angular:68:1 dst=octahedral:9:1 lobe=ggx:0.0384:0 raw=0:1 tolerance=.001", "checker:.7:.3"},
+        {"sphere:64:1 dst=sphere:4:1 lobe=table:0.0366620868:25 raw=0:1 tolerance=.001", "half:.5:0"},
+        {"octahedral:95:1 dst=sphere:5:1 lobe=power:12.9:0 raw=0:1 tolerance=.001", "sun:.8:.3"}};
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
         work w;
