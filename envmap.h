@@ -1382,6 +1382,32 @@ static int envmapi_radiance_ok(const envmap *map, int negative_too) {
                              negative_too);
 }
 
+/* Checks of numbers, or copies of them; a megabyte and more as tasks. */
+typedef struct envmapi_scan {
+    float *out; /* NULL: envmapi_floats_ok */
+    const float *in;
+    size_t count;
+    int tasks, negative_too, bad[ENVMAPI_TASKS];
+} envmapi_scan;
+
+static void envmapi_task_scan(void *context, int task) {
+    envmapi_scan *s = (envmapi_scan *)context;
+    size_t each = s->count / (size_t)s->tasks, from = (size_t)task * each;
+    if (task == s->tasks - 1) each = s->count - from;
+    if (s->out) memcpy(s->out + from, s->in + from, each * sizeof(float));
+    else s->bad[task] = !envmapi_floats_ok(s->in + from, each, s->negative_too);
+}
+
+static int envmapi_scan_run(float *out, const float *in, size_t count, int negative_too,
+                            const envmap_work *work) {
+    envmapi_scan s = {out, in, count, count >> 18 ? ENVMAPI_TASKS : 1, negative_too, {0}};
+    int bad = 0;
+    if (s.tasks > 1) envmapi_run_all(work, envmapi_task_scan, &s, s.tasks);
+    else envmapi_task_scan(&s, 0);
+    for (int i = 0; i < s.tasks; ++i) bad |= s.bad[i];
+    return !bad;
+}
+
 /* Level 0 of slice `first` into that of the following ones, count of all of them. */
 static void envmapi_copy_slices(const envmap *map, int first, int count) {
     for (int k = first + 1; k < first + count; ++k)
@@ -3487,8 +3513,19 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
 
 /* ---- splines */
 
+/* w = sum_i powers[i] x^(5-i), by Horner's rule. */
+ENVMAPI_INLINE void envmapi_powers(envmapi_float16 *w, const float powers[6][16],
+                                   const envmapi_float16 *x) {
+    envmapi_float16 sum = *envmapi_float16_at(powers[0]);
+    for (int i = 1; i < 6; ++i) {
+        envmapi_float16 next = *envmapi_float16_at(powers[i]);
+        envmapi_float16_mad(&next, &sum, x), sum = next;
+    }
+    memset(w, 0, sizeof *w), envmapi_float16_add(w, 1.0f / 120, &sum);
+}
+
 /* Quintic B-splines at the six samples around two points, f and g in [0,1] past the third:
-   w[0..5] and w[8..13], by Horner's rule in 120 w. */
+   w[0..5] and w[8..13]. */
 ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
     static const float powers[6][16] = {
         {-1, 5, -10, 10, -5, 1, 0, 0, -1, 5, -10, 10, -5, 1},
@@ -3499,13 +3536,32 @@ ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
         {1, 26, 66, 26, 1, 0, 0, 0, 1, 26, 66, 26, 1},
     };
     const float at[16] = {f, f, f, f, f, f, f, f, g, g, g, g, g, g, g, g};
-    envmapi_float16 sum = *envmapi_float16_at(powers[0]), next, x = *envmapi_float16_at(at);
-    for (int i = 1; i < 6; ++i) {
-        next = *envmapi_float16_at(powers[i]);
-        envmapi_float16_mad(&next, &sum, &x), sum = next;
-    }
-    memset(&next, 0, sizeof next), envmapi_float16_add(&next, 1.0f / 120, &sum);
-    memcpy(w, &next, sizeof next);
+    envmapi_float16 x = *envmapi_float16_at(at), sums;
+    envmapi_powers(&sums, powers, &x);
+    memcpy(w, &sums, sizeof sums);
+}
+
+/* The first four of w[8..13] above, at g, times four numbers each; in wide registers evaluated
+   again, as lanes do not move there without memory. */
+ENVMAPI_INLINE void envmapi_splines_four(envmapi_float16 *terms, const float w[16], float g,
+                                         const float value[4]) {
+#define ENVMAPI_FOUR(a, b, c, d) {a, a, a, a, b, b, b, b, c, c, c, c, d, d, d, d}
+    static const float powers[6][16] = {
+        ENVMAPI_FOUR(-1, 5, -10, 10),  ENVMAPI_FOUR(5, -20, 30, -20),
+        ENVMAPI_FOUR(-10, 20, 0, -20), ENVMAPI_FOUR(10, 20, -60, 20),
+        ENVMAPI_FOUR(-5, -50, 0, 50),  ENVMAPI_FOUR(1, 26, 66, 26)};
+#undef ENVMAPI_FOUR
+    const float at[16] = {g, g, g, g, g, g, g, g, g, g, g, g, g, g, g, g};
+    float each[16];
+    envmapi_float16 x = *envmapi_float16_at(at), again;
+    memset(terms, 0, sizeof *terms);
+    for (int i = 0; i < 16; ++i) each[i] = value[i % 4];
+    if (ENVMAPI_REGISTER == 16)
+        ENVMAPI_UNROLL for (int b = 0; b < 4; ++b)
+            envmapi_float4_add((envmapi_float4 *)terms + b, w[8 + b], envmapi_float4_at(value));
+    else
+        envmapi_powers(&again, powers, &x),
+            envmapi_float16_mad(terms, &again, envmapi_float16_at(each));
 }
 
 /* What the spline loses of a wave of f cycles a sample: its fundamental by sum (f/(f+k))^6 over
@@ -3698,20 +3754,27 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
    can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
-    for (size_t i = 0; i < count; ++i) {
+    for (size_t n = 0; n < (count + 63) / 64 * 64; ++n) {
+        /* every eighth, as what the last one changed cannot be read at once */
+        size_t i = (n & ~(size_t)63) + n % 8 * 8 + n / 8 % 8;
         const envmapi_point *p = points + i;
+        if (i >= count) continue;
         int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
         if (end > 6) end = 6;
         if (a >= end) continue;
-        envmapi_float4 terms[6];
+        envmapi_float4 two[2];
+        envmapi_float16 four; /* of six samples down the rings, and the other two */
         float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
         envmapi_splines(w, p->f_k, p->f_j);
-        memset(terms, 0, sizeof terms);
-        ENVMAPI_UNROLL for (int b = 0; b < 6; ++b)
-            envmapi_float4_add(terms + b, w[8 + b], envmapi_float4_at(values + 4 * i));
-        for (; a < end; ++a, ring += rings->row)
-            ENVMAPI_UNROLL for (int b = 0; b < 6; ++b)
-                envmapi_float4_add(envmapi_float4_at(ring + 4 * b), w[a], terms + b);
+        envmapi_splines_four(&four, w, p->f_j, values + 4 * i);
+        memset(two, 0, sizeof two);
+        envmapi_float4_add(two, w[12], envmapi_float4_at(values + 4 * i));
+        envmapi_float4_add(two + 1, w[13], envmapi_float4_at(values + 4 * i));
+        for (; a < end; ++a, ring += rings->row) {
+            envmapi_float16_add(envmapi_float16_at(ring), w[a], &four);
+            envmapi_float4_add(envmapi_float4_at(ring + 16), w[a], two);
+            envmapi_float4_add(envmapi_float4_at(ring + 20), w[a], two + 1);
+        }
     }
 }
 
@@ -3921,28 +3984,37 @@ ENVMAPI_INLINE void envmapi_legendre_step(envmapi_double8 *now, envmapi_double8 
     *before = *now, *now = next;
 }
 
-/* P_lm of 8 rings for l = m .. bands-1. sin^m begins as its logarithm: where it underflows, below
-   e^-700, P stays negligible up to l ~ 1000. Returns how many l, an even number, are below 1e-14 on
-   all 8 rings, or -1 when all are: less than the rounding of what is summed. Up to there P grows
-   with l and towards the equator.  Test: skipped_legendre_functions_are_negligible. */
-static int envmapi_legendre(double *P, const envmapi_rings *rings, int m, int first,
-                            const double *A, const double *B) {
-    int H = rings->M / 2, last = first + 8 < H ? 7 : H - 1 - first, skip = -1;
-    double x[8], start[8];
-    envmapi_double8 before, now;
-    for (int b = 0; b < 8; ++b) {
-        int j = first + b < H ? first + b : H - 1;
+/* P_lm of 2 blocks of 8 rings for l = m .. bands-1, which hide each other's latency: [block][l][8].
+   sin^m begins as its logarithm: where it underflows, below e^-700, P stays negligible up to
+   l ~ 1000. skip: of each block how many l, an even number, are below 1e-14 on all 8 rings, or -1
+   when all are: less than the rounding of what is summed. Up to there P grows with l and towards
+   the equator.  Test: skipped_legendre_functions_are_negligible. */
+static void envmapi_legendre(double *P, int skip[2], const envmapi_rings *rings, int m, int first,
+                             const double *A, const double *B) {
+    int H = rings->M / 2, last = H - 1 - first, next = 8 * (rings->bands - m);
+    int at[2] = {last < 7 ? last : 7, next + (last < 8 ? 0 : last < 15 ? last - 8 : 7)};
+    double x[16], start[16];
+    envmapi_double8 before[2], now[2];
+    for (int b = 0; b < 16; ++b) {
+        int j = b < last ? first + b : H - 1;
         double logarithm = rings->norms[m] + m * rings->log_sin[j];
-        start[b] = logarithm > -700 && first + b < H ? exp(logarithm) : 0;
+        start[b] = logarithm > -700 && b <= last ? exp(logarithm) : 0;
         x[b] = rings->x[j];
     }
-    now = *envmapi_double8_at(start), memset(&before, 0, sizeof before);
-    for (int l = m; start[last] > 0 && l < rings->bands; ++l, P += 8) {
-        *envmapi_double8_at(P) = now;
-        if (skip < 0 && fabs(P[last]) > 1e-14) skip = (l - m) & ~1;
-        envmapi_legendre_step(&now, &before, envmapi_double8_at(x), A[l + 1], B[l + 1]);
+    memcpy(now, start, sizeof now), memset(before, 0, sizeof before);
+    int count = start[last < 15 ? last : 15] > 0 ? rings->bands - m : 0;
+    for (int l = 0; l < count; ++l)
+        ENVMAPI_UNROLL for (int i = 0; i < 2; ++i) {
+            *envmapi_double8_at(P + 8 * l + i * next) = now[i];
+            envmapi_legendre_step(now + i, before + i, envmapi_double8_at(x + 8 * i),
+                                  A[m + l + 1], B[m + l + 1]);
+        }
+    for (int i = 0; i < 2; ++i) {
+        int l = 0;
+        for (int step = 16; step; step /= 4) /* 16, 4, 1 */
+            while (l + step <= count && !(fabs(P[8 * (l + step - 1) + at[i]]) > 1e-14)) l += step;
+        skip[i] = l < count ? l & ~1 : -1;
     }
-    return skip;
 }
 
 /* Coefficients of one m begin at [envmapi_triangle(m)], l = m .. bands-1, 8 numbers each: the real
@@ -3967,11 +4039,11 @@ static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int 
     memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
     envmapi_rings_solve(rings, F, m);
     memset(a, 0, (size_t)count * 8 * sizeof(double));
-    for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(P, rings, m, first, A, B);
+    for (int first = 0, skip[2]; first < H; first += 8, P += first & 8 ? 8 * count : -8 * count) {
+        if (!(first & 8)) envmapi_legendre(P, skip, rings, m, first, A, B);
         envmapi_double8 f[16];
         memcpy(f, F + 16 * first, sizeof f);
-        for (; l >= 0 && l < count; l += 2) {
+        for (int l = skip[first >> 3 & 1]; l >= 0 && l < count; l += 2) {
             envmapi_double8 even = *envmapi_double8_at(a + 8 * l), odd;
             const double *p = P + 8 * l, *q = l + 1 < count ? p + 8 : p;
             memset(&odd, 0, sizeof odd);
@@ -3985,15 +4057,16 @@ static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int 
     }
 }
 
-/* f(j) = sum_l a[l] P_l(j) for four rings, l = from, from + 2, ...: what fits into registers. */
-ENVMAPI_INLINE void envmapi_legendre_four(double *f, const double *a, const double *P, int from,
+/* f(j) = sum_l a[l] P_l(j), l = from, from + 2, ..., for so many rings as fit into registers. */
+enum { ENVMAPI_SUMS = ENVMAPI_REGISTER == 64 ? 8 : 4 };
+ENVMAPI_INLINE void envmapi_legendre_sums(double *f, const double *a, const double *P, int from,
                                           int count) {
-    envmapi_double8 sum[4];
+    envmapi_double8 sum[ENVMAPI_SUMS];
     memset(sum, 0, sizeof sum);
     for (int l = from; l < count; l += 2)
-        ENVMAPI_UNROLL for (int b = 0; b < 4; ++b)
+        ENVMAPI_UNROLL for (int b = 0; b < ENVMAPI_SUMS; ++b)
             envmapi_double8_add(sum + b, P[8 * l + b], envmapi_double8_at(a + 8 * l));
-    for (int b = 0; b < 4; ++b) *envmapi_double8_at(f + 16 * b) = sum[b];
+    for (int b = 0; b < ENVMAPI_SUMS; ++b) *envmapi_double8_at(f + 16 * b) = sum[b];
 }
 
 /* F(j) = sum_l lambda_l a[l] P_l(j). */
@@ -4001,16 +4074,16 @@ static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double
                                         const double *lambda, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
     double *F = envmapi_rings_F(rings, m), *A = work, *B = A + rings->bands + 1;
-    double *P = B + rings->bands + 1, *scaled = P + 8 * rings->bands;
+    double *P = B + rings->bands + 1, *scaled = P + 16 * rings->bands;
     envmapi_legendre_factors(A, B, m, rings->bands);
     for (int i = 0; i < 8 * count; ++i) scaled[i] = lambda[m + i / 8] * a[i];
-    for (int first = 0; first < H; first += 8) {
-        int l = envmapi_legendre(P, rings, m, first, A, B);
-        for (int part = 0; part < 4; ++part) { /* even and odd l - m, four rings and four more */
-            int odd = part & 1, b = 2 * (part & 2);
-            envmapi_legendre_four(F + 16 * (first + b) + 8 * odd, scaled, P + b,
-                                  l < 0 ? count : l + odd, count);
-        }
+    for (int first = 0, skip[2]; first < H; first += 8, P += first & 8 ? 8 * count : -8 * count) {
+        if (!(first & 8)) envmapi_legendre(P, skip, rings, m, first, A, B);
+        int l = skip[first >> 3 & 1];
+        for (int b = 0; b < 8; b += ENVMAPI_SUMS)
+            for (int odd = 0; odd < 2; ++odd) /* even and odd l - m */
+                envmapi_legendre_sums(F + 16 * (first + b) + 8 * odd, scaled, P + b,
+                                      l < 0 ? count : l + odd, count);
     }
     envmapi_rings_solve(rings, F, m);
 }
@@ -5944,14 +6017,14 @@ static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
     for (int c = 0; c < 3 && axis->level.texels; ++c) axis->sum[c] += k * (double)rgb[c];
 }
 
-/* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are `last` or more. */
+/* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are last .. first. */
 static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, size_t *i,
-                             size_t end, double last) {
+                             size_t end, double last, double first) {
     const envmapi_source *s = axis->source;
     int n = 0;
     for (; *i < end && n < 64; ++*i) {
         x[n] = axis->a[0] * s->x[*i] + axis->a[1] * s->y[*i] + axis->a[2] * s->z[*i];
-        seen[n] = *i, n += x[n] >= last;
+        seen[n] = *i, n += (x[n] >= last) & (x[n] <= first);
     }
     return n;
 }
@@ -5966,11 +6039,14 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
     double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
     double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
     double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
+    double first = envmapi_cosine(axis->from - margin - 1e-9);
+    double first_tile = envmapi_cosine(axis->from - margin - s->radius - 1e-6);
     size_t seen[64];
     for (size_t tile = 0; tile < s->tiles; ++tile) {
-        if (envmapi_dot(axis->a, s->centre[tile]) < last_tile) continue;
+        double middle = envmapi_dot(axis->a, s->centre[tile]);
+        if (middle < last_tile || middle > first_tile) continue; /* beyond a ring, or within */
         for (size_t next = s->first[tile]; next < s->first[tile + 1];) {
-            int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last);
+            int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last, first);
             envmapi_k_many(many, x, n, axis->lobe, axis->p); /* together: speed only */
             for (int j = 0; j < n; ++j) {
                 size_t i = seen[j];
@@ -6043,7 +6119,8 @@ static double envmapi_patch_curve(const envmapi_level *level, int i, double p) {
 
 /* Adds what lies between curve - 1 and curve, with so many nodes along p and q. The outer
    coordinate is the one along which the curves are flatter; its range is cut where a curve enters
-   or leaves the patch. */
+   or leaves the patch. On a sphere map the inner one is rim sin t, nodes lie along t, as directions
+   have a root at the rim that t has not. */
 static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, int curve,
                               const int nodes[2]) {
     const envmapi_level *level = &axis->level;
@@ -6062,10 +6139,13 @@ static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, in
         double low = fmax(patch->from[inner], envmapi_patch_curve(level, curve - 1, p[outer]));
         double high = fmin(patch->to[inner], envmapi_patch_curve(level, curve, p[outer]));
         if (!(from < to && low < high)) continue;
+        double rim = level->mapping == ENVMAP_SPHERE ? envmapi_patch_curve(level, 0, p[outer]) : 0;
+        if (rim > 0) low = asin(low / rim), high = asin(fmin(high / rim, 1));
         for (int j = 0; j < nodes[inner]; ++j) {
             const double *h = axis->gauss[nodes[inner]][j];
             double weight = unit * g[1] * h[1] * (to - from) * (high - low) / 4;
             p[inner] = (low + high + h[0] * (high - low)) / 2;
+            if (rim > 0) weight *= rim * cos(p[inner]), p[inner] = rim * sin(p[inner]);
             envmapi_patch_node(axis, patch, p[0], p[1], weight);
         }
     }
@@ -6241,7 +6321,7 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
     double texels = 3 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
-    double most = fmax(texels, 2 * axis->level.width);
+    double most = fmax(texels, 4 * axis->level.width);
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
         ring.a[j] = cos(theta) * axis->a[j];
@@ -6342,7 +6422,7 @@ static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, dou
     memset(&points, 0, sizeof points), memset(cap, 0, sizeof *cap);
     axis.points = &points, axis.kink_count = 0, axis.from = axis.a[0] = axis.a[1] = 0;
     axis.a[2] = axis.level.mapping == ENVMAP_SPHERE ? -1 : 1;
-    axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
+    axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     axis.to = axis.sight = ENVMAPI_PI;
     if (of->lobe->kind == ENVMAP_LOBE_GGX && axis.sigma < axis.texel / 2) axis.sigma = axis.texel;
     if (of->lobe->kind >= ENVMAP_LOBE_FUNCTION) axis.sigma /= 2; /* may have kinks anywhere */
@@ -7060,7 +7140,8 @@ typedef struct envmapi_near_tile {
 typedef struct envmapi_near_knots {
     int ready, x, y, width, height, plane; /* plane: K is that of the face's plane */
     int part, row, step[2];                /* texels from axis to axis of a row */
-    float *K;
+    int folded;                            /* the row of axes that `line` is for */
+    float *K, *line;
 } envmapi_near_knots;
 
 /* K^(1/4) of a cell, whose axes lie between the centres of rows `row` and row + 1 of a lat-long, at
@@ -7132,7 +7213,7 @@ typedef struct envmapi_window {
     envmapi_knot *u, *v;                                  /* [room] */
     float *place, *apart;                                 /* [room] of u: what _sines asks of it */
     float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
-    float *K, *own; /* [height][width][axes]; of an axis, between knots */
+    float *K, *own, *strip; /* [height][width][axes]; of an axis, between knots; as K, of a part */
     double *light;  /* [all] of an axis */
     envmapi_near_knots knots[2], lines[2][2]; /* within R, and within R_bright; of a row: on
                                                  another face, and on its own */
@@ -7159,13 +7240,14 @@ static double envmapi_near_reach(const envmapi_near *s, double R, int texels) {
 
 static void envmapi_near_aim(envmapi_window *w, const envmapi_near *s,
                              const envmapi_near_axes *axes) {
-    const double *middle = w->axes[axes->count / 2];
+    const double *middle = w->axes[axes->count / 2], *far_off = middle;
     for (int n = 0; n < axes->count; ++n)
         envmapi_texel_direction(w->axes[n], s->dst.mapping, axes[n].face, s->dst.size, axes[n].x,
                                 axes[n].y);
-    memcpy(w->middle, middle, sizeof w->middle), w->spread = 0;
     for (int n = 0; n < axes->count; ++n)
-        w->spread = fmax(w->spread, 1.01 * envmapi_angle(w->axes[n], middle));
+        if (envmapi_dot(w->axes[n], middle) < envmapi_dot(far_off, middle)) far_off = w->axes[n];
+    memcpy(w->middle, middle, sizeof w->middle);
+    w->spread = 1.01 * envmapi_angle(far_off, middle);
 }
 
 /* The window of the axes on such a part; 0 where they see nothing of it. */
@@ -7389,6 +7471,11 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     if (!envmapi_window_box(box, level->mapping, w->part, w->a, R,
                             envmapi_near_border(w, s, texels)))
         return;
+    for (int i = 0; i < 2 && level->mapping == ENVMAP_CUBE; ++i) { /* what is open only */
+        int first = i ? w->y : w->x, count = i ? w->height : w->width;
+        box[i][0] = fmax(box[i][0], (first - 0.5) / level->edge);
+        box[i][1] = fmin(box[i][1], (first + count + 0.5) / level->edge);
+    }
     int count = w->tied ? w->tied : envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
     if (!count || !lines) return;
@@ -7470,8 +7557,8 @@ static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int ax
      in     a tile of axes, the open window of some       out    K of these
    Two cubes' texels lie alike about all axes of a face, if one's edge is a multiple of the other's:
    there K of a texel so many texels from the axis changes slowly from axis to axis. It is summed
-   for 4 x 4 axes of a tile. Beside an edge it changes slowly along the edge only, on both faces: it
-   is summed for 4 axes of each row.
+   for 4 x 4 axes of a tile. On the face beyond an edge, and in two rows beside it where the
+   integral ends, it changes slowly along the edge only: it is summed for 4 axes of each row.
    For a lat-long K is a function of the axis' latitude, the texel's row and the difference of their
    longitudes. It is summed at knots of both, for all axes between the centres of two rows, which
    are a cell; of its fourth root, as the root of a Gaussian is one twice as wide.
@@ -7530,6 +7617,8 @@ static void envmapi_near_tie(envmapi_window *w, const envmapi_near *s,
         below = y + w->height > below ? y + w->height : below;
     }
     knots->width = right - knots->x, knots->height = below - knots->y;
+    if (!knots->plane && knots->part == tile->face)
+        knots->y = 2 * knots->row < s->dst.size ? -1 : s->axis.level.edge - 1, knots->height = 2;
     size_t area = (size_t)(knots->width * knots->height);
     knots->ready = open >= 0 && area <= s->area ? 1 : -1;
     for (int k = 0; k < count && knots->ready > 0; ++k) {
@@ -7553,9 +7642,11 @@ static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
     int width = knots->width, height = knots->height, area = width * height;
     int edge = s->axis.level.edge, roots = s->axis.level.mapping == ENVMAP_LATLONG;
     int left = 0, right = w->width, top = 0, bottom = w->height; /* of the window */
+    int cut = s->axis.bilinear > 0; /* beside an edge: _beside adds these */
     if (knots->plane) {
-        left = w->x < 0 ? -w->x : 0, right = right < edge - w->x ? right : edge - w->x;
-        top = w->y < 0 ? -w->y : 0, bottom = bottom < edge - w->y ? bottom : edge - w->y;
+        left = w->x < 0 ? cut - w->x : 0, top = w->y < 0 ? cut - w->y : 0;
+        right = w->x + right > edge ? edge - cut - w->x : right;
+        bottom = w->y + bottom > edge ? edge - cut - w->y : bottom;
     }
     int from = top > y ? top - y : 0, count = bottom - y < height ? bottom - y : height;
     count = (count - from) * width, K += from * width;
@@ -7576,17 +7667,23 @@ static void envmapi_near_mix(envmapi_window *w, const envmapi_near *s, int n,
         }
 }
 
-/* K of axes between knots, by Lagrange's cubic polynomials: to the open window. */
+/* Adds K of axes between knots, by Lagrange's cubic polynomials, to the open window. Of a tile's
+   knots those of a row of axes come first, as all of the row share them. */
 static void envmapi_near_between(envmapi_window *w, const envmapi_near *s,
                                  const envmapi_near_tile *tile, const envmapi_near_axes *axes,
-                                 const envmapi_near_knots *knots) {
+                                 envmapi_near_knots *knots) {
     static const float one[4] = {1};
-    const float *down = knots->plane ? s->between[axes->y - tile->y] : one;
+    const float *down = s->between[axes->y - tile->y], *K = knots->plane ? knots->line : knots->K;
     int y = knots->y + (knots->plane ? s->ratio * axes->y : 0) - w->y;
-    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
+    int count = 4 * knots->width * knots->height;
+    if (knots->plane && knots->folded != axes->y) {
+        const float *a = knots->K, *b = a + count, *c = b + count, *d = c + count;
+        for (int i = 0; i < count; ++i)
+            knots->line[i] = down[0] * a[i] + down[1] * b[i] + down[2] * c[i] + down[3] * d[i];
+        knots->folded = axes->y;
+    }
     for (int n = 0; n < axes->count; ++n)
-        envmapi_near_mix(w, s, n, knots, knots->K, 4, knots->plane ? 4 : 1,
-                         s->between[axes->x + n - tile->x], down,
+        envmapi_near_mix(w, s, n, knots, K, 4, 1, s->between[axes->x + n - tile->x], one,
                          knots->x + knots->step[0] * (axes->x + n) - w->x,
                          y + knots->step[1] * (axes->x + n));
 }
@@ -7721,19 +7818,16 @@ static void envmapi_near_cell_add(envmapi_window *w, const envmapi_near *s, int 
                      shift < 0 ? shift + wide : shift, cell->knots.y - w->y);
 }
 
-/* The knots for the open window: a tile's on the axes' own face, but where the integral ends at its
-   edges, and a row's elsewhere. Opens the window again. */
+/* The knots of a tile, or of the row, for the open window; opens it again. */
 static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_near *s,
                                              const envmapi_near_tile *tile,
-                                             const envmapi_near_axes *axes, int outer) {
-    const envmapi_level *level = &s->axis.level;
-    int own = w->part == axes->face, part = w->part;
-    int inside = w->x >= 0 && w->y >= 0 && w->x + w->width <= level->width &&
-                 w->y + w->height <= level->edge;
-    int plane = own && (inside || !(s->axis.bilinear > 0));
-    envmapi_near_knots *knots = plane ? w->knots + outer : w->lines[outer] + own;
+                                             const envmapi_near_axes *axes, int outer, int plane) {
+    int part = w->part;
+    envmapi_near_knots *knots =
+        plane ? w->knots + outer : w->lines[outer] + (part == axes->face);
     if (knots->ready && (plane || (knots->row == axes->y && knots->part == part))) return knots;
     knots->part = part, knots->row = axes->y, knots->plane = plane, knots->ready = -1;
+    knots->folded = -1;
     if (!envmapi_near_steps(knots->step, s, part, axes)) return knots;
     double R = w->R;
     envmapi_near_tie(w, s, tile, knots, R);
@@ -7742,20 +7836,48 @@ static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_ne
     return knots;
 }
 
-/* K of some axes in the open window. */
+/* Adds K of some axes in a part of the open window. */
+static void envmapi_near_strip(envmapi_window *w, const envmapi_near *s, int axes, int x, int y,
+                               int width, int height) {
+    const int open[4] = {w->x, w->y, w->width, w->height};
+    float *out = w->K, *to = out + ((y - w->y) * w->width + x - w->x) * ENVMAPI_NEAR_AXES;
+    w->x = x, w->y = y, w->width = width, w->height = height, w->K = w->strip;
+    envmapi_near_kernel(w, s, axes);
+    w->x = open[0], w->y = open[1], w->width = open[2], w->height = open[3], w->K = out;
+    for (int i = 0; i < width * height * ENVMAPI_NEAR_AXES; ++i)
+        to[i + i / (width * ENVMAPI_NEAR_AXES) * (w->width - width) * ENVMAPI_NEAR_AXES] +=
+            w->strip[i];
+}
+
+/* K of some axes in the open window: between a tile's knots on the axes' own face, between a row's
+   elsewhere. Where the integral over the own face ends, K of two rows or columns is another: it
+   lies between a row's knots, or is that of each axis. */
 static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
                                const envmapi_near_tile *tile, const envmapi_near_axes *axes,
                                int outer) {
-    if (w->cells[0].knots.ready && (s->part_count < 2 || w->cells[1].knots.ready)) {
-        memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
-        for (int i = 0; i < s->part_count * axes->count; ++i)
-            envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
+    int edge = s->axis.level.edge, own = w->part == axes->face, cells = w->cells[0].knots.ready;
+    int ends = own && s->axis.bilinear > 0, top = ends && w->y < 0, left = ends && w->x < 0;
+    int bottom = ends && w->y + w->height > edge, right = ends && w->x + w->width > edge;
+    int from = top ? 1 : w->y, rows = (bottom ? edge - 1 : w->y + w->height) - from;
+    envmapi_near_knots *knots = NULL, *strip = NULL;
+    cells = cells && (s->part_count < 2 || w->cells[1].knots.ready);
+    if (s->ratio) knots = envmapi_near_tied(w, s, tile, axes, outer, own);
+    if (!cells && (!knots || knots->ready < 0)) {
+        envmapi_near_kernel(w, s, axes->count);
         return;
     }
-    const envmapi_near_knots *knots =
-        s->ratio ? envmapi_near_tied(w, s, tile, axes, outer) : NULL;
-    if (knots && knots->ready > 0) envmapi_near_between(w, s, tile, axes, knots);
-    else envmapi_near_kernel(w, s, axes->count);
+    if (!cells && (top || bottom) && !left && !right)
+        strip = envmapi_near_tied(w, s, tile, axes, outer, 0);
+    memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof *w->K);
+    for (int i = 0; i < s->part_count * axes->count && cells; ++i)
+        envmapi_near_cell_add(w, s, i % axes->count, w->cells + i / axes->count);
+    if (cells) return;
+    envmapi_near_between(w, s, tile, axes, knots);
+    if (strip && strip->ready > 0) envmapi_near_between(w, s, tile, axes, strip);
+    else if (top || bottom)
+        envmapi_near_strip(w, s, axes->count, w->x, top ? -1 : edge - 1, w->width, 2);
+    if (left) envmapi_near_strip(w, s, axes->count, -1, from, 2, rows);
+    if (right) envmapi_near_strip(w, s, axes->count, edge - 1, from, 2, rows);
 }
 
 /* ------------------------------------------------------------------------------------- >>near --
@@ -7889,9 +8011,11 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
             const float *block = s->blocks + 16 * ((size_t)g * s->count + at);
             envmapi_float16 sums[F];
             memset(sums, 0, sizeof sums);
-            for (const float *each = k + from * N; each < k + to * N; each += N, block += 16)
+            for (const float *each = k + from * N; each < k + to * N; each += N, block += 16) {
+                ENVMAPI_PREFETCH(block + 16 * (row[y].to - row[y].from)); /* the next row's */
                 ENVMAPI_UNROLL for (int n = 0; n < F; ++n)
                     envmapi_float16_add(sums + n, each[n], envmapi_float16_at(block));
+            }
             for (int n = 0; n < F; ++n)
                 envmapi_float16_add(envmapi_float16_at(w->sums[g][four + n]), 1, sums + n);
         }
@@ -8010,6 +8134,8 @@ static void envmapi_task_near(void *context, int task) {
     w->knots[1].K = w->knots[0].K + s->area * 16, w->knot = 0;
     for (size_t i = 0; i < 4; ++i)
         w->lines[i / 2][i % 2].K = w->knots[1].K + s->area * (16 + 4 * i);
+    w->knots[0].line = w->knots[1].K + s->area * 32;
+    w->knots[1].line = w->knots[0].line + s->area * 4, w->strip = w->knots[1].line + s->area * 4;
     memset(w->cells, 0, sizeof w->cells), w->tied = 0, w->outside[3] = 0;
     float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
     w->own = end -= s->own;
@@ -8032,13 +8158,24 @@ static void envmapi_task_near(void *context, int task) {
     }
 }
 
-/* The first of the texels that turns take to each other does the work for all of them. */
-static int envmapi_near_first(const envmapi_near *s, int face, int x, int y) {
-    size_t own = envmapi_turned(&s->dst, s->turns[0].dst + face, x, y);
-    for (int t = 1; t < s->turn_count; ++t) {
+/* The first of the texels that turns take to each other does the work for all of them. The turns
+   that keep a face; 0 where one takes it to an earlier one. */
+static int envmapi_near_keep(const envmapi_place *kept[48], const envmapi_near *s, int face) {
+    int count = 0;
+    for (int t = 0; t < s->turn_count; ++t) {
         const envmapi_place *to = s->turns[t].dst + face;
         if (to->face < face) return 0;
-        if (to->face == face && envmapi_turned(&s->dst, to, x, y) < own) return 0;
+        if (to->face == face) kept[count++] = to;
+    }
+    return count;
+}
+
+static int envmapi_near_first(const envmap *dst, const envmapi_place *const *kept, int count, int x,
+                              int y) {
+    size_t own = envmapi_turned(dst, kept[0], x, y); /* the first turn is none */
+    for (int t = 1; t < count; ++t) {
+        int row = kept[t]->y0 + kept[t]->yx * x + kept[t]->yy * y;
+        if (row < y || (row == y && envmapi_turned(dst, kept[t], x, y) < own)) return 0;
     }
     return 1;
 }
@@ -8102,14 +8239,16 @@ static envmap_result envmapi_near_parts(envmapi_near *s, double tolerance, envma
 /* The axes of a tile that are summed, side by side as far as they see the same. */
 static void envmapi_near_line(envmapi_window *w, envmapi_near *s, envmapi_near_tile *tile,
                               int *count, int most) {
+    const envmapi_place *kept[48];
     int width = envmapi_width(s->dst.mapping, s->dst.size);
-    int end = tile->x + s->tile < width ? tile->x + s->tile : width;
+    int keeps = envmapi_near_keep(kept, s, tile->face);
+    int end = keeps ? tile->x + s->tile < width ? tile->x + s->tile : width : 0;
     tile->first = *count;
     for (int y = tile->y; y < tile->y + s->tile && y < s->dst.size; ++y)
         for (int x = tile->x; x < end; ++x) {
             envmapi_near_axes *axes = s->axes + *count;
             int n = 0;
-            for (; n < most && x < end && envmapi_near_first(s, tile->face, x, y); ++n, ++x)
+            for (; n < most && x < end && envmapi_near_first(&s->dst, kept, keeps, x, y); ++n, ++x)
                 axes[n].face = tile->face, axes[n].x = x, axes[n].y = y;
             axes->count = n, *count += n;
             if (n) envmapi_near_needs(w, s, axes), --x;
@@ -8127,16 +8266,19 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
     int *first = (int *)envmapi_pool_get(pool, (size_t)(bins * (level->edge + 1)), sizeof *first);
     if (!found || !first) return ENVMAP_ERROR_MEMORY;
     memset(first, -1, (size_t)(bins * (level->edge + 1)) * sizeof *first);
-    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size; ++i)
-        for (int x = 0; x < width; ++x) {
+    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size; ++i) {
+        const envmapi_place *kept[48];
+        int keeps = envmapi_near_keep(kept, s, i / dst->size);
+        for (int x = 0; x < width && keeps; ++x) {
             envmapi_near_axes axis = {i / dst->size, x, i % dst->size, 0};
-            if (!envmapi_near_first(s, axis.face, x, axis.y)) continue;
+            if (!envmapi_near_first(dst, kept, keeps, x, axis.y)) continue;
             double a[3], uv[2];
             envmapi_texel_direction(a, dst->mapping, axis.face, dst->size, x, axis.y);
             envmapi_project(uv, ENVMAP_LATLONG, 0, a);
             int *bin = first + (int)(uv[1] * level->edge + 0.5) * bins + (int)(uv[0] * (bins - 1));
             axis.count = *bin, found[count] = axis, *bin = count++; /* count: the next in a bin */
         }
+    }
     count = 0;
     for (int row = 0; row <= level->edge; ++row) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
@@ -8189,11 +8331,9 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     if (cells && envmapi_near_cells(w, s, room, pool)) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < faces * across * down && !cells; ++i) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
-        int face = i / (across * down), first = 1;
-        for (int t = 0; t < s->turn_count; ++t) first &= s->turns[t].dst[face].face >= face;
-        tile->face = face, tile->x = i % across * s->tile;
+        tile->face = i / (across * down), tile->x = i % across * s->tile;
         tile->y = i / across % down * s->tile;
-        if (first) envmapi_near_line(w, s, tile, &count, most), s->tile_count += tile->count > 0;
+        envmapi_near_line(w, s, tile, &count, most), s->tile_count += tile->count > 0;
     }
     for (int i = 0; i < rows; ++i)
         s->rows[i].first = s->count, s->count += (size_t)(s->rows[i].to - s->rows[i].from);
@@ -8316,7 +8456,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) s->piece /= 2; /* may have kinks anywhere */
     /* and where they are known, what a piece across one misses falls as the square of its length */
     if (s->axis.lobe->kind == ENVMAP_LOBE_FUNCTION && s->axis.kink_count)
-        s->piece *= fmin(pow(tolerance * 1e4, 0.4), 1);
+        s->piece *= fmin(pow(tolerance * 2e3, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     int serves = envmapi_near_serves(s);
@@ -8349,7 +8489,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (!*served) return ENVMAP_OK;
     /* two have the second moment of four, and lose tent^4 */
     if (s->all && pow(s->axis.tent, 4) < tolerance) s->axis.places = 2;
-    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 8), 1);
+    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     s->turns = (envmapi_turn *)envmapi_pool_get(pool, 49, sizeof(envmapi_turn));
     s->images = (envmapi_images(*)[6])envmapi_pool_get(pool, 3, sizeof *s->images);
     if (!s->turns || !s->images ||
@@ -8358,7 +8498,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->turn_count = envmapi_turns(s->turns, &s->dst, src);
     for (int t = 0; t < s->turn_count; t += 16)
         envmapi_images_of(s->images[t / 16], &s->dst, s->turns + t, s->turn_count - t, 1);
-    s->room = 6 * (size_t)level->width + 1024;
+    s->room = 6 * (size_t)level->width + (size_t)(1024 / fmin(s->piece, 1));
     envmapi_near_tiles(s, src, tolerance);
     memset(s->poles, 0, sizeof s->poles);
     for (int i = 0; i < 2 * level->width && src->mapping == ENVMAP_LATLONG; ++i)
@@ -8377,7 +8517,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->tasks = envmapi_tasks(&desc->work);
     s->bytes = sizeof(envmapi_window) + s->room * (2 * sizeof(envmapi_knot) + 4 * sizeof(float));
     s->bytes += s->all * sizeof(double);
-    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 48 : 0)) + 2 * s->room;
+    size_t kernels = s->area * (size_t)(ENVMAPI_NEAR_AXES + (s->ratio ? 64 : 0)) + 2 * s->room;
     if (s->ratio) s->own = s->area;
     for (int i = 0; i < s->part_count; ++i) kernels += s->parts[i].cell;
     kernels += s->own;
@@ -8624,9 +8764,10 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
 static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
     int last = s->scales - 1;
     double mean[4] = {0, 0, 0, 0};
-    for (size_t b = 0; b < 4 * s->blocks[0].count; ++b) mean[b % 4] += (double)sums[b];
-    for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = 0; i < last; ++i) envmapi_scene_halve(s, sums, i);
+    for (size_t b = 0; b < 4 * s->blocks[last].count; ++b)
+        mean[b % 4] += (double)sums[s->blocks[last].at + b];
+    for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = last; i >= 0; --i) {
         double most = off;
         double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
@@ -8854,12 +8995,14 @@ typedef struct envmapi_sight {
     double (*d)[3], *squares;
     float (*values)[3 + ENVMAPI_SCALES];
     unsigned char angle[1026];
+    int first; /* histograms are to be cleared */
 } envmapi_sight;
 
 /* Task: what an axis sees. */
 static void envmapi_task_see(void *context, int a) {
     const envmapi_sight *t = (const envmapi_sight *)context;
     envmapi_histogram *to = t->histograms + a;
+    if (t->first) memset(to->seen, 0, sizeof to->seen);
     for (size_t b = 0; b < t->count; ++b) {
         float *seen = to->seen[t->angle[(int)(512.5 - 512 * envmapi_dot(to->axis, t->d[b]))]];
         envmapi_float16_add(envmapi_float16_at(seen), 1, envmapi_float16_at(t->values[b]));
@@ -8871,7 +9014,8 @@ static void envmapi_task_see(void *context, int a) {
 static void envmapi_histograms_add(envmapi_sight *t, envmapi_scene *s, const float *rest, int from,
                                    int j, const envmap_work *work) {
     const float *sums = s->sums + s->blocks[j].at;
-    size_t count = t->count = s->blocks[j].count;
+    size_t count = t->count = s->strongest > 0 ? s->blocks[j].count : 0;
+    t->first = !from;
     memset(t->squares, 0, (size_t)(j - from + 1) * count * sizeof *t->squares);
     memset(t->values, 0, count * sizeof *t->values);
     for (int i = from; i <= j && s->detail; ++i) {
@@ -8908,13 +9052,12 @@ static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, co
         double part = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
         t.angle[i] = (unsigned char)fmin(sqrt(part) * ENVMAPI_ANGLES, ENVMAPI_ANGLES - 1);
     }
-    memset(s->histograms, 0, (size_t)s->axes * sizeof *s->histograms);
     for (int a = 0; a < s->round; ++a)
         envmapi_texel_direction(s->histograms[a].axis, ENVMAP_CUBE, a / edge / edge, edge, a % edge,
                                 a / edge % edge);
     for (int i = 0; i < s->axes - s->round; ++i)
         envmapi_block_direction(s->histograms[s->round + i].axis, s, i, s->scale[i].spot);
-    for (int from = 0; s->strongest > 0 && j < s->scales && (s->detail || !from); from = ++j)
+    for (int from = 0; j < s->scales && (s->detail || !from); from = ++j)
         envmapi_histograms_add(&t, s, rest, from, j, work);
     return ENVMAP_OK;
 }
@@ -9016,7 +9159,7 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
 #define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
 #define ENVMAPI_APART   15.0 /* over bands, rad: length of the pieces that points stand for */
-#define ENVMAPI_SHARP   2.2 /* texels: near sums are quicker below, between cubes; speed only */
+#define ENVMAPI_SHARP   2.35 /* texels: near sums are quicker below, between cubes; speed only */
 #define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
@@ -9063,7 +9206,7 @@ typedef struct envmapi_spec {
     double midpoint;  /* side^2/24 of a texel's side: what its midpoint loses, over the curvature */
     const envmapi_scene *scene; /* that it is being fitted to, slice by slice, as this work says */
     const envmap_work *work;
-    int points; /* of these, which stand for the definition's sum; dark is known */
+    int points; /* texels of a source whose points stand for the definition's sum; dark is known */
 } envmapi_spec;
 
 /* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
@@ -9209,9 +9352,12 @@ static int envmapi_slice_rms(const envmapi_slice *slice, const envmapi_spec *spe
     return error <= pow(spec->tolerance * part / spec->part, 2) * result;
 }
 
-/* kappa^2 for the rms, of light or of solid angles. */
-static double envmapi_slice_contrast(const envmapi_scene *s, int l) {
-    return pow(fmax(envmapi_contrast_at(s, l).kappa, envmapi_solid_contrast(s, l)), 2);
+/* kappa^2 for the rms, of light or of solid angles; and of n points at their lattice's waves, which
+   are as many lights of their own.  Test: works_that_broke_hold, of tests/test_search.c. */
+static double envmapi_slice_contrast(const envmapi_spec *spec, const envmapi_scene *s, int l) {
+    double c = fmax(envmapi_contrast_at(s, l).kappa, envmapi_solid_contrast(s, l));
+    double n = spec->points;
+    return fmax(c * c, n > 0 && l > sqrt(n) ? pow(8 * spec->midpoint, 2) / n : 0);
 }
 
 /* The fewest bands that keep the bounds, or only the one on rms. Those on texels are tried at every
@@ -9220,10 +9366,10 @@ static double envmapi_slice_contrast(const envmapi_scene *s, int l) {
 static int envmapi_slice_bands(const envmapi_slice *slice, const envmapi_spec *spec,
                                const envmapi_scene *s, int texels) {
     int L = spec->known;
-    double tail = slice->tail * envmapi_slice_contrast(s, L), lost[ENVMAPI_ANGLES];
+    double tail = slice->tail * envmapi_slice_contrast(spec, s, L), lost[ENVMAPI_ANGLES];
     envmapi_series series;
     for (; L > 1; --L) {
-        double c2 = envmapi_slice_contrast(s, L);
+        double c2 = envmapi_slice_contrast(spec, s, L);
         tail += c2 * (2 * L - 1) * slice->lambda[L - 1] * slice->lambda[L - 1];
         if (!envmapi_slice_rms(slice, spec, tail, c2, spec->tail ? 0.25 : 0.5)) break;
     }
@@ -9257,7 +9403,7 @@ static int envmapi_spacing_holds(void *user, int n) {
     const envmapi_spec *spec = test->spec;
     int middle = slice->L / 2 + 1;
     double h = test->widest * pow(0.96, n - 1), lost[ENVMAPI_ANGLES] = {0};
-    double c2 = fmax(envmapi_slice_contrast(test->scene, middle), 1e-4);
+    double c2 = fmax(envmapi_slice_contrast(spec, test->scene, middle), 1e-4);
     envmapi_series series;
     if (!envmapi_slice_rms(slice, spec, c2 * envmapi_slice_power(slice, slice->L, h), c2, 0.25))
         return 0;
@@ -9425,28 +9571,39 @@ typedef struct envmapi_scenes {
     envmapi_scene whole, unlit;
 } envmapi_scenes;
 
-/* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave. */
+/* Fits a spec to its scene. */
+static void envmapi_task_fit(void *context, int i) {
+    envmapi_spec *spec = (envmapi_spec *)context + i;
+    double most = spec->kinked ? ENVMAPI_FAST_BANDS : fmax(24, ENVMAPI_SMOOTH / spec->sigma);
+    if (!spec->kinked && (spec->tail || spec->lobe->kind == ENVMAP_LOBE_GGX))
+        most = fmin(most, ENVMAPI_HEAVY);
+    if (spec->scene) envmapi_spec_fit(spec, spec->scene, most);
+}
+
+/* Fits them all to a scene. Those whose bands end slowly are fitted to what its lights leave.
+   Several are tasks; one by itself has tasks. */
 static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_scenes *scenes,
                                        const envmap_work *work, envmapi_pool *pool) {
     int kinked = 0;
     double extent = envmapi_texel_extent(scenes->whole.in.map), sigma = ENVMAPI_PI;
     envmap_result result = ENVMAP_OK;
+    envmap_work serial, all = *work;
+    memset(&serial, 0, sizeof serial);
+    if (count == 1) all = serial;
+    for (envmapi_spec *spec = specs; spec < specs + count; ++spec)
+        spec->kinked = 0, spec->scene = &scenes->whole, spec->work = count > 1 ? &serial : work;
+    envmapi_run_all(&all, envmapi_task_fit, specs, count);
     for (envmapi_spec *spec = specs; spec < specs + count; ++spec) {
-        spec->kinked = 0, spec->work = work;
-        double most = fmax(24, ENVMAPI_SMOOTH / spec->sigma);
-        if (spec->tail || spec->lobe->kind == ENVMAP_LOBE_GGX) most = fmin(most, ENVMAPI_HEAVY);
-        spec->kinked = !envmapi_spec_fit(spec, &scenes->whole, most);
-        kinked += spec->kinked;
+        kinked += spec->kinked = !spec->L;
         if (spec->kinked) sigma = fmin(sigma, spec->sigma);
+        /* A kink sees the lattice of large texels. Test: a_lamp_anywhere_keeps_the_tolerance. */
+        spec->scene = spec->kinked && (extent < 0.05 || spec->tail) ? &scenes->unlit : NULL;
     }
     if (kinked && !scenes->unlit.lights) {
         scenes->unlit = scenes->whole;
         result = envmapi_scene_lights(&scenes->unlit, sigma, work, pool);
     }
-    for (envmapi_spec *spec = specs; spec < specs + count && !result; ++spec)
-        /* A kink sees the lattice of large texels. Test: a_lamp_anywhere_keeps_the_tolerance. */
-        if (spec->kinked && (extent < 0.05 || spec->tail))
-            envmapi_spec_fit(spec, &scenes->unlit, ENVMAPI_FAST_BANDS);
+    if (kinked && !result) envmapi_run_all(&all, envmapi_task_fit, specs, count);
     return result;
 }
 
@@ -9484,21 +9641,25 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_s
     return ENVMAP_OK;
 }
 
-/* dst(d) = src(-d) in a slice, where texels have texels opposite: not on sphere, angular and
-   octahedral maps. */
-static int envmapi_antipodes(const envmap *map, int dst, int src) {
+/* Where texels have texels opposite: not on sphere, angular and octahedral maps. */
+static int envmapi_has_antipodes(int mapping) {
+    return mapping == ENVMAP_CUBE || mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_LATLONG;
+}
+
+/* Task: dst(d) = src(-d), the slice at -p of that at p. */
+static void envmapi_task_antipodes(void *context, int k) {
+    const envmap *map = (const envmap *)context;
+    int other = map->slices - 1 - k, faces = envmap_faces(map->mapping);
     envmapi_place to[6];
-    int width = envmapi_width(map->mapping, map->size), faces = envmap_faces(map->mapping);
     for (int face = 0; face < faces; ++face)
-        if (!envmapi_turn_place(to + face, 7, map->mapping, map->size, face)) return 0;
-    const float *in = envmapi_image(map, 0, src, 0);
-    float *out = envmapi_image(map, 0, dst, 0);
-    for (int i = 0; i < faces * map->size; ++i) {
+        envmapi_turn_place(to + face, 7, map->mapping, map->size, face);
+    const float *in = envmapi_image(map, 0, k, 0);
+    float *out = envmapi_image(map, 0, other, 0);
+    for (int i = 0; i < faces * map->size && other > k; ++i) {
         const envmapi_place place = to[i / map->size];
-        for (int x = 0, y = i % map->size; x < width; ++x, in += 3)
+        for (int x = 0, y = i % map->size; x < envmapi_width(map->mapping, map->size); ++x, in += 3)
             memcpy(out + 3 * envmapi_turned(map, &place, x, y), in, 3 * sizeof *in);
     }
-    return 1;
 }
 
 /* Slice k of a result, at the slice's p or at -p, where lambda_l is (-1)^l times as much. */
@@ -9516,7 +9677,8 @@ static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec 
     return envmapi_fill_texels(t, work, ENVMAP_ERROR_LOBE);
 }
 
-/* A slice of a specification, and that at -p, as far as they are among first .. first+slices-1. */
+/* A slice of a specification, and that at -p, as far as they are among first .. first+slices-1. The
+   latter waits where it is made of the former. */
 static envmap_result envmapi_fast_pair(envmapi_transform *t, const envmapi_spec *spec, int row,
                                        int first, int slices, const envmap_work *work) {
     const envmap *dst = spec->dst;
@@ -9525,7 +9687,7 @@ static envmap_result envmapi_fast_pair(envmapi_transform *t, const envmapi_spec 
     int other = spec->mirrored ? dst->slices - 1 - row : k, here = k >= first && k < last;
     envmap_result result = here ? envmapi_fast_fill(t, spec, slice, k, 0, work) : ENVMAP_OK;
     if (result || other == k || other < first || other >= last) return result;
-    if (here && envmapi_antipodes(dst, other, k)) return ENVMAP_OK;
+    if (here && envmapi_has_antipodes(dst->mapping)) return ENVMAP_OK;
     return envmapi_fast_fill(t, spec, slice, other, 1, work);
 }
 
@@ -9578,6 +9740,9 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
         envmapi_pool_free(pool, kept);
         if (result) return result;
     }
+    envmap all = *dst;
+    if (spec->mirrored && slices == dst->slices && envmapi_has_antipodes(dst->mapping))
+        envmapi_run_all(&desc->work, envmapi_task_antipodes, &all, slices / 2);
     if (spec->slices == 1 && !spec->mirrored) envmapi_copy_slices(dst, first, slices);
     return ENVMAP_OK;
 }
@@ -9622,7 +9787,8 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
         const float *t = scene->in.texels + i;
         texel = fmin(texel, (double)fmaxf(fmaxf(t[0], t[1]), t[2]));
     }
-    spec.points = 1, spec.work = &desc->work, spec.midpoint = (1 - axis->bilinear) / 8;
+    spec.points = (int)(envmapi_slice_floats(src, 0) / 3), spec.work = &desc->work;
+    spec.midpoint = (1 - axis->bilinear) / 8;
     spec.dark = scene->all > 0 ? fmin(3 * texel * scene->solid / scene->all, 2) : 2;
     if (axis->bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis->texel;
     double most = sqrt(ENVMAPI_MIDDLE * (double)envmapi_slice_floats(dst, 0));
@@ -9630,7 +9796,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     result = envmapi_source_create(&source, src, slice, desc->work.memory);
     if (result) return result;
     source.texels = axis->level.texels = scene->in.texels, axis->source = &source;
-    axis->sigma = ENVMAPI_APART / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 12));
+    axis->sigma = ENVMAPI_APART / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 7));
     envmapi_axis_points(axis, points);
     if (points->count > ENVMAPI_MANY) {
         envmapi_source_free(&source, desc->work.memory);
@@ -9865,7 +10031,8 @@ static envmap_result envmapi_job_open(envmapi_job *job, const envmap *dst, const
         result = envmapi_job_spec(job, l);
     }
     if (!result && (job->fast < count || src->slices > 1) &&
-        !envmapi_radiance_ok(src, desc->method == ENVMAP_METHOD_REFERENCE))
+        !envmapi_scan_run(NULL, src->texels, (size_t)src->slices * envmapi_slice_floats(src, 0),
+                          desc->method == ENVMAP_METHOD_REFERENCE, &desc->work))
         result = ENVMAP_ERROR_RADIANCE;
     return result || !job->fast ? result : envmapi_job_look(job, 0);
 }
@@ -9929,13 +10096,14 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     for (int l = 0; l < job->count; ++l)
         job->views[l].texels =
             !l && first > dst->texels ? dst->texels : stage + (envmapi_image(dst, l, 0, 0) - first);
+    const envmap_work *work = &job->desc.work;
     envmap_result result = envmapi_job_run(job);
     /* a lobe that fails shows as NaN */
-    if (!result && !envmapi_floats_ok(stage, floats, 1)) result = ENVMAP_ERROR_LOBE;
-    if (!result && !direct) result = envmapi_tell(&job->desc.work.progress, 1);
+    if (!result && !envmapi_scan_run(NULL, stage, floats, 1, work)) result = ENVMAP_ERROR_LOBE;
+    if (!result && !direct) result = envmapi_tell(&work->progress, 1);
     job->desc.work.progress.report = NULL;
-    if (!result && job->late) result = envmap_resample(job->views, job->src, &job->desc.work);
-    if (!result) memcpy(first, stage, floats * sizeof(float));
+    if (!result && job->late) result = envmap_resample(job->views, job->src, work);
+    if (!result) envmapi_scan_run(first, stage, floats, 1, work);
     return result;
 }
 

@@ -100,11 +100,6 @@ static int known_kink_on_rows(const finding *f) {
                         fabs(integral);
 }
 
-/* Two or three units in the last place of a float. */
-static int known_last_bits(const finding *f) {
-    return is_accuracy(f) && f->w->tolerance < 3e-6 && f->w->dst_size <= 2 && f->value < 3;
-}
-
 static const struct known {
     const char *what, *named; /* where the work that mends it is described */
     int (*matches)(const finding *f);
@@ -117,7 +112,6 @@ static const struct known {
      known_banded_time},
     {"functions with a tip at an end take seconds", "found here", known_tip_time},
     {"rows of texels along the horizon", "right everywhere", known_kink_on_rows},
-    {"results of few texels at the rounding of floats", "found here", known_last_bits},
 };
 enum { KNOWN_COUNT = sizeof known / sizeof *known };
 

@@ -660,9 +660,9 @@ static void oracle_disc_circle(double sum[4], const oracle_filter *f, const orac
         double from = cuts[i], to = cuts[i + 1],
                nearest = from * to < 0 ? 0 : fmin(fabs(from), fabs(to));
         if (to > wide + 1e-15 || from < -wide - 1e-15 || !(to > from)) continue;
-        double arc = hypot(sin(t) * nearest, t - e->t), step = f->sigma / 2 / f->fine;
+        double arc = hypot(sin(t) * nearest, t - e->t), step = f->sigma / 2;
         if (oracle_falls(f)) step = fmax(step, arc / 5);
-        int parts = (int)ceil(fmin((to - from) * sin(t) / step, 1e4)) + ((to - from) > 0.5);
+        int parts = (int)ceil(fmin((to - from) * sin(t) / step * f->fine, 1e4)) + ((to - from) > 0.5);
         for (int k = 0; k < 4 * parts; ++k) {
             double half = (to - from) / parts / 2, phi = from + half * (1 + 2 * (k / 4) + x[k % 4]);
             oracle_disc_node(sum, rgb, f, e, t, e->phi + phi, weight * half * w[k % 4]);
@@ -692,9 +692,9 @@ static void oracle_disc_face(double sum[4], const oracle_filter *f, oracle_disc 
     for (int i = 0; i + 1 < count; ++i)
         for (double from = fmax(ends[i], low), to = fmin(ends[i + 1], high), next;
              from < to - 1e-14; from = next) {
-            double step = f->sigma / 2 / f->fine,
-                   away = from > e->t ? from - e->t : (e->t - from) / 5 * 4;
+            double step = f->sigma / 2, away = from > e->t ? from - e->t : (e->t - from) / 5 * 4;
             if (oracle_falls(f)) step = fmax(step, away / 4);
+            step /= f->fine;
             next = from + step * 1.01 < to ? from + step : to;
             for (int k = 0; k < 6; ++k)
                 oracle_disc_circle(sum, f, e, from + (next - from) / 2 * (1 + x[k]),

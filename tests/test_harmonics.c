@@ -392,16 +392,17 @@ static void legendre_functions_are_orthonormal_to_256_bands(void) {
     int bands = 256, H = 128, step = test_many(50) > 1 ? 1 : 40;
     double w[128], worst = 0;
     envmapi_rings rings = rings_of(2 * H, bands);
-    double *A = (double *)calloc((size_t)bands * 10 + 2 + (size_t)(bands * H), sizeof(double));
-    double *B = A + bands + 1, *P = B + bands + 1, *all = P + 8 * bands;
+    double *A = (double *)calloc((size_t)bands * 18 + 2 + (size_t)(bands * H), sizeof(double));
+    double *B = A + bands + 1, *P = B + bands + 1, *all = P + 16 * bands;
     northern_gauss(rings.x, rings.log_sin, w, H);
     for (int m = 0; m < bands; m += m < 8 ? 1 : 9 * step) {
         envmapi_legendre_factors(A, B, m, bands);
         memset(all, 0, (size_t)(bands * H) * sizeof(double));
-        for (int first = 0; first < H; first += 8) {
-            int skip = envmapi_legendre(P, &rings, m, first, A, B);
-            for (int l = m + skip; skip >= 0 && l < bands; ++l)
-                for (int b = 0; b < 8; ++b) all[l * H + first + b] = P[8 * (l - m) + b];
+        for (int first = 0, skip[2]; first < H; first += 16) {
+            envmapi_legendre(P, skip, &rings, m, first, A, B);
+            for (int b = 0; b < 16; ++b)
+                for (int l = m + skip[b / 8]; l >= m && l < bands; ++l)
+                    all[l * H + first + b] = P[8 * (b / 8 * (bands - m) + l - m) + b % 8];
         }
         for (int l = m; l < bands; ++l)
             for (int k = l; k < bands; k += 2) { /* of other parity: 0 by symmetry */
@@ -420,22 +421,24 @@ static void legendre_functions_are_orthonormal_to_256_bands(void) {
 static void legendre_functions_obey_the_addition_theorem_to_768_bands(void) {
     int bands = test_many(50) > 1 ? 768 : 96, M = envmapi_rings_size(bands + 2), H = M / 2;
     envmapi_rings rings = rings_of(M, bands);
-    double *A = (double *)calloc((size_t)bands * 18 + 2, sizeof(double));
-    double *B = A + bands + 1, *P = B + bands + 1, *sums = P + 8 * bands, worst = 0;
+    double *A = (double *)calloc((size_t)bands * 34 + 2, sizeof(double));
+    double *B = A + bands + 1, *P = B + bands + 1, *sums = P + 16 * bands, worst = 0;
     int finite = 1;
-    for (int first = 0; first < H; first += first < 16 ? 8 : 40) {
-        memset(sums, 0, (size_t)bands * 8 * sizeof(double));
+    for (int first = 0, skip[2]; first < H; first += first < 16 ? 16 : 48) {
+        memset(sums, 0, (size_t)bands * 16 * sizeof(double));
         for (int m = 0; m < bands; ++m) {
             envmapi_legendre_factors(A, B, m, bands);
-            int skip = envmapi_legendre(P, &rings, m, first, A, B);
-            for (int i = 8 * skip; skip >= 0 && i < 8 * (bands - m); ++i) {
-                finite &= envmapi_finite(P[i]);
-                sums[8 * m + i] += (m ? 2 : 1) * P[i] * P[i];
-            }
+            envmapi_legendre(P, skip, &rings, m, first, A, B);
+            for (int b = 0; b < 16; ++b)
+                for (int l = m + skip[b / 8]; l >= m && l < bands; ++l) {
+                    double p = P[8 * (b / 8 * (bands - m) + l - m) + b % 8];
+                    finite &= envmapi_finite(p);
+                    sums[16 * l + b] += (m ? 2 : 1) * p * p;
+                }
         }
         for (int l = 0; l < bands; ++l)
-            for (int b = 0; b < 8 && first + b < H; ++b)
-                worst = larger(worst, fabs(sums[8 * l + b] * 4 * PI / (2 * l + 1) - 1));
+            for (int b = 0; b < 16 && first + b < H; ++b)
+                worst = larger(worst, fabs(sums[16 * l + b] * 4 * PI / (2 * l + 1) - 1));
     }
     CHECK(finite);
     FIGURE("sum over m of P_lm^2, relative, to 768 bands", worst, 1e-10);
@@ -447,17 +450,21 @@ static void legendre_functions_obey_the_addition_theorem_to_768_bands(void) {
 static void skipped_legendre_functions_are_negligible(void) {
     int bands = 384, M = 432, skipped = 0, all = 0, wrong = 0;
     envmapi_rings rings = rings_of(M, bands);
-    double *A = (double *)calloc((size_t)bands * 10 + 2, sizeof(double));
+    double *A = (double *)calloc((size_t)bands * 18 + 2, sizeof(double));
     double *B = A + bands + 1, *P = B + bands + 1;
-    for (int first = 0; first < M / 2; first += 8)
+    for (int first = 0, skip[2]; first < M / 2; first += 16)
         for (int m = 0; m < bands; m += 3) {
             envmapi_legendre_factors(A, B, m, bands);
-            memset(P, 0, (size_t)(bands - m) * 8 * sizeof *P);
-            int skip = envmapi_legendre(P, &rings, m, first, A, B), begin = -1;
-            for (int i = 0; begin < 0 && i < 8 * (bands - m); ++i)
-                if (fabs(P[i]) > 1e-14) begin = i / 8;
-            wrong += skip != (begin < 0 ? -1 : begin / 2 * 2);
-            skipped += skip > 0, all += skip < 0;
+            memset(P, 0, (size_t)(bands - m) * 16 * sizeof *P);
+            envmapi_legendre(P, skip, &rings, m, first, A, B);
+            for (int block = 0; block < 2; ++block) {
+                int begin = -1;
+                const double *p = P + 8 * (bands - m) * block;
+                for (int i = 0; begin < 0 && i < 8 * (bands - m); ++i)
+                    if (fabs(p[i]) > 1e-14) begin = i / 8;
+                wrong += skip[block] != (begin < 0 ? -1 : begin / 2 * 2);
+                skipped += skip[block] > 0, all += skip[block] < 0;
+            }
         }
     CHECK(wrong == 0);
     printf("    begun later: %d, all skipped: %d\n", skipped, all);

@@ -226,6 +226,36 @@ static void axes_between_knots_agree_with_those_summed_one_by_one(void) {
     knots_agree_with_axes_summed_one_by_one(ENVMAP_CUBE);
 }
 
+/* The integral over a face ends at its edges: there two rows and columns are summed again. */
+static void lit_texels_beside_edges_reach_all_axes_that_see_them(void) {
+    static const int lit[][3] = {{2, 64, 0}, {1, 50, 1}, {0, 0, 0}, {4, 40, 127}, {5, 127, 70}};
+    static const float exponents[] = {5e3f, 2.5e4f, 2.5e5f};
+    envmap src, some, all;
+    double worst = 0;
+    memset(&src, 0, sizeof src), memset(&some, 0, sizeof some), memset(&all, 0, sizeof all);
+    CHECK(envmap_create(&src, ENVMAP_CUBE, 128, 1, 1) == ENVMAP_OK);
+    CHECK(envmap_create(&some, ENVMAP_CUBE, 128, 1, 1) == ENVMAP_OK);
+    CHECK(envmap_create(&all, ENVMAP_CUBE, 128, 1, 1) == ENVMAP_OK);
+    for (size_t t = 0; t < (size_t)6 * 128 * 128 * 3; ++t) src.texels[t] = 0.01f;
+    for (int i = 0; i < 5; ++i)
+        for (int c = 0; c < 3; ++c)
+            envmap_texel(&src, 0, 0, lit[i][0], lit[i][1], lit[i][2])[c] = 1e4f;
+    for (int i = 0; i < 3; ++i) {
+        envmap_lobe lobe = envmap_lobe_phong(exponents[i]);
+        envmap_difference off;
+        envmap_filter_desc desc;
+        memset(&desc, 0, sizeof desc);
+        desc.method = ENVMAP_METHOD_FAST, desc.tolerance = 1e-3f;
+        CHECK(!envmap_filter(&some, &src, &lobe, &desc));
+        desc.tolerance = 9.9e-5f;
+        CHECK(!envmap_filter(&all, &src, &lobe, &desc));
+        CHECK(!envmap_compare(&off, &some, &all, 0));
+        worst = fmax(worst, off.worst);
+    }
+    FIGURE("the worst axis, in tolerances", worst * 1e3, 20);
+    envmap_free(&src), envmap_free(&some), envmap_free(&all);
+}
+
 /* Texels of a lat-long's row look alike from all axes of one latitude. */
 static void latitudes_between_knots_agree_with_axes_summed_one_by_one(void) {
     knots_agree_with_axes_summed_one_by_one(ENVMAP_LATLONG);
@@ -500,6 +530,7 @@ int main(void) {
     RUN(heavy_tails_keep_the_tolerance);
     RUN(a_lit_texel_some_texels_away_keeps_the_tolerance);
     RUN(axes_between_knots_agree_with_those_summed_one_by_one);
+    RUN(lit_texels_beside_edges_reach_all_axes_that_see_them);
     RUN(latitudes_between_knots_agree_with_axes_summed_one_by_one);
     RUN(tight_tolerances_are_kept);
     RUN(one_lit_texel_keeps_the_tolerance_under_a_wide_tent);

@@ -176,7 +176,7 @@ static void warm(show *s) {
         if (s->app.frames >= WARM / 2) s->asked += s->filtered.asked;
     }
     printf("%s, %d threads; of %d frames, the last %d asked for memory %d times\n",
-           (const char *)gl.GetString(GL_RENDERER), s->st.threads, WARM, WARM / 2, s->asked);
+           (const char *)gl.GetString(GL_RENDERER), s->st.threads.threads, WARM, WARM / 2, s->asked);
     s->app.samples = samples;
 }
 

@@ -29,7 +29,7 @@ typedef struct stage {
     GLuint surface, behind; /* programs */
     float sh[28];           /* irradiance / pi, for surface.sh */
     float turn[9];          /* of the environment: world direction -> map */
-    int threads;
+    threads_pool threads;
     envmap_filter_desc desc; /* on all threads */
 } stage;
 
@@ -171,7 +171,7 @@ static inline int stage_open(stage *st, gl_app *app, int scene, int argc, char *
         for (k = 0; k < SCENE_COUNT; k++)
             if (!strcmp(argv[i], scene_name[k])) scene = k;
     }
-    st->threads = threads_here();
+    threads_begin(&st->threads, threads_here());
     st->desc.work.executor.run = threads_run, st->desc.work.executor.user = &st->threads;
     st->turn[0] = st->turn[4] = st->turn[8] = 1;
     st->surface = surface_program();
@@ -187,6 +187,7 @@ static inline void stage_sky(const stage *st, const gl_app *app, int sharp) {
 }
 
 static inline void stage_close(stage *st) {
+    threads_end(&st->threads);
     envmap_free(&st->environment);
     envmap_free(&st->cube);
     gl.DeleteTextures(1, &st->sky);

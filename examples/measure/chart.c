@@ -170,6 +170,7 @@ static const trial *trial_named(int method, const char *text) {
 
 #define PATIENCE 0.8 /* seconds; where a run takes longer, finer settings are not tried */
 static double patience = 3 * PATIENCE; /* where a run is given up */
+static threads_pool crew; /* of two */
 
 static int out_of_patience(void *user, float fraction) {
     (void)fraction;
@@ -197,7 +198,7 @@ static envmap_result run_trial(envmap *dst, const envmap *src, const envmap_lobe
         desc.tolerance = (float)t->knob, desc.threshold = (float)t->knob;
         if (t->method != REFERENCE)
             desc.work.progress.user = &start, desc.work.progress.report = out_of_patience;
-        if (threads > 1) desc.work.executor.user = &threads, desc.work.executor.run = threads_run;
+        if (threads > 1) desc.work.executor.user = &crew, desc.work.executor.run = threads_run;
         return envmap_filter(dst, src, lobe, &desc);
     }
     if (t->method == COEFFICIENTS) return run_coefficients(dst, src, lobe, (int)t->knob);
@@ -1023,6 +1024,7 @@ int main(int argc, char **argv) {
         fprintf(stderr, "usage: chart DIR [MAP.pfm]...\n");
         return 2;
     }
+    threads_begin(&crew, 2);
     load_scenes(argc - 2, argv + 2);
     csv = open_memstream(&rows, &bytes); /* a run that is stopped leaves the last one's file */
     if (!csv) measure_must(ENVMAP_ERROR_MEMORY, "the rows");
@@ -1053,5 +1055,6 @@ int main(int argc, char **argv) {
     free(rows);
     measure_document_free(&document);
     for (int i = 0; i < scenes; ++i) envmap_free(skies + i);
+    threads_end(&crew);
     return failed;
 }

@@ -152,7 +152,7 @@ static void add_image(truth *t, const envmap *map, const envmap_lobe *lobe, int 
 
 /* The truth of a work at some texels of map, which holds a result of it. */
 static void find_truth(truth *t, const envmap *map, const envmap *src, const work *w, int side) {
-    int threads = threads_here();
+    static threads_pool threads;
     t->count = 0;
     measure_list(&t->source, src);
     for (int l = 0; l < w->levels; ++l) {
@@ -162,7 +162,9 @@ static void find_truth(truth *t, const envmap *map, const envmap *src, const wor
             for (int face = 0; face < envmap_faces(map->mapping); ++face)
                 add_image(t, map, &lobe, l, slice, face, side);
     }
+    threads_begin(&threads, threads_here());
     threads_run(&threads, probe_task, t->probes, t->count);
+    threads_end(&threads);
     free(t->source.at);
 }
 

@@ -32,7 +32,7 @@ enum { GRID = 40, BALL = 120, SOURCE = 32, MOST = 17 };
 
 static envmap scene; /* a small cube of the terrace: eq. 1 sums all of it for every pixel */
 static envmap_filter_desc desc; /* threads */
-static int threads;
+static threads_pool threads;
 static measure_document document;
 static FILE *page; /* its only section */
 static float exposure = 0.52f;
@@ -602,7 +602,7 @@ int main(int argc, char **argv) {
         fprintf(stderr, "usage: materials DOCS\n");
         return 2;
     }
-    threads = threads_here();
+    threads_begin(&threads, threads_here());
     desc.work.executor.run = threads_run, desc.work.executor.user = &threads;
     page = measure_begin(&document, "tables");
     make_scene();
@@ -634,5 +634,6 @@ int main(int argc, char **argv) {
     snprintf(path, sizeof path, "%s/materials.md", argv[1]);
     measure_write(&document, path, "make materials");
     measure_document_free(&document);
+    threads_end(&threads);
     return 0;
 }

@@ -390,8 +390,9 @@ static void measure_family(FILE *out, const family *f, envmap_filter_desc *exact
 
 int main(int argc, char **argv) {
     static measure_document document;
-    int threads = threads_here();
+    static threads_pool threads;
     envmap_filter_desc exact = {0};
+    threads_begin(&threads, threads_here());
     exact.method = ENVMAP_METHOD_REFERENCE;
     exact.work.executor.run = threads_run, exact.work.executor.user = &threads;
     for (int i = 0; i < COUNT(families); ++i) {
@@ -411,5 +412,6 @@ int main(int argc, char **argv) {
         measure_write(&document, path, "make peers");
     }
     measure_document_free(&document);
+    threads_end(&threads);
     return 0;
 }

@@ -106,7 +106,7 @@ static inline int bake_one(const options *o, const char *input, const char *fold
     j->lobe = is_given(o, "--lobe") ? o->lobe : LOBE_GGX;
     j->o = o, j->preset = &bake_presets[o->engine], j->input = input, j->folder = folder;
     j->source = no_map, j->m = meter_start(o), j->started = seconds();
-    j->desc = describe(o, &j->threads, &j->m);
+    j->desc = describe(o, &j->m);
     j->desc.work.progress.user = j, j->desc.work.progress.report = bake_report;
     status = bake_load(j);
     bake_stage(j, BAKE_READING, 0.06f, 0.16f);

@@ -47,7 +47,7 @@ typedef struct bake_job {
     int light_count;
     envmap_cleaned cleaned;
     bake_file files[8];
-    int file_count, threads;
+    int file_count;
     meter m;
     float done, share; /* progress: of the stages before, and of this one */
     float verifying;   /* the part of the time that --verify takes: about 4 ns a texel and axis,
@@ -214,7 +214,7 @@ static inline envmap_result bake_table(bake_job *j) {
         j->table.texels[3 * i] = values[2 * i];
         j->table.texels[3 * i + 1] = values[2 * i + 1];
     }
-    if (!result && j->o->sheen) threads_run(&j->threads, bake_sheen, &j->table, BAKE_TABLE);
+    if (!result && j->o->sheen) threads_run(&workers, bake_sheen, &j->table, BAKE_TABLE);
     free(values);
     return result;
 }
@@ -433,7 +433,7 @@ static inline void bake_measure_level(bake_job *j, int level, bake_sums *sums, i
     double error = 0, all = 0;
     int i, c;
     bake_ask(sums, j, level, count);
-    threads_run(&j->threads, bake_add_up, sums, (count + BAKE_AXES - 1) / BAKE_AXES);
+    threads_run(&workers, bake_add_up, sums, (count + BAKE_AXES - 1) / BAKE_AXES);
     l->worst = 0;
     for (i = 0; i < count; i++) {
         double axis[3], want[3], most = 0;

@@ -185,7 +185,7 @@ static inline int bake_manifest(bake_job *j) {
                 "  \"seconds\": {\"reading\": %.3f, \"lights\": %.3f, \"specular\": %.3f, "
                 "\"diffuse\": %.3f, \"writing\": %.3f, \"measuring\": %.3f, \"threads\": %d}\n}\n",
                 j->seconds[0], j->seconds[1], j->seconds[2], j->seconds[3], j->seconds[4],
-                j->seconds[5], j->threads);
+                j->seconds[5], workers.threads);
     }
     error = write_close(&w);
     return error ? bake_wrong_file(j, error) : DONE;

@@ -29,9 +29,8 @@ static inline int create_output(envmap *dst, const envmap *src, const options *o
 
 /* in as the level 0 of out, with progress. */
 static inline int resample(envmap *out, const envmap *in, const options *o) {
-    int threads;
     meter m = meter_start(o);
-    envmap_filter_desc desc = describe(o, &threads, &m);
+    envmap_filter_desc desc = describe(o, &m);
     envmap_result result = envmap_resample(out, in, &desc.work);
     meter_stop(&m);
     return check(result, o->files[0]);
@@ -65,8 +64,8 @@ static inline int save_levels(const envmap *map, const char *prefix) {
 static inline int run_mips(const options *o) {
     envmap in, out = no_map;
     int kind = save_kind(o->files[1]), whole = kind >= SAVE_KTX2 && kind < SAVE_KINDS;
-    int threads, status;
-    envmap_filter_desc desc = describe(o, &threads, NULL);
+    int status;
+    envmap_filter_desc desc = describe(o, NULL);
     if (!whole && is_given(o, "--format"))
         return fail(USAGE_ERROR, "--format", "would do nothing here", "it goes with ktx2|ktx|dds");
     status = load(&in, o->files[0], o);

@@ -77,10 +77,10 @@ static int run_gallery(const options *o, envmap_result (*paint)(gallery *)) {
     gallery g = {0};
     envmap_result result;
     meter m = meter_start(o);
-    int threads, status = make_folder(o->files[0]);
+    int status = make_folder(o->files[0]);
     if (status) return status;
     g.folder = o->files[0];
-    g.desc = describe(o, &threads, &m);
+    g.desc = describe(o, &m);
     result = paint(&g);
     meter_stop(&m);
     return check(result, g.path);
@@ -200,6 +200,7 @@ int main(int argc, char **argv) {
     int status;
     system_start();
     status = run(argv + (argc > 0));
+    if (workers.threads) threads_end(&workers);
     if ((fflush(stdout) || ferror(stdout)) && status == DONE)
         status = fail(FILE_ERROR, "standard output", why_not(errno), NULL);
     return status;

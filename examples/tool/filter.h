@@ -32,12 +32,12 @@ static inline int plan_for(envmap_plan *needs, options *asked, const envmap *in,
     double alpha;
     envmap_lobe lobe = chosen_lobe(&alpha, o);
     envmap_filter_desc desc;
-    int threads, status;
+    int status;
     *asked = *o;
     if (asked->to < 0) asked->to = ENVMAP_CUBE;
     if (asked->slices == defaults.slices && o->lobe == LOBE_BANKS) asked->slices = 16;
     if (asked->slices == 1 && in->slices > 1) asked->slices = in->slices;
-    desc = describe(o, &threads, NULL);
+    desc = describe(o, NULL);
     desc.work.progress.report = NULL;
     shape.mapping = asked->to, shape.levels = 1, shape.slices = asked->slices;
     shape.size = o->size > 0 ? o->size : natural_size(in, asked->to);
@@ -201,7 +201,7 @@ static inline int filter_into(envmap *out, const envmap *in, const options *o) {
     envmap_filter_desc desc;
     envmap_result result;
     meter m = meter_start(o);
-    int threads, status = DONE;
+    int status = DONE;
     asked = *o;
     if (o->size < 0) status = plan_for(&needs, &asked, in, o);
     if (asked.to < 0) asked.to = ENVMAP_CUBE;
@@ -211,7 +211,7 @@ static inline int filter_into(envmap *out, const envmap *in, const options *o) {
                       "--to cube holds several");
     if (!status) status = create_output(out, in, &asked, 1, asked.slices);
     if (status) return status;
-    desc = describe(o, &threads, &m);
+    desc = describe(o, &m);
     result = envmap_filter(out, in, &lobe, &desc);
     meter_stop(&m);
     return check(result, lobe_words[o->lobe]);

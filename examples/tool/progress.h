@@ -63,14 +63,17 @@ static inline void meter_stop(const meter *m) {
     if (m->drawn) fprintf(stderr, "\r%70s\r", "");
 }
 
-/* The filter's description from the options; `threads` must outlive it. */
-static inline envmap_filter_desc describe(const options *o, int *threads, meter *m) {
+/* The threads of all calls; they end with the program. */
+static threads_pool workers;
+
+/* The filter's description from the options. */
+static inline envmap_filter_desc describe(const options *o, meter *m) {
     envmap_filter_desc desc = {0};
-    *threads = o->threads ? o->threads : threads_here();
+    if (!workers.threads) threads_begin(&workers, o->threads ? o->threads : threads_here());
     desc.method = o->method;
     desc.tolerance = (float)o->tolerance;
     desc.threshold = (float)o->threshold;
-    desc.work.executor.user = threads;
+    desc.work.executor.user = &workers;
     desc.work.executor.run = threads_run;
     desc.work.progress.user = m;
     desc.work.progress.report = meter_report;
