@@ -2284,7 +2284,8 @@ static void envmapi_orbit_cover(envmapi_orbit *o, const envmapi_resampling *r) {
 
 /* A corner of X's texels, and where it is on Y. */
 typedef struct envmapi_corner {
-    double d[3], at[2];
+    double at[2];
+    float d[3];    /* for signs and distances */
     int face, rim; /* rim: see _at_rim */
 } envmapi_corner;
 
@@ -2324,9 +2325,11 @@ static int envmapi_at_rim(const envmapi_resampling *r, double x, double y) {
 /* The corner at (x,y) in [-1,1]^2 of a face of X. */
 static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, int face, double x,
                               double y) {
-    envmapi_direction(c->d, r->X.mapping, face, 0.5 + 0.5 * x, 0.5 + 0.5 * y);
-    c->face = envmapi_face(r->Y.mapping, c->d);
-    envmapi_place_on(c->at, r, c->face, c->d);
+    double d[3];
+    envmapi_direction(d, r->X.mapping, face, 0.5 + 0.5 * x, 0.5 + 0.5 * y);
+    c->face = envmapi_face(r->Y.mapping, d);
+    envmapi_place_on(c->at, r, c->face, d);
+    for (int k = 0; k < 3; ++k) c->d[k] = (float)d[k];
     c->rim = envmapi_at_rim(r, x, y);
 }
 
@@ -2335,10 +2338,11 @@ static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner
     double flat = 1e18, side = 0, parts = r->parts;
     int poles = r->Y.mapping != ENVMAP_CUBE && r->Y.mapping != ENVMAP_OCTAHEDRAL;
     for (int i = 0; i < 4; ++i) {
-        const double *a = c[i]->d, *b = c[(i + 1) & 3]->d;
-        double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], square = x * x + y * y + z * z;
-        double across = r->Y.mapping == ENVMAP_LATLONG ? a[2] : a[1];
-        double from_pole = 1e-18 + a[0] * a[0] + across * across;
+        const float *a = c[i]->d, *b = c[(i + 1) & 3]->d;
+        float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+        float across = r->Y.mapping == ENVMAP_LATLONG ? a[2] : a[1];
+        double square = (double)(x * x + y * y + z * z);
+        double from_pole = 1e-18 + (double)(a[0] * a[0] + across * across);
         side = square > side ? square : side, flat = from_pole < flat ? from_pole : flat;
     }
     side *= poles ? 121 / flat : 0; /* 11 parts a radian at a distance of 1 */
