@@ -556,7 +556,8 @@ typedef struct envmap_filter_desc {
    Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 8 S + D;
    FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
    two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
-   executor.  Test: tests/test_memory.c.
+   executor. Points that stand for texels of few, for functions, and about a sphere or angular map's
+   rim, take 52 bytes each, and are at most 4 million.  Test: tests/test_memory.c.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
@@ -869,7 +870,7 @@ static envmap_result envmapi_tell(const envmap_progress *progress, double fracti
     return progress->report(progress->user, (float)fraction) ? ENVMAP_CANCELLED : ENVMAP_OK;
 }
 
-#define ENVMAPI_BATCH 1024 /* tasks at most */
+#define ENVMAPI_BATCH 768 /* tasks at most: a byte of stack each */
 typedef struct envmapi_batch {
     envmap_task *task;
     void *context;
