@@ -7463,12 +7463,12 @@ static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, do
 static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int axes) {
     const envmapi_level *level = &s->axis.level;
     double share = s->axis.bilinear;
-    for (int i = 0; i < 2 && share > 0; ++i)
-        w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->middle, w->face, i);
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
     for (int n = 0; n < axes; ++n) {
         memcpy(w->a, w->axes[n], sizeof w->a);
         if (w->rim[n]) continue;
+        for (int i = 0; i < 2 && share > 0; ++i)
+            w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->a, w->face, i);
         envmapi_window_frame(w->m, level->mapping, w->face, w->a);
         if (share > 0) envmapi_near_add(w, s, n, 0, share);
         if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
@@ -8318,7 +8318,9 @@ static double envmapi_near_radius(const envmapi_near *s, const double look[3], d
 /* k of the lobe by octaves of 1 + sin^2 / sigma^2, to a node beyond R. */
 static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envmapi_pool *pool) {
     const envmapi_axis *axis = &s->axis;
-    s->inverse = (float)(1 / (s->sigma * s->sigma));
+    /* a function may have a tip at its axis, on which a texel's centre may lie */
+    double fine = axis->lobe->kind == ENVMAP_LOBE_FUNCTION ? s->sigma / 32 : s->sigma;
+    s->inverse = (float)(1 / (fine * fine));
     double limit = pow(sin(s->R_bright), 2);
     int bits = tolerance < 1e-5 ? 12 : tolerance < 2e-4 ? 10 : 7; /* 6e-8, 1e-6, 1e-4 are lost */
     int count = 3 + (int)((1 << bits) * (1 + log2(1 + limit * (double)s->inverse)));
@@ -8331,7 +8333,7 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
         uint32_t place = (uint32_t)((127 << bits) + i) << s->shift;
         float y;
         memcpy(&y, &place, sizeof y);
-        double x = sqrt(fmax(1 - (double)(y - 1) * s->sigma * s->sigma, 0));
+        double x = sqrt(fmax(1 - (double)(y - 1) / (double)s->inverse, 0));
         double k = envmapi_k(axis->lobe, x, axis->p);
         if (s->tail) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->R / 2, s->R);
         if (s->core > 0) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->core / 2, s->core);
