@@ -9670,6 +9670,18 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
     return serves;
 }
 
+/* A slice's darkest texel, its brightest inside the rims of paraboloids, and that beyond. */
+static void envmapi_points_look(double look[3], const envmap *src, const float *t) {
+    int n = src->size, texels = (int)(envmapi_slice_floats(src, 0) / 3);
+    look[0] = HUGE_VAL, look[1] = look[2] = 0;
+    for (int i = 0; i < texels; ++i, t += 3) {
+        double one = (double)fmaxf(fmaxf(t[0], t[1]), t[2]);
+        double X = (2 * (i % n) + 1.0) / n - 1, Y = (2 * (i / n % n) + 1.0) / n - 1;
+        double *most = look + (X * X + Y * Y > 1 ? 2 : 1);
+        look[0] = fmin(look[0], one), *most = fmax(*most, one);
+    }
+}
+
 /* Slice k by points that stand for the reference's sum. *served: 0 where they or bands are too
    many. */
 static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k, int *served,
@@ -9682,7 +9694,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     envmapi_scene *scene = (envmapi_scene *)envmapi_pool_get(pool, 1, sizeof *scene);
     envmapi_spectrum spectrum;
     envmapi_rings *rings = &spectrum.t.rings;
-    double tolerance = (double)desc->tolerance, texel = HUGE_VAL;
+    double tolerance = (double)desc->tolerance, look[3];
     envmap_result result = ENVMAP_OK;
     if (!axis || !points || !scene) return ENVMAP_ERROR_MEMORY;
     memset(axis, 0, sizeof *axis), memset(points, 0, sizeof *points);
@@ -9696,13 +9708,13 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     int slice = src->slices > 1 ? k : 0;
     result = envmapi_scene_create(scene, src, slice, spec.sigma, &desc->work, pool);
     if (result) return result;
-    for (size_t i = 0; i < envmapi_slice_floats(src, 0); i += 3) {
-        const float *t = scene->in.texels + i;
-        texel = fmin(texel, (double)fmaxf(fmaxf(t[0], t[1]), t[2]));
-    }
+    envmapi_points_look(look, src, scene->in.texels);
+    /* bilinear radiance shows what shines beyond the rims, which no survey of solid angles sees */
+    if (src->mapping == ENVMAP_PARABOLOID && axis->bilinear > 0 && look[2] > 2 * look[1])
+        return ENVMAP_OK;
     spec.points = (int)(envmapi_slice_floats(src, 0) / 3), spec.work = &desc->work;
     spec.midpoint = (1 - axis->bilinear) / 8;
-    spec.dark = scene->all > 0 ? fmin(3 * texel * scene->solid / scene->all, 2) : 2;
+    spec.dark = scene->all > 0 ? fmin(3 * look[0] * scene->solid / scene->all, 2) : 2;
     if (axis->bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis->texel;
     double most = sqrt(ENVMAPI_MIDDLE * (double)envmapi_slice_floats(dst, 0));
     if (!envmapi_spec_fit(&spec, scene, most)) return result;
