@@ -7545,12 +7545,12 @@ static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, do
 static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int axes) {
     const envmapi_level *level = &s->axis.level;
     double share = s->axis.bilinear;
-    for (int i = 0; i < 2 && share > 0; ++i)
-        w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->middle, w->face, i);
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
     for (int n = 0; n < axes; ++n) {
         memcpy(w->a, w->axes[n], sizeof w->a);
         if (w->rim[n]) continue;
+        for (int i = 0; i < 2 && share > 0; ++i)
+            w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->a, w->face, i);
         envmapi_window_frame(w->m, level->mapping, w->face, w->a);
         if (share > 0) envmapi_near_add(w, s, n, 0, share);
         if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
@@ -8407,7 +8407,9 @@ static double envmapi_near_radius(const envmapi_near *s, const double look[3], d
 /* k of the lobe by octaves of 1 + sin^2 / sigma^2, to a node beyond R. */
 static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envmapi_pool *pool) {
     const envmapi_axis *axis = &s->axis;
-    s->inverse = (float)(1 / (s->sigma * s->sigma));
+    /* a function may have a tip at its axis, on which a texel's centre may lie */
+    double fine = axis->lobe->kind == ENVMAP_LOBE_FUNCTION ? s->sigma / 32 : s->sigma;
+    s->inverse = (float)(1 / (fine * fine));
     double limit = pow(sin(s->R_bright), 2);
     int bits = tolerance < 1e-5 ? 12 : tolerance < 2e-4 ? 10 : 7; /* 6e-8, 1e-6, 1e-4 are lost */
     int count = 3 + (int)((1 << bits) * (1 + log2(1 + limit * (double)s->inverse)));
@@ -8420,7 +8422,7 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
         uint32_t place = (uint32_t)((127 << bits) + i) << s->shift;
         float y;
         memcpy(&y, &place, sizeof y);
-        double x = sqrt(fmax(1 - (double)(y - 1) * s->sigma * s->sigma, 0));
+        double x = sqrt(fmax(1 - (double)(y - 1) / (double)s->inverse, 0));
         double k = envmapi_k(axis->lobe, x, axis->p);
         if (s->tail) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->R / 2, s->R);
         if (s->core > 0) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->core / 2, s->core);
@@ -9764,6 +9766,18 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
     return serves;
 }
 
+/* A slice's darkest texel, its brightest inside the rims of paraboloids, and that beyond. */
+static void envmapi_points_look(double look[3], const envmap *src, const float *t) {
+    int n = src->size, texels = (int)(envmapi_slice_floats(src, 0) / 3);
+    look[0] = HUGE_VAL, look[1] = look[2] = 0;
+    for (int i = 0; i < texels; ++i, t += 3) {
+        double one = (double)fmaxf(fmaxf(t[0], t[1]), t[2]);
+        double X = (2 * (i % n) + 1.0) / n - 1, Y = (2 * (i / n % n) + 1.0) / n - 1;
+        double *most = look + (X * X + Y * Y > 1 ? 2 : 1);
+        look[0] = fmin(look[0], one), *most = fmax(*most, one);
+    }
+}
+
 /* Slice k by points that stand for the reference's sum. *served: 0 where they or bands are too
    many. */
 static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k, int *served,
@@ -9776,7 +9790,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     envmapi_scene *scene = (envmapi_scene *)envmapi_pool_get(pool, 1, sizeof *scene);
     envmapi_spectrum spectrum;
     envmapi_rings *rings = &spectrum.t.rings;
-    double tolerance = (double)desc->tolerance, texel = HUGE_VAL;
+    double tolerance = (double)desc->tolerance, look[3];
     envmap_result result = ENVMAP_OK;
     if (!axis || !points || !scene) return ENVMAP_ERROR_MEMORY;
     memset(axis, 0, sizeof *axis), memset(points, 0, sizeof *points);
@@ -9790,13 +9804,13 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     int slice = src->slices > 1 ? k : 0;
     result = envmapi_scene_create(scene, src, slice, spec.sigma, &desc->work, pool);
     if (result) return result;
-    for (size_t i = 0; i < envmapi_slice_floats(src, 0); i += 3) {
-        const float *t = scene->in.texels + i;
-        texel = fmin(texel, (double)fmaxf(fmaxf(t[0], t[1]), t[2]));
-    }
+    envmapi_points_look(look, src, scene->in.texels);
+    /* bilinear radiance shows what shines beyond the rims, which no survey of solid angles sees */
+    if (src->mapping == ENVMAP_PARABOLOID && axis->bilinear > 0 && look[2] > 2 * look[1])
+        return ENVMAP_OK;
     spec.points = (int)(envmapi_slice_floats(src, 0) / 3), spec.work = &desc->work;
     spec.midpoint = (1 - axis->bilinear) / 8;
-    spec.dark = scene->all > 0 ? fmin(3 * texel * scene->solid / scene->all, 2) : 2;
+    spec.dark = scene->all > 0 ? fmin(3 * look[0] * scene->solid / scene->all, 2) : 2;
     if (axis->bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis->texel;
     double most = sqrt(ENVMAPI_MIDDLE * (double)envmapi_slice_floats(dst, 0));
     if (!envmapi_spec_fit(&spec, scene, most)) return result;

@@ -143,7 +143,13 @@ static void works_that_broke_hold(void) {
         {"paraboloid:6:1 dst=cube:3:1 lobe=phong:4.13537169:0 raw=1:3.54 tolerance=6e-6",
          "sun:0.165193177:0"},
         {"sphere:16:1 dst=paraboloid:3:1 lobe=cone:0.192073166:0 raw=0:1 tolerance=1.26e-5",
-         "lamps:0.644452387:0.288706575"}};
+         "lamps:0.644452387:0.288706575"},
+        {"paraboloid:8:1 dst=cube:1:1 lobe=ggx:0.0129005723:0 raw=0:1 tolerance=0.0219463",
+         "texel:0.0508344271:0.895431301"},
+        {"angular:84:1 dst=octahedral:4:1 lobe=ggx:0.012541174:0 raw=0:1 tolerance=1e-3",
+         "checker:0.502387079:0.695044267"},
+        {"angular:128:1 dst=sphere:4:1 lobe=two:0.0500000007:0.07 raw=1:1 tolerance=2e-05",
+         "constant:0.23:0.62"}}; /* a tip at an axis, on which a texel's centre lies */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
         work w;
