@@ -557,7 +557,8 @@ typedef struct envmap_filter_desc {
    Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 8 S + D;
    FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
    two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
-   executor.  Test: tests/test_memory.c.
+   executor. Points that stand for texels of few, for functions, and about a sphere or angular map's
+   rim, take 52 bytes each, and are at most 4 million.  Test: tests/test_memory.c.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
@@ -870,7 +871,7 @@ static envmap_result envmapi_tell(const envmap_progress *progress, double fracti
     return progress->report(progress->user, (float)fraction) ? ENVMAP_CANCELLED : ENVMAP_OK;
 }
 
-#define ENVMAPI_BATCH 1024 /* tasks at most */
+#define ENVMAPI_BATCH 768 /* tasks at most: a byte of stack each */
 typedef struct envmapi_batch {
     envmap_task *task;
     void *context;
@@ -5862,12 +5863,25 @@ static int envmapi_unzip(uint32_t n, int bits) {
     return (int)x;
 }
 
+/* A tile has all texels since the last one. */
+static void envmapi_source_tile_ends(envmapi_source *s) {
+    double sum[3] = {0, 0, 0};
+    for (size_t i = s->first[s->tiles]; i < s->count; ++i)
+        sum[0] += s->x[i], sum[1] += s->y[i], sum[2] += s->z[i];
+    envmapi_unit(s->centre[s->tiles], sum);
+    for (size_t i = s->first[s->tiles]; i < s->count; ++i) {
+        double d[3] = {s->x[i], s->y[i], s->z[i]};
+        s->radius = fmax(s->radius, envmapi_angle(d, s->centre[s->tiles]));
+    }
+    s->first[++s->tiles] = s->count;
+}
+
 /* Appends the texels whose codes start at `from`, and their tile. */
 static void envmapi_source_tile(envmapi_source *s, uint32_t from) {
     int mapping = s->map->mapping, edge = s->map->size, width = envmapi_width(mapping, edge);
     int face = (int)(from >> 2 * s->bits);
     int x0 = envmapi_unzip(from, s->bits), y0 = envmapi_unzip(from >> 1, s->bits);
-    double sum[3] = {0, 0, 0}, at[2], d[3];
+    double at[2], d[3];
     for (uint32_t n = 0; n < ENVMAPI_TILE; ++n) {
         int x = x0 + envmapi_unzip(n, 4), y = y0 + envmapi_unzip(n >> 1, 4);
         double w = x < width && y < edge ? envmapi_texel_cell(at, mapping, edge, x, y) : 0;
@@ -5876,14 +5890,20 @@ static void envmapi_source_tile(envmapi_source *s, uint32_t from) {
         s->place[i] = (uint32_t)((face * edge + y) * width + x);
         envmapi_direction(d, mapping, face, at[0], at[1]);
         s->x[i] = d[0], s->y[i] = d[1], s->z[i] = d[2], s->w[i] = w, s->code[i] = from + n;
-        for (int c = 0; c < 3; ++c) sum[c] += d[c];
     }
-    envmapi_unit(s->centre[s->tiles], sum);
-    for (size_t i = s->first[s->tiles]; i < s->count; ++i) {
-        d[0] = s->x[i], d[1] = s->y[i], d[2] = s->z[i];
-        s->radius = fmax(s->radius, envmapi_angle(d, s->centre[s->tiles]));
-    }
-    s->first[++s->tiles] = s->count;
+    envmapi_source_tile_ends(s);
+}
+
+/* Lays out n texels in so many tiles in a block of that many bytes; NULL: only says how many. */
+static size_t envmapi_source_room(envmapi_source *s, size_t n, size_t tiles, void *block) {
+    size_t bytes = n * (4 * sizeof *s->x + 2 * sizeof *s->code);
+    bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
+    if (!block) return bytes;
+    s->x = (double *)block, s->y = s->x + n, s->z = s->y + n, s->w = s->z + n;
+    s->centre = (double(*)[3])(s->w + n);
+    s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
+    s->code = (uint32_t *)(s->first + tiles + 1), s->place = s->code + n;
+    return bytes;
 }
 
 /* On failure there is nothing to free. */
@@ -5894,25 +5914,22 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     size_t tiles = (size_t)((width + 15) / 16) * (size_t)((map->size + 15) / 16) * (size_t)faces;
     memset(s, 0, sizeof *s);
     if (n > SIZE_MAX / 256) return ENVMAP_ERROR_MEMORY;
-    size_t bytes = n * (4 * sizeof *s->x + 2 * sizeof *s->code);
-    bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
-    double *block = (double *)ENVMAP_MALLOC(memory, bytes);
+    void *block = ENVMAP_MALLOC(memory, envmapi_source_room(s, n, tiles, NULL));
     if (!block) return ENVMAP_ERROR_MEMORY;
+    envmapi_source_room(s, n, tiles, block);
     s->map = map, s->block = block, s->bits = 4, s->texels = envmapi_image(map, 0, slice, 0);
     while (1 << s->bits < width) ++s->bits;
-    s->x = block, s->y = block + n, s->z = block + 2 * n, s->w = block + 3 * n;
-    s->centre = (double(*)[3])(block + 4 * n);
-    s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
-    s->code = (uint32_t *)(s->first + tiles + 1), s->place = s->code + n;
     for (uint32_t code = 0; code >> 2 * s->bits < (uint32_t)faces; code += ENVMAPI_TILE)
         if (envmapi_unzip(code, s->bits) < width && envmapi_unzip(code >> 1, s->bits) < map->size)
             envmapi_source_tile(s, code);
     return ENVMAP_OK;
 }
 
-/* Points of light for the rings, whose sum against any k is the definition's. */
+/* Points of light whose sum against any k is the definition's; of rings or a source. */
 typedef struct envmapi_points {
-    envmapi_rings *rings; /* NULL: they are only counted */
+    envmapi_rings *rings;
+    envmapi_source *source; /* neither: they are only counted */
+    float *rgb;             /* of the source */
     size_t count;
     double d[3][ENVMAPI_CHUNK];
 } envmapi_points;
@@ -5920,6 +5937,14 @@ typedef struct envmapi_points {
 static void envmapi_points_add(envmapi_points *p, const double d[3], const double rgb[3],
                                double w) {
     size_t n = p->count++, at = n % ENVMAPI_CHUNK;
+    envmapi_source *s = p->source;
+    if (s) {
+        for (int c = 0; c < 3; ++c) p->rgb[3 * n + (size_t)c] = (float)rgb[c];
+        s->x[n] = d[0], s->y[n] = d[1], s->z[n] = d[2], s->w[n] = w;
+        s->place[n] = (uint32_t)n, s->count = n + 1;
+        if (s->count % ENVMAPI_TILE == 0) envmapi_source_tile_ends(s);
+        return;
+    }
     for (int c = 0; c < 3; ++c) p->d[c][at] = d[c];
     if (!p->rings) return;
     for (int c = 0; c < 3; ++c) p->rings->values[4 * n + (size_t)c] = (float)(w * rgb[c]);
@@ -5939,6 +5964,7 @@ typedef struct envmapi_axis {
     double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
     double sigma, reach;    /* rad: of the lobe; up to here it may be sharp */
     int curves, kink_count; /* parts of a patch; kinks of the lobe */
+    int places;             /* of a tent, a side: the definition's four, or fewer */
     double kinks[ENVMAPI_KINKS];
     double gauss[7][6][2];  /* node and weight of rules of 2 .. 6 */
     double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
@@ -5947,6 +5973,8 @@ typedef struct envmapi_axis {
     double ease;            /* nodes away from kinks, over what the definition takes */
     double apart;           /* rings, eight of them in two texels: less at tight tolerances */
     envmapi_points *points; /* NULL, or where the definition's points go instead of being summed */
+    const envmapi_source *cap; /* NULL, or points about where a rim's texels meet, in pieces of */
+    double cap_sigma;          /* this length, rad */
 } envmapi_axis;
 
 /* The cosine of an angle that may be none: below and above all cosines there. */
@@ -5965,17 +5993,18 @@ static const double envmapi_tent[4][4][2] = {
 
 /* k averaged over texel i spread by the tent; or adds the points of that. */
 static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
-    const double(*at)[2] = envmapi_tent[3];
+    int places = axis->places;
+    const double(*at)[2] = envmapi_tent[places - 1];
     const envmapi_source *s = axis->source;
     int mapping = s->map->mapping, width = axis->level.width, edge = axis->level.edge;
     int face = (int)(s->code[i] >> 2 * s->bits);
     double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0, rgb[3];
     for (int c = 0; c < 3; ++c) rgb[c] = (double)envmapi_source_rgb(s, i)[c];
     envmapi_project(uv, mapping, face, d);
-    for (int j = 0; j < 16; ++j) {
-        double u = uv[0] + axis->tent * at[j & 3][0] / width;
-        double v = uv[1] + axis->tent * at[j >> 2][0] / edge;
-        double weight = at[j & 3][1] * at[j >> 2][1];
+    for (int j = 0; j < places * places; ++j) {
+        double u = uv[0] + axis->tent * at[j % places][0] / width;
+        double v = uv[1] + axis->tent * at[j / places][0] / edge;
+        double weight = at[j % places][1] * at[j / places][1];
         envmapi_direction(d, mapping, face, u, v);
         if (axis->points)
             envmapi_points_add(axis->points, d, rgb, (1 - axis->bilinear) * s->w[i] * weight);
@@ -6007,14 +6036,16 @@ static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, 
 }
 
 /* Adds the sum over texels, times `share`. Tents where the lobe is sharp, which is near its axis or
-   its ring, to two texels as tents are; centres elsewhere. tail: centres only, beyond the reach. */
-static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
+   its ring, to two texels as tents are; centres elsewhere. core > 0: centres only, from there on;
+   fades: to the reach. */
+static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int fades) {
     const envmapi_source *s = axis->source;
-    double margin = axis->tent > 0 && !tail ? 2 * axis->texel : 0, end = axis->to + margin + 1e-9;
+    double margin = axis->tent > 0 && !(core > 0) ? 2 * axis->texel : 0;
+    double end = axis->to + margin + 1e-9;
     double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
     double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
     double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
-    double from = axis->reach / 2, first = envmapi_cosine(axis->from - margin - 1e-9);
+    double first = envmapi_cosine(axis->from - margin - 1e-9);
     double first_tile = envmapi_cosine(axis->from - margin - s->radius - 1e-6);
     size_t seen[64];
     for (size_t tile = 0; tile < s->tiles; ++tile) {
@@ -6027,7 +6058,9 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
                 size_t i = seen[j];
                 double k = x[j] > sharp_to && x[j] <= sharp_from ? envmapi_axis_tent_k(axis, i)
                                                                  : many[j];
-                double step = tail ? envmapi_smooth_step(envmapi_acos(x[j]), from, axis->reach) : 1;
+                double step = 1, at = core > 0 || fades ? envmapi_acos(x[j]) : 0;
+                if (core > 0) step = envmapi_smooth_step(at, core / 2, core);
+                if (fades) step *= 1 - envmapi_smooth_step(at, axis->reach / 2, axis->reach);
                 if (step > 0) envmapi_axis_add(axis, i, share * step * k);
             }
         }
@@ -6036,6 +6069,7 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, int tail) {
 
 /* A part of a face's quadrant: (p,q) = (|2u - 1| width, |2v - 1| edge), whole numbers on the edges
    of texels and on the lines through their centres. */
+#define ENVMAPI_MANY 4000000 /* points, beyond which memory would be much */
 #define ENVMAPI_PATCHES 64 /* 15 halvings a side to the largest map's texel, and a few more */
 typedef struct envmapi_patch {
     double share, reach, from[2], to[2];
@@ -6054,7 +6088,7 @@ static void envmapi_patch_at(double uv[2], double d[3], const envmapi_axis *axis
 static void envmapi_patch_node(envmapi_axis *axis, const envmapi_patch *patch, double p, double q,
                                double weight) {
     double uv[2], d[3], rgb[3] = {0, 0, 0};
-    if (axis->points && !axis->points->rings) {
+    if (axis->points && !axis->points->rings && !axis->points->source) {
         ++axis->points->count;
         return;
     }
@@ -6333,33 +6367,28 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     }
 }
 
-/* Within R of the axis a, are there texels too long and thin for patches? All of a rim's texels
-   meet at a point of a sphere or angular map.  Test: a_sphere_map_of_noise_keeps_the_tolerance. */
-#define ENVMAPI_RIM 0.5 /* rad about a sphere map's -z */
-static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], double R) {
-    int mapping = axis->level.mapping, sphere = mapping == ENVMAP_SPHERE;
-    double reach = R + (sphere ? ENVMAPI_RIM : 2 * axis->texel);
-    if (!sphere && mapping != ENVMAP_ANGULAR) return 0;
-    return (sphere ? -a[2] : a[2]) > cos(fmin(reach, ENVMAPI_PI));
+/* About the point where all of a sphere or angular map's rim's texels meet: how far they are too
+   long and thin for patches and windows, rad; 0: there is none.
+   Test: a_sphere_map_of_noise_keeps_the_tolerance. */
+static double envmapi_axis_rim(const envmapi_axis *axis) {
+    int mapping = axis->level.mapping;
+    return mapping == ENVMAP_SPHERE ? 0.5 : mapping == ENVMAP_ANGULAR ? 2 * axis->texel : 0;
 }
 
-/* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
-static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
+/* Are there such texels within R of the axis a? */
+static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], double R) {
+    double rim = envmapi_axis_rim(axis), z = axis->level.mapping == ENVMAP_SPHERE ? -a[2] : a[2];
+    return rim > 0 && z > cos(fmin(R + rim, ENVMAPI_PI));
+}
+
+/* The integral by patches. */
+static void envmapi_axis_patches(envmapi_axis *axis, double share, double reach) {
     envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
-    int disc = axis->level.mapping == ENVMAP_SPHERE || axis->level.mapping == ENVMAP_ANGULAR;
-    double end = fmin(reach, axis->sight);
-    int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS || envmapi_axis_at_rim(axis, axis->a, end);
-    rings |= disc && axis->to < ENVMAPI_PI && axis->to <= end; /* a kink is a ring */
-    for (int i = 0; i < axis->kink_count; ++i) rings |= disc && axis->kinks[i] < end;
-    if (rings && !axis->points) {
-        envmapi_axis_polar(axis, share, reach);
-        return;
-    }
     patch.to[0] = axis->level.width, patch.to[1] = axis->level.edge;
     for (int i = 0; i < 4 * envmap_faces(axis->level.mapping); ++i) {
         int count = 1;
         patch.face = i / 4, patch.quadrant = i % 4, todo[0] = patch;
-        while (count) {
+        while (count && !(axis->points && axis->points->count > ENVMAPI_MANY)) {
             envmapi_patch one = todo[--count];
             if (envmapi_patch_add(axis, &one, todo + count) && count + 4 <= ENVMAPI_PATCHES)
                 count += 2;
@@ -6367,12 +6396,63 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
     }
 }
 
+/* The integral at a rim: beyond four of the cap's pieces by its points, which have the radiance of
+   many long and thin texels once for all axes. */
+static void envmapi_axis_capped(envmapi_axis *axis, double share, double reach) {
+    double core = axis->cap_sigma > axis->sigma ? 4 * axis->cap_sigma : 0;
+    envmapi_axis one = *axis;
+    one.source = axis->cap, one.tent = 0, one.to = fmin(reach, axis->sight);
+    envmapi_axis_sum(&one, share, core, axis->to > reach);
+    memcpy(axis->sum, one.sum, sizeof one.sum);
+    if (core > 0) envmapi_axis_polar(axis, share, core);
+}
+
+/* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
+static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
+    double end = fmin(reach, axis->sight);
+    int rim = envmapi_axis_at_rim(axis, axis->a, end);
+    int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
+    for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring */
+        rings |= disc && axis->kinks[i] < end;
+    rings |= disc && axis->to > 1.5 && axis->to <= end && axis->to < ENVMAPI_PI; /* x^2.4 */
+    if (axis->points || !(rings || rim)) envmapi_axis_patches(axis, share, reach);
+    else if (!rings && axis->cap) envmapi_axis_capped(axis, share, reach);
+    else envmapi_axis_polar(axis, share, reach);
+}
+
+/* Makes a cap of points from a slice and for axes as `of`; without one where they are too many: 52
+   bytes each, 104 MB at most. */
+static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, double radius,
+                                      double tolerance, envmapi_pool *pool) {
+    envmapi_axis axis = *of;
+    envmapi_points points;
+    memset(&points, 0, sizeof points), memset(cap, 0, sizeof *cap);
+    axis.points = &points, axis.kink_count = 0, axis.from = axis.a[0] = axis.a[1] = 0;
+    axis.a[2] = axis.level.mapping == ENVMAP_SPHERE ? -1 : 1;
+    axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
+    axis.to = axis.sight = ENVMAPI_PI;
+    if (of->lobe->kind == ENVMAP_LOBE_GGX && axis.sigma < axis.texel / 2) axis.sigma = axis.texel;
+    if (of->lobe->kind >= ENVMAP_LOBE_FUNCTION) axis.sigma /= 2; /* may have kinks anywhere */
+    envmapi_axis_patches(&axis, 1, radius);
+    size_t n = points.count, tiles = n / ENVMAPI_TILE + 1;
+    if (n > ENVMAPI_MANY / 2) return ENVMAP_OK;
+    void *block = envmapi_pool_get(pool, envmapi_source_room(cap, n, tiles, NULL), 1);
+    points.rgb = (float *)envmapi_pool_get(pool, n, 3 * sizeof(float));
+    if (!block || !points.rgb) return ENVMAP_ERROR_MEMORY;
+    envmapi_source_room(cap, n, tiles, block);
+    points.source = cap, points.count = 0, cap->texels = points.rgb;
+    envmapi_axis_patches(&axis, 1, radius);
+    if (cap->count % ENVMAPI_TILE) envmapi_source_tile_ends(cap);
+    of->cap = cap, of->cap_sigma = axis.sigma;
+    return ENVMAP_OK;
+}
+
 static void envmapi_axis_filter(envmapi_axis *axis, const void *method) {
     (void)method;
-    if (axis->bilinear < 1) envmapi_axis_sum(axis, 1 - axis->bilinear, 0);
+    if (axis->bilinear < 1) envmapi_axis_sum(axis, 1 - axis->bilinear, 0, 0);
     if (!(axis->bilinear > 0)) return;
     envmapi_axis_integral(axis, axis->bilinear, axis->reach);
-    if (axis->to > axis->reach) envmapi_axis_sum(axis, axis->bilinear, 1);
+    if (axis->to > axis->reach) envmapi_axis_sum(axis, axis->bilinear, axis->reach, 0);
 }
 
 /* A method that fills slices axis by axis: a task is a row of a face of one slice. */
@@ -6404,7 +6484,7 @@ static double envmapi_axis_flank(const envmap_lobe *lobe, double p, double sigma
 static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices,
                              double tolerance) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
-    axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1;
+    axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1, axis->places = 4;
     axis->apart = cbrt(tolerance * 1e3);
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
@@ -7095,6 +7175,7 @@ typedef struct envmapi_near_row {
 typedef struct envmapi_near envmapi_near;
 struct envmapi_near {
     envmapi_axis axis; /* the lobe, and what it is to the source */
+    envmapi_source cap; /* for axes at a rim */
     envmap dst;
     int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
     int round, tile, ratio, knot[4]; /* tiles between two words to the progress callback; edge of
@@ -7132,6 +7213,7 @@ typedef struct envmapi_window {
     double sigma[2];                                      /* of the lobe, in texels along u and v */
     double axes[ENVMAPI_NEAR_AXES][3], middle[3], spread; /* spread: how far from the middle */
     int rim[ENVMAPI_NEAR_AXES];                           /* of axes: the reference serves them */
+    double outside[4];                                    /* its sums outside a disc */
     double a[3], m[3];                                    /* an axis, and on a cube's face */
     double R, limit; /* R in use, and its sine's square */
     int knot;        /* it is about a knot: K is that of the face's plane, beyond its edges too */
@@ -7464,12 +7546,12 @@ static void envmapi_near_rim(envmapi_window *w, const envmapi_near *s, int n, do
 static void envmapi_near_kernel(envmapi_window *w, const envmapi_near *s, int axes) {
     const envmapi_level *level = &s->axis.level;
     double share = s->axis.bilinear;
-    for (int i = 0; i < 2 && share > 0; ++i)
-        w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->middle, w->face, i);
     memset(w->K, 0, (size_t)(w->width * w->height * ENVMAPI_NEAR_AXES) * sizeof(float));
     for (int n = 0; n < axes; ++n) {
         memcpy(w->a, w->axes[n], sizeof w->a);
         if (w->rim[n]) continue;
+        for (int i = 0; i < 2 && share > 0; ++i)
+            w->sigma[i] = envmapi_window_finest(level, s->sigma, w->box, w->a, w->face, i);
         envmapi_window_frame(w->m, level->mapping, w->face, w->a);
         if (share > 0) envmapi_near_add(w, s, n, 0, share);
         if (share < 1) envmapi_near_add(w, s, n, 1, 1 - share);
@@ -7951,21 +8033,28 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
 
 /* ---- a slice */
 
-/* The reference's sum for a texel of dst; without what is in dst already. */
-static void envmapi_near_reference(double sum[4], const envmapi_near *s, size_t texel) {
+/* The reference's sum for a texel of dst; without what is in dst already. All texels outside a
+   disc have one axis. */
+static void envmapi_near_reference(double sum[4], envmapi_window *w, const envmapi_near *s,
+                                   size_t texel) {
     envmapi_axis axis = s->axis;
-    axis.light = axis.sum;
+    axis.light = axis.sum, axis.sight = s->R_bright;
     int width = envmapi_width(s->dst.mapping, s->dst.size), row = (int)(texel / (size_t)width);
     envmapi_texel_direction(axis.a, s->dst.mapping, row / s->dst.size, s->dst.size,
                             (int)(texel % (size_t)width), row % s->dst.size);
-    if (s->tail && axis.bilinear >= 1) envmapi_axis_integral(&axis, 1, axis.reach);
+    int sphere = s->dst.mapping == ENVMAP_SPHERE, disc = sphere || s->dst.mapping == ENVMAP_ANGULAR;
+    int outside = disc && hypot(axis.a[0], axis.a[1]) < 1e-9 && (axis.a[2] < 0) == sphere;
+    if (outside) axis.a[0] = axis.a[1] = 0;
+    if (outside && w->outside[3] > 0) memcpy(axis.sum, w->outside, sizeof axis.sum);
+    else if (s->tail && axis.bilinear >= 1) envmapi_axis_integral(&axis, 1, axis.reach);
     else envmapi_axis_filter(&axis, NULL);
+    if (outside) memcpy(w->outside, axis.sum, sizeof axis.sum);
     memcpy(sum, axis.sum, sizeof axis.sum);
 }
 
 /* Axis n to its texel of dst and its images; all are read before one is written, as a texel on a
    mirror is its own image. */
-static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int n,
+static void envmapi_near_put(envmapi_window *w, const envmapi_near *s, int n,
                              const envmapi_near_axes *axes, int rim) {
     enum { N = 16 * ENVMAPI_NEAR_BLOCKS };
     float *image = envmapi_image(&s->dst, 0, s->slice, 0), out[N] = {0};
@@ -7982,7 +8071,7 @@ static void envmapi_near_put(const envmapi_window *w, const envmapi_near *s, int
         }
     for (int i = 0; i < 3 * s->turn_count; i += rim ? 3 : 16) {
         int g = i / 16, count = rim ? 3 : 16;
-        if (rim) envmapi_near_reference(sum, s, (size_t)at[i / 3]);
+        if (rim) envmapi_near_reference(sum, w, s, (size_t)at[i / 3]);
         double each = fixed ? unit / s->norm : 1 / ((rim ? sum[3] : w->norms[g][n]) + beyond);
         double share = fixed ? 1 : beyond * each;
         float lanes[16];
@@ -8054,7 +8143,7 @@ static void envmapi_task_near(void *context, int task) {
         w->lines[i / 2][i % 2].K = w->knots[1].K + s->area * (16 + 4 * i);
     w->knots[0].line = w->knots[1].K + s->area * 32;
     w->knots[1].line = w->knots[0].line + s->area * 4, w->strip = w->knots[1].line + s->area * 4;
-    memset(w->cells, 0, sizeof w->cells), w->tied = 0;
+    memset(w->cells, 0, sizeof w->cells), w->tied = 0, w->outside[3] = 0;
     float *end = (float *)(void *)((char *)w + s->bytes) - 2 * room;
     w->own = end -= s->own;
     for (int i = 0; i < s->part_count; ++i) {
@@ -8319,7 +8408,9 @@ static double envmapi_near_radius(const envmapi_near *s, const double look[3], d
 /* k of the lobe by octaves of 1 + sin^2 / sigma^2, to a node beyond R. */
 static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envmapi_pool *pool) {
     const envmapi_axis *axis = &s->axis;
-    s->inverse = (float)(1 / (s->sigma * s->sigma));
+    /* a function may have a tip at its axis, on which a texel's centre may lie */
+    double fine = axis->lobe->kind == ENVMAP_LOBE_FUNCTION ? s->sigma / 32 : s->sigma;
+    s->inverse = (float)(1 / (fine * fine));
     double limit = pow(sin(s->R_bright), 2);
     int bits = tolerance < 1e-5 ? 12 : tolerance < 2e-4 ? 10 : 7; /* 6e-8, 1e-6, 1e-4 are lost */
     int count = 3 + (int)((1 << bits) * (1 + log2(1 + limit * (double)s->inverse)));
@@ -8332,7 +8423,7 @@ static envmap_result envmapi_near_table(envmapi_near *s, double tolerance, envma
         uint32_t place = (uint32_t)((127 << bits) + i) << s->shift;
         float y;
         memcpy(&y, &place, sizeof y);
-        double x = sqrt(fmax(1 - (double)(y - 1) * s->sigma * s->sigma, 0));
+        double x = sqrt(fmax(1 - (double)(y - 1) / (double)s->inverse, 0));
         double k = envmapi_k(axis->lobe, x, axis->p);
         if (s->tail) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->R / 2, s->R);
         if (s->core > 0) k *= 1 - envmapi_smooth_step(envmapi_acos(x), s->core / 2, s->core);
@@ -8421,6 +8512,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     envmap_result result = ENVMAP_OK;
     *served = envmapi_near_suits(s, src, declines, tolerance);
     if (!*served) return ENVMAP_OK;
+    /* two have the second moment of four, and lose tent^4 */
+    if (s->all && pow(s->axis.tent, 4) < tolerance) s->axis.places = 2;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     if (envmapi_near_turn(s, src, pool) ||
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
@@ -8428,6 +8521,11 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->room = 6 * (size_t)level->width + (size_t)(1024 / fmin(s->piece, 1));
     envmapi_near_tiles(s, src, tolerance);
     if (!result) result = envmapi_near_parts(s, tolerance, pool);
+    s->axis.cap = NULL;
+    double rim = envmapi_axis_rim(&s->axis) + fmin(s->R_bright, 8 * s->sigma);
+    if (!result && !s->all && envmapi_axis_rim(&s->axis) > 0 && s->axis.bilinear > 0)
+        result = envmapi_axis_cap(&s->axis, &s->cap, rim + fmin(s->R_bright, s->axis.reach),
+                                  tolerance, pool);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
     for (int i = 0; i < s->part_count && !result; ++i)
@@ -8457,28 +8555,29 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
                                          const envmapi_tail *tail, int first, int slices,
                                          int *declines, const envmap_filter_desc *desc,
                                          envmapi_pool *pool) {
-    envmapi_near s;
+    envmapi_near *s = (envmapi_near *)envmapi_pool_get(pool, 1, sizeof *s);
     envmapi_source source;
     int alike = src->slices == 1 && lobe->p0 == lobe->p1, runs = alike ? 1 : slices;
     int kept = pool->count, served = 1;
     envmap_result result = ENVMAP_OK;
-    memset(&s, 0, sizeof s), memset(&source, 0, sizeof source);
-    s.dst = *dst, s.axis.lobe = lobe, s.norm = envmapi_lobe_norm(lobe), s.tail = tail;
+    if (!s) return ENVMAP_ERROR_MEMORY;
+    memset(s, 0, sizeof *s), memset(&source, 0, sizeof source);
+    s->dst = *dst, s->axis.lobe = lobe, s->norm = envmapi_lobe_norm(lobe), s->tail = tail;
     for (int run = 0; run < runs && !result && served; ++run) {
         envmapi_part part;
         envmap_filter_desc one = *desc;
-        one.work = envmapi_work_part(&part, &desc->work, run, 1, runs), s.slice = first + run;
+        one.work = envmapi_work_part(&part, &desc->work, run, 1, runs), s->slice = first + run;
         if ((envmapi_near_few(src) || src->mapping == ENVMAP_SPHERE ||
              src->mapping == ENVMAP_ANGULAR) &&
             (!run || src->slices > 1)) {
             envmapi_source_free(&source, desc->work.memory);
-            result = envmapi_source_create(&source, src, src->slices > 1 ? s.slice : 0,
+            result = envmapi_source_create(&source, src, src->slices > 1 ? s->slice : 0,
                                            desc->work.memory);
         }
         if (result) break;
-        envmapi_axis_aim(&s.axis, src, s.slice, dst->slices, (double)desc->tolerance);
-        s.axis.source = &source;
-        result = envmapi_near_slice(&s, src, &served, declines != NULL, &one, pool);
+        envmapi_axis_aim(&s->axis, src, s->slice, dst->slices, (double)desc->tolerance);
+        s->axis.source = &source;
+        result = envmapi_near_slice(s, src, &served, declines != NULL, &one, pool);
         envmapi_pool_free(pool, kept);
     }
     envmapi_source_free(&source, desc->work.memory);
@@ -9436,7 +9535,6 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
 #define ENVMAPI_APART   15.0 /* over bands, rad: length of the pieces that points stand for */
 #define ENVMAPI_SHARP   2.35 /* texels: near sums are quicker below, between cubes; speed only */
-#define ENVMAPI_MANY    4000000 /* points, beyond which memory would be much */
 #define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
@@ -10034,6 +10132,18 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
     return serves;
 }
 
+/* A slice's darkest texel, its brightest inside the rims of paraboloids, and that beyond. */
+static void envmapi_points_look(double look[3], const envmap *src, const float *t) {
+    int n = src->size, texels = (int)(envmapi_slice_floats(src, 0) / 3);
+    look[0] = HUGE_VAL, look[1] = look[2] = 0;
+    for (int i = 0; i < texels; ++i, t += 3) {
+        double one = (double)fmaxf(fmaxf(t[0], t[1]), t[2]);
+        double X = (2 * (i % n) + 1.0) / n - 1, Y = (2 * (i / n % n) + 1.0) / n - 1;
+        double *most = look + (X * X + Y * Y > 1 ? 2 : 1);
+        look[0] = fmin(look[0], one), *most = fmax(*most, one);
+    }
+}
+
 /* Slice k by points that stand for the reference's sum. *served: 0 where they or bands are too
    many. */
 static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k, int *served,
@@ -10046,7 +10156,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     envmapi_scene *scene = (envmapi_scene *)envmapi_pool_get(pool, 1, sizeof *scene);
     envmapi_spectrum spectrum;
     envmapi_rings *rings = &spectrum.t.rings;
-    double tolerance = (double)desc->tolerance, texel = HUGE_VAL;
+    double tolerance = (double)desc->tolerance, look[3];
     envmap_result result = ENVMAP_OK;
     if (!axis || !points || !scene) return ENVMAP_ERROR_MEMORY;
     memset(axis, 0, sizeof *axis), memset(points, 0, sizeof *points);
@@ -10060,13 +10170,13 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     int slice = src->slices > 1 ? k : 0;
     result = envmapi_scene_create(scene, src, slice, spec.sigma, &desc->work, pool);
     if (result) return result;
-    for (size_t i = 0; i < envmapi_slice_floats(src, 0); i += 3) {
-        const float *t = scene->in.texels + i;
-        texel = fmin(texel, (double)fmaxf(fmaxf(t[0], t[1]), t[2]));
-    }
+    envmapi_points_look(look, src, scene->in.texels);
+    /* bilinear radiance shows what shines beyond the rims, which no survey of solid angles sees */
+    if (src->mapping == ENVMAP_PARABOLOID && axis->bilinear > 0 && look[2] > 2 * look[1])
+        return ENVMAP_OK;
     spec.points = (int)(envmapi_slice_floats(src, 0) / 3), spec.work = &desc->work;
     spec.midpoint = (1 - axis->bilinear) / 8;
-    spec.dark = scene->all > 0 ? fmin(3 * texel * scene->solid / scene->all, 2) : 2;
+    spec.dark = scene->all > 0 ? fmin(3 * look[0] * scene->solid / scene->all, 2) : 2;
     if (axis->bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis->texel;
     double most = sqrt(ENVMAPI_MIDDLE * (double)envmapi_slice_floats(dst, 0));
     if (!envmapi_spec_fit(&spec, scene, most)) return result;

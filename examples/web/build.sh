@@ -19,7 +19,7 @@ if ! clang --target=wasm32-wasi -mexec-model=reactor "$work/probe.c" -o "$work/p
 fi
 wasm simd.wasm -O2 -msimd128 && wasm scalar.wasm -Os -DENVMAP_NO_SIMD || exit 1
 for name in simd scalar; do
-    gzip -9nc "$work/$name.wasm" | base64 >"$work/$name.wasm.txt" || exit 1
+    gzip -9nc "$work/$name.wasm" | base64 | tr -d '\n' >"$work/$name.wasm.txt" || exit 1
 done
 # A mark @name@ stands for a file, of this folder or of what was built.
 awk -v here="$here" -v work="$work" '
