@@ -3456,8 +3456,8 @@ static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lob
             double sum[8] = {0};
             for (int j = 0; j < ENVMAPI_ANGLES; j += 8)
                 for (int i = 0; i < 8; ++i) sum[i] += series.P[j + i];
-            lambda[l] += ((sum[0] + sum[1]) + (sum[2] + sum[3])) +
-                         ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+            lambda[l] +=
+                ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
         }
     }
 }
@@ -3551,11 +3551,11 @@ ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
    again, as lanes do not move there without memory. */
 ENVMAPI_INLINE void envmapi_splines_four(envmapi_float16 *terms, const float w[16], float g,
                                          const float value[4]) {
-#define ENVMAPI_FOUR(a, b, c, d) {a, a, a, a, b, b, b, b, c, c, c, c, d, d, d, d}
+#define ENVMAPI_FOUR(a, b, c, d)                                                                   \
+    { a, a, a, a, b, b, b, b, c, c, c, c, d, d, d, d }
     static const float powers[6][16] = {
-        ENVMAPI_FOUR(-1, 5, -10, 10),  ENVMAPI_FOUR(5, -20, 30, -20),
-        ENVMAPI_FOUR(-10, 20, 0, -20), ENVMAPI_FOUR(10, 20, -60, 20),
-        ENVMAPI_FOUR(-5, -50, 0, 50),  ENVMAPI_FOUR(1, 26, 66, 26)};
+        ENVMAPI_FOUR(-1, 5, -10, 10),  ENVMAPI_FOUR(5, -20, 30, -20), ENVMAPI_FOUR(-10, 20, 0, -20),
+        ENVMAPI_FOUR(10, 20, -60, 20), ENVMAPI_FOUR(-5, -50, 0, 50),  ENVMAPI_FOUR(1, 26, 66, 26)};
 #undef ENVMAPI_FOUR
     const float at[16] = {g, g, g, g, g, g, g, g, g, g, g, g, g, g, g, g};
     float each[16];
@@ -3614,8 +3614,8 @@ static void envmapi_spline_factor(double (*factors)[3], int n, double first, dou
 /* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-12. No branches, no
    calls that set errno, so that compilers make vectors of it; no array may be another. */
 static void envmapi_polar(double *angle, double *length, const double *y, const double *x) {
-    static const double atan[8] = {0.9999999999941719,  -0.333333331674598,  0.19999986206395,
-                                   -0.142851974611006,  0.1110077376986512,  -0.0897214949338374,
+    static const double atan[8] = {0.9999999999941719,  -0.333333331674598,   0.19999986206395,
+                                   -0.142851974611006,  0.1110077376986512,   -0.0897214949338374,
                                    0.06895142217074653, -0.036429357645156486};
     for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
         double ax = fabs(x[i]), ay = fabs(y[i]), square = ax * ax + ay * ay;
@@ -3640,17 +3640,17 @@ typedef struct envmapi_point {
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
     size_t row, pairs; /* floats a row of G: rings -3 .. M+2, 4 channels; M/2, in blocks of 8 */
-    float *G;         /* [-3 .. 2M+2][row] */
-    double *F;        /* F_m, [bands][pairs][16]: e re, e im, o re, o im; where the values are */
-    double *twiddles; /* cos, sin of 2 pi i/2M */
-    double *response; /* 1 / the spline's response at m */
+    float *G;          /* [-3 .. 2M+2][row] */
+    double *F;         /* F_m, [bands][pairs][16]: e re, e im, o re, o im; where the values are */
+    double *twiddles;  /* cos, sin of 2 pi i/2M */
+    double *response;  /* 1 / the spline's response at m */
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
     int *reversed;               /* where the FFT leaves frequency m: its digits in reverse */
     double (*factors)[3]; /* of the solve down the rings, [4][M/2+2]: even m and odd; e and o */
     /* the points, and what is there: RGB and solid angle */
     envmapi_point *points;
-    float *values; /* [count][4] */
-    size_t count, room; /* room: doubles from G on, F and values are there too */
+    float *values;            /* [count][4] */
+    size_t count, room;       /* room: doubles from G on, F and values are there too */
     double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
@@ -4009,11 +4009,10 @@ static void envmapi_legendre(double *P, int skip[2], const envmapi_rings *rings,
     }
     memcpy(now, start, sizeof now), memset(before, 0, sizeof before);
     int count = start[last < 15 ? last : 15] > 0 ? rings->bands - m : 0;
-    for (int l = 0; l < count; ++l)
-        ENVMAPI_UNROLL for (int i = 0; i < 2; ++i) {
+    for (int l = 0; l < count; ++l) ENVMAPI_UNROLL for (int i = 0; i < 2; ++i) {
             *envmapi_double8_at(P + 8 * l + i * next) = now[i];
-            envmapi_legendre_step(now + i, before + i, envmapi_double8_at(x + 8 * i),
-                                  A[m + l + 1], B[m + l + 1]);
+            envmapi_legendre_step(now + i, before + i, envmapi_double8_at(x + 8 * i), A[m + l + 1],
+                                  B[m + l + 1]);
         }
     for (int i = 0; i < 2; ++i) {
         int l = 0;
@@ -4317,8 +4316,7 @@ static void envmapi_lit_all(envmapi_lit *lit, int n, const envmapi_lights *l) {
     for (const envmapi_cluster *one = l->clusters; one < l->clusters + l->clustered; ++one) {
         double cosine = envmapi_dot(d, one->sum.d);
         int whole = one->count > 1;
-        if (one->beyond[1] > 0)
-            whole &= cosine < one->beyond[0] * least - one->beyond[1] * beside;
+        if (one->beyond[1] > 0) whole &= cosine < one->beyond[0] * least - one->beyond[1] * beside;
         if (cosine > x[0][1] || cosine < x[1][0]) continue;
         for (int j = 1; j < 2 + l->kinks; ++j) whole &= cosine < x[j][0] || cosine > x[j][1];
         for (int i = 0; i < (whole ? 1 : one->count); ++i) {
@@ -4772,8 +4770,7 @@ ENVMAPI_INLINE void envmapi_wide_load(envmapi_wide *y, const float *x, size_t n)
 }
 
 ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, const envmapi_rows *in,
-                                      int product, envmapi_rows_notes *notes, size_t at,
-                                      size_t n) {
+                                      int product, envmapi_rows_notes *notes, size_t at, size_t n) {
     envmapi_wide acc[6], light, texel, omega, squares;
     envmapi_bits bits, all;
     if (notes) squares = notes->squares, all = notes->bits;
@@ -5457,8 +5454,9 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
     double lambda[ENVMAPI_SH_BANDS], h = envmapi_widest_spacing(bands);
     double *a = (double *)envmapi_pool_get(&job->pool, envmapi_triangle(bands, bands), sizeof *a);
     while (3 * envmapi_band_error(bands - 1, h) > job->tolerance) h *= 0.96;
-    if (!a || (sh && !job->in &&
-               envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
+    if (!a ||
+        (sh && !job->in &&
+         envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
         envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, from, NULL, &job->work,
                                  &job->pool))
         return ENVMAP_ERROR_MEMORY;
@@ -5686,7 +5684,7 @@ static int envmapi_ringing_look(envmapi_ringing *r) {
     int rings = 4 * r->bands, around = 8 * r->bands, raised = 0, room = ENVMAPI_SH_POINTS;
     envmapi_sh_points n;
     for (int j = 0; j < rings; ++j)
-        for (int k = 0; k < around; k += room - 2) { /* the others are neighbours */
+        for (int k = 0; k < around; k += room - 2) {  /* the others are neighbours */
             double low[ENVMAPI_SH_POINTS / 2 + 1][4]; /* no two neighbours are */
             int lows = 0;
             envmapi_sh_ring(&n, cos(ENVMAPI_PI * (j + 0.5) / rings), around, k - 1, around + 1);
@@ -5959,9 +5957,9 @@ typedef struct envmapi_axis {
     const envmap_lobe *lobe;
     envmapi_level level; /* of the source, for lookups */
     double a[3], p;
-    double from, to;    /* support of the lobe, rad (envmap_lobe_support) */
-    double texel, tent; /* side of the mean texel, rad; t of the card */
-    double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
+    double from, to;        /* support of the lobe, rad (envmap_lobe_support) */
+    double texel, tent;     /* side of the mean texel, rad; t of the card */
+    double bilinear;        /* share of the bilinear radiance, 0 .. 1 */
     double sigma, reach;    /* rad: of the lobe; up to here it may be sharp */
     int curves, kink_count; /* parts of a patch; kinks of the lobe */
     int places;             /* of a tent, a side: the definition's four, or fewer */
@@ -5988,7 +5986,9 @@ static const double envmapi_tent[4][4][2] = {
     {{0, 1}},
     {{-0.40824829, 0.5}, {0.40824829, 0.5}},
     {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
-    {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
+    {{-0.64494897, 0.18195861},
+     {-0.15505103, 0.31804139},
+     {0.15505103, 0.31804139},
      {0.64494897, 0.18195861}}};
 
 /* k averaged over texel i spread by the tent; or adds the points of that. */
@@ -6056,8 +6056,8 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
             envmapi_k_many(many, x, n, axis->lobe, axis->p); /* together: speed only */
             for (int j = 0; j < n; ++j) {
                 size_t i = seen[j];
-                double k = x[j] > sharp_to && x[j] <= sharp_from ? envmapi_axis_tent_k(axis, i)
-                                                                 : many[j];
+                double k =
+                    x[j] > sharp_to && x[j] <= sharp_from ? envmapi_axis_tent_k(axis, i) : many[j];
                 double step = 1, at = core > 0 || fades ? envmapi_acos(x[j]) : 0;
                 if (core > 0) step = envmapi_smooth_step(at, core / 2, core);
                 if (fades) step *= 1 - envmapi_smooth_step(at, axis->reach / 2, axis->reach);
@@ -6069,8 +6069,8 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
 
 /* A part of a face's quadrant: (p,q) = (|2u - 1| width, |2v - 1| edge), whole numbers on the edges
    of texels and on the lines through their centres. */
-#define ENVMAPI_MANY 4000000 /* points, beyond which memory would be much */
-#define ENVMAPI_PATCHES 64 /* 15 halvings a side to the largest map's texel, and a few more */
+#define ENVMAPI_MANY    4000000 /* points, beyond which memory would be much */
+#define ENVMAPI_PATCHES 64      /* 15 halvings a side to the largest map's texel, and a few more */
 typedef struct envmapi_patch {
     double share, reach, from[2], to[2];
     int face, quadrant;
@@ -6224,6 +6224,7 @@ static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
 /* A ring about the axis, of directions d. Which texel centres are around one: its cell. */
 typedef struct envmapi_circle {
     double a[3], t[3], b[3], d[3]; /* a, t, b: the axis and its tangents, times cosine and sine */
+    double at[2];                  /* in texels, from the first one's centre */
     int cell[5];                   /* 3, 4: of the other paraboloid, where both blend */
 } envmapi_circle;
 
@@ -6237,34 +6238,58 @@ static int envmapi_circle_at(envmapi_circle *ring, const envmapi_level *level, d
         envmapi_project(uv, mapping, i ? 1 - face : face, ring->d);
         double r = i ? hypot(2 * uv[0] - 1, 2 * uv[1] - 1) : 1, edge = level->edge;
         int apart = i && r - 1 > r / edge; /* nothing of the other */
-        ring->cell[3 * i] = apart ? -1 : (int)floor(uv[0] * level->width - 0.5);
-        ring->cell[3 * i + 1] = apart ? -1 : (int)floor(uv[1] * edge - 0.5);
+        double x = uv[0] * level->width - 0.5, y = uv[1] * edge - 0.5;
+        ring->cell[3 * i] = apart ? -1 : (int)floor(x);
+        ring->cell[3 * i + 1] = apart ? -1 : (int)floor(y);
+        if (!i) ring->at[0] = x, ring->at[1] = y;
     }
     ring->cell[2] = face;
     for (int j = 0; j < 3; ++j) ring->cell[2] = 2 * ring->cell[2] + (ring->d[j] > 0); /* folds */
     return !memcmp(before, ring->cell, sizeof before);
 }
 
+/* Which part of the way from one place on a ring to the next lies before the first line through
+   texel centres; 0: another face, or its fold, lies between. */
+static double envmapi_circle_before(const envmapi_circle *from, const envmapi_circle *to) {
+    double part = 1;
+    if (memcmp(from->cell + 2, to->cell + 2, 3 * sizeof *to->cell)) return 0;
+    for (int j = 0; j < 2; ++j) {
+        double line = to->at[j] > from->at[j] ? from->cell[j] + 1 : from->cell[j];
+        if (to->cell[j] != from->cell[j])
+            part = fmin(part, (line - from->at[j]) / (to->at[j] - from->at[j]));
+    }
+    return part;
+}
+
 /* Adds the mean of the bilinear radiance on a ring, times k: n steps, cut where they leave a cell,
-   as the radiance has kinks there, and two nodes of Gauss-Legendre on each part. */
+   as the radiance has kinks there, and two nodes of Gauss-Legendre on each part, h = its half. */
 static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, double k) {
     const envmapi_level *level = &axis->level;
-    double from = 0, step = 2 * ENVMAPI_PI / n, to, middle;
+    double from = 0, step = 2 * ENVMAPI_PI / n, close = step * axis->apart / 16, to;
     envmapi_circle_at(ring, level, 0);
     for (int i = 1; i <= n;) {
-        envmapi_circle next = *ring, test = *ring;
-        int whole = envmapi_circle_at(&next, level, to = i * step), last = whole;
-        for (double low = from; !whole && to - low > step * axis->apart / 16;) {
-            middle = (low + to) / 2, test = *ring;
-            if (envmapi_circle_at(&test, level, middle)) low = middle;
-            else to = middle, next = test;
+        envmapi_circle next = *ring, test;
+        int whole = envmapi_circle_at(&next, level, to = i * step);
+        for (double low = from; !whole;) {
+            double part = envmapi_circle_before(ring, &next);
+            double cut = part > 0 ? from + part * (to - from) + close / 4 : (low + to) / 2;
+            if (to - (part > 0 ? cut : low) < (part > 0 ? close / 4 : close)) break;
+            test = *ring, whole = envmapi_circle_at(&test, level, cut);
+            if (part > 0 || !whole) to = cut, next = test;
+            else low = cut, whole = 0;
         }
-        for (int j = -1; j < 2; j += 2) {
-            test = *ring;
-            envmapi_circle_at(&test, level, (from + to) / 2 + j * sqrt(1.0 / 12) * (to - from));
-            envmapi_add_lookup(axis->light, level, test.d, k * (to - from) / (4 * ENVMAPI_PI));
+        double h = (to - from) / 2, hh = h * h;
+        double most = 1 + hh / 3 + hh * hh * 7 / 54;
+        double least = sqrt(1.0 / 3) * (1 + hh / 9 + hh * hh / 90);
+        for (int j = -1; j < 2; j += 2) { /* cos, sin of h / sqrt 3 over those of h */
+            double d[3];
+            for (int c = 0; c < 3; ++c) {
+                double mean = (ring->d[c] + next.d[c]) / 2 - ring->a[c];
+                d[c] = ring->a[c] + most * mean + j * least * (next.d[c] - ring->d[c]) / 2;
+            }
+            envmapi_add_lookup(axis->light, level, d, k * h / (2 * ENVMAPI_PI));
         }
-        *ring = next, from = to, i += last;
+        *ring = next, from = to, i += to >= i * step;
     }
 }
 
@@ -6326,9 +6351,9 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
                                  double weight, const double t[3], const double b[3]) {
     double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-    double texels = 3 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
+    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
     double most = fmax(texels, 4 * axis->level.width);
-    envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}};
+    envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
         ring.a[j] = cos(theta) * axis->a[j];
         ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
@@ -6344,19 +6369,20 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
    miss falls as the power 5/2 of their distance. Below 1e-4 panels end at such roots; then it falls
    as the power 4.  Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
-    int touches = axis->apart < 0.46;
+    int touches = axis->apart < 0.46, few = axis->lobe->kind == ENVMAP_LOBE_BANKS && !touches;
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
     double t[3], b[3], theta, weight;
     envmapi_tangents(t, b, axis->a, NULL);
     if (touches && q.count) envmapi_axis_touches(&q, axis);
-    while (!touches && envmapi_quadrature_next(&q, &theta, &weight))
+    while (!touches && !few && envmapi_quadrature_next(&q, &theta, &weight))
         envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
-    for (int i = 0; i + 1 < q.count && touches; ++i) {
+    for (int i = 0; i + 1 < q.count && (touches || few); ++i) {
         double from = q.breaks[i], piece = q.breaks[i + 1] - from;
         double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
                               envmapi_axis_squeeze(axis, from + piece));
         double most = 0.9 * fmin(axis->texel, 0.3) * pow(axis->apart, 0.75) * fmax(squeeze, 0.25);
+        if (few) most = 1.2 * fmin(axis->texel, 0.3) * axis->apart * fmax(squeeze, 0.25);
         int pieces = (int)ceil(piece / most);
         piece /= pieces;
         for (int j = 0; j < 6 * pieces; ++j) {
@@ -6562,8 +6588,8 @@ static void envmapi_axis_points(envmapi_axis *axis, envmapi_points *points) {
     if (axis->bilinear > 0) envmapi_axis_integral(axis, axis->bilinear, ENVMAPI_PI);
     size_t rest = points->count % ENVMAPI_CHUNK;
     if (points->rings)
-        envmapi_rings_points(points->rings->points + points->count - rest, points->rings,
-                             points->d, (int)rest);
+        envmapi_rings_points(points->rings->points + points->count - rest, points->rings, points->d,
+                             (int)rest);
 }
 
 static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
@@ -6605,7 +6631,7 @@ typedef struct envmapi_node {
 
 typedef struct envmapi_tree {
     envmapi_node *level[17]; /* at `last` a node is a face */
-    float (*texels)[4]; /* r, g, b, 1 */
+    float (*texels)[4];      /* r, g, b, 1 */
     int count[17], last;
     envmapi_pool pool;
 } envmapi_tree;
@@ -6661,8 +6687,7 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
         node->x[j] = d[0], node->y[j] = d[1], node->z[j] = d[2];
         node->cosine[j] = cos(radius), node->sine[j] = sin(radius);
         memcpy(node->e[j], e, sizeof e);
-        node->texels[j] =
-            child->texels[0] + child->texels[1] + child->texels[2] + child->texels[3];
+        node->texels[j] = child->texels[0] + child->texels[1] + child->texels[2] + child->texels[3];
         child += level > 2;
     }
 }
@@ -6733,8 +6758,7 @@ static envmap_result envmapi_hier_prepare(void *method, const envmapi_axis *axis
 static void envmapi_hier_k(double k[4], const envmapi_hier *h, const envmapi_axis *axis,
                            const double dx[4], const double dy[4], const double dz[4]) {
     double x[4];
-    for (int i = 0; i < 4; ++i)
-        x[i] = axis->a[0] * dx[i] + axis->a[1] * dy[i] + axis->a[2] * dz[i];
+    for (int i = 0; i < 4; ++i) x[i] = axis->a[0] * dx[i] + axis->a[1] * dy[i] + axis->a[2] * dz[i];
     if (!(h->steps > 0)) {
         envmapi_k_many(k, x, 4, axis->lobe, axis->p);
         return;
@@ -7174,7 +7198,7 @@ typedef struct envmapi_near_row {
 
 typedef struct envmapi_near envmapi_near;
 struct envmapi_near {
-    envmapi_axis axis; /* the lobe, and what it is to the source */
+    envmapi_axis axis;  /* the lobe, and what it is to the source */
     envmapi_source cap; /* for axes at a rim */
     envmap dst;
     int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
@@ -7190,19 +7214,19 @@ struct envmapi_near {
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
     size_t count, area, cell, own; /* blocks; texels of the largest window; a cell's K, an axis' */
-    size_t all;                      /* texels, where the reference weighs them for all turns */
-    int shift;                       /* of a float, to its place in the table; the fraction of it */
-    float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
+    size_t all;                    /* texels, where the reference weighs them for all turns */
+    int shift;                     /* of a float, to its place in the table; the fraction of it */
+    float *table, inverse, fraction;   /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
     double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
-    double poles[2][3]; /* a lat-long's means of its first and its last row */
+    double poles[2][3];                /* a lat-long's means of its first and its last row */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
-    size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
-    envmapi_near *parts;   /* of the lobe: all, or what is about the axis and what is beyond */
-    int part_count;        /* 0: K is summed for each axis */
-    double core, beyond;   /* where k fades out, or in; or 0 */
+    size_t bytes, room;  /* of a task: its memory; nodes along u, and along v */
+    envmapi_near *parts; /* of the lobe: all, or what is about the axis and what is beyond */
+    int part_count;      /* 0: K is summed for each axis */
+    double core, beyond; /* where k fades out, or in; or 0 */
 };
 
 /* What a task works with: the texels of a face that some axes see, what an axis makes of them, and
@@ -7215,17 +7239,17 @@ typedef struct envmapi_window {
     int rim[ENVMAPI_NEAR_AXES];                           /* of axes: the reference serves them */
     double outside[4];                                    /* its sums outside a disc */
     double a[3], m[3];                                    /* an axis, and on a cube's face */
-    double R, limit; /* R in use, and its sine's square */
-    int knot;        /* it is about a knot: K is that of the face's plane, beyond its edges too */
-    envmapi_knot *u, *v;                                  /* [room] */
-    float *place, *apart;                                 /* [room] of u: what _sines asks of it */
-    float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
+    double R, limit;                                      /* R in use, and its sine's square */
+    int knot; /* it is about a knot: K is that of the face's plane, beyond its edges too */
+    envmapi_knot *u, *v;    /* [room] */
+    float *place, *apart;   /* [room] of u: what _sines asks of it */
+    float *rows[2];         /* [room] a row of texels and the next, by nodes along u */
     float *K, *own, *strip; /* [height][width][axes]; of an axis, between knots; as K, of a part */
-    double *light;  /* [all] of an axis */
+    double *light;          /* [all] of an axis */
     envmapi_near_knots knots[2], lines[2][2]; /* within R, and within R_bright; of a row: on
                                                  another face, and on its own */
-    envmapi_near_cell cells[2], *cell; /* cell: the one whose K is being summed */
-    int tied;                          /* points along u, while K of the cell is summed */
+    envmapi_near_cell cells[2], *cell;        /* cell: the one whose K is being summed */
+    int tied;                                 /* points along u, while K of the cell is summed */
     float sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES][16];
     double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
@@ -7262,8 +7286,7 @@ static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part,
     const envmapi_level *level = &s->axis.level;
     double box[2][2], R = envmapi_near_reach(s, radius, s->axis.bilinear < 1) + w->spread;
     int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
-    if (!envmapi_window_box(box, level->mapping, part, w->middle, R,
-                             envmapi_near_border(w, s, 0)))
+    if (!envmapi_window_box(box, level->mapping, part, w->middle, R, envmapi_near_border(w, s, 0)))
         return 0;
     memcpy(w->box, box, sizeof box);
     w->R = radius, w->limit = pow(sin(radius), 2);
@@ -7428,8 +7451,7 @@ static void envmapi_near_fold(envmapi_window *w, int places, int n, int y, const
         double mean = 0, before = twice[i > last ? i - last : last - i];
         for (int j = 0; j < places && omega; ++j)
             mean += envmapi_tent[places - 1][j][1] * (double)k[places * i + j];
-        out[i] = omega ? (float)mean * *omega
-                       : (float)(twice[i + last] - 2 * twice[i] + before);
+        out[i] = omega ? (float)mean * *omega : (float)(twice[i + last] - 2 * twice[i] + before);
     }
     for (int q = 0; q <= last; ++q) {
         float *K = knots->K + (n * (last + 1) + q) * area + (y - knots->y) * knots->width;
@@ -7738,7 +7760,7 @@ static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *
     int v = envmapi_near_cell_knots(cell->at[1], s->cell_piece, even);
     cell->last[0] = u, cell->last[1] = v;
     cell->knots.ready = u && v && u * v < 12 * tile->count &&
-                  4 * (cell->reach + 2) * (u + 1) < (int)s->room - 16; /* 12: speed only */
+                        4 * (cell->reach + 2) * (u + 1) < (int)s->room - 16; /* 12: speed only */
     return (size_t)cell->knots.ready * (size_t)((u + 1) * (v + 1)) *
            (size_t)(cell->knots.height * cell->knots.width);
 }
@@ -7830,8 +7852,7 @@ static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_ne
                                              const envmapi_near_tile *tile,
                                              const envmapi_near_axes *axes, int outer, int plane) {
     int part = w->part;
-    envmapi_near_knots *knots =
-        plane ? w->knots + outer : w->lines[outer] + (part == axes->face);
+    envmapi_near_knots *knots = plane ? w->knots + outer : w->lines[outer] + (part == axes->face);
     if (knots->ready && (plane || (knots->row == axes->y && knots->part == part))) return knots;
     knots->part = part, knots->row = axes->y, knots->plane = plane, knots->ready = -1;
     knots->folded = -1;
@@ -7904,10 +7925,10 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
-#define ENVMAPI_COARSE  0.1 /* rad: texels wider than this are coarser than any kernel of FAST */
-#define ENVMAPI_FEW   20000 /* texels of a source that all turns may have at once (memory) */
-#define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
-#define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
+#define ENVMAPI_COARSE  0.1   /* rad: texels wider than this are coarser than any kernel of FAST */
+#define ENVMAPI_FEW     20000 /* texels of a source that all turns may have at once (memory) */
+#define ENVMAPI_RUN     64    /* texels that are bright together; any number is right */
+#define ENVMAPI_OCTAVES 320   /* of a float's exponents, from the least denormal on */
 
 /* ---- the source as lookups see it, in blocks */
 
@@ -8112,8 +8133,8 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     envmapi_near_aim(w, s, axes);
     if (s->all) envmapi_near_all(w, s, axes->count);
     for (int n = 0; n < axes->count; ++n)
-        w->rim[n] = !s->all && envmapi_axis_at_rim(&s->axis, w->axes[n],
-                                                   fmin(s->R_bright, 8 * s->sigma));
+        w->rim[n] =
+            !s->all && envmapi_axis_at_rim(&s->axis, w->axes[n], fmin(s->R_bright, 8 * s->sigma));
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         unsigned bright = 0;
         for (int outer = 1; outer >= 0; --outer) {
@@ -8472,9 +8493,9 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     /* x^N, N < 1/2, jumps at the horizon, where cosines of an axis' images differ by roundings */
     if (s->axis.lobe->kind != ENVMAP_LOBE_PHONG || s->axis.lobe->parameter >= 0.5f)
         s->all = envmapi_near_few(src);
-    if (serves && (s->axis.texel < ENVMAPI_COARSE ||
-                   (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
-                    s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
+    if (serves &&
+        (s->axis.texel < ENVMAPI_COARSE || (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
+                                            s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
         s->all = 0;
     /* Functions and tables, and lobes of about a texel of an octahedral map, take more windows than
        points. Speed only, as is to leave single texels to sums. */
@@ -8606,20 +8627,20 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
        slices at p and -p see opposite rings                   _put
    Called by filters before >>near.  Source: ours.  Tests: tests/test_rings.c. */
 
-#define ENVMAPI_BANKS_TILES 8 /* at a time; any number is right */
+#define ENVMAPI_BANKS_TILES 8   /* at a time; any number is right */
+#define ENVMAPI_BANKS_ROUND 256 /* axes at a time, too */
 
-/* A line of each of 16 texels, from end to end -1 .. 1: its middle, from that of its 4 x 4 texels,
-   half of what it grows by, and half of its second derivative. */
-typedef struct envmapi_banks_line {
-    float d[3][16], slope[3][16], bend[3][16], weight[16];
-} envmapi_banks_line;
+/* 4 x 4 texels: their middle, and of each its own from there, what its direction grows by to the
+   outermost places along u and v, and half of second derivatives: uu, uv (whole), vv. */
+typedef struct envmapi_banks_block {
+    float d[6][3][16], weight[16];
+    double centre[3], reach; /* rad, to the farthest place; 0: no texels */
+} envmapi_banks_block;
 
 typedef struct envmapi_banks_tile {
-    float rgb[ENVMAPI_NEAR_BLOCKS][256][16]; /* of all turns */
-    envmapi_banks_line line[16][2][4];       /* of 4 x 4 texels: along u, along v */
-    float along[16][2][3];                   /* u and v */
-    double centre[16][3], middle[3];         /* of 4 x 4 texels; of all */
-    double reach[16], radius;                /* rad, to the farthest place; 0: no texels */
+    float rgb[ENVMAPI_NEAR_BLOCKS][256][16]; /* of all turns; texels as in blocks */
+    envmapi_banks_block blocks[16];
+    double middle[3], radius;
 } envmapi_banks_tile;
 
 typedef struct envmapi_banks_axis {
@@ -8631,45 +8652,41 @@ typedef struct envmapi_banks_axis {
 typedef struct envmapi_banks_ring {
     double angle, cosine;
     float sine, inverse, square; /* of A; 1 / tan(w/2); tan^2(w/2) */
-    float at[4], weight[4];      /* places along a line; weight 0: no more */
+    double limits[17][2];        /* cosines beyond which it sees nothing of a block, or the tile */
 } envmapi_banks_ring;
 
 typedef struct envmapi_banks {
     envmapi_near near; /* the source, turns, and the slice of dst that is written */
     envmapi_banks_tile *tiles;
     envmapi_banks_axis *axes;
-    float *sums;                                                 /* [slice][axis][groups][16] */
-    int count, slice, slices, first, lines, across, down, tasks; /* count: of axes */
-    double width;                                                /* w */
+    float *sums;                                          /* [slice][axis][groups][16] */
+    double *light;                                        /* weights of texels, of each task */
+    int count, slice, slices, first, across, down, tasks; /* count: of axes */
+    double width, thin;                                   /* w; share of _task_banks_thin */
+    int whole;                                            /* that takes tents, too */
 } envmapi_banks;
 
-/* Lines of texel (x,y), which is lane `lane` of 4 x 4 texels: parabolas through nine directions. */
-static void envmapi_banks_lane(envmapi_banks_tile *tile, const envmapi_banks *h, int face, int x,
-                               int y, int block, int lane) {
+/* Texel (x,y), lane `lane` of a block: a parabola through nine directions. */
+static void envmapi_banks_lane(envmapi_banks_block *block, const envmapi_banks *h, int face, int x,
+                               int y, int lane) {
     const envmapi_level *level = &h->near.axis.level;
-    double at[2], d[3][3][3], last = envmapi_tent[3][3][0], w;
-    double e = fmax(h->near.axis.tent, 1e-3) * last; /* without tents only the middle counts */
+    double at[2], p[9][3], last = h->near.axis.tent * envmapi_tent[3][3][0], w;
     if (x >= level->width || y >= level->edge) return;
     if (!((w = envmapi_texel_cell(at, level->mapping, level->edge, x, y)) > 0)) return;
     for (int i = 0; i < 9; ++i)
-        envmapi_direction(d[i / 3][i % 3], level->mapping, face,
-                          at[0] + (i % 3 - 1) * e / level->width,
-                          at[1] + (i / 3 - 1) * e / level->edge);
-    for (int i = 0; i < 6 * h->lines; ++i) {
-        int m = i % 2, c = i / 2 % 3, j = i / 6;
-        envmapi_banks_line *line = &tile->line[block][m][j];
-        double q = h->lines > 1 ? envmapi_tent[3][j][0] / last : 0, p[3], reach = 0;
-        for (int n = 0; n < 3; ++n) {
-            double from = m ? d[n][0][c] : d[0][n][c], to = m ? d[n][2][c] : d[2][n][c];
-            p[n] = d[m ? n : 1][m ? 1 : n][c];
-            p[n] += q * ((to - from) / 2 + q * ((to + from) / 2 - p[n])) - tile->centre[block][c];
-            reach = fmax(reach, fabs(p[n]));
-        }
-        line->d[c][lane] = (float)p[1], line->slope[c][lane] = (float)((p[2] - p[0]) / 2);
-        line->bend[c][lane] = (float)((p[0] + p[2]) / 2 - p[1]);
-        line->weight[lane] = (float)(w * (h->lines > 1 ? envmapi_tent[3][j][1] : 1));
-        tile->along[block][m][c] += line->slope[c][lane];
-        tile->reach[block] = fmax(tile->reach[block], reach);
+        envmapi_direction(p[i], level->mapping, face, at[0] + (i % 3 - 1) * last / level->width,
+                          at[1] + (i / 3 - 1) * last / level->edge);
+    block->weight[lane] = (float)(w * (1 - h->near.axis.bilinear));
+    for (int c = 0; c < 3; ++c) {
+        const double d[6] = {p[4][c] - block->centre[c],
+                             (p[5][c] - p[3][c]) / 2,
+                             (p[7][c] - p[1][c]) / 2,
+                             (p[5][c] + p[3][c]) / 2 - p[4][c],
+                             (p[8][c] - p[6][c] - p[2][c] + p[0][c]) / 4,
+                             (p[7][c] + p[1][c]) / 2 - p[4][c]};
+        for (int i = 0; i < 6; ++i) block->d[i][c][lane] = (float)d[i];
+        for (int i = 0; i < 9; ++i) /* chords of less than a radian, of a coordinate */
+            block->reach = fmax(block->reach, 1.8 * fabs(p[i][c] - block->centre[c]));
     }
 }
 
@@ -8679,7 +8696,7 @@ static void envmapi_banks_light(envmapi_banks_tile *tile, const envmapi_near *s,
     for (int t = 0; t < s->turn_count; ++t) {
         const envmapi_place *to = s->turns[t].src + face;
         for (int n = 0; n < 256; ++n) {
-            int x = x0 + n % 16, y = y0 + n / 16;
+            int x = x0 + n / 16 % 4 * 4 + n % 4, y = y0 + n / 64 * 4 + n / 4 % 4;
             float rgb[3];
             if (x >= s->axis.level.width || y >= s->axis.level.edge) continue;
             envmapi_near_texel(rgb, s, to->face, to->x0 + to->xx * x + to->xy * y,
@@ -8698,115 +8715,101 @@ static void envmapi_task_banks_tile(void *context, int task) {
     memset(tile, 0, sizeof *tile);
     if (face >= envmap_faces(level->mapping)) return;
     for (int n = 0; n < 16; ++n) {
+        envmapi_banks_block *block = tile->blocks + n;
         int x = x0 + n % 4 * 4, y = y0 + n / 4 * 4;
-        envmapi_direction(tile->centre[n], level->mapping, face, fmin((x + 2.0) / level->width, 1),
+        envmapi_direction(block->centre, level->mapping, face, fmin((x + 2.0) / level->width, 1),
                           fmin((y + 2.0) / level->edge, 1));
-        for (int lane = 0; lane < 16; ++lane)
-            envmapi_banks_lane(tile, h, face, x + lane % 4, y + lane / 4, n, lane);
-        for (int c = 0; c < 3; ++c) tile->middle[c] += tile->reach[n] > 0 ? tile->centre[n][c] : 0;
-        tile->reach[n] *= 1.8; /* rad, of a coordinate; chords of less than a radian */
+        for (int l = 0; l < 16; ++l) envmapi_banks_lane(block, h, face, x + l % 4, y + l / 4, l);
+        for (int c = 0; c < 3; ++c) tile->middle[c] += block->reach > 0 ? block->centre[c] : 0;
     }
     envmapi_unit(tile->middle, tile->middle);
-    for (int n = 0; n < 16; ++n)
-        if (tile->reach[n] > 0)
-            tile->radius =
-                fmax(tile->radius,
-                     tile->reach[n] + envmapi_acos(envmapi_dot(tile->middle, tile->centre[n])));
+    for (const envmapi_banks_block *b = tile->blocks; b < tile->blocks + 16; ++b) {
+        double from = envmapi_acos(envmapi_dot(tile->middle, b->centre));
+        if (b->reach > 0) tile->radius = fmax(tile->radius, b->reach + from);
+    }
     envmapi_banks_light(tile, &h->near, face, x0, y0);
 }
 
-/* Adds k of sixteen texels. off: cos A - cos theta of the middle that lines start from. */
-ENVMAPI_INLINE void envmapi_banks_places(float K[16], const envmapi_banks_line *line,
-                                         const envmapi_banks_ring *ring, const float a[3],
-                                         float off, float cosine) {
+/* K of a block's texels. off: cos A - cos theta of its middle. */
+ENVMAPI_INLINE void envmapi_banks_weigh(float K[16], const envmapi_banks_block *block,
+                                        const envmapi_banks_ring *ring, const float a[3], float off,
+                                        int places) {
+    const float cosine = (float)ring->cosine,
+                inner = (float)(envmapi_tent[3][2][0] / envmapi_tent[3][3][0]);
+    const float at[4] = {-1, -inner, inner, 1};
+    const float weight[2] = {(float)envmapi_tent[3][0][1], (float)envmapi_tent[3][1][1]};
     for (int l = 0; l < 16; ++l) {
-        float x = a[0] * line->d[0][l] + a[1] * line->d[1][l] + a[2] * line->d[2][l];
-        float slope =
-            a[0] * line->slope[0][l] + a[1] * line->slope[1][l] + a[2] * line->slope[2][l];
-        float bend = a[0] * line->bend[0][l] + a[1] * line->bend[1][l] + a[2] * line->bend[2][l];
-        float beyond = off - x, square, r, k = 0; /* r = 1 / sin theta, as _inverse_root */
-        uint32_t bits;
-        x = cosine - beyond, square = 1 + 1e-12f - x * x;
+        float g[6];
+        for (int i = 0; i < 6; ++i)
+            g[i] = a[0] * block->d[i][0][l] + a[1] * block->d[i][1][l] + a[2] * block->d[i][2][l];
+        float beyond = off - g[0], x = cosine - beyond, square = 1 + 1e-12f - x * x, r, k = 0;
+        uint32_t bits; /* r = 1 / sin theta, as _inverse_root */
         memcpy(&bits, &square, sizeof bits);
         bits = 0x5F3759DF - (bits >> 1);
         memcpy(&r, &bits, sizeof r);
-        for (int n = 0; n < 3; ++n) r *= 1.5f - 0.5f * square * r * r;
-        slope *= -r, bend = -r * (bend + 0.5f * x * slope * slope); /* of theta */
-        float t = beyond / (square * r + ring->sine) * ring->inverse;
-        float grows = 0.5f * ring->inverse * (1 + t * t * ring->square);
-        for (int i = 0; i < 4; ++i) {
-            float z = t + grows * ring->at[i] * (slope + ring->at[i] * bend), u = z * z;
-            float v = ring->square * u, one = (1 - u) * (1 - v * (1 - v));
-            k += u < 1 ? ring->weight[i] * one : 0;
-        }
-        K[l] += line->weight[l] * k;
+        for (int n = 0; n < 2; ++n) r *= 1.5f - 0.5f * square * r * r;
+        float t = beyond / (square * r + ring->sine) * ring->inverse, u = t * t;
+        float grows = -0.5f * ring->inverse * (1 + u * ring->square) * r; /* t of cos theta */
+        x *= r * r; /* theta bends by its slope, too */
+        float uu = grows * (g[3] + 0.5f * x * g[1] * g[1]), uv = grows * (g[4] + x * g[1] * g[2]);
+        float vv = grows * (g[5] + 0.5f * x * g[2] * g[2]), up = grows * g[1], vp = grows * g[2];
+        if (places)
+            for (int j = 0; j < 4; ++j) {
+                float base = t + at[j] * (vp + at[j] * vv), slope = up + at[j] * uv;
+                for (int i = 0; i < 2; ++i) { /* at both ends */
+                    float middle = base + at[i] * at[i] * uu, step = at[i] * slope;
+                    float one = middle - step, two = middle + step;
+                    one = 1 - one * one, two = 1 - two * two;
+                    one = one > 0 ? one : 0, two = two > 0 ? two : 0;
+                    k += weight[i] * weight[j < 2 ? j : 3 - j] * (one + two);
+                }
+            }
+        else k = u < 1 ? 1 - u : 0;
+        u = ring->square * (u < 1 ? u : 1);
+        K[l] = block->weight[l] * k * (1 - u * (1 - u));
     }
-}
-
-/* K of a tile's texels. 0: the ring reaches none. */
-static int envmapi_banks_weigh(float *grid, const envmapi_banks_tile *tile, int lines,
-                               const envmapi_banks_ring *ring, const double axis[3],
-                               double (*limits)[2]) {
-    int any = 0;
-    float a[3] = {(float)axis[0], (float)axis[1], (float)axis[2]};
-    for (int n = 0; n < 16; ++n) {
-        double x = envmapi_dot(axis, tile->centre[n]);
-        if (!(x > limits[n][0] && x < limits[n][1])) continue;
-        float K[16] = {0}, slope[2];
-        for (int m = 0; m < 2; ++m) {
-            const float *along = tile->along[n][m];
-            slope[m] = a[0] * along[0] + a[1] * along[1] + a[2] * along[2];
-        }
-        int m = slope[1] * slope[1] > slope[0] * slope[0];
-        for (int j = 0; j < lines; ++j)
-            envmapi_banks_places(K, &tile->line[n][m][j], ring, a, (float)(ring->cosine - x),
-                                 (float)ring->cosine);
-        if (!any) memset(grid, 0, 256 * sizeof *grid);
-        any = 1;
-        for (int y = 0; y < 4; ++y)
-            memcpy(grid + (n / 4 * 4 + y) * 16 + n % 4 * 4, K + 4 * y, 4 * sizeof *K);
-    }
-    return any;
 }
 
 /* sums += K times the images of a tile's texels. */
-static void envmapi_banks_apply(float *sums, const envmapi_banks_tile *tile, const float *grid,
+static void envmapi_banks_apply(float *sums, const envmapi_banks_tile *tile,
+                                const envmapi_banks_ring *ring, const double axis[3], int places,
                                 int groups) {
-    int count = 0, at[256];
-    for (int i = 0; i < 256; ++i)
-        if (grid[i] > 0) at[count++] = i;
-    for (int g = 0; g < groups; ++g) {
+    int count = 0;
+    short at[272];
+    float k[272], K[16], a[3] = {(float)axis[0], (float)axis[1], (float)axis[2]};
+    for (int n = 0; n < 16; ++n) {
+        double x = envmapi_dot(axis, tile->blocks[n].centre);
+        if (!(x > ring->limits[n][0] && x < ring->limits[n][1])) continue;
+        if (places) envmapi_banks_weigh(K, tile->blocks + n, ring, a, (float)(ring->cosine - x), 1);
+        else envmapi_banks_weigh(K, tile->blocks + n, ring, a, (float)(ring->cosine - x), 0);
+        for (int l = 0; l < 16; ++l)
+            at[count] = (short)(16 * n + l), k[count] = K[l], count += K[l] > 0;
+    }
+    for (int g = 0; g < groups && count; ++g) {
         envmapi_float16 sum;
         memset(&sum, 0, sizeof sum);
         for (int i = 0; i < count; ++i)
-            envmapi_float16_add(&sum, grid[at[i]], envmapi_float16_at(tile->rgb[g][at[i]]));
+            envmapi_float16_add(&sum, k[i], envmapi_float16_at(tile->rgb[g][at[i]]));
         envmapi_float16_add(envmapi_float16_at(sums + 16 * g), 1, &sum);
     }
 }
 
-static envmapi_banks_ring envmapi_banks_ring_of(const envmapi_banks *h, int slice) {
-    const envmapi_axis *axis = &h->near.axis;
+/* A slice's ring before a tile. */
+static envmapi_banks_ring envmapi_banks_ring_of(const envmapi_banks *h, int slice,
+                                                const envmapi_banks_tile *tile) {
+    double p = envmapi_slice_p(h->near.axis.lobe, slice, h->near.dst.slices);
+    double half = tan(h->width / 2);
     envmapi_banks_ring ring;
-    memset(&ring, 0, sizeof ring);
-    ring.angle = envmapi_acos(-envmapi_slice_p(axis->lobe, slice, h->near.dst.slices));
-    ring.cosine = cos(ring.angle), ring.sine = (float)sin(ring.angle);
-    ring.inverse = (float)(1 / tan(h->width / 2)), ring.weight[0] = 1;
-    ring.square = (float)(tan(h->width / 2) * tan(h->width / 2));
-    for (int i = 0; i < 4 && h->lines > 1; ++i) {
-        ring.at[i] = (float)(envmapi_tent[3][i][0] / envmapi_tent[3][3][0]);
-        ring.weight[i] = (float)envmapi_tent[3][i][1];
+    ring.angle = envmapi_acos(-p), ring.cosine = cos(ring.angle);
+    ring.sine = (float)sin(ring.angle);
+    ring.inverse = (float)(1 / half), ring.square = (float)(half * half);
+    for (int n = 0; n < 17; ++n) {
+        double reach = n < 16 ? tile->blocks[n].reach : tile->radius;
+        double room = h->width + reach + 1e-6;
+        ring.limits[n][0] = reach > 0 ? envmapi_cosine(ring.angle + room) : 2;
+        ring.limits[n][1] = envmapi_cosine(ring.angle - room);
     }
     return ring;
-}
-
-/* Cosines of the angles beyond which a ring sees nothing of a tile, or of 4 x 4 texels. */
-static void envmapi_banks_limits(double limits[17][2], const envmapi_banks_tile *tile,
-                                 const envmapi_banks_ring *ring, double width) {
-    for (int n = 0; n < 17; ++n) {
-        double reach = n < 16 ? tile->reach[n] : tile->radius, room = width + reach + 1e-6;
-        limits[n][0] = reach > 0 ? envmapi_cosine(ring->angle + room) : 2;
-        limits[n][1] = envmapi_cosine(ring->angle - room);
-    }
 }
 
 /* A part of all axes of all slices, for the tiles at hand. */
@@ -8814,23 +8817,57 @@ static void envmapi_task_banks(void *context, int task) {
     const envmapi_banks *h = (const envmapi_banks *)context;
     int64_t count = (int64_t)h->slices * h->count, end = count * (task + 1) / h->tasks;
     int groups = envmapi_near_groups(&h->near);
-    float grid[256];
     for (const envmapi_banks_tile *tile = h->tiles; tile < h->tiles + ENVMAPI_BANKS_TILES; ++tile) {
         envmapi_banks_ring ring;
-        double limits[17][2];
         int slice = -1;
         for (int64_t i = count * task / h->tasks; i < end && tile->radius > 0; ++i) {
             const double *a = h->axes[i % h->count].a;
-            if (slice != (int)(i / h->count)) {
-                slice = (int)(i / h->count), ring = envmapi_banks_ring_of(h, h->slice + slice);
-                envmapi_banks_limits(limits, tile, &ring, h->width);
-            }
+            if (slice != (int)(i / h->count))
+                slice = (int)(i / h->count),
+                ring = envmapi_banks_ring_of(h, h->slice + slice, tile);
             double x = envmapi_dot(a, tile->middle);
-            if (x > limits[16][0] && x < limits[16][1] &&
-                envmapi_banks_weigh(grid, tile, h->lines, &ring, a, limits))
-                envmapi_banks_apply(h->sums + (size_t)i * (size_t)(16 * groups), tile, grid,
-                                    groups);
+            if (x > ring.limits[16][0] && x < ring.limits[16][1])
+                envmapi_banks_apply(h->sums + (size_t)i * (size_t)(16 * groups), tile, &ring, a,
+                                    h->near.axis.tent > 0, groups);
         }
+    }
+}
+
+/* Some axes' integrals of the bilinear radiance, as >>reference has them: what texels count serves
+   all turns. */
+static void envmapi_task_banks_thin(void *context, int task) {
+    const envmapi_banks *h = (const envmapi_banks *)context;
+    const envmapi_near *s = &h->near;
+    envmapi_axis axis = s->axis;
+    int width = axis.level.width, edge = axis.level.edge, groups = envmapi_near_groups(s);
+    size_t n = (size_t)(envmap_faces(axis.level.mapping) * edge) * (size_t)width;
+    axis.level.texels = NULL, axis.light = h->light + (size_t)task * n;
+    memset(axis.light, 0, n * sizeof *axis.light);
+    for (int i = h->first + task; i < h->first + ENVMAPI_BANKS_ROUND && i < h->slices * h->count;
+         i += h->tasks) {
+        double sum[16 * ENVMAPI_NEAR_BLOCKS] = {0};
+        memcpy(axis.a, h->axes[i % h->count].a, sizeof axis.a);
+        axis.p = envmapi_slice_p(axis.lobe, h->slice + i / h->count, s->dst.slices);
+        envmap_lobe_support(&axis.from, &axis.to, axis.lobe, axis.p);
+        axis.kink_count = envmapi_lobe_kinks(axis.kinks, axis.lobe, axis.p);
+        axis.reach = axis.sight = axis.to;
+        if (h->whole) envmapi_axis_filter(&axis, NULL);
+        else envmapi_axis_polar(&axis, axis.bilinear, axis.to);
+        for (size_t j = 0; j < n; ++j) {
+            double k = axis.light[j] / s->scale;
+            if (!(k > 0)) continue;
+            int x = (int)(j % (size_t)width), row = (int)(j / (size_t)width), y = row % edge;
+            axis.light[j] = 0;
+            for (int t = 0; t < s->turn_count; ++t) {
+                const envmapi_place *to = s->turns[t].src + row / edge;
+                float rgb[3];
+                envmapi_near_texel(rgb, s, to->face, to->x0 + to->xx * x + to->xy * y,
+                                   to->y0 + to->yx * x + to->yy * y);
+                for (int c = 0; c < 3; ++c) sum[3 * t + c] += k * (double)rgb[c];
+            }
+        }
+        for (int k = 0; k < 3 * s->turn_count; ++k)
+            h->sums[(size_t)i * (size_t)(16 * groups) + (size_t)k] += (float)sum[k];
     }
 }
 
@@ -8862,9 +8899,8 @@ static int envmapi_banks_suits(const envmapi_banks *h, const envmap *src, double
     const envmapi_axis *axis = &h->near.axis;
     double axes = (double)envmapi_slice_floats(&h->near.dst, 0) / 3 * h->slices;
     int suits = axis->lobe->kind == ENVMAP_LOBE_BANKS && axis->lobe->parameter >= 0.98f &&
-                tolerance >= 1e-4 && !envmapi_near_few(src) && !(axis->bilinear > 0) &&
-                axes * (axis->tent > 0 ? 8 : 0.5) > 1 / axis->texel &&
-                !(src->mapping == ENVMAP_OCTAHEDRAL && axis->tent > 0);
+                tolerance >= 1e-4 && !envmapi_near_few(src) &&
+                axes * (axis->tent > 0 ? 8 : 0.5) > 1 / axis->texel;
     for (int k = h->slice; k < h->slice + h->slices && suits; ++k) {
         double angle = envmapi_acos(-envmapi_slice_p(axis->lobe, k, h->near.dst.slices));
         suits = fmin(angle, ENVMAPI_PI - angle) > h->width + 4 * axis->texel;
@@ -8894,21 +8930,33 @@ static envmap_result envmapi_banks_create(envmapi_banks *h, envmapi_pool *pool) 
     size_t numbers = (size_t)h->slices * (size_t)h->count * 16 * groups;
     h->sums = (float *)envmapi_pool_get(pool, numbers, sizeof(float));
     h->tiles = (envmapi_banks_tile *)envmapi_pool_get(pool, ENVMAPI_BANKS_TILES, sizeof *h->tiles);
-    if (!h->axes || !h->sums || !h->tiles) return ENVMAP_ERROR_MEMORY;
+    if (h->thin > 0)
+        h->light = (double *)envmapi_pool_get(
+            pool,
+            (size_t)h->tasks *
+                (size_t)(envmap_faces(near->axis.level.mapping) * near->axis.level.edge) *
+                (size_t)near->axis.level.width,
+            sizeof *h->light);
+    if (!h->axes || !h->sums || !h->tiles || (!h->light && h->thin > 0)) return ENVMAP_ERROR_MEMORY;
     memset(h->sums, 0, numbers * sizeof(float));
     return ENVMAP_OK;
 }
 
-/* Tiles, some at a time, for all axes of all slices. */
-static envmap_result envmapi_banks_tiles(envmapi_banks *h, const envmap_work *work) {
+/* Tiles, some at a time, for all axes of all slices; then axes. */
+static envmap_result envmapi_banks_run(envmapi_banks *h, const envmap_work *work) {
     const envmapi_level *level = &h->near.axis.level;
     h->across = (level->width + 15) / 16, h->down = (level->edge + 15) / 16;
-    h->tasks = envmapi_tasks(work);
-    int count = envmap_faces(level->mapping) * h->across * h->down;
-    for (h->first = 0; h->first < count; h->first += ENVMAPI_BANKS_TILES) {
-        if (envmapi_tell(&work->progress, (double)h->first / count)) return ENVMAP_CANCELLED;
+    int tiles = envmap_faces(level->mapping) * h->across * h->down, axes = h->slices * h->count;
+    for (h->first = 0; h->first < tiles && h->thin < 1; h->first += ENVMAPI_BANKS_TILES) {
+        if (envmapi_tell(&work->progress, (1 - h->thin) * h->first / tiles))
+            return ENVMAP_CANCELLED;
         envmapi_run_all(work, envmapi_task_banks_tile, h, ENVMAPI_BANKS_TILES);
         envmapi_run_all(work, envmapi_task_banks, h, h->tasks);
+    }
+    for (h->first = 0; h->first < axes && h->thin > 0; h->first += ENVMAPI_BANKS_ROUND) {
+        if (envmapi_tell(&work->progress, 1 - h->thin + h->thin * h->first / axes))
+            return ENVMAP_CANCELLED;
+        envmapi_run_all(work, envmapi_task_banks_thin, h, h->tasks);
     }
     return ENVMAP_OK;
 }
@@ -8920,6 +8968,7 @@ static envmap_result envmapi_filter_banks(envmap *dst, const envmap *src, int fi
     envmapi_banks *h = (envmapi_banks *)envmapi_pool_get(pool, 1, sizeof *h);
     envmapi_window *w = (envmapi_window *)envmapi_pool_get(pool, 1, sizeof *w);
     envmapi_place opposite[6];
+    envmapi_source source;
     int mirrored =
         first == 0 && slices == dst->slices && !(fabs((double)lobe->p0 + (double)lobe->p1) > 0);
     double look[3], s = (double)lobe->parameter, tolerance = (double)desc->tolerance;
@@ -8930,19 +8979,28 @@ static envmap_result envmapi_filter_banks(envmap *dst, const envmap *src, int fi
     near->norm = envmapi_lobe_norm(lobe), near->scale = 1 / (1 - s);
     envmapi_axis_aim(&near->axis, src, first, dst->slices, tolerance);
     h->slice = first, h->slices = slices, h->width = acos(s);
+    h->tasks = (envmapi_tasks(&desc->work) + 1) / 2; /* their weights take memory */
     *served = envmapi_banks_suits(h, src, tolerance);
     if (!*served) return ENVMAP_OK;
-    h->lines = near->axis.tent > 0 ? 4 : 1;
+    h->whole = near->axis.tent > 0 && src->mapping != ENVMAP_CUBE &&
+               src->mapping != ENVMAP_LATLONG &&
+               src->mapping != ENVMAP_PARABOLOID; /* folds and rims */
+    h->thin = h->whole ? 1 : near->axis.bilinear;
+    envmap_result result = ENVMAP_OK;
+    memset(&source, 0, sizeof source);
+    if (h->whole) result = envmapi_source_create(&source, src, first, desc->work.memory);
+    near->axis.source = &source;
     envmapi_near_contrast(look, near->axis.level.texels, envmapi_slice_floats(src, 0));
     frexp(look[0], &near->exponent);
     if (near->exponent > -60 && near->exponent < 60) near->exponent = 0;
-    if (envmapi_near_turn(near, src, pool)) return ENVMAP_ERROR_MEMORY;
+    if (!result) result = envmapi_near_turn(near, src, pool);
     for (int face = 0; face < envmap_faces(dst->mapping); ++face)
         mirrored &= envmapi_turn_place(opposite + face, 7, dst->mapping, dst->size, face);
     if (mirrored) h->slices = (slices + 1) / 2;
-    envmap_result result = envmapi_banks_create(h, pool);
-    if (!result) result = envmapi_banks_tiles(h, &desc->work);
+    if (!result) result = envmapi_banks_create(h, pool);
+    if (!result) result = envmapi_banks_run(h, &desc->work);
     if (!result) envmapi_banks_put(h, w, mirrored ? opposite : NULL);
+    envmapi_source_free(&source, desc->work.memory);
     return result;
 }
 
@@ -9421,7 +9479,7 @@ static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, co
     t.histograms = s->histograms;
     t.squares = (double *)envmapi_pool_get(pool, (size_t)(j + 1) * count, sizeof *t.squares);
     t.d = (double(*)[3])envmapi_pool_get(pool, count, sizeof *t.d);
-    t.values = (float(*)[3 + ENVMAPI_SCALES])envmapi_pool_get(pool, count, sizeof *t.values);
+    t.values = (float(*)[3 + ENVMAPI_SCALES]) envmapi_pool_get(pool, count, sizeof *t.values);
     if (!t.squares || !t.d || !t.values) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < 1026; ++i) {
         double part = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
@@ -9531,13 +9589,13 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 /* kinks_on_few_texels_keep_the_tolerance */
 #define ENVMAPI_LATTICE 0.8 /* of the texels' lattice's first wave: from there lambda_l is small */
 /* a_lit_texel_some_texels_away_keeps_the_tolerance, of tests/test_near.c, at 30 */
-#define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
-#define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
-#define ENVMAPI_APART   15.0 /* over bands, rad: length of the pieces that points stand for */
-#define ENVMAPI_SHARP   2.35 /* texels: near sums are quicker below, between cubes; speed only */
-#define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
-#define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
-#define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
+#define ENVMAPI_TAIL   3.0  /* times the share, for the tail of a sharp lobe */
+#define ENVMAPI_BLUR   4.0  /* over texels: from this band on, bilinear radiance has less */
+#define ENVMAPI_APART  15.0 /* over bands, rad: length of the pieces that points stand for */
+#define ENVMAPI_SHARP  2.35 /* texels: near sums are quicker below, between cubes; speed only */
+#define ENVMAPI_MIDDLE 40   /* squared bands a number of the result, of points: speed only */
+#define ENVMAPI_HEAVY  190  /* bands, beyond which a GGX has its lights apart: speed only */
+#define ENVMAPI_SMOOTH 8.0  /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
 
 /* The angles of histograms: their cosines, and sin t dt / 2. */
 typedef struct envmapi_angles {
@@ -9554,12 +9612,12 @@ static void envmapi_angles_fill(envmapi_angles *angles) {
 
 /* A slice of a result. Radiance is in units of the light that a result of a uniform scene has. */
 typedef struct envmapi_slice {
-    double p, *lambda;           /* lambda_l of the bands that are known */
-    double power, tail;          /* sum (2l+1) lambda_l^2: of all bands; of unknown ones */
-    double k[ENVMAPI_ANGLES];    /* of the known bands, at the angles */
+    double p, *lambda;            /* lambda_l of the bands that are known */
+    double power, tail;           /* sum (2l+1) lambda_l^2: of all bands; of unknown ones */
+    double k[ENVMAPI_ANGLES];     /* of the known bands, at the angles */
     double whole[ENVMAPI_ANGLES]; /* its size; of a tail that of the whole lobe */
-    double mean, darkest;        /* of the result in this scene */
-    double result[ENVMAPI_AXES]; /* what each axis gets */
+    double mean, darkest;         /* of the result in this scene */
+    double result[ENVMAPI_AXES];  /* what each axis gets */
     double dark[ENVMAPI_SCALES][ENVMAPI_ANGLES]; /* the least, that far from a scale's spot */
     int black, L; /* black: an axis gets next to nothing; L: the bands needed */
     double h;     /* the grid needed */
@@ -10165,8 +10223,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     envmapi_axis_aim(axis, src, k, dst->slices, tolerance);
     if (axis->bilinear > 0 && axis->to > axis->reach && lobe->kind == ENVMAP_LOBE_GGX)
         return ENVMAP_OK;
-    if (!envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result))
-        return result;
+    if (!envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result)) return result;
     int slice = src->slices > 1 ? k : 0;
     result = envmapi_scene_create(scene, src, slice, spec.sigma, &desc->work, pool);
     if (result) return result;
@@ -10190,8 +10247,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
         return ENVMAP_OK;
     }
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / spec.h, spec.L + 2)));
-    spectrum.a =
-        (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
+    spectrum.a = (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
     if (!spectrum.a || envmapi_rings_create(rings, M, spec.L, points->count,
                                             envmapi_tasks(&desc->work), NULL, pool))
         result = ENVMAP_ERROR_MEMORY;
@@ -10452,8 +10508,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         else if (envmapi_job_constant(job, l))
             for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(view, 0); ++i)
                 view->texels[i] = src->texels[i % 3];
-        else
-            result = envmapi_filter_sharp(view, src, lobe, NULL, 0, slices, &desc, &job->pool);
+        else result = envmapi_filter_sharp(view, src, lobe, NULL, 0, slices, &desc, &job->pool);
     }
     done *= runs;
     for (int run = 0; run < runs && job->fast && !result; ++run, done += job->fast) {

@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: MIT
+   Banks' thin rings, tile by tile of the source: against the definition, which search_oracle.h
+   writes a second time, against the integral of a ring, and against each other. */
+#define _POSIX_C_SOURCE 200809L
+#define ENVMAP_IMPLEMENTATION
+#include "search_others.h"
+
+/* ----------------------------------------------------------------------------------- tools ---- */
+
+/* Sources whose mean texel a ring is `texels` times as wide as, from its middle to its edge. */
+static int edge_for(int mapping, double s, double texels) {
+    int edge = 30;
+    while (oracle_extent(mapping, edge) * texels > acos(s)) ++edge;
+    return edge;
+}
+
+static work work_of(int from, int edge, int to, int size, double s, const char *scene) {
+    char text[400];
+    work w;
+    snprintf(text, sizeof text,
+             "check=filter method=fast src=%s:%d:1 dst=%s:%d:2 lobe=banks:%.9g:0 raw=0:1 "
+             "tolerance=1e-3 scene=%s times=1 seed=1",
+             work_mappings[from], edge, work_mappings[to], size, s, scene);
+    if (!CHECK(work_read(&w, text))) printf("    %s\n", text);
+    return w;
+}
+
+/* The room itself, wherever FAST may go for such a work. */
+static envmap_result rings(envmap *dst, const envmap *src, const envmap_lobe *lobe, int *served) {
+    envmap_filter_desc desc;
+    envmapi_pool pool;
+    memset(&desc, 0, sizeof desc), memset(&pool, 0, sizeof pool);
+    desc.tolerance = 1e-3f;
+    dst->p0 = lobe->p0, dst->p1 = lobe->p1;
+    envmap_result result =
+        envmapi_filter_banks(dst, src, 0, dst->slices, served, lobe, &desc, &pool);
+    envmapi_pool_free(&pool, 0);
+    return result;
+}
+
+/* Rings this wide in texels from a mapping to the next few; prints the worst of all. */
+static void rings_keep(int from, double texels, double s) {
+    static const char *const scenes[] = {"noise:0:0", "sun:0.42:0.45", "texel:0.334:0.99",
+                                         "texel:0.6:0.01"};
+    double rms = 0, worst = 0;
+    for (int i = 0; i < 4; ++i) {
+        work w = work_of(from, edge_for(from, s, texels), (from + i) % MAPPINGS, 10, s, scenes[i]);
+        bench b;
+        int served = 0;
+        CHECK(bench_create(&b, &w));
+        CHECK(rings(&b.dst, &b.src, &b.header_lobe, &served) == ENVMAP_OK && served);
+        judge j = judge_map(&b, b.dst.texels, w.dst_size, w.dst_slices, 0.1);
+        if (j.error > 1) j = judge_map(&b, b.dst.texels, w.dst_size, w.dst_slices, 2);
+        rms = fmax(rms, j.error), worst = fmax(worst, j.worst);
+        bench_free(&b);
+    }
+    FIGURE("rms in tolerances", rms, 1);
+    FIGURE("the worst texel's", worst, 20);
+}
+
+/* ----------------------------------------------------------------------------------- tests ---- */
+
+static void rings_wider_than_two_texels_keep_the_tolerance(void) {
+    for (int from = 0; from < MAPPINGS; ++from) rings_keep(from, 3.5, 0.998);
+}
+
+static void rings_of_tents_keep_the_tolerance(void) {
+    for (int from = 0; from < MAPPINGS; ++from) rings_keep(from, 2.4, 0.9995);
+}
+
+static void rings_between_tents_and_bilinear_radiance_keep_the_tolerance(void) {
+    for (int from = 0; from < MAPPINGS; ++from) rings_keep(from, 1.8, 0.9995);
+}
+
+static void rings_thinner_than_a_texel_keep_the_tolerance(void) {
+    for (int from = 0; from < MAPPINGS; ++from) rings_keep(from, 0.7, 0.9999);
+}
+
+/* A ring of half-width w at the angle A: the integral of cos(theta - A) - s over it is
+   2 pi sin A (w - sin w cos w), and a constant becomes that over the same at A = pi/2: sin A. */
+static void a_constant_becomes_the_sine_of_the_rings_angle(void) {
+    static const double lobes[] = {0.99, 0.999, 0.9999, 0.999999};
+    double error = 0;
+    for (int i = 0; i < 4 * MAPPINGS; ++i) {
+        work w = work_of(i % MAPPINGS, 48, ENVMAP_CUBE, 8, lobes[i / MAPPINGS], "constant:0:0");
+        bench b;
+        int served = 0;
+        CHECK(bench_create(&b, &w));
+        b.header_lobe.p0 = -0.7f, b.header_lobe.p1 = 0.5f; /* centres at -0.4 and 0.2 */
+        CHECK(rings(&b.dst, &b.src, &b.header_lobe, &served) == ENVMAP_OK && served);
+        for (int n = 0; n < 2 * 6 * 64; ++n) {
+            double p = n < 6 * 64 ? -0.4 : 0.2,
+                   expected = (double)b.src.texels[0] * sqrt(1 - p * p);
+            error = fmax(error, fabs((double)b.dst.texels[3 * n] / expected - 1));
+        }
+        bench_free(&b);
+    }
+    FIGURE("off by, relatively", error, 1e-3);
+}
+
+/* Slices at p and -p see the same rings from opposite sides: made together or one by one. */
+static void slices_made_together_are_those_made_one_by_one(void) {
+    static const double widths[] = {3.5, 2.4, 1.8, 1.2};
+    for (int i = 0; i < 4; ++i) {
+        int edge = edge_for(ENVMAP_CUBE, 0.9995, widths[i]), served = 0, n = 2 * 8 * 8 * 3;
+        work w = work_of(ENVMAP_CUBE, edge, ENVMAP_PARABOLOID, 8, 0.9995, "noise:0:0");
+        double off = 0, mean = 0;
+        bench b, one;
+        CHECK(bench_create(&b, &w));
+        w.dst_slices = 1;
+        CHECK(bench_create(&one, &w));
+        b.header_lobe.p0 = -0.8f, b.header_lobe.p1 = 0.8f; /* centres at -0.4 and 0.4 */
+        CHECK(rings(&b.dst, &b.src, &b.header_lobe, &served) == ENVMAP_OK && served);
+        for (int k = 0; k < 2; ++k) {
+            one.header_lobe.p0 = one.header_lobe.p1 = k ? 0.4f : -0.4f;
+            CHECK(rings(&one.dst, &b.src, &one.header_lobe, &served) == ENVMAP_OK && served);
+            for (int j = 0; j < n; ++j) {
+                double of = (double)b.dst.texels[k * n + j];
+                off = fmax(off, fabs(of - (double)one.dst.texels[j])), mean += of / (2 * n);
+            }
+        }
+        FIGURE("of the mean, at most", off / mean, 1e-4);
+        bench_free(&b), bench_free(&one);
+    }
+}
+
+/* FAST goes there, and keeps the rules of every call. */
+static void all_rules_are_kept(void) {
+    static const int checks[] = {CHECK_EXECUTORS, CHECK_FAILURES};
+    static const struct {
+        int mapping, edge;
+    } sources[] = {{ENVMAP_CUBE, 260}, {ENVMAP_CUBE, 60}, {ENVMAP_ANGULAR, 70}};
+    for (int i = 0; i < 3; ++i) {
+        work w = work_of(sources[i].mapping, sources[i].edge, ENVMAP_CUBE, 3, 0.9999, "noise:0:0");
+        bench b, room;
+        int served = 0;
+        envmap_filter_desc desc;
+        memset(&desc, 0, sizeof desc);
+        desc.method = ENVMAP_METHOD_FAST;
+        CHECK(bench_create(&b, &w) && bench_create(&room, &w));
+        CHECK(envmap_filter(&b.dst, &b.src, &b.header_lobe, &desc) == ENVMAP_OK);
+        CHECK(rings(&room.dst, &room.src, &b.header_lobe, &served) == ENVMAP_OK && served);
+        CHECK(!memcmp(b.dst.texels, room.dst.texels, 2 * 6 * 9 * 3 * sizeof(float)));
+        bench_free(&b), bench_free(&room);
+        for (int j = 0; j < 2; ++j) {
+            w.check = checks[j];
+            verdict v = check_work(&w);
+            v.over[PROMISE_COST] = -1;
+            for (int p = 0; p < PROMISE_COUNT; ++p)
+                if (!CHECK(!broken(&v, p))) printf("    %s\n", promise_text[p]);
+        }
+    }
+}
+
+int main(void) {
+    RUN(rings_wider_than_two_texels_keep_the_tolerance);
+    RUN(rings_of_tents_keep_the_tolerance);
+    RUN(rings_between_tents_and_bilinear_radiance_keep_the_tolerance);
+    RUN(rings_thinner_than_a_texel_keep_the_tolerance);
+    RUN(a_constant_becomes_the_sine_of_the_rings_angle);
+    RUN(slices_made_together_are_those_made_one_by_one);
+    RUN(all_rules_are_kept);
+    return test_summary();
+}
