@@ -3648,7 +3648,8 @@ typedef struct envmapi_rings {
     double (*factors)[3]; /* of the solve down the rings, [4][M/2+2]: even m and odd; e and o */
     /* the points, and what is there: RGB and solid angle */
     envmapi_point *points;
-    float *values; /* [count][4] */
+    short (*reach)[2]; /* of 64 points each: the first k on which they are spread, and the last */
+    float *values;     /* [count][4] */
     size_t count, room; /* room: doubles from G on, F and values are there too */
     double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
@@ -3717,8 +3718,9 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     size_t grid = (n + 6) * rings->row / 2, F = 16 * L * rings->pairs;
     size_t own = rings->room = grid + (F > 2 * room ? F : 2 * room);
     if (done && done->room >= own) own = 0;
+    size_t points = (3 * room + 1) / 2, reach = room / 128 + 1;
     double *block = (double *)envmapi_pool_get(
-        pool, own + tables + work + (n + 1) / 2 + (3 * room + 1) / 2, sizeof(double));
+        pool, own + tables + work + (n + 1) / 2 + points + reach, sizeof(double));
     if (!block) return ENVMAP_ERROR_MEMORY;
     rings->G = own ? (float *)block : done->G, rings->F = (double *)(void *)rings->G + grid;
     rings->values = (float *)rings->F;
@@ -3727,6 +3729,7 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     rings->log_sin = rings->x + H, rings->factors = (double(*)[3])(rings->log_sin + H);
     rings->work = rings->twiddles + tables, rings->reversed = (int *)(rings->work + work);
     rings->points = (envmapi_point *)(rings->reversed + (n + 1) / 2 * 2);
+    rings->reach = (short(*)[2])((double *)(void *)rings->points + points);
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
 }
@@ -3760,6 +3763,11 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
     for (size_t n = 0; n < (count + 63) / 64 * 64; ++n) {
+        const short *reach = rings->reach[n / 64];
+        if (reach[0] >= to || reach[1] < from) {
+            n |= 63;
+            continue;
+        }
         /* every eighth, as what the last one changed cannot be read at once */
         size_t i = (n & ~(size_t)63) + n % 8 * 8 + n / 8 % 8;
         const envmapi_point *p = points + i;
@@ -4103,6 +4111,20 @@ static int envmapi_spread_tasks(const envmapi_rings *r) {
     return tasks;
 }
 
+/* Without it a task looks at every point: 1.15 x for Phong 2000 in 16 tasks. */
+static void envmapi_task_reach(void *context, int task) {
+    envmapi_rings *r = (envmapi_rings *)context;
+    size_t groups = (r->count + 63) / 64, end = groups * ((size_t)task + 1) / (size_t)r->tasks;
+    for (size_t g = groups * (size_t)task / (size_t)r->tasks; g < end; ++g) {
+        short first = r->points[64 * g].k, last = first;
+        for (size_t i = 64 * g; i < 64 * g + 64 && i < r->count; ++i) {
+            short k = r->points[i].k;
+            first = k < first ? k : first, last = k > last ? k : last;
+        }
+        r->reach[g][0] = (short)(first - 2), r->reach[g][1] = (short)(last + 3);
+    }
+}
+
 static void envmapi_task_spread(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
@@ -4122,7 +4144,8 @@ static void envmapi_task_interpolate(void *context, int task) {
 static void envmapi_task_fft(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     double *z = r->work + (size_t)task * envmapi_rings_work(r->M);
-    for (int block = task; block < r->M / 4; block += r->tasks) {
+    int blocks = r->M / 4, end = blocks * (task + 1) / r->tasks;
+    for (int block = blocks * task / r->tasks; block < end; ++block) {
         if (r->back) envmapi_rings_pack(r, block, z);
         else envmapi_rings_block(r, block, z, 0);
         envmapi_fft(r, z, r->back ? 1 : -1);
@@ -4144,6 +4167,7 @@ static void envmapi_task_legendre(void *context, int task) {
 /* points, values -> a */
 static void envmapi_analyse(envmapi_rings *r, const envmap_work *work) {
     r->back = 0;
+    envmapi_run_all(work, envmapi_task_reach, r, r->tasks);
     envmapi_run_all(work, envmapi_task_spread, r, envmapi_spread_tasks(r));
     envmapi_rings_close(r, 1);
     envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
