@@ -2621,7 +2621,7 @@ static envmap_result envmapi_resample_slice(envmapi_resampling *r, const envmap_
     int faces = envmap_faces(dst.mapping), n = src->size, same = dst.mapping == src->mapping;
     double n_dst = envmapi_count(&dst), n_src = envmapi_count(src);
     if (same && dst.size == n) {
-        memcpy(dst.texels, src->texels, envmapi_slice_floats(src, 0) * sizeof(float));
+        envmapi_scan_run(dst.texels, src->texels, envmapi_slice_floats(src, 0), 1, work);
         return envmapi_tell(&work->progress, 1);
     }
     if (same && dst.size <= n) {
@@ -2655,8 +2655,9 @@ ENVMAPI_BODY envmap_result envmap_resample(envmap *dst, const envmap *src,
     envmap_work all;
     if (!envmapi_pair_ok(dst, src) || !envmapi_work_of(&all, work)) return ENVMAP_ERROR_ARGUMENT;
     memset(&pool, 0, sizeof pool), pool.memory = all.memory;
-    if (!envmapi_radiance_ok(src, 1)) return ENVMAP_ERROR_RADIANCE;
     size_t floats = envmapi_slice_floats(dst, 0), slices = (size_t)src->slices;
+    if (!envmapi_scan_run(NULL, src->texels, slices * envmapi_slice_floats(src, 0), 1, &all))
+        return ENVMAP_ERROR_RADIANCE;
     float *out = dst->texels; /* staged where a part of it could be cancelled or fail */
     if (all.progress.report || slices > 1)
         out = (float *)envmapi_pool_get(&pool, floats * slices, sizeof(float));
@@ -8733,8 +8734,12 @@ static void envmapi_scene_halve(const envmapi_scene *s, float *sums, int i) {
     for (int row = 0; row < envmap_faces(s->in.map->mapping) * from->nv; ++row) {
         int line = row / from->nv * to->nv + row % from->nv / 2;
         float *parents = sums + to->at + 4 * (size_t)(line * to->nu);
-        for (int x = 0; x < from->nu; ++x, block += 4)
-            for (int c = 0; c < 4; ++c) parents[4 * (x / 2) + c] += block[c];
+        for (int x = 0; x < from->nu; x += 2, parents += 4) {
+            envmapi_float4 sum = *envmapi_float4_at(parents);
+            for (int end = x + 1 < from->nu ? 2 : 1; end > 0; --end, block += 4)
+                envmapi_float4_add(&sum, 1, envmapi_float4_at(block));
+            *envmapi_float4_at(parents) = sum;
+        }
     }
 }
 
@@ -8779,7 +8784,7 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
             const float *around = parents ? parents + 4 * (parent + x / 2) : NULL;
             int alike = group > 1 && (x ^ 1) < from->nu ? 2 : 1;
             double square = envmapi_block_excess(e, s, block, around, alike);
-            if ((x + 1) % group && x + 1 < from->nu) continue;
+            if (group > 1 && (x + 1) % group && x + 1 < from->nu) continue;
             square *= envmapi_dot(e, e), e[0] = e[1] = e[2] = 0;
             if (into) into[x >> (to - i)] += square;
             sum += square;
@@ -9135,14 +9140,15 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, const 
 static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
     int i = 0;
     double extent = s->edge * envmapi_texel_extent(s->in.map), mean = s->all / s->solid / 3;
-    double dark = HUGE_VAL;
+    float dark = 1e30f;
     for (; i + 1 < s->scales && 2 * extent <= sigma; ++i) extent *= 2;
     const float *block = s->sums + s->blocks[i].at, *end = block + 4 * s->blocks[i].count;
-    for (; block < end; block += 4) {
-        double most = fmax(fmax((double)block[0], (double)block[1]), (double)block[2]);
-        if (block[3] > 0) dark = fmin(dark, most / (double)block[3]);
+    for (; block < end; block += 4) { /* fmin and fmax would be calls */
+        float most = block[0] > block[1] ? block[0] : block[1];
+        most = block[2] > most ? block[2] : most;
+        if (most < dark * block[3]) dark = most / block[3];
     }
-    return mean > 0 ? fmin(dark / mean, 2) : 2;
+    return mean > 0 ? fmin((double)dark / mean, 2) : 2;
 }
 
 /* ------------------------------------------------------------------------------------- >>fast --
