@@ -1959,6 +1959,13 @@ static uint32_t envmapi_order(float number) {
     return bits;
 }
 
+/* Whether one of them comes behind last. */
+static int envmapi_behind(const float *floats, size_t count, uint32_t last) {
+    uint32_t behind = 0;
+    for (size_t i = 0; i < count; ++i) behind |= envmapi_order(floats[i]) > last;
+    return behind > 0;
+}
+
 ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned) {
     envmap_cleaned out;
     double energy[2] = {0, 0}, solid = 0, replaced = 0, each = 0;
@@ -1969,6 +1976,10 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
     size_t area = envmapi_area(map->mapping, h);
     size_t count = area * (size_t)(envmap_faces(map->mapping) * map->slices);
     memset(&out, 0, sizeof out);
+    if (!envmapi_behind(map->texels, 3 * count, limit > 0 ? envmapi_order(limit) : 0x7F7FFFFFu)) {
+        if (cleaned) *cleaned = out; /* as most maps are */
+        return ENVMAP_OK;
+    }
     for (size_t i = 0; i < 3 * count && !(limit > 0); ++i) {
         uint32_t order = envmapi_order(map->texels[i]);
         if (order < 0x7F800000u && order > envmapi_order(most)) most = map->texels[i];
