@@ -2051,14 +2051,14 @@ typedef struct envmapi_resampling {
 static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, int n) {
     int mapping = r->dst.mapping, size = r->dst.size, w = envmapi_width(mapping, size);
     int row = (int)(texel / (size_t)w), x = (int)(texel % (size_t)w);
-    double d[3], uv[2], rgb[3] = {0, 0, 0}, all = 0;
+    double d[3], uv[2] = {0, 0}, rgb[3] = {0, 0, 0}, all = 0;
     envmapi_level level = envmapi_level_of(&r->src, 0, 0);
     for (int i = 0; i <= n * n; ++i) { /* the last one, where all others lie outside */
         double u = (x + (i % n + 0.5) / n) / w, v = (row % size + (i / n + 0.5) / n) / size;
         double rho = i < n * n ? envmapi_density(mapping, u, v) : 1;
         int outside = envmapi_is_disc(mapping) && hypot(2 * u - 1, 2 * v - 1) > 1;
         if (i < n * n ? outside : all > 0) continue;
-        envmapi_texel_cell(uv, mapping, size, x, row % size);
+        if (i == n * n) envmapi_texel_cell(uv, mapping, size, x, row % size);
         envmapi_direction(d, mapping, row / size, i < n * n ? u : uv[0], i < n * n ? v : uv[1]);
         envmapi_add_lookup(rgb, &level, d, rho), all += rho;
     }
