@@ -2019,8 +2019,8 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    so constants stay, and so does the energy of each texel, to second order.
      one mapping, fewer texels     rectangles                               envmapi_task_nest
      dst finer by a quarter        bilinear radiance at points of dst       envmapi_orbit_points
-     src a cube or a lat-long,
-     or a finer octahedral map     texels X of dst, polygons on cells Y     envmapi_orbit_cover
+     src a cube, lat-long or
+     octahedral map                texels X of dst, polygons on cells Y     envmapi_orbit_cover
      dst a cube or a lat-long      texels X of src, polygons on cells Y     envmapi_task_light
      else                          by way of a finer cube                   envmapi_resample_slice
    A polygon's sides are straight on a face of Y, and its neighbours have the same sides, so that
@@ -2593,9 +2593,7 @@ static void envmapi_task_overlap(void *context, int band) {
 static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envmap_work *work,
                                               envmapi_pool *pool) {
     size_t texels = envmapi_slice_floats(&r->dst, 0) / 3;
-    size_t most = 4 * envmapi_slice_floats(&r->src, 0) / 9;
-    if (r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG) most = texels;
-    int gather = r->points || (texels <= most && !envmapi_is_disc(r->src.mapping));
+    int gather = r->points || !envmapi_is_disc(r->src.mapping);
     r->X = gather ? r->dst : r->src, r->Y = gather ? r->src : r->dst;
     r->parts = (63 + r->X.size) / r->X.size, r->light = NULL;
     if (r->X.mapping == ENVMAP_OCTAHEDRAL && r->X.size % 2) r->parts += r->parts % 2; /* folds */
