@@ -2345,19 +2345,22 @@ static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, in
     c->rim = envmapi_at_rim(r, x, y);
 }
 
-/* Of how many pieces a texel's sides have to be: they are bent near Y's poles. */
+/* Of how many pieces a texel's sides have to be: they are bent near Y's poles, -z of a sphere map
+   and +z of an angular map. */
 static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner *const c[4]) {
     double flat = 1e18, side = 0, parts = r->parts;
-    int poles = r->Y.mapping != ENVMAP_CUBE && r->Y.mapping != ENVMAP_OCTAHEDRAL;
+    int latlong = r->Y.mapping == ENVMAP_LATLONG, sphere = r->Y.mapping == ENVMAP_SPHERE;
+    int disc = sphere || r->Y.mapping == ENVMAP_ANGULAR;
     for (int i = 0; i < 4; ++i) {
         const float *a = c[i]->d, *b = c[(i + 1) & 3]->d;
         float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-        float across = r->Y.mapping == ENVMAP_LATLONG ? a[2] : a[1];
+        float across = latlong ? a[2] : a[1], ahead = sphere ? a[2] : -a[2];
         double square = (double)(x * x + y * y + z * z);
         double from_pole = 1e-18 + (double)(a[0] * a[0] + across * across);
+        if (disc && ahead > 0) from_pole += (double)(ahead * ahead);
         side = square > side ? square : side, flat = from_pole < flat ? from_pole : flat;
     }
-    side *= poles ? 121 / flat : 0; /* 11 parts a radian at a distance of 1 */
+    side *= disc || latlong ? 121 / flat : 0; /* 11 parts a radian at a distance of 1 */
     return (int)(side <= parts * parts ? parts : side < 121 ? ceil(sqrt(side)) : 11);
 }
 
@@ -2503,14 +2506,15 @@ static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
     double turn = 2 * r->Y.size;
     p->face = c[0]->face, p->count = 4;
     for (int i = 0; i < 4; ++i) {
-        whole &= c[i]->face == p->face && (!r->points || envmapi_inside(&r->Y, c[i]->at, 1.75));
+        whole &= c[i]->face == p->face;
+        whole &= !r->points || (c[i]->rim < 2 && envmapi_inside(&r->Y, c[i]->at, 1.75));
         for (int k = 0; k < 3 && octa; ++k) whole &= c[i]->d[k] * c[0]->d[k] > 0;
         memcpy(p->at[i], c[i]->at, sizeof c[i]->at);
         if (r->Y.mapping == ENVMAP_LATLONG)
             p->at[i][0] += turn * floor((p->at[0][0] - p->at[i][0]) / turn + 0.5);
     }
     if (r->points && envmapi_orbit_points(o, r, whole && parts <= 2)) return;
-    if (r->points && (octa || (envmapi_is_disc(r->Y.mapping) && parts > 4))) return;
+    if (r->points && (octa || envmapi_is_disc(r->Y.mapping))) return;
     int rim = c[0]->rim | c[1]->rim | c[2]->rim | c[3]->rim;
     if (whole && parts == 1 && !rim) {
         envmapi_orbit_cover(o, r);
