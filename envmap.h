@@ -2514,7 +2514,8 @@ static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
             p->at[i][0] += turn * floor((p->at[0][0] - p->at[i][0]) / turn + 0.5);
     }
     if (r->points && envmapi_orbit_points(o, r, whole && parts <= 2)) return;
-    if (r->points && (octa || envmapi_is_disc(r->Y.mapping))) return;
+    int looked_up = octa || r->Y.mapping == ENVMAP_PARABOLOID;
+    if (r->points && (looked_up || (envmapi_is_disc(r->Y.mapping) && parts > 4))) return;
     int rim = c[0]->rim | c[1]->rim | c[2]->rim | c[3]->rim;
     if (whole && parts == 1 && !rim) {
         envmapi_orbit_cover(o, r);
