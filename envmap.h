@@ -1959,6 +1959,13 @@ static uint32_t envmapi_order(float number) {
     return bits;
 }
 
+/* Whether one of them comes behind last. */
+static int envmapi_behind(const float *floats, size_t count, uint32_t last) {
+    uint32_t behind = 0;
+    for (size_t i = 0; i < count; ++i) behind |= envmapi_order(floats[i]) > last;
+    return behind > 0;
+}
+
 ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned *cleaned) {
     envmap_cleaned out;
     double energy[2] = {0, 0}, solid = 0, replaced = 0, each = 0;
@@ -1969,6 +1976,10 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
     size_t area = envmapi_area(map->mapping, h);
     size_t count = area * (size_t)(envmap_faces(map->mapping) * map->slices);
     memset(&out, 0, sizeof out);
+    if (!envmapi_behind(map->texels, 3 * count, limit > 0 ? envmapi_order(limit) : 0x7F7FFFFFu)) {
+        if (cleaned) *cleaned = out; /* as most maps are */
+        return ENVMAP_OK;
+    }
     for (size_t i = 0; i < 3 * count && !(limit > 0); ++i) {
         uint32_t order = envmapi_order(map->texels[i]);
         if (order < 0x7F800000u && order > envmapi_order(most)) most = map->texels[i];
@@ -2008,8 +2019,8 @@ ENVMAPI_BODY envmap_result envmap_clean(envmap *map, float limit, envmap_cleaned
    so constants stay, and so does the energy of each texel, to second order.
      one mapping, fewer texels     rectangles                               envmapi_task_nest
      dst finer by a quarter        bilinear radiance at points of dst       envmapi_orbit_points
-     src a cube or a lat-long,
-     or a finer octahedral map     texels X of dst, polygons on cells Y     envmapi_orbit_cover
+     src a cube, lat-long or
+     octahedral map                texels X of dst, polygons on cells Y     envmapi_orbit_cover
      dst a cube or a lat-long      texels X of src, polygons on cells Y     envmapi_task_light
      else                          by way of a finer cube                   envmapi_resample_slice
    A polygon's sides are straight on a face of Y, and its neighbours have the same sides, so that
@@ -2040,14 +2051,14 @@ typedef struct envmapi_resampling {
 static void envmapi_resample_lookup(const envmapi_resampling *r, size_t texel, int n) {
     int mapping = r->dst.mapping, size = r->dst.size, w = envmapi_width(mapping, size);
     int row = (int)(texel / (size_t)w), x = (int)(texel % (size_t)w);
-    double d[3], uv[2], rgb[3] = {0, 0, 0}, all = 0;
+    double d[3], uv[2] = {0, 0}, rgb[3] = {0, 0, 0}, all = 0;
     envmapi_level level = envmapi_level_of(&r->src, 0, 0);
     for (int i = 0; i <= n * n; ++i) { /* the last one, where all others lie outside */
         double u = (x + (i % n + 0.5) / n) / w, v = (row % size + (i / n + 0.5) / n) / size;
         double rho = i < n * n ? envmapi_density(mapping, u, v) : 1;
         int outside = envmapi_is_disc(mapping) && hypot(2 * u - 1, 2 * v - 1) > 1;
         if (i < n * n ? outside : all > 0) continue;
-        envmapi_texel_cell(uv, mapping, size, x, row % size);
+        if (i == n * n) envmapi_texel_cell(uv, mapping, size, x, row % size);
         envmapi_direction(d, mapping, row / size, i < n * n ? u : uv[0], i < n * n ? v : uv[1]);
         envmapi_add_lookup(rgb, &level, d, rho), all += rho;
     }
@@ -2334,19 +2345,22 @@ static void envmapi_corner_of(envmapi_corner *c, const envmapi_resampling *r, in
     c->rim = envmapi_at_rim(r, x, y);
 }
 
-/* Of how many pieces a texel's sides have to be: they are bent near Y's poles. */
+/* Of how many pieces a texel's sides have to be: they are bent near Y's poles, -z of a sphere map
+   and +z of an angular map. */
 static int envmapi_texel_parts(const envmapi_resampling *r, const envmapi_corner *const c[4]) {
     double flat = 1e18, side = 0, parts = r->parts;
-    int poles = r->Y.mapping != ENVMAP_CUBE && r->Y.mapping != ENVMAP_OCTAHEDRAL;
+    int latlong = r->Y.mapping == ENVMAP_LATLONG, sphere = r->Y.mapping == ENVMAP_SPHERE;
+    int disc = sphere || r->Y.mapping == ENVMAP_ANGULAR;
     for (int i = 0; i < 4; ++i) {
         const float *a = c[i]->d, *b = c[(i + 1) & 3]->d;
         float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-        float across = r->Y.mapping == ENVMAP_LATLONG ? a[2] : a[1];
+        float across = latlong ? a[2] : a[1], ahead = sphere ? a[2] : -a[2];
         double square = (double)(x * x + y * y + z * z);
         double from_pole = 1e-18 + (double)(a[0] * a[0] + across * across);
+        if (disc && ahead > 0) from_pole += (double)(ahead * ahead);
         side = square > side ? square : side, flat = from_pole < flat ? from_pole : flat;
     }
-    side *= poles ? 121 / flat : 0; /* 11 parts a radian at a distance of 1 */
+    side *= disc || latlong ? 121 / flat : 0; /* 11 parts a radian at a distance of 1 */
     return (int)(side <= parts * parts ? parts : side < 121 ? ceil(sqrt(side)) : 11);
 }
 
@@ -2492,14 +2506,16 @@ static void envmapi_orbit_texel(envmapi_orbit *o, const envmapi_resampling *r,
     double turn = 2 * r->Y.size;
     p->face = c[0]->face, p->count = 4;
     for (int i = 0; i < 4; ++i) {
-        whole &= c[i]->face == p->face && (!r->points || envmapi_inside(&r->Y, c[i]->at, 1.75));
+        whole &= c[i]->face == p->face;
+        whole &= !r->points || (c[i]->rim < 2 && envmapi_inside(&r->Y, c[i]->at, 1.75));
         for (int k = 0; k < 3 && octa; ++k) whole &= c[i]->d[k] * c[0]->d[k] > 0;
         memcpy(p->at[i], c[i]->at, sizeof c[i]->at);
         if (r->Y.mapping == ENVMAP_LATLONG)
             p->at[i][0] += turn * floor((p->at[0][0] - p->at[i][0]) / turn + 0.5);
     }
     if (r->points && envmapi_orbit_points(o, r, whole && parts <= 2)) return;
-    if (r->points && (octa || (envmapi_is_disc(r->Y.mapping) && parts > 4))) return;
+    int looked_up = octa || r->Y.mapping == ENVMAP_PARABOLOID;
+    if (r->points && (looked_up || (envmapi_is_disc(r->Y.mapping) && parts > 4))) return;
     int rim = c[0]->rim | c[1]->rim | c[2]->rim | c[3]->rim;
     if (whole && parts == 1 && !rim) {
         envmapi_orbit_cover(o, r);
@@ -2582,9 +2598,7 @@ static void envmapi_task_overlap(void *context, int band) {
 static envmap_result envmapi_resample_overlap(envmapi_resampling *r, const envmap_work *work,
                                               envmapi_pool *pool) {
     size_t texels = envmapi_slice_floats(&r->dst, 0) / 3;
-    size_t most = 4 * envmapi_slice_floats(&r->src, 0) / 9;
-    if (r->src.mapping == ENVMAP_CUBE || r->src.mapping == ENVMAP_LATLONG) most = texels;
-    int gather = r->points || (texels <= most && !envmapi_is_disc(r->src.mapping));
+    int gather = r->points || !envmapi_is_disc(r->src.mapping);
     r->X = gather ? r->dst : r->src, r->Y = gather ? r->src : r->dst;
     r->parts = (63 + r->X.size) / r->X.size, r->light = NULL;
     if (r->X.mapping == ENVMAP_OCTAHEDRAL && r->X.size % 2) r->parts += r->parts % 2; /* folds */
