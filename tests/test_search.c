@@ -154,7 +154,9 @@ static void works_that_broke_hold(void) {
          "texel:0.210044662:0"}, /* rings touch the pole, beside which the light is */
         {"paraboloid:20:1 dst=latlong:12:1 lobe=ring:0.19334662:0.750169062 raw=0:1 "
          "tolerance=0.000132594",
-         "texel:0.975975607:0.150255181"}}; /* beyond the rim, where only a blend shows it */
+         "texel:0.975975607:0.150255181"}, /* beyond the rim, where only a blend shows it */
+        {"octahedral:22:1 dst=paraboloid:4:1 lobe=ring:0.4:3 raw=0:1 tolerance=1e-6",
+         "texel:0.5:0.5"}}; /* its width ends at the antipode: there the oracle was wrong */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
