@@ -6257,16 +6257,27 @@ static int envmapi_circle_at(envmapi_circle *ring, const envmapi_level *level, d
     return !memcmp(before, ring->cell, sizeof before);
 }
 
-/* Adds the mean of the bilinear radiance on a ring, times k: n steps, cut where they leave a cell,
-   as the radiance has kinks there, and two nodes of Gauss-Legendre on each part. */
+/* How narrow texels are at d, over the mean: all of a row or of a rim meet in a point. */
+static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
+    int mapping = axis->level.mapping;
+    double x = mapping == ENVMAP_LATLONG ? fabs(d[1]) : mapping == ENVMAP_SPHERE ? -d[2] : 0;
+    if (mapping == ENVMAP_ANGULAR) x = d[2];
+    return x > 0 ? fmax(sqrt(fmax(1 - x * x, 0)), axis->texel / 100) : 1;
+}
+
+/* Adds the mean of the bilinear radiance on a ring, times k: n steps, more where texels are narrow,
+   cut where they leave a cell, as the radiance has kinks there, and two nodes of Gauss-Legendre on
+   each part. */
 static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, double k) {
     const envmapi_level *level = &axis->level;
-    double from = 0, step = 2 * ENVMAPI_PI / n, to, middle;
+    double from = 0, all = 2 * ENVMAPI_PI, to, middle;
     envmapi_circle_at(ring, level, 0);
-    for (int i = 1; i <= n;) {
+    while (from < all) {
         envmapi_circle next = *ring, test = *ring;
-        int whole = envmapi_circle_at(&next, level, to = i * step), last = whole;
-        for (double low = from; !whole && to - low > step * axis->apart / 16;) {
+        double step = all / n * envmapi_axis_narrow(axis, ring->d);
+        double cut = step * axis->apart * fmin(axis->apart, 1) / 16;
+        int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
+        for (double low = from; !whole && to - low > cut;) {
             middle = (low + to) / 2, test = *ring;
             if (envmapi_circle_at(&test, level, middle)) low = middle;
             else to = middle, next = test;
@@ -6276,7 +6287,7 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, d
             envmapi_circle_at(&test, level, (from + to) / 2 + j * sqrt(1.0 / 12) * (to - from));
             envmapi_add_lookup(axis->light, level, test.d, k * (to - from) / (4 * ENVMAPI_PI));
         }
-        *ring = next, from = to, i += last;
+        *ring = next, from = to;
     }
 }
 
@@ -6339,15 +6350,13 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
     double texels = 3 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
-    double most = fmax(texels, 4 * axis->level.width);
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
         ring.a[j] = cos(theta) * axis->a[j];
         ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-    int n = (int)fmax(fmin(texels / envmapi_axis_squeeze(axis, theta), most), 16);
-    envmapi_axis_ring(axis, &ring, n, k);
+    envmapi_axis_ring(axis, &ring, (int)fmax(texels, 16), k);
 }
 
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
@@ -6370,7 +6379,7 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
         double from = q.breaks[i], piece = q.breaks[i + 1] - from;
         double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
                               envmapi_axis_squeeze(axis, from + piece));
-        double most = 0.9 * fmin(axis->texel, 0.3) * pow(axis->apart, 0.75) * fmax(squeeze, 0.25);
+        double most = 0.6 * fmin(axis->texel, 0.3) * pow(axis->apart, 0.75) * fmax(squeeze, 0.25);
         int pieces = (int)ceil(piece / most);
         piece /= pieces;
         for (int j = 0; j < 6 * pieces; ++j) {

@@ -156,7 +156,10 @@ static void works_that_broke_hold(void) {
          "tolerance=0.000132594",
          "texel:0.975975607:0.150255181"}, /* beyond the rim, where only a blend shows it */
         {"octahedral:22:1 dst=paraboloid:4:1 lobe=ring:0.4:3 raw=0:1 tolerance=1e-6",
-         "texel:0.5:0.5"}}; /* its width ends at the antipode: there the oracle was wrong */
+         "texel:0.5:0.5"}, /* its width ends at the antipode: there the oracle was wrong */
+        {"angular:9:3 dst=angular:2:3 lobe=banks:0.976459801:0 raw=0:1 tolerance=1.02876e-06",
+         "lamps:0.761105576:0.886183232"}, /* rings beside the point where a rim's texels meet */
+        {"sphere:9:1 dst=cube:3:2 lobe=banks:0.97:0 raw=0:1 tolerance=1e-06", "texel:0.3:0.1"}};
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
