@@ -6366,6 +6366,7 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
    as the power 4.  Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int touches = axis->apart < 0.46;
+    double part = axis->lobe->kind == ENVMAP_LOBE_BANKS ? 0.6 : 0.9;
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
     double t[3], b[3], theta, weight;
@@ -6379,7 +6380,7 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
         double from = q.breaks[i], piece = q.breaks[i + 1] - from;
         double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
                               envmapi_axis_squeeze(axis, from + piece));
-        double most = 0.6 * fmin(axis->texel, 0.3) * pow(axis->apart, 0.75) * fmax(squeeze, 0.25);
+        double most = part * fmin(axis->texel, 0.3) * pow(axis->apart, 0.75) * fmax(squeeze, 0.25);
         int pieces = (int)ceil(piece / most);
         piece /= pieces;
         for (int j = 0; j < 6 * pieces; ++j) {
