@@ -159,7 +159,10 @@ static void works_that_broke_hold(void) {
          "texel:0.5:0.5"}, /* its width ends at the antipode: there the oracle was wrong */
         {"angular:9:3 dst=angular:2:3 lobe=banks:0.976459801:0 raw=0:1 tolerance=1.02876e-06",
          "lamps:0.761105576:0.886183232"}, /* rings beside the point where a rim's texels meet */
-        {"sphere:9:1 dst=cube:3:2 lobe=banks:0.97:0 raw=0:1 tolerance=1e-06", "texel:0.3:0.1"}};
+        {"sphere:9:1 dst=cube:3:2 lobe=banks:0.97:0 raw=0:1 tolerance=1e-06", "texel:0.3:0.1"},
+        {"cube:3:1 dst=paraboloid:16:1 lobe=banks:0.88526684:0 raw=1:0.565039814 "
+         "tolerance=2.21419e-06",
+         "texel:0.460414119:0"}};
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
