@@ -1691,16 +1691,24 @@ static void envmapi_add_bilinear(double *rgb, const envmapi_level *level, int fa
             envmapi_add_tap(rgb, level, face, x + (i & 1), y + (i >> 1), taps[i] * weight);
 }
 
-/* Bilinear in direction d. In the last half texel before the rim the paraboloids blend, to half
-   and half on it, so that front and back agree there. */
+/* The share of a paraboloid of edge n at the radius r in its own plane, 1 the rim. In the last half
+   texel before the rim the paraboloids blend, to half and half on it, so that front and back agree
+   there; beyond the rim is what the other one has within it, at 1/r. */
+static double envmapi_paraboloid_share(double r, int n) {
+    double inside = (r > 1 ? 1 - 1 / r : 1 - r) * n;
+    if (inside < 1) return r > 1 ? 0.5 * (1 - inside) : 0.5 * (1 + inside);
+    return r > 1 ? 0 : 1;
+}
+
+/* Bilinear in direction d, where paraboloids blend of both. */
 static void envmapi_add_lookup(double *rgb, const envmapi_level *level, const double d[3],
                                double weight) {
     int face = envmapi_face(level->mapping, d);
     double uv[2];
     if (level->mapping == ENVMAP_PARABOLOID) {
-        double r = sqrt((1 - fabs(d[2])) / (1 + fabs(d[2]))), inside = (1 - r) * level->edge;
-        if (inside < 1) {
-            double other = 0.5 * weight * (1 - inside);
+        double r = sqrt((1 - fabs(d[2])) / (1 + fabs(d[2])));
+        double other = weight * (1 - envmapi_paraboloid_share(r, level->edge));
+        if (other > 0) {
             envmapi_project(uv, ENVMAP_PARABOLOID, 1 - face, d);
             envmapi_add_bilinear(rgb, level, 1 - face, uv[0], uv[1], other);
             weight -= other;
@@ -6126,42 +6134,51 @@ static void envmapi_patch_at(double uv[2], double d[3], const envmapi_axis *axis
     envmapi_direction(d, axis->level.mapping, patch->face, uv[0], uv[1]);
 }
 
+/* The paraboloids' faces are summed apart, out to where the other one has all: so the lines of one
+   face's texels are no kinks of the other's sum. A face of one texel has none, and reaches far. */
+static int envmapi_patches_apart(const envmapi_level *level) {
+    return level->mapping == ENVMAP_PARABOLOID && level->edge > 1;
+}
+
 /* Adds k times the bilinear radiance there. */
 static void envmapi_patch_node(envmapi_axis *axis, const envmapi_patch *patch, double p, double q,
                                double weight) {
+    const envmapi_level *level = &axis->level;
     double uv[2], d[3], rgb[3] = {0, 0, 0};
     if (axis->points && !axis->points->rings && !axis->points->source) {
         ++axis->points->count;
         return;
     }
     envmapi_patch_at(uv, d, axis, patch, p, q);
+    int both = level->mapping == ENVMAP_PARABOLOID && level->edge == 1;
+    weight *= patch->share * envmapi_density(level->mapping, uv[0], uv[1]);
+    if (envmapi_patches_apart(level))
+        weight *= envmapi_paraboloid_share(hypot(p, q) / level->edge, level->edge);
     if (axis->points) {
-        if (axis->level.mapping == ENVMAP_PARABOLOID) envmapi_add_lookup(rgb, &axis->level, d, 1);
-        else envmapi_add_bilinear(rgb, &axis->level, patch->face, uv[0], uv[1], 1);
-        weight *= patch->share * envmapi_density(axis->level.mapping, uv[0], uv[1]);
+        if (both) envmapi_add_lookup(rgb, level, d, 1);
+        else envmapi_add_bilinear(rgb, level, patch->face, uv[0], uv[1], 1);
         envmapi_points_add(axis->points, d, rgb, weight);
         return;
     }
     double x = envmapi_dot(axis->a, d), k = envmapi_k(axis->lobe, x, axis->p);
     if (axis->to > patch->reach)
         k *= 1 - envmapi_smooth_step(envmapi_acos(x), patch->reach / 2, patch->reach);
-    k *= weight * patch->share * envmapi_density(axis->level.mapping, uv[0], uv[1]);
+    k *= weight;
     if (k >= 0 && k <= 0) return;
-    if (axis->level.mapping == ENVMAP_PARABOLOID)
-        envmapi_add_lookup(axis->light, &axis->level, d, k);
-    else envmapi_add_bilinear(axis->light, &axis->level, patch->face, uv[0], uv[1], k);
+    if (both) envmapi_add_lookup(axis->light, level, d, k);
+    else envmapi_add_bilinear(axis->light, level, patch->face, uv[0], uv[1], k);
     axis->sum[3] += k;
 }
 
 /* Where integrands have kinks off the lines: q at p on curve i, from the inside out. That is an
-   octahedral map's horizon; where paraboloids begin to blend, and their rim, beyond which the other
-   face goes on. */
+   octahedral map's horizon; where paraboloids begin to blend, their rim, and where they end. */
 static double envmapi_patch_curve(const envmapi_level *level, int i, double p) {
     int mapping = level->mapping, n = level->edge;
     if (i < 0) return -1;
     if (mapping == ENVMAP_OCTAHEDRAL && !i) return n - p;
     if (!envmapi_is_disc(mapping)) return 1e9;
-    double r = i || mapping != ENVMAP_PARABOLOID ? n : n - 1;
+    double r = n;
+    if (envmapi_patches_apart(level)) r = i == 0 ? n - 1 : i == 1 ? n : r * n / (n - 1);
     return r > p ? sqrt((r - p) * (r + p)) : 0;
 }
 
@@ -6220,10 +6237,6 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
     for (int i = 0; i < axis->kink_count; ++i)
         if (fabs(away - axis->kinks[i]) < radius) finer = 8;
-    if (axis->level.mapping == ENVMAP_PARABOLOID && axis->level.edge > 1 &&
-        hypot(patch->to[0], patch->to[1]) > axis->level.edge - 1)
-        /* the other face's lines */
-        finer = fmax(finer, 3 / envmapi_clamp(axis->apart * axis->apart * 10, 0.1, 1));
     int nodes[2], whole = 1;
     for (int i = 0; i < 2; ++i) {
         length[i] = fmax(envmapi_angle(corner[0], corner[i ? 2 : 1]),
@@ -6287,16 +6300,27 @@ static int envmapi_circle_at(envmapi_circle *ring, const envmapi_level *level, d
     return !memcmp(before, ring->cell, sizeof before);
 }
 
-/* Adds the mean of the bilinear radiance on a ring, times k: n steps, cut where they leave a cell,
-   as the radiance has kinks there, and two nodes of Gauss-Legendre on each part. */
+/* How narrow texels are at d, over the mean: all of a row or of a rim meet in a point. */
+static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
+    int mapping = axis->level.mapping;
+    double x = mapping == ENVMAP_LATLONG ? fabs(d[1]) : mapping == ENVMAP_SPHERE ? -d[2] : 0;
+    if (mapping == ENVMAP_ANGULAR) x = d[2];
+    return x > 0 ? fmax(sqrt(fmax(1 - x * x, 0)), axis->texel / 100) : 1;
+}
+
+/* Adds the mean of the bilinear radiance on a ring, times k: n steps, more where texels are narrow,
+   cut where they leave a cell, as the radiance has kinks there, and two nodes of Gauss-Legendre on
+   each part. */
 static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, double k) {
     const envmapi_level *level = &axis->level;
-    double from = 0, step = 2 * ENVMAPI_PI / n, to, middle;
+    double from = 0, all = 2 * ENVMAPI_PI, to, middle;
     envmapi_circle_at(ring, level, 0);
-    for (int i = 1; i <= n;) {
+    while (from < all) {
         envmapi_circle next = *ring, test = *ring;
-        int whole = envmapi_circle_at(&next, level, to = i * step), last = whole;
-        for (double low = from; !whole && to - low > step * axis->apart / 16;) {
+        double step = all / n * envmapi_axis_narrow(axis, ring->d);
+        double cut = step * axis->apart * fmin(axis->apart, 1) / 16;
+        int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
+        for (double low = from; !whole && to - low > cut;) {
             middle = (low + to) / 2, test = *ring;
             if (envmapi_circle_at(&test, level, middle)) low = middle;
             else to = middle, next = test;
@@ -6306,7 +6330,7 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, d
             envmapi_circle_at(&test, level, (from + to) / 2 + j * sqrt(1.0 / 12) * (to - from));
             envmapi_add_lookup(axis->light, level, test.d, k * (to - from) / (4 * ENVMAPI_PI));
         }
-        *ring = next, from = to, i += last;
+        *ring = next, from = to;
     }
 }
 
@@ -6369,15 +6393,13 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
     double texels = 3 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
-    double most = fmax(texels, 4 * axis->level.width);
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
         ring.a[j] = cos(theta) * axis->a[j];
         ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-    int n = (int)fmax(fmin(texels / envmapi_axis_squeeze(axis, theta), most), 16);
-    envmapi_axis_ring(axis, &ring, n, k);
+    envmapi_axis_ring(axis, &ring, (int)fmax(texels, 16), k);
 }
 
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
@@ -6387,18 +6409,21 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
    as the power 4.  Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int touches = axis->apart < 0.46;
+    double part = axis->lobe->kind == ENVMAP_LOBE_BANKS ? 0.6 : 0.9;
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
     double t[3], b[3], theta, weight;
     envmapi_tangents(t, b, axis->a, NULL);
     if (touches && q.count) envmapi_axis_touches(&q, axis);
+    else if (q.count && axis->level.mapping == ENVMAP_LATLONG)
+        for (int i = 0; i < 2; ++i) envmapi_axis_touch(&q, axis, 1, i * ENVMAPI_PI);
     while (!touches && envmapi_quadrature_next(&q, &theta, &weight))
         envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
     for (int i = 0; i + 1 < q.count && touches; ++i) {
         double from = q.breaks[i], piece = q.breaks[i + 1] - from;
         double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
                               envmapi_axis_squeeze(axis, from + piece));
-        double most = 0.9 * fmin(axis->texel, 0.3) * pow(axis->apart, 0.75) * fmax(squeeze, 0.25);
+        double most = part * fmin(axis->texel, 0.3) * pow(axis->apart, 0.75) * fmax(squeeze, 0.25);
         int pieces = (int)ceil(piece / most);
         piece /= pieces;
         for (int j = 0; j < 6 * pieces; ++j) {
@@ -6427,6 +6452,7 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
 static void envmapi_axis_patches(envmapi_axis *axis, double share, double reach) {
     envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
     patch.to[0] = axis->level.width, patch.to[1] = axis->level.edge;
+    for (int i = 0; i < 2 && envmapi_patches_apart(&axis->level); ++i) patch.to[i] += 2;
     for (int i = 0; i < 4 * envmap_faces(axis->level.mapping); ++i) {
         int count = 1;
         patch.face = i / 4, patch.quadrant = i % 4, todo[0] = patch;
@@ -6538,7 +6564,8 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
     axis->sight = axis->to;
     axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
-    axis->curves = src->mapping == ENVMAP_PARABOLOID || src->mapping == ENVMAP_OCTAHEDRAL ? 2 : 1;
+    axis->curves = 1 + (src->mapping == ENVMAP_OCTAHEDRAL);
+    if (envmapi_patches_apart(&axis->level)) axis->curves = 3;
     for (int n = 2; n < 7; ++n)
         for (int i = 0; i < n; ++i)
             axis->gauss[n][i][1] = envmapi_gauss_many(&axis->gauss[n][i][0], i, n);
@@ -7067,11 +7094,10 @@ static double envmapi_window_finest(const envmapi_level *level, double sigma, do
 
 /* What a point of a face counts: d omega / du dv; near the paraboloids' rim both have a share. */
 static double envmapi_window_density(const envmapi_level *level, double u, double v) {
-    double X = 2 * u - 1, Y = 2 * v - 1, r = sqrt(X * X + Y * Y), inside = 1;
+    double X = 2 * u - 1, Y = 2 * v - 1, r = sqrt(X * X + Y * Y);
     double density = envmapi_density(level->mapping, u, v);
-    if (level->mapping == ENVMAP_PARABOLOID)
-        inside = 0.5 + (r > 1 ? -0.5 : 0.5) * fmin((r > 1 ? 1 - 1 / r : 1 - r) * level->edge, 1);
-    return (level->mapping == ENVMAP_SPHERE && r >= 1) || inside <= 0 ? 0 : density * inside;
+    if (level->mapping == ENVMAP_PARABOLOID) density *= envmapi_paraboloid_share(r, level->edge);
+    return level->mapping == ENVMAP_SPHERE && r >= 1 ? 0 : density;
 }
 
 /* Nodes of the texels whose centres lie from `from` to `to`, of n that fill a side, centres at
