@@ -359,7 +359,8 @@ static double oracle_sigma(const oracle_lobe *m, double p) {
     for (from = at; from >= 0 && oracle_k(m, cos(PI * from / n), p) >= level * peak;) --from;
     for (to = at; to <= n && oracle_k(m, cos(PI * to / n), p) >= level * peak;) ++to;
     double ends[2] = {from, to};
-    for (int i = 0; i < 2 * 30; ++i) { /* between samples by halving */
+    if (to > n) ends[1] = n; /* up to pi */
+    for (int i = 0; i < (to > n ? 30 : 2 * 30); ++i) { /* between samples by halving */
         double in = i % 30 ? low : i ? to - 1 : from + 1, out = i % 30 ? high : i ? to : from;
         double middle = (in + out) / 2,
                inside = oracle_k(m, cos(PI * middle / n), p) >= level * peak;

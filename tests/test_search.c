@@ -149,7 +149,20 @@ static void works_that_broke_hold(void) {
         {"angular:84:1 dst=octahedral:4:1 lobe=ggx:0.012541174:0 raw=0:1 tolerance=1e-3",
          "checker:0.502387079:0.695044267"},
         {"angular:128:1 dst=sphere:4:1 lobe=two:0.0500000007:0.07 raw=1:1 tolerance=2e-05",
-         "constant:0.23:0.62"}}; /* a tip at an axis, on which a texel's centre lies */
+         "constant:0.23:0.62"}, /* a tip at an axis, on which a texel's centre lies */
+        {"latlong:17:1 dst=octahedral:4:1 lobe=banks:0.980747223:0 raw=0:1 tolerance=0.00026256",
+         "texel:0.210044662:0"}, /* rings touch the pole, beside which the light is */
+        {"paraboloid:20:1 dst=latlong:12:1 lobe=ring:0.19334662:0.750169062 raw=0:1 "
+         "tolerance=0.000132594",
+         "texel:0.975975607:0.150255181"}, /* beyond the rim, where only a blend shows it */
+        {"octahedral:22:1 dst=paraboloid:4:1 lobe=ring:0.4:3 raw=0:1 tolerance=1e-6",
+         "texel:0.5:0.5"}, /* its width ends at the antipode: there the oracle was wrong */
+        {"angular:9:3 dst=angular:2:3 lobe=banks:0.976459801:0 raw=0:1 tolerance=1.02876e-06",
+         "lamps:0.761105576:0.886183232"}, /* rings beside the point where a rim's texels meet */
+        {"sphere:9:1 dst=cube:3:2 lobe=banks:0.97:0 raw=0:1 tolerance=1e-06", "texel:0.3:0.1"},
+        {"cube:3:1 dst=paraboloid:16:1 lobe=banks:0.88526684:0 raw=1:0.565039814 "
+         "tolerance=2.21419e-06",
+         "texel:0.460414119:0"}};
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
