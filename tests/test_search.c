@@ -149,7 +149,9 @@ static void works_that_broke_hold(void) {
         {"angular:84:1 dst=octahedral:4:1 lobe=ggx:0.012541174:0 raw=0:1 tolerance=1e-3",
          "checker:0.502387079:0.695044267"},
         {"angular:128:1 dst=sphere:4:1 lobe=two:0.0500000007:0.07 raw=1:1 tolerance=2e-05",
-         "constant:0.23:0.62"}}; /* a tip at an axis, on which a texel's centre lies */
+         "constant:0.23:0.62"}, /* a tip at an axis, on which a texel's centre lies */
+        {"octahedral:8:1 dst=sphere:12:1 lobe=cone:0.227254197:0 raw=0:1 tolerance=3e-4",
+         "checker:0.32:0.46"}};
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
