@@ -38,11 +38,12 @@ static int is_time(const finding *f) {
 }
 
 /* Sharp lobes: axes that look where all of a rim's texels meet go to the reference, and so do rings
-   and what else reaches far; tight tolerances take many nodes. */
+   and what else reaches far; tight tolerances take many nodes, and so do the blend of paraboloids and
+   an octahedral map's quadrants. */
 static int known_thin_time(const finding *f) {
-    int rim = f->w->src_mapping == ENVMAP_SPHERE || f->w->src_mapping == ENVMAP_ANGULAR;
-    return is_time(f) && f->texels < 2 &&
-           (rim || f->w->lobe == LOBE_BANKS || f->w->lobe == LOBE_POWER ||
+    int smooth = f->w->src_mapping == ENVMAP_CUBE || f->w->src_mapping == ENVMAP_LATLONG;
+    return is_time(f) && f->texels < 2.6 &&
+           (!smooth || f->w->lobe == LOBE_BANKS || f->w->lobe == LOBE_POWER ||
             f->w->lobe == LOBE_RING || f->w->lobe == LOBE_TWO || f->w->tolerance < 1e-4);
 }
 
@@ -51,13 +52,19 @@ static int known_coarse_time(const finding *f) {
     return is_time(f) && f->extent > 0.1 && f->texels < 2;
 }
 
+/* Kinked lobes on sources half as coarse, where slices have lights of their own. */
+static int known_kinked_time(const finding *f) {
+    return is_time(f) && work_lobe_kinked(f->w) && f->extent > 0.05 && f->w->src_slices > 1 &&
+           f->w->scene >= SCENE_TEXEL;
+}
+
 /* What needs hundreds of bands takes L^3, and more than 768 are not tried. Sharp lobes need none of
-   them, but for what a paraboloid's blend makes of their windows. */
+   them. */
 static int known_banded_time(const finding *f) {
     oracle_lobe m = work_lobe(f->w);
     envmap_lobe lobe = work_header_lobe(&m);
-    int bands = 0, windows = f->texels < 2.6 && f->w->src_mapping != ENVMAP_PARABOLOID;
-    for (int i = 0; i < f->w->dst_slices && is_time(f) && !windows; ++i) {
+    int bands = 0;
+    for (int i = 0; i < f->w->dst_slices && is_time(f) && f->texels >= 2.6; ++i) {
         double p = oracle_p(&m, i, f->w->dst_slices);
         int one = envmap_sh_bands(&lobe, p, NULL, 0, 0.3 * f->w->tolerance);
         bands = one > bands ? one : bands;
@@ -67,8 +74,7 @@ static int known_banded_time(const finding *f) {
 }
 
 /* A function (or wide bells in a table) with a tip at its axis or opposite to it, where no kink can
-   be declared: beside lights no number of bands seems enough, and the reference is taken. Lobes of
-   two texels and more are as quick as others down to a tolerance of 2e-4. */
+   be declared: beside lights no number of bands seems enough, and the reference is taken. */
 static int known_tip_time(const finding *f) {
     oracle_lobe m = work_lobe(f->w);
     int tip = f->w->lobe == LOBE_TABLE && f->w->a > 0.2; /* bells that do not end before pi */
@@ -78,7 +84,7 @@ static int known_tip_time(const finding *f) {
                fabs(oracle_k(&m, -cos(h), p) - oracle_k(&m, -1, p)) > 1e-4 * h;
     }
     free(m.table);
-    return is_time(f) && tip && (f->texels < 2 || f->w->tolerance < 2e-4);
+    return is_time(f) && tip;
 }
 
 /* Where a row of texels lies along the horizon of an axis, the definition's own sum over centres is
@@ -106,6 +112,7 @@ static const struct known {
     {"rims, rings and tight tolerances of lobes below two texels", "no cliffs: sharp lobes",
      known_thin_time},
     {"coarse sources take seconds", "no cliffs: small and coarse sources", known_coarse_time},
+    {"kinked lobes, small sources of slices with lights", "found here", known_kinked_time},
     {"lobes of hundreds of bands take seconds", "no cliffs: rings, middle lobes",
      known_banded_time},
     {"functions with a tip at an end take seconds", "found here", known_tip_time},
