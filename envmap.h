@@ -6506,8 +6506,8 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
     double end = fmin(reach, axis->sight);
     int rim = envmapi_axis_at_rim(axis, axis->a, end);
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
-    for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring */
-        rings |= disc && axis->kinks[i] < end;
+    for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
+        rings |= (disc || axis->texel > 0.1) && axis->kinks[i] < end;
     rings |= disc && axis->to > 1.5 && axis->to <= end && axis->to < ENVMAPI_PI; /* x^2.4 */
     if (axis->points || !(rings || rim)) envmapi_axis_patches(axis, share, reach);
     else if (!rings && axis->cap) envmapi_axis_capped(axis, share, reach);

@@ -38,28 +38,33 @@ static int is_time(const finding *f) {
 }
 
 /* Sharp lobes: axes that look where all of a rim's texels meet go to the reference, and so do rings
-   and what else reaches far; tight tolerances take many nodes. */
+   and what else reaches far; tight tolerances take many nodes, and so do the blend of paraboloids and
+   an octahedral map's quadrants. */
 static int known_thin_time(const finding *f) {
-    int rim = f->w->src_mapping == ENVMAP_SPHERE || f->w->src_mapping == ENVMAP_ANGULAR;
+    int smooth = f->w->src_mapping == ENVMAP_CUBE || f->w->src_mapping == ENVMAP_LATLONG;
     return is_time(f) && f->texels < 2.6 &&
-           (rim || f->w->lobe == LOBE_BANKS || f->w->lobe == LOBE_POWER ||
+           (!smooth || f->w->lobe == LOBE_BANKS || f->w->lobe == LOBE_POWER ||
             f->w->lobe == LOBE_RING || f->w->lobe == LOBE_TWO || f->w->tolerance < 1e-4);
 }
 
-/* Lobes go to the reference where the source's texels are wider than 0.1 rad. */
-static int known_coarse_time(const finding *f) { return is_time(f) && f->extent > 0.1; }
-
-/* And kinked lobes on sources half as coarse, where a scene has a light. */
-static int known_kinked_time(const finding *f) {
-    return is_time(f) && work_lobe_kinked(f->w) && f->extent > 0.05 && f->w->scene >= SCENE_TEXEL;
+/* Lobes below two texels go to sums over all texels where these are wider than 0.1 rad. */
+static int known_coarse_time(const finding *f) {
+    return is_time(f) && f->extent > 0.1 && f->texels < 2;
 }
 
-/* And what needs more than 768 bands; what needs hundreds takes L^3. */
+/* Kinked lobes on sources half as coarse, where slices have lights of their own. */
+static int known_kinked_time(const finding *f) {
+    return is_time(f) && work_lobe_kinked(f->w) && f->extent > 0.05 && f->w->src_slices > 1 &&
+           f->w->scene >= SCENE_TEXEL;
+}
+
+/* What needs hundreds of bands takes L^3, and more than 768 are not tried. Sharp lobes need none of
+   them. */
 static int known_banded_time(const finding *f) {
     oracle_lobe m = work_lobe(f->w);
     envmap_lobe lobe = work_header_lobe(&m);
     int bands = 0;
-    for (int i = 0; i < f->w->dst_slices && is_time(f); ++i) {
+    for (int i = 0; i < f->w->dst_slices && is_time(f) && f->texels >= 2.6; ++i) {
         double p = oracle_p(&m, i, f->w->dst_slices);
         int one = envmap_sh_bands(&lobe, p, NULL, 0, 0.3 * f->w->tolerance);
         bands = one > bands ? one : bands;
@@ -107,7 +112,7 @@ static const struct known {
     {"rims, rings and tight tolerances of lobes below two texels", "no cliffs: sharp lobes",
      known_thin_time},
     {"coarse sources take seconds", "no cliffs: small and coarse sources", known_coarse_time},
-    {"kinked lobes, small sources with a light", "found here", known_kinked_time},
+    {"kinked lobes, small sources of slices with lights", "found here", known_kinked_time},
     {"lobes of hundreds of bands take seconds", "no cliffs: rings, middle lobes",
      known_banded_time},
     {"functions with a tip at an end take seconds", "found here", known_tip_time},

@@ -162,7 +162,9 @@ static void works_that_broke_hold(void) {
         {"sphere:9:1 dst=cube:3:2 lobe=banks:0.97:0 raw=0:1 tolerance=1e-06", "texel:0.3:0.1"},
         {"cube:3:1 dst=paraboloid:16:1 lobe=banks:0.88526684:0 raw=1:0.565039814 "
          "tolerance=2.21419e-06",
-         "texel:0.460414119:0"}};
+         "texel:0.460414119:0"},
+        {"octahedral:8:1 dst=sphere:12:1 lobe=cone:0.227254197:0 raw=0:1 tolerance=3e-4",
+         "checker:0.32:0.46"}};
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
