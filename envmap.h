@@ -545,9 +545,9 @@ typedef struct envmap_filter_desc {
    A source whose texels are all alike is its result, where lobes are divided by their sums, and if
    it is black (AUTO, FAST, HARMONICS).
    Lobes thinner than two texels of src, or of more than 768 bands: O(texels of dst * texels that
-   the lobe reaches). Rings thinner than that (Banks, s -> 1), and what looks at the point where a
-   sphere or angular map's rim meets, go to the reference: slow. Its weights serve 2 to 48 axes at a
-   time where src has no more than 20000 texels.
+   the lobe reaches). Rings thinner than that (Banks, s -> 1) see texels all around, and for what
+   looks at the point where a sphere or angular map's rim meets the reference counts texels: slow.
+   Its weights serve 2 to 48 axes at a time, for other lobes if src has 20000 texels at most.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
@@ -6449,7 +6449,7 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
         double from = q.breaks[i], piece = q.breaks[i + 1] - from;
         double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
                               envmapi_axis_squeeze(axis, from + piece));
-        double most = (!banks ? 0.9 : touches ? 0.6 : 1.2) * least * fmax(squeeze, 0.25);
+        double most = (!banks ? 0.9 : touches ? 0.6 : 0.4) * least * fmax(squeeze, 0.25);
         int pieces = (int)ceil(piece / most);
         piece /= pieces;
         for (int j = 0; j < 6 * pieces; ++j) {
@@ -8687,13 +8687,13 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
        k = (cos(theta - A) - s) / (1-s) = (1 - t^2) / (1 + t^2 (1-s)/(1+s))
    A tile of 16 x 16 texels stays in a cache while all axes of all slices take it. Floats hold what
    is left of the middle of 4 x 4 texels, whose cosine is a double: so k keeps its digits beside the
-   ring's edges. The 16 places of a tent lie on 4 lines along u, and on 4 along v. Those in whose
-   direction theta changes faster are taken; t is a parabola along each.
-       lines of a texel, and what a tile has for all turns     _lane, _light, _task_banks_tile
-       which of a tile's texels a ring sees, and k of these    _weigh, _places
-       L_i for all turns                                       _apply
-       slices at p and -p see opposite rings                   _put
-   Called by filters before >>near.  Source: ours.  Tests: tests/test_rings.c. */
+   ring's edges. Over a tent t is a quadratic form in (u,v), from nine directions.
+       nine directions of a texel; what a tile has for all turns   _lane, _light, _task_banks_tile
+       which of a tile's texels a ring sees, k of these, and L_i   _ring_of, _weigh, _apply
+       slices at p and -p see opposite rings                       _put
+   Where the bilinear radiance counts (w < 2 texels), and where texels fold or are long, >>reference
+   says what each texel counts for an axis, once for all its images   _task_banks_thin
+   Called by filters before >>near.  Source: ours.  Tests: tests/test_banks.c. */
 
 #define ENVMAPI_BANKS_TILES 8   /* at a time; any number is right */
 #define ENVMAPI_BANKS_ROUND 256 /* axes at a time, too */

@@ -37,6 +37,7 @@ tests_of() {
     lights | scene | fast) echo "search prepared calls plan memory scenes fast" ;;
     reference) echo "search stability_maps filters" ;;
     hierarchical) echo "search hierarchical" ;;
+    banks) echo "banks search" ;;
     windows | kernels | knots | near) echo "search calls prepared memory near" ;;
     filters) echo "search calls prepared plan memory filters" ;;
     plan) echo "plan search materials" ;;

@@ -63,6 +63,7 @@ static const struct described {
     {"kernels", METHODS, "a sharp lobe, axes side by side", "what each texel in sight counts"},
     {"knots", METHODS, "a tile of axes", "K of a few axes, and of those between"},
     {"near", METHODS, "a slice, a sharp lobe, a tolerance", "that sum over the texels within reach"},
+    {"banks", METHODS, "a slice, a thin ring", "that sum, tile by tile of the source"},
     {"scene", METHODS, "a slice", "its contrast at every scale, its lights"},
     {"fast", METHODS, "a slice, its scene, lobes, a tolerance",
      "how many bands, how fine a grid; then the results"},
