@@ -23,7 +23,7 @@ EXAMPLES = $(patsubst %.c,$(BUILD)/%,$(notdir $(filter-out examples/web/%, \
 GL       = $(patsubst examples/gl/%.c,$(BUILD)/%,$(wildcard examples/gl/*.c))
 MEASURE  = $(patsubst examples/measure/%.c,%,$(wildcard examples/measure/*.c))
 # The tests that take longest start first, so that none of them runs alone at the end.
-LONGEST  = %/test_fast %/test_search %/test_near %/test_filters %/test_bake %/test_maps %/test_gl
+LONGEST  = %/test_fast %/test_search %/test_near %/test_banks %/test_filters %/test_bake %/test_maps %/test_gl
 # Tests with memory of their own have bodies of their own, the others share one object (oracle.h).
 OWN     := $(shell grep -l '^\#include "envmap.h"' tests/test_*.c tests/*/test_*.c)
 SHARED   = $(BUILD)/tests/oracle.o

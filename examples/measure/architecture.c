@@ -62,7 +62,8 @@ static const struct described {
     {"windows", METHODS, "an axis, a radius, a face", "a rectangle of (u, v), nodes over it"},
     {"kernels", METHODS, "a sharp lobe, axes side by side", "what each texel in sight counts"},
     {"knots", METHODS, "a tile of axes", "K of a few axes, and of those between"},
-    {"near", METHODS, "a slice, a sharp lobe, a tolerance", "that sum over the texels within reach"},
+    {"near", METHODS, "a slice, a sharp lobe, a tolerance",
+     "that sum over the texels within reach"},
     {"banks", METHODS, "a slice, a thin ring", "that sum, tile by tile of the source"},
     {"scene", METHODS, "a slice", "its contrast at every scale, its lights"},
     {"fast", METHODS, "a slice, its scene, lobes, a tolerance",
@@ -288,13 +289,13 @@ static int has_round(int count) {
 }
 
 /* Bytes of the block that has all about rings: 2M points of M + 6 rings, 4 floats each; F_m, 16
-   doubles for every band and ring of a quarter, where the nodes' 4 floats lie before; tables; what 16
-   tasks need; the nodes' places. */
+   doubles for every band and ring of a quarter, where the nodes' 4 floats lie before; tables; what 12
+   tasks need; the nodes' places, and which k each 64 of them reach. */
 static size_t rings_bytes(size_t M, size_t L, size_t nodes) {
     size_t n = 2 * M, H = M / 2, F = 16 * L * ((H + 7) / 8 * 8);
     size_t own = (n + 6) * 2 * (M + 6) + (F > 2 * nodes ? F : 2 * nodes);
-    size_t tables = 2 * n + 2 * L + 14 * H + 24, tasks = 16 * (32 * M + 64);
-    return 8 * (own + tables + tasks + (n + 1) / 2 + (3 * nodes + 1) / 2);
+    size_t tables = 2 * n + 2 * L + 14 * H + 24, tasks = 12 * (32 * M + 64);
+    return 8 * (own + tables + tasks + (n + 1) / 2 + (3 * nodes + 1) / 2 + nodes / 128 + 1);
 }
 
 /* Coefficients: 4 complex doubles for every l and m >= 0. Nodes: a task for every row of a face. */
