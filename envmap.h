@@ -76,7 +76,7 @@
    that take arguments, windows.h, and before the declarations any macro, do no harm.
 
    CONTENTS: the same names in the same order in the declarations, the bodies, tests/ and docs/;
-   rings to transform, and reference to fast, declare nothing.
+   rings to transform, and source to sharp, declare nothing.
      >>base          results, executor, progress
      >>directions    direction <-> (face, u, v), matrices
      >>maps          create, texel, solid angle, lookups, cleaning
@@ -88,6 +88,7 @@
      >>lights        texels that are summed by themselves, for every axis
      >>transform     texels <-> spherical harmonics, the only way there is
      >>harmonics     project, fill, convolve, rotate, window coefficients
+     >>source        a slice's texels, or points that stand for them, in tiles
      >>reference     the definition: every texel
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
      >>windows       what of a face an axis sees
@@ -97,6 +98,7 @@
      >>banks         thin rings, tile by tile of the source
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
+     >>sharp         which way a lobe goes: bands, near sums, rings, points
      >>filters       the filter call, chains, prepared sources
      >>plan          what a scene needs: size, bands, slices
      >>materials     eq. 1, Fresnel, BRDFs as lobes, GGX as engines use it, fans
@@ -5843,33 +5845,14 @@ ENVMAPI_BODY envmap_result envmap_sh_pack(float matrix[48], float packed[28], co
     return ENVMAP_OK;
 }
 
-/* ------------------------------------------------------------------------------- >>reference --
-   The definition: every other method is held to this sum. In: a slice of src, a lobe, the slice's
-   parameter p. Out: a slice of dst. For every axis a, in double,
-       L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1 for raw
-   over all texels i of src with a solid angle w_i > 0. The error of this sum is of second order in
-   the texel while the lobe is wide: sigma >= 2 mean texels. Below that each texel is spread by a
-   tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
-       0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
-       t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
-                   within 12 texels, 8 sigma, or twice the angle of a function's or a table's last
-                   flank, by Gauss-Legendre on patches that end where it has kinks. For Banks'
-                   lobes, and on sphere and angular maps beside a lobe's kinks and the point where
-                   all of a rim's texels meet, it is taken in polar coordinates about a, on rings
-                   that are closer at tighter tolerances. What a lobe has beyond (the tail of GGX)
-                   is smooth at a texel's scale and stays a sum over texels.
-   A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
-   result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
-   tuned; they are the definition.
-       l_i, w_i                    envmapi_source_create, once for all axes
-       sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
-       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_ring
-       which of them, how much     envmapi_axis_aim, envmapi_axis_filter
-       / norm, and all axes        envmapi_axes_row, envmapi_axes_run
-       the same for all lobes      envmapi_axis_points: points that >>fast takes through bands
-   Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
-   materials the source.  Source: ours.
-   Tests: tests/test_filters.c, tests/test_stability_filters.c. */
+/* ---------------------------------------------------------------------------------- >>source --
+   What is summed for every axis, once for all of them.
+     in     a slice of a map                    out    its texels i that count, in tiles of 256
+       l_i, w_i, L_i      direction, solid angle, radiance    envmapi_source_create, _source_rgb
+     in     light from a direction              out    a point more, of rings or of such a source
+       sum_i L_i w_i k(l_i . a) of points         any k      envmapi_points_add
+   Used by reference, banks, sharp and materials.  Source: ours.
+   Tests: tests/test_filters.c, tests/test_near.c. */
 
 /* The side of src's mean texel, rad. */
 static double envmapi_texel_extent(const envmap *src) {
@@ -6001,6 +5984,34 @@ static void envmapi_points_add(envmapi_points *p, const double d[3], const doubl
     if (at + 1 == ENVMAPI_CHUNK)
         envmapi_rings_points(p->rings->points + n - at, p->rings, p->d, ENVMAPI_CHUNK);
 }
+
+/* ------------------------------------------------------------------------------- >>reference --
+   The definition: every other method is held to this sum. In: a slice of src, a lobe, the slice's
+   parameter p. Out: a slice of dst. For every axis a, in double,
+       L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1 for raw
+   over all texels i of src with a solid angle w_i > 0. The error of this sum is of second order in
+   the texel while the lobe is wide: sigma >= 2 mean texels. Below that each texel is spread by a
+   tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
+       0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
+       t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
+                   within 12 texels, 8 sigma, or twice the angle of a function's or a table's last
+                   flank, by Gauss-Legendre on patches that end where it has kinks. For Banks'
+                   lobes, and on sphere and angular maps beside a lobe's kinks and the point where
+                   all of a rim's texels meet, it is taken in polar coordinates about a, on rings
+                   that are closer at tighter tolerances. What a lobe has beyond (the tail of GGX)
+                   is smooth at a texel's scale and stays a sum over texels.
+   A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
+   result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
+   tuned; they are the definition.
+       l_i, w_i                    envmapi_source_create, once for all axes
+       sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
+       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_ring
+       which of them, how much     envmapi_axis_aim, envmapi_axis_filter
+       / norm, and all axes        envmapi_axes_row, envmapi_axes_run
+       the same for all lobes      envmapi_axis_points: points that >>fast takes through bands
+   Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
+   materials the source.  Source: ours.
+   Tests: tests/test_filters.c, tests/test_stability_filters.c. */
 
 /* One axis, what its lobe is to this source, and the sums so far. */
 typedef struct envmapi_axis {
@@ -6560,7 +6571,6 @@ typedef struct envmapi_axes {
     void (*filter)(envmapi_axis *axis, const void *method);
 } envmapi_axes;
 
-/* Makes ready for a slice of src and of `slices` of a result. */
 /* The last flank of a function or a table: the angle beyond which k falls no faster than theta^-11,
    or is next to nothing. */
 static double envmapi_axis_flank(const envmap_lobe *lobe, double p, double sigma) {
@@ -6575,6 +6585,7 @@ static double envmapi_axis_flank(const envmap_lobe *lobe, double p, double sigma
     return last;
 }
 
+/* Makes ready for a slice of src and of `slices` of a result. */
 static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices,
                              double tolerance) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
@@ -9642,9 +9653,6 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
              kappa sqrt(sum of q^2 over where the contrast is) <= 3/2 share L(a),
              epsilon q(t) <= 3/2 share L(a)          a at the angle t from the brightest spot
    Banks' slices at c and -c are each other's antipodes; slices of about as many bands share a grid.
-   Lobes below two texels whose windows are many: the reference's sum is one over fixed points,
-   _points_slice, whose bands hold no more than those of texels, times (b/l)^2 where they are
-   bilinear radiance.  Test: k_is_asked_for_some_thousand_times, of tests/test_near.c
    The first bound is proved but for kappa; the others are models of how errors meet, and measured:
    the worst texel of all tests stays below 20 tolerances.
    Tests: tests/test_fast.c, tests/test_scenes.c. */
@@ -10262,6 +10270,17 @@ static int envmapi_spectrum_serves(const envmapi_spectrum *spectrum, const envma
             serves &= specs[i].L <= spectrum->t.rings.a_bands && specs[i].h >= 0.999 * spectrum->h;
     return serves;
 }
+
+/* ----------------------------------------------------------------------------------- >>sharp --
+   Which way a lobe goes.
+     in     a source's scene and spectra, what >>fast found of each lobe      out    the results
+       lobes of few bands: harmonics, one spectrum for all               _filter_fast
+       lobes below two texels, or of too many bands                      _filter_sharp:
+         Banks' thin rings: >>banks;  what windows serve: >>near
+         what windows would be too many for: points of >>reference       _points_slice
+         what is left: >>near, by all texels
+   The bands of points hold no more than those of texels, times (b/l)^2 where they are bilinear
+   radiance.  Tests: tests/test_near.c (k_is_asked_for_some_thousand_times), tests/test_banks.c. */
 
 /* A slice's darkest texel, its brightest inside the rims of paraboloids, and that beyond. */
 static void envmapi_points_look(double look[3], const envmap *src, const float *t) {

@@ -34,8 +34,8 @@ tests_of() {
     pfm) echo "pfm" ;;
     lobes) echo "lobes calls search materials plan filters" ;;
     rings | transform | harmonics) echo "search prepared harmonics sh calls plan fast" ;;
-    lights | scene | fast) echo "search prepared calls plan memory scenes fast" ;;
-    reference) echo "search stability_maps filters" ;;
+    lights | scene | fast | sharp) echo "search prepared calls plan memory scenes fast" ;;
+    source | reference) echo "search stability_maps filters" ;;
     hierarchical) echo "search hierarchical" ;;
     banks) echo "banks search" ;;
     windows | kernels | knots | near) echo "search calls prepared memory near" ;;
