@@ -8735,7 +8735,7 @@ typedef struct envmapi_banks_ring {
 } envmapi_banks_ring;
 
 typedef struct envmapi_banks {
-    envmapi_near near; /* the source, turns, and the slice of dst that is written */
+    envmapi_near pair; /* the source, turns, and the slice of dst that is written */
     envmapi_banks_tile *tiles;
     envmapi_banks_axis *axes;
     float *sums;                                          /* [slice][axis][groups][16] */
@@ -8748,14 +8748,14 @@ typedef struct envmapi_banks {
 /* Texel (x,y), lane `lane` of a block: a parabola through nine directions. */
 static void envmapi_banks_lane(envmapi_banks_block *block, const envmapi_banks *h, int face, int x,
                                int y, int lane) {
-    const envmapi_level *level = &h->near.axis.level;
-    double at[2], p[9][3], last = h->near.axis.tent * envmapi_tent[3][3][0], w;
+    const envmapi_level *level = &h->pair.axis.level;
+    double at[2], p[9][3], last = h->pair.axis.tent * envmapi_tent[3][3][0], w;
     if (x >= level->width || y >= level->edge) return;
     if (!((w = envmapi_texel_cell(at, level->mapping, level->edge, x, y)) > 0)) return;
     for (int i = 0; i < 9; ++i)
         envmapi_direction(p[i], level->mapping, face, at[0] + (i % 3 - 1) * last / level->width,
                           at[1] + (i / 3 - 1) * last / level->edge);
-    block->weight[lane] = (float)(w * (1 - h->near.axis.bilinear));
+    block->weight[lane] = (float)(w * (1 - h->pair.axis.bilinear));
     for (int c = 0; c < 3; ++c) {
         const double d[6] = {p[4][c] - block->centre[c],
                              (p[5][c] - p[3][c]) / 2,
@@ -8787,7 +8787,7 @@ static void envmapi_banks_light(envmapi_banks_tile *tile, const envmapi_near *s,
 
 static void envmapi_task_banks_tile(void *context, int task) {
     const envmapi_banks *h = (const envmapi_banks *)context;
-    const envmapi_level *level = &h->near.axis.level;
+    const envmapi_level *level = &h->pair.axis.level;
     envmapi_banks_tile *tile = h->tiles + task;
     int i = h->first + task, face = i / (h->across * h->down);
     int x0 = i % h->across * 16, y0 = i / h->across % h->down * 16;
@@ -8806,7 +8806,7 @@ static void envmapi_task_banks_tile(void *context, int task) {
         double from = envmapi_acos(envmapi_dot(tile->middle, b->centre));
         if (b->reach > 0) tile->radius = fmax(tile->radius, b->reach + from);
     }
-    envmapi_banks_light(tile, &h->near, face, x0, y0);
+    envmapi_banks_light(tile, &h->pair, face, x0, y0);
 }
 
 /* K of a block's texels. off: cos A - cos theta of its middle. */
@@ -8876,7 +8876,7 @@ static void envmapi_banks_apply(float *sums, const envmapi_banks_tile *tile,
 /* A slice's ring before a tile. */
 static envmapi_banks_ring envmapi_banks_ring_of(const envmapi_banks *h, int slice,
                                                 const envmapi_banks_tile *tile) {
-    double p = envmapi_slice_p(h->near.axis.lobe, slice, h->near.dst.slices);
+    double p = envmapi_slice_p(h->pair.axis.lobe, slice, h->pair.dst.slices);
     double half = tan(h->width / 2);
     envmapi_banks_ring ring;
     ring.angle = envmapi_acos(-p), ring.cosine = cos(ring.angle);
@@ -8895,7 +8895,7 @@ static envmapi_banks_ring envmapi_banks_ring_of(const envmapi_banks *h, int slic
 static void envmapi_task_banks(void *context, int task) {
     const envmapi_banks *h = (const envmapi_banks *)context;
     int64_t count = (int64_t)h->slices * h->count, end = count * (task + 1) / h->tasks;
-    int groups = envmapi_near_groups(&h->near);
+    int groups = envmapi_near_groups(&h->pair);
     for (const envmapi_banks_tile *tile = h->tiles; tile < h->tiles + ENVMAPI_BANKS_TILES; ++tile) {
         envmapi_banks_ring ring;
         int slice = -1;
@@ -8907,7 +8907,7 @@ static void envmapi_task_banks(void *context, int task) {
             double x = envmapi_dot(a, tile->middle);
             if (x > ring.limits[16][0] && x < ring.limits[16][1])
                 envmapi_banks_apply(h->sums + (size_t)i * (size_t)(16 * groups), tile, &ring, a,
-                                    h->near.axis.tent > 0, groups);
+                                    h->pair.axis.tent > 0, groups);
         }
     }
 }
@@ -8916,7 +8916,7 @@ static void envmapi_task_banks(void *context, int task) {
    all turns. */
 static void envmapi_task_banks_thin(void *context, int task) {
     const envmapi_banks *h = (const envmapi_banks *)context;
-    const envmapi_near *s = &h->near;
+    const envmapi_near *s = &h->pair;
     envmapi_axis axis = s->axis;
     int width = axis.level.width, edge = axis.level.edge, groups = envmapi_near_groups(s);
     size_t n = (size_t)(envmap_faces(axis.level.mapping) * edge) * (size_t)width;
@@ -8952,7 +8952,7 @@ static void envmapi_task_banks_thin(void *context, int task) {
 
 /* Sums to the images of all axes; with opposite texels also to those of the slice at -p. */
 static void envmapi_banks_put(envmapi_banks *h, envmapi_window *w, const envmapi_place *opposite) {
-    envmapi_near *s = &h->near;
+    envmapi_near *s = &h->pair;
     size_t groups = (size_t)envmapi_near_groups(s), width = (size_t)s->dst.size;
     if (s->dst.mapping == ENVMAP_LATLONG) width *= 2;
     for (size_t i = 0; i < (size_t)h->slices * (size_t)h->count; ++i) {
@@ -8975,13 +8975,13 @@ static void envmapi_banks_put(envmapi_banks *h, envmapi_window *w, const envmapi
    many axes that tiles pay. Where the bilinear radiance counts, or an octahedral map's tents fold,
    the reference serves. */
 static int envmapi_banks_suits(const envmapi_banks *h, const envmap *src, double tolerance) {
-    const envmapi_axis *axis = &h->near.axis;
-    double axes = (double)envmapi_slice_floats(&h->near.dst, 0) / 3 * h->slices;
+    const envmapi_axis *axis = &h->pair.axis;
+    double axes = (double)envmapi_slice_floats(&h->pair.dst, 0) / 3 * h->slices;
     int suits = axis->lobe->kind == ENVMAP_LOBE_BANKS && axis->lobe->parameter >= 0.98f &&
                 tolerance >= 1e-4 && !envmapi_near_few(src) &&
                 axes * (axis->tent > 0 ? 8 : 0.5) > 1 / axis->texel;
     for (int k = h->slice; k < h->slice + h->slices && suits; ++k) {
-        double angle = envmapi_acos(-envmapi_slice_p(axis->lobe, k, h->near.dst.slices));
+        double angle = envmapi_acos(-envmapi_slice_p(axis->lobe, k, h->pair.dst.slices));
         suits = fmin(angle, ENVMAPI_PI - angle) > h->width + 4 * axis->texel;
     }
     return suits;
@@ -8989,15 +8989,15 @@ static int envmapi_banks_suits(const envmapi_banks *h, const envmap *src, double
 
 /* The axes that do the work of their images; sums of none; room for tiles. */
 static envmap_result envmapi_banks_create(envmapi_banks *h, envmapi_pool *pool) {
-    envmapi_near *near = &h->near;
-    const envmap *dst = &near->dst;
+    envmapi_near *pair = &h->pair;
+    const envmap *dst = &pair->dst;
     const envmapi_place *kept[48];
     int width = envmapi_width(dst->mapping, dst->size),
         rows = envmap_faces(dst->mapping) * dst->size;
     h->axes = (envmapi_banks_axis *)envmapi_pool_get(pool, envmapi_slice_floats(dst, 0) / 3,
                                                      sizeof *h->axes);
     for (int i = 0; i < rows && h->axes; ++i) {
-        int keeps = envmapi_near_keep(kept, near, i / dst->size);
+        int keeps = envmapi_near_keep(kept, pair, i / dst->size);
         for (int x = 0; x < width && keeps; ++x) {
             envmapi_near_axes at = {i / dst->size, x, i % dst->size, 1};
             if (!envmapi_near_first(dst, kept, keeps, x, at.y)) continue;
@@ -9005,7 +9005,7 @@ static envmap_result envmapi_banks_create(envmapi_banks *h, envmapi_pool *pool) 
             h->axes[h->count++].at = at;
         }
     }
-    size_t groups = (size_t)envmapi_near_groups(near);
+    size_t groups = (size_t)envmapi_near_groups(pair);
     size_t numbers = (size_t)h->slices * (size_t)h->count * 16 * groups;
     h->sums = (float *)envmapi_pool_get(pool, numbers, sizeof(float));
     h->tiles = (envmapi_banks_tile *)envmapi_pool_get(pool, ENVMAPI_BANKS_TILES, sizeof *h->tiles);
@@ -9013,8 +9013,8 @@ static envmap_result envmapi_banks_create(envmapi_banks *h, envmapi_pool *pool) 
         h->light = (double *)envmapi_pool_get(
             pool,
             (size_t)h->tasks *
-                (size_t)(envmap_faces(near->axis.level.mapping) * near->axis.level.edge) *
-                (size_t)near->axis.level.width,
+                (size_t)(envmap_faces(pair->axis.level.mapping) * pair->axis.level.edge) *
+                (size_t)pair->axis.level.width,
             sizeof *h->light);
     if (!h->axes || !h->sums || !h->tiles || (!h->light && h->thin > 0)) return ENVMAP_ERROR_MEMORY;
     memset(h->sums, 0, numbers * sizeof(float));
@@ -9023,7 +9023,7 @@ static envmap_result envmapi_banks_create(envmapi_banks *h, envmapi_pool *pool) 
 
 /* Tiles, some at a time, for all axes of all slices; then axes. */
 static envmap_result envmapi_banks_run(envmapi_banks *h, const envmap_work *work) {
-    const envmapi_level *level = &h->near.axis.level;
+    const envmapi_level *level = &h->pair.axis.level;
     h->across = (level->width + 15) / 16, h->down = (level->edge + 15) / 16;
     int tiles = envmap_faces(level->mapping) * h->across * h->down, axes = h->slices * h->count;
     for (h->first = 0; h->first < tiles && h->thin < 1; h->first += ENVMAPI_BANKS_TILES) {
@@ -9053,26 +9053,26 @@ static envmap_result envmapi_filter_banks(envmap *dst, const envmap *src, int fi
     double look[3], s = (double)lobe->parameter, tolerance = (double)desc->tolerance;
     if (!h || !w) return ENVMAP_ERROR_MEMORY;
     memset(h, 0, sizeof *h), memset(w, 0, sizeof *w);
-    envmapi_near *near = &h->near;
-    near->dst = *dst, near->axis.lobe = lobe, near->all = 1; /* texels as they are */
-    near->norm = envmapi_lobe_norm(lobe), near->scale = 1 / (1 - s);
-    envmapi_axis_aim(&near->axis, src, first, dst->slices, tolerance);
+    envmapi_near *pair = &h->pair;
+    pair->dst = *dst, pair->axis.lobe = lobe, pair->all = 1; /* texels as they are */
+    pair->norm = envmapi_lobe_norm(lobe), pair->scale = 1 / (1 - s);
+    envmapi_axis_aim(&pair->axis, src, first, dst->slices, tolerance);
     h->slice = first, h->slices = slices, h->width = acos(s);
     h->tasks = (envmapi_tasks(&desc->work) + 1) / 2; /* their weights take memory */
     *served = envmapi_banks_suits(h, src, tolerance);
     if (!*served) return ENVMAP_OK;
-    h->whole = near->axis.tent > 0 && src->mapping != ENVMAP_CUBE &&
+    h->whole = pair->axis.tent > 0 && src->mapping != ENVMAP_CUBE &&
                src->mapping != ENVMAP_LATLONG &&
                src->mapping != ENVMAP_PARABOLOID; /* folds and rims */
-    h->thin = h->whole ? 1 : near->axis.bilinear;
+    h->thin = h->whole ? 1 : pair->axis.bilinear;
     envmap_result result = ENVMAP_OK;
     memset(&source, 0, sizeof source);
     if (h->whole) result = envmapi_source_create(&source, src, first, desc->work.memory);
-    near->axis.source = &source;
-    envmapi_near_contrast(look, near->axis.level.texels, envmapi_slice_floats(src, 0));
-    frexp(look[0], &near->exponent);
-    if (near->exponent > -60 && near->exponent < 60) near->exponent = 0;
-    if (!result) result = envmapi_near_turn(near, src, pool);
+    pair->axis.source = &source;
+    envmapi_near_contrast(look, pair->axis.level.texels, envmapi_slice_floats(src, 0));
+    frexp(look[0], &pair->exponent);
+    if (pair->exponent > -60 && pair->exponent < 60) pair->exponent = 0;
+    if (!result) result = envmapi_near_turn(pair, src, pool);
     for (int face = 0; face < envmap_faces(dst->mapping); ++face)
         mirrored &= envmapi_turn_place(opposite + face, 7, dst->mapping, dst->size, face);
     if (mirrored) h->slices = (slices + 1) / 2;
