@@ -8702,12 +8702,13 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
        nine directions of a texel; what a tile has for all turns   _lane, _light, _task_banks_tile
        which of a tile's texels a ring sees, k of these, and L_i   _ring_of, _weigh, _apply
        slices at p and -p see opposite rings                       _put
-   Where the bilinear radiance counts (w < 2 texels), and where texels fold or are long, >>reference
-   says what each texel counts for an axis, once for all its images   _task_banks_thin
-   Called by filters before >>near.  Source: ours.  Tests: tests/test_banks.c. */
+   Where the bilinear radiance counts (w < 2 texels), where texels fold or are long, and below a
+   tolerance of 1e-4, >>reference says what texels count for an axis:
+       once for all images of that axis                            _task_banks_thin
+   Called by sharp before >>near.  Source: ours.  Tests: tests/test_banks.c. */
 
-#define ENVMAPI_BANKS_TILES 8   /* at a time; any number is right */
-#define ENVMAPI_BANKS_ROUND 256 /* axes at a time, too */
+#define ENVMAPI_BANKS_TILES 8  /* at a time; any number is right */
+#define ENVMAPI_BANKS_ROUND 64 /* axes at a time, too */
 
 /* 4 x 4 texels: their middle, and of each its own from there, what its direction grows by to the
    outermost places along u and v, and half of second derivatives: uu, uv (whole), vv. */
@@ -8971,15 +8972,13 @@ static void envmapi_banks_put(envmapi_banks *h, envmapi_window *w, const envmapi
     }
 }
 
-/* Whether all slices are thin rings of a lobe this wide or wider in texels, about no axis, and so
-   many axes that tiles pay. Where the bilinear radiance counts, or an octahedral map's tents fold,
-   the reference serves. */
-static int envmapi_banks_suits(const envmapi_banks *h, const envmap *src, double tolerance) {
+/* Whether all slices are thin rings about no axis, and so many axes that tiles pay. Of few texels
+   >>near has all. */
+static int envmapi_banks_suits(const envmapi_banks *h, const envmap *src) {
     const envmapi_axis *axis = &h->pair.axis;
     double axes = (double)envmapi_slice_floats(&h->pair.dst, 0) / 3 * h->slices;
     int suits = axis->lobe->kind == ENVMAP_LOBE_BANKS && axis->lobe->parameter >= 0.98f &&
-                tolerance >= 1e-4 && !envmapi_near_few(src) &&
-                axes * (axis->tent > 0 ? 8 : 0.5) > 1 / axis->texel;
+                !envmapi_near_few(src) && axes * (axis->tent > 0 ? 8 : 0.5) > 1 / axis->texel;
     for (int k = h->slice; k < h->slice + h->slices && suits; ++k) {
         double angle = envmapi_acos(-envmapi_slice_p(axis->lobe, k, h->pair.dst.slices));
         suits = fmin(angle, ENVMAPI_PI - angle) > h->width + 4 * axis->texel;
@@ -9059,15 +9058,17 @@ static envmap_result envmapi_filter_banks(envmap *dst, const envmap *src, int fi
     envmapi_axis_aim(&pair->axis, src, first, dst->slices, tolerance);
     h->slice = first, h->slices = slices, h->width = acos(s);
     h->tasks = (envmapi_tasks(&desc->work) + 1) / 2; /* their weights take memory */
-    *served = envmapi_banks_suits(h, src, tolerance);
+    *served = envmapi_banks_suits(h, src);
     if (!*served) return ENVMAP_OK;
-    h->whole = pair->axis.tent > 0 && src->mapping != ENVMAP_CUBE &&
-               src->mapping != ENVMAP_LATLONG &&
-               src->mapping != ENVMAP_PARABOLOID; /* folds and rims */
+    int folds = src->mapping != ENVMAP_CUBE && src->mapping != ENVMAP_LATLONG &&
+                src->mapping != ENVMAP_PARABOLOID; /* or has a rim where texels meet */
+    h->whole = tolerance < 0.99e-4 || (folds && pair->axis.tent > 0);
     h->thin = h->whole ? 1 : pair->axis.bilinear;
     envmap_result result = ENVMAP_OK;
     memset(&source, 0, sizeof source);
-    if (h->whole) result = envmapi_source_create(&source, src, first, desc->work.memory);
+    if (h->whole)
+        result =
+            envmapi_source_create(&source, src, src->slices > 1 ? first : 0, desc->work.memory);
     pair->axis.source = &source;
     envmapi_near_contrast(look, pair->axis.level.texels, envmapi_slice_floats(src, 0));
     frexp(look[0], &pair->exponent);
