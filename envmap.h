@@ -8692,7 +8692,7 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
    Thin rings: the sum that >>reference defines, for Banks' lobes of s >= 0.98. Their rings see few
    texels, but of many parts of the source.
      in     a source, a lobe, slices of a result, a tolerance       out    these slices
-       L(a) = sum_i L_i w_i sum_j q_j k(theta_j)    16 places j in the tent of texel i, q their weights
+       L(a) = sum_i L_i w_i sum_j q_j k(theta_j)    16 places j in the tent of texel i, weights q
    A ring at angle A from its axis has the half-width w = acos(s), and
        tan((theta - A)/2) = (cos A - cos theta) / (sin A + sin theta) = t tan(w/2)
        k = (cos(theta - A) - s) / (1-s) = (1 - t^2) / (1 + t^2 (1-s)/(1+s))
