@@ -6316,12 +6316,13 @@ static int envmapi_circle_at(envmapi_circle *ring, const envmapi_level *level, d
 }
 
 /* Which part of the way from one place on a ring to the next lies before the first line through
-   texel centres; 0: another face, or its fold, lies between. */
+   texel centres; 0: another face, its fold or more than one line lies between. */
 static double envmapi_circle_before(const envmapi_circle *from, const envmapi_circle *to) {
     double part = 1;
     if (memcmp(from->cell + 2, to->cell + 2, 3 * sizeof *to->cell)) return 0;
     for (int j = 0; j < 2; ++j) {
         double line = to->at[j] > from->at[j] ? from->cell[j] + 1 : from->cell[j];
+        if (fabs((double)to->cell[j] - from->cell[j]) > 1) return 0;
         if (to->cell[j] != from->cell[j])
             part = fmin(part, (line - from->at[j]) / (to->at[j] - from->at[j]));
     }
@@ -6365,6 +6366,7 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, d
                 double mean = (ring->d[c] + next.d[c]) / 2 - ring->a[c];
                 d[c] = ring->a[c] + most * mean + j * least * (next.d[c] - ring->d[c]) / 2;
             }
+            envmapi_unit(d, d); /* beside -z a sphere map takes it at its word */
             envmapi_add_lookup(axis->light, level, d, k * h / (2 * ENVMAPI_PI));
         }
         *ring = next, from = to;
