@@ -547,9 +547,10 @@ typedef struct envmap_filter_desc {
    A source whose texels are all alike is its result, where lobes are divided by their sums, and if
    it is black (AUTO, FAST, HARMONICS).
    Lobes thinner than two texels of src, or of more than 768 bands: O(texels of dst * texels that
-   the lobe reaches). Rings thinner than that (Banks, s -> 1) see texels all around, and for what
-   looks at the point where a sphere or angular map's rim meets the reference counts texels: slow.
-   Its weights serve 2 to 48 axes at a time, for other lobes if src has 20000 texels at most.
+   the lobe reaches). Slow: rings thinner than that (Banks, s -> 1), which reach texels all around
+   the sphere, and axes that look at the point where a sphere or angular map's rim meets. There
+   the reference's weights serve 2 to 48 axes at a time; for lobes other than rings only if src has
+   20000 texels at most.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
@@ -3481,8 +3482,8 @@ static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lob
             double sum[8] = {0};
             for (int j = 0; j < ENVMAPI_ANGLES; j += 8)
                 for (int i = 0; i < 8; ++i) sum[i] += series.P[j + i];
-            lambda[l] +=
-                ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+            lambda[l] += ((sum[0] + sum[1]) + (sum[2] + sum[3])) +
+                         ((sum[4] + sum[5]) + (sum[6] + sum[7]));
         }
     }
 }
@@ -3576,11 +3577,11 @@ ENVMAPI_INLINE void envmapi_splines(float w[16], float f, float g) {
    again, as lanes do not move there without memory. */
 ENVMAPI_INLINE void envmapi_splines_four(envmapi_float16 *terms, const float w[16], float g,
                                          const float value[4]) {
-#define ENVMAPI_FOUR(a, b, c, d)                                                                   \
-    { a, a, a, a, b, b, b, b, c, c, c, c, d, d, d, d }
+#define ENVMAPI_FOUR(a, b, c, d) {a, a, a, a, b, b, b, b, c, c, c, c, d, d, d, d}
     static const float powers[6][16] = {
-        ENVMAPI_FOUR(-1, 5, -10, 10),  ENVMAPI_FOUR(5, -20, 30, -20), ENVMAPI_FOUR(-10, 20, 0, -20),
-        ENVMAPI_FOUR(10, 20, -60, 20), ENVMAPI_FOUR(-5, -50, 0, 50),  ENVMAPI_FOUR(1, 26, 66, 26)};
+        ENVMAPI_FOUR(-1, 5, -10, 10),  ENVMAPI_FOUR(5, -20, 30, -20),
+        ENVMAPI_FOUR(-10, 20, 0, -20), ENVMAPI_FOUR(10, 20, -60, 20),
+        ENVMAPI_FOUR(-5, -50, 0, 50),  ENVMAPI_FOUR(1, 26, 66, 26)};
 #undef ENVMAPI_FOUR
     const float at[16] = {g, g, g, g, g, g, g, g, g, g, g, g, g, g, g, g};
     float each[16];
@@ -3639,8 +3640,8 @@ static void envmapi_spline_factor(double (*factors)[3], int n, double first, dou
 /* Angle of (x,y) in (-pi,pi] and length, for a chunk: a polynomial, good to 1e-12. No branches, no
    calls that set errno, so that compilers make vectors of it; no array may be another. */
 static void envmapi_polar(double *angle, double *length, const double *y, const double *x) {
-    static const double atan[8] = {0.9999999999941719,  -0.333333331674598,   0.19999986206395,
-                                   -0.142851974611006,  0.1110077376986512,   -0.0897214949338374,
+    static const double atan[8] = {0.9999999999941719,  -0.333333331674598,  0.19999986206395,
+                                   -0.142851974611006,  0.1110077376986512,  -0.0897214949338374,
                                    0.06895142217074653, -0.036429357645156486};
     for (int i = 0; i < ENVMAPI_CHUNK; ++i) {
         double ax = fabs(x[i]), ay = fabs(y[i]), square = ax * ax + ay * ay;
@@ -3665,10 +3666,10 @@ typedef struct envmapi_point {
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
     size_t row, pairs; /* floats a row of G: rings -3 .. M+2, 4 channels; M/2, in blocks of 8 */
-    float *G;          /* [-3 .. 2M+2][row] */
-    double *F;         /* F_m, [bands][pairs][16]: e re, e im, o re, o im; where the values are */
-    double *twiddles;  /* cos, sin of 2 pi i/2M */
-    double *response;  /* 1 / the spline's response at m */
+    float *G;         /* [-3 .. 2M+2][row] */
+    double *F;        /* F_m, [bands][pairs][16]: e re, e im, o re, o im; where the values are */
+    double *twiddles; /* cos, sin of 2 pi i/2M */
+    double *response; /* 1 / the spline's response at m */
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
     int *reversed;               /* where the FFT leaves frequency m: its digits in reverse */
     double (*factors)[3]; /* of the solve down the rings, [4][M/2+2]: even m and odd; e and o */
@@ -3677,7 +3678,7 @@ typedef struct envmapi_rings {
     short (*reach)[2];  /* of 64 points each: the first k on which they are spread, and the last */
     float *values;      /* [count][4] */
     size_t count, room; /* room: doubles from G on, F and values are there too */
-    double *a;          /* coefficients, of a_bands >= bands */
+    double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
     double *work;             /* a task's part: envmapi_rings_work */
@@ -4046,10 +4047,11 @@ static void envmapi_legendre(double *P, int skip[2], const envmapi_rings *rings,
     }
     memcpy(now, start, sizeof now), memset(before, 0, sizeof before);
     int count = start[last < 15 ? last : 15] > 0 ? rings->bands - m : 0;
-    for (int l = 0; l < count; ++l) ENVMAPI_UNROLL for (int i = 0; i < 2; ++i) {
+    for (int l = 0; l < count; ++l)
+        ENVMAPI_UNROLL for (int i = 0; i < 2; ++i) {
             *envmapi_double8_at(P + 8 * l + i * next) = now[i];
-            envmapi_legendre_step(now + i, before + i, envmapi_double8_at(x + 8 * i), A[m + l + 1],
-                                  B[m + l + 1]);
+            envmapi_legendre_step(now + i, before + i, envmapi_double8_at(x + 8 * i),
+                                  A[m + l + 1], B[m + l + 1]);
         }
     for (int i = 0; i < 2; ++i) {
         int l = 0;
@@ -4369,7 +4371,8 @@ static void envmapi_lit_all(envmapi_lit *lit, int n, const envmapi_lights *l) {
     for (const envmapi_cluster *one = l->clusters; one < l->clusters + l->clustered; ++one) {
         double cosine = envmapi_dot(d, one->sum.d);
         int whole = one->count > 1;
-        if (one->beyond[1] > 0) whole &= cosine < one->beyond[0] * least - one->beyond[1] * beside;
+        if (one->beyond[1] > 0)
+            whole &= cosine < one->beyond[0] * least - one->beyond[1] * beside;
         if (cosine > x[0][1] || cosine < x[1][0]) continue;
         for (int j = 1; j < 2 + l->kinks; ++j) whole &= cosine < x[j][0] || cosine > x[j][1];
         for (int i = 0; i < (whole ? 1 : one->count); ++i) {
@@ -4823,7 +4826,8 @@ ENVMAPI_INLINE void envmapi_wide_load(envmapi_wide *y, const float *x, size_t n)
 }
 
 ENVMAPI_INLINE void envmapi_rows_part(float *sums, size_t stride, int taps, const envmapi_rows *in,
-                                      int product, envmapi_rows_notes *notes, size_t at, size_t n) {
+                                      int product, envmapi_rows_notes *notes, size_t at,
+                                      size_t n) {
     envmapi_wide acc[6], light, texel, omega, squares;
     envmapi_bits bits, all;
     if (notes) squares = notes->squares, all = notes->bits;
@@ -5507,9 +5511,8 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
     double lambda[ENVMAPI_SH_BANDS], h = envmapi_widest_spacing(bands);
     double *a = (double *)envmapi_pool_get(&job->pool, envmapi_triangle(bands, bands), sizeof *a);
     while (3 * envmapi_band_error(bands - 1, h) > job->tolerance) h *= 0.96;
-    if (!a ||
-        (sh && !job->in &&
-         envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
+    if (!a || (sh && !job->in &&
+               envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
         envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, from, NULL, &job->work,
                                  &job->pool))
         return ENVMAP_ERROR_MEMORY;
@@ -5737,7 +5740,7 @@ static int envmapi_ringing_look(envmapi_ringing *r) {
     int rings = 4 * r->bands, around = 8 * r->bands, raised = 0, room = ENVMAPI_SH_POINTS;
     envmapi_sh_points n;
     for (int j = 0; j < rings; ++j)
-        for (int k = 0; k < around; k += room - 2) {  /* the others are neighbours */
+        for (int k = 0; k < around; k += room - 2) { /* the others are neighbours */
             double low[ENVMAPI_SH_POINTS / 2 + 1][4]; /* no two neighbours are */
             int lows = 0;
             envmapi_sh_ring(&n, cos(ENVMAPI_PI * (j + 0.5) / rings), around, k - 1, around + 1);
@@ -6019,9 +6022,9 @@ typedef struct envmapi_axis {
     const envmap_lobe *lobe;
     envmapi_level level; /* of the source, for lookups */
     double a[3], p;
-    double from, to;        /* support of the lobe, rad (envmap_lobe_support) */
-    double texel, tent;     /* side of the mean texel, rad; t of the card */
-    double bilinear;        /* share of the bilinear radiance, 0 .. 1 */
+    double from, to;    /* support of the lobe, rad (envmap_lobe_support) */
+    double texel, tent; /* side of the mean texel, rad; t of the card */
+    double bilinear;    /* share of the bilinear radiance, 0 .. 1 */
     double sigma, reach;    /* rad: of the lobe; up to here it may be sharp */
     int curves, kink_count; /* parts of a patch; kinks of the lobe */
     int places;             /* of a tent, a side: the definition's four, or fewer */
@@ -6048,9 +6051,7 @@ static const double envmapi_tent[4][4][2] = {
     {{0, 1}},
     {{-0.40824829, 0.5}, {0.40824829, 0.5}},
     {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
-    {{-0.64494897, 0.18195861},
-     {-0.15505103, 0.31804139},
-     {0.15505103, 0.31804139},
+    {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
      {0.64494897, 0.18195861}}};
 
 /* k averaged over texel i spread by the tent; or adds the points of that. */
@@ -6118,8 +6119,8 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
             envmapi_k_many(many, x, n, axis->lobe, axis->p); /* together: speed only */
             for (int j = 0; j < n; ++j) {
                 size_t i = seen[j];
-                double k =
-                    x[j] > sharp_to && x[j] <= sharp_from ? envmapi_axis_tent_k(axis, i) : many[j];
+                double k = x[j] > sharp_to && x[j] <= sharp_from ? envmapi_axis_tent_k(axis, i)
+                                                                 : many[j];
                 double step = 1, at = core > 0 || fades ? envmapi_acos(x[j]) : 0;
                 if (core > 0) step = envmapi_smooth_step(at, core / 2, core);
                 if (fades) step *= 1 - envmapi_smooth_step(at, axis->reach / 2, axis->reach);
@@ -6131,8 +6132,8 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
 
 /* A part of a face's quadrant: (p,q) = (|2u - 1| width, |2v - 1| edge), whole numbers on the edges
    of texels and on the lines through their centres. */
-#define ENVMAPI_MANY    4000000 /* points, beyond which memory would be much */
-#define ENVMAPI_PATCHES 64      /* 15 halvings a side to the largest map's texel, and a few more */
+#define ENVMAPI_MANY 4000000 /* points, beyond which memory would be much */
+#define ENVMAPI_PATCHES 64 /* 15 halvings a side to the largest map's texel, and a few more */
 typedef struct envmapi_patch {
     double share, reach, from[2], to[2];
     int face, quadrant;
@@ -6366,7 +6367,7 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, d
                 double mean = (ring->d[c] + next.d[c]) / 2 - ring->a[c];
                 d[c] = ring->a[c] + most * mean + j * least * (next.d[c] - ring->d[c]) / 2;
             }
-            envmapi_unit(d, d); /* beside -z a sphere map takes it at its word */
+            envmapi_unit(d, d); /* z < -1 has no place on a sphere map */
             envmapi_add_lookup(axis->light, level, d, k * h / (2 * ENVMAPI_PI));
         }
         *ring = next, from = to;
@@ -6670,8 +6671,8 @@ static void envmapi_axis_points(envmapi_axis *axis, envmapi_points *points) {
     if (axis->bilinear > 0) envmapi_axis_integral(axis, axis->bilinear, ENVMAPI_PI);
     size_t rest = points->count % ENVMAPI_CHUNK;
     if (points->rings)
-        envmapi_rings_points(points->rings->points + points->count - rest, points->rings, points->d,
-                             (int)rest);
+        envmapi_rings_points(points->rings->points + points->count - rest, points->rings,
+                             points->d, (int)rest);
 }
 
 static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
@@ -6713,7 +6714,7 @@ typedef struct envmapi_node {
 
 typedef struct envmapi_tree {
     envmapi_node *level[17]; /* at `last` a node is a face */
-    float (*texels)[4];      /* r, g, b, 1 */
+    float (*texels)[4]; /* r, g, b, 1 */
     int count[17], last;
     envmapi_pool pool;
 } envmapi_tree;
@@ -6769,7 +6770,8 @@ static void envmapi_tree_raise(envmapi_tree *tree, const envmapi_source *s, int 
         node->x[j] = d[0], node->y[j] = d[1], node->z[j] = d[2];
         node->cosine[j] = cos(radius), node->sine[j] = sin(radius);
         memcpy(node->e[j], e, sizeof e);
-        node->texels[j] = child->texels[0] + child->texels[1] + child->texels[2] + child->texels[3];
+        node->texels[j] =
+            child->texels[0] + child->texels[1] + child->texels[2] + child->texels[3];
         child += level > 2;
     }
 }
@@ -6840,7 +6842,8 @@ static envmap_result envmapi_hier_prepare(void *method, const envmapi_axis *axis
 static void envmapi_hier_k(double k[4], const envmapi_hier *h, const envmapi_axis *axis,
                            const double dx[4], const double dy[4], const double dz[4]) {
     double x[4];
-    for (int i = 0; i < 4; ++i) x[i] = axis->a[0] * dx[i] + axis->a[1] * dy[i] + axis->a[2] * dz[i];
+    for (int i = 0; i < 4; ++i)
+        x[i] = axis->a[0] * dx[i] + axis->a[1] * dy[i] + axis->a[2] * dz[i];
     if (!(h->steps > 0)) {
         envmapi_k_many(k, x, 4, axis->lobe, axis->p);
         return;
@@ -7279,7 +7282,7 @@ typedef struct envmapi_near_row {
 
 typedef struct envmapi_near envmapi_near;
 struct envmapi_near {
-    envmapi_axis axis;  /* the lobe, and what it is to the source */
+    envmapi_axis axis; /* the lobe, and what it is to the source */
     envmapi_source cap; /* for axes at a rim */
     envmap dst;
     int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
@@ -7295,19 +7298,19 @@ struct envmapi_near {
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
     size_t count, area, cell, own; /* blocks; texels of the largest window; a cell's K, an axis' */
-    size_t all;                    /* texels, where the reference weighs them for all turns */
-    int shift;                     /* of a float, to its place in the table; the fraction of it */
-    float *table, inverse, fraction;   /* k by 1 + inverse sin^2: envmapi_near_k */
+    size_t all;                      /* texels, where the reference weighs them for all turns */
+    int shift;                       /* of a float, to its place in the table; the fraction of it */
+    float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
     double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
-    double poles[2][3];                /* a lat-long's means of its first and its last row */
+    double poles[2][3]; /* a lat-long's means of its first and its last row */
     double scale, norm; /* k is scale times the table's; what sums are divided by, or 0 */
     char *work;
-    size_t bytes, room;  /* of a task: its memory; nodes along u, and along v */
-    envmapi_near *parts; /* of the lobe: all, or what is about the axis and what is beyond */
-    int part_count;      /* 0: K is summed for each axis */
-    double core, beyond; /* where k fades out, or in; or 0 */
+    size_t bytes, room; /* of a task: its memory; nodes along u, and along v */
+    envmapi_near *parts;   /* of the lobe: all, or what is about the axis and what is beyond */
+    int part_count;        /* 0: K is summed for each axis */
+    double core, beyond;   /* where k fades out, or in; or 0 */
 };
 
 /* What a task works with: the texels of a face that some axes see, what an axis makes of them, and
@@ -7320,17 +7323,17 @@ typedef struct envmapi_window {
     int rim[ENVMAPI_NEAR_AXES];                           /* of axes: the reference serves them */
     double outside[4];                                    /* its sums outside a disc */
     double a[3], m[3];                                    /* an axis, and on a cube's face */
-    double R, limit;                                      /* R in use, and its sine's square */
-    int knot; /* it is about a knot: K is that of the face's plane, beyond its edges too */
-    envmapi_knot *u, *v;    /* [room] */
-    float *place, *apart;   /* [room] of u: what _sines asks of it */
-    float *rows[2];         /* [room] a row of texels and the next, by nodes along u */
+    double R, limit; /* R in use, and its sine's square */
+    int knot;        /* it is about a knot: K is that of the face's plane, beyond its edges too */
+    envmapi_knot *u, *v;                                  /* [room] */
+    float *place, *apart;                                 /* [room] of u: what _sines asks of it */
+    float *rows[2]; /* [room] a row of texels and the next, by nodes along u */
     float *K, *own, *strip; /* [height][width][axes]; of an axis, between knots; as K, of a part */
-    double *light;          /* [all] of an axis */
+    double *light;  /* [all] of an axis */
     envmapi_near_knots knots[2], lines[2][2]; /* within R, and within R_bright; of a row: on
                                                  another face, and on its own */
-    envmapi_near_cell cells[2], *cell;        /* cell: the one whose K is being summed */
-    int tied;                                 /* points along u, while K of the cell is summed */
+    envmapi_near_cell cells[2], *cell; /* cell: the one whose K is being summed */
+    int tied;                          /* points along u, while K of the cell is summed */
     float sums[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES][16];
     double norms[ENVMAPI_NEAR_BLOCKS][ENVMAPI_NEAR_AXES]; /* sums of K */
 } envmapi_window;
@@ -7367,7 +7370,8 @@ static int envmapi_near_open(envmapi_window *w, const envmapi_near *s, int part,
     const envmapi_level *level = &s->axis.level;
     double box[2][2], R = envmapi_near_reach(s, radius, s->axis.bilinear < 1) + w->spread;
     int wide = level->width, face = level->mapping == ENVMAP_OCTAHEDRAL ? 0 : part;
-    if (!envmapi_window_box(box, level->mapping, part, w->middle, R, envmapi_near_border(w, s, 0)))
+    if (!envmapi_window_box(box, level->mapping, part, w->middle, R,
+                             envmapi_near_border(w, s, 0)))
         return 0;
     memcpy(w->box, box, sizeof box);
     w->R = radius, w->limit = pow(sin(radius), 2);
@@ -7532,7 +7536,8 @@ static void envmapi_near_fold(envmapi_window *w, int places, int n, int y, const
         double mean = 0, before = twice[i > last ? i - last : last - i];
         for (int j = 0; j < places && omega; ++j)
             mean += envmapi_tent[places - 1][j][1] * (double)k[places * i + j];
-        out[i] = omega ? (float)mean * *omega : (float)(twice[i + last] - 2 * twice[i] + before);
+        out[i] = omega ? (float)mean * *omega
+                       : (float)(twice[i + last] - 2 * twice[i] + before);
     }
     for (int q = 0; q <= last; ++q) {
         float *K = knots->K + (n * (last + 1) + q) * area + (y - knots->y) * knots->width;
@@ -7841,7 +7846,7 @@ static size_t envmapi_near_cell_of(envmapi_near_cell *cell, const envmapi_near *
     int v = envmapi_near_cell_knots(cell->at[1], s->cell_piece, even);
     cell->last[0] = u, cell->last[1] = v;
     cell->knots.ready = u && v && u * v < 12 * tile->count &&
-                        4 * (cell->reach + 2) * (u + 1) < (int)s->room - 16; /* 12: speed only */
+                  4 * (cell->reach + 2) * (u + 1) < (int)s->room - 16; /* 12: speed only */
     return (size_t)cell->knots.ready * (size_t)((u + 1) * (v + 1)) *
            (size_t)(cell->knots.height * cell->knots.width);
 }
@@ -7933,7 +7938,8 @@ static envmapi_near_knots *envmapi_near_tied(envmapi_window *w, const envmapi_ne
                                              const envmapi_near_tile *tile,
                                              const envmapi_near_axes *axes, int outer, int plane) {
     int part = w->part;
-    envmapi_near_knots *knots = plane ? w->knots + outer : w->lines[outer] + (part == axes->face);
+    envmapi_near_knots *knots =
+        plane ? w->knots + outer : w->lines[outer] + (part == axes->face);
     if (knots->ready && (plane || (knots->row == axes->y && knots->part == part))) return knots;
     knots->part = part, knots->row = axes->y, knots->plane = plane, knots->ready = -1;
     knots->folded = -1;
@@ -8006,10 +8012,10 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
 
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
-#define ENVMAPI_COARSE  0.1   /* rad: texels wider than this are coarser than any kernel of FAST */
-#define ENVMAPI_FEW     20000 /* texels of a source that all turns may have at once (memory) */
-#define ENVMAPI_RUN     64    /* texels that are bright together; any number is right */
-#define ENVMAPI_OCTAVES 320   /* of a float's exponents, from the least denormal on */
+#define ENVMAPI_COARSE  0.1 /* rad: texels wider than this are coarser than any kernel of FAST */
+#define ENVMAPI_FEW   20000 /* texels of a source that all turns may have at once (memory) */
+#define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
+#define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
 
 /* ---- the source as lookups see it, in blocks */
 
@@ -8214,8 +8220,8 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     envmapi_near_aim(w, s, axes);
     if (s->all) envmapi_near_all(w, s, axes->count);
     for (int n = 0; n < axes->count; ++n)
-        w->rim[n] =
-            !s->all && envmapi_axis_at_rim(&s->axis, w->axes[n], fmin(s->R_bright, 8 * s->sigma));
+        w->rim[n] = !s->all && envmapi_axis_at_rim(&s->axis, w->axes[n],
+                                                   fmin(s->R_bright, 8 * s->sigma));
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         unsigned bright = 0;
         for (int outer = 1; outer >= 0; --outer) {
@@ -8574,9 +8580,9 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     /* x^N, N < 1/2, jumps at the horizon, where cosines of an axis' images differ by roundings */
     if (s->axis.lobe->kind != ENVMAP_LOBE_PHONG || s->axis.lobe->parameter >= 0.5f)
         s->all = envmapi_near_few(src);
-    if (serves &&
-        (s->axis.texel < ENVMAPI_COARSE || (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
-                                            s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
+    if (serves && (s->axis.texel < ENVMAPI_COARSE ||
+                   (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
+                    s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
         s->all = 0;
     /* Functions and tables, and lobes of about a texel of an octahedral map, take more windows than
        points. Speed only, as is to leave single texels to sums. */
@@ -9565,7 +9571,7 @@ static envmap_result envmapi_scene_histograms(envmapi_scene *s, double sigma, co
     t.histograms = s->histograms;
     t.squares = (double *)envmapi_pool_get(pool, (size_t)(j + 1) * count, sizeof *t.squares);
     t.d = (double(*)[3])envmapi_pool_get(pool, count, sizeof *t.d);
-    t.values = (float(*)[3 + ENVMAPI_SCALES]) envmapi_pool_get(pool, count, sizeof *t.values);
+    t.values = (float(*)[3 + ENVMAPI_SCALES])envmapi_pool_get(pool, count, sizeof *t.values);
     if (!t.squares || !t.d || !t.values) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < 1026; ++i) {
         double part = envmapi_acos(1 - i / 512.0) / ENVMAPI_PI;
@@ -9673,13 +9679,13 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 /* kinks_on_few_texels_keep_the_tolerance */
 #define ENVMAPI_LATTICE 0.8 /* of the texels' lattice's first wave: from there lambda_l is small */
 /* a_lit_texel_some_texels_away_keeps_the_tolerance, of tests/test_near.c, at 30 */
-#define ENVMAPI_TAIL   3.0  /* times the share, for the tail of a sharp lobe */
-#define ENVMAPI_BLUR   4.0  /* over texels: from this band on, bilinear radiance has less */
-#define ENVMAPI_APART  15.0 /* over bands, rad: length of the pieces that points stand for */
-#define ENVMAPI_SHARP  2.35 /* texels: near sums are quicker below, between cubes; speed only */
-#define ENVMAPI_MIDDLE 40   /* squared bands a number of the result, of points: speed only */
-#define ENVMAPI_HEAVY  190  /* bands, beyond which a GGX has its lights apart: speed only */
-#define ENVMAPI_SMOOTH 8.0  /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
+#define ENVMAPI_TAIL    3.0 /* times the share, for the tail of a sharp lobe */
+#define ENVMAPI_BLUR    4.0 /* over texels: from this band on, bilinear radiance has less */
+#define ENVMAPI_APART   15.0 /* over bands, rad: length of the pieces that points stand for */
+#define ENVMAPI_SHARP   2.35 /* texels: near sums are quicker below, between cubes; speed only */
+#define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
+#define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
+#define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
 
 /* The angles of histograms: their cosines, and sin t dt / 2. */
 typedef struct envmapi_angles {
@@ -9696,12 +9702,12 @@ static void envmapi_angles_fill(envmapi_angles *angles) {
 
 /* A slice of a result. Radiance is in units of the light that a result of a uniform scene has. */
 typedef struct envmapi_slice {
-    double p, *lambda;            /* lambda_l of the bands that are known */
-    double power, tail;           /* sum (2l+1) lambda_l^2: of all bands; of unknown ones */
-    double k[ENVMAPI_ANGLES];     /* of the known bands, at the angles */
+    double p, *lambda;           /* lambda_l of the bands that are known */
+    double power, tail;          /* sum (2l+1) lambda_l^2: of all bands; of unknown ones */
+    double k[ENVMAPI_ANGLES];    /* of the known bands, at the angles */
     double whole[ENVMAPI_ANGLES]; /* its size; of a tail that of the whole lobe */
-    double mean, darkest;         /* of the result in this scene */
-    double result[ENVMAPI_AXES];  /* what each axis gets */
+    double mean, darkest;        /* of the result in this scene */
+    double result[ENVMAPI_AXES]; /* what each axis gets */
     double dark[ENVMAPI_SCALES][ENVMAPI_ANGLES]; /* the least, that far from a scale's spot */
     int black, L; /* black: an axis gets next to nothing; L: the bands needed */
     double h;     /* the grid needed */
@@ -10318,7 +10324,8 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     envmapi_axis_aim(axis, src, k, dst->slices, tolerance);
     if (axis->bilinear > 0 && axis->to > axis->reach && lobe->kind == ENVMAP_LOBE_GGX)
         return ENVMAP_OK;
-    if (!envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result)) return result;
+    if (!envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result))
+        return result;
     int slice = src->slices > 1 ? k : 0;
     result = envmapi_scene_create(scene, src, slice, spec.sigma, &desc->work, pool);
     if (result) return result;
@@ -10342,7 +10349,8 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
         return ENVMAP_OK;
     }
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / spec.h, spec.L + 2)));
-    spectrum.a = (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
+    spectrum.a =
+        (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
     if (!spectrum.a || envmapi_rings_create(rings, M, spec.L, points->count,
                                             envmapi_rings_tasks(&desc->work), NULL, pool))
         result = ENVMAP_ERROR_MEMORY;
@@ -10603,7 +10611,8 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         else if (envmapi_job_constant(job, l))
             for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(view, 0); ++i)
                 view->texels[i] = src->texels[i % 3];
-        else result = envmapi_filter_sharp(view, src, lobe, NULL, 0, slices, &desc, &job->pool);
+        else
+            result = envmapi_filter_sharp(view, src, lobe, NULL, 0, slices, &desc, &job->pool);
     }
     done *= runs;
     for (int run = 0; run < runs && job->fast && !result; ++run, done += job->fast) {
