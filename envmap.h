@@ -3539,7 +3539,9 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
    all that is lost is what a spline loses of a wave of f cycles a sample, about 2.4 f^6
    (_spline_error), and the bands left out. Four channels: RGB and solid angle.
    Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre.
-   Samples are floats, whose rounding stays where it is; F_m are doubles, as theirs goes around.
+   Samples are floats, whose rounding stays where it is. That of F_m goes around: between the FFT
+   and the sums they are integers in the place of the samples, of 2^-31 of the sum of a ring, or of
+   the largest F_m of its m on the way back (_units).
    Used by >>transform.  Source [Swarztrauber79] for e and o; splines [Unser91].
    Tests: tests/test_harmonics.c. */
 
@@ -3666,8 +3668,8 @@ typedef struct envmapi_point {
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
     size_t row, pairs; /* floats a row of G: rings -3 .. M+2, 4 channels; M/2, in blocks of 8 */
-    float *G;         /* [-3 .. 2M+2][row] */
-    double *F;        /* F_m, [bands][pairs][16]: e re, e im, o re, o im; where the values are */
+    float *G;         /* [-3 .. 2M+2][row]; the real parts of F_m in row 2m, the others in 2m+1 */
+    double *units;    /* what F_m are counted in: of rings, [M][4]; on the way back [bands][4] */
     double *twiddles; /* cos, sin of 2 pi i/2M */
     double *response; /* 1 / the spline's response at m */
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
@@ -3677,7 +3679,7 @@ typedef struct envmapi_rings {
     envmapi_point *points;
     short (*reach)[2];  /* of 64 points each: the first k on which they are spread, and the last */
     float *values;      /* [count][4] */
-    size_t count, room; /* room: doubles from G on, F and values are there too */
+    size_t count, room; /* room: doubles from G on, values are there too */
     double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
@@ -3732,10 +3734,10 @@ static void envmapi_rings_tables(envmapi_rings *rings) {
    end unevenly (speed only, at 16: 1.04 x for Phong 2000 on two threads). */
 static int envmapi_rings_tasks(const envmap_work *work) { return work->executor.run ? 12 : 1; }
 
-/* What a task of these needs: the FFT's block, or the tables of one m. */
-static size_t envmapi_rings_work(int M) { return 32 * (size_t)M + 64; }
+/* What a task of these needs: the FFT's block, or the tables and F of one m. */
+static size_t envmapi_rings_work(int M) { return 36 * (size_t)M + 256; }
 
-/* Rings for `room` points; G, F and values are in the block of `done`, whose work is done, where
+/* Rings for `room` points; G and values are in the block of `done`, whose work is done, where
    there is one and it is large enough. All else is in one block: glibc's malloc gives back the
    heap's end after a call in which no block is half of all, and the next has it mapped anew. */
 static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t room,
@@ -3744,21 +3746,20 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     size_t n = 2 * (size_t)M, H = (size_t)M / 2, L = (size_t)bands;
     memset(rings, 0, sizeof *rings);
     rings->M = M, rings->bands = bands, rings->tasks = tasks, rings->row = 4 * ((size_t)M + 6);
-    size_t tables = 2 * n + 2 * L + 14 * H + 24, work = envmapi_rings_work(M) * (size_t)tasks;
+    size_t tables = 4 * n + 2 * L + 14 * H + 24, work = envmapi_rings_work(M) * (size_t)tasks;
     rings->pairs = (H + 7) / 8 * 8;
-    size_t grid = (n + 6) * rings->row / 2, F = 16 * L * rings->pairs;
-    size_t own = rings->room = grid + (F > 2 * room ? F : 2 * room);
+    size_t grid = (n + 6) * rings->row / 2, own = rings->room = grid + 2 * room;
     if (done && done->room >= own) own = 0;
     size_t points = (3 * room + 1) / 2, reach = room / 128 + 1;
     double *block = (double *)envmapi_pool_get(
         pool, own + tables + work + (n + 1) / 2 + points + reach, sizeof(double));
     if (!block) return ENVMAP_ERROR_MEMORY;
-    rings->G = own ? (float *)block : done->G, rings->F = (double *)(void *)rings->G + grid;
-    rings->values = (float *)rings->F;
-    rings->twiddles = block + own, rings->response = rings->twiddles + 2 * n;
+    rings->G = own ? (float *)block : done->G, rings->values = rings->G + 2 * grid;
+    rings->units = block + own, rings->twiddles = rings->units + 2 * n;
+    rings->response = rings->twiddles + 2 * n;
     rings->norms = rings->response + L, rings->x = rings->norms + L;
     rings->log_sin = rings->x + H, rings->factors = (double(*)[3])(rings->log_sin + H);
-    rings->work = rings->twiddles + tables, rings->reversed = (int *)(rings->work + work);
+    rings->work = rings->units + tables, rings->reversed = (int *)(rings->work + work);
     rings->points = (envmapi_point *)(rings->reversed + (n + 1) / 2 * 2);
     rings->reach = (short(*)[2])((double *)(void *)rings->points + points);
     envmapi_rings_tables(rings);
@@ -3949,26 +3950,43 @@ static void envmapi_fft(const envmapi_rings *rings, double *z, int sign) {
     }
 }
 
-ENVMAPI_INLINE double *envmapi_rings_F(const envmapi_rings *rings, int m) {
-    return rings->F + 16 * rings->pairs * (size_t)m;
+/* Four numbers at a and four at b of G, in integers. */
+ENVMAPI_INLINE void envmapi_whole_get(double x[8], const float *a, const float *b) {
+    int32_t whole[8];
+    memcpy(whole, a, 16), memcpy(whole + 4, b, 16);
+    for (int i = 0; i < 8; ++i) x[i] = whole[i];
+}
+
+ENVMAPI_INLINE void envmapi_whole_put(float *a, float *b, const double x[8]) {
+    int32_t whole[8];
+    for (int i = 0; i < 8; ++i) whole[i] = (int32_t)(x[i] + (x[i] < 0 ? -0.5 : 0.5));
+    memcpy(a, whole, 16), memcpy(b, whole + 4, 16);
+}
+
+/* What numbers up to `most` are counted in, and one over that; 0 if they are not those of floats. */
+static double envmapi_whole_unit(double *unit, double most) {
+    *unit = most / 2147483000.0;
+    return most > 1e-250 && most < 1e250 ? 2147483000.0 / most : 0;
 }
 
 /* Rings 2b, 2b+1 (real parts of z) and M-2-2b, M-1-2b (imaginary ones) of block b -> F_m. */
 static void envmapi_rings_unpack(const envmapi_rings *rings, int block, const double *z) {
-    int n = 2 * rings->M;
+    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
+    double half[16], *units[2] = {rings->units + 4 * north, rings->units + 4 * south};
+    for (int i = 0; i < 16; ++i)
+        half[i] = envmapi_whole_unit(units[i / 8] + i % 8, units[i / 8][i % 8]) / 2;
     for (int m = 0; m < rings->bands; ++m) {
         const double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         const double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
-        double *f = envmapi_rings_F(rings, m) + 32 * block, half = rings->response[m] / 2;
-        for (int i = 0; i < 32; i += 8) ENVMAPI_PREFETCH(f + 64 * rings->pairs + i);
-        for (int r = 0; r < 8; r += 4, f += 16)
-            for (int c = 0; c < 4; ++c) {
-                int i = r + c, s = i ^ 4; /* the pair's southern ring is the other one */
-                double n_re = (p[i] + q[i]) * half, n_im = (p[8 + i] - q[8 + i]) * half;
-                double s_re = (p[8 + s] + q[8 + s]) * half, s_im = (q[s] - p[s]) * half;
-                f[c] = n_re + s_re, f[c + 4] = n_im + s_im;
-                f[c + 8] = n_re - s_re, f[c + 12] = n_im - s_im;
-            }
+        double n_re[8], n_im[8], s_re[8], s_im[8];
+        for (int i = 0; i < 8; ++i) {
+            n_re[i] = (p[i] + q[i]) * half[i], n_im[i] = (p[8 + i] - q[8 + i]) * half[i];
+            s_re[i] = (p[8 + i] + q[8 + i]) * half[8 + i], s_im[i] = (q[i] - p[i]) * half[8 + i];
+        }
+        float *a = envmapi_ring(rings, 2 * m, north), *b = envmapi_ring(rings, 2 * m, south);
+        envmapi_whole_put(a, a + 4, n_re), envmapi_whole_put(b, b + 4, s_re);
+        a += rings->row, b += rings->row;
+        envmapi_whole_put(a, a + 4, n_im), envmapi_whole_put(b, b + 4, s_im);
     }
 }
 
@@ -3978,22 +3996,28 @@ static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z)
     for (int m = rings->bands - 1; m >= 0; --m) {
         double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
-        const double *f = envmapi_rings_F(rings, m) + 32 * block, w = rings->response[m];
-        for (int i = 0; m > 3 && i < 32; i += 8) ENVMAPI_PREFETCH(f - 64 * rings->pairs + i);
-        for (int r = 0; r < 8; r += 4) /* p = N + i S, q = conj N + i conj S */
-            for (int c = 0; c < 4; ++c) {
-                const double *north = f + 4 * r + c, *south = f + 4 * (r ^ 4) + c;
-                double n_re = (north[0] + north[8]) * w, n_im = (north[4] + north[12]) * w;
-                double s_re = (south[0] - south[8]) * w, s_im = (south[4] - south[12]) * w;
-                q[r + c] = n_re + s_im, q[8 + r + c] = s_re - n_im;
-                p[r + c] = m ? n_re - s_im : n_re, p[8 + r + c] = m ? s_re + n_im : s_re;
-            }
+        double n_re[8], n_im[8], s_re[8], s_im[8], w[8];
+        const float *a = envmapi_ring(rings, 2 * m, 2 * block), *next = a + rings->row;
+        size_t south = 4 * (size_t)(rings->M - 2 - 4 * block);
+        for (int i = 0; i < 8; ++i) w[i] = rings->units[4 * m + i % 4] * rings->response[m];
+        envmapi_whole_get(n_re, a, a + 4), envmapi_whole_get(n_im, next, next + 4);
+        envmapi_whole_get(s_re, a + south, a + south + 4);
+        envmapi_whole_get(s_im, next + south, next + south + 4);
+        for (int k = 7; m > 3 && k < 9; ++k)
+            ENVMAPI_PREFETCH(next - k * rings->row), ENVMAPI_PREFETCH(next + south - k * rings->row);
+        for (int i = 0; i < 8; ++i) { /* p = N + i S, q = conj N + i conj S */
+            q[i] = (n_re[i] + s_im[i]) * w[i], q[8 + i] = (s_re[i] - n_im[i]) * w[i];
+            p[i] = m ? (n_re[i] - s_im[i]) * w[i] : n_re[i] * w[i];
+            p[8 + i] = m ? (s_re[i] + n_im[i]) * w[i] : s_re[i] * w[i];
+        }
     }
 }
 
-/* z between a block's rings and the FFT. */
+/* z between a block's rings and the FFT; on the way out also the sums of |z|, which no F_m
+   exceeds. */
 static void envmapi_rings_block(const envmapi_rings *rings, int block, double *z, int out) {
     int north = 2 * block, south = rings->M - 2 - north;
+    double sums[2 * ENVMAPI_BLOCK] = {0};
     for (int k = 0; k < 2 * rings->M; ++k, z += 2 * ENVMAPI_BLOCK) {
         float *a = envmapi_ring(rings, k, north), *b = envmapi_ring(rings, k, south);
         ENVMAPI_PREFETCH(a + 8 * rings->row), ENVMAPI_PREFETCH(b + 8 * rings->row);
@@ -4001,7 +4025,11 @@ static void envmapi_rings_block(const envmapi_rings *rings, int block, double *z
             a[i] = (float)z[i], b[i] = (float)z[ENVMAPI_BLOCK + i];
         for (int i = 0; i < ENVMAPI_BLOCK && !out; ++i)
             z[i] = (double)a[i], z[ENVMAPI_BLOCK + i] = (double)b[i];
+        for (int i = 0; i < 2 * ENVMAPI_BLOCK && !out; ++i) sums[i] += fabs(z[i]);
     }
+    if (out) return;
+    memcpy(rings->units + 4 * north, sums, sizeof sums / 2);
+    memcpy(rings->units + 4 * south, sums + ENVMAPI_BLOCK, sizeof sums / 2);
 }
 
 /* ---- Legendre functions along the meridian */
@@ -4074,13 +4102,49 @@ static void envmapi_rings_solve(const envmapi_rings *rings, double *f, int m) {
     envmapi_double8_solve(f, H, 16, 2, 8, rings->factors + 2 * (m & 1) * (H + 2), H + 2);
 }
 
+/* F [pairs][16]: e re, e im, o re, o im, of north +- south. */
+static void envmapi_rings_column(const envmapi_rings *rings, double *F, int m) {
+    int H = rings->M / 2;
+    memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
+    for (int j = 0; j < H; ++j, F += 16) {
+        const float *a = envmapi_ring(rings, 2 * m, j);
+        const float *b = envmapi_ring(rings, 2 * m, rings->M - 1 - j);
+        const double *n = rings->units + 4 * j, *s = rings->units + 4 * (rings->M - 1 - j);
+        double north[8], south[8], w = rings->response[m];
+        envmapi_whole_get(north, a, a + rings->row), envmapi_whole_get(south, b, b + rings->row);
+        for (int i = 0; i < 8; ++i) north[i] *= n[i % 4] * w, south[i] *= s[i % 4] * w;
+        for (int i = 0; i < 8; ++i) F[i] = north[i] + south[i], F[8 + i] = north[i] - south[i];
+    }
+}
+
+/* Back. Where one number is not finite, none of a solved column are: the units tell. */
+static void envmapi_rings_column_back(const envmapi_rings *rings, const double *F, int m) {
+    double most[8] = {0}, w[8];
+    for (const double *f = F; f < F + 8 * rings->M; f += 16)
+        for (int i = 0; i < 8; ++i) {
+            double sum = fabs(f[i]) + fabs(f[8 + i]);
+            most[i] = sum <= most[i] ? most[i] : sum;
+        }
+    for (int i = 0; i < 4; ++i) {
+        double larger = most[i] > most[i + 4] ? most[i] : most[i + 4], all = most[i] + most[i + 4];
+        w[i] = w[i + 4] = envmapi_whole_unit(rings->units + 4 * m + i, all < 1e250 ? larger : all);
+    }
+    for (int j = 0; j < rings->M / 2; ++j, F += 16) {
+        float *a = envmapi_ring(rings, 2 * m, j), *b = envmapi_ring(rings, 2 * m, rings->M - 1 - j);
+        double north[8], south[8];
+        for (int i = 0; i < 8; ++i)
+            north[i] = (F[i] + F[8 + i]) * w[i], south[i] = (F[i] - F[8 + i]) * w[i];
+        envmapi_whole_put(a, a + rings->row, north), envmapi_whole_put(b, b + rings->row, south);
+    }
+}
+
 /* a[l] = sum_j P_l(j) F(j): even l - m see e, odd ones o. */
 static void envmapi_legendre_analyse(const envmapi_rings *rings, double *a, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
-    double *F = envmapi_rings_F(rings, m);
-    double *A = work, *B = A + rings->bands + 1, *P = B + rings->bands + 1;
+    double *F = work, *A = F + 16 * rings->pairs, *B = A + rings->bands + 1;
+    double *P = B + rings->bands + 1;
     envmapi_legendre_factors(A, B, m, rings->bands);
-    memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
+    envmapi_rings_column(rings, F, m);
     envmapi_rings_solve(rings, F, m);
     memset(a, 0, (size_t)count * 8 * sizeof(double));
     for (int first = 0, skip[2]; first < H; first += 8, P += first & 8 ? 8 * count : -8 * count) {
@@ -4117,7 +4181,7 @@ ENVMAPI_INLINE void envmapi_legendre_sums(double *f, const double *a, const doub
 static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double *a,
                                         const double *lambda, int m, double *work) {
     int H = rings->M / 2, count = rings->bands - m;
-    double *F = envmapi_rings_F(rings, m), *A = work, *B = A + rings->bands + 1;
+    double *F = work, *A = F + 16 * rings->pairs, *B = A + rings->bands + 1;
     double *P = B + rings->bands + 1, *scaled = P + 16 * rings->bands;
     envmapi_legendre_factors(A, B, m, rings->bands);
     for (int i = 0; i < 8 * count; ++i) scaled[i] = lambda[m + i / 8] * a[i];
@@ -4130,6 +4194,7 @@ static void envmapi_legendre_synthesise(const envmapi_rings *rings, const double
                                       l < 0 ? count : l + odd, count);
     }
     envmapi_rings_solve(rings, F, m);
+    envmapi_rings_column_back(rings, F, m);
 }
 
 /* ---- as tasks, each a part that the data alone defines */
