@@ -3659,11 +3659,16 @@ static void envmapi_polar(double *angle, double *length, const double *y, const 
     }
 }
 
-/* Where a point falls: the grid point before it, and how far past that. */
+/* A direction's angles: of phi 2^-32 turns, of theta half as much. */
 typedef struct envmapi_point {
-    short k, j;
-    float f_k, f_j;
+    uint32_t phi, theta;
 } envmapi_point;
+
+/* Where a point falls: the grid point before it, and how far past that. */
+typedef struct envmapi_spot {
+    int k, j;
+    float f_k, f_j;
+} envmapi_spot;
 
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
@@ -3679,7 +3684,8 @@ typedef struct envmapi_rings {
     envmapi_point *points;
     short (*reach)[2];  /* of 64 points each: the first k on which they are spread, and the last */
     float *values;      /* [count][4] */
-    size_t count, room; /* room: doubles from G on, values are there too */
+    size_t count;
+    size_t room, free, lone; /* doubles from G on: all; G and points; of a, at the end as values */
     double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
@@ -3737,31 +3743,44 @@ static int envmapi_rings_tasks(const envmap_work *work) { return work->executor.
 /* What a task of these needs: the FFT's block, or the tables and F of one m. */
 static size_t envmapi_rings_work(int M) { return 36 * (size_t)M + 256; }
 
-/* Rings for `room` points; G and values are in the block of `done`, whose work is done, where
-   there is one and it is large enough. All else is in one block: glibc's malloc gives back the
-   heap's end after a call in which no block is half of all, and the next has it mapped anew. */
-static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t room,
-                                          int tasks, const envmapi_rings *done,
+/* Coefficients of one m begin at [envmapi_triangle(m)], l = m .. bands-1, 8 numbers each: the real
+   parts of RGB and solid angle, then the imaginary ones. */
+static size_t envmapi_triangle(int bands, int m) {
+    return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
+}
+
+/* Rings for `count` points. room: how many they may be later, if a_lm are needed only until then,
+   as they are in the place of values; else 0. done: whose work is done, or NULL: its memory is used
+   where it is enough. All is in one block: glibc's malloc gives back the heap's end after a call in
+   which no block is half of all, and the next has it mapped anew. */
+static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands, size_t count,
+                                          size_t room, int tasks, const envmapi_rings *done,
                                           envmapi_pool *pool) {
     size_t n = 2 * (size_t)M, H = (size_t)M / 2, L = (size_t)bands;
     memset(rings, 0, sizeof *rings);
     rings->M = M, rings->bands = bands, rings->tasks = tasks, rings->row = 4 * ((size_t)M + 6);
     size_t tables = 4 * n + 2 * L + 14 * H + 24, work = envmapi_rings_work(M) * (size_t)tasks;
     rings->pairs = (H + 7) / 8 * 8;
-    size_t grid = (n + 6) * rings->row / 2, own = rings->room = grid + 2 * room;
-    if (done && done->room >= own) own = 0;
-    size_t points = (3 * room + 1) / 2, reach = room / 128 + 1;
+    size_t grid = (n + 6) * rings->row / 2, many = room > count ? room : count, own;
+    size_t a = done ? done->lone : room ? envmapi_triangle(bands, bands) : 0;
+    rings->free = grid + many;
+    if (done && !a && done->free > rings->free) rings->free = done->free; /* its points stay */
+    own = rings->room = (rings->free + (2 * many > a ? 2 * many : a) + 7) / 8 * 8;
+    if (done && done->room >= own) own = 0, rings->room = done->room;
+    size_t points = own || a ? 0 : count, reach = count / 128 + 1;
     double *block = (double *)envmapi_pool_get(
         pool, own + tables + work + (n + 1) / 2 + points + reach, sizeof(double));
     if (!block) return ENVMAP_ERROR_MEMORY;
-    rings->G = own ? (float *)block : done->G, rings->values = rings->G + 2 * grid;
+    double *G = own ? block : (double *)(void *)done->G, *end = G + rings->room;
+    rings->G = (float *)G, rings->values = (float *)(end - 2 * count), rings->lone = a;
+    if (a) rings->a = end - a, rings->a_bands = bands;
     rings->units = block + own, rings->twiddles = rings->units + 2 * n;
     rings->response = rings->twiddles + 2 * n;
     rings->norms = rings->response + L, rings->x = rings->norms + L;
     rings->log_sin = rings->x + H, rings->factors = (double(*)[3])(rings->log_sin + H);
     rings->work = rings->units + tables, rings->reversed = (int *)(rings->work + work);
-    rings->points = (envmapi_point *)(rings->reversed + (n + 1) / 2 * 2);
-    rings->reach = (short(*)[2])((double *)(void *)rings->points + points);
+    rings->reach = (short(*)[2])(rings->reversed + (n + 1) / 2 * 2);
+    rings->points = (envmapi_point *)(points ? (double *)(void *)rings->reach + reach : G + grid);
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
 }
@@ -3772,20 +3791,27 @@ ENVMAPI_INLINE float *envmapi_ring(const envmapi_rings *rings, int k, int j) {
 }
 
 /* The polar axis is z; n <= 64 directions d[0..2][] of any length. */
-static void envmapi_rings_points(envmapi_point *points, const envmapi_rings *rings,
-                                 double d[3][ENVMAPI_CHUNK], int n) {
-    double scale = rings->M / ENVMAPI_PI, phi[ENVMAPI_CHUNK], theta[ENVMAPI_CHUNK];
+static void envmapi_points_of(envmapi_point *points, double d[3][ENVMAPI_CHUNK], int n) {
+    double scale = 2147483648.0 / ENVMAPI_PI, phi[ENVMAPI_CHUNK], theta[ENVMAPI_CHUNK];
     double across[ENVMAPI_CHUNK], length[ENVMAPI_CHUNK];
-    int whole = 2 * rings->M;
     for (int i = n; i < ENVMAPI_CHUNK; ++i) d[0][i] = d[1][i] = d[2][i] = 1;
     envmapi_polar(phi, across, d[1], d[0]);
     envmapi_polar(theta, length, across, d[2]);
     for (int i = 0; i < n; ++i) {
-        double t = theta[i] * scale + 0.5, f = phi[i] * scale + (phi[i] < 0 ? whole : 0);
-        int k = (int)f, j = (int)t;
-        points[i].k = (short)(k < whole ? k : 0), points[i].j = (short)(j - 1);
-        points[i].f_k = (float)(f - k), points[i].f_j = (float)(t - j);
+        double south = 2 * scale * theta[i] + 0.5;
+        points[i].phi = (uint32_t)(int64_t)(scale * phi[i] + 4294967296.5);
+        points[i].theta = (uint32_t)(south < 4294967295.0 ? south : 4294967295.0);
     }
+}
+
+ENVMAPI_INLINE envmapi_spot envmapi_spot_of(const envmapi_rings *rings, envmapi_point point) {
+    uint64_t k = (uint64_t)point.phi * (uint64_t)(2 * rings->M);
+    uint64_t j = (uint64_t)point.theta * (uint64_t)rings->M + 0x80000000u;
+    envmapi_spot spot;
+    spot.k = (int)(k >> 32), spot.j = (int)(j >> 32) - 1;
+    spot.f_k = (float)(uint32_t)k * 2.3283064e-10f;
+    spot.f_j = (float)(uint32_t)j * 2.3283064e-10f; /* 2^-32 */
+    return spot;
 }
 
 static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : k; }
@@ -3802,16 +3828,16 @@ static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *poin
         }
         /* every eighth, as what the last one changed cannot be read at once */
         size_t i = (n & ~(size_t)63) + n % 8 * 8 + n / 8 % 8;
-        const envmapi_point *p = points + i;
         if (i >= count) continue;
-        int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
+        envmapi_spot p = envmapi_spot_of(rings, points[i]);
+        int first = p.k - 2, a = first < from ? from - first : 0, end = to - first;
         if (end > 6) end = 6;
         if (a >= end) continue;
         envmapi_float4 two[2];
         envmapi_float16 four; /* of six samples down the rings, and the other two */
-        float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
-        envmapi_splines(w, p->f_k, p->f_j);
-        envmapi_splines_four(&four, w, p->f_j, values + 4 * i);
+        float w[16], *ring = envmapi_ring(rings, first + a, p.j - 2);
+        envmapi_splines(w, p.f_k, p.f_j);
+        envmapi_splines_four(&four, w, p.f_j, values + 4 * i);
         memset(two, 0, sizeof two);
         envmapi_float4_add(two, w[12], envmapi_float4_at(values + 4 * i));
         envmapi_float4_add(two + 1, w[13], envmapi_float4_at(values + 4 * i));
@@ -3826,12 +3852,12 @@ static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *poin
 static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_point *points,
                                       float *values, size_t count) {
     for (size_t i = 0; i < count; ++i) {
-        const envmapi_point *p = points + i;
+        envmapi_spot p = envmapi_spot_of(rings, points[i]);
         envmapi_float16 four; /* of six samples down the rings, and the other two */
         envmapi_float4 sums[6], sum;
         float w[16];
-        const float *ring = envmapi_ring(rings, p->k - 2, p->j - 2);
-        envmapi_splines(w, p->f_k, p->f_j);
+        const float *ring = envmapi_ring(rings, p.k - 2, p.j - 2);
+        envmapi_splines(w, p.f_k, p.f_j);
         memset(&four, 0, sizeof four), memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
         for (int a = 0; a < 6; ++a, ring += rings->row) {
             envmapi_float16_add(&four, w[a], envmapi_float16_at(ring));
@@ -3959,7 +3985,8 @@ ENVMAPI_INLINE void envmapi_whole_get(double x[8], const float *a, const float *
 
 ENVMAPI_INLINE void envmapi_whole_put(float *a, float *b, const double x[8]) {
     int32_t whole[8];
-    for (int i = 0; i < 8; ++i) whole[i] = (int32_t)(x[i] + (x[i] < 0 ? -0.5 : 0.5));
+    for (int i = 0; i < 8; ++i) /* 0 for NaN, too */
+        whole[i] = (int32_t)(fabs(x[i]) < 2147483600.0 ? x[i] + (x[i] < 0 ? -0.5 : 0.5) : 0);
     memcpy(a, whole, 16), memcpy(b, whole + 4, 16);
 }
 
@@ -4003,8 +4030,8 @@ static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z)
         envmapi_whole_get(n_re, a, a + 4), envmapi_whole_get(n_im, next, next + 4);
         envmapi_whole_get(s_re, a + south, a + south + 4);
         envmapi_whole_get(s_im, next + south, next + south + 4);
-        for (int k = 7; m > 3 && k < 9; ++k)
-            ENVMAPI_PREFETCH(next - k * rings->row), ENVMAPI_PREFETCH(next + south - k * rings->row);
+        for (size_t k = 7; m > 3 && k < 9; ++k)
+            ENVMAPI_PREFETCH(a - k * rings->row), ENVMAPI_PREFETCH(a + south - k * rings->row);
         for (int i = 0; i < 8; ++i) { /* p = N + i S, q = conj N + i conj S */
             q[i] = (n_re[i] + s_im[i]) * w[i], q[8 + i] = (s_re[i] - n_im[i]) * w[i];
             p[i] = m ? (n_re[i] - s_im[i]) * w[i] : n_re[i] * w[i];
@@ -4087,12 +4114,6 @@ static void envmapi_legendre(double *P, int skip[2], const envmapi_rings *rings,
             while (l + step <= count && !(fabs(P[8 * (l + step - 1) + at[i]]) > 1e-14)) l += step;
         skip[i] = l < count ? l & ~1 : -1;
     }
-}
-
-/* Coefficients of one m begin at [envmapi_triangle(m)], l = m .. bands-1, 8 numbers each: the real
-   parts of RGB and solid angle, then the imaginary ones. */
-static size_t envmapi_triangle(int bands, int m) {
-    return 4 * (size_t)m * (size_t)(2 * bands - m + 1);
 }
 
 /* Solves down the rings of one m, e and o apart: the equator mirrors c as +-c, the pole as
@@ -4212,12 +4233,14 @@ static void envmapi_task_reach(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     size_t groups = (r->count + 63) / 64, end = groups * ((size_t)task + 1) / (size_t)r->tasks;
     for (size_t g = groups * (size_t)task / (size_t)r->tasks; g < end; ++g) {
-        short first = r->points[64 * g].k, last = first;
+        envmapi_point first = r->points[64 * g], last = first;
         for (size_t i = 64 * g; i < 64 * g + 64 && i < r->count; ++i) {
-            short k = r->points[i].k;
-            first = k < first ? k : first, last = k > last ? k : last;
+            uint32_t phi = r->points[i].phi;
+            first.phi = phi < first.phi ? phi : first.phi;
+            last.phi = phi > last.phi ? phi : last.phi;
         }
-        r->reach[g][0] = (short)(first - 2), r->reach[g][1] = (short)(last + 3);
+        r->reach[g][0] = (short)(envmapi_spot_of(r, first).k - 2);
+        r->reach[g][1] = (short)(envmapi_spot_of(r, last).k + 3);
     }
 }
 
@@ -4722,7 +4745,7 @@ static void envmapi_task_points(void *context, int y) {
         envmapi_rays(d, i - first, n, grid, face, t->places + i % width, 0.5 * right,
                      v + 0.5 * below);
         if (next - first < ENVMAPI_CHUNK && next < total) continue;
-        envmapi_rings_points(points, &t->rings, d, next - first);
+        envmapi_points_of(points, d, next - first);
         for (int k = first; k < next; ++k) {
             size_t row = (size_t)(k / width) * (size_t)grid->height + (size_t)y;
             t->rings.points[row * (size_t)width + (size_t)(k % width)] = points[k - first];
@@ -4732,10 +4755,10 @@ static void envmapi_task_points(void *context, int y) {
 }
 
 /* A grid for map of spacing h, rings for it and `bands`, and room for all that works on them. in:
-   NULL for results; done: another one, whose memory may be used, or NULL. */
+   NULL for results; done: another one, whose memory may be used, or NULL; room: that of rings. */
 static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap *map, double h,
                                               int bands, double tolerance, const envmapi_input *in,
-                                              const envmapi_transform *done,
+                                              size_t room, const envmapi_transform *done,
                                               const envmap_work *work, envmapi_pool *pool) {
     memset(t, 0, sizeof *t);
     t->grid = envmapi_grid_of(map, h, tolerance), t->in = in;
@@ -4748,8 +4771,8 @@ static envmap_result envmapi_transform_create(envmapi_transform *t, const envmap
     t->rows = (float *)envmapi_pool_get(pool, 28 * width * strips, sizeof(float));
     t->places = (double *)envmapi_pool_get(pool, wide + 6 * (high + wide + 4), sizeof(double));
     if (!t->u || !t->rows || !t->places ||
-        envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, envmapi_rings_tasks(work),
-                             done ? &done->rings : NULL, pool))
+        envmapi_rings_create(&t->rings, M, bands, t->grid.count + rim, room,
+                             envmapi_rings_tasks(work), done ? &done->rings : NULL, pool))
         return ENVMAP_ERROR_MEMORY;
     t->v = t->u + width, t->factors = (double(*)[3])(t->places + wide);
     for (int x = 0; x < t->grid.width; ++x)
@@ -5035,7 +5058,7 @@ static size_t envmapi_rim_points(envmapi_transform *t) {
         for (int c = 0; c < 3; ++c) d[c][0] = cut->d[c];
         for (int c = 0; c < 4; ++c)
             t->rings.values[4 * n + (size_t)c] = out && c < 3 ? 0 : (float)cut->value[c];
-        envmapi_rings_points(t->rings.points + n++, &t->rings, d, 1);
+        envmapi_points_of(t->rings.points + n++, d, 1);
     }
     return n - t->grid.count;
 }
@@ -5574,23 +5597,22 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
     const envmapi_input *from = job->in ? job->in : sh ? &in : NULL;
     int bands = job->bands;
     double lambda[ENVMAPI_SH_BANDS], h = envmapi_widest_spacing(bands);
-    double *a = (double *)envmapi_pool_get(&job->pool, envmapi_triangle(bands, bands), sizeof *a);
     while (3 * envmapi_band_error(bands - 1, h) > job->tolerance) h *= 0.96;
-    if (!a || (sh && !job->in &&
-               envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
-        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, from, NULL, &job->work,
-                                 &job->pool))
+    if ((sh && !job->in &&
+         envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
+        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, from, 1, NULL,
+                                 &job->work, &job->pool))
         return ENVMAP_ERROR_MEMORY;
     for (int l = 0; l < bands; ++l) lambda[l] = 1;
-    t.rings.a = a, t.rings.a_bands = bands, t.rings.lambda = lambda, t.out = texels;
+    t.rings.lambda = lambda, t.out = texels;
     if (sh) {
         if (envmapi_tell(&job->work.progress, 0)) return ENVMAP_CANCELLED;
         envmapi_project_texels(&t, &job->work);
-        envmapi_sh_exchange(sh, a, bands, 1);
+        envmapi_sh_exchange(sh, t.rings.a, bands, 1);
         return envmapi_sh_check(sh, bands, ENVMAPI_SH_LIMIT);
     }
-    memset(a, 0, envmapi_triangle(bands, bands) * sizeof *a);
-    envmapi_sh_exchange(a, job->sh, bands, 0);
+    memset(t.rings.a, 0, envmapi_triangle(bands, bands) * sizeof(double));
+    envmapi_sh_exchange(t.rings.a, job->sh, bands, 0);
     return envmapi_fill_texels(&t, &job->work, ENVMAP_ERROR_RADIANCE);
 }
 
@@ -6050,7 +6072,7 @@ static void envmapi_points_add(envmapi_points *p, const double d[3], const doubl
     for (int c = 0; c < 3; ++c) p->rings->values[4 * n + (size_t)c] = (float)(w * rgb[c]);
     p->rings->values[4 * n + 3] = (float)w, p->rings->count = p->count;
     if (at + 1 == ENVMAPI_CHUNK)
-        envmapi_rings_points(p->rings->points + n - at, p->rings, p->d, ENVMAPI_CHUNK);
+        envmapi_points_of(p->rings->points + n - at, p->d, ENVMAPI_CHUNK);
 }
 
 /* ------------------------------------------------------------------------------- >>reference --
@@ -6736,8 +6758,7 @@ static void envmapi_axis_points(envmapi_axis *axis, envmapi_points *points) {
     if (axis->bilinear > 0) envmapi_axis_integral(axis, axis->bilinear, ENVMAPI_PI);
     size_t rest = points->count % ENVMAPI_CHUNK;
     if (points->rings)
-        envmapi_rings_points(points->rings->points + points->count - rest, points->rings,
-                             points->d, (int)rest);
+        envmapi_points_of(points->rings->points + points->count - rest, points->d, (int)rest);
 }
 
 static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
@@ -10199,7 +10220,7 @@ static envmap_result envmapi_specs_fit(envmapi_spec *specs, int count, envmapi_s
 
 /* What the source side hands to the result side. */
 typedef struct envmapi_spectrum {
-    double *a; /* a_lm */
+    double *a; /* a_lm, where they have memory of their own */
     int kept;  /* the source's grid is still there: a result of the same shape takes it over */
     double h;
     envmapi_transform t;
@@ -10207,24 +10228,30 @@ typedef struct envmapi_spectrum {
 
 /* A scene -> the spectrum that all specs of one kind can do with. */
 static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_spec *specs,
-                                          int count, int kinked, const envmapi_scene *scene,
+                                          int count, int kinked, int keeps,
+                                          const envmapi_scene *scene,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
     envmapi_transform *t = &out->t;
-    int bands = 1;
+    int bands = 1, fills = 0;
+    size_t room = 0;
     memset(out, 0, sizeof *out);
-    out->h = 1, out->kept = 1;
+    out->h = 1, out->kept = !keeps;
     for (const envmapi_spec *spec = specs; spec < specs + count; ++spec) {
         if (spec->kinked != kinked || !spec->L) continue;
         if (spec->L > bands) bands = spec->L;
-        out->h = fmin(out->h, spec->h);
+        out->h = fmin(out->h, spec->h), fills += spec->slices + spec->mirrored;
+        room = envmapi_grid_of(spec->dst, spec->h, (double)desc->tolerance).count;
     }
-    out->a = (double *)envmapi_pool_get(pool, envmapi_triangle(bands, bands), sizeof(double));
-    if (!out->a ||
-        envmapi_transform_create(t, scene->in.map, out->h, bands, (double)desc->tolerance,
-                                 &scene->in, NULL, &desc->work, pool))
+    if (keeps || fills > 1) {
+        room = 0;
+        out->a = (double *)envmapi_pool_get(pool, envmapi_triangle(bands, bands), sizeof(double));
+        if (!out->a) return ENVMAP_ERROR_MEMORY;
+    }
+    if (envmapi_transform_create(t, scene->in.map, out->h, bands, (double)desc->tolerance,
+                                 &scene->in, room, NULL, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     if (kinked) t->lights.all = scene->lights, t->lights.count = scene->light_count;
-    t->rings.a = out->a, t->rings.a_bands = bands;
+    if (out->a) t->rings.a = out->a, t->rings.a_bands = bands;
     envmapi_project_texels(t, &desc->work);
     return ENVMAP_OK;
 }
@@ -10307,7 +10334,7 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
         if (!here && !there && spec->slices > 1) continue;
         if (!spectrum->kept || dst->mapping != src->mapping || dst->size != src->size ||
             h > 1.2 * spectrum->h) {
-            result = envmapi_transform_create(&own, dst, h, L, (double)desc->tolerance, NULL,
+            result = envmapi_transform_create(&own, dst, h, L, (double)desc->tolerance, NULL, 0,
                                               spectrum->kept ? t : NULL, &desc->work, pool);
             own.rings.a = t->rings.a, own.rings.a_bands = t->rings.a_bands;
             own.lights = t->lights;
@@ -10414,12 +10441,11 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
         return ENVMAP_OK;
     }
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / spec.h, spec.L + 2)));
-    spectrum.a =
-        (double *)envmapi_pool_get(pool, envmapi_triangle(spec.L, spec.L), sizeof(double));
-    if (!spectrum.a || envmapi_rings_create(rings, M, spec.L, points->count,
-                                            envmapi_rings_tasks(&desc->work), NULL, pool))
+    if (envmapi_rings_create(rings, M, spec.L, points->count,
+                             envmapi_grid_of(dst, spec.h, tolerance).count,
+                             envmapi_rings_tasks(&desc->work), NULL, pool))
         result = ENVMAP_ERROR_MEMORY;
-    points->rings = rings, rings->a = spectrum.a, rings->a_bands = spec.L;
+    points->rings = rings, spectrum.kept = 1;
     if (!result) envmapi_axis_points(axis, points);
     envmapi_source_free(&source, desc->work.memory);
     if (result) return result;
@@ -10484,7 +10510,7 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
         if (any && ready && envmapi_spectrum_serves(ready + kinked, specs, count, kinked))
             spectrum = ready[kinked];
         else if (any)
-            result = envmapi_fast_analyse(&spectrum, specs, count, kinked, scene, desc, pool);
+            result = envmapi_fast_analyse(&spectrum, specs, count, kinked, 0, scene, desc, pool);
         for (const envmapi_spec *spec = specs + count; spec-- > specs && !result;) {
             envmapi_part part;
             size_t floats = (size_t)slices * envmapi_slice_floats(spec->dst, 0);
@@ -10751,11 +10777,10 @@ static envmap_result envmapi_prepared_spectrum(envmapi_prepared *p, int kinked) 
     int any = 0, kept = job->pool.count + 1; /* a_lm comes first */
     for (int i = 0; i < job->fast; ++i) any |= job->specs[i].kinked == kinked && job->specs[i].L;
     if (!any) return ENVMAP_OK;
-    envmap_result result = envmapi_fast_analyse(p->spectra + kinked, job->specs, job->fast, kinked,
+    envmap_result result = envmapi_fast_analyse(p->spectra + kinked, job->specs, job->fast, kinked, 1,
                                                 kinked ? &job->scenes.unlit : &job->scenes.whole,
                                                 &job->desc, &job->pool);
     if (!result) envmapi_pool_free(&job->pool, kept);
-    p->spectra[kinked].kept = 0;
     return result;
 }
 

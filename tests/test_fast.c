@@ -1101,6 +1101,7 @@ static double seconds_of_project(const envmap *map, double *sh, int bands) {
 /* What FAST does with a source, for as many bands. */
 static double seconds_of_analysis(const envmap *map, int bands) {
     double best = HUGE_VAL;
+    envmap dst = *map;
     envmap_lobe lobe = envmap_lobe_phong(1);
     for (int i = 0; i < 5; ++i) {
         envmap_filter_desc desc = desc_of(ENVMAP_METHOD_FAST, 1e-3);
@@ -1109,11 +1110,12 @@ static double seconds_of_analysis(const envmap *map, int bands) {
         envmapi_spectrum spectrum;
         envmapi_pool pool;
         memset(&pool, 0, sizeof pool), memset(&spec, 0, sizeof spec);
-        spec.lobe = &lobe, spec.L = bands, spec.h = envmapi_widest_spacing(bands);
+        spec.dst = &dst, spec.lobe = &lobe, spec.L = bands;
+        spec.h = envmapi_widest_spacing(bands);
         while (3 * envmapi_band_error(bands - 1, spec.h) > 1e-3) spec.h *= 0.96;
         clock_t start = clock();
         CHECK(!envmapi_scene_create(&scene, map, 0, 0.1, &desc.work, &pool));
-        CHECK(!envmapi_fast_analyse(&spectrum, &spec, 1, 0, &scene, &desc, &pool));
+        CHECK(!envmapi_fast_analyse(&spectrum, &spec, 1, 0, 0, &scene, &desc, &pool));
         best = fmin(best, (double)(clock() - start) / CLOCKS_PER_SEC);
         envmapi_pool_free(&pool, 0);
     }
