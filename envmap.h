@@ -3983,10 +3983,14 @@ ENVMAPI_INLINE void envmapi_whole_get(double x[8], const float *a, const float *
     for (int i = 0; i < 8; ++i) x[i] = whole[i];
 }
 
+/* Beside 1.5 2^52 the last bits of a double are a whole number, and of NaN anything. */
 ENVMAPI_INLINE void envmapi_whole_put(float *a, float *b, const double x[8]) {
-    int32_t whole[8];
-    for (int i = 0; i < 8; ++i) /* 0 for NaN, too */
-        whole[i] = (int32_t)(fabs(x[i]) < 2147483600.0 ? x[i] + (x[i] < 0 ? -0.5 : 0.5) : 0);
+    uint64_t bits[8];
+    uint32_t whole[8];
+    double beside[8];
+    for (int i = 0; i < 8; ++i) beside[i] = x[i] + 6755399441055744.0;
+    memcpy(bits, beside, sizeof bits);
+    for (int i = 0; i < 8; ++i) whole[i] = (uint32_t)bits[i];
     memcpy(a, whole, 16), memcpy(b, whole + 4, 16);
 }
 
