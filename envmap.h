@@ -3804,14 +3804,16 @@ static void envmapi_points_of(envmapi_point *points, double d[3][ENVMAPI_CHUNK],
     }
 }
 
-ENVMAPI_INLINE envmapi_spot envmapi_spot_of(const envmapi_rings *rings, envmapi_point point) {
-    uint64_t k = (uint64_t)point.phi * (uint64_t)(2 * rings->M);
-    uint64_t j = (uint64_t)point.theta * (uint64_t)rings->M + 0x80000000u;
-    envmapi_spot spot;
-    spot.k = (int)(k >> 32), spot.j = (int)(j >> 32) - 1;
-    spot.f_k = (float)(uint32_t)k * 2.3283064e-10f;
-    spot.f_j = (float)(uint32_t)j * 2.3283064e-10f; /* 2^-32 */
-    return spot;
+/* Of n points: a loop of its own, as they are wanted in memory. */
+static void envmapi_spots(envmapi_spot *spots, const envmapi_rings *rings,
+                          const envmapi_point *points, size_t n) {
+    for (size_t i = 0; i < n; ++i) {
+        uint64_t k = (uint64_t)points[i].phi * (uint64_t)(2 * rings->M);
+        uint64_t j = (uint64_t)points[i].theta * (uint64_t)rings->M + 0x80000000u;
+        spots[i].k = (int)(k >> 32), spots[i].j = (int)(j >> 32) - 1;
+        spots[i].f_k = (float)(int)((uint32_t)k >> 8) * 5.9604645e-8f; /* 2^-24 */
+        spots[i].f_j = (float)(int)((uint32_t)j >> 8) * 5.9604645e-8f;
+    }
 }
 
 static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : k; }
@@ -3820,24 +3822,26 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
    can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
+    envmapi_spot spots[64];
     for (size_t n = 0; n < (count + 63) / 64 * 64; ++n) {
         const short *reach = rings->reach[n / 64];
         if (reach[0] >= to || reach[1] < from) {
             n |= 63;
             continue;
         }
+        if (n % 64 == 0) envmapi_spots(spots, rings, points + n, count - n < 64 ? count - n : 64);
         /* every eighth, as what the last one changed cannot be read at once */
         size_t i = (n & ~(size_t)63) + n % 8 * 8 + n / 8 % 8;
         if (i >= count) continue;
-        envmapi_spot p = envmapi_spot_of(rings, points[i]);
-        int first = p.k - 2, a = first < from ? from - first : 0, end = to - first;
+        const envmapi_spot *p = spots + i % 64;
+        int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
         if (end > 6) end = 6;
         if (a >= end) continue;
         envmapi_float4 two[2];
         envmapi_float16 four; /* of six samples down the rings, and the other two */
-        float w[16], *ring = envmapi_ring(rings, first + a, p.j - 2);
-        envmapi_splines(w, p.f_k, p.f_j);
-        envmapi_splines_four(&four, w, p.f_j, values + 4 * i);
+        float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
+        envmapi_splines(w, p->f_k, p->f_j);
+        envmapi_splines_four(&four, w, p->f_j, values + 4 * i);
         memset(two, 0, sizeof two);
         envmapi_float4_add(two, w[12], envmapi_float4_at(values + 4 * i));
         envmapi_float4_add(two + 1, w[13], envmapi_float4_at(values + 4 * i));
@@ -3851,13 +3855,14 @@ static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *poin
 
 static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_point *points,
                                       float *values, size_t count) {
-    for (size_t i = 0; i < count; ++i) {
-        envmapi_spot p = envmapi_spot_of(rings, points[i]);
+    envmapi_spot spots[64], *p = spots;
+    for (size_t i = 0; i < count; ++i, ++p) {
+        if (i % 64 == 0) envmapi_spots(p = spots, rings, points + i, count - i < 64 ? count - i : 64);
         envmapi_float16 four; /* of six samples down the rings, and the other two */
         envmapi_float4 sums[6], sum;
         float w[16];
-        const float *ring = envmapi_ring(rings, p.k - 2, p.j - 2);
-        envmapi_splines(w, p.f_k, p.f_j);
+        const float *ring = envmapi_ring(rings, p->k - 2, p->j - 2);
+        envmapi_splines(w, p->f_k, p->f_j);
         memset(&four, 0, sizeof four), memset(sums, 0, sizeof sums), memset(&sum, 0, sizeof sum);
         for (int a = 0; a < 6; ++a, ring += rings->row) {
             envmapi_float16_add(&four, w[a], envmapi_float16_at(ring));
@@ -4237,14 +4242,15 @@ static void envmapi_task_reach(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     size_t groups = (r->count + 63) / 64, end = groups * ((size_t)task + 1) / (size_t)r->tasks;
     for (size_t g = groups * (size_t)task / (size_t)r->tasks; g < end; ++g) {
-        envmapi_point first = r->points[64 * g], last = first;
-        for (size_t i = 64 * g; i < 64 * g + 64 && i < r->count; ++i) {
-            uint32_t phi = r->points[i].phi;
-            first.phi = phi < first.phi ? phi : first.phi;
-            last.phi = phi > last.phi ? phi : last.phi;
+        envmapi_spot spots[64];
+        size_t n = r->count - 64 * g < 64 ? r->count - 64 * g : 64;
+        envmapi_spots(spots, r, r->points + 64 * g, n);
+        int first = spots[0].k, last = first;
+        for (size_t i = 1; i < n; ++i) {
+            first = spots[i].k < first ? spots[i].k : first;
+            last = spots[i].k > last ? spots[i].k : last;
         }
-        r->reach[g][0] = (short)(envmapi_spot_of(r, first).k - 2);
-        r->reach[g][1] = (short)(envmapi_spot_of(r, last).k + 3);
+        r->reach[g][0] = (short)(first - 2), r->reach[g][1] = (short)(last + 3);
     }
 }
 
