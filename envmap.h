@@ -3762,7 +3762,7 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     size_t tables = 4 * n + 2 * L + 14 * H + 24, work = envmapi_rings_work(M) * (size_t)tasks;
     rings->pairs = (H + 7) / 8 * 8;
     size_t grid = (n + 6) * rings->row / 2, many = room > count ? room : count, own;
-    size_t a = done ? done->lone : room ? envmapi_triangle(bands, bands) : 0;
+    size_t a = room ? envmapi_triangle(bands, bands) : done ? done->lone : 0;
     rings->free = grid + many;
     if (done && !a && done->free > rings->free) rings->free = done->free; /* its points stay */
     own = rings->room = (rings->free + (2 * many > a ? 2 * many : a) + 7) / 8 * 8;
@@ -8473,6 +8473,7 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
     const envmap *dst = &s->dst;
     const envmapi_level *level = &s->axis.level;
     int width = envmapi_width(dst->mapping, dst->size), bins = level->width / 4 + 1, count = 0;
+    int blocks = pool->count;
     envmapi_near_axes *found = (envmapi_near_axes *)envmapi_pool_get(pool, room, sizeof *found);
     int *first = (int *)envmapi_pool_get(pool, (size_t)(bins * (level->edge + 1)), sizeof *first);
     if (!found || !first) return ENVMAP_ERROR_MEMORY;
@@ -8513,6 +8514,7 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
         if (cell > part->cell) part->cell = cell;
         if (cell && own > s->own) s->own = own;
     }
+    envmapi_pool_free(pool, blocks);
     return ENVMAP_OK;
 }
 
@@ -8706,12 +8708,12 @@ static envmap_result envmapi_near_turn(envmapi_near *s, const envmap *src, envma
     return ENVMAP_OK;
 }
 
-/* A slice of src, or its only one, into a slice of dst. *served: 0 where another way is taken. */
+/* Looks at a slice of src, or its only one, and gets all memory that its sums take. *served: 0 where
+   another way is taken. */
 static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
                                         int declines, const envmap_filter_desc *desc,
                                         envmapi_pool *pool) {
     const envmapi_level *level = &s->axis.level;
-    int rows = envmap_faces(src->mapping) * (src->size + 2);
     double tolerance = (double)desc->tolerance;
     envmap_result result = ENVMAP_OK;
     *served = envmapi_near_suits(s, src, declines, tolerance);
@@ -8743,14 +8745,48 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     kernels += s->own;
     s->bytes = (s->bytes + kernels * sizeof(float) + 127) / 64 * 64;
     s->work = (char *)envmapi_pool_get(pool, s->bytes * (size_t)s->tasks, 1);
-    if (result || !s->work) return ENVMAP_ERROR_MEMORY;
-    envmapi_run_all(&desc->work, envmapi_task_near_blocks, s, rows);
+    return result || !s->work ? ENVMAP_ERROR_MEMORY : ENVMAP_OK;
+}
+
+/* That slice into a slice of dst. */
+static envmap_result envmapi_near_sum(envmapi_near *s, const envmap_work *work) {
+    int rows = envmap_faces(s->in.map->mapping) * (s->in.map->size + 2);
+    envmapi_run_all(work, envmapi_task_near_blocks, s, rows);
     for (s->first = 0; s->first < s->tile_count; s->first += s->round) {
-        if (envmapi_tell(&desc->work.progress, (double)s->first / s->tile_count))
+        if (envmapi_tell(&work->progress, (double)s->first / s->tile_count))
             return ENVMAP_CANCELLED;
-        envmapi_run_all(&desc->work, envmapi_task_near, s, s->tasks);
+        envmapi_run_all(work, envmapi_task_near, s, s->tasks);
     }
     return ENVMAP_OK;
+}
+
+static void envmapi_near_start(envmapi_near *s, const envmap *dst, const envmap_lobe *lobe,
+                               const envmapi_tail *tail) {
+    memset(s, 0, sizeof *s);
+    s->dst = *dst, s->axis.lobe = lobe, s->norm = envmapi_lobe_norm(lobe), s->tail = tail;
+}
+
+/* Do sums of a source work with a list of its texels? */
+static int envmapi_near_lists(const envmap *src) {
+    return envmapi_near_few(src) || src->mapping == ENVMAP_SPHERE || src->mapping == ENVMAP_ANGULAR;
+}
+
+/* All that sums of one slice need, before its tail is in dst: then they cannot fail. NULL where
+   others serve. */
+static envmap_result envmapi_near_reserve(envmapi_near **out, const envmap *dst,
+                                          const envmap *src, const envmapi_tail *tail,
+                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
+    int kept = pool->count, served = !envmapi_near_lists(src);
+    envmapi_near *s = (envmapi_near *)envmapi_pool_get(pool, 1, sizeof *s);
+    envmap_result result = s ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
+    if (s && served) {
+        envmapi_near_start(s, dst, tail->whole, tail);
+        envmapi_axis_aim(&s->axis, src, 0, 1, (double)desc->tolerance);
+        result = envmapi_near_slice(s, src, &served, 0, desc, pool);
+    }
+    *out = result || !served ? NULL : s;
+    if (!*out) envmapi_pool_free(pool, kept);
+    return result;
 }
 
 /* Slices from `first` on; adds to a lobe's tail, where there is one. Where a lobe without reaches
@@ -8765,15 +8801,12 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
     int kept = pool->count, served = 1;
     envmap_result result = ENVMAP_OK;
     if (!s) return ENVMAP_ERROR_MEMORY;
-    memset(s, 0, sizeof *s), memset(&source, 0, sizeof source);
-    s->dst = *dst, s->axis.lobe = lobe, s->norm = envmapi_lobe_norm(lobe), s->tail = tail;
+    envmapi_near_start(s, dst, lobe, tail), memset(&source, 0, sizeof source);
     for (int run = 0; run < runs && !result && served; ++run) {
         envmapi_part part;
         envmap_filter_desc one = *desc;
         one.work = envmapi_work_part(&part, &desc->work, run, 1, runs), s->slice = first + run;
-        if ((envmapi_near_few(src) || src->mapping == ENVMAP_SPHERE ||
-             src->mapping == ENVMAP_ANGULAR) &&
-            (!run || src->slices > 1)) {
+        if (envmapi_near_lists(src) && (!run || src->slices > 1)) {
             envmapi_source_free(&source, desc->work.memory);
             result = envmapi_source_create(&source, src, src->slices > 1 ? s->slice : 0,
                                            desc->work.memory);
@@ -8782,6 +8815,7 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
         envmapi_axis_aim(&s->axis, src, s->slice, dst->slices, (double)desc->tolerance);
         s->axis.source = &source;
         result = envmapi_near_slice(s, src, &served, declines != NULL, &one, pool);
+        if (!result && served) result = envmapi_near_sum(s, &one.work);
         envmapi_pool_free(pool, kept);
     }
     envmapi_source_free(&source, desc->work.memory);
@@ -10239,7 +10273,7 @@ typedef struct envmapi_spectrum {
 /* A scene -> the spectrum that all specs of one kind can do with. */
 static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_spec *specs,
                                           int count, int kinked, int keeps,
-                                          const envmapi_scene *scene,
+                                          const envmapi_scene *scene, const envmapi_transform *done,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
     envmapi_transform *t = &out->t;
     int bands = 1, fills = 0;
@@ -10258,7 +10292,7 @@ static envmap_result envmapi_fast_analyse(envmapi_spectrum *out, const envmapi_s
         if (!out->a) return ENVMAP_ERROR_MEMORY;
     }
     if (envmapi_transform_create(t, scene->in.map, out->h, bands, (double)desc->tolerance,
-                                 &scene->in, room, NULL, &desc->work, pool))
+                                 &scene->in, room, done, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     if (kinked) t->lights.all = scene->lights, t->lights.count = scene->light_count;
     if (out->a) t->rings.a = out->a, t->rings.a_bands = bands;
@@ -10503,14 +10537,20 @@ static envmap_result envmapi_filter_sharp(envmap *dst, const envmap *src, const 
 
 /* All specs for one slice of a source: smooth lobes share one spectrum, those with kinks another,
    which has the lights taken out; ready: spectra that are there already, or NULL. The first comes
-   last: its result is final as soon as it is written. */
+   last: its result is final as soon as it is written. sums: reserved for the only one, or NULL. */
 static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
                                          const envmapi_scenes *scenes,
-                                         const envmapi_spectrum ready[2], int first, int slices,
+                                         const envmapi_spectrum ready[2], envmapi_near *sums,
+                                         int first, int slices,
                                          const envmap_filter_desc *desc, envmapi_pool *pool) {
     envmap_result result = ENVMAP_OK;
     envmap_filter_desc one = *desc;
+    envmapi_transform later; /* blocks of sums are filled later: here is room until then */
     int kept = pool->count, done = 0, steps = 0;
+    memset(&later, 0, sizeof later);
+    if (sums)
+        later.rings.G = sums->blocks,
+        later.rings.room = 8 * sums->count * (size_t)envmapi_near_groups(sums);
     for (int i = 0; i < count; ++i) steps += specs[i].L && specs[i].tail ? 2 : 1;
     for (int pass = 0; pass < 2 && !result; ++pass) {
         int kinked = pass ? specs[0].kinked : !specs[0].kinked, any = 0;
@@ -10520,7 +10560,8 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
         if (any && ready && envmapi_spectrum_serves(ready + kinked, specs, count, kinked))
             spectrum = ready[kinked];
         else if (any)
-            result = envmapi_fast_analyse(&spectrum, specs, count, kinked, 0, scene, desc, pool);
+            result = envmapi_fast_analyse(&spectrum, specs, count, kinked, 0, scene,
+                                          sums ? &later : NULL, desc, pool);
         for (const envmapi_spec *spec = specs + count; spec-- > specs && !result;) {
             envmapi_part part;
             size_t floats = (size_t)slices * envmapi_slice_floats(spec->dst, 0);
@@ -10540,8 +10581,10 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
             if (spec->kinked != kinked || (spec->L && !tail)) continue;
             one.work = envmapi_work_part(&part, &desc->work, done++, 1, steps);
-            result = envmapi_filter_sharp(spec->dst, scene->in.map, lobe, tail, first, slices, &one,
-                                          pool);
+            if (sums) result = envmapi_near_sum(sums, &one.work);
+            else
+                result = envmapi_filter_sharp(spec->dst, scene->in.map, lobe, tail, first, slices,
+                                              &one, pool);
             envmapi_pool_free(pool, kept);
         }
     }
@@ -10594,6 +10637,7 @@ typedef struct envmapi_job {
     envmapi_tail tails[32]; /* of sharp lobes, by their specs */
     envmapi_scenes scenes;
     const envmapi_spectrum *ready; /* of a prepared source */
+    envmapi_near *sums;            /* for the only level, which has a tail, or NULL */
     envmap_filter_desc desc;
     envmapi_pool pool;
 } envmapi_job;
@@ -10721,8 +10765,8 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         desc.work = envmapi_work_part(&part, &job->desc.work, done, job->fast, job->count * runs);
         if (run) result = envmapi_job_look(job, run);
         if (!result)
-            result = envmapi_filter_fast(job->specs, job->fast, &job->scenes, job->ready, run,
-                                         runs > 1 ? 1 : slices, &desc, &job->pool);
+            result = envmapi_filter_fast(job->specs, job->fast, &job->scenes, job->ready, job->sums,
+                                         run, runs > 1 ? 1 : slices, &desc, &job->pool);
         envmapi_pool_free(&job->pool, kept);
     }
     return result;
@@ -10730,7 +10774,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
 
 /* Room for the results, which become dst's when nothing can fail any more. Level 0, which would be
    most of it, is written to dst itself where the fast filter writes it last and at once, where sums
-   of few texels do, without a progress callback and with a lobe that cannot fail, and where it is a
+   of few texels do, or add to a tail with memory that they have, without a progress callback and with a lobe that cannot fail, and where it is a
    mirror: a silent envmap_resample writes nothing before it has its memory. One that takes long,
    and has a progress callback, is staged as others are, to be cancelled. */
 static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
@@ -10740,7 +10784,16 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
                kind < ENVMAP_LOBE_FUNCTION && by != ENVMAP_METHOD_HIERARCHICAL &&
                by != ENVMAP_METHOD_REFERENCE;
     int fast = job->planned[0] && job->specs[0].L && !job->specs[0].tail;
-    int direct = dst->slices == 1 && (sums || fast);
+    int tail = job->count == 1 && job->planned[0] && job->specs[0].L && job->specs[0].tail &&
+               kind < ENVMAP_LOBE_FUNCTION && !cancels && dst->slices == 1 &&
+               job->src->slices == 1;
+    envmap_result result = ENVMAP_OK;
+    job->views[0].texels = dst->texels;
+    if (tail)
+        result = envmapi_near_reserve(&job->sums, job->views, job->src, job->specs[0].tail,
+                                      &job->desc, &job->pool);
+    if (result) return result;
+    int direct = dst->slices == 1 && (sums || fast || job->sums);
     int quick = dst->mapping == job->src->mapping && dst->size <= job->src->size;
     job->late = kind == ENVMAP_LOBE_MIRROR && (quick || !cancels);
     float *first = envmapi_image(dst, 0, direct || job->late ? dst->slices : 0, 0);
@@ -10751,7 +10804,7 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
         job->views[l].texels =
             !l && first > dst->texels ? dst->texels : stage + (envmapi_image(dst, l, 0, 0) - first);
     const envmap_work *work = &job->desc.work;
-    envmap_result result = envmapi_job_run(job);
+    result = envmapi_job_run(job);
     /* a lobe that fails shows as NaN */
     if (!result && !envmapi_scan_run(NULL, stage, floats, 1, work)) result = ENVMAP_ERROR_LOBE;
     if (!result && !direct) result = envmapi_tell(&work->progress, 1);
@@ -10789,7 +10842,7 @@ static envmap_result envmapi_prepared_spectrum(envmapi_prepared *p, int kinked) 
     if (!any) return ENVMAP_OK;
     envmap_result result = envmapi_fast_analyse(p->spectra + kinked, job->specs, job->fast, kinked, 1,
                                                 kinked ? &job->scenes.unlit : &job->scenes.whole,
-                                                &job->desc, &job->pool);
+                                                NULL, &job->desc, &job->pool);
     if (!result) envmapi_pool_free(&job->pool, kept);
     return result;
 }

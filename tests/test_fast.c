@@ -1115,7 +1115,7 @@ static double seconds_of_analysis(const envmap *map, int bands) {
         while (3 * envmapi_band_error(bands - 1, spec.h) > 1e-3) spec.h *= 0.96;
         clock_t start = clock();
         CHECK(!envmapi_scene_create(&scene, map, 0, 0.1, &desc.work, &pool));
-        CHECK(!envmapi_fast_analyse(&spectrum, &spec, 1, 0, 0, &scene, &desc, &pool));
+        CHECK(!envmapi_fast_analyse(&spectrum, &spec, 1, 0, 0, &scene, NULL, &desc, &pool));
         best = fmin(best, (double)(clock() - start) / CLOCKS_PER_SEC);
         envmapi_pool_free(&pool, 0);
     }
