@@ -3857,7 +3857,8 @@ static void envmapi_rings_interpolate(const envmapi_rings *rings, const envmapi_
                                       float *values, size_t count) {
     envmapi_spot spots[64], *p = spots;
     for (size_t i = 0; i < count; ++i, ++p) {
-        if (i % 64 == 0) envmapi_spots(p = spots, rings, points + i, count - i < 64 ? count - i : 64);
+        size_t n = count - i < 64 ? count - i : 64;
+        if (i % 64 == 0) envmapi_spots(p = spots, rings, points + i, n);
         envmapi_float16 four; /* of six samples down the rings, and the other two */
         envmapi_float4 sums[6], sum;
         float w[16];
@@ -3999,7 +4000,7 @@ ENVMAPI_INLINE void envmapi_whole_put(float *a, float *b, const double x[8]) {
     memcpy(a, whole, 16), memcpy(b, whole + 4, 16);
 }
 
-/* What numbers up to `most` are counted in, and one over that; 0 if they are not those of floats. */
+/* What numbers up to `most` are counted in, and one over that; 0 where they are no floats'. */
 static double envmapi_whole_unit(double *unit, double most) {
     *unit = most / 2147483000.0;
     return most > 1e-250 && most < 1e250 ? 2147483000.0 / most : 0;
@@ -4245,8 +4246,8 @@ static void envmapi_task_reach(void *context, int task) {
         envmapi_spot spots[64];
         size_t n = r->count - 64 * g < 64 ? r->count - 64 * g : 64;
         envmapi_spots(spots, r, r->points + 64 * g, n);
-        int first = spots[0].k, last = first;
-        for (size_t i = 1; i < n; ++i) {
+        int first = 2 * r->M, last = 0;
+        for (size_t i = 0; i < n; ++i) {
             first = spots[i].k < first ? spots[i].k : first;
             last = spots[i].k > last ? spots[i].k : last;
         }
@@ -8708,8 +8709,8 @@ static envmap_result envmapi_near_turn(envmapi_near *s, const envmap *src, envma
     return ENVMAP_OK;
 }
 
-/* Looks at a slice of src, or its only one, and gets all memory that its sums take. *served: 0 where
-   another way is taken. */
+/* Looks at a slice of src, or its only one, and gets all memory that its sums take. *served: 0
+   where another way is taken. */
 static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
                                         int declines, const envmap_filter_desc *desc,
                                         envmapi_pool *pool) {
@@ -8722,7 +8723,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (s->all && pow(s->axis.tent, 4) < tolerance) s->axis.places = 2;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     if (envmapi_near_turn(s, src, pool) ||
-        envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
+        (!s->in.omega &&
+         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool)))
         return ENVMAP_ERROR_MEMORY;
     s->room = 6 * (size_t)level->width + (size_t)(1024 / fmin(s->piece, 1));
     envmapi_near_tiles(s, src, tolerance);
@@ -8774,13 +8776,14 @@ static int envmapi_near_lists(const envmap *src) {
 /* All that sums of one slice need, before its tail is in dst: then they cannot fail. NULL where
    others serve. */
 static envmap_result envmapi_near_reserve(envmapi_near **out, const envmap *dst,
-                                          const envmap *src, const envmapi_tail *tail,
+                                          const envmapi_input *in, const envmapi_tail *tail,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
+    const envmap *src = in->map;
     int kept = pool->count, served = !envmapi_near_lists(src);
     envmapi_near *s = (envmapi_near *)envmapi_pool_get(pool, 1, sizeof *s);
     envmap_result result = s ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
     if (s && served) {
-        envmapi_near_start(s, dst, tail->whole, tail);
+        envmapi_near_start(s, dst, tail->whole, tail), s->in = *in;
         envmapi_axis_aim(&s->axis, src, 0, 1, (double)desc->tolerance);
         result = envmapi_near_slice(s, src, &served, 0, desc, pool);
     }
@@ -8813,7 +8816,7 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
         }
         if (result) break;
         envmapi_axis_aim(&s->axis, src, s->slice, dst->slices, (double)desc->tolerance);
-        s->axis.source = &source;
+        s->axis.source = &source, s->in.omega = NULL;
         result = envmapi_near_slice(s, src, &served, declines != NULL, &one, pool);
         if (!result && served) result = envmapi_near_sum(s, &one.work);
         envmapi_pool_free(pool, kept);
@@ -10774,9 +10777,10 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
 
 /* Room for the results, which become dst's when nothing can fail any more. Level 0, which would be
    most of it, is written to dst itself where the fast filter writes it last and at once, where sums
-   of few texels do, or add to a tail with memory that they have, without a progress callback and with a lobe that cannot fail, and where it is a
-   mirror: a silent envmap_resample writes nothing before it has its memory. One that takes long,
-   and has a progress callback, is staged as others are, to be cancelled. */
+   of few texels do, or add to a tail with memory that they have, without a progress callback and
+   with a lobe that cannot fail, and where it is a mirror: a silent envmap_resample writes nothing
+   before it has its memory. One that takes long, and has a progress callback, is staged as others
+   are, to be cancelled. */
 static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     int kind = job->lobes[0].kind, by = job->desc.method;
     int cancels = !!job->desc.work.progress.report;
@@ -10790,8 +10794,8 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     envmap_result result = ENVMAP_OK;
     job->views[0].texels = dst->texels;
     if (tail)
-        result = envmapi_near_reserve(&job->sums, job->views, job->src, job->specs[0].tail,
-                                      &job->desc, &job->pool);
+        result = envmapi_near_reserve(&job->sums, job->views, &job->scenes.whole.in,
+                                      job->specs[0].tail, &job->desc, &job->pool);
     if (result) return result;
     int direct = dst->slices == 1 && (sums || fast || job->sums);
     int quick = dst->mapping == job->src->mapping && dst->size <= job->src->size;
@@ -10840,9 +10844,9 @@ static envmap_result envmapi_prepared_spectrum(envmapi_prepared *p, int kinked) 
     int any = 0, kept = job->pool.count + 1; /* a_lm comes first */
     for (int i = 0; i < job->fast; ++i) any |= job->specs[i].kinked == kinked && job->specs[i].L;
     if (!any) return ENVMAP_OK;
-    envmap_result result = envmapi_fast_analyse(p->spectra + kinked, job->specs, job->fast, kinked, 1,
-                                                kinked ? &job->scenes.unlit : &job->scenes.whole,
-                                                NULL, &job->desc, &job->pool);
+    envmap_result result = envmapi_fast_analyse(
+        p->spectra + kinked, job->specs, job->fast, kinked, 1,
+        kinked ? &job->scenes.unlit : &job->scenes.whole, NULL, &job->desc, &job->pool);
     if (!result) envmapi_pool_free(&job->pool, kept);
     return result;
 }
