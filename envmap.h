@@ -558,8 +558,8 @@ typedef struct envmap_filter_desc {
    axis' horizon, the sum over centres has texel^2 / 12 of a kink's slope too much or too little,
    and half the row of a jump (x^N, N < 0.2), which FAST has right.
    Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 8 S + D;
-   FAST S + D + 200 L^2 + 2 MB, 400 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
-   two texels 13 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
+   FAST S + D + 100 L^2 + 2 MB, 200 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
+   two texels 9 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
    executor. Points that stand for texels of few, for functions, and about a sphere or angular map's
    rim, take 52 bytes each, and are at most 4 million.  Test: tests/test_memory.c.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
@@ -3982,22 +3982,22 @@ static void envmapi_fft(const envmapi_rings *rings, double *z, int sign) {
     }
 }
 
-/* Four numbers at a and four at b of G, in integers. */
-ENVMAPI_INLINE void envmapi_whole_get(double x[8], const float *a, const float *b) {
+/* Four numbers at a place of G, and four that are `apart` from these, in integers. */
+ENVMAPI_INLINE void envmapi_whole_get(double x[8], const float *a, size_t apart) {
     int32_t whole[8];
-    memcpy(whole, a, 16), memcpy(whole + 4, b, 16);
+    memcpy(whole, a, 16), memcpy(whole + 4, a + apart, 16);
     for (int i = 0; i < 8; ++i) x[i] = whole[i];
 }
 
 /* Beside 1.5 2^52 the last bits of a double are a whole number, and of NaN anything. */
-ENVMAPI_INLINE void envmapi_whole_put(float *a, float *b, const double x[8]) {
+ENVMAPI_INLINE void envmapi_whole_put(float *a, size_t apart, const double x[8]) {
     uint64_t bits[8];
     uint32_t whole[8];
     double beside[8];
     for (int i = 0; i < 8; ++i) beside[i] = x[i] + 6755399441055744.0;
     memcpy(bits, beside, sizeof bits);
     for (int i = 0; i < 8; ++i) whole[i] = (uint32_t)bits[i];
-    memcpy(a, whole, 16), memcpy(b, whole + 4, 16);
+    memcpy(a, whole, 16), memcpy(a + apart, whole + 4, 16);
 }
 
 /* What numbers up to `most` are counted in, and one over that; 0 where they are no floats'. */
@@ -4008,40 +4008,38 @@ static double envmapi_whole_unit(double *unit, double most) {
 
 /* Rings 2b, 2b+1 (real parts of z) and M-2-2b, M-1-2b (imaginary ones) of block b -> F_m. */
 static void envmapi_rings_unpack(const envmapi_rings *rings, int block, const double *z) {
-    int n = 2 * rings->M, north = 2 * block, south = rings->M - 2 - north;
-    double half[16], *units[2] = {rings->units + 4 * north, rings->units + 4 * south};
+    int n = 2 * rings->M, north = 8 * block, south = 4 * rings->M - 8 - north;
+    double half[16], *units[2] = {rings->units + north, rings->units + south};
     for (int i = 0; i < 16; ++i)
         half[i] = envmapi_whole_unit(units[i / 8] + i % 8, units[i / 8][i % 8]) / 2;
     for (int m = 0; m < rings->bands; ++m) {
         const double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         const double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
+        float *re = envmapi_ring(rings, 2 * m, 0), *im = re + rings->row;
         double n_re[8], n_im[8], s_re[8], s_im[8];
         for (int i = 0; i < 8; ++i) {
             n_re[i] = (p[i] + q[i]) * half[i], n_im[i] = (p[8 + i] - q[8 + i]) * half[i];
             s_re[i] = (p[8 + i] + q[8 + i]) * half[8 + i], s_im[i] = (q[i] - p[i]) * half[8 + i];
         }
-        float *a = envmapi_ring(rings, 2 * m, north), *b = envmapi_ring(rings, 2 * m, south);
-        envmapi_whole_put(a, a + 4, n_re), envmapi_whole_put(b, b + 4, s_re);
-        a += rings->row, b += rings->row;
-        envmapi_whole_put(a, a + 4, n_im), envmapi_whole_put(b, b + 4, s_im);
+        envmapi_whole_put(re + north, 4, n_re), envmapi_whole_put(re + south, 4, s_re);
+        envmapi_whole_put(im + north, 4, n_im), envmapi_whole_put(im + south, 4, s_im);
     }
 }
 
 static void envmapi_rings_pack(const envmapi_rings *rings, int block, double *z) {
-    int n = 2 * rings->M;
+    int n = 2 * rings->M, north = 8 * block, south = 4 * rings->M - 8 - north;
     memset(z, 0, (size_t)n * 2 * ENVMAPI_BLOCK * sizeof(double));
     for (int m = rings->bands - 1; m >= 0; --m) {
         double *p = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[m];
         double *q = z + 2 * ENVMAPI_BLOCK * (size_t)rings->reversed[(n - m) % n];
+        const float *re = envmapi_ring(rings, 2 * m, 0), *im = re + rings->row;
         double n_re[8], n_im[8], s_re[8], s_im[8], w[8];
-        const float *a = envmapi_ring(rings, 2 * m, 2 * block), *next = a + rings->row;
-        size_t south = 4 * (size_t)(rings->M - 2 - 4 * block);
         for (int i = 0; i < 8; ++i) w[i] = rings->units[4 * m + i % 4] * rings->response[m];
-        envmapi_whole_get(n_re, a, a + 4), envmapi_whole_get(n_im, next, next + 4);
-        envmapi_whole_get(s_re, a + south, a + south + 4);
-        envmapi_whole_get(s_im, next + south, next + south + 4);
+        envmapi_whole_get(n_re, re + north, 4), envmapi_whole_get(n_im, im + north, 4);
+        envmapi_whole_get(s_re, re + south, 4), envmapi_whole_get(s_im, im + south, 4);
         for (size_t k = 7; m > 3 && k < 9; ++k)
-            ENVMAPI_PREFETCH(a - k * rings->row), ENVMAPI_PREFETCH(a + south - k * rings->row);
+            ENVMAPI_PREFETCH(re - k * rings->row + north),
+                ENVMAPI_PREFETCH(re - k * rings->row + south);
         for (int i = 0; i < 8; ++i) { /* p = N + i S, q = conj N + i conj S */
             q[i] = (n_re[i] + s_im[i]) * w[i], q[8 + i] = (s_re[i] - n_im[i]) * w[i];
             p[i] = m ? (n_re[i] - s_im[i]) * w[i] : n_re[i] * w[i];
@@ -4138,11 +4136,10 @@ static void envmapi_rings_column(const envmapi_rings *rings, double *F, int m) {
     int H = rings->M / 2;
     memset(F + 16 * H, 0, 16 * (rings->pairs - (size_t)H) * sizeof(double));
     for (int j = 0; j < H; ++j, F += 16) {
-        const float *a = envmapi_ring(rings, 2 * m, j);
-        const float *b = envmapi_ring(rings, 2 * m, rings->M - 1 - j);
         const double *n = rings->units + 4 * j, *s = rings->units + 4 * (rings->M - 1 - j);
         double north[8], south[8], w = rings->response[m];
-        envmapi_whole_get(north, a, a + rings->row), envmapi_whole_get(south, b, b + rings->row);
+        envmapi_whole_get(north, envmapi_ring(rings, 2 * m, j), rings->row);
+        envmapi_whole_get(south, envmapi_ring(rings, 2 * m, rings->M - 1 - j), rings->row);
         for (int i = 0; i < 8; ++i) north[i] *= n[i % 4] * w, south[i] *= s[i % 4] * w;
         for (int i = 0; i < 8; ++i) F[i] = north[i] + south[i], F[8 + i] = north[i] - south[i];
     }
@@ -4161,11 +4158,11 @@ static void envmapi_rings_column_back(const envmapi_rings *rings, const double *
         w[i] = w[i + 4] = envmapi_whole_unit(rings->units + 4 * m + i, all < 1e250 ? larger : all);
     }
     for (int j = 0; j < rings->M / 2; ++j, F += 16) {
-        float *a = envmapi_ring(rings, 2 * m, j), *b = envmapi_ring(rings, 2 * m, rings->M - 1 - j);
         double north[8], south[8];
         for (int i = 0; i < 8; ++i)
             north[i] = (F[i] + F[8 + i]) * w[i], south[i] = (F[i] - F[8 + i]) * w[i];
-        envmapi_whole_put(a, a + rings->row, north), envmapi_whole_put(b, b + rings->row, south);
+        envmapi_whole_put(envmapi_ring(rings, 2 * m, j), rings->row, north);
+        envmapi_whole_put(envmapi_ring(rings, 2 * m, rings->M - 1 - j), rings->row, south);
     }
 }
 
@@ -8762,33 +8759,22 @@ static envmap_result envmapi_near_sum(envmapi_near *s, const envmap_work *work) 
     return ENVMAP_OK;
 }
 
-static void envmapi_near_start(envmapi_near *s, const envmap *dst, const envmap_lobe *lobe,
-                               const envmapi_tail *tail) {
-    memset(s, 0, sizeof *s);
-    s->dst = *dst, s->axis.lobe = lobe, s->norm = envmapi_lobe_norm(lobe), s->tail = tail;
-}
-
-/* Do sums of a source work with a list of its texels? */
-static int envmapi_near_lists(const envmap *src) {
-    return envmapi_near_few(src) || src->mapping == ENVMAP_SPHERE || src->mapping == ENVMAP_ANGULAR;
-}
-
 /* All that sums of one slice need, before its tail is in dst: then they cannot fail. NULL where
-   others serve. */
+   others serve. For sources whose texels need not be listed (envmapi_source). */
 static envmap_result envmapi_near_reserve(envmapi_near **out, const envmap *dst,
                                           const envmapi_input *in, const envmapi_tail *tail,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
     const envmap *src = in->map;
-    int kept = pool->count, served = !envmapi_near_lists(src);
+    int kept = pool->count, served;
     envmapi_near *s = (envmapi_near *)envmapi_pool_get(pool, 1, sizeof *s);
-    envmap_result result = s ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
-    if (s && served) {
-        envmapi_near_start(s, dst, tail->whole, tail), s->in = *in;
-        envmapi_axis_aim(&s->axis, src, 0, 1, (double)desc->tolerance);
-        result = envmapi_near_slice(s, src, &served, 0, desc, pool);
-    }
-    *out = result || !served ? NULL : s;
-    if (!*out) envmapi_pool_free(pool, kept);
+    *out = NULL;
+    if (!s) return ENVMAP_ERROR_MEMORY;
+    memset(s, 0, sizeof *s), s->dst = *dst, s->axis.lobe = tail->whole, s->tail = tail, s->in = *in;
+    s->norm = envmapi_lobe_norm(tail->whole);
+    envmapi_axis_aim(&s->axis, src, 0, 1, (double)desc->tolerance);
+    envmap_result result = envmapi_near_slice(s, src, &served, 0, desc, pool);
+    if (!result && served) *out = s;
+    else envmapi_pool_free(pool, kept);
     return result;
 }
 
@@ -8804,12 +8790,15 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
     int kept = pool->count, served = 1;
     envmap_result result = ENVMAP_OK;
     if (!s) return ENVMAP_ERROR_MEMORY;
-    envmapi_near_start(s, dst, lobe, tail), memset(&source, 0, sizeof source);
+    memset(s, 0, sizeof *s), memset(&source, 0, sizeof source);
+    s->dst = *dst, s->axis.lobe = lobe, s->norm = envmapi_lobe_norm(lobe), s->tail = tail;
     for (int run = 0; run < runs && !result && served; ++run) {
         envmapi_part part;
         envmap_filter_desc one = *desc;
         one.work = envmapi_work_part(&part, &desc->work, run, 1, runs), s->slice = first + run;
-        if (envmapi_near_lists(src) && (!run || src->slices > 1)) {
+        if ((envmapi_near_few(src) || src->mapping == ENVMAP_SPHERE ||
+             src->mapping == ENVMAP_ANGULAR) &&
+            (!run || src->slices > 1)) {
             envmapi_source_free(&source, desc->work.memory);
             result = envmapi_source_create(&source, src, src->slices > 1 ? s->slice : 0,
                                            desc->work.memory);
@@ -10790,7 +10779,8 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     int fast = job->planned[0] && job->specs[0].L && !job->specs[0].tail;
     int tail = job->count == 1 && job->planned[0] && job->specs[0].L && job->specs[0].tail &&
                kind < ENVMAP_LOBE_FUNCTION && !cancels && dst->slices == 1 &&
-               job->src->slices == 1;
+               job->src->slices == 1 && !envmapi_near_few(job->src) &&
+               job->src->mapping != ENVMAP_SPHERE && job->src->mapping != ENVMAP_ANGULAR;
     envmap_result result = ENVMAP_OK;
     job->views[0].texels = dst->texels;
     if (tail)
