@@ -291,25 +291,24 @@ static int has_round(int count) {
     return 0;
 }
 
-/* Bytes of the block that has all about rings: 2M points of M + 6 rings, 4 floats each; F_m, 16
-   doubles for every band and ring of a quarter, where the nodes' 4 floats lie before; tables; what 12
-   tasks need; the nodes' places, and which k each 64 of them reach. */
+/* Bytes of the block that has all about rings: 2M points of M + 6 rings, 4 floats each; the nodes'
+   places, 8 bytes; their 4 floats or, where these lie later, 4 complex doubles for every l and
+   m >= 0; tables; what 12 tasks need; and which k each 64 nodes reach. */
 static size_t rings_bytes(size_t M, size_t L, size_t nodes) {
-    size_t n = 2 * M, H = M / 2, F = 16 * L * ((H + 7) / 8 * 8);
-    size_t own = (n + 6) * 2 * (M + 6) + (F > 2 * nodes ? F : 2 * nodes);
-    size_t tables = 2 * n + 2 * L + 14 * H + 24, tasks = 12 * (32 * M + 64);
-    return 8 * (own + tables + tasks + (n + 1) / 2 + (3 * nodes + 1) / 2 + nodes / 128 + 1);
+    size_t n = 2 * M, H = M / 2, a = 4 * L * (L + 1);
+    size_t own = (n + 6) * 2 * (M + 6) + nodes + (a > 2 * nodes ? a : 2 * nodes);
+    size_t tables = 4 * n + 2 * L + 14 * H + 24, tasks = 12 * (36 * M + 256);
+    return 8 * ((own + 7) / 8 * 8 + tables + tasks + (n + 1) / 2 + nodes / 128 + 1);
 }
 
-/* Coefficients: 4 complex doubles for every l and m >= 0. Nodes: a task for every row of a face. */
+/* There are L < M - 1 bands, and a task for every row of a face's nodes. */
 static void sizes_find(sizes *s) {
-    for (size_t n = 4; n <= 768 && !s->bands; ++n)
-        if (has_block(n * (n + 1) / 2 * 64)) s->bands = (int)n;
     for (size_t n = 4; n <= EDGE && !s->nodes; ++n)
-        for (size_t M = 8; M <= 2048 && !s->nodes && has_round((int)n); M += 4)
-            if (has_block(rings_bytes(M, (size_t)s->bands, 6 * n * n)))
-                s->nodes = (int)n, s->rings = (int)M;
-    if (!s->nodes || !s->bands) stop("FAST's blocks are not those that sizes_find knows", "");
+        for (size_t M = 8; M <= 512 && !s->nodes && has_round((int)n); M += 4)
+            for (size_t L = 4; L < M - 1 && !s->nodes; ++L)
+                if (has_block(rings_bytes(M, L, 6 * n * n)))
+                    s->nodes = (int)n, s->rings = (int)M, s->bands = (int)L;
+    if (!s->nodes) stop("FAST's blocks are not those that sizes_find knows", "");
 }
 
 static sizes sizes_of(const envmap *src, int exponent) {
