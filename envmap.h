@@ -3673,8 +3673,8 @@ typedef struct envmapi_spot {
 typedef struct envmapi_rings {
     int M, bands, stages, radices[24];
     size_t row, pairs; /* floats a row of G: rings -3 .. M+2, 4 channels; M/2, in blocks of 8 */
-    float *G;         /* [-3 .. 2M+2][row]; the real parts of F_m in row 2m, the others in 2m+1 */
-    double *units;    /* what F_m are counted in: of rings, [M][4]; on the way back [bands][4] */
+    float *G;          /* [-3 .. 2M+2][row]; the real parts of F_m in row 2m, the others in 2m+1 */
+    double *units;     /* what F_m are counted in: of rings, [M][4]; on the way back [bands][4] */
     double *twiddles; /* cos, sin of 2 pi i/2M */
     double *response; /* 1 / the spline's response at m */
     double *x, *log_sin, *norms; /* cos and log sin of the rings; log of P_mm / sin^m */
@@ -3685,7 +3685,7 @@ typedef struct envmapi_rings {
     short (*reach)[2];  /* of 64 points each: the first k on which they are spread, and the last */
     float *values;      /* [count][4] */
     size_t count;
-    size_t room, free, lone; /* doubles from G on: all; G and points; of a, at the end as values */
+    size_t room, begin, lone; /* doubles from G on: all; G and points; of a, at the end as values */
     double *a;                /* coefficients, of a_bands >= bands */
     int a_bands, tasks, back; /* back: synthesis */
     double *lambda;           /* per band, for the way back */
@@ -3763,9 +3763,9 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     rings->pairs = (H + 7) / 8 * 8;
     size_t grid = (n + 6) * rings->row / 2, many = room > count ? room : count, own;
     size_t a = room ? envmapi_triangle(bands, bands) : done ? done->lone : 0;
-    rings->free = grid + many;
-    if (done && !a && done->free > rings->free) rings->free = done->free; /* its points stay */
-    own = rings->room = (rings->free + (2 * many > a ? 2 * many : a) + 7) / 8 * 8;
+    rings->begin = grid + many;
+    if (done && !a && done->begin > rings->begin) rings->begin = done->begin; /* its points stay */
+    own = rings->room = (rings->begin + (2 * many > a ? 2 * many : a) + 7) / 8 * 8;
     if (done && done->room >= own) own = 0, rings->room = done->room;
     size_t points = own || a ? 0 : count, reach = count / 128 + 1;
     double *block = (double *)envmapi_pool_get(
@@ -5608,8 +5608,8 @@ static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *
     while (3 * envmapi_band_error(bands - 1, h) > job->tolerance) h *= 0.96;
     if ((sh && !job->in &&
          envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
-        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, from, 1, NULL,
-                                 &job->work, &job->pool))
+        envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, from, 1, NULL, &job->work,
+                                 &job->pool))
         return ENVMAP_ERROR_MEMORY;
     for (int l = 0; l < bands; ++l) lambda[l] = 1;
     t.rings.lambda = lambda, t.out = texels;
@@ -6079,8 +6079,7 @@ static void envmapi_points_add(envmapi_points *p, const double d[3], const doubl
     if (!p->rings) return;
     for (int c = 0; c < 3; ++c) p->rings->values[4 * n + (size_t)c] = (float)(w * rgb[c]);
     p->rings->values[4 * n + 3] = (float)w, p->rings->count = p->count;
-    if (at + 1 == ENVMAPI_CHUNK)
-        envmapi_points_of(p->rings->points + n - at, p->d, ENVMAPI_CHUNK);
+    if (at + 1 == ENVMAPI_CHUNK) envmapi_points_of(p->rings->points + n - at, p->d, ENVMAPI_CHUNK);
 }
 
 /* ------------------------------------------------------------------------------- >>reference --
@@ -10533,8 +10532,8 @@ static envmap_result envmapi_filter_sharp(envmap *dst, const envmap *src, const 
 static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
                                          const envmapi_scenes *scenes,
                                          const envmapi_spectrum ready[2], envmapi_near *sums,
-                                         int first, int slices,
-                                         const envmap_filter_desc *desc, envmapi_pool *pool) {
+                                         int first, int slices, const envmap_filter_desc *desc,
+                                         envmapi_pool *pool) {
     envmap_result result = ENVMAP_OK;
     envmap_filter_desc one = *desc;
     envmapi_transform later; /* blocks of sums are filled later: here is room until then */
@@ -10834,9 +10833,9 @@ static envmap_result envmapi_prepared_spectrum(envmapi_prepared *p, int kinked) 
     int any = 0, kept = job->pool.count + 1; /* a_lm comes first */
     for (int i = 0; i < job->fast; ++i) any |= job->specs[i].kinked == kinked && job->specs[i].L;
     if (!any) return ENVMAP_OK;
-    envmap_result result = envmapi_fast_analyse(
-        p->spectra + kinked, job->specs, job->fast, kinked, 1,
-        kinked ? &job->scenes.unlit : &job->scenes.whole, NULL, &job->desc, &job->pool);
+    envmap_result result = envmapi_fast_analyse(p->spectra + kinked, job->specs, job->fast, kinked,
+                                                1, kinked ? &job->scenes.unlit : &job->scenes.whole,
+                                                NULL, &job->desc, &job->pool);
     if (!result) envmapi_pool_free(&job->pool, kept);
     return result;
 }
