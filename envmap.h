@@ -3289,11 +3289,12 @@ static envmapi_quadrature envmapi_quadrature_of(const envmap_lobe *lobe, double 
     double low, high, kinks[ENVMAPI_KINKS], width = (double)lobe->parameter, finest = 1e-6;
     memset(&q, 0, sizeof q);
     envmap_lobe_support(&low, &high, lobe, p);
-    q.breaks[0] = from > low ? from : low, q.breaks[1] = to < high ? to : high, q.step = 0.1;
+    q.breaks[0] = from > low ? from : low, q.breaks[1] = to < high ? to : high;
+    q.step = lobe->kind < ENVMAP_LOBE_FUNCTION ? 1 : 0.1;
     if (!(q.breaks[0] < q.breaks[1])) return q;
     q.count = 2;
-    /* No lobe of known width has detail a tenth of that, a ring none but its kinks; a table has
-       pieces of its own. */
+    /* No lobe of known width has detail a tenth of that, a ring none but its kinks, so their panels
+       may be long; a table has pieces of its own. */
     if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN)
         finest = 0.1 / sqrt(width + 1);
     if (lobe->kind == ENVMAP_LOBE_GGX) finest = 0.1 * width;
@@ -9984,8 +9985,15 @@ static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmap *map) {
     double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);
     int l = (int)(ENVMAPI_LATTICE * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
     if (bands > ENVMAPI_FAST_BANDS) return 1;
+    /* sum (2i+1) lambda_i^2 from `known` on is the tail, so often no more bands are needed. */
+    const envmapi_slice *s = spec->slice, *end = s + spec->slices;
+    while (s < end && spec->known <= l &&
+           8 * fmax(s->tail, 1e-11 * s->power) * spec->part * spec->part / l <=
+               pow(spec->tolerance * s->mean, 2))
+        ++s;
+    if (s == end) return 1;
     if (!envmapi_spec_lambda(spec, bands)) return 0;
-    for (const envmapi_slice *s = spec->slice; s < spec->slice + spec->slices; ++s)
+    for (s = spec->slice; s < end; ++s)
         for (int i = l; i < bands; ++i)
             if (4 * fabs(s->lambda[i]) * spec->part > spec->tolerance * s->mean) return 0;
     return 1;
