@@ -10766,14 +10766,18 @@ static double envmapi_power_from(const envmapi_power *d, int from) {
     return sum;
 }
 
-/* What the lobe leaves of each band, over at most five slices; 0 where it fails. The slice and its
-   lambda are room to work in. */
-static int envmapi_power_lobe(envmapi_power *d, int slices, envmapi_slice *slice) {
+/* What the lobe leaves of each band, over at most five slices; 0 where it fails. Of few bands FAST
+   knows it already. `own` and its lambda are room to work in. */
+static int envmapi_power_lobe(envmapi_power *d, const envmapi_spec *spec, int slices,
+                              envmapi_slice *own) {
     int n = d->lobe->p0 == d->lobe->p1 ? 1 : slices < 5 ? slices : 5;
+    if (spec->L) n = spec->slices < 5 ? spec->slices : 5;
     memset(d->gain, 0, ((size_t)d->bands + 1) * sizeof *d->gain);
     for (int k = 0; k < n; ++k) {
-        slice->p = envmapi_slice_p(d->lobe, k, n);
-        if (!envmapi_slice_lambda(slice, d->lobe, d->bands)) return 0;
+        const envmapi_slice *slice = spec->L ? spec->slice + (2 * k + 1) * spec->slices / (2 * n) : own;
+        own->p = spec->L ? slice->p : envmapi_slice_p(d->lobe, k, n);
+        if (d->bands > spec->known || !spec->L) slice = own;
+        if (slice == own && !envmapi_slice_lambda(own, d->lobe, d->bands)) return 0;
         for (int l = 0; l < d->bands; ++l)
             d->gain[l] += (2 * l + 1) * slice->lambda[l] * slice->lambda[l] / n;
         d->gain[d->bands] += slice->tail / n;
@@ -10855,7 +10859,6 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     if (!d->sh || !slice || !d->points) return ENVMAP_ERROR_MEMORY;
     d->scene = d->sh + numbers, d->gain = d->scene + bands, d->P = d->gain + bands;
     slice->lambda = d->P + bands;
-    if (!envmapi_power_lobe(d, job->views[0].slices, slice)) return ENVMAP_ERROR_LOBE;
     envmapi_sh_job sh;
     if (!envmapi_sh_job_of(&sh, job->src, 0, d->known, tolerance, &job->desc.work))
         return ENVMAP_ERROR_ARGUMENT;
@@ -10863,7 +10866,13 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     int coarse = spec->L && envmapi_power_coarse(d, &job->scenes.whole, job->src);
     envmap_result result = coarse ? envmapi_power_blocks(d, job) : envmapi_sh_project(d->sh, &sh);
     if (result) return result;
-    envmapi_power_scene(d);
+    for (int more = 1; more; d->bands = more ? more : d->bands) { /* until few are left out */
+        if (!envmapi_power_lobe(d, spec, job->views[0].slices, slice)) return ENVMAP_ERROR_LOBE;
+        envmapi_power_scene(d);
+        more = d->P[d->bands] > d->tolerance * d->tolerance * envmapi_power_from(d, 0);
+        more = !more || d->bands == ENVMAPI_FAST_BANDS ? 0 :
+               d->bands > ENVMAPI_FAST_BANDS / 2 ? ENVMAPI_FAST_BANDS : 2 * d->bands;
+    }
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
 }
 
