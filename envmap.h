@@ -3479,7 +3479,7 @@ static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lob
             x[n] = cos(theta);
             series.P[n] = factor * 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x[n], p);
         }
-        for (int l = 0; l < bands; ++l, envmapi_series_next(&series)) {
+        for (int l = 0; l < bands && n; ++l, envmapi_series_next(&series)) {
             double sum[8] = {0};
             for (int j = 0; j < ENVMAPI_ANGLES; j += 8)
                 for (int i = 0; i < 8; ++i) sum[i] += series.P[j + i];
@@ -9985,13 +9985,16 @@ static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmap *map) {
     double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);
     int l = (int)(ENVMAPI_LATTICE * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
     if (bands > ENVMAPI_FAST_BANDS) return 1;
-    /* sum (2i+1) lambda_i^2 from `known` on is the tail, so often no more bands are needed. */
-    const envmapi_slice *s = spec->slice, *end = s + spec->slices;
-    while (s < end && spec->known <= l &&
-           8 * fmax(s->tail, 1e-11 * s->power) * spec->part * spec->part / l <=
-               pow(spec->tolerance * s->mean, 2))
-        ++s;
-    if (s == end) return 1;
+    /* sum (2i+1) lambda_i^2 from `known` on is the tail: where it is small, no more are needed. */
+    const envmapi_slice *s, *end = spec->slice + spec->slices;
+    for (int known = spec->known; known < bands; known = known < 48 ? 96 : 2 * known) {
+        if (!envmapi_spec_lambda(spec, known)) return 0;
+        for (s = spec->slice; s < end && known <= l; ++s)
+            if (8 * fmax(s->tail, 1e-11 * s->power) * pow(spec->part, 2) / l >
+                pow(spec->tolerance * s->mean, 2))
+                break;
+        if (s == end) return 1;
+    }
     if (!envmapi_spec_lambda(spec, bands)) return 0;
     for (s = spec->slice; s < end; ++s)
         for (int i = l; i < bands; ++i)
@@ -10981,7 +10984,7 @@ static double envmapi_slices_sample(double *x, const envmapi_slices *s, int i) {
     int j = i / s->ends - 4, gap = 0, next = 1;
     *x = (j + 4.5) / 8;
     if (j >= 0) {
-        for (; j > 0 && next < half; --j) gap = next, next += 1 + gap / 2;
+        for (; j > 0 && next < half; --j) gap = next, next += 1 + gap;
         count = j ? 0 : fmin(next, half) - gap;
         *x = 0.5 + gap + (next - gap - 1) / 2 + 0.2403;
     }
@@ -11000,10 +11003,12 @@ static void envmapi_task_slices(void *context, int task) {
         int low = (int)at, high = low + 1 < n ? low + 1 : low;
         double p_low = envmapi_slice_p(lobe, low, n), p_high = envmapi_slice_p(lobe, high, n);
         for (int first = 0, count; (count = envmapi_profile(k, s->d, p, first)); first += count) {
-            s->failed[task] |= !envmapi_profile(k_low, s->d, p_low, first) ||
-                               !envmapi_profile(k_high, s->d, p_high, first);
+            s->failed[task] |=
+                !envmapi_profile(k_low, s->d, p_low, first) ||
+                (high > low && !envmapi_profile(k_high, s->d, p_high, first));
             for (int j = 0; j < count && !s->failed[task]; ++j) {
-                double off = k[j] - k_low[j] - (at - low) * (k_high[j] - k_low[j]);
+                double next = high > low ? k_high[j] : k_low[j];
+                double off = k[j] - k_low[j] - (at - low) * (next - k_low[j]);
                 lost += weight * off * off, total += weight * k[j] * k[j];
             }
         }
@@ -11027,18 +11032,20 @@ static double envmapi_slices_error(const envmapi_power *d, int n, const envmap_w
     return envmapi_rms(lost, total);
 }
 
-/* The fewest slices, to 2 %, for which that is within the tolerance. The logarithm of the error is
-   about a line in that of n: a secant leads to where it meets the tolerance, a bit beyond, so that
-   one try is enough and another not; halves, where that takes long. */
+/* The fewest slices, to 2 %, for which that is within the tolerance. The error is about half over
+   their number, its logarithm about a line in that of the number: a secant leads to 1 % more than
+   where it meets the tolerance, which mostly serves; halves, where that takes long. */
 static int envmapi_slices_needed(const envmapi_power *d, const envmap_work *work) {
-    int low = 0, high = ENVMAPI_SLICE_LIMIT, n = 64, last = 0; /* not enough; enough, or no more */
-    double off = 0, was, slope = 1.2;
+    int low = 0, high = ENVMAPI_SLICE_LIMIT, last = 0; /* not enough; enough, or no more */
+    int n = (int)envmapi_clamp(0.5 / fmax(d->tolerance, 1e-6), 16, 1024);
+    double off = 0, was, slope = 1.05;
     for (int tried = 0; high - low > 1 + low / 12; ++tried) {
         was = off, off = log(envmapi_slices_error(d, n, work) / d->tolerance);
+        if (off <= 0 && off > -0.02) return n;
         if (last) slope = envmapi_clamp((was - off) / log((double)n / last), 0.5, 4);
         if (off > 0) low = n;
         else high = n;
-        double next = n * exp(off / slope) * (off > 0 ? 1.01 : 0.99);
+        double next = 1.01 * n * exp(off / slope);
         if (tried > 8 || !envmapi_finite(next)) next = low + (high - low) / 2;
         last = n, n = (int)envmapi_clamp(ceil(next), low + 1, high - 1);
     }
