@@ -10850,7 +10850,8 @@ static envmap_result envmapi_power_blocks(envmapi_power *d, envmapi_job *job) {
    to be small beside what remains.  Test: one_light_is_equally_bright_in_every_band. */
 static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     const envmapi_spec *spec = job->specs;
-    double tolerance = !spec->L ? 1e-3 : spec->kinked ? 0.01 : 0.1;
+    int lights = spec->kinked && job->scenes.unlit.light_count;
+    double tolerance = !spec->L ? 1e-3 : lights ? 0.01 : 0.1;
     d->lobe = job->lobes, d->tolerance = (double)job->desc.tolerance;
     d->known = spec->L ? (int)envmapi_clamp(0.7 * spec->L, 12, ENVMAPI_SH_BANDS) : 24;
     d->bands = spec->L ? spec->known : ENVMAPI_FAST_BANDS;
