@@ -9987,15 +9987,12 @@ static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmap *map) {
     if (bands > ENVMAPI_FAST_BANDS) return 1;
     /* sum (2i+1) lambda_i^2 from `known` on is the tail: where it is small, no more are needed. */
     const envmapi_slice *s, *end = spec->slice + spec->slices;
-    for (int known = spec->known; known < bands; known = known < 48 ? 96 : 2 * known) {
-        if (!envmapi_spec_lambda(spec, known)) return 0;
-        for (s = spec->slice; s < end && known <= l; ++s)
-            if (8 * fmax(s->tail, 1e-11 * s->power) * pow(spec->part, 2) / l >
-                pow(spec->tolerance * s->mean, 2))
-                break;
-        if (s == end) return 1;
-    }
-    if (!envmapi_spec_lambda(spec, bands)) return 0;
+    if (!envmapi_spec_lambda(spec, l < 96 ? l : 96)) return 0;
+    for (s = spec->slice; s < end && spec->known <= l; ++s)
+        if (8 * spec->part * spec->part * fmax(s->tail, 1e-11 * s->power) >
+            l * pow(spec->tolerance * s->mean, 2))
+            break;
+    if (s == end || !envmapi_spec_lambda(spec, bands)) return s == end;
     for (s = spec->slice; s < end; ++s)
         for (int i = l; i < bands; ++i)
             if (4 * fabs(s->lambda[i]) * spec->part > spec->tolerance * s->mean) return 0;
@@ -10773,14 +10770,14 @@ static double envmapi_power_from(const envmapi_power *d, int from) {
    knows it already. `own` and its lambda are room to work in. */
 static int envmapi_power_lobe(envmapi_power *d, const envmapi_spec *spec, int slices,
                               envmapi_slice *own) {
-    int n = d->lobe->p0 == d->lobe->p1 ? 1 : slices < 5 ? slices : 5;
-    if (spec->L) n = spec->slices < 5 ? spec->slices : 5;
+    int all = spec->L ? spec->slices : d->lobe->p0 == d->lobe->p1 ? 1 : slices;
+    int n = all < 5 ? all : 5, known = spec->L && d->bands <= spec->known;
     memset(d->gain, 0, ((size_t)d->bands + 1) * sizeof *d->gain);
     for (int k = 0; k < n; ++k) {
-        const envmapi_slice *slice = spec->L ? spec->slice + (2 * k + 1) * spec->slices / (2 * n) : own;
-        own->p = spec->L ? slice->p : envmapi_slice_p(d->lobe, k, n);
-        if (d->bands > spec->known || !spec->L) slice = own;
-        if (slice == own && !envmapi_slice_lambda(own, d->lobe, d->bands)) return 0;
+        int at = (2 * k + 1) * all / (2 * n);
+        own->p = spec->L ? spec->slice[at].p : envmapi_slice_p(d->lobe, k, n);
+        if (!known && !envmapi_slice_lambda(own, d->lobe, d->bands)) return 0;
+        const envmapi_slice *slice = known ? spec->slice + at : own;
         for (int l = 0; l < d->bands; ++l)
             d->gain[l] += (2 * l + 1) * slice->lambda[l] * slice->lambda[l] / n;
         d->gain[d->bands] += slice->tail / n;
@@ -10844,14 +10841,34 @@ static envmap_result envmapi_power_blocks(envmapi_power *d, envmapi_job *job) {
     return result;
 }
 
+/* For thin lobes the definition spreads large texels into tents, at last the bilinear radiance:
+   a_lm of that, as far as it counts.  Test: the_contrast_of_few_texels_is_the_result_s */
+static envmap_result envmapi_power_spread(envmapi_power *d, envmapi_job *job) {
+    double h = envmapi_texel_extent(job->src), p = envmapi_slice_p(d->lobe, 0, job->views->slices);
+    double tent = envmapi_clamp(2 - envmap_lobe_sigma(d->lobe, p) / h, 0, 1);
+    double share = tent * tent + (1 - tent * tent) * envmapi_smooth_step(tent, 0.5, 1);
+    size_t numbers = 3 * (size_t)(d->known * d->known), floats;
+    envmap src = *job->src, fine;
+    envmapi_sh_job sh;
+    src.slices = src.levels = 1, fine = src, fine.size *= (int)ceil(h / ENVMAPI_COARSE);
+    floats = envmapi_slice_floats(&fine, 0);
+    double *spread = (double *)envmapi_pool_get(&job->pool, numbers, sizeof(double));
+    fine.texels = (float *)envmapi_pool_get(&job->pool, floats, sizeof(float));
+    if (!spread || !fine.texels) return ENVMAP_ERROR_MEMORY;
+    envmapi_sh_job_of(&sh, &fine, 0, d->known, 1e-3, &job->desc.work);
+    envmap_result result = envmap_resample(&fine, &src, &job->desc.work);
+    if (!result) result = envmapi_sh_project(spread, &sh);
+    for (size_t i = 0; i < numbers && !result; ++i) d->sh[i] += share * (spread[i] - d->sh[i]);
+    return result;
+}
+
 /* Where FAST has no specification the definition interpolates between texels, and the scene has
    nothing finer. Smooth lobes leave little of FAST's last bands (Phong 3 % at 0.7 L), so 0.7 L are
    projected, whose last may be inexact; where lights are taken out of them again, their error has
    to be small beside what remains.  Test: one_light_is_equally_bright_in_every_band. */
 static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     const envmapi_spec *spec = job->specs;
-    int lights = spec->kinked && job->scenes.unlit.light_count;
-    double tolerance = !spec->L ? 1e-3 : lights ? 0.01 : 0.1;
+    double tolerance = spec->kinked && job->scenes.unlit.light_count ? 0.01 : 0.1;
     d->lobe = job->lobes, d->tolerance = (double)job->desc.tolerance;
     d->known = spec->L ? (int)envmapi_clamp(0.7 * spec->L, 12, ENVMAPI_SH_BANDS) : 24;
     d->bands = spec->L ? spec->known : ENVMAPI_FAST_BANDS;
@@ -10864,18 +10881,18 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     d->scene = d->sh + numbers, d->gain = d->scene + bands, d->P = d->gain + bands;
     slice->lambda = d->P + bands;
     envmapi_sh_job sh;
-    if (!envmapi_sh_job_of(&sh, job->src, 0, d->known, tolerance, &job->desc.work))
-        return ENVMAP_ERROR_ARGUMENT;
+    envmapi_sh_job_of(&sh, job->src, 0, d->known, spec->L ? tolerance : 1e-3, &job->desc.work);
     if (spec->L && !job->scenes.whole.in.exponent) sh.in = &job->scenes.whole.in;
     int coarse = spec->L && envmapi_power_coarse(d, &job->scenes.whole, job->src);
     envmap_result result = coarse ? envmapi_power_blocks(d, job) : envmapi_sh_project(d->sh, &sh);
+    if (!result && !spec->L && envmapi_texel_extent(job->src) > ENVMAPI_COARSE)
+        result = envmapi_power_spread(d, job);
     if (result) return result;
-    for (int more = 1; more; d->bands = more ? more : d->bands) { /* until few are left out */
+    for (int most = ENVMAPI_FAST_BANDS;; d->bands = 2 * d->bands < most ? 2 * d->bands : most) {
         if (!envmapi_power_lobe(d, spec, job->views[0].slices, slice)) return ENVMAP_ERROR_LOBE;
         envmapi_power_scene(d);
-        more = d->P[d->bands] > d->tolerance * d->tolerance * envmapi_power_from(d, 0);
-        more = !more || d->bands == ENVMAPI_FAST_BANDS ? 0 :
-               d->bands > ENVMAPI_FAST_BANDS / 2 ? ENVMAPI_FAST_BANDS : 2 * d->bands;
+        double out = envmapi_rms(d->P[d->bands], envmapi_power_from(d, 0));
+        if (!(out > d->tolerance) || d->bands == most) break;
     }
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
 }
@@ -11004,12 +11021,11 @@ static void envmapi_task_slices(void *context, int task) {
         int low = (int)at, high = low + 1 < n ? low + 1 : low;
         double p_low = envmapi_slice_p(lobe, low, n), p_high = envmapi_slice_p(lobe, high, n);
         for (int first = 0, count; (count = envmapi_profile(k, s->d, p, first)); first += count) {
-            s->failed[task] |=
-                !envmapi_profile(k_low, s->d, p_low, first) ||
-                (high > low && !envmapi_profile(k_high, s->d, p_high, first));
+            const double *next = high > low ? k_high : k_low;
+            s->failed[task] |= !envmapi_profile(k_low, s->d, p_low, first);
+            s->failed[task] |= high > low && !envmapi_profile(k_high, s->d, p_high, first);
             for (int j = 0; j < count && !s->failed[task]; ++j) {
-                double next = high > low ? k_high[j] : k_low[j];
-                double off = k[j] - k_low[j] - (at - low) * (next - k_low[j]);
+                double off = k[j] - k_low[j] - (at - low) * (next[j] - k_low[j]);
                 lost += weight * off * off, total += weight * k[j] * k[j];
             }
         }
@@ -11033,14 +11049,13 @@ static double envmapi_slices_error(const envmapi_power *d, int n, const envmap_w
     return envmapi_rms(lost, total);
 }
 
-/* The fewest slices, to 2 %, for which that is within the tolerance. The error is about half over
-   their number, its logarithm about a line in that of the number: a secant leads to 1 % more than
-   where it meets the tolerance, which mostly serves; halves, where that takes long. */
+/* The fewest slices n, to 2 %, for which that is within the tolerance. It is about 1/2n, its
+   logarithm about a line in that of n: a secant leads to 1 % more than where it meets the
+   tolerance; halves, where that takes long. */
 static int envmapi_slices_needed(const envmapi_power *d, const envmap_work *work) {
-    int low = 0, high = ENVMAPI_SLICE_LIMIT, last = 0; /* not enough; enough, or no more */
-    int n = (int)envmapi_clamp(0.5 / fmax(d->tolerance, 1e-6), 16, 1024);
+    int low = 0, high = ENVMAPI_SLICE_LIMIT, n = (int)envmapi_clamp(0.5 / d->tolerance, 16, 1024);
     double off = 0, was, slope = 1.05;
-    for (int tried = 0; high - low > 1 + low / 12; ++tried) {
+    for (int tried = 0, last = 0; high - low > 1 + low / 12; ++tried) {
         was = off, off = log(envmapi_slices_error(d, n, work) / d->tolerance);
         if (off <= 0 && off > -0.02) return n;
         if (last) slope = envmapi_clamp((was - off) / log((double)n / last), 0.5, 4);
@@ -11086,8 +11101,7 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     double light = spec->L ? envmapi_contrast_at(&scenes->whole, out->bands).kappa : 0;
     envmapi_lookups_create(&lookups, &d, dst->mapping, light);
     out->lookup = envmapi_lookups_error(&lookups, dst->size);
-    int constant = envmapi_job_constant(job, 0);
-    if (constant || envmapi_texel_extent(job->src) * 2 <= envmap_lobe_sigma(d.lobe, 0))
+    if (envmapi_texel_extent(job->src) * 2 <= envmap_lobe_sigma(d.lobe, 0))
         out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &lookups);
     d.needed = out->bands;
     if (d.lobe->p0 < d.lobe->p1 || d.lobe->p0 > d.lobe->p1)
@@ -11121,7 +11135,9 @@ ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *d
         double size = src->size * envmapi_texel_extent(&shape) / envmapi_texel_extent(src);
         out.size = (int)envmapi_clamp(ceil(size - 1e-6), 1, ENVMAPI_SIZE_LIMIT);
         if (job->specs[0].tail) job->specs[0].L = 0;
-        if (lobe->kind != ENVMAP_LOBE_MIRROR) result = envmapi_plan_fill(&out, job);
+        if (lobe->kind != ENVMAP_LOBE_MIRROR && envmapi_job_constant(job, 0))
+            out.size = out.bands = 1, out.method = ENVMAP_METHOD_FAST;
+        else if (lobe->kind != ENVMAP_LOBE_MIRROR) result = envmapi_plan_fill(&out, job);
     }
     if (!result) *plan = out;
     envmapi_pool_free(&job->pool, 0);
