@@ -613,7 +613,7 @@ typedef struct envmap_plan {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, work, prepared
-   Errors: those of envmap_filter.  Cost: half the filter's, 0.9 at most; memory as FAST's.
+   Errors: those of envmap_filter.  Cost: half the filter's, 0.95 at most; memory as FAST's.
    Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
@@ -9987,12 +9987,15 @@ static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmap *map) {
     if (bands > ENVMAPI_FAST_BANDS) return 1;
     /* sum (2i+1) lambda_i^2 from `known` on is the tail: where it is small, no more are needed. */
     const envmapi_slice *s, *end = spec->slice + spec->slices;
-    if (!envmapi_spec_lambda(spec, l < 96 ? l : 96)) return 0;
-    for (s = spec->slice; s < end && spec->known <= l; ++s)
-        if (8 * spec->part * spec->part * fmax(s->tail, 1e-11 * s->power) >
-            l * pow(spec->tolerance * s->mean, 2))
-            break;
-    if (s == end || !envmapi_spec_lambda(spec, bands)) return s == end;
+    for (int known = l < 96 ? l : 96; known <= l; known *= 2) {
+        if (!envmapi_spec_lambda(spec, known)) return 0;
+        for (s = spec->slice; s < end && spec->known <= l; ++s)
+            if (8 * spec->part * spec->part * fmax(s->tail, 1e-11 * s->power) >
+                l * pow(spec->tolerance * s->mean, 2))
+                break;
+        if (s == end) return 1;
+    }
+    if (!envmapi_spec_lambda(spec, bands)) return 0;
     for (s = spec->slice; s < end; ++s)
         for (int i = l; i < bands; ++i)
             if (4 * fabs(s->lambda[i]) * spec->part > spec->tolerance * s->mean) return 0;
