@@ -3290,9 +3290,8 @@ static envmapi_quadrature envmapi_quadrature_of(const envmap_lobe *lobe, double 
     memset(&q, 0, sizeof q);
     envmap_lobe_support(&low, &high, lobe, p);
     q.breaks[0] = from > low ? from : low, q.breaks[1] = to < high ? to : high;
-    q.step = lobe->kind < ENVMAP_LOBE_FUNCTION ? 1 : 0.1;
     if (!(q.breaks[0] < q.breaks[1])) return q;
-    q.count = 2;
+    q.count = 2, q.step = lobe->kind < ENVMAP_LOBE_FUNCTION ? 1 : 0.1;
     /* No lobe of known width has detail a tenth of that, a ring none but its kinks, so their panels
        may be long; a table has pieces of its own. */
     if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN)
@@ -10850,11 +10849,10 @@ static envmap_result envmapi_power_spread(envmapi_power *d, envmapi_job *job) {
     double h = envmapi_texel_extent(job->src), p = envmapi_slice_p(d->lobe, 0, job->views->slices);
     double tent = envmapi_clamp(2 - envmap_lobe_sigma(d->lobe, p) / h, 0, 1);
     double share = tent * tent + (1 - tent * tent) * envmapi_smooth_step(tent, 0.5, 1);
-    size_t numbers = 3 * (size_t)(d->known * d->known), floats;
     envmap src = *job->src, fine;
     envmapi_sh_job sh;
     src.slices = src.levels = 1, fine = src, fine.size *= (int)ceil(h / ENVMAPI_COARSE);
-    floats = envmapi_slice_floats(&fine, 0);
+    size_t numbers = 3 * (size_t)(d->known * d->known), floats = envmapi_slice_floats(&fine, 0);
     double *spread = (double *)envmapi_pool_get(&job->pool, numbers, sizeof(double));
     fine.texels = (float *)envmapi_pool_get(&job->pool, floats, sizeof(float));
     if (!spread || !fine.texels) return ENVMAP_ERROR_MEMORY;
