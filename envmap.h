@@ -613,7 +613,7 @@ typedef struct envmap_plan {
      slices  sum_l |a_l|^2 (lambda_l(p) - between two slices)^2, in the mean over p, the same
    dst     mapping, size, levels, slices; no texel of it is read: texels may be NULL
    desc    tolerance, work, prepared
-   Errors: those of envmap_filter.  Cost: half the filter's, 0.9 at most; memory as FAST's.
+   Errors: those of envmap_filter.  Cost: half the filter's, 0.95 at most; memory as FAST's.
    Source: docs/plan.md.  Test: tests/test_plan.c. */
 ENVMAP_API envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *dst, const envmap *src,
                                             const envmap_lobe *lobe,
@@ -3289,11 +3289,11 @@ static envmapi_quadrature envmapi_quadrature_of(const envmap_lobe *lobe, double 
     double low, high, kinks[ENVMAPI_KINKS], width = (double)lobe->parameter, finest = 1e-6;
     memset(&q, 0, sizeof q);
     envmap_lobe_support(&low, &high, lobe, p);
-    q.breaks[0] = from > low ? from : low, q.breaks[1] = to < high ? to : high, q.step = 0.1;
+    q.breaks[0] = from > low ? from : low, q.breaks[1] = to < high ? to : high;
     if (!(q.breaks[0] < q.breaks[1])) return q;
-    q.count = 2;
-    /* No lobe of known width has detail a tenth of that, a ring none but its kinks; a table has
-       pieces of its own. */
+    q.count = 2, q.step = lobe->kind < ENVMAP_LOBE_FUNCTION ? 1 : 0.1;
+    /* No lobe of known width has detail a tenth of that, a ring none but its kinks, so their panels
+       may be long; a table has pieces of its own. */
     if (lobe->kind == ENVMAP_LOBE_PHONG || lobe->kind == ENVMAP_LOBE_GAUSSIAN)
         finest = 0.1 / sqrt(width + 1);
     if (lobe->kind == ENVMAP_LOBE_GGX) finest = 0.1 * width;
@@ -3478,7 +3478,7 @@ static void envmapi_zonal_quadrature(double *lambda, int bands, const envmap_lob
             x[n] = cos(theta);
             series.P[n] = factor * 2 * ENVMAPI_PI * weight * sin(theta) * envmapi_k(lobe, x[n], p);
         }
-        for (int l = 0; l < bands; ++l, envmapi_series_next(&series)) {
+        for (int l = 0; l < bands && n; ++l, envmapi_series_next(&series)) {
             double sum[8] = {0};
             for (int j = 0; j < ENVMAPI_ANGLES; j += 8)
                 for (int i = 0; i < 8; ++i) sum[i] += series.P[j + i];
@@ -10105,8 +10105,18 @@ static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmap *map) {
     double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);
     int l = (int)(ENVMAPI_LATTICE * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
     if (bands > ENVMAPI_FAST_BANDS) return 1;
+    /* sum (2i+1) lambda_i^2 from `known` on is the tail: where it is small, no more are needed. */
+    const envmapi_slice *s, *end = spec->slice + spec->slices;
+    for (int known = l < 96 ? l : 96; known <= l; known *= 2) {
+        if (!envmapi_spec_lambda(spec, known)) return 0;
+        for (s = spec->slice; s < end && spec->known <= l; ++s)
+            if (8 * spec->part * spec->part * fmax(s->tail, 1e-11 * s->power) >
+                l * pow(spec->tolerance * s->mean, 2))
+                break;
+        if (s == end) return 1;
+    }
     if (!envmapi_spec_lambda(spec, bands)) return 0;
-    for (const envmapi_slice *s = spec->slice; s < spec->slice + spec->slices; ++s)
+    for (s = spec->slice; s < end; ++s)
         for (int i = l; i < bands; ++i)
             if (4 * fabs(s->lambda[i]) * spec->part > spec->tolerance * s->mean) return 0;
     return 1;
@@ -10904,14 +10914,18 @@ static double envmapi_power_from(const envmapi_power *d, int from) {
     return sum;
 }
 
-/* What the lobe leaves of each band, over at most five slices; 0 where it fails. The slice and its
-   lambda are room to work in. */
-static int envmapi_power_lobe(envmapi_power *d, int slices, envmapi_slice *slice) {
-    int n = d->lobe->p0 == d->lobe->p1 ? 1 : slices < 5 ? slices : 5;
+/* What the lobe leaves of each band, over at most five slices; 0 where it fails. Of few bands FAST
+   knows it already. `own` and its lambda are room to work in. */
+static int envmapi_power_lobe(envmapi_power *d, const envmapi_spec *spec, int slices,
+                              envmapi_slice *own) {
+    int all = spec->L ? spec->slices : d->lobe->p0 == d->lobe->p1 ? 1 : slices;
+    int n = all < 5 ? all : 5, known = spec->L && d->bands <= spec->known;
     memset(d->gain, 0, ((size_t)d->bands + 1) * sizeof *d->gain);
     for (int k = 0; k < n; ++k) {
-        slice->p = envmapi_slice_p(d->lobe, k, n);
-        if (!envmapi_slice_lambda(slice, d->lobe, d->bands)) return 0;
+        int at = (2 * k + 1) * all / (2 * n);
+        own->p = spec->L ? spec->slice[at].p : envmapi_slice_p(d->lobe, k, n);
+        if (!known && !envmapi_slice_lambda(own, d->lobe, d->bands)) return 0;
+        const envmapi_slice *slice = known ? spec->slice + at : own;
         for (int l = 0; l < d->bands; ++l)
             d->gain[l] += (2 * l + 1) * slice->lambda[l] * slice->lambda[l] / n;
         d->gain[d->bands] += slice->tail / n;
@@ -10975,13 +10989,33 @@ static envmap_result envmapi_power_blocks(envmapi_power *d, envmapi_job *job) {
     return result;
 }
 
+/* For thin lobes the definition spreads large texels into tents, at last the bilinear radiance:
+   a_lm of that, as far as it counts.  Test: the_contrast_of_few_texels_is_the_result_s */
+static envmap_result envmapi_power_spread(envmapi_power *d, envmapi_job *job) {
+    double h = envmapi_texel_extent(job->src), p = envmapi_slice_p(d->lobe, 0, job->views->slices);
+    double tent = envmapi_clamp(2 - envmap_lobe_sigma(d->lobe, p) / h, 0, 1);
+    double share = tent * tent + (1 - tent * tent) * envmapi_smooth_step(tent, 0.5, 1);
+    envmap src = *job->src, fine;
+    envmapi_sh_job sh;
+    src.slices = src.levels = 1, fine = src, fine.size *= (int)ceil(h / ENVMAPI_COARSE);
+    size_t numbers = 3 * (size_t)(d->known * d->known), floats = envmapi_slice_floats(&fine, 0);
+    double *spread = (double *)envmapi_pool_get(&job->pool, numbers, sizeof(double));
+    fine.texels = (float *)envmapi_pool_get(&job->pool, floats, sizeof(float));
+    if (!spread || !fine.texels) return ENVMAP_ERROR_MEMORY;
+    envmapi_sh_job_of(&sh, &fine, 0, d->known, 1e-3, &job->desc.work);
+    envmap_result result = envmap_resample(&fine, &src, &job->desc.work);
+    if (!result) result = envmapi_sh_project(spread, &sh);
+    for (size_t i = 0; i < numbers && !result; ++i) d->sh[i] += share * (spread[i] - d->sh[i]);
+    return result;
+}
+
 /* Where FAST has no specification the definition interpolates between texels, and the scene has
    nothing finer. Smooth lobes leave little of FAST's last bands (Phong 3 % at 0.7 L), so 0.7 L are
    projected, whose last may be inexact; where lights are taken out of them again, their error has
    to be small beside what remains.  Test: one_light_is_equally_bright_in_every_band. */
 static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     const envmapi_spec *spec = job->specs;
-    double tolerance = !spec->L ? 1e-3 : spec->kinked ? 0.01 : 0.1;
+    double tolerance = spec->kinked && job->scenes.unlit.light_count ? 0.01 : 0.1;
     d->lobe = job->lobes, d->tolerance = (double)job->desc.tolerance;
     d->known = spec->L ? (int)envmapi_clamp(0.7 * spec->L, 12, ENVMAPI_SH_BANDS) : 24;
     d->bands = spec->L ? spec->known : ENVMAPI_FAST_BANDS;
@@ -10993,15 +11027,20 @@ static envmap_result envmapi_power_create(envmapi_power *d, envmapi_job *job) {
     if (!d->sh || !slice || !d->points) return ENVMAP_ERROR_MEMORY;
     d->scene = d->sh + numbers, d->gain = d->scene + bands, d->P = d->gain + bands;
     slice->lambda = d->P + bands;
-    if (!envmapi_power_lobe(d, job->views[0].slices, slice)) return ENVMAP_ERROR_LOBE;
     envmapi_sh_job sh;
-    if (!envmapi_sh_job_of(&sh, job->src, 0, d->known, tolerance, &job->desc.work))
-        return ENVMAP_ERROR_ARGUMENT;
+    envmapi_sh_job_of(&sh, job->src, 0, d->known, spec->L ? tolerance : 1e-3, &job->desc.work);
     if (spec->L && !job->scenes.whole.in.exponent) sh.in = &job->scenes.whole.in;
     int coarse = spec->L && envmapi_power_coarse(d, &job->scenes.whole, job->src);
     envmap_result result = coarse ? envmapi_power_blocks(d, job) : envmapi_sh_project(d->sh, &sh);
+    if (!result && !spec->L && envmapi_texel_extent(job->src) > ENVMAPI_COARSE)
+        result = envmapi_power_spread(d, job);
     if (result) return result;
-    envmapi_power_scene(d);
+    for (int most = ENVMAPI_FAST_BANDS;; d->bands = 2 * d->bands < most ? 2 * d->bands : most) {
+        if (!envmapi_power_lobe(d, spec, job->views[0].slices, slice)) return ENVMAP_ERROR_LOBE;
+        envmapi_power_scene(d);
+        double out = envmapi_rms(d->P[d->bands], envmapi_power_from(d, 0));
+        if (!(out > d->tolerance) || d->bands == most) break;
+    }
     return envmapi_finite(envmapi_power_from(d, 0)) ? ENVMAP_OK : ENVMAP_ERROR_LOBE;
 }
 
@@ -11110,7 +11149,7 @@ static double envmapi_slices_sample(double *x, const envmapi_slices *s, int i) {
     int j = i / s->ends - 4, gap = 0, next = 1;
     *x = (j + 4.5) / 8;
     if (j >= 0) {
-        for (; j > 0 && next < half; --j) gap = next, next += 1 + gap / 2;
+        for (; j > 0 && next < half; --j) gap = next, next += 1 + gap;
         count = j ? 0 : fmin(next, half) - gap;
         *x = 0.5 + gap + (next - gap - 1) / 2 + 0.2403;
     }
@@ -11129,10 +11168,11 @@ static void envmapi_task_slices(void *context, int task) {
         int low = (int)at, high = low + 1 < n ? low + 1 : low;
         double p_low = envmapi_slice_p(lobe, low, n), p_high = envmapi_slice_p(lobe, high, n);
         for (int first = 0, count; (count = envmapi_profile(k, s->d, p, first)); first += count) {
-            s->failed[task] |= !envmapi_profile(k_low, s->d, p_low, first) ||
-                               !envmapi_profile(k_high, s->d, p_high, first);
+            const double *next = high > low ? k_high : k_low;
+            s->failed[task] |= !envmapi_profile(k_low, s->d, p_low, first);
+            s->failed[task] |= high > low && !envmapi_profile(k_high, s->d, p_high, first);
             for (int j = 0; j < count && !s->failed[task]; ++j) {
-                double off = k[j] - k_low[j] - (at - low) * (k_high[j] - k_low[j]);
+                double off = k[j] - k_low[j] - (at - low) * (next[j] - k_low[j]);
                 lost += weight * off * off, total += weight * k[j] * k[j];
             }
         }
@@ -11156,18 +11196,19 @@ static double envmapi_slices_error(const envmapi_power *d, int n, const envmap_w
     return envmapi_rms(lost, total);
 }
 
-/* The fewest slices, to 2 %, for which that is within the tolerance. The logarithm of the error is
-   about a line in that of n: a secant leads to where it meets the tolerance, a bit beyond, so that
-   one try is enough and another not; halves, where that takes long. */
+/* The fewest slices n, to 2 %, for which that is within the tolerance. It is about 1/2n, its
+   logarithm about a line in that of n: a secant leads to 1 % more than where it meets the
+   tolerance; halves, where that takes long. */
 static int envmapi_slices_needed(const envmapi_power *d, const envmap_work *work) {
-    int low = 0, high = ENVMAPI_SLICE_LIMIT, n = 64, last = 0; /* not enough; enough, or no more */
-    double off = 0, was, slope = 1.2;
-    for (int tried = 0; high - low > 1 + low / 12; ++tried) {
+    int low = 0, high = ENVMAPI_SLICE_LIMIT, n = (int)envmapi_clamp(0.5 / d->tolerance, 16, 1024);
+    double off = 0, was, slope = 1.05;
+    for (int tried = 0, last = 0; high - low > 1 + low / 12; ++tried) {
         was = off, off = log(envmapi_slices_error(d, n, work) / d->tolerance);
+        if (off <= 0 && off > -0.02) return n;
         if (last) slope = envmapi_clamp((was - off) / log((double)n / last), 0.5, 4);
         if (off > 0) low = n;
         else high = n;
-        double next = n * exp(off / slope) * (off > 0 ? 1.01 : 0.99);
+        double next = 1.01 * n * exp(off / slope);
         if (tried > 8 || !envmapi_finite(next)) next = low + (high - low) / 2;
         last = n, n = (int)envmapi_clamp(ceil(next), low + 1, high - 1);
     }
@@ -11207,8 +11248,7 @@ static envmap_result envmapi_plan_fill(envmap_plan *out, envmapi_job *job) {
     double light = spec->L ? envmapi_contrast_at(&scenes->whole, out->bands).kappa : 0;
     envmapi_lookups_create(&lookups, &d, dst->mapping, light);
     out->lookup = envmapi_lookups_error(&lookups, dst->size);
-    int constant = envmapi_job_constant(job, 0);
-    if (constant || envmapi_texel_extent(job->src) * 2 <= envmap_lobe_sigma(d.lobe, 0))
+    if (envmapi_texel_extent(job->src) * 2 <= envmap_lobe_sigma(d.lobe, 0))
         out->size = envmapi_least(ENVMAPI_SIZE_LIMIT, envmapi_lookups_hold, &lookups);
     d.needed = out->bands;
     if (d.lobe->p0 < d.lobe->p1 || d.lobe->p0 > d.lobe->p1)
@@ -11242,7 +11282,9 @@ ENVMAPI_BODY envmap_result envmap_filter_plan(envmap_plan *plan, const envmap *d
         double size = src->size * envmapi_texel_extent(&shape) / envmapi_texel_extent(src);
         out.size = (int)envmapi_clamp(ceil(size - 1e-6), 1, ENVMAPI_SIZE_LIMIT);
         if (job->specs[0].tail) job->specs[0].L = 0;
-        if (lobe->kind != ENVMAP_LOBE_MIRROR) result = envmapi_plan_fill(&out, job);
+        if (lobe->kind != ENVMAP_LOBE_MIRROR && envmapi_job_constant(job, 0))
+            out.size = out.bands = 1, out.method = ENVMAP_METHOD_FAST;
+        else if (lobe->kind != ENVMAP_LOBE_MIRROR) result = envmapi_plan_fill(&out, job);
     }
     if (!result) *plan = out;
     envmapi_pool_free(&job->pool, 0);

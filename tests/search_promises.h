@@ -608,7 +608,8 @@ static void check_neighbours(verdict *v, bench *b) {
     hold(v, PROMISE_CLIFF, fmax(here, fmax(more, less)), 6 * fmin(here, fmin(more, less)) + 0.03);
 }
 
-/* The contrast of level 0 of slice 0: its rms about its mean, over its mean, all channels. */
+/* The contrast of level 0 of slice 0: its rms about its mean, over its mean, all channels; 0 where
+   all is black. */
 static double plan_contrast(const bench *b) {
     size_t n = oracle_count(b->w->dst_mapping, b->w->dst_size);
     double sum = 0, square = 0;
@@ -620,7 +621,7 @@ static double plan_contrast(const bench *b) {
         }
         first /= weight, square += first * first;
     }
-    return sqrt(fmax(0, sum - square) / square);
+    return square > 0 ? sqrt(fmax(0, sum - square) / square) : 0;
 }
 
 /* A plan names a method and numbers in their ranges, whenever the filter works; its contrast is that

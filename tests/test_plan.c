@@ -271,6 +271,51 @@ static void a_uniform_scene_needs_one_texel(void) {
     envmap_free(&src);
 }
 
+/* Sources whose texels are wider than the lobe: the definition filters the radiance between texels,
+   not light at their centres. Against the mean of the reference's result itself. */
+static void the_contrast_of_few_texels_is_the_result_s(void) {
+    static const struct {
+        int mapping, edge;
+        float N; /* 0: diffuse */
+    } works[] = {{ENVMAP_CUBE, 1, 30},      {ENVMAP_CUBE, 2, 5},   {ENVMAP_LATLONG, 2, 0},
+                 {ENVMAP_ANGULAR, 4, 8},    {ENVMAP_SPHERE, 3, 2}, {ENVMAP_OCTAHEDRAL, 2, 100},
+                 {ENVMAP_PARABOLOID, 5, 12}};
+    double off = 0;
+    for (size_t i = 0; i < sizeof works / sizeof works[0]; ++i) {
+        envmap src = noise(works[i].mapping, works[i].edge, 3 + (unsigned)i);
+        envmap dst = black(ENVMAP_CUBE, 24, 1, 1);
+        envmap_lobe lobe = works[i].N > 0 ? envmap_lobe_phong(works[i].N) : envmap_lobe_diffuse();
+        double sum = 0, square = 0, first[3] = {0, 0, 0};
+        CHECK(filter(&dst, &src, lobe, ENVMAP_METHOD_REFERENCE, 0) == ENVMAP_OK);
+        for (int k = 0; k < 6 * 24 * 24; ++k) {
+            double w = envmap_solid_angle(&dst, 0, 0, k % 24, k / 24 % 24) / (4 * PI);
+            for (int c = 0; c < 3; ++c) {
+                double value = (double)dst.texels[3 * k + c];
+                first[c] += w * value, sum += w * value * value;
+            }
+        }
+        for (int c = 0; c < 3; ++c) square += first[c] * first[c];
+        double contrast = sqrt(fmax(sum - square, 0) / square);
+        envmap_plan n = plan_of(&dst, &src, lobe, 1e-3);
+        printf("    %-10s %d: contrast %.4f, planned %.4f\n", oracle_name[works[i].mapping],
+               works[i].edge, contrast, n.contrast);
+        off = fmax(off, fabs(n.contrast - contrast) / (0.1 * contrast + 0.01));
+        envmap_free(&src), envmap_free(&dst);
+    }
+    FIGURE("contrast of few texels, off by tenths and 0.01", off, 0.8);
+}
+
+/* A source whose texels are all alike has no contrast, whatever its texels. */
+static void a_constant_of_few_texels_has_no_contrast(void) {
+    for (int m = 0; m < MAPPINGS; ++m) {
+        envmap src = black(m, 1, 1, 1), shape = shape_of(ENVMAP_CUBE, 24, 1);
+        fill(&src, 2);
+        envmap_plan n = plan_of(&shape, &src, envmap_lobe_phong(30), 1e-3);
+        CHECK(n.contrast <= 0 && n.nine <= 0 && n.size == 1 && n.bands == 1 && n.lookup <= 0);
+        envmap_free(&src);
+    }
+}
+
 static void a_scene_turned_by_a_quarter_needs_the_same(void) {
     envmap a = scene_map(SCENE_STUDIO, ENVMAP_CUBE, 48), b = black(ENVMAP_CUBE, 48, 1, 1);
     envmap shape = shape_of(ENVMAP_CUBE, 16, 1);
@@ -526,6 +571,8 @@ int main(void) {
     RUN(planned_bands_are_enough_and_one_less_is_not);
     RUN(nine_numbers_do_for_an_overcast_sky);
     RUN(a_uniform_scene_needs_one_texel);
+    RUN(the_contrast_of_few_texels_is_the_result_s);
+    RUN(a_constant_of_few_texels_has_no_contrast);
     RUN(a_scene_turned_by_a_quarter_needs_the_same);
     RUN(expected_errors_are_made_and_below_the_tolerance);
     RUN(slices_are_as_many_for_a_lobe_opposite_to_its_axis);
