@@ -7132,6 +7132,19 @@ static double envmapi_window_finest(const envmapi_level *level, double sigma, do
     return sigma * size / most;
 }
 
+/* The sine of the angle between u and v at a on a disc: close to its rim they are nearly one line. */
+static double envmapi_window_shear(const envmapi_level *level, int face, const double a[3]) {
+    double uv[2], d[3][3], hair = 1e-5;
+    if (!envmapi_is_disc(level->mapping)) return 1;
+    envmapi_project(uv, level->mapping, face, a);
+    for (int i = 0; i < 3; ++i)
+        envmapi_direction(d[i], level->mapping, face, uv[0] + hair * (i == 1),
+                          uv[1] + hair * (i == 2));
+    for (int i = 0; i < 6; ++i) d[1 + i / 3][i % 3] -= d[0][i % 3];
+    double c = envmapi_dot(d[1], d[2]), all = envmapi_dot(d[1], d[1]) * envmapi_dot(d[2], d[2]);
+    return all > c * c ? sqrt(1 - c * c / all) : 1;
+}
+
 /* What a point of a face counts: d omega / du dv; near the paraboloids' rim both have a share. */
 static double envmapi_window_density(const envmapi_level *level, double u, double v) {
     double X = 2 * u - 1, Y = 2 * v - 1, r = sqrt(X * X + Y * Y);
@@ -7156,15 +7169,18 @@ static int envmapi_window_centres(envmapi_knot *node, int room, double from, dou
 
 /* Nodes of the integral over [from, to], Gauss-Legendre's, 2 to 6 a piece of up to so many sigma.
    The axis is at `at`, where sigma is that many texels; grows: the lobe has detail near its axis
-   only, and a little where it begins to fade out: there are at least grows + 1 nodes. */
+   only, and a little where it begins to fade out: there are at least grows + 1 nodes. Pieces get
+   longer with the least distance from the axis of what is so far away along u, or v: that times
+   the shear.  Test: works_that_broke_hold. */
 static int envmapi_window_pieces(envmapi_knot *node, int room, double from, double to, double n,
-                                 double at, double sigma, int grows, const double (*gauss)[6][2]) {
+                                 double at, double sigma, int grows, double shear,
+                                 const double (*gauss)[6][2]) {
     static const double longest[5] = ENVMAPI_PIECES;
     int count = 0;
     for (double next; from < to && count + 6 <= room; from = next) {
         double texel = fmin(floor(from + 1e-9), ceil(to) - 1), end = fmin(texel + 1, to);
         double away = from < at ? fmax(at - end, (at - from) / 4.5) : from - at;
-        double most = grows ? fmax(away, 0.8 * sigma) : sigma;
+        double most = grows ? fmax(shear * away, 0.8 * sigma) : sigma;
         next = from + (end - from) / ceil((end - from) / (longest[4] * most));
         int k = grows > 1 ? grows - 1 : 0;
         while (k < 4 && next - from > longest[k] * most) ++k;
@@ -7408,6 +7424,7 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
                                       s->axis.tent, envmapi_near_places(s));
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX; /* to 5: 2e-5 .. 4e-6 need them */
+    double shear = grows ? fmin(2 * s->piece * envmapi_window_shear(level, w->face, w->a), 1) : 1;
     if (grows) grows += (int)envmapi_clamp(11 - 14 * s->piece, 0, 4);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     int kinks = i && level->mapping == ENVMAP_LATLONG ? s->axis.kink_count : 0, count = 0;
@@ -7418,7 +7435,7 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
             if (cut > from + 1e-6 && cut < end - 1e-6) end = cut;
         }
         count += envmapi_window_pieces(nodes + count, room - count, from, end, size, place,
-                                       s->piece * w->sigma[i], grows, s->axis.gauss + 2);
+                                       s->piece * w->sigma[i], grows, shear, s->axis.gauss + 2);
     }
     return count;
 }
@@ -8219,9 +8236,12 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     memset(w->sums, 0, sizeof w->sums), memset(w->norms, 0, sizeof w->norms);
     envmapi_near_aim(w, s, axes);
     if (s->all) envmapi_near_all(w, s, axes->count);
+    /* what windows miss across an octahedral map's fold shows for axes on it, at tight tolerances */
+    double fold = s->axis.level.mapping == ENVMAP_OCTAHEDRAL && s->piece < 0.9 ? 3 * s->sigma : 0;
     for (int n = 0; n < axes->count; ++n)
-        w->rim[n] = !s->all && envmapi_axis_at_rim(&s->axis, w->axes[n],
-                                                   fmin(s->R_bright, 8 * s->sigma));
+        w->rim[n] = !s->all && (fabs(w->axes[n][1]) < fold ||
+                                envmapi_axis_at_rim(&s->axis, w->axes[n],
+                                                    fmin(s->R_bright, 8 * s->sigma)));
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         unsigned bright = 0;
         for (int outer = 1; outer >= 0; --outer) {
