@@ -7424,7 +7424,8 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
                                       s->axis.tent, envmapi_near_places(s));
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX; /* to 5: 2e-5 .. 4e-6 need them */
-    double shear = grows ? fmin(2 * s->piece * envmapi_window_shear(level, w->face, w->a), 1) : 1;
+    double shear = grows ? 2 * s->piece * envmapi_window_shear(level, w->face, w->a) : 1;
+    shear = envmapi_clamp(shear, 0.05, 1); /* else there is no room for nodes */
     if (grows) grows += (int)envmapi_clamp(11 - 14 * s->piece, 0, 4);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     int kinks = i && level->mapping == ENVMAP_LATLONG ? s->axis.kink_count : 0, count = 0;
