@@ -6035,6 +6035,7 @@ typedef struct envmapi_axis {
     double sight;           /* rad: integrals end where so little is left of the lobe; to */
     double ease;            /* nodes away from kinks, over what the definition takes */
     double apart;           /* rings, eight of them in two texels: less at tight tolerances */
+    int touches;            /* they end where one touches a line through texel centres */
     envmapi_points *points; /* NULL, or where the definition's points go instead of being summed */
     const envmapi_source *cap; /* NULL, or points about where a rim's texels meet, in pieces of */
     double cap_sigma;          /* this length, rad */
@@ -6330,11 +6331,14 @@ static double envmapi_circle_before(const envmapi_circle *from, const envmapi_ci
     return part;
 }
 
-/* How narrow texels are at d, over the mean: all of a row or of a rim meet in a point. */
+/* How narrow texels are at d, over the mean: all of a row or of a rim meet in a point. Where
+   paraboloids blend, radiance is of the third degree: steps are shorter, where this shows. */
 static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
     int mapping = axis->level.mapping;
     double x = mapping == ENVMAP_LATLONG ? fabs(d[1]) : mapping == ENVMAP_SPHERE ? -d[2] : 0;
     if (mapping == ENVMAP_ANGULAR) x = d[2];
+    if (mapping == ENVMAP_PARABOLOID && fabs(d[2]) * axis->level.edge < 1.5)
+        return axis->touches ? 0.25 : 1;
     return x > 0 ? fmax(sqrt(fmax(1 - x * x, 0)), axis->texel / 100) : 1;
 }
 
@@ -6382,16 +6386,17 @@ static void envmapi_axis_touch(envmapi_quadrature *q, const envmapi_axis *axis, 
 }
 
 /* Breaks where rings touch a line across a face: where u (i 0) or v (1) is `at`, and the other has
-   its least or greatest angle to the axis. A parabola through three of 24 points finds it. */
+   its least or greatest angle to the axis. A parabola through three of 24 points finds it. Lines go on
+   a little beyond a face, as paraboloids do. */
 static void envmapi_axis_touch_line(envmapi_quadrature *q, const envmapi_axis *axis, int face,
                                     int i, double at) {
     double x[3] = {0, 0, 0}, uv[2], d[3], least = cos(q->breaks[q->count - 1]) - 0.02;
     for (int j = 0; j <= 24; ++j) {
-        x[0] = x[1], x[1] = x[2], uv[i] = at, uv[1 - i] = j / 24.0;
+        x[0] = x[1], x[1] = x[2], uv[i] = at, uv[1 - i] = (j - 2) / 20.0;
         envmapi_direction(d, axis->level.mapping, face, uv[0], uv[1]);
         x[2] = envmapi_dot(axis->a, d);
         if (j < 2 || (x[1] - x[0]) * (x[1] - x[2]) <= 0 || x[1] < least) continue;
-        double middle = (j - 1) / 24.0, h = 1 / 24.0, y[3] = {x[0], x[1], x[2]};
+        double middle = (j - 3) / 20.0, h = 1 / 20.0, y[3] = {x[0], x[1], x[2]};
         for (int step = 0; step < 4; ++step, h /= 8) {
             middle += envmapi_clamp((y[0] - y[2]) / (y[0] - 2 * y[1] + y[2]) / 2, -1, 1) * h;
             for (int k = 0; k < 3; ++k) {
@@ -6445,10 +6450,10 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
    thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
    rings. The mean on a ring has a root where a line through texel centres touches it, so what rings
-   miss falls as the power 5/2 of their distance. Below 1e-4 panels end at such roots; then it falls
-   as the power 4.  Test: works_that_broke_hold, of tests/test_search.c. */
+   miss falls as the power 5/2 of their distance. Below 1e-4, and on coarse paraboloids, panels end
+   at such roots; then it falls as the power 4.  Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
-    int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->apart < 0.46;
+    int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches;
     double least = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75);
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
@@ -6597,6 +6602,7 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
     axis->texel = envmapi_texel_extent(src);
+    axis->touches = axis->apart < 0.46 || (envmapi_patches_apart(&axis->level) && axis->texel > 0.1);
     axis->tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
     axis->reach = fmax(fmax(12 * axis->texel, 8 * axis->sigma),

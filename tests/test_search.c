@@ -172,7 +172,10 @@ static void works_that_broke_hold(void) {
          "checker:0.833008444:0.491988308"}, /* u and v are nearly one line beside a rim */
         {"sphere:50:1 dst=cube:4:1 lobe=ggx:0.00056:0 raw=1:1 tolerance=1e-5", "noise:0.8:0.5"},
         {"octahedral:40:1 dst=latlong:3:1 lobe=ggx:0.01:0 raw=1:1 tolerance=2e-5",
-         "noise:0.8:0.5"}}; /* axes on the fold */
+         "noise:0.8:0.5"}, /* axes on the fold */
+        {"paraboloid:9:1 dst=cube:3:2 lobe=banks:0.95:0 raw=0:1 tolerance=1e-3", "texel:0.05:0.1"},
+        {"paraboloid:9:1 dst=cube:3:2 lobe=banks:0.95:0 raw=0:1 tolerance=2e-5",
+         "texel:0.05:0.1"}}; /* rings in the paraboloids' blend */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
