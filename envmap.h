@@ -6386,8 +6386,8 @@ static void envmapi_axis_touch(envmapi_quadrature *q, const envmapi_axis *axis, 
 }
 
 /* Breaks where rings touch a line across a face: where u (i 0) or v (1) is `at`, and the other has
-   its least or greatest angle to the axis. A parabola through three of 24 points finds it. Lines go on
-   a little beyond a face, as paraboloids do. */
+   its least or greatest angle to the axis. A parabola through three of 24 points finds it. Lines go
+   on a little beyond a face, as paraboloids do. */
 static void envmapi_axis_touch_line(envmapi_quadrature *q, const envmapi_axis *axis, int face,
                                     int i, double at) {
     double x[3] = {0, 0, 0}, uv[2], d[3], least = cos(q->breaks[q->count - 1]) - 0.02;
@@ -6451,7 +6451,8 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
    thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
    rings. The mean on a ring has a root where a line through texel centres touches it, so what rings
    miss falls as the power 5/2 of their distance. Below 1e-4, and on coarse paraboloids, panels end
-   at such roots; then it falls as the power 4.  Test: works_that_broke_hold, of tests/test_search.c. */
+   at such roots; then it falls as the power 4.
+   Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches;
     double least = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75);
@@ -6602,7 +6603,8 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
     axis->texel = envmapi_texel_extent(src);
-    axis->touches = axis->apart < 0.46 || (envmapi_patches_apart(&axis->level) && axis->texel > 0.1);
+    axis->touches =
+        axis->apart < 0.46 || (envmapi_patches_apart(&axis->level) && axis->texel > 0.1);
     axis->tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
     axis->reach = fmax(fmax(12 * axis->texel, 8 * axis->sigma),
@@ -7138,7 +7140,7 @@ static double envmapi_window_finest(const envmapi_level *level, double sigma, do
     return sigma * size / most;
 }
 
-/* The sine of the angle between u and v at a on a disc: close to its rim they are nearly one line. */
+/* The sine of the angle between u and v at a on a disc: by its rim they are nearly one line. */
 static double envmapi_window_shear(const envmapi_level *level, int face, const double a[3]) {
     double uv[2], d[3][3], hair = 1e-5;
     if (!envmapi_is_disc(level->mapping)) return 1;
@@ -8243,12 +8245,12 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     memset(w->sums, 0, sizeof w->sums), memset(w->norms, 0, sizeof w->norms);
     envmapi_near_aim(w, s, axes);
     if (s->all) envmapi_near_all(w, s, axes->count);
-    /* what windows miss across an octahedral map's fold shows for axes on it, at tight tolerances */
+    /* at tight tolerances what windows miss across an octahedral fold shows for axes on it */
     double fold = s->axis.level.mapping == ENVMAP_OCTAHEDRAL && s->piece < 0.9 ? 3 * s->sigma : 0;
     for (int n = 0; n < axes->count; ++n)
-        w->rim[n] = !s->all && (fabs(w->axes[n][1]) < fold ||
-                                envmapi_axis_at_rim(&s->axis, w->axes[n],
-                                                    fmin(s->R_bright, 8 * s->sigma)));
+        w->rim[n] =
+            !s->all && (fabs(w->axes[n][1]) < fold ||
+                        envmapi_axis_at_rim(&s->axis, w->axes[n], fmin(s->R_bright, 8 * s->sigma)));
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         unsigned bright = 0;
         for (int outer = 1; outer >= 0; --outer) {
