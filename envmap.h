@@ -6338,7 +6338,7 @@ static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
     double x = mapping == ENVMAP_LATLONG ? fabs(d[1]) : mapping == ENVMAP_SPHERE ? -d[2] : 0;
     if (mapping == ENVMAP_ANGULAR) x = d[2];
     if (mapping == ENVMAP_PARABOLOID && fabs(d[2]) * axis->level.edge < 1.5)
-        return axis->touches ? 0.25 : 1;
+        return axis->touches ? envmapi_clamp(axis->apart / 2, 0.25, 0.5) : 1;
     return x > 0 ? fmax(sqrt(fmax(1 - x * x, 0)), axis->texel / 100) : 1;
 }
 
@@ -8246,7 +8246,8 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     envmapi_near_aim(w, s, axes);
     if (s->all) envmapi_near_all(w, s, axes->count);
     /* at tight tolerances what windows miss across an octahedral fold shows for axes on it */
-    double fold = s->axis.level.mapping == ENVMAP_OCTAHEDRAL && s->piece < 0.9 ? 3 * s->sigma : 0;
+    int folded = s->axis.level.mapping == ENVMAP_OCTAHEDRAL;
+    double fold = folded ? 4 * s->sigma * (1 / s->piece - 1) : 0;
     for (int n = 0; n < axes->count; ++n)
         w->rim[n] =
             !s->all && (fabs(w->axes[n][1]) < fold ||
