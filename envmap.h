@@ -6129,6 +6129,7 @@ typedef struct envmapi_axis {
     double sight;           /* rad: integrals end where so little is left of the lobe; to */
     double ease;            /* nodes away from kinks, over what the definition takes */
     double apart;           /* rings, eight of them in two texels: less at tight tolerances */
+    int touches;            /* they end where one touches a line through texel centres */
     envmapi_points *points; /* NULL, or where the definition's points go instead of being summed */
     const envmapi_source *cap; /* NULL, or points about where a rim's texels meet, in pieces of */
     double cap_sigma;          /* this length, rad */
@@ -6424,11 +6425,14 @@ static double envmapi_circle_before(const envmapi_circle *from, const envmapi_ci
     return part;
 }
 
-/* How narrow texels are at d, over the mean: all of a row or of a rim meet in a point. */
+/* How narrow texels are at d, over the mean: all of a row or of a rim meet in a point. Where
+   paraboloids blend, radiance is of the third degree: steps are shorter, where this shows. */
 static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
     int mapping = axis->level.mapping;
     double x = mapping == ENVMAP_LATLONG ? fabs(d[1]) : mapping == ENVMAP_SPHERE ? -d[2] : 0;
     if (mapping == ENVMAP_ANGULAR) x = d[2];
+    if (mapping == ENVMAP_PARABOLOID && fabs(d[2]) * axis->level.edge < 1.5)
+        return axis->touches ? envmapi_clamp(axis->apart / 2, 0.25, 0.5) : 1;
     return x > 0 ? fmax(sqrt(fmax(1 - x * x, 0)), axis->texel / 100) : 1;
 }
 
@@ -6476,16 +6480,17 @@ static void envmapi_axis_touch(envmapi_quadrature *q, const envmapi_axis *axis, 
 }
 
 /* Breaks where rings touch a line across a face: where u (i 0) or v (1) is `at`, and the other has
-   its least or greatest angle to the axis. A parabola through three of 24 points finds it. */
+   its least or greatest angle to the axis. A parabola through three of 24 points finds it. Lines go
+   on a little beyond a face, as paraboloids do. */
 static void envmapi_axis_touch_line(envmapi_quadrature *q, const envmapi_axis *axis, int face,
                                     int i, double at) {
     double x[3] = {0, 0, 0}, uv[2], d[3], least = cos(q->breaks[q->count - 1]) - 0.02;
     for (int j = 0; j <= 24; ++j) {
-        x[0] = x[1], x[1] = x[2], uv[i] = at, uv[1 - i] = j / 24.0;
+        x[0] = x[1], x[1] = x[2], uv[i] = at, uv[1 - i] = (j - 2) / 20.0;
         envmapi_direction(d, axis->level.mapping, face, uv[0], uv[1]);
         x[2] = envmapi_dot(axis->a, d);
         if (j < 2 || (x[1] - x[0]) * (x[1] - x[2]) <= 0 || x[1] < least) continue;
-        double middle = (j - 1) / 24.0, h = 1 / 24.0, y[3] = {x[0], x[1], x[2]};
+        double middle = (j - 3) / 20.0, h = 1 / 20.0, y[3] = {x[0], x[1], x[2]};
         for (int step = 0; step < 4; ++step, h /= 8) {
             middle += envmapi_clamp((y[0] - y[2]) / (y[0] - 2 * y[1] + y[2]) / 2, -1, 1) * h;
             for (int k = 0; k < 3; ++k) {
@@ -6539,10 +6544,11 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
    thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
    rings. The mean on a ring has a root where a line through texel centres touches it, so what rings
-   miss falls as the power 5/2 of their distance. Below 1e-4 panels end at such roots; then it falls
-   as the power 4.  Test: works_that_broke_hold, of tests/test_search.c. */
+   miss falls as the power 5/2 of their distance. Below 1e-4, and on coarse paraboloids, panels end
+   at such roots; then it falls as the power 4.
+   Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
-    int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->apart < 0.46;
+    int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches;
     double least = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75);
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
@@ -6691,6 +6697,8 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
     axis->texel = envmapi_texel_extent(src);
+    axis->touches =
+        axis->apart < 0.46 || (envmapi_patches_apart(&axis->level) && axis->texel > 0.1);
     axis->tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
     axis->reach = fmax(fmax(12 * axis->texel, 8 * axis->sigma),
@@ -7225,6 +7233,19 @@ static double envmapi_window_finest(const envmapi_level *level, double sigma, do
     return sigma * size / most;
 }
 
+/* The sine of the angle between u and v at a on a disc: by its rim they are nearly one line. */
+static double envmapi_window_shear(const envmapi_level *level, int face, const double a[3]) {
+    double uv[2], d[3][3], hair = 1e-5;
+    if (!envmapi_is_disc(level->mapping)) return 1;
+    envmapi_project(uv, level->mapping, face, a);
+    for (int i = 0; i < 3; ++i)
+        envmapi_direction(d[i], level->mapping, face, uv[0] + hair * (i == 1),
+                          uv[1] + hair * (i == 2));
+    for (int i = 0; i < 6; ++i) d[1 + i / 3][i % 3] -= d[0][i % 3];
+    double c = envmapi_dot(d[1], d[2]), all = envmapi_dot(d[1], d[1]) * envmapi_dot(d[2], d[2]);
+    return all > c * c ? sqrt(1 - c * c / all) : 1;
+}
+
 /* What a point of a face counts: d omega / du dv; near the paraboloids' rim both have a share. */
 static double envmapi_window_density(const envmapi_level *level, double u, double v) {
     double X = 2 * u - 1, Y = 2 * v - 1, r = sqrt(X * X + Y * Y);
@@ -7249,15 +7270,18 @@ static int envmapi_window_centres(envmapi_knot *node, int room, double from, dou
 
 /* Nodes of the integral over [from, to], Gauss-Legendre's, 2 to 6 a piece of up to so many sigma.
    The axis is at `at`, where sigma is that many texels; grows: the lobe has detail near its axis
-   only, and a little where it begins to fade out: there are at least grows + 1 nodes. */
+   only, and a little where it begins to fade out: there are at least grows + 1 nodes. Pieces get
+   longer with the least distance from the axis of what is so far away along u, or v: that times
+   the shear.  Test: works_that_broke_hold. */
 static int envmapi_window_pieces(envmapi_knot *node, int room, double from, double to, double n,
-                                 double at, double sigma, int grows, const double (*gauss)[6][2]) {
+                                 double at, double sigma, int grows, double shear,
+                                 const double (*gauss)[6][2]) {
     static const double longest[5] = ENVMAPI_PIECES;
     int count = 0;
     for (double next; from < to && count + 6 <= room; from = next) {
         double texel = fmin(floor(from + 1e-9), ceil(to) - 1), end = fmin(texel + 1, to);
         double away = from < at ? fmax(at - end, (at - from) / 4.5) : from - at;
-        double most = grows ? fmax(away, 0.8 * sigma) : sigma;
+        double most = grows ? fmax(shear * away, 0.8 * sigma) : sigma;
         next = from + (end - from) / ceil((end - from) / (longest[4] * most));
         int k = grows > 1 ? grows - 1 : 0;
         while (k < 4 && next - from > longest[k] * most) ++k;
@@ -7501,6 +7525,8 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
         return envmapi_window_centres(nodes, room, from, fmin(to, from + size - 1e-6), size,
                                       s->axis.tent, envmapi_near_places(s));
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX; /* to 5: 2e-5 .. 4e-6 need them */
+    double shear = grows ? 2 * s->piece * envmapi_window_shear(level, w->face, w->a) : 1;
+    shear = envmapi_clamp(shear, 0.05, 1); /* else there is no room for nodes */
     if (grows) grows += (int)envmapi_clamp(11 - 14 * s->piece, 0, 4);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     int kinks = i && level->mapping == ENVMAP_LATLONG ? s->axis.kink_count : 0, count = 0;
@@ -7511,7 +7537,7 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
             if (cut > from + 1e-6 && cut < end - 1e-6) end = cut;
         }
         count += envmapi_window_pieces(nodes + count, room - count, from, end, size, place,
-                                       s->piece * w->sigma[i], grows, s->axis.gauss + 2);
+                                       s->piece * w->sigma[i], grows, shear, s->axis.gauss + 2);
     }
     return count;
 }
@@ -8312,9 +8338,13 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     memset(w->sums, 0, sizeof w->sums), memset(w->norms, 0, sizeof w->norms);
     envmapi_near_aim(w, s, axes);
     if (s->all) envmapi_near_all(w, s, axes->count);
+    /* at tight tolerances what windows miss across an octahedral fold shows for axes on it */
+    int folded = s->axis.level.mapping == ENVMAP_OCTAHEDRAL;
+    double fold = folded ? 4 * s->sigma * (1 / s->piece - 1) : 0;
     for (int n = 0; n < axes->count; ++n)
-        w->rim[n] = !s->all && envmapi_axis_at_rim(&s->axis, w->axes[n],
-                                                   fmin(s->R_bright, 8 * s->sigma));
+        w->rim[n] =
+            !s->all && (fabs(w->axes[n][1]) < fold ||
+                        envmapi_axis_at_rim(&s->axis, w->axes[n], fmin(s->R_bright, 8 * s->sigma)));
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         unsigned bright = 0;
         for (int outer = 1; outer >= 0; --outer) {

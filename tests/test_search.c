@@ -167,7 +167,15 @@ static void works_that_broke_hold(void) {
          "tolerance=0.000304016",
          "decades:0.575795735:0.499298301"}, /* a ring's nodes beside -z are of length 1 */
         {"octahedral:8:1 dst=sphere:12:1 lobe=cone:0.227254197:0 raw=0:1 tolerance=3e-4",
-         "checker:0.32:0.46"}};
+         "checker:0.32:0.46"},
+        {"angular:63:1 dst=angular:8:1 lobe=ggx:0.000558850414:0 raw=1:4.13451624 tolerance=3.7e-5",
+         "checker:0.833008444:0.491988308"}, /* u and v are nearly one line beside a rim */
+        {"sphere:50:1 dst=cube:4:1 lobe=ggx:0.00056:0 raw=1:1 tolerance=1e-5", "noise:0.8:0.5"},
+        {"octahedral:40:1 dst=latlong:3:1 lobe=ggx:0.01:0 raw=1:1 tolerance=2e-5",
+         "noise:0.8:0.5"}, /* axes on the fold */
+        {"paraboloid:9:1 dst=cube:3:2 lobe=banks:0.95:0 raw=0:1 tolerance=1e-3", "texel:0.05:0.1"},
+        {"paraboloid:9:1 dst=cube:3:2 lobe=banks:0.95:0 raw=0:1 tolerance=2e-5",
+         "texel:0.05:0.1"}}; /* rings in the paraboloids' blend */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
