@@ -6341,13 +6341,13 @@ static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
 /* Adds the mean of the bilinear radiance on a ring, times k: n steps, more where texels are narrow,
    cut where they leave a cell, as the radiance has kinks there, and two nodes of Gauss-Legendre on
    each part, h = its half. */
-static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, double k) {
+static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n, double k) {
     const envmapi_level *level = &axis->level;
     double from = 0, all = 2 * ENVMAPI_PI, to;
     envmapi_circle_at(ring, level, 0);
     while (from < all) {
         envmapi_circle next = *ring, test;
-        double step = all / n * envmapi_axis_narrow(axis, ring->d);
+        double step = fmin(all / n * envmapi_axis_narrow(axis, ring->d), all / 16);
         double close = step * axis->apart * fmin(axis->apart, 1) / 16;
         int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
         for (double low = from; !whole;) {
@@ -6439,7 +6439,7 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
         ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-    envmapi_axis_ring(axis, &ring, (int)fmax(texels, 16), k);
+    envmapi_axis_ring(axis, &ring, texels, k);
 }
 
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
@@ -6452,18 +6452,22 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     double least = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75);
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
-    double t[3], b[3], theta, weight;
+    double t[3], b[3], theta;
+    double finest = axis->sigma / (axis->lobe->kind < ENVMAP_LOBE_FUNCTION ? 2 : 16);
+    int kept = 1;
+    for (int i = 1; i < q.count; ++i) /* a lobe has little within so little of its axis */
+        if (q.breaks[i] > finest || i + 1 == q.count) q.breaks[kept++] = q.breaks[i];
+    if (q.count) q.count = kept;
     envmapi_tangents(t, b, axis->a, NULL);
     if (touches && q.count) envmapi_axis_touches(&q, axis);
     else if (q.count && axis->level.mapping == ENVMAP_LATLONG)
         for (int i = 0; i < 2; ++i) envmapi_axis_touch(&q, axis, 1, i * ENVMAPI_PI);
-    while (!touches && !banks && envmapi_quadrature_next(&q, &theta, &weight))
-        envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
-    for (int i = 0; i + 1 < q.count && (touches || banks); ++i) {
+    for (int i = 0; i + 1 < q.count; ++i) {
         double from = q.breaks[i], piece = q.breaks[i + 1] - from;
         double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
                               envmapi_axis_squeeze(axis, from + piece));
         double most = (!banks ? 0.9 : touches ? 0.6 : 0.4) * least * fmax(squeeze, 0.25);
+        if (!touches && !banks) most = 0.75 * q.step;
         int pieces = (int)ceil(piece / most);
         piece /= pieces;
         for (int j = 0; j < 6 * pieces; ++j) {
@@ -7083,6 +7087,7 @@ static int envmapi_window_box(double box[2][2], int mapping, int face, const dou
         double wide = round ? ENVMAPI_PI : asin(sine / sin(theta)), phi = atan2(a[1], a[0]);
         double r0 = envmapi_window_disc(mapping, fmax(theta - R, 0));
         double r1 = envmapi_window_disc(mapping, theta + R);
+        if (mapping == ENVMAP_PARABOLOID && r0 > 1 + 4 * border) return 0; /* the other face's */
         envmapi_window_sector(box[0], r0, r1, phi, wide);
         envmapi_window_sector(box[1], r0, r1, phi + ENVMAPI_PI / 2, wide); /* v falls with Y */
         for (int i = 0; i < 4; ++i) box[i / 2][i % 2] = 0.5 + 0.5 * box[i / 2][i % 2];
@@ -8178,7 +8183,12 @@ static void envmapi_near_put(envmapi_window *w, const envmapi_near *s, int n,
             out[3 * t + c] = fixed || before > 0 ? before : 0;
         }
     for (int i = 0; i < 3 * s->turn_count; i += rim ? 3 : 16) {
-        int g = i / 16, count = rim ? 3 : 16;
+        int g = i / 16, count = rim ? 3 : 16, twin = 0;
+        while (rim && at[twin] != at[i / 3]) ++twin;
+        if (rim && 3 * twin < i) { /* a texel in the middle of a disc is its own image */
+            memcpy(out + i, out + 3 * twin, 3 * sizeof *out);
+            continue;
+        }
         if (rim) envmapi_near_reference(sum, w, s, (size_t)at[i / 3]);
         double each = fixed ? unit / s->norm : 1 / ((rim ? sum[3] : w->norms[g][n]) + beyond);
         double share = fixed ? 1 : beyond * each;
