@@ -6109,7 +6109,7 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
     double last = envmapi_cosine(end), low = axis->from - margin - 1e-9;
     double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
     double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
-    double first = envmapi_cosine(low), sine = sin(low), last_sine = end < ENVMAPI_PI ? sin(end) : 0;
+    double first = envmapi_cosine(low), sine = sin(low), last_sine = sin(end);
     double whole_from = core > 0 ? envmapi_cosine(core) : 2; /* between these nothing fades */
     double whole_to = fades ? envmapi_cosine(axis->reach / 2) : -2;
     size_t seen[64];
@@ -6545,7 +6545,7 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
 }
 
 /* Makes a cap of points from a slice and for axes as `of`; without one where they are too many: 52
-   bytes each, 104 MB at most, and 1000 an axis, which take about as long as its rings do. */
+   bytes each, 104 MB at most, and 1000 an axis (GGX: 20 000), which take as long as its rings. */
 static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, double radius,
                                       double axes, double tolerance, envmapi_pool *pool) {
     envmapi_axis axis = *of;
@@ -6557,7 +6557,8 @@ static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, dou
     axis.to = axis.sight = ENVMAPI_PI;
     if (of->lobe->kind == ENVMAP_LOBE_GGX && axis.sigma < axis.texel / 2) axis.sigma = axis.texel;
     if (of->lobe->kind >= ENVMAP_LOBE_FUNCTION) axis.sigma /= 2; /* may have kinks anywhere */
-    size_t most = (size_t)fmin(ENVMAPI_MANY / 2, 1e3 * axes), before = ENVMAPI_MANY - most;
+    axes *= of->lobe->kind == ENVMAP_LOBE_GGX ? 2e4 : 1e3;
+    size_t most = (size_t)fmin(ENVMAPI_MANY / 2, axes), before = ENVMAPI_MANY - most;
     points.count = before, envmapi_axis_patches(&axis, 1, radius); /* which end at MANY */
     size_t n = points.count - before, tiles = n / ENVMAPI_TILE + 1;
     if (n > most) return ENVMAP_OK;
@@ -7468,33 +7469,27 @@ static void envmapi_near_place(float *place, float *apart, const envmapi_window 
     }
 }
 
-/* The squared sines and d omega / du dv of _sines, of maps whose rays p take a root at most. */
+/* As _sines, of a map that has no loop there: p along d, not of length 1. */
 static void envmapi_near_rays(float *sines, float *density, const envmapi_window *w,
                               const envmapi_level *level, const envmapi_knot *u, double v, int n) {
-    const double *a = w->a;
-    double p[3][ENVMAPI_CHUNK], Y = 2 * v - 1;
+    const double *a = w->a, Y = 2 * v - 1, back = w->face ? -0.5 : 0.5;
     int octa = level->mapping == ENVMAP_OCTAHEDRAL, sphere = level->mapping == ENVMAP_SPHERE;
+    int angular = level->mapping == ENVMAP_ANGULAR;
+    double inner = angular ? -1 : octa ? HUGE_VAL : pow(1 - 1.0 / level->edge, 2);
     for (int i = 0; i < n; ++i) {
         double X = 2 * u[i].at - 1, rr = X * X + Y * Y, x = fabs(X), y = fabs(Y);
         double side = (X < 0) == (y > 1) ? 1 : -1, fold = (Y < 0) == (x > 1) ? 1 : -1;
         x = x > 1 ? 2 - x : x, y = y > 1 ? 2 - y : y; /* an edge goes on, turned about its middle */
-        double up = 1 - x - y, root = sphere ? 2 * sqrt(fmax(1 - rr, 0)) : 1;
-        p[0][i] = octa ? side * (up < 0 ? 1 - y : x) : root * X;
-        p[1][i] = octa ? up : -root * Y;
-        p[2][i] = octa ? fold * (up < 0 ? 1 - x : y) : sphere ? 1 - 2 * rr : (1 - rr) / 2;
-        if (level->mapping == ENVMAP_PARABOLOID && w->face) p[2][i] = -p[2][i];
-    }
-    for (int i = 0; i < n; ++i) {
-        double x = a[1] * p[2][i] - a[2] * p[1][i], z = a[0] * p[1][i] - a[1] * p[0][i];
-        double t = a[2] * p[0][i] - a[0] * p[2][i], c = a[0] * p[0][i] + a[1] * p[1][i];
-        double square = p[0][i] * p[0][i] + p[1][i] * p[1][i] + p[2][i] * p[2][i];
-        sines[i] = c + a[2] * p[2][i] > 0 ? (float)((x * x + t * t + z * z) / square) : 2;
+        double root = sphere ? 2 * sqrt(fmax(1 - rr, 0)) : 1, up = 1 - x - y;
+        double p[3] = {root * X, -root * Y, sphere ? 1 - 2 * rr : back * (1 - rr)};
+        if (octa) p[0] = side * (up < 0 ? 1 - y : x), p[1] = up, p[2] = fold * (up < 0 ? 1 - x : y);
+        if (angular) envmapi_direction(p, level->mapping, 0, u[i].at, v);
+        double square = envmapi_dot(p, p), c = a[0] * p[1] - a[1] * p[0];
+        double b = a[2] * p[0] - a[0] * p[2], d = a[1] * p[2] - a[2] * p[1];
+        sines[i] = envmapi_dot(a, p) > 0 ? (float)((b * b + c * c + d * d) / square) : 2;
         density[i] = (float)(sphere ? 16 : 4 / (square * (octa ? sqrt(square) : 1)));
+        if (rr > inner) density[i] = (float)envmapi_window_density(level, u[i].at, v);
     }
-    double inner = pow(1 - 1.0 / level->edge, 2) - Y * Y; /* beside and beyond a rim */
-    for (int i = 0; i < n && !octa; ++i)
-        if (pow(2 * u[i].at - 1, 2) > inner)
-            density[i] = (float)envmapi_window_density(level, u[i].at, v);
 }
 
 /* n nodes along u, from `first` on, at v: the squared sines of their angles from the axis, 2 where
@@ -7523,16 +7518,8 @@ static void envmapi_near_sines(float *sines, float *density, const envmapi_windo
             float square = q + Y * x[i];
             sines[i] = square < 2 ? square - square * square / 4 : 2, density[i] = row;
         }
-    } else if (level->mapping != ENVMAP_ANGULAR) {
-        envmapi_near_rays(sines, density, w, level, w->u + first, v->at, n);
     } else {
-        for (int i = 0; i < n; ++i) {
-            double d[3], u = w->u[first + i].at;
-            envmapi_direction(d, level->mapping, w->face, u, v->at);
-            double c = envmapi_dot(w->a, d);
-            sines[i] = c > 0 ? (float)((1 - c) * (1 + c)) : 2;
-            density[i] = (float)envmapi_window_density(level, u, v->at);
-        }
+        envmapi_near_rays(sines, density, w, level, w->u + first, v->at, n);
     }
 }
 
@@ -8694,7 +8681,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
                                   tolerance, pool);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
-    s->axis.least = s->all ? 6e-4 * tolerance * s->scale : 0; /* as _radius has it for a dark texel */
+    s->axis.least = s->all ? 6e-4 * tolerance * s->scale : 0; /* what _radius lets a dark texel */
     for (int i = 0; i < s->part_count && !result; ++i)
         result = envmapi_near_table(s->parts + i, tolerance, pool);
     s->tasks = envmapi_tasks(&desc->work);

@@ -37,8 +37,8 @@ static int is_time(const finding *f) {
     return f->promise == PROMISE_COST || f->promise == PROMISE_CLIFF;
 }
 
-/* Sharp lobes: axes that look where all of a sphere or an angular map's rim's texels meet are summed
-   one by one, and so are rings and what else has kinks or reaches far; tight tolerances take many
+/* Sharp lobes: axes that look where all of a sphere or an angular map's rim's texels meet are
+   summed one by one, and so are rings and what else has kinks or reaches far; tight tolerances take many
    nodes, and functions on an octahedral map's quadrants. Paraboloids are no exception. */
 static int known_thin_time(const finding *f) {
     int rim = f->w->src_mapping == ENVMAP_SPHERE || f->w->src_mapping == ENVMAP_ANGULAR;
@@ -48,8 +48,8 @@ static int known_thin_time(const finding *f) {
             f->w->lobe == LOBE_RING || f->w->lobe == LOBE_TWO || f->w->tolerance < 1e-4);
 }
 
-/* Where texels are wider than 0.1 rad, lobes below two of them that have kinks or reach far weigh all
-   of them for every axis. */
+/* Where texels are wider than 0.1 rad, lobes below two of them that have kinks or reach far weigh
+   all of them for every axis. */
 static int known_coarse_time(const finding *f) {
     int bell = (f->w->lobe == LOBE_PHONG && f->w->a >= 2) || f->w->lobe == LOBE_GAUSSIAN;
     return is_time(f) && f->extent > 0.1 && f->texels < 2 && !bell;

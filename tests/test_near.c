@@ -503,8 +503,8 @@ static void few_pairs_of_a_sharp_lobe_are_integrated(void) {
 }
 
 /* Works that took 3 to 99 times what the search allows, and take less than it now: axes opposite to
-   a paraboloid's face; a disc's middle, which is its own image; the point where all of a sphere map's
-   rim's texels meet; kinks. */
+   a paraboloid's face; a disc's middle, which is its own image; the point where all of a sphere
+   map's rim's texels meet; kinks. */
 static void thin_lobes_keep_to_their_time(void) {
     static const char *const works[][2] = {
         {"paraboloid:83:1 dst=sphere:54:1 lobe=gaussian:127732.227:0", "checker:0.08:0.42"},
