@@ -6533,7 +6533,7 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
     double end = fmin(reach, axis->sight);
     int rim = envmapi_axis_at_rim(axis, axis->a, end);
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
-    int all = !axis->level.texels; /* of a few texels, to a tolerance: not the definition */
+    int all = !axis->level.texels && (disc || axis->apart > 0.46); /* not for the definition */
     for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
         rings |= (disc || axis->texel > 0.1 || all) && axis->kinks[i] < end;
     rings |= disc && axis->to > 1.5 && axis->to <= end && axis->to < ENVMAPI_PI; /* x^2.4 */

@@ -39,12 +39,12 @@ static int is_time(const finding *f) {
 
 /* Sharp lobes: axes that look where all of a sphere or an angular map's rim's texels meet are
    summed one by one, and so are rings and what else has kinks or reaches far; tight tolerances take many
-   nodes, and functions on an octahedral map's quadrants. Paraboloids are no exception. */
+   nodes, and so do functions and tables on paraboloids and an octahedral map's quadrants. */
 static int known_thin_time(const finding *f) {
     int rim = f->w->src_mapping == ENVMAP_SPHERE || f->w->src_mapping == ENVMAP_ANGULAR;
-    int octahedral = f->w->src_mapping == ENVMAP_OCTAHEDRAL && f->w->lobe >= LOBE_TABLE;
+    int smooth = f->w->src_mapping == ENVMAP_CUBE || f->w->src_mapping == ENVMAP_LATLONG;
     return is_time(f) && f->texels < 2.6 &&
-           (rim || octahedral || f->w->lobe == LOBE_BANKS || f->w->lobe == LOBE_POWER ||
+           (rim || (!smooth && f->w->lobe >= LOBE_TABLE) || f->w->lobe == LOBE_BANKS || f->w->lobe == LOBE_POWER ||
             f->w->lobe == LOBE_RING || f->w->lobe == LOBE_TWO || f->w->tolerance < 1e-4);
 }
 
