@@ -44,8 +44,9 @@ static int known_thin_time(const finding *f) {
     int rim = f->w->src_mapping == ENVMAP_SPHERE || f->w->src_mapping == ENVMAP_ANGULAR;
     int smooth = f->w->src_mapping == ENVMAP_CUBE || f->w->src_mapping == ENVMAP_LATLONG;
     return is_time(f) && f->texels < 2.6 &&
-           (rim || (!smooth && f->w->lobe >= LOBE_TABLE) || f->w->lobe == LOBE_BANKS || f->w->lobe == LOBE_POWER ||
-            f->w->lobe == LOBE_RING || f->w->lobe == LOBE_TWO || f->w->tolerance < 1e-4);
+           (rim || (!smooth && f->w->lobe >= LOBE_TABLE) || f->w->lobe == LOBE_BANKS ||
+            f->w->lobe == LOBE_POWER || f->w->lobe == LOBE_RING || f->w->lobe == LOBE_TWO ||
+            f->w->tolerance < 1e-4);
 }
 
 /* Where texels are wider than 0.1 rad, lobes below two of them that have kinks or reach far weigh
