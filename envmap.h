@@ -5971,9 +5971,8 @@ typedef struct envmapi_source {
     uint32_t *code;        /* [count] face, then the bits of y and x in turn, 2 bits of them */
     uint32_t *place;       /* [count] of the texel in the map */
     int bits;              /* of y and x each */
-    double (*centre)[3];   /* [tiles] unit mean of a tile's texels */
+    double (*centre)[5];   /* [tiles] unit mean of a tile's texels; cosine and sine of its radius */
     size_t *first;         /* [tiles + 1] first texel of a tile */
-    double radius;         /* of the widest tile, rad */
     void *block;           /* the memory of all of the above */
 } envmapi_source;
 
@@ -5995,14 +5994,15 @@ static int envmapi_unzip(uint32_t n, int bits) {
 
 /* A tile has all texels since the last one. */
 static void envmapi_source_tile_ends(envmapi_source *s) {
-    double sum[3] = {0, 0, 0};
+    double sum[3] = {0, 0, 0}, *centre = s->centre[s->tiles], radius = 0;
     for (size_t i = s->first[s->tiles]; i < s->count; ++i)
         sum[0] += s->x[i], sum[1] += s->y[i], sum[2] += s->z[i];
-    envmapi_unit(s->centre[s->tiles], sum);
+    envmapi_unit(centre, sum);
     for (size_t i = s->first[s->tiles]; i < s->count; ++i) {
         double d[3] = {s->x[i], s->y[i], s->z[i]};
-        s->radius = fmax(s->radius, envmapi_angle(d, s->centre[s->tiles]));
+        radius = fmax(radius, envmapi_angle(d, centre));
     }
+    radius = fmin(radius + 1e-6, ENVMAPI_PI), centre[3] = cos(radius), centre[4] = sin(radius);
     s->first[++s->tiles] = s->count;
 }
 
@@ -6030,7 +6030,7 @@ static size_t envmapi_source_room(envmapi_source *s, size_t n, size_t tiles, voi
     bytes += tiles * (sizeof *s->centre + sizeof *s->first) + sizeof *s->first;
     if (!block) return bytes;
     s->x = (double *)block, s->y = s->x + n, s->z = s->y + n, s->w = s->z + n;
-    s->centre = (double(*)[3])(s->w + n);
+    s->centre = (double(*)[5])(s->w + n);
     s->first = (size_t *)(s->centre + tiles), s->first[0] = 0;
     s->code = (uint32_t *)(s->first + tiles + 1), s->place = s->code + n;
     return bytes;
@@ -6128,6 +6128,7 @@ typedef struct envmapi_axis {
     double *light;          /* sum; or, where the level has no texels, [texels] what each counts */
     double sight;           /* rad: integrals end where so little is left of the lobe; to */
     double ease;            /* nodes away from kinks, over what the definition takes */
+    double least;           /* |k| below which a ring is passed by: 0 */
     double apart;           /* rings, eight of them in two texels: less at tight tolerances */
     int touches;            /* they end where one touches a line through texel centres */
     envmapi_points *points; /* NULL, or where the definition's points go instead of being summed */
@@ -6200,15 +6201,19 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
     const envmapi_source *s = axis->source;
     double margin = axis->tent > 0 && !(core > 0) ? 2 * axis->texel : 0;
     double end = axis->to + margin + 1e-9;
-    double last = envmapi_cosine(end), last_tile = envmapi_cosine(end + s->radius + 1e-6);
+    double last = envmapi_cosine(end), low = axis->from - margin - 1e-9;
     double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
     double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
-    double first = envmapi_cosine(axis->from - margin - 1e-9);
-    double first_tile = envmapi_cosine(axis->from - margin - s->radius - 1e-6);
+    double first = envmapi_cosine(low), sine = sin(low), last_sine = sin(end);
+    double whole_from = core > 0 ? envmapi_cosine(core) : 2; /* between these nothing fades */
+    double whole_to = fades ? envmapi_cosine(axis->reach / 2) : -2;
     size_t seen[64];
     for (size_t tile = 0; tile < s->tiles; ++tile) {
         double middle = envmapi_dot(axis->a, s->centre[tile]);
-        if (middle < last_tile || middle > first_tile) continue; /* beyond a ring, or within */
+        double c = s->centre[tile][3], r = s->centre[tile][4]; /* beyond a ring, or within: */
+        if (end < ENVMAPI_PI && last_sine * c + last * r > 0 && middle < last * c - last_sine * r)
+            continue;
+        if (low > 0 && sine * c - first * r > 0 && middle > first * c + sine * r) continue;
         for (size_t next = s->first[tile]; next < s->first[tile + 1];) {
             int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last, first);
             envmapi_k_many(many, x, n, axis->lobe, axis->p); /* together: speed only */
@@ -6216,9 +6221,10 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
                 size_t i = seen[j];
                 double k = x[j] > sharp_to && x[j] <= sharp_from ? envmapi_axis_tent_k(axis, i)
                                                                  : many[j];
-                double step = 1, at = core > 0 || fades ? envmapi_acos(x[j]) : 0;
-                if (core > 0) step = envmapi_smooth_step(at, core / 2, core);
-                if (fades) step *= 1 - envmapi_smooth_step(at, axis->reach / 2, axis->reach);
+                double step = 1, at = x[j] > whole_from || x[j] < whole_to ? envmapi_acos(x[j]) : 0;
+                if (x[j] > whole_from) step = envmapi_smooth_step(at, core / 2, core);
+                if (x[j] < whole_to)
+                    step *= 1 - envmapi_smooth_step(at, axis->reach / 2, axis->reach);
                 if (step > 0) envmapi_axis_add(axis, i, share * step * k);
             }
         }
@@ -6439,13 +6445,13 @@ static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
 /* Adds the mean of the bilinear radiance on a ring, times k: n steps, more where texels are narrow,
    cut where they leave a cell, as the radiance has kinks there, and two nodes of Gauss-Legendre on
    each part, h = its half. */
-static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, double k) {
+static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n, double k) {
     const envmapi_level *level = &axis->level;
     double from = 0, all = 2 * ENVMAPI_PI, to;
     envmapi_circle_at(ring, level, 0);
     while (from < all) {
         envmapi_circle next = *ring, test;
-        double step = all / n * envmapi_axis_narrow(axis, ring->d);
+        double step = fmin(all / n * envmapi_axis_narrow(axis, ring->d), all / 16);
         double close = step * axis->apart * fmin(axis->apart, 1) / 16;
         int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
         for (double low = from; !whole;) {
@@ -6529,16 +6535,19 @@ static void envmapi_axis_touches(envmapi_quadrature *q, const envmapi_axis *axis
 /* Adds the ring at an angle. */
 static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach, double theta,
                                  double weight, const double t[3], const double b[3]) {
-    double k = weight * sin(theta) * envmapi_k(axis->lobe, cos(theta), axis->p);
+    double k = envmapi_k(axis->lobe, cos(theta), axis->p);
+    if (fabs(k) < axis->least) return;
+    k *= weight * sin(theta);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
+    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, axis->ease < 1 ? 0.25 : 0.1);
+    texels /= sqrt(axis->apart);
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
         ring.a[j] = cos(theta) * axis->a[j];
         ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-    envmapi_axis_ring(axis, &ring, (int)fmax(texels, 16), k);
+    envmapi_axis_ring(axis, &ring, texels, k);
 }
 
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
@@ -6552,18 +6561,22 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     double least = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75);
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
-    double t[3], b[3], theta, weight;
+    double t[3], b[3], theta;
+    double finest = axis->sigma / (axis->lobe->kind < ENVMAP_LOBE_FUNCTION ? 2 : 16);
+    int kept = 1;
+    for (int i = 1; i < q.count; ++i) /* a lobe has little within so little of its axis */
+        if (q.breaks[i] > finest || i + 1 == q.count) q.breaks[kept++] = q.breaks[i];
+    if (q.count) q.count = kept;
     envmapi_tangents(t, b, axis->a, NULL);
     if (touches && q.count) envmapi_axis_touches(&q, axis);
     else if (q.count && axis->level.mapping == ENVMAP_LATLONG)
         for (int i = 0; i < 2; ++i) envmapi_axis_touch(&q, axis, 1, i * ENVMAPI_PI);
-    while (!touches && !banks && envmapi_quadrature_next(&q, &theta, &weight))
-        envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
-    for (int i = 0; i + 1 < q.count && (touches || banks); ++i) {
+    for (int i = 0; i + 1 < q.count; ++i) {
         double from = q.breaks[i], piece = q.breaks[i + 1] - from;
         double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
                               envmapi_axis_squeeze(axis, from + piece));
         double most = (!banks ? 0.9 : touches ? 0.6 : 0.4) * least * fmax(squeeze, 0.25);
+        if (!touches && !banks) most = 0.75 * q.step;
         int pieces = (int)ceil(piece / most);
         piece /= pieces;
         for (int j = 0; j < 6 * pieces; ++j) {
@@ -6620,18 +6633,21 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
     double end = fmin(reach, axis->sight);
     int rim = envmapi_axis_at_rim(axis, axis->a, end);
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
+    int all = !axis->level.texels && (disc || axis->apart > 0.46); /* not for the definition */
     for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
-        rings |= (disc || axis->texel > 0.1) && axis->kinks[i] < end;
+        rings |= (disc || axis->texel > 0.1 || all) && axis->kinks[i] < end;
     rings |= disc && axis->to > 1.5 && axis->to <= end && axis->to < ENVMAPI_PI; /* x^2.4 */
+    if (all && axis->lobe->kind != ENVMAP_LOBE_GGX) /* speed only */
+        rings |= axis->texel > 0.1 && axis->sigma < 0.3 * axis->texel;
     if (axis->points || !(rings || rim)) envmapi_axis_patches(axis, share, reach);
     else if (!rings && axis->cap) envmapi_axis_capped(axis, share, reach);
     else envmapi_axis_polar(axis, share, reach);
 }
 
 /* Makes a cap of points from a slice and for axes as `of`; without one where they are too many: 52
-   bytes each, 104 MB at most. */
+   bytes each, 104 MB at most, and 1000 an axis (GGX: 20 000), which take as long as its rings. */
 static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, double radius,
-                                      double tolerance, envmapi_pool *pool) {
+                                      double axes, double tolerance, envmapi_pool *pool) {
     envmapi_axis axis = *of;
     envmapi_points points;
     memset(&points, 0, sizeof points), memset(cap, 0, sizeof *cap);
@@ -6641,9 +6657,11 @@ static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, dou
     axis.to = axis.sight = ENVMAPI_PI;
     if (of->lobe->kind == ENVMAP_LOBE_GGX && axis.sigma < axis.texel / 2) axis.sigma = axis.texel;
     if (of->lobe->kind >= ENVMAP_LOBE_FUNCTION) axis.sigma /= 2; /* may have kinks anywhere */
-    envmapi_axis_patches(&axis, 1, radius);
-    size_t n = points.count, tiles = n / ENVMAPI_TILE + 1;
-    if (n > ENVMAPI_MANY / 2) return ENVMAP_OK;
+    axes *= of->lobe->kind == ENVMAP_LOBE_GGX ? 2e4 : 1e3;
+    size_t most = (size_t)fmin(ENVMAPI_MANY / 2, axes), before = ENVMAPI_MANY - most;
+    points.count = before, envmapi_axis_patches(&axis, 1, radius); /* which end at MANY */
+    size_t n = points.count - before, tiles = n / ENVMAPI_TILE + 1;
+    if (n > most) return ENVMAP_OK;
     void *block = envmapi_pool_get(pool, envmapi_source_room(cap, n, tiles, NULL), 1);
     points.rgb = (float *)envmapi_pool_get(pool, n, 3 * sizeof(float));
     if (!block || !points.rgb) return ENVMAP_ERROR_MEMORY;
@@ -7184,6 +7202,7 @@ static int envmapi_window_box(double box[2][2], int mapping, int face, const dou
         double wide = round ? ENVMAPI_PI : asin(sine / sin(theta)), phi = atan2(a[1], a[0]);
         double r0 = envmapi_window_disc(mapping, fmax(theta - R, 0));
         double r1 = envmapi_window_disc(mapping, theta + R);
+        if (mapping == ENVMAP_PARABOLOID && r0 > 1 + 4 * border) return 0; /* the other face's */
         envmapi_window_sector(box[0], r0, r1, phi, wide);
         envmapi_window_sector(box[1], r0, r1, phi + ENVMAPI_PI / 2, wide); /* v falls with Y */
         for (int i = 0; i < 4; ++i) box[i / 2][i % 2] = 0.5 + 0.5 * box[i / 2][i % 2];
@@ -7569,6 +7588,29 @@ static void envmapi_near_place(float *place, float *apart, const envmapi_window 
     }
 }
 
+/* As _sines, of a map that has no loop there: p along d, not of length 1. */
+static void envmapi_near_rays(float *sines, float *density, const envmapi_window *w,
+                              const envmapi_level *level, const envmapi_knot *u, double v, int n) {
+    const double *a = w->a, Y = 2 * v - 1, back = w->face ? -0.5 : 0.5;
+    int octa = level->mapping == ENVMAP_OCTAHEDRAL, sphere = level->mapping == ENVMAP_SPHERE;
+    int angular = level->mapping == ENVMAP_ANGULAR;
+    double inner = angular ? -1 : octa ? HUGE_VAL : pow(1 - 1.0 / level->edge, 2);
+    for (int i = 0; i < n; ++i) {
+        double X = 2 * u[i].at - 1, rr = X * X + Y * Y, x = fabs(X), y = fabs(Y);
+        double side = (X < 0) == (y > 1) ? 1 : -1, fold = (Y < 0) == (x > 1) ? 1 : -1;
+        x = x > 1 ? 2 - x : x, y = y > 1 ? 2 - y : y; /* an edge goes on, turned about its middle */
+        double root = sphere ? 2 * sqrt(fmax(1 - rr, 0)) : 1, up = 1 - x - y;
+        double p[3] = {root * X, -root * Y, sphere ? 1 - 2 * rr : back * (1 - rr)};
+        if (octa) p[0] = side * (up < 0 ? 1 - y : x), p[1] = up, p[2] = fold * (up < 0 ? 1 - x : y);
+        if (angular) envmapi_direction(p, level->mapping, 0, u[i].at, v);
+        double square = envmapi_dot(p, p), c = a[0] * p[1] - a[1] * p[0];
+        double b = a[2] * p[0] - a[0] * p[2], d = a[1] * p[2] - a[2] * p[1];
+        sines[i] = envmapi_dot(a, p) > 0 ? (float)((b * b + c * c + d * d) / square) : 2;
+        density[i] = (float)(sphere ? 16 : 4 / (square * (octa ? sqrt(square) : 1)));
+        if (rr > inner) density[i] = (float)envmapi_window_density(level, u[i].at, v);
+    }
+}
+
 /* n nodes along u, from `first` on, at v: the squared sines of their angles from the axis, 2 where
    these are obtuse; and d omega / du dv. Loops that a compiler can vectorise. */
 static void envmapi_near_sines(float *sines, float *density, const envmapi_window *w,
@@ -7596,13 +7638,7 @@ static void envmapi_near_sines(float *sines, float *density, const envmapi_windo
             sines[i] = square < 2 ? square - square * square / 4 : 2, density[i] = row;
         }
     } else {
-        for (int i = 0; i < n; ++i) {
-            double d[3], u = w->u[first + i].at;
-            envmapi_direction(d, level->mapping, w->face, u, v->at);
-            double c = envmapi_dot(w->a, d);
-            sines[i] = c > 0 ? (float)((1 - c) * (1 + c)) : 2;
-            density[i] = (float)envmapi_window_density(level, u, v->at);
-        }
+        envmapi_near_rays(sines, density, w, level, w->u + first, v->at, n);
     }
 }
 
@@ -8297,7 +8333,12 @@ static void envmapi_near_put(envmapi_window *w, const envmapi_near *s, int n,
             out[3 * t + c] = fixed || before > 0 ? before : 0;
         }
     for (int i = 0; i < 3 * s->turn_count; i += rim ? 3 : 16) {
-        int g = i / 16, count = rim ? 3 : 16;
+        int g = i / 16, count = rim ? 3 : 16, twin = 0;
+        while (rim && at[twin] != at[i / 3]) ++twin;
+        if (rim && 3 * twin < i) { /* a texel in the middle of a disc is its own image */
+            memcpy(out + i, out + 3 * twin, 3 * sizeof *out);
+            continue;
+        }
         if (rim) envmapi_near_reference(sum, w, s, (size_t)at[i / 3]);
         double each = fixed ? unit / s->norm : 1 / ((rim ? sum[3] : w->norms[g][n]) + beyond);
         double share = fixed ? 1 : beyond * each;
@@ -8710,12 +8751,15 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
                     s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
         s->all = 0;
     /* Functions and tables, and lobes of about a texel of an octahedral map, take more windows than
-       points. Speed only, as is to leave single texels to sums. */
+       points; thin lobes, whose bands are many, take fewer rings than points where texels are few.
+       Speed only, as is to leave single texels to sums. */
     int costs = level->mapping != ENVMAP_CUBE && level->mapping != ENVMAP_LATLONG &&
                 s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION;
     costs |= level->mapping == ENVMAP_OCTAHEDRAL && envmapi_near_few(src) &&
              s->sigma > 0.7 * s->axis.texel;
-    if (declines && s->axis.tent > 0 && (!serves || s->all || costs)) return 0;
+    int few = s->all && s->axis.texel > ENVMAPI_COARSE && s->sigma < 0.03 &&
+              s->axis.lobe->kind != ENVMAP_LOBE_GGX;
+    if (declines && s->axis.tent > 0 && !few && (!serves || s->all || costs)) return 0;
     return serves || s->all;
 }
 
@@ -8759,9 +8803,11 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     double rim = envmapi_axis_rim(&s->axis) + fmin(s->R_bright, 8 * s->sigma);
     if (!result && !s->all && envmapi_axis_rim(&s->axis) > 0 && s->axis.bilinear > 0)
         result = envmapi_axis_cap(&s->axis, &s->cap, rim + fmin(s->R_bright, s->axis.reach),
+                                  (double)envmapi_slice_floats(&s->dst, 0) / 6 * (1 - cos(rim)),
                                   tolerance, pool);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
+    s->axis.least = s->all ? 6e-4 * tolerance * s->scale : 0; /* what _radius lets a dark texel */
     for (int i = 0; i < s->part_count && !result; ++i)
         result = envmapi_near_table(s->parts + i, tolerance, pool);
     s->tasks = envmapi_tasks(&desc->work);

@@ -37,19 +37,23 @@ static int is_time(const finding *f) {
     return f->promise == PROMISE_COST || f->promise == PROMISE_CLIFF;
 }
 
-/* Sharp lobes: axes that look where all of a rim's texels meet go to the reference, and so do rings
-   and what else reaches far; tight tolerances take many nodes, and so do the blend of paraboloids and
-   an octahedral map's quadrants. */
+/* Sharp lobes: axes that look where all of a sphere or an angular map's rim's texels meet are
+   summed one by one, and so are rings and what else has kinks or reaches far; tight tolerances take many
+   nodes, and so do functions and tables on paraboloids and an octahedral map's quadrants. */
 static int known_thin_time(const finding *f) {
+    int rim = f->w->src_mapping == ENVMAP_SPHERE || f->w->src_mapping == ENVMAP_ANGULAR;
     int smooth = f->w->src_mapping == ENVMAP_CUBE || f->w->src_mapping == ENVMAP_LATLONG;
     return is_time(f) && f->texels < 2.6 &&
-           (!smooth || f->w->lobe == LOBE_BANKS || f->w->lobe == LOBE_POWER ||
-            f->w->lobe == LOBE_RING || f->w->lobe == LOBE_TWO || f->w->tolerance < 1e-4);
+           (rim || (!smooth && f->w->lobe >= LOBE_TABLE) || f->w->lobe == LOBE_BANKS ||
+            f->w->lobe == LOBE_POWER || f->w->lobe == LOBE_RING || f->w->lobe == LOBE_TWO ||
+            f->w->tolerance < 1e-4);
 }
 
-/* Lobes below two texels go to sums over all texels where these are wider than 0.1 rad. */
+/* Where texels are wider than 0.1 rad, lobes below two of them that have kinks or reach far weigh
+   all of them for every axis. */
 static int known_coarse_time(const finding *f) {
-    return is_time(f) && f->extent > 0.1 && f->texels < 2;
+    int bell = (f->w->lobe == LOBE_PHONG && f->w->a >= 2) || f->w->lobe == LOBE_GAUSSIAN;
+    return is_time(f) && f->extent > 0.1 && f->texels < 2 && !bell;
 }
 
 /* Kinked lobes on sources half as coarse, where slices have lights of their own. */
