@@ -8907,8 +8907,12 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
        nine directions of a texel; what a tile has for all turns   _lane, _light, _task_banks_tile
        which of a tile's texels a ring sees, k of these, and L_i   _ring_of, _weigh, _apply
        slices at p and -p see opposite rings                       _put
-   Where the bilinear radiance counts (w < 2 texels), where texels fold or are long, and below a
-   tolerance of 1e-4, >>reference says what texels count for an axis:
+   Where the bilinear radiance counts (w < 2 texels), a cube's is a sum of hats about its texels and
+   about nodes on its edges. One is a triangle along u times one along v, and t is nearly linear
+   over it; so k integrated four times, F, has the sum over it in closed form:
+       sum_ij c_i d_j F(t_ij), t_ij at corners, c and d second differences   _hat, _hats, _fourth
+   Of other maps, where texels fold, and below a tolerance of 1e-4, >>reference says what texels
+   count for an axis:
        once for all images of that axis                            _task_banks_thin
    Called by sharp before >>near.  Source: ours.  Tests: tests/test_banks.c. */
 
@@ -8916,9 +8920,11 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
 #define ENVMAPI_BANKS_ROUND 64 /* axes at a time, too */
 
 /* 4 x 4 texels: their middle, and of each its own from there, what its direction grows by to the
-   outermost places along u and v, and half of second derivatives: uu, uv (whole), vv. */
+   outermost places (of a hat: a texel) along u and v, and half of second derivatives: uu, uv
+   (whole), vv. Of a hat also, along u and v: its corners, as envmapi_banks_corners; how its weight
+   grows, over its weight. */
 typedef struct envmapi_banks_block {
-    float d[6][3][16], weight[16];
+    float d[6][3][16], weight[16], corner[2][3][3][16], slope[2][16];
     double centre[3], reach; /* rad, to the farthest place; 0: no texels */
 } envmapi_banks_block;
 
@@ -8947,32 +8953,93 @@ typedef struct envmapi_banks {
     float *sums;                                          /* [slice][axis][groups][16] */
     double *light;                                        /* weights of texels, of each task */
     int count, slice, slices, first, across, down, tasks; /* count: of axes */
-    double width, thin;                                   /* w; share of _task_banks_thin */
-    int whole;                                            /* that takes tents, too */
+    int hats;                                             /* of nodes: the bilinear radiance */
+    int whole, weighs;   /* _task_banks_thin has all; or the bilinear radiance */
+    double width, share; /* w; of what is being summed */
 } envmapi_banks;
 
-/* Texel (x,y), lane `lane` of a block: a parabola through nine directions. */
+/* Hats along u or v: of a texel, of one beside an edge, of a node on the edge. Each is a triangle
+   with two ends and a peak: where they are, in texels; how far they move in t where t bends, in
+   parts of its uu (or vv); how far where the weight grows, in parts of t's slope times the growth.
+   So moved, the triangle has the mean, the variance and the third moment (on the edge not this) of
+   t over the weighted hat, to first order. */
+static const float envmapi_banks_corners[3][3][3] = {
+    {{-1, 0.75f, 1 / 12.0f}, {1, 0.75f, 1 / 12.0f}, {0, -1, 1 / 3.0f}},
+    {{-0.5f, 1 / 3.0f, -1 / 36.0f}, {1, 35 / 48.0f, 13 / 144.0f}, {0, -11 / 16.0f, 11 / 48.0f}},
+    {{-1 / 32.0f, -0.0375f, 0.0125f}, {0.5f, 0.2f, 1 / 60.0f}, {1 / 32.0f, -0.0375f, 0.0125f}}};
+
+/* The hat of texel `at` of n along u (i 0) or v; -1 and n: of a node on the edge. */
+static void envmapi_banks_hat(envmapi_banks_block *block, int i, int lane, int at, int n) {
+    int last = at >= n - 1, kind = at < 0 || at >= n ? 2 : at == 0 || last;
+    for (int k = 0; k < 9; ++k) {
+        float moved = envmapi_banks_corners[kind][k / 3][k % 3];
+        block->corner[i][k / 3][k % 3][lane] = last && k % 3 == 0 ? -moved : moved;
+    }
+}
+
+/* A node's place along an edge of n texels, in [0,1]. ends: of a piece as long as its hat's area,
+   about the hat's mean; so the piece has the hat's solid angle. */
+static double envmapi_banks_share(double ends[2], int at, int n) {
+    double place = envmapi_clamp(at + 0.5, 0, n), from = envmapi_clamp(at - 0.5, 0, n);
+    double to = envmapi_clamp(at + 1.5, 0, n), middle = (from + place + to) / 3;
+    ends[0] = (middle - (to - from) / 4) / n, ends[1] = (middle + (to - from) / 4) / n;
+    return place / n;
+}
+
+/* Texel (x,y), lane `lane` of a block, or a node of the bilinear radiance: a parabola through nine
+   directions. A hat has the variance 1/6, so over it a slope is that between -1/sqrt 2 and 1/sqrt 2,
+   also where t has a third derivative. */
 static void envmapi_banks_lane(envmapi_banks_block *block, const envmapi_banks *h, int face, int x,
                                int y, int lane) {
     const envmapi_level *level = &h->pair.axis.level;
-    double at[2], p[9][3], last = h->pair.axis.tent * envmapi_tent[3][3][0], w;
-    if (x >= level->width || y >= level->edge) return;
-    if (!((w = envmapi_texel_cell(at, level->mapping, level->edge, x, y)) > 0)) return;
-    for (int i = 0; i < 9; ++i)
-        envmapi_direction(p[i], level->mapping, face, at[0] + (i % 3 - 1) * last / level->width,
-                          at[1] + (i / 3 - 1) * last / level->edge);
-    block->weight[lane] = (float)(w * (1 - h->pair.axis.bilinear));
-    for (int c = 0; c < 3; ++c) {
-        const double d[6] = {p[4][c] - block->centre[c],
-                             (p[5][c] - p[3][c]) / 2,
-                             (p[7][c] - p[1][c]) / 2,
-                             (p[5][c] + p[3][c]) / 2 - p[4][c],
-                             (p[8][c] - p[6][c] - p[2][c] + p[0][c]) / 4,
-                             (p[7][c] + p[1][c]) / 2 - p[4][c]};
-        for (int i = 0; i < 6; ++i) block->d[i][c][lane] = (float)d[i];
-        for (int i = 0; i < 9; ++i) /* chords of less than a radian, of a coordinate */
-            block->reach = fmax(block->reach, 1.8 * fabs(p[i][c] - block->centre[c]));
+    int mapping = level->mapping, wide = level->width, high = level->edge;
+    double at[2], u[2], v[2], p[9][3], d[6][3], one[3], two[3], w;
+    double step = h->hats ? sqrt(0.5) : h->pair.axis.tent * envmapi_tent[3][3][0];
+    if (x >= wide + h->hats || y >= high + h->hats) return;
+    if (h->hats) {
+        at[0] = envmapi_banks_share(u, x, wide), at[1] = envmapi_banks_share(v, y, high);
+        w = envmapi_cell(NULL, mapping, u[0], v[0], u[1], v[1]);
+    } else {
+        w = envmapi_texel_cell(at, mapping, high, x, y);
     }
+    if (!(w > 0)) return;
+    block->weight[lane] = (float)(w * h->share);
+    for (int i = 0; i < 9; ++i)
+        envmapi_direction(p[i], mapping, face, at[0] + (i % 3 - 1) * step / wide,
+                          at[1] + (i / 3 - 1) * step / high);
+    if (!h->hats) step = 1; /* their places are the unit */
+    for (int c = 0; c < 3; ++c) {
+        d[0][c] = p[4][c] - block->centre[c];
+        d[1][c] = (p[5][c] - p[3][c]) / (2 * step), d[2][c] = (p[7][c] - p[1][c]) / (2 * step);
+        d[3][c] = ((p[5][c] + p[3][c]) / 2 - p[4][c]) / (step * step);
+        d[4][c] = (p[8][c] - p[6][c] - p[2][c] + p[0][c]) / (4 * step * step);
+        d[5][c] = ((p[7][c] + p[1][c]) / 2 - p[4][c]) / (step * step);
+        for (int i = 0; i < 6; ++i) block->d[i][c][lane] = (float)d[i][c];
+        for (int i = 0; i < 9; ++i) /* chords of less than a radian, of a coordinate */
+            block->reach = fmax(block->reach, 1.8 / step * fabs(p[i][c] - block->centre[c]));
+    }
+    if (!h->hats) return;
+    envmapi_banks_hat(block, 0, lane, x, wide), envmapi_banks_hat(block, 1, lane, y, high);
+    envmapi_cross(one, d[1], d[2]), w = envmapi_dot(p[4], one);
+    for (int i = 0; i < 2; ++i) { /* of p . (dp/du x dp/dv), the density */
+        envmapi_cross(one, d[3 + i], d[2]), envmapi_cross(two, d[1], d[4 + i]);
+        double slope = (i ? 1 : 2) * envmapi_dot(p[4], one);
+        block->slope[i][lane] = (float)((slope + (i ? 2 : 1) * envmapi_dot(p[4], two)) / w);
+    }
+}
+
+/* L of a texel, or of a node on a cube's edge. */
+static void envmapi_banks_node(float out[3], const envmapi_near *s, int face, int x, int y) {
+    const envmapi_level *level = &s->axis.level;
+    int n = level->edge;
+    double rgb[3] = {0, 0, 0}, u = envmapi_clamp((x + 0.5) / n, 0, 1);
+    if (level->mapping != ENVMAP_CUBE || (x >= 0 && x < n && y >= 0 && y < n)) {
+        envmapi_near_texel(out, s, face, x, y);
+        return;
+    }
+    envmapi_add_bilinear(rgb, level, face, u, envmapi_clamp((y + 0.5) / n, 0, 1), 1);
+    for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
+    if (s->exponent) envmapi_floats_scale(out, out, 3, -s->exponent);
 }
 
 /* L of all turns of a tile's texels. */
@@ -8983,9 +9050,9 @@ static void envmapi_banks_light(envmapi_banks_tile *tile, const envmapi_near *s,
         for (int n = 0; n < 256; ++n) {
             int x = x0 + n / 16 % 4 * 4 + n % 4, y = y0 + n / 64 * 4 + n / 4 % 4;
             float rgb[3];
-            if (x >= s->axis.level.width || y >= s->axis.level.edge) continue;
-            envmapi_near_texel(rgb, s, to->face, to->x0 + to->xx * x + to->xy * y,
-                               to->y0 + to->yx * x + to->yy * y);
+            int X = to->x0 + to->xx * x + to->xy * y, Y = to->y0 + to->yx * x + to->yy * y;
+            if (!(tile->blocks[n / 16].weight[n % 16] > 0)) continue;
+            envmapi_banks_node(rgb, s, to->face, X, Y);
             for (int c = 0; c < 3; ++c) tile->rgb[(3 * t + c) / 16][n][(3 * t + c) % 16] = rgb[c];
         }
     }
@@ -8996,7 +9063,7 @@ static void envmapi_task_banks_tile(void *context, int task) {
     const envmapi_level *level = &h->pair.axis.level;
     envmapi_banks_tile *tile = h->tiles + task;
     int i = h->first + task, face = i / (h->across * h->down);
-    int x0 = i % h->across * 16, y0 = i / h->across % h->down * 16;
+    int x0 = i % h->across * 16 - h->hats, y0 = i / h->across % h->down * 16 - h->hats;
     memset(tile, 0, sizeof *tile);
     if (face >= envmap_faces(level->mapping)) return;
     for (int n = 0; n < 16; ++n) {
@@ -9015,34 +9082,47 @@ static void envmapi_task_banks_tile(void *context, int task) {
     envmapi_banks_light(tile, &h->pair, face, x0, y0);
 }
 
-/* K of a block's texels. off: cos A - cos theta of its middle. */
-ENVMAPI_INLINE void envmapi_banks_weigh(float K[16], const envmapi_banks_block *block,
-                                        const envmapi_banks_ring *ring, const float a[3], float off,
-                                        int places) {
-    const float cosine = (float)ring->cosine,
-                inner = (float)(envmapi_tent[3][2][0] / envmapi_tent[3][3][0]);
-    const float at[4] = {-1, -inner, inner, 1};
-    const float weight[2] = {(float)envmapi_tent[3][0][1], (float)envmapi_tent[3][1][1]};
+/* t over a block's texels: of their middles, u, v, uu, uv, vv. off: cos A - cos theta of the
+   block's middle. */
+ENVMAPI_INLINE void envmapi_banks_form(float t[6][16], const envmapi_banks_block *block,
+                                       const envmapi_banks_ring *ring, const float a[3],
+                                       float off) {
+    const float cosine = (float)ring->cosine;
     for (int l = 0; l < 16; ++l) {
         float g[6];
         for (int i = 0; i < 6; ++i)
             g[i] = a[0] * block->d[i][0][l] + a[1] * block->d[i][1][l] + a[2] * block->d[i][2][l];
-        float beyond = off - g[0], x = cosine - beyond, square = 1 + 1e-12f - x * x, r, k = 0;
+        float beyond = off - g[0], x = cosine - beyond, square = 1 + 1e-12f - x * x, r;
         uint32_t bits; /* r = 1 / sin theta, as _inverse_root */
         memcpy(&bits, &square, sizeof bits);
         bits = 0x5F3759DF - (bits >> 1);
         memcpy(&r, &bits, sizeof r);
         for (int n = 0; n < 2; ++n) r *= 1.5f - 0.5f * square * r * r;
-        float t = beyond / (square * r + ring->sine) * ring->inverse, u = t * t;
-        float grows = -0.5f * ring->inverse * (1 + u * ring->square) * r; /* t of cos theta */
+        float middle = beyond / (square * r + ring->sine) * ring->inverse;
+        float grows = -0.5f * ring->inverse * (1 + middle * middle * ring->square) * r;
         x *= r * r; /* theta bends by its slope, too */
-        float uu = grows * (g[3] + 0.5f * x * g[1] * g[1]), uv = grows * (g[4] + x * g[1] * g[2]);
-        float vv = grows * (g[5] + 0.5f * x * g[2] * g[2]), up = grows * g[1], vp = grows * g[2];
+        t[0][l] = middle, t[1][l] = grows * g[1], t[2][l] = grows * g[2];
+        t[3][l] = grows * (g[3] + 0.5f * x * g[1] * g[1]);
+        t[4][l] = grows * (g[4] + x * g[1] * g[2]);
+        t[5][l] = grows * (g[5] + 0.5f * x * g[2] * g[2]);
+    }
+}
+
+/* K of a block's texels, or their tents. */
+ENVMAPI_INLINE void envmapi_banks_weigh(float K[16], const float t[6][16],
+                                        const envmapi_banks_block *block, float square,
+                                        int places) {
+    const float inner = (float)(envmapi_tent[3][2][0] / envmapi_tent[3][3][0]);
+    const float at[4] = {-1, -inner, inner, 1};
+    const float weight[2] = {(float)envmapi_tent[3][0][1], (float)envmapi_tent[3][1][1]};
+    for (int l = 0; l < 16; ++l) {
+        float u = t[0][l] * t[0][l], k = 0;
         if (places)
             for (int j = 0; j < 4; ++j) {
-                float base = t + at[j] * (vp + at[j] * vv), slope = up + at[j] * uv;
+                float base = t[0][l] + at[j] * (t[2][l] + at[j] * t[5][l]);
+                float slope = t[1][l] + at[j] * t[4][l];
                 for (int i = 0; i < 2; ++i) { /* at both ends */
-                    float middle = base + at[i] * at[i] * uu, step = at[i] * slope;
+                    float middle = base + at[i] * at[i] * t[3][l], step = at[i] * slope;
                     float one = middle - step, two = middle + step;
                     one = 1 - one * one, two = 1 - two * two;
                     one = one > 0 ? one : 0, two = two > 0 ? two : 0;
@@ -9050,23 +9130,78 @@ ENVMAPI_INLINE void envmapi_banks_weigh(float K[16], const envmapi_banks_block *
                 }
             }
         else k = u < 1 ? 1 - u : 0;
-        u = ring->square * (u < 1 ? u : 1);
+        u = square * (u < 1 ? u : 1);
         K[l] = block->weight[l] * k * (1 - u * (1 - u));
     }
 }
 
-/* sums += K times the images of a tile's texels. */
+/* k integrated four times, k = 1 - z^2 where that is positive. */
+ENVMAPI_INLINE float envmapi_banks_fourth(float z) {
+    float a = fabsf(z), within = a < 1 ? a : 1, u = within * within;
+    a -= within; /* a cubic from there on */
+    return 1 / 72.0f + u * (1 / 8.0f + u * (1 / 24.0f - u * (1 / 360.0f))) +
+           a * (0.4f + a * (1 / 3.0f + a * (1 / 9.0f)));
+}
+
+ENVMAPI_INLINE float envmapi_banks_clamp(float x, float most) {
+    return x > most ? most : x < -most ? -most : x;
+}
+
+/* K of a block's hats. t over a weighted hat is taken for the sum of two that are independent, of
+   triangles along u and along v with corners z; uv only adds to their third moments. */
+static void envmapi_banks_hats(float K[16], const float t[6][16], const envmapi_banks_block *block,
+                               float square) {
+    float z[2][3][16], bend[2][3][16], sum[16] = {0};
+    for (int l = 0; l < 16; ++l) {
+        float u = t[1][l], v = t[2][l], least = 0.04f * (1 + fabsf(u) + fabsf(v));
+        float skew = 2.5f * u * v / (u * u + v * v + 1e-9f) * t[4][l]; /* of both */
+        for (int i = 0; i < 2; ++i) {
+            float by = i ? v : u, bent = t[3 + 2 * i][l], grows = by * block->slope[i][l], c[3];
+            float wide = fabsf(by) > least ? by : by < 0 ? -least : least; /* digits go below */
+            float mean = (block->corner[i][0][0][l] + block->corner[i][1][0][l] +
+                          block->corner[i][2][0][l]) /
+                         3;
+            float most = 0.2f * fabsf(wide); /* corners keep their order */
+            float part = -block->corner[i][2][1][l] * envmapi_banks_clamp(skew, most) / 3;
+            for (int k = 0; k < 3; ++k) {
+                float off = bent * block->corner[i][k][1][l] + grows * block->corner[i][k][2][l];
+                off = envmapi_banks_clamp(off + (k < 2 ? part : -2 * part), most);
+                c[k] = mean * (by - wide) + wide * block->corner[i][k][0][l] + off;
+            }
+            bend[i][0][l] = 2 / ((c[0] - c[1]) * (c[0] - c[2]));
+            bend[i][1][l] = 2 / ((c[1] - c[0]) * (c[1] - c[2]));
+            bend[i][2][l] = -bend[i][0][l] - bend[i][1][l];
+            for (int k = 0; k < 3; ++k) z[i][k][l] = c[k];
+        }
+    }
+    for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i)
+            for (int l = 0; l < 16; ++l)
+                sum[l] += bend[0][i][l] * bend[1][j][l] *
+                          envmapi_banks_fourth(t[0][l] + z[0][i][l] + z[1][j][l]);
+    for (int l = 0; l < 16; ++l) {
+        float reach = fabsf(z[0][0][l]) + fabsf(z[1][0][l]),
+              other = fabsf(z[0][1][l]) + fabsf(z[1][1][l]);
+        reach = reach > other ? reach : other;
+        K[l] = fabsf(t[0][l]) < 1 + reach ? sum[l] * block->weight[l] * (1 - 0.2f * square) : 0;
+    }
+}
+
+/* sums += K times the images of a tile's texels. shape: 0, or 1 for tents, 2 for hats. */
 static void envmapi_banks_apply(float *sums, const envmapi_banks_tile *tile,
-                                const envmapi_banks_ring *ring, const double axis[3], int places,
+                                const envmapi_banks_ring *ring, const double axis[3], int shape,
                                 int groups) {
     int count = 0;
     short at[272];
-    float k[272], K[16], a[3] = {(float)axis[0], (float)axis[1], (float)axis[2]};
+    float k[272], K[16], t[6][16], a[3] = {(float)axis[0], (float)axis[1], (float)axis[2]};
     for (int n = 0; n < 16; ++n) {
         double x = envmapi_dot(axis, tile->blocks[n].centre);
         if (!(x > ring->limits[n][0] && x < ring->limits[n][1])) continue;
-        if (places) envmapi_banks_weigh(K, tile->blocks + n, ring, a, (float)(ring->cosine - x), 1);
-        else envmapi_banks_weigh(K, tile->blocks + n, ring, a, (float)(ring->cosine - x), 0);
+        const envmapi_banks_block *block = tile->blocks + n;
+        envmapi_banks_form(t, block, ring, a, (float)(ring->cosine - x));
+        if (shape == 0) envmapi_banks_weigh(K, t, block, ring->square, 0);
+        else if (shape == 1) envmapi_banks_weigh(K, t, block, ring->square, 1);
+        else envmapi_banks_hats(K, t, block, ring->square);
         for (int l = 0; l < 16; ++l)
             at[count] = (short)(16 * n + l), k[count] = K[l], count += K[l] > 0;
     }
@@ -9113,7 +9248,7 @@ static void envmapi_task_banks(void *context, int task) {
             double x = envmapi_dot(a, tile->middle);
             if (x > ring.limits[16][0] && x < ring.limits[16][1])
                 envmapi_banks_apply(h->sums + (size_t)i * (size_t)(16 * groups), tile, &ring, a,
-                                    h->pair.axis.tent > 0, groups);
+                                    h->hats ? 2 : h->pair.axis.tent > 0, groups);
         }
     }
 }
@@ -9137,7 +9272,7 @@ static void envmapi_task_banks_thin(void *context, int task) {
         axis.kink_count = envmapi_lobe_kinks(axis.kinks, axis.lobe, axis.p);
         axis.reach = axis.sight = axis.to;
         if (h->whole) envmapi_axis_filter(&axis, NULL);
-        else envmapi_axis_polar(&axis, axis.bilinear, axis.to);
+        else envmapi_axis_polar(&axis, h->share, axis.to);
         for (size_t j = 0; j < n; ++j) {
             double k = axis.light[j] / s->scale;
             if (!(k > 0)) continue;
@@ -9213,33 +9348,49 @@ static envmap_result envmapi_banks_create(envmapi_banks *h, envmapi_pool *pool) 
     size_t numbers = (size_t)h->slices * (size_t)h->count * 16 * groups;
     h->sums = (float *)envmapi_pool_get(pool, numbers, sizeof(float));
     h->tiles = (envmapi_banks_tile *)envmapi_pool_get(pool, ENVMAPI_BANKS_TILES, sizeof *h->tiles);
-    if (h->thin > 0)
+    if (h->weighs)
         h->light = (double *)envmapi_pool_get(
             pool,
             (size_t)h->tasks *
                 (size_t)(envmap_faces(pair->axis.level.mapping) * pair->axis.level.edge) *
                 (size_t)pair->axis.level.width,
             sizeof *h->light);
-    if (!h->axes || !h->sums || !h->tiles || (!h->light && h->thin > 0)) return ENVMAP_ERROR_MEMORY;
+    if (!h->axes || !h->sums || !h->tiles || (!h->light && h->weighs)) return ENVMAP_ERROR_MEMORY;
     memset(h->sums, 0, numbers * sizeof(float));
     return ENVMAP_OK;
 }
 
-/* Tiles, some at a time, for all axes of all slices; then axes. */
-static envmap_result envmapi_banks_run(envmapi_banks *h, const envmap_work *work) {
+/* Tiles, some at a time, for all axes of all slices. */
+static envmap_result envmapi_banks_tiles(envmapi_banks *h, const envmap_work *work) {
     const envmapi_level *level = &h->pair.axis.level;
-    h->across = (level->width + 15) / 16, h->down = (level->edge + 15) / 16;
-    int tiles = envmap_faces(level->mapping) * h->across * h->down, axes = h->slices * h->count;
-    for (h->first = 0; h->first < tiles && h->thin < 1; h->first += ENVMAPI_BANKS_TILES) {
-        if (envmapi_tell(&work->progress, (1 - h->thin) * h->first / tiles))
-            return ENVMAP_CANCELLED;
+    h->across = (level->width + 2 * h->hats + 15) / 16;
+    h->down = (level->edge + 2 * h->hats + 15) / 16;
+    int tiles = envmap_faces(level->mapping) * h->across * h->down;
+    for (h->first = 0; h->first < tiles; h->first += ENVMAPI_BANKS_TILES) {
+        if (envmapi_tell(&work->progress, (double)h->first / tiles)) return ENVMAP_CANCELLED;
         envmapi_run_all(work, envmapi_task_banks_tile, h, ENVMAPI_BANKS_TILES);
         envmapi_run_all(work, envmapi_task_banks, h, h->tasks);
     }
-    for (h->first = 0; h->first < axes && h->thin > 0; h->first += ENVMAPI_BANKS_ROUND) {
-        if (envmapi_tell(&work->progress, 1 - h->thin + h->thin * h->first / axes))
-            return ENVMAP_CANCELLED;
-        envmapi_run_all(work, envmapi_task_banks_thin, h, h->tasks);
+    return ENVMAP_OK;
+}
+
+/* Texels or tents, then hats; or axes as >>reference has them. */
+static envmap_result envmapi_banks_run(envmapi_banks *h, const envmap_work *work) {
+    int axes = h->slices * h->count;
+    double bilinear = h->whole ? 1 : h->pair.axis.bilinear;
+    envmapi_part part;
+    envmap_work one = envmapi_work_part(&part, work, 0, 1, 2);
+    envmap_result result = ENVMAP_OK;
+    h->share = 1 - bilinear;
+    if (bilinear < 1) result = envmapi_banks_tiles(h, bilinear > 0 ? &one : work);
+    if (result || !(bilinear > 0)) return result;
+    if (bilinear < 1) one = envmapi_work_part(&part, work, 1, 1, 2);
+    else one = *work;
+    h->share = bilinear, h->hats = !h->weighs;
+    if (h->hats) return envmapi_banks_tiles(h, &one);
+    for (h->first = 0; h->first < axes; h->first += ENVMAPI_BANKS_ROUND) {
+        if (envmapi_tell(&one.progress, (double)h->first / axes)) return ENVMAP_CANCELLED;
+        envmapi_run_all(&one, envmapi_task_banks_thin, h, h->tasks);
     }
     return ENVMAP_OK;
 }
@@ -9268,7 +9419,7 @@ static envmap_result envmapi_filter_banks(envmap *dst, const envmap *src, int fi
     int folds = src->mapping != ENVMAP_CUBE && src->mapping != ENVMAP_LATLONG &&
                 src->mapping != ENVMAP_PARABOLOID; /* or has a rim where texels meet */
     h->whole = tolerance < 0.99e-4 || (folds && pair->axis.tent > 0);
-    h->thin = h->whole ? 1 : pair->axis.bilinear;
+    h->weighs = h->whole || (src->mapping != ENVMAP_CUBE && pair->axis.bilinear > 0);
     envmap_result result = ENVMAP_OK;
     memset(&source, 0, sizeof source);
     if (h->whole)
