@@ -8987,8 +8987,8 @@ static double envmapi_banks_share(double ends[2], int at, int n) {
 }
 
 /* Texel (x,y), lane `lane` of a block, or a node of the bilinear radiance: a parabola through nine
-   directions. A hat has the variance 1/6, so over it a slope is that between -1/sqrt 2 and 1/sqrt 2,
-   also where t has a third derivative. */
+   directions. Those of a hat are sqrt(1/2) away, so slopes are the mean ones over it, also where t
+   has a third derivative. */
 static void envmapi_banks_lane(envmapi_banks_block *block, const envmapi_banks *h, int face, int x,
                                int y, int lane) {
     const envmapi_level *level = &h->pair.axis.level;
@@ -9109,7 +9109,7 @@ ENVMAPI_INLINE void envmapi_banks_form(float t[6][16], const envmapi_banks_block
 }
 
 /* K of a block's texels, or their tents. */
-ENVMAPI_INLINE void envmapi_banks_weigh(float K[16], const float t[6][16],
+ENVMAPI_INLINE void envmapi_banks_weigh(float K[16], float t[6][16],
                                         const envmapi_banks_block *block, float square,
                                         int places) {
     const float inner = (float)(envmapi_tent[3][2][0] / envmapi_tent[3][3][0]);
@@ -9149,7 +9149,7 @@ ENVMAPI_INLINE float envmapi_banks_clamp(float x, float most) {
 
 /* K of a block's hats. t over a weighted hat is taken for the sum of two that are independent, of
    triangles along u and along v with corners z; uv only adds to their third moments. */
-static void envmapi_banks_hats(float K[16], const float t[6][16], const envmapi_banks_block *block,
+static void envmapi_banks_hats(float K[16], float t[6][16], const envmapi_banks_block *block,
                                float square) {
     float z[2][3][16], bend[2][3][16], sum[16] = {0};
     for (int l = 0; l < 16; ++l) {
