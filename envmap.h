@@ -6539,7 +6539,8 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     if (fabs(k) < axis->least) return;
     k *= weight * sin(theta);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, axis->ease < 1 ? 0.25 : 0.1);
+    int loose = axis->ease < 1 && !axis->touches;
+    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, loose ? 0.25 : 0.1);
     texels /= sqrt(axis->apart);
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
