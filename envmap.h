@@ -84,6 +84,7 @@
      >>pfm           read and write float pictures
      >>mips          levels weighted by solid angle; level of a footprint, and probes along it
      >>lobes         mirror, diffuse, Phong, Gaussian, GGX, Banks, callback, table
+     >>splines       quintic B-splines, and what grids lose
      >>rings         points anywhere on the sphere <-> spherical harmonics
      >>lights        texels that are summed by themselves, for every axis
      >>transform     texels <-> spherical harmonics, the only way there is
@@ -3522,30 +3523,15 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
     return p0 + (p1 - p0) * (k + 0.5) / n;
 }
 
-/* ------------------------------------------------------------------------------------ >>rings --
-   Points of light <-> rings <-> a_lm: the only spherical harmonic transform here.
-     in     points d_i with values e_i, or coefficients      out    a_lm, or values at points
-       a_lm = sum_i e_i Y_lm(d_i)     and its adjoint     e_i = sum_lm lambda_l a_lm Y_lm(d_i)
-   There are M rings of 2M samples, theta_j = (j+1/2) pi/M, phi_k = k pi/M:
-       spread        each point on 6 x 6 samples by quintic B-splines, the adjoint of interpolation
-                     _rings_spread, _rings_interpolate
-       in phi        FFT, and divide by the spline's response, (66 + 52 cos w + 2 cos 2w)/120 for
-                     w = pi m/M     _fft, _rings_unpack, _rings_pack
-       in theta      solve (1, 26, 66, 26, 1)/120 c = f; ring -1 is ring 0 half a turn on: (-1)^m
-                     _rings_solve
-       Legendre      a_lm = sum_j P_lm(theta_j) F_m(theta_j)
-                     _legendre_analyse, _legendre_synthesise
-   and back by the same steps in reverse order. Spline and FFT are never inverted approximately, so
-   all that is lost is what a spline loses of a wave of f cycles a sample, about 2.4 f^6
-   (_spline_error), and the bands left out. Four channels: RGB and solid angle.
-   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre.
-   Samples are floats, whose rounding stays where it is. That of F_m goes around: between the FFT
-   and the sums they are integers in the place of the samples, of 2^-31 of the sum of a ring, or of
-   the largest F_m of its m on the way back (_units).
-   Used by >>transform.  Source [Swarztrauber79] for e and o; splines [Unser91].
-   Tests: tests/test_harmonics.c. */
-
-/* ---- splines */
+/* ---------------------------------------------------------------------------------- >>splines --
+   Quintic B-splines, by which grids are interpolated, and what a grid loses.
+     in     places between samples      out    weights of six samples; errors of waves and bands
+       B(x) = sum_k (-1)^k (6 over k) max(x - k, 0)^5 / 120
+       weights at two places            _splines, _splines_four
+       (1, 26, 66, 26, 1)/120 c = f, for the coefficients c of samples f       _spline_factor
+       what is lost of a wave, of a band; how wide a grid may be
+                                        _spline_error, _band_error, _widest_spacing
+   Used by >>rings, >>transform and >>fast.  Source [Unser91].  Tests: tests/test_harmonics.c. */
 
 /* w = sum_i powers[i] x^(5-i), by Horner's rule. */
 ENVMAPI_INLINE void envmapi_powers(envmapi_float16 *w, const float powers[6][16],
@@ -3635,7 +3621,28 @@ static void envmapi_spline_factor(double (*factors)[3], int n, double first, dou
     }
 }
 
-/* ---- rings */
+/* ------------------------------------------------------------------------------------ >>rings --
+   Points of light <-> rings <-> a_lm: the only spherical harmonic transform here.
+     in     points d_i with values e_i, or coefficients      out    a_lm, or values at points
+       a_lm = sum_i e_i Y_lm(d_i)     and its adjoint     e_i = sum_lm lambda_l a_lm Y_lm(d_i)
+   There are M rings of 2M samples, theta_j = (j+1/2) pi/M, phi_k = k pi/M:
+       spread        each point on 6 x 6 samples by quintic B-splines, the adjoint of interpolation
+                     _rings_spread, _rings_interpolate
+       in phi        FFT, and divide by the spline's response, (66 + 52 cos w + 2 cos 2w)/120 for
+                     w = pi m/M     _fft, _rings_unpack, _rings_pack
+       in theta      solve (1, 26, 66, 26, 1)/120 c = f; ring -1 is ring 0 half a turn on: (-1)^m
+                     _rings_solve
+       Legendre      a_lm = sum_j P_lm(theta_j) F_m(theta_j)
+                     _legendre_analyse, _legendre_synthesise
+   and back by the same steps in reverse order. Spline and FFT are never inverted approximately, so
+   all that is lost is what a spline loses of a wave of f cycles a sample, about 2.4 f^6
+   (_spline_error), and the bands left out. Four channels: RGB and solid angle.
+   Rings j and M-1-j are one complex number for the FFT, and e, o = north +- south for Legendre.
+   Samples are floats, whose rounding stays where it is. That of F_m goes around: between the FFT
+   and the sums they are integers in the place of the samples, of 2^-31 of the sum of a ring, or of
+   the largest F_m of its m on the way back (_units).
+   Used by >>transform.  Source [Swarztrauber79] for e and o; splines [Unser91].
+   Tests: tests/test_harmonics.c. */
 
 #define ENVMAPI_CHUNK 64 /* directions that are worked on together */
 

@@ -51,6 +51,7 @@ static const struct described {
     {"pfm", MAPS, "bytes of a PFM file", "a map; and back"},
     {"mips", MAPS, "level 0", "all levels; lookups over a footprint"},
     {"lobes", HARMONICS, "a lobe, an angle, p", "k, integral, width, support, kinks, λ_l"},
+    {"splines", HARMONICS, "places between samples", "weights of six samples; what grids lose"},
     {"rings", HARMONICS, "values at points anywhere on the sphere", "a_lm; and back"},
     {"lights", HARMONICS, "lights, a lobe, axes", "what they send along eight axes at a time"},
     {"transform", HARMONICS, "texels of a slice",
