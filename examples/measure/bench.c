@@ -132,6 +132,8 @@ static const work figures[] = {
      60},
     {"Banks s = 0.9999, x 32", BANKS, 0.9999f, MAP(CUBE, 256), MAP(PARABOLOID, 64), 32, 1, 1e-3f,
      1500, 500},
+    {"Banks s = 0.99995, x 32", BANKS, 0.99995f, MAP(CUBE, 256), MAP(PARABOLOID, 64), 32, 1, 1e-3f,
+     1500, 500},
     {"Phong N = 100", PHONG, 100, SKY_256, 1, 1e-3f, 20, 10},
     {"Phong N = 20000", PHONG, 20000, SKY_256, 1, 1e-3f, 300, 104},
     {"GGX alpha = 0.01", GGX, 0.01f, SKY_256, 1, 1e-3f, 625, 130},
