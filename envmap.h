@@ -550,8 +550,8 @@ typedef struct envmap_filter_desc {
    Lobes thinner than two texels of src, or of more than 768 bands: O(texels of dst * texels that
    the lobe reaches). Slow: rings thinner than that (Banks, s -> 1) of maps other than cubes, which
    reach texels all around the sphere, and axes that look at the point where a sphere or angular
-   map's rim meets. There the reference's weights serve 2 to 48 axes at a time; for lobes other than rings only if src has
-   20000 texels at most.
+   map's rim meets. There the reference's weights serve 2 to 48 axes at a time; for lobes other than
+   rings only if src has 20000 texels at most.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
@@ -6653,7 +6653,7 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
 }
 
 /* Makes a cap of points from a slice and for axes as `of`; without one where they are too many: 52
-   bytes each, 104 MB at most, and 1000 an axis (GGX: 20 000), which take as long as its rings. */
+   bytes each, 104 MB at most, and 10 000 an axis (GGX: 20 000), beyond which rings are faster. */
 static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, double radius,
                                       double axes, double tolerance, envmapi_pool *pool) {
     envmapi_axis axis = *of;
@@ -6665,10 +6665,11 @@ static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, dou
     axis.to = axis.sight = ENVMAPI_PI;
     if (of->lobe->kind == ENVMAP_LOBE_GGX && axis.sigma < axis.texel / 2) axis.sigma = axis.texel;
     if (of->lobe->kind >= ENVMAP_LOBE_FUNCTION) axis.sigma /= 2; /* may have kinks anywhere */
-    axes *= of->lobe->kind == ENVMAP_LOBE_GGX ? 2e4 : 1e3;
+    axes *= of->lobe->kind == ENVMAP_LOBE_GGX ? 2e4 : 1e4;
     size_t most = (size_t)fmin(ENVMAPI_MANY / 2, axes), before = ENVMAPI_MANY - most;
     points.count = before, envmapi_axis_patches(&axis, 1, radius); /* which end at MANY */
     size_t n = points.count - before, tiles = n / ENVMAPI_TILE + 1;
+    of->touches |= n > most; /* rings beside a rim must end there to be exact */
     if (n > most) return ENVMAP_OK;
     void *block = envmapi_pool_get(pool, envmapi_source_room(cap, n, tiles, NULL), 1);
     points.rgb = (float *)envmapi_pool_get(pool, n, 3 * sizeof(float));
