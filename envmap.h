@@ -6452,13 +6452,13 @@ static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
 /* Adds the mean of the bilinear radiance on a ring, times k: n steps, more where texels are narrow,
    cut where they leave a cell, as the radiance has kinks there, and two nodes of Gauss-Legendre on
    each part, h = its half. */
-static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n, double k) {
+static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, double k) {
     const envmapi_level *level = &axis->level;
     double from = 0, all = 2 * ENVMAPI_PI, to;
     envmapi_circle_at(ring, level, 0);
     while (from < all) {
         envmapi_circle next = *ring, test;
-        double step = fmin(all / n * envmapi_axis_narrow(axis, ring->d), all / 16);
+        double step = all / n * envmapi_axis_narrow(axis, ring->d);
         double close = step * axis->apart * fmin(axis->apart, 1) / 16;
         int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
         for (double low = from; !whole;) {
@@ -6546,16 +6546,14 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     if (fabs(k) < axis->least) return;
     k *= weight * sin(theta);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-    int loose = axis->ease < 1 && !axis->touches;
-    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, loose ? 0.25 : 0.1);
-    texels /= sqrt(axis->apart);
+    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
         ring.a[j] = cos(theta) * axis->a[j];
         ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-    envmapi_axis_ring(axis, &ring, texels, k);
+    envmapi_axis_ring(axis, &ring, (int)fmax(texels, 16), k);
 }
 
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
@@ -6569,22 +6567,18 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     double least = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75);
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
-    double t[3], b[3], theta;
-    double finest = axis->sigma / (axis->lobe->kind < ENVMAP_LOBE_FUNCTION ? 2 : 16);
-    int kept = 1;
-    for (int i = 1; i < q.count; ++i) /* a lobe has little within so little of its axis */
-        if (q.breaks[i] > finest || i + 1 == q.count) q.breaks[kept++] = q.breaks[i];
-    if (q.count) q.count = kept;
+    double t[3], b[3], theta, weight;
     envmapi_tangents(t, b, axis->a, NULL);
     if (touches && q.count) envmapi_axis_touches(&q, axis);
     else if (q.count && axis->level.mapping == ENVMAP_LATLONG)
         for (int i = 0; i < 2; ++i) envmapi_axis_touch(&q, axis, 1, i * ENVMAPI_PI);
-    for (int i = 0; i + 1 < q.count; ++i) {
+    while (!touches && !banks && envmapi_quadrature_next(&q, &theta, &weight))
+        envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
+    for (int i = 0; i + 1 < q.count && (touches || banks); ++i) {
         double from = q.breaks[i], piece = q.breaks[i + 1] - from;
         double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
                               envmapi_axis_squeeze(axis, from + piece));
         double most = (!banks ? 0.9 : touches ? 0.6 : 0.4) * least * fmax(squeeze, 0.25);
-        if (!touches && !banks) most = 0.75 * q.step;
         int pieces = (int)ceil(piece / most);
         piece /= pieces;
         for (int j = 0; j < 6 * pieces; ++j) {
@@ -6653,9 +6647,9 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
 }
 
 /* Makes a cap of points from a slice and for axes as `of`; without one where they are too many: 52
-   bytes each, 104 MB at most, and 10 000 an axis (GGX: 20 000), beyond which rings are faster. */
+   bytes each, 104 MB at most. */
 static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, double radius,
-                                      double axes, double tolerance, envmapi_pool *pool) {
+                                      double tolerance, envmapi_pool *pool) {
     envmapi_axis axis = *of;
     envmapi_points points;
     memset(&points, 0, sizeof points), memset(cap, 0, sizeof *cap);
@@ -6665,12 +6659,9 @@ static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, dou
     axis.to = axis.sight = ENVMAPI_PI;
     if (of->lobe->kind == ENVMAP_LOBE_GGX && axis.sigma < axis.texel / 2) axis.sigma = axis.texel;
     if (of->lobe->kind >= ENVMAP_LOBE_FUNCTION) axis.sigma /= 2; /* may have kinks anywhere */
-    axes *= of->lobe->kind == ENVMAP_LOBE_GGX ? 2e4 : 1e4;
-    size_t most = (size_t)fmin(ENVMAPI_MANY / 2, axes), before = ENVMAPI_MANY - most;
-    points.count = before, envmapi_axis_patches(&axis, 1, radius); /* which end at MANY */
-    size_t n = points.count - before, tiles = n / ENVMAPI_TILE + 1;
-    of->touches |= n > most; /* rings beside a rim must end there to be exact */
-    if (n > most) return ENVMAP_OK;
+    envmapi_axis_patches(&axis, 1, radius);
+    size_t n = points.count, tiles = n / ENVMAPI_TILE + 1;
+    if (n > ENVMAPI_MANY / 2) return ENVMAP_OK;
     void *block = envmapi_pool_get(pool, envmapi_source_room(cap, n, tiles, NULL), 1);
     points.rgb = (float *)envmapi_pool_get(pool, n, 3 * sizeof(float));
     if (!block || !points.rgb) return ENVMAP_ERROR_MEMORY;
@@ -8812,7 +8803,6 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     double rim = envmapi_axis_rim(&s->axis) + fmin(s->R_bright, 8 * s->sigma);
     if (!result && !s->all && envmapi_axis_rim(&s->axis) > 0 && s->axis.bilinear > 0)
         result = envmapi_axis_cap(&s->axis, &s->cap, rim + fmin(s->R_bright, s->axis.reach),
-                                  (double)envmapi_slice_floats(&s->dst, 0) / 6 * (1 - cos(rim)),
                                   tolerance, pool);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
