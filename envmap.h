@@ -3531,7 +3531,8 @@ static double envmapi_slice_p(const envmap_lobe *lobe, int k, int n) {
        (1, 26, 66, 26, 1)/120 c = f, for the coefficients c of samples f       _spline_factor
        what is lost of a wave, of a band; how wide a grid may be
                                         _spline_error, _band_error, _widest_spacing
-   Used by >>rings, >>transform and >>fast.  Source [Unser91].  Tests: tests/test_harmonics.c. */
+   Used by >>rings, >>transform, >>harmonics, >>fast and >>plan.  Source [Unser91].
+   Tests: tests/test_harmonics.c. */
 
 /* w = sum_i powers[i] x^(5-i), by Horner's rule. */
 ENVMAPI_INLINE void envmapi_powers(envmapi_float16 *w, const float powers[6][16],
