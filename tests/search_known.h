@@ -38,8 +38,8 @@ static int is_time(const finding *f) {
 }
 
 /* Sharp lobes: axes that look where all of a sphere or an angular map's rim's texels meet are
-   summed one by one, and so are rings and what else has kinks or reaches far; tight tolerances take many
-   nodes, and so do functions and tables on paraboloids and an octahedral map's quadrants. */
+   summed one by one, and so are rings and what else has kinks or reaches far; tight tolerances take
+   many nodes, and so do functions and tables on paraboloids and an octahedral map's quadrants. */
 static int known_thin_time(const finding *f) {
     int rim = f->w->src_mapping == ENVMAP_SPHERE || f->w->src_mapping == ENVMAP_ANGULAR;
     int smooth = f->w->src_mapping == ENVMAP_CUBE || f->w->src_mapping == ENVMAP_LATLONG;
