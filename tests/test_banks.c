@@ -75,8 +75,8 @@ static void rings_of_tents_keep_the_tolerance(void) {
 static void rings_agree(double texels, double s) {
     double error = 0;
     for (int from = 0; from < sources(); ++from) {
-        int n = 2 * 6 * 9 * 3, served = 0;
-        work w = work_of(from, edge_for(from, s, texels), ENVMAP_CUBE, 3, s,
+        int n = 2 * 6 * 4 * 3, served = 0;
+        work w = work_of(from, edge_for(from, s, texels), ENVMAP_CUBE, 2, s,
                          from % 2 ? "noise:0:0" : "lamps:0.42:0.45");
         double square = 0, off = 0;
         bench b, fine;
