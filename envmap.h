@@ -8907,12 +8907,15 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
        nine directions of a texel; what a tile has for all turns   _lane, _light, _task_banks_tile
        which of a tile's texels a ring sees, k of these, and L_i   _ring_of, _weigh, _apply
        slices at p and -p see opposite rings                       _put
-   Where the bilinear radiance counts (w < 2 texels), a cube's is a sum of hats about its texels and
-   about nodes on its edges. One is a triangle along u times one along v, and t is nearly linear
-   over it; so k integrated four times, F, has the sum over it in closed form:
-       sum_ij c_i d_j F(t_ij), t_ij at corners, c and d second differences   _hat, _hats, _fourth
-   Of other maps, where texels fold, and below a tolerance of 1e-4, >>reference says what texels
-   count for an axis:
+   Of maps with folds or a rim, texels' 16 places have directions of their own.
+   Where the bilinear radiance counts (w < 2 texels), tiles have cells: what lies between the
+   centres of four texels, halved until they are as narrow as the ring. A cell is summed by four
+   lines across the ring, along u or v. On a line L is linear, the density too, and t nearly; so
+   the integral between the places where k begins and ends is Gauss's, to rounding:
+       parts of k that go to the nodes before and behind           _between, _weigh_cells
+       lines of a cell, to a disc's rim                            _line, _cells_of, _within
+       how far cells are halved                                    _large, _split, _spots
+   Below a tolerance of 1e-4, and for few axes, >>reference says what texels count for an axis:
        once for all images of that axis                            _task_banks_thin
    Called by sharp before >>near.  Source: ours.  Tests: tests/test_banks.c. */
 
@@ -8920,17 +8923,44 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
 #define ENVMAPI_BANKS_ROUND 64 /* axes at a time, too */
 
 /* 4 x 4 texels: their middle, and of each its own from there, what its direction grows by to the
-   outermost places (of a hat: a texel) along u and v, and half of second derivatives: uu, uv
-   (whole), vv. Of a hat also, along u and v: its corners, as envmapi_banks_corners; how its weight
-   grows, over its weight. */
+   outermost places along u and v, and half of second derivatives: uu, uv (whole), vv. */
 typedef struct envmapi_banks_block {
-    float d[6][3][16], weight[16], corner[2][3][3][16], slope[2][16];
+    float d[6][3][16], weight[16];
     double centre[3], reach; /* rad, to the farthest place; 0: no texels */
 } envmapi_banks_block;
 
+#define ENVMAPI_BANKS_NODES 17 /* of a tile of cells, along u and v */
+/* Tuned: a_lit_texel_counts_its_bilinear_radiance fails without them. In w: how wide a cell may be,
+   how far its middle may be from a straight line's. */
+#define ENVMAPI_BANKS_WIDE  1.5
+#define ENVMAPI_BANKS_BEND  0.005
+#define ENVMAPI_BANKS_LEAST 0.5 /* texels, below which no tile is halved */
+
+/* 4 x 4 cells by 16 lines along u (0), and by as many along v, four a cell: lane l has the cell
+   l % 4. Places are in texels; ends of what lies in a cell are `at` j and j + 1. */
+typedef struct envmapi_banks_cells {
+    float d[2][5][3][16]; /* of ends, from the middle */
+    float at[2][5][16],
+        light[2][5][16];           /* their places; solid angle a texel's length of the line */
+    float beside[2][16];           /* the line's place between nodes */
+    float base[2][4], scale[2][4]; /* of cells: of nodes before them, 1 over their distance */
+    float bends[2][3][2];          /* of steps before and behind an end: half of t's bend */
+    double centre[3], grows[2][3], reach;
+    int node[2][4]; /* before each */
+} envmapi_banks_cells;
+
+/* Where a tile begins, in texels or cells, and how many it is wide. */
+typedef struct envmapi_banks_spot {
+    double x, y, side;
+    int face;
+} envmapi_banks_spot;
+
 typedef struct envmapi_banks_tile {
-    float rgb[ENVMAPI_NEAR_BLOCKS][256][16]; /* of all turns; texels as in blocks */
-    envmapi_banks_block blocks[16];
+    float rgb[ENVMAPI_NEAR_BLOCKS][ENVMAPI_BANKS_NODES * ENVMAPI_BANKS_NODES][16]; /* all turns' */
+    union {
+        envmapi_banks_block blocks[16]; /* texels as in these */
+        envmapi_banks_cells cells[16];
+    } of;
     double middle[3], radius;
 } envmapi_banks_tile;
 
@@ -8946,165 +8976,350 @@ typedef struct envmapi_banks_ring {
     double limits[17][2];        /* cosines beyond which it sees nothing of a block, or the tile */
 } envmapi_banks_ring;
 
+/* What is summed: texels' centres, their tents by parabolas, or by places where they may cross a
+   fold; the bilinear radiance. */
+typedef enum envmapi_banks_kind {
+    ENVMAPI_BANKS_TEXELS,
+    ENVMAPI_BANKS_TENTS,
+    ENVMAPI_BANKS_PLACES,
+    ENVMAPI_BANKS_CELLS
+} envmapi_banks_kind;
+
 typedef struct envmapi_banks {
     envmapi_near pair; /* the source, turns, and the slice of dst that is written */
     envmapi_banks_tile *tiles;
+    envmapi_banks_spot *spots; /* of all tiles */
     envmapi_banks_axis *axes;
     float *sums;                                          /* [slice][axis][groups][16] */
     double *light;                                        /* weights of texels, of each task */
-    int count, slice, slices, first, across, down, tasks; /* count: of axes */
-    int hats;                                             /* of nodes: the bilinear radiance */
-    int whole, weighs;   /* _task_banks_thin has all; or the bilinear radiance */
+    int count, slice, slices, first, spot_count, tasks;   /* count: of axes */
+    envmapi_banks_kind kind;
+    int whole;           /* _task_banks_thin has all */
     double width, share; /* w; of what is being summed */
 } envmapi_banks;
 
-/* Hats along u or v: of a texel, of one beside an edge, of a node on the edge. Each is a triangle
-   with two ends and a peak: where they are, in texels; how far they move in t where t bends, in
-   parts of its uu (or vv); how far where the weight grows, in parts of t's slope times the growth.
-   So moved, the triangle has the mean, the variance and the third moment (on the edge not this) of
-   t over the weighted hat, to first order. */
-static const float envmapi_banks_corners[3][3][3] = {
-    {{-1, 0.75f, 1 / 12.0f}, {1, 0.75f, 1 / 12.0f}, {0, -1, 1 / 3.0f}},
-    {{-0.5f, 1 / 3.0f, -1 / 36.0f}, {1, 35 / 48.0f, 13 / 144.0f}, {0, -11 / 16.0f, 11 / 48.0f}},
-    {{-1 / 32.0f, -0.0375f, 0.0125f}, {0.5f, 0.2f, 1 / 60.0f}, {1 / 32.0f, -0.0375f, 0.0125f}}};
-
-/* The hat of texel `at` of n along u (i 0) or v; -1 and n: of a node on the edge. */
-static void envmapi_banks_hat(envmapi_banks_block *block, int i, int lane, int at, int n) {
-    int last = at >= n - 1, kind = at < 0 || at >= n ? 2 : at == 0 || last;
-    for (int k = 0; k < 9; ++k) {
-        float moved = envmapi_banks_corners[kind][k / 3][k % 3];
-        block->corner[i][k / 3][k % 3][lane] = last && k % 3 == 0 ? -moved : moved;
-    }
+/* The square of the distance between directions; the angle that a square is of. */
+static double envmapi_banks_square(const double a[3], const double b[3]) {
+    double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return x * x + y * y + z * z;
 }
 
-/* A node's place along an edge of n texels, in [0,1]. ends: of a piece as long as its hat's area,
-   about the hat's mean; so the piece has the hat's solid angle. */
-static double envmapi_banks_share(double ends[2], int at, int n) {
-    double place = envmapi_clamp(at + 0.5, 0, n), from = envmapi_clamp(at - 0.5, 0, n);
-    double to = envmapi_clamp(at + 1.5, 0, n), middle = (from + place + to) / 3;
-    ends[0] = (middle - (to - from) / 4) / n, ends[1] = (middle + (to - from) / 4) / n;
-    return place / n;
-}
+static double envmapi_banks_angle(double square) { return 2 * asin(fmin(sqrt(square) / 2, 1)); }
 
-/* Texel (x,y), lane `lane` of a block, or a node of the bilinear radiance: a parabola through nine
-   directions. Those of a hat are sqrt(1/2) away, so slopes are the mean ones over it, also where t
-   has a third derivative. */
+/* Texel (x,y), lane `lane` of a block: a parabola through nine directions; of tents by places, one
+   of the texel's. */
 static void envmapi_banks_lane(envmapi_banks_block *block, const envmapi_banks *h, int face, int x,
                                int y, int lane) {
     const envmapi_level *level = &h->pair.axis.level;
+    const double(*tent)[2] = envmapi_tent[3];
     int mapping = level->mapping, wide = level->width, high = level->edge;
-    double at[2], u[2], v[2], p[9][3], d[6][3], one[3], two[3], w;
-    double step = h->hats ? sqrt(0.5) : h->pair.axis.tent * envmapi_tent[3][3][0];
-    if (x >= wide + h->hats || y >= high + h->hats) return;
-    if (h->hats) {
-        at[0] = envmapi_banks_share(u, x, wide), at[1] = envmapi_banks_share(v, y, high);
-        w = envmapi_cell(NULL, mapping, u[0], v[0], u[1], v[1]);
-    } else {
-        w = envmapi_texel_cell(at, mapping, high, x, y);
-    }
+    double at[2], p[9][3], d[6][3], w, step = h->pair.axis.tent * tent[3][0];
+    if (x >= wide || y >= high) return;
+    w = envmapi_texel_cell(at, mapping, high, x, y) * h->share;
     if (!(w > 0)) return;
-    block->weight[lane] = (float)(w * h->share);
+    if (h->kind == ENVMAPI_BANKS_PLACES) {
+        at[0] += h->pair.axis.tent * tent[lane % 4][0] / wide;
+        at[1] += h->pair.axis.tent * tent[lane / 4][0] / high;
+        w *= tent[lane % 4][1] * tent[lane / 4][1], step = 0;
+    }
+    block->weight[lane] = (float)w;
     for (int i = 0; i < 9; ++i)
         envmapi_direction(p[i], mapping, face, at[0] + (i % 3 - 1) * step / wide,
                           at[1] + (i / 3 - 1) * step / high);
-    if (!h->hats) step = 1; /* their places are the unit */
     for (int c = 0; c < 3; ++c) {
         d[0][c] = p[4][c] - block->centre[c];
-        d[1][c] = (p[5][c] - p[3][c]) / (2 * step), d[2][c] = (p[7][c] - p[1][c]) / (2 * step);
-        d[3][c] = ((p[5][c] + p[3][c]) / 2 - p[4][c]) / (step * step);
-        d[4][c] = (p[8][c] - p[6][c] - p[2][c] + p[0][c]) / (4 * step * step);
-        d[5][c] = ((p[7][c] + p[1][c]) / 2 - p[4][c]) / (step * step);
+        d[1][c] = (p[5][c] - p[3][c]) / 2, d[2][c] = (p[7][c] - p[1][c]) / 2;
+        d[3][c] = (p[5][c] + p[3][c]) / 2 - p[4][c], d[5][c] = (p[7][c] + p[1][c]) / 2 - p[4][c];
+        d[4][c] = (p[8][c] - p[6][c] - p[2][c] + p[0][c]) / 4;
         for (int i = 0; i < 6; ++i) block->d[i][c][lane] = (float)d[i][c];
-        for (int i = 0; i < 9; ++i) /* chords of less than a radian, of a coordinate */
-            block->reach = fmax(block->reach, 1.8 / step * fabs(p[i][c] - block->centre[c]));
     }
-    if (!h->hats) return;
-    envmapi_banks_hat(block, 0, lane, x, wide), envmapi_banks_hat(block, 1, lane, y, high);
-    envmapi_cross(one, d[1], d[2]), w = envmapi_dot(p[4], one);
-    for (int i = 0; i < 2; ++i) { /* of p . (dp/du x dp/dv), the density */
-        envmapi_cross(one, d[3 + i], d[2]), envmapi_cross(two, d[1], d[4 + i]);
-        double slope = (i ? 1 : 2) * envmapi_dot(p[4], one);
-        block->slope[i][lane] = (float)((slope + (i ? 2 : 1) * envmapi_dot(p[4], two)) / w);
-    }
+    for (int i = 0; i < 9; ++i)
+        block->reach = fmax(block->reach, envmapi_banks_square(p[i], block->centre));
 }
 
-/* L of a texel, or of a node on a cube's edge. */
-static void envmapi_banks_node(float out[3], const envmapi_near *s, int face, int x, int y) {
+/* The texel that a lane of block n has. */
+static void envmapi_banks_texel(int at[2], const envmapi_banks *h, const envmapi_banks_spot *spot,
+                                int n, int lane) {
+    int per = h->kind == ENVMAPI_BANKS_PLACES ? 1 : 4;
+    at[0] = (int)spot->x + n % 4 * per + lane % per;
+    at[1] = (int)spot->y + n / 4 * per + lane / 4 % per;
+}
+
+/* Where node c of n + 2 along u or v is, in texels: at a texel's centre, or at a map's edge; of
+   paraboloids, whose faces reach beyond, half a texel farther out. Linear between nodes. */
+static double envmapi_banks_place(int mapping, int n, double c) {
+    double from = floor(c), one = from - 0.5, two = from + 0.5;
+    if (mapping != ENVMAP_PARABOLOID)
+        one = envmapi_clamp(one, 0, n), two = envmapi_clamp(two, 0, n);
+    return one + (c - from) * (two - one);
+}
+
+/* L of all turns of a tile's texels or nodes. */
+static void envmapi_banks_light(envmapi_banks_tile *tile, const envmapi_banks *h,
+                                const envmapi_banks_spot *spot) {
+    const envmapi_near *s = &h->pair;
     const envmapi_level *level = &s->axis.level;
-    int n = level->edge;
-    double rgb[3] = {0, 0, 0}, u = envmapi_clamp((x + 0.5) / n, 0, 1);
-    if (level->mapping != ENVMAP_CUBE || (x >= 0 && x < n && y >= 0 && y < n)) {
-        envmapi_near_texel(out, s, face, x, y);
-        return;
-    }
-    envmapi_add_bilinear(rgb, level, face, u, envmapi_clamp((y + 0.5) / n, 0, 1), 1);
-    for (int c = 0; c < 3; ++c) out[c] = (float)rgb[c];
-    if (s->exponent) envmapi_floats_scale(out, out, 3, -s->exponent);
-}
-
-/* L of all turns of a tile's texels. */
-static void envmapi_banks_light(envmapi_banks_tile *tile, const envmapi_near *s, int face, int x0,
-                                int y0) {
-    for (int t = 0; t < s->turn_count; ++t) {
-        const envmapi_place *to = s->turns[t].src + face;
-        for (int n = 0; n < 256; ++n) {
-            int x = x0 + n / 16 % 4 * 4 + n % 4, y = y0 + n / 64 * 4 + n / 4 % 4;
+    int cells = h->kind == ENVMAPI_BANKS_CELLS, nodes = cells ? (int)fmax(spot->side, 1) + 1 : 16;
+    for (int n = 0; n < nodes * nodes; ++n) {
+        int lane = cells ? n % nodes + n / nodes * ENVMAPI_BANKS_NODES : n, at[2];
+        at[0] = (int)spot->x + n % nodes, at[1] = (int)spot->y + n / nodes;
+        if (!cells && !(tile->of.blocks[n / 16].weight[n % 16] > 0)) continue;
+        if (!cells) envmapi_banks_texel(at, h, spot, n / 16, n % 16);
+        if (cells && (at[0] > level->width + 1 || at[1] > level->edge + 1)) continue;
+        double u = envmapi_banks_place(level->mapping, level->width, at[0]);
+        double v = envmapi_banks_place(level->mapping, level->edge, at[1]);
+        for (int t = 0; t < s->turn_count; ++t) {
+            const envmapi_place *to = s->turns[t].src + spot->face;
             float rgb[3];
-            int X = to->x0 + to->xx * x + to->xy * y, Y = to->y0 + to->yx * x + to->yy * y;
-            if (!(tile->blocks[n / 16].weight[n % 16] > 0)) continue;
-            envmapi_banks_node(rgb, s, to->face, X, Y);
-            for (int c = 0; c < 3; ++c) tile->rgb[(3 * t + c) / 16][n][(3 * t + c) % 16] = rgb[c];
+            if (cells) {
+                double sum[3] = {0, 0, 0}, x = u - 0.5, y = v - 0.5;
+                envmapi_add_bilinear(sum, level, to->face,
+                                     (to->x0 + to->xx * x + to->xy * y + 0.5) / level->width,
+                                     (to->y0 + to->yx * x + to->yy * y + 0.5) / level->edge, 1);
+                for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
+                if (s->exponent) envmapi_floats_scale(rgb, rgb, 3, -s->exponent);
+            } else {
+                envmapi_near_texel(rgb, s, to->face, to->x0 + to->xx * at[0] + to->xy * at[1],
+                                   to->y0 + to->yx * at[0] + to->yy * at[1]);
+            }
+            for (int c = 0; c < 3; ++c)
+                tile->rgb[(3 * t + c) / 16][lane][(3 * t + c) % 16] = rgb[c];
         }
     }
+}
+
+/* Direction at place (x,y) of a face, in texels; solid angle a texel there. */
+static double envmapi_banks_at(double d[3], const envmapi_level *level, int face, double x,
+                               double y) {
+    double u = x / level->width, v = y / level->edge;
+    double w = envmapi_density(level->mapping, u, v) / level->width / level->edge;
+    if (level->mapping == ENVMAP_PARABOLOID)
+        w *= envmapi_paraboloid_share(hypot(2 * u - 1, 2 * v - 1), level->edge);
+    envmapi_direction(d, level->mapping, face, u, v);
+    return w;
+}
+
+/* What a line at the place `beside` has within a rim. Returns 0: nothing. */
+static int envmapi_banks_within(double ends[2], const envmapi_level *level, double beside) {
+    double n = level->edge, r = n / 2 - fabs(beside - n / 2);
+    ends[0] = -1, ends[1] = level->width + level->edge;
+    if (level->mapping != ENVMAP_SPHERE && level->mapping != ENVMAP_ANGULAR) return 1;
+    r = r > 0 ? sqrt(r * (n - r)) : 0;
+    ends[0] = n / 2 - r, ends[1] = n / 2 + r;
+    return r > 0;
+}
+
+/* A line of cells. Beyond a rim its ends are on it, where it has no length. */
+static void envmapi_banks_line(envmapi_banks_cells *cells, const envmapi_banks *h,
+                               const envmapi_banks_spot *spot, const double from[2], int along,
+                               int lane) {
+    const envmapi_level *level = &h->pair.axis.level;
+    int mapping = level->mapping, sizes[2] = {level->width, level->edge};
+    double side = spot->side / 16, ends[2], at[2], node, weight;
+    double cell = from[!along] + side * (lane % 4);
+    if (cell >= sizes[!along] + 1) return;
+    weight = envmapi_gauss_many(&node, lane / 4, 4) / 2 * h->share;
+    at[!along] = envmapi_banks_place(mapping, sizes[!along], cell + side * (1 + node) / 2);
+    weight *= side * (envmapi_banks_place(mapping, sizes[!along], floor(cell) + 1) -
+                      envmapi_banks_place(mapping, sizes[!along], floor(cell)));
+    if (!envmapi_banks_within(ends, level, at[!along])) return;
+    cells->beside[along][lane] = (float)(cell - floor(cell) + side * (1 + node) / 2);
+    for (int e = 0; e < 5; ++e) {
+        double d[3], q = fmin(from[along] + e * side, sizes[along] + 1);
+        at[along] = envmapi_banks_place(mapping, sizes[along], q);
+        at[along] = envmapi_clamp(at[along], ends[0], ends[1]);
+        cells->light[along][e][lane] =
+            (float)(weight * envmapi_banks_at(d, level, spot->face, at[0], at[1]));
+        cells->at[along][e][lane] =
+            (float)(at[along] - floor(spot->x) * !along - floor(spot->y) * along);
+        for (int c = 0; c < 3; ++c) cells->d[along][e][c][lane] = (float)(d[c] - cells->centre[c]);
+        cells->reach = fmax(cells->reach, envmapi_banks_square(d, cells->centre));
+    }
+}
+
+/* 4 x 4 cells from `from` on. */
+static void envmapi_banks_cells_of(envmapi_banks_cells *cells, const envmapi_banks *h,
+                                   const envmapi_banks_spot *spot, const double from[2]) {
+    const envmapi_level *level = &h->pair.axis.level;
+    int mapping = level->mapping, sizes[2] = {level->width, level->edge};
+    double side = spot->side / 16, start[2] = {floor(spot->x), floor(spot->y)}, at[2], d[2][3];
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 4; ++j) {
+            double node = floor(from[i] + j * side);
+            double one = envmapi_banks_place(mapping, sizes[i], node);
+            double two = envmapi_banks_place(mapping, sizes[i], node + 1);
+            cells->node[i][j] = (int)(node - start[i]), cells->base[i][j] = (float)(one - start[i]);
+            cells->scale[i][j] = two > one ? (float)(1 / (two - one)) : 0;
+        }
+        at[i] = envmapi_banks_place(mapping, sizes[i], from[i] + 2 * side);
+        for (int e = 0; e < 3; ++e) {
+            double p[3], most = sizes[i] + 1;
+            for (int k = 0; k < 3; ++k)
+                p[k] = envmapi_banks_place(mapping, sizes[i], fmin(from[i] + (e + k) * side, most));
+            double before = (p[1] - p[0]) * (p[2] - p[0]), behind = (p[2] - p[1]) * (p[2] - p[0]);
+            cells->bends[i][e][0] = before > 0 && behind > 0 ? (float)(1 / before) : 0;
+            cells->bends[i][e][1] = before > 0 && behind > 0 ? (float)(1 / behind) : 0;
+        }
+    }
+    envmapi_banks_at(cells->centre, level, spot->face, at[0], at[1]);
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 2; ++j) {
+            double place = at[i];
+            at[i] = place + (j - 0.5) * side;
+            envmapi_banks_at(d[j], level, spot->face, at[0], at[1]);
+            at[i] = place;
+        }
+        for (int c = 0; c < 3; ++c) cells->grows[i][c] = d[1][c] - d[0][c];
+        for (int lane = 0; lane < 16; ++lane) envmapi_banks_line(cells, h, spot, from, i, lane);
+    }
+    cells->reach = envmapi_banks_angle(cells->reach);
 }
 
 static void envmapi_task_banks_tile(void *context, int task) {
     const envmapi_banks *h = (const envmapi_banks *)context;
     const envmapi_level *level = &h->pair.axis.level;
     envmapi_banks_tile *tile = h->tiles + task;
-    int i = h->first + task, face = i / (h->across * h->down);
-    int x0 = i % h->across * 16 - h->hats, y0 = i / h->across % h->down * 16 - h->hats;
+    const envmapi_banks_spot *spot = h->spots + h->first + task;
+    int cells = h->kind == ENVMAPI_BANKS_CELLS, at[2];
     memset(tile, 0, sizeof *tile);
-    if (face >= envmap_faces(level->mapping)) return;
+    if (h->first + task >= h->spot_count) return;
+    double centre[16][3], reach[16];
     for (int n = 0; n < 16; ++n) {
-        envmapi_banks_block *block = tile->blocks + n;
-        int x = x0 + n % 4 * 4, y = y0 + n / 4 * 4;
-        envmapi_direction(block->centre, level->mapping, face, fmin((x + 2.0) / level->width, 1),
-                          fmin((y + 2.0) / level->edge, 1));
-        for (int l = 0; l < 16; ++l) envmapi_banks_lane(block, h, face, x + l % 4, y + l / 4, l);
-        for (int c = 0; c < 3; ++c) tile->middle[c] += block->reach > 0 ? block->centre[c] : 0;
+        if (cells) {
+            envmapi_banks_cells *block = tile->of.cells + n;
+            double from[2] = {spot->x + n % 4 * spot->side / 4, spot->y + n / 4 * spot->side / 4};
+            envmapi_banks_cells_of(block, h, spot, from);
+            memcpy(centre[n], block->centre, sizeof centre[n]), reach[n] = block->reach;
+        } else {
+            envmapi_banks_block *block = tile->of.blocks + n;
+            double middle = spot->side / 8, uv[2];
+            uv[0] = fmin((spot->x + n % 4 * spot->side / 4 + middle) / level->width, 1);
+            uv[1] = fmin((spot->y + n / 4 * spot->side / 4 + middle) / level->edge, 1);
+            envmapi_banks_texel(at, h, spot, n, 0);
+            if (h->kind == ENVMAPI_BANKS_PLACES)
+                envmapi_texel_cell(uv, level->mapping, level->edge, at[0], at[1]);
+            envmapi_direction(block->centre, level->mapping, spot->face, uv[0], uv[1]);
+            for (int l = 0; l < 16; ++l) {
+                envmapi_banks_texel(at, h, spot, n, l);
+                envmapi_banks_lane(block, h, spot->face, at[0], at[1], l);
+            }
+            block->reach = envmapi_banks_angle(block->reach);
+            if (h->kind == ENVMAPI_BANKS_PLACES) /* the definition's tents reach so far */
+                block->reach = fmin(block->reach, 2 * h->pair.axis.texel);
+            memcpy(centre[n], block->centre, sizeof centre[n]), reach[n] = block->reach;
+        }
+        for (int c = 0; c < 3; ++c) tile->middle[c] += reach[n] > 0 ? centre[n][c] : 0;
     }
     envmapi_unit(tile->middle, tile->middle);
-    for (const envmapi_banks_block *b = tile->blocks; b < tile->blocks + 16; ++b) {
-        double from = envmapi_acos(envmapi_dot(tile->middle, b->centre));
-        if (b->reach > 0) tile->radius = fmax(tile->radius, b->reach + from);
-    }
-    envmapi_banks_light(tile, &h->pair, face, x0, y0);
+    for (int n = 0; n < 16; ++n)
+        if (reach[n] > 0)
+            tile->radius =
+                fmax(tile->radius,
+                     reach[n] + envmapi_banks_angle(envmapi_banks_square(tile->middle, centre[n])));
+    if (tile->radius > 0) envmapi_banks_light(tile, h, spot);
 }
 
-/* t over a block's texels: of their middles, u, v, uu, uv, vv. off: cos A - cos theta of the
-   block's middle. */
+/* Are a tile's cells too large? Three of its lines are looked at along u and along v: cells are as
+   wide as the ring, or t bends in them. */
+static int envmapi_banks_large(const envmapi_banks *h, const envmapi_banks_spot *spot) {
+    const envmapi_level *level = &h->pair.axis.level;
+    int sizes[2] = {level->width, level->edge};
+    double start[2] = {spot->x, spot->y}, at[2], ends[2], d[3][3], w[3];
+    for (int line = 0; line < 6; ++line) {
+        int along = line % 2, n = sizes[along];
+        double cell = fmin(start[!along] + line / 2 * spot->side / 2, sizes[!along] + 1);
+        at[!along] = envmapi_banks_place(level->mapping, sizes[!along], cell);
+        if (!envmapi_banks_within(ends, level, at[!along])) continue;
+        for (int i = 0; i < 16; ++i) {
+            double place[2], bend = 0;
+            for (int k = 0; k < 2; ++k) {
+                cell = fmin(start[along] + (i + k) * spot->side / 16, n + 1);
+                place[k] = envmapi_banks_place(level->mapping, n, cell);
+                place[k] = envmapi_clamp(place[k], ends[0], ends[1]);
+            }
+            for (int k = 0; k < 3; ++k) {
+                at[along] = place[0] + k * (place[1] - place[0]) / 2;
+                w[k] = envmapi_banks_at(d[k], level, spot->face, at[0], at[1]);
+            }
+            for (int c = 0; c < 3; ++c) bend += pow(d[1][c] - (d[0][c] + d[2][c]) / 2, 2);
+            if (sqrt(envmapi_banks_square(d[0], d[2])) > ENVMAPI_BANKS_WIDE * h->width ||
+                sqrt(bend) > ENVMAPI_BANKS_BEND * h->width ||
+                fabs(w[1] - (w[0] + w[2]) / 2) > 0.005 * pow(h->pair.axis.texel, 2))
+                return 1;
+        }
+    }
+    return 0;
+}
+
+/* The tiles of a square, which is halved as long as cells are too large; notes them where there is
+   room. */
+static int envmapi_banks_split(envmapi_banks_spot *spots, const envmapi_banks *h,
+                               envmapi_banks_spot spot) {
+    const envmapi_level *level = &h->pair.axis.level;
+    int count = 0;
+    if (h->kind == ENVMAPI_BANKS_CELLS) {
+        if (spot.x >= level->width + 1 || spot.y >= level->edge + 1) return 0;
+    } else if (spot.x >= level->width || spot.y >= level->edge) return 0;
+    if (h->kind != ENVMAPI_BANKS_CELLS || spot.side < ENVMAPI_BANKS_LEAST ||
+        !envmapi_banks_large(h, &spot)) {
+        if (spots) *spots = spot;
+        return 1;
+    }
+    spot.side /= 2;
+    for (int i = 0; i < 4; ++i) {
+        envmapi_banks_spot quarter = spot;
+        quarter.x += i % 2 * spot.side, quarter.y += i / 2 * spot.side;
+        count += envmapi_banks_split(spots ? spots + count : NULL, h, quarter);
+    }
+    return count;
+}
+
+/* All tiles of the source. */
+static int envmapi_banks_spots(envmapi_banks_spot *spots, const envmapi_banks *h) {
+    const envmapi_level *level = &h->pair.axis.level;
+    int count = 0, side = h->kind == ENVMAPI_BANKS_PLACES ? 4 : 16;
+    for (int face = 0; face < envmap_faces(level->mapping); ++face)
+        for (int y = 0; y <= level->edge; y += side)
+            for (int x = 0; x <= level->width; x += side) {
+                envmapi_banks_spot spot = {x, y, side, face};
+                count += envmapi_banks_split(spots ? spots + count : NULL, h, spot);
+            }
+    return count;
+}
+
+/* t of 16 directions; and 1 / sin theta, cos theta. off: cos A - cos theta of their middle. */
+ENVMAPI_INLINE void envmapi_banks_across(float t[16], float r[16], float x[16],
+                                         const float d[3][16], const envmapi_banks_ring *ring,
+                                         const float a[3], float off) {
+    const float cosine = (float)ring->cosine;
+    for (int l = 0; l < 16; ++l) {
+        float beyond = off - (a[0] * d[0][l] + a[1] * d[1][l] + a[2] * d[2][l]), root;
+        float from = cosine - beyond, square = 1 - from * from;
+        square = square > 1e-12f ? square : 1e-12f;
+        uint32_t bits; /* root = 1 / sin theta, as _inverse_root */
+        memcpy(&bits, &square, sizeof bits);
+        bits = 0x5F3759DF - (bits >> 1);
+        memcpy(&root, &bits, sizeof root);
+        for (int n = 0; n < 2; ++n) root *= 1.5f - 0.5f * square * root * root;
+        t[l] = beyond / (square * root + ring->sine) * ring->inverse, r[l] = root, x[l] = from;
+    }
+}
+
+/* t over a block's texels: of their middles, u, v, uu, uv, vv. */
 ENVMAPI_INLINE void envmapi_banks_form(float t[6][16], const envmapi_banks_block *block,
                                        const envmapi_banks_ring *ring, const float a[3],
                                        float off) {
-    const float cosine = (float)ring->cosine;
+    float r[16], x[16];
+    envmapi_banks_across(t[0], r, x, (const float(*)[16])block->d[0], ring, a, off);
     for (int l = 0; l < 16; ++l) {
-        float g[6];
-        for (int i = 0; i < 6; ++i)
+        float g[6], bends = x[l] * r[l] * r[l]; /* theta bends by its slope, too */
+        for (int i = 1; i < 6; ++i)
             g[i] = a[0] * block->d[i][0][l] + a[1] * block->d[i][1][l] + a[2] * block->d[i][2][l];
-        float beyond = off - g[0], x = cosine - beyond, square = 1 + 1e-12f - x * x, r;
-        uint32_t bits; /* r = 1 / sin theta, as _inverse_root */
-        memcpy(&bits, &square, sizeof bits);
-        bits = 0x5F3759DF - (bits >> 1);
-        memcpy(&r, &bits, sizeof r);
-        for (int n = 0; n < 2; ++n) r *= 1.5f - 0.5f * square * r * r;
-        float middle = beyond / (square * r + ring->sine) * ring->inverse;
-        float grows = -0.5f * ring->inverse * (1 + middle * middle * ring->square) * r;
-        x *= r * r; /* theta bends by its slope, too */
-        t[0][l] = middle, t[1][l] = grows * g[1], t[2][l] = grows * g[2];
-        t[3][l] = grows * (g[3] + 0.5f * x * g[1] * g[1]);
-        t[4][l] = grows * (g[4] + x * g[1] * g[2]);
-        t[5][l] = grows * (g[5] + 0.5f * x * g[2] * g[2]);
+        float grows = -0.5f * ring->inverse * (1 + t[0][l] * t[0][l] * ring->square) * r[l];
+        t[1][l] = grows * g[1], t[2][l] = grows * g[2];
+        t[3][l] = grows * (g[3] + 0.5f * bends * g[1] * g[1]);
+        t[4][l] = grows * (g[4] + bends * g[1] * g[2]);
+        t[5][l] = grows * (g[5] + 0.5f * bends * g[2] * g[2]);
     }
 }
 
@@ -9135,81 +9350,113 @@ ENVMAPI_INLINE void envmapi_banks_weigh(float K[16], float t[6][16],
     }
 }
 
-/* k integrated four times, k = 1 - z^2 where that is positive. */
-ENVMAPI_INLINE float envmapi_banks_fourth(float z) {
-    float a = fabsf(z), within = a < 1 ? a : 1, u = within * within;
-    a -= within; /* a cubic from there on */
-    return 1 / 72.0f + u * (1 / 8.0f + u * (1 / 24.0f - u * (1 / 360.0f))) +
-           a * (0.4f + a * (1 / 3.0f + a * (1 / 9.0f)));
-}
-
-ENVMAPI_INLINE float envmapi_banks_clamp(float x, float most) {
-    return x > most ? most : x < -most ? -most : x;
-}
-
-/* K of a block's hats. t over a weighted hat is taken for the sum of two that are independent, of
-   triangles along u and along v with corners z; uv only adds to their third moments. */
-static void envmapi_banks_hats(float K[16], float t[6][16], const envmapi_banks_block *block,
-                               float square) {
-    float z[2][3][16], bend[2][3][16], sum[16] = {0};
+/* What lies between the ends j and j + 1 of 16 lines: parts of k times light that go to the nodes
+   before and behind. t is taken for a line that has its mean there, so k is a polynomial from where
+   it begins to where it ends: three nodes of Gauss'. */
+ENVMAPI_INLINE void envmapi_banks_between(float before[16], float behind[16],
+                                          const envmapi_banks_cells *cells, int along, int j,
+                                          const float t[5][16], float square) {
+    const float g[3] = {-0.77459667f, 0, 0.77459667f};
+    const float weight[3] = {5 / 9.0f, 8 / 9.0f, 5 / 9.0f};
+    const float *at = cells->at[along][j], *to = cells->at[along][j + 1];
+    const float *light = cells->light[along][j], *last = cells->light[along][j + 1];
+    float base = cells->base[along][j], scale = cells->scale[along][j];
+    int one = j < 2 ? 1 : 2; /* ends at which t's bend is asked for; at a fold it has none */
+    const float *before_it = cells->bends[along][one - 1], *after = cells->bends[along][one];
     for (int l = 0; l < 16; ++l) {
-        float u = t[1][l], v = t[2][l], least = 0.04f * (1 + fabsf(u) + fabsf(v));
-        float skew = 2.5f * u * v / (u * u + v * v + 1e-9f) * t[4][l]; /* of both */
-        for (int i = 0; i < 2; ++i) {
-            float by = i ? v : u, bent = t[3 + 2 * i][l], grows = by * block->slope[i][l], c[3];
-            float wide = fabsf(by) > least ? by : by < 0 ? -least : least; /* digits go below */
-            float mean = (block->corner[i][0][0][l] + block->corner[i][1][0][l] +
-                          block->corner[i][2][0][l]) /
-                         3;
-            float most = 0.2f * fabsf(wide); /* corners keep their order */
-            float part = -block->corner[i][2][1][l] * envmapi_banks_clamp(skew, most) / 3;
-            for (int k = 0; k < 3; ++k) {
-                float off = bent * block->corner[i][k][1][l] + grows * block->corner[i][k][2][l];
-                off = envmapi_banks_clamp(off + (k < 2 ? part : -2 * part), most);
-                c[k] = mean * (by - wide) + wide * block->corner[i][k][0][l] + off;
+        float step = t[one + 1][l] - t[one][l];
+        float bend = before_it[1] * step - before_it[0] * (t[one][l] - t[one - 1][l]);
+        float other = after[1] * (t[one + 2][l] - t[one + 1][l]) - after[0] * step;
+        bend = fabsf(bend) < fabsf(other) ? bend : other;
+        float rise = t[j + 1][l] - t[j][l], length = to[l] - at[l], sum = 0, moment = 0;
+        float from = t[j][l] - bend * length * length / 6;
+        rise += rise < 0 ? -1e-6f : 1e-6f;
+        float low = (-1 - from) / rise, high = (1 - from) / rise, swap = low;
+        low = low < high ? low : high, high = swap < high ? high : swap;
+        low = low < 0 ? 0 : low > 1 ? 1 : low, high = high < 0 ? 0 : high > 1 ? 1 : high;
+        float half = (high - low) / 2, middle = low + half;
+        for (int i = 0; i < 3; ++i) {
+            float x = middle + g[i] * half, u = from + rise * x, v;
+            u *= u, v = square * u;
+            u = weight[i] * (1 - u) * (1 - v * (1 - v)) * (light[l] + x * (last[l] - light[l]));
+            sum += u, moment += u * x;
+        }
+        sum *= half * length, moment *= half * length * length * scale;
+        moment += sum * (at[l] - base) * scale;
+        before[l] = sum - moment, behind[l] = moment;
+    }
+}
+
+/* Adds K of 4 x 4 cells to k of nodes; notes which ones, and how many are noted. */
+static int envmapi_banks_weigh_cells(float *k, short *at, int count,
+                                     const envmapi_banks_cells *cells,
+                                     const envmapi_banks_ring *ring, const double axis[3],
+                                     float off) {
+    enum { ROW = ENVMAPI_BANKS_NODES };
+    float t[5][16], r[16], x[16], part[4][16],
+        a[3] = {(float)axis[0], (float)axis[1], (float)axis[2]};
+    int along = fabs(envmapi_dot(axis, cells->grows[0])) < fabs(envmapi_dot(axis, cells->grows[1]));
+    int next = along ? ROW : 1, other = along ? 1 : ROW;
+    for (int e = 0; e < 5; ++e)
+        envmapi_banks_across(t[e], r, x, (const float(*)[16])cells->d[along][e], ring, a, off);
+    for (int j = 0; j < 4; ++j) {
+        envmapi_banks_between(part[0], part[1], cells, along, j, (const float(*)[16])t,
+                              ring->square);
+        for (int l = 0; l < 16; ++l) {
+            float beside = cells->beside[along][l];
+            part[2][l] = part[0][l] * beside, part[3][l] = part[1][l] * beside;
+            part[0][l] -= part[2][l], part[1][l] -= part[3][l];
+        }
+        for (int i = 0; i < 4; ++i)
+            for (int l = 0; l < 8; ++l) part[i][l] += part[i][l + 8];
+        for (int l = 0; l < 4; ++l) {
+            int first = cells->node[along][j] * next + cells->node[!along][l] * other;
+            for (int i = 0; i < 4; ++i) {
+                int node = first + (i & 1) * next + (i >> 1) * other;
+                float K = part[i][l] + part[i][l + 4];
+                at[count] = (short)node, count += K > 0 && !(k[node] > 0), k[node] += K > 0 ? K : 0;
             }
-            bend[i][0][l] = 2 / ((c[0] - c[1]) * (c[0] - c[2]));
-            bend[i][1][l] = 2 / ((c[1] - c[0]) * (c[1] - c[2]));
-            bend[i][2][l] = -bend[i][0][l] - bend[i][1][l];
-            for (int k = 0; k < 3; ++k) z[i][k][l] = c[k];
         }
     }
-    for (int j = 0; j < 3; ++j)
-        for (int i = 0; i < 3; ++i)
-            for (int l = 0; l < 16; ++l)
-                sum[l] += bend[0][i][l] * bend[1][j][l] *
-                          envmapi_banks_fourth(t[0][l] + z[0][i][l] + z[1][j][l]);
-    for (int l = 0; l < 16; ++l) {
-        float reach = fabsf(z[0][0][l]) + fabsf(z[1][0][l]),
-              other = fabsf(z[0][1][l]) + fabsf(z[1][1][l]);
-        reach = reach > other ? reach : other;
-        K[l] = fabsf(t[0][l]) < 1 + reach ? sum[l] * block->weight[l] * (1 - 0.2f * square) : 0;
-    }
+    return count;
 }
 
-/* sums += K times the images of a tile's texels. shape: 0, or 1 for tents, 2 for hats. */
+/* sums += K times the images of a tile's texels or nodes. */
 static void envmapi_banks_apply(float *sums, const envmapi_banks_tile *tile,
-                                const envmapi_banks_ring *ring, const double axis[3], int shape,
-                                int groups) {
+                                const envmapi_banks_ring *ring, const double axis[3],
+                                envmapi_banks_kind kind, int groups) {
     int count = 0;
-    short at[272];
-    float k[272], K[16], t[6][16], a[3] = {(float)axis[0], (float)axis[1], (float)axis[2]};
+    short at[ENVMAPI_BANKS_NODES * ENVMAPI_BANKS_NODES + 16];
+    float k[ENVMAPI_BANKS_NODES * ENVMAPI_BANKS_NODES], K[16], t[6][16];
+    float a[3] = {(float)axis[0], (float)axis[1], (float)axis[2]};
+    if (kind == ENVMAPI_BANKS_CELLS) memset(k, 0, sizeof k);
     for (int n = 0; n < 16; ++n) {
-        double x = envmapi_dot(axis, tile->blocks[n].centre);
+        int cells = kind == ENVMAPI_BANKS_CELLS;
+        double x = envmapi_dot(axis, cells ? tile->of.cells[n].centre : tile->of.blocks[n].centre);
         if (!(x > ring->limits[n][0] && x < ring->limits[n][1])) continue;
-        const envmapi_banks_block *block = tile->blocks + n;
-        envmapi_banks_form(t, block, ring, a, (float)(ring->cosine - x));
-        if (shape == 0) envmapi_banks_weigh(K, t, block, ring->square, 0);
-        else if (shape == 1) envmapi_banks_weigh(K, t, block, ring->square, 1);
-        else envmapi_banks_hats(K, t, block, ring->square);
+        float off = (float)(ring->cosine - x);
+        if (cells) {
+            count = envmapi_banks_weigh_cells(k, at, count, tile->of.cells + n, ring, axis, off);
+            continue;
+        }
+        const envmapi_banks_block *block = tile->of.blocks + n;
+        envmapi_banks_form(t, block, ring, a, off);
+        if (kind == ENVMAPI_BANKS_TENTS) envmapi_banks_weigh(K, t, block, ring->square, 1);
+        else envmapi_banks_weigh(K, t, block, ring->square, 0);
+        if (kind == ENVMAPI_BANKS_PLACES) { /* of one texel */
+            for (int l = 8; l > 0; l /= 2)
+                for (int i = 0; i < l; ++i) K[i] += K[i + l];
+            at[count] = (short)(16 * n), k[16 * n] = K[0], count += K[0] > 0;
+            continue;
+        }
         for (int l = 0; l < 16; ++l)
-            at[count] = (short)(16 * n + l), k[count] = K[l], count += K[l] > 0;
+            at[count] = (short)(16 * n + l), k[16 * n + l] = K[l], count += K[l] > 0;
     }
     for (int g = 0; g < groups && count; ++g) {
         envmapi_float16 sum;
         memset(&sum, 0, sizeof sum);
         for (int i = 0; i < count; ++i)
-            envmapi_float16_add(&sum, k[i], envmapi_float16_at(tile->rgb[g][at[i]]));
+            envmapi_float16_add(&sum, k[at[i]], envmapi_float16_at(tile->rgb[g][at[i]]));
         envmapi_float16_add(envmapi_float16_at(sums + 16 * g), 1, &sum);
     }
 }
@@ -9224,7 +9471,9 @@ static envmapi_banks_ring envmapi_banks_ring_of(const envmapi_banks *h, int slic
     ring.sine = (float)sin(ring.angle);
     ring.inverse = (float)(1 / half), ring.square = (float)(half * half);
     for (int n = 0; n < 17; ++n) {
-        double reach = n < 16 ? tile->blocks[n].reach : tile->radius;
+        double reach = n == 16                          ? tile->radius
+                       : h->kind == ENVMAPI_BANKS_CELLS ? tile->of.cells[n].reach
+                                                        : tile->of.blocks[n].reach;
         double room = h->width + reach + 1e-6;
         ring.limits[n][0] = reach > 0 ? envmapi_cosine(ring.angle + room) : 2;
         ring.limits[n][1] = envmapi_cosine(ring.angle - room);
@@ -9248,7 +9497,7 @@ static void envmapi_task_banks(void *context, int task) {
             double x = envmapi_dot(a, tile->middle);
             if (x > ring.limits[16][0] && x < ring.limits[16][1])
                 envmapi_banks_apply(h->sums + (size_t)i * (size_t)(16 * groups), tile, &ring, a,
-                                    h->hats ? 2 : h->pair.axis.tent > 0, groups);
+                                    h->kind, groups);
         }
     }
 }
@@ -9271,8 +9520,7 @@ static void envmapi_task_banks_thin(void *context, int task) {
         envmap_lobe_support(&axis.from, &axis.to, axis.lobe, axis.p);
         axis.kink_count = envmapi_lobe_kinks(axis.kinks, axis.lobe, axis.p);
         axis.reach = axis.sight = axis.to;
-        if (h->whole) envmapi_axis_filter(&axis, NULL);
-        else envmapi_axis_polar(&axis, h->share, axis.to);
+        envmapi_axis_filter(&axis, NULL);
         for (size_t j = 0; j < n; ++j) {
             double k = axis.light[j] / s->scale;
             if (!(k > 0)) continue;
@@ -9314,14 +9562,14 @@ static void envmapi_banks_put(envmapi_banks *h, envmapi_window *w, const envmapi
 
 /* Whether all slices are thin rings about no axis, and so many axes that tiles pay. Of few texels
    >>near has all. */
-static int envmapi_banks_suits(const envmapi_banks *h, const envmap *src) {
+static int envmapi_banks_suits(const envmapi_banks *h) {
     const envmapi_axis *axis = &h->pair.axis;
     double axes = (double)envmapi_slice_floats(&h->pair.dst, 0) / 3 * h->slices;
     int suits = axis->lobe->kind == ENVMAP_LOBE_BANKS && axis->lobe->parameter >= 0.98f &&
-                !envmapi_near_few(src) && axes * (axis->tent > 0 ? 8 : 0.5) > 1 / axis->texel;
+                axes * (axis->tent > 0 ? 8 : 0.5) > 1 / axis->texel;
     for (int k = h->slice; k < h->slice + h->slices && suits; ++k) {
         double angle = envmapi_acos(-envmapi_slice_p(axis->lobe, k, h->pair.dst.slices));
-        suits = fmin(angle, ENVMAPI_PI - angle) > h->width + 4 * axis->texel;
+        suits = fmin(angle, ENVMAPI_PI - angle) > h->width + fmin(4 * axis->texel, 0.03);
     }
     return suits;
 }
@@ -9344,55 +9592,66 @@ static envmap_result envmapi_banks_create(envmapi_banks *h, envmapi_pool *pool) 
             h->axes[h->count++].at = at;
         }
     }
+    h->kind = ENVMAPI_BANKS_CELLS; /* a tile takes 0.2 ms, an axis as >>reference has it 5 ms */
+    h->whole |= pair->axis.bilinear > 0 && envmapi_banks_spots(NULL, h) > 60 * h->count * h->slices;
     size_t groups = (size_t)envmapi_near_groups(pair);
     size_t numbers = (size_t)h->slices * (size_t)h->count * 16 * groups;
     h->sums = (float *)envmapi_pool_get(pool, numbers, sizeof(float));
     h->tiles = (envmapi_banks_tile *)envmapi_pool_get(pool, ENVMAPI_BANKS_TILES, sizeof *h->tiles);
-    if (h->weighs)
+    if (h->whole)
         h->light = (double *)envmapi_pool_get(
             pool,
             (size_t)h->tasks *
                 (size_t)(envmap_faces(pair->axis.level.mapping) * pair->axis.level.edge) *
                 (size_t)pair->axis.level.width,
             sizeof *h->light);
-    if (!h->axes || !h->sums || !h->tiles || (!h->light && h->weighs)) return ENVMAP_ERROR_MEMORY;
+    if (!h->axes || !h->sums || !h->tiles || (!h->light && h->whole)) return ENVMAP_ERROR_MEMORY;
     memset(h->sums, 0, numbers * sizeof(float));
     return ENVMAP_OK;
 }
 
 /* Tiles, some at a time, for all axes of all slices. */
-static envmap_result envmapi_banks_tiles(envmapi_banks *h, const envmap_work *work) {
-    const envmapi_level *level = &h->pair.axis.level;
-    h->across = (level->width + 2 * h->hats + 15) / 16;
-    h->down = (level->edge + 2 * h->hats + 15) / 16;
-    int tiles = envmap_faces(level->mapping) * h->across * h->down;
-    for (h->first = 0; h->first < tiles; h->first += ENVMAPI_BANKS_TILES) {
-        if (envmapi_tell(&work->progress, (double)h->first / tiles)) return ENVMAP_CANCELLED;
+static envmap_result envmapi_banks_tiles(envmapi_banks *h, envmapi_banks_kind kind, double share,
+                                         const envmap_work *work, envmapi_pool *pool) {
+    h->kind = kind, h->share = share, h->spot_count = envmapi_banks_spots(NULL, h);
+    h->spots =
+        (envmapi_banks_spot *)envmapi_pool_get(pool, (size_t)h->spot_count, sizeof *h->spots);
+    if (!h->spots) return ENVMAP_ERROR_MEMORY;
+    envmapi_banks_spots(h->spots, h);
+    for (h->first = 0; h->first < h->spot_count; h->first += ENVMAPI_BANKS_TILES) {
+        if (envmapi_tell(&work->progress, (double)h->first / h->spot_count))
+            return ENVMAP_CANCELLED;
         envmapi_run_all(work, envmapi_task_banks_tile, h, ENVMAPI_BANKS_TILES);
         envmapi_run_all(work, envmapi_task_banks, h, h->tasks);
     }
     return ENVMAP_OK;
 }
 
-/* Texels or tents, then hats; or axes as >>reference has them. */
-static envmap_result envmapi_banks_run(envmapi_banks *h, const envmap_work *work) {
-    int axes = h->slices * h->count;
-    double bilinear = h->whole ? 1 : h->pair.axis.bilinear;
+/* Texels or tents, then the bilinear radiance; or axes as >>reference has them. */
+static envmap_result envmapi_banks_run(envmapi_banks *h, const envmap_work *work,
+                                       envmapi_pool *pool) {
+    double bilinear = h->pair.axis.bilinear;
+    int axes = h->slices * h->count, mapping = h->pair.axis.level.mapping;
+    int folds = mapping == ENVMAP_OCTAHEDRAL || mapping == ENVMAP_SPHERE ||
+                mapping == ENVMAP_ANGULAR; /* or has a rim where texels meet */
+    envmapi_banks_kind kind = !(h->pair.axis.tent > 0) ? ENVMAPI_BANKS_TEXELS
+                              : folds                  ? ENVMAPI_BANKS_PLACES
+                                                       : ENVMAPI_BANKS_TENTS;
     envmapi_part part;
-    envmap_work one = envmapi_work_part(&part, work, 0, 1, 2);
+    envmap_work one = *work;
     envmap_result result = ENVMAP_OK;
-    h->share = 1 - bilinear;
-    if (bilinear < 1) result = envmapi_banks_tiles(h, bilinear > 0 ? &one : work);
-    if (result || !(bilinear > 0)) return result;
-    if (bilinear < 1) one = envmapi_work_part(&part, work, 1, 1, 2);
-    else one = *work;
-    h->share = bilinear, h->hats = !h->weighs;
-    if (h->hats) return envmapi_banks_tiles(h, &one);
-    for (h->first = 0; h->first < axes; h->first += ENVMAPI_BANKS_ROUND) {
-        if (envmapi_tell(&one.progress, (double)h->first / axes)) return ENVMAP_CANCELLED;
-        envmapi_run_all(&one, envmapi_task_banks_thin, h, h->tasks);
+    for (h->first = 0; h->whole && h->first < axes; h->first += ENVMAPI_BANKS_ROUND) {
+        if (envmapi_tell(&work->progress, (double)h->first / axes)) return ENVMAP_CANCELLED;
+        envmapi_run_all(work, envmapi_task_banks_thin, h, h->tasks);
     }
-    return ENVMAP_OK;
+    if (h->whole) return ENVMAP_OK;
+    if (bilinear > 0) one = envmapi_work_part(&part, work, 0, 1, 2);
+    if (bilinear < 1) result = envmapi_banks_tiles(h, kind, 1 - bilinear, &one, pool);
+    if (bilinear > 0 && bilinear < 1) one = envmapi_work_part(&part, work, 1, 1, 2);
+    else one = *work;
+    if (!result && bilinear > 0)
+        result = envmapi_banks_tiles(h, ENVMAPI_BANKS_CELLS, bilinear, &one, pool);
+    return result;
 }
 
 /* Slices from `first` on. *served: 0 where other ways serve. */
@@ -9414,27 +9673,23 @@ static envmap_result envmapi_filter_banks(envmap *dst, const envmap *src, int fi
     envmapi_axis_aim(&pair->axis, src, first, dst->slices, tolerance);
     h->slice = first, h->slices = slices, h->width = acos(s);
     h->tasks = (envmapi_tasks(&desc->work) + 1) / 2; /* their weights take memory */
-    *served = envmapi_banks_suits(h, src);
+    *served = envmapi_banks_suits(h);
     if (!*served) return ENVMAP_OK;
-    int folds = src->mapping != ENVMAP_CUBE && src->mapping != ENVMAP_LATLONG &&
-                src->mapping != ENVMAP_PARABOLOID; /* or has a rim where texels meet */
-    h->whole = tolerance < 0.99e-4 || (folds && pair->axis.tent > 0);
-    h->weighs = h->whole || (src->mapping != ENVMAP_CUBE && pair->axis.bilinear > 0);
-    envmap_result result = ENVMAP_OK;
+    h->whole = tolerance < 0.99e-4;
     memset(&source, 0, sizeof source);
-    if (h->whole)
-        result =
-            envmapi_source_create(&source, src, src->slices > 1 ? first : 0, desc->work.memory);
     pair->axis.source = &source;
     envmapi_near_contrast(look, pair->axis.level.texels, envmapi_slice_floats(src, 0));
     frexp(look[0], &pair->exponent);
     if (pair->exponent > -60 && pair->exponent < 60) pair->exponent = 0;
-    if (!result) result = envmapi_near_turn(pair, src, pool);
+    envmap_result result = envmapi_near_turn(pair, src, pool);
     for (int face = 0; face < envmap_faces(dst->mapping); ++face)
         mirrored &= envmapi_turn_place(opposite + face, 7, dst->mapping, dst->size, face);
     if (mirrored) h->slices = (slices + 1) / 2;
     if (!result) result = envmapi_banks_create(h, pool);
-    if (!result) result = envmapi_banks_run(h, &desc->work);
+    if (!result && h->whole)
+        result =
+            envmapi_source_create(&source, src, src->slices > 1 ? first : 0, desc->work.memory);
+    if (!result) result = envmapi_banks_run(h, &desc->work, pool);
     if (!result) envmapi_banks_put(h, w, mirrored ? opposite : NULL);
     envmapi_source_free(&source, desc->work.memory);
     return result;
