@@ -3690,7 +3690,7 @@ typedef struct envmapi_rings {
     double (*factors)[3]; /* of the solve down the rings, [4][M/2+2]: even m and odd; e and o */
     /* the points, and what is there: RGB and solid angle */
     envmapi_point *points;
-    short (*reach)[2];  /* of 64 points each: the first k on which they are spread, and the last */
+    uint32_t *reach;    /* of 64 points each: in which of 32 sectors of phi there is one */
     float *values;      /* [count][4] */
     size_t count;
     size_t room, begin, lone; /* doubles from G on: all; G and points; of a, at the end as values */
@@ -3787,7 +3787,7 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     rings->norms = rings->response + L, rings->x = rings->norms + L;
     rings->log_sin = rings->x + H, rings->factors = (double(*)[3])(rings->log_sin + H);
     rings->work = rings->units + tables, rings->reversed = (int *)(rings->work + work);
-    rings->reach = (short(*)[2])(rings->reversed + (n + 1) / 2 * 2);
+    rings->reach = (uint32_t *)(rings->reversed + (n + 1) / 2 * 2);
     rings->points = (envmapi_point *)(points ? (double *)(void *)rings->reach + reach : G + grid);
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
@@ -3830,33 +3830,41 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
    can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
-    envmapi_spot spots[64];
-    for (size_t n = 0; n < (count + 63) / 64 * 64; ++n) {
-        const short *reach = rings->reach[n / 64];
-        if (reach[0] >= to || reach[1] < from) {
-            n |= 63;
-            continue;
+    uint64_t n = 2 * (uint64_t)rings->M, f = from > 3 ? (uint64_t)from - 3 : 0;
+    uint64_t t = (uint64_t)to + 2; /* a point at phi concerns rows phi n / 2^32 - 2 .. + 3 */
+    uint32_t low = (uint32_t)(((f << 32) + n - 1) / n);
+    uint32_t high = t < n ? (uint32_t)(((t << 32) + n - 1) / n - 1) : 0xffffffffu;
+    uint32_t near = (2u << (high >> 27)) - (1u << (low >> 27));
+    for (size_t done = 0; done < count; done += 64, points += 64, values += 256) {
+        size_t many = count - done < 64 ? count - done : 64, found = 0, list[65];
+        envmapi_point here[65];
+        envmapi_spot spots[64];
+        if (!(rings->reach[done / 64] & near)) continue;
+        for (size_t i = 0; i < 64; ++i) {
+            /* every eighth, as what the last one changed cannot be read at once */
+            size_t next = i % 8 * 8 + i / 8;
+            if (next >= many) continue;
+            here[found] = points[next], list[found] = next; /* no branch: half are taken */
+            found += points[next].phi - low <= high - low;
         }
-        if (n % 64 == 0) envmapi_spots(spots, rings, points + n, count - n < 64 ? count - n : 64);
-        /* every eighth, as what the last one changed cannot be read at once */
-        size_t i = (n & ~(size_t)63) + n % 8 * 8 + n / 8 % 8;
-        if (i >= count) continue;
-        const envmapi_spot *p = spots + i % 64;
-        int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
-        if (end > 6) end = 6;
-        if (a >= end) continue;
-        envmapi_float4 two[2];
-        envmapi_float16 four; /* of six samples down the rings, and the other two */
-        float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
-        envmapi_splines(w, p->f_k, p->f_j);
-        envmapi_splines_four(&four, w, p->f_j, values + 4 * i);
-        memset(two, 0, sizeof two);
-        envmapi_float4_add(two, w[12], envmapi_float4_at(values + 4 * i));
-        envmapi_float4_add(two + 1, w[13], envmapi_float4_at(values + 4 * i));
-        for (; a < end; ++a, ring += rings->row) {
-            envmapi_float16_add(envmapi_float16_at(ring), w[a], &four);
-            envmapi_float4_add(envmapi_float4_at(ring + 16), w[a], two);
-            envmapi_float4_add(envmapi_float4_at(ring + 20), w[a], two + 1);
+        envmapi_spots(spots, rings, here, found);
+        for (size_t i = 0; i < found; ++i) {
+            const envmapi_spot *p = spots + i;
+            const float *value = values + 4 * list[i];
+            int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
+            envmapi_float4 two[2];
+            envmapi_float16 four; /* of six samples down the rings, and the other two */
+            float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
+            envmapi_splines(w, p->f_k, p->f_j);
+            envmapi_splines_four(&four, w, p->f_j, value);
+            memset(two, 0, sizeof two);
+            envmapi_float4_add(two, w[12], envmapi_float4_at(value));
+            envmapi_float4_add(two + 1, w[13], envmapi_float4_at(value));
+            for (; a < (end < 6 ? end : 6); ++a, ring += rings->row) {
+                envmapi_float16_add(envmapi_float16_at(ring), w[a], &four);
+                envmapi_float4_add(envmapi_float4_at(ring + 16), w[a], two);
+                envmapi_float4_add(envmapi_float4_at(ring + 20), w[a], two + 1);
+            }
         }
     }
 }
@@ -4248,15 +4256,9 @@ static void envmapi_task_reach(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     size_t groups = (r->count + 63) / 64, end = groups * ((size_t)task + 1) / (size_t)r->tasks;
     for (size_t g = groups * (size_t)task / (size_t)r->tasks; g < end; ++g) {
-        envmapi_spot spots[64];
-        size_t n = r->count - 64 * g < 64 ? r->count - 64 * g : 64;
-        envmapi_spots(spots, r, r->points + 64 * g, n);
-        int first = 2 * r->M, last = 0;
-        for (size_t i = 0; i < n; ++i) {
-            first = spots[i].k < first ? spots[i].k : first;
-            last = spots[i].k > last ? spots[i].k : last;
-        }
-        r->reach[g][0] = (short)(first - 2), r->reach[g][1] = (short)(last + 3);
+        size_t first = 64 * g, last = first + 64 < r->count ? first + 64 : r->count;
+        for (r->reach[g] = 0; first < last; ++first)
+            r->reach[g] |= 1u << (r->points[first].phi >> 27);
     }
 }
 

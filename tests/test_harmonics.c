@@ -522,7 +522,7 @@ static void spreading_is_the_adjoint_of_interpolating(void) {
     enum { COUNT = 500 };
     static float values[4 * COUNT], back[4 * COUNT];
     static envmapi_point points[COUNT];
-    static short reach[COUNT / 64 + 1][2];
+    static uint32_t reach[COUNT / 64 + 1];
     int M = 24, n = 2 * M;
     unsigned long long seed = 31;
     double left = 0, right = 0;
