@@ -3690,7 +3690,6 @@ typedef struct envmapi_rings {
     double (*factors)[3]; /* of the solve down the rings, [4][M/2+2]: even m and odd; e and o */
     /* the points, and what is there: RGB and solid angle */
     envmapi_point *points;
-    uint32_t *reach;    /* of 64 points each: in which of 32 sectors of phi there is one */
     float *values;      /* [count][4] */
     size_t count;
     size_t room, begin, lone; /* doubles from G on: all; G and points; of a, at the end as values */
@@ -3775,9 +3774,9 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     if (done && !a && done->begin > rings->begin) rings->begin = done->begin; /* its points stay */
     own = rings->room = (rings->begin + (2 * many > a ? 2 * many : a) + 7) / 8 * 8;
     if (done && done->room >= own) own = 0, rings->room = done->room;
-    size_t points = own || a ? 0 : count, reach = count / 128 + 1;
-    double *block = (double *)envmapi_pool_get(
-        pool, own + tables + work + (n + 1) / 2 + points + reach, sizeof(double));
+    size_t points = own || a ? 0 : count;
+    double *block = (double *)envmapi_pool_get(pool, own + tables + work + (n + 1) / 2 + points,
+                                               sizeof(double));
     if (!block) return ENVMAP_ERROR_MEMORY;
     double *G = own ? block : (double *)(void *)done->G, *end = G + rings->room;
     rings->G = (float *)G, rings->values = (float *)(end - 2 * count), rings->lone = a;
@@ -3787,8 +3786,8 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     rings->norms = rings->response + L, rings->x = rings->norms + L;
     rings->log_sin = rings->x + H, rings->factors = (double(*)[3])(rings->log_sin + H);
     rings->work = rings->units + tables, rings->reversed = (int *)(rings->work + work);
-    rings->reach = (uint32_t *)(rings->reversed + (n + 1) / 2 * 2);
-    rings->points = (envmapi_point *)(points ? (double *)(void *)rings->reach + reach : G + grid);
+    rings->points =
+        (envmapi_point *)(points ? rings->units + tables + work + (n + 1) / 2 : G + grid);
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
 }
@@ -3834,12 +3833,13 @@ static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *poin
     uint64_t t = (uint64_t)to + 2; /* a point at phi concerns rows phi n / 2^32 - 2 .. + 3 */
     uint32_t low = (uint32_t)(((f << 32) + n - 1) / n);
     uint32_t high = t < n ? (uint32_t)(((t << 32) + n - 1) / n - 1) : 0xffffffffu;
-    uint32_t near = (2u << (high >> 27)) - (1u << (low >> 27));
     for (size_t done = 0; done < count; done += 64, points += 64, values += 256) {
         size_t many = count - done < 64 ? count - done : 64, found = 0, list[65];
+        uint32_t any = 0;
         envmapi_point here[65];
         envmapi_spot spots[64];
-        if (!(rings->reach[done / 64] & near)) continue;
+        for (size_t i = 0; i < many; ++i) any |= points[i].phi - low <= high - low;
+        if (!any) continue;
         for (size_t i = 0; i < 64; ++i) {
             /* every eighth, as what the last one changed cannot be read at once */
             size_t next = i % 8 * 8 + i / 8;
@@ -4251,17 +4251,6 @@ static int envmapi_spread_tasks(const envmapi_rings *r) {
     return tasks;
 }
 
-/* Without it a task looks at every point: 1.15 x for Phong 2000 in 16 tasks. */
-static void envmapi_task_reach(void *context, int task) {
-    envmapi_rings *r = (envmapi_rings *)context;
-    size_t groups = (r->count + 63) / 64, end = groups * ((size_t)task + 1) / (size_t)r->tasks;
-    for (size_t g = groups * (size_t)task / (size_t)r->tasks; g < end; ++g) {
-        size_t first = 64 * g, last = first + 64 < r->count ? first + 64 : r->count;
-        for (r->reach[g] = 0; first < last; ++first)
-            r->reach[g] |= 1u << (r->points[first].phi >> 27);
-    }
-}
-
 static void envmapi_task_spread(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
@@ -4304,7 +4293,6 @@ static void envmapi_task_legendre(void *context, int task) {
 /* points, values -> a */
 static void envmapi_analyse(envmapi_rings *r, const envmap_work *work) {
     r->back = 0;
-    envmapi_run_all(work, envmapi_task_reach, r, r->tasks);
     envmapi_run_all(work, envmapi_task_spread, r, envmapi_spread_tasks(r));
     envmapi_rings_close(r, 1);
     envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
@@ -9604,29 +9592,57 @@ static int envmapi_block_group(const envmapi_scene *s, int i, size_t b) {
     return (int)(1 / fmax(radius, 1.0 / nu));
 }
 
-/* Returns the sum of the squares of the blocks at scale i of `sums`. squares, unless NULL: each is
-   added to that of the block at scale `to` that it is part of. *most, *spot: the largest square, if
-   it exceeds *most, and its block. */
-static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
-                                    const envmapi_scene *s, const float *sums, int i, int to) {
-    const envmapi_blocks *from = s->blocks + i, *next = from + 1, *wide = s->blocks + to;
-    const float *block = sums + from->at, *parents = i + 1 < s->scales ? sums + next->at : NULL;
-    double sum = 0, e[3] = {0, 0, 0};
-    size_t b = 0;
-    for (int row = 0; b < from->count; ++row) {
-        int face = row / from->nv, y = row % from->nv, group = envmapi_block_group(s, i, b),
-            parent = (face * next->nv + y / 2) * next->nu;
-        double *into = squares ? squares + (face * wide->nv + (y >> (to - i))) * wide->nu : NULL;
+/* Squares of the blocks at scale i of `sums`: each task's sum, its largest and that one's block. */
+typedef struct envmapi_squares {
+    const envmapi_scene *scene;
+    const float *sums;
+    double *into; /* NULL; or of the blocks at scale `to`, which get those of their parts */
+    int i, to, tasks;
+    double sum[ENVMAPI_TASKS], most[ENVMAPI_TASKS];
+    size_t spot[ENVMAPI_TASKS];
+} envmapi_squares;
+
+/* Task: rows of blocks, as many as some rows at scale `to` are made of. */
+static void envmapi_task_squares(void *context, int task) {
+    envmapi_squares *t = (envmapi_squares *)context;
+    const envmapi_scene *s = t->scene;
+    const envmapi_blocks *from = s->blocks + t->i, *next = from + 1, *wide = s->blocks + t->to;
+    const float *parents = t->i + 1 < s->scales ? t->sums + next->at : NULL;
+    int shift = t->to - t->i, faces = envmap_faces(s->in.map->mapping), high = faces * wide->nv;
+    double sum = 0, most = 0, e[3] = {0, 0, 0};
+    for (int row = 0; row < faces * from->nv; ++row) {
+        int face = row / from->nv, y = row % from->nv, line = face * wide->nv + (y >> shift);
+        int parent = (face * next->nv + y / 2) * next->nu;
+        if (line < high * task / t->tasks || line >= high * (task + 1) / t->tasks) continue;
+        size_t b = (size_t)row * (size_t)from->nu;
+        const float *block = t->sums + from->at + 4 * b;
+        int group = envmapi_block_group(s, t->i, b);
         for (int x = 0; x < from->nu; ++x, ++b, block += 4) {
             const float *around = parents ? parents + 4 * (parent + x / 2) : NULL;
             int alike = group > 1 && (x ^ 1) < from->nu ? 2 : 1;
             double square = envmapi_block_excess(e, s, block, around, alike);
             if (group > 1 && (x + 1) % group && x + 1 < from->nu) continue;
             square *= envmapi_dot(e, e), e[0] = e[1] = e[2] = 0;
-            if (into) into[x >> (to - i)] += square;
+            if (t->into) t->into[line * wide->nu + (x >> shift)] += square;
             sum += square;
-            if (square > *most) *most = square, *spot = b;
+            if (square > most) most = square, t->spot[task] = b;
         }
+    }
+    t->sum[task] = sum, t->most[task] = most;
+}
+
+/* Returns their sum. *most, *spot: the largest, if it exceeds *most, and its block. */
+static double envmapi_scene_squares(double *into, double *most, size_t *spot,
+                                    const envmapi_scene *s, const float *sums, int i, int to,
+                                    const envmap_work *work) {
+    int rows = envmap_faces(s->in.map->mapping) * s->blocks[to].nv;
+    envmapi_squares t = {s, sums, into, i, to, 1, {0}, {0}, {0}};
+    double sum = 0;
+    while (t.tasks < ENVMAPI_TASKS && 32 * t.tasks < rows) t.tasks *= 2;
+    envmapi_run_all(work, envmapi_task_squares, &t, t.tasks);
+    for (int task = 0; task < t.tasks; ++task) {
+        sum += t.sum[task];
+        if (t.most[task] > *most) *most = t.most[task], *spot = t.spot[task];
     }
     return sum;
 }
@@ -9636,7 +9652,8 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
    block alone 9/16. An edge along the borders of blocks shows only where it runs through blocks. Of
    half the width twice as many hold a quarter each: kappa is 2^-1.5 of that of the scale above,
    epsilon 1/4 of it.  Test: edges_along_the_texels_keep_the_tolerance. */
-static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
+static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off,
+                                 const envmap_work *work) {
     int last = s->scales - 1;
     double mean[4] = {0, 0, 0, 0};
     for (int i = 0; i < last; ++i) envmapi_scene_halve(s, sums, i);
@@ -9645,7 +9662,7 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
     for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = last; i >= 0; --i) {
         double most = off;
-        double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
+        double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i, work);
         s->scale[i].kappa = s->norm > 0 ? fmin(sqrt(sum * 4 / 3) / s->norm, 1) : 0;
         s->scale[i].epsilon = s->norm > 0 ? fmin(sqrt(most * 16 / 9) / s->norm, 1) : 0;
         if (i == last) continue;
@@ -9793,7 +9810,7 @@ static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, i
         if (envmapi_scene_scale(s, pool)) return ENVMAP_ERROR_MEMORY;
         envmapi_scene_sum(s, work);
     }
-    envmapi_scene_scales(s, s->sums, s->cut);
+    envmapi_scene_scales(s, s->sums, s->cut, work);
     envmapi_scene_texel(s, s->sums, s->squares);
     return ENVMAP_OK;
 }
@@ -9828,7 +9845,8 @@ static float *envmapi_light_block(float *sums, const envmapi_scene *s, const env
 
 /* The contrast of what the lights leave, no texel of which has more than `limit` of all energy.
    rest: room for the blocks without the lights. */
-static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
+static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest,
+                                const envmap_work *work) {
     size_t width = (size_t)envmapi_width(s->in.map->mapping, s->in.map->size);
     size_t size = (size_t)s->in.map->size;
     double squares = s->squares, off = s->cut;
@@ -9845,7 +9863,7 @@ static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
     }
     if (s->energy < 1e-6 * s->all) s->energy = 0;
     if (s->light_count) { /* else all is as it was */
-        envmapi_scene_scales(s, rest, fmax(off, 0));
+        envmapi_scene_scales(s, rest, fmax(off, 0), work);
         envmapi_scene_texel(s, rest, squares);
     }
     limit *= envmapi_block_group(s, 0, s->scale[0].spot);
@@ -9896,7 +9914,7 @@ static void envmapi_histograms_add(envmapi_sight *t, envmapi_scene *s, const flo
     for (int i = from; i <= j && s->detail; ++i) {
         size_t spot;
         double most = 0, *part = t->squares + (size_t)(i - from) * count;
-        double total = envmapi_scene_squares(part, &most, &spot, s, rest, i, j);
+        double total = envmapi_scene_squares(part, &most, &spot, s, rest, i, j, work);
         for (size_t b = 0; b < count && total > 0; ++b)
             t->values[b][3 + i] = (float)(part[b] / total);
     }
@@ -9966,7 +9984,7 @@ static envmap_result envmapi_scene_lights(envmapi_scene *s, double sigma, const 
                 fits = envmapi_block_lights(s, b, limit);
         }
     }
-    envmapi_scene_unlit(s, s->all > 0 ? limit / s->all : 1, rest);
+    envmapi_scene_unlit(s, s->all > 0 ? limit / s->all : 1, rest, work);
     envmap_result result =
         envmapi_scene_histograms(s, sigma, s->light_count ? rest : s->sums, work, pool);
     envmapi_pool_free(pool, kept);
