@@ -7400,7 +7400,7 @@ typedef struct envmapi_near_cell {
 } envmapi_near_cell;
 
 /* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
-   the last bright one of each block. begin, end: the tiles that need them; here: they have blocks. */
+   the last bright one of each block. begin, end: tiles that need them; here: they have blocks. */
 #define ENVMAPI_NEAR_BLOCKS 9 /* 48 turns */
 typedef struct envmapi_near_row {
     int from, to, bright[ENVMAPI_NEAR_BLOCKS][2], begin, end, here;
