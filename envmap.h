@@ -8841,8 +8841,9 @@ static envmap_result envmapi_near_sum(envmapi_near *s, const envmap_work *work) 
     for (int first = 0; first < s->tile_count; first += s->round) {
         if (envmapi_tell(&work->progress, (double)first / s->tile_count)) return ENVMAP_CANCELLED;
         envmapi_near_round(s, first);
-        if (!first || s->cells) envmapi_run_all(work, envmapi_task_near_blocks, s, rows);
-        envmapi_run_all(work, envmapi_task_near, s, s->tasks);
+        for (int fills = !first || s->cells; fills >= 0; --fills)
+            envmapi_run_all(work, fills ? envmapi_task_near_blocks : envmapi_task_near, s,
+                            fills ? rows : s->tasks);
     }
     return ENVMAP_OK;
 }
