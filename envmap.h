@@ -7421,7 +7421,7 @@ struct envmapi_near {
     envmapi_near_axes *axes;
     envmapi_near_tile *tiles;
     envmapi_near_row *rows;
-    int cells; /* tiles are those of a lat-long's latitudes, and each round has blocks of its own */
+    int cells; /* each round of a lat-long's latitudes has blocks of its own */
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
@@ -8619,8 +8619,11 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
     for (int i = 0; i < rows && s->all; ++i)
         if ((i + 1) % (s->axis.level.edge + 2) > 1) s->rows[i].to = s->axis.level.width;
     s->tile_count = 0, s->count = 0, s->area = s->all;
-    int cells = s->cells = s->axis.level.mapping == ENVMAP_LATLONG && !s->all;
-    if (cells) s->round = 32; /* blocks take half as much memory as at 64, 1.04 x the time */
+    int cells = s->axis.level.mapping == ENVMAP_LATLONG && !s->all;
+    /* Half of the blocks' memory, 1.02 x the time. Without a tail blocks are half of all memory,
+       which glibc's malloc then keeps for the next call. */
+    s->cells = cells && s->tail;
+    if (s->cells) s->round = 32;
     if (cells && envmapi_near_cells(w, s, room, pool)) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < faces * across * down && !cells; ++i) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
