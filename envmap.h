@@ -3690,7 +3690,6 @@ typedef struct envmapi_rings {
     double (*factors)[3]; /* of the solve down the rings, [4][M/2+2]: even m and odd; e and o */
     /* the points, and what is there: RGB and solid angle */
     envmapi_point *points;
-    short (*reach)[2];  /* of 64 points each: the first k on which they are spread, and the last */
     float *values;      /* [count][4] */
     size_t count;
     size_t room, begin, lone; /* doubles from G on: all; G and points; of a, at the end as values */
@@ -3775,9 +3774,9 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     if (done && !a && done->begin > rings->begin) rings->begin = done->begin; /* its points stay */
     own = rings->room = (rings->begin + (2 * many > a ? 2 * many : a) + 7) / 8 * 8;
     if (done && done->room >= own) own = 0, rings->room = done->room;
-    size_t points = own || a ? 0 : count, reach = count / 128 + 1;
-    double *block = (double *)envmapi_pool_get(
-        pool, own + tables + work + (n + 1) / 2 + points + reach, sizeof(double));
+    size_t points = own || a ? 0 : count;
+    double *block = (double *)envmapi_pool_get(pool, own + tables + work + (n + 1) / 2 + points,
+                                               sizeof(double));
     if (!block) return ENVMAP_ERROR_MEMORY;
     double *G = own ? block : (double *)(void *)done->G, *end = G + rings->room;
     rings->G = (float *)G, rings->values = (float *)(end - 2 * count), rings->lone = a;
@@ -3787,8 +3786,8 @@ static envmap_result envmapi_rings_create(envmapi_rings *rings, int M, int bands
     rings->norms = rings->response + L, rings->x = rings->norms + L;
     rings->log_sin = rings->x + H, rings->factors = (double(*)[3])(rings->log_sin + H);
     rings->work = rings->units + tables, rings->reversed = (int *)(rings->work + work);
-    rings->reach = (short(*)[2])(rings->reversed + (n + 1) / 2 * 2);
-    rings->points = (envmapi_point *)(points ? (double *)(void *)rings->reach + reach : G + grid);
+    rings->points =
+        (envmapi_point *)(points ? rings->units + tables + work + (n + 1) / 2 : G + grid);
     envmapi_rings_tables(rings);
     return ENVMAP_OK;
 }
@@ -3830,33 +3829,42 @@ static int envmapi_wrap(int k, int n) { return k < 0 ? k + n : k >= n ? k - n : 
    can share the work. */
 static void envmapi_rings_spread(envmapi_rings *rings, const envmapi_point *points,
                                  const float *values, size_t count, int from, int to) {
-    envmapi_spot spots[64];
-    for (size_t n = 0; n < (count + 63) / 64 * 64; ++n) {
-        const short *reach = rings->reach[n / 64];
-        if (reach[0] >= to || reach[1] < from) {
-            n |= 63;
-            continue;
+    uint64_t n = 2 * (uint64_t)rings->M, f = from > 3 ? (uint64_t)from - 3 : 0;
+    uint64_t t = (uint64_t)to + 2; /* a point at phi concerns rows phi n / 2^32 - 2 .. + 3 */
+    uint32_t low = (uint32_t)(((f << 32) + n - 1) / n);
+    uint32_t high = t < n ? (uint32_t)(((t << 32) + n - 1) / n - 1) : 0xffffffffu;
+    for (size_t done = 0; done < count; done += 64, points += 64, values += 256) {
+        size_t many = count - done < 64 ? count - done : 64, found = 0, list[65];
+        uint32_t any = 0;
+        envmapi_point here[65];
+        envmapi_spot spots[64];
+        for (size_t i = 0; i < many; ++i) any |= points[i].phi - low <= high - low;
+        if (!any) continue;
+        for (size_t i = 0; i < 64; ++i) {
+            /* every eighth, as what the last one changed cannot be read at once */
+            size_t next = i % 8 * 8 + i / 8;
+            if (next >= many) continue;
+            here[found] = points[next], list[found] = next; /* no branch: half are taken */
+            found += points[next].phi - low <= high - low;
         }
-        if (n % 64 == 0) envmapi_spots(spots, rings, points + n, count - n < 64 ? count - n : 64);
-        /* every eighth, as what the last one changed cannot be read at once */
-        size_t i = (n & ~(size_t)63) + n % 8 * 8 + n / 8 % 8;
-        if (i >= count) continue;
-        const envmapi_spot *p = spots + i % 64;
-        int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
-        if (end > 6) end = 6;
-        if (a >= end) continue;
-        envmapi_float4 two[2];
-        envmapi_float16 four; /* of six samples down the rings, and the other two */
-        float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
-        envmapi_splines(w, p->f_k, p->f_j);
-        envmapi_splines_four(&four, w, p->f_j, values + 4 * i);
-        memset(two, 0, sizeof two);
-        envmapi_float4_add(two, w[12], envmapi_float4_at(values + 4 * i));
-        envmapi_float4_add(two + 1, w[13], envmapi_float4_at(values + 4 * i));
-        for (; a < end; ++a, ring += rings->row) {
-            envmapi_float16_add(envmapi_float16_at(ring), w[a], &four);
-            envmapi_float4_add(envmapi_float4_at(ring + 16), w[a], two);
-            envmapi_float4_add(envmapi_float4_at(ring + 20), w[a], two + 1);
+        envmapi_spots(spots, rings, here, found);
+        for (size_t i = 0; i < found; ++i) {
+            const envmapi_spot *p = spots + i;
+            const float *value = values + 4 * list[i];
+            int first = p->k - 2, a = first < from ? from - first : 0, end = to - first;
+            envmapi_float4 two[2];
+            envmapi_float16 four; /* of six samples down the rings, and the other two */
+            float w[16], *ring = envmapi_ring(rings, first + a, p->j - 2);
+            envmapi_splines(w, p->f_k, p->f_j);
+            envmapi_splines_four(&four, w, p->f_j, value);
+            memset(two, 0, sizeof two);
+            envmapi_float4_add(two, w[12], envmapi_float4_at(value));
+            envmapi_float4_add(two + 1, w[13], envmapi_float4_at(value));
+            for (; a < (end < 6 ? end : 6); ++a, ring += rings->row) {
+                envmapi_float16_add(envmapi_float16_at(ring), w[a], &four);
+                envmapi_float4_add(envmapi_float4_at(ring + 16), w[a], two);
+                envmapi_float4_add(envmapi_float4_at(ring + 20), w[a], two + 1);
+            }
         }
     }
 }
@@ -4243,23 +4251,6 @@ static int envmapi_spread_tasks(const envmapi_rings *r) {
     return tasks;
 }
 
-/* Without it a task looks at every point: 1.15 x for Phong 2000 in 16 tasks. */
-static void envmapi_task_reach(void *context, int task) {
-    envmapi_rings *r = (envmapi_rings *)context;
-    size_t groups = (r->count + 63) / 64, end = groups * ((size_t)task + 1) / (size_t)r->tasks;
-    for (size_t g = groups * (size_t)task / (size_t)r->tasks; g < end; ++g) {
-        envmapi_spot spots[64];
-        size_t n = r->count - 64 * g < 64 ? r->count - 64 * g : 64;
-        envmapi_spots(spots, r, r->points + 64 * g, n);
-        int first = 2 * r->M, last = 0;
-        for (size_t i = 0; i < n; ++i) {
-            first = spots[i].k < first ? spots[i].k : first;
-            last = spots[i].k > last ? spots[i].k : last;
-        }
-        r->reach[g][0] = (short)(first - 2), r->reach[g][1] = (short)(last + 3);
-    }
-}
-
 static void envmapi_task_spread(void *context, int task) {
     envmapi_rings *r = (envmapi_rings *)context;
     int n = 2 * r->M, tasks = envmapi_spread_tasks(r);
@@ -4302,7 +4293,6 @@ static void envmapi_task_legendre(void *context, int task) {
 /* points, values -> a */
 static void envmapi_analyse(envmapi_rings *r, const envmap_work *work) {
     r->back = 0;
-    envmapi_run_all(work, envmapi_task_reach, r, r->tasks);
     envmapi_run_all(work, envmapi_task_spread, r, envmapi_spread_tasks(r));
     envmapi_rings_close(r, 1);
     envmapi_run_all(work, envmapi_task_fft, r, r->tasks);
@@ -7410,10 +7400,10 @@ typedef struct envmapi_near_cell {
 } envmapi_near_cell;
 
 /* Texels of a row of the source that any axis needs, and where their blocks are; from the first to
-   the last bright one of each block. */
+   the last bright one of each block. begin, end: tiles that need them; here: they have blocks. */
 #define ENVMAPI_NEAR_BLOCKS 9 /* 48 turns */
 typedef struct envmapi_near_row {
-    int from, to, bright[ENVMAPI_NEAR_BLOCKS][2];
+    int from, to, bright[ENVMAPI_NEAR_BLOCKS][2], begin, end, here;
     size_t first;
 } envmapi_near_row;
 
@@ -7431,6 +7421,7 @@ struct envmapi_near {
     envmapi_near_axes *axes;
     envmapi_near_tile *tiles;
     envmapi_near_row *rows;
+    int cells; /* each round of a lat-long's latitudes has blocks of its own */
     envmapi_input in;
     int exponent;  /* texels and sums are 2^-exponent of what they are */
     float *blocks; /* [3 turns / 16][texel][16]: RGB of a texel's images, turn after turn */
@@ -8211,6 +8202,7 @@ static void envmapi_task_near_blocks(void *context, int task) {
     int high = level->edge + 2, face = task / high, y = task % high - 1, w = level->width;
     int round = level->mapping == ENVMAP_SPHERE || level->mapping == ENVMAP_ANGULAR;
     float most = (float)ldexp(s->bright, -s->exponent);
+    if (!row->here) return;
     for (int i = 3 * s->turn_count; i < 16 * envmapi_near_groups(s); ++i)
         for (int x = 0; x < row->to - row->from; ++x)
             s->blocks[16 * ((size_t)(i / 16) * s->count + row->first + (size_t)x) +
@@ -8467,7 +8459,9 @@ static void envmapi_near_needs(envmapi_window *w, envmapi_near *s, const envmapi
         if (!envmapi_near_open(w, s, part, s->R_bright)) continue;
         envmapi_near_row *row = s->rows + w->face * (s->axis.level.edge + 2) + w->y + 1;
         for (int y = 0; y < w->height; ++y, ++row) {
-            if (row->from == row->to) row->from = w->x, row->to = w->x + w->width;
+            if (row->from == row->to)
+                row->from = w->x, row->to = w->x + w->width, row->begin = s->first;
+            row->end = s->first;
             if (w->x < row->from) row->from = w->x;
             if (w->x + w->width > row->to) row->to = w->x + w->width;
         }
@@ -8575,7 +8569,10 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
             }
         tile->count = count - tile->first, s->tile_count += tile->count > 0;
     }
-    for (int n = 0; n < count; n += s->axes[n].count) envmapi_near_needs(w, s, s->axes + n);
+    for (int n = s->first = 0; n < count; n += s->axes[n].count) {
+        while (n >= s->tiles[s->first].first + s->tiles[s->first].count) ++s->first;
+        envmapi_near_needs(w, s, s->axes + n);
+    }
     for (int i = 0; i < s->tile_count * s->part_count; ++i) {
         envmapi_near *part = s->parts + i % s->part_count;
         size_t cell = envmapi_near_cell_of(w->cells, part, s->tiles + i / s->part_count);
@@ -8585,6 +8582,19 @@ static envmap_result envmapi_near_cells(envmapi_window *w, envmapi_near *s, size
     }
     envmapi_pool_free(pool, blocks);
     return ENVMAP_OK;
+}
+
+/* The rows that the tiles from `first` on need have blocks, in memory that all tiles have in turn;
+   returns how many blocks. */
+static size_t envmapi_near_round(envmapi_near *s, int first) {
+    int rows = envmap_faces(s->axis.level.mapping) * (s->axis.level.edge + 2);
+    size_t count = 0;
+    s->first = first;
+    for (envmapi_near_row *row = s->rows; row < s->rows + rows; ++row) {
+        row->here = !s->cells || (row->begin < first + s->round && row->end >= first);
+        row->first = count, count += row->here ? (size_t)(row->to - row->from) : 0;
+    }
+    return count;
 }
 
 /* Which axes are summed, and what they need. */
@@ -8610,6 +8620,10 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
         if ((i + 1) % (s->axis.level.edge + 2) > 1) s->rows[i].to = s->axis.level.width;
     s->tile_count = 0, s->count = 0, s->area = s->all;
     int cells = s->axis.level.mapping == ENVMAP_LATLONG && !s->all;
+    /* Half of the blocks' memory, 1.02 x the time. Without a tail blocks are half of all memory,
+       which glibc's malloc then keeps for the next call. */
+    s->cells = cells && s->tail;
+    if (s->cells) s->round = 32;
     if (cells && envmapi_near_cells(w, s, room, pool)) return ENVMAP_ERROR_MEMORY;
     for (int i = 0; i < faces * across * down && !cells; ++i) {
         envmapi_near_tile *tile = s->tiles + s->tile_count;
@@ -8617,8 +8631,10 @@ static envmap_result envmapi_near_plan(envmapi_near *s, envmapi_pool *pool) {
         tile->y = i / across % down * s->tile;
         envmapi_near_line(w, s, tile, &count, most), s->tile_count += tile->count > 0;
     }
-    for (int i = 0; i < rows; ++i)
-        s->rows[i].first = s->count, s->count += (size_t)(s->rows[i].to - s->rows[i].from);
+    for (int first = 0; first < s->tile_count; first += s->round) {
+        size_t blocks = envmapi_near_round(s, first);
+        s->count = blocks > s->count ? blocks : s->count;
+    }
     size_t groups = (size_t)envmapi_near_groups(s);
     s->blocks = (float *)envmapi_pool_get(pool, s->count * groups, 64);
     return s->blocks ? ENVMAP_OK : ENVMAP_ERROR_MEMORY;
@@ -8825,11 +8841,12 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
 /* That slice into a slice of dst. */
 static envmap_result envmapi_near_sum(envmapi_near *s, const envmap_work *work) {
     int rows = envmap_faces(s->in.map->mapping) * (s->in.map->size + 2);
-    envmapi_run_all(work, envmapi_task_near_blocks, s, rows);
-    for (s->first = 0; s->first < s->tile_count; s->first += s->round) {
-        if (envmapi_tell(&work->progress, (double)s->first / s->tile_count))
-            return ENVMAP_CANCELLED;
-        envmapi_run_all(work, envmapi_task_near, s, s->tasks);
+    for (int first = 0; first < s->tile_count; first += s->round) {
+        if (envmapi_tell(&work->progress, (double)first / s->tile_count)) return ENVMAP_CANCELLED;
+        envmapi_near_round(s, first);
+        for (int fills = !first || s->cells; fills >= 0; --fills)
+            envmapi_run_all(work, fills ? envmapi_task_near_blocks : envmapi_task_near, s,
+                            fills ? rows : s->tasks);
     }
     return ENVMAP_OK;
 }
@@ -11274,6 +11291,8 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
                job->src->mapping != ENVMAP_SPHERE && job->src->mapping != ENVMAP_ANGULAR;
     envmap_result result = ENVMAP_OK;
     job->views[0].texels = dst->texels;
+    if (tail && job->scenes.unlit.lights && !job->ready) /* without the histograms, got last */
+        envmapi_pool_free(&job->pool, job->pool.count - 1);
     if (tail)
         result = envmapi_near_reserve(&job->sums, job->views, &job->scenes.whole.in,
                                       job->specs[0].tail, &job->desc, &job->pool);

@@ -522,7 +522,6 @@ static void spreading_is_the_adjoint_of_interpolating(void) {
     enum { COUNT = 500 };
     static float values[4 * COUNT], back[4 * COUNT];
     static envmapi_point points[COUNT];
-    static short reach[COUNT / 64 + 1][2];
     int M = 24, n = 2 * M;
     unsigned long long seed = 31;
     double left = 0, right = 0;
@@ -542,8 +541,6 @@ static void spreading_is_the_adjoint_of_interpolating(void) {
         CHECK(p.f_k >= 0 && p.f_k <= 1 && p.f_j >= 0 && p.f_j <= 1);
         for (int c = 0; c < 4; ++c) values[4 * i + c] = (float)test_random(&seed);
     }
-    rings.points = points, rings.count = COUNT, rings.reach = reach, rings.tasks = 3;
-    for (int task = 0; task < 3; ++task) envmapi_task_reach(&rings, task);
     for (int from = -3; from < n + 3; from += 5)
         envmapi_rings_spread(&rings, points, values, COUNT, from,
                              from + 5 < n + 3 ? from + 5 : n + 3);

@@ -133,7 +133,7 @@ static void lobes_of_two_texels_take_both_maps_and_the_square_of_bands(void) {
 
 /* Where values and places of all texels are in memory at once, beside rings of more samples. Sums
    of few texels take no more, where their tail is written before. */
-static void the_sharpest_lobes_of_bands_take_four_sources(void) {
+static void the_sharpest_lobes_of_bands_take_four_or_five_sources(void) {
     static const float exponents[4] = {500, 800, 1100, 1400};
     work w = work_of("cube to cube", ENVMAP_CUBE, 128, ENVMAP_CUBE, 128, 1);
     double both = 2 * bytes_of(&w.src);
@@ -147,8 +147,8 @@ static void the_sharpest_lobes_of_bands_take_four_sources(void) {
     check_memory(&w, filtered, 2 * both, "GGX 0.01");
     work_free(&w);
     w = work_of("lat-long to cube", ENVMAP_LATLONG, 256, ENVMAP_CUBE, 256, 1);
-    w.lobes[0] = envmap_lobe_ggx(0.01f), both = bytes_of(&w.src) + bytes_of(&w.dst);
-    check_memory(&w, filtered, 2 * both, "GGX 0.01");
+    w.lobes[0] = envmap_lobe_ggx(0.01f);
+    check_memory(&w, filtered, 5 * bytes_of(&w.src), "GGX 0.01");
     work_free(&w);
 }
 
@@ -240,7 +240,7 @@ int main(void) {
     RUN(the_definition_takes_four_sources_and_a_result);
     RUN(the_hierarchical_method_takes_eight_sources_and_a_result);
     RUN(lobes_of_two_texels_take_both_maps_and_the_square_of_bands);
-    RUN(the_sharpest_lobes_of_bands_take_four_sources);
+    RUN(the_sharpest_lobes_of_bands_take_four_or_five_sources);
     RUN(sharp_lobes_take_nine_of_both_maps_and_three_MB_a_task);
     RUN(a_tail_is_written_when_its_sums_have_their_memory);
     RUN(a_chain_takes_no_more_than_its_dearest_level);
