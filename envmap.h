@@ -6578,9 +6578,9 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
    thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
    rings. The mean on a ring has a root where a line through texel centres touches it, so what rings
-   miss falls as the power 5/2 of their distance. It changes most on rings through the point where a
-   rim's texels meet, so panels end there, and half a texel before and behind. Below 1e-4, and on coarse paraboloids, panels end
-   at such roots; then it falls as the power 4.
+   miss falls as the power 5/2 of their distance. Below 1e-4, and on coarse paraboloids, panels end
+   at such roots; then it falls as the power 4. Else they end at the ring through the point where a
+   rim's texels meet, on which the mean changes most, and half a texel before and behind.
    Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches;
