@@ -189,7 +189,9 @@ static void works_that_broke_hold(void) {
          "half:0.963281819:0.124846249"}, /* points have tents where the definition has none */
         {"octahedral:64:1 dst=cube:6:1 lobe=ggx:0.0805:0 raw=0:1 tolerance=1e-4", "texel:0.55:0.3"},
         {"sphere:64:1 dst=cube:6:1 lobe=ggx:0.0909:0 raw=0:1 tolerance=1e-4",
-         "texel:0.55:0.3"}}; /* and a tail of GGX has centres where it has tents */
+         "texel:0.55:0.3"}, /* and a tail of GGX has centres where it has tents */
+        {"latlong:92:1 dst=paraboloid:11:1 lobe=banks:0.996292055:0 raw=0:1 tolerance=1.02283e-06",
+         "colours:0.631192672:0.999999"}}; /* two places for a tent across a ring's edge */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
