@@ -6547,11 +6547,30 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     envmapi_axis_ring(axis, &ring, (int)fmax(texels, 16), k);
 }
 
+/* About the point where all of a sphere or angular map's rim's texels meet: how far they are too
+   long and thin for patches and windows, rad; 0: there is none.
+   Test: a_sphere_map_of_noise_keeps_the_tolerance. */
+static double envmapi_axis_rim(const envmapi_axis *axis) {
+    int mapping = axis->level.mapping;
+    return mapping == ENVMAP_SPHERE ? 0.5 : mapping == ENVMAP_ANGULAR ? 2 * axis->texel : 0;
+}
+
+/* The angle from there to an axis a; are there such texels within R of it? */
+static double envmapi_axis_from_rim(const envmapi_axis *axis, const double a[3]) {
+    return envmapi_acos(axis->level.mapping == ENVMAP_SPHERE ? -a[2] : a[2]);
+}
+
+static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], double R) {
+    double rim = envmapi_axis_rim(axis);
+    return rim > 0 && envmapi_axis_from_rim(axis, a) < fmin(R + rim, ENVMAPI_PI);
+}
+
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
    thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
    rings. The mean on a ring has a root where a line through texel centres touches it, so what rings
    miss falls as the power 5/2 of their distance. Below 1e-4, and on coarse paraboloids, panels end
-   at such roots; then it falls as the power 4.
+   at such roots; then it falls as the power 4. Else they end at the ring through the point where a
+   rim's texels meet, on which the mean changes most, and half a texel before and behind.
    Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches;
@@ -6563,6 +6582,8 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     if (touches && q.count) envmapi_axis_touches(&q, axis);
     else if (q.count && axis->level.mapping == ENVMAP_LATLONG)
         for (int i = 0; i < 2; ++i) envmapi_axis_touch(&q, axis, 1, i * ENVMAPI_PI);
+    for (int i = -1; i < 2 && q.count && !touches && envmapi_axis_rim(axis) > 0; ++i)
+        envmapi_quadrature_break(&q, envmapi_axis_from_rim(axis, axis->a) + i * axis->texel / 2);
     while (!touches && !banks && envmapi_quadrature_next(&q, &theta, &weight))
         envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
     for (int i = 0; i + 1 < q.count && (touches || banks); ++i) {
@@ -6578,20 +6599,6 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
             envmapi_axis_ring_at(axis, share, reach, theta, piece * g[1] / 2, t, b);
         }
     }
-}
-
-/* About the point where all of a sphere or angular map's rim's texels meet: how far they are too
-   long and thin for patches and windows, rad; 0: there is none.
-   Test: a_sphere_map_of_noise_keeps_the_tolerance. */
-static double envmapi_axis_rim(const envmapi_axis *axis) {
-    int mapping = axis->level.mapping;
-    return mapping == ENVMAP_SPHERE ? 0.5 : mapping == ENVMAP_ANGULAR ? 2 * axis->texel : 0;
-}
-
-/* Are there such texels within R of the axis a? */
-static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], double R) {
-    double rim = envmapi_axis_rim(axis), z = axis->level.mapping == ENVMAP_SPHERE ? -a[2] : a[2];
-    return rim > 0 && z > cos(fmin(R + rim, ENVMAPI_PI));
 }
 
 /* The integral by patches. */
@@ -6624,7 +6631,9 @@ static void envmapi_axis_capped(envmapi_axis *axis, double share, double reach) 
 /* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     double end = fmin(reach, axis->sight);
-    int rim = envmapi_axis_at_rim(axis, axis->a, end);
+    /* an angular map's texels at its rim are no longer than others, so patches are few */
+    int rim = (axis->cap || axis->level.mapping == ENVMAP_SPHERE) &&
+              envmapi_axis_at_rim(axis, axis->a, end);
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
     int all = !axis->level.texels && (disc || axis->apart > 0.46); /* not for the definition */
     for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
@@ -8763,15 +8772,18 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     /* x^N, N < 1/2, jumps at the horizon, where cosines of an axis' images differ by roundings */
     if (s->axis.lobe->kind != ENVMAP_LOBE_PHONG || s->axis.lobe->parameter >= 0.5f)
         s->all = envmapi_near_few(src);
-    if (serves && (s->axis.texel < ENVMAPI_COARSE ||
-                   (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
-                    s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
+    /* a tail has centres up to where the definition's tents end; elsewhere windows are quicker */
+    int line = level->mapping == ENVMAP_CUBE || level->mapping == ENVMAP_LATLONG;
+    int blunt = s->tail && !line && !(s->axis.bilinear > 0) &&
+                s->axis.tent * s->axis.tent > 1000 * tolerance;
+    if (serves && !blunt &&
+        (s->axis.texel < ENVMAPI_COARSE || (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
+                                            s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
         s->all = 0;
     /* Functions and tables, and lobes of about a texel of an octahedral map, take more windows than
        points; thin lobes, whose bands are many, take fewer rings than points where texels are few.
        Speed only, as is to leave single texels to sums. */
-    int costs = level->mapping != ENVMAP_CUBE && level->mapping != ENVMAP_LATLONG &&
-                s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION;
+    int costs = !line && s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION;
     costs |= level->mapping == ENVMAP_OCTAHEDRAL && envmapi_near_few(src) &&
              s->sigma > 0.7 * s->axis.texel;
     int few = s->all && s->axis.texel > ENVMAPI_COARSE && s->sigma < 0.03 &&
@@ -8806,8 +8818,9 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     envmap_result result = ENVMAP_OK;
     *served = envmapi_near_suits(s, src, declines, tolerance);
     if (!*served) return ENVMAP_OK;
-    /* two have the second moment of four, and lose tent^4 */
-    if (s->all && pow(s->axis.tent, 4) < tolerance) s->axis.places = 2;
+    /* two have the second moment of four, and lose tent^4, across a kink tent^2 */
+    int kinked = s->axis.kink_count && s->axis.lobe->kind >= ENVMAP_LOBE_BANKS;
+    if (s->all && pow(s->axis.tent, kinked ? 2 : 4) < tolerance) s->axis.places = 2;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     if (envmapi_near_turn(s, src, pool) ||
         (!s->in.omega &&
@@ -10958,7 +10971,10 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     memset(&spectrum, 0, sizeof spectrum);
     axis->lobe = lobe, spectrum.t.grid.map = src, *served = 0;
     envmapi_axis_aim(axis, src, k, dst->slices, tolerance);
-    if (axis->bilinear > 0 && axis->to > axis->reach && lobe->kind == ENVMAP_LOBE_GGX)
+    /* the definition has centres beyond its reach, points have tents: a sphere map's are long */
+    double loses = src->mapping == ENVMAP_SPHERE ? 20 * tolerance : 500 * tolerance;
+    if ((axis->bilinear > 0 || axis->tent * axis->tent > loses) && axis->to > axis->reach &&
+        lobe->kind == ENVMAP_LOBE_GGX)
         return ENVMAP_OK;
     if (!envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result))
         return result;

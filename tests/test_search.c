@@ -180,7 +180,18 @@ static void works_that_broke_hold(void) {
          "tolerance=4.25127e-05",
          "lamps:0.971183395:0"}, /* rings are not exact enough where paraboloids blend */
         {"sphere:56:1 dst=octahedral:12:1 lobe=phong:1000:0 raw=0:1 tolerance=1e-3",
-         "texel:0.553382763:0"}}; /* beside a rim, without a cap of points */
+         "texel:0.553382763:0"}, /* beside a rim, without a cap of points */
+        {"angular:40:1 dst=latlong:5:1 lobe=ggx:0.05:0 raw=0:1 tolerance=1e-3",
+         "texel:0.553382763:0"},
+        {"sphere:56:1 dst=octahedral:8:1 lobe=power:20:0 raw=0:1 tolerance=1e-3",
+         "texel:0.553382763:0"}, /* rings through the point where a rim's texels meet */
+        {"sphere:104:1 dst=cube:17:1 lobe=ggx:0.0644071177:0 raw=0:1 tolerance=1.14494e-05",
+         "half:0.963281819:0.124846249"}, /* points have tents where the definition has none */
+        {"octahedral:64:1 dst=cube:6:1 lobe=ggx:0.0805:0 raw=0:1 tolerance=1e-4", "texel:0.55:0.3"},
+        {"sphere:64:1 dst=cube:6:1 lobe=ggx:0.0909:0 raw=0:1 tolerance=1e-4",
+         "texel:0.55:0.3"}, /* and a tail of GGX has centres where it has tents */
+        {"latlong:92:1 dst=paraboloid:11:1 lobe=banks:0.996292055:0 raw=0:1 tolerance=1.02283e-06",
+         "colours:0.631192672:0.999999"}}; /* two places for a tent across a ring's edge */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
