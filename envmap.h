@@ -7349,7 +7349,8 @@ static double envmapi_tail_k(double x, double p, void *user) {
     return step > 0 ? step * envmapi_k(tail->whole, x, p) : 0;
 }
 
-/* 0 where there is none: the lobe has slices, or ends before its reach does. */
+/* 0 where there is none: the lobe has slices, or ends before its reach does. Only what falls as a
+   power is cut before that: functions may have flanks there, which few bands do not hold. */
 static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const envmap *src,
                            double tolerance) {
     envmapi_axis axis;
@@ -7357,7 +7358,8 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     axis.lobe = lobe;
     envmapi_axis_aim(&axis, src, 0, 1, 1e-3);
     double split = ENVMAPI_SPLIT * fmax(pow(1e-3 / tolerance, 0.4), 1); /* else lattices show */
-    if (!(axis.bilinear > 0)) axis.reach = fmin(axis.reach, split * axis.texel);
+    if (!(axis.bilinear > 0) && lobe->kind == ENVMAP_LOBE_GGX)
+        axis.reach = fmin(axis.reach, split * axis.texel);
     tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
     tail->lobe.raw = lobe->raw, tail->lobe.scale = lobe->scale;
     tail->reach = axis.reach, tail->whole_from = envmapi_cosine(axis.reach);
@@ -7371,7 +7373,8 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
         return 0;
     tail->integral = envmapi_lobe_integral(&tail->lobe, axis.p);
     tail->part = fabs(tail->integral / envmapi_lobe_integral(lobe, axis.p));
-    return tail->part > 1e-9 && tail->part <= 1;
+    double end = fabs(envmapi_k(lobe, cos(axis.reach), axis.p)) * axis.reach * axis.reach;
+    return tail->part > 1e-9 && tail->part <= 1 && end > 1e-3 * fabs(tail->integral);
 }
 
 /* An axis of dst. Its windows and those of the count - 1 that follow are nearly the same texels. */
