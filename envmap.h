@@ -7553,14 +7553,16 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     if (grows) grows += (int)envmapi_clamp(11 - 14 * s->piece, 0, 4);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     int kinks = i && level->mapping == ENVMAP_LATLONG ? s->axis.kink_count : 0, count = 0;
+    double piece = s->piece * w->sigma[i]; /* paraboloids have kinks where they blend */
+    if (level->mapping == ENVMAP_PARABOLOID && s->piece < 0.55 && fabs(w->a[2]) < w->R) piece /= 2;
     for (double end, place = at[i] * size - 0.5; from < to && count + 6 <= room; from = end) {
         end = to; /* about a pole kinks lie along rows, and what pieces miss does not cancel */
         for (int k = 0; k < 2 * kinks; ++k) {
             double cut = place + (k % 2 ? 1 : -1) * s->axis.kinks[k / 2] * size / ENVMAPI_PI;
             if (cut > from + 1e-6 && cut < end - 1e-6) end = cut;
         }
-        count += envmapi_window_pieces(nodes + count, room - count, from, end, size, place,
-                                       s->piece * w->sigma[i], grows, shear, s->axis.gauss + 2);
+        count += envmapi_window_pieces(nodes + count, room - count, from, end, size, place, piece,
+                                       grows, shear, s->axis.gauss + 2);
     }
     return count;
 }
