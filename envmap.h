@@ -8795,8 +8795,9 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     envmap_result result = ENVMAP_OK;
     *served = envmapi_near_suits(s, src, declines, tolerance);
     if (!*served) return ENVMAP_OK;
-    /* two have the second moment of four, and lose tent^4 */
-    if (s->all && pow(s->axis.tent, 4) < tolerance) s->axis.places = 2;
+    /* two have the second moment of four, and lose tent^4; not across an octahedral fold */
+    if (s->all && pow(s->axis.tent, 4) < tolerance && src->mapping != ENVMAP_OCTAHEDRAL)
+        s->axis.places = 2;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     if (envmapi_near_turn(s, src, pool) ||
         (!s->in.omega &&
