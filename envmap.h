@@ -6517,26 +6517,45 @@ static void envmapi_axis_touch_line(envmapi_quadrature *q, const envmapi_axis *a
     }
 }
 
+/* The same on an octahedral map, where a line is an arc of a great circle between two folds: where
+   rings touch it, and where they meet its ends. */
+static void envmapi_axis_touch_arcs(envmapi_quadrature *q, const envmapi_axis *axis, int i,
+                                    double at) {
+    double uv[2], d[3], last[3] = {0, 0, 0}, n[3], e[3], f[3], horizon = 0.5 - fabs(at - 0.5);
+    for (int j = -2; j < 3; ++j) { /* an edge, the horizon, a fold, the horizon, an edge */
+        uv[i] = at, uv[1 - i] = 0.5 + (j % 2 ? j * horizon : 0.25 * j);
+        envmapi_direction(d, ENVMAP_OCTAHEDRAL, 0, uv[0], uv[1]);
+        envmapi_quadrature_break(q, envmapi_angle(axis->a, d));
+        envmapi_cross(n, last, d), envmapi_cross(e, n, last), envmapi_cross(f, d, n);
+        double square = envmapi_dot(n, n), sine = envmapi_dot(axis->a, n) / sqrt(square);
+        if (square > 0 && envmapi_dot(e, axis->a) > 0 && envmapi_dot(f, axis->a) > 0)
+            envmapi_quadrature_break(q, asin(fmin(fabs(sine), 1)));
+        memcpy(last, d, sizeof last);
+    }
+}
+
 /* Breaks where the mean on a ring has a root or worse: where the ring touches a line through texel
    centres, a face's edge or a fold, the paraboloids' blend, or meets a pole. */
 static void envmapi_axis_touches(envmapi_quadrature *q, const envmapi_axis *axis) {
     const envmapi_level *level = &axis->level;
-    int mapping = level->mapping, e = mapping == ENVMAP_LATLONG || mapping == ENVMAP_OCTAHEDRAL;
+    int mapping = level->mapping, octa = mapping == ENVMAP_OCTAHEDRAL;
+    int e = mapping == ENVMAP_LATLONG || octa;
     double blend = 2 * atan(1 - 1.0 / level->edge);
     if (mapping == ENVMAP_PARABOLOID) {
         envmapi_axis_touch(q, axis, 2, blend);
         envmapi_axis_touch(q, axis, 2, ENVMAPI_PI - blend);
     }
-    if (mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_OCTAHEDRAL)
-        envmapi_axis_touch(q, axis, 2 - e, ENVMAPI_PI / 2);
+    if (mapping == ENVMAP_PARABOLOID || octa) envmapi_axis_touch(q, axis, 2 - e, ENVMAPI_PI / 2);
     else if (mapping != ENVMAP_CUBE)
         for (int i = 0; i < 2; ++i) envmapi_axis_touch(q, axis, 2 - e, i * ENVMAPI_PI);
     for (int face = 0; face < envmap_faces(mapping); ++face)
         for (int i = 0; i < 2; ++i) {
             int size = i ? level->edge : level->width;
-            for (int k = -1; k <= size; ++k)
-                envmapi_axis_touch_line(q, axis, face, i, envmapi_clamp((k + 0.5) / size, 0, 1));
-            if (mapping == ENVMAP_OCTAHEDRAL) envmapi_axis_touch_line(q, axis, face, i, 0.5);
+            for (int k = -1; k <= size + octa; ++k) {
+                double at = k > size ? 0.5 : envmapi_clamp((k + 0.5) / size, 0, 1);
+                if (octa) envmapi_axis_touch_arcs(q, axis, i, at);
+                else envmapi_axis_touch_line(q, axis, face, i, at);
+            }
         }
 }
 
@@ -6554,14 +6573,15 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
         ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-    envmapi_axis_ring(axis, &ring, (int)fmax(texels, 16), k);
+    int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* about its corners u and v bend more */
+    envmapi_axis_ring(axis, &ring, (int)fmax(texels, octa ? 16 / sqrt(axis->apart) : 16), k);
 }
 
 /* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
    thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
    rings. The mean on a ring has a root where a line through texel centres touches it, so what rings
    miss falls as the power 5/2 of their distance. Below 1e-4, and on coarse paraboloids, panels end
-   at such roots; then it falls as the power 4.
+   at such roots, and nodes lie along t, the angle being t^2 (3 - 2t): of t there is no root.
    Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches;
@@ -6581,11 +6601,12 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
                               envmapi_axis_squeeze(axis, from + piece));
         double most = (!banks ? 0.9 : touches ? 0.6 : 0.4) * least * fmax(squeeze, 0.25);
         int pieces = (int)ceil(piece / most);
-        piece /= pieces;
         for (int j = 0; j < 6 * pieces; ++j) {
             const double *g = axis->gauss[6][j % 6];
-            theta = from + piece * (j / 6 + (1 + g[0]) / 2);
-            envmapi_axis_ring_at(axis, share, reach, theta, piece * g[1] / 2, t, b);
+            double at = (j / 6 + (1 + g[0]) / 2) / pieces, slope = touches ? 6 * at * (1 - at) : 1;
+            theta = from + piece * (touches ? at * at * (3 - 2 * at) : at);
+            weight = piece / pieces * slope * g[1] / 2;
+            envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
         }
     }
 }
@@ -8748,13 +8769,17 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
         s->piece *= fmin(pow(tolerance * 2e3, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
-    int serves = envmapi_near_serves(s);
+    int serves = envmapi_near_serves(s), tight = tolerance < 1e-4;
+    /* speed only: about rims, folds and kinks windows of functions take longer than all texels */
+    int slow = level->mapping == ENVMAP_OCTAHEDRAL && tight;
+    if (envmapi_axis_rim(&s->axis) > 0)
+        slow = !(s->axis.bilinear > 0) || (tight && s->axis.kink_count);
     /* x^N, N < 1/2, jumps at the horizon, where cosines of an axis' images differ by roundings */
     if (s->axis.lobe->kind != ENVMAP_LOBE_PHONG || s->axis.lobe->parameter >= 0.5f)
         s->all = envmapi_near_few(src);
-    if (serves && (s->axis.texel < ENVMAPI_COARSE ||
-                   (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
-                    s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
+    if (serves && !(slow && s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) &&
+        (s->axis.texel < ENVMAPI_COARSE ||
+         (!tight && !envmapi_is_disc(src->mapping) && s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
         s->all = 0;
     /* Functions and tables, and lobes of about a texel of an octahedral map, take more windows than
        points; thin lobes, whose bands are many, take fewer rings than points where texels are few.
