@@ -6581,10 +6581,12 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
    thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
    rings. The mean on a ring has a root where a line through texel centres touches it, so what rings
    miss falls as the power 5/2 of their distance. Below 1e-4, and on coarse paraboloids, panels end
-   at such roots, and nodes lie along t, the angle being t^2 (3 - 2t): of t there is no root.
+   at such roots; then it falls as the power 4. Of an octahedral map all are known, and nodes lie
+   along t, the angle being t^2 (3 - 2t): of t there is no root.
    Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches;
+    int roots = touches && axis->level.mapping == ENVMAP_OCTAHEDRAL; /* all are known there */
     double least = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75);
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
@@ -6603,8 +6605,8 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
         int pieces = (int)ceil(piece / most);
         for (int j = 0; j < 6 * pieces; ++j) {
             const double *g = axis->gauss[6][j % 6];
-            double at = (j / 6 + (1 + g[0]) / 2) / pieces, slope = touches ? 6 * at * (1 - at) : 1;
-            theta = from + piece * (touches ? at * at * (3 - 2 * at) : at);
+            double at = (j / 6 + (1 + g[0]) / 2) / pieces, slope = roots ? 6 * at * (1 - at) : 1;
+            theta = from + piece * (roots ? at * at * (3 - 2 * at) : at);
             weight = piece / pieces * slope * g[1] / 2;
             envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
         }
