@@ -6507,26 +6507,45 @@ static void envmapi_axis_touch_line(envmapi_quadrature *q, const envmapi_axis *a
     }
 }
 
+/* The same on an octahedral map, where a line is an arc of a great circle between two folds: where
+   rings touch it, and where they meet its ends. */
+static void envmapi_axis_touch_arcs(envmapi_quadrature *q, const envmapi_axis *axis, int i,
+                                    double at) {
+    double uv[2], d[3], last[3] = {0, 0, 0}, n[3], e[3], f[3], horizon = 0.5 - fabs(at - 0.5);
+    for (int j = -2; j < 3; ++j) { /* an edge, the horizon, a fold, the horizon, an edge */
+        uv[i] = at, uv[1 - i] = 0.5 + (j % 2 ? j * horizon : 0.25 * j);
+        envmapi_direction(d, ENVMAP_OCTAHEDRAL, 0, uv[0], uv[1]);
+        envmapi_quadrature_break(q, envmapi_angle(axis->a, d));
+        envmapi_cross(n, last, d), envmapi_cross(e, n, last), envmapi_cross(f, d, n);
+        double square = envmapi_dot(n, n), sine = envmapi_dot(axis->a, n) / sqrt(square);
+        if (square > 0 && envmapi_dot(e, axis->a) > 0 && envmapi_dot(f, axis->a) > 0)
+            envmapi_quadrature_break(q, asin(fmin(fabs(sine), 1)));
+        memcpy(last, d, sizeof last);
+    }
+}
+
 /* Breaks where the mean on a ring has a root or worse: where the ring touches a line through texel
    centres, a face's edge or a fold, the paraboloids' blend, or meets a pole. */
 static void envmapi_axis_touches(envmapi_quadrature *q, const envmapi_axis *axis) {
     const envmapi_level *level = &axis->level;
-    int mapping = level->mapping, e = mapping == ENVMAP_LATLONG || mapping == ENVMAP_OCTAHEDRAL;
+    int mapping = level->mapping, octa = mapping == ENVMAP_OCTAHEDRAL;
+    int e = mapping == ENVMAP_LATLONG || octa;
     double blend = 2 * atan(1 - 1.0 / level->edge);
     if (mapping == ENVMAP_PARABOLOID) {
         envmapi_axis_touch(q, axis, 2, blend);
         envmapi_axis_touch(q, axis, 2, ENVMAPI_PI - blend);
     }
-    if (mapping == ENVMAP_PARABOLOID || mapping == ENVMAP_OCTAHEDRAL)
-        envmapi_axis_touch(q, axis, 2 - e, ENVMAPI_PI / 2);
+    if (mapping == ENVMAP_PARABOLOID || octa) envmapi_axis_touch(q, axis, 2 - e, ENVMAPI_PI / 2);
     else if (mapping != ENVMAP_CUBE)
         for (int i = 0; i < 2; ++i) envmapi_axis_touch(q, axis, 2 - e, i * ENVMAPI_PI);
     for (int face = 0; face < envmap_faces(mapping); ++face)
         for (int i = 0; i < 2; ++i) {
             int size = i ? level->edge : level->width;
-            for (int k = -1; k <= size; ++k)
-                envmapi_axis_touch_line(q, axis, face, i, envmapi_clamp((k + 0.5) / size, 0, 1));
-            if (mapping == ENVMAP_OCTAHEDRAL) envmapi_axis_touch_line(q, axis, face, i, 0.5);
+            for (int k = -1; k <= size + octa; ++k) {
+                double at = k > size ? 0.5 : envmapi_clamp((k + 0.5) / size, 0, 1);
+                if (octa) envmapi_axis_touch_arcs(q, axis, i, at);
+                else envmapi_axis_touch_line(q, axis, face, i, at);
+            }
         }
 }
 
@@ -6544,7 +6563,8 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
         ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-    envmapi_axis_ring(axis, &ring, (int)fmax(texels, 16), k);
+    int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* about its corners u and v bend more */
+    envmapi_axis_ring(axis, &ring, (int)fmax(texels, octa ? 16 / sqrt(axis->apart) : 16), k);
 }
 
 /* About the point where all of a sphere or angular map's rim's texels meet: how far they are too
@@ -6570,10 +6590,13 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
    rings. The mean on a ring has a root where a line through texel centres touches it, so what rings
    miss falls as the power 5/2 of their distance. Below 1e-4, and on coarse paraboloids, panels end
    at such roots; then it falls as the power 4. Else they end at the ring through the point where a
-   rim's texels meet, on which the mean changes most, and half a texel before and behind.
+   rim's texels meet, on which the mean changes most, and half a texel before and behind. Of an
+   octahedral map all roots are known, and nodes lie along t, the angle being t^2 (3 - 2t): of t
+   there is no root.
    Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches;
+    int roots = touches && axis->level.mapping == ENVMAP_OCTAHEDRAL; /* all are known there */
     double least = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75);
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
@@ -6592,11 +6615,12 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
                               envmapi_axis_squeeze(axis, from + piece));
         double most = (!banks ? 0.9 : touches ? 0.6 : 0.4) * least * fmax(squeeze, 0.25);
         int pieces = (int)ceil(piece / most);
-        piece /= pieces;
         for (int j = 0; j < 6 * pieces; ++j) {
             const double *g = axis->gauss[6][j % 6];
-            theta = from + piece * (j / 6 + (1 + g[0]) / 2);
-            envmapi_axis_ring_at(axis, share, reach, theta, piece * g[1] / 2, t, b);
+            double at = (j / 6 + (1 + g[0]) / 2) / pieces, slope = roots ? 6 * at * (1 - at) : 1;
+            theta = from + piece * (roots ? at * at * (3 - 2 * at) : at);
+            weight = piece / pieces * slope * g[1] / 2;
+            envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
         }
     }
 }
@@ -7348,7 +7372,8 @@ static double envmapi_tail_k(double x, double p, void *user) {
     return step > 0 ? step * envmapi_k(tail->whole, x, p) : 0;
 }
 
-/* 0 where there is none: the lobe has slices, or ends before its reach does. */
+/* 0 where there is none: the lobe has slices, or ends before its reach does. Only what falls as a
+   power is cut before that: functions may have flanks there, which few bands do not hold. */
 static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const envmap *src,
                            double tolerance) {
     envmapi_axis axis;
@@ -7356,7 +7381,8 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     axis.lobe = lobe;
     envmapi_axis_aim(&axis, src, 0, 1, 1e-3);
     double split = ENVMAPI_SPLIT * fmax(pow(1e-3 / tolerance, 0.4), 1); /* else lattices show */
-    if (!(axis.bilinear > 0)) axis.reach = fmin(axis.reach, split * axis.texel);
+    if (!(axis.bilinear > 0) && lobe->kind == ENVMAP_LOBE_GGX)
+        axis.reach = fmin(axis.reach, split * axis.texel);
     tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
     tail->lobe.raw = lobe->raw, tail->lobe.scale = lobe->scale;
     tail->reach = axis.reach, tail->whole_from = envmapi_cosine(axis.reach);
@@ -7370,7 +7396,8 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
         return 0;
     tail->integral = envmapi_lobe_integral(&tail->lobe, axis.p);
     tail->part = fabs(tail->integral / envmapi_lobe_integral(lobe, axis.p));
-    return tail->part > 1e-9 && tail->part <= 1;
+    double end = fabs(envmapi_k(lobe, cos(axis.reach), axis.p)) * axis.reach * axis.reach;
+    return tail->part > 1e-9 && tail->part <= 1 && end > 1e-3 * fabs(tail->integral);
 }
 
 /* An axis of dst. Its windows and those of the count - 1 that follow are nearly the same texels. */
@@ -7550,14 +7577,16 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     if (grows) grows += (int)envmapi_clamp(11 - 14 * s->piece, 0, 4);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     int kinks = i && level->mapping == ENVMAP_LATLONG ? s->axis.kink_count : 0, count = 0;
+    double piece = s->piece * w->sigma[i]; /* paraboloids have kinks where they blend */
+    if (level->mapping == ENVMAP_PARABOLOID && s->piece < 0.55 && fabs(w->a[2]) < w->R) piece /= 2;
     for (double end, place = at[i] * size - 0.5; from < to && count + 6 <= room; from = end) {
         end = to; /* about a pole kinks lie along rows, and what pieces miss does not cancel */
         for (int k = 0; k < 2 * kinks; ++k) {
             double cut = place + (k % 2 ? 1 : -1) * s->axis.kinks[k / 2] * size / ENVMAPI_PI;
             if (cut > from + 1e-6 && cut < end - 1e-6) end = cut;
         }
-        count += envmapi_window_pieces(nodes + count, room - count, from, end, size, place,
-                                       s->piece * w->sigma[i], grows, shear, s->axis.gauss + 2);
+        count += envmapi_window_pieces(nodes + count, room - count, from, end, size, place, piece,
+                                       grows, shear, s->axis.gauss + 2);
     }
     return count;
 }
@@ -8768,7 +8797,11 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
         s->piece *= fmin(pow(tolerance * 2e3, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
-    int serves = envmapi_near_serves(s);
+    int serves = envmapi_near_serves(s), tight = tolerance < 1e-4;
+    /* speed only: about rims, folds and kinks windows of functions take longer than all texels */
+    int slow = level->mapping == ENVMAP_OCTAHEDRAL && tight;
+    if (envmapi_axis_rim(&s->axis) > 0)
+        slow = !(s->axis.bilinear > 0) || (tight && s->axis.kink_count);
     /* x^N, N < 1/2, jumps at the horizon, where cosines of an axis' images differ by roundings */
     if (s->axis.lobe->kind != ENVMAP_LOBE_PHONG || s->axis.lobe->parameter >= 0.5f)
         s->all = envmapi_near_few(src);
@@ -8776,9 +8809,9 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     int line = level->mapping == ENVMAP_CUBE || level->mapping == ENVMAP_LATLONG;
     int blunt = s->tail && !line && !(s->axis.bilinear > 0) &&
                 s->axis.tent * s->axis.tent > 1000 * tolerance;
-    if (serves && !blunt &&
-        (s->axis.texel < ENVMAPI_COARSE || (tolerance >= 1e-4 && !envmapi_is_disc(src->mapping) &&
-                                            s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
+    if (serves && !blunt && !(slow && s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) &&
+        (s->axis.texel < ENVMAPI_COARSE ||
+         (!tight && !envmapi_is_disc(src->mapping) && s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
         s->all = 0;
     /* Functions and tables, and lobes of about a texel of an octahedral map, take more windows than
        points; thin lobes, whose bands are many, take fewer rings than points where texels are few.
@@ -8818,9 +8851,12 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     envmap_result result = ENVMAP_OK;
     *served = envmapi_near_suits(s, src, declines, tolerance);
     if (!*served) return ENVMAP_OK;
-    /* two have the second moment of four, and lose tent^4, across a kink tent^2 */
+    /* two have the second moment of four, and lose tent^4, across a kink tent^2; not across an
+       octahedral fold */
     int kinked = s->axis.kink_count && s->axis.lobe->kind >= ENVMAP_LOBE_BANKS;
-    if (s->all && pow(s->axis.tent, kinked ? 2 : 4) < tolerance) s->axis.places = 2;
+    if (s->all && pow(s->axis.tent, kinked ? 2 : 4) < tolerance &&
+        src->mapping != ENVMAP_OCTAHEDRAL)
+        s->axis.places = 2;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     if (envmapi_near_turn(s, src, pool) ||
         (!s->in.omega &&

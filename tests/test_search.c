@@ -191,7 +191,21 @@ static void works_that_broke_hold(void) {
         {"sphere:64:1 dst=cube:6:1 lobe=ggx:0.0909:0 raw=0:1 tolerance=1e-4",
          "texel:0.55:0.3"}, /* and a tail of GGX has centres where it has tents */
         {"latlong:92:1 dst=paraboloid:11:1 lobe=banks:0.996292055:0 raw=0:1 tolerance=1.02283e-06",
-         "colours:0.631192672:0.999999"}}; /* two places for a tent across a ring's edge */
+         "colours:0.631192672:0.999999"}, /* two places for a tent across a ring's edge */
+        {"paraboloid:87:1 dst=cube:15:1 lobe=ring:0.05:0.06 raw=0:1 tolerance=1e-3",
+         "texel:0.71:0.47"},
+        {"cube:64:1 dst=cube:2:1 lobe=two:0.034:0.3 raw=0:1 tolerance=1e-3",
+         "texel:0.73:0.999999"}, /* functions whose last flank was left to harmonics */
+        {"cube:65:1 dst=latlong:5:1 lobe=two:0.0340863913:0.321477612 raw=0:1 tolerance=1e-3",
+         "texel:0.725868572:0.999999"},
+        {"paraboloid:47:1 dst=paraboloid:8:1 lobe=gaussian:700:0 raw=0:1 tolerance=2e-6",
+         "texel:0.0025:0.55"}, /* windows in the paraboloids' blend */
+        {"octahedral:7:1 dst=cube:1:1 lobe=slide:1:0.2 raw=0:1 tolerance=5e-6",
+         "texel:0.66:0.55"}, /* tents across folds */
+        {"octahedral:99:1 dst=cube:3:1 lobe=ring:0.07:0.532486443 raw=0:1 tolerance=1e-5",
+         "lamps:0.27:0.999999"},
+        {"octahedral:20:1 dst=paraboloid:3:1 lobe=cone:0.206:0 raw=0:1 tolerance=1.45e-6",
+         "half:0.6:0"}}; /* rings touch lines close to an axis on an octahedral fold */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
