@@ -9120,6 +9120,27 @@ static double envmapi_banks_place(int mapping, int n, double c) {
     return one + (c - from) * (two - one);
 }
 
+/* L of a turn's texel (x,y), or of node (x,y) + 1; what lies within a rim is a texel, too. */
+static void envmapi_banks_look(float rgb[3], const envmapi_banks *h, const envmapi_place *to,
+                               const int at[2], int node) {
+    const envmapi_level *level = &h->pair.axis.level;
+    int mapping = level->mapping, exponent = h->pair.exponent;
+    int edge = at[0] < 0 || at[1] < 0 || at[0] >= level->width || at[1] >= level->edge;
+    double sum[3] = {0, 0, 0}, x = at[0], y = at[1];
+    if (!node || !(edge || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR)) {
+        envmapi_near_texel(rgb, &h->pair, to->face, to->x0 + to->xx * at[0] + to->xy * at[1],
+                           to->y0 + to->yx * at[0] + to->yy * at[1]);
+        return;
+    }
+    x = envmapi_banks_place(mapping, level->width, x + 1) - 0.5;
+    y = envmapi_banks_place(mapping, level->edge, y + 1) - 0.5;
+    envmapi_add_bilinear(sum, level, to->face,
+                         (to->x0 + to->xx * x + to->xy * y + 0.5) / level->width,
+                         (to->y0 + to->yx * x + to->yy * y + 0.5) / level->edge, 1);
+    for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
+    if (exponent) envmapi_floats_scale(rgb, rgb, 3, -exponent);
+}
+
 /* L of all turns of a tile's texels or nodes. */
 static void envmapi_banks_light(envmapi_banks_tile *tile, const envmapi_banks *h,
                                 const envmapi_banks_spot *spot) {
@@ -9128,26 +9149,13 @@ static void envmapi_banks_light(envmapi_banks_tile *tile, const envmapi_banks *h
     int cells = h->kind == ENVMAPI_BANKS_CELLS, nodes = cells ? (int)fmax(spot->side, 1) + 1 : 16;
     for (int n = 0; n < nodes * nodes; ++n) {
         int lane = cells ? n % nodes + n / nodes * ENVMAPI_BANKS_NODES : n, at[2];
-        at[0] = (int)spot->x + n % nodes, at[1] = (int)spot->y + n / nodes;
+        at[0] = (int)spot->x + n % nodes - 1, at[1] = (int)spot->y + n / nodes - 1;
         if (!cells && !(tile->of.blocks[n / 16].weight[n % 16] > 0)) continue;
         if (!cells) envmapi_banks_texel(at, h, spot, n / 16, n % 16);
-        if (cells && (at[0] > level->width + 1 || at[1] > level->edge + 1)) continue;
-        double u = envmapi_banks_place(level->mapping, level->width, at[0]);
-        double v = envmapi_banks_place(level->mapping, level->edge, at[1]);
+        if (at[0] > level->width || at[1] > level->edge) continue;
         for (int t = 0; t < s->turn_count; ++t) {
-            const envmapi_place *to = s->turns[t].src + spot->face;
             float rgb[3];
-            if (cells) {
-                double sum[3] = {0, 0, 0}, x = u - 0.5, y = v - 0.5;
-                envmapi_add_bilinear(sum, level, to->face,
-                                     (to->x0 + to->xx * x + to->xy * y + 0.5) / level->width,
-                                     (to->y0 + to->yx * x + to->yy * y + 0.5) / level->edge, 1);
-                for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
-                if (s->exponent) envmapi_floats_scale(rgb, rgb, 3, -s->exponent);
-            } else {
-                envmapi_near_texel(rgb, s, to->face, to->x0 + to->xx * at[0] + to->xy * at[1],
-                                   to->y0 + to->yx * at[0] + to->yy * at[1]);
-            }
+            envmapi_banks_look(rgb, h, s->turns[t].src + spot->face, at, cells);
             for (int c = 0; c < 3; ++c)
                 tile->rgb[(3 * t + c) / 16][lane][(3 * t + c) % 16] = rgb[c];
         }
