@@ -9060,8 +9060,8 @@ typedef struct envmapi_banks {
     double *light;                                        /* weights of texels, of each task */
     int count, slice, slices, first, spot_count, tasks;   /* count: of axes */
     envmapi_banks_kind kind;
-    int whole;           /* _task_banks_thin has all */
-    double width, share; /* w; of what is being summed */
+    int whole;                 /* _task_banks_thin has all */
+    double width, fine, share; /* w; what tighter tolerances take of it; of what is being summed */
 } envmapi_banks;
 
 /* The square of the distance between directions; the angle that a square is of. */
@@ -9301,8 +9301,9 @@ static int envmapi_banks_large(const envmapi_banks *h, const envmapi_banks_spot 
     double start[2] = {spot->x, spot->y}, at[2], ends[2], d[3][3], w[3];
     for (int line = 0; line < 6; ++line) {
         int along = line % 2, n = sizes[along];
-        double cell = fmin(start[!along] + line / 2 * spot->side / 2, sizes[!along] + 1);
-        at[!along] = envmapi_banks_place(level->mapping, sizes[!along], cell);
+        double cell = start[!along] + (0.3 + 7.5 * (line / 2)) * spot->side / 16; /* no corner */
+        at[!along] =
+            envmapi_banks_place(level->mapping, sizes[!along], fmin(cell, sizes[!along] + 1));
         if (!envmapi_banks_within(ends, level, at[!along])) continue;
         for (int i = 0; i < 16; ++i) {
             double place[2], bend = 0;
@@ -9316,9 +9317,9 @@ static int envmapi_banks_large(const envmapi_banks *h, const envmapi_banks_spot 
                 w[k] = envmapi_banks_at(d[k], level, spot->face, at[0], at[1]);
             }
             for (int c = 0; c < 3; ++c) bend += pow(d[1][c] - (d[0][c] + d[2][c]) / 2, 2);
-            if (sqrt(envmapi_banks_square(d[0], d[2])) > ENVMAPI_BANKS_WIDE * h->width ||
-                sqrt(bend) > ENVMAPI_BANKS_BEND * h->width ||
-                fabs(w[1] - (w[0] + w[2]) / 2) > 0.005 * pow(h->pair.axis.texel, 2))
+            if (sqrt(envmapi_banks_square(d[0], d[2])) > ENVMAPI_BANKS_WIDE * h->fine * h->width ||
+                sqrt(bend) > ENVMAPI_BANKS_BEND * h->fine * h->width ||
+                fabs(w[1] - (w[0] + w[2]) / 2) > 0.005 * h->fine * pow(h->pair.axis.texel, 2))
                 return 1;
         }
     }
@@ -9746,6 +9747,7 @@ static envmap_result envmapi_filter_banks(envmap *dst, const envmap *src, int fi
     pair->norm = envmapi_lobe_norm(lobe), pair->scale = 1 / (1 - s);
     envmapi_axis_aim(&pair->axis, src, first, dst->slices, tolerance);
     h->slice = first, h->slices = slices, h->width = acos(s);
+    h->fine = fmin(pow(tolerance * 1e3, 0.3), 1);
     h->tasks = (envmapi_tasks(&desc->work) + 1) / 2; /* their weights take memory */
     *served = envmapi_banks_suits(h);
     if (!*served) return ENVMAP_OK;
