@@ -9356,7 +9356,7 @@ static int envmapi_banks_spots(envmapi_banks_spot *spots, const envmapi_banks *h
     for (int face = 0; face < envmap_faces(level->mapping); ++face)
         for (int y = 0; y <= level->edge; y += side)
             for (int x = 0; x <= level->width; x += side) {
-                envmapi_banks_spot spot = {x, y, side, face};
+                envmapi_banks_spot spot = {(double)x, (double)y, (double)side, face};
                 count += envmapi_banks_split(spots ? spots + count : NULL, h, spot);
             }
     return count;

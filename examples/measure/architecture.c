@@ -294,12 +294,12 @@ static int has_round(int count) {
 
 /* Bytes of the block that has all about rings: 2M points of M + 6 rings, 4 floats each; the nodes'
    places, 8 bytes; their 4 floats or, where these lie later, 4 complex doubles for every l and
-   m >= 0; tables; what 12 tasks need; and which k each 64 nodes reach. */
+   m >= 0; tables; and what 12 tasks need. */
 static size_t rings_bytes(size_t M, size_t L, size_t nodes) {
     size_t n = 2 * M, H = M / 2, a = 4 * L * (L + 1);
     size_t own = (n + 6) * 2 * (M + 6) + nodes + (a > 2 * nodes ? a : 2 * nodes);
     size_t tables = 4 * n + 2 * L + 14 * H + 24, tasks = 12 * (36 * M + 256);
-    return 8 * ((own + 7) / 8 * 8 + tables + tasks + (n + 1) / 2 + nodes / 128 + 1);
+    return 8 * ((own + 7) / 8 * 8 + tables + tasks + (n + 1) / 2);
 }
 
 /* There are L < M - 1 bands, and a task for every row of a face's nodes. */
