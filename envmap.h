@@ -96,6 +96,7 @@
      >>kernels       sharp lobes: what each texel in sight of an axis counts, K
      >>knots         K of a few axes, and of those between
      >>near          the sum over these
+     >>cells         thin rings and bilinear radiance: what a ring counts of a cell's corners
      >>banks         thin rings, tile by tile of the source
      >>scene         contrast and lights of a source
      >>fast          bands and grids for a lobe, a scene and a tolerance
@@ -8959,41 +8960,19 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
     return result;
 }
 
-/* ----------------------------------------------------------------------------------- >>banks --
-   Thin rings: the sum that >>reference defines, for Banks' lobes of s >= 0.98. Their rings see few
-   texels, but of many parts of the source.
-     in     a source, a lobe, slices of a result, a tolerance       out    these slices
-       L(a) = sum_i L_i w_i sum_j q_j k(theta_j)    16 places j in the tent of texel i, weights q
-   A ring at angle A from its axis has the half-width w = acos(s), and
-       tan((theta - A)/2) = (cos A - cos theta) / (sin A + sin theta) = t tan(w/2)
-       k = (cos(theta - A) - s) / (1-s) = (1 - t^2) / (1 + t^2 (1-s)/(1+s))
-   A tile of 16 x 16 texels stays in a cache while all axes of all slices take it. Floats hold what
-   is left of the middle of 4 x 4 texels, whose cosine is a double: so k keeps its digits beside the
-   ring's edges. Over a tent t is a quadratic form in (u,v), from nine directions.
-       nine directions of a texel; what a tile has for all turns   _lane, _light, _task_banks_tile
-       which of a tile's texels a ring sees, k of these, and L_i   _ring_of, _weigh, _apply
-       slices at p and -p see opposite rings                       _put
-   Of maps with folds or a rim, texels' 16 places have directions of their own.
-   Where the bilinear radiance counts (w < 2 texels), tiles have cells: what lies between the
-   centres of four texels, halved until they are as narrow as the ring. A cell is summed by four
-   lines across the ring, along u or v. On a line L is linear, the density too, and t nearly; so
-   the integral between the places where k begins and ends is Gauss's, to rounding:
+/* ----------------------------------------------------------------------------------- >>cells --
+   A thin ring against the bilinear radiance of any map, as >>reference defines it: a part of >>banks.
+     in     a source, cells of it, an axis' ring       out    what it counts of their corners' L
+   A cell is what lies between the centres of four texels, or between these and a map's edge: there
+   L is bilinear in (u,v). Cells are halved until they are as narrow as the ring. Four lines go
+   across a cell, along u or along v, whichever is more across the ring. On a line L is linear, the
+   density too, and t nearly, of which k is a function (see >>banks); so the integral between the
+   places where k begins and ends is Gauss's, to rounding:
        parts of k that go to the nodes before and behind           _between, _weigh_cells
+       t of 16 directions                                          _across
        lines of a cell, to a disc's rim                            _line, _cells_of, _within
-       how far cells are halved                                    _large, _split, _spots
-   Below a tolerance of 1e-4, and for few axes, >>reference says what texels count for an axis:
-       once for all images of that axis                            _task_banks_thin
-   Called by sharp before >>near.  Source: ours.  Tests: tests/test_banks.c. */
-
-#define ENVMAPI_BANKS_TILES 8  /* at a time; any number is right */
-#define ENVMAPI_BANKS_ROUND 64 /* axes at a time, too */
-
-/* 4 x 4 texels: their middle, and of each its own from there, what its direction grows by to the
-   outermost places along u and v, and half of second derivatives: uu, uv (whole), vv. */
-typedef struct envmapi_banks_block {
-    float d[6][3][16], weight[16];
-    double centre[3], reach; /* rad, to the farthest place; 0: no texels */
-} envmapi_banks_block;
+       which cells are too large                                   _large
+   Called by banks.  Source: ours.  Tests: tests/test_banks.c. */
 
 #define ENVMAPI_BANKS_NODES 17 /* of a tile of cells, along u and v */
 /* Tuned: a_lit_texel_counts_its_bilinear_radiance fails without them. In w: how wide a cell may be,
@@ -9005,9 +8984,9 @@ typedef struct envmapi_banks_block {
 /* 4 x 4 cells by 16 lines along u (0), and by as many along v, four a cell: lane l has the cell
    l % 4. Places are in texels; ends of what lies in a cell are `at` j and j + 1. */
 typedef struct envmapi_banks_cells {
-    float d[2][5][3][16]; /* of ends, from the middle */
-    float at[2][5][16],
-        light[2][5][16];           /* their places; solid angle a texel's length of the line */
+    float d[2][5][3][16];          /* of ends, from the middle */
+    float at[2][5][16];            /* their places */
+    float light[2][5][16];         /* solid angle a texel of the line's length, there */
     float beside[2][16];           /* the line's place between nodes */
     float base[2][4], scale[2][4]; /* of cells: of nodes before them, 1 over their distance */
     float bends[2][3][2];          /* of steps before and behind an end: half of t's bend */
@@ -9015,25 +8994,17 @@ typedef struct envmapi_banks_cells {
     int node[2][4]; /* before each */
 } envmapi_banks_cells;
 
+/* What cells ask of a lobe and of its source. */
+typedef struct envmapi_banks_cut {
+    envmapi_level level;
+    double width, fine, share, texel; /* w; what tighter tolerances take of it; of what is summed */
+} envmapi_banks_cut;
+
 /* Where a tile begins, in texels or cells, and how many it is wide. */
 typedef struct envmapi_banks_spot {
     double x, y, side;
     int face;
 } envmapi_banks_spot;
-
-typedef struct envmapi_banks_tile {
-    float rgb[ENVMAPI_NEAR_BLOCKS][ENVMAPI_BANKS_NODES * ENVMAPI_BANKS_NODES][16]; /* all turns' */
-    union {
-        envmapi_banks_block blocks[16]; /* texels as in these */
-        envmapi_banks_cells cells[16];
-    } of;
-    double middle[3], radius;
-} envmapi_banks_tile;
-
-typedef struct envmapi_banks_axis {
-    double a[3];
-    envmapi_near_axes at;
-} envmapi_banks_axis;
 
 /* A slice's ring. */
 typedef struct envmapi_banks_ring {
@@ -9041,28 +9012,6 @@ typedef struct envmapi_banks_ring {
     float sine, inverse, square; /* of A; 1 / tan(w/2); tan^2(w/2) */
     double limits[17][2];        /* cosines beyond which it sees nothing of a block, or the tile */
 } envmapi_banks_ring;
-
-/* What is summed: texels' centres, their tents by parabolas, or by places where they may cross a
-   fold; the bilinear radiance. */
-typedef enum envmapi_banks_kind {
-    ENVMAPI_BANKS_TEXELS,
-    ENVMAPI_BANKS_TENTS,
-    ENVMAPI_BANKS_PLACES,
-    ENVMAPI_BANKS_CELLS
-} envmapi_banks_kind;
-
-typedef struct envmapi_banks {
-    envmapi_near pair; /* the source, turns, and the slice of dst that is written */
-    envmapi_banks_tile *tiles;
-    envmapi_banks_spot *spots; /* of all tiles */
-    envmapi_banks_axis *axes;
-    float *sums;                                          /* [slice][axis][groups][16] */
-    double *light;                                        /* weights of texels, of each task */
-    int count, slice, slices, first, spot_count, tasks;   /* count: of axes */
-    envmapi_banks_kind kind;
-    int whole;                 /* _task_banks_thin has all */
-    double width, fine, share; /* w; what tighter tolerances take of it; of what is being summed */
-} envmapi_banks;
 
 /* The square of the distance between directions; the angle that a square is of. */
 static double envmapi_banks_square(const double a[3], const double b[3]) {
@@ -9072,45 +9021,6 @@ static double envmapi_banks_square(const double a[3], const double b[3]) {
 
 static double envmapi_banks_angle(double square) { return 2 * asin(fmin(sqrt(square) / 2, 1)); }
 
-/* Texel (x,y), lane `lane` of a block: a parabola through nine directions; of tents by places, one
-   of the texel's. */
-static void envmapi_banks_lane(envmapi_banks_block *block, const envmapi_banks *h, int face, int x,
-                               int y, int lane) {
-    const envmapi_level *level = &h->pair.axis.level;
-    const double(*tent)[2] = envmapi_tent[3];
-    int mapping = level->mapping, wide = level->width, high = level->edge;
-    double at[2], p[9][3], d[6][3], w, step = h->pair.axis.tent * tent[3][0];
-    if (x >= wide || y >= high) return;
-    w = envmapi_texel_cell(at, mapping, high, x, y) * h->share;
-    if (!(w > 0)) return;
-    if (h->kind == ENVMAPI_BANKS_PLACES) {
-        at[0] += h->pair.axis.tent * tent[lane % 4][0] / wide;
-        at[1] += h->pair.axis.tent * tent[lane / 4][0] / high;
-        w *= tent[lane % 4][1] * tent[lane / 4][1], step = 0;
-    }
-    block->weight[lane] = (float)w;
-    for (int i = 0; i < 9; ++i)
-        envmapi_direction(p[i], mapping, face, at[0] + (i % 3 - 1) * step / wide,
-                          at[1] + (i / 3 - 1) * step / high);
-    for (int c = 0; c < 3; ++c) {
-        d[0][c] = p[4][c] - block->centre[c];
-        d[1][c] = (p[5][c] - p[3][c]) / 2, d[2][c] = (p[7][c] - p[1][c]) / 2;
-        d[3][c] = (p[5][c] + p[3][c]) / 2 - p[4][c], d[5][c] = (p[7][c] + p[1][c]) / 2 - p[4][c];
-        d[4][c] = (p[8][c] - p[6][c] - p[2][c] + p[0][c]) / 4;
-        for (int i = 0; i < 6; ++i) block->d[i][c][lane] = (float)d[i][c];
-    }
-    for (int i = 0; i < 9; ++i)
-        block->reach = fmax(block->reach, envmapi_banks_square(p[i], block->centre));
-}
-
-/* The texel that a lane of block n has. */
-static void envmapi_banks_texel(int at[2], const envmapi_banks *h, const envmapi_banks_spot *spot,
-                                int n, int lane) {
-    int per = h->kind == ENVMAPI_BANKS_PLACES ? 1 : 4;
-    at[0] = (int)spot->x + n % 4 * per + lane % per;
-    at[1] = (int)spot->y + n / 4 * per + lane / 4 % per;
-}
-
 /* Where node c of n + 2 along u or v is, in texels: at a texel's centre, or at a map's edge; of
    paraboloids, whose faces reach beyond, half a texel farther out. Linear between nodes. */
 static double envmapi_banks_place(int mapping, int n, double c) {
@@ -9118,48 +9028,6 @@ static double envmapi_banks_place(int mapping, int n, double c) {
     if (mapping != ENVMAP_PARABOLOID)
         one = envmapi_clamp(one, 0, n), two = envmapi_clamp(two, 0, n);
     return one + (c - from) * (two - one);
-}
-
-/* L of a turn's texel (x,y), or of node (x,y) + 1; what lies within a rim is a texel, too. */
-static void envmapi_banks_look(float rgb[3], const envmapi_banks *h, const envmapi_place *to,
-                               const int at[2], int node) {
-    const envmapi_level *level = &h->pair.axis.level;
-    int mapping = level->mapping, exponent = h->pair.exponent;
-    int edge = at[0] < 0 || at[1] < 0 || at[0] >= level->width || at[1] >= level->edge;
-    double sum[3] = {0, 0, 0}, x = at[0], y = at[1];
-    if (!node || !(edge || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR)) {
-        envmapi_near_texel(rgb, &h->pair, to->face, to->x0 + to->xx * at[0] + to->xy * at[1],
-                           to->y0 + to->yx * at[0] + to->yy * at[1]);
-        return;
-    }
-    x = envmapi_banks_place(mapping, level->width, x + 1) - 0.5;
-    y = envmapi_banks_place(mapping, level->edge, y + 1) - 0.5;
-    envmapi_add_bilinear(sum, level, to->face,
-                         (to->x0 + to->xx * x + to->xy * y + 0.5) / level->width,
-                         (to->y0 + to->yx * x + to->yy * y + 0.5) / level->edge, 1);
-    for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
-    if (exponent) envmapi_floats_scale(rgb, rgb, 3, -exponent);
-}
-
-/* L of all turns of a tile's texels or nodes. */
-static void envmapi_banks_light(envmapi_banks_tile *tile, const envmapi_banks *h,
-                                const envmapi_banks_spot *spot) {
-    const envmapi_near *s = &h->pair;
-    const envmapi_level *level = &s->axis.level;
-    int cells = h->kind == ENVMAPI_BANKS_CELLS, nodes = cells ? (int)fmax(spot->side, 1) + 1 : 16;
-    for (int n = 0; n < nodes * nodes; ++n) {
-        int lane = cells ? n % nodes + n / nodes * ENVMAPI_BANKS_NODES : n, at[2];
-        at[0] = (int)spot->x + n % nodes - 1, at[1] = (int)spot->y + n / nodes - 1;
-        if (!cells && !(tile->of.blocks[n / 16].weight[n % 16] > 0)) continue;
-        if (!cells) envmapi_banks_texel(at, h, spot, n / 16, n % 16);
-        if (at[0] > level->width || at[1] > level->edge) continue;
-        for (int t = 0; t < s->turn_count; ++t) {
-            float rgb[3];
-            envmapi_banks_look(rgb, h, s->turns[t].src + spot->face, at, cells);
-            for (int c = 0; c < 3; ++c)
-                tile->rgb[(3 * t + c) / 16][lane][(3 * t + c) % 16] = rgb[c];
-        }
-    }
 }
 
 /* Direction at place (x,y) of a face, in texels; solid angle a texel there. */
@@ -9184,10 +9052,10 @@ static int envmapi_banks_within(double ends[2], const envmapi_level *level, doub
 }
 
 /* A line of cells. Beyond a rim its ends are on it, where it has no length. */
-static void envmapi_banks_line(envmapi_banks_cells *cells, const envmapi_banks *h,
+static void envmapi_banks_line(envmapi_banks_cells *cells, const envmapi_banks_cut *h,
                                const envmapi_banks_spot *spot, const double from[2], int along,
                                int lane) {
-    const envmapi_level *level = &h->pair.axis.level;
+    const envmapi_level *level = &h->level;
     int mapping = level->mapping, sizes[2] = {level->width, level->edge};
     double side = spot->side / 16, ends[2], at[2], node, weight;
     double cell = from[!along] + side * (lane % 4);
@@ -9212,9 +9080,9 @@ static void envmapi_banks_line(envmapi_banks_cells *cells, const envmapi_banks *
 }
 
 /* 4 x 4 cells from `from` on. */
-static void envmapi_banks_cells_of(envmapi_banks_cells *cells, const envmapi_banks *h,
+static void envmapi_banks_cells_of(envmapi_banks_cells *cells, const envmapi_banks_cut *h,
                                    const envmapi_banks_spot *spot, const double from[2]) {
-    const envmapi_level *level = &h->pair.axis.level;
+    const envmapi_level *level = &h->level;
     int mapping = level->mapping, sizes[2] = {level->width, level->edge};
     double side = spot->side / 16, start[2] = {floor(spot->x), floor(spot->y)}, at[2], d[2][3];
     for (int i = 0; i < 2; ++i) {
@@ -9249,54 +9117,10 @@ static void envmapi_banks_cells_of(envmapi_banks_cells *cells, const envmapi_ban
     cells->reach = envmapi_banks_angle(cells->reach);
 }
 
-static void envmapi_task_banks_tile(void *context, int task) {
-    const envmapi_banks *h = (const envmapi_banks *)context;
-    const envmapi_level *level = &h->pair.axis.level;
-    envmapi_banks_tile *tile = h->tiles + task;
-    const envmapi_banks_spot *spot = h->spots + h->first + task;
-    int cells = h->kind == ENVMAPI_BANKS_CELLS, at[2];
-    memset(tile, 0, sizeof *tile);
-    if (h->first + task >= h->spot_count) return;
-    double centre[16][3], reach[16];
-    for (int n = 0; n < 16; ++n) {
-        if (cells) {
-            envmapi_banks_cells *block = tile->of.cells + n;
-            double from[2] = {spot->x + n % 4 * spot->side / 4, spot->y + n / 4 * spot->side / 4};
-            envmapi_banks_cells_of(block, h, spot, from);
-            memcpy(centre[n], block->centre, sizeof centre[n]), reach[n] = block->reach;
-        } else {
-            envmapi_banks_block *block = tile->of.blocks + n;
-            double middle = spot->side / 8, uv[2];
-            uv[0] = fmin((spot->x + n % 4 * spot->side / 4 + middle) / level->width, 1);
-            uv[1] = fmin((spot->y + n / 4 * spot->side / 4 + middle) / level->edge, 1);
-            envmapi_banks_texel(at, h, spot, n, 0);
-            if (h->kind == ENVMAPI_BANKS_PLACES)
-                envmapi_texel_cell(uv, level->mapping, level->edge, at[0], at[1]);
-            envmapi_direction(block->centre, level->mapping, spot->face, uv[0], uv[1]);
-            for (int l = 0; l < 16; ++l) {
-                envmapi_banks_texel(at, h, spot, n, l);
-                envmapi_banks_lane(block, h, spot->face, at[0], at[1], l);
-            }
-            block->reach = envmapi_banks_angle(block->reach);
-            if (h->kind == ENVMAPI_BANKS_PLACES) /* the definition's tents reach so far */
-                block->reach = fmin(block->reach, 2 * h->pair.axis.texel);
-            memcpy(centre[n], block->centre, sizeof centre[n]), reach[n] = block->reach;
-        }
-        for (int c = 0; c < 3; ++c) tile->middle[c] += reach[n] > 0 ? centre[n][c] : 0;
-    }
-    envmapi_unit(tile->middle, tile->middle);
-    for (int n = 0; n < 16; ++n)
-        if (reach[n] > 0)
-            tile->radius =
-                fmax(tile->radius,
-                     reach[n] + envmapi_banks_angle(envmapi_banks_square(tile->middle, centre[n])));
-    if (tile->radius > 0) envmapi_banks_light(tile, h, spot);
-}
-
 /* Are a tile's cells too large? Three of its lines are looked at along u and along v: cells are as
    wide as the ring, or t bends in them. */
-static int envmapi_banks_large(const envmapi_banks *h, const envmapi_banks_spot *spot) {
-    const envmapi_level *level = &h->pair.axis.level;
+static int envmapi_banks_large(const envmapi_banks_cut *h, const envmapi_banks_spot *spot) {
+    const envmapi_level *level = &h->level;
     int sizes[2] = {level->width, level->edge};
     double start[2] = {spot->x, spot->y}, at[2], ends[2], d[3][3], w[3];
     for (int line = 0; line < 6; ++line) {
@@ -9319,47 +9143,11 @@ static int envmapi_banks_large(const envmapi_banks *h, const envmapi_banks_spot 
             for (int c = 0; c < 3; ++c) bend += pow(d[1][c] - (d[0][c] + d[2][c]) / 2, 2);
             if (sqrt(envmapi_banks_square(d[0], d[2])) > ENVMAPI_BANKS_WIDE * h->fine * h->width ||
                 sqrt(bend) > ENVMAPI_BANKS_BEND * h->fine * h->width ||
-                fabs(w[1] - (w[0] + w[2]) / 2) > 0.005 * h->fine * pow(h->pair.axis.texel, 2))
+                fabs(w[1] - (w[0] + w[2]) / 2) > 0.005 * h->fine * pow(h->texel, 2))
                 return 1;
         }
     }
     return 0;
-}
-
-/* The tiles of a square, which is halved as long as cells are too large; notes them where there is
-   room. */
-static int envmapi_banks_split(envmapi_banks_spot *spots, const envmapi_banks *h,
-                               envmapi_banks_spot spot) {
-    const envmapi_level *level = &h->pair.axis.level;
-    int count = 0;
-    if (h->kind == ENVMAPI_BANKS_CELLS) {
-        if (spot.x >= level->width + 1 || spot.y >= level->edge + 1) return 0;
-    } else if (spot.x >= level->width || spot.y >= level->edge) return 0;
-    if (h->kind != ENVMAPI_BANKS_CELLS || spot.side < ENVMAPI_BANKS_LEAST ||
-        !envmapi_banks_large(h, &spot)) {
-        if (spots) *spots = spot;
-        return 1;
-    }
-    spot.side /= 2;
-    for (int i = 0; i < 4; ++i) {
-        envmapi_banks_spot quarter = spot;
-        quarter.x += i % 2 * spot.side, quarter.y += i / 2 * spot.side;
-        count += envmapi_banks_split(spots ? spots + count : NULL, h, quarter);
-    }
-    return count;
-}
-
-/* All tiles of the source. */
-static int envmapi_banks_spots(envmapi_banks_spot *spots, const envmapi_banks *h) {
-    const envmapi_level *level = &h->pair.axis.level;
-    int count = 0, side = h->kind == ENVMAPI_BANKS_PLACES ? 4 : 16;
-    for (int face = 0; face < envmap_faces(level->mapping); ++face)
-        for (int y = 0; y <= level->edge; y += side)
-            for (int x = 0; x <= level->width; x += side) {
-                envmapi_banks_spot spot = {(double)x, (double)y, (double)side, face};
-                count += envmapi_banks_split(spots ? spots + count : NULL, h, spot);
-            }
-    return count;
 }
 
 /* t of 16 directions; and 1 / sin theta, cos theta. off: cos A - cos theta of their middle. */
@@ -9377,51 +9165,6 @@ ENVMAPI_INLINE void envmapi_banks_across(float t[16], float r[16], float x[16],
         memcpy(&root, &bits, sizeof root);
         for (int n = 0; n < 2; ++n) root *= 1.5f - 0.5f * square * root * root;
         t[l] = beyond / (square * root + ring->sine) * ring->inverse, r[l] = root, x[l] = from;
-    }
-}
-
-/* t over a block's texels: of their middles, u, v, uu, uv, vv. */
-ENVMAPI_INLINE void envmapi_banks_form(float t[6][16], const envmapi_banks_block *block,
-                                       const envmapi_banks_ring *ring, const float a[3],
-                                       float off) {
-    float r[16], x[16];
-    envmapi_banks_across(t[0], r, x, (const float(*)[16])block->d[0], ring, a, off);
-    for (int l = 0; l < 16; ++l) {
-        float g[6], bends = x[l] * r[l] * r[l]; /* theta bends by its slope, too */
-        for (int i = 1; i < 6; ++i)
-            g[i] = a[0] * block->d[i][0][l] + a[1] * block->d[i][1][l] + a[2] * block->d[i][2][l];
-        float grows = -0.5f * ring->inverse * (1 + t[0][l] * t[0][l] * ring->square) * r[l];
-        t[1][l] = grows * g[1], t[2][l] = grows * g[2];
-        t[3][l] = grows * (g[3] + 0.5f * bends * g[1] * g[1]);
-        t[4][l] = grows * (g[4] + bends * g[1] * g[2]);
-        t[5][l] = grows * (g[5] + 0.5f * bends * g[2] * g[2]);
-    }
-}
-
-/* K of a block's texels, or their tents. */
-ENVMAPI_INLINE void envmapi_banks_weigh(float K[16], float t[6][16],
-                                        const envmapi_banks_block *block, float square,
-                                        int places) {
-    const float inner = (float)(envmapi_tent[3][2][0] / envmapi_tent[3][3][0]);
-    const float at[4] = {-1, -inner, inner, 1};
-    const float weight[2] = {(float)envmapi_tent[3][0][1], (float)envmapi_tent[3][1][1]};
-    for (int l = 0; l < 16; ++l) {
-        float u = t[0][l] * t[0][l], k = 0;
-        if (places)
-            for (int j = 0; j < 4; ++j) {
-                float base = t[0][l] + at[j] * (t[2][l] + at[j] * t[5][l]);
-                float slope = t[1][l] + at[j] * t[4][l];
-                for (int i = 0; i < 2; ++i) { /* at both ends */
-                    float middle = base + at[i] * at[i] * t[3][l], step = at[i] * slope;
-                    float one = middle - step, two = middle + step;
-                    one = 1 - one * one, two = 1 - two * two;
-                    one = one > 0 ? one : 0, two = two > 0 ? two : 0;
-                    k += weight[i] * weight[j < 2 ? j : 3 - j] * (one + two);
-                }
-            }
-        else k = u < 1 ? 1 - u : 0;
-        u = square * (u < 1 ? u : 1);
-        K[l] = block->weight[l] * k * (1 - u * (1 - u));
     }
 }
 
@@ -9496,6 +9239,279 @@ static int envmapi_banks_weigh_cells(float *k, short *at, int count,
     return count;
 }
 
+/* ----------------------------------------------------------------------------------- >>banks --
+   Thin rings: the sum that >>reference defines, for Banks' lobes of s >= 0.98. Their rings see few
+   texels, but of many parts of the source.
+     in     a source, a lobe, slices of a result, a tolerance       out    these slices
+       L(a) = sum_i L_i w_i sum_j q_j k(theta_j)    16 places j in the tent of texel i, weights q
+   A ring at angle A from its axis has the half-width w = acos(s), and
+       tan((theta - A)/2) = (cos A - cos theta) / (sin A + sin theta) = t tan(w/2)
+       k = (cos(theta - A) - s) / (1-s) = (1 - t^2) / (1 + t^2 (1-s)/(1+s))
+   A tile of 16 x 16 texels stays in a cache while all axes of all slices take it. Floats hold what
+   is left of the middle of 4 x 4 texels, whose cosine is a double: so k keeps its digits beside the
+   ring's edges. Over a tent t is a quadratic form in (u,v), from nine directions.
+       nine directions of a texel; what a tile has for all turns   _lane, _light, _task_banks_tile
+       which of a tile's texels a ring sees, k of these, and L_i   _ring_of, _weigh, _apply
+       slices at p and -p see opposite rings                       _put
+   Of maps with folds or a rim, texels' 16 places have directions of their own.
+   Where the bilinear radiance counts (w < 2 texels), tiles have cells: >>cells.
+       tiles, halved as long as their cells are too large          _split, _spots
+   Below a tolerance of 1e-4, and for few axes, >>reference says what texels count for an axis:
+       once for all images of that axis                            _task_banks_thin
+   Called by sharp before >>near.  Source: ours.  Tests: tests/test_banks.c. */
+
+#define ENVMAPI_BANKS_TILES 8  /* at a time; any number is right */
+#define ENVMAPI_BANKS_ROUND 64 /* axes at a time, too */
+
+/* 4 x 4 texels: their middle, and of each its own from there, what its direction grows by to the
+   outermost places along u and v, and half of second derivatives: uu, uv (whole), vv. */
+typedef struct envmapi_banks_block {
+    float d[6][3][16], weight[16];
+    double centre[3], reach; /* rad, to the farthest place; 0: no texels */
+} envmapi_banks_block;
+
+typedef struct envmapi_banks_tile {
+    float rgb[ENVMAPI_NEAR_BLOCKS][ENVMAPI_BANKS_NODES * ENVMAPI_BANKS_NODES][16]; /* all turns' */
+    union {
+        envmapi_banks_block blocks[16]; /* texels as in these */
+        envmapi_banks_cells cells[16];
+    } of;
+    double middle[3], radius;
+} envmapi_banks_tile;
+
+typedef struct envmapi_banks_axis {
+    double a[3];
+    envmapi_near_axes at;
+} envmapi_banks_axis;
+
+/* What is summed: texels' centres, their tents by parabolas, or by places where they may cross a
+   fold; the bilinear radiance. */
+typedef enum envmapi_banks_kind {
+    ENVMAPI_BANKS_TEXELS,
+    ENVMAPI_BANKS_TENTS,
+    ENVMAPI_BANKS_PLACES,
+    ENVMAPI_BANKS_CELLS
+} envmapi_banks_kind;
+
+typedef struct envmapi_banks {
+    envmapi_near pair; /* the source, turns, and the slice of dst that is written */
+    envmapi_banks_tile *tiles;
+    envmapi_banks_spot *spots; /* of all tiles */
+    envmapi_banks_axis *axes;
+    float *sums;                                          /* [slice][axis][groups][16] */
+    double *light;                                        /* weights of texels, of each task */
+    int count, slice, slices, first, spot_count, tasks;   /* count: of axes */
+    envmapi_banks_kind kind;
+    int whole;                 /* _task_banks_thin has all */
+    envmapi_banks_cut cut;     /* for cells; w, and the share of what is summed, for all */
+} envmapi_banks;
+
+/* Texel (x,y), lane `lane` of a block: a parabola through nine directions; of tents by places, one
+   of the texel's. */
+static void envmapi_banks_lane(envmapi_banks_block *block, const envmapi_banks *h, int face, int x,
+                               int y, int lane) {
+    const envmapi_level *level = &h->pair.axis.level;
+    const double(*tent)[2] = envmapi_tent[3];
+    int mapping = level->mapping, wide = level->width, high = level->edge;
+    double at[2], p[9][3], d[6][3], w, step = h->pair.axis.tent * tent[3][0];
+    if (x >= wide || y >= high) return;
+    w = envmapi_texel_cell(at, mapping, high, x, y) * h->cut.share;
+    if (!(w > 0)) return;
+    if (h->kind == ENVMAPI_BANKS_PLACES) {
+        at[0] += h->pair.axis.tent * tent[lane % 4][0] / wide;
+        at[1] += h->pair.axis.tent * tent[lane / 4][0] / high;
+        w *= tent[lane % 4][1] * tent[lane / 4][1], step = 0;
+    }
+    block->weight[lane] = (float)w;
+    for (int i = 0; i < 9; ++i)
+        envmapi_direction(p[i], mapping, face, at[0] + (i % 3 - 1) * step / wide,
+                          at[1] + (i / 3 - 1) * step / high);
+    for (int c = 0; c < 3; ++c) {
+        d[0][c] = p[4][c] - block->centre[c];
+        d[1][c] = (p[5][c] - p[3][c]) / 2, d[2][c] = (p[7][c] - p[1][c]) / 2;
+        d[3][c] = (p[5][c] + p[3][c]) / 2 - p[4][c], d[5][c] = (p[7][c] + p[1][c]) / 2 - p[4][c];
+        d[4][c] = (p[8][c] - p[6][c] - p[2][c] + p[0][c]) / 4;
+        for (int i = 0; i < 6; ++i) block->d[i][c][lane] = (float)d[i][c];
+    }
+    for (int i = 0; i < 9; ++i)
+        block->reach = fmax(block->reach, envmapi_banks_square(p[i], block->centre));
+}
+
+/* The texel that a lane of block n has. */
+static void envmapi_banks_texel(int at[2], const envmapi_banks *h, const envmapi_banks_spot *spot,
+                                int n, int lane) {
+    int per = h->kind == ENVMAPI_BANKS_PLACES ? 1 : 4;
+    at[0] = (int)spot->x + n % 4 * per + lane % per;
+    at[1] = (int)spot->y + n / 4 * per + lane / 4 % per;
+}
+
+/* L of a turn's texel (x,y), or of node (x,y) + 1; what lies within a rim is a texel, too. */
+static void envmapi_banks_look(float rgb[3], const envmapi_banks *h, const envmapi_place *to,
+                               const int at[2], int node) {
+    const envmapi_level *level = &h->pair.axis.level;
+    int mapping = level->mapping, exponent = h->pair.exponent;
+    int edge = at[0] < 0 || at[1] < 0 || at[0] >= level->width || at[1] >= level->edge;
+    double sum[3] = {0, 0, 0}, x = at[0], y = at[1];
+    if (!node || !(edge || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR)) {
+        envmapi_near_texel(rgb, &h->pair, to->face, to->x0 + to->xx * at[0] + to->xy * at[1],
+                           to->y0 + to->yx * at[0] + to->yy * at[1]);
+        return;
+    }
+    x = envmapi_banks_place(mapping, level->width, x + 1) - 0.5;
+    y = envmapi_banks_place(mapping, level->edge, y + 1) - 0.5;
+    envmapi_add_bilinear(sum, level, to->face,
+                         (to->x0 + to->xx * x + to->xy * y + 0.5) / level->width,
+                         (to->y0 + to->yx * x + to->yy * y + 0.5) / level->edge, 1);
+    for (int c = 0; c < 3; ++c) rgb[c] = (float)sum[c];
+    if (exponent) envmapi_floats_scale(rgb, rgb, 3, -exponent);
+}
+
+/* L of all turns of a tile's texels or nodes. */
+static void envmapi_banks_light(envmapi_banks_tile *tile, const envmapi_banks *h,
+                                const envmapi_banks_spot *spot) {
+    const envmapi_near *s = &h->pair;
+    const envmapi_level *level = &s->axis.level;
+    int cells = h->kind == ENVMAPI_BANKS_CELLS, nodes = cells ? (int)fmax(spot->side, 1) + 1 : 16;
+    for (int n = 0; n < nodes * nodes; ++n) {
+        int lane = cells ? n % nodes + n / nodes * ENVMAPI_BANKS_NODES : n, at[2];
+        at[0] = (int)spot->x + n % nodes - 1, at[1] = (int)spot->y + n / nodes - 1;
+        if (!cells && !(tile->of.blocks[n / 16].weight[n % 16] > 0)) continue;
+        if (!cells) envmapi_banks_texel(at, h, spot, n / 16, n % 16);
+        if (at[0] > level->width || at[1] > level->edge) continue;
+        for (int t = 0; t < s->turn_count; ++t) {
+            float rgb[3];
+            envmapi_banks_look(rgb, h, s->turns[t].src + spot->face, at, cells);
+            for (int c = 0; c < 3; ++c)
+                tile->rgb[(3 * t + c) / 16][lane][(3 * t + c) % 16] = rgb[c];
+        }
+    }
+}
+
+static void envmapi_task_banks_tile(void *context, int task) {
+    const envmapi_banks *h = (const envmapi_banks *)context;
+    const envmapi_level *level = &h->pair.axis.level;
+    envmapi_banks_tile *tile = h->tiles + task;
+    const envmapi_banks_spot *spot = h->spots + h->first + task;
+    int cells = h->kind == ENVMAPI_BANKS_CELLS, at[2];
+    memset(tile, 0, sizeof *tile);
+    if (h->first + task >= h->spot_count) return;
+    double centre[16][3], reach[16];
+    for (int n = 0; n < 16; ++n) {
+        if (cells) {
+            envmapi_banks_cells *block = tile->of.cells + n;
+            double from[2] = {spot->x + n % 4 * spot->side / 4, spot->y + n / 4 * spot->side / 4};
+            envmapi_banks_cells_of(block, &h->cut, spot, from);
+            memcpy(centre[n], block->centre, sizeof centre[n]), reach[n] = block->reach;
+        } else {
+            envmapi_banks_block *block = tile->of.blocks + n;
+            double middle = spot->side / 8, uv[2];
+            uv[0] = fmin((spot->x + n % 4 * spot->side / 4 + middle) / level->width, 1);
+            uv[1] = fmin((spot->y + n / 4 * spot->side / 4 + middle) / level->edge, 1);
+            envmapi_banks_texel(at, h, spot, n, 0);
+            if (h->kind == ENVMAPI_BANKS_PLACES)
+                envmapi_texel_cell(uv, level->mapping, level->edge, at[0], at[1]);
+            envmapi_direction(block->centre, level->mapping, spot->face, uv[0], uv[1]);
+            for (int l = 0; l < 16; ++l) {
+                envmapi_banks_texel(at, h, spot, n, l);
+                envmapi_banks_lane(block, h, spot->face, at[0], at[1], l);
+            }
+            block->reach = envmapi_banks_angle(block->reach);
+            if (h->kind == ENVMAPI_BANKS_PLACES) /* the definition's tents reach so far */
+                block->reach = fmin(block->reach, 2 * h->pair.axis.texel);
+            memcpy(centre[n], block->centre, sizeof centre[n]), reach[n] = block->reach;
+        }
+        for (int c = 0; c < 3; ++c) tile->middle[c] += reach[n] > 0 ? centre[n][c] : 0;
+    }
+    envmapi_unit(tile->middle, tile->middle);
+    for (int n = 0; n < 16; ++n)
+        if (reach[n] > 0)
+            tile->radius =
+                fmax(tile->radius,
+                     reach[n] + envmapi_banks_angle(envmapi_banks_square(tile->middle, centre[n])));
+    if (tile->radius > 0) envmapi_banks_light(tile, h, spot);
+}
+
+/* The tiles of a square, which is halved as long as cells are too large; notes them where there is
+   room. */
+static int envmapi_banks_split(envmapi_banks_spot *spots, const envmapi_banks *h,
+                               envmapi_banks_spot spot) {
+    const envmapi_level *level = &h->pair.axis.level;
+    int count = 0;
+    if (h->kind == ENVMAPI_BANKS_CELLS) {
+        if (spot.x >= level->width + 1 || spot.y >= level->edge + 1) return 0;
+    } else if (spot.x >= level->width || spot.y >= level->edge) return 0;
+    if (h->kind != ENVMAPI_BANKS_CELLS || spot.side < ENVMAPI_BANKS_LEAST ||
+        !envmapi_banks_large(&h->cut, &spot)) {
+        if (spots) *spots = spot;
+        return 1;
+    }
+    spot.side /= 2;
+    for (int i = 0; i < 4; ++i) {
+        envmapi_banks_spot quarter = spot;
+        quarter.x += i % 2 * spot.side, quarter.y += i / 2 * spot.side;
+        count += envmapi_banks_split(spots ? spots + count : NULL, h, quarter);
+    }
+    return count;
+}
+
+/* All tiles of the source. */
+static int envmapi_banks_spots(envmapi_banks_spot *spots, const envmapi_banks *h) {
+    const envmapi_level *level = &h->pair.axis.level;
+    int count = 0, side = h->kind == ENVMAPI_BANKS_PLACES ? 4 : 16;
+    for (int face = 0; face < envmap_faces(level->mapping); ++face)
+        for (int y = 0; y <= level->edge; y += side)
+            for (int x = 0; x <= level->width; x += side) {
+                envmapi_banks_spot spot = {(double)x, (double)y, (double)side, face};
+                count += envmapi_banks_split(spots ? spots + count : NULL, h, spot);
+            }
+    return count;
+}
+
+/* t over a block's texels: of their middles, u, v, uu, uv, vv. */
+ENVMAPI_INLINE void envmapi_banks_form(float t[6][16], const envmapi_banks_block *block,
+                                       const envmapi_banks_ring *ring, const float a[3],
+                                       float off) {
+    float r[16], x[16];
+    envmapi_banks_across(t[0], r, x, (const float(*)[16])block->d[0], ring, a, off);
+    for (int l = 0; l < 16; ++l) {
+        float g[6], bends = x[l] * r[l] * r[l]; /* theta bends by its slope, too */
+        for (int i = 1; i < 6; ++i)
+            g[i] = a[0] * block->d[i][0][l] + a[1] * block->d[i][1][l] + a[2] * block->d[i][2][l];
+        float grows = -0.5f * ring->inverse * (1 + t[0][l] * t[0][l] * ring->square) * r[l];
+        t[1][l] = grows * g[1], t[2][l] = grows * g[2];
+        t[3][l] = grows * (g[3] + 0.5f * bends * g[1] * g[1]);
+        t[4][l] = grows * (g[4] + bends * g[1] * g[2]);
+        t[5][l] = grows * (g[5] + 0.5f * bends * g[2] * g[2]);
+    }
+}
+
+/* K of a block's texels, or their tents. */
+ENVMAPI_INLINE void envmapi_banks_weigh(float K[16], float t[6][16],
+                                        const envmapi_banks_block *block, float square,
+                                        int places) {
+    const float inner = (float)(envmapi_tent[3][2][0] / envmapi_tent[3][3][0]);
+    const float at[4] = {-1, -inner, inner, 1};
+    const float weight[2] = {(float)envmapi_tent[3][0][1], (float)envmapi_tent[3][1][1]};
+    for (int l = 0; l < 16; ++l) {
+        float u = t[0][l] * t[0][l], k = 0;
+        if (places)
+            for (int j = 0; j < 4; ++j) {
+                float base = t[0][l] + at[j] * (t[2][l] + at[j] * t[5][l]);
+                float slope = t[1][l] + at[j] * t[4][l];
+                for (int i = 0; i < 2; ++i) { /* at both ends */
+                    float middle = base + at[i] * at[i] * t[3][l], step = at[i] * slope;
+                    float one = middle - step, two = middle + step;
+                    one = 1 - one * one, two = 1 - two * two;
+                    one = one > 0 ? one : 0, two = two > 0 ? two : 0;
+                    k += weight[i] * weight[j < 2 ? j : 3 - j] * (one + two);
+                }
+            }
+        else k = u < 1 ? 1 - u : 0;
+        u = square * (u < 1 ? u : 1);
+        K[l] = block->weight[l] * k * (1 - u * (1 - u));
+    }
+}
+
 /* sums += K times the images of a tile's texels or nodes. */
 static void envmapi_banks_apply(float *sums, const envmapi_banks_tile *tile,
                                 const envmapi_banks_ring *ring, const double axis[3],
@@ -9540,7 +9556,7 @@ static void envmapi_banks_apply(float *sums, const envmapi_banks_tile *tile,
 static envmapi_banks_ring envmapi_banks_ring_of(const envmapi_banks *h, int slice,
                                                 const envmapi_banks_tile *tile) {
     double p = envmapi_slice_p(h->pair.axis.lobe, slice, h->pair.dst.slices);
-    double half = tan(h->width / 2);
+    double half = tan(h->cut.width / 2);
     envmapi_banks_ring ring;
     ring.angle = envmapi_acos(-p), ring.cosine = cos(ring.angle);
     ring.sine = (float)sin(ring.angle);
@@ -9549,7 +9565,7 @@ static envmapi_banks_ring envmapi_banks_ring_of(const envmapi_banks *h, int slic
         double reach = n == 16                          ? tile->radius
                        : h->kind == ENVMAPI_BANKS_CELLS ? tile->of.cells[n].reach
                                                         : tile->of.blocks[n].reach;
-        double room = h->width + reach + 1e-6;
+        double room = h->cut.width + reach + 1e-6;
         ring.limits[n][0] = reach > 0 ? envmapi_cosine(ring.angle + room) : 2;
         ring.limits[n][1] = envmapi_cosine(ring.angle - room);
     }
@@ -9644,7 +9660,7 @@ static int envmapi_banks_suits(const envmapi_banks *h) {
                 axes * (axis->tent > 0 ? 8 : 0.5) > 1 / axis->texel;
     for (int k = h->slice; k < h->slice + h->slices && suits; ++k) {
         double angle = envmapi_acos(-envmapi_slice_p(axis->lobe, k, h->pair.dst.slices));
-        suits = fmin(angle, ENVMAPI_PI - angle) > h->width + fmin(4 * axis->texel, 0.03);
+        suits = fmin(angle, ENVMAPI_PI - angle) > h->cut.width + fmin(4 * axis->texel, 0.03);
     }
     return suits;
 }
@@ -9688,7 +9704,7 @@ static envmap_result envmapi_banks_create(envmapi_banks *h, envmapi_pool *pool) 
 /* Tiles, some at a time, for all axes of all slices. */
 static envmap_result envmapi_banks_tiles(envmapi_banks *h, envmapi_banks_kind kind, double share,
                                          const envmap_work *work, envmapi_pool *pool) {
-    h->kind = kind, h->share = share, h->spot_count = envmapi_banks_spots(NULL, h);
+    h->kind = kind, h->cut.share = share, h->spot_count = envmapi_banks_spots(NULL, h);
     h->spots =
         (envmapi_banks_spot *)envmapi_pool_get(pool, (size_t)h->spot_count, sizeof *h->spots);
     if (!h->spots) return ENVMAP_ERROR_MEMORY;
@@ -9746,8 +9762,9 @@ static envmap_result envmapi_filter_banks(envmap *dst, const envmap *src, int fi
     pair->dst = *dst, pair->axis.lobe = lobe, pair->all = 1; /* texels as they are */
     pair->norm = envmapi_lobe_norm(lobe), pair->scale = 1 / (1 - s);
     envmapi_axis_aim(&pair->axis, src, first, dst->slices, tolerance);
-    h->slice = first, h->slices = slices, h->width = acos(s);
-    h->fine = fmin(pow(tolerance * 1e3, 0.3), 1);
+    h->slice = first, h->slices = slices, h->cut.width = acos(s);
+    h->cut.fine = fmin(pow(tolerance * 1e3, 0.3), 1);
+    h->cut.level = pair->axis.level, h->cut.texel = pair->axis.texel;
     h->tasks = (envmapi_tasks(&desc->work) + 1) / 2; /* their weights take memory */
     *served = envmapi_banks_suits(h);
     if (!*served) return ENVMAP_OK;

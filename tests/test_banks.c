@@ -240,8 +240,8 @@ static double seconds(double s) {
 static void rings_of_any_width_take_a_few_times_as_long_as_their_neighbours(void) {
     double wide = seconds(0.9999), thin = seconds(0.99995), thinner = seconds(0.99999);
     if (!test_timed()) return;
-    FIGURE("1.6 texels, times 2.3", thin / wide, 8);
-    FIGURE("0.7 texels, times 2.3", thinner / wide, 8);
+    FIGURE("1.6 texels, times 2.3", thin / wide, 6);
+    FIGURE("0.7 texels, times 2.3", thinner / wide, 6);
 }
 
 /* FAST goes there, and keeps the rules of every call. */

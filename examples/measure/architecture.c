@@ -67,6 +67,7 @@ static const struct described {
     {"knots", METHODS, "a tile of axes", "K of a few axes, and of those between"},
     {"near", METHODS, "a slice, a sharp lobe, a tolerance",
      "that sum over the texels within reach"},
+    {"cells", METHODS, "a cell, a thin ring", "what it counts of the corners"},
     {"banks", METHODS, "a slice, a thin ring", "that sum, tile by tile of the source"},
     {"scene", METHODS, "a slice", "its contrast at every scale, its lights"},
     {"fast", METHODS, "a slice, its scene, lobes, a tolerance",
