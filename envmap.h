@@ -8979,7 +8979,7 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
    how far its middle may be from a straight line's. */
 #define ENVMAPI_BANKS_WIDE  1.5
 #define ENVMAPI_BANKS_BEND  0.005
-#define ENVMAPI_BANKS_LEAST 0.5 /* texels, below which no tile is halved */
+#define ENVMAPI_BANKS_LEAST 0.5 /* of a tile that is not halved any more */
 
 /* 4 x 4 cells by 16 lines along u (0), and by as many along v, four a cell: lane l has the cell
    l % 4. Places are in texels; ends of what lies in a cell are `at` j and j + 1. */
@@ -9021,12 +9021,17 @@ static double envmapi_banks_square(const double a[3], const double b[3]) {
 
 static double envmapi_banks_angle(double square) { return 2 * asin(fmin(sqrt(square) / 2, 1)); }
 
-/* Where node c of n + 2 along u or v is, in texels: at a texel's centre, or at a map's edge; of
-   paraboloids, whose faces reach beyond, half a texel farther out. Linear between nodes. */
+/* Cells along u or v of a map n texels wide: from a map's edge to a texel's centre, to the next; of
+   paraboloids, whose faces reach beyond, a texel more at each end. */
+static int envmapi_banks_count(int mapping, int n) {
+    return n + 1 + 2 * (mapping == ENVMAP_PARABOLOID);
+}
+
+/* Where node c is, which cell c begins with, in texels. Linear between nodes. */
 static double envmapi_banks_place(int mapping, int n, double c) {
     double from = floor(c), one = from - 0.5, two = from + 0.5;
-    if (mapping != ENVMAP_PARABOLOID)
-        one = envmapi_clamp(one, 0, n), two = envmapi_clamp(two, 0, n);
+    if (mapping == ENVMAP_PARABOLOID) return c - 1.5;
+    one = envmapi_clamp(one, 0, n), two = envmapi_clamp(two, 0, n);
     return one + (c - from) * (two - one);
 }
 
@@ -9051,15 +9056,27 @@ static int envmapi_banks_within(double ends[2], const envmapi_level *level, doub
     return r > 0;
 }
 
+/* Half of the second derivative between four ends: the mean of two; or the smaller one, as a fold at
+   an end has a large one. */
+ENVMAPI_INLINE float envmapi_banks_bend(const float bends[2][2], const float *f, int stride) {
+    float step = f[2 * stride] - f[stride];
+    float one = bends[0][1] * step - bends[0][0] * (f[stride] - f[0]);
+    float two = bends[1][1] * (f[3 * stride] - f[2 * stride]) - bends[1][0] * step;
+    float small = fabsf(one) < fabsf(two) ? one : two, mean = (one + two) / 2;
+    return fabsf(mean) > 3 * fabsf(small) ? small : mean;
+}
+
 /* A line of cells. Beyond a rim its ends are on it, where it has no length. */
 static void envmapi_banks_line(envmapi_banks_cells *cells, const envmapi_banks_cut *h,
                                const envmapi_banks_spot *spot, const double from[2], int along,
                                int lane) {
     const envmapi_level *level = &h->level;
     int mapping = level->mapping, sizes[2] = {level->width, level->edge};
+    float light[5];
     double side = spot->side / 16, ends[2], at[2], node, weight;
+    double last = envmapi_banks_count(mapping, sizes[along]);
     double cell = from[!along] + side * (lane % 4);
-    if (cell >= sizes[!along] + 1) return;
+    if (cell >= envmapi_banks_count(mapping, sizes[!along])) return;
     weight = envmapi_gauss_many(&node, lane / 4, 4) / 2 * h->share;
     at[!along] = envmapi_banks_place(mapping, sizes[!along], cell + side * (1 + node) / 2);
     weight *= side * (envmapi_banks_place(mapping, sizes[!along], floor(cell) + 1) -
@@ -9067,15 +9084,20 @@ static void envmapi_banks_line(envmapi_banks_cells *cells, const envmapi_banks_c
     if (!envmapi_banks_within(ends, level, at[!along])) return;
     cells->beside[along][lane] = (float)(cell - floor(cell) + side * (1 + node) / 2);
     for (int e = 0; e < 5; ++e) {
-        double d[3], q = fmin(from[along] + e * side, sizes[along] + 1);
+        double d[3], q = fmin(from[along] + e * side, last);
         at[along] = envmapi_banks_place(mapping, sizes[along], q);
         at[along] = envmapi_clamp(at[along], ends[0], ends[1]);
-        cells->light[along][e][lane] =
-            (float)(weight * envmapi_banks_at(d, level, spot->face, at[0], at[1]));
+        light[e] = (float)(weight * envmapi_banks_at(d, level, spot->face, at[0], at[1]));
         cells->at[along][e][lane] =
             (float)(at[along] - floor(spot->x) * !along - floor(spot->y) * along);
         for (int c = 0; c < 3; ++c) cells->d[along][e][c][lane] = (float)(d[c] - cells->centre[c]);
         cells->reach = fmax(cells->reach, envmapi_banks_square(d, cells->centre));
+    }
+    for (int e = 0; e < 5; ++e) { /* as straight lines that have the mean of what bends */
+        int i = e < 2 ? 0 : e < 4 ? e - 2 : 1, before = e > 0 ? e - 1 : 0;
+        float bend = envmapi_banks_bend(cells->bends[along] + i, light + i, 1);
+        float length = cells->at[along][before + 1][lane] - cells->at[along][before][lane];
+        cells->light[along][e][lane] = fmaxf(light[e] - bend * length * length / 6, 0);
     }
 }
 
@@ -9095,7 +9117,7 @@ static void envmapi_banks_cells_of(envmapi_banks_cells *cells, const envmapi_ban
         }
         at[i] = envmapi_banks_place(mapping, sizes[i], from[i] + 2 * side);
         for (int e = 0; e < 3; ++e) {
-            double p[3], most = sizes[i] + 1;
+            double p[3], most = envmapi_banks_count(mapping, sizes[i]);
             for (int k = 0; k < 3; ++k)
                 p[k] = envmapi_banks_place(mapping, sizes[i], fmin(from[i] + (e + k) * side, most));
             double before = (p[1] - p[0]) * (p[2] - p[0]), behind = (p[2] - p[1]) * (p[2] - p[0]);
@@ -9127,12 +9149,14 @@ static int envmapi_banks_large(const envmapi_banks_cut *h, const envmapi_banks_s
         int along = line % 2, n = sizes[along];
         double cell = start[!along] + (0.3 + 7.5 * (line / 2)) * spot->side / 16; /* no corner */
         at[!along] =
-            envmapi_banks_place(level->mapping, sizes[!along], fmin(cell, sizes[!along] + 1));
+            envmapi_banks_place(level->mapping, sizes[!along],
+                                fmin(cell, envmapi_banks_count(level->mapping, sizes[!along])));
         if (!envmapi_banks_within(ends, level, at[!along])) continue;
         for (int i = 0; i < 16; ++i) {
             double place[2], bend = 0;
             for (int k = 0; k < 2; ++k) {
-                cell = fmin(start[along] + (i + k) * spot->side / 16, n + 1);
+                cell = fmin(start[along] + (i + k) * spot->side / 16,
+                            envmapi_banks_count(level->mapping, n));
                 place[k] = envmapi_banks_place(level->mapping, n, cell);
                 place[k] = envmapi_clamp(place[k], ends[0], ends[1]);
             }
@@ -9143,7 +9167,7 @@ static int envmapi_banks_large(const envmapi_banks_cut *h, const envmapi_banks_s
             for (int c = 0; c < 3; ++c) bend += pow(d[1][c] - (d[0][c] + d[2][c]) / 2, 2);
             if (sqrt(envmapi_banks_square(d[0], d[2])) > ENVMAPI_BANKS_WIDE * h->fine * h->width ||
                 sqrt(bend) > ENVMAPI_BANKS_BEND * h->fine * h->width ||
-                fabs(w[1] - (w[0] + w[2]) / 2) > 0.005 * h->fine * pow(h->texel, 2))
+                fabs(w[1] - (w[0] + w[2]) / 2) > 0.004 * h->fine * pow(h->texel, 2))
                 return 1;
         }
     }
@@ -9179,13 +9203,10 @@ ENVMAPI_INLINE void envmapi_banks_between(float before[16], float behind[16],
     const float *at = cells->at[along][j], *to = cells->at[along][j + 1];
     const float *light = cells->light[along][j], *last = cells->light[along][j + 1];
     float base = cells->base[along][j], scale = cells->scale[along][j];
-    int one = j < 2 ? 1 : 2; /* ends at which t's bend is asked for; at a fold it has none */
-    const float *before_it = cells->bends[along][one - 1], *after = cells->bends[along][one];
+    int first = j < 2 ? 0 : 1;
     for (int l = 0; l < 16; ++l) {
-        float step = t[one + 1][l] - t[one][l];
-        float bend = before_it[1] * step - before_it[0] * (t[one][l] - t[one - 1][l]);
-        float other = after[1] * (t[one + 2][l] - t[one + 1][l]) - after[0] * step;
-        bend = fabsf(bend) < fabsf(other) ? bend : other;
+        float bend =
+            envmapi_banks_bend((const float(*)[2])cells->bends[along] + first, &t[first][l], 16);
         float rise = t[j + 1][l] - t[j][l], length = to[l] - at[l], sum = 0, moment = 0;
         float from = t[j][l] - bend * length * length / 6;
         rise += rise < 0 ? -1e-6f : 1e-6f;
@@ -9345,20 +9366,20 @@ static void envmapi_banks_texel(int at[2], const envmapi_banks *h, const envmapi
     at[1] = (int)spot->y + n / 4 * per + lane / 4 % per;
 }
 
-/* L of a turn's texel (x,y), or of node (x,y) + 1; what lies within a rim is a texel, too. */
+/* L of a turn's texel, or of the node that lies there; beyond a map's edge that is on the edge. */
 static void envmapi_banks_look(float rgb[3], const envmapi_banks *h, const envmapi_place *to,
                                const int at[2], int node) {
     const envmapi_level *level = &h->pair.axis.level;
     int mapping = level->mapping, exponent = h->pair.exponent;
     int edge = at[0] < 0 || at[1] < 0 || at[0] >= level->width || at[1] >= level->edge;
-    double sum[3] = {0, 0, 0}, x = at[0], y = at[1];
+    double sum[3] = {0, 0, 0}, first = mapping == ENVMAP_PARABOLOID ? 2 : 1, x, y;
     if (!node || !(edge || mapping == ENVMAP_SPHERE || mapping == ENVMAP_ANGULAR)) {
         envmapi_near_texel(rgb, &h->pair, to->face, to->x0 + to->xx * at[0] + to->xy * at[1],
                            to->y0 + to->yx * at[0] + to->yy * at[1]);
         return;
     }
-    x = envmapi_banks_place(mapping, level->width, x + 1) - 0.5;
-    y = envmapi_banks_place(mapping, level->edge, y + 1) - 0.5;
+    x = envmapi_banks_place(mapping, level->width, at[0] + first) - 0.5;
+    y = envmapi_banks_place(mapping, level->edge, at[1] + first) - 0.5;
     envmapi_add_bilinear(sum, level, to->face,
                          (to->x0 + to->xx * x + to->xy * y + 0.5) / level->width,
                          (to->y0 + to->yx * x + to->yy * y + 0.5) / level->edge, 1);
@@ -9372,12 +9393,13 @@ static void envmapi_banks_light(envmapi_banks_tile *tile, const envmapi_banks *h
     const envmapi_near *s = &h->pair;
     const envmapi_level *level = &s->axis.level;
     int cells = h->kind == ENVMAPI_BANKS_CELLS, nodes = cells ? (int)fmax(spot->side, 1) + 1 : 16;
+    int first = level->mapping == ENVMAP_PARABOLOID ? 2 : 1; /* the node at texel 0 */
     for (int n = 0; n < nodes * nodes; ++n) {
         int lane = cells ? n % nodes + n / nodes * ENVMAPI_BANKS_NODES : n, at[2];
-        at[0] = (int)spot->x + n % nodes - 1, at[1] = (int)spot->y + n / nodes - 1;
+        at[0] = (int)spot->x + n % nodes - first, at[1] = (int)spot->y + n / nodes - first;
         if (!cells && !(tile->of.blocks[n / 16].weight[n % 16] > 0)) continue;
         if (!cells) envmapi_banks_texel(at, h, spot, n / 16, n % 16);
-        if (at[0] > level->width || at[1] > level->edge) continue;
+        if (at[0] > level->width + first - 1 || at[1] > level->edge + first - 1) continue;
         for (int t = 0; t < s->turn_count; ++t) {
             float rgb[3];
             envmapi_banks_look(rgb, h, s->turns[t].src + spot->face, at, cells);
@@ -9438,9 +9460,12 @@ static int envmapi_banks_split(envmapi_banks_spot *spots, const envmapi_banks *h
     const envmapi_level *level = &h->pair.axis.level;
     int count = 0;
     if (h->kind == ENVMAPI_BANKS_CELLS) {
-        if (spot.x >= level->width + 1 || spot.y >= level->edge + 1) return 0;
+        if (spot.x >= envmapi_banks_count(level->mapping, level->width) ||
+            spot.y >= envmapi_banks_count(level->mapping, level->edge))
+            return 0;
     } else if (spot.x >= level->width || spot.y >= level->edge) return 0;
-    if (h->kind != ENVMAPI_BANKS_CELLS || spot.side < ENVMAPI_BANKS_LEAST ||
+    if (h->kind != ENVMAPI_BANKS_CELLS ||
+        spot.side * h->cut.texel < ENVMAPI_BANKS_LEAST * h->cut.width ||
         !envmapi_banks_large(&h->cut, &spot)) {
         if (spots) *spots = spot;
         return 1;
@@ -9459,8 +9484,8 @@ static int envmapi_banks_spots(envmapi_banks_spot *spots, const envmapi_banks *h
     const envmapi_level *level = &h->pair.axis.level;
     int count = 0, side = h->kind == ENVMAPI_BANKS_PLACES ? 4 : 16;
     for (int face = 0; face < envmap_faces(level->mapping); ++face)
-        for (int y = 0; y <= level->edge; y += side)
-            for (int x = 0; x <= level->width; x += side) {
+        for (int y = 0; y < envmapi_banks_count(level->mapping, level->edge); y += side)
+            for (int x = 0; x < envmapi_banks_count(level->mapping, level->width); x += side) {
                 envmapi_banks_spot spot = {(double)x, (double)y, (double)side, face};
                 count += envmapi_banks_split(spots ? spots + count : NULL, h, spot);
             }
@@ -9768,7 +9793,7 @@ static envmap_result envmapi_filter_banks(envmap *dst, const envmap *src, int fi
     h->tasks = (envmapi_tasks(&desc->work) + 1) / 2; /* their weights take memory */
     *served = envmapi_banks_suits(h);
     if (!*served) return ENVMAP_OK;
-    h->whole = tolerance < 0.99e-4;
+    h->whole = tolerance < 0.99e-4 || (src->mapping == ENVMAP_PARABOLOID && src->size == 1);
     memset(&source, 0, sizeof source);
     pair->axis.source = &source;
     envmapi_near_contrast(look, pair->axis.level.texels, envmapi_slice_floats(src, 0));
