@@ -8969,17 +8969,18 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
    density too, and t nearly, of which k is a function (see >>banks); so the integral between the
    places where k begins and ends is Gauss's, to rounding:
        parts of k that go to the nodes before and behind           _between, _weigh_cells
-       t of 16 directions                                          _across
+       t of 16 directions, and what it bends by                    _across, _bend
        lines of a cell, to a disc's rim                            _line, _cells_of, _within
        which cells are too large                                   _large
    Called by banks.  Source: ours.  Tests: tests/test_banks.c. */
 
 #define ENVMAPI_BANKS_NODES 17 /* of a tile of cells, along u and v */
-/* Tuned: a_lit_texel_counts_its_bilinear_radiance fails without them. In w: how wide a cell may be,
-   how far its middle may be from a straight line's. */
-#define ENVMAPI_BANKS_WIDE  1.5
+/* Tuned, in w: how wide a cell may be; how far its middle may be from a straight line's, without
+   which a_lit_texel_counts_its_bilinear_radiance fails beside a fold; at which width of a tile there
+   is no more halving. */
+#define ENVMAPI_BANKS_WIDE  2
 #define ENVMAPI_BANKS_BEND  0.005
-#define ENVMAPI_BANKS_LEAST 0.5 /* of a tile that is not halved any more */
+#define ENVMAPI_BANKS_LEAST 0.5
 
 /* 4 x 4 cells by 16 lines along u (0), and by as many along v, four a cell: lane l has the cell
    l % 4. Places are in texels; ends of what lies in a cell are `at` j and j + 1. */
