@@ -9063,8 +9063,8 @@ ENVMAPI_INLINE float envmapi_banks_bend(const float bends[2][2], const float *f,
     float step = f[2 * stride] - f[stride];
     float one = bends[0][1] * step - bends[0][0] * (f[stride] - f[0]);
     float two = bends[1][1] * (f[3 * stride] - f[2 * stride]) - bends[1][0] * step;
-    float small = fabsf(one) < fabsf(two) ? one : two, mean = (one + two) / 2;
-    return fabsf(mean) > 3 * fabsf(small) ? small : mean;
+    float less = fabsf(one) < fabsf(two) ? one : two, mean = (one + two) / 2;
+    return fabsf(mean) > 3 * fabsf(less) ? less : mean;
 }
 
 /* A line of cells. Beyond a rim its ends are on it, where it has no length. */
