@@ -8961,7 +8961,7 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
 }
 
 /* ----------------------------------------------------------------------------------- >>cells --
-   A thin ring against the bilinear radiance of any map, as >>reference defines it: a part of >>banks.
+   A thin ring against the bilinear radiance of any map, as >>reference defines it, for >>banks.
      in     a source, cells of it, an axis' ring       out    what it counts of their corners' L
    A cell is what lies between the centres of four texels, or between these and a map's edge: there
    L is bilinear in (u,v). Cells are halved until they are as narrow as the ring. Four lines go
@@ -8975,9 +8975,9 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
    Called by banks.  Source: ours.  Tests: tests/test_banks.c. */
 
 #define ENVMAPI_BANKS_NODES 17 /* of a tile of cells, along u and v */
-/* Tuned, in w: how wide a cell may be; how far its middle may be from a straight line's, without
-   which a_lit_texel_counts_its_bilinear_radiance fails beside a fold; at which width of a tile there
-   is no more halving. */
+/* Tuned, in w: how wide a cell may be; how far its middle may be from a straight line's (without it
+   a_lit_texel_counts_its_bilinear_radiance fails beside a fold); the width of a tile below which
+   there is no more halving. */
 #define ENVMAPI_BANKS_WIDE  2
 #define ENVMAPI_BANKS_BEND  0.005
 #define ENVMAPI_BANKS_LEAST 0.5
@@ -8990,7 +8990,7 @@ typedef struct envmapi_banks_cells {
     float light[2][5][16];         /* solid angle a texel of the line's length, there */
     float beside[2][16];           /* the line's place between nodes */
     float base[2][4], scale[2][4]; /* of cells: of nodes before them, 1 over their distance */
-    float bends[2][3][2];          /* of steps before and behind an end: half of t's bend */
+    float bends[2][6];             /* of steps before and behind three ends: half of t's bend */
     double centre[3], grows[2][3], reach;
     int node[2][4]; /* before each */
 } envmapi_banks_cells;
@@ -9057,12 +9057,12 @@ static int envmapi_banks_within(double ends[2], const envmapi_level *level, doub
     return r > 0;
 }
 
-/* Half of the second derivative between four ends: the mean of two; or the smaller one, as a fold at
-   an end has a large one. */
-ENVMAPI_INLINE float envmapi_banks_bend(const float bends[2][2], const float *f, int stride) {
+/* Half of the second derivative between four ends: the mean of two; or the smaller one, as a fold
+   at an end has a large one. */
+ENVMAPI_INLINE float envmapi_banks_bend(const float bends[4], const float *f, int stride) {
     float step = f[2 * stride] - f[stride];
-    float one = bends[0][1] * step - bends[0][0] * (f[stride] - f[0]);
-    float two = bends[1][1] * (f[3 * stride] - f[2 * stride]) - bends[1][0] * step;
+    float one = bends[1] * step - bends[0] * (f[stride] - f[0]);
+    float two = bends[3] * (f[3 * stride] - f[2 * stride]) - bends[2] * step;
     float less = fabsf(one) < fabsf(two) ? one : two, mean = (one + two) / 2;
     return fabsf(mean) > 3 * fabsf(less) ? less : mean;
 }
@@ -9096,7 +9096,7 @@ static void envmapi_banks_line(envmapi_banks_cells *cells, const envmapi_banks_c
     }
     for (int e = 0; e < 5; ++e) { /* as straight lines that have the mean of what bends */
         int i = e < 2 ? 0 : e < 4 ? e - 2 : 1, before = e > 0 ? e - 1 : 0;
-        float bend = envmapi_banks_bend(cells->bends[along] + i, light + i, 1);
+        float bend = envmapi_banks_bend(cells->bends[along] + 2 * i, light + i, 1);
         float length = cells->at[along][before + 1][lane] - cells->at[along][before][lane];
         cells->light[along][e][lane] = fmaxf(light[e] - bend * length * length / 6, 0);
     }
@@ -9122,8 +9122,8 @@ static void envmapi_banks_cells_of(envmapi_banks_cells *cells, const envmapi_ban
             for (int k = 0; k < 3; ++k)
                 p[k] = envmapi_banks_place(mapping, sizes[i], fmin(from[i] + (e + k) * side, most));
             double before = (p[1] - p[0]) * (p[2] - p[0]), behind = (p[2] - p[1]) * (p[2] - p[0]);
-            cells->bends[i][e][0] = before > 0 && behind > 0 ? (float)(1 / before) : 0;
-            cells->bends[i][e][1] = before > 0 && behind > 0 ? (float)(1 / behind) : 0;
+            cells->bends[i][2 * e] = before > 0 && behind > 0 ? (float)(1 / before) : 0;
+            cells->bends[i][2 * e + 1] = before > 0 && behind > 0 ? (float)(1 / behind) : 0;
         }
     }
     envmapi_banks_at(cells->centre, level, spot->face, at[0], at[1]);
@@ -9206,8 +9206,7 @@ ENVMAPI_INLINE void envmapi_banks_between(float before[16], float behind[16],
     float base = cells->base[along][j], scale = cells->scale[along][j];
     int first = j < 2 ? 0 : 1;
     for (int l = 0; l < 16; ++l) {
-        float bend =
-            envmapi_banks_bend((const float(*)[2])cells->bends[along] + first, &t[first][l], 16);
+        float bend = envmapi_banks_bend(cells->bends[along] + 2 * first, &t[first][l], 16);
         float rise = t[j + 1][l] - t[j][l], length = to[l] - at[l], sum = 0, moment = 0;
         float from = t[j][l] - bend * length * length / 6;
         rise += rise < 0 ? -1e-6f : 1e-6f;
