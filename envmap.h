@@ -552,7 +552,7 @@ typedef struct envmap_filter_desc {
    the lobe reaches). Slow: thin rings (Banks, s -> 1) below a tolerance of 1e-4, and axes that look
    at the point where a sphere or angular map's rim meets. There the reference's weights serve 2 to
    48 axes at a time; for lobes other than rings only if src has 20000 texels at most. Thin rings of
-   sphere maps take some ten times those of cubes.
+   sphere maps take longest, as texels at their rim are long.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
    kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
