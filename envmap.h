@@ -11111,21 +11111,24 @@ static envmap_result envmapi_filter_sharp(envmap *dst, const envmap *src, const 
                                           const envmapi_tail *tail, int first, int slices,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
     int alike = src->slices == 1 && lobe->p0 == lobe->p1, count = alike ? 1 : slices;
-    int asks = !tail || lobe->kind >= ENVMAP_LOBE_FUNCTION, kept = pool->count, served = 0;
+    int asks = !tail || lobe->kind >= ENVMAP_LOBE_FUNCTION, kept = pool->count;
+    int together = src->slices == 1 ? count : 1; /* slices of the result, for rings */
     envmap_filter_desc one = *desc;
     envmapi_part part;
-    envmap_result rings = ENVMAP_OK;
-    if (lobe->kind == ENVMAP_LOBE_BANKS)
-        rings = envmapi_filter_banks(dst, src, first, count, &served, lobe, desc, pool);
-    envmapi_pool_free(pool, kept);
-    if (!rings && served && alike) envmapi_copy_slices(dst, first, slices);
-    if (rings || served) return rings;
     for (int k = 0; k < count && asks; ++k) {
-        int declined = 0;
+        int declined = 0, served = 0;
+        envmap_result result = ENVMAP_OK;
+        if (lobe->kind == ENVMAP_LOBE_BANKS && k % together == 0) {
+            one.work = envmapi_work_part(&part, &desc->work, k, together, count);
+            result = envmapi_filter_banks(dst, src, first + k, together, &served, lobe, &one, pool);
+            envmapi_pool_free(pool, kept);
+            if (served) k += together - 1;
+        }
+        if (result) return result;
+        if (served) continue;
         served = 1;
         one.work = envmapi_work_part(&part, &desc->work, k, 1, count);
-        envmap_result result =
-            envmapi_filter_near(dst, src, lobe, tail, first + k, 1, &declined, &one, pool);
+        result = envmapi_filter_near(dst, src, lobe, tail, first + k, 1, &declined, &one, pool);
         if (!result && declined)
             result = envmapi_points_slice(dst, src, first + k, &served, lobe, &one, pool);
         envmapi_pool_free(pool, kept);

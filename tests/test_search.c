@@ -106,6 +106,8 @@ static void the_oracles_rings_and_discs_agree(void) {
 static void works_that_broke_hold(void) {
     static const char *const works[][2] = {
         {"cube:16:1 dst=cube:2:3 lobe=banks:0.99:0 raw=0:1 tolerance=1e-5", "texel:0.3:0.3"},
+        {"cube:24:3 dst=cube:3:3 lobe=banks:0.988:0 raw=0:1 tolerance=1e-4",
+         "noise:0.4:0"}, /* every slice has its own light */
         {"octahedral:24:1 dst=cube:2:2 lobe=banks:0.98:0 raw=0:1 tolerance=1e-5", "lamps:0.4:0"},
         {"sphere:20:1 dst=cube:1:1 lobe=phong:90:0 raw=0:1 tolerance=1e-5", "texel:0.02:0.5"},
         {"cube:16:1 dst=latlong:3:1 lobe=slide:0.13:0.4 raw=0:1 tolerance=1e-5", "half:0.6:0"},
