@@ -3200,7 +3200,8 @@ static void envmapi_k_many(double *k, const double *x, int n, const envmap_lobe 
         if (a >= 1 && a <= 1)
             for (int i = 0; i < n; ++i) k[i] = x[i] > 0 ? x[i] : 0;
         else
-            for (int i = 0; i < n; ++i) k[i] = !(x[i] > 0) ? 0 : a > 0 ? pow(x[i], a) : 1;
+            for (int i = 0; i < n; ++i) /* 0 on the horizon, whatever rounding makes of its cosine */
+                k[i] = !(x[i] > 1e-12) ? 0 : a > 0 ? pow(x[i], a) : 1;
         return;
     case ENVMAP_LOBE_GAUSSIAN:
         for (int i = 0; i < n; ++i) k[i] = exp(a * (x[i] - 1));
@@ -8803,9 +8804,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     int slow = level->mapping == ENVMAP_OCTAHEDRAL && tight;
     if (envmapi_axis_rim(&s->axis) > 0)
         slow = !(s->axis.bilinear > 0) || (tight && s->axis.kink_count);
-    /* x^N, N < 1/2, jumps at the horizon, where cosines of an axis' images differ by roundings */
-    if (s->axis.lobe->kind != ENVMAP_LOBE_PHONG || s->axis.lobe->parameter >= 0.5f)
-        s->all = envmapi_near_few(src);
+    s->all = envmapi_near_few(src);
     /* a tail has centres up to where the definition's tents end; elsewhere windows are quicker */
     int line = level->mapping == ENVMAP_CUBE || level->mapping == ENVMAP_LATLONG;
     int blunt = s->tail && !line && !(s->axis.bilinear > 0) &&

@@ -319,7 +319,7 @@ static double oracle_k(const oracle_lobe *m, double x, double p) {
     double a = m->a, c2 = (1 + x) / 2, q, ring;
     switch (m->kind) {
     case LOBE_DIFFUSE: return x > 0 ? x : 0;
-    case LOBE_PHONG: return x > 0 ? pow(x, a) : 0;
+    case LOBE_PHONG: return x > 1e-12 ? pow(x, a) : 0; /* 0 on the horizon, in spite of rounding */
     case LOBE_GAUSSIAN: return exp(a * (x - 1));
     case LOBE_GGX: /* the denominator without cancellation: (a^2 - 1) c2 + 1 */
         q = a * a * c2 + (1 - x) / 2;
