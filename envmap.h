@@ -3255,6 +3255,11 @@ ENVMAPI_BODY void envmap_lobe_support(double *from, double *to, const envmap_lob
     }
 }
 
+/* Does k have a root at its horizon, x^N, or a jump? */
+static int envmapi_lobe_root(const envmap_lobe *lobe) {
+    return lobe->kind == ENVMAP_LOBE_PHONG && lobe->parameter < 1;
+}
+
 /* Angles where k or its slope jumps, or its curvature has no bound: the horizon, the edges of a
    ring and the tip of a cone, a function's own. Returns how many. */
 #define ENVMAPI_KINKS 64 /* further ones of a function do not count */
@@ -6598,7 +6603,8 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
    Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches;
-    int roots = touches && axis->level.mapping == ENVMAP_OCTAHEDRAL; /* all are known there */
+    int roots = touches && (axis->level.mapping == ENVMAP_OCTAHEDRAL || /* all are known there */
+                            envmapi_lobe_root(axis->lobe));
     double least = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75);
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
                                                  2 * axis->texel * axis->apart);
@@ -6662,8 +6668,9 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
               envmapi_axis_at_rim(axis, axis->a, end);
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
     int all = !axis->level.texels && (disc || axis->apart > 0.46); /* not for the definition */
+    double root = envmapi_lobe_root(axis->lobe) ? 1e-9 : 0; /* its kink is where it ends */
     for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
-        rings |= (disc || axis->texel > 0.1 || all) && axis->kinks[i] < end;
+        rings |= (disc || axis->texel > 0.1 || all) && axis->kinks[i] < end + root;
     rings |= disc && axis->to > 1.5 && axis->to <= end && axis->to < ENVMAPI_PI; /* x^2.4 */
     if (all && axis->lobe->kind != ENVMAP_LOBE_GGX) /* speed only */
         rings |= axis->texel > 0.1 && axis->sigma < 0.3 * axis->texel;

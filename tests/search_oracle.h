@@ -569,11 +569,14 @@ static void oracle_polar(double sum[4], const oracle_filter *f, const double a[3
     oracle_gauss(x, w, 4);
     for (double t = f->from, next; t < end; t = next) {
         next = oracle_panel_end(f, t, end);
+        /* x^N, N < 1, has a root at the horizon, or jumps: nodes crowd there */
+        int root = f->lobe->kind == LOBE_PHONG && f->lobe->a < 1 && !(next < end);
         for (int i = 0; i < 4; ++i) {
-            double theta = t + (next - t) / 2 * (1 + x[i]);
+            double s = (1 - x[i]) / 2, rest = root ? s * s * s : s;
+            double theta = next - (next - t) * rest, slope = root ? 3 * s * s : 1;
             double k = oracle_k(f->lobe, cos(theta), f->p);
             if (f->to > reach) k *= 1 - oracle_step(theta, reach / 2, reach);
-            k *= PI * (next - t) * w[i] * sin(theta);
+            k *= slope * PI * (next - t) * w[i] * sin(theta);
             if (k > 0 || k < 0) oracle_circle(sum, f, a, theta, k);
         }
     }
