@@ -8207,7 +8207,7 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
 #define ENVMAPI_COARSE  0.1 /* rad: texels wider than this are coarser than any kernel of FAST */
-#define ENVMAPI_FEW   20000 /* texels of a source that all turns may have at once (memory) */
+#define ENVMAPI_FEW   960000 /* images of a source's texels under all turns at once (memory) */
 #define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
 #define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
 
@@ -8781,10 +8781,10 @@ static int envmapi_near_serves(const envmapi_near *s) {
             (texels < 64 && (grows || s->R_bright < fmin(60, 250 * s->piece) * s->sigma)));
 }
 
-/* The texels of a source, or 0 where they are too many to weigh all for an axis. */
-static size_t envmapi_near_few(const envmap *src) {
+/* The texels of a source, or 0 where their images are too many to weigh all for an axis. */
+static size_t envmapi_near_few(const envmap *src, int turns) {
     size_t texels = envmapi_area(src->mapping, src->size) * (size_t)envmap_faces(src->mapping);
-    return texels <= ENVMAPI_FEW ? texels : 0;
+    return texels * (size_t)turns <= ENVMAPI_FEW ? texels : 0;
 }
 
 /* How far axes see, how fine nodes are, and whether all texels are weighed for each. Returns 0
@@ -8811,7 +8811,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     int slow = level->mapping == ENVMAP_OCTAHEDRAL && tight;
     if (envmapi_axis_rim(&s->axis) > 0)
         slow = !(s->axis.bilinear > 0) || (tight && s->axis.kink_count);
-    s->all = envmapi_near_few(src);
+    s->all = envmapi_near_few(src, serves || s->tail ? 48 : s->turn_count);
     /* a tail has centres up to where the definition's tents end; elsewhere windows are quicker */
     int line = level->mapping == ENVMAP_CUBE || level->mapping == ENVMAP_LATLONG;
     int blunt = s->tail && !line && !(s->axis.bilinear > 0) &&
@@ -8824,7 +8824,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
        points; thin lobes, whose bands are many, take fewer rings than points where texels are few.
        Speed only, as is to leave single texels to sums. */
     int costs = !line && s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION;
-    costs |= level->mapping == ENVMAP_OCTAHEDRAL && envmapi_near_few(src) &&
+    costs |= level->mapping == ENVMAP_OCTAHEDRAL && envmapi_near_few(src, 48) &&
              s->sigma > 0.7 * s->axis.texel;
     int few = s->all && s->axis.texel > ENVMAPI_COARSE && s->sigma < 0.03 &&
               s->axis.lobe->kind != ENVMAP_LOBE_GGX;
@@ -8856,6 +8856,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     const envmapi_level *level = &s->axis.level;
     double tolerance = (double)desc->tolerance;
     envmap_result result = ENVMAP_OK;
+    if (envmapi_near_turn(s, src, pool)) return ENVMAP_ERROR_MEMORY;
     *served = envmapi_near_suits(s, src, declines, tolerance);
     if (!*served) return ENVMAP_OK;
     /* two have the second moment of four, and lose tent^4, across a kink tent^2; not across an
@@ -8865,9 +8866,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
         src->mapping != ENVMAP_OCTAHEDRAL)
         s->axis.places = 2;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
-    if (envmapi_near_turn(s, src, pool) ||
-        (!s->in.omega &&
-         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool)))
+    if (!s->in.omega &&
+        envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
     s->room = 6 * (size_t)level->width + (size_t)(1024 / fmin(s->piece, 1));
     envmapi_near_tiles(s, src, tolerance);
@@ -8944,17 +8944,16 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
         envmapi_part part;
         envmap_filter_desc one = *desc;
         one.work = envmapi_work_part(&part, &desc->work, run, 1, runs), s->slice = first + run;
-        if ((envmapi_near_few(src) || src->mapping == ENVMAP_SPHERE ||
-             src->mapping == ENVMAP_ANGULAR) &&
-            (!run || src->slices > 1)) {
+        envmapi_axis_aim(&s->axis, src, s->slice, dst->slices, (double)desc->tolerance);
+        s->axis.source = &source, s->in.omega = NULL;
+        result = envmapi_near_slice(s, src, &served, declines != NULL, &one, pool);
+        int listed = s->all || src->mapping == ENVMAP_SPHERE || src->mapping == ENVMAP_ANGULAR ||
+                     (src->mapping == ENVMAP_OCTAHEDRAL && s->piece < 1); /* folds */
+        if (!result && served && listed && (!source.block || src->slices > 1)) {
             envmapi_source_free(&source, desc->work.memory);
             result = envmapi_source_create(&source, src, src->slices > 1 ? s->slice : 0,
                                            desc->work.memory);
         }
-        if (result) break;
-        envmapi_axis_aim(&s->axis, src, s->slice, dst->slices, (double)desc->tolerance);
-        s->axis.source = &source, s->in.omega = NULL;
-        result = envmapi_near_slice(s, src, &served, declines != NULL, &one, pool);
         if (!result && served) result = envmapi_near_sum(s, &one.work);
         envmapi_pool_free(pool, kept);
     }
@@ -11400,7 +11399,7 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     int fast = job->planned[0] && job->specs[0].L && !job->specs[0].tail;
     int tail = job->count == 1 && job->planned[0] && job->specs[0].L && job->specs[0].tail &&
                kind < ENVMAP_LOBE_FUNCTION && !cancels && dst->slices == 1 &&
-               job->src->slices == 1 && !envmapi_near_few(job->src) &&
+               job->src->slices == 1 && !envmapi_near_few(job->src, 48) &&
                job->src->mapping != ENVMAP_SPHERE && job->src->mapping != ENVMAP_ANGULAR;
     envmap_result result = ENVMAP_OK;
     job->views[0].texels = dst->texels;
