@@ -10770,7 +10770,9 @@ static int envmapi_spec_search(envmapi_spec *spec, double most) {
         if (spec->L > most) return 0;
         if (bands < ENVMAPI_FAST_BANDS) continue;
         if (bands < ENVMAPI_SMOOTH / spec->sigma) return 0;
-        spec->L = spec->known / 2; /* a kink beside nothing but dark: at least the rms */
+        /* a kink beside nothing but dark: at least the rms, and more where none is declared */
+        int declared = spec->lobe->kind < ENVMAP_LOBE_FUNCTION || spec->lobe->kink_count;
+        spec->L = declared ? spec->known / 2 : spec->known;
         for (envmapi_slice *slice = spec->slice; slice < spec->slice + spec->slices; ++slice) {
             if (envmapi_slice_bands(slice, spec, spec->scene, 0) > spec->L) return 0;
             if (slice->L > spec->L) slice->L = spec->L;
@@ -11285,6 +11287,10 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     envmapi_tail *tail = job->tails + job->fast;
     double tolerance = (double)job->desc.tolerance;
     if (method == ENVMAP_METHOD_AUTO && pairs * job->views[l].slices < 1e5) coarse = 1;
+    /* half of a row of texels on the horizon, where x^N begins with a jump: no bands lose that */
+    if (method != ENVMAP_METHOD_HARMONICS && envmapi_lobe_root(lobe) && pairs < 3e7 &&
+        pow(0.7 * extent, 1 + (double)lobe->parameter) > tolerance)
+        coarse = 1;
     int sharp = method != ENVMAP_METHOD_HARMONICS && lobe->kind < ENVMAP_LOBE_GGX &&
                 job->views[l].mapping == ENVMAP_CUBE && job->src->mapping == ENVMAP_CUBE &&
                 envmap_lobe_sigma(lobe, 0) < ENVMAPI_SHARP * extent;

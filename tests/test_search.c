@@ -208,6 +208,15 @@ static void works_that_broke_hold(void) {
          "texel:0.66:0.55"}, /* tents across folds */
         {"octahedral:99:1 dst=cube:3:1 lobe=ring:0.07:0.532486443 raw=0:1 tolerance=1e-5",
          "lamps:0.27:0.999999"},
+        {"cube:1:1 dst=sphere:4:1 lobe=phong:0.0184572637:0 raw=0:1 tolerance=2.5e-6",
+         "sun:0.5:0.5"},
+        {"latlong:2:1 dst=cube:2:1 lobe=phong:0.3:0 raw=0:1 tolerance=1e-5", "sun:0.5:0.5"},
+        {"octahedral:2:1 dst=cube:2:1 lobe=phong:0.2:0 raw=0:1 tolerance=1e-5",
+         "sun:0.5:0.5"}, /* jumps and roots at the horizon, where bilinear radiance is integrated */
+        {"cube:73:1 dst=cube:1:1 lobe=phong:0.2:0 raw=0:1 tolerance=1e-3",
+         "decades:0.75:0.999999"}, /* a row of texels on the horizon, where k jumps */
+        {"cube:120:1 dst=cube:9:1 lobe=ring:0.0342:0.0735 raw=0:1 tolerance=1e-3",
+         "decades:0.45:0.999999"}, /* a tip at the axis, beside next to nothing but dark */
         {"octahedral:20:1 dst=paraboloid:3:1 lobe=cone:0.206:0 raw=0:1 tolerance=1.45e-6",
          "half:0.6:0"}}; /* rings touch lines close to an axis on an octahedral fold */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
