@@ -217,6 +217,8 @@ static void works_that_broke_hold(void) {
          "decades:0.75:0.999999"}, /* a row of texels on the horizon, where k jumps */
         {"cube:120:1 dst=cube:9:1 lobe=ring:0.0342:0.0735 raw=0:1 tolerance=1e-3",
          "decades:0.45:0.999999"}, /* a tip at the axis, beside next to nothing but dark */
+        {"cube:73:1 dst=latlong:17:1 lobe=ring:0.220708728:0.849142588 raw=0:1 tolerance=9.4e-4",
+         "lamps:0.826387743:0.750396734"}, /* 24 bands did not show how slowly a tip's end */
         {"octahedral:20:1 dst=paraboloid:3:1 lobe=cone:0.206:0 raw=0:1 tolerance=1.45e-6",
          "half:0.6:0"}}; /* rings touch lines close to an axis on an octahedral fold */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
