@@ -95,7 +95,8 @@ static int known_tip_time(const finding *f) {
    off by texel^2 / 12 times the jump of k's slope there, which no number of bands has. It is much of
    a lobe whose peak is beside the horizon, and of tolerances below the square of a texel. Where k
    itself jumps (x^N, N < 0.2), it is off by half a row's, which the definition leaves out: x = 0. A
-   cube's texels are 1.4 times the mean there. Below a texel the definition sums no centres. */
+   cube's texels are 1.4 times the mean there. Coarse sources have no bands, nor has x^N, N < 1,
+   where the pairs of texels are few. */
 static int known_kink_on_rows(const finding *f) {
     oracle_lobe m = work_lobe(f->w);
     double h = 1e-4, integral = 0, p = oracle_p(&m, 0, f->w->dst_slices);
@@ -103,8 +104,11 @@ static int known_kink_on_rows(const finding *f) {
     double jump = fabs(oracle_k(&m, h, p));
     for (double x = h / 2; x < 1; x += h) integral += h * oracle_k(&m, x, p);
     free(m.table);
+    double pairs = (double)oracle_count(f->w->src_mapping, f->w->src_size) *
+                   (double)oracle_count(f->w->dst_mapping, f->w->dst_size);
+    int few = f->w->lobe == LOBE_PHONG && f->w->a < 1 && pairs < 3e7;
     return is_accuracy(f) && work_lobe_kinked(f->w) && f->w->lobe != LOBE_BANKS &&
-           f->texels > 1 &&
+           f->texels > 1 && f->extent < 0.1 && !few && f->w->method != ENVMAP_METHOD_REFERENCE &&
            f->off < (f->promise == PROMISE_RMS ? 1 : 20) *
                         (f->extent * f->extent / 12 * slope + 0.7 * f->extent * jump) /
                         fabs(integral);
