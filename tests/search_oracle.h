@@ -745,7 +745,8 @@ static void oracle_axis(double rgb[3], const oracle_filter *f, const double a[3]
     else if (bilinear < 1) oracle_tents(texels, f, a, tent, reach);
     if (bilinear > 0) {
         if (f->from > 0 || reach > f->to) reach = f->to;
-        if (oracle_is_disc(f->image.mapping)) oracle_discs(smooth, f, a, reach);
+        int root = f->lobe->kind == LOBE_PHONG && f->lobe->a < 1; /* only rings have its nodes */
+        if (oracle_is_disc(f->image.mapping) && !root) oracle_discs(smooth, f, a, reach);
         else oracle_polar(smooth, f, a, reach);
         if (f->to > reach) oracle_centres(smooth, f, a, reach);
     }
