@@ -386,7 +386,8 @@ typedef struct envmap_lobe {
    until they return.
    mirror    delta: filtering with it is envmap_resample
    diffuse   max(x,0)
-   phong     max(x,0)^N,         exponent N in [0, 1e9]; N = 0 is the open hemisphere
+   phong     max(x,0)^N,         exponent N in [0, 1e9]; N = 0 is the open hemisphere. Up to 1e-12
+                                 x counts as 0, as cosines of texels on the horizon are rounded
    gaussian  exp(lambda (x-1)),  sharpness lambda in [0, 1e9]
    ggx       D(sqrt((1+x)/2)) max(x,0), D(c) = alpha^2 / (pi ((alpha^2-1) c^2 + 1)^2), alpha =
              roughness^2 in [0, 1]; 0 is the mirror, (0, 1e-4) counts as 1e-4  [WMLT07] eq. 33
