@@ -3201,7 +3201,7 @@ static void envmapi_k_many(double *k, const double *x, int n, const envmap_lobe 
         if (a >= 1 && a <= 1)
             for (int i = 0; i < n; ++i) k[i] = x[i] > 0 ? x[i] : 0;
         else
-            for (int i = 0; i < n; ++i) /* 0 on the horizon, whatever rounding makes of its cosine */
+            for (int i = 0; i < n; ++i) /* 0 on the horizon, whatever rounding makes of x */
                 k[i] = !(x[i] > 1e-12) ? 0 : a > 0 ? pow(x[i], a) : 1;
         return;
     case ENVMAP_LOBE_GAUSSIAN:
