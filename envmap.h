@@ -7388,7 +7388,6 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     if (!(axis.bilinear > 0) && lobe->kind == ENVMAP_LOBE_GGX)
         axis.reach = fmin(axis.reach, split * axis.texel);
     tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
-    tail->lobe.raw = lobe->raw, tail->lobe.scale = lobe->scale;
     tail->reach = axis.reach, tail->whole_from = envmapi_cosine(axis.reach);
     tail->lobe.kinks = tail->kinks;
     tail->kinks[tail->lobe.kink_count++] = (float)(axis.reach / 2);
@@ -7400,6 +7399,8 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
         return 0;
     tail->integral = envmapi_lobe_integral(&tail->lobe, axis.p);
     tail->part = fabs(tail->integral / envmapi_lobe_integral(lobe, axis.p));
+    /* not over its own sum over texels, which is not the integral where a sphere map's are long */
+    tail->lobe.raw = 1, tail->lobe.scale = lobe->raw ? lobe->scale : (float)(1 / tail->integral);
     double end = fabs(envmapi_k(lobe, cos(axis.reach), axis.p)) * axis.reach * axis.reach;
     return tail->part > 1e-9 && tail->part <= 1 && end > 1e-3 * fabs(tail->integral);
 }
