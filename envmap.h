@@ -6097,15 +6097,15 @@ static void envmapi_points_add(envmapi_points *p, const double d[3], const doubl
    tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
-                   within 12 texels, 8 sigma, or twice the angle of a function's or a table's last
-                   flank, by Gauss-Legendre on patches that end where it has kinks. For Banks'
-                   lobes, and on sphere and angular maps beside a lobe's kinks and the point where
-                   all of a rim's texels meet, it is taken in polar coordinates about a, on rings
-                   that are closer at tighter tolerances. What a lobe has beyond (the tail of GGX)
-                   is smooth at a texel's scale and stays a sum over texels.
-   A smooth step blends the two from t = 1/2 on, another joins the integral and the tail. So the
-   result is continuous in sigma, and N -> infinity is the bilinear lookup. No number in this was
-   tuned; they are the definition.
+                   by Gauss-Legendre on patches that end where it has kinks. For Banks' lobes, and
+                   on sphere and angular maps beside a lobe's kinks and the point where all of a
+                   rim's texels meet, it is taken in polar coordinates about a, on rings that are
+                   closer at tighter tolerances.
+   A smooth step blends the two from t = 1/2 on. Both are of k (1 - step), another step, from half
+   the reach to the reach: 12 texels, 8 sigma, or thrice the angle of a function's or a table's last
+   flank. The tail k step (of GGX) is smooth at a texel's scale and stays a sum over centres. So the
+   result is continuous in sigma and in every texel, and N -> infinity is the bilinear lookup. No
+   number in this was tuned; they are the definition.
        l_i, w_i                    envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
        the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_ring
@@ -6156,8 +6156,14 @@ static const double envmapi_tent[4][4][2] = {
     {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
      {0.64494897, 0.18195861}}};
 
+/* What of k is not in the tail; 1 at cosines down to whole_to. */
+static double envmapi_axis_fade(const envmapi_axis *axis, double x, double whole_to) {
+    if (!(x < whole_to)) return 1;
+    return 1 - envmapi_smooth_step(envmapi_acos(x), axis->reach / 2, axis->reach);
+}
+
 /* k averaged over texel i spread by the tent; or adds the points of that. */
-static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
+static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i, double whole_to) {
     int places = axis->places;
     const double(*at)[2] = envmapi_tent[places - 1];
     const envmapi_source *s = axis->source;
@@ -6171,9 +6177,12 @@ static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i) {
         double v = uv[1] + axis->tent * at[j / places][0] / edge;
         double weight = at[j % places][1] * at[j / places][1];
         envmapi_direction(d, mapping, face, u, v);
+        double x = envmapi_dot(axis->a, d);
         if (axis->points)
             envmapi_points_add(axis->points, d, rgb, (1 - axis->bilinear) * s->w[i] * weight);
-        else sum += weight * envmapi_k(axis->lobe, envmapi_dot(axis->a, d), axis->p);
+        else
+            sum += weight * envmapi_axis_fade(axis, x, whole_to) *
+                   envmapi_k(axis->lobe, x, axis->p);
     }
     return sum;
 }
@@ -6200,16 +6209,13 @@ static int envmapi_axis_seen(size_t *seen, double *x, const envmapi_axis *axis, 
     return n;
 }
 
-/* Adds the sum over texels, times `share`. Tents where the lobe is sharp, which is near its axis or
-   its ring, to two texels as tents are; centres elsewhere. core > 0: centres only, from there on;
-   fades: to the reach. */
+/* Adds the sum over texels, times `share`. core > 0: texels at their centres, from there on; else
+   their tents, to two mean texels beyond the lobe's ends. fades: to the reach. */
 static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int fades) {
     const envmapi_source *s = axis->source;
     double margin = axis->tent > 0 && !(core > 0) ? 2 * axis->texel : 0;
-    double end = axis->to + margin + 1e-9;
-    double last = envmapi_cosine(end), low = axis->from - margin - 1e-9;
-    double sharp_from = envmapi_cosine(axis->from - margin), x[64], many[64];
-    double sharp_to = margin > 0 ? envmapi_cosine(axis->reach + margin) : 2;
+    double end = (fades ? fmin(axis->reach, axis->to) : axis->to) + margin + 1e-9;
+    double last = envmapi_cosine(end), low = axis->from - margin - 1e-9, x[64], many[64];
     double first = envmapi_cosine(low), sine = sin(low), last_sine = sin(end);
     double whole_from = core > 0 ? envmapi_cosine(core) : 2; /* between these nothing fades */
     double whole_to = fades ? envmapi_cosine(axis->reach / 2) : -2;
@@ -6222,16 +6228,13 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
         if (low > 0 && sine * c - first * r > 0 && middle > first * c + sine * r) continue;
         for (size_t next = s->first[tile]; next < s->first[tile + 1];) {
             int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last, first);
-            envmapi_k_many(many, x, n, axis->lobe, axis->p); /* together: speed only */
+            if (!(margin > 0)) envmapi_k_many(many, x, n, axis->lobe, axis->p); /* speed only */
             for (int j = 0; j < n; ++j) {
-                size_t i = seen[j];
-                double k = x[j] > sharp_to && x[j] <= sharp_from ? envmapi_axis_tent_k(axis, i)
-                                                                 : many[j];
-                double step = 1, at = x[j] > whole_from || x[j] < whole_to ? envmapi_acos(x[j]) : 0;
-                if (x[j] > whole_from) step = envmapi_smooth_step(at, core / 2, core);
-                if (x[j] < whole_to)
-                    step *= 1 - envmapi_smooth_step(at, axis->reach / 2, axis->reach);
-                if (step > 0) envmapi_axis_add(axis, i, share * step * k);
+                double step = margin > 0 ? share : share * envmapi_axis_fade(axis, x[j], whole_to);
+                if (margin > 0) many[j] = envmapi_axis_tent_k(axis, seen[j], whole_to);
+                if (x[j] > whole_from)
+                    step *= envmapi_smooth_step(envmapi_acos(x[j]), core / 2, core);
+                if (step > 0) envmapi_axis_add(axis, seen[j], step * many[j]);
             }
         }
     }
@@ -6709,10 +6712,10 @@ static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, dou
 
 static void envmapi_axis_filter(envmapi_axis *axis, const void *method) {
     (void)method;
-    if (axis->bilinear < 1) envmapi_axis_sum(axis, 1 - axis->bilinear, 0, 0);
-    if (!(axis->bilinear > 0)) return;
-    envmapi_axis_integral(axis, axis->bilinear, axis->reach);
-    if (axis->to > axis->reach) envmapi_axis_sum(axis, axis->bilinear, axis->reach, 0);
+    int tail = axis->tent > 0 && axis->to > axis->reach;
+    if (axis->bilinear < 1) envmapi_axis_sum(axis, 1 - axis->bilinear, 0, tail);
+    if (axis->bilinear > 0) envmapi_axis_integral(axis, axis->bilinear, axis->reach);
+    if (tail) envmapi_axis_sum(axis, 1, axis->reach, 0);
 }
 
 /* A method that fills slices axis by axis: a task is a row of a face of one slice. */
@@ -6754,7 +6757,7 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
     axis->reach = fmax(fmax(12 * axis->texel, 8 * axis->sigma),
-                       2 * envmapi_axis_flank(axis->lobe, axis->p, axis->sigma));
+                       3 * envmapi_axis_flank(axis->lobe, axis->p, axis->sigma));
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
     axis->sight = axis->to;
     axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
@@ -6819,7 +6822,7 @@ static void envmapi_axis_points(envmapi_axis *axis, envmapi_points *points) {
     for (size_t i = 0; i < s->count && axis->bilinear < 1; ++i) {
         double d[3] = {s->x[i], s->y[i], s->z[i]}, rgb[3];
         for (int c = 0; c < 3; ++c) rgb[c] = (double)envmapi_source_rgb(s, i)[c];
-        if (axis->tent > 0) envmapi_axis_tent_k(axis, i);
+        if (axis->tent > 0) envmapi_axis_tent_k(axis, i, -2);
         else envmapi_points_add(points, d, rgb, s->w[i]);
     }
     if (axis->bilinear > 0) envmapi_axis_integral(axis, axis->bilinear, ENVMAPI_PI);
@@ -7366,7 +7369,7 @@ static int envmapi_window_pieces(envmapi_knot *node, int room, double from, doub
 #define ENVMAPI_SPLIT 10 /* texels at 1e-3 that near sums reach where any reach is right: speed */
 
 /* What a lobe has beyond its reach, where the definition sums texels at their centres: k times the
-   step that fades the integral out. It is smooth, and >>fast sums it. */
+   step that fades tents and the integral out. It is smooth, and >>fast sums it. */
 typedef struct envmapi_tail {
     envmap_lobe lobe; /* the tail, as a function */
     const envmap_lobe *whole;
@@ -7394,7 +7397,6 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     if (!(axis.bilinear > 0) && lobe->kind == ENVMAP_LOBE_GGX)
         axis.reach = fmin(axis.reach, split * axis.texel);
     tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
-    tail->lobe.raw = lobe->raw, tail->lobe.scale = lobe->scale;
     tail->reach = axis.reach, tail->whole_from = envmapi_cosine(axis.reach);
     tail->lobe.kinks = tail->kinks;
     tail->kinks[tail->lobe.kink_count++] = (float)(axis.reach / 2);
@@ -7406,6 +7408,8 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
         return 0;
     tail->integral = envmapi_lobe_integral(&tail->lobe, axis.p);
     tail->part = fabs(tail->integral / envmapi_lobe_integral(lobe, axis.p));
+    /* not over its own sum over texels, which is not the integral where a sphere map's are long */
+    tail->lobe.raw = 1, tail->lobe.scale = lobe->raw ? lobe->scale : (float)(1 / tail->integral);
     double end = fabs(envmapi_k(lobe, cos(axis.reach), axis.p)) * axis.reach * axis.reach;
     return tail->part > 1e-9 && tail->part <= 1 && end > 1e-3 * fabs(tail->integral);
 }
@@ -8813,7 +8817,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (envmapi_axis_rim(&s->axis) > 0)
         slow = !(s->axis.bilinear > 0) || (tight && s->axis.kink_count);
     s->all = envmapi_near_few(src, serves || s->tail ? 48 : s->turn_count);
-    /* a tail has centres up to where the definition's tents end; elsewhere windows are quicker */
+    /* speed only: all texels are as quick as windows and a tail, of a sphere map thrice as quick */
     int line = level->mapping == ENVMAP_CUBE || level->mapping == ENVMAP_LATLONG;
     int blunt = s->tail && !line && !(s->axis.bilinear > 0) &&
                 s->axis.tent * s->axis.tent > 1000 * tolerance;

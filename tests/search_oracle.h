@@ -455,10 +455,10 @@ static void oracle_centres(double sum[4], const oracle_filter *f, const double a
     }
 }
 
-/* k averaged over a texel's tent of half-width `tent` texels: Gauss-Jacobi for the weight 1 - s on
-   [0,1], two nodes a half. */
+/* k, less what fades out to `reach`, averaged over a texel's tent of half-width `tent` texels:
+   Gauss-Jacobi for the weight 1 - s on [0,1], two nodes a half. */
 static double oracle_tent(const oracle_filter *f, const double a[3], const oracle_texel *t,
-                          double tent) {
+                          double tent, double reach) {
     const double at[2] = {(4 - sqrt(6.0)) / 10, (4 + sqrt(6.0)) / 10};
     const double weight[2] = {0.25 + sqrt(6.0) / 36, 0.25 - sqrt(6.0) / 36};
     double k = 0, d[3];
@@ -466,22 +466,21 @@ static double oracle_tent(const oracle_filter *f, const double a[3], const oracl
         double u = (i & 2 ? 1 : -1) * at[i & 1], v = (i & 8 ? 1 : -1) * at[i >> 2 & 1];
         oracle_direction(d, f->image.mapping, t->face, t->u + tent * u / f->image.width,
                          t->v + tent * v / f->image.size);
-        k += weight[i & 1] * weight[i >> 2 & 1] * oracle_k(f->lobe, oracle_dot(a, d), f->p);
+        double x = oracle_dot(a, d), whole = weight[i & 1] * weight[i >> 2 & 1];
+        if (f->to > reach) whole *= 1 - oracle_step(acos(oracle_clamp(x, -1, 1)), reach / 2, reach);
+        k += whole * oracle_k(f->lobe, x, f->p);
     }
     return k;
 }
 
-/* Tents where the lobe is sharp, within `reach` of its axis or about its ring; centres beyond. */
+/* Tents, to two mean texels beyond where the lobe ends or has faded. */
 static void oracle_tents(double sum[4], const oracle_filter *f, const double a[3], double tent,
                          double reach) {
-    double margin = 2 * f->extent, last = (f->from > 0 || f->to < reach ? f->to : reach) + margin;
-    double skip = cos(fmin(PI, f->to + margin)) - 1e-9;
+    double margin = 2 * f->extent, last = fmin(f->to, reach) + margin;
     for (size_t i = 0; i < f->count; ++i) {
-        double x = oracle_dot(a, f->texels[i].d), angle = acos(oracle_clamp(x, -1, 1));
-        if (x < skip || !(f->texels[i].w > 0)) continue;
-        int near_it = angle < last && angle >= f->from - margin;
-        oracle_add(sum, f, i,
-                   near_it ? oracle_tent(f, a, f->texels + i, tent) : oracle_k(f->lobe, x, f->p));
+        double angle = acos(oracle_clamp(oracle_dot(a, f->texels[i].d), -1, 1));
+        if (angle < last && angle >= f->from - margin && f->texels[i].w > 0)
+            oracle_add(sum, f, i, oracle_tent(f, a, f->texels + i, tent, reach));
     }
 }
 
@@ -735,22 +734,20 @@ static double oracle_flank(const oracle_filter *f) {
 
 /* The definition of one texel of a result: texel centres for lobes of two mean texels and more; for
    thinner ones tents of half-width t = clamp(2 - sigma/texel, 0, 1), which go over into bilinear
-   radiance between t = 1/2 and 1. */
+   radiance between t = 1/2 and 1. What such a lobe has beyond `reach` counts at centres again. */
 static void oracle_axis(double rgb[3], const oracle_filter *f, const double a[3]) {
     double tent = oracle_clamp(2 - f->sigma / f->extent, 0, 1), norm = oracle_norm(f->lobe);
     double bilinear = oracle_step(tent, 0.5, 1),
-           reach = fmax(fmax(12 * f->extent, 8 * f->sigma), 2 * f->flank);
+           reach = fmax(fmax(12 * f->extent, 8 * f->sigma), 3 * f->flank);
     double texels[4] = {0, 0, 0, 0}, smooth[4] = {0, 0, 0, 0};
+    if (f->from > 0 || reach > f->to) reach = f->to;
     if (!(tent > 0)) oracle_centres(texels, f, a, 0);
     else if (bilinear < 1) oracle_tents(texels, f, a, tent, reach);
-    if (bilinear > 0) {
-        if (f->from > 0 || reach > f->to) reach = f->to;
-        int root = f->lobe->kind == LOBE_PHONG && f->lobe->a < 1; /* only rings have its nodes */
-        if (oracle_is_disc(f->image.mapping) && !root) oracle_discs(smooth, f, a, reach);
-        else oracle_polar(smooth, f, a, reach);
-        if (f->to > reach) oracle_centres(smooth, f, a, reach);
-    }
+    int root = f->lobe->kind == LOBE_PHONG && f->lobe->a < 1; /* only rings have its nodes */
+    if (bilinear > 0 && oracle_is_disc(f->image.mapping) && !root) oracle_discs(smooth, f, a, reach);
+    else if (bilinear > 0) oracle_polar(smooth, f, a, reach);
     for (int c = 0; c < 4; ++c) texels[c] += bilinear * (smooth[c] - texels[c]);
+    if (tent > 0 && f->to > reach) oracle_centres(texels, f, a, reach);
     if (!(norm > 0)) norm = texels[3];
     for (int c = 0; c < 3; ++c) rgb[c] = texels[c] / norm;
 }

@@ -220,7 +220,14 @@ static void works_that_broke_hold(void) {
         {"cube:73:1 dst=latlong:17:1 lobe=ring:0.220708728:0.849142588 raw=0:1 tolerance=9.4e-4",
          "lamps:0.826387743:0.750396734"}, /* 24 bands did not show how slowly a tip's end */
         {"octahedral:20:1 dst=paraboloid:3:1 lobe=cone:0.206:0 raw=0:1 tolerance=1.45e-6",
-         "half:0.6:0"}}; /* rings touch lines close to an axis on an octahedral fold */
+         "half:0.6:0"}, /* rings touch lines close to an axis on an octahedral fold */
+        {"cube:40:1 dst=cube:6:1 lobe=ggx:0.0526:0 raw=0:1 tolerance=1e-4", "texel:0.44:0.43"},
+        {"latlong:40:1 dst=cube:5:1 lobe=ggx:0.0912:0 raw=0:1 tolerance=1e-4",
+         "texel:0.44:0.43"}, /* tents that ended at one angle, where a tail had centres before */
+        {"sphere:84:1 dst=cube:15:1 lobe=ggx:0.0845873579:0 raw=0:1 tolerance=3e-5",
+         "texel:0.446:0.796"}, /* a tail over its own sum, which is not its integral */
+        {"cube:40:1 dst=cube:6:1 lobe=slide:0.055:0 raw=0:1 tolerance=1e-4",
+         "texel:0.44:0.43"}}; /* bells whose tents must not fade before they have ended */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
