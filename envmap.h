@@ -6442,15 +6442,16 @@ static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
 }
 
 /* Adds the mean of the bilinear radiance on a ring, times k: n steps, more where texels are narrow,
-   cut where they leave a cell, as the radiance has kinks there, and two nodes of Gauss-Legendre on
-   each part, h = its half. */
-static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, double k) {
+   and `least` at least, cut where they leave a cell, as the radiance has kinks there, and two nodes
+   of Gauss-Legendre on each part, h = its half. */
+static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n, double least,
+                              double k) {
     const envmapi_level *level = &axis->level;
     double from = 0, all = 2 * ENVMAPI_PI, to;
     envmapi_circle_at(ring, level, 0);
     while (from < all) {
         envmapi_circle next = *ring, test;
-        double step = all / n * envmapi_axis_narrow(axis, ring->d);
+        double step = fmin(all / n * envmapi_axis_narrow(axis, ring->d), all / least);
         double close = step * axis->apart * fmin(axis->apart, 1) / 16;
         int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
         for (double low = from; !whole;) {
@@ -6463,12 +6464,12 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, d
         }
         double h = (to - from) / 2, hh = h * h;
         double most = 1 + hh / 3 + hh * hh * 7 / 54;
-        double least = sqrt(1.0 / 3) * (1 + hh / 9 + hh * hh / 90);
+        double part = sqrt(1.0 / 3) * (1 + hh / 9 + hh * hh / 90);
         for (int j = -1; j < 2; j += 2) { /* cos, sin of h / sqrt 3 over those of h */
             double d[3];
             for (int c = 0; c < 3; ++c) {
                 double mean = (ring->d[c] + next.d[c]) / 2 - ring->a[c];
-                d[c] = ring->a[c] + most * mean + j * least * (next.d[c] - ring->d[c]) / 2;
+                d[c] = ring->a[c] + most * mean + j * part * (next.d[c] - ring->d[c]) / 2;
             }
             envmapi_unit(d, d); /* z < -1 has no place on a sphere map */
             envmapi_add_lookup(axis->light, level, d, k * h / (2 * ENVMAPI_PI));
@@ -6565,7 +6566,7 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
     int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* about its corners u and v bend more */
-    envmapi_axis_ring(axis, &ring, (int)fmax(texels, octa ? 16 / sqrt(axis->apart) : 16), k);
+    envmapi_axis_ring(axis, &ring, texels, octa ? 16 / sqrt(axis->apart) : 16, k);
 }
 
 /* About the point where all of a sphere or angular map's rim's texels meet: how far they are too
