@@ -549,10 +549,17 @@ static void oracle_circle(double sum[4], const oracle_filter *f, const double a[
     sum[3] += weight;
 }
 
+/* x^N, N < 2, has a root, or worse, at the horizon: panels halve towards it. */
+static int oracle_rooted(const oracle_filter *f) {
+    return f->lobe->kind == LOBE_PHONG && f->lobe->a < 2;
+}
+
 /* The end of the panel of angles that starts at t: as fine as lobe and texels at t, and no kink
    inside. */
 static double oracle_panel_end(const oracle_filter *f, double t, double end) {
-    double step = fmin(fmax(f->sigma / 2, t / 4), f->extent / 2) / f->fine, next = t + step;
+    double step = fmin(fmax(f->sigma / 2, t / 4), f->extent / 2) / f->fine, next;
+    if (oracle_rooted(f)) step = fmin(fmin(step, 0.1), fmax(1e-8, (PI / 2 - t) / 2));
+    next = t + step;
     double kinks[3] = {acos(oracle_clamp(-f->p, -1, 1)), PI / 2, f->lobe->a};
     if (f->lobe->kind == LOBE_BANKS)
         step = fmin(f->sigma, f->extent) / 2 / f->fine, next = t + step;
@@ -742,7 +749,7 @@ static void oracle_axis(double rgb[3], const oracle_filter *f, const double a[3]
     else if (bilinear < 1) oracle_tents(texels, f, a, tent, reach);
     if (bilinear > 0) {
         if (f->from > 0 || reach > f->to) reach = f->to;
-        if (oracle_is_disc(f->image.mapping)) oracle_discs(smooth, f, a, reach);
+        if (oracle_is_disc(f->image.mapping) && !oracle_rooted(f)) oracle_discs(smooth, f, a, reach);
         else oracle_polar(smooth, f, a, reach);
         if (f->to > reach) oracle_centres(smooth, f, a, reach);
     }

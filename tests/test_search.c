@@ -207,7 +207,11 @@ static void works_that_broke_hold(void) {
         {"octahedral:99:1 dst=cube:3:1 lobe=ring:0.07:0.532486443 raw=0:1 tolerance=1e-5",
          "lamps:0.27:0.999999"},
         {"octahedral:20:1 dst=paraboloid:3:1 lobe=cone:0.206:0 raw=0:1 tolerance=1.45e-6",
-         "half:0.6:0"}}; /* rings touch lines close to an axis on an octahedral fold */
+         "half:0.6:0"}, /* rings touch lines close to an axis on an octahedral fold */
+        {"paraboloid:1:1 dst=paraboloid:2:1 lobe=phong:0.147704884:0 raw=0:1 tolerance=3.5555e-06",
+         "half:0.947290214:0.286497331"}, /* x^0.15 at the horizon */
+        {"cube:1:1 dst=angular:4:1 lobe=phong:0.224028885:0 raw=0:1 tolerance=3.51068e-06",
+         "half:0.624502328:0.256877401"}};
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
