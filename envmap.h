@@ -6558,8 +6558,10 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     if (fabs(k) < axis->least) return;
     k *= weight * sin(theta);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-    double finer = pow(axis->apart, -0.75); /* what a step misses falls as its power 4 */
-    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.25) * finer;
+    /* what a step misses falls as its power 4; in a blend, and of Banks' sharp edges, it does not */
+    int blend = axis->level.mapping == ENVMAP_PARABOLOID || axis->lobe->kind == ENVMAP_LOBE_BANKS;
+    double finer = blend ? 1 / sqrt(axis->apart) : pow(axis->apart, -0.75);
+    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, blend ? 0.1 : 0.25) * finer;
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
         ring.a[j] = cos(theta) * axis->a[j];
@@ -6567,7 +6569,7 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
     int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* about its corners u and v bend more */
-    double least = octa ? 16 / sqrt(axis->apart) : fmin(8 * finer, 16);
+    double least = octa ? 16 / sqrt(axis->apart) : blend ? 32 : fmin(8 * finer, 16);
     envmapi_axis_ring(axis, &ring, texels, fmax(least, 8), k);
 }
 
@@ -6669,7 +6671,8 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
     int rim = (axis->cap || axis->level.mapping == ENVMAP_SPHERE) &&
               envmapi_axis_at_rim(axis, axis->a, end);
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
-    int all = !axis->level.texels; /* not for the definition */
+    int all = !axis->level.texels && /* not for the definition */
+              (axis->level.mapping != ENVMAP_PARABOLOID || axis->apart > 0.46);
     for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
         rings |= (disc || axis->texel > 0.1 || all) && axis->kinks[i] < end;
     int power = axis->lobe->kind == ENVMAP_LOBE_PHONG && axis->lobe->parameter < 1; /* x^0.15 */
