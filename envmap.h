@@ -6558,7 +6558,7 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     if (fabs(k) < axis->least) return;
     k *= weight * sin(theta);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-    /* what a step misses falls as its power 4; in a blend, and of Banks' sharp edges, it does not */
+    /* what a step misses falls as its power 4, but in a blend and of Banks' sharp edges */
     int blend = axis->level.mapping == ENVMAP_PARABOLOID || axis->lobe->kind == ENVMAP_LOBE_BANKS;
     double finer = blend ? 1 / sqrt(axis->apart) : pow(axis->apart, -0.75);
     double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, blend ? 0.1 : 0.25) * finer;
@@ -6603,7 +6603,7 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches, kept = 1;
     int power = axis->lobe->kind == ENVMAP_LOBE_PHONG && axis->kink_count;
-    int roots = touches && (power || axis->level.mapping == ENVMAP_OCTAHEDRAL); /* all known there */
+    int roots = touches && (power || axis->level.mapping == ENVMAP_OCTAHEDRAL); /* all known */
     double wide = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75), t[3], b[3];
     if (banks || touches) wide *= !banks ? 0.9 : touches ? 0.6 : 0.4;
     else wide = 2 * axis->texel * axis->apart;
