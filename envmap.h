@@ -6452,15 +6452,16 @@ static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
 }
 
 /* Adds the mean of the bilinear radiance on a ring, times k: n steps, more where texels are narrow,
-   cut where they leave a cell, as the radiance has kinks there, and two nodes of Gauss-Legendre on
-   each part, h = its half. */
-static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, double k) {
+   and `least` at least, cut where they leave a cell, as the radiance has kinks there, and two nodes
+   of Gauss-Legendre on each part, h = its half. */
+static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n, double least,
+                              double k) {
     const envmapi_level *level = &axis->level;
     double from = 0, all = 2 * ENVMAPI_PI, to;
     envmapi_circle_at(ring, level, 0);
     while (from < all) {
         envmapi_circle next = *ring, test;
-        double step = all / n * envmapi_axis_narrow(axis, ring->d);
+        double step = fmin(all / n * envmapi_axis_narrow(axis, ring->d), all / least);
         double close = step * axis->apart * fmin(axis->apart, 1) / 16;
         int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
         for (double low = from; !whole;) {
@@ -6473,12 +6474,12 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, d
         }
         double h = (to - from) / 2, hh = h * h;
         double most = 1 + hh / 3 + hh * hh * 7 / 54;
-        double least = sqrt(1.0 / 3) * (1 + hh / 9 + hh * hh / 90);
+        double part = sqrt(1.0 / 3) * (1 + hh / 9 + hh * hh / 90);
         for (int j = -1; j < 2; j += 2) { /* cos, sin of h / sqrt 3 over those of h */
             double d[3];
             for (int c = 0; c < 3; ++c) {
                 double mean = (ring->d[c] + next.d[c]) / 2 - ring->a[c];
-                d[c] = ring->a[c] + most * mean + j * least * (next.d[c] - ring->d[c]) / 2;
+                d[c] = ring->a[c] + most * mean + j * part * (next.d[c] - ring->d[c]) / 2;
             }
             envmapi_unit(d, d); /* z < -1 has no place on a sphere map */
             envmapi_add_lookup(axis->light, level, d, k * h / (2 * ENVMAPI_PI));
@@ -6567,7 +6568,10 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     if (fabs(k) < axis->least) return;
     k *= weight * sin(theta);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, 0.1) / sqrt(axis->apart);
+    /* what a step misses falls as its power 4, but in a blend and of Banks' sharp edges */
+    int blend = axis->level.mapping == ENVMAP_PARABOLOID || axis->lobe->kind == ENVMAP_LOBE_BANKS;
+    double finer = blend ? 1 / sqrt(axis->apart) : pow(axis->apart, -0.75);
+    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, blend ? 0.1 : 0.25) * finer;
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
         ring.a[j] = cos(theta) * axis->a[j];
@@ -6575,7 +6579,8 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
     int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* about its corners u and v bend more */
-    envmapi_axis_ring(axis, &ring, (int)fmax(texels, octa ? 16 / sqrt(axis->apart) : 16), k);
+    double least = octa ? 16 / sqrt(axis->apart) : blend ? 32 : fmin(8 * finer, 16);
+    envmapi_axis_ring(axis, &ring, texels, fmax(least, 8), k);
 }
 
 /* About the point where all of a sphere or angular map's rim's texels meet: how far they are too
@@ -6606,32 +6611,34 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
    there is no root.
    Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
-    int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches;
+    int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches, kept = 1;
     int roots = touches && (axis->level.mapping == ENVMAP_OCTAHEDRAL || /* all are known there */
                             envmapi_lobe_root(axis->lobe));
-    double least = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75);
-    envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight),
-                                                 2 * axis->texel * axis->apart);
-    double t[3], b[3], theta, weight;
+    double wide = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75), t[3], b[3];
+    if (banks || touches) wide *= !banks ? 0.9 : touches ? 0.6 : 0.4;
+    else wide = 2 * axis->texel * axis->apart;
+    if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) wide = fmin(wide, axis->sigma);
+    envmapi_quadrature q =
+        envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight), 1);
     envmapi_tangents(t, b, axis->a, NULL);
+    for (int i = 1; i < q.count; ++i) /* a function's panels halve to 1e-6 */
+        if (q.breaks[i] > axis->sigma / 32 || i + 1 == q.count) q.breaks[kept++] = q.breaks[i];
+    if (q.count) q.count = kept;
     if (touches && q.count) envmapi_axis_touches(&q, axis);
     else if (q.count && axis->level.mapping == ENVMAP_LATLONG)
         for (int i = 0; i < 2; ++i) envmapi_axis_touch(&q, axis, 1, i * ENVMAPI_PI);
     for (int i = -1; i < 2 && q.count && !touches && envmapi_axis_rim(axis) > 0; ++i)
         envmapi_quadrature_break(&q, envmapi_axis_from_rim(axis, axis->a) + i * axis->texel / 2);
-    while (!touches && !banks && envmapi_quadrature_next(&q, &theta, &weight))
-        envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
-    for (int i = 0; i + 1 < q.count && (touches || banks); ++i) {
+    for (int i = 0; i + 1 < q.count; ++i) {
         double from = q.breaks[i], piece = q.breaks[i + 1] - from;
         double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
                               envmapi_axis_squeeze(axis, from + piece));
-        double most = (!banks ? 0.9 : touches ? 0.6 : 0.4) * least * fmax(squeeze, 0.25);
-        int pieces = (int)ceil(piece / most);
+        int pieces = (int)ceil(piece / (wide * (banks || touches ? fmax(squeeze, 0.25) : 1)));
         for (int j = 0; j < 6 * pieces; ++j) {
             const double *g = axis->gauss[6][j % 6];
             double at = (j / 6 + (1 + g[0]) / 2) / pieces, slope = roots ? 6 * at * (1 - at) : 1;
-            theta = from + piece * (roots ? at * at * (3 - 2 * at) : at);
-            weight = piece / pieces * slope * g[1] / 2;
+            double theta = from + piece * (roots ? at * at * (3 - 2 * at) : at);
+            double weight = piece / pieces * slope * g[1] / 2;
             envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
         }
     }
@@ -6671,7 +6678,8 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
     int rim = (axis->cap || axis->level.mapping == ENVMAP_SPHERE) &&
               envmapi_axis_at_rim(axis, axis->a, end);
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
-    int all = !axis->level.texels && (disc || axis->apart > 0.46); /* not for the definition */
+    int all = !axis->level.texels && /* not for the definition */
+              (axis->level.mapping != ENVMAP_PARABOLOID || axis->apart > 0.46);
     double root = envmapi_lobe_root(axis->lobe) ? 1e-9 : 0; /* its kink is where it ends */
     for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
         rings |= (disc || axis->texel > 0.1 || all) && axis->kinks[i] < end + root;

@@ -548,10 +548,17 @@ static void oracle_circle(double sum[4], const oracle_filter *f, const double a[
     sum[3] += weight;
 }
 
+/* x^N, N < 2, has a root, or worse, at the horizon: panels halve towards it. */
+static int oracle_rooted(const oracle_filter *f) {
+    return f->lobe->kind == LOBE_PHONG && f->lobe->a < 2;
+}
+
 /* The end of the panel of angles that starts at t: as fine as lobe and texels at t, and no kink
    inside. */
 static double oracle_panel_end(const oracle_filter *f, double t, double end) {
-    double step = fmin(fmax(f->sigma / 2, t / 4), f->extent / 2) / f->fine, next = t + step;
+    double step = fmin(fmax(f->sigma / 2, t / 4), f->extent / 2) / f->fine, next;
+    if (oracle_rooted(f)) step = fmin(fmin(step, 0.1), fmax(1e-8, (PI / 2 - t) / 2));
+    next = t + step;
     double kinks[3] = {acos(oracle_clamp(-f->p, -1, 1)), PI / 2, f->lobe->a};
     if (f->lobe->kind == LOBE_BANKS)
         step = fmin(f->sigma, f->extent) / 2 / f->fine, next = t + step;
@@ -743,8 +750,8 @@ static void oracle_axis(double rgb[3], const oracle_filter *f, const double a[3]
     if (f->from > 0 || reach > f->to) reach = f->to;
     if (!(tent > 0)) oracle_centres(texels, f, a, 0);
     else if (bilinear < 1) oracle_tents(texels, f, a, tent, reach);
-    int root = f->lobe->kind == LOBE_PHONG && f->lobe->a < 1; /* only rings have its nodes */
-    if (bilinear > 0 && oracle_is_disc(f->image.mapping) && !root) oracle_discs(smooth, f, a, reach);
+    if (bilinear > 0 && oracle_is_disc(f->image.mapping) && !oracle_rooted(f))
+        oracle_discs(smooth, f, a, reach);
     else if (bilinear > 0) oracle_polar(smooth, f, a, reach);
     for (int c = 0; c < 4; ++c) texels[c] += bilinear * (smooth[c] - texels[c]);
     if (tent > 0 && f->to > reach) oracle_centres(texels, f, a, reach);

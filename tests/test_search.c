@@ -227,7 +227,11 @@ static void works_that_broke_hold(void) {
         {"sphere:84:1 dst=cube:15:1 lobe=ggx:0.0845873579:0 raw=0:1 tolerance=3e-5",
          "texel:0.446:0.796"}, /* a tail over its own sum, which is not its integral */
         {"cube:40:1 dst=cube:6:1 lobe=slide:0.055:0 raw=0:1 tolerance=1e-4",
-         "texel:0.44:0.43"}}; /* bells whose tents must not fade before they have ended */
+         "texel:0.44:0.43"}, /* bells whose tents must not fade before they have ended */
+        {"paraboloid:1:1 dst=paraboloid:2:1 lobe=phong:0.147704884:0 raw=0:1 tolerance=3.5555e-06",
+         "half:0.947290214:0.286497331"}, /* x^0.15 at the horizon */
+        {"cube:1:1 dst=angular:4:1 lobe=phong:0.224028885:0 raw=0:1 tolerance=3.51068e-06",
+         "half:0.624502328:0.256877401"}};
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
