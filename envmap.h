@@ -6059,7 +6059,7 @@ typedef struct envmapi_points {
     envmapi_rings *rings;
     envmapi_source *source; /* neither: they are only counted */
     float *rgb;             /* of the source */
-    size_t count;
+    size_t count, most;     /* no more are made where they are more */
     double d[3][ENVMAPI_CHUNK];
 } envmapi_points;
 
@@ -6441,16 +6441,17 @@ static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
     return x > 0 ? fmax(sqrt(fmax(1 - x * x, 0)), axis->texel / 100) : 1;
 }
 
-/* Adds the mean of the bilinear radiance on a ring, times k: n steps, more where texels are narrow,
-   cut where they leave a cell, as the radiance has kinks there, and two nodes of Gauss-Legendre on
-   each part, h = its half. */
-static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, int n, double k) {
+/* Adds the mean of the bilinear radiance on a ring, times k: n steps, or one for each of its texels,
+   which are more where they are narrow; cut where they leave a cell, as the radiance has kinks
+   there, and two nodes of Gauss-Legendre on each part, h = its half. */
+static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n, double texels,
+                              double k) {
     const envmapi_level *level = &axis->level;
     double from = 0, all = 2 * ENVMAPI_PI, to;
     envmapi_circle_at(ring, level, 0);
     while (from < all) {
         envmapi_circle next = *ring, test;
-        double step = all / n * envmapi_axis_narrow(axis, ring->d);
+        double step = all / fmax(texels / envmapi_axis_narrow(axis, ring->d), n);
         double close = step * axis->apart * fmin(axis->apart, 1) / 16;
         int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
         for (double low = from; !whole;) {
@@ -6565,7 +6566,7 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
     int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* about its corners u and v bend more */
-    envmapi_axis_ring(axis, &ring, (int)fmax(texels, octa ? 16 / sqrt(axis->apart) : 16), k);
+    envmapi_axis_ring(axis, &ring, octa ? 16 / sqrt(axis->apart) : 16, texels, k);
 }
 
 /* About the point where all of a sphere or angular map's rim's texels meet: how far they are too
@@ -6634,7 +6635,7 @@ static void envmapi_axis_patches(envmapi_axis *axis, double share, double reach)
     for (int i = 0; i < 4 * envmap_faces(axis->level.mapping); ++i) {
         int count = 1;
         patch.face = i / 4, patch.quadrant = i % 4, todo[0] = patch;
-        while (count && !(axis->points && axis->points->count > ENVMAPI_MANY)) {
+        while (count && !(axis->points && axis->points->count > axis->points->most)) {
             envmapi_patch one = todo[--count];
             if (envmapi_patch_add(axis, &one, todo + count) && count + 4 <= ENVMAPI_PATCHES)
                 count += 2;
@@ -6657,36 +6658,36 @@ static void envmapi_axis_capped(envmapi_axis *axis, double share, double reach) 
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     double end = fmin(reach, axis->sight);
     /* an angular map's texels at its rim are no longer than others, so patches are few */
-    int rim = (axis->cap || axis->level.mapping == ENVMAP_SPHERE) &&
+    int sphere = axis->level.mapping == ENVMAP_SPHERE, grows = axis->lobe->kind == ENVMAP_LOBE_GGX;
+    int rim = (axis->cap || (sphere && !(grows && axis->touches))) && /* speed only */
               envmapi_axis_at_rim(axis, axis->a, end);
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
     int all = !axis->level.texels && (disc || axis->apart > 0.46); /* not for the definition */
     for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
         rings |= (disc || axis->texel > 0.1 || all) && axis->kinks[i] < end;
     rings |= disc && axis->to > 1.5 && axis->to <= end && axis->to < ENVMAPI_PI; /* x^2.4 */
-    if (all && axis->lobe->kind != ENVMAP_LOBE_GGX) /* speed only */
+    if (all && !grows) /* speed only */
         rings |= axis->texel > 0.1 && axis->sigma < 0.3 * axis->texel;
     if (axis->points || !(rings || rim)) envmapi_axis_patches(axis, share, reach);
     else if (!rings && axis->cap) envmapi_axis_capped(axis, share, reach);
     else envmapi_axis_polar(axis, share, reach);
 }
 
-/* Makes a cap of points from a slice and for axes as `of`; without one where they are too many: 52
-   bytes each, 104 MB at most. */
+/* Makes a cap of points from a slice and for axes as `of`; without one where they are more than
+   `most`: 52 bytes each. */
 static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, double radius,
-                                      double tolerance, envmapi_pool *pool) {
+                                      size_t most, envmapi_pool *pool) {
     envmapi_axis axis = *of;
     envmapi_points points;
     memset(&points, 0, sizeof points), memset(cap, 0, sizeof *cap);
     axis.points = &points, axis.kink_count = 0, axis.from = axis.a[0] = axis.a[1] = 0;
-    axis.a[2] = axis.level.mapping == ENVMAP_SPHERE ? -1 : 1;
-    axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
+    axis.a[2] = axis.level.mapping == ENVMAP_SPHERE ? -1 : 1, points.most = most;
     axis.to = axis.sight = ENVMAPI_PI;
     if (of->lobe->kind == ENVMAP_LOBE_GGX && axis.sigma < axis.texel / 2) axis.sigma = axis.texel;
     if (of->lobe->kind >= ENVMAP_LOBE_FUNCTION) axis.sigma /= 2; /* may have kinks anywhere */
     envmapi_axis_patches(&axis, 1, radius);
     size_t n = points.count, tiles = n / ENVMAPI_TILE + 1;
-    if (n > ENVMAPI_MANY / 2) return ENVMAP_OK;
+    if (n > most) return ENVMAP_OK;
     void *block = envmapi_pool_get(pool, envmapi_source_room(cap, n, tiles, NULL), 1);
     points.rgb = (float *)envmapi_pool_get(pool, n, 3 * sizeof(float));
     if (!block || !points.rgb) return ENVMAP_ERROR_MEMORY;
@@ -8842,6 +8843,21 @@ static envmap_result envmapi_near_turn(envmapi_near *s, const envmap *src, envma
     return ENVMAP_OK;
 }
 
+/* How many points a cap may have that is quicker than axes one by one, those within R of a rim.
+   Tuned on spheres and angular maps of 64 to 128 texels; speed only. */
+static size_t envmapi_near_capped(const envmapi_near *s, double R) {
+    const envmap *dst = &s->dst;
+    int width = envmapi_width(dst->mapping, dst->size), axes = 0;
+    double a[3], each = s->axis.lobe->kind == ENVMAP_LOBE_GGX ? 15000 : 4000;
+    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size * width; ++i) {
+        int row = i / width;
+        envmapi_texel_direction(a, dst->mapping, row / dst->size, dst->size, i % width,
+                                row % dst->size);
+        axes += envmapi_axis_at_rim(&s->axis, a, R);
+    }
+    return (size_t)fmin(each * axes, ENVMAPI_MANY / 2);
+}
+
 /* Looks at a slice of src, or its only one, and gets all memory that its sums take. *served: 0
    where another way is taken. */
 static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
@@ -8858,7 +8874,8 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (s->all && pow(s->axis.tent, kinked ? 2 : 4) < tolerance &&
         src->mapping != ENVMAP_OCTAHEDRAL)
         s->axis.places = 2;
-    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
+    s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
+    if (s->all) s->tail = NULL;
     if (envmapi_near_turn(s, src, pool) ||
         (!s->in.omega &&
          envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool)))
@@ -8867,10 +8884,10 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     envmapi_near_tiles(s, src, tolerance);
     if (!result) result = envmapi_near_parts(s, tolerance, pool);
     s->axis.cap = NULL;
-    double rim = envmapi_axis_rim(&s->axis) + fmin(s->R_bright, 8 * s->sigma);
-    if (!result && !s->all && envmapi_axis_rim(&s->axis) > 0 && s->axis.bilinear > 0)
-        result = envmapi_axis_cap(&s->axis, &s->cap, rim + fmin(s->R_bright, s->axis.reach),
-                                  tolerance, pool);
+    double sees = fmin(s->R_bright, 8 * s->sigma), rim = envmapi_axis_rim(&s->axis);
+    if (!result && !s->all && rim > 0 && s->axis.bilinear > 0)
+        result = envmapi_axis_cap(&s->axis, &s->cap, rim + sees + fmin(s->R_bright, s->axis.reach),
+                                  envmapi_near_capped(s, sees), pool);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
     s->axis.least = s->all ? 6e-4 * tolerance * s->scale : 0; /* what _radius lets a dark texel */
@@ -11056,7 +11073,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     envmap_result result = ENVMAP_OK;
     if (!axis || !points || !scene) return ENVMAP_ERROR_MEMORY;
     memset(axis, 0, sizeof *axis), memset(points, 0, sizeof *points);
-    memset(&spectrum, 0, sizeof spectrum);
+    memset(&spectrum, 0, sizeof spectrum), points->most = ENVMAPI_MANY;
     axis->lobe = lobe, spectrum.t.grid.map = src, *served = 0;
     envmapi_axis_aim(axis, src, k, dst->slices, tolerance);
     /* the definition has centres beyond its reach, points have tents: a sphere map's are long */
