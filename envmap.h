@@ -554,11 +554,11 @@ typedef struct envmap_filter_desc {
    48 axes at a time; for lobes other than rings only if src has 20000 texels at most. Thin rings of
    sphere maps take longest, as texels at their rim are long.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
-   filtered scene's mean, which is more, beside 1e-6 of that mean, which floats lose. Lobes with a
-   kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a black scene with a lamp their
-   darkest texels may be off by more than 20 tolerances. Where a row of texels lies exactly along an
-   axis' horizon, the sum over centres has texel^2 / 12 of a kink's slope too much or too little,
-   and half the row of a jump (x^N, N < 0.2), which FAST has right.
+   filtered scene's mean, which is more, beside what floats lose: 1e-6 of that mean and 1.2e-7 of
+   the brightest texel. Lobes with a kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a
+   black scene with a lamp their darkest texels may be off by more than 20 tolerances. Where a row
+   of texels lies exactly along an axis' horizon, the sum over centres has texel^2 / 12 of a kink's
+   slope too much or too little, and half the row of a jump (x^N, N < 0.2), which FAST has right.
    Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 8 S + D;
    FAST S + D + 100 L^2 + 2 MB, 200 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
    two texels 9 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an

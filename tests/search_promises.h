@@ -182,7 +182,7 @@ static int bench_create(bench *b, const work *w) {
 
 /* Sums over the texels that are looked at. */
 typedef struct judge {
-    double error, square, mean, worst, weight;
+    double error, square, mean, worst, weight, brightest;
 } judge;
 
 static oracle_filter judge_filter(const bench *b, int slice, int slices) {
@@ -203,6 +203,7 @@ static oracle_filter judge_filter(const bench *b, int slice, int slices) {
 /* Floors for numbers that a float cannot hold. */
 static const double judge_tiny = 1e-37;
 
+/* What floats lose: 1e-6 of the mean, and 1.2e-7 of the brightest texel, counts for nothing. */
 static void judge_texel(judge *j, const float *a, const double b[3], double w, double floor) {
     double off = 0, peak = floor;
     for (int c = 0; c < 3; ++c) {
@@ -210,18 +211,19 @@ static void judge_texel(judge *j, const float *a, const double b[3], double w, d
         j->error += w * e * e, j->square += w * b[c] * b[c], j->mean += w * fabs(b[c]) / 3;
         off = fmax(off, e), peak = fmax(peak, b[c]);
     }
-    off = fmax(off - 1e-3 * floor, 0); /* 1e-6 of the mean: the rounding of floats */
+    j->brightest = fmax(j->brightest, peak);
+    off = fmax(off - 1e-3 * floor - 1.2e-7 * j->brightest, 0);
     j->weight += w, j->worst = fmax(j->worst, off / peak);
 }
 
 /* What the whole result says of its square and mean: as good as the truth's, when the result is
    good enough to be told from bad by them. */
 static judge judge_whole(const float *a, const oracle_texel *texels, size_t count, int slices) {
-    judge j = {0, 0, 0, 0, 0};
+    judge j = {0, 0, 0, 0, 0, 0};
     for (int slice = 0; slice < slices; ++slice)
         for (size_t i = 0; i < count; ++i, a += 3) {
             double b[3] = {(double)a[0], (double)a[1], (double)a[2]};
-            if (texels[i].w > 0) judge_texel(&j, a, b, texels[i].w, 1);
+            if (texels[i].w > 0) judge_texel(&j, a, b, texels[i].w, judge_tiny);
         }
     return j;
 }
@@ -267,7 +269,7 @@ static judge judge_scene(const bench *b, int slices) {
     enum { BANDS = 96 };
     static double sh[3 * BANDS * BANDS];
     double lambda[BANDS], square, size;
-    judge j = {0, 0, 0, 0, 1};
+    judge j = {0, 0, 0, 0, 1, 0};
     for (int slice = 0; slice < slices; ++slice) {
         double norm = oracle_norm(&b->lobe);
         if ((!slice || b->w->src_slices > 1) &&
@@ -299,7 +301,7 @@ static judge judge_map(const bench *b, const float *a, int size, int slices, dou
     oracle_texel *texels =
         size == w->dst_size ? b->dst_texels : oracle_texels(w->dst_mapping, size);
     size_t count = oracle_count(w->dst_mapping, size), all = count * (size_t)slices;
-    judge whole = judge_whole(a, texels, count, slices), j = {0, 0, 0, 0, 0};
+    judge whole = judge_whole(a, texels, count, slices), j = {0, 0, 0, 0, 0, 0};
     int few = judge_few(b, size, slices);
     if (few) {
         judge scene = judge_scene(b, slices);
@@ -309,6 +311,7 @@ static judge judge_map(const bench *b, const float *a, int size, int slices, dou
     double mean = whole.mean / whole.weight, start = cpu_seconds();
     size_t step = judge_stride(all), looked = 0;
     oracle_filter filters[32];
+    j.brightest = whole.brightest;
     for (int slice = 0; slice < slices; ++slice) filters[slice] = judge_filter(b, slice, slices);
     for (; looked < all && cpu_seconds() - start < (looked < 60 ? 4 : 1) * seconds; ++looked) {
         size_t at = (size_t)((unsigned long long)looked * step % all);

@@ -41,12 +41,13 @@ static envmap_result rings(envmap *dst, const envmap *src, const envmap_lobe *lo
 /* All mappings; the cube only in quick forms. */
 static int sources(void) { return test_many(MAPPINGS) < MAPPINGS ? 1 : MAPPINGS; }
 
-/* Rings this wide in texels from a mapping to the next few; prints the worst of all. */
+/* Rings this wide in texels from a mapping to the next few; prints the worst of all. Two of the
+   scenes; all in the whole form. */
 static void rings_keep(int from, double texels, double s) {
     static const char *const scenes[] = {"noise:0:0", "sun:0.42:0.45", "texel:0.334:0.99",
                                          "texel:0.6:0.01"};
     double rms = 0, worst = 0;
-    for (int i = 0; i < 4; ++i) {
+    for (int i = test_whole() ? 0 : from % 2; i < 4; i += test_whole() ? 1 : 2) {
         work w = work_of(from, edge_for(from, s, texels), (from + i) % MAPPINGS, 10, s, scenes[i]);
         bench b;
         int served = 0;

@@ -108,6 +108,8 @@ static void works_that_broke_hold(void) {
         {"cube:16:1 dst=cube:2:3 lobe=banks:0.99:0 raw=0:1 tolerance=1e-5", "texel:0.3:0.3"},
         {"cube:24:3 dst=cube:3:3 lobe=banks:0.988:0 raw=0:1 tolerance=1e-4",
          "noise:0.4:0"}, /* every slice has its own light */
+        {"cube:32:1 dst=latlong:126:1 lobe=phong:12:0 raw=0:1 tolerance=2.3e-6",
+         "texel:0.49:0.154632669"}, /* bands of floats, beside a lamp */
         {"octahedral:24:1 dst=cube:2:2 lobe=banks:0.98:0 raw=0:1 tolerance=1e-5", "lamps:0.4:0"},
         {"sphere:20:1 dst=cube:1:1 lobe=phong:90:0 raw=0:1 tolerance=1e-5", "texel:0.02:0.5"},
         {"cube:16:1 dst=latlong:3:1 lobe=slide:0.13:0.4 raw=0:1 tolerance=1e-5", "half:0.6:0"},
