@@ -6441,9 +6441,9 @@ static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
     return x > 0 ? fmax(sqrt(fmax(1 - x * x, 0)), axis->texel / 100) : 1;
 }
 
-/* Adds the mean of the bilinear radiance on a ring, times k: n steps, or one for each of its texels,
-   which are more where they are narrow; cut where they leave a cell, as the radiance has kinks
-   there, and two nodes of Gauss-Legendre on each part, h = its half. */
+/* Adds the mean of the bilinear radiance on a ring, times k: n steps, or one a texel, which are more
+   where texels are narrow; cut where they leave a cell, as the radiance has kinks there, and two
+   nodes of Gauss-Legendre on each part, h = its half. */
 static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n, double texels,
                               double k) {
     const envmapi_level *level = &axis->level;
