@@ -6441,9 +6441,9 @@ static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
     return x > 0 ? fmax(sqrt(fmax(1 - x * x, 0)), axis->texel / 100) : 1;
 }
 
-/* Adds the mean of the bilinear radiance on a ring, times k: n steps, or one a texel, which are more
-   where texels are narrow; cut where they leave a cell, as the radiance has kinks there, and two
-   nodes of Gauss-Legendre on each part, h = its half. */
+/* Adds the mean of the bilinear radiance on a ring, times k: n steps, or one a texel, more where
+   texels are narrow; cut where they leave a cell, as the radiance has kinks there, and two nodes of
+   Gauss-Legendre on each part, h = its half. */
 static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n, double texels,
                               double k) {
     const envmapi_level *level = &axis->level;
@@ -6658,15 +6658,14 @@ static void envmapi_axis_capped(envmapi_axis *axis, double share, double reach) 
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     double end = fmin(reach, axis->sight);
     /* an angular map's texels at its rim are no longer than others, so patches are few */
-    int sphere = axis->level.mapping == ENVMAP_SPHERE, grows = axis->lobe->kind == ENVMAP_LOBE_GGX;
-    int rim = (axis->cap || (sphere && !(grows && axis->touches))) && /* speed only */
+    int rim = (axis->cap || axis->level.mapping == ENVMAP_SPHERE) &&
               envmapi_axis_at_rim(axis, axis->a, end);
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
     int all = !axis->level.texels && (disc || axis->apart > 0.46); /* not for the definition */
     for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
         rings |= (disc || axis->texel > 0.1 || all) && axis->kinks[i] < end;
     rings |= disc && axis->to > 1.5 && axis->to <= end && axis->to < ENVMAPI_PI; /* x^2.4 */
-    if (all && !grows) /* speed only */
+    if (all && axis->lobe->kind != ENVMAP_LOBE_GGX) /* speed only */
         rings |= axis->texel > 0.1 && axis->sigma < 0.3 * axis->texel;
     if (axis->points || !(rings || rim)) envmapi_axis_patches(axis, share, reach);
     else if (!rings && axis->cap) envmapi_axis_capped(axis, share, reach);
