@@ -6451,7 +6451,8 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n
     envmapi_circle_at(ring, level, 0);
     while (from < all) {
         envmapi_circle next = *ring, test;
-        double step = all / fmax(texels / envmapi_axis_narrow(axis, ring->d), n);
+        double narrow = envmapi_axis_narrow(axis, ring->d); /* tight: n steps more there, too */
+        double step = all / fmax(texels / narrow, axis->touches ? n / narrow : n);
         double close = step * axis->apart * fmin(axis->apart, 1) / 16;
         int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
         for (double low = from; !whole;) {
