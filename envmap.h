@@ -6066,7 +6066,7 @@ typedef struct envmapi_points {
     envmapi_rings *rings;
     envmapi_source *source; /* neither: they are only counted */
     float *rgb;             /* of the source */
-    size_t count, most;     /* no more are made where they are more */
+    size_t count;
     double d[3][ENVMAPI_CHUNK];
 } envmapi_points;
 
@@ -6579,8 +6579,8 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
     int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* about its corners u and v bend more */
-    double least = octa ? 16 / sqrt(axis->apart) : blend ? 32 : fmin(8 * finer, 16);
-    envmapi_axis_ring(axis, &ring, texels, fmax(least, 8), k);
+    double least = octa ? 16 / sqrt(axis->apart) : blend ? 32 : 16;
+    envmapi_axis_ring(axis, &ring, texels, least, k);
 }
 
 /* About the point where all of a sphere or angular map's rim's texels meet: how far they are too
@@ -6652,7 +6652,7 @@ static void envmapi_axis_patches(envmapi_axis *axis, double share, double reach)
     for (int i = 0; i < 4 * envmap_faces(axis->level.mapping); ++i) {
         int count = 1;
         patch.face = i / 4, patch.quadrant = i % 4, todo[0] = patch;
-        while (count && !(axis->points && axis->points->count > axis->points->most)) {
+        while (count && !(axis->points && axis->points->count > ENVMAPI_MANY)) {
             envmapi_patch one = todo[--count];
             if (envmapi_patch_add(axis, &one, todo + count) && count + 4 <= ENVMAPI_PATCHES)
                 count += 2;
@@ -6691,21 +6691,22 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
     else envmapi_axis_polar(axis, share, reach);
 }
 
-/* Makes a cap of points from a slice and for axes as `of`; without one where they are more than
-   `most`: 52 bytes each. */
+/* Makes a cap of points from a slice and for axes as `of`; without one where they are too many: 52
+   bytes each, 104 MB at most. */
 static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, double radius,
-                                      size_t most, envmapi_pool *pool) {
+                                      double tolerance, envmapi_pool *pool) {
     envmapi_axis axis = *of;
     envmapi_points points;
     memset(&points, 0, sizeof points), memset(cap, 0, sizeof *cap);
     axis.points = &points, axis.kink_count = 0, axis.from = axis.a[0] = axis.a[1] = 0;
-    axis.a[2] = axis.level.mapping == ENVMAP_SPHERE ? -1 : 1, points.most = most;
+    axis.a[2] = axis.level.mapping == ENVMAP_SPHERE ? -1 : 1;
+    axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     axis.to = axis.sight = ENVMAPI_PI;
     if (of->lobe->kind == ENVMAP_LOBE_GGX && axis.sigma < axis.texel / 2) axis.sigma = axis.texel;
     if (of->lobe->kind >= ENVMAP_LOBE_FUNCTION) axis.sigma /= 2; /* may have kinks anywhere */
     envmapi_axis_patches(&axis, 1, radius);
     size_t n = points.count, tiles = n / ENVMAPI_TILE + 1;
-    if (n > most) return ENVMAP_OK;
+    if (n > ENVMAPI_MANY / 2) return ENVMAP_OK;
     void *block = envmapi_pool_get(pool, envmapi_source_room(cap, n, tiles, NULL), 1);
     points.rgb = (float *)envmapi_pool_get(pool, n, 3 * sizeof(float));
     if (!block || !points.rgb) return ENVMAP_ERROR_MEMORY;
@@ -8860,21 +8861,6 @@ static envmap_result envmapi_near_turn(envmapi_near *s, const envmap *src, envma
     return ENVMAP_OK;
 }
 
-/* How many points a cap may have that is quicker than axes one by one, those within R of a rim.
-   Tuned on spheres and angular maps of 64 to 128 texels; speed only. */
-static size_t envmapi_near_capped(const envmapi_near *s, double R) {
-    const envmap *dst = &s->dst;
-    int width = envmapi_width(dst->mapping, dst->size), axes = 0;
-    double a[3], each = s->axis.lobe->kind == ENVMAP_LOBE_GGX ? 15000 : 4000;
-    for (int i = 0; i < envmap_faces(dst->mapping) * dst->size * width; ++i) {
-        int row = i / width;
-        envmapi_texel_direction(a, dst->mapping, row / dst->size, dst->size, i % width,
-                                row % dst->size);
-        axes += envmapi_axis_at_rim(&s->axis, a, R);
-    }
-    return (size_t)fmin(each * axes, ENVMAPI_MANY / 2);
-}
-
 /* Looks at a slice of src, or its only one, and gets all memory that its sums take. *served: 0
    where another way is taken. */
 static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int *served,
@@ -8892,8 +8878,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (s->all && pow(s->axis.tent, kinked ? 2 : 4) < tolerance &&
         src->mapping != ENVMAP_OCTAHEDRAL)
         s->axis.places = 2;
-    s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
-    if (s->all) s->tail = NULL;
+    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     if (!s->in.omega &&
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
@@ -8901,10 +8886,10 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     envmapi_near_tiles(s, src, tolerance);
     if (!result) result = envmapi_near_parts(s, tolerance, pool);
     s->axis.cap = NULL;
-    double sees = fmin(s->R_bright, 8 * s->sigma), rim = envmapi_axis_rim(&s->axis);
-    if (!result && !s->all && rim > 0 && s->axis.bilinear > 0)
-        result = envmapi_axis_cap(&s->axis, &s->cap, rim + sees + fmin(s->R_bright, s->axis.reach),
-                                  envmapi_near_capped(s, sees), pool);
+    double rim = envmapi_axis_rim(&s->axis) + fmin(s->R_bright, 8 * s->sigma);
+    if (!result && !s->all && envmapi_axis_rim(&s->axis) > 0 && s->axis.bilinear > 0)
+        result = envmapi_axis_cap(&s->axis, &s->cap, rim + fmin(s->R_bright, s->axis.reach),
+                                  tolerance, pool);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
     s->axis.least = s->all ? 6e-4 * tolerance * s->scale : 0; /* what _radius lets a dark texel */
@@ -11109,7 +11094,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     envmap_result result = ENVMAP_OK;
     if (!axis || !points || !scene) return ENVMAP_ERROR_MEMORY;
     memset(axis, 0, sizeof *axis), memset(points, 0, sizeof *points);
-    memset(&spectrum, 0, sizeof spectrum), points->most = ENVMAPI_MANY;
+    memset(&spectrum, 0, sizeof spectrum);
     axis->lobe = lobe, spectrum.t.grid.map = src, *served = 0;
     envmapi_axis_aim(axis, src, k, dst->slices, tolerance);
     /* the definition has centres beyond its reach, points have tents: a sphere map's are long */

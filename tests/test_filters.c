@@ -86,7 +86,7 @@ static void filtering_a_harmonic_scales_it_by_the_zonal_coefficient(void) {
         o_lobe lobe;
         int size, slices;
         double bound;
-    } cases[] = {{{O_PHONG, 0}, 32, 1, 1e-3},      {{O_PHONG, 1}, 32, 1, 3e-4},
+    } cases[] = {{{O_PHONG, 0}, 32, 1, 1.5e-3},    {{O_PHONG, 1}, 32, 1, 3e-4},
                  {{O_PHONG, 10}, 32, 1, 3e-4},     {{O_PHONG, 100}, 48, 1, 1e-4},
                  {{O_PHONG, 1000}, 128, 1, 1e-6},  {{O_GAUSSIAN, 20}, 32, 1, 3e-4},
                  {{O_GAUSSIAN, 0.5}, 32, 1, 3e-4}, {{O_GGX, 0.5}, 32, 1, 3e-4},

@@ -110,6 +110,8 @@ static void works_that_broke_hold(void) {
          "noise:0.4:0"}, /* every slice has its own light */
         {"cube:32:1 dst=latlong:126:1 lobe=phong:12:0 raw=0:1 tolerance=2.3e-6",
          "texel:0.49:0.154632669"}, /* bands of floats, beside a lamp */
+        {"paraboloid:11:1 dst=cube:6:1 lobe=ring:1:4.4 raw=0:1 tolerance=3e-3",
+         "texel:0.25:0.5"}, /* it is all beyond the definition's reach, which points have not */
         {"octahedral:24:1 dst=cube:2:2 lobe=banks:0.98:0 raw=0:1 tolerance=1e-5", "lamps:0.4:0"},
         {"sphere:20:1 dst=cube:1:1 lobe=phong:90:0 raw=0:1 tolerance=1e-5", "texel:0.02:0.5"},
         {"cube:16:1 dst=latlong:3:1 lobe=slide:0.13:0.4 raw=0:1 tolerance=1e-5", "half:0.6:0"},
