@@ -552,8 +552,8 @@ typedef struct envmap_filter_desc {
    Lobes thinner than two texels of src, or of more than 768 bands: O(texels of dst * texels that
    the lobe reaches). Slow: thin rings (Banks, s -> 1) below a tolerance of 1e-4, and axes that look
    at the point where a sphere or angular map's rim meets. There the reference's weights serve 2 to
-   48 axes at a time; for lobes other than rings only if src has 960000 texels at most, times that
-   number. Thin rings of sphere maps take longest, as texels at their rim are long.
+   48 axes at a time; for lobes other than rings only if src's texels times that number are at most
+   960000. Thin rings of sphere maps take longest, as texels at their rim are long.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside what floats lose: 1e-6 of that mean and 1.2e-7 of
    the brightest texel. Lobes with a kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a
