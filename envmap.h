@@ -6665,7 +6665,8 @@ static double envmapi_disc_grade(double *at, const envmapi_axis *axis) {
 static double envmapi_disc_scale(const envmapi_axis *axis, double away) {
     double scale = axis->sigma;
     if (axis->lobe->kind == ENVMAP_LOBE_GGX) scale = fmax(scale, away / 2);
-    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
+    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION && (axis->touches || !axis->kink_count))
+        scale /= 2; /* may have kinks anywhere; where they are known, at tight tolerances only */
     return fmin(scale, 1);
 }
 
