@@ -233,7 +233,13 @@ static void works_that_broke_hold(void) {
         {"paraboloid:1:1 dst=paraboloid:2:1 lobe=phong:0.147704884:0 raw=0:1 tolerance=3.5555e-06",
          "half:0.947290214:0.286497331"}, /* x^0.15 at the horizon */
         {"cube:1:1 dst=angular:4:1 lobe=phong:0.224028885:0 raw=0:1 tolerance=3.51068e-06",
-         "half:0.624502328:0.256877401"}};
+         "half:0.624502328:0.256877401"},
+        {"cube:1:1 dst=paraboloid:5:1 lobe=ggx:0.9:0 raw=0:1 tolerance=1e-06",
+         "texel:0.64:0.72"}, /* a kink where the lobe ends, across patches */
+        {"cube:5:1 dst=paraboloid:6:1 lobe=cone:0.3:0 raw=0:1 tolerance=1e-05",
+         "texel:0.64:0.72"}, /* steps of rings, where a cube's u and v bend most */
+        {"cube:8:1 dst=paraboloid:6:1 lobe=power:15:0 raw=0:1 tolerance=1e-05",
+         "texel:0.64:0.72"}}; /* rings through the centre of the lit texel */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
