@@ -1714,11 +1714,11 @@ static void envmapi_add_lookup(double *rgb, const envmapi_level *level, const do
     double uv[2];
     if (level->mapping == ENVMAP_PARABOLOID) {
         double r = sqrt((1 - fabs(d[2])) / (1 + fabs(d[2])));
-        double other = weight * (1 - envmapi_paraboloid_share(r, level->edge));
-        if (other > 0) {
+        double other = 1 - envmapi_paraboloid_share(r, level->edge);
+        if (other > 0) { /* weights may be negative */
             envmapi_project(uv, ENVMAP_PARABOLOID, 1 - face, d);
-            envmapi_add_bilinear(rgb, level, 1 - face, uv[0], uv[1], other);
-            weight -= other;
+            envmapi_add_bilinear(rgb, level, 1 - face, uv[0], uv[1], weight * other);
+            weight *= 1 - other;
         }
     }
     envmapi_project(uv, level->mapping, face, d);
@@ -6462,8 +6462,10 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n
     while (from < all) {
         envmapi_circle next = *ring, test;
         double step = fmin(all / n * envmapi_axis_narrow(axis, ring->d), all / least);
-        double close = step * axis->apart * fmin(axis->apart, 1) / 16;
         int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
+        /* where paraboloids blend, the end of one's share may be all of a texel's light */
+        double close = step * axis->apart * fmin(axis->apart, 1) / 16;
+        if (ring->cell[3] + next.cell[3] > -2 && level->mapping == ENVMAP_PARABOLOID) close /= 4;
         for (double low = from; !whole;) {
             double part = envmapi_circle_before(ring, &next);
             double cut = part > 0 ? from + part * (to - from) + close / 4 : (low + to) / 2;
