@@ -1715,11 +1715,11 @@ static void envmapi_add_lookup(double *rgb, const envmapi_level *level, const do
     double uv[2];
     if (level->mapping == ENVMAP_PARABOLOID) {
         double r = sqrt((1 - fabs(d[2])) / (1 + fabs(d[2])));
-        double other = weight * (1 - envmapi_paraboloid_share(r, level->edge));
-        if (other > 0) {
+        double other = 1 - envmapi_paraboloid_share(r, level->edge);
+        if (other > 0) { /* weights may be negative */
             envmapi_project(uv, ENVMAP_PARABOLOID, 1 - face, d);
-            envmapi_add_bilinear(rgb, level, 1 - face, uv[0], uv[1], other);
-            weight -= other;
+            envmapi_add_bilinear(rgb, level, 1 - face, uv[0], uv[1], weight * other);
+            weight *= 1 - other;
         }
     }
     envmapi_project(uv, level->mapping, face, d);
@@ -6444,6 +6444,30 @@ static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
     return x > 0 ? fmax(sqrt(fmax(1 - x * x, 0)), axis->texel / 100) : 1;
 }
 
+/* Ends a step that begins and ends in one cell where it is farthest beyond one of its lines, by the
+   parabola through its middle; 1: it stays in the cell. Only an end that is `close` to
+   a line, in texels over half^2, may be followed by such a place. */
+static int envmapi_circle_stays(const envmapi_circle *ring, envmapi_circle *next,
+                                const envmapi_level *level, double close, double from, double *to) {
+    double half = (*to - from) / 2, least = 1;
+    for (int j = 0; j < 2; ++j) {
+        double low = fmin(ring->at[j], next->at[j]), high = fmax(ring->at[j], next->at[j]);
+        least = fmin(least, fmin(low - ring->cell[j], ring->cell[j] + 1 - high));
+    }
+    if (least > close * half * half) return 1;
+    envmapi_circle middle = *ring, test = *ring;
+    int stays = envmapi_circle_at(&middle, level, from + half);
+    for (int j = 0; j < 2 && stays; ++j) {
+        double slope = (next->at[j] - ring->at[j]) / 2;
+        double bend = ring->at[j] - 2 * middle.at[j] + next->at[j];
+        if (!(fabs(slope) < fabs(bend))) continue;
+        test = *ring, stays = envmapi_circle_at(&test, level, from + half * (1 - slope / bend));
+        if (!stays) middle = test, half *= 1 - slope / bend;
+    }
+    if (!stays) *next = middle, *to = from + half;
+    return stays;
+}
+
 /* Adds the mean of the bilinear radiance on a ring, times k: n steps, more where texels are narrow,
    and `least` at least, cut where they leave a cell, as the radiance has kinks there, and two nodes
    of Gauss-Legendre on each part, h = its half. */
@@ -6451,12 +6475,18 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n
                               double k) {
     const envmapi_level *level = &axis->level;
     double from = 0, all = 2 * ENVMAPI_PI, to;
+    double bends = 2 * sqrt(envmapi_dot(ring->t, ring->t)) / axis->texel;
     envmapi_circle_at(ring, level, 0);
     while (from < all) {
         envmapi_circle next = *ring, test;
-        double step = fmin(all / n * envmapi_axis_narrow(axis, ring->d), all / least);
-        double close = step * axis->apart * fmin(axis->apart, 1) / 16;
+        double narrow = envmapi_axis_narrow(axis, ring->d);
+        double step = fmin(all / n * narrow, all / least);
         int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
+        if (whole && axis->touches)
+            whole = envmapi_circle_stays(ring, &next, level, bends / narrow, from, &to);
+        /* where paraboloids blend, the end of one's share may be all of a texel's light */
+        double close = step * axis->apart * fmin(axis->apart, 1) / 16;
+        if (ring->cell[3] + next.cell[3] > -2 && level->mapping == ENVMAP_PARABOLOID) close /= 4;
         for (double low = from; !whole;) {
             double part = envmapi_circle_before(ring, &next);
             double cut = part > 0 ? from + part * (to - from) + close / 4 : (low + to) / 2;
@@ -6574,7 +6604,8 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
         ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-    double least = octa ? 16 / sqrt(axis->apart) : blend ? 32 : 16;
+    double least = (octa ? 16 : 9) / sqrt(axis->apart);
+    if (!octa) least = fmax(least, blend ? 32 : 16);
     envmapi_axis_ring(axis, &ring, texels, least, k);
 }
 

@@ -196,7 +196,7 @@ static oracle_filter judge_filter(const bench *b, int slice, int slices) {
     f.p = oracle_p(&b->lobe, slice, slices), f.sigma = oracle_sigma(&b->lobe, f.p);
     f.extent = oracle_extent(w->src_mapping, w->src_size);
     oracle_support(&f.from, &f.to, &b->lobe, f.p);
-    f.flank = oracle_flank(&f);
+    f.flank = oracle_flank(&f), f.sight = oracle_sight(&f);
     return f;
 }
 
