@@ -1715,11 +1715,11 @@ static void envmapi_add_lookup(double *rgb, const envmapi_level *level, const do
     double uv[2];
     if (level->mapping == ENVMAP_PARABOLOID) {
         double r = sqrt((1 - fabs(d[2])) / (1 + fabs(d[2])));
-        double other = weight * (1 - envmapi_paraboloid_share(r, level->edge));
-        if (other > 0) {
+        double other = 1 - envmapi_paraboloid_share(r, level->edge);
+        if (other > 0) { /* weights may be negative */
             envmapi_project(uv, ENVMAP_PARABOLOID, 1 - face, d);
-            envmapi_add_bilinear(rgb, level, 1 - face, uv[0], uv[1], other);
-            weight -= other;
+            envmapi_add_bilinear(rgb, level, 1 - face, uv[0], uv[1], weight * other);
+            weight *= 1 - other;
         }
     }
     envmapi_project(uv, level->mapping, face, d);
@@ -3281,14 +3281,16 @@ static int envmapi_lobe_kinks(double kinks[ENVMAPI_KINKS], const envmap_lobe *lo
 /* Composite Gauss-Legendre over a part of a lobe's support: panels between breaks, each cut into
    two or more pieces no longer than `step`, 8 nodes a piece. */
 typedef struct envmapi_quadrature {
-    double breaks[128], step;
+    double breaks[256], step;
     int count, panel, pieces, node; /* of breaks; where it is: a panel, its pieces, a node of it */
 } envmapi_quadrature;
 
 static void envmapi_quadrature_break(envmapi_quadrature *q, double theta) {
     int i = q->count;
-    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 128) return;
-    for (; q->breaks[i - 1] > theta; --i) q->breaks[i] = q->breaks[i - 1];
+    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 256) return;
+    while (q->breaks[i - 1] > theta) --i;
+    if (theta - q->breaks[i - 1] < 1e-9) return; /* an edge of two faces */
+    memmove(q->breaks + i + 1, q->breaks + i, (size_t)(q->count - i) * sizeof *q->breaks);
     q->breaks[i] = theta;
     ++q->count;
 }
@@ -6347,7 +6349,8 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     if (away - radius > end || away + radius < axis->from) return 0;
     if (axis->points) scale = axis->sigma;
     else if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
-    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
+    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION && axis->ease >= 1)
+        scale /= 2; /* may have kinks anywhere */
     for (int i = 0; i < axis->kink_count; ++i)
         if (fabs(away - axis->kinks[i]) < radius) finer = 8;
     int nodes[2], whole = 1;
@@ -6441,6 +6444,30 @@ static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
     return x > 0 ? fmax(sqrt(fmax(1 - x * x, 0)), axis->texel / 100) : 1;
 }
 
+/* Ends a step that begins and ends in one cell where it is farthest beyond one of its lines, by the
+   parabola through its middle; 1: it stays in the cell. Only an end that is `close` to
+   a line, in texels over half^2, may be followed by such a place. */
+static int envmapi_circle_stays(const envmapi_circle *ring, envmapi_circle *next,
+                                const envmapi_level *level, double close, double from, double *to) {
+    double half = (*to - from) / 2, least = 1;
+    for (int j = 0; j < 2; ++j) {
+        double low = fmin(ring->at[j], next->at[j]), high = fmax(ring->at[j], next->at[j]);
+        least = fmin(least, fmin(low - ring->cell[j], ring->cell[j] + 1 - high));
+    }
+    if (least > close * half * half) return 1;
+    envmapi_circle middle = *ring, test = *ring;
+    int stays = envmapi_circle_at(&middle, level, from + half);
+    for (int j = 0; j < 2 && stays; ++j) {
+        double slope = (next->at[j] - ring->at[j]) / 2;
+        double bend = ring->at[j] - 2 * middle.at[j] + next->at[j];
+        if (!(fabs(slope) < fabs(bend))) continue;
+        test = *ring, stays = envmapi_circle_at(&test, level, from + half * (1 - slope / bend));
+        if (!stays) middle = test, half *= 1 - slope / bend;
+    }
+    if (!stays) *next = middle, *to = from + half;
+    return stays;
+}
+
 /* Adds the mean of the bilinear radiance on a ring, times k: n steps, more where texels are narrow,
    and `least` at least, cut where they leave a cell, as the radiance has kinks there, and two nodes
    of Gauss-Legendre on each part, h = its half. */
@@ -6448,12 +6475,18 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n
                               double k) {
     const envmapi_level *level = &axis->level;
     double from = 0, all = 2 * ENVMAPI_PI, to;
+    double bends = 2 * sqrt(envmapi_dot(ring->t, ring->t)) / axis->texel;
     envmapi_circle_at(ring, level, 0);
     while (from < all) {
         envmapi_circle next = *ring, test;
-        double step = fmin(all / n * envmapi_axis_narrow(axis, ring->d), all / least);
-        double close = step * axis->apart * fmin(axis->apart, 1) / 16;
+        double narrow = envmapi_axis_narrow(axis, ring->d);
+        double step = fmin(all / n * narrow, all / least);
         int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
+        if (whole && axis->touches)
+            whole = envmapi_circle_stays(ring, &next, level, bends / narrow, from, &to);
+        /* where paraboloids blend, the end of one's share may be all of a texel's light */
+        double close = step * axis->apart * fmin(axis->apart, 1) / 16;
+        if (ring->cell[3] + next.cell[3] > -2 && level->mapping == ENVMAP_PARABOLOID) close /= 4;
         for (double low = from; !whole;) {
             double part = envmapi_circle_before(ring, &next);
             double cut = part > 0 ? from + part * (to - from) + close / 4 : (low + to) / 2;
@@ -6558,9 +6591,12 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     if (fabs(k) < axis->least) return;
     k *= weight * sin(theta);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-    /* what a step misses falls as its power 4, but in a blend and of Banks' sharp edges */
-    int blend = axis->level.mapping == ENVMAP_PARABOLOID || axis->lobe->kind == ENVMAP_LOBE_BANKS;
-    double finer = blend ? 1 / sqrt(axis->apart) : pow(axis->apart, -0.75);
+    /* what a step misses falls as its power 4, but in a blend and of Banks' sharp edges; where u
+       and v bend most, 2.5 times the steps of an octahedral map are needed */
+    int mapping = axis->level.mapping, octa = mapping == ENVMAP_OCTAHEDRAL;
+    int blend = mapping == ENVMAP_PARABOLOID || axis->lobe->kind == ENVMAP_LOBE_BANKS;
+    double bends = octa ? 1 : mapping == ENVMAP_CUBE ? 2.5 : 1.5;
+    double finer = blend ? 1 / sqrt(axis->apart) : bends * pow(axis->apart, -0.75);
     double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, blend ? 0.1 : 0.25) * finer;
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
@@ -6568,8 +6604,8 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
         ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-    int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* about its corners u and v bend more */
-    double least = octa ? 16 / sqrt(axis->apart) : blend ? 32 : 16;
+    double least = (octa ? 16 : 9) / sqrt(axis->apart);
+    if (!octa) least = fmax(least, blend ? 32 : 16);
     envmapi_axis_ring(axis, &ring, texels, least, k);
 }
 
@@ -6601,10 +6637,13 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
    Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches, kept = 1;
-    int roots = touches && (axis->level.mapping == ENVMAP_OCTAHEDRAL || /* all are known there */
-                            envmapi_lobe_root(axis->lobe));
-    double wide = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75), t[3], b[3];
-    if (banks || touches) wide *= !banks ? 0.9 : touches ? 0.6 : 0.4;
+    int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* all are known there */
+    int roots = touches && (octa || envmapi_lobe_root(axis->lobe));
+    /* rings through a texel's centre, where four cells meet, have a kink of second order there */
+    double wide = fmin(axis->texel, 0.3) * pow(axis->apart, touches && !banks && !octa ? 1 : 0.75);
+    double t[3], b[3];
+    if (banks || touches)
+        wide *= !touches ? 0.4 : axis->lobe->kind >= ENVMAP_LOBE_BANKS ? 0.6 : 0.9;
     else wide = 2 * axis->texel * axis->apart;
     if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) wide = fmin(wide, axis->sigma);
     envmapi_quadrature q =
@@ -6820,7 +6859,8 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
     int all = !axis->level.texels && /* not for the definition */
               (axis->level.mapping != ENVMAP_PARABOLOID || axis->apart > 0.46);
-    double root = envmapi_lobe_root(axis->lobe) ? 1e-9 : 0; /* its kink is where it ends */
+    /* also a kink where the lobe ends, which patches lose 3e-6 at */
+    double root = envmapi_lobe_root(axis->lobe) || axis->apart < 0.16 ? 1e-9 : 0;
     for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
         rings |= (disc || axis->texel > 0.1 || all) && axis->kinks[i] < end + root;
     rings |= disc && axis->to > 1.5 && axis->to <= end && axis->to < ENVMAPI_PI; /* x^2.4 */
@@ -8950,7 +8990,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     int serves = envmapi_near_serves(s), tight = tolerance < 1e-4;
     /* speed only: about rims, folds and kinks windows of functions take longer than all texels */
-    int slow = level->mapping == ENVMAP_OCTAHEDRAL && tight;
+    int slow = level->mapping == ENVMAP_OCTAHEDRAL;
     if (envmapi_axis_rim(&s->axis) > 0)
         slow = !(s->axis.bilinear > 0) || (tight && s->axis.kink_count);
     s->all = envmapi_near_few(src, serves || s->tail ? 48 : s->turn_count);

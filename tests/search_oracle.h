@@ -428,6 +428,7 @@ typedef struct oracle_filter {
     oracle_image image;
     const oracle_lobe *lobe;
     double p, sigma, flank, extent, from, to;
+    double sight; /* beyond it k is below 1e-14 of its peak */
     double fine; /* 1, or more for a finer quadrature of the bilinear radiance */
 } oracle_filter;
 
@@ -553,9 +554,9 @@ static int oracle_rooted(const oracle_filter *f) {
     return f->lobe->kind == LOBE_PHONG && f->lobe->a < 2;
 }
 
-/* The end of the panel of angles that starts at t: as fine as lobe and texels at t, and no kink
-   inside. */
-static double oracle_panel_end(const oracle_filter *f, double t, double end) {
+/* The end of the panel of angles that starts at t, about an axis a: as fine as lobe and texels at
+   t, and no kink inside. Rings about a pole lie along a lat-long's rows, and have a kink at each. */
+static double oracle_panel_end(const oracle_filter *f, const double a[3], double t, double end) {
     double step = fmin(fmax(f->sigma / 2, t / 4), f->extent / 2) / f->fine, next;
     if (oracle_rooted(f)) step = fmin(fmin(step, 0.1), fmax(1e-8, (PI / 2 - t) / 2));
     next = t + step;
@@ -565,16 +566,21 @@ static double oracle_panel_end(const oracle_filter *f, double t, double end) {
     if (f->lobe->kind >= LOBE_CONE)
         for (int i = 1; i < 3; ++i)
             if (kinks[i] > t && kinks[i] < next) next = kinks[i];
+    double pole = acos(oracle_clamp(a[1], -1, 1));
+    for (int i = 0; i < 2 * f->image.size && f->image.mapping == ENVMAP_LATLONG && f->fine > 1; ++i) {
+        double row = PI * (i / 2 + 0.5) / f->image.size, at = i % 2 ? row + pole : fabs(row - pole);
+        if (at > t && at < next) next = at;
+    }
     return next < end - step / 100 ? next : end;
 }
 
 /* The integral of k over the bilinear radiance out to `reach`, in polar coordinates about a; where
    the lobe goes on, it fades out smoothly from half of it. */
 static void oracle_polar(double sum[4], const oracle_filter *f, const double a[3], double reach) {
-    double x[4], w[4], end = fmin(reach, f->to);
+    double x[4], w[4], end = fmin(fmin(reach, f->to), f->sight);
     oracle_gauss(x, w, 4);
     for (double t = f->from, next; t < end; t = next) {
-        next = oracle_panel_end(f, t, end);
+        next = oracle_panel_end(f, a, t, end);
         /* x^N, N < 1, has a root at the horizon, or jumps: nodes crowd there */
         int root = f->lobe->kind == LOBE_PHONG && f->lobe->a < 1 && !(next < end);
         for (int i = 0; i < 4; ++i) {
@@ -716,7 +722,8 @@ static void oracle_discs(double sum[4], const oracle_filter *f, const double a[3
     oracle_disc e;
     double kinks[6] = {PI / 2, f->lobe->a, f->from, f->to, reach, reach / 2};
     memset(&e, 0, sizeof e);
-    memcpy(e.a, a, sizeof e.a), e.reach = reach, e.end = fmin(reach, f->to);
+    memcpy(e.a, a, sizeof e.a), e.reach = reach;
+    e.end = fmin(fmin(reach, f->to), f->sight);
     for (int i = f->lobe->kind == LOBE_CONE ? 0 : f->lobe->kind == LOBE_BANKS ? 2 : 4; i < 6; ++i)
         if (kinks[i] > 0 && kinks[i] < e.end) e.kinks[e.kink_count++] = kinks[i];
     if (f->lobe->kind == LOBE_POWER && e.end > PI / 2) e.kinks[e.kink_count++] = PI / 2;
@@ -736,6 +743,15 @@ static double oracle_flank(const oracle_filter *f) {
         if (k < before * exp(-11 * step / t) && before * t * step > 1e-4 * all) last = t;
         before = k;
     }
+    return last;
+}
+
+/* From there on there is next to nothing of k: integrals need not go on. */
+static double oracle_sight(const oracle_filter *f) {
+    double peak = 0, step = PI / 4096, last = PI;
+    for (double t = 0; t < PI; t += step) peak = fmax(peak, fabs(oracle_k(f->lobe, cos(t), f->p)));
+    while (last > step && fabs(oracle_k(f->lobe, cos(last - step), f->p)) < 1e-14 * peak)
+        last -= step;
     return last;
 }
 

@@ -241,7 +241,19 @@ static void works_that_broke_hold(void) {
         {"paraboloid:1:1 dst=paraboloid:2:1 lobe=phong:0.147704884:0 raw=0:1 tolerance=3.5555e-06",
          "half:0.947290214:0.286497331"}, /* x^0.15 at the horizon */
         {"cube:1:1 dst=angular:4:1 lobe=phong:0.224028885:0 raw=0:1 tolerance=3.51068e-06",
-         "half:0.624502328:0.256877401"}};
+         "half:0.624502328:0.256877401"},
+        {"cube:1:1 dst=paraboloid:5:1 lobe=ggx:0.9:0 raw=0:1 tolerance=1e-06",
+         "texel:0.64:0.72"}, /* a kink where the lobe ends, across patches */
+        {"cube:5:1 dst=paraboloid:6:1 lobe=cone:0.3:0 raw=0:1 tolerance=1e-05",
+         "texel:0.64:0.72"}, /* steps of rings, where a cube's u and v bend most */
+        {"cube:8:1 dst=paraboloid:6:1 lobe=power:15:0 raw=0:1 tolerance=1e-05",
+         "texel:0.64:0.72"}, /* rings through the centre of the lit texel */
+        {"paraboloid:28:1 dst=octahedral:3:4 lobe=banks:0.9987:0 raw=0:1 tolerance=1e-3",
+         "texel:0.43:0.87"}, /* seen only at the end of a blend, which rings cut too coarsely */
+        {"paraboloid:3:1 dst=cube:4:1 lobe=hat:0.03:0.18 raw=0:1 tolerance=1e-3",
+         "half:0.53:0.53"}, /* lookups that count negatively had no blend */
+        {"latlong:2:1 dst=octahedral:5:1 lobe=diffuse:1:0 raw=0:1 tolerance=1.2e-6",
+         "sun:0.39:0.86"}}; /* rings about a pole lie on its rows, which the oracle did not know */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
