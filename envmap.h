@@ -1643,8 +1643,9 @@ static void envmapi_cube_neighbour(int *face, int *x, int *y, int edge) {
 /* The sphere and angular maps clamp to the rim: to a texel whose centre is inside, so that what a
    file holds outside the circle never matters. */
 static void envmapi_rim_neighbour(int *x, int *y, int edge) {
-    double X = (2 * *x + 1.0) / edge - 1, Y = (2 * *y + 1.0) / edge - 1, r = sqrt(X * X + Y * Y);
-    if (r <= 1) return;
+    double X = (2 * *x + 1.0) / edge - 1, Y = (2 * *y + 1.0) / edge - 1, r = X * X + Y * Y;
+    if (r <= 1 + 3e-16 /* its root is 1 */) return;
+    r = sqrt(r);
     *x = envmapi_texel_at(0.5 + 0.5 * X * (1 - 1.5 / edge) / r, edge);
     *y = envmapi_texel_at(0.5 + 0.5 * Y * (1 - 1.5 / edge) / r, edge);
 }
@@ -3280,14 +3281,16 @@ static int envmapi_lobe_kinks(double kinks[ENVMAPI_KINKS], const envmap_lobe *lo
 /* Composite Gauss-Legendre over a part of a lobe's support: panels between breaks, each cut into
    two or more pieces no longer than `step`, 8 nodes a piece. */
 typedef struct envmapi_quadrature {
-    double breaks[128], step;
+    double breaks[256], step;
     int count, panel, pieces, node; /* of breaks; where it is: a panel, its pieces, a node of it */
 } envmapi_quadrature;
 
 static void envmapi_quadrature_break(envmapi_quadrature *q, double theta) {
     int i = q->count;
-    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 128) return;
-    for (; q->breaks[i - 1] > theta; --i) q->breaks[i] = q->breaks[i - 1];
+    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 256) return;
+    while (q->breaks[i - 1] > theta) --i;
+    if (theta - q->breaks[i - 1] < 1e-9) return; /* an edge of two faces */
+    memmove(q->breaks + i + 1, q->breaks + i, (size_t)(q->count - i) * sizeof *q->breaks);
     q->breaks[i] = theta;
     ++q->count;
 }
@@ -6061,11 +6064,9 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     return ENVMAP_OK;
 }
 
-/* Points of light whose sum against any k is the definition's; of rings or a source. */
+/* Points of light whose sum against any k is the definition's. */
 typedef struct envmapi_points {
-    envmapi_rings *rings;
-    envmapi_source *source; /* neither: they are only counted */
-    float *rgb;             /* of the source */
+    envmapi_rings *rings; /* NULL: they are only counted */
     size_t count;
     double d[3][ENVMAPI_CHUNK];
 } envmapi_points;
@@ -6073,14 +6074,6 @@ typedef struct envmapi_points {
 static void envmapi_points_add(envmapi_points *p, const double d[3], const double rgb[3],
                                double w) {
     size_t n = p->count++, at = n % ENVMAPI_CHUNK;
-    envmapi_source *s = p->source;
-    if (s) {
-        for (int c = 0; c < 3; ++c) p->rgb[3 * n + (size_t)c] = (float)rgb[c];
-        s->x[n] = d[0], s->y[n] = d[1], s->z[n] = d[2], s->w[n] = w;
-        s->place[n] = (uint32_t)n, s->count = n + 1;
-        if (s->count % ENVMAPI_TILE == 0) envmapi_source_tile_ends(s);
-        return;
-    }
     for (int c = 0; c < 3; ++c) p->d[c][at] = d[c];
     if (!p->rings) return;
     for (int c = 0; c < 3; ++c) p->rings->values[4 * n + (size_t)c] = (float)(w * rgb[c]);
@@ -6098,9 +6091,10 @@ static void envmapi_points_add(envmapi_points *p, const double d[3], const doubl
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
                    by Gauss-Legendre on patches that end where it has kinks. For Banks' lobes, and
-                   on sphere and angular maps beside a lobe's kinks and the point where all of a
-                   rim's texels meet, it is taken in polar coordinates about a, on rings that are
-                   closer at tighter tolerances.
+                   where a lobe's kinks cross coarse texels, it is taken in polar coordinates about
+                   a; on sphere and angular maps, beside a lobe's kinks and the point where all of a
+                   rim's texels meet, in those about that point. Rings are closer at tighter
+                   tolerances.
    A smooth step blends the two from t = 1/2 on. Both are of k (1 - step), another step, from half
    the reach to the reach: 12 texels, 8 sigma, or thrice the angle of a function's or a table's last
    flank. The tail k step (of GGX) is smooth at a texel's scale and stays a sum over centres. So the
@@ -6108,7 +6102,7 @@ static void envmapi_points_add(envmapi_points *p, const double d[3], const doubl
    number in this was tuned; they are the definition.
        l_i, w_i                    envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
-       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_ring
+       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_disc
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
        the same for all lobes      envmapi_axis_points: points that >>fast takes through bands
@@ -6138,8 +6132,6 @@ typedef struct envmapi_axis {
     double apart;           /* rings, eight of them in two texels: less at tight tolerances */
     int touches;            /* they end where one touches a line through texel centres */
     envmapi_points *points; /* NULL, or where the definition's points go instead of being summed */
-    const envmapi_source *cap; /* NULL, or points about where a rim's texels meet, in pieces of */
-    double cap_sigma;          /* this length, rad */
 } envmapi_axis;
 
 /* The cosine of an angle that may be none: below and above all cosines there. */
@@ -6268,7 +6260,7 @@ static void envmapi_patch_node(envmapi_axis *axis, const envmapi_patch *patch, d
                                double weight) {
     const envmapi_level *level = &axis->level;
     double uv[2], d[3], rgb[3] = {0, 0, 0};
-    if (axis->points && !axis->points->rings && !axis->points->source) {
+    if (axis->points && !axis->points->rings) {
         ++axis->points->count;
         return;
     }
@@ -6357,7 +6349,8 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     if (away - radius > end || away + radius < axis->from) return 0;
     if (axis->points) scale = axis->sigma;
     else if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
-    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
+    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION && axis->ease >= 1)
+        scale /= 2; /* may have kinks anywhere */
     for (int i = 0; i < axis->kink_count; ++i)
         if (fabs(away - axis->kinks[i]) < radius) finer = 8;
     int nodes[2], whole = 1;
@@ -6602,9 +6595,12 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
     if (fabs(k) < axis->least) return;
     k *= weight * sin(theta);
     if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-    /* what a step misses falls as its power 4, but in a blend and of Banks' sharp edges */
-    int blend = axis->level.mapping == ENVMAP_PARABOLOID || axis->lobe->kind == ENVMAP_LOBE_BANKS;
-    double finer = blend ? 1 / sqrt(axis->apart) : pow(axis->apart, -0.75);
+    /* what a step misses falls as its power 4, but in a blend and of Banks' sharp edges; where u
+       and v bend most, 2.5 times the steps of an octahedral map are needed */
+    int mapping = axis->level.mapping, octa = mapping == ENVMAP_OCTAHEDRAL;
+    int blend = mapping == ENVMAP_PARABOLOID || axis->lobe->kind == ENVMAP_LOBE_BANKS;
+    double bends = octa ? 1 : mapping == ENVMAP_CUBE ? 2.5 : 1.5;
+    double finer = blend ? 1 / sqrt(axis->apart) : bends * pow(axis->apart, -0.75);
     double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, blend ? 0.1 : 0.25) * finer;
     envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}, {0}};
     for (int j = 0; j < 3; ++j) {
@@ -6612,7 +6608,6 @@ static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach,
         ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
     }
     k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-    int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* about its corners u and v bend more */
     double least = (octa ? 16 : 9) / sqrt(axis->apart);
     if (!octa) least = fmax(least, blend ? 32 : 16);
     envmapi_axis_ring(axis, &ring, texels, least, k);
@@ -6636,21 +6631,23 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
     return rim > 0 && envmapi_axis_from_rim(axis, a) < fmin(R + rim, ENVMAPI_PI);
 }
 
-/* The integral of the bilinear radiance of a sphere or an angular map, whose patches are many and
-   thin where all of a rim's texels meet, or against Banks' lobes, whose edges are circles about a:
-   rings. The mean on a ring has a root where a line through texel centres touches it, so what rings
-   miss falls as the power 5/2 of their distance. Below 1e-4, and on coarse paraboloids, panels end
-   at such roots; then it falls as the power 4. Else they end at the ring through the point where a
-   rim's texels meet, on which the mean changes most, and half a texel before and behind. Of an
-   octahedral map all roots are known, and nodes lie along t, the angle being t^2 (3 - 2t): of t
-   there is no root.
+/* The integral of the bilinear radiance against Banks' lobes or others with kinks, whose edges are
+   circles about a: rings. The mean on a ring has a root where a line through texel centres touches
+   it, so what rings miss falls as the power 5/2 of their distance. Below 1e-4, and on coarse
+   paraboloids, panels end at such roots; then it falls as the power 4. Else they end at the ring
+   through the point where a rim's texels meet, on which the mean changes most, and half a texel
+   before and behind. Of an octahedral map all roots are known, and nodes lie along t, the angle
+   being t^2 (3 - 2t): of t there is no root.
    Test: works_that_broke_hold, of tests/test_search.c. */
 static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches, kept = 1;
-    int roots = touches && (axis->level.mapping == ENVMAP_OCTAHEDRAL || /* all are known there */
-                            envmapi_lobe_root(axis->lobe));
-    double wide = fmin(axis->texel, 0.3) * pow(axis->apart, 0.75), t[3], b[3];
-    if (banks || touches) wide *= !banks ? 0.9 : touches ? 0.6 : 0.4;
+    int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* all are known there */
+    int roots = touches && (octa || envmapi_lobe_root(axis->lobe));
+    /* rings through a texel's centre, where four cells meet, have a kink of second order there */
+    double wide = fmin(axis->texel, 0.3) * pow(axis->apart, touches && !banks && !octa ? 1 : 0.75);
+    double t[3], b[3];
+    if (banks || touches)
+        wide *= !touches ? 0.4 : axis->lobe->kind >= ENVMAP_LOBE_BANKS ? 0.6 : 0.9;
     else wide = 2 * axis->texel * axis->apart;
     if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) wide = fmin(wide, axis->sigma);
     envmapi_quadrature q =
@@ -6679,6 +6676,169 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     }
 }
 
+/* Sphere and angular maps in polar coordinates rho, phi about the point where a rim's texels meet.
+   A circle of radius r on the disc crosses lines through texel centres at cos phi or sin phi =
+   line / r. Between two of them radiance is smooth, however long and thin the texels are. */
+typedef struct envmapi_disc {
+    envmapi_axis *axis;
+    double share, whole_to, end; /* cosine to which k is in no tail; rad */
+    double alpha, phi, a[2];     /* of the axis: rho, phi, and the cosine and sine of this */
+    double finer;                /* pieces, at tighter tolerances */
+    double rho, sine, r;         /* of a circle; r: on the disc */
+    double along, across;        /* its cosines to the axis: along cos(phi - axis' phi) + across */
+    double weight;
+} envmapi_disc;
+
+/* Nodes for a piece of this length over the lobe's scale; *parts of it have so many each. */
+static int envmapi_disc_nodes(int *parts, double length) {
+    *parts = length < 1e6 ? 1 + (int)(length / 0.9) : 1000000;
+    int nodes = (int)(2.5 + 5 * length / *parts);
+    return nodes < 6 ? nodes : 6;
+}
+
+/* Nodes crowd at both ends of a piece that may end at x^N's root. Returns the slope. */
+static double envmapi_disc_grade(double *at, const envmapi_axis *axis) {
+    double t = *at;
+    if (!envmapi_lobe_root(axis->lobe)) return 1;
+    *at = t * t * (3 - 2 * t);
+    return 6 * t * (1 - t);
+}
+
+/* The scale of k at an angle from the axis or beyond. */
+static double envmapi_disc_scale(const envmapi_axis *axis, double away) {
+    double scale = axis->sigma;
+    if (axis->lobe->kind == ENVMAP_LOBE_GGX) scale = fmax(scale, away / 2);
+    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale /= 2; /* may have kinks anywhere */
+    return fmin(scale, 1);
+}
+
+/* Adds a piece from e to f, unit vectors. Nodes lie along t, the tangent of the angle from its
+   middle. What they count of their four texels is summed first. */
+static void envmapi_disc_piece(const envmapi_disc *h, const double e[2], const double f[2]) {
+    envmapi_axis *axis = h->axis;
+    double n = axis->level.edge, cosine = e[0] * f[0] + e[1] * f[1], root = sqrt(2 + 2 * cosine);
+    double T = (e[0] * f[1] - e[1] * f[0]) / (1 + cosine), w[4] = {0, 0, 0, 0};
+    double m[2] = {(e[0] + f[0]) / root, (e[1] + f[1]) / root};
+    double middle = h->along * (m[0] * h->a[0] + m[1] * h->a[1]) + h->across;
+    double scale = envmapi_disc_scale(axis, sqrt(fmax(2 - 2 * middle, 0)) - T * h->sine);
+    int x = (int)floor((0.5 + 0.5 * h->r * m[0]) * n - 0.5), parts;
+    int y = (int)floor((0.5 - 0.5 * h->r * m[1]) * n - 0.5);
+    int nodes = envmapi_disc_nodes(&parts, h->finer * 2 * T * fmax(h->sine / scale, 1));
+    double weight = h->weight * T / parts;
+    for (int i = 0; i < parts * nodes && T > 0; ++i) {
+        const double *g = axis->gauss[nodes][i % nodes];
+        double at = (i / nodes + (1 + g[0]) / 2) / parts, slope = envmapi_disc_grade(&at, axis);
+        double t = T * (2 * at - 1), unit = 1 / sqrt(1 + t * t);
+        double c = (m[0] - t * m[1]) * unit, s = (m[1] + t * m[0]) * unit;
+        double dot = h->along * (c * h->a[0] + s * h->a[1]) + h->across;
+        double k = envmapi_k(axis->lobe, dot, axis->p);
+        if (fabs(k) < axis->least) continue;
+        k *= envmapi_axis_fade(axis, dot, h->whole_to) * weight * slope * g[1] * unit * unit;
+        double fx = envmapi_clamp((0.5 + 0.5 * h->r * c) * n - 0.5 - x, 0, 1);
+        double fy = envmapi_clamp((0.5 - 0.5 * h->r * s) * n - 0.5 - y, 0, 1);
+        w[0] += (1 - fx) * (1 - fy) * k, w[1] += fx * (1 - fy) * k;
+        w[2] += (1 - fx) * fy * k, w[3] += fx * fy * k, axis->sum[3] += k;
+    }
+    for (int i = 0; i < 4; ++i)
+        if (!(w[i] >= 0 && w[i] <= 0))
+            envmapi_add_tap(axis->light, &axis->level, 0, x + (i & 1), y + (i >> 1), w[i]);
+}
+
+/* Adds the arc between two phi, quadrant by quadrant, each turned to the first: there the next line
+   is one below e[0] r or one above e[1] r. */
+static void envmapi_disc_arc(const envmapi_disc *h, double from, double to) {
+    double n = h->axis->level.edge, q = ENVMAPI_PI / 2;
+    while (from < to) {
+        double turn = floor(from / q + 1e-12), end = fmin(to, (turn + 1) * q);
+        double e[2] = {cos(from - turn * q), sin(from - turn * q)}, s, c;
+        double last[2] = {cos(end - turn * q), sin(end - turn * q)}, next[2], ends[2][2];
+        double back[2] = {floor(cos(turn * q) + 0.5), floor(sin(turn * q) + 0.5)};
+        double i = ceil((h->r * e[0] * n + n - 1) / 2) - 1;
+        double j = floor((h->r * e[1] * n + n - 1) / 2) + 1;
+        for (int lines = 1; lines; memcpy(e, next, sizeof e)) {
+            lines = 0, memcpy(next, last, sizeof next);
+            c = (2 * i + 1 - n) / (n * h->r), s = sqrt(fmax(1 - c * c, 0));
+            if (c > 0 && s < next[1]) next[0] = c, next[1] = s, lines = 1;
+            s = (2 * j + 1 - n) / (n * h->r);
+            if (s < next[1]) next[0] = sqrt(1 - s * s), next[1] = s, lines = 2;
+            if (lines == 1) --i;
+            if (lines == 2) ++j;
+            for (int k = 0; k < 2; ++k) {
+                const double *at = k ? next : e;
+                ends[k][0] = back[0] * at[0] - back[1] * at[1];
+                ends[k][1] = back[1] * at[0] + back[0] * at[1];
+            }
+            envmapi_disc_piece(h, ends[0], ends[1]);
+        }
+        from = end;
+    }
+}
+
+/* Half of what a circle has of phi within an angle of the axis; -1: nothing. */
+static double envmapi_disc_half(const envmapi_disc *h, double angle) {
+    double apart = sin((h->rho - h->alpha) / 2), s = sin(angle / 2);
+    double square = (s - apart) * (s + apart) / fmax(h->along, 1e-300);
+    return square < 0 ? -1 : 2 * asin(sqrt(fmin(square, 1)));
+}
+
+/* Adds the circle at rho. */
+static void envmapi_disc_circle(envmapi_disc *h, double rho, double weight) {
+    const envmapi_axis *axis = h->axis;
+    envmapi_quadrature q;
+    h->rho = rho, h->sine = sin(rho), h->weight = weight * h->share * h->sine;
+    h->r = axis->level.mapping == ENVMAP_SPHERE ? cos(rho / 2) : 1 - rho / ENVMAPI_PI;
+    h->along = h->sine * sin(h->alpha), h->across = cos(rho) * cos(h->alpha);
+    q.count = 2, q.breaks[0] = 0, q.breaks[1] = envmapi_disc_half(h, h->end);
+    for (int i = 0; i < axis->kink_count && q.breaks[1] > 0; ++i)
+        envmapi_quadrature_break(&q, envmapi_disc_half(h, axis->kinks[i]));
+    for (int i = q.count - 1; i > 0; --i)
+        envmapi_disc_arc(h, h->phi - q.breaks[i], h->phi - q.breaks[i - 1]);
+    for (int i = 1; i < q.count; ++i)
+        envmapi_disc_arc(h, h->phi + q.breaks[i - 1], h->phi + q.breaks[i]);
+}
+
+/* The integral of the bilinear radiance of a sphere or an angular map. Panels end where a circle
+   touches a line or a kink: there is a root of power 3/2. */
+static void envmapi_axis_disc(envmapi_axis *axis, double share, double reach) {
+    int sphere = axis->level.mapping == ENVMAP_SPHERE, n = axis->level.edge, j = n - 1;
+    double end = fmin(reach, axis->sight), along = hypot(axis->a[0], axis->a[1]);
+    envmapi_disc h;
+    envmapi_quadrature q;
+    memset(&h, 0, sizeof h);
+    h.axis = axis, h.share = share, h.end = end;
+    h.whole_to = axis->to > reach ? cos(reach / 2) : -2;
+    h.finer = (envmapi_lobe_root(axis->lobe) ? 2 : 0.55) * pow(axis->apart, -0.7);
+    h.alpha = atan2(along, sphere ? -axis->a[2] : axis->a[2]);
+    h.phi = atan2(axis->a[1], axis->a[0]), h.a[0] = cos(h.phi), h.a[1] = sin(h.phi);
+    q.count = 2, q.breaks[0] = fmax(h.alpha - end, 0);
+    q.breaks[1] = fmin(h.alpha + end, ENVMAPI_PI);
+    envmapi_quadrature_break(&q, h.alpha), envmapi_quadrature_break(&q, end - h.alpha);
+    envmapi_quadrature_break(&q, 2 * ENVMAPI_PI - end - h.alpha);
+    for (int i = 0; i < axis->kink_count; ++i) {
+        envmapi_quadrature_break(&q, fabs(h.alpha - axis->kinks[i]));
+        envmapi_quadrature_break(
+            &q, fmin(h.alpha + axis->kinks[i], 2 * ENVMAPI_PI - h.alpha - axis->kinks[i]));
+    }
+    double from = q.breaks[0], to, r = sphere ? cos(from / 2) : 1 - from / ENVMAPI_PI;
+    j -= 2 * (int)fmax((n - 1 - r * n) / 2, 0);
+    for (int i = 1; i < q.count; from = to) {
+        double line = sphere ? 2 * acos((double)j / n) : ENVMAPI_PI * (1 - (double)j / n);
+        to = fmin(q.breaks[i], j < 0 ? 4 : line);
+        if (j >= 0 && line <= to) j -= 2;
+        if (q.breaks[i] <= to) ++i;
+        if (!(from < (to = fmax(to, from)))) continue;
+        double away = fmax(fmax(from - h.alpha, h.alpha - to), 0);
+        double length = h.finer * (to - from) / envmapi_disc_scale(axis, away);
+        int parts, nodes = envmapi_disc_nodes(&parts, fmax(length, 0.25 / axis->apart));
+        for (int k = 0; k < parts * nodes; ++k) {
+            const double *g = axis->gauss[nodes][k % nodes];
+            double at = (k / nodes + (1 + g[0]) / 2) / parts, slope = envmapi_disc_grade(&at, axis);
+            envmapi_disc_circle(&h, from + (to - from) * at,
+                                (to - from) / parts * slope * g[1] / 2);
+        }
+    }
+}
+
 /* The integral by patches. */
 static void envmapi_axis_patches(envmapi_axis *axis, double share, double reach) {
     envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
@@ -6695,62 +6855,23 @@ static void envmapi_axis_patches(envmapi_axis *axis, double share, double reach)
     }
 }
 
-/* The integral at a rim: beyond four of the cap's pieces by its points, which have the radiance of
-   many long and thin texels once for all axes. */
-static void envmapi_axis_capped(envmapi_axis *axis, double share, double reach) {
-    double core = axis->cap_sigma > axis->sigma ? 4 * axis->cap_sigma : 0;
-    envmapi_axis one = *axis;
-    one.source = axis->cap, one.tent = 0, one.to = fmin(reach, axis->sight);
-    envmapi_axis_sum(&one, share, core, axis->to > reach);
-    memcpy(axis->sum, one.sum, sizeof one.sum);
-    if (core > 0) envmapi_axis_polar(axis, share, core);
-}
-
 /* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
     double end = fmin(reach, axis->sight);
-    /* an angular map's texels at its rim are no longer than others, so patches are few */
-    int rim = (axis->cap || axis->level.mapping == ENVMAP_SPHERE) &&
-              envmapi_axis_at_rim(axis, axis->a, end);
+    int rim = envmapi_axis_at_rim(axis, axis->a, end);
     int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
     int all = !axis->level.texels && /* not for the definition */
               (axis->level.mapping != ENVMAP_PARABOLOID || axis->apart > 0.46);
-    double root = envmapi_lobe_root(axis->lobe) ? 1e-9 : 0; /* its kink is where it ends */
+    /* also a kink where the lobe ends, which patches lose 3e-6 at */
+    double root = envmapi_lobe_root(axis->lobe) || axis->apart < 0.16 ? 1e-9 : 0;
     for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
         rings |= (disc || axis->texel > 0.1 || all) && axis->kinks[i] < end + root;
     rings |= disc && axis->to > 1.5 && axis->to <= end && axis->to < ENVMAPI_PI; /* x^2.4 */
     if (all && axis->lobe->kind != ENVMAP_LOBE_GGX) /* speed only */
         rings |= axis->texel > 0.1 && axis->sigma < 0.3 * axis->texel;
     if (axis->points || !(rings || rim)) envmapi_axis_patches(axis, share, reach);
-    else if (!rings && axis->cap) envmapi_axis_capped(axis, share, reach);
+    else if (disc && axis->lobe->kind != ENVMAP_LOBE_BANKS) envmapi_axis_disc(axis, share, reach);
     else envmapi_axis_polar(axis, share, reach);
-}
-
-/* Makes a cap of points from a slice and for axes as `of`; without one where they are too many: 52
-   bytes each, 104 MB at most. */
-static envmap_result envmapi_axis_cap(envmapi_axis *of, envmapi_source *cap, double radius,
-                                      double tolerance, envmapi_pool *pool) {
-    envmapi_axis axis = *of;
-    envmapi_points points;
-    memset(&points, 0, sizeof points), memset(cap, 0, sizeof *cap);
-    axis.points = &points, axis.kink_count = 0, axis.from = axis.a[0] = axis.a[1] = 0;
-    axis.a[2] = axis.level.mapping == ENVMAP_SPHERE ? -1 : 1;
-    axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
-    axis.to = axis.sight = ENVMAPI_PI;
-    if (of->lobe->kind == ENVMAP_LOBE_GGX && axis.sigma < axis.texel / 2) axis.sigma = axis.texel;
-    if (of->lobe->kind >= ENVMAP_LOBE_FUNCTION) axis.sigma /= 2; /* may have kinks anywhere */
-    envmapi_axis_patches(&axis, 1, radius);
-    size_t n = points.count, tiles = n / ENVMAPI_TILE + 1;
-    if (n > ENVMAPI_MANY / 2) return ENVMAP_OK;
-    void *block = envmapi_pool_get(pool, envmapi_source_room(cap, n, tiles, NULL), 1);
-    points.rgb = (float *)envmapi_pool_get(pool, n, 3 * sizeof(float));
-    if (!block || !points.rgb) return ENVMAP_ERROR_MEMORY;
-    envmapi_source_room(cap, n, tiles, block);
-    points.source = cap, points.count = 0, cap->texels = points.rgb;
-    envmapi_axis_patches(&axis, 1, radius);
-    if (cap->count % ENVMAPI_TILE) envmapi_source_tile_ends(cap);
-    of->cap = cap, of->cap_sigma = axis.sigma;
-    return ENVMAP_OK;
 }
 
 static void envmapi_axis_filter(envmapi_axis *axis, const void *method) {
@@ -7503,7 +7624,6 @@ typedef struct envmapi_near_row {
 typedef struct envmapi_near envmapi_near;
 struct envmapi_near {
     envmapi_axis axis; /* the lobe, and what it is to the source */
-    envmapi_source cap; /* for axes at a rim */
     envmap dst;
     int slice, tasks, first, tile_count, turn_count; /* first: of the tiles that are at work */
     int round, tile, ratio, knot[4]; /* tiles between two words to the progress callback; edge of
@@ -7675,13 +7795,29 @@ static void envmapi_near_place(float *place, float *apart, const envmapi_window 
     }
 }
 
+/* p, the direction at (X,-Y) of an angular map; returns its density. Sine and cosine of half its
+   angle are series of r^2, which take a third of the time. */
+static double envmapi_near_angular(double p[3], double X, double Y) {
+    static const double part[22] = {
+        1.0 / 2,   1.0 / 6,   1.0 / 12,  1.0 / 20,  1.0 / 30,  1.0 / 42,  1.0 / 56,  1.0 / 72,
+        1.0 / 90,  1.0 / 110, 1.0 / 132, 1.0 / 156, 1.0 / 182, 1.0 / 210, 1.0 / 240, 1.0 / 272,
+        1.0 / 306, 1.0 / 342, 1.0 / 380, 1.0 / 420, 1.0 / 462, 1.0 / 506};
+    double rr = X * X + Y * Y, square = ENVMAPI_PI * ENVMAPI_PI / 4 * fmin(rr, 1);
+    double cosine = 1, sine = 1; /* this over the angle */
+    for (int i = 20; i >= 0; i -= 2)
+        cosine = 1 - square * part[i] * cosine, sine = 1 - square * part[i + 1] * sine;
+    double ratio = ENVMAPI_PI * sine * cosine;
+    p[0] = ratio * X, p[1] = -ratio * Y, p[2] = 2 * square * sine * sine - 1;
+    return rr < 1 ? 4 * ENVMAPI_PI * ratio : 0;
+}
+
 /* As _sines, of a map that has no loop there: p along d, not of length 1. */
 static void envmapi_near_rays(float *sines, float *density, const envmapi_window *w,
                               const envmapi_level *level, const envmapi_knot *u, double v, int n) {
     const double *a = w->a, Y = 2 * v - 1, back = w->face ? -0.5 : 0.5;
     int octa = level->mapping == ENVMAP_OCTAHEDRAL, sphere = level->mapping == ENVMAP_SPHERE;
     int angular = level->mapping == ENVMAP_ANGULAR;
-    double inner = angular ? -1 : octa ? HUGE_VAL : pow(1 - 1.0 / level->edge, 2);
+    double inner = octa ? HUGE_VAL : pow(1 - 1.0 / level->edge, 2), rays = 0;
     for (int i = 0; i < n; ++i) {
         double X = 2 * u[i].at - 1, rr = X * X + Y * Y, x = fabs(X), y = fabs(Y);
         double side = (X < 0) == (y > 1) ? 1 : -1, fold = (Y < 0) == (x > 1) ? 1 : -1;
@@ -7689,12 +7825,13 @@ static void envmapi_near_rays(float *sines, float *density, const envmapi_window
         double root = sphere ? 2 * sqrt(fmax(1 - rr, 0)) : 1, up = 1 - x - y;
         double p[3] = {root * X, -root * Y, sphere ? 1 - 2 * rr : back * (1 - rr)};
         if (octa) p[0] = side * (up < 0 ? 1 - y : x), p[1] = up, p[2] = fold * (up < 0 ? 1 - x : y);
-        if (angular) envmapi_direction(p, level->mapping, 0, u[i].at, v);
+        if (angular) rays = envmapi_near_angular(p, X, Y);
         double square = envmapi_dot(p, p), c = a[0] * p[1] - a[1] * p[0];
         double b = a[2] * p[0] - a[0] * p[2], d = a[1] * p[2] - a[2] * p[1];
         sines[i] = envmapi_dot(a, p) > 0 ? (float)((b * b + c * c + d * d) / square) : 2;
         density[i] = (float)(sphere ? 16 : 4 / (square * (octa ? sqrt(square) : 1)));
-        if (rr > inner) density[i] = (float)envmapi_window_density(level, u[i].at, v);
+        if (angular) density[i] = (float)rays;
+        else if (rr > inner) density[i] = (float)envmapi_window_density(level, u[i].at, v);
     }
 }
 
@@ -8856,7 +8993,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
     int serves = envmapi_near_serves(s), tight = tolerance < 1e-4;
     /* speed only: about rims, folds and kinks windows of functions take longer than all texels */
-    int slow = level->mapping == ENVMAP_OCTAHEDRAL && tight;
+    int slow = level->mapping == ENVMAP_OCTAHEDRAL;
     if (envmapi_axis_rim(&s->axis) > 0)
         slow = !(s->axis.bilinear > 0) || (tight && s->axis.kink_count);
     s->all = envmapi_near_few(src, serves || s->tail ? 48 : s->turn_count);
@@ -8920,11 +9057,6 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     s->room = 6 * (size_t)level->width + (size_t)(1024 / fmin(s->piece, 1));
     envmapi_near_tiles(s, src, tolerance);
     if (!result) result = envmapi_near_parts(s, tolerance, pool);
-    s->axis.cap = NULL;
-    double rim = envmapi_axis_rim(&s->axis) + fmin(s->R_bright, 8 * s->sigma);
-    if (!result && !s->all && envmapi_axis_rim(&s->axis) > 0 && s->axis.bilinear > 0)
-        result = envmapi_axis_cap(&s->axis, &s->cap, rim + fmin(s->R_bright, s->axis.reach),
-                                  tolerance, pool);
     if (!result) result = envmapi_near_plan(s, pool);
     if (!result) result = envmapi_near_table(s, tolerance, pool);
     s->axis.least = s->all ? 6e-4 * tolerance * s->scale : 0; /* what _radius lets a dark texel */
