@@ -6524,16 +6524,20 @@ static void envmapi_axis_touch(envmapi_quadrature *q, const envmapi_axis *axis, 
 static void envmapi_axis_touch_line(envmapi_quadrature *q, const envmapi_axis *axis, int face,
                                     int i, double at) {
     double x[3] = {0, 0, 0}, uv[2], d[3], least = cos(q->breaks[q->count - 1]) - 0.02;
-    for (int j = 0; j <= 24; ++j) {
+    int sphere = axis->level.mapping == ENVMAP_SPHERE; /* by angles: at a rim x has a root */
+    double rim = sphere ? sqrt(at * (1 - at)) : 0;
+    for (int j = 0; j <= (sphere ? 22 : 24); ++j) {
         x[0] = x[1], x[1] = x[2], uv[i] = at, uv[1 - i] = (j - 2) / 20.0;
+        if (sphere) uv[1 - i] = 0.5 - rim * cos(ENVMAPI_PI * uv[1 - i]);
         envmapi_direction(d, axis->level.mapping, face, uv[0], uv[1]);
         x[2] = envmapi_dot(axis->a, d);
-        if (j < 2 || (x[1] - x[0]) * (x[1] - x[2]) <= 0 || x[1] < least) continue;
+        if (j < (sphere ? 4 : 2) || (x[1] - x[0]) * (x[1] - x[2]) <= 0 || x[1] < least) continue;
         double middle = (j - 3) / 20.0, h = 1 / 20.0, y[3] = {x[0], x[1], x[2]};
         for (int step = 0; step < 4; ++step, h /= 8) {
             middle += envmapi_clamp((y[0] - y[2]) / (y[0] - 2 * y[1] + y[2]) / 2, -1, 1) * h;
             for (int k = 0; k < 3; ++k) {
                 uv[1 - i] = middle + (k - 1) * h / 8;
+                if (sphere) uv[1 - i] = 0.5 - rim * cos(ENVMAPI_PI * uv[1 - i]);
                 envmapi_direction(d, axis->level.mapping, face, uv[0], uv[1]);
                 y[k] = envmapi_dot(axis->a, d);
             }

@@ -555,7 +555,7 @@ static int oracle_rooted(const oracle_filter *f) {
 }
 
 /* The end of the panel of angles that starts at t, about an axis a: as fine as lobe and texels at
-   t, and no kink inside. Rings about a pole lie along a lat-long's rows, and have a kink at each. */
+   t, and no kink inside. Rings about a pole lie along a lat-long's rows and have kinks there. */
 static double oracle_panel_end(const oracle_filter *f, const double a[3], double t, double end) {
     double step = fmin(fmax(f->sigma / 2, t / 4), f->extent / 2) / f->fine, next;
     if (oracle_rooted(f)) step = fmin(fmin(step, 0.1), fmax(1e-8, (PI / 2 - t) / 2));
@@ -567,8 +567,9 @@ static double oracle_panel_end(const oracle_filter *f, const double a[3], double
         for (int i = 1; i < 3; ++i)
             if (kinks[i] > t && kinks[i] < next) next = kinks[i];
     double pole = acos(oracle_clamp(a[1], -1, 1));
-    for (int i = 0; i < 2 * f->image.size && f->image.mapping == ENVMAP_LATLONG && f->fine > 1; ++i) {
-        double row = PI * (i / 2 + 0.5) / f->image.size, at = i % 2 ? row + pole : fabs(row - pole);
+    int rows = f->image.mapping == ENVMAP_LATLONG && f->fine > 1 ? f->image.size : 0;
+    for (int i = 0; i < 2 * rows; ++i) {
+        double row = PI * (i / 2 + 0.5) / rows, at = i % 2 ? row + pole : fabs(row - pole);
         if (at > t && at < next) next = at;
     }
     return next < end - step / 100 ? next : end;

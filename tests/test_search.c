@@ -253,7 +253,9 @@ static void works_that_broke_hold(void) {
         {"paraboloid:3:1 dst=cube:4:1 lobe=hat:0.03:0.18 raw=0:1 tolerance=1e-3",
          "half:0.53:0.53"}, /* lookups that count negatively had no blend */
         {"latlong:2:1 dst=octahedral:5:1 lobe=diffuse:1:0 raw=0:1 tolerance=1.2e-6",
-         "sun:0.39:0.86"}}; /* rings about a pole lie on its rows, which the oracle did not know */
+         "sun:0.39:0.86"}, /* rings about a pole lie on its rows, which the oracle did not know */
+        {"cube:8:1 dst=angular:54:1 lobe=cone:0.205032036:0 raw=0:1 tolerance=3.38e-6",
+         "lamps:0.222827313:0.999999"}}; /* rings that dip into the next cell between two steps */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
