@@ -3281,13 +3281,13 @@ static int envmapi_lobe_kinks(double kinks[ENVMAPI_KINKS], const envmap_lobe *lo
 /* Composite Gauss-Legendre over a part of a lobe's support: panels between breaks, each cut into
    two or more pieces no longer than `step`, 8 nodes a piece. */
 typedef struct envmapi_quadrature {
-    double breaks[256], step;
+    double breaks[128], step;
     int count, panel, pieces, node; /* of breaks; where it is: a panel, its pieces, a node of it */
 } envmapi_quadrature;
 
 static void envmapi_quadrature_break(envmapi_quadrature *q, double theta) {
     int i = q->count;
-    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 256) return;
+    if (!(theta > q->breaks[0] && theta < q->breaks[i - 1]) || i >= 128) return;
     while (q->breaks[i - 1] > theta) --i;
     if (theta - q->breaks[i - 1] < 1e-9) return; /* an edge of two faces */
     memmove(q->breaks + i + 1, q->breaks + i, (size_t)(q->count - i) * sizeof *q->breaks);
@@ -6684,6 +6684,7 @@ typedef struct envmapi_disc {
     double share, whole_to, end; /* cosine to which k is in no tail; rad */
     double alpha, phi, a[2];     /* of the axis: rho, phi, and the cosine and sine of this */
     double finer;                /* pieces, at tighter tolerances */
+    double tail;                 /* rad; from here on pieces grow with their distance */
     double rho, sine, r;         /* of a circle; r: on the disc */
     double along, across;        /* its cosines to the axis: along cos(phi - axis' phi) + across */
     double weight;
@@ -6720,8 +6721,8 @@ static void envmapi_disc_piece(const envmapi_disc *h, const double e[2], const d
     double n = axis->level.edge, cosine = e[0] * f[0] + e[1] * f[1], root = sqrt(2 + 2 * cosine);
     double T = (e[0] * f[1] - e[1] * f[0]) / (1 + cosine), w[4] = {0, 0, 0, 0};
     double m[2] = {(e[0] + f[0]) / root, (e[1] + f[1]) / root};
-    double middle = h->along * (m[0] * h->a[0] + m[1] * h->a[1]) + h->across;
-    double scale = envmapi_disc_scale(axis, sqrt(fmax(2 - 2 * middle, 0)) - T * h->sine);
+    double look = fmax(e[0] * h->a[0] + e[1] * h->a[1], f[0] * h->a[0] + f[1] * h->a[1]);
+    double scale = envmapi_disc_scale(axis, sqrt(fmax(2 - 2 * (h->along * look + h->across), 0)));
     int x = (int)floor((0.5 + 0.5 * h->r * m[0]) * n - 0.5), parts;
     int y = (int)floor((0.5 - 0.5 * h->r * m[1]) * n - 0.5);
     int nodes = envmapi_disc_nodes(&parts, h->finer * 2 * T * fmax(h->sine / scale, 1));
@@ -6792,6 +6793,8 @@ static void envmapi_disc_circle(envmapi_disc *h, double rho, double weight) {
     q.count = 2, q.breaks[0] = 0, q.breaks[1] = envmapi_disc_half(h, h->end);
     for (int i = 0; i < axis->kink_count && q.breaks[1] > 0; ++i)
         envmapi_quadrature_break(&q, envmapi_disc_half(h, axis->kinks[i]));
+    for (double away = h->tail; away < h->end && q.breaks[1] > 0; away *= 2)
+        envmapi_quadrature_break(&q, envmapi_disc_half(h, away));
     for (int i = q.count - 1; i > 0; --i)
         envmapi_disc_arc(h, h->phi - q.breaks[i], h->phi - q.breaks[i - 1]);
     for (int i = 1; i < q.count; ++i)
@@ -6811,10 +6814,13 @@ static void envmapi_axis_disc(envmapi_axis *axis, double share, double reach) {
     h.finer = (envmapi_lobe_root(axis->lobe) ? 2 : 0.55) * pow(axis->apart, -0.7);
     h.alpha = atan2(along, sphere ? -axis->a[2] : axis->a[2]);
     h.phi = atan2(axis->a[1], axis->a[0]), h.a[0] = cos(h.phi), h.a[1] = sin(h.phi);
+    h.tail = axis->lobe->kind == ENVMAP_LOBE_GGX ? axis->sigma : end;
     q.count = 2, q.breaks[0] = fmax(h.alpha - end, 0);
     q.breaks[1] = fmin(h.alpha + end, ENVMAPI_PI);
     envmapi_quadrature_break(&q, h.alpha), envmapi_quadrature_break(&q, end - h.alpha);
     envmapi_quadrature_break(&q, 2 * ENVMAPI_PI - end - h.alpha);
+    for (double away = h.tail; away < end; away *= 2)
+        envmapi_quadrature_break(&q, h.alpha - away), envmapi_quadrature_break(&q, h.alpha + away);
     for (int i = 0; i < axis->kink_count; ++i) {
         envmapi_quadrature_break(&q, fabs(h.alpha - axis->kinks[i]));
         envmapi_quadrature_break(
@@ -8991,7 +8997,8 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (s->axis.lobe->kind == ENVMAP_LOBE_FUNCTION && s->axis.kink_count)
         s->piece *= fmin(pow(tolerance * 2e3, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
-    if (s->axis.tent * s->axis.tent < 2.5 * tolerance) s->axis.tent = 0;
+    if (s->axis.tent * s->axis.tent < 2.5 * tolerance && !envmapi_lobe_root(s->axis.lobe))
+        s->axis.tent = 0; /* of texels on a horizon, where k jumps, it has half */
     int serves = envmapi_near_serves(s), tight = tolerance < 1e-4;
     /* speed only: about rims, folds and kinks windows of functions take longer than all texels */
     int slow = level->mapping == ENVMAP_OCTAHEDRAL;
@@ -9004,7 +9011,8 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
                 s->axis.tent * s->axis.tent > 1000 * tolerance;
     if (serves && !blunt && !(slow && s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION) &&
         (s->axis.texel < ENVMAPI_COARSE ||
-         (!tight && !envmapi_is_disc(src->mapping) && s->axis.lobe->kind < ENVMAP_LOBE_BANKS)))
+         (!tight && !envmapi_is_disc(src->mapping) && s->axis.lobe->kind < ENVMAP_LOBE_BANKS &&
+          level->edge > 1))) /* else a row is its own neighbour, twice */
         s->all = 0;
     /* Functions and tables, and lobes of about a texel of an octahedral map, take more windows than
        points; thin lobes, whose bands are many, take fewer rings than points where texels are few.
