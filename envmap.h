@@ -6648,7 +6648,7 @@ static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
     double t[3], b[3];
     if (banks || touches)
         wide *= !touches ? 0.4 : axis->lobe->kind >= ENVMAP_LOBE_BANKS ? 0.6 : 0.9;
-    else wide = 2 * axis->texel * axis->apart;
+    else wide = fmin(2 * axis->texel, 0.25) * axis->apart;
     if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) wide = fmin(wide, axis->sigma);
     envmapi_quadrature q =
         envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight), 1);

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
    Random works against sums of their own, for as long as you like: `make search`.
-       search SECONDS SEED     draws works for that long; ends with 1 where a promise breaks anew;
+       search SECONDS SEED     draws works for that long; ends with 1 where a promise breaks;
                                a third number: seconds for making a finding smaller
        search "WORK"           checks one work again: a line as a finding is printed
    search_oracle.h has the definitions, search_works.h what is drawn, search_promises.h and
-   search_others.h what is promised, search_known.h what is known to break today. */
+   search_others.h what is promised, search_slow.h what it may take. */
 #include "search_run.h"
 
-/* One work, each promise with its value; 1 where one is broken, known or not. */
+/* One work, each promise with its value; 1 where one is broken. */
 static int run_work(const char *line) {
     work w;
     int bad = 0;
@@ -18,11 +18,8 @@ static int run_work(const char *line) {
     verdict v = check_work(&w);
     for (int i = 0; i < PROMISE_COUNT; ++i) {
         if (v.over[i] < 0) continue;
-        finding f = finding_of(&w, &v, i);
-        int row = broken(&v, i) ? known_row(&f) : -1;
-        printf("  %-8s %12.4g, %10.4g of its bound: %s%s%s\n", broken(&v, i) ? "BROKEN" : "holds",
-               v.value[i], v.over[i], promise_text[i],
-               row < 0 ? "" : "; known: ", row < 0 ? "" : known[row].what);
+        printf("  %-8s %12.4g, %10.4g of its bound: %s\n", broken(&v, i) ? "BROKEN" : "holds",
+               v.value[i], v.over[i], promise_text[i]);
         bad |= broken(&v, i);
     }
     return bad;
@@ -47,5 +44,5 @@ int main(int argc, char **argv) {
         }
     }
     search_report(&s);
-    return s.fresh > 0;
+    return s.findings > 0;
 }

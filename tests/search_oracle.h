@@ -654,6 +654,14 @@ static double oracle_disc_wide(const oracle_disc *e, double t, double to) {
     return c > 1 ? -1 : acos(fmax(c, -1));
 }
 
+/* Nodes of a piece crowd at both its ends where x^N may have its root there. */
+static double oracle_grade(double *at, const oracle_filter *f) {
+    double t = *at;
+    if (!oracle_rooted(f)) return 1;
+    *at = t * t * t * (10 + t * (6 * t - 15));
+    return 30 * t * t * (1 - t) * (1 - t);
+}
+
 static void oracle_disc_circle(double sum[4], const oracle_filter *f, const oracle_disc *e,
                                double t, double weight) {
     double r = oracle_disc_radius(f->image.mapping, t), *cuts = e->cuts, x[4], w[4];
@@ -681,8 +689,9 @@ static void oracle_disc_circle(double sum[4], const oracle_filter *f, const orac
         if (oracle_falls(f)) step = fmax(step, arc / 5);
         int parts = (int)ceil(fmin((to - from) * sin(t) / step * f->fine, 1e4)) + ((to - from) > 0.5);
         for (int k = 0; k < 4 * parts; ++k) {
-            double half = (to - from) / parts / 2, phi = from + half * (1 + 2 * (k / 4) + x[k % 4]);
-            oracle_disc_node(sum, rgb, f, e, t, e->phi + phi, weight * half * w[k % 4]);
+            double at = (k / 4 + (1 + x[k % 4]) / 2) / parts, slope = oracle_grade(&at, f);
+            oracle_disc_node(sum, rgb, f, e, t, e->phi + from + (to - from) * at,
+                             weight * slope * (to - from) / parts / 2 * w[k % 4]);
         }
     }
     for (int c = 0; c < 3; ++c) sum[c] += rgb[c];
@@ -704,6 +713,7 @@ static void oracle_disc_face(double sum[4], const oracle_filter *f, oracle_disc 
     for (int i = 0; i < e->kink_count; ++i)
         ends[count++] = fabs(e->t - e->kinks[i]), ends[count++] = e->t + e->kinks[i];
     ends[count++] = 2 * PI - e->t - e->end, ends[count++] = e->t;
+    ends[count++] = fabs(e->t - e->end);
     qsort(ends, (size_t)count, sizeof *ends, oracle_by_size);
     oracle_gauss(x, w, 6);
     for (int i = 0; i + 1 < count; ++i)
@@ -713,9 +723,11 @@ static void oracle_disc_face(double sum[4], const oracle_filter *f, oracle_disc 
             if (oracle_falls(f)) step = fmax(step, away / 4);
             step /= f->fine;
             next = from + step * 1.01 < to ? from + step : to;
-            for (int k = 0; k < 6; ++k)
-                oracle_disc_circle(sum, f, e, from + (next - from) / 2 * (1 + x[k]),
-                                   (next - from) / 2 * w[k]);
+            for (int k = 0; k < 6; ++k) {
+                double at = (1 + x[k]) / 2, slope = oracle_grade(&at, f);
+                oracle_disc_circle(sum, f, e, from + (next - from) * at,
+                                   slope * (next - from) / 2 * w[k]);
+            }
         }
 }
 
@@ -767,8 +779,7 @@ static void oracle_axis(double rgb[3], const oracle_filter *f, const double a[3]
     if (f->from > 0 || reach > f->to) reach = f->to;
     if (!(tent > 0)) oracle_centres(texels, f, a, 0);
     else if (bilinear < 1) oracle_tents(texels, f, a, tent, reach);
-    if (bilinear > 0 && oracle_is_disc(f->image.mapping) && !oracle_rooted(f))
-        oracle_discs(smooth, f, a, reach);
+    if (bilinear > 0 && oracle_is_disc(f->image.mapping)) oracle_discs(smooth, f, a, reach);
     else if (bilinear > 0) oracle_polar(smooth, f, a, reach);
     for (int c = 0; c < 4; ++c) texels[c] += bilinear * (smooth[c] - texels[c]);
     if (tent > 0 && f->to > reach) oracle_centres(texels, f, a, reach);

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT
-   What envmap.h promises, each promise held for one work, and the table of what is known to break
-   today. */
+   What envmap.h promises, each promise held for one work. */
 #ifndef SEARCH_PROMISES_H
 #define SEARCH_PROMISES_H
 
-#include "search_works.h"
+#include "search_slow.h"
 
 #include <time.h>
 
@@ -341,8 +340,9 @@ static void judge_hold(verdict *v, const bench *b, const float *a, int size, int
     double n = (double)oracle_count(b->w->dst_mapping, size) * slices;
     judge j = judge_map(b, a, size, slices, judge_budget);
     if (j.error > 1 || j.worst > 20) j = judge_map(b, a, size, slices, 8 * judge_budget);
-    hold(v, PROMISE_RMS, j.error, 1.0001 * (size < 6 ? judge_sample(n) : 1));
-    if (work_lobe_positive(b->w->lobe)) hold(v, PROMISE_WORST, j.worst, 20);
+    double rows = work_rows_off(b->w, &b->lobe, oracle_p(&b->lobe, 0, slices)) / b->w->tolerance;
+    hold(v, PROMISE_RMS, j.error, 1.0001 * (size < 6 ? judge_sample(n) : 1) + rows);
+    if (work_lobe_positive(b->w->lobe)) hold(v, PROMISE_WORST, j.worst, 20 + 20 * rows);
 }
 
 /* ------------------------------------------------------------------------------- the checks ---- */
@@ -359,14 +359,6 @@ static void check_numbers(verdict *v, const work *w, const float *a, size_t floa
     if (work_lobe_positive(w->lobe)) hold(v, PROMISE_SIGN, negative > 0 ? negative / most : 0, 0);
 }
 
-/* Generous: what a map takes that has no cliff. Kinked lobes at tight tolerances need many bands. */
-static double check_allowed_seconds(const work *w) {
-    double src = (double)oracle_count(w->src_mapping, w->src_size) * w->src_slices;
-    double dst = (double)oracle_count(w->dst_mapping, w->dst_size) * w->dst_slices;
-    double tight = work_lobe_kinked(w) ? sqrt(fmax(1, 1e-3 / w->tolerance)) : 1;
-    return tight * (0.1 + 0.02 * w->dst_slices + 4e-6 * (src + dst));
-}
-
 /* Calls are cancelled at 1.2 times their bound, and this: more where a program is instrumented. */
 static double check_patience = 1;
 
@@ -374,7 +366,8 @@ static double check_patience = 1;
 static int check_chain_call(verdict *v, bench *b, const envmap_lobe *lobes, int count,
                             const envmap_prepared *prepared) {
     int reference = b->w->method == ENVMAP_METHOD_REFERENCE;
-    double allowed = check_allowed_seconds(b->w) * count;
+    int slow;
+    double allowed = work_allowed_seconds(b->w, &slow) * count;
     watch clock_watch = watch_for(reference ? 5 : check_patience * fmax(0.3, 1.2 * allowed));
     envmap_filter_desc desc = call_desc(b->w, &clock_watch);
     desc.prepared = prepared;
@@ -600,16 +593,17 @@ static double neighbour_seconds(bench *b, double factor, double limit) {
 }
 
 /* No lobe takes more than six times what the slightly wider one and the slightly sharper one take,
-   and 30 ms. */
+   and 30 ms; 20 times, where envmap.h says that it is slow. */
 static void check_neighbours(verdict *v, bench *b) {
     if (b->w->method == ENVMAP_METHOD_REFERENCE || b->w->a >= 1e5) return;
     if (!(b->w->lobe >= LOBE_PHONG && b->w->lobe <= LOBE_BANKS) ||
         (b->w->lobe == LOBE_BANKS && b->w->a < 0.3))
         return;
-    double limit = fmin(1, 2 * check_allowed_seconds(b->w));
+    int slow;
+    double limit = fmin(1, 2 * work_allowed_seconds(b->w, &slow));
     double here = neighbour_seconds(b, 1, limit), more = neighbour_seconds(b, 1.25, limit);
     double less = neighbour_seconds(b, 0.8, limit);
-    hold(v, PROMISE_CLIFF, fmax(here, fmax(more, less)), 6 * fmin(here, fmin(more, less)) + 0.03);
+    hold(v, PROMISE_CLIFF, fmax(here, fmax(more, less)), (slow ? 20 : 6) * fmin(here, fmin(more, less)) + 0.03);
 }
 
 /* The contrast of level 0 of slice 0: its rms about its mean, over its mean, all channels; 0 where

@@ -1,32 +1,25 @@
 /* SPDX-License-Identifier: MIT
-   A search: draws works, sorts what breaks into known and new, makes new findings smaller, counts. */
+   A search: draws works, makes what breaks smaller, counts. */
 #ifndef SEARCH_RUN_H
 #define SEARCH_RUN_H
 
-#include "search_known.h"
+#include "search_others.h"
 
 typedef struct search {
-    int works, fresh, shown; /* fresh: findings that no row of the table names */
+    int works, findings;
     int pairs[MAPPINGS][MAPPINGS], lobes[LOBE_COUNT], scenes[SCENE_COUNT], checks[CHECK_COUNT];
-    int promises[PROMISE_COUNT]; /* how often each was asked */
-    int rows[KNOWN_COUNT];       /* findings of each row, */
-    double worst[KNOWN_COUNT];   /* the worst value, and its work */
-    char example[KNOWN_COUNT][512];
+    int promises[PROMISE_COUNT]; /* how often each was asked, */
+    double most[PROMISE_COUNT];  /* and the most of its bound that a work took */
 } search;
 
 static void search_count(search *s, const work *w, const verdict *v) {
     ++s->works, ++s->pairs[w->src_mapping][w->dst_mapping];
     ++s->lobes[w->lobe], ++s->scenes[w->scene], ++s->checks[w->check];
-    for (int i = 0; i < PROMISE_COUNT; ++i) s->promises[i] += v->over[i] >= 0;
+    for (int i = 0; i < PROMISE_COUNT; ++i)
+        s->promises[i] += v->over[i] >= 0, s->most[i] = fmax(s->most[i], v->over[i]);
 }
 
-/* Is this promise broken for w in a way that the table does not know? */
-static int search_is_new(const work *w, const verdict *v, int promise) {
-    finding f = finding_of(w, v, promise);
-    return broken(v, promise) && known_row(&f) < 0;
-}
-
-/* Makes w simpler as long as the same promise breaks anew, for at most `seconds`. */
+/* Makes w simpler as long as the same promise breaks, for at most `seconds`. */
 static void search_shrink(work *w, int promise, double seconds) {
     double start = cpu_seconds();
     for (int step = 0, idle = 0; idle < WORK_STEPS; step = (step + 1) % WORK_STEPS, ++idle) {
@@ -35,7 +28,7 @@ static void search_shrink(work *w, int promise, double seconds) {
         work_simplify(&simpler, step);
         if (!memcmp(&simpler, w, sizeof simpler)) continue;
         verdict v = check_work(&simpler);
-        if (search_is_new(&simpler, &v, promise)) *w = simpler, idle = -1;
+        if (broken(&v, promise)) *w = simpler, idle = -1;
     }
 }
 
@@ -47,22 +40,11 @@ static void search_show(const work *w, const verdict *v, int promise) {
     fflush(stdout);
 }
 
-/* Sorts what a work broke; a new finding is shown as it was drawn, and as small as it becomes. */
+/* What a work broke, as it was drawn, and as small as it becomes. */
 static void search_sort(search *s, const work *w, const verdict *v, double shrink) {
     for (int i = 0; i < PROMISE_COUNT; ++i) {
         if (!broken(v, i)) continue;
-        finding f = finding_of(w, v, i);
-        int row = known_row(&f);
-        if (row >= 0) {
-            ++s->rows[row];
-            if (f.value >= s->worst[row]) {
-                s->worst[row] = f.value;
-                work_print(s->example[row], sizeof *s->example, w);
-            }
-            continue;
-        }
-        ++s->fresh;
-        if (++s->shown > 30) continue;
+        if (++s->findings > 30) continue;
         search_show(w, v, i);
         if (!(shrink > 0)) continue;
         work small = *w;
@@ -89,7 +71,7 @@ static void search_list(const char *what, const int *counts, const char *const *
     for (int i = 0; i < n; ++i) printf(" %s %d%s", words[i], counts[i], i + 1 < n ? "," : "\n");
 }
 
-/* What was tried, promise by promise, and what is known to break. */
+/* What was tried, promise by promise. */
 static void search_report(const search *s) {
     int least = s->pairs[0][0];
     for (int i = 0; i < MAPPINGS * MAPPINGS; ++i) {
@@ -101,12 +83,9 @@ static void search_report(const search *s) {
     search_list("lobes", s->lobes, work_lobes, LOBE_COUNT);
     search_list("scenes", s->scenes, work_scenes, SCENE_COUNT);
     search_list("checks", s->checks, work_checks, CHECK_COUNT);
-    for (int i = 0; i < PROMISE_COUNT; ++i) printf("  %6d  %s\n", s->promises[i], promise_text[i]);
-    for (int i = 0; i < KNOWN_COUNT; ++i)
-        if (s->rows[i])
-            printf("  known (%s): %s: %d times, at worst %.3g\n      WORK=\"%s\"\n", known[i].named,
-                   known[i].what, s->rows[i], s->worst[i], s->example[i]);
-    printf("  %d new findings\n", s->fresh);
+    for (int i = 0; i < PROMISE_COUNT; ++i)
+        printf("  %6d  %s: at most %.2g of its bound\n", s->promises[i], promise_text[i], s->most[i]);
+    printf("  %d findings\n", s->findings);
 }
 
 #endif

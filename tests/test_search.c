@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
    The search (search.c) with fixed seeds, on maps small enough for seconds: a test passes when no
-   promise of its works breaks but in a way that search_known.h knows. Times are not judged here. */
+   promise of its works breaks. Times are not judged here. */
 #include "search_run.h"
 
 static search state;
 
 /* Draws `count` works, and makes each one of a check, with maps of few texels. */
 static void draw(int check, int count, unsigned long long seed) {
-    int fresh = state.fresh;
+    int findings = state.findings;
     judge_budget = 0.03;
     count = test_many(count);
     for (int n = 0; n < count; ++n) {
@@ -21,7 +21,7 @@ static void draw(int check, int count, unsigned long long seed) {
         v.over[PROMISE_COST] = v.over[PROMISE_CLIFF] = -1;
         search_add(&state, &w, &v, 0);
     }
-    CHECK(state.works > 0 && state.fresh == fresh);
+    CHECK(state.works > 0 && state.findings == findings);
 }
 
 static void random_filters_keep_their_tolerance(void) { draw(CHECK_FILTER, 50, 1); }
