@@ -550,10 +550,11 @@ typedef struct envmap_filter_desc {
    A source whose texels are all alike is its result, where lobes are divided by their sums, and if
    it is black (AUTO, FAST, HARMONICS).
    Lobes thinner than two texels of src, or of more than 768 bands: O(texels of dst * texels that
-   the lobe reaches). Slow: thin rings (Banks, s -> 1) below a tolerance of 1e-4, and axes that look
-   at the point where a sphere or angular map's rim meets. There the reference's weights serve 2 to
-   48 axes at a time; for lobes other than rings only if src's texels times that number are at most
-   960000. Thin rings of sphere maps take longest, as texels at their rim are long.
+   the lobe reaches). Slow: lobes thinner than two texels that have edges, are rings, or reach far
+   (Banks, functions, x^N with N < 2), on all maps below a tolerance of 1e-4, on discs and
+   octahedral maps always. There the reference's weights serve 2 to 48 axes at a time, if src's
+   texels times that number are at most 960000, else one. An axis may take 500 ns times 1000 + twice
+   the texels of src, at 1e-3, sqrt(1e-3 / tolerance) of that below; Phong, Gaussian and GGX a tenth.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside what floats lose: 1e-6 of that mean and 1.2e-7 of
    the brightest texel. Lobes with a kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a
@@ -563,9 +564,9 @@ typedef struct envmap_filter_desc {
    Memory beside dst, where src has S bytes and dst D: REFERENCE 4 S + D, HIERARCHICAL 8 S + D;
    FAST S + D + 100 L^2 + 2 MB, 200 L^2 at 1e-5, L up to 1.5 envmap_sh_bands; for lobes thinner than
    two texels 9 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
-   executor. Points that stand for texels of few, for functions, and about a sphere or angular map's
-   rim, take 52 bytes each, and are at most 4 million.  Test: tests/test_memory.c.
-   Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c. */
+   executor. Points that stand for texels of few, and for functions, take 52 bytes each, and are at
+   most 4 million.  Test: tests/test_memory.c.
+   Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c; time: search_slow.h. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
 
@@ -6705,12 +6706,14 @@ static double envmapi_disc_grade(double *at, const envmapi_axis *axis) {
     return 6 * t * (1 - t);
 }
 
-/* The scale of k at an angle from the axis or beyond. */
+/* The scale of k at an angle from the axis or beyond; a function's at least an eighth of what a
+   bell's tail needs, GGX's. */
 static double envmapi_disc_scale(const envmapi_axis *axis, double away) {
     double scale = axis->sigma;
     if (axis->lobe->kind == ENVMAP_LOBE_GGX) scale = fmax(scale, away / 2);
-    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION && (axis->touches || !axis->kink_count))
-        scale /= 2; /* may have kinks anywhere; where they are known, at tight tolerances only */
+    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION && !axis->kink_count)
+        scale /= 2; /* may have kinks anywhere */
+    if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale = fmax(scale, away / 24);
     return fmin(scale, 1);
 }
 
@@ -6811,10 +6814,12 @@ static void envmapi_axis_disc(envmapi_axis *axis, double share, double reach) {
     memset(&h, 0, sizeof h);
     h.axis = axis, h.share = share, h.end = end;
     h.whole_to = axis->to > reach ? cos(reach / 2) : -2;
-    h.finer = (envmapi_lobe_root(axis->lobe) ? 2 : 0.55) * pow(axis->apart, -0.7);
+    h.finer = (envmapi_lobe_root(axis->lobe) ? 2 : 0.4) * pow(axis->apart, -0.7);
     h.alpha = atan2(along, sphere ? -axis->a[2] : axis->a[2]);
     h.phi = atan2(axis->a[1], axis->a[0]), h.a[0] = cos(h.phi), h.a[1] = sin(h.phi);
-    h.tail = axis->lobe->kind == ENVMAP_LOBE_GGX ? axis->sigma : end;
+    h.tail = axis->lobe->kind == ENVMAP_LOBE_GGX        ? axis->sigma
+             : axis->lobe->kind >= ENVMAP_LOBE_FUNCTION ? 12 * axis->sigma
+                                                        : end;
     q.count = 2, q.breaks[0] = fmax(h.alpha - end, 0);
     q.breaks[1] = fmin(h.alpha + end, ENVMAPI_PI);
     envmapi_quadrature_break(&q, h.alpha), envmapi_quadrature_break(&q, end - h.alpha);
@@ -6836,7 +6841,8 @@ static void envmapi_axis_disc(envmapi_axis *axis, double share, double reach) {
         if (!(from < (to = fmax(to, from)))) continue;
         double away = fmax(fmax(from - h.alpha, h.alpha - to), 0);
         double length = h.finer * (to - from) / envmapi_disc_scale(axis, away);
-        int parts, nodes = envmapi_disc_nodes(&parts, fmax(length, 0.25 / axis->apart));
+        double least = (axis->kink_count ? 2 : 0.25) / axis->apart; /* kinks cross lines inside */
+        int parts, nodes = envmapi_disc_nodes(&parts, fmax(length, least));
         for (int k = 0; k < parts * nodes; ++k) {
             const double *g = axis->gauss[nodes][k % nodes];
             double at = (k / nodes + (1 + g[0]) / 2) / parts, slope = envmapi_disc_grade(&at, axis);

@@ -84,7 +84,8 @@ static void search_report(const search *s) {
     search_list("scenes", s->scenes, work_scenes, SCENE_COUNT);
     search_list("checks", s->checks, work_checks, CHECK_COUNT);
     for (int i = 0; i < PROMISE_COUNT; ++i)
-        printf("  %6d  %s: at most %.2g of its bound\n", s->promises[i], promise_text[i], s->most[i]);
+        printf("  %6d  %s: at most %.2g of its bound\n", s->promises[i], promise_text[i],
+               s->most[i]);
     printf("  %d findings\n", s->findings);
 }
 

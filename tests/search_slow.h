@@ -47,8 +47,8 @@ static double work_axis_seconds(const work *w, double texels) {
     double tight = sqrt(fmax(1, 1e-3 / w->tolerance));
     int rim = w->src_mapping == ENVMAP_SPHERE || w->src_mapping == ENVMAP_ANGULAR;
     int smooth = w->src_mapping == ENVMAP_CUBE || w->src_mapping == ENVMAP_LATLONG;
-    int bell = w->lobe == LOBE_GAUSSIAN || w->lobe == LOBE_GGX ||
-               (w->lobe == LOBE_PHONG && w->a >= 2);
+    int bell =
+        w->lobe == LOBE_GAUSSIAN || w->lobe == LOBE_GGX || (w->lobe == LOBE_PHONG && w->a >= 2);
     int coarse = extent > 0.1 && texels < 2, kinked = work_lobe_kinked(w) && extent > 0.05;
     if (bell && texels < 2.6 && (rim || coarse || w->tolerance < 1e-4))
         return (1e-4 + 1e-7 * all) * tight;
