@@ -90,6 +90,8 @@
      >>transform     texels <-> spherical harmonics, the only way there is
      >>harmonics     project, fill, convolve, rotate, window coefficients
      >>source        a slice's texels, or points that stand for them, in tiles
+     >>axis          what one axis sums of texels, tents and patches of bilinear radiance
+     >>circles       the same by rings about the axis, and about the point where rims meet
      >>reference     the definition: every texel
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
      >>windows       what of a face an axis sees
@@ -554,7 +556,7 @@ typedef struct envmap_filter_desc {
    (Banks, functions, x^N with N < 2), on all maps below a tolerance of 1e-4, on discs and
    octahedral maps always. There the reference's weights serve 2 to 48 axes at a time, if src's
    texels times that number are at most 960000, else one. An axis may take 500 ns times 1000 + twice
-   the texels of src, at 1e-3, sqrt(1e-3 / tolerance) of that below; Phong, Gaussian and GGX a tenth.
+   the texels of src, at 1e-3, sqrt(1e-3 / tolerance) of it below; Phong, Gaussian and GGX a tenth.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside what floats lose: 1e-6 of that mean and 1.2e-7 of
    the brightest texel. Lobes with a kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a
@@ -6082,34 +6084,14 @@ static void envmapi_points_add(envmapi_points *p, const double d[3], const doubl
     if (at + 1 == ENVMAPI_CHUNK) envmapi_points_of(p->rings->points + n - at, p->d, ENVMAPI_CHUNK);
 }
 
-/* ------------------------------------------------------------------------------- >>reference --
-   The definition: every other method is held to this sum. In: a slice of src, a lobe, the slice's
-   parameter p. Out: a slice of dst. For every axis a, in double,
-       L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1 for raw
-   over all texels i of src with a solid angle w_i > 0. The error of this sum is of second order in
-   the texel while the lobe is wide: sigma >= 2 mean texels. Below that each texel is spread by a
-   tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
-       0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
-       t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
-                   by Gauss-Legendre on patches that end where it has kinks. For Banks' lobes, and
-                   where a lobe's kinks cross coarse texels, it is taken in polar coordinates about
-                   a; on sphere and angular maps, beside a lobe's kinks and the point where all of a
-                   rim's texels meet, in those about that point. Rings are closer at tighter
-                   tolerances.
-   A smooth step blends the two from t = 1/2 on. Both are of k (1 - step), another step, from half
-   the reach to the reach: 12 texels, 8 sigma, or thrice the angle of a function's or a table's last
-   flank. The tail k step (of GGX) is smooth at a texel's scale and stays a sum over centres. So the
-   result is continuous in sigma and in every texel, and N -> infinity is the bilinear lookup. No
-   number in this was tuned; they are the definition.
-       l_i, w_i                    envmapi_source_create, once for all axes
-       sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
-       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_disc
-       which of them, how much     envmapi_axis_aim, envmapi_axis_filter
-       / norm, and all axes        envmapi_axes_row, envmapi_axes_run
-       the same for all lobes      envmapi_axis_points: points that >>fast takes through bands
-   Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
-   materials the source.  Source: ours.
-   Tests: tests/test_filters.c, tests/test_stability_filters.c. */
+/* ------------------------------------------------------------------------------------ >>axis --
+   What one axis sums of a source, for >>reference, which says how much of each.
+     in     a source, a lobe, its p, an axis a      out    sum k L w and sum k w, or what each
+                                                           texel counts, or points (of any axis)
+       texels at centres, or spread by tents             _axis_sum, _axis_tent_k
+       their bilinear radiance on a patch that ends
+       where it has kinks, by Gauss-Legendre             _patch_add, _patch_sum, _patch_node
+   Tests: tests/test_filters.c, tests/test_search.c (the_oracle_is_the_reference). */
 
 /* One axis, what its lobe is to this source, and the sums so far. */
 typedef struct envmapi_axis {
@@ -6381,6 +6363,19 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     }
     return 1;
 }
+
+/* --------------------------------------------------------------------------------- >>circles --
+   The integral of k over the bilinear radiance in polar coordinates, where patches would be many:
+   an axis' lobe has edges, or sees long and thin texels.
+     in     an axis as >>axis has it      out    the same sums
+       rings about the axis: k is one number on each, L is cut where it leaves a cell of four
+       texel centres                                       _axis_ring, _axis_ring_at
+       their angles theta: panels end where a ring touches a line between cells, for there the
+       mean has a root                                     _axis_touches, _axis_polar
+       circles about the point where a rim's texels meet: they cross lines at cos phi or
+       sin phi = line / r, and a kink of k at sin^2(phi/2) = (sin^2(kink/2) - sin^2((rho-alpha)/2))
+       / (sin rho sin alpha)                               _disc_arc, _disc_half, _axis_disc
+   Source: ours.  Test: works_that_broke_hold, of tests/test_search.c. */
 
 /* How narrow texels are, over the mean, where the circle of angle theta about the axis comes
    closest to a point at which all texels of a row or of a rim meet. */
@@ -6851,6 +6846,35 @@ static void envmapi_axis_disc(envmapi_axis *axis, double share, double reach) {
         }
     }
 }
+
+/* ------------------------------------------------------------------------------- >>reference --
+   The definition: every other method is held to this sum. In: a slice of src, a lobe, the slice's
+   parameter p. Out: a slice of dst. For every axis a, in double,
+       L(a) = sum_i k(a.l_i; p) L_i w_i / norm,   norm = sum_i k w_i | Banks' constant | 1 for raw
+   over all texels i of src with a solid angle w_i > 0. The error of this sum is of second order in
+   the texel while the lobe is wide: sigma >= 2 mean texels. Below that each texel is spread by a
+   tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
+       0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
+       t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
+                   by Gauss-Legendre on patches that end where it has kinks. For Banks' lobes, and
+                   where a lobe's kinks cross coarse texels, it is taken in polar coordinates about
+                   a; on sphere and angular maps, beside a lobe's kinks and the point where all of a
+                   rim's texels meet, in those about that point. Rings are closer at tighter
+                   tolerances.
+   A smooth step blends the two from t = 1/2 on. Both are of k (1 - step), another step, from half
+   the reach to the reach: 12 texels, 8 sigma, or thrice the angle of a function's or a table's last
+   flank. The tail k step (of GGX) is smooth at a texel's scale and stays a sum over centres. So the
+   result is continuous in sigma and in every texel, and N -> infinity is the bilinear lookup. No
+   number in this was tuned; they are the definition.
+       l_i, w_i                    envmapi_source_create, once for all axes
+       sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
+       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_disc
+       which of them, how much     envmapi_axis_aim, envmapi_axis_filter
+       / norm, and all axes        envmapi_axes_row, envmapi_axes_run
+       the same for all lobes      envmapi_axis_points: points that >>fast takes through bands
+   Called by filters for REFERENCE and for what FAST leaves. hierarchical shares envmapi_axes,
+   materials the source.  Source: ours.
+   Tests: tests/test_filters.c, tests/test_stability_filters.c. */
 
 /* The integral by patches. */
 static void envmapi_axis_patches(envmapi_axis *axis, double share, double reach) {

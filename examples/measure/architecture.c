@@ -60,6 +60,8 @@ static const struct described {
      "coefficients: filtered, turned, windowed, packed"},
     {"source", METHODS, "a slice; light from anywhere",
      "texels that count, points of light, in tiles"},
+    {"axis", METHODS, "a source, a lobe, an axis", "sums over texels, tents and patches"},
+    {"circles", METHODS, "the same", "sums over rings and circles of bilinear radiance"},
     {"reference", METHODS, "a slice, a lobe", "a slice of the result, by the definition's sum"},
     {"hierarchical", METHODS, "a slice, a lobe, a threshold", "the same sum over nodes of a tree"},
     {"windows", METHODS, "an axis, a radius, a face", "a rectangle of (u, v), nodes over it"},
