@@ -6482,7 +6482,7 @@ static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n
             whole = envmapi_circle_stays(ring, &next, level, bends / narrow, from, &to);
         /* where paraboloids blend, the end of one's share may be all of a texel's light */
         double close = step * axis->apart * fmin(axis->apart, 1) / 16;
-        if (ring->cell[3] + next.cell[3] > -2 && level->mapping == ENVMAP_PARABOLOID) close /= 4;
+        if (ring->cell[3] + next.cell[3] > -2 && level->mapping == ENVMAP_PARABOLOID) close /= 16;
         for (double low = from; !whole;) {
             double part = envmapi_circle_before(ring, &next);
             double cut = part > 0 ? from + part * (to - from) + close / 4 : (low + to) / 2;
