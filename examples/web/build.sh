@@ -17,7 +17,7 @@ if ! clang --target=wasm32-wasi -mexec-model=reactor "$work/probe.c" -o "$work/p
     echo "web passed by: no WebAssembly here (Debian: $packages)"
     exit 0
 fi
-wasm simd.wasm -O2 -fno-unroll-loops -msimd128 && wasm scalar.wasm -Oz -DENVMAP_NO_SIMD || exit 1
+wasm simd.wasm -O2 -fno-unroll-loops -mllvm -inline-threshold=150 -msimd128 && wasm scalar.wasm -Oz -DENVMAP_NO_SIMD || exit 1
 for name in simd scalar; do
     gzip -9nc "$work/$name.wasm" | base64 | tr -d '\n' >"$work/$name.wasm.txt" || exit 1
 done
