@@ -8010,8 +8010,9 @@ static void envmapi_near_add(envmapi_window *w, const envmapi_near *s, int n, in
     int count = w->tied ? w->tied : envmapi_near_nodes(w->u, s, w, box, 0, texels);
     int lines = envmapi_near_nodes(w->v, s, w, box, 1, texels), y = w->v[0].texel;
     int full = (count > lines ? count : lines) + 22 > (int)s->room;
-    if (full && envmapi_axis_rim(&s->axis) > 0) w->rim[n] = 1; /* texels are too long for nodes */
-    if (!count || !lines || w->rim[n]) return;
+    int summed = full && envmapi_axis_rim(&s->axis) > 0; /* by itself: texels are too long */
+    if (summed) w->rim[n] = 1;
+    if (!count || !lines || summed) return;
     int padded = (count + 15) / 16 * 16;
     int line = level->mapping == ENVMAP_CUBE || level->mapping == ENVMAP_LATLONG;
     for (int j = 0; j < padded && !w->tied; ++j) {
