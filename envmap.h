@@ -4723,6 +4723,7 @@ typedef struct envmapi_transform {
     int strips, along, adjoint; /* strips: of a face's grid, one a task; solve along rows */
     envmapi_lights lights;      /* summed apart */
     float *out;                 /* a result's slice */
+    float *sums;                /* NULL, or what light 1 everywhere gives there */
     double norm;                /* what a light's k is divided by */
     int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
 } envmapi_transform;
@@ -5165,10 +5166,11 @@ static void envmapi_expand_texels(float *out, float *norm, const envmapi_transfo
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * from;
     if (t->positive) envmapi_rows_add(out, 0, 1, in, -2, NULL, 3 * (size_t)n);
     else envmapi_rows_add(out, 0, 1, in, -1, NULL, 3 * (size_t)n);
-    if (!t->lights.count) return;
+    if (!t->lights.count && !t->sums) return;
     for (int r = 0; r < in->rows; ++r) in->x[r] += 3 * width - 2 * from;
     envmapi_rows_add(norm, 0, 1, in, -1, NULL, (size_t)n);
-    for (int x = 0; x < n; x += ENVMAPI_CHUNK)
+    if (t->sums) memcpy(t->sums + (out - t->out) / 3, norm, (size_t)n * sizeof *norm);
+    for (int x = 0; x < n && t->lights.count; x += ENVMAPI_CHUNK)
         envmapi_add_lights(out + 3 * x, norm + x, t, face, from + x, y,
                            n - x < ENVMAPI_CHUNK ? n - x : ENVMAPI_CHUNK);
 }
@@ -6113,7 +6115,6 @@ typedef struct envmapi_axis {
     double ease;            /* nodes away from kinks, over what the definition takes */
     double least;           /* |k| below which a ring is passed by: 0 */
     double apart;           /* rings, eight of them in two texels: less at tight tolerances */
-    int touches;            /* they end where one touches a line through texel centres */
     envmapi_points *points; /* NULL, or where the definition's points go instead of being summed */
 } envmapi_axis;
 
@@ -6368,245 +6369,398 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
    The integral of k over the bilinear radiance in polar coordinates, where patches would be many:
    an axis' lobe has edges, or sees long and thin texels.
      in     an axis as >>axis has it      out    the same sums
-       rings about the axis: k is one number on each, L is cut where it leaves a cell of four
-       texel centres                                       _axis_ring, _axis_ring_at
-       their angles theta: panels end where a ring touches a line between cells, for there the
-       mean has a root                                     _axis_touches, _axis_polar
-       circles about the point where a rim's texels meet: they cross lines at cos phi or
-       sin phi = line / r, and a kink of k at sin^2(phi/2) = (sin^2(kink/2) - sin^2((rho-alpha)/2))
-       / (sin rho sin alpha)                               _disc_arc, _disc_half, _axis_disc
+   A chart is a disc, a lat-long, a face of a cube or of the octahedron. On a circle of angle rho
+   about its middle, u and v of a chart are at + grow R(rho) cos(phi - turn), of a lat-long phi
+   and rho themselves.
+       charts; R(rho)                                        _chart_of; _chart_radius
+       panels of rho end where circles touch a line through
+       texel centres, a side of the chart, a kink of k       _axis_circles, _chart_touches
+       arcs end at a chart's sides, and where a kink of k is at sin^2(phi/2) = (sin^2(kink/2) -
+       sin^2((rho - alpha)/2)) / (sin rho sin alpha)         _chart_circle, _chart_half
+       pieces of an arc end where it crosses lines           _chart_arc, _chart_cross
+       Gauss-Legendre of k times what four texels count      _chart_piece, _chart_add
    Source: ours.  Test: works_that_broke_hold, of tests/test_search.c. */
 
-/* How narrow texels are, over the mean, where the circle of angle theta about the axis comes
-   closest to a point at which all texels of a row or of a rim meet. */
-static double envmapi_axis_squeeze(const envmapi_axis *axis, double theta) {
-    int mapping = axis->level.mapping, poles = mapping == ENVMAP_LATLONG;
-    double x = poles ? fabs(axis->a[1]) : mapping == ENVMAP_SPHERE ? -axis->a[2] : axis->a[2];
-    double apart = fabs(envmapi_acos(x) - theta);
-    if (poles) apart = fmin(apart, fabs(ENVMAPI_PI - envmapi_acos(x) - theta));
-    else if (mapping != ENVMAP_SPHERE && mapping != ENVMAP_ANGULAR) return 1;
-    return apart < ENVMAPI_PI / 2 ? sin(apart) + 1e-9 : 1;
+typedef struct envmapi_chart {
+    envmapi_axis *axis;
+    int face, sides;
+    double t[3], b[3], e[3];           /* e: its middle; phi goes from t to b */
+    double side[4][3];                 /* along t, b and e: at least 0 times what lies in it */
+    double at[2], grow[2], turn[2][2]; /* in texels from the first one's centre; cosine and sine */
+    double share, whole_to, end;       /* whole_to: cosine to which k is in no tail; rad */
+    double alpha, phi, a[2];           /* of the axis: rho, phi, and the cosine and sine of this */
+    double finer, tail; /* pieces, at tighter tolerances; rad, from here on they grow */
+    int bell;           /* fewer nodes serve: GGX, whose pieces end where they grow, and Banks */
+    double rho, sine;   /* of a circle */
+    double base[2], wave[2][2]; /* its coordinates: base + wave . (cos phi, sin phi) */
+    double along, across;       /* its cosines to the axis: along cos(phi - axis' phi) + across */
+    double weight, pole;        /* pole: what the mean of a lat-long's first or last row counts */
+} envmapi_chart;
+
+/* R of a circle; where R is r. */
+static double envmapi_chart_radius(int mapping, double rho) {
+    if (mapping == ENVMAP_SPHERE) return sin(rho / 2);
+    if (mapping == ENVMAP_PARABOLOID) return tan(rho / 2);
+    return mapping == ENVMAP_CUBE || mapping == ENVMAP_OCTAHEDRAL ? tan(rho) : rho / ENVMAPI_PI;
 }
 
-/* A ring about the axis, of directions d. Which texel centres are around one: its cell. */
-typedef struct envmapi_circle {
-    double a[3], t[3], b[3], d[3]; /* a, t, b: the axis and its tangents, times cosine and sine */
-    double at[2];                  /* in texels, from the first one's centre */
-    int cell[5];                   /* 3, 4: of the other paraboloid, where both blend */
-} envmapi_circle;
+static double envmapi_chart_angle(int mapping, double r) {
+    if (mapping == ENVMAP_SPHERE) return r < 1 ? 2 * asin(r) : ENVMAPI_PI;
+    if (mapping == ENVMAP_PARABOLOID) return 2 * atan(r);
+    return mapping == ENVMAP_CUBE || mapping == ENVMAP_OCTAHEDRAL ? atan(r) : ENVMAPI_PI * r;
+}
 
-/* Goes to phi. 0: d is in another cell than before. */
-static int envmapi_circle_at(envmapi_circle *ring, const envmapi_level *level, double phi) {
-    double c = cos(phi), s = sin(phi), uv[2];
-    for (int j = 0; j < 3; ++j) ring->d[j] = ring->a[j] + c * ring->t[j] + s * ring->b[j];
-    int mapping = level->mapping, face = envmapi_face(mapping, ring->d), before[5];
-    memcpy(before, ring->cell, sizeof before);
-    for (int i = 0; i < (mapping == ENVMAP_PARABOLOID ? 2 : 1); ++i) {
-        envmapi_project(uv, mapping, i ? 1 - face : face, ring->d);
-        double r = i ? hypot(2 * uv[0] - 1, 2 * uv[1] - 1) : 1, edge = level->edge;
-        int apart = i && r - 1 > r / edge; /* nothing of the other */
-        double x = uv[0] * level->width - 0.5, y = uv[1] * edge - 0.5;
-        ring->cell[3 * i] = apart ? -1 : (int)floor(x);
-        ring->cell[3 * i + 1] = apart ? -1 : (int)floor(y);
-        if (!i) ring->at[0] = x, ring->at[1] = y;
+/* How many charts a map has. */
+static int envmapi_charts(int mapping) {
+    return mapping == ENVMAP_OCTAHEDRAL ? 8 : envmap_faces(mapping);
+}
+
+/* Coordinate i grows by `by` (along t and b) for each R. */
+static void envmapi_chart_grows(envmapi_chart *h, int i, double at, double by_t, double by_b) {
+    h->at[i] = at, h->grow[i] = hypot(by_t, by_b);
+    h->turn[i][0] = h->grow[i] > 0 ? by_t / h->grow[i] : 1;
+    h->turn[i][1] = h->grow[i] > 0 ? by_b / h->grow[i] : 0;
+}
+
+/* An octant of an octahedral map: its directions are d = s/3 + tan(rho) (cos phi t + sin phi b) /
+   sqrt 3 on the octahedron, s the octant's signs, and u and v are of these as >>directions says. */
+static void envmapi_chart_octant(envmapi_chart *h, int octant) {
+    double n = h->axis->level.edge, s[3], root = sqrt(1.0 / 3);
+    for (int c = 0; c < 3; ++c) s[c] = octant >> c & 1 ? 1 : -1, h->e[c] = root * s[c];
+    envmapi_tangents(h->t, h->b, h->e, NULL), h->sides = 3;
+    for (int c = 0; c < 3; ++c) {
+        h->side[c][0] = s[c] * h->t[c], h->side[c][1] = s[c] * h->b[c], h->side[c][2] = root;
     }
-    ring->cell[2] = face;
-    for (int j = 0; j < 3; ++j) ring->cell[2] = 2 * ring->cell[2] + (ring->d[j] > 0); /* folds */
-    return !memcmp(before, ring->cell, sizeof before);
-}
-
-/* Which part of the way from one place on a ring to the next lies before the first line through
-   texel centres; 0: another face, its fold or more than one line lies between. */
-static double envmapi_circle_before(const envmapi_circle *from, const envmapi_circle *to) {
-    double part = 1;
-    if (memcmp(from->cell + 2, to->cell + 2, 3 * sizeof *to->cell)) return 0;
-    for (int j = 0; j < 2; ++j) {
-        double line = to->at[j] > from->at[j] ? from->cell[j] + 1 : from->cell[j];
-        if (fabs((double)to->cell[j] - from->cell[j]) > 1) return 0;
-        if (to->cell[j] != from->cell[j])
-            part = fmin(part, (line - from->at[j]) / (to->at[j] - from->at[j]));
+    for (int i = 0; i < 2; ++i) { /* X and Y; below the horizon X is sign x (1 - |z|) */
+        int c = (s[1] > 0) == !i ? 0 : 2;
+        double sign = s[1] > 0 ? 1 : -s[0] * s[2];
+        double middle = s[1] > 0 ? s[2 * i] / 3 : s[2 * i] * 2 / 3;
+        envmapi_chart_grows(h, i, (0.5 + 0.5 * middle) * n - 0.5, 0.5 * n * sign * root * h->t[c],
+                            0.5 * n * sign * root * h->b[c]);
     }
-    return part;
 }
 
-/* How narrow texels are at d, over the mean: all of a row or of a rim meet in a point. Where
-   paraboloids blend, radiance is of the third degree: steps are shorter, where this shows. */
-static double envmapi_axis_narrow(const envmapi_axis *axis, const double d[3]) {
-    int mapping = axis->level.mapping;
-    double x = mapping == ENVMAP_LATLONG ? fabs(d[1]) : mapping == ENVMAP_SPHERE ? -d[2] : 0;
-    if (mapping == ENVMAP_ANGULAR) x = d[2];
-    if (mapping == ENVMAP_PARABOLOID && fabs(d[2]) * axis->level.edge < 1.5)
-        return axis->touches ? envmapi_clamp(axis->apart / 2, 0.25, 0.5) : 1;
-    return x > 0 ? fmax(sqrt(fmax(1 - x * x, 0)), axis->texel / 100) : 1;
-}
-
-/* Ends a step that begins and ends in one cell where it is farthest beyond one of its lines, by the
-   parabola through its middle; 1: it stays in the cell. Only an end that is `close` to
-   a line, in texels over half^2, may be followed by such a place. */
-static int envmapi_circle_stays(const envmapi_circle *ring, envmapi_circle *next,
-                                const envmapi_level *level, double close, double from, double *to) {
-    double half = (*to - from) / 2, least = 1;
-    for (int j = 0; j < 2; ++j) {
-        double low = fmin(ring->at[j], next->at[j]), high = fmax(ring->at[j], next->at[j]);
-        least = fmin(least, fmin(low - ring->cell[j], ring->cell[j] + 1 - high));
+/* Chart i of the axis' map. Returns rho of its farthest point. */
+static double envmapi_chart_of(envmapi_chart *h, int i) {
+    const envmapi_level *level = &h->axis->level;
+    int mapping = level->mapping;
+    double n = level->edge, middle[3];
+    h->face = i, h->sides = 0;
+    memset(h->t, 0, sizeof h->t), memset(h->b, 0, sizeof h->b), memset(h->e, 0, sizeof h->e);
+    h->t[0] = h->b[1] = 1;
+    if (mapping == ENVMAP_OCTAHEDRAL) {
+        h->face = 0, envmapi_chart_octant(h, i);
+        return atan(sqrt(2.0));
     }
-    if (least > close * half * half) return 1;
-    envmapi_circle middle = *ring, test = *ring;
-    int stays = envmapi_circle_at(&middle, level, from + half);
-    for (int j = 0; j < 2 && stays; ++j) {
-        double slope = (next->at[j] - ring->at[j]) / 2;
-        double bend = ring->at[j] - 2 * middle.at[j] + next->at[j];
-        if (!(fabs(slope) < fabs(bend))) continue;
-        test = *ring, stays = envmapi_circle_at(&test, level, from + half * (1 - slope / bend));
-        if (!stays) middle = test, half *= 1 - slope / bend;
+    envmapi_chart_grows(h, 0, (n - 1) / 2, n / 2, 0);
+    if (mapping == ENVMAP_LATLONG) {
+        h->e[1] = 1, h->t[0] = 0, h->t[2] = -1, h->b[1] = 0, h->b[0] = 1;
+        envmapi_chart_grows(h, 1, -0.5, n, 0);
+        return ENVMAPI_PI;
     }
-    if (!stays) *next = middle, *to = from + half;
-    return stays;
-}
-
-/* Adds the mean of the bilinear radiance on a ring, times k: n steps, more where texels are narrow,
-   and `least` at least, cut where they leave a cell, as the radiance has kinks there, and two nodes
-   of Gauss-Legendre on each part, h = its half. */
-static void envmapi_axis_ring(envmapi_axis *axis, envmapi_circle *ring, double n, double least,
-                              double k) {
-    const envmapi_level *level = &axis->level;
-    double from = 0, all = 2 * ENVMAPI_PI, to;
-    double bends = 2 * sqrt(envmapi_dot(ring->t, ring->t)) / axis->texel;
-    envmapi_circle_at(ring, level, 0);
-    while (from < all) {
-        envmapi_circle next = *ring, test;
-        double narrow = envmapi_axis_narrow(axis, ring->d);
-        double step = fmin(all / n * narrow, all / least);
-        int whole = envmapi_circle_at(&next, level, to = fmin(from + step, all));
-        if (whole && axis->touches)
-            whole = envmapi_circle_stays(ring, &next, level, bends / narrow, from, &to);
-        /* where paraboloids blend, the end of one's share may be all of a texel's light */
-        double close = step * axis->apart * fmin(axis->apart, 1) / 16;
-        if (ring->cell[3] + next.cell[3] > -2 && level->mapping == ENVMAP_PARABOLOID) close /= 16;
-        for (double low = from; !whole;) {
-            double part = envmapi_circle_before(ring, &next);
-            double cut = part > 0 ? from + part * (to - from) + close / 4 : (low + to) / 2;
-            if (to - (part > 0 ? cut : low) < (part > 0 ? close / 4 : close)) break;
-            test = *ring, whole = envmapi_circle_at(&test, level, cut);
-            if (part > 0 || !whole) to = cut, next = test;
-            else low = cut, whole = 0;
+    envmapi_chart_grows(h, 1, (n - 1) / 2, 0, mapping == ENVMAP_CUBE ? n / 2 : -n / 2);
+    if (mapping == ENVMAP_CUBE) {
+        for (int c = 0; c < 3; ++c)
+            h->t[c] = envmapi_cube[i][0][c], h->b[c] = envmapi_cube[i][1][c],
+            h->e[c] = envmapi_cube[i][2][c];
+        for (h->sides = 0; h->sides < 4; ++h->sides) {
+            double *side = h->side[h->sides];
+            side[0] = side[1] = 0, side[2] = sqrt(0.5);
+            side[h->sides / 2] = h->sides % 2 ? sqrt(0.5) : -sqrt(0.5);
         }
-        double h = (to - from) / 2, hh = h * h;
-        double most = 1 + hh / 3 + hh * hh * 7 / 54;
-        double part = sqrt(1.0 / 3) * (1 + hh / 9 + hh * hh / 90);
-        for (int j = -1; j < 2; j += 2) { /* cos, sin of h / sqrt 3 over those of h */
-            double d[3];
-            for (int c = 0; c < 3; ++c) {
-                double mean = (ring->d[c] + next.d[c]) / 2 - ring->a[c];
-                d[c] = ring->a[c] + most * mean + j * part * (next.d[c] - ring->d[c]) / 2;
-            }
-            envmapi_unit(d, d); /* z < -1 has no place on a sphere map */
-            envmapi_add_lookup(axis->light, level, d, k * h / (2 * ENVMAPI_PI));
-        }
-        *ring = next, from = to;
+        return atan(sqrt(2.0));
+    }
+    envmapi_direction(middle, mapping, i, 0.5, 0.5), h->e[2] = middle[2];
+    if (mapping != ENVMAP_PARABOLOID) return ENVMAPI_PI;
+    if (n > 1) return 2 * atan(n / (n - 1)); /* to the end of its share */
+    h->grow[0] = h->grow[1] = 0;             /* all is one texel */
+    return ENVMAPI_PI;
+}
+
+/* Nodes for a piece of this length over the lobe's scale; *parts of it have so many each. */
+static int envmapi_chart_nodes(int *parts, double length) {
+    *parts = length < 1e6 ? 1 + (int)(length / 0.9) : 1000000;
+    int nodes = (int)(2.5 + 5 * length / *parts);
+    return nodes < 6 ? nodes : 6;
+}
+
+/* Nodes crowd at both ends of a piece where there may be a root. Returns the slope. */
+static double envmapi_chart_grade(double *at) {
+    double t = *at;
+    *at = t * t * (3 - 2 * t);
+    return 6 * t * (1 - t);
+}
+
+/* The scale of k at an angle from the axis or beyond; a function's at least an eighth of what a
+   bell's tail needs, GGX's. */
+static double envmapi_chart_scale(const envmapi_axis *axis, double away) {
+    double scale = axis->sigma;
+    if (axis->lobe->kind == ENVMAP_LOBE_GGX) scale = fmax(scale, away / 2);
+    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION && !axis->kink_count)
+        scale /= 2; /* may have kinks anywhere */
+    if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale = fmax(scale, away / 24);
+    return fmin(scale, 1);
+}
+
+/* Adds what a cell counts of its texels: (x,y), its neighbours in x, in y, in both. As lookups do,
+   the row beyond a lat-long's pole is twice a row's mean less that row, the texel beyond a cube's
+   corner the mean of the other three. */
+static void envmapi_chart_add(envmapi_chart *h, int x, int y, double w[4]) {
+    const envmapi_level *level = &h->axis->level;
+    int n = level->edge, beyond = y < 0 ? 0 : 2;
+    if (level->mapping == ENVMAP_LATLONG && (y < 0 || y >= n - 1))
+        for (int i = 0; i < 2; ++i)
+            h->pole += 2 * w[beyond + i], w[2 - beyond + i] -= w[beyond + i], w[beyond + i] = 0;
+    if (level->mapping == ENVMAP_CUBE && (x < 0 || x >= n - 1) && (y < 0 || y >= n - 1)) {
+        int corner = (x < 0 ? 0 : 1) + beyond;
+        double third = w[corner] / 3;
+        for (int i = 0; i < 4; ++i) w[i] = i == corner ? 0 : w[i] + third;
+    }
+    for (int i = 0; i < 4; ++i)
+        if (!(w[i] >= 0 && w[i] <= 0))
+            envmapi_add_tap(h->axis->light, level, h->face, x + (i & 1), y + (i >> 1), w[i]);
+}
+
+/* Where coordinate i is at phi, whose cosine and sine these are. */
+static double envmapi_chart_place(const envmapi_chart *h, int i, double c, double s) {
+    if (h->axis->level.mapping == ENVMAP_LATLONG && !i)
+        return (atan2(s, c) / (2 * ENVMAPI_PI) + 0.5) * h->axis->level.width - 0.5;
+    return h->base[i] + h->wave[i][0] * c + h->wave[i][1] * s;
+}
+
+/* Adds a piece from e to f, unit vectors of phi. Nodes lie along t, the tangent of the angle from
+   its middle. What they count of their four texels is summed first. */
+static void envmapi_chart_piece(envmapi_chart *h, const double e[2], const double f[2]) {
+    envmapi_axis *axis = h->axis;
+    double cosine = e[0] * f[0] + e[1] * f[1], root = sqrt(2 + 2 * cosine);
+    double T = (e[0] * f[1] - e[1] * f[0]) / (1 + cosine), w[4] = {0, 0, 0, 0};
+    double m[2] = {(e[0] + f[0]) / root, (e[1] + f[1]) / root};
+    double look = fmax(e[0] * h->a[0] + e[1] * h->a[1], f[0] * h->a[0] + f[1] * h->a[1]);
+    double scale = envmapi_chart_scale(axis, sqrt(fmax(2 - 2 * (h->along * look + h->across), 0)));
+    double at_x = envmapi_chart_place(h, 0, m[0], m[1]), x = floor(at_x);
+    double y = floor(envmapi_chart_place(h, 1, m[0], m[1]));
+    int parts, nodes = envmapi_chart_nodes(&parts, h->finer * 2 * T * fmax(h->sine / scale, 1));
+    int roots = envmapi_lobe_root(axis->lobe), round = axis->level.mapping == ENVMAP_LATLONG;
+    double weight = h->weight * T / parts;
+    for (int i = 0; i < parts * nodes && T > 0; ++i) {
+        const double *g = axis->gauss[nodes][i % nodes];
+        double at = (i / nodes + (1 + g[0]) / 2) / parts;
+        double slope = roots ? envmapi_chart_grade(&at) : 1;
+        double t = T * (2 * at - 1), unit = 1 / sqrt(1 + t * t);
+        double c = (m[0] - t * m[1]) * unit, s = (m[1] + t * m[0]) * unit;
+        double dot = h->along * (c * h->a[0] + s * h->a[1]) + h->across;
+        double k = envmapi_k(axis->lobe, dot, axis->p);
+        if (fabs(k) < axis->least) continue;
+        k *= envmapi_axis_fade(axis, dot, h->whole_to) * weight * slope * g[1] * unit * unit;
+        double fx = h->base[0] + h->wave[0][0] * c + h->wave[0][1] * s;
+        double fy = h->base[1] + h->wave[1][0] * c + h->wave[1][1] * s;
+        if (round) fx = at_x + atan(t) / (2 * ENVMAPI_PI) * axis->level.width;
+        fx = envmapi_clamp(fx - x, 0, 1), fy = envmapi_clamp(fy - y, 0, 1);
+        w[0] += (1 - fx) * (1 - fy) * k, w[1] += fx * (1 - fy) * k;
+        w[2] += (1 - fx) * fy * k, w[3] += fx * fy * k, axis->sum[3] += k;
+    }
+    envmapi_chart_add(h, (int)x, (int)y, w);
+}
+
+/* The next line through texel centres that an arc crosses, and where. */
+typedef struct envmapi_crossing {
+    double line, at[2];
+    int falls, is; /* the coordinate falls along the arc; there is one */
+} envmapi_crossing;
+
+static void envmapi_chart_cross(envmapi_crossing *next, const envmapi_chart *h, int i) {
+    double R = hypot(h->wave[i][0], h->wave[i][1]);
+    next->is = 0;
+    if (h->axis->level.mapping == ENVMAP_LATLONG) {
+        double phi = 2 * ENVMAPI_PI * ((next->line + 0.5) / h->axis->level.width - 0.5);
+        next->at[0] = cos(phi), next->at[1] = sin(phi), next->is = !i;
+        return;
+    }
+    for (int turns = 0; turns < 2 && !next->is; ++turns) {
+        double c = R > 0 ? (next->line - h->base[i]) / R : 2;
+        next->is = fabs(c) < 1;
+        double s = (next->falls ? 1 : -1) * sqrt(fmax(1 - c * c, 0));
+        next->at[0] = c * h->turn[i][0] - s * h->turn[i][1];
+        next->at[1] = c * h->turn[i][1] + s * h->turn[i][0];
+        if (!next->is) next->falls = !next->falls, next->line += next->falls ? -1 : 1;
     }
 }
 
-/* Breaks where rings touch a circle of angle psi about an axis e. */
-static void envmapi_axis_touch(envmapi_quadrature *q, const envmapi_axis *axis, int e, double psi) {
-    double beta = envmapi_acos(axis->a[e]);
-    envmapi_quadrature_break(q, fabs(psi - beta));
-    envmapi_quadrature_break(q, fmin(psi + beta, 2 * ENVMAPI_PI - psi - beta));
+/* Grows with the angle from e to f; what rounding takes behind e is at e. */
+static double envmapi_chart_ahead(const double e[2], const double f[2]) {
+    double c = e[0] * f[0] + e[1] * f[1], s = e[0] * f[1] - e[1] * f[0];
+    if (c > 0 && s < 0 && s > -1e-7) return 0;
+    return s >= 0 ? 1 - c : 3 + c;
 }
 
-/* Breaks where rings touch a line across a face: where u (i 0) or v (1) is `at`, and the other has
-   its least or greatest angle to the axis. A parabola through three of 24 points finds it. Lines go
-   on a little beyond a face, as paraboloids do. */
-static void envmapi_axis_touch_line(envmapi_quadrature *q, const envmapi_axis *axis, int face,
-                                    int i, double at) {
-    double x[3] = {0, 0, 0}, uv[2], d[3], least = cos(q->breaks[q->count - 1]) - 0.02;
-    int sphere = axis->level.mapping == ENVMAP_SPHERE; /* by angles: at a rim x has a root */
-    double rim = sphere ? sqrt(at * (1 - at)) : 0;
-    for (int j = 0; j <= (sphere ? 22 : 24); ++j) {
-        x[0] = x[1], x[1] = x[2], uv[i] = at, uv[1 - i] = (j - 2) / 20.0;
-        if (sphere) uv[1 - i] = 0.5 - rim * cos(ENVMAPI_PI * uv[1 - i]);
-        envmapi_direction(d, axis->level.mapping, face, uv[0], uv[1]);
-        x[2] = envmapi_dot(axis->a, d);
-        if (j < (sphere ? 4 : 2) || (x[1] - x[0]) * (x[1] - x[2]) <= 0 || x[1] < least) continue;
-        double middle = (j - 3) / 20.0, h = 1 / 20.0, y[3] = {x[0], x[1], x[2]};
-        for (int step = 0; step < 4; ++step, h /= 8) {
-            middle += envmapi_clamp((y[0] - y[2]) / (y[0] - 2 * y[1] + y[2]) / 2, -1, 1) * h;
-            for (int k = 0; k < 3; ++k) {
-                uv[1 - i] = middle + (k - 1) * h / 8;
-                if (sphere) uv[1 - i] = 0.5 - rim * cos(ENVMAPI_PI * uv[1 - i]);
-                envmapi_direction(d, axis->level.mapping, face, uv[0], uv[1]);
-                y[k] = envmapi_dot(axis->a, d);
-            }
-        }
-        envmapi_quadrature_break(q, envmapi_acos(y[1]));
-    }
-}
-
-/* The same on an octahedral map, where a line is an arc of a great circle between two folds: where
-   rings touch it, and where they meet its ends. */
-static void envmapi_axis_touch_arcs(envmapi_quadrature *q, const envmapi_axis *axis, int i,
-                                    double at) {
-    double uv[2], d[3], last[3] = {0, 0, 0}, n[3], e[3], f[3], horizon = 0.5 - fabs(at - 0.5);
-    for (int j = -2; j < 3; ++j) { /* an edge, the horizon, a fold, the horizon, an edge */
-        uv[i] = at, uv[1 - i] = 0.5 + (j % 2 ? j * horizon : 0.25 * j);
-        envmapi_direction(d, ENVMAP_OCTAHEDRAL, 0, uv[0], uv[1]);
-        envmapi_quadrature_break(q, envmapi_angle(axis->a, d));
-        envmapi_cross(n, last, d), envmapi_cross(e, n, last), envmapi_cross(f, d, n);
-        double square = envmapi_dot(n, n), sine = envmapi_dot(axis->a, n) / sqrt(square);
-        if (square > 0 && envmapi_dot(e, axis->a) > 0 && envmapi_dot(f, axis->a) > 0)
-            envmapi_quadrature_break(q, asin(fmin(fabs(sine), 1)));
-        memcpy(last, d, sizeof last);
-    }
-}
-
-/* Breaks where the mean on a ring has a root or worse: where the ring touches a line through texel
-   centres, a face's edge or a fold, the paraboloids' blend, or meets a pole. */
-static void envmapi_axis_touches(envmapi_quadrature *q, const envmapi_axis *axis) {
-    const envmapi_level *level = &axis->level;
-    int mapping = level->mapping, octa = mapping == ENVMAP_OCTAHEDRAL;
-    int e = mapping == ENVMAP_LATLONG || octa;
-    double blend = 2 * atan(1 - 1.0 / level->edge);
-    if (mapping == ENVMAP_PARABOLOID) {
-        envmapi_axis_touch(q, axis, 2, blend);
-        envmapi_axis_touch(q, axis, 2, ENVMAPI_PI - blend);
-    }
-    if (mapping == ENVMAP_PARABOLOID || octa) envmapi_axis_touch(q, axis, 2 - e, ENVMAPI_PI / 2);
-    else if (mapping != ENVMAP_CUBE)
-        for (int i = 0; i < 2; ++i) envmapi_axis_touch(q, axis, 2 - e, i * ENVMAPI_PI);
-    for (int face = 0; face < envmap_faces(mapping); ++face)
+/* Adds the arc between two phi. */
+static void envmapi_chart_arc(envmapi_chart *h, double from, double to) {
+    int parts = 1 + (int)((to - from) / (ENVMAPI_PI / 2));
+    for (int part = 0; part < parts; ++part) {
+        double start = from + part * (to - from) / parts, stop = start + (to - from) / parts;
+        double e[2] = {cos(start), sin(start)}, last[2] = {cos(stop), sin(stop)};
+        envmapi_crossing next[2];
         for (int i = 0; i < 2; ++i) {
-            int size = i ? level->edge : level->width;
-            for (int k = -1; k <= size + octa; ++k) {
-                double at = k > size ? 0.5 : envmapi_clamp((k + 0.5) / size, 0, 1);
-                if (octa) envmapi_axis_touch_arcs(q, axis, i, at);
-                else envmapi_axis_touch_line(q, axis, face, i, at);
-            }
+            double place = envmapi_chart_place(h, i, e[0], e[1]);
+            next[i].falls = h->turn[i][0] * e[1] - h->turn[i][1] * e[0] >= 0;
+            if (h->axis->level.mapping == ENVMAP_LATLONG) next[i].falls = 0;
+            next[i].line = next[i].falls ? ceil(place) - 1 : floor(place) + 1;
+            envmapi_chart_cross(next + i, h, i);
         }
+        for (int more = 1; more;) {
+            double least = envmapi_chart_ahead(e, last);
+            envmapi_crossing *first = NULL;
+            for (int i = 0; i < 2; ++i) {
+                double ahead = next[i].is ? envmapi_chart_ahead(e, next[i].at) : 4;
+                if (ahead < least) least = ahead, first = next + i;
+            }
+            envmapi_chart_piece(h, e, first ? first->at : last);
+            more = first != NULL;
+            if (!more) break;
+            memcpy(e, first->at, sizeof e), first->line += first->falls ? -1 : 1;
+            envmapi_chart_cross(first, h, (int)(first - next));
+        }
+    }
 }
 
-/* Adds the ring at an angle. */
-static void envmapi_axis_ring_at(envmapi_axis *axis, double share, double reach, double theta,
-                                 double weight, const double t[3], const double b[3]) {
-    double k = envmapi_k(axis->lobe, cos(theta), axis->p);
-    if (fabs(k) < axis->least) return;
-    k *= weight * sin(theta);
-    if (axis->to > reach) k *= 1 - envmapi_smooth_step(theta, reach / 2, reach);
-    /* what a step misses falls as its power 4, but in a blend and of Banks' sharp edges; where u
-       and v bend most, 2.5 times the steps of an octahedral map are needed */
-    int mapping = axis->level.mapping, octa = mapping == ENVMAP_OCTAHEDRAL;
-    int blend = mapping == ENVMAP_PARABOLOID || axis->lobe->kind == ENVMAP_LOBE_BANKS;
-    double bends = octa ? 1 : mapping == ENVMAP_CUBE ? 2.5 : 1.5;
-    double finer = blend ? 1 / sqrt(axis->apart) : bends * pow(axis->apart, -0.75);
-    double texels = 2 * ENVMAPI_PI * sin(theta) / fmin(axis->texel, blend ? 0.1 : 0.25) * finer;
-    envmapi_circle ring = {{0}, {0}, {0}, {0}, {0}, {0}};
-    for (int j = 0; j < 3; ++j) {
-        ring.a[j] = cos(theta) * axis->a[j];
-        ring.t[j] = sin(theta) * t[j], ring.b[j] = sin(theta) * b[j];
+/* Half of what a circle has of phi within an angle of the axis; -1: nothing. */
+static double envmapi_chart_half(const envmapi_chart *h, double angle) {
+    double apart = sin((h->rho - h->alpha) / 2), s = sin(angle / 2);
+    double square = (s - apart) * (s + apart) / fmax(h->along, 1e-300);
+    return square < 0 ? -1 : 2 * asin(sqrt(fmin(square, 1)));
+}
+
+static void envmapi_chart_break(envmapi_quadrature *q, double phi) {
+    envmapi_quadrature_break(q, phi), envmapi_quadrature_break(q, -phi);
+}
+
+/* Adds the circle at rho. */
+static void envmapi_chart_circle(envmapi_chart *h, double rho, double weight) {
+    const envmapi_axis *axis = h->axis;
+    envmapi_quadrature q;
+    double cosine = cos(rho), R = envmapi_chart_radius(axis->level.mapping, rho);
+    int round = axis->level.mapping == ENVMAP_LATLONG;
+    h->rho = rho, h->sine = sin(rho), h->weight = weight * h->share * h->sine, h->pole = 0;
+    if (axis->level.mapping == ENVMAP_PARABOLOID)
+        h->weight *= envmapi_paraboloid_share(R, axis->level.edge);
+    for (int i = 0; i < 2; ++i) {
+        h->base[i] = h->at[i] + (round ? h->grow[i] * R : 0);
+        for (int k = 0; k < 2; ++k) h->wave[i][k] = round ? 0 : h->grow[i] * R * h->turn[i][k];
     }
-    k *= 2 * ENVMAPI_PI * share, axis->sum[3] += k;
-    double least = (octa ? 16 : 9) / sqrt(axis->apart);
-    if (!octa) least = fmax(least, blend ? 32 : 16);
-    envmapi_axis_ring(axis, &ring, texels, least, k);
+    h->along = h->sine * sin(h->alpha), h->across = cosine * cos(h->alpha);
+    q.count = 2, q.breaks[1] = envmapi_chart_half(h, h->end), q.breaks[0] = -q.breaks[1];
+    if (!(q.breaks[1] > 0)) return;
+    envmapi_quadrature_break(&q, 0);
+    for (int i = 0; i < axis->kink_count; ++i)
+        envmapi_chart_break(&q, envmapi_chart_half(h, axis->kinks[i]));
+    for (double away = h->tail; away < h->end; away *= 3)
+        envmapi_chart_break(&q, envmapi_chart_half(h, away));
+    for (int i = 0; i < h->sides; ++i) {
+        const double *side = h->side[i];
+        double x = -cosine * side[2] / (h->sine * hypot(side[0], side[1]));
+        if (!(x > -1)) continue;
+        double middle = atan2(side[1], side[0]) - h->phi, wide = acos(fmin(x, 1));
+        envmapi_quadrature_break(&q, remainder(middle - wide, 2 * ENVMAPI_PI));
+        envmapi_quadrature_break(&q, remainder(middle + wide, 2 * ENVMAPI_PI));
+    }
+    for (int i = 1; i < q.count; ++i) {
+        double middle = h->phi + (q.breaks[i - 1] + q.breaks[i]) / 2, least = 1;
+        for (int k = 0; k < h->sides; ++k)
+            least = fmin(least, cosine * h->side[k][2] + h->sine * (h->side[k][0] * cos(middle) +
+                                                                    h->side[k][1] * sin(middle)));
+        if (least > 0) envmapi_chart_arc(h, h->phi + q.breaks[i - 1], h->phi + q.breaks[i]);
+    }
+    if (!(h->pole >= 0 && h->pole <= 0))
+        for (int x = 0; x < axis->level.width; ++x)
+            envmapi_add_tap(axis->light, &axis->level, 0, x, rho < 1.6 ? 0 : axis->level.edge - 1,
+                            h->pole / axis->level.width);
+}
+
+/* The next rho beyond `rho` at which a circle touches a line through texel centres, or goes through
+   the point where one crosses a side. */
+static double envmapi_chart_touches(const envmapi_chart *h, double rho) {
+    int mapping = h->axis->level.mapping, round = mapping == ENVMAP_LATLONG;
+    double R = envmapi_chart_radius(mapping, rho), least = HUGE_VAL, n = h->axis->level.edge;
+    if (h->sides) { /* `at` texels from its middle */
+        int cube = mapping == ENVMAP_CUBE, odd = h->axis->level.edge % 2;
+        double middle = cube ? 1 : 0.5, long2 = (cube ? 4 : 6) / (n * n),
+               half = cube == !odd ? 0.5 : 0;
+        double at = sqrt(fmax(R * R - middle, 0) / long2) + 1e-9;
+        at = R * R < 0.999999 * middle ? half : floor(at - half) + 1 + half;
+        least = sqrt(middle + long2 * at * at);
+    }
+    for (int i = round; i < 2; ++i)
+        for (int sign = round ? 1 : -1; sign < 2; sign += 2) {
+            double line = floor(sign * h->at[i] + h->grow[i] * R + 1e-9) + 1;
+            if (h->grow[i] > 0) least = fmin(least, (line - sign * h->at[i]) / h->grow[i]);
+        }
+    return envmapi_chart_angle(mapping, least);
+}
+
+/* The integral over a chart that ends at rho = most. Panels end where a circle touches
+   a line, a kink or a side: there is a root of power 3/2, 1/2 at a side. */
+static void envmapi_chart_sum(envmapi_chart *h, double most) {
+    const envmapi_axis *axis = h->axis;
+    double a[3], end = h->end, side = 4, n = axis->level.edge;
+    envmapi_quadrature q;
+    for (int c = 0; c < 3; ++c) a[c] = envmapi_dot(axis->a, c == 0 ? h->t : c == 1 ? h->b : h->e);
+    for (int i = 0; i < h->sides && end < ENVMAPI_PI / 2; ++i)
+        if (envmapi_dot(a, h->side[i]) < -sin(end)) return;
+    h->alpha = atan2(hypot(a[0], a[1]), a[2]), h->phi = atan2(a[1], a[0]);
+    h->a[0] = cos(h->phi), h->a[1] = sin(h->phi);
+    q.count = 2, q.breaks[0] = fmax(h->alpha - end, 0), q.breaks[1] = fmin(h->alpha + end, most);
+    if (!(q.breaks[0] < q.breaks[1])) return;
+    envmapi_quadrature_break(&q, h->alpha), envmapi_quadrature_break(&q, end - h->alpha);
+    envmapi_quadrature_break(&q, 2 * ENVMAPI_PI - end - h->alpha);
+    for (double away = h->tail; away < end; away *= 3)
+        envmapi_quadrature_break(&q, h->alpha - away),
+            envmapi_quadrature_break(&q, h->alpha + away);
+    for (int i = 0; i < axis->kink_count; ++i) {
+        envmapi_quadrature_break(&q, fabs(h->alpha - axis->kinks[i]));
+        envmapi_quadrature_break(
+            &q, fmin(h->alpha + axis->kinks[i], 2 * ENVMAPI_PI - h->alpha - axis->kinks[i]));
+    }
+    if (axis->level.mapping == ENVMAP_PARABOLOID) { /* where the faces blend */
+        if (n > 1) envmapi_quadrature_break(&q, 2 * atan(1 - 1 / n));
+        envmapi_quadrature_break(&q, ENVMAPI_PI / 2);
+    }
+    if (h->sides) envmapi_quadrature_break(&q, side = asin(h->side[0][2]));
+    double from = q.breaks[0], to;
+    for (int i = 1; i < q.count; from = to) {
+        to = envmapi_chart_touches(h, from);
+        if (!(to > from && to < q.breaks[i])) to = q.breaks[i++];
+        double away = fmax(fmax(from - h->alpha, h->alpha - to), 0);
+        double length = h->finer * (to - from) / envmapi_chart_scale(axis, away);
+        double least = (axis->kink_count ? 2 : away > 6 * axis->sigma ? 0 : 0.25) / axis->apart;
+        if (h->bell) least /= 2; /* kinks cross lines inside */
+        int parts, nodes = envmapi_chart_nodes(&parts, fmax(length, least));
+        int roots = from > side - 1e-9 || envmapi_lobe_root(axis->lobe);
+        for (int k = 0; k < parts * nodes; ++k) {
+            const double *g = axis->gauss[nodes][k % nodes];
+            double at = (k / nodes + (1 + g[0]) / 2) / parts;
+            double slope = roots ? envmapi_chart_grade(&at) : 1;
+            envmapi_chart_circle(h, from + (to - from) * at,
+                                 (to - from) / parts * slope * g[1] / 2);
+        }
+    }
+}
+
+/* The integral of the bilinear radiance. */
+static void envmapi_axis_circles(envmapi_axis *axis, double share, double reach) {
+    envmapi_chart h;
+    memset(&h, 0, sizeof h);
+    h.axis = axis, h.share = share, h.end = fmin(reach, axis->sight);
+    h.whole_to = axis->to > reach ? cos(reach / 2) : -2;
+    h.bell = axis->lobe->kind == ENVMAP_LOBE_GGX || axis->lobe->kind == ENVMAP_LOBE_BANKS;
+    h.finer = envmapi_lobe_root(axis->lobe) ? 2.5 : h.bell ? 0.25 : 0.4;
+    h.finer *= pow(axis->apart, -0.8);
+    h.tail = axis->lobe->kind == ENVMAP_LOBE_GGX        ? axis->sigma
+             : axis->lobe->kind >= ENVMAP_LOBE_FUNCTION ? 12 * axis->sigma
+                                                        : h.end;
+    for (int i = 0; i < envmapi_charts(axis->level.mapping); ++i) {
+        double most = envmapi_chart_of(&h, i);
+        envmapi_chart_sum(&h, most);
+    }
 }
 
 /* About the point where all of a sphere or angular map's rim's texels meet: how far they are too
@@ -6617,234 +6771,11 @@ static double envmapi_axis_rim(const envmapi_axis *axis) {
     return mapping == ENVMAP_SPHERE ? 0.5 : mapping == ENVMAP_ANGULAR ? 2 * axis->texel : 0;
 }
 
-/* The angle from there to an axis a; are there such texels within R of it? */
-static double envmapi_axis_from_rim(const envmapi_axis *axis, const double a[3]) {
-    return envmapi_acos(axis->level.mapping == ENVMAP_SPHERE ? -a[2] : a[2]);
-}
-
+/* Are there such texels within R of an axis a? */
 static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], double R) {
     double rim = envmapi_axis_rim(axis);
-    return rim > 0 && envmapi_axis_from_rim(axis, a) < fmin(R + rim, ENVMAPI_PI);
-}
-
-/* The integral of the bilinear radiance against Banks' lobes or others with kinks, whose edges are
-   circles about a: rings. The mean on a ring has a root where a line through texel centres touches
-   it, so what rings miss falls as the power 5/2 of their distance. Below 1e-4, and on coarse
-   paraboloids, panels end at such roots; then it falls as the power 4. Else they end at the ring
-   through the point where a rim's texels meet, on which the mean changes most, and half a texel
-   before and behind. Of an octahedral map all roots are known, and nodes lie along t, the angle
-   being t^2 (3 - 2t): of t there is no root.
-   Test: works_that_broke_hold, of tests/test_search.c. */
-static void envmapi_axis_polar(envmapi_axis *axis, double share, double reach) {
-    int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS, touches = axis->touches, kept = 1;
-    int octa = axis->level.mapping == ENVMAP_OCTAHEDRAL; /* all are known there */
-    int roots = touches && (octa || envmapi_lobe_root(axis->lobe));
-    /* rings through a texel's centre, where four cells meet, have a kink of second order there */
-    double wide = fmin(axis->texel, 0.3) * pow(axis->apart, touches && !banks && !octa ? 1 : 0.75);
-    double t[3], b[3];
-    if (banks || touches)
-        wide *= !touches ? 0.4 : axis->lobe->kind >= ENVMAP_LOBE_BANKS ? 0.6 : 0.9;
-    else wide = fmin(2 * axis->texel, 0.25) * axis->apart;
-    if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) wide = fmin(wide, axis->sigma);
-    envmapi_quadrature q =
-        envmapi_quadrature_of(axis->lobe, axis->p, 0, fmin(reach, axis->sight), 1);
-    envmapi_tangents(t, b, axis->a, NULL);
-    for (int i = 1; i < q.count; ++i) /* a function's panels halve to 1e-6 */
-        if (q.breaks[i] > axis->sigma / 32 || i + 1 == q.count) q.breaks[kept++] = q.breaks[i];
-    if (q.count) q.count = kept;
-    if (touches && q.count) envmapi_axis_touches(&q, axis);
-    else if (q.count && axis->level.mapping == ENVMAP_LATLONG)
-        for (int i = 0; i < 2; ++i) envmapi_axis_touch(&q, axis, 1, i * ENVMAPI_PI);
-    for (int i = -1; i < 2 && q.count && !touches && envmapi_axis_rim(axis) > 0; ++i)
-        envmapi_quadrature_break(&q, envmapi_axis_from_rim(axis, axis->a) + i * axis->texel / 2);
-    for (int i = 0; i + 1 < q.count; ++i) {
-        double from = q.breaks[i], piece = q.breaks[i + 1] - from;
-        double squeeze = fmin(envmapi_axis_squeeze(axis, from), /* texels are narrow, too */
-                              envmapi_axis_squeeze(axis, from + piece));
-        int pieces = (int)ceil(piece / (wide * (banks || touches ? fmax(squeeze, 0.25) : 1)));
-        for (int j = 0; j < 6 * pieces; ++j) {
-            const double *g = axis->gauss[6][j % 6];
-            double at = (j / 6 + (1 + g[0]) / 2) / pieces, slope = roots ? 6 * at * (1 - at) : 1;
-            double theta = from + piece * (roots ? at * at * (3 - 2 * at) : at);
-            double weight = piece / pieces * slope * g[1] / 2;
-            envmapi_axis_ring_at(axis, share, reach, theta, weight, t, b);
-        }
-    }
-}
-
-/* Sphere and angular maps in polar coordinates rho, phi about the point where a rim's texels meet.
-   A circle of radius r on the disc crosses lines through texel centres at cos phi or sin phi =
-   line / r. Between two of them radiance is smooth, however long and thin the texels are. */
-typedef struct envmapi_disc {
-    envmapi_axis *axis;
-    double share, whole_to, end; /* cosine to which k is in no tail; rad */
-    double alpha, phi, a[2];     /* of the axis: rho, phi, and the cosine and sine of this */
-    double finer;                /* pieces, at tighter tolerances */
-    double tail;                 /* rad; from here on pieces grow with their distance */
-    double rho, sine, r;         /* of a circle; r: on the disc */
-    double along, across;        /* its cosines to the axis: along cos(phi - axis' phi) + across */
-    double weight;
-} envmapi_disc;
-
-/* Nodes for a piece of this length over the lobe's scale; *parts of it have so many each. */
-static int envmapi_disc_nodes(int *parts, double length) {
-    *parts = length < 1e6 ? 1 + (int)(length / 0.9) : 1000000;
-    int nodes = (int)(2.5 + 5 * length / *parts);
-    return nodes < 6 ? nodes : 6;
-}
-
-/* Nodes crowd at both ends of a piece that may end at x^N's root. Returns the slope. */
-static double envmapi_disc_grade(double *at, const envmapi_axis *axis) {
-    double t = *at;
-    if (!envmapi_lobe_root(axis->lobe)) return 1;
-    *at = t * t * (3 - 2 * t);
-    return 6 * t * (1 - t);
-}
-
-/* The scale of k at an angle from the axis or beyond; a function's at least an eighth of what a
-   bell's tail needs, GGX's. */
-static double envmapi_disc_scale(const envmapi_axis *axis, double away) {
-    double scale = axis->sigma;
-    if (axis->lobe->kind == ENVMAP_LOBE_GGX) scale = fmax(scale, away / 2);
-    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION && !axis->kink_count)
-        scale /= 2; /* may have kinks anywhere */
-    if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale = fmax(scale, away / 24);
-    return fmin(scale, 1);
-}
-
-/* Adds a piece from e to f, unit vectors. Nodes lie along t, the tangent of the angle from its
-   middle. What they count of their four texels is summed first. */
-static void envmapi_disc_piece(const envmapi_disc *h, const double e[2], const double f[2]) {
-    envmapi_axis *axis = h->axis;
-    double n = axis->level.edge, cosine = e[0] * f[0] + e[1] * f[1], root = sqrt(2 + 2 * cosine);
-    double T = (e[0] * f[1] - e[1] * f[0]) / (1 + cosine), w[4] = {0, 0, 0, 0};
-    double m[2] = {(e[0] + f[0]) / root, (e[1] + f[1]) / root};
-    double look = fmax(e[0] * h->a[0] + e[1] * h->a[1], f[0] * h->a[0] + f[1] * h->a[1]);
-    double scale = envmapi_disc_scale(axis, sqrt(fmax(2 - 2 * (h->along * look + h->across), 0)));
-    int x = (int)floor((0.5 + 0.5 * h->r * m[0]) * n - 0.5), parts;
-    int y = (int)floor((0.5 - 0.5 * h->r * m[1]) * n - 0.5);
-    int nodes = envmapi_disc_nodes(&parts, h->finer * 2 * T * fmax(h->sine / scale, 1));
-    double weight = h->weight * T / parts;
-    for (int i = 0; i < parts * nodes && T > 0; ++i) {
-        const double *g = axis->gauss[nodes][i % nodes];
-        double at = (i / nodes + (1 + g[0]) / 2) / parts, slope = envmapi_disc_grade(&at, axis);
-        double t = T * (2 * at - 1), unit = 1 / sqrt(1 + t * t);
-        double c = (m[0] - t * m[1]) * unit, s = (m[1] + t * m[0]) * unit;
-        double dot = h->along * (c * h->a[0] + s * h->a[1]) + h->across;
-        double k = envmapi_k(axis->lobe, dot, axis->p);
-        if (fabs(k) < axis->least) continue;
-        k *= envmapi_axis_fade(axis, dot, h->whole_to) * weight * slope * g[1] * unit * unit;
-        double fx = envmapi_clamp((0.5 + 0.5 * h->r * c) * n - 0.5 - x, 0, 1);
-        double fy = envmapi_clamp((0.5 - 0.5 * h->r * s) * n - 0.5 - y, 0, 1);
-        w[0] += (1 - fx) * (1 - fy) * k, w[1] += fx * (1 - fy) * k;
-        w[2] += (1 - fx) * fy * k, w[3] += fx * fy * k, axis->sum[3] += k;
-    }
-    for (int i = 0; i < 4; ++i)
-        if (!(w[i] >= 0 && w[i] <= 0))
-            envmapi_add_tap(axis->light, &axis->level, 0, x + (i & 1), y + (i >> 1), w[i]);
-}
-
-/* Adds the arc between two phi, quadrant by quadrant, each turned to the first: there the next line
-   is one below e[0] r or one above e[1] r. */
-static void envmapi_disc_arc(const envmapi_disc *h, double from, double to) {
-    double n = h->axis->level.edge, q = ENVMAPI_PI / 2;
-    while (from < to) {
-        double turn = floor(from / q + 1e-12), end = fmin(to, (turn + 1) * q);
-        double e[2] = {cos(from - turn * q), sin(from - turn * q)}, s, c;
-        double last[2] = {cos(end - turn * q), sin(end - turn * q)}, next[2], ends[2][2];
-        double back[2] = {floor(cos(turn * q) + 0.5), floor(sin(turn * q) + 0.5)};
-        double i = ceil((h->r * e[0] * n + n - 1) / 2) - 1;
-        double j = floor((h->r * e[1] * n + n - 1) / 2) + 1;
-        for (int lines = 1; lines; memcpy(e, next, sizeof e)) {
-            lines = 0, memcpy(next, last, sizeof next);
-            c = (2 * i + 1 - n) / (n * h->r), s = sqrt(fmax(1 - c * c, 0));
-            if (c > 0 && s < next[1]) next[0] = c, next[1] = s, lines = 1;
-            s = (2 * j + 1 - n) / (n * h->r);
-            if (s < next[1]) next[0] = sqrt(1 - s * s), next[1] = s, lines = 2;
-            if (lines == 1) --i;
-            if (lines == 2) ++j;
-            for (int k = 0; k < 2; ++k) {
-                const double *at = k ? next : e;
-                ends[k][0] = back[0] * at[0] - back[1] * at[1];
-                ends[k][1] = back[1] * at[0] + back[0] * at[1];
-            }
-            envmapi_disc_piece(h, ends[0], ends[1]);
-        }
-        from = end;
-    }
-}
-
-/* Half of what a circle has of phi within an angle of the axis; -1: nothing. */
-static double envmapi_disc_half(const envmapi_disc *h, double angle) {
-    double apart = sin((h->rho - h->alpha) / 2), s = sin(angle / 2);
-    double square = (s - apart) * (s + apart) / fmax(h->along, 1e-300);
-    return square < 0 ? -1 : 2 * asin(sqrt(fmin(square, 1)));
-}
-
-/* Adds the circle at rho. */
-static void envmapi_disc_circle(envmapi_disc *h, double rho, double weight) {
-    const envmapi_axis *axis = h->axis;
-    envmapi_quadrature q;
-    h->rho = rho, h->sine = sin(rho), h->weight = weight * h->share * h->sine;
-    h->r = axis->level.mapping == ENVMAP_SPHERE ? cos(rho / 2) : 1 - rho / ENVMAPI_PI;
-    h->along = h->sine * sin(h->alpha), h->across = cos(rho) * cos(h->alpha);
-    q.count = 2, q.breaks[0] = 0, q.breaks[1] = envmapi_disc_half(h, h->end);
-    for (int i = 0; i < axis->kink_count && q.breaks[1] > 0; ++i)
-        envmapi_quadrature_break(&q, envmapi_disc_half(h, axis->kinks[i]));
-    for (double away = h->tail; away < h->end && q.breaks[1] > 0; away *= 2)
-        envmapi_quadrature_break(&q, envmapi_disc_half(h, away));
-    for (int i = q.count - 1; i > 0; --i)
-        envmapi_disc_arc(h, h->phi - q.breaks[i], h->phi - q.breaks[i - 1]);
-    for (int i = 1; i < q.count; ++i)
-        envmapi_disc_arc(h, h->phi + q.breaks[i - 1], h->phi + q.breaks[i]);
-}
-
-/* The integral of the bilinear radiance of a sphere or an angular map. Panels end where a circle
-   touches a line or a kink: there is a root of power 3/2. */
-static void envmapi_axis_disc(envmapi_axis *axis, double share, double reach) {
-    int sphere = axis->level.mapping == ENVMAP_SPHERE, n = axis->level.edge, j = n - 1;
-    double end = fmin(reach, axis->sight), along = hypot(axis->a[0], axis->a[1]);
-    envmapi_disc h;
-    envmapi_quadrature q;
-    memset(&h, 0, sizeof h);
-    h.axis = axis, h.share = share, h.end = end;
-    h.whole_to = axis->to > reach ? cos(reach / 2) : -2;
-    h.finer = (envmapi_lobe_root(axis->lobe) ? 2 : 0.4) * pow(axis->apart, -0.7);
-    h.alpha = atan2(along, sphere ? -axis->a[2] : axis->a[2]);
-    h.phi = atan2(axis->a[1], axis->a[0]), h.a[0] = cos(h.phi), h.a[1] = sin(h.phi);
-    h.tail = axis->lobe->kind == ENVMAP_LOBE_GGX        ? axis->sigma
-             : axis->lobe->kind >= ENVMAP_LOBE_FUNCTION ? 12 * axis->sigma
-                                                        : end;
-    q.count = 2, q.breaks[0] = fmax(h.alpha - end, 0);
-    q.breaks[1] = fmin(h.alpha + end, ENVMAPI_PI);
-    envmapi_quadrature_break(&q, h.alpha), envmapi_quadrature_break(&q, end - h.alpha);
-    envmapi_quadrature_break(&q, 2 * ENVMAPI_PI - end - h.alpha);
-    for (double away = h.tail; away < end; away *= 2)
-        envmapi_quadrature_break(&q, h.alpha - away), envmapi_quadrature_break(&q, h.alpha + away);
-    for (int i = 0; i < axis->kink_count; ++i) {
-        envmapi_quadrature_break(&q, fabs(h.alpha - axis->kinks[i]));
-        envmapi_quadrature_break(
-            &q, fmin(h.alpha + axis->kinks[i], 2 * ENVMAPI_PI - h.alpha - axis->kinks[i]));
-    }
-    double from = q.breaks[0], to, r = sphere ? cos(from / 2) : 1 - from / ENVMAPI_PI;
-    j -= 2 * (int)fmax((n - 1 - r * n) / 2, 0);
-    for (int i = 1; i < q.count; from = to) {
-        double line = sphere ? 2 * acos((double)j / n) : ENVMAPI_PI * (1 - (double)j / n);
-        to = fmin(q.breaks[i], j < 0 ? 4 : line);
-        if (j >= 0 && line <= to) j -= 2;
-        if (q.breaks[i] <= to) ++i;
-        if (!(from < (to = fmax(to, from)))) continue;
-        double away = fmax(fmax(from - h.alpha, h.alpha - to), 0);
-        double length = h.finer * (to - from) / envmapi_disc_scale(axis, away);
-        double least = (axis->kink_count ? 2 : 0.25) / axis->apart; /* kinks cross lines inside */
-        int parts, nodes = envmapi_disc_nodes(&parts, fmax(length, least));
-        for (int k = 0; k < parts * nodes; ++k) {
-            const double *g = axis->gauss[nodes][k % nodes];
-            double at = (k / nodes + (1 + g[0]) / 2) / parts, slope = envmapi_disc_grade(&at, axis);
-            envmapi_disc_circle(&h, from + (to - from) * at,
-                                (to - from) / parts * slope * g[1] / 2);
-        }
-    }
+    double away = envmapi_acos(axis->level.mapping == ENVMAP_SPHERE ? -a[2] : a[2]);
+    return rim > 0 && away < fmin(R + rim, ENVMAPI_PI);
 }
 
 /* ------------------------------------------------------------------------------- >>reference --
@@ -6856,10 +6787,9 @@ static void envmapi_axis_disc(envmapi_axis *axis, double share, double reach) {
    tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
-                   by Gauss-Legendre on patches that end where it has kinks. For Banks' lobes, and
-                   where a lobe's kinks cross coarse texels, it is taken in polar coordinates about
-                   a; on sphere and angular maps, beside a lobe's kinks and the point where all of a
-                   rim's texels meet, in those about that point. Rings are closer at tighter
+                   by Gauss-Legendre on patches that end where it has kinks; for Banks' lobes, where
+                   a lobe's kinks cross coarse texels, and beside the point where all texels of a
+                   sphere or angular map's rim meet, on circles, with more nodes at tighter
                    tolerances.
    A smooth step blends the two from t = 1/2 on. Both are of k (1 - step), another step, from half
    the reach to the reach: 12 texels, 8 sigma, or thrice the angle of a function's or a table's last
@@ -6868,7 +6798,7 @@ static void envmapi_axis_disc(envmapi_axis *axis, double share, double reach) {
    number in this was tuned; they are the definition.
        l_i, w_i                    envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
-       the bilinear radiance       envmapi_axis_integral: _patch_sum, _axis_polar, _axis_disc
+       the bilinear radiance       envmapi_axis_integral: _axis_patches, _axis_circles
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
        the same for all lobes      envmapi_axis_points: points that >>fast takes through bands
@@ -6907,8 +6837,7 @@ static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach
     if (all && axis->lobe->kind != ENVMAP_LOBE_GGX) /* speed only */
         rings |= axis->texel > 0.1 && axis->sigma < 0.3 * axis->texel;
     if (axis->points || !(rings || rim)) envmapi_axis_patches(axis, share, reach);
-    else if (disc && axis->lobe->kind != ENVMAP_LOBE_BANKS) envmapi_axis_disc(axis, share, reach);
-    else envmapi_axis_polar(axis, share, reach);
+    else envmapi_axis_circles(axis, share, reach);
 }
 
 static void envmapi_axis_filter(envmapi_axis *axis, const void *method) {
@@ -6953,8 +6882,6 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
     axis->texel = envmapi_texel_extent(src);
-    axis->touches =
-        axis->apart < 0.46 || (envmapi_patches_apart(&axis->level) && axis->texel > 0.1);
     axis->tent = envmapi_clamp(2 - axis->sigma / axis->texel, 0, 1);
     axis->bilinear = envmapi_smooth_step(axis->tent, 0.5, 1);
     axis->reach = fmax(fmax(12 * axis->texel, 8 * axis->sigma),
@@ -7355,13 +7282,6 @@ static void envmapi_window_sector(double range[2], double r0, double r1, double 
     }
 }
 
-/* r of a disc map at an angle from its face's centre. */
-static double envmapi_window_disc(int mapping, double angle) {
-    if (mapping == ENVMAP_ANGULAR) return fmin(angle / ENVMAPI_PI, 1);
-    if (mapping == ENVMAP_SPHERE) return sin(fmin(angle, ENVMAPI_PI) / 2);
-    return angle < 2.2 ? tan(angle / 2) : 2; /* beyond the corners */
-}
-
 /* m = a in S, T and M of a cube's face; on a lat-long, pi u and pi v, and the sine of that. */
 static void envmapi_window_frame(double m[3], int mapping, int face, const double a[3]) {
     double uv[2];
@@ -7438,8 +7358,9 @@ static int envmapi_window_box(double box[2][2], int mapping, int face, const dou
         double theta = acos(envmapi_clamp(front ? a[2] : -a[2], -1, 1));
         int round = theta < R || theta + R > ENVMAPI_PI;
         double wide = round ? ENVMAPI_PI : asin(sine / sin(theta)), phi = atan2(a[1], a[0]);
-        double r0 = envmapi_window_disc(mapping, fmax(theta - R, 0));
-        double r1 = envmapi_window_disc(mapping, theta + R);
+        double last = mapping == ENVMAP_PARABOLOID ? 2.2 : ENVMAPI_PI; /* beyond the corners */
+        double r0 = envmapi_chart_radius(mapping, envmapi_clamp(theta - R, 0, last));
+        double r1 = envmapi_chart_radius(mapping, fmin(theta + R, last));
         if (mapping == ENVMAP_PARABOLOID && r0 > 1 + 4 * border) return 0; /* the other face's */
         envmapi_window_sector(box[0], r0, r1, phi, wide);
         envmapi_window_sector(box[1], r0, r1, phi + ENVMAPI_PI / 2, wide); /* v falls with Y */
@@ -7576,6 +7497,7 @@ typedef struct envmapi_tail {
     const envmap_lobe *whole;
     double reach, whole_from, integral, part; /* integral: of the tail; its part of the whole */
     float kinks[3];
+    float *sums; /* NULL, or [texels of a slice] its own sum over texels, over the integral */
 } envmapi_tail;
 
 static double envmapi_tail_k(double x, double p, void *user) {
@@ -7609,7 +7531,7 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
         return 0;
     tail->integral = envmapi_lobe_integral(&tail->lobe, axis.p);
     tail->part = fabs(tail->integral / envmapi_lobe_integral(lobe, axis.p));
-    /* not over its own sum over texels, which is not the integral where a sphere map's are long */
+    /* not over its own sum over texels, which a sphere map's long ones change: sums has that */
     tail->lobe.raw = 1, tail->lobe.scale = lobe->raw ? lobe->scale : (float)(1 / tail->integral);
     double end = fabs(envmapi_k(lobe, cos(axis.reach), axis.p)) * axis.reach * axis.reach;
     return tail->part > 1e-9 && tail->part <= 1 && end > 1e-3 * fabs(tail->integral);
@@ -8588,7 +8510,7 @@ static void envmapi_near_put(envmapi_window *w, const envmapi_near *s, int n,
     float *image = envmapi_image(&s->dst, 0, s->slice, 0), out[N] = {0};
     const envmapi_tail *tail = rim && s->axis.bilinear < 1 ? NULL : s->tail; /* the sum has it */
     int fixed = fabs(s->norm) > 0, at[48];                                   /* raw, or Banks */
-    double unit = rim ? 1 : s->scale, beyond = tail && !fixed ? tail->integral / unit : 0;
+    double unit = rim ? 1 : s->scale, whole = tail && !fixed ? tail->integral / unit : 0;
     double power = ldexp(1, s->exponent), sum[4] = {0};
     for (int t = 0; t < s->turn_count; t += 16)
         envmapi_images_at(at + t, s->images[t / 16] + axes->face, &s->dst, axes->x, axes->y);
@@ -8605,12 +8527,15 @@ static void envmapi_near_put(envmapi_window *w, const envmapi_near *s, int n,
             continue;
         }
         if (rim) envmapi_near_reference(sum, w, s, (size_t)at[i / 3]);
-        double each = fixed ? unit / s->norm : 1 / ((rim ? sum[3] : w->norms[g][n]) + beyond);
-        double share = fixed ? 1 : beyond * each;
+        double norm = rim ? sum[3] : w->norms[g][n];
+        double each = fixed ? unit / s->norm : 1 / (norm + whole);
         float lanes[16];
         memcpy(lanes, w->sums[g][n], sizeof lanes);
         for (int k = 0; k < count; ++k) {
+            if (!fixed && tail && tail->sums)
+                each = 1 / (norm + whole * (double)tail->sums[at[(i + k) / 3 % s->turn_count]]);
             double light = (rim ? sum[k] : power * (double)lanes[k]) * each;
+            double share = fixed ? 1 : whole * each;
             out[i + k] = envmapi_to_float(light + share * (double)out[i + k]);
         }
     }
@@ -8646,7 +8571,7 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     if (s->all) envmapi_near_all(w, s, axes->count);
     /* at tight tolerances what windows miss across an octahedral fold shows for axes on it */
     int folded = s->axis.level.mapping == ENVMAP_OCTAHEDRAL;
-    double fold = folded ? 4 * s->sigma * (1 / s->piece - 1) : 0;
+    double fold = folded ? 4 * s->sigma * (1 / s->piece - 1.3) : 0; /* from 1.2e-4 on */
     for (int n = 0; n < axes->count; ++n)
         w->rim[n] =
             !s->all && (fabs(w->axes[n][1]) < fold ||
@@ -9030,8 +8955,8 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (s->axis.lobe->kind == ENVMAP_LOBE_FUNCTION && s->axis.kink_count)
         s->piece *= fmin(pow(tolerance * 2e3, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
-    if (s->axis.tent * s->axis.tent < 2.5 * tolerance && !envmapi_lobe_root(s->axis.lobe))
-        s->axis.tent = 0; /* of texels on a horizon, where k jumps, it has half */
+    if (s->axis.tent * s->axis.tent < 2.5 * tolerance && s->axis.texel < ENVMAPI_COARSE)
+        s->axis.tent = 0; /* texels that are coarse lie across the horizon of x^N */
     int serves = envmapi_near_serves(s), tight = tolerance < 1e-4;
     /* speed only: about rims, folds and kinks windows of functions take longer than all texels */
     int slow = level->mapping == ENVMAP_OCTAHEDRAL;
@@ -11225,6 +11150,7 @@ static envmap_result envmapi_fast_synthesise(const envmapi_spec *spec, envmapi_s
         if (!result && !t->rings.lambda) result = ENVMAP_ERROR_MEMORY;
         const envmap_lobe *lobe = spec->tail ? spec->tail->whole : spec->lobe;
         t->lights.reach = spec->tail ? spec->tail->reach : 0;
+        t->sums = spec->tail ? spec->tail->sums : NULL;
         if (!result)
             result = envmapi_lights_group(&t->lights, lobe, spec->sigma, spec->tolerance, pool);
         for (; row < end && !result; ++row) {
@@ -11622,6 +11548,11 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         int kept = job->pool.count;
         desc.work = envmapi_work_part(&part, &job->desc.work, done, job->fast, job->count * runs);
         if (run) result = envmapi_job_look(job, run);
+        for (int i = 0; i < job->fast && src->mapping == ENVMAP_SPHERE && !result; ++i) {
+            size_t texels = envmapi_slice_floats(job->specs[i].dst, 0) / 3;
+            job->tails[i].sums = (float *)envmapi_pool_get(&job->pool, texels, sizeof(float));
+            if (!job->tails[i].sums) result = ENVMAP_ERROR_MEMORY;
+        }
         if (!result)
             result = envmapi_filter_fast(job->specs, job->fast, &job->scenes, job->ready, job->sums,
                                          run, runs > 1 ? 1 : slices, &desc, &job->pool);
