@@ -524,6 +524,51 @@ static void thin_lobes_keep_to_their_time(void) {
     check_patience = 1;
 }
 
+/* The tail of GGX is over its own sum there, as a sphere map's long texels are not its integral. */
+static void a_constant_stays_itself_on_a_sphere_map(void) {
+    static const char *const lobes_and_sizes[][2] = {
+        {"ggx:0.05:0", "64:1 dst=cube:1"}, {"ggx:0.045:0", "66:1 dst=cube:2"},
+        {"ggx:0.01:0", "64:1 dst=cube:3"}, {"ggx:0.05:0", "90:1 dst=cube:3"}};
+    for (int i = 0; i < 4; ++i)
+        for (int tight = 0; tight < 2; ++tight) {
+            char text[300];
+            work w;
+            snprintf(text, sizeof text,
+                     "check=furnace method=fast src=sphere:%s:1 lobe=%s raw=0:1 tolerance=%s "
+                     "scene=constant:0.5:0.5 times=1 seed=1",
+                     lobes_and_sizes[i][1], lobes_and_sizes[i][0], tight ? "8e-6" : "1e-3");
+            CHECK(work_read(&w, text));
+            verdict v = check_work(&w);
+            CHECK(v.over[PROMISE_FURNACE] >= 0 && !broken(&v, PROMISE_FURNACE));
+        }
+}
+
+/* Beside a sphere map's rim an axis' window may have more nodes than there is room for: such an axis
+   is summed by itself. Tighter tolerances have more. */
+static void an_axis_with_too_many_nodes_keeps_its_light(void) {
+    work w;
+    bench b;
+    double most = 0, mean = 0;
+    CHECK(work_read(&w, "check=filter method=auto src=sphere:46:1 dst=cube:22:1 "
+                        "lobe=gaussian:1959.62708:0 raw=0:1 tolerance=3e-6 "
+                        "scene=colours:0.57:0.177788336 times=1 seed=589791"));
+    CHECK(bench_create(&b, &w));
+    envmap loose = {0};
+    size_t n = 3 * 6 * 22 * 22;
+    envmap_filter_desc desc;
+    memset(&desc, 0, sizeof desc), desc.tolerance = 3e-6f;
+    CHECK(!envmap_create(&loose, ENVMAP_CUBE, 22, 1, 1));
+    CHECK(!envmap_filter(&b.dst, &b.src, &b.header_lobe, &desc));
+    desc.tolerance = 1e-5f;
+    CHECK(!envmap_filter(&loose, &b.src, &b.header_lobe, &desc));
+    for (size_t i = 0; i < n; ++i) {
+        most = fmax(most, fabs((double)b.dst.texels[i] - (double)loose.texels[i]));
+        mean += (double)loose.texels[i] / (double)n;
+    }
+    FIGURE("between two tolerances, of the mean", most / mean, 2e-4);
+    envmap_free(&loose), bench_free(&b);
+}
+
 static void squared_sines_have_a_floats_digits(void) {
     double worst = 0;
     for (int i = -700; i <= 700; ++i)
@@ -560,6 +605,8 @@ int main(void) {
     RUN(the_integral_reaches_beyond_a_functions_last_flank);
     RUN(raw_sums_are_whole);
     RUN(the_sharpest_lobe_is_the_bilinear_lookup);
+    RUN(a_constant_stays_itself_on_a_sphere_map);
+    RUN(an_axis_with_too_many_nodes_keeps_its_light);
     RUN(k_is_asked_for_some_thousand_times);
     RUN(all_rules_are_kept);
     RUN(latitudes_have_the_same_bits_for_any_executor);

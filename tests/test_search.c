@@ -255,7 +255,15 @@ static void works_that_broke_hold(void) {
         {"latlong:2:1 dst=octahedral:5:1 lobe=diffuse:1:0 raw=0:1 tolerance=1.2e-6",
          "sun:0.39:0.86"}, /* rings about a pole lie on its rows, which the oracle did not know */
         {"cube:8:1 dst=angular:54:1 lobe=cone:0.205032036:0 raw=0:1 tolerance=3.38e-6",
-         "lamps:0.222827313:0.999999"}}; /* rings that dip into the next cell between two steps */
+         "lamps:0.222827313:0.999999"}, /* rings that dip into the next cell between two steps */
+        {"octahedral:11:1 dst=cube:5:1 lobe=phong:2.3:0 raw=0:1 tolerance=1e-3",
+         "texel:0.77:0"}, /* a coarse texel across the horizon, of which a tent is all */
+        {"cube:3:1 dst=cube:3:1 lobe=banks:0.93:0 raw=0:1 tolerance=1e-5",
+         "texel:0.4:0.6"}, /* circles through points where lines cross a face's side */
+        {"octahedral:5:1 dst=cube:3:1 lobe=cone:0.4:0 raw=0:1 tolerance=1e-5", "texel:0.4:0.6"},
+        {"latlong:9:1 dst=cube:3:1 lobe=banks:0.96:0 raw=0:1 tolerance=1e-5", "texel:0.4:0.99"},
+        {"paraboloid:1:1 dst=cube:3:1 lobe=hat:0.03:0.08 raw=0:1 tolerance=1e-5", "half:0.4:0.9"},
+        {"paraboloid:7:1 dst=cube:3:1 lobe=banks:0.9:0 raw=0:1 tolerance=1e-5", "texel:0.4:0.4"}};
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
