@@ -555,8 +555,9 @@ typedef struct envmap_filter_desc {
    the lobe reaches). Slow: lobes thinner than two texels that have edges, are rings, or reach far
    (Banks, functions, x^N with N < 2), on all maps below a tolerance of 1e-4, on discs and
    octahedral maps always. There the reference's weights serve 2 to 48 axes at a time, if src's
-   texels times that number are at most 960000, else one. An axis may take 500 ns times 1000 + twice
-   the texels of src, at 1e-3, sqrt(1e-3 / tolerance) of it below; Phong, Gaussian and GGX a tenth.
+   texels times that number are at most 960000, else one. At 1e-3 an axis may take 500 ns times 1000
+   + twice the texels of src, a quarter of it for Phong, Gaussian and GGX, and below
+   sqrt(1e-3 / tolerance) as much.
    It keeps the tolerance in rms, and 20 tolerances in each texel, of its radiance or of 1e-3 of the
    filtered scene's mean, which is more, beside what floats lose: 1e-6 of that mean and 1.2e-7 of
    the brightest texel. Lobes with a kink (diffuse, Banks, GGX of large alpha) keep it in rms; in a
@@ -6390,7 +6391,8 @@ typedef struct envmapi_chart {
     double share, whole_to, end;       /* whole_to: cosine to which k is in no tail; rad */
     double alpha, phi, a[2];           /* of the axis: rho, phi, and the cosine and sine of this */
     double finer, tail; /* pieces, at tighter tolerances; rad, from here on they grow */
-    int bell;           /* fewer nodes serve: GGX, whose pieces end where they grow, and Banks */
+    double root;        /* finer, where x^N ends with a root; 0: no such lobe */
+    double kinked;      /* the least length of a panel whose kinks cross lines inside, in sigma */
     double rho, sine;   /* of a circle */
     double base[2], wave[2][2]; /* its coordinates: base + wave . (cos phi, sin phi) */
     double along, across;       /* its cosines to the axis: along cos(phi - axis' phi) + across */
@@ -6529,23 +6531,24 @@ static double envmapi_chart_place(const envmapi_chart *h, int i, double c, doubl
 }
 
 /* Adds a piece from e to f, unit vectors of phi. Nodes lie along t, the tangent of the angle from
-   its middle. What they count of their four texels is summed first. */
-static void envmapi_chart_piece(envmapi_chart *h, const double e[2], const double f[2]) {
+   its middle. What they count of their four texels is summed first. root: x^N ends with it. */
+static void envmapi_chart_piece(envmapi_chart *h, const double e[2], const double f[2], int root) {
     envmapi_axis *axis = h->axis;
-    double cosine = e[0] * f[0] + e[1] * f[1], root = sqrt(2 + 2 * cosine);
+    double cosine = e[0] * f[0] + e[1] * f[1], both = sqrt(2 + 2 * cosine);
     double T = (e[0] * f[1] - e[1] * f[0]) / (1 + cosine), w[4] = {0, 0, 0, 0};
-    double m[2] = {(e[0] + f[0]) / root, (e[1] + f[1]) / root};
+    double m[2] = {(e[0] + f[0]) / both, (e[1] + f[1]) / both};
     double look = fmax(e[0] * h->a[0] + e[1] * h->a[1], f[0] * h->a[0] + f[1] * h->a[1]);
     double scale = envmapi_chart_scale(axis, sqrt(fmax(2 - 2 * (h->along * look + h->across), 0)));
     double at_x = envmapi_chart_place(h, 0, m[0], m[1]), x = floor(at_x);
     double y = floor(envmapi_chart_place(h, 1, m[0], m[1]));
-    int parts, nodes = envmapi_chart_nodes(&parts, h->finer * 2 * T * fmax(h->sine / scale, 1));
-    int roots = envmapi_lobe_root(axis->lobe), round = axis->level.mapping == ENVMAP_LATLONG;
+    double finer = root ? h->root : h->finer;
+    int parts, nodes = envmapi_chart_nodes(&parts, finer * 2 * T * fmax(h->sine / scale, 1));
+    int round = axis->level.mapping == ENVMAP_LATLONG;
     double weight = h->weight * T / parts;
     for (int i = 0; i < parts * nodes && T > 0; ++i) {
         const double *g = axis->gauss[nodes][i % nodes];
         double at = (i / nodes + (1 + g[0]) / 2) / parts;
-        double slope = roots ? envmapi_chart_grade(&at) : 1;
+        double slope = root ? envmapi_chart_grade(&at) : 1;
         double t = T * (2 * at - 1), unit = 1 / sqrt(1 + t * t);
         double c = (m[0] - t * m[1]) * unit, s = (m[1] + t * m[0]) * unit;
         double dot = h->along * (c * h->a[0] + s * h->a[1]) + h->across;
@@ -6566,6 +6569,7 @@ static void envmapi_chart_piece(envmapi_chart *h, const double e[2], const doubl
 typedef struct envmapi_crossing {
     double line, at[2];
     int falls, is; /* the coordinate falls along the arc; there is one */
+    int turns;     /* how often it has turned: once at most, in a quarter of a circle */
 } envmapi_crossing;
 
 static void envmapi_chart_cross(envmapi_crossing *next, const envmapi_chart *h, int i) {
@@ -6576,7 +6580,7 @@ static void envmapi_chart_cross(envmapi_crossing *next, const envmapi_chart *h, 
         next->at[0] = cos(phi), next->at[1] = sin(phi), next->is = !i;
         return;
     }
-    for (int turns = 0; turns < 2 && !next->is; ++turns) {
+    for (; next->turns < 2 && !next->is; next->turns += !next->is) {
         double c = R > 0 ? (next->line - h->base[i]) / R : 2;
         next->is = fabs(c) < 1;
         double s = (next->falls ? 1 : -1) * sqrt(fmax(1 - c * c, 0));
@@ -6593,8 +6597,8 @@ static double envmapi_chart_ahead(const double e[2], const double f[2]) {
     return s >= 0 ? 1 - c : 3 + c;
 }
 
-/* Adds the arc between two phi. */
-static void envmapi_chart_arc(envmapi_chart *h, double from, double to) {
+/* Adds the arc between two phi; x^N ends with it, where roots say so. */
+static void envmapi_chart_arc(envmapi_chart *h, double from, double to, int before, int behind) {
     int parts = 1 + (int)((to - from) / (ENVMAPI_PI / 2));
     for (int part = 0; part < parts; ++part) {
         double start = from + part * (to - from) / parts, stop = start + (to - from) / parts;
@@ -6604,6 +6608,7 @@ static void envmapi_chart_arc(envmapi_chart *h, double from, double to) {
             double place = envmapi_chart_place(h, i, e[0], e[1]);
             next[i].falls = h->turn[i][0] * e[1] - h->turn[i][1] * e[0] >= 0;
             if (h->axis->level.mapping == ENVMAP_LATLONG) next[i].falls = 0;
+            next[i].turns = 0;
             next[i].line = next[i].falls ? ceil(place) - 1 : floor(place) + 1;
             envmapi_chart_cross(next + i, h, i);
         }
@@ -6614,7 +6619,9 @@ static void envmapi_chart_arc(envmapi_chart *h, double from, double to) {
                 double ahead = next[i].is ? envmapi_chart_ahead(e, next[i].at) : 4;
                 if (ahead < least) least = ahead, first = next + i;
             }
-            envmapi_chart_piece(h, e, first ? first->at : last);
+            envmapi_chart_piece(h, e, first ? first->at : last,
+                                before || (behind && !first && part + 1 == parts));
+            before = 0;
             more = first != NULL;
             if (!more) break;
             memcpy(e, first->at, sizeof e), first->line += first->falls ? -1 : 1;
@@ -6668,7 +6675,9 @@ static void envmapi_chart_circle(envmapi_chart *h, double rho, double weight) {
         for (int k = 0; k < h->sides; ++k)
             least = fmin(least, cosine * h->side[k][2] + h->sine * (h->side[k][0] * cos(middle) +
                                                                     h->side[k][1] * sin(middle)));
-        if (least > 0) envmapi_chart_arc(h, h->phi + q.breaks[i - 1], h->phi + q.breaks[i]);
+        if (least > 0)
+            envmapi_chart_arc(h, h->phi + q.breaks[i - 1], h->phi + q.breaks[i],
+                              h->root > 0 && i == 1, h->root > 0 && i + 1 == q.count);
     }
     if (!(h->pole >= 0 && h->pole <= 0))
         for (int x = 0; x < axis->level.width; ++x)
@@ -6728,13 +6737,17 @@ static void envmapi_chart_sum(envmapi_chart *h, double most) {
     double from = q.breaks[0], to;
     for (int i = 1; i < q.count; from = to) {
         to = envmapi_chart_touches(h, from);
-        if (!(to > from && to < q.breaks[i])) to = q.breaks[i++];
+        int last = !(to > from && to < q.breaks[i]);
+        int root = h->root > 0 && (last || !(from > q.breaks[i - 1]));
+        if (last) to = q.breaks[i++];
         double away = fmax(fmax(from - h->alpha, h->alpha - to), 0);
-        double length = h->finer * (to - from) / envmapi_chart_scale(axis, away);
-        double least = (axis->kink_count ? 2 : away > 6 * axis->sigma ? 0 : 0.25) / axis->apart;
-        if (h->bell) least /= 2; /* kinks cross lines inside */
-        int parts, nodes = envmapi_chart_nodes(&parts, fmax(length, least));
-        int roots = from > side - 1e-9 || envmapi_lobe_root(axis->lobe);
+        double length = (root ? h->root : h->finer) * (to - from);
+        double least = axis->kink_count ? h->kinked : away > 6 * axis->sigma ? 0 : 0.4;
+        if (from > side - 1e-9 && away < 6 * axis->sigma) least = fmax(least, 0.6);
+        int parts,
+            nodes = envmapi_chart_nodes(&parts, fmax(length / envmapi_chart_scale(axis, away),
+                                                     least / fmin(axis->apart, 1)));
+        int roots = from > side - 1e-9 || root;
         for (int k = 0; k < parts * nodes; ++k) {
             const double *g = axis->gauss[nodes][k % nodes];
             double at = (k / nodes + (1 + g[0]) / 2) / parts;
@@ -6751,9 +6764,10 @@ static void envmapi_axis_circles(envmapi_axis *axis, double share, double reach)
     memset(&h, 0, sizeof h);
     h.axis = axis, h.share = share, h.end = fmin(reach, axis->sight);
     h.whole_to = axis->to > reach ? cos(reach / 2) : -2;
-    h.bell = axis->lobe->kind == ENVMAP_LOBE_GGX || axis->lobe->kind == ENVMAP_LOBE_BANKS;
-    h.finer = envmapi_lobe_root(axis->lobe) ? 2.5 : h.bell ? 0.25 : 0.4;
-    h.finer *= pow(axis->apart, -0.8);
+    int kind = axis->lobe->kind, root = envmapi_lobe_root(axis->lobe); /* or jumps, as a cone's */
+    h.finer = kind == ENVMAP_LOBE_GGX || kind == ENVMAP_LOBE_BANKS ? 0.25 : 0.5;
+    h.finer *= pow(fmin(axis->apart, 1), -0.8), h.root = root ? 5 * h.finer : 0;
+    h.kinked = root || kind >= ENVMAP_LOBE_FUNCTION ? 2 : 1;
     h.tail = axis->lobe->kind == ENVMAP_LOBE_GGX        ? axis->sigma
              : axis->lobe->kind >= ENVMAP_LOBE_FUNCTION ? 12 * axis->sigma
                                                         : h.end;
@@ -6822,21 +6836,10 @@ static void envmapi_axis_patches(envmapi_axis *axis, double share, double reach)
     }
 }
 
-/* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. */
+/* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. Points
+   are of any axis: patches. */
 static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
-    double end = fmin(reach, axis->sight);
-    int rim = envmapi_axis_at_rim(axis, axis->a, end);
-    int rings = axis->lobe->kind == ENVMAP_LOBE_BANKS, disc = envmapi_axis_rim(axis) > 0;
-    int all = !axis->level.texels && /* not for the definition */
-              (axis->level.mapping != ENVMAP_PARABOLOID || axis->apart > 0.46);
-    /* also a kink where the lobe ends, which patches lose 3e-6 at */
-    double root = envmapi_lobe_root(axis->lobe) || axis->apart < 0.16 ? 1e-9 : 0;
-    for (int i = 0; i < axis->kink_count; ++i) /* a kink is a ring; patches are many about one */
-        rings |= (disc || axis->texel > 0.1 || all) && axis->kinks[i] < end + root;
-    rings |= disc && axis->to > 1.5 && axis->to <= end && axis->to < ENVMAPI_PI; /* x^2.4 */
-    if (all && axis->lobe->kind != ENVMAP_LOBE_GGX) /* speed only */
-        rings |= axis->texel > 0.1 && axis->sigma < 0.3 * axis->texel;
-    if (axis->points || !(rings || rim)) envmapi_axis_patches(axis, share, reach);
+    if (axis->points) envmapi_axis_patches(axis, share, reach);
     else envmapi_axis_circles(axis, share, reach);
 }
 
@@ -6887,7 +6890,9 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->reach = fmax(fmax(12 * axis->texel, 8 * axis->sigma),
                        3 * envmapi_axis_flank(axis->lobe, axis->p, axis->sigma));
     if (axis->from > 0 || axis->reach > axis->to) axis->reach = axis->to; /* all of it */
-    axis->sight = axis->to;
+    axis->sight = axis->to; /* k of these bells is below 1e-16 of its peak from there on */
+    if (axis->lobe->kind == ENVMAP_LOBE_PHONG || axis->lobe->kind == ENVMAP_LOBE_GAUSSIAN)
+        axis->sight = fmin(axis->to, envmapi_acos(1 - 37 / fmax((double)axis->lobe->parameter, 1)));
     axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
     axis->curves = 1 + (src->mapping == ENVMAP_OCTAHEDRAL);
     if (envmapi_patches_apart(&axis->level)) axis->curves = 3;
@@ -7693,9 +7698,10 @@ static int envmapi_near_column(const envmapi_window *w, const envmapi_level *lev
 }
 
 /* Places of a tent. Two do for half a texel; for nearly one they are off by 35 tolerances beside
-   a lit texel, and at 2e-5 by 9 in rms. */
+   a lit texel, and at 2e-5 by 9 in rms. A sphere map's are long. */
 static int envmapi_near_places(const envmapi_near *s) {
-    return !(s->axis.tent > 0) ? 1 : s->piece < 0.9 ? 4 : s->axis.tent > 0.6 ? 3 : 2;
+    int sphere = s->axis.level.mapping == ENVMAP_SPHERE;
+    return !(s->axis.tent > 0) ? 1 : s->piece < 0.9 ? 4 : (s->axis.tent > 0.6 ? 3 : 2) + sphere;
 }
 
 /* Nodes along u (i 0) or v (1) of a window; returns how many. */
@@ -9012,10 +9018,10 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     *served = envmapi_near_suits(s, src, declines, tolerance);
     if (!*served) return ENVMAP_OK;
     /* two have the second moment of four, and lose tent^4, across a kink tent^2; not across an
-       octahedral fold */
+       octahedral fold, nor a jump */
     int kinked = s->axis.kink_count && s->axis.lobe->kind >= ENVMAP_LOBE_BANKS;
     if (s->all && pow(s->axis.tent, kinked ? 2 : 4) < tolerance &&
-        src->mapping != ENVMAP_OCTAHEDRAL)
+        src->mapping != ENVMAP_OCTAHEDRAL && !envmapi_lobe_root(s->axis.lobe))
         s->axis.places = 2;
     if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
     if (!s->in.omega &&
@@ -10303,6 +10309,7 @@ static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, i
     memset(s, 0, sizeof *s);
     s->in.map = map, s->tasks = envmapi_tasks(work);
     s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
+    while (s->edge > 1 && 4 * s->edge > map->size) s->edge /= 2; /* or there are no four rows */
     size_t at = envmapi_scene_layout(s);
     size_t rows = 2 * (size_t)(envmap_faces(map->mapping) * s->blocks[0].nv);
     if (envmapi_input_create(&s->in, map, slice, 2 * rows + at + W * (size_t)s->tasks, work, pool))

@@ -31,6 +31,7 @@ static int work_banded(const work *w) {
     for (int i = 0; i < w->dst_slices; ++i) {
         double p = oracle_p(&m, i, w->dst_slices);
         count += envmap_sh_bands(&lobe, p, NULL, 0, 0.3 * w->tolerance) > 400 ||
+                 (w->lobe == LOBE_PHONG && w->a < 1) ||
                  (w->lobe >= LOBE_CONE && work_has_tip(&m, p)) ||
                  (w->lobe == LOBE_TABLE && w->a > 0.2);
     }
@@ -40,18 +41,17 @@ static int work_banded(const work *w) {
 
 /* Seconds that an axis may take, beside what all axes share: 0 where windows or bands serve. Else it
    looks at all texels that its lobe reaches, each of them by several nodes, more at tighter
-   tolerances; bells at a few, on the maps whose rim's texels all meet in one point. */
+   tolerances; bells take a quarter, on discs and octahedral maps. */
 static double work_axis_seconds(const work *w, double texels) {
     double extent = oracle_extent(w->src_mapping, w->src_size);
     double all = (double)oracle_count(w->src_mapping, w->src_size);
     double tight = sqrt(fmax(1, 1e-3 / w->tolerance));
-    int rim = w->src_mapping == ENVMAP_SPHERE || w->src_mapping == ENVMAP_ANGULAR;
     int smooth = w->src_mapping == ENVMAP_CUBE || w->src_mapping == ENVMAP_LATLONG;
     int bell =
         w->lobe == LOBE_GAUSSIAN || w->lobe == LOBE_GGX || (w->lobe == LOBE_PHONG && w->a >= 2);
     int coarse = extent > 0.1 && texels < 2, kinked = work_lobe_kinked(w) && extent > 0.05;
-    if (bell && texels < 2.6 && (rim || coarse || w->tolerance < 1e-4))
-        return (1e-4 + 1e-7 * all) * tight;
+    if (bell && texels < 2.6 && (!smooth || coarse || w->tolerance < 1e-4))
+        return (1.25e-4 + 2.5e-7 * all) * tight;
     if (!bell && ((texels < 2.6 && (!smooth || w->lobe < LOBE_TABLE || w->lobe == LOBE_POWER ||
                                     w->lobe == LOBE_RING || w->lobe == LOBE_TWO || tight > 3)) ||
                   coarse || (kinked && w->src_slices > 1)))

@@ -110,9 +110,9 @@ static void tables_and_functions_keep_the_tolerance(void) {
 /* Sources so coarse that lobes reach around the sphere: of one texel a face to 0.1 rad a texel. Of
    tight tolerances lobes without edges on maps without a rim: there rings are summed. */
 static const char *const wide[] = {
-    "diffuse:1:0",   "phong:1.5:0",  "phong:3:0",   "phong:40:0", "gaussian:0:0", "gaussian:9:0",
-    "ggx:1:0",       "ggx:0.3:0",    "ggx:0.02:0",  "ggx:7e-4:0", "banks:0.3:0",  "banks:0.9:0",
-    "cone:1.2:0",    "cone:0.2:0",   "two:0.1:0.9", "ring:0.2:1", "power:2:0",    "slide:0.2:0.5"};
+    "diffuse:1:0", "phong:1.5:0", "phong:3:0",   "phong:40:0", "gaussian:0:0", "gaussian:9:0",
+    "ggx:1:0",     "ggx:0.3:0",   "ggx:0.02:0",  "ggx:7e-4:0", "banks:0.3:0",  "banks:0.9:0",
+    "cone:1.2:0",  "cone:0.2:0",  "two:0.1:0.9", "ring:0.2:1", "power:2:0",    "slide:0.2:0.5"};
 enum { WIDE = sizeof wide / sizeof *wide };
 
 static void wide_lobes_keep(double tolerance, int first, int count) {
@@ -526,9 +526,10 @@ static void thin_lobes_keep_to_their_time(void) {
 
 /* The tail of GGX is over its own sum there, as a sphere map's long texels are not its integral. */
 static void a_constant_stays_itself_on_a_sphere_map(void) {
-    static const char *const lobes_and_sizes[][2] = {
-        {"ggx:0.05:0", "64:1 dst=cube:1"}, {"ggx:0.045:0", "66:1 dst=cube:2"},
-        {"ggx:0.01:0", "64:1 dst=cube:3"}, {"ggx:0.05:0", "90:1 dst=cube:3"}};
+    static const char *const lobes_and_sizes[][2] = {{"ggx:0.05:0", "64:1 dst=cube:1"},
+                                                     {"ggx:0.045:0", "66:1 dst=cube:2"},
+                                                     {"ggx:0.01:0", "64:1 dst=cube:3"},
+                                                     {"ggx:0.05:0", "90:1 dst=cube:3"}};
     for (int i = 0; i < 4; ++i)
         for (int tight = 0; tight < 2; ++tight) {
             char text[300];
