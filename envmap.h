@@ -6092,8 +6092,8 @@ static void envmapi_points_add(envmapi_points *p, const double d[3], const doubl
      in     a source, a lobe, its p, an axis a      out    sum k L w and sum k w, or what each
                                                            texel counts, or points (of any axis)
        texels at centres, or spread by tents             _axis_sum, _axis_tent_k
-       their bilinear radiance on a patch that ends
-       where it has kinks, by Gauss-Legendre             _patch_add, _patch_sum, _patch_node
+       points of their bilinear radiance, on patches
+       that end where it has kinks, by Gauss-Legendre    _patch_add, _patch_sum, _patch_node
    Tests: tests/test_filters.c, tests/test_search.c (the_oracle_is_the_reference). */
 
 /* One axis, what its lobe is to this source, and the sums so far. */
@@ -6113,7 +6113,6 @@ typedef struct envmapi_axis {
     double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
     double *light;          /* sum; or, where the level has no texels, [texels] what each counts */
     double sight;           /* rad: integrals end where so little is left of the lobe; to */
-    double ease;            /* nodes away from kinks, over what the definition takes */
     double least;           /* |k| below which a ring is passed by: 0 */
     double apart;           /* rings, eight of them in two texels: less at tight tolerances */
     envmapi_points *points; /* NULL, or where the definition's points go instead of being summed */
@@ -6222,7 +6221,7 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
 #define ENVMAPI_MANY 4000000 /* points, beyond which memory would be much */
 #define ENVMAPI_PATCHES 64 /* 15 halvings a side to the largest map's texel, and a few more */
 typedef struct envmapi_patch {
-    double share, reach, from[2], to[2];
+    double from[2], to[2];
     int face, quadrant;
 } envmapi_patch;
 
@@ -6240,34 +6239,23 @@ static int envmapi_patches_apart(const envmapi_level *level) {
     return level->mapping == ENVMAP_PARABOLOID && level->edge > 1;
 }
 
-/* Adds k times the bilinear radiance there. */
+/* Adds the point there, of bilinear radiance; counts it, where there are no rings yet. */
 static void envmapi_patch_node(envmapi_axis *axis, const envmapi_patch *patch, double p, double q,
                                double weight) {
     const envmapi_level *level = &axis->level;
     double uv[2], d[3], rgb[3] = {0, 0, 0};
-    if (axis->points && !axis->points->rings) {
+    if (!axis->points->rings) {
         ++axis->points->count;
         return;
     }
     envmapi_patch_at(uv, d, axis, patch, p, q);
-    int both = level->mapping == ENVMAP_PARABOLOID && level->edge == 1;
-    weight *= patch->share * envmapi_density(level->mapping, uv[0], uv[1]);
+    weight *= axis->bilinear * envmapi_density(level->mapping, uv[0], uv[1]);
     if (envmapi_patches_apart(level))
         weight *= envmapi_paraboloid_share(hypot(p, q) / level->edge, level->edge);
-    if (axis->points) {
-        if (both) envmapi_add_lookup(rgb, level, d, 1);
-        else envmapi_add_bilinear(rgb, level, patch->face, uv[0], uv[1], 1);
-        envmapi_points_add(axis->points, d, rgb, weight);
-        return;
-    }
-    double x = envmapi_dot(axis->a, d), k = envmapi_k(axis->lobe, x, axis->p);
-    if (axis->to > patch->reach)
-        k *= 1 - envmapi_smooth_step(envmapi_acos(x), patch->reach / 2, patch->reach);
-    k *= weight;
-    if (k >= 0 && k <= 0) return;
-    if (both) envmapi_add_lookup(axis->light, level, d, k);
-    else envmapi_add_bilinear(axis->light, level, patch->face, uv[0], uv[1], k);
-    axis->sum[3] += k;
+    if (level->mapping == ENVMAP_PARABOLOID && level->edge == 1)
+        envmapi_add_lookup(rgb, level, d, 1);
+    else envmapi_add_bilinear(rgb, level, patch->face, uv[0], uv[1], 1);
+    envmapi_points_add(axis->points, d, rgb, weight);
 }
 
 /* Where integrands have kinks off the lines: q at p on curve i, from the inside out. That is an
@@ -6316,33 +6304,19 @@ static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, in
     }
 }
 
-/* Adds a patch that lies between lines where six nodes a side suffice: for 0.9 sigma, or 0.45 of
-   the distance where a lobe falls from its axis; for an eighth of that across a kink of the lobe.
-   Else returns 1, and its halves, the one nearer to the axis first: it waits while the other, which
-   is cut a few times, is done; so few wait however sharp the lobe is. */
+/* Adds a patch that lies between lines where six nodes a side suffice, for 0.9 sigma. Else returns
+   1, and its halves. */
 static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
                              envmapi_patch half[2]) {
-    double corner[4][3], middle[3], uv[2], radius = 0, length[2], size[2];
+    double corner[4][3], uv[2], length[2], size[2];
     for (int i = 0; i < 4; ++i)
         envmapi_patch_at(uv, corner[i], axis, patch, i & 1 ? patch->to[0] : patch->from[0],
                          i & 2 ? patch->to[1] : patch->from[1]);
-    envmapi_patch_at(uv, middle, axis, patch, (patch->from[0] + patch->to[0]) / 2,
-                     (patch->from[1] + patch->to[1]) / 2);
-    for (int i = 0; i < 4; ++i) radius = fmax(radius, 1.1 * envmapi_angle(middle, corner[i]));
-    double away = envmapi_angle(axis->a, middle), scale = axis->sigma, finer = axis->ease;
-    double end = fmin(fmin(patch->reach, axis->to), axis->sight);
-    if (away - radius > end || away + radius < axis->from) return 0;
-    if (axis->points) scale = axis->sigma;
-    else if (axis->lobe->kind <= ENVMAP_LOBE_GGX) scale = fmax(scale, (away - radius) / 2);
-    else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION && axis->ease >= 1)
-        scale /= 2; /* may have kinks anywhere */
-    for (int i = 0; i < axis->kink_count; ++i)
-        if (fabs(away - axis->kinks[i]) < radius) finer = 8;
     int nodes[2], whole = 1;
     for (int i = 0; i < 2; ++i) {
         length[i] = fmax(envmapi_angle(corner[0], corner[i ? 2 : 1]),
                          envmapi_angle(corner[3], corner[i ? 1 : 2]));
-        nodes[i] = (int)fmin(1.5 + 5 * finer * length[i] / fmin(scale, 1), 100);
+        nodes[i] = (int)fmin(1.5 + 5 * length[i] / fmin(axis->sigma, 1), 100);
         size[i] = patch->to[i] - patch->from[i];
         if (size[i] > 1) whole = 0;
     }
@@ -6355,20 +6329,28 @@ static int envmapi_patch_add(envmapi_axis *axis, const envmapi_patch *patch,
     int cut = whole ? length[1] > length[0] : size[1] > size[0];
     half[0].to[cut] = half[1].from[cut] =
         patch->from[cut] + (whole ? size[cut] / 2 : floor((size[cut] + 1) / 2));
-    double at[2][3];
-    for (int i = 0; i < 2; ++i)
-        envmapi_patch_at(uv, at[i], axis, half + i, (half[i].from[0] + half[i].to[0]) / 2,
-                         (half[i].from[1] + half[i].to[1]) / 2);
-    if (envmapi_dot(axis->a, at[1]) > envmapi_dot(axis->a, at[0])) {
-        envmapi_patch swap = half[0];
-        half[0] = half[1], half[1] = swap;
-    }
     return 1;
 }
 
+/* The points of all patches. */
+static void envmapi_axis_patches(envmapi_axis *axis) {
+    envmapi_patch todo[ENVMAPI_PATCHES], patch = {{0, 0}, {0, 0}, 0, 0};
+    patch.to[0] = axis->level.width, patch.to[1] = axis->level.edge;
+    for (int i = 0; i < 2 && envmapi_patches_apart(&axis->level); ++i) patch.to[i] += 2;
+    for (int i = 0; i < 4 * envmap_faces(axis->level.mapping); ++i) {
+        int count = 1;
+        patch.face = i / 4, patch.quadrant = i % 4, todo[0] = patch;
+        while (count && axis->points->count <= ENVMAPI_MANY) {
+            envmapi_patch one = todo[--count];
+            if (envmapi_patch_add(axis, &one, todo + count) && count + 4 <= ENVMAPI_PATCHES)
+                count += 2;
+        }
+    }
+}
+
 /* --------------------------------------------------------------------------------- >>circles --
-   The integral of k over the bilinear radiance in polar coordinates, where patches would be many:
-   an axis' lobe has edges, or sees long and thin texels.
+   The integral of k over the bilinear radiance, in polar coordinates: texels may be long and thin,
+   and a lobe may have edges.
      in     an axis as >>axis has it      out    the same sums
    A chart is a disc, a lat-long, a face of a cube or of the octahedron. On a circle of angle rho
    about its middle, u and v of a chart are at + grow R(rho) cos(phi - turn), of a lat-long phi
@@ -6801,10 +6783,8 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
    tent of half-width t = clamp(2 - sigma/texel, 0, 1) texels in (u,v):
        0 < t < 1   four points a side carry the tent's moments (Gauss-Jacobi on each half)
        t = 1       the spread texels are the bilinear radiance. Its integral against k is taken
-                   by Gauss-Legendre on patches that end where it has kinks; for Banks' lobes, where
-                   a lobe's kinks cross coarse texels, and beside the point where all texels of a
-                   sphere or angular map's rim meet, on circles, with more nodes at tighter
-                   tolerances.
+                   by Gauss-Legendre on circles that end where it or k has kinks, with more nodes
+                   at tighter tolerances.
    A smooth step blends the two from t = 1/2 on. Both are of k (1 - step), another step, from half
    the reach to the reach: 12 texels, 8 sigma, or thrice the angle of a function's or a table's last
    flank. The tail k step (of GGX) is smooth at a texel's scale and stays a sum over centres. So the
@@ -6812,7 +6792,7 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
    number in this was tuned; they are the definition.
        l_i, w_i                    envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
-       the bilinear radiance       envmapi_axis_integral: _axis_patches, _axis_circles
+       the bilinear radiance       envmapi_axis_circles
        which of them, how much     envmapi_axis_aim, envmapi_axis_filter
        / norm, and all axes        envmapi_axes_row, envmapi_axes_run
        the same for all lobes      envmapi_axis_points: points that >>fast takes through bands
@@ -6820,34 +6800,11 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
    materials the source.  Source: ours.
    Tests: tests/test_filters.c, tests/test_stability_filters.c. */
 
-/* The integral by patches. */
-static void envmapi_axis_patches(envmapi_axis *axis, double share, double reach) {
-    envmapi_patch todo[ENVMAPI_PATCHES], patch = {share, reach, {0, 0}, {0, 0}, 0, 0};
-    patch.to[0] = axis->level.width, patch.to[1] = axis->level.edge;
-    for (int i = 0; i < 2 && envmapi_patches_apart(&axis->level); ++i) patch.to[i] += 2;
-    for (int i = 0; i < 4 * envmap_faces(axis->level.mapping); ++i) {
-        int count = 1;
-        patch.face = i / 4, patch.quadrant = i % 4, todo[0] = patch;
-        while (count && !(axis->points && axis->points->count > ENVMAPI_MANY)) {
-            envmapi_patch one = todo[--count];
-            if (envmapi_patch_add(axis, &one, todo + count) && count + 4 <= ENVMAPI_PATCHES)
-                count += 2;
-        }
-    }
-}
-
-/* Adds the integral of the bilinear radiance around a, times `share`, out to about `reach`. Points
-   are of any axis: patches. */
-static void envmapi_axis_integral(envmapi_axis *axis, double share, double reach) {
-    if (axis->points) envmapi_axis_patches(axis, share, reach);
-    else envmapi_axis_circles(axis, share, reach);
-}
-
 static void envmapi_axis_filter(envmapi_axis *axis, const void *method) {
     (void)method;
     int tail = axis->tent > 0 && axis->to > axis->reach;
     if (axis->bilinear < 1) envmapi_axis_sum(axis, 1 - axis->bilinear, 0, tail);
-    if (axis->bilinear > 0) envmapi_axis_integral(axis, axis->bilinear, axis->reach);
+    if (axis->bilinear > 0) envmapi_axis_circles(axis, axis->bilinear, axis->reach);
     if (tail) envmapi_axis_sum(axis, 1, axis->reach, 0);
 }
 
@@ -6880,7 +6837,7 @@ static double envmapi_axis_flank(const envmap_lobe *lobe, double p, double sigma
 static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, int slices,
                              double tolerance) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
-    axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->ease = 1, axis->places = 4;
+    axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->places = 4;
     axis->apart = cbrt(tolerance * 1e3);
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
@@ -6950,15 +6907,14 @@ static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
 /* The points of all that an axis sums, for pieces of axis->sigma. */
 static void envmapi_axis_points(envmapi_axis *axis, envmapi_points *points) {
     const envmapi_source *s = axis->source;
-    axis->points = points, axis->kink_count = 0, axis->ease = 1;
-    axis->from = 0, axis->to = axis->sight = ENVMAPI_PI, points->count = 0;
+    axis->points = points, points->count = 0;
     for (size_t i = 0; i < s->count && axis->bilinear < 1; ++i) {
         double d[3] = {s->x[i], s->y[i], s->z[i]}, rgb[3];
         for (int c = 0; c < 3; ++c) rgb[c] = (double)envmapi_source_rgb(s, i)[c];
         if (axis->tent > 0) envmapi_axis_tent_k(axis, i, -2);
         else envmapi_points_add(points, d, rgb, s->w[i]);
     }
-    if (axis->bilinear > 0) envmapi_axis_integral(axis, axis->bilinear, ENVMAPI_PI);
+    if (axis->bilinear > 0) envmapi_axis_patches(axis);
     size_t rest = points->count % ENVMAPI_CHUNK;
     if (points->rings)
         envmapi_points_of(points->rings->points + points->count - rest, points->d, (int)rest);
@@ -7231,7 +7187,7 @@ static void envmapi_hier_filter(envmapi_axis *axis, const void *method) {
         envmapi_hier_visit(&mean, h, axis, h->tree.last, face);
     if (fabs(axis->sum[3]) > 1e-100 * h->peak) return;
     memset(axis->sum, 0, sizeof axis->sum); /* no sample of the lobe fell on a texel */
-    envmapi_axis_integral(axis, 1, axis->to);
+    envmapi_axis_circles(axis, 1, axis->to);
 }
 
 static envmap_result envmapi_filter_hierarchical(envmap *dst, const envmap *src,
@@ -8502,7 +8458,7 @@ static void envmapi_near_reference(double sum[4], envmapi_window *w, const envma
     int outside = disc && hypot(axis.a[0], axis.a[1]) < 1e-9 && (axis.a[2] < 0) == sphere;
     if (outside) axis.a[0] = axis.a[1] = 0;
     if (outside && w->outside[3] > 0) memcpy(axis.sum, w->outside, sizeof axis.sum);
-    else if (s->tail && axis.bilinear >= 1) envmapi_axis_integral(&axis, 1, axis.reach);
+    else if (s->tail && axis.bilinear >= 1) envmapi_axis_circles(&axis, 1, axis.reach);
     else envmapi_axis_filter(&axis, NULL);
     if (outside) memcpy(w->outside, axis.sum, sizeof axis.sum);
     memcpy(sum, axis.sum, sizeof axis.sum);
@@ -9023,7 +8979,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (s->all && pow(s->axis.tent, kinked ? 2 : 4) < tolerance &&
         src->mapping != ENVMAP_OCTAHEDRAL && !envmapi_lobe_root(s->axis.lobe))
         s->axis.places = 2;
-    if (s->all) s->tail = NULL, s->axis.ease = fmin(0.4 * pow(1e-3 / tolerance, 1.0 / 5), 1);
+    if (s->all) s->tail = NULL;
     if (!s->in.omega &&
         envmapi_input_create(&s->in, src, src->slices > 1 ? s->slice : 0, 0, &desc->work, pool))
         return ENVMAP_ERROR_MEMORY;
