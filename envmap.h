@@ -10145,7 +10145,7 @@ static void envmapi_scene_texel(envmapi_scene *s, const float *sums, double squa
     size_t width = (size_t)s->blocks[0].nu;
     double even = 0;
     s->texel = s->scale[0];
-    if (!(s->norm > 0)) return;
+    if (!(s->norm > 0) || s->edge == 1) return; /* the blocks are texels */
     for (size_t row = 0; row < s->blocks[0].count; row += width) {
         double sum = 0;
         for (const float *e = sums + 4 * row; e < sums + 4 * (row + width); e += 4)
@@ -10265,7 +10265,8 @@ static envmap_result envmapi_scene_create(envmapi_scene *s, const envmap *map, i
     memset(s, 0, sizeof *s);
     s->in.map = map, s->tasks = envmapi_tasks(work);
     s->edge = 32 * envmapi_texel_extent(map) <= sigma ? 8 : 4;
-    while (s->edge > 1 && 4 * s->edge > map->size) s->edge /= 2; /* or there are no four rows */
+    while (s->edge > 1 && 4 * s->edge > map->size && map->mapping != ENVMAP_LATLONG)
+        s->edge /= 2; /* or there are no four rows; a lat-long's outer rows are one block each */
     size_t at = envmapi_scene_layout(s);
     size_t rows = 2 * (size_t)(envmap_faces(map->mapping) * s->blocks[0].nv);
     if (envmapi_input_create(&s->in, map, slice, 2 * rows + at + W * (size_t)s->tasks, work, pool))

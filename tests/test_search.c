@@ -263,7 +263,14 @@ static void works_that_broke_hold(void) {
         {"octahedral:5:1 dst=cube:3:1 lobe=cone:0.4:0 raw=0:1 tolerance=1e-5", "texel:0.4:0.6"},
         {"latlong:9:1 dst=cube:3:1 lobe=banks:0.96:0 raw=0:1 tolerance=1e-5", "texel:0.4:0.99"},
         {"paraboloid:1:1 dst=cube:3:1 lobe=hat:0.03:0.08 raw=0:1 tolerance=1e-5", "half:0.4:0.9"},
-        {"paraboloid:7:1 dst=cube:3:1 lobe=banks:0.9:0 raw=0:1 tolerance=1e-5", "texel:0.4:0.4"}};
+        {"paraboloid:7:1 dst=cube:3:1 lobe=banks:0.9:0 raw=0:1 tolerance=1e-5", "texel:0.4:0.4"},
+        {"octahedral:4:1 dst=sphere:5:1 lobe=ggx:0.765:0 raw=1:0.92 tolerance=0.0269",
+         "smooth:0.3:0.57"}, /* a block of all texels has no contrast */
+        {"latlong:1:1 dst=cube:3:1 lobe=power:2.5:0 raw=0:1 tolerance=1e-3", "noise:0.03:0.85"},
+        {"sphere:5:1 dst=cube:4:1 lobe=phong:0:0 raw=0:1 tolerance=1e-3",
+         "noise:0.33:0.78"}, /* two places of a tent across a jump */
+        {"sphere:95:1 dst=cube:4:1 lobe=gaussian:230:0 raw=0:1 tolerance=1e-3",
+         "texel:0.79:0.87"}};               /* two places of a long texel's tent */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
