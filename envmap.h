@@ -90,8 +90,8 @@
      >>transform     texels <-> spherical harmonics, the only way there is
      >>harmonics     project, fill, convolve, rotate, window coefficients
      >>source        a slice's texels, or points that stand for them, in tiles
-     >>axis          what one axis sums of texels, tents and patches of bilinear radiance
-     >>circles       the same by rings about the axis, and about the point where rims meet
+     >>axis          what one axis sums of texels and tents; points of bilinear radiance
+     >>circles       what it sums of bilinear radiance, by circles about a face's middle
      >>reference     the definition: every texel
      >>hierarchical  [KVHS00]: lobe and environment as mip-maps
      >>windows       what of a face an axis sees
