@@ -6628,6 +6628,8 @@ static void envmapi_chart_circle(envmapi_chart *h, double rho, double weight) {
     const envmapi_axis *axis = h->axis;
     envmapi_quadrature q;
     double cosine = cos(rho), R = envmapi_chart_radius(axis->level.mapping, rho);
+    int ring = axis->lobe->kind == ENVMAP_LOBE_BANKS && axis->from > 0; /* whose edge is a kink */
+    double inside = ring ? cos(axis->from) : 2;
     int round = axis->level.mapping == ENVMAP_LATLONG;
     h->rho = rho, h->sine = sin(rho), h->weight = weight * h->share * h->sine, h->pole = 0;
     if (axis->level.mapping == ENVMAP_PARABOLOID)
@@ -6654,6 +6656,7 @@ static void envmapi_chart_circle(envmapi_chart *h, double rho, double weight) {
     }
     for (int i = 1; i < q.count; ++i) {
         double middle = h->phi + (q.breaks[i - 1] + q.breaks[i]) / 2, least = 1;
+        if (h->along * cos(middle - h->phi) + h->across > inside) continue;
         for (int k = 0; k < h->sides; ++k)
             least = fmin(least, cosine * h->side[k][2] + h->sine * (h->side[k][0] * cos(middle) +
                                                                     h->side[k][1] * sin(middle)));
