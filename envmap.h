@@ -6113,8 +6113,8 @@ typedef struct envmapi_axis {
     double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
     double *light;          /* sum; or, where the level has no texels, [texels] what each counts */
     double sight;           /* rad: integrals end where so little is left of the lobe; to */
-    double least;           /* |k| below which a ring is passed by: 0 */
-    double apart;           /* rings, eight of them in two texels: less at tight tolerances */
+    double least;           /* |k| below which a node is passed by: 0 */
+    double apart;           /* of nodes on circles, 1 at 1e-3: less at tight tolerances */
     envmapi_points *points; /* NULL, or where the definition's points go instead of being summed */
 } envmapi_axis;
 
@@ -6728,6 +6728,7 @@ static void envmapi_chart_sum(envmapi_chart *h, double most) {
         double away = fmax(fmax(from - h->alpha, h->alpha - to), 0);
         double length = (root ? h->root : h->finer) * (to - from);
         double least = axis->kink_count ? h->kinked : away > 6 * axis->sigma ? 0 : 0.4;
+        /* from where a circle touches a side on, arcs end there: a root, in each panel a kink */
         if (from > side - 1e-9 && away < 6 * axis->sigma) least = fmax(least, 0.6);
         int parts,
             nodes = envmapi_chart_nodes(&parts, fmax(length / envmapi_chart_scale(axis, away),
