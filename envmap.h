@@ -6526,7 +6526,8 @@ static void envmapi_chart_piece(envmapi_chart *h, const double e[2], const doubl
     double scale = envmapi_chart_scale(axis, sqrt(fmax(2 - 2 * (h->along * look + h->across), 0)));
     double at_x = envmapi_chart_place(h, 0, m[0], m[1]), x = floor(at_x);
     double y = floor(envmapi_chart_place(h, 1, m[0], m[1]));
-    int parts, nodes = envmapi_chart_nodes(&parts, h, 2 * T * fmax(h->sine / scale, 1),
+    /* 1 + t^2 has a pole, too */
+    int parts, nodes = envmapi_chart_nodes(&parts, h, 2 * T * fmax(h->sine / scale, 2),
                                            root ? h->root : h->most);
     int round = axis->level.mapping == ENVMAP_LATLONG;
     double weight = h->weight * T / parts;
