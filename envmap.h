@@ -6096,6 +6096,8 @@ static void envmapi_points_add(envmapi_points *p, const double d[3], const doubl
        that end where it has kinks, by Gauss-Legendre    _patch_add, _patch_sum, _patch_node
    Tests: tests/test_filters.c, tests/test_search.c (the_oracle_is_the_reference). */
 
+#define ENVMAPI_GAUSS 12 /* nodes of the largest rule */
+
 /* One axis, what its lobe is to this source, and the sums so far. */
 typedef struct envmapi_axis {
     const envmapi_source *source;
@@ -6109,12 +6111,12 @@ typedef struct envmapi_axis {
     int curves, kink_count; /* parts of a patch; kinks of the lobe */
     int places;             /* of a tent, a side: the definition's four, or fewer */
     double kinks[ENVMAPI_KINKS];
-    double gauss[7][6][2];  /* node and weight of rules of 2 .. 6 */
+    double gauss[ENVMAPI_GAUSS + 1][ENVMAPI_GAUSS][2]; /* node and weight of rules of 2 .. 12 */
     double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
     double *light;          /* sum; or, where the level has no texels, [texels] what each counts */
     double sight;           /* rad: integrals end where so little is left of the lobe; to */
     double least;           /* |k| below which a node is passed by: 0 */
-    double apart;           /* of nodes on circles, 1 at 1e-3: less at tight tolerances */
+    double apart;           /* of nodes on circles, 1 from 1e-3 on: less at tight tolerances */
     envmapi_points *points; /* NULL, or where the definition's points go instead of being summed */
 } envmapi_axis;
 
@@ -6372,9 +6374,10 @@ typedef struct envmapi_chart {
     double at[2], grow[2], turn[2][2]; /* in texels from the first one's centre; cosine and sine */
     double share, whole_to, end;       /* whole_to: cosine to which k is in no tail; rad */
     double alpha, phi, a[2];           /* of the axis: rho, phi, and the cosine and sine of this */
-    double finer, tail; /* pieces, at tighter tolerances; rad, from here on they grow */
-    double root;        /* finer, where x^N ends with a root; 0: no such lobe */
-    double kinked;      /* the least length of a panel whose kinks cross lines inside, in sigma */
+    double few, more;          /* nodes of a piece: few + more sqrt(its length) */
+    double most, root;         /* longest piece; where x^N ends with a root (0: no such lobe) */
+    double kinked, tail;       /* nodes of a panel in which kinks cross lines, of those for 6; rad,
+                                  from here on pieces grow */
     double rho, sine;   /* of a circle */
     double base[2], wave[2][2]; /* its coordinates: base + wave . (cos phi, sin phi) */
     double along, across;       /* its cosines to the axis: along cos(phi - axis' phi) + across */
@@ -6461,11 +6464,11 @@ static double envmapi_chart_of(envmapi_chart *h, int i) {
     return ENVMAPI_PI;
 }
 
-/* Nodes for a piece of this length over the lobe's scale; *parts of it have so many each. */
-static int envmapi_chart_nodes(int *parts, double length) {
-    *parts = length < 1e6 ? 1 + (int)(length / 0.9) : 1000000;
-    int nodes = (int)(2.5 + 5 * length / *parts);
-    return nodes < 6 ? nodes : 6;
+/* Nodes for a piece of this length over the lobe's scale; *parts of it, none longer than `most`,
+   have so many each. */
+static int envmapi_chart_nodes(int *parts, const envmapi_chart *h, double length, double most) {
+    *parts = length < 1e6 * most ? 1 + (int)(length / most) : 1000000;
+    return (int)fmin(h->few + h->more * sqrt(fmax(length, 0) / *parts), ENVMAPI_GAUSS);
 }
 
 /* Nodes crowd at both ends of a piece where there may be a root. Returns the slope. */
@@ -6475,11 +6478,11 @@ static double envmapi_chart_grade(double *at) {
     return 6 * t * (1 - t);
 }
 
-/* The scale of k at an angle from the axis or beyond; a function's at least an eighth of what a
-   bell's tail needs, GGX's. */
+/* The scale of k at an angle from the axis or beyond: how far GGX's pole is; a function's at least
+   an eighth of what a bell's tail needs. */
 static double envmapi_chart_scale(const envmapi_axis *axis, double away) {
     double scale = axis->sigma;
-    if (axis->lobe->kind == ENVMAP_LOBE_GGX) scale = fmax(scale, away / 2);
+    if (axis->lobe->kind == ENVMAP_LOBE_GGX) scale = hypot(1.8 * scale, away);
     else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION && !axis->kink_count)
         scale /= 2; /* may have kinks anywhere */
     if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale = fmax(scale, away / 24);
@@ -6523,8 +6526,9 @@ static void envmapi_chart_piece(envmapi_chart *h, const double e[2], const doubl
     double scale = envmapi_chart_scale(axis, sqrt(fmax(2 - 2 * (h->along * look + h->across), 0)));
     double at_x = envmapi_chart_place(h, 0, m[0], m[1]), x = floor(at_x);
     double y = floor(envmapi_chart_place(h, 1, m[0], m[1]));
-    double finer = root ? h->root : h->finer;
-    int parts, nodes = envmapi_chart_nodes(&parts, finer * 2 * T * fmax(h->sine / scale, 1));
+    /* 1 + t^2 has a pole, too */
+    int parts, nodes = envmapi_chart_nodes(&parts, h, 2 * T * fmax(h->sine / scale, 2),
+                                           root ? h->root : h->most);
     int round = axis->level.mapping == ENVMAP_LATLONG;
     double weight = h->weight * T / parts;
     for (int i = 0; i < parts * nodes && T > 0; ++i) {
@@ -6691,11 +6695,53 @@ static double envmapi_chart_touches(const envmapi_chart *h, double rho) {
     return envmapi_chart_angle(mapping, least);
 }
 
+/* Nodes that a panel has at least: circles go through points where two lines cross, and there the
+   third derivative jumps, which a kink of k does where it crosses a line, more often. */
+static double envmapi_chart_least(const envmapi_chart *h, double from, double to) {
+    const envmapi_axis *axis = h->axis;
+    double away = fmax(fmax(from - h->alpha, h->alpha - to), 0), middle = (from + to) / 2;
+    double last = fmin(middle + h->alpha, 2 * ENVMAPI_PI - middle - h->alpha);
+    int bell = axis->lobe->kind == ENVMAP_LOBE_PHONG || axis->lobe->kind == ENVMAP_LOBE_GAUSSIAN;
+    double least = (away < 6 * axis->sigma ? 8 : bell ? 0 : 2.6) / pow(axis->apart, 0.75);
+    for (int i = 0; i < axis->kink_count; ++i)
+        if (axis->lobe->kind == ENVMAP_LOBE_FUNCTION ||
+            (fabs(middle - h->alpha) < axis->kinks[i] && axis->kinks[i] < last))
+            least = fmax(least, 6 * h->kinked / axis->apart);
+    return least;
+}
+
+/* Adds the circles of a panel. touch: where one last touched a line or a side, from which on the
+   integral is a series of (rho - touch)^(1/2), so nodes are Gauss' in this; -1: nowhere. root: x^N
+   ends with the panel. */
+static void envmapi_chart_panel(envmapi_chart *h, double from, double to, double touch, int root) {
+    const envmapi_axis *axis = h->axis;
+    double away = fmax(fmax(from - h->alpha, h->alpha - to), 0);
+    double length = (to - from) / envmapi_chart_scale(axis, away);
+    double least = envmapi_chart_least(h, from, to);
+    int parts, nodes = envmapi_chart_nodes(&parts, h, length, root ? h->root : h->most);
+    if (touch >= 0 && from - touch < to - from) nodes += 2;
+    if (nodes * parts < least) parts = 1 + (int)(least / 10), nodes = 1 + (int)(least / parts);
+    nodes = nodes < ENVMAPI_GAUSS ? nodes : ENVMAPI_GAUSS;
+    for (int k = 0; k < parts * nodes; ++k) {
+        const double *g = axis->gauss[nodes][k % nodes];
+        double at = (k / nodes + (1 + g[0]) / 2) / parts, rho, slope = (to - from) / parts;
+        double low = from + k / nodes * slope, high = low + slope;
+        if (root) slope *= envmapi_chart_grade(&at), rho = from + (to - from) * at;
+        else if (touch >= 0) {
+            low = sqrt(low - touch), high = sqrt(high - touch);
+            at = (low + high + (high - low) * g[0]) / 2, slope = (high - low) * 2 * at;
+            rho = touch + at * at;
+        } else rho = from + (to - from) * at;
+        envmapi_chart_circle(h, rho, slope * g[1] / 2);
+    }
+}
+
 /* The integral over a chart that ends at rho = most. Panels end where a circle touches
    a line, a kink or a side: there is a root of power 3/2, 1/2 at a side. */
 static void envmapi_chart_sum(envmapi_chart *h, double most) {
     const envmapi_axis *axis = h->axis;
     double a[3], end = h->end, side = 4, n = axis->level.edge;
+    int round = axis->level.mapping == ENVMAP_LATLONG; /* circles lie on rows */
     envmapi_quadrature q;
     for (int c = 0; c < 3; ++c) a[c] = envmapi_dot(axis->a, c == 0 ? h->t : c == 1 ? h->b : h->e);
     for (int i = 0; i < h->sides && end < ENVMAPI_PI / 2; ++i)
@@ -6719,28 +6765,13 @@ static void envmapi_chart_sum(envmapi_chart *h, double most) {
         envmapi_quadrature_break(&q, ENVMAPI_PI / 2);
     }
     if (h->sides) envmapi_quadrature_break(&q, side = asin(h->side[0][2]));
-    double from = q.breaks[0], to;
+    double from = q.breaks[0], to, touch = -1;
     for (int i = 1; i < q.count; from = to) {
         to = envmapi_chart_touches(h, from);
-        int last = !(to > from && to < q.breaks[i]);
-        int root = h->root > 0 && (last || !(from > q.breaks[i - 1]));
+        int last = !(to > from && to < q.breaks[i]), first = !(from > q.breaks[i - 1]);
+        if (!round && (!first || fabs(from - side) < 1e-9)) touch = from;
         if (last) to = q.breaks[i++];
-        double away = fmax(fmax(from - h->alpha, h->alpha - to), 0);
-        double length = (root ? h->root : h->finer) * (to - from);
-        double least = axis->kink_count ? h->kinked : away > 6 * axis->sigma ? 0 : 0.4;
-        /* from where a circle touches a side on, arcs end there: a root, in each panel a kink */
-        if (from > side - 1e-9 && away < 6 * axis->sigma) least = fmax(least, 0.6);
-        int parts,
-            nodes = envmapi_chart_nodes(&parts, fmax(length / envmapi_chart_scale(axis, away),
-                                                     least / fmin(axis->apart, 1)));
-        int roots = from > side - 1e-9 || root;
-        for (int k = 0; k < parts * nodes; ++k) {
-            const double *g = axis->gauss[nodes][k % nodes];
-            double at = (k / nodes + (1 + g[0]) / 2) / parts;
-            double slope = roots ? envmapi_chart_grade(&at) : 1;
-            envmapi_chart_circle(h, from + (to - from) * at,
-                                 (to - from) / parts * slope * g[1] / 2);
-        }
+        envmapi_chart_panel(h, from, to, touch, h->root > 0 && (first || last));
     }
 }
 
@@ -6751,9 +6782,15 @@ static void envmapi_axis_circles(envmapi_axis *axis, double share, double reach)
     h.axis = axis, h.share = share, h.end = fmin(reach, axis->sight);
     h.whole_to = axis->to > reach ? cos(reach / 2) : -2;
     int kind = axis->lobe->kind, root = envmapi_lobe_root(axis->lobe); /* or jumps, as a cone's */
-    h.finer = kind == ENVMAP_LOBE_GGX || kind == ENVMAP_LOBE_BANKS ? 0.25 : 0.5;
-    h.finer *= pow(fmin(axis->apart, 1), -0.8), h.root = root ? 5 * h.finer : 0;
+    /* measured for Gauss' error against GGX and against a Gaussian bell, down to 1e-9 */
+    double digits = 5 - 4 * log10(axis->apart), finer = pow(axis->apart, 0.8);
+    int ggx = kind == ENVMAP_LOBE_GGX;
+    h.few = 1.4 + 0.12 * digits, h.more = (ggx ? 0.75 : 0.5) * digits;
+    h.most = kind < ENVMAP_LOBE_FUNCTION ? 2 : 1.8 * finer;
+    h.root = root ? 0.36 * finer : 0;
     h.kinked = root || kind >= ENVMAP_LOBE_FUNCTION ? 2 : 1;
+    if (ggx) /* its horizon: k falls by 4/pi alpha^2 there */
+        h.kinked = fmin(cbrt(4 * pow((double)axis->lobe->parameter, 2)), 1);
     h.tail = axis->lobe->kind == ENVMAP_LOBE_GGX        ? axis->sigma
              : axis->lobe->kind >= ENVMAP_LOBE_FUNCTION ? 12 * axis->sigma
                                                         : h.end;
@@ -6842,7 +6879,7 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
                              double tolerance) {
     axis->level = envmapi_level_of(src, 0, src->slices > 1 ? slice : 0);
     axis->p = envmapi_slice_p(axis->lobe, slice, slices), axis->places = 4;
-    axis->apart = cbrt(tolerance * 1e3);
+    axis->apart = fmin(cbrt(tolerance * 1e3), 1);
     axis->sigma = envmap_lobe_sigma(axis->lobe, axis->p);
     envmap_lobe_support(&axis->from, &axis->to, axis->lobe, axis->p);
     axis->texel = envmapi_texel_extent(src);
@@ -6857,7 +6894,7 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     axis->kink_count = envmapi_lobe_kinks(axis->kinks, axis->lobe, axis->p);
     axis->curves = 1 + (src->mapping == ENVMAP_OCTAHEDRAL);
     if (envmapi_patches_apart(&axis->level)) axis->curves = 3;
-    for (int n = 2; n < 7; ++n)
+    for (int n = 2; n <= ENVMAPI_GAUSS; ++n)
         for (int i = 0; i < n; ++i)
             axis->gauss[n][i][1] = envmapi_gauss_many(&axis->gauss[n][i][0], i, n);
 }
@@ -7422,7 +7459,7 @@ static int envmapi_window_centres(envmapi_knot *node, int room, double from, dou
    the shear.  Test: works_that_broke_hold. */
 static int envmapi_window_pieces(envmapi_knot *node, int room, double from, double to, double n,
                                  double at, double sigma, int grows, double shear,
-                                 const double (*gauss)[6][2]) {
+                                 const double (*gauss)[ENVMAPI_GAUSS][2]) {
     static const double longest[5] = ENVMAPI_PIECES;
     int count = 0;
     for (double next; from < to && count + 6 <= room; from = next) {
@@ -9399,7 +9436,7 @@ static int envmapi_banks_weigh_cells(float *k, short *at, int count,
    Of maps with folds or a rim, texels' 16 places have directions of their own.
    Where the bilinear radiance counts (w < 2 texels), tiles have cells: >>cells.
        tiles, halved as long as their cells are too large          _split, _spots
-   Below a tolerance of 1e-4, and for few axes, >>reference says what texels count for an axis:
+   Below a tolerance of 1e-4, and where tiles are many, >>reference says what texels count:
        once for all images of that axis                            _task_banks_thin
    Called by sharp before >>near.  Source: ours.  Tests: tests/test_banks.c. */
 
@@ -9812,6 +9849,16 @@ static int envmapi_banks_suits(const envmapi_banks *h) {
     return suits;
 }
 
+/* Are axes as >>reference has them quicker than tiles of cells? Both in ms, measured on sources of
+   1 to 64 texels an edge and rings of s = 0.98 to 0.999: speed only. */
+static int envmapi_banks_whole(envmapi_banks *h) {
+    const envmapi_axis *axis = &h->pair.axis;
+    double axes = (double)h->count * h->slices, charts = envmapi_charts(axis->level.mapping);
+    h->kind = ENVMAPI_BANKS_CELLS;
+    double cells = envmapi_banks_spots(NULL, h) * (0.22 + axes * (0.001 + 0.036 * h->cut.width));
+    return cells > axes * 0.1 * fmax(charts, 2) * (1 + 0.25 / axis->texel);
+}
+
 /* The axes that do the work of their images; sums of none; room for tiles. */
 static envmap_result envmapi_banks_create(envmapi_banks *h, envmapi_pool *pool) {
     envmapi_near *pair = &h->pair;
@@ -9830,8 +9877,7 @@ static envmap_result envmapi_banks_create(envmapi_banks *h, envmapi_pool *pool) 
             h->axes[h->count++].at = at;
         }
     }
-    h->kind = ENVMAPI_BANKS_CELLS; /* a tile takes 0.2 ms, an axis as >>reference has it 5 ms */
-    h->whole |= pair->axis.bilinear > 0 && envmapi_banks_spots(NULL, h) > 60 * h->count * h->slices;
+    h->whole |= pair->axis.bilinear > 0 && envmapi_banks_whole(h);
     size_t groups = (size_t)envmapi_near_groups(pair);
     size_t numbers = (size_t)h->slices * (size_t)h->count * 16 * groups;
     h->sums = (float *)envmapi_pool_get(pool, numbers, sizeof(float));

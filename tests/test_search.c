@@ -270,7 +270,19 @@ static void works_that_broke_hold(void) {
         {"sphere:5:1 dst=cube:4:1 lobe=phong:0:0 raw=0:1 tolerance=1e-3",
          "noise:0.33:0.78"}, /* two places of a tent across a jump */
         {"sphere:95:1 dst=cube:4:1 lobe=gaussian:230:0 raw=0:1 tolerance=1e-3",
-         "texel:0.79:0.87"}};               /* two places of a long texel's tent */
+         "texel:0.79:0.87"}, /* two places of a long texel's tent */
+        {"sphere:2:1 dst=latlong:22:1 lobe=banks:0.992090166:0 raw=0:1 tolerance=1e-3",
+         "lamps:0.83:0.33"}, /* thousands of tiles of cells, one of them off by 186 tolerances */
+        {"octahedral:1:1 dst=cube:3:2 lobe=banks:0.9963:0 raw=0:1 tolerance=1e-3",
+         "constant:0.76:0.07"},
+        {"octahedral:2:1 dst=octahedral:5:1 lobe=gaussian:19225.8:0 raw=0:1 tolerance=1.75e-6",
+         "texel:0.7:0.47"}, /* long pieces of few nodes each */
+        {"octahedral:13:1 dst=cube:2:1 lobe=ggx:0.15:0 raw=0:1 tolerance=1e-6",
+         "lamps:0.14:0.69"}, /* the horizon of a GGX, which dark axes see */
+        {"paraboloid:21:1 dst=sphere:5:1 lobe=ggx:0.0028:0 raw=0:1 tolerance=5e-6",
+         "sun:0.71:0.47"}, /* circles far from the axis through points where lines cross */
+        {"angular:8:1 dst=octahedral:4:1 lobe=ggx:0.000157:0 raw=0:1 tolerance=2e-5",
+         "lamps:0.61:0.79"}};               /* sixty circles a panel */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
