@@ -6374,6 +6374,7 @@ typedef struct envmapi_chart {
     double at[2], grow[2], turn[2][2]; /* in texels from the first one's centre; cosine and sine */
     double share, whole_to, end;       /* whole_to: cosine to which k is in no tail; rad */
     double alpha, phi, a[2];           /* of the axis: rho, phi, and the cosine and sine of this */
+    double cut[2];                     /* rho between which a side cuts the middle of the lobe */
     double few, more;          /* nodes of a piece: few + more sqrt(its length) */
     double most, root;         /* longest piece; where x^N ends with a root (0: no such lobe) */
     double kinked, tail;       /* nodes of a panel in which kinks cross lines, of those for 6; rad,
@@ -6710,14 +6711,40 @@ static double envmapi_chart_least(const envmapi_chart *h, double from, double to
     return least;
 }
 
+/* How far along a side, from its middle on, a circle cuts it. */
+static double envmapi_chart_along(const envmapi_chart *h, double rho) {
+    return acos(fmin(cos(rho) / sqrt(1 - h->side[0][2] * h->side[0][2]), 1));
+}
+
+/* Where a side cuts what is within 6 sigma of the axis, arcs end at k's own scale along the side,
+   not along rho.  Test: works_that_broke_hold (Phong 8e4 on a cube of one texel a face). */
+static void envmapi_chart_cut(envmapi_chart *h, const double a[3], envmapi_quadrature *q) {
+    h->cut[0] = 4, h->cut[1] = 0;
+    for (int i = 0; i < h->sides; ++i) {
+        const double *side = h->side[i];
+        double up = envmapi_dot(a, side), wide = 36 * pow(h->axis->sigma, 2) - up * up;
+        if (!(wide > 0)) continue;
+        double level = sqrt(1 - side[2] * side[2]); /* its middle is (e - side[2] side) / level */
+        double x = fabs(atan2((side[0] * a[1] - side[1] * a[0]) / level,
+                              (a[2] - up * side[2]) / level));
+        wide = sqrt(wide);
+        double from = acos(level * cos(fmax(x - wide, 0)));
+        double to = acos(level * cos(fmin(x + wide, ENVMAPI_PI / 2)));
+        envmapi_quadrature_break(q, from), envmapi_quadrature_break(q, to);
+        h->cut[0] = fmin(h->cut[0], from), h->cut[1] = fmax(h->cut[1], to);
+    }
+}
+
 /* Adds the circles of a panel. touch: where one last touched a line or a side, from which on the
    integral is a series of (rho - touch)^(1/2), so nodes are Gauss' in this; -1: nowhere. root: x^N
    ends with the panel. */
 static void envmapi_chart_panel(envmapi_chart *h, double from, double to, double touch, int root) {
     const envmapi_axis *axis = h->axis;
     double away = fmax(fmax(from - h->alpha, h->alpha - to), 0);
-    double length = (to - from) / envmapi_chart_scale(axis, away);
-    double least = envmapi_chart_least(h, from, to);
+    double length = to - from, least = envmapi_chart_least(h, from, to);
+    if (from < h->cut[1] && to > h->cut[0])
+        length = fmax(length, envmapi_chart_along(h, to) - envmapi_chart_along(h, from));
+    length /= envmapi_chart_scale(axis, away);
     int parts, nodes = envmapi_chart_nodes(&parts, h, length, root ? h->root : h->most);
     if (touch >= 0 && from - touch < to - from) nodes += 2;
     if (nodes * parts < least) parts = 1 + (int)(least / 10), nodes = 1 + (int)(least / parts);
@@ -6765,6 +6792,7 @@ static void envmapi_chart_sum(envmapi_chart *h, double most) {
         envmapi_quadrature_break(&q, ENVMAPI_PI / 2);
     }
     if (h->sides) envmapi_quadrature_break(&q, side = asin(h->side[0][2]));
+    envmapi_chart_cut(h, a, &q);
     double from = q.breaks[0], to, touch = -1;
     for (int i = 1; i < q.count; from = to) {
         to = envmapi_chart_touches(h, from);
@@ -9020,7 +9048,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     if (!*served) return ENVMAP_OK;
     /* two have the second moment of four, and lose tent^4, across a kink tent^2; not across an
        octahedral fold, nor a jump */
-    int kinked = s->axis.kink_count && s->axis.lobe->kind >= ENVMAP_LOBE_BANKS;
+    int kinked = s->axis.kink_count > 0;
     if (s->all && pow(s->axis.tent, kinked ? 2 : 4) < tolerance &&
         src->mapping != ENVMAP_OCTAHEDRAL && !envmapi_lobe_root(s->axis.lobe))
         s->axis.places = 2;
@@ -10179,11 +10207,7 @@ static double envmapi_scene_squares(double *squares, double *most, size_t *spot,
    a_wave_of_band_1_keeps_the_tolerance_of_every_mapping. */
 static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
     int last = s->scales - 1;
-    double mean[4] = {0, 0, 0, 0};
     for (int i = 0; i < last; ++i) envmapi_scene_halve(s, sums, i);
-    for (size_t b = 0; b < 4 * s->blocks[last].count; ++b)
-        mean[b % 4] += (double)sums[s->blocks[last].at + b];
-    for (int c = 0; c < 3; ++c) s->mean[c] = mean[c] / mean[3];
     for (int i = last; i >= 0; --i) {
         double most = off;
         double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
@@ -10294,6 +10318,7 @@ static int envmapi_scene_sum(envmapi_scene *s, const envmap_work *work) {
         for (int c = 0; c < 3; ++c) energy[c] += s->in.rim[i].value[c];
         s->solid += s->in.rim[i].value[3], s->cut += envmapi_light_square(s->in.rim + i);
     }
+    for (int c = 0; c < 3; ++c) s->mean[c] = energy[c] / s->solid;
     s->squares += s->cut, s->all = s->energy = energy[0] + energy[1] + energy[2];
     s->strongest = fmax(fmax(energy[0], energy[1]), energy[2]);
     s->norm = sqrt(envmapi_dot(energy, energy));
@@ -10382,7 +10407,10 @@ static void envmapi_scene_unlit(envmapi_scene *s, double limit, float *rest) {
         size_t x = s->lights[i].texel % width, y = s->lights[i].texel / width;
         float *sum = envmapi_light_block(rest, s, s->lights + i);
         int cut = !(envmapi_omega_row(&s->in, (int)(y % size))[3 * x] > 0);
-        for (int c = 0; c < 3 && !cut; ++c) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
+        for (int c = 0; c < 3; ++c) {
+            s->mean[c] = fmax(s->mean[c] - v[c] / s->solid, 0);
+            if (!cut) sum[c] = (float)fmax((double)sum[c] - v[c], 0);
+        }
         s->energy -= envmapi_light_energy(s->lights + i);
         squares -= square * envmapi_block_group(s, 0, (size_t)(sum - rest) / 4);
         if (cut) off -= square;
