@@ -10606,6 +10606,7 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_APART   15.0 /* over bands, rad: length of the pieces that points stand for */
 #define ENVMAPI_SHARP   2.35 /* texels: near sums are quicker below, between cubes; speed only */
 #define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
+#define ENVMAPI_PAIRS   0.2 /* cubed bands a pair of numbers, as pairs may be summed: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
 
@@ -10901,8 +10902,10 @@ static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
 }
 
 /* A sum over texel centres shows the texels' lattice if lambda_l has not decayed by the lattice's
-   frequency. No band limit below that one can represent it. */
-static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmap *map) {
+   frequency, and the scene has contrast there, or the lobe is not divided by its own sum. No band
+   limit below that one can represent it.  Test: thin_lobes_keep_to_their_time. */
+static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmapi_scene *scene) {
+    const envmap *map = scene->in.map;
     double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);
     int l = (int)(ENVMAPI_LATTICE * wave / envmapi_stretch(map->mapping)), bands = 5 * l / 4;
     if (bands > ENVMAPI_FAST_BANDS) return 1;
@@ -10917,9 +10920,11 @@ static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmap *map) {
         if (s == end) return 1;
     }
     if (!envmapi_spec_lambda(spec, bands)) return 0;
+    int divided = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
+    double share = divided ? fmax(envmapi_contrast_at(scene, l).kappa, 0.1) : 1;
     for (s = spec->slice; s < end; ++s)
         for (int i = l; i < bands; ++i)
-            if (4 * fabs(s->lambda[i]) * spec->part > spec->tolerance * s->mean) return 0;
+            if (4 * fabs(s->lambda[i]) * spec->part * share > spec->tolerance * s->mean) return 0;
     return 1;
 }
 
@@ -10988,7 +10993,7 @@ static int envmapi_spec_fit(envmapi_spec *spec, const envmapi_scene *scene, doub
     spec->L = 0, spec->h = HUGE_VAL, spec->scene = scene;
     if (!spec->points) spec->dark = envmapi_scene_dark(scene, spec->tail ? 0 : spec->sigma);
     if (!envmapi_spec_search(spec, most) ||
-        !(spec->points || envmapi_spec_lattice_holds(spec, scene->in.map)))
+        !(spec->points || envmapi_spec_lattice_holds(spec, scene)))
         return spec->L = 0;
     envmapi_spec_each(spec, envmapi_task_spacing);
     for (int k = 0; k < spec->slices; ++k) spec->h = fmin(spec->h, spec->slice[k].h);
@@ -11040,6 +11045,9 @@ static void envmapi_task_fit(void *context, int i) {
     double most = spec->kinked ? ENVMAPI_FAST_BANDS : fmax(24, ENVMAPI_SMOOTH / spec->sigma);
     if (!spec->kinked && (spec->tail || spec->lobe->kind == ENVMAP_LOBE_GGX))
         most = fmin(most, ENVMAPI_HEAVY);
+    if (spec->scene && spec->lobe->kind <= ENVMAP_LOBE_GGX)
+        most = fmin(most, cbrt(ENVMAPI_PAIRS * (double)envmapi_slice_floats(spec->dst, 0) *
+                               (double)envmapi_slice_floats(spec->scene->in.map, 0)));
     if (spec->scene) envmapi_spec_fit(spec, spec->scene, most);
 }
 
