@@ -458,7 +458,7 @@ ENVMAP_API envmap_result envmap_sh_evaluate(double rgb[3], const double *sh, int
 
 /* The same at every texel's centre of one level and slice, also those outside a rim; what rings
    below zero is written as it is.
-   tolerance  0, and below 1e-6: every coefficient, in double; also for numbers near the ends of
+   tolerance  0, and below 3e-6: every coefficient, in double; also for numbers near the ends of
               floats. Otherwise the relative rms error
    Errors: ARGUMENT, RADIANCE (also what could exceed a float), MEMORY, CANCELLED.  Time and memory
    as envmap_sh_project's; without a tolerance the level's.
@@ -5236,7 +5236,7 @@ static envmap_result envmapi_fill_texels(envmapi_transform *t, const envmap_work
 
 #define ENVMAPI_SH_BANDS  256
 #define ENVMAPI_SH_LIMIT  1e108 /* of what coefficients below 1e100 can reach */
-#define ENVMAPI_SH_FLOATS 1e-6  /* the least tolerance that floats keep */
+#define ENVMAPI_SH_FLOATS 3e-6  /* the least tolerance that floats keep */
 
 #define ENVMAPI_SH_POINTS 32 /* a multiple of 8; more take more stack */
 
@@ -6697,13 +6697,15 @@ static double envmapi_chart_touches(const envmapi_chart *h, double rho) {
 }
 
 /* Nodes that a panel has at least: circles go through points where two lines cross, and there the
-   third derivative jumps, which a kink of k does where it crosses a line, more often. */
+   third derivative jumps, which a kink of k does where it crosses a line, more often. A sphere
+   map's texels are long, and more lines cross in a panel. */
 static double envmapi_chart_least(const envmapi_chart *h, double from, double to) {
     const envmapi_axis *axis = h->axis;
     double away = fmax(fmax(from - h->alpha, h->alpha - to), 0), middle = (from + to) / 2;
     double last = fmin(middle + h->alpha, 2 * ENVMAPI_PI - middle - h->alpha);
     int bell = axis->lobe->kind == ENVMAP_LOBE_PHONG || axis->lobe->kind == ENVMAP_LOBE_GAUSSIAN;
     double least = (away < 6 * axis->sigma ? 8 : bell ? 0 : 2.6) / pow(axis->apart, 0.75);
+    least *= envmapi_clamp((to - from) / axis->texel, 1, 4);
     for (int i = 0; i < axis->kink_count; ++i)
         if (axis->lobe->kind == ENVMAP_LOBE_FUNCTION ||
             (fabs(middle - h->alpha) < axis->kinks[i] && axis->kinks[i] < last))
@@ -6814,9 +6816,9 @@ static void envmapi_axis_circles(envmapi_axis *axis, double share, double reach)
     double digits = 5 - 4 * log10(axis->apart), finer = pow(axis->apart, 0.8);
     int ggx = kind == ENVMAP_LOBE_GGX;
     h.few = 1.4 + 0.12 * digits, h.more = (ggx ? 0.75 : 0.5) * digits;
-    h.most = kind < ENVMAP_LOBE_FUNCTION ? 2 : 1.8 * finer;
+    h.most = kind < ENVMAP_LOBE_FUNCTION || axis->kink_count ? 2 : 1.8 * finer;
     h.root = root ? 0.36 * finer : 0;
-    h.kinked = root || kind >= ENVMAP_LOBE_FUNCTION ? 2 : 1;
+    h.kinked = root ? 2 : 1;
     if (ggx) /* its horizon: k falls by 4/pi alpha^2 there */
         h.kinked = fmin(cbrt(4 * pow((double)axis->lobe->parameter, 2)), 1);
     h.tail = axis->lobe->kind == ENVMAP_LOBE_GGX        ? axis->sigma
@@ -10903,7 +10905,7 @@ static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
 
 /* A sum over texel centres shows the texels' lattice if lambda_l has not decayed by the lattice's
    frequency, and the scene has contrast there, or the lobe is not divided by its own sum. No band
-   limit below that one can represent it.  Test: thin_lobes_keep_to_their_time. */
+   limit below that one can represent it.  Test: a_wide_ggx_takes_no_more_than_its_neighbours. */
 static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmapi_scene *scene) {
     const envmap *map = scene->in.map;
     double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);

@@ -282,7 +282,15 @@ static void works_that_broke_hold(void) {
         {"paraboloid:21:1 dst=sphere:5:1 lobe=ggx:0.0028:0 raw=0:1 tolerance=5e-6",
          "sun:0.71:0.47"}, /* circles far from the axis through points where lines cross */
         {"angular:8:1 dst=octahedral:4:1 lobe=ggx:0.000157:0 raw=0:1 tolerance=2e-5",
-         "lamps:0.61:0.79"}};               /* sixty circles a panel */
+         "lamps:0.61:0.79"}, /* sixty circles a panel */
+        {"angular:3:1 dst=cube:3:1 lobe=diffuse:1:0 raw=0:1 tolerance=1e-3",
+         "lamps:0.5:0.5"}, /* the rim cuts all texels but the middle's */
+        {"cube:3:1 dst=cube:1:1 lobe=diffuse:1:0 raw=0:1 tolerance=1e-3",
+         "texel:0.77:0.37"}, /* along its row lies the horizon of four axes */
+        {"cube:1:1 dst=paraboloid:11:1 lobe=phong:8e4:0 raw=1:1 tolerance=3.56e-6",
+         "constant:0.54:0.12"}, /* axes beside the middle of a cube's edge */
+        {"sphere:67:1 dst=octahedral:34:1 lobe=gaussian:250.424:0 raw=0:1 tolerance=1.54e-6",
+         "sun:0.0121535493:0.456403833"}};  /* texels longer than the lobe, crossed by many lines */
     check_patience = test_timed() ? 1 : 40; /* quick forms run under sanitizers and valgrind */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         char text[300];
