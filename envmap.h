@@ -6698,19 +6698,20 @@ static double envmapi_chart_touches(const envmapi_chart *h, double rho) {
 
 /* Nodes that a panel has at least: circles go through points where two lines cross, and there the
    third derivative jumps, which a kink of k does where it crosses a line, more often. A sphere
-   map's texels are long, and more lines cross in a panel. */
+   map's texels are long, and more lines cross in a panel; an octant's panels are short. */
 static double envmapi_chart_least(const envmapi_chart *h, double from, double to) {
     const envmapi_axis *axis = h->axis;
     double away = fmax(fmax(from - h->alpha, h->alpha - to), 0), middle = (from + to) / 2;
     double last = fmin(middle + h->alpha, 2 * ENVMAPI_PI - middle - h->alpha);
     int bell = axis->lobe->kind == ENVMAP_LOBE_PHONG || axis->lobe->kind == ENVMAP_LOBE_GAUSSIAN;
-    double least = (away < 6 * axis->sigma ? 8 : bell ? 0 : 2.6) / pow(axis->apart, 0.75);
-    least *= envmapi_clamp((to - from) / axis->texel, 1, 4);
+    double least = away < 6 * axis->sigma ? 8 : bell ? 0 : 2.6;
     for (int i = 0; i < axis->kink_count; ++i)
         if (axis->lobe->kind == ENVMAP_LOBE_FUNCTION ||
             (fabs(middle - h->alpha) < axis->kinks[i] && axis->kinks[i] < last))
-            least = fmax(least, 6 * h->kinked / axis->apart);
-    return least;
+            least = fmax(least, 6 * h->kinked);
+    int octant = axis->level.mapping == ENVMAP_OCTAHEDRAL && !(h->root > 0);
+    return least * envmapi_clamp((to - from) / axis->texel, octant ? 0.5 : 1, 4) /
+           pow(axis->apart, 0.75);
 }
 
 /* How far along a side, from its middle on, a circle cuts it. */
