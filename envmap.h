@@ -6709,7 +6709,7 @@ static double envmapi_chart_least(const envmapi_chart *h, double from, double to
         if (axis->lobe->kind == ENVMAP_LOBE_FUNCTION ||
             (fabs(middle - h->alpha) < axis->kinks[i] && axis->kinks[i] < last))
             least = fmax(least, 6 * h->kinked);
-    int octant = axis->level.mapping == ENVMAP_OCTAHEDRAL && !(h->root > 0);
+    int octant = axis->level.mapping == ENVMAP_OCTAHEDRAL && axis->kink_count;
     return least * envmapi_clamp((to - from) / axis->texel, octant ? 0.5 : 1, 4) /
            pow(axis->apart, 0.75);
 }
@@ -6819,7 +6819,7 @@ static void envmapi_axis_circles(envmapi_axis *axis, double share, double reach)
     h.few = 1.4 + 0.12 * digits, h.more = (ggx ? 0.75 : 0.5) * digits;
     h.most = kind < ENVMAP_LOBE_FUNCTION || axis->kink_count ? 2 : 1.8 * finer;
     h.root = root ? 0.36 * finer : 0;
-    h.kinked = root ? 2 : 1;
+    h.kinked = root || kind == ENVMAP_LOBE_BANKS ? 2 : 1;
     if (ggx) /* its horizon: k falls by 4/pi alpha^2 there */
         h.kinked = fmin(cbrt(4 * pow((double)axis->lobe->parameter, 2)), 1);
     h.tail = axis->lobe->kind == ENVMAP_LOBE_GGX        ? axis->sigma
@@ -6861,7 +6861,7 @@ static int envmapi_axis_at_rim(const envmapi_axis *axis, const double a[3], doub
    the reach to the reach: 12 texels, 8 sigma, or thrice the angle of a function's or a table's last
    flank. The tail k step (of GGX) is smooth at a texel's scale and stays a sum over centres. So the
    result is continuous in sigma and in every texel, and N -> infinity is the bilinear lookup. No
-   number in this was tuned; they are the definition.
+   number of this is tuned; >>circles' are, and only say how well its integral is known.
        l_i, w_i                    envmapi_source_create, once for all axes
        sum_i k ..., tents          envmapi_axis_sum, envmapi_axis_tent_k
        the bilinear radiance       envmapi_axis_circles
@@ -10213,9 +10213,10 @@ static void envmapi_scene_scales(envmapi_scene *s, float *sums, double off) {
     for (int i = 0; i < last; ++i) envmapi_scene_halve(s, sums, i);
     for (int i = last; i >= 0; --i) {
         double most = off;
-        double sum = off + envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
+        double sum = envmapi_scene_squares(NULL, &most, &s->scale[i].spot, s, sums, i, i);
         double waves = i == last ? fmax(4.0 / 3, (double)s->blocks[i].count / 3) : 4.0 / 3;
-        s->scale[i].kappa = s->norm > 0 ? fmin(sqrt(sum * waves) / s->norm, 1) : 0;
+        sum = sum * waves + off * 4 / 3;
+        s->scale[i].kappa = s->norm > 0 ? fmin(sqrt(sum) / s->norm, 1) : 0;
         s->scale[i].epsilon = s->norm > 0 ? fmin(sqrt(most * 16 / 9) / s->norm, 1) : 0;
         if (i == last) continue;
         s->scale[i].kappa = fmax(s->scale[i].kappa, 0.354 * s->scale[i + 1].kappa);
@@ -10656,6 +10657,7 @@ typedef struct envmapi_spec {
     const envmapi_scene *scene; /* that it is being fitted to, slice by slice, as this work says */
     const envmap_work *work;
     int points; /* texels of a source whose points stand for the definition's sum; dark is known */
+    double most; /* bands that take no longer than sums, where these may be taken; 0: any number */
 } envmapi_spec;
 
 /* sum_l (2l+1) lambda_l^2 e^2 over l < to, e the spline's error on a grid of h, or 1. */
@@ -11048,9 +11050,7 @@ static void envmapi_task_fit(void *context, int i) {
     double most = spec->kinked ? ENVMAPI_FAST_BANDS : fmax(24, ENVMAPI_SMOOTH / spec->sigma);
     if (!spec->kinked && (spec->tail || spec->lobe->kind == ENVMAP_LOBE_GGX))
         most = fmin(most, ENVMAPI_HEAVY);
-    if (spec->scene && spec->lobe->kind <= ENVMAP_LOBE_GGX)
-        most = fmin(most, cbrt(ENVMAPI_PAIRS * (double)envmapi_slice_floats(spec->dst, 0) *
-                               (double)envmapi_slice_floats(spec->scene->in.map, 0)));
+    if (spec->most > 0) most = fmin(most, spec->most);
     if (spec->scene) envmapi_spec_fit(spec, spec->scene, most);
 }
 
@@ -11532,6 +11532,9 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
                                  &job->pool, &result);
         spec->tail = tail, spec->part = tail->part;
     }
+    if (ok && method != ENVMAP_METHOD_HARMONICS && lobe->kind <= ENVMAP_LOBE_GGX)
+        spec->most = cbrt(ENVMAPI_PAIRS * (double)envmapi_slice_floats(spec->dst, 0) *
+                          (double)envmapi_slice_floats(job->src, 0));
     job->planned[l] = ok, job->fast += ok;
     return ok || result || method != ENVMAP_METHOD_HARMONICS ? result : ENVMAP_ERROR_METHOD;
 }

@@ -86,7 +86,8 @@ static void hold(figures *f, const envmap *src, int size, envmap_lobe lobe, int 
         f->fast += !same_bits(&dst, &truth), ++f->all;
         if (k != 3) continue;
         envmap_result result = filter(&again, src, lobe, ENVMAP_METHOD_HARMONICS, tolerance);
-        if (result == ENVMAP_OK) CHECK(same_bits(&again, &dst));
+        if (result == ENVMAP_OK) /* FAST does not take bands where sums are quicker */
+            CHECK(!envmap_compare(&d, &again, &truth, 0) && d.rms <= tolerance);
         else CHECK(result == ENVMAP_ERROR_METHOD && same_bits(&dst, &truth));
     }
     envmap_free(&truth);
