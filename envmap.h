@@ -6377,7 +6377,7 @@ typedef struct envmapi_chart {
     double cut[2];                     /* rho between which a side cuts the middle of the lobe */
     double few, more;          /* nodes of a piece: few + more sqrt(its length) */
     double most, root;         /* longest piece; where x^N ends with a root (0: no such lobe) */
-    double kinked, tail;       /* nodes of a panel in which kinks cross lines, of those for 6; rad,
+    double kinked, tail;       /* a sixth of the nodes of a panel in which kinks cross lines; rad,
                                   from here on pieces grow */
     double rho, sine;   /* of a circle */
     double base[2], wave[2][2]; /* its coordinates: base + wave . (cos phi, sin phi) */
@@ -6947,7 +6947,7 @@ static void envmapi_axes_row(void *context, int task) {
 }
 
 /* Every slice k of src into slice k of dst, or src's only one into all. Who asks for the reference
-   holds others to it: its integral's is at most 1e-4.
+   holds other sums to it: its own tolerance is at most 1e-4.
    Test: the_reference_is_as_exact_as_it_is_at_a_tight_tolerance. */
 static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
                                       const envmap_filter_desc *desc) {
@@ -10610,7 +10610,7 @@ static double envmapi_scene_dark(const envmapi_scene *s, double sigma) {
 #define ENVMAPI_APART   15.0 /* over bands, rad: length of the pieces that points stand for */
 #define ENVMAPI_SHARP   2.35 /* texels: near sums are quicker below, between cubes; speed only */
 #define ENVMAPI_MIDDLE  40 /* squared bands a number of the result, of points: speed only */
-#define ENVMAPI_PAIRS   0.2 /* cubed bands a pair of numbers, as pairs may be summed: speed only */
+#define ENVMAPI_PAIRS   0.2 /* L^3 a pair of numbers, beyond which sums are quicker: speed only */
 #define ENVMAPI_HEAVY   190 /* bands, beyond which a GGX has its lights apart: speed only */
 #define ENVMAPI_SMOOTH  8.0 /* over sigma: bands of a smooth lobe, or 24; at 4 rms fails, 1.45 */
 
