@@ -5978,6 +5978,7 @@ static double envmapi_texel_extent(const envmap *src) {
    four ... So 4^n texels in a row are near each other, and what a lobe does not reach is passed by
    256 (a tile) at a time. */
 #define ENVMAPI_TILE 256
+#define ENVMAPI_FEW  960000 /* texels' images under all turns, or their tents' places (memory) */
 typedef struct envmapi_source {
     const envmap *map;
     const float *texels; /* of the slice */
@@ -5989,7 +5990,19 @@ typedef struct envmapi_source {
     double (*centre)[5];   /* [tiles] unit mean of a tile's texels; cosine and sine of its radius */
     size_t *first;         /* [tiles + 1] first texel of a tile */
     void *block;           /* the memory of all of the above */
+    double *tents;         /* NULL, or directions of all texels' places, of such tents: */
+    double tent;           /* half their width, in texels */
+    int places;            /* of one, a side */
 } envmapi_source;
+
+/* A tent by 1 to 4 places a side, and their weights: its centre; two and three that have the second
+   moment of the four, which are the definition's. */
+static const double envmapi_tent[4][4][2] = {
+    {{0, 1}},
+    {{-0.40824829, 0.5}, {0.40824829, 0.5}},
+    {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
+    {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
+     {0.64494897, 0.18195861}}};
 
 static const float *envmapi_source_rgb(const envmapi_source *s, size_t i) {
     return s->texels + 3 * (size_t)s->place[i];
@@ -5997,7 +6010,8 @@ static const float *envmapi_source_rgb(const envmapi_source *s, size_t i) {
 
 static void envmapi_source_free(envmapi_source *source, void *memory) {
     if (source->block) ENVMAP_FREE(memory, source->block);
-    source->block = NULL;
+    if (source->tents) ENVMAP_FREE(memory, source->tents);
+    source->block = NULL, source->tents = NULL;
 }
 
 /* x of the n-th place in Z-order; y is that of n >> 1. */
@@ -6070,6 +6084,35 @@ static envmap_result envmapi_source_create(envmapi_source *s, const envmap *map,
     return ENVMAP_OK;
 }
 
+/* Directions of texel i's places, x of all, then y, then z. */
+static void envmapi_source_tent(double *d, const envmapi_source *s, size_t i, double tent,
+                                int places) {
+    int mapping = s->map->mapping, edge = s->map->size, n = places * places;
+    int width = envmapi_width(mapping, edge), face = (int)(s->code[i] >> 2 * s->bits);
+    const double(*at)[2] = envmapi_tent[places - 1];
+    double one[3] = {s->x[i], s->y[i], s->z[i]}, uv[2];
+    envmapi_project(uv, mapping, face, one);
+    for (int j = 0; j < n; ++j) {
+        envmapi_direction(one, mapping, face, uv[0] + tent * at[j % places][0] / width,
+                          uv[1] + tent * at[j / places][0] / edge);
+        for (int c = 0; c < 3; ++c) d[c * n + j] = one[c];
+    }
+}
+
+/* Keeps those of all texels, for many axes; speed only, and not where they are too many. */
+static envmap_result envmapi_source_spread(envmapi_source *s, double tent, int places,
+                                           void *memory) {
+    size_t n = (size_t)(places * places);
+    if (s->tents) ENVMAP_FREE(memory, s->tents);
+    s->tents = NULL, s->tent = tent, s->places = places;
+    if (!(tent > 0) || s->count * n > ENVMAPI_FEW) return ENVMAP_OK;
+    s->tents = (double *)ENVMAP_MALLOC(memory, s->count * 3 * n * sizeof(double));
+    if (!s->tents) return ENVMAP_ERROR_MEMORY;
+    for (size_t i = 0; i < s->count; ++i)
+        envmapi_source_tent(s->tents + 3 * n * i, s, i, tent, places);
+    return ENVMAP_OK;
+}
+
 /* Points of light whose sum against any k is the definition's. */
 typedef struct envmapi_points {
     envmapi_rings *rings; /* NULL: they are only counted */
@@ -6125,15 +6168,6 @@ static double envmapi_cosine(double angle) {
     return angle > ENVMAPI_PI ? -2 : angle < 0 ? 2 : cos(angle);
 }
 
-/* A tent by 1 to 4 places a side, and their weights: its centre; two and three that have the second
-   moment of the four, which are the definition's. */
-static const double envmapi_tent[4][4][2] = {
-    {{0, 1}},
-    {{-0.40824829, 0.5}, {0.40824829, 0.5}},
-    {{-0.6164414, 0.21929825}, {0, 0.5614035}, {0.6164414, 0.21929825}},
-    {{-0.64494897, 0.18195861}, {-0.15505103, 0.31804139}, {0.15505103, 0.31804139},
-     {0.64494897, 0.18195861}}};
-
 /* What of k is not in the tail; 1 at cosines down to whole_to. */
 static double envmapi_axis_fade(const envmapi_axis *axis, double x, double whole_to) {
     if (!(x < whole_to)) return 1;
@@ -6142,26 +6176,26 @@ static double envmapi_axis_fade(const envmapi_axis *axis, double x, double whole
 
 /* k averaged over texel i spread by the tent; or adds the points of that. */
 static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i, double whole_to) {
-    int places = axis->places;
-    const double(*at)[2] = envmapi_tent[places - 1];
     const envmapi_source *s = axis->source;
-    int mapping = s->map->mapping, width = axis->level.width, edge = axis->level.edge;
-    int face = (int)(s->code[i] >> 2 * s->bits);
-    double d[3] = {s->x[i], s->y[i], s->z[i]}, uv[2], sum = 0, rgb[3];
-    for (int c = 0; c < 3; ++c) rgb[c] = (double)envmapi_source_rgb(s, i)[c];
-    envmapi_project(uv, mapping, face, d);
-    for (int j = 0; j < places * places; ++j) {
-        double u = uv[0] + axis->tent * at[j % places][0] / width;
-        double v = uv[1] + axis->tent * at[j / places][0] / edge;
+    int places = axis->places, n = places * places;
+    const double(*at)[2] = envmapi_tent[places - 1];
+    int kept = s->tents && s->places == places && s->tent >= axis->tent && s->tent <= axis->tent;
+    double room[48], x[16] = {0}, k[16], sum = 0, rgb[3];
+    const double *d = kept ? s->tents + 3 * n * (ptrdiff_t)i : room;
+    if (!kept) envmapi_source_tent(room, s, i, axis->tent, places);
+    for (int j = 0; j < n && axis->points; ++j) {
+        double one[3] = {d[j], d[n + j], d[2 * n + j]};
         double weight = at[j % places][1] * at[j / places][1];
-        envmapi_direction(d, mapping, face, u, v);
-        double x = envmapi_dot(axis->a, d);
-        if (axis->points)
-            envmapi_points_add(axis->points, d, rgb, (1 - axis->bilinear) * s->w[i] * weight);
-        else
-            sum += weight * envmapi_axis_fade(axis, x, whole_to) *
-                   envmapi_k(axis->lobe, x, axis->p);
+        for (int c = 0; c < 3; ++c) rgb[c] = (double)envmapi_source_rgb(s, i)[c];
+        envmapi_points_add(axis->points, one, rgb, (1 - axis->bilinear) * s->w[i] * weight);
     }
+    if (axis->points) return 0;
+    for (int j = 0; j < n; ++j)
+        x[j] = axis->a[0] * d[j] + axis->a[1] * d[n + j] + axis->a[2] * d[2 * n + j];
+    envmapi_k_many(k, x, n, axis->lobe, axis->p);
+    for (int j = 0; j < n; ++j)
+        sum += at[j % places][1] * at[j / places][1] * envmapi_axis_fade(axis, x[j], whole_to) *
+               k[j];
     return sum;
 }
 
@@ -6971,7 +7005,10 @@ static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
         if (result) break;
         axes->slice = run, axes->axis.source = &source;
         envmapi_axis_aim(&axes->axis, src, run, axes->dst->slices, tolerance);
-        if (axes->prepare)
+        if (axes->axis.bilinear < 1)
+            result = envmapi_source_spread(&source, axes->axis.tent, axes->axis.places,
+                                           desc->work.memory);
+        if (axes->prepare && !result)
             result = axes->prepare(axes->method, &axes->axis, new_source, desc->work.memory);
         if (!result) result = envmapi_run(&work, envmapi_axes_row, axes, count);
     }
@@ -8392,7 +8429,6 @@ static void envmapi_near_weigh(envmapi_window *w, const envmapi_near *s,
 /* Tuned on tests/test_near.c; the test named above a constant fails without it.
    a_sun_keeps_the_tolerance_as_far_as_the_lobe_reaches, of all */
 #define ENVMAPI_COARSE  0.1 /* rad: texels wider than this are coarser than any kernel of FAST */
-#define ENVMAPI_FEW   960000 /* images of a source's texels under all turns at once (memory) */
 #define ENVMAPI_RUN     64  /* texels that are bright together; any number is right */
 #define ENVMAPI_OCTAVES 320 /* of a float's exponents, from the least denormal on */
 
@@ -9139,6 +9175,9 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
             result = envmapi_source_create(&source, src, src->slices > 1 ? s->slice : 0,
                                            desc->work.memory);
         }
+        if (!result && served && listed && s->axis.bilinear < 1)
+            result = envmapi_source_spread(&source, s->axis.tent, s->axis.places,
+                                           desc->work.memory);
         if (!result && served) result = envmapi_near_sum(s, &one.work);
         envmapi_pool_free(pool, kept);
     }
