@@ -6414,7 +6414,8 @@ typedef struct envmapi_chart {
     double kinked, tail;       /* a sixth of the nodes of a panel in which kinks cross lines; rad,
                                   from here on pieces grow */
     double rho, sine;   /* of a circle */
-    double base[2], wave[2][2]; /* its coordinates: base + wave . (cos phi, sin phi) */
+    double base[2], wave[2][2]; /* its coordinates: base + wave . (cos phi, sin phi); */
+    double swing[2];            /* |wave| */
     double along, across;       /* its cosines to the axis: along cos(phi - axis' phi) + across */
     double weight, pole;        /* pole: what the mean of a lat-long's first or last row counts */
 } envmapi_chart;
@@ -6502,8 +6503,10 @@ static double envmapi_chart_of(envmapi_chart *h, int i) {
 /* Nodes for a piece of this length over the lobe's scale; *parts of it, none longer than `most`,
    have so many each. */
 static int envmapi_chart_nodes(int *parts, const envmapi_chart *h, double length, double most) {
-    *parts = length < 1e6 * most ? 1 + (int)(length / most) : 1000000;
-    return (int)fmin(h->few + h->more * sqrt(fmax(length, 0) / *parts), ENVMAPI_GAUSS);
+    *parts = length < most ? 1 : length < 1e6 * most ? 1 + (int)(length / most) : 1000000;
+    double each = *parts > 1 ? length / *parts : length > 0 ? length : 0;
+    double nodes = h->few + h->more * sqrt(each);
+    return nodes < ENVMAPI_GAUSS ? (int)nodes : ENVMAPI_GAUSS;
 }
 
 /* Nodes crowd at both ends of a piece where there may be a root. Returns the slope. */
@@ -6517,7 +6520,7 @@ static double envmapi_chart_grade(double *at) {
    an eighth of what a bell's tail needs. */
 static double envmapi_chart_scale(const envmapi_axis *axis, double away) {
     double scale = axis->sigma;
-    if (axis->lobe->kind == ENVMAP_LOBE_GGX) scale = hypot(1.8 * scale, away);
+    if (axis->lobe->kind == ENVMAP_LOBE_GGX) scale = sqrt(3.24 * scale * scale + away * away);
     else if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION && !axis->kink_count)
         scale /= 2; /* may have kinks anywhere */
     if (axis->lobe->kind >= ENVMAP_LOBE_FUNCTION) scale = fmax(scale, away / 24);
@@ -6565,23 +6568,30 @@ static void envmapi_chart_piece(envmapi_chart *h, const double e[2], const doubl
     int parts, nodes = envmapi_chart_nodes(&parts, h, 2 * T * fmax(h->sine / scale, 2),
                                            root ? h->root : h->most);
     int round = axis->level.mapping == ENVMAP_LATLONG;
-    double weight = h->weight * T / parts;
-    for (int i = 0; i < parts * nodes && T > 0; ++i) {
-        const double *g = axis->gauss[nodes][i % nodes];
-        double at = (i / nodes + (1 + g[0]) / 2) / parts;
-        double slope = root ? envmapi_chart_grade(&at) : 1;
-        double t = T * (2 * at - 1), unit = 1 / sqrt(1 + t * t);
-        double c = (m[0] - t * m[1]) * unit, s = (m[1] + t * m[0]) * unit;
-        double dot = h->along * (c * h->a[0] + s * h->a[1]) + h->across;
-        double k = envmapi_k(axis->lobe, dot, axis->p);
-        if (fabs(k) < axis->least) continue;
-        k *= envmapi_axis_fade(axis, dot, h->whole_to) * weight * slope * g[1] * unit * unit;
-        double fx = h->base[0] + h->wave[0][0] * c + h->wave[0][1] * s;
-        double fy = h->base[1] + h->wave[1][0] * c + h->wave[1][1] * s;
-        if (round) fx = at_x + atan(t) / (2 * ENVMAPI_PI) * axis->level.width;
-        fx = envmapi_clamp(fx - x, 0, 1), fy = envmapi_clamp(fy - y, 0, 1);
-        w[0] += (1 - fx) * (1 - fy) * k, w[1] += fx * (1 - fy) * k;
-        w[2] += (1 - fx) * fy * k, w[3] += fx * fy * k, axis->sum[3] += k;
+    double c[ENVMAPI_GAUSS], s[ENVMAPI_GAUSS], t[ENVMAPI_GAUSS], each[ENVMAPI_GAUSS];
+    double dot[ENVMAPI_GAUSS], k[ENVMAPI_GAUSS];
+    for (int part = 0; part < parts && T > 0; ++part) {
+        for (int i = 0; i < nodes; ++i) {
+            const double *g = axis->gauss[nodes][i];
+            double at = (part + (1 + g[0]) / 2) / parts;
+            double slope = root ? envmapi_chart_grade(&at) : 1;
+            t[i] = T * (2 * at - 1);
+            double square = 1 / (1 + t[i] * t[i]), unit = sqrt(square);
+            c[i] = (m[0] - t[i] * m[1]) * unit, s[i] = (m[1] + t[i] * m[0]) * unit;
+            dot[i] = h->along * (c[i] * h->a[0] + s[i] * h->a[1]) + h->across;
+            each[i] = h->weight * T / parts * slope * g[1] * square;
+        }
+        envmapi_k_many(k, dot, nodes, axis->lobe, axis->p);
+        for (int i = 0; i < nodes; ++i) {
+            if (fabs(k[i]) < axis->least) continue;
+            each[i] *= k[i] * envmapi_axis_fade(axis, dot[i], h->whole_to);
+            double fx = h->base[0] + h->wave[0][0] * c[i] + h->wave[0][1] * s[i];
+            double fy = h->base[1] + h->wave[1][0] * c[i] + h->wave[1][1] * s[i];
+            if (round) fx = at_x + atan(t[i]) / (2 * ENVMAPI_PI) * axis->level.width;
+            fx = envmapi_clamp(fx - x, 0, 1), fy = envmapi_clamp(fy - y, 0, 1);
+            w[0] += (1 - fx) * (1 - fy) * each[i], w[1] += fx * (1 - fy) * each[i];
+            w[2] += (1 - fx) * fy * each[i], w[3] += fx * fy * each[i], axis->sum[3] += each[i];
+        }
     }
     envmapi_chart_add(h, (int)x, (int)y, w);
 }
@@ -6594,7 +6604,7 @@ typedef struct envmapi_crossing {
 } envmapi_crossing;
 
 static void envmapi_chart_cross(envmapi_crossing *next, const envmapi_chart *h, int i) {
-    double R = hypot(h->wave[i][0], h->wave[i][1]);
+    double R = h->swing[i];
     next->is = 0;
     if (h->axis->level.mapping == ENVMAP_LATLONG) {
         double phi = 2 * ENVMAPI_PI * ((next->line + 0.5) / h->axis->level.width - 0.5);
@@ -6674,7 +6684,7 @@ static void envmapi_chart_circle(envmapi_chart *h, double rho, double weight) {
     if (axis->level.mapping == ENVMAP_PARABOLOID)
         h->weight *= envmapi_paraboloid_share(R, axis->level.edge);
     for (int i = 0; i < 2; ++i) {
-        h->base[i] = h->at[i] + (round ? h->grow[i] * R : 0);
+        h->base[i] = h->at[i] + (round ? h->grow[i] * R : 0), h->swing[i] = h->grow[i] * R;
         for (int k = 0; k < 2; ++k) h->wave[i][k] = round ? 0 : h->grow[i] * R * h->turn[i][k];
     }
     h->along = h->sine * sin(h->alpha), h->across = cosine * cos(h->alpha);
