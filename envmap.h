@@ -7686,6 +7686,7 @@ struct envmapi_near {
     int shift;                       /* of a float, to its place in the table; the fraction of it */
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
+    double tent;                       /* the definition's; the axis' is 0 where it adds little */
     double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
     double poles[2][3]; /* a lat-long's means of its first and its last row */
@@ -8572,7 +8573,7 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
 static void envmapi_near_reference(double sum[4], envmapi_window *w, const envmapi_near *s,
                                    size_t texel) {
     envmapi_axis axis = s->axis;
-    axis.light = axis.sum, axis.sight = s->R_bright;
+    axis.light = axis.sum, axis.sight = s->R_bright, axis.tent = s->tent;
     int width = envmapi_width(s->dst.mapping, s->dst.size), row = (int)(texel / (size_t)width);
     envmapi_texel_direction(axis.a, s->dst.mapping, row / s->dst.size, s->dst.size,
                             (int)(texel % (size_t)width), row % s->dst.size);
@@ -8627,6 +8628,12 @@ static void envmapi_near_put(envmapi_window *w, const envmapi_near *s, int n,
         memcpy(image + 3 * (ptrdiff_t)at[t], out + 3 * t, 3 * sizeof *out);
 }
 
+/* Has an axis a rim's texels, which are long, in the core of its lobe?
+   Test: works_that_broke_hold (tests/test_search.c), of tents. */
+static int envmapi_near_at_rim(const envmapi_near *s, const double a[3]) {
+    return envmapi_axis_at_rim(&s->axis, a, fmin(s->R_bright, 8 * s->sigma));
+}
+
 /* Some axes: all texels, as the reference weighs them. */
 static void envmapi_near_all(envmapi_window *w, const envmapi_near *s, int axes) {
     enum { N = ENVMAPI_NEAR_AXES };
@@ -8637,6 +8644,7 @@ static void envmapi_near_all(envmapi_window *w, const envmapi_near *s, int axes)
     for (int n = 0; n < axes; ++n) {
         memset(w->light, 0, s->all * sizeof *w->light);
         memcpy(axis.a, w->axes[n], sizeof axis.a);
+        axis.tent = envmapi_near_at_rim(s, axis.a) ? s->tent : s->axis.tent;
         envmapi_axis_filter(&axis, NULL);
         for (size_t i = 0; i < s->all; ++i) K[i * N + (size_t)n] = (float)(w->light[i] / s->scale);
     }
@@ -8657,9 +8665,8 @@ static void envmapi_near_see(envmapi_window *w, const envmapi_near *s,
     int folded = s->axis.level.mapping == ENVMAP_OCTAHEDRAL;
     double fold = folded ? 4 * s->sigma * (1 / s->piece - 1.3) : 0; /* from 1.2e-4 on */
     for (int n = 0; n < axes->count; ++n)
-        w->rim[n] =
-            !s->all && (fabs(w->axes[n][1]) < fold ||
-                        envmapi_axis_at_rim(&s->axis, w->axes[n], fmin(s->R_bright, 8 * s->sigma)));
+        w->rim[n] = !s->all &&
+                    (fabs(w->axes[n][1]) < fold || envmapi_near_at_rim(s, w->axes[n]));
     for (int part = 0; part < envmapi_window_parts(s->axis.level.mapping) && !s->all; ++part) {
         unsigned bright = 0;
         for (int outer = 1; outer >= 0; --outer) {
@@ -9039,6 +9046,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (s->axis.lobe->kind == ENVMAP_LOBE_FUNCTION && s->axis.kink_count)
         s->piece *= fmin(pow(tolerance * 2e3, 0.4), 1);
     /* tent^2 / 12 is what a tent adds to k'': at 6 sigma of 2 texels a tenth of what is allowed */
+    s->tent = s->axis.tent;
     if (s->axis.tent * s->axis.tent < 2.5 * tolerance && s->axis.texel < ENVMAPI_COARSE)
         s->axis.tent = 0; /* texels that are coarse lie across the horizon of x^N */
     int serves = envmapi_near_serves(s), tight = tolerance < 1e-4;
@@ -9098,7 +9106,7 @@ static envmap_result envmapi_near_slice(envmapi_near *s, const envmap *src, int 
     /* two have the second moment of four, and lose tent^4, across a kink tent^2; not across an
        octahedral fold, nor a jump */
     int kinked = s->axis.kink_count > 0;
-    if (s->all && pow(s->axis.tent, kinked ? 2 : 4) < tolerance &&
+    if (s->all && pow(s->tent, kinked ? 2 : 4) < tolerance &&
         src->mapping != ENVMAP_OCTAHEDRAL && !envmapi_lobe_root(s->axis.lobe))
         s->axis.places = 2;
     if (s->all) s->tail = NULL;
@@ -9186,7 +9194,7 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
                                            desc->work.memory);
         }
         if (!result && served && listed && s->axis.bilinear < 1)
-            result = envmapi_source_spread(&source, s->axis.tent, s->axis.places,
+            result = envmapi_source_spread(&source, s->tent, s->axis.places,
                                            desc->work.memory);
         if (!result && served) result = envmapi_near_sum(s, &one.work);
         envmapi_pool_free(pool, kept);
@@ -10975,7 +10983,7 @@ static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmapi_scene *s
     }
     if (!envmapi_spec_lambda(spec, bands)) return 0;
     int divided = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
-    double share = divided ? fmax(envmapi_contrast_at(scene, l).kappa, 0.1) : 1;
+    double share = divided ? fmax(envmapi_contrast_at(scene, l).kappa, 0.1) : 0.5;
     for (s = spec->slice; s < end; ++s)
         for (int i = l; i < bands; ++i)
             if (4 * fabs(s->lambda[i]) * spec->part * share > spec->tolerance * s->mean) return 0;
