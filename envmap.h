@@ -5612,15 +5612,15 @@ static void envmapi_sh_exchange(double *to, const double *from, int bands, int t
 }
 
 /* Half of >>transform, to sh where that is given, else to texels. The grid is the widest that loses
-   no more than the tolerance of the last band: a third of it in each of the two splines on the way,
-   as the most that they lose is 1.5 times what they lose in the mean. */
+   no more than the tolerance of the last band: a fifth of it in each of the two splines on the
+   way, as a face of few nodes loses more of one texel than the mean that is known. */
 static envmap_result envmapi_sh_fast(double *sh, float *texels, envmapi_sh_job *job) {
     envmapi_input in;
     envmapi_transform t;
     const envmapi_input *from = job->in ? job->in : sh ? &in : NULL;
     int bands = job->bands;
     double lambda[ENVMAPI_SH_BANDS], h = envmapi_widest_spacing(bands);
-    while (3 * envmapi_band_error(bands - 1, h) > job->tolerance) h *= 0.96;
+    while (5 * envmapi_band_error(bands - 1, h) > job->tolerance) h *= 0.96;
     if ((sh && !job->in &&
          envmapi_input_create(&in, &job->map, job->slice, 0, &job->work, &job->pool)) ||
         envmapi_transform_create(&t, &job->map, h, bands, job->tolerance, from, 1, NULL, &job->work,
