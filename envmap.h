@@ -6741,21 +6741,25 @@ static double envmapi_chart_touches(const envmapi_chart *h, double rho) {
 }
 
 /* Nodes that a panel has at least: circles go through points where two lines cross, and there the
-   third derivative jumps, which a kink of k does where it crosses a line, more often. A sphere
-   map's texels are long, and more lines cross in a panel; an octant's panels are short. */
+   third derivative jumps, which a kink of k does where it crosses a line, more often: a thin ring
+   within a fraction of a texel. A sphere map's texels are long, and more lines cross in a panel; an
+   octant's panels are short. */
 static double envmapi_chart_least(const envmapi_chart *h, double from, double to) {
     const envmapi_axis *axis = h->axis;
     double away = fmax(fmax(from - h->alpha, h->alpha - to), 0), middle = (from + to) / 2;
     double last = fmin(middle + h->alpha, 2 * ENVMAPI_PI - middle - h->alpha);
     int bell = axis->lobe->kind == ENVMAP_LOBE_PHONG || axis->lobe->kind == ENVMAP_LOBE_GAUSSIAN;
-    double least = away < 6 * axis->sigma ? 8 : bell ? 0 : 2.6;
+    int banks = axis->lobe->kind == ENVMAP_LOBE_BANKS;
+    double unit = banks ? fmin(axis->texel, 4 * axis->sigma) : axis->texel;
+    double least = banks || away < 6 * axis->sigma ? 8 : bell ? 0 : 2.6;
     for (int i = 0; i < axis->kink_count; ++i)
         if (axis->lobe->kind == ENVMAP_LOBE_FUNCTION ||
             (fabs(middle - h->alpha) < axis->kinks[i] && axis->kinks[i] < last))
             least = fmax(least, 6 * h->kinked);
     int octant = axis->level.mapping == ENVMAP_OCTAHEDRAL && axis->kink_count;
-    return least * envmapi_clamp((to - from) / axis->texel, octant ? 0.5 : 1, 4) /
-           pow(axis->apart, 0.75);
+    double crossed =
+        envmapi_clamp((to - from) / unit, octant ? envmapi_clamp(axis->texel, 0.5, 1) : 1, 4);
+    return least * crossed / pow(axis->apart, 0.75);
 }
 
 /* How far along a side, from its middle on, a circle cuts it. */
