@@ -9071,7 +9071,9 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     /* Functions and tables, and lobes of about a texel of an octahedral map, take more windows than
        points; thin lobes, whose bands are many, take fewer rings than points where texels are few.
        Speed only, as is to leave single texels to sums. */
-    int costs = !line && s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION;
+    int many = envmapi_slice_floats(&s->dst, 0) > 768 * (size_t)s->turn_count &&
+               s->axis.texel > ENVMAPI_COARSE / 2 && !s->axis.kink_count; /* axes */
+    int costs = (!line || many) && s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION;
     costs |= level->mapping == ENVMAP_OCTAHEDRAL && envmapi_near_few(src, 48) &&
              s->sigma > 0.7 * s->axis.texel;
     int few = s->all && s->axis.texel > ENVMAPI_COARSE && s->sigma < 0.03 &&
@@ -10968,8 +10970,8 @@ static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
 }
 
 /* A sum over texel centres shows the texels' lattice if lambda_l has not decayed by the lattice's
-   frequency, and the scene has contrast there, or the lobe is not divided by its own sum. No band
-   limit below that one can represent it.  Test: a_wide_ggx_takes_no_more_than_its_neighbours. */
+   frequency, all the more of a scene that is such a lattice itself. No band limit below that one can
+   represent it.  Tests: a_lobe_takes_no_more_than_its_neighbours, works_that_broke_hold. */
 static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmapi_scene *scene) {
     const envmap *map = scene->in.map;
     double wave = 2 * ENVMAPI_PI * envmapi_width(map->mapping, map->size);
@@ -10986,11 +10988,9 @@ static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmapi_scene *s
         if (s == end) return 1;
     }
     if (!envmapi_spec_lambda(spec, bands)) return 0;
-    int divided = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
-    double share = divided ? fmax(envmapi_contrast_at(scene, l).kappa, 0.1) : 0.5;
     for (s = spec->slice; s < end; ++s)
         for (int i = l; i < bands; ++i)
-            if (4 * fabs(s->lambda[i]) * spec->part * share > spec->tolerance * s->mean) return 0;
+            if (2 * fabs(s->lambda[i]) * spec->part > spec->tolerance * s->mean) return 0;
     return 1;
 }
 
