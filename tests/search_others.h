@@ -452,4 +452,19 @@ static verdict check_work(const work *w) {
     return v;
 }
 
+/* The verdict on a work as tests list them: its maps and its lobe, and its scene. Nothing is held
+   (over is negative) where it cannot be read. Quick forms run under sanitizers and valgrind, and
+   get their time. */
+static verdict check_line(const char *check, const char *what, const char *scene, int seed) {
+    char text[400];
+    work w;
+    snprintf(text, sizeof text, "check=%s method=auto src=%s scene=%s times=1 seed=%d", check, what,
+             scene, seed);
+    if (!work_read(&w, text)) return verdict_none();
+    check_patience = test_timed() ? 1 : 40;
+    verdict v = check_work(&w);
+    check_patience = 1;
+    return v;
+}
+
 #endif
