@@ -10970,7 +10970,7 @@ static int envmapi_spec_lambda(envmapi_spec *spec, int bands) {
 }
 
 /* A sum over texel centres shows the texels' lattice if lambda_l has not decayed by the lattice's
-   frequency, all the more of a scene that is such a lattice itself. No band limit below that one can
+   frequency, all the more of a scene that is a lattice itself. No band limit below that one can
    represent it.  Tests: a_lobe_takes_no_more_than_its_neighbours, works_that_broke_hold. */
 static int envmapi_spec_lattice_holds(envmapi_spec *spec, const envmapi_scene *scene) {
     const envmap *map = scene->in.map;
