@@ -184,26 +184,16 @@ static double work_radiance(const work *w, const double d[3], const oracle_texel
         lamp += lit || oracle_dot(turned, d) > cos(0.05 + 0.1 * i) ? 10.0 / (1 + i + channel) : 0;
     }
     switch (w->scene) {
-    case SCENE_NOISE:
-        return noise;
-    case SCENE_SMOOTH:
-        return oracle_smooth(d, channel);
-    case SCENE_TEXEL:
-        return lit;
-    case SCENE_LAMPS:
-        return lamp;
-    case SCENE_SUN:
-        return lit ? 1e5 : noise;
-    case SCENE_CHECKER:
-        return (texel->x + texel->y + texel->face) & 1;
-    case SCENE_HALF:
-        return oracle_dot(axis, d) > 0;
-    case SCENE_DECADES:
-        return pow(10, 4 * oracle_dot(axis, d));
-    case SCENE_COLOURS:
-        return channel == 0 ? lamp : channel == 1 ? noise : 0;
-    default:
-        return 1;
+    case SCENE_NOISE: return noise;
+    case SCENE_SMOOTH: return oracle_smooth(d, channel);
+    case SCENE_TEXEL: return lit;
+    case SCENE_LAMPS: return lamp;
+    case SCENE_SUN: return lit ? 1e5 : noise;
+    case SCENE_CHECKER: return (texel->x + texel->y + texel->face) & 1;
+    case SCENE_HALF: return oracle_dot(axis, d) > 0;
+    case SCENE_DECADES: return pow(10, 4 * oracle_dot(axis, d));
+    case SCENE_COLOURS: return channel == 0 ? lamp : channel == 1 ? noise : 0;
+    default: return 1;
     }
 }
 
@@ -220,6 +210,7 @@ static int work_source(envmap *src, const work *w, const oracle_texel *texels) {
             const oracle_texel *t = texels + i;
             int lit = t->face == (int)face && t->x == (int)((face - (int)face) * width) &&
                       t->y == (int)(w->t * w->src_size);
+            if (w->scene == SCENE_TEXEL && !(t->w > 0)) lit = 0; /* beyond a rim: all is black */
             for (int c = 0; c < 3; ++c)
                 src->texels[3 * ((size_t)slice * count + i) + (size_t)c] =
                     (float)(w->times * work_radiance(w, t->d, t, lit, c, &state));

@@ -30,8 +30,8 @@ static void check_memory(work *w, call *run, double bound, const char *what) {
     CHECK(run(w) == ENVMAP_OK);
     oracle_metered = 0;
     CHECK(oracle_held == 0);
-    snprintf(text, sizeof text, "%s, %s: %.1f MB of %.1f", w->name, what,
-             (double)oracle_peak / MB, bound / MB);
+    snprintf(text, sizeof text, "%s, %s: %.1f MB of %.1f", w->name, what, (double)oracle_peak / MB,
+             bound / MB);
     FIGURE(text, (double)oracle_peak / bound, 1);
 }
 
@@ -105,6 +105,20 @@ static void the_definition_takes_four_sources_and_a_result(void) {
             w.dst = black(shapes[i].to, 8, 1, 1);
         }
         check_memory(&w, filtered, 4 * bytes_of(&w.src) + bytes_of(&w.dst) + 2e4, "Phong 3e4");
+        work_free(&w);
+    }
+}
+
+/* sigma is 1.45 texels; 960000 places are the most. */
+static void lobes_of_one_to_two_texels_keep_the_places_of_their_tents(void) {
+    for (int edge = 32; edge <= 128; edge *= 4) {
+        work w = work_of(edge == 32 ? "cube of 32" : "cube of 128", ENVMAP_CUBE, edge, ENVMAP_CUBE,
+                         4, 1);
+        double texels = 6.0 * edge * edge, places = 16 * texels <= 960000 ? 16 * texels : 0;
+        w.desc.method = ENVMAP_METHOD_REFERENCE;
+        w.lobes[0] = envmap_lobe_gaussian((float)(0.232 * edge * edge));
+        check_memory(&w, filtered, 4 * bytes_of(&w.src) + bytes_of(&w.dst) + 24 * places + 2e4,
+                     "of 1.45 texels");
         work_free(&w);
     }
 }
@@ -238,6 +252,7 @@ static void mips_cleaning_and_comparing_take_none(void) {
 
 int main(void) {
     RUN(the_definition_takes_four_sources_and_a_result);
+    RUN(lobes_of_one_to_two_texels_keep_the_places_of_their_tents);
     RUN(the_hierarchical_method_takes_eight_sources_and_a_result);
     RUN(lobes_of_two_texels_take_both_maps_and_the_square_of_bands);
     RUN(the_sharpest_lobes_of_bands_take_four_or_five_sources);
