@@ -411,7 +411,8 @@ ENVMAP_API envmap_lobe envmap_lobe_table(const float *values, int size, int slic
 /* What every method asks a lobe, for each p. Bad lobes (and the mirror, which has no k): 0.
    value      scale * k(x; p)
    integral   2 pi integral of scale * k over [-1,1], sr: closed form where there is one
-   sigma      half the width of the angles around the peak of |k| where |k| exceeds e^(-1/2) of it
+   sigma      half the width of the angles around the peak of |k| where |k| exceeds e^(-1/2) of it;
+              they go on beyond the axis, and beyond what is opposite to it
    support    angles [from, to] outside which k = 0, or below 1e-12 of its peak
    Thread-safe.  Test: lobes_know_*. */
 ENVMAP_API double envmap_lobe_value(const envmap_lobe *lobe, double x, double p);
@@ -3443,7 +3444,8 @@ ENVMAPI_BODY double envmap_lobe_sigma(const envmap_lobe *lobe, double p) {
     level *= fabs(envmapi_k(lobe, cos(peak), p));
     double left = envmapi_lobe_flank(lobe, p, peak, level, -1);
     double right = envmapi_lobe_flank(lobe, p, peak, level, 1);
-    return left < peak ? 0.5 * (left + right) : peak + right; /* a peak that reaches the axis */
+    if (!(left < peak)) return peak + right; /* a peak that reaches the axis, or what is opposite */
+    return right < ENVMAPI_PI - peak ? 0.5 * (left + right) : ENVMAPI_PI - peak + left;
 }
 
 /* ---- lambda_l: closed forms from lambda_0 on, quadrature */
@@ -6759,10 +6761,10 @@ static double envmapi_chart_least(const envmapi_chart *h, double from, double to
         if (axis->lobe->kind == ENVMAP_LOBE_FUNCTION ||
             (fabs(middle - h->alpha) < axis->kinks[i] && axis->kinks[i] < last))
             least = fmax(least, 6 * h->kinked);
-    int octant = axis->level.mapping == ENVMAP_OCTAHEDRAL && axis->kink_count;
-    double crossed =
-        envmapi_clamp((to - from) / unit, octant ? envmapi_clamp(axis->texel, 0.5, 1) : 1, 4);
-    return least * crossed / pow(axis->apart, 0.75);
+    double shortest = axis->level.mapping != ENVMAP_OCTAHEDRAL ? 1
+                      : axis->kink_count                       ? envmapi_clamp(axis->texel, 0.5, 1)
+                                                               : 0.3;
+    return least * envmapi_clamp((to - from) / unit, shortest, 4) / pow(axis->apart, 0.75);
 }
 
 /* How far along a side, from its middle on, a circle cuts it. */

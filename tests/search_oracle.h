@@ -359,7 +359,7 @@ static double oracle_sigma(const oracle_lobe *m, double p) {
     for (from = at; from >= 0 && oracle_k(m, cos(PI * from / n), p) >= level * peak;) --from;
     for (to = at; to <= n && oracle_k(m, cos(PI * to / n), p) >= level * peak;) ++to;
     double ends[2] = {from, to};
-    if (to > n) ends[1] = n; /* up to pi */
+    if (to > n) ends[1] = n;                           /* up to pi */
     for (int i = 0; i < (to > n ? 30 : 2 * 30); ++i) { /* between samples by halving */
         double in = i % 30 ? low : i ? to - 1 : from + 1, out = i % 30 ? high : i ? to : from;
         double middle = (in + out) / 2,
@@ -367,6 +367,7 @@ static double oracle_sigma(const oracle_lobe *m, double p) {
         low = inside > 0 ? middle : in, high = inside > 0 ? out : middle;
         ends[i / 30] = low;
     }
+    if (from >= 0 && to > n) return PI * (n - ends[0]) / n; /* about what is opposite to the axis */
     return from < 0 ? PI * ends[1] / n : PI * (ends[1] - ends[0]) / n / 2;
 }
 
@@ -429,7 +430,7 @@ typedef struct oracle_filter {
     const oracle_lobe *lobe;
     double p, sigma, flank, extent, from, to;
     double sight; /* beyond it k is below 1e-14 of its peak */
-    double fine; /* 1, or more for a finer quadrature of the bilinear radiance */
+    double fine;  /* 1, or more for a finer quadrature of the bilinear radiance */
 } oracle_filter;
 
 static double oracle_step(double value, double from, double to) {
@@ -687,7 +688,8 @@ static void oracle_disc_circle(double sum[4], const oracle_filter *f, const orac
         if (to > wide + 1e-15 || from < -wide - 1e-15 || !(to > from)) continue;
         double arc = hypot(sin(t) * nearest, t - e->t), step = f->sigma / 2;
         if (oracle_falls(f)) step = fmax(step, arc / 5);
-        int parts = (int)ceil(fmin((to - from) * sin(t) / step * f->fine, 1e4)) + ((to - from) > 0.5);
+        int parts =
+            (int)ceil(fmin((to - from) * sin(t) / step * f->fine, 1e4)) + ((to - from) > 0.5);
         for (int k = 0; k < 4 * parts; ++k) {
             double at = (k / 4 + (1 + x[k % 4]) / 2) / parts, slope = oracle_grade(&at, f);
             oracle_disc_node(sum, rgb, f, e, t, e->phi + from + (to - from) * at,

@@ -336,9 +336,10 @@ static double check_mip_level(const bench *b, int level) {
     for (size_t i = 0; i < oracle_count(m, edge); ++i) {
         double rgb[3] = {mean[0] / all, mean[1] / all, mean[2] / all};
         if (!(texels[i].w > 0)) continue;
+        double least = fmax(1e-3, 1e-10 / texels[i].w) * peak; /* overlaps are known to 1e-15 sr */
         if (edge > 1) own_mip(rgb, b, from, above, texels + i, edge);
         for (int c = 0; c < 3; ++c)
-            worst = fmax(worst, off_by((double)to[3 * i + (size_t)c], rgb[c], 1e-3 * peak));
+            worst = fmax(worst, off_by((double)to[3 * i + (size_t)c], rgb[c], least));
     }
     free(texels), free(parents);
     return worst;
