@@ -6417,7 +6417,7 @@ typedef struct envmapi_chart {
     double few, more;          /* nodes of a piece: few + more sqrt(its length) */
     double most, root;         /* longest piece; where x^N ends with a root (0: no such lobe) */
     double kinked, tail;       /* a sixth of the nodes of a panel in which kinks cross lines; rad,
-                                  from here on pieces grow */
+                                  from here on pieces grow, to a texel: longer ones end at lines */
     double rho, sine;   /* of a circle */
     double base[2], wave[2][2]; /* its coordinates: base + wave . (cos phi, sin phi); */
     double swing[2];            /* |wave| */
@@ -6562,9 +6562,9 @@ static double envmapi_chart_place(const envmapi_chart *h, int i, double c, doubl
    its middle. What they count of their four texels is summed first. root: x^N ends with it. */
 static void envmapi_chart_piece(envmapi_chart *h, const double e[2], const double f[2], int root) {
     envmapi_axis *axis = h->axis;
-    double cosine = e[0] * f[0] + e[1] * f[1], both = sqrt(2 + 2 * cosine);
-    double T = (e[0] * f[1] - e[1] * f[0]) / (1 + cosine), w[4] = {0, 0, 0, 0};
-    double m[2] = {(e[0] + f[0]) / both, (e[1] + f[1]) / both};
+    double half = 1 / sqrt(2 + 2 * (e[0] * f[0] + e[1] * f[1])), w[4] = {0, 0, 0, 0};
+    double T = 2 * half * half * (e[0] * f[1] - e[1] * f[0]);
+    double m[2] = {half * (e[0] + f[0]), half * (e[1] + f[1])};
     double look = fmax(e[0] * h->a[0] + e[1] * h->a[1], f[0] * h->a[0] + f[1] * h->a[1]);
     double scale = envmapi_chart_scale(axis, sqrt(fmax(2 - 2 * (h->along * look + h->across), 0)));
     double at_x = envmapi_chart_place(h, 0, m[0], m[1]), x = floor(at_x);
@@ -6575,16 +6575,17 @@ static void envmapi_chart_piece(envmapi_chart *h, const double e[2], const doubl
     int round = axis->level.mapping == ENVMAP_LATLONG;
     double c[ENVMAPI_GAUSS], s[ENVMAPI_GAUSS], t[ENVMAPI_GAUSS], each[ENVMAPI_GAUSS];
     double dot[ENVMAPI_GAUSS], k[ENVMAPI_GAUSS];
+    double step = parts > 1 ? 1.0 / parts : 1, weight = h->weight * T * step;
     for (int part = 0; part < parts && T > 0; ++part) {
         for (int i = 0; i < nodes; ++i) {
             const double *g = axis->gauss[nodes][i];
-            double at = (part + (1 + g[0]) / 2) / parts;
+            double at = (part + (1 + g[0]) / 2) * step;
             double slope = root ? envmapi_chart_grade(&at) : 1;
             t[i] = T * (2 * at - 1);
             double square = 1 / (1 + t[i] * t[i]), unit = sqrt(square);
             c[i] = (m[0] - t[i] * m[1]) * unit, s[i] = (m[1] + t[i] * m[0]) * unit;
             dot[i] = h->along * (c[i] * h->a[0] + s[i] * h->a[1]) + h->across;
-            each[i] = h->weight * T / parts * slope * g[1] * square;
+            each[i] = weight * slope * g[1] * square;
         }
         envmapi_k_many(k, dot, nodes, axis->lobe, axis->p);
         for (int i = 0; i < nodes; ++i) {
@@ -6674,7 +6675,7 @@ static double envmapi_chart_half(const envmapi_chart *h, double angle) {
 }
 
 static void envmapi_chart_break(envmapi_quadrature *q, double phi) {
-    envmapi_quadrature_break(q, phi), envmapi_quadrature_break(q, -phi);
+    if (phi > 0) envmapi_quadrature_break(q, phi), envmapi_quadrature_break(q, -phi);
 }
 
 /* Adds the circle at rho. */
@@ -6698,7 +6699,7 @@ static void envmapi_chart_circle(envmapi_chart *h, double rho, double weight) {
     envmapi_quadrature_break(&q, 0);
     for (int i = 0; i < axis->kink_count; ++i)
         envmapi_chart_break(&q, envmapi_chart_half(h, axis->kinks[i]));
-    for (double away = h->tail; away < h->end; away *= 3)
+    for (double away = h->tail; away < fmin(h->end, axis->texel); away *= 3)
         envmapi_chart_break(&q, envmapi_chart_half(h, away));
     for (int i = 0; i < h->sides; ++i) {
         const double *side = h->side[i];
@@ -6835,7 +6836,7 @@ static void envmapi_chart_sum(envmapi_chart *h, double most) {
     if (!(q.breaks[0] < q.breaks[1])) return;
     envmapi_quadrature_break(&q, h->alpha), envmapi_quadrature_break(&q, end - h->alpha);
     envmapi_quadrature_break(&q, 2 * ENVMAPI_PI - end - h->alpha);
-    for (double away = h->tail; away < end; away *= 3)
+    for (double away = h->tail; away < fmin(end, axis->texel); away *= 3)
         envmapi_quadrature_break(&q, h->alpha - away),
             envmapi_quadrature_break(&q, h->alpha + away);
     for (int i = 0; i < axis->kink_count; ++i) {
@@ -11327,16 +11328,17 @@ static void envmapi_points_look(double look[3], const envmap *src, const float *
     }
 }
 
-/* The part of a function or a table that the definition leaves to centres, beyond its reach. */
+/* The part of a lobe that the definition leaves to centres, beyond its reach: of GGX, which is
+   smooth there, a tenth is what tents may make of it. */
 static double envmapi_points_beyond(const envmapi_axis *axis) {
     double all = 0, beyond = 0, theta, weight;
-    if (axis->lobe->kind < ENVMAP_LOBE_FUNCTION || !(axis->to > axis->reach)) return 0;
+    if (!(axis->to > axis->reach)) return 0;
     envmapi_quadrature q = envmapi_quadrature_of(axis->lobe, axis->p, 0, axis->to, 1);
     while (envmapi_quadrature_next(&q, &theta, &weight)) {
         double k = fabs(envmapi_k(axis->lobe, cos(theta), axis->p)) * weight * sin(theta);
         all += k, beyond += k * envmapi_smooth_step(theta, axis->reach / 2, axis->reach);
     }
-    return all > 0 ? beyond / all : 0;
+    return all > 0 ? beyond / all * (axis->lobe->kind == ENVMAP_LOBE_GGX ? 0.1 : 1) : 0;
 }
 
 /* Slice k by points that stand for the reference's sum. *served: 0 where they or bands are too
@@ -11361,7 +11363,7 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     /* the definition has centres beyond its reach, points have tents: a sphere map's are long */
     double loses = src->mapping == ENVMAP_SPHERE ? 20 * tolerance : 500 * tolerance;
     if ((axis->bilinear > 0 || axis->tent * axis->tent > loses) && axis->to > axis->reach &&
-        (lobe->kind == ENVMAP_LOBE_GGX || envmapi_points_beyond(axis) > tolerance))
+        envmapi_points_beyond(axis) > tolerance)
         return ENVMAP_OK;
     if (!envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result))
         return result;
