@@ -7697,6 +7697,7 @@ struct envmapi_near {
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
     double tent;                       /* the definition's; the axis' is 0 where it adds little */
+    int lights;                        /* texels of eight means and more show what nodes miss */
     double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
     double poles[2][3]; /* a lat-long's means of its first and its last row */
@@ -7809,8 +7810,10 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     if (grows) grows += (int)envmapi_clamp(11 - 14 * s->piece, 0, 4);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     int kinks = i && level->mapping == ENVMAP_LATLONG ? s->axis.kink_count : 0, count = 0;
-    double piece = s->piece * w->sigma[i]; /* paraboloids have kinks where they blend */
-    if (level->mapping == ENVMAP_PARABOLOID && s->piece < 0.8 && fabs(w->a[2]) < w->R) piece /= 2;
+    double piece = s->piece * w->sigma[i]; /* paraboloids have kinks where they blend, in texels */
+    int blends = level->mapping == ENVMAP_PARABOLOID && fabs(w->a[2]) < w->R;
+    if (blends && s->piece < 0.8) piece /= 2;
+    if (blends && s->lights && grows) grows = 5;
     for (double end, place = at[i] * size - 0.5; from < to && count + 6 <= room; from = end) {
         end = to; /* about a pole kinks lie along rows, and what pieces miss does not cancel */
         for (int k = 0; k < 2 * kinks; ++k) {
@@ -9048,6 +9051,7 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (s->exponent > -60 && s->exponent < 60) s->exponent = 0;
     s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
     s->R = s->R_bright = s->tail ? s->tail->reach : envmapi_near_radius(s, look, tolerance);
+    s->lights = look[0] > 8 * look[2];
     look[0] = s->bright;
     if (!s->tail) s->R = envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
