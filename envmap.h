@@ -6762,9 +6762,9 @@ static double envmapi_chart_least(const envmapi_chart *h, double from, double to
         if (axis->lobe->kind == ENVMAP_LOBE_FUNCTION ||
             (fabs(middle - h->alpha) < axis->kinks[i] && axis->kinks[i] < last))
             least = fmax(least, 6 * h->kinked);
-    double shortest = axis->level.mapping != ENVMAP_OCTAHEDRAL ? 1
-                      : axis->kink_count                       ? envmapi_clamp(axis->texel, 0.5, 1)
-                                                               : 0.3;
+    double shortest = 1;
+    if (axis->level.mapping == ENVMAP_OCTAHEDRAL && axis->lobe->kind >= ENVMAP_LOBE_BANKS)
+        shortest = axis->kink_count ? envmapi_clamp(axis->texel, 0.5, 1) : 0.3;
     return least * envmapi_clamp((to - from) / unit, shortest, 4) / pow(axis->apart, 0.75);
 }
 
