@@ -7718,6 +7718,7 @@ typedef struct envmapi_window {
     double axes[ENVMAPI_NEAR_AXES][3], middle[3], spread; /* spread: how far from the middle */
     int rim[ENVMAPI_NEAR_AXES];                           /* of axes: the reference serves them */
     double outside[4];                                    /* its sums outside a disc */
+    envmapi_axis single;                                  /* one that is summed by itself */
     double a[3], m[3];                                    /* an axis, and on a cube's face */
     double R, limit; /* R in use, and its sine's square */
     int knot;        /* it is about a knot: K is that of the face's plane, beyond its edges too */
@@ -8585,19 +8586,20 @@ static void envmapi_near_apply(envmapi_window *w, const envmapi_near *s, unsigne
    disc have one axis. */
 static void envmapi_near_reference(double sum[4], envmapi_window *w, const envmapi_near *s,
                                    size_t texel) {
-    envmapi_axis axis = s->axis;
-    axis.light = axis.sum, axis.sight = s->R_bright, axis.tent = s->tent;
+    envmapi_axis *axis = &w->single;
+    *axis = s->axis;
+    axis->light = axis->sum, axis->sight = s->R_bright, axis->tent = s->tent;
     int width = envmapi_width(s->dst.mapping, s->dst.size), row = (int)(texel / (size_t)width);
-    envmapi_texel_direction(axis.a, s->dst.mapping, row / s->dst.size, s->dst.size,
+    envmapi_texel_direction(axis->a, s->dst.mapping, row / s->dst.size, s->dst.size,
                             (int)(texel % (size_t)width), row % s->dst.size);
     int sphere = s->dst.mapping == ENVMAP_SPHERE, disc = sphere || s->dst.mapping == ENVMAP_ANGULAR;
-    int outside = disc && hypot(axis.a[0], axis.a[1]) < 1e-9 && (axis.a[2] < 0) == sphere;
-    if (outside) axis.a[0] = axis.a[1] = 0;
-    if (outside && w->outside[3] > 0) memcpy(axis.sum, w->outside, sizeof axis.sum);
-    else if (s->tail && axis.bilinear >= 1) envmapi_axis_circles(&axis, 1, axis.reach);
-    else envmapi_axis_filter(&axis, NULL);
-    if (outside) memcpy(w->outside, axis.sum, sizeof axis.sum);
-    memcpy(sum, axis.sum, sizeof axis.sum);
+    int outside = disc && hypot(axis->a[0], axis->a[1]) < 1e-9 && (axis->a[2] < 0) == sphere;
+    if (outside) axis->a[0] = axis->a[1] = 0;
+    if (outside && w->outside[3] > 0) memcpy(axis->sum, w->outside, sizeof axis->sum);
+    else if (s->tail && axis->bilinear >= 1) envmapi_axis_circles(axis, 1, axis->reach);
+    else envmapi_axis_filter(axis, NULL);
+    if (outside) memcpy(w->outside, axis->sum, sizeof axis->sum);
+    memcpy(sum, axis->sum, sizeof axis->sum);
 }
 
 /* Axis n to its texel of dst and its images; all are read before one is written, as a texel on a
@@ -8650,15 +8652,16 @@ static int envmapi_near_at_rim(const envmapi_near *s, const double a[3]) {
 /* Some axes: all texels, as the reference weighs them. */
 static void envmapi_near_all(envmapi_window *w, const envmapi_near *s, int axes) {
     enum { N = ENVMAPI_NEAR_AXES };
-    envmapi_axis axis = s->axis;
+    envmapi_axis *axis = &w->single;
     float *K = w->K;
-    axis.level.texels = NULL, axis.light = w->light, axis.sight = s->R_bright;
+    *axis = s->axis;
+    axis->level.texels = NULL, axis->light = w->light, axis->sight = s->R_bright;
     memset(K, 0, s->all * N * sizeof *K);
     for (int n = 0; n < axes; ++n) {
         memset(w->light, 0, s->all * sizeof *w->light);
-        memcpy(axis.a, w->axes[n], sizeof axis.a);
-        axis.tent = envmapi_near_at_rim(s, axis.a) ? s->tent : s->axis.tent;
-        envmapi_axis_filter(&axis, NULL);
+        memcpy(axis->a, w->axes[n], sizeof axis->a);
+        axis->tent = envmapi_near_at_rim(s, axis->a) ? s->tent : s->axis.tent;
+        envmapi_axis_filter(axis, NULL);
         for (size_t i = 0; i < s->all; ++i) K[i * N + (size_t)n] = (float)(w->light[i] / s->scale);
     }
     w->x = w->y = w->face = 0, w->width = s->axis.level.width, w->height = s->axis.level.edge;
@@ -11457,23 +11460,25 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
                                          envmapi_pool *pool) {
     envmap_result result = ENVMAP_OK;
     envmap_filter_desc one = *desc;
-    envmapi_transform later; /* blocks of sums are filled later: here is room until then */
+    /* blocks of sums are filled later: here is room until then; in the pool, as stacks are small */
+    envmapi_transform *later = (envmapi_transform *)envmapi_pool_get(pool, 1, sizeof *later);
+    envmapi_spectrum *spectrum = (envmapi_spectrum *)envmapi_pool_get(pool, 1, sizeof *spectrum);
     int kept = pool->count, done = 0, steps = 0;
-    memset(&later, 0, sizeof later);
+    if (!later || !spectrum) return ENVMAP_ERROR_MEMORY;
+    memset(later, 0, sizeof *later);
     if (sums)
-        later.rings.G = sums->blocks,
-        later.rings.room = 8 * sums->count * (size_t)envmapi_near_groups(sums);
+        later->rings.G = sums->blocks,
+        later->rings.room = 8 * sums->count * (size_t)envmapi_near_groups(sums);
     for (int i = 0; i < count; ++i) steps += specs[i].L && specs[i].tail ? 2 : 1;
     for (int pass = 0; pass < 2 && !result; ++pass) {
         int kinked = pass ? specs[0].kinked : !specs[0].kinked, any = 0;
         const envmapi_scene *scene = kinked ? &scenes->unlit : &scenes->whole;
-        envmapi_spectrum spectrum;
         for (int i = 0; i < count; ++i) any += specs[i].kinked == kinked && specs[i].L;
         if (any && ready && envmapi_spectrum_serves(ready + kinked, specs, count, kinked))
-            spectrum = ready[kinked];
+            *spectrum = ready[kinked];
         else if (any)
-            result = envmapi_fast_analyse(&spectrum, specs, count, kinked, 0, scene,
-                                          sums ? &later : NULL, desc, pool);
+            result = envmapi_fast_analyse(spectrum, specs, count, kinked, 0, scene,
+                                          sums ? later : NULL, desc, pool);
         for (const envmapi_spec *spec = specs + count; spec-- > specs && !result;) {
             envmapi_part part;
             size_t floats = (size_t)slices * envmapi_slice_floats(spec->dst, 0);
@@ -11482,7 +11487,7 @@ static envmap_result envmapi_filter_fast(envmapi_spec *specs, int count,
             if (!spec->L && desc->method == ENVMAP_METHOD_HARMONICS) result = ENVMAP_ERROR_METHOD;
             if (!spec->L) continue;
             one.work = envmapi_work_part(&part, &desc->work, done++, 1, steps);
-            result = envmapi_fast_synthesise(spec, &spectrum, first, slices, &one, pool);
+            result = envmapi_fast_synthesise(spec, spectrum, first, slices, &one, pool);
             if (!result && scene->in.exponent)
                 envmapi_floats_scale(out, out, floats, scene->in.exponent);
         }
