@@ -6159,7 +6159,7 @@ typedef struct envmapi_axis {
     int curves, kink_count; /* parts of a patch; kinks of the lobe */
     int places;             /* of a tent, a side: the definition's four, or fewer */
     double kinks[ENVMAPI_KINKS];
-    double gauss[ENVMAPI_GAUSS + 1][ENVMAPI_GAUSS][2]; /* node and weight of rules of 2 .. 12 */
+    double gauss[ENVMAPI_GAUSS - 1][ENVMAPI_GAUSS][2]; /* node and weight of rules of 2 .. 12 */
     double sum[4];          /* sum_i k L_i w_i, red, green and blue, and sum_i k w_i */
     double *light;          /* sum; or, where the level has no texels, [texels] what each counts */
     double sight;           /* rad: integrals end where so little is left of the lobe; to */
@@ -6328,7 +6328,7 @@ static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, in
     for (int i = 1; i < 5; ++i) end[i] = envmapi_clamp(end[i], end[0], end[5]);
     for (int i = 0; i < 5 * nodes[outer]; ++i) {
         double from = end[i / nodes[outer]], to = end[i / nodes[outer] + 1];
-        const double *g = axis->gauss[nodes[outer]][i % nodes[outer]];
+        const double *g = axis->gauss[nodes[outer] - 2][i % nodes[outer]];
         p[outer] = (from + to + g[0] * (to - from)) / 2;
         double low = fmax(patch->from[inner], envmapi_patch_curve(level, curve - 1, p[outer]));
         double high = fmin(patch->to[inner], envmapi_patch_curve(level, curve, p[outer]));
@@ -6336,7 +6336,7 @@ static void envmapi_patch_sum(envmapi_axis *axis, const envmapi_patch *patch, in
         double rim = level->mapping == ENVMAP_SPHERE ? envmapi_patch_curve(level, 0, p[outer]) : 0;
         if (rim > 0) low = asin(low / rim), high = asin(fmin(high / rim, 1));
         for (int j = 0; j < nodes[inner]; ++j) {
-            const double *h = axis->gauss[nodes[inner]][j];
+            const double *h = axis->gauss[nodes[inner] - 2][j];
             double weight = unit * g[1] * h[1] * (to - from) * (high - low) / 4;
             p[inner] = (low + high + h[0] * (high - low)) / 2;
             if (rim > 0) weight *= rim * cos(p[inner]), p[inner] = rim * sin(p[inner]);
@@ -6511,7 +6511,7 @@ static int envmapi_chart_nodes(int *parts, const envmapi_chart *h, double length
     *parts = length < most ? 1 : length < 1e6 * most ? 1 + (int)(length / most) : 1000000;
     double each = *parts > 1 ? length / *parts : length > 0 ? length : 0;
     double nodes = h->few + h->more * sqrt(each);
-    return nodes < ENVMAPI_GAUSS ? (int)nodes : ENVMAPI_GAUSS;
+    return (int)envmapi_clamp(nodes, 2, ENVMAPI_GAUSS);
 }
 
 /* Nodes crowd at both ends of a piece where there may be a root. Returns the slope. */
@@ -6578,7 +6578,7 @@ static void envmapi_chart_piece(envmapi_chart *h, const double e[2], const doubl
     double step = parts > 1 ? 1.0 / parts : 1, weight = h->weight * T * step;
     for (int part = 0; part < parts && T > 0; ++part) {
         for (int i = 0; i < nodes; ++i) {
-            const double *g = axis->gauss[nodes][i];
+            const double *g = axis->gauss[nodes - 2][i];
             double at = (part + (1 + g[0]) / 2) * step;
             double slope = root ? envmapi_chart_grade(&at) : 1;
             t[i] = T * (2 * at - 1);
@@ -6807,7 +6807,7 @@ static void envmapi_chart_panel(envmapi_chart *h, double from, double to, double
     if (nodes * parts < least) parts = 1 + (int)(least / 10), nodes = 1 + (int)(least / parts);
     nodes = nodes < ENVMAPI_GAUSS ? nodes : ENVMAPI_GAUSS;
     for (int k = 0; k < parts * nodes; ++k) {
-        const double *g = axis->gauss[nodes][k % nodes];
+        const double *g = axis->gauss[nodes - 2][k % nodes];
         double at = (k / nodes + (1 + g[0]) / 2) / parts, rho, slope = (to - from) / parts;
         double low = from + k / nodes * slope, high = low + slope;
         if (root) slope *= envmapi_chart_grade(&at), rho = from + (to - from) * at;
@@ -6981,7 +6981,7 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
     if (envmapi_patches_apart(&axis->level)) axis->curves = 3;
     for (int n = 2; n <= ENVMAPI_GAUSS; ++n)
         for (int i = 0; i < n; ++i)
-            axis->gauss[n][i][1] = envmapi_gauss_many(&axis->gauss[n][i][0], i, n);
+            axis->gauss[n - 2][i][1] = envmapi_gauss_many(&axis->gauss[n - 2][i][0], i, n);
 }
 
 static void envmapi_axes_row(void *context, int task) {
@@ -7822,7 +7822,7 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
             if (cut > from + 1e-6 && cut < end - 1e-6) end = cut;
         }
         count += envmapi_window_pieces(nodes + count, room - count, from, end, size, place, piece,
-                                       grows, shear, s->axis.gauss + 2);
+                                       grows, shear, s->axis.gauss);
     }
     return count;
 }
