@@ -6511,7 +6511,7 @@ static int envmapi_chart_nodes(int *parts, const envmapi_chart *h, double length
     *parts = length < most ? 1 : length < 1e6 * most ? 1 + (int)(length / most) : 1000000;
     double each = *parts > 1 ? length / *parts : length > 0 ? length : 0;
     double nodes = h->few + h->more * sqrt(each);
-    return (int)envmapi_clamp(nodes, 2, ENVMAPI_GAUSS);
+    return nodes < 2 ? 2 : nodes < ENVMAPI_GAUSS ? (int)nodes : ENVMAPI_GAUSS;
 }
 
 /* Nodes crowd at both ends of a piece where there may be a root. Returns the slope. */
