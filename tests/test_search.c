@@ -298,7 +298,9 @@ static void works_that_broke_hold(void) {
         {"octahedral:2:1 dst=cube:5:3 lobe=banks:0.996868372:0 raw=0:1 tolerance=2.1e-5",
          "constant:0.01:0.98"}, /* a ring thinner than texels */
         {"paraboloid:11:1 dst=sphere:1:2 lobe=banks:0.961574972:0 raw=0:1 tolerance=1.21756e-06",
-         "sun:0.738302512:0.204946401"}}; /* a ring about a face's middle */
+         "sun:0.738302512:0.204946401"}, /* a ring about a face's middle */
+        {"paraboloid:44:1 dst=cube:20:1 lobe=ggx:0.0569:0 raw=0:1 tolerance=1e-4",
+         "sun:0:0.44"}}; /* a light where paraboloids blend */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         verdict v = check_line("filter", works[i][0], works[i][1], 3);
         CHECK(!broken(&v, PROMISE_RMS) && !broken(&v, PROMISE_WORST) && v.over[PROMISE_RMS] >= 0);
