@@ -7025,7 +7025,7 @@ static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
         if (result) break;
         axes->slice = run, axes->axis.source = &source;
         envmapi_axis_aim(&axes->axis, src, run, axes->dst->slices, tolerance);
-        if (axes->axis.bilinear < 1)
+        if (axes->axis.bilinear < 1 && axes->filter == envmapi_axis_filter)
             result = envmapi_source_spread(&source, axes->axis.tent, axes->axis.places,
                                            desc->work.memory);
         if (axes->prepare && !result)
