@@ -535,8 +535,8 @@ static void the_reference_is_as_exact_as_it_is_at_a_tight_tolerance(void) {
 }
 
 /* Works that took 1.4 to 18 times what the search allows, and take less than it now: axes opposite
-   to a paraboloid's face; kinks; a raw lobe's lattice; functions from coarse texels to many axes; thin GGX
-   on coarse texels, of which points serve. */
+   to a paraboloid's face; kinks; a raw lobe's lattice; functions, and thin GGX, from coarse texels to
+   many axes, which points serve. */
 static void thin_lobes_keep_to_their_time(void) {
     static const char *const works[][2] = {
         {"paraboloid:83:1 dst=sphere:54:1 lobe=gaussian:127732.227:0 raw=0:1 tolerance=1e-3",
@@ -557,8 +557,8 @@ static void thin_lobes_keep_to_their_time(void) {
 }
 
 /* Bands that a lattice does not hold, or that are too many for few results, end where sums are as
-   quick: a cliff of 34 and of 35 times once. Tents of a few texels' lobes were found axis by axis:
-   of 70 times. */
+   quick: a cliff of 34 and of 35 times once. The places of tents were found again for every axis:
+   a cliff of 70 times. */
 static void a_lobe_takes_no_more_than_its_neighbours(void) {
     static const char *const works[][2] = {
         {"sphere:117:1 dst=cube:61:1 lobe=ggx:1:0 raw=0:1 tolerance=2e-5", "noise:0.43:0.26"},
