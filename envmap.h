@@ -4732,6 +4732,7 @@ typedef struct envmapi_transform {
     float *sums;                /* NULL, or what light 1 everywhere gives there */
     double norm;                /* what a light's k is divided by */
     int divide, positive; /* by the fourth channel; the lobe, though its bands may be negative */
+    float least;          /* of what is divided by */
 } envmapi_transform;
 
 /* Rays of n texels or nodes at (u,v), to d[][at ..]; right: 1/2 to add to u, or 0. */
@@ -5105,13 +5106,13 @@ static void envmapi_project_texels(envmapi_transform *t, const envmap_work *work
 /* ---- fill: a_lm -> texels */
 
 /* RGB over what the lobe makes of the solid angles, already at the nodes: that varies by so little
-   that the ratio is as smooth. Task: a strip of the nodes. */
+   that the ratio is as smooth; but for what _axes_lack tells. Task: a strip of the nodes. */
 static void envmapi_task_norm(void *context, int task) {
     const envmapi_transform *t = (const envmapi_transform *)context;
     size_t parts = (size_t)(t->grid.faces * t->strips), part = (size_t)task;
     size_t from = t->grid.count * part / parts, to = t->grid.count * (part + 1) / parts;
     for (float *node = t->rings.values + 4 * from; node < t->rings.values + 4 * to; node += 4) {
-        float scale = 1 / node[3];
+        float scale = 1 / (node[3] < t->least ? t->least : node[3]);
         for (int c = 0; c < 3; ++c) node[c] *= scale;
     }
 }
@@ -6204,14 +6205,19 @@ static double envmapi_axis_tent_k(const envmapi_axis *axis, size_t i, double who
     return sum;
 }
 
-/* Adds k times texel i. */
-static void envmapi_axis_add(envmapi_axis *axis, size_t i, double k) {
+/* Adds k times n texels. */
+static void envmapi_axis_add(envmapi_axis *axis, const size_t *texels, const double *k, int n) {
     const envmapi_source *s = axis->source;
-    if (k >= 0 && k <= 0) return; /* NaN goes on: it must be seen */
-    k *= s->w[i], axis->sum[3] += k;
-    if (!axis->level.texels) axis->light[s->place[i]] += k;
-    const float *rgb = envmapi_source_rgb(s, i);
-    for (int c = 0; c < 3 && axis->level.texels; ++c) axis->sum[c] += k * (double)rgb[c];
+    double red = 0, green = 0, blue = 0, all = 0; /* an array is 1.3 x */
+    for (int j = 0; j < n; ++j) {
+        double one = k[j] * s->w[texels[j]];
+        const float *rgb = axis->level.texels ? envmapi_source_rgb(s, texels[j]) : NULL;
+        all += one;
+        if (rgb) red += one * (double)rgb[0], green += one * (double)rgb[1];
+        if (rgb) blue += one * (double)rgb[2];
+        else axis->light[s->place[texels[j]]] += one;
+    }
+    axis->sum[0] += red, axis->sum[1] += green, axis->sum[2] += blue, axis->sum[3] += all;
 }
 
 /* The texels i .. end - 1, at most 64 of them, whose cosines to the axis are last .. first. */
@@ -6236,6 +6242,7 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
     double first = envmapi_cosine(low), sine = sin(low), last_sine = sin(end);
     double whole_from = core > 0 ? envmapi_cosine(core) : 2; /* between these nothing fades */
     double whole_to = fades ? envmapi_cosine(axis->reach / 2) : -2;
+    int plain = !(margin > 0) && !fades && !(core > 0);
     size_t seen[64];
     for (size_t tile = 0; tile < s->tiles; ++tile) {
         double middle = envmapi_dot(axis->a, s->centre[tile]);
@@ -6246,13 +6253,15 @@ static void envmapi_axis_sum(envmapi_axis *axis, double share, double core, int 
         for (size_t next = s->first[tile]; next < s->first[tile + 1];) {
             int n = envmapi_axis_seen(seen, x, axis, &next, s->first[tile + 1], last, first);
             if (!(margin > 0)) envmapi_k_many(many, x, n, axis->lobe, axis->p); /* speed only */
-            for (int j = 0; j < n; ++j) {
+            for (int j = 0; j < n && plain; ++j) many[j] *= share;
+            for (int j = 0; j < n && !plain; ++j) {
                 double step = margin > 0 ? share : share * envmapi_axis_fade(axis, x[j], whole_to);
                 if (margin > 0) many[j] = envmapi_axis_tent_k(axis, seen[j], whole_to);
                 if (x[j] > whole_from)
                     step *= envmapi_smooth_step(envmapi_acos(x[j]), core / 2, core);
-                if (step > 0) envmapi_axis_add(axis, seen[j], step * many[j]);
+                many[j] = step > 0 ? step * many[j] : 0;
             }
+            envmapi_axis_add(axis, seen, many, n);
         }
     }
 }
@@ -6940,6 +6949,8 @@ typedef struct envmapi_axes {
     envmapi_axis axis; /* what every axis of the slice starts from */
     double norm;
     int slice;
+    int rim;      /* only axes about a sphere map's -z that need it: others are there already */
+    double lack;  /* and how far they go, rad */
     void *method; /* the method's own; then what it needs of a slice (NULL: nothing), and an axis */
     envmap_result (*prepare)(void *method, const envmapi_axis *axis, int new_source, void *memory);
     void (*filter)(envmapi_axis *axis, const void *method);
@@ -6984,6 +6995,28 @@ static void envmapi_axis_aim(envmapi_axis *axis, const envmap *src, int slice, i
             axis->gauss[n - 2][i][1] = envmapi_gauss_many(&axis->gauss[n - 2][i][0], i, n);
 }
 
+/* A sphere map's last texels are long. Between them the sum of a lobe that has negative parts may
+   be far from its integral, or nearly nothing, and what bands miss of it counts the more.
+   Test: works_that_broke_hold, of tests/test_search.c. */
+static int envmapi_axes_lacking(const envmap *src, const envmap_lobe *lobe, double p) {
+    return src->mapping == ENVMAP_SPHERE && !lobe->raw && lobe->kind >= ENVMAP_LOBE_FUNCTION &&
+           !envmapi_lobe_nonnegative(lobe, p);
+}
+
+/* The angle from -z to the last axis whose sum is 5 % off there; negative: none. */
+static double envmapi_axes_lack(envmapi_axis *axis) {
+    enum { STEPS = 32 }; /* to one radian, above an edge of a texel and above a corner */
+    double integral = envmapi_lobe_integral(axis->lobe, axis->p), last = -1;
+    for (int i = 0; i < 2 * STEPS; ++i) {
+        double t = (i / 2 + 0.5) / STEPS, round = i % 2 * ENVMAPI_PI / 4;
+        double a[3] = {sin(t) * cos(round), sin(t) * sin(round), -cos(t)};
+        memcpy(axis->a, a, sizeof a), memset(axis->sum, 0, sizeof axis->sum);
+        envmapi_axis_filter(axis, NULL);
+        if (!(fabs(axis->sum[3] - integral) < 0.05 * integral)) last = t + 1.0 / STEPS;
+    }
+    return last;
+}
+
 static void envmapi_axes_row(void *context, int task) {
     const envmapi_axes *axes = (const envmapi_axes *)context;
     const envmap *dst = axes->dst;
@@ -6993,11 +7026,20 @@ static void envmapi_axes_row(void *context, int task) {
     axis.light = axis.sum;
     for (int x = 0; x < envmapi_width(dst->mapping, dst->size); ++x, out += 3) {
         envmapi_texel_direction(axis.a, dst->mapping, face, dst->size, x, y);
+        if (axes->rim && envmapi_acos(-axis.a[2]) > axes->lack) continue;
         memset(axis.sum, 0, sizeof axis.sum);
         axes->filter(&axis, axes->method);
         double norm = axis.lobe->raw || axes->norm > 0 ? axes->norm : axis.sum[3];
         for (int c = 0; c < 3; ++c) out[c] = envmapi_to_float(axis.sum[c] / norm);
     }
+}
+
+/* Those axes of a slice that envmapi_axes_lack tells. */
+static envmap_result envmapi_axes_rim(envmapi_axes *axes, const envmap_work *work) {
+    axes->axis.light = axes->axis.sum, axes->lack = envmapi_axes_lack(&axes->axis);
+    if (axes->lack < 0) return ENVMAP_OK;
+    return envmapi_run(work, envmapi_axes_row, axes,
+                       axes->dst->size * envmap_faces(axes->dst->mapping));
 }
 
 /* Every slice k of src into slice k of dst, or src's only one into all. Who asks for the reference
@@ -7030,7 +7072,8 @@ static envmap_result envmapi_axes_run(envmapi_axes *axes, const envmap *src,
                                            desc->work.memory);
         if (axes->prepare && !result)
             result = axes->prepare(axes->method, &axes->axis, new_source, desc->work.memory);
-        if (!result) result = envmapi_run(&work, envmapi_axes_row, axes, count);
+        if (!result && axes->rim) result = envmapi_axes_rim(axes, &work);
+        else if (!result) result = envmapi_run(&work, envmapi_axes_row, axes, count);
     }
     envmapi_source_free(&source, desc->work.memory);
     if (!result && alike) envmapi_copy_slices(axes->dst, 0, axes->dst->slices);
@@ -7053,12 +7096,13 @@ static void envmapi_axis_points(envmapi_axis *axis, envmapi_points *points) {
         envmapi_points_of(points->rings->points + points->count - rest, points->d, (int)rest);
 }
 
+/* rim: only of a sphere map's axes that need it, as _axes_lack says. */
 static envmap_result envmapi_filter_reference(envmap *dst, const envmap *src,
-                                              const envmap_lobe *lobe,
+                                              const envmap_lobe *lobe, int rim,
                                               const envmap_filter_desc *desc) {
     envmapi_axes axes;
     memset(&axes, 0, sizeof axes);
-    axes.dst = dst, axes.axis.lobe = lobe, axes.filter = envmapi_axis_filter;
+    axes.dst = dst, axes.axis.lobe = lobe, axes.filter = envmapi_axis_filter, axes.rim = rim;
     return envmapi_axes_run(&axes, src, desc);
 }
 
@@ -7602,6 +7646,17 @@ static double envmapi_tail_k(double x, double p, void *user) {
     return step > 0 ? step * envmapi_k(tail->whole, x, p) : 0;
 }
 
+/* k from half the reach on, as a function. */
+static void envmapi_tail_whole(envmapi_tail *tail, const envmap_lobe *lobe, double reach) {
+    tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
+    tail->reach = reach, tail->whole_from = envmapi_cosine(reach);
+    tail->lobe.kinks = tail->kinks;
+    tail->kinks[tail->lobe.kink_count++] = (float)(reach / 2);
+    tail->kinks[tail->lobe.kink_count++] = (float)reach;
+    if (lobe->kind == ENVMAP_LOBE_GGX)
+        tail->kinks[tail->lobe.kink_count++] = (float)(ENVMAPI_PI / 2);
+}
+
 /* 0 where there is none: the lobe has slices, or ends before its reach does. Only what falls as a
    power is cut before that: functions may have flanks there, which few bands do not hold. */
 static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const envmap *src,
@@ -7613,13 +7668,7 @@ static int envmapi_tail_of(envmapi_tail *tail, const envmap_lobe *lobe, const en
     double split = ENVMAPI_SPLIT * fmax(pow(1e-3 / tolerance, 0.4), 1); /* else lattices show */
     if (!(axis.bilinear > 0) && lobe->kind == ENVMAP_LOBE_GGX)
         axis.reach = fmin(axis.reach, split * axis.texel);
-    tail->lobe = envmap_lobe_function(envmapi_tail_k, tail), tail->whole = lobe;
-    tail->reach = axis.reach, tail->whole_from = envmapi_cosine(axis.reach);
-    tail->lobe.kinks = tail->kinks;
-    tail->kinks[tail->lobe.kink_count++] = (float)(axis.reach / 2);
-    tail->kinks[tail->lobe.kink_count++] = (float)axis.reach;
-    if (lobe->kind == ENVMAP_LOBE_GGX)
-        tail->kinks[tail->lobe.kink_count++] = (float)(ENVMAPI_PI / 2);
+    envmapi_tail_whole(tail, lobe, axis.reach);
     if (lobe->p0 < lobe->p1 || lobe->p0 > lobe->p1 || !(axis.reach < axis.to) ||
         lobe->kind < ENVMAP_LOBE_GGX) /* ends soon: near sums see all of it */
         return 0;
@@ -7697,7 +7746,8 @@ struct envmapi_near {
     float *table, inverse, fraction; /* k by 1 + inverse sin^2: envmapi_near_k */
     double sigma, R, R_bright, bright; /* an axis sees R, rad, and texels above `bright` farther */
     double tent;                       /* the definition's; the axis' is 0 where it adds little */
-    int lights;                        /* texels of eight means and more show what nodes miss */
+    double lit[16][3]; /* where paraboloids blend, texels of eight means show what nodes miss */
+    int lit_count;     /* more than 16: they are everywhere */
     double piece, cell_piece;          /* pieces over ENVMAPI_PIECES; a cell's, in rows */
     const envmapi_tail *tail;          /* that is in dst already, or NULL */
     double poles[2][3]; /* a lat-long's means of its first and its last row */
@@ -7796,6 +7846,37 @@ static int envmapi_near_places(const envmapi_near *s) {
     return !(s->axis.tent > 0) ? 1 : s->piece < 0.9 ? 4 : (s->axis.tent > 0.6 ? 3 : 2) + sphere;
 }
 
+/* The first of a direction's images: turns of a paraboloid map swap x and y, and any sign. */
+static void envmapi_near_image(double image[3], const double d[3]) {
+    double x = fabs(d[0]), y = fabs(d[1]);
+    image[0] = fmax(x, y), image[1] = fmin(x, y), image[2] = fabs(d[2]);
+}
+
+/* Bright texels within two of where paraboloids blend. */
+static void envmapi_near_light(envmapi_near *s, double bright) {
+    const envmapi_level *level = &s->axis.level;
+    int n = level->edge;
+    double d[3];
+    for (int i = 0; i < 2 * n * n && s->lit_count <= 16; ++i) {
+        const float *t = level->texels + 3 * (size_t)i;
+        if (fmax(fmax((double)t[0], (double)t[1]), (double)t[2]) <= bright) continue;
+        envmapi_texel_direction(d, ENVMAP_PARABOLOID, i / (n * n), n, i % n, i / n % n);
+        if (fabs(d[2]) > 4.0 / n) continue;
+        if (s->lit_count < 16) envmapi_near_image(s->lit[s->lit_count], d);
+        ++s->lit_count;
+    }
+}
+
+/* Does a window see one, in any turn? */
+static int envmapi_near_lit(const envmapi_near *s, const envmapi_window *w) {
+    double a[3];
+    int lit = s->lit_count > 16;
+    envmapi_near_image(a, w->a);
+    for (int i = 0; i < s->lit_count && !lit; ++i)
+        lit = envmapi_dot(a, s->lit[i]) > cos(fmin(w->R + 4.0 / s->axis.level.edge, ENVMAPI_PI));
+    return lit;
+}
+
 /* Nodes along u (i 0) or v (1) of a window; returns how many. */
 static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const envmapi_window *w,
                               double box[2][2], int i, int texels) {
@@ -7808,13 +7889,13 @@ static int envmapi_near_nodes(envmapi_knot *nodes, const envmapi_near *s, const 
     int grows = s->axis.lobe->kind == ENVMAP_LOBE_GGX; /* to 5: 2e-5 .. 4e-6 need them */
     double shear = grows ? 2 * s->piece * envmapi_window_shear(level, w->face, w->a) : 1;
     shear = envmapi_clamp(shear, 0.05, 1); /* else there is no room for nodes */
-    if (grows) grows += (int)envmapi_clamp(11 - 14 * s->piece, 0, 4);
+    if (grows) grows += (int)envmapi_clamp(8 - 8 * s->piece, 0, 4);
     envmapi_window_project(at, level->mapping, w->face, box, w->a);
     int kinks = i && level->mapping == ENVMAP_LATLONG ? s->axis.kink_count : 0, count = 0;
     double piece = s->piece * w->sigma[i]; /* paraboloids have kinks where they blend, in texels */
     int blends = level->mapping == ENVMAP_PARABOLOID && fabs(w->a[2]) < w->R;
     if (blends && s->piece < 0.8) piece /= 2;
-    if (blends && s->lights && grows) grows = 5;
+    if (blends && grows && envmapi_near_lit(s, w)) grows = 5;
     for (double end, place = at[i] * size - 0.5; from < to && count + 6 <= room; from = end) {
         end = to; /* about a pole kinks lie along rows, and what pieces miss does not cancel */
         for (int k = 0; k < 2 * kinks; ++k) {
@@ -9054,7 +9135,8 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     if (s->exponent > -60 && s->exponent < 60) s->exponent = 0;
     s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
     s->R = s->R_bright = s->tail ? s->tail->reach : envmapi_near_radius(s, look, tolerance);
-    s->lights = look[0] > 8 * look[2];
+    s->lit_count = 0;
+    if (level->mapping == ENVMAP_PARABOLOID) envmapi_near_light(s, 8 * look[2]);
     look[0] = s->bright;
     if (!s->tail) s->R = envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
@@ -9087,7 +9169,8 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     int many = envmapi_slice_floats(&s->dst, 0) > 768 * (size_t)s->turn_count &&
                s->axis.texel > ENVMAPI_COARSE / 2 && !s->axis.kink_count; /* axes */
     int costs = (!line || many) && s->axis.lobe->kind >= ENVMAP_LOBE_FUNCTION;
-    costs |= level->mapping == ENVMAP_OCTAHEDRAL && envmapi_near_few(src, 48) &&
+    int round = envmapi_axis_rim(&s->axis) > 0 && s->axis.lobe->kind == ENVMAP_LOBE_GGX;
+    costs |= (level->mapping == ENVMAP_OCTAHEDRAL || round) && envmapi_near_few(src, 48) &&
              s->sigma > 0.7 * s->axis.texel;
     int few = s->all && s->axis.texel > ENVMAPI_COARSE && s->sigma < 0.03 &&
               s->axis.lobe->kind != ENVMAP_LOBE_GGX;
@@ -9221,7 +9304,7 @@ static envmap_result envmapi_filter_near(envmap *dst, const envmap *src, const e
     envmapi_source_free(&source, desc->work.memory);
     if (declines) *declines = !served;
     if (!served && declines) return result;
-    if (!served && !result) return envmapi_filter_reference(dst, src, lobe, desc);
+    if (!served && !result) return envmapi_filter_reference(dst, src, lobe, 0, desc);
     if (!result && alike) envmapi_copy_slices(dst, first, slices);
     return result;
 }
@@ -10724,6 +10807,7 @@ typedef struct envmapi_spec {
     envmap *dst;
     envmapi_slice *slice;
     envmapi_angles *angles;
+    int rim;              /* axes about a sphere map's -z are the definition's: envmapi_axes_lack */
     int slices, mirrored; /* mirrored: half of dst's slices; those at -p are theirs */
     int known, L, kinked; /* known: bands of which lambda_l is known */
     double h, tolerance, sigma;
@@ -11228,6 +11312,7 @@ static envmap_result envmapi_fast_fill(envmapi_transform *t, const envmapi_spec 
     t->positive = envmapi_lobe_nonnegative(spec->lobe, p);
     t->divide = !spec->lobe->raw && spec->lobe->kind != ENVMAP_LOBE_BANKS;
     t->norm = t->divide ? envmapi_lobe_integral(spec->lobe, p) : envmapi_lobe_norm(spec->lobe);
+    t->least = spec->rim ? (float)slice->lambda[0] / 2 : -3e38f;
     return envmapi_fill_texels(t, work, ENVMAP_ERROR_LOBE);
 }
 
@@ -11335,7 +11420,7 @@ static void envmapi_points_look(double look[3], const envmap *src, const float *
     }
 }
 
-/* The part of a lobe that the definition leaves to centres, beyond its reach: of GGX, which is
+/* The part of a lobe that the definition leaves to centres, beyond its reach; of GGX, which is
    smooth there, a tenth is what tents may make of it. */
 static double envmapi_points_beyond(const envmapi_axis *axis) {
     double all = 0, beyond = 0, theta, weight;
@@ -11348,6 +11433,43 @@ static double envmapi_points_beyond(const envmapi_axis *axis) {
     return all > 0 ? beyond / all * (axis->lobe->kind == ENVMAP_LOBE_GGX ? 0.1 : 1) : 0;
 }
 
+/* Points -> a_lm, of which lambda_l makes the definition's sum. mixed: beyond the reach that has
+   centres, whose a_lm are c_lm, where tents have t_lm:
+       lambda_l a_lm = lambda_l t_lm + lambda_l' (c_lm - t_lm),   lambda_l' of the tail, k step
+   Test: works_that_broke_hold. */
+static envmap_result envmapi_points_analyse(envmapi_axis *axis, envmapi_points *points,
+                                            const envmapi_spec *spec, int mixed,
+                                            const envmap_work *work, envmapi_pool *pool) {
+    envmapi_rings *rings = points->rings;
+    envmapi_tail tail;
+    int L = spec->L;
+    size_t n = mixed ? envmapi_triangle(L, L) : 0;
+    double *c = (double *)envmapi_pool_get(pool, n + (size_t)L, sizeof(double)), *step = c + n;
+    double tent = axis->tent, bilinear = axis->bilinear;
+    if (!c) return ENVMAP_ERROR_MEMORY;
+    if (mixed) {
+        axis->tent = axis->bilinear = 0;
+        envmapi_axis_points(axis, points);
+        envmapi_analyse(rings, work);
+        memcpy(c, rings->a, n * sizeof *c);
+        axis->tent = tent, axis->bilinear = bilinear;
+        envmapi_tail_whole(&tail, axis->lobe, axis->reach);
+        tail.lobe.raw = 1;
+        tail.lobe.scale = axis->lobe->raw ? axis->lobe->scale
+                                          : (float)(1 / envmapi_lobe_integral(axis->lobe, axis->p));
+        envmapi_zonal(step, L, &tail.lobe, axis->p);
+    }
+    envmapi_axis_points(axis, points);
+    envmapi_analyse(rings, work);
+    for (int m = 0; m < L && mixed; ++m)
+        for (int l = m; l < L; ++l) {
+            double whole = spec->slice->lambda[l], part = fabs(whole) > 0 ? step[l] / whole : 0;
+            size_t at = envmapi_triangle(L, m) + 8 * (size_t)(l - m);
+            for (size_t i = at; i < at + 8; ++i) rings->a[i] += part * (c[i] - rings->a[i]);
+        }
+    return ENVMAP_OK;
+}
+
 /* Slice k by points that stand for the reference's sum. *served: 0 where they or bands are too
    many. */
 static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k, int *served,
@@ -11356,22 +11478,23 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     envmapi_spec spec;
     envmapi_source source;
     envmapi_axis *axis = (envmapi_axis *)envmapi_pool_get(pool, 1, sizeof *axis);
+    envmapi_axes *axes = (envmapi_axes *)envmapi_pool_get(pool, 1, sizeof *axes);
     envmapi_points *points = (envmapi_points *)envmapi_pool_get(pool, 1, sizeof *points);
     envmapi_scene *scene = (envmapi_scene *)envmapi_pool_get(pool, 1, sizeof *scene);
     envmapi_spectrum spectrum;
     envmapi_rings *rings = &spectrum.t.rings;
     double tolerance = (double)desc->tolerance, look[3];
     envmap_result result = ENVMAP_OK;
-    if (!axis || !points || !scene) return ENVMAP_ERROR_MEMORY;
-    memset(axis, 0, sizeof *axis), memset(points, 0, sizeof *points);
+    if (!axis || !axes || !points || !scene) return ENVMAP_ERROR_MEMORY;
+    memset(axis, 0, sizeof *axis), memset(axes, 0, sizeof *axes), memset(points, 0, sizeof *points);
     memset(&spectrum, 0, sizeof spectrum);
     axis->lobe = lobe, spectrum.t.grid.map = src, *served = 0;
     envmapi_axis_aim(axis, src, k, dst->slices, tolerance);
     /* the definition has centres beyond its reach, points have tents: a sphere map's are long */
     double loses = src->mapping == ENVMAP_SPHERE ? 20 * tolerance : 500 * tolerance;
-    if ((axis->bilinear > 0 || axis->tent * axis->tent > loses) && axis->to > axis->reach &&
-        envmapi_points_beyond(axis) > tolerance)
-        return ENVMAP_OK;
+    int mixed = (axis->bilinear > 0 || axis->tent * axis->tent > loses) && axis->to > axis->reach &&
+                envmapi_points_beyond(axis) > tolerance;
+    if (mixed && lobe->kind != ENVMAP_LOBE_GGX) return ENVMAP_OK;
     if (!envmapi_spec_create(&spec, dst, k, lobe, src, 0, tolerance, pool, &result))
         return result;
     int slice = src->slices > 1 ? k : 0;
@@ -11386,10 +11509,16 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
     spec.dark = scene->all > 0 ? fmin(3 * look[0] * scene->solid / scene->all, 2) : 2;
     if (axis->bilinear >= 1) scene->blur = ENVMAPI_BLUR / axis->texel;
     double most = sqrt(ENVMAPI_MIDDLE * (double)envmapi_slice_floats(dst, 0));
-    if (!envmapi_spec_fit(&spec, scene, most)) return result;
+    int fits = envmapi_spec_fit(&spec, scene, most);
+    if (!fits && axis->bilinear > 0 && lobe->kind == ENVMAP_LOBE_GGX) /* a kink, in rms, as FAST */
+        fits = envmapi_spec_fit(&spec, scene, ENVMAPI_FAST_BANDS) && spec.L <= most;
+    if (!fits) return result;
     result = envmapi_source_create(&source, src, slice, desc->work.memory);
     if (result) return result;
     source.texels = axis->level.texels = scene->in.texels, axis->source = &source;
+    spec.rim = !(axis->bilinear > 0) && envmapi_axes_lacking(src, lobe, axis->p);
+    axes->dst = dst, axes->slice = k;
+    axes->axis = *axis, axes->rim = spec.rim, axes->filter = envmapi_axis_filter;
     axis->sigma = ENVMAPI_APART / spec.L * fmin(1, pow(tolerance * 1e3, 1.0 / 7));
     envmapi_axis_points(axis, points);
     if (points->count > ENVMAPI_MANY) {
@@ -11402,11 +11531,10 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
                              envmapi_rings_tasks(&desc->work), NULL, pool))
         result = ENVMAP_ERROR_MEMORY;
     points->rings = rings, spectrum.kept = 1;
-    if (!result) envmapi_axis_points(axis, points);
+    if (!result) result = envmapi_points_analyse(axis, points, &spec, mixed, &desc->work, pool);
+    if (!result) *served = 1, result = envmapi_fast_synthesise(&spec, &spectrum, k, 1, desc, pool);
+    if (!result && spec.rim) result = envmapi_axes_rim(axes, &desc->work);
     envmapi_source_free(&source, desc->work.memory);
-    if (result) return result;
-    envmapi_analyse(rings, &desc->work);
-    *served = 1, result = envmapi_fast_synthesise(&spec, &spectrum, k, 1, desc, pool);
     float *out = envmapi_image(dst, 0, k, 0);
     if (!result && scene->in.exponent)
         envmapi_floats_scale(out, out, envmapi_slice_floats(dst, 0), scene->in.exponent);
@@ -11419,7 +11547,8 @@ static envmap_result envmapi_filter_sharp(envmap *dst, const envmap *src, const 
                                           const envmapi_tail *tail, int first, int slices,
                                           const envmap_filter_desc *desc, envmapi_pool *pool) {
     int alike = src->slices == 1 && lobe->p0 == lobe->p1, count = alike ? 1 : slices;
-    int asks = !tail || lobe->kind >= ENVMAP_LOBE_FUNCTION, kept = pool->count;
+    int round = src->mapping == ENVMAP_SPHERE || src->mapping == ENVMAP_ANGULAR;
+    int asks = !tail || lobe->kind >= ENVMAP_LOBE_FUNCTION || round, kept = pool->count;
     int together = src->slices == 1 ? count : 1; /* slices of the result, for rings */
     envmap_filter_desc one = *desc;
     envmapi_part part;
@@ -11612,6 +11741,8 @@ static envmap_result envmapi_job_spec(envmapi_job *job, int l) {
     if (ok && method != ENVMAP_METHOD_HARMONICS && lobe->kind <= ENVMAP_LOBE_GGX)
         spec->most = cbrt(ENVMAPI_PAIRS * (double)envmapi_slice_floats(spec->dst, 0) *
                           (double)envmapi_slice_floats(job->src, 0));
+    for (int k = 0, n = job->views[l].slices; ok && k < n && method != ENVMAP_METHOD_HARMONICS; ++k)
+        spec->rim |= envmapi_axes_lacking(job->src, lobe, envmapi_slice_p(lobe, k, n));
     job->planned[l] = ok, job->fast += ok;
     return ok || result || method != ENVMAP_METHOD_HARMONICS ? result : ENVMAP_ERROR_METHOD;
 }
@@ -11676,7 +11807,7 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
         else if (desc.method == ENVMAP_METHOD_HIERARCHICAL)
             result = envmapi_filter_hierarchical(view, src, lobe, &desc);
         else if (desc.method == ENVMAP_METHOD_REFERENCE)
-            result = envmapi_filter_reference(view, src, lobe, &desc);
+            result = envmapi_filter_reference(view, src, lobe, 0, &desc);
         else if (envmapi_job_constant(job, l))
             for (size_t i = 0; i < (size_t)slices * envmapi_slice_floats(view, 0); ++i)
                 view->texels[i] = src->texels[i % 3];
@@ -11698,6 +11829,9 @@ static envmap_result envmapi_job_run(envmapi_job *job) {
                                          run, runs > 1 ? 1 : slices, &desc, &job->pool);
         envmapi_pool_free(&job->pool, kept);
     }
+    desc.work = job->desc.work, desc.work.progress.report = NULL;
+    for (envmapi_spec *spec = job->specs; spec < job->specs + job->fast && !result; ++spec)
+        if (spec->rim) result = envmapi_filter_reference(spec->dst, src, spec->lobe, 1, &desc);
     return result;
 }
 
@@ -11713,7 +11847,7 @@ static envmap_result envmapi_job_stage(envmapi_job *job, envmap *dst) {
     int sums = job->count == 1 && !job->planned[0] && kind != ENVMAP_LOBE_MIRROR && !cancels &&
                kind < ENVMAP_LOBE_FUNCTION && by != ENVMAP_METHOD_HIERARCHICAL &&
                by != ENVMAP_METHOD_REFERENCE;
-    int fast = job->planned[0] && job->specs[0].L && !job->specs[0].tail;
+    int fast = job->planned[0] && job->specs[0].L && !job->specs[0].tail && !job->specs[0].rim;
     int tail = job->count == 1 && job->planned[0] && job->specs[0].L && job->specs[0].tail &&
                kind < ENVMAP_LOBE_FUNCTION && !cancels && dst->slices == 1 &&
                job->src->slices == 1 && !envmapi_near_few(job->src, 48) &&

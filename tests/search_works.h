@@ -210,7 +210,7 @@ static int work_source(envmap *src, const work *w, const oracle_texel *texels) {
             const oracle_texel *t = texels + i;
             int lit = t->face == (int)face && t->x == (int)((face - (int)face) * width) &&
                       t->y == (int)(w->t * w->src_size);
-            if (w->scene == SCENE_TEXEL && !(t->w > 0)) lit = 0; /* beyond a rim: all is black */
+            if (!(t->w > 0)) lit = 0; /* beyond a rim, where only a blend shows it */
             for (int c = 0; c < 3; ++c)
                 src->texels[3 * ((size_t)slice * count + i) + (size_t)c] =
                     (float)(w->times * work_radiance(w, t->d, t, lit, c, &state));
