@@ -7005,14 +7005,14 @@ static int envmapi_axes_lacking(const envmap *src, const envmap_lobe *lobe, doub
 
 /* The angle from -z to the last axis whose sum is 5 % off there; negative: none. */
 static double envmapi_axes_lack(envmapi_axis *axis) {
-    enum { STEPS = 32 }; /* to one radian, above an edge of a texel and above a corner */
+    const int steps = 32; /* to one radian, above an edge of a texel and above a corner */
     double integral = envmapi_lobe_integral(axis->lobe, axis->p), last = -1;
-    for (int i = 0; i < 2 * STEPS; ++i) {
-        double t = (i / 2 + 0.5) / STEPS, round = i % 2 * ENVMAPI_PI / 4;
+    for (int i = 0; i < 2 * steps; ++i) {
+        double t = (i / 2 + 0.5) / steps, round = i % 2 * ENVMAPI_PI / 4;
         double a[3] = {sin(t) * cos(round), sin(t) * sin(round), -cos(t)};
         memcpy(axis->a, a, sizeof a), memset(axis->sum, 0, sizeof axis->sum);
         envmapi_axis_filter(axis, NULL);
-        if (!(fabs(axis->sum[3] - integral) < 0.05 * integral)) last = t + 1.0 / STEPS;
+        if (!(fabs(axis->sum[3] - integral) < 0.05 * integral)) last = t + 1.0 / steps;
     }
     return last;
 }

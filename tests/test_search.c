@@ -300,7 +300,15 @@ static void works_that_broke_hold(void) {
         {"paraboloid:11:1 dst=sphere:1:2 lobe=banks:0.961574972:0 raw=0:1 tolerance=1.21756e-06",
          "sun:0.738302512:0.204946401"}, /* a ring about a face's middle */
         {"paraboloid:44:1 dst=cube:20:1 lobe=ggx:0.0569:0 raw=0:1 tolerance=1e-4",
-         "sun:0:0.44"}}; /* a light where paraboloids blend */
+         "sun:0:0.44"}, /* a light where paraboloids blend */
+        {"sphere:68:1 dst=cube:47:1 lobe=hat:0.183357209:0.17 raw=0:1 tolerance=1e-3",
+         "colours:0.54566639:0.494166688"}, /* negative parts between a sphere map's last texels */
+        {"sphere:60:1 dst=cube:47:1 lobe=hat:0.14:0.17 raw=0:1 tolerance=1e-3",
+         "colours:0.54566639:0.494166688"}, /* the same by points */
+        {"octahedral:64:1 dst=octahedral:13:1 lobe=ggx:0.03118:0 raw=0:1 tolerance=1.05e-4",
+         "texel:0.4:0.5"}, /* nodes far from an axis */
+        {"octahedral:34:1 dst=cube:16:1 lobe=ggx:0.09:0 raw=0:1 tolerance=1e-4",
+         "lamps:0.3:0.7"}}; /* centres beyond tents, by points */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         verdict v = check_line("filter", works[i][0], works[i][1], 3);
         CHECK(!broken(&v, PROMISE_RMS) && !broken(&v, PROMISE_WORST) && v.over[PROMISE_RMS] >= 0);
