@@ -572,8 +572,8 @@ typedef struct envmap_filter_desc {
    two texels 9 (S + D) + 2 MB, mostly half, and 3 MB for each of 16 tasks where there is an
    executor. Points that stand for texels of few, of sphere and angular maps under GGX, and for
    functions, take 52 bytes each, and are at most 4 million; functions with negative parts take
-   another 4 S of a sphere map. Texels that lobes of one to two texels spread keep their places (16, or 4, of
-   24 bytes), if these are at most 960000.  Test: tests/test_memory.c.
+   another 4 S of a sphere map. Texels that lobes of one to two texels spread keep their places
+   (16, or 4, of 24 bytes), if these are at most 960000.  Test: tests/test_memory.c.
    Source [KVHS00] 4, 5.1.  Test: tests/test_filters.c, test_hierarchical.c; time: search_slow.h. */
 ENVMAP_API envmap_result envmap_filter(envmap *dst, const envmap *src, const envmap_lobe *lobe,
                                        const envmap_filter_desc *desc);
