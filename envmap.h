@@ -9137,7 +9137,8 @@ static int envmapi_near_suits(envmapi_near *s, const envmap *src, int declines, 
     s->sigma = envmap_lobe_sigma(s->axis.lobe, s->axis.p);
     s->R = s->R_bright = s->tail ? s->tail->reach : envmapi_near_radius(s, look, tolerance);
     s->lit_count = 0;
-    if (level->mapping == ENVMAP_PARABOLOID) envmapi_near_light(s, 8 * look[2]);
+    if (level->mapping == ENVMAP_PARABOLOID && s->axis.lobe->kind == ENVMAP_LOBE_GGX)
+        envmapi_near_light(s, 8 * look[2]);
     look[0] = s->bright;
     if (!s->tail) s->R = envmapi_near_radius(s, look, tolerance);
     s->piece = pow(tolerance * 1e3, 1.0 / 8);
@@ -11527,8 +11528,8 @@ static envmap_result envmapi_points_slice(envmap *dst, const envmap *src, int k,
         return ENVMAP_OK;
     }
     int M = envmapi_rings_size((int)ceil(fmax(ENVMAPI_PI / spec.h, spec.L + 2)));
-    if (envmapi_rings_create(rings, M, spec.L, points->count,
-                             envmapi_grid_of(dst, spec.h, tolerance).count,
+    size_t room = mixed && source.count > points->count ? source.count : points->count;
+    if (envmapi_rings_create(rings, M, spec.L, room, envmapi_grid_of(dst, spec.h, tolerance).count,
                              envmapi_rings_tasks(&desc->work), NULL, pool))
         result = ENVMAP_ERROR_MEMORY;
     points->rings = rings, spectrum.kept = 1;
