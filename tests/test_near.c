@@ -566,7 +566,6 @@ static void a_lobe_takes_no_more_than_its_neighbours(void) {
          "decades:0.335:0.8"},
         {"angular:41:1 dst=cube:7:1 lobe=gaussian:30:0 raw=0:1 tolerance=1e-3", "noise:0.6:0.9"},
         {"sphere:76:1 dst=cube:13:1 lobe=gaussian:85:0 raw=0:1 tolerance=2.6e-3", "sun:0.65:0"},
-        {"sphere:101:1 dst=cube:18:1 lobe=ggx:0.06:0 raw=0:1 tolerance=1e-3", "noise:0.92:0.23"},
         {"angular:68:1 dst=angular:34:1 lobe=ggx:0.129:0 raw=0:1 tolerance=6e-3", "lamps:0.3:0.7"},
         {"octahedral:34:1 dst=cube:26:1 lobe=ggx:0.12:0 raw=0:1 tolerance=1e-3",
          "colours:0.5:0.5"}};
