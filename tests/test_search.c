@@ -308,7 +308,9 @@ static void works_that_broke_hold(void) {
         {"octahedral:64:1 dst=octahedral:13:1 lobe=ggx:0.03118:0 raw=0:1 tolerance=1.05e-4",
          "texel:0.4:0.5"}, /* nodes far from an axis */
         {"octahedral:34:1 dst=cube:16:1 lobe=ggx:0.09:0 raw=0:1 tolerance=1e-4",
-         "lamps:0.3:0.7"}}; /* centres beyond tents, by points */
+         "lamps:0.3:0.7"}, /* centres beyond tents */
+        {"cube:64:1 dst=cube:1:1 lobe=ggx:0.0101:0 raw=1:4 tolerance=1.2e-6",
+         "constant:0.5:0.5"}}; /* whose midpoints show */
     for (size_t i = 0; i < sizeof works / sizeof *works; ++i) {
         verdict v = check_line("filter", works[i][0], works[i][1], 3);
         CHECK(!broken(&v, PROMISE_RMS) && !broken(&v, PROMISE_WORST) && v.over[PROMISE_RMS] >= 0);
